@@ -1,0 +1,286 @@
+#include "core/config.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <toml++/toml.h>
+
+namespace trn {
+
+struct ConfigTable::Node {
+  std::shared_ptr<const toml::table> document;  // keeps the nodes alive
+  const toml::table* table = nullptr;
+  std::string file;
+  std::string path;  // dotted, for messages
+  std::vector<std::string> known;
+  std::map<std::string, std::vector<std::shared_ptr<Node>>, std::less<>> children;
+};
+
+namespace {
+
+using Node = ConfigTable::Node;
+
+std::size_t edit_distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  for (std::size_t j = 0; j <= b.size(); ++j) row[j] = j;
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t above = row[j];
+      row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
+      diagonal = above;
+    }
+  }
+  return row[b.size()];
+}
+
+ConfigError error_at(const Node& node, const toml::source_region& where, std::string_view message) {
+  return ConfigError(fmt::format("{}:{}:{}: {}", node.file, where.begin.line, where.begin.column, message));
+}
+
+std::string dotted(const Node& node, std::string_view key) {
+  return node.path.empty() ? std::string(key) : fmt::format("{}.{}", node.path, key);
+}
+
+bool is_known(const Node& node, std::string_view key) {
+  return std::find(node.known.begin(), node.known.end(), key) != node.known.end();
+}
+
+void mark(Node& node, std::string_view key) {
+  if (!is_known(node, key)) node.known.emplace_back(key);
+}
+
+const toml::node* find(Node& node, std::string_view key) {
+  mark(node, key);
+  return node.table->get(key);
+}
+
+const toml::node& require(Node& node, std::string_view key) {
+  const toml::node* found = find(node, key);
+  if (found) return *found;
+  for (const auto& [present, value] : *node.table) {  // most often the key is there, misspelt
+    if (is_known(node, present.str())) continue;
+    if (!nearest_word(present.str(), {std::string(key)}).empty())
+      throw error_at(node, present.source(),
+                     fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, present.str()), key));
+  }
+  throw error_at(node, node.table->source(), fmt::format("missing key '{}'", dotted(node, key)));
+}
+
+double as_number(const Node& node, const toml::node& value, std::string_view key, Range range) {
+  const auto number = value.value<double>();
+  if (!value.is_number() || !number)
+    throw error_at(node, value.source(), fmt::format("'{}' must be a number", dotted(node, key)));
+  if (!(*number >= range.min && *number <= range.max))
+    throw error_at(node, value.source(),
+                   fmt::format("'{}' = {} is out of range: {} to {} is legal", dotted(node, key), *number,
+                               range.min, range.max));
+  return *number;
+}
+
+std::string as_text(const Node& node, const toml::node& value, std::string_view key) {
+  const auto text = value.value<std::string>();
+  if (!text) throw error_at(node, value.source(), fmt::format("'{}' must be a string", dotted(node, key)));
+  return *text;
+}
+
+bool as_boolean(const Node& node, const toml::node& value, std::string_view key) {
+  if (!value.is_boolean())
+    throw error_at(node, value.source(), fmt::format("'{}' must be true or false", dotted(node, key)));
+  return *value.value<bool>();
+}
+
+const toml::array& as_array(const Node& node, const toml::node& value, std::string_view key) {
+  if (!value.is_array())
+    throw error_at(node, value.source(), fmt::format("'{}' must be an array", dotted(node, key)));
+  return *value.as_array();
+}
+
+std::shared_ptr<Node> child(Node& node, const toml::node& value, std::string_view key, std::size_t index,
+                            bool in_array) {
+  auto& list = node.children[std::string(key)];
+  if (index < list.size() && list[index]) return list[index];
+  if (!value.is_table())
+    throw error_at(node, value.source(), fmt::format("'{}' must be a table", dotted(node, key)));
+  auto made = std::make_shared<Node>();
+  made->document = node.document;
+  made->table = value.as_table();
+  made->file = node.file;
+  made->path = in_array ? fmt::format("{}[{}]", dotted(node, key), index) : dotted(node, key);
+  if (list.size() <= index) list.resize(index + 1);
+  list[index] = made;
+  return made;
+}
+
+void finish_node(const Node& node) {
+  for (const auto& [key, value] : *node.table) {
+    if (is_known(node, key.str())) continue;
+    const std::string near = nearest_word(key.str(), node.known);
+    throw error_at(node, key.source(),
+                   near.empty() ? fmt::format("unknown key '{}'; legal here: {}", dotted(node, key.str()),
+                                              fmt::join(node.known, ", "))
+                                : fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, key.str()),
+                                              near));
+  }
+  for (const auto& [key, list] : node.children)
+    for (const auto& made : list)
+      if (made) finish_node(*made);
+}
+
+ConfigTable make_root(toml::table parsed, const std::string& name) {
+  auto node = std::make_shared<Node>();
+  node->document = std::make_shared<const toml::table>(std::move(parsed));
+  node->table = node->document.get();
+  node->file = name;
+  return ConfigTable(node);
+}
+
+}  // namespace
+
+std::string nearest_word(std::string_view word, const std::vector<std::string>& legal) {
+  std::string best;
+  std::size_t best_distance = word.size() / 3 + 2;
+  for (const std::string& candidate : legal) {
+    const std::size_t distance = edit_distance(word, candidate);
+    if (distance < best_distance) {
+      best_distance = distance;
+      best = candidate;
+    }
+  }
+  return best;
+}
+
+double ConfigTable::number(std::string_view key, Range range) const {
+  return as_number(*node_, require(*node_, key), key, range);
+}
+
+double ConfigTable::number(std::string_view key, double fallback, Range range) const {
+  const toml::node* value = find(*node_, key);
+  return value ? as_number(*node_, *value, key, range) : fallback;
+}
+
+long ConfigTable::integer(std::string_view key, Range range) const {
+  const toml::node& value = require(*node_, key);
+  if (!value.is_integer())
+    throw error_at(*node_, value.source(), fmt::format("'{}' must be a whole number", dotted(*node_, key)));
+  as_number(*node_, value, key, range);
+  return static_cast<long>(*value.value<int64_t>());
+}
+
+long ConfigTable::integer(std::string_view key, long fallback, Range range) const {
+  return find(*node_, key) ? integer(key, range) : fallback;
+}
+
+bool ConfigTable::boolean(std::string_view key) const {
+  return as_boolean(*node_, require(*node_, key), key);
+}
+
+bool ConfigTable::boolean(std::string_view key, bool fallback) const {
+  const toml::node* value = find(*node_, key);
+  return value ? as_boolean(*node_, *value, key) : fallback;
+}
+
+std::string ConfigTable::text(std::string_view key) const {
+  return as_text(*node_, require(*node_, key), key);
+}
+
+std::string ConfigTable::text(std::string_view key, std::string_view fallback) const {
+  const toml::node* value = find(*node_, key);
+  return value ? as_text(*node_, *value, key) : std::string(fallback);
+}
+
+std::string ConfigTable::choice(std::string_view key, const std::vector<std::string>& choices) const {
+  const std::string value = text(key);
+  if (std::find(choices.begin(), choices.end(), value) != choices.end()) return value;
+  const std::string near = nearest_word(value, choices);
+  throw error(key, fmt::format("'{}' = \"{}\" is not legal; {}: {}", dotted(*node_, key), value,
+                               near.empty() ? "legal" : fmt::format("did you mean \"{}\"? Legal", near),
+                               fmt::join(choices, ", ")));
+}
+
+std::string ConfigTable::choice(std::string_view key, const std::vector<std::string>& choices,
+                                std::string_view fallback) const {
+  return find(*node_, key) ? choice(key, choices) : std::string(fallback);
+}
+
+Vec3 ConfigTable::vec3(std::string_view key) const {
+  const std::vector<double> values = numbers(key);
+  if (values.size() != 3) throw error(key, fmt::format("'{}' must have three numbers", dotted(*node_, key)));
+  return {values[0], values[1], values[2]};
+}
+
+Vec3 ConfigTable::vec3(std::string_view key, const Vec3& fallback) const {
+  return find(*node_, key) ? vec3(key) : fallback;
+}
+
+std::vector<double> ConfigTable::numbers(std::string_view key) const {
+  std::vector<double> out;
+  for (const toml::node& value : as_array(*node_, require(*node_, key), key))
+    out.push_back(as_number(*node_, value, key, kAnyNumber));
+  return out;
+}
+
+std::vector<std::string> ConfigTable::texts(std::string_view key) const {
+  std::vector<std::string> out;
+  for (const toml::node& value : as_array(*node_, require(*node_, key), key))
+    out.push_back(as_text(*node_, value, key));
+  return out;
+}
+
+std::vector<std::string> ConfigTable::texts(std::string_view key, const std::vector<std::string>& fallback) const {
+  return find(*node_, key) ? texts(key) : fallback;
+}
+
+ConfigTable ConfigTable::table(std::string_view key) const {
+  return ConfigTable(child(*node_, require(*node_, key), key, 0, false));
+}
+
+std::optional<ConfigTable> ConfigTable::table_if(std::string_view key) const {
+  if (!find(*node_, key)) return std::nullopt;
+  return table(key);
+}
+
+std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
+  std::vector<ConfigTable> out;
+  for (const toml::node& value : as_array(*node_, require(*node_, key), key))
+    out.emplace_back(child(*node_, value, key, out.size(), true));
+  return out;
+}
+
+std::vector<ConfigTable> ConfigTable::tables_if(std::string_view key) const {
+  return find(*node_, key) ? tables(key) : std::vector<ConfigTable>{};
+}
+
+bool ConfigTable::has(std::string_view key) const { return find(*node_, key) != nullptr; }
+
+void ConfigTable::finish() const { finish_node(*node_); }
+
+ConfigError ConfigTable::error(std::string_view key, std::string_view message) const {
+  const toml::node* value = node_->table->get(key);
+  return error_at(*node_, value ? value->source() : node_->table->source(), message);
+}
+
+ConfigTable parse_config(std::string_view text, const std::string& name) {
+  try {
+    return make_root(toml::parse(text, name), name);
+  } catch (const toml::parse_error& bad) {
+    throw ConfigError(fmt::format("{}:{}:{}: {}", name, bad.source().begin.line, bad.source().begin.column,
+                                  bad.description()));
+  }
+}
+
+ConfigTable load_config(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  if (!in) throw ConfigError(fmt::format("{}:1:1: cannot read this file", path));
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (in.bad()) throw ConfigError(fmt::format("{}:1:1: cannot read this file", path));
+  return parse_config(text.str(), path);
+}
+
+}  // namespace trn

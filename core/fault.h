@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+namespace trn {
+
+/// What the supervisor does when a fault is latched.
+enum class Reaction : std::uint8_t {
+  kNone,       ///< report only
+  kPathStop,   ///< stop all joints together, on the path, within limits; drives stay enabled
+  kQuickStop,  ///< drives stop each by its own ramp, then disable
+};
+
+/// Every fault of the machine, in one table (core/fault.cc): name, reaction, what it means, what to do.
+enum class Fault : std::uint8_t {
+  kOk = 0,
+  kEmergencyStop,
+  kStarved,             ///< planner too late; the plan's own safe stop was run
+  kJointLimit,          ///< a setpoint would leave a joint's position range
+  kSetpointJump,        ///< a setpoint would break a velocity limit grossly: a defect, never sent
+  kKinematics,          ///< inverse failed in the tick: a defect, never sent
+  kFollowingError,
+  kLimitSwitch,
+  kDriveFault,
+  kDriveLost,
+  kNotHomed,
+  kCycleOverrun,
+  kAssertion,           ///< an internal check failed in the tick
+  kHomingFailed,
+  kCount
+};
+
+struct FaultInfo {
+  std::string_view name;
+  Reaction reaction;
+  std::string_view meaning;
+  std::string_view remedy;
+};
+
+const FaultInfo& fault_info(Fault fault) noexcept;
+
+}  // namespace trn

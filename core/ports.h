@@ -1,0 +1,95 @@
+#pragma once
+
+#include <string_view>
+
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/realtime.h"
+
+// The sockets the parts plug into. Implementations live in the folder of their stage.
+namespace trn {
+
+/// Outcome of a kinematic computation; never a NaN.
+enum class KinStatus : unsigned char { kOk, kUnreachable, kSingular, kLimit };
+std::string_view to_string(KinStatus status);
+
+/// A machine's geometry: motor joints <-> pose X_BS of the spindle nose S in the table frame B. Knows nothing
+/// of tools, work offsets, corrections or drives. All functions are pure and may run in the tick.
+class Kinematics {
+ public:
+  virtual ~Kinematics() = default;
+
+  /// Number of motor joints.
+  virtual int joint_count() const TRN_RT = 0;
+
+  /// Bit i set: the machine obeys program word i (kX .. kC).
+  virtual unsigned word_mask() const TRN_RT = 0;
+
+  /// Orientation R_BS that the rotary words (rad, in order A B C) ask for.
+  virtual Mat3 orientation(const Vec3& abc) const TRN_RT = 0;
+
+  /// Rotary words that point the tool axis along the unit vector u_B (from the tip towards the spindle), the
+  /// solution nearest to `seed_abc` (branch and turn); at a pole the free word keeps its seed.
+  virtual KinStatus words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT = 0;
+
+  /// Joints -> pose. Closed form or a bounded iteration from `seed` (joint-space machines ignore it).
+  virtual KinStatus forward(const JointVec& q, Pose& X_BS) const TRN_RT = 0;
+
+  /// Pose -> joints, the solution nearest to `seed`. A machine that does not control the turn about the tool
+  /// uses only R_BS's third column. If the seed's rotary joints already give the orientation, they are kept
+  /// to the bit. Position limits are not judged here; kLimit means a limit of the mechanism itself (a leg's
+  /// joint angle).
+  virtual KinStatus inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT = 0;
+
+  /// RTCP off: the machine's own axes, as words (mm, rad; no tool), to joints and back. Serial machines: joint
+  /// by joint through each axis' sense. Parallel machines: pose of the platform.
+  virtual KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT = 0;
+  virtual KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT = 0;
+};
+
+/// The whole bracket, path point to motor joints, one pure function used by the planner (limits) and the tick
+/// (setpoints), so that they cannot disagree.
+class JointMap {
+ public:
+  virtual ~JointMap() = default;
+  virtual int joint_count() const TRN_RT = 0;
+  /// y as in PathPiece; q in mm / rad.
+  virtual KinStatus map(const Words& y, const MapContext& context, JointVec& q) const TRN_RT = 0;
+};
+
+/// What the drives are told and what they answer, once a period.
+struct Setpoints {
+  JointVec q, qd;  ///< mm or rad, per s; motor joints after all corrections
+};
+
+enum class DriveState : unsigned char { kOff, kStarting, kEnabled, kHoming, kQuickStop, kFault, kLost };
+
+struct Feedback {
+  JointVec q;                          ///< measured position
+  DriveState state = DriveState::kOff; ///< the worst of all joints
+  Fault fault = Fault::kOk;
+  int fault_joint = -1;
+  unsigned homed_mask = 0;             ///< bit i: joint i knows its position
+  unsigned limit_switch_mask = 0;      ///< bit i: joint i stands on a limit switch
+};
+
+/// Servo drives, real or simulated.
+class Drives {
+ public:
+  virtual ~Drives() = default;
+
+  /// Outside the tick; may take seconds; throw std::runtime_error with node or register and the remedy.
+  virtual void bring_up() = 0;
+  virtual void shut_down() noexcept = 0;
+  virtual void reset_faults() = 0;
+
+  /// In the tick, once a period, bounded. Between `home` and the homed bit the drive moves by itself and its
+  /// setpoint is ignored.
+  virtual void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT = 0;
+  virtual void request_home(unsigned joint_mask) TRN_RT = 0;
+  virtual void quick_stop() TRN_RT = 0;
+};
+
+}  // namespace trn

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+
+namespace trn {
+
+/// What the process returns; documented in `trunnion --help`.
+enum class Exit : int { kDone = 0, kBadProgram = 2, kBadConfig = 3, kMachineFault = 4, kUsage = 5 };
+
+/// Each adds one sub-command; its callback sets `exit` (kDone unless something failed).
+void add_run(CLI::App& app, Exit& exit);
+void add_interpret(CLI::App& app, Exit& exit);
+void add_kin(CLI::App& app, Exit& exit);
+void add_check_trace(CLI::App& app, Exit& exit);
+void add_daemon(CLI::App& app, Exit& exit);
+/// load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset
+void add_clients(CLI::App& app, Exit& exit);
+
+}  // namespace trn
