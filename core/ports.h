@@ -27,7 +27,11 @@ class Kinematics {
   /// Bit i set: the machine obeys program word i (kX .. kC).
   virtual unsigned word_mask() const TRN_RT = 0;
 
-  /// Orientation R_BS that the rotary words (rad, in order A B C) ask for.
+  /// Pose X_BM of the machine frame M in the table frame B with every axis word at zero. A program with RTCP on
+  /// is written in M as it lies then: a work offset is a point of M, and p_B = X_BM * p_M.
+  virtual Pose home_X_BM() const TRN_RT = 0;
+
+  /// Orientation R_BS that the rotary words (rad, in order A B C, through each axis' sense) ask for.
   virtual Mat3 orientation(const Vec3& abc) const TRN_RT = 0;
 
   /// Rotary words that point the tool axis along the unit vector u_B (from the tip towards the spindle), the

@@ -26,8 +26,9 @@ struct SourceLine {
   std::uint32_t line = 0;  ///< 1-based
 };
 
-/// One programmed move. Words are absolute: RTCP on: tip in the table frame B; off: the machine's own axes
-/// (tip in axis coordinates: offsets applied, tool not). Angles in rad after each axis' sense.
+/// One programmed move. Words are absolute, all offsets applied. RTCP on: X Y Z are the tip in the table frame B,
+/// mm. RTCP off: the machine's own axes, still without the tool offset (the bracket adds it). A B C are the
+/// program's angles in rad (an axis' sense is the kinematics' business).
 struct ProgramMove {
   enum class Kind : unsigned char { kTraverse, kFeed, kArc };
   Kind kind = Kind::kTraverse;
