@@ -1,0 +1,31 @@
+#include "sim/make_drives.h"
+
+#include <algorithm>
+
+#include "hal/loopback.h"
+#include "sim/simulated_drives.h"
+
+namespace trn {
+
+namespace {
+
+// Every joint at zero, or at the end of its range nearest to it.
+JointVec rest_position(const Machine& machine) {
+  JointVec q(static_cast<Eigen::Index>(machine.joints.size()));
+  for (Eigen::Index i = 0; i < q.size(); ++i) {
+    const JointLimit& limit = machine.joints[static_cast<std::size_t>(i)].limit;
+    q[i] = std::clamp(0.0, limit.min, limit.max);
+  }
+  return q;
+}
+
+}  // namespace
+
+std::unique_ptr<Drives> make_drives(const Machine& machine) {
+  const ConfigTable drives = machine.root.table("drives");
+  const std::string type = drives.choice("type", {"loopback", "simulated"});
+  if (type == "loopback") return std::make_unique<LoopbackDrives>(rest_position(machine));
+  return std::make_unique<SimulatedDrives>(read_simulated_drives(machine, drives));
+}
+
+}  // namespace trn

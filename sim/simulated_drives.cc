@@ -1,0 +1,100 @@
+#include "sim/simulated_drives.h"
+
+namespace trn {
+
+namespace {
+
+// How much a joint's state says about the whole machine; the worst one is reported.
+int severity(DriveState state) TRN_RT {
+  switch (state) {
+    case DriveState::kEnabled:
+      return 0;
+    case DriveState::kHoming:
+      return 1;
+    case DriveState::kStarting:
+      return 2;
+    case DriveState::kOff:
+      return 3;
+    case DriveState::kQuickStop:
+      return 4;
+    case DriveState::kFault:
+      return 5;
+    case DriveState::kLost:
+      return 6;
+  }
+  return 6;
+}
+
+void apply(SimulatedDrives::ScriptedEvent::Kind kind, SimulatedJoint& joint) TRN_RT {
+  using Kind = SimulatedDrives::ScriptedEvent::Kind;
+  switch (kind) {
+    case Kind::kFault:
+      return joint.fail(Fault::kDriveFault);
+    case Kind::kLost:
+      return joint.set_lost(true);
+    case Kind::kFound:
+      return joint.set_lost(false);
+    case Kind::kStuck:
+      return joint.set_stuck(true);
+    case Kind::kFree:
+      return joint.set_stuck(false);
+  }
+}
+
+}  // namespace
+
+SimulatedDrives::SimulatedDrives(const Config& config) : script_(config.script) {
+  for (const SimulatedJoint::Config& joint : config.joints) joints_.emplace_back(joint);
+}
+
+void SimulatedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  obey_requests();
+  run_script();
+  for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i].step(setpoints.q[static_cast<Eigen::Index>(i)]);
+  report(feedback);
+  ++period_;
+}
+
+void SimulatedDrives::request_home(unsigned joint_mask) TRN_RT {
+  for (std::size_t i = 0; i < joints_.size(); ++i)
+    if (joint_mask >> i & 1u) joints_[i].home();
+}
+
+void SimulatedDrives::quick_stop() TRN_RT {
+  for (SimulatedJoint& joint : joints_) joint.quick_stop();
+}
+
+void SimulatedDrives::obey_requests() TRN_RT {
+  if (reset_asked_.exchange(false))
+    for (SimulatedJoint& joint : joints_) joint.reset();
+  if (disable_asked_.exchange(false))
+    for (SimulatedJoint& joint : joints_) joint.disable();
+  if (enable_asked_.exchange(false))
+    for (SimulatedJoint& joint : joints_) joint.enable();
+}
+
+void SimulatedDrives::run_script() TRN_RT {
+  for (const ScriptedEvent& event : script_)
+    if (event.period == period_) apply(event.kind, joint(event.joint));
+}
+
+void SimulatedDrives::report(Feedback& feedback) const TRN_RT {
+  feedback.q.resize(static_cast<Eigen::Index>(joints_.size()));
+  feedback.state = DriveState::kEnabled;
+  feedback.fault = Fault::kOk;
+  feedback.fault_joint = -1;
+  feedback.homed_mask = feedback.limit_switch_mask = 0;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const SimulatedJoint& joint = joints_[i];
+    const int index = static_cast<int>(i);
+    feedback.q[index] = joint.measured();
+    if (joint.homed()) feedback.homed_mask |= 1u << i;
+    if (joint.on_limit_switch()) feedback.limit_switch_mask |= 1u << i;
+    if (severity(joint.state()) <= severity(feedback.state)) continue;
+    feedback.state = joint.state();
+    feedback.fault = joint.fault();
+    feedback.fault_joint = joint.fault() == Fault::kOk ? -1 : index;
+  }
+}
+
+}  // namespace trn

@@ -1,0 +1,158 @@
+#include "sim/simulated_joint.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+SimulatedJoint::SimulatedJoint(const Config& config)
+    : config_(config),
+      servo_(config.servo),
+      plant_{config.start, 0, config.start},
+      encoder_offset_(config.homed ? 0 : -config.start),
+      reported_(config.start + encoder_offset_),
+      homed_(config.homed) {}
+
+void SimulatedJoint::enable() TRN_RT {
+  if (state_ != DriveState::kOff) return;
+  state_ = DriveState::kStarting;
+  periods_ = 0;
+}
+
+void SimulatedJoint::disable() TRN_RT {
+  state_ = DriveState::kOff;
+  plant_.v = v_target_ = 0;
+  plant_.target = plant_.x;
+}
+
+void SimulatedJoint::reset() TRN_RT {
+  if (state_ != DriveState::kFault) return;
+  fault_ = Fault::kOk;
+  disable();
+}
+
+void SimulatedJoint::home() TRN_RT {
+  if (state_ != DriveState::kEnabled) return;
+  state_ = DriveState::kHoming;
+  homing_ = Homing::kSearch;
+  homed_ = false;
+  periods_ = 0;
+}
+
+void SimulatedJoint::quick_stop() TRN_RT {
+  if (state_ == DriveState::kStarting) disable();
+  if (state_ == DriveState::kEnabled || state_ == DriveState::kHoming) state_ = DriveState::kQuickStop;
+}
+
+void SimulatedJoint::fail(Fault fault) TRN_RT {
+  if (state_ == DriveState::kFault) return;
+  fault_ = fault;
+  state_ = DriveState::kFault;
+}
+
+bool SimulatedJoint::on_limit_switch() const TRN_RT {
+  return plant_.x < config_.switch_min || plant_.x > config_.switch_max;
+}
+
+void SimulatedJoint::step(double q) TRN_RT {
+  if (lost_) {  // nobody hears its answers any more; it watches the bus, and brakes
+    if (state_ != DriveState::kOff) step_brake();
+    return;
+  }
+  switch (state_) {
+    case DriveState::kOff:
+      break;
+    case DriveState::kStarting:
+      if (++periods_ > config_.start_up_periods) state_ = DriveState::kEnabled;
+      break;
+    case DriveState::kEnabled:
+      step_enabled(q);
+      break;
+    case DriveState::kHoming:
+      step_homing();
+      break;
+    case DriveState::kQuickStop:
+    case DriveState::kFault:
+    case DriveState::kLost:
+      step_brake();
+      break;
+  }
+  reported_ = plant_.x + encoder_offset_;
+}
+
+void SimulatedJoint::follow(double target) TRN_RT {
+  v_target_ = (target - plant_.target) / config_.servo.period_s;
+  const double x = plant_.x;
+  servo_.step(target, plant_);
+  if (!stuck_) return;
+  plant_.x = x;
+  plant_.v = 0;
+}
+
+void SimulatedJoint::drive_itself(double v_wanted, double acceleration) TRN_RT {
+  const double dv = acceleration * config_.servo.period_s;
+  const double v = v_target_ + std::clamp(v_wanted - v_target_, -dv, dv);
+  follow(plant_.target + v * config_.servo.period_s);
+  v_target_ = v;  // as asked, free of rounding
+}
+
+void SimulatedJoint::step_enabled(double q) TRN_RT {
+  const double target = q - encoder_offset_;
+  const double outward = target - plant_.target;
+  follow(target);
+  if (std::abs(plant_.x - plant_.target) > config_.following_error_max) fail(Fault::kFollowingError);
+  // standing on a switch is no fault, or nobody could jog away from it
+  const bool leaves =
+      (plant_.x > config_.switch_max && outward > 0) || (plant_.x < config_.switch_min && outward < 0);
+  if (leaves) fail(Fault::kLimitSwitch);
+}
+
+void SimulatedJoint::step_homing() TRN_RT {
+  step_homing_phase();
+  if (state_ != DriveState::kHoming) return;
+  if (std::abs(plant_.x - plant_.target) > config_.following_error_max)
+    fail(Fault::kFollowingError);
+  else if (on_limit_switch() && !on_home_switch())
+    fail(Fault::kHomingFailed);
+  else if (++periods_ > config_.homing_periods_max)
+    fail(Fault::kHomingFailed);
+}
+
+// Search the switch downwards, back off it upwards, go on slowly to the index, and take the position there.
+void SimulatedJoint::step_homing_phase() TRN_RT {
+  const double a = config_.acceleration_homing;
+  switch (homing_) {
+    case Homing::kSearch:
+      drive_itself(-config_.speed_search, a);
+      if (on_home_switch()) homing_ = Homing::kBackOff;
+      break;
+    case Homing::kBackOff:
+      drive_itself(config_.speed_search, a);
+      if (!on_home_switch()) homing_ = Homing::kIndex;
+      break;
+    case Homing::kIndex:
+      drive_itself(config_.speed_index, a);
+      if (plant_.x >= config_.home + config_.index_distance) homing_ = Homing::kStop;
+      break;
+    case Homing::kStop:
+      drive_itself(0, a);
+      if (v_target_ != 0) break;
+      encoder_offset_ = 0;
+      homed_ = true;
+      state_ = DriveState::kEnabled;
+      break;
+  }
+}
+
+void SimulatedJoint::step_brake() TRN_RT {
+  drive_itself(0, config_.quick_stop_deceleration);
+  const bool at_rest =
+      v_target_ == 0 && std::abs(plant_.x - plant_.target) < 0.1 * config_.following_error_max;
+  const bool blocked = v_target_ == 0 && stuck_;
+  if (!at_rest && !blocked) return;
+  plant_.v = 0;  // the brake closes
+  plant_.target = plant_.x;
+  if (state_ == DriveState::kQuickStop) state_ = DriveState::kOff;
+}
+
+}  // namespace trn

@@ -1,0 +1,79 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/ports.h"
+#include "sim/servo.h"
+
+namespace trn {
+
+/// One simulated drive with its motor, switches and encoder. Inside, positions are true ones; outside, they
+/// are what the encoder reads, which differs by a constant until the joint is homed.
+class SimulatedJoint {
+ public:
+  struct Config {
+    Servo::Config servo;
+    double following_error_max = 0;         ///< mm or rad
+    double quick_stop_deceleration = 0;     ///< per s^2
+    double acceleration_homing = 0;         ///< per s^2
+    double speed_search = 0;                ///< towards the home switch, per s
+    double speed_index = 0;                 ///< from the switch to the index, per s
+    double home = 0;                        ///< the home switch is closed below this position
+    double index_distance = 0;              ///< the index lies this far above the edge of the switch
+    double switch_min = 0, switch_max = 0;  ///< limit switches are closed beyond these positions
+    double start = 0;                       ///< position at power-on
+    bool homed = false;                     ///< absolute encoder: knows its position at power-on
+    std::uint32_t start_up_periods = 0;     ///< from bring-up to enabled
+    std::uint32_t homing_periods_max = 0;
+  };
+
+  explicit SimulatedJoint(const Config& config);
+
+  void enable() TRN_RT;
+  void disable() TRN_RT;
+  void reset() TRN_RT;
+  void home() TRN_RT;
+  void quick_stop() TRN_RT;
+  /// One period with setpoint `q` (encoder coordinates; ignored unless enabled).
+  void step(double q) TRN_RT;
+
+  double measured() const TRN_RT { return reported_; }
+  DriveState state() const TRN_RT { return lost_ ? DriveState::kLost : state_; }
+  Fault fault() const TRN_RT { return lost_ ? Fault::kDriveLost : fault_; }
+  bool homed() const TRN_RT { return homed_; }
+  bool on_limit_switch() const TRN_RT;
+
+  // Faults, by tests and scripts
+  void fail(Fault fault) TRN_RT;                         ///< the drive faults by itself and brakes
+  void set_lost(bool lost) TRN_RT { lost_ = lost; }      ///< it no longer answers, and brakes
+  void set_stuck(bool stuck) TRN_RT { stuck_ = stuck; }  ///< the axis does not move
+  void set_home_switch_dead(bool dead) TRN_RT { home_switch_dead_ = dead; }
+
+ private:
+  enum class Homing : std::uint8_t { kSearch, kBackOff, kIndex, kStop };
+
+  void follow(double target) TRN_RT;
+  void drive_itself(double v_wanted, double acceleration) TRN_RT;
+  void step_enabled(double q) TRN_RT;
+  void step_homing() TRN_RT;
+  void step_homing_phase() TRN_RT;
+  void step_brake() TRN_RT;
+  bool on_home_switch() const TRN_RT { return !home_switch_dead_ && plant_.x < config_.home; }
+
+  Config config_;
+  Servo servo_;
+  Servo::State plant_;
+  double v_target_ = 0;        ///< speed of the target when the drive moves by itself
+  double encoder_offset_ = 0;  ///< encoder reading minus true position
+  double reported_ = 0;
+  std::uint32_t periods_ = 0;  ///< in the present state
+  DriveState state_ = DriveState::kOff;
+  Homing homing_ = Homing::kSearch;
+  Fault fault_ = Fault::kOk;
+  bool homed_ = false;
+  bool lost_ = false;
+  bool stuck_ = false;
+  bool home_switch_dead_ = false;
+};
+
+}  // namespace trn
