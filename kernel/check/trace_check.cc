@@ -1,0 +1,65 @@
+#include "kernel/check/trace_check.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kStepSlack = 1e-6;  // of the step
+constexpr std::uint64_t kProgressRows = 500'000;
+
+std::vector<std::string> joint_names(const Joints& joints) {
+  std::vector<std::string> names;
+  for (const Joint& joint : joints) names.push_back(joint.name);
+  return names;
+}
+
+double ulp(double t) { return std::nextafter(std::abs(t), HUGE_VAL) - std::abs(t); }
+
+// The step of the first two rows, taken as the period's exact fraction where it is one but for rounding.
+double step_of(const TraceRow& first, const TraceRow& second, double period_s, const TraceReader& reader) {
+  const double step_s = second.t_s - first.t_s;
+  if (!(step_s > 0))
+    throw reader.error(1, fmt::format("time does not advance: {} s follows {} s", second.t_s, first.t_s));
+  const double parts = std::round(period_s / step_s);
+  if (parts < 1 || step_s > period_s * (1 + kStepSlack) + 4 * ulp(second.t_s))
+    throw reader.error(
+        1, fmt::format("rows are {} s apart, but the machine's period is {} s: peaks would be missed", step_s,
+                       period_s));
+  const bool fraction = std::abs(step_s - period_s / parts) <= kStepSlack * step_s + 4 * ulp(second.t_s);
+  return fraction ? period_s / parts : step_s;
+}
+
+void expect_step(double t_before_s, double t_s, double step_s, const TraceReader& reader) {
+  const double step_here_s = t_s - t_before_s;
+  if (std::abs(step_here_s - step_s) <= kStepSlack * step_s + 4 * ulp(t_s)) return;
+  throw reader.error(1, fmt::format("rows are missing or out of order: {} s follows {} s, the step is {} s",
+                                    t_s, t_before_s, step_s));
+}
+
+}  // namespace
+
+TraceVerdict check_trace(const std::string& path, const Machine& machine,
+                         const std::function<void(std::uint64_t)>& progress) {
+  TraceReader reader(path, joint_names(machine.joints));
+  TraceRow first, row;
+  if (!reader.next(first)) throw reader.error(1, "the trace has a header but no rows");
+  bool more = reader.next(row);
+  const double step_s = more ? step_of(first, row, machine.period_s, reader) : machine.period_s;
+  LimitJudge judge(machine.joints, step_s);
+  judge.row(first);
+  double t_before_s = first.t_s;
+  for (; more; more = reader.next(row)) {
+    expect_step(t_before_s, row.t_s, step_s, reader);
+    judge.row(row);
+    t_before_s = row.t_s;
+    if (judge.rows() % kProgressRows == 0) progress(judge.rows());
+  }
+  judge.finish();
+  return {step_s, t_before_s - first.t_s, judge.rows(), judge.within_limits(), judge.verdicts()};
+}
+
+}  // namespace trn
