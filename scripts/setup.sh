@@ -37,8 +37,8 @@ install_packages() {
     die "apt-get install failed; see above."
 }
 
-# build PRESET TARGET...: configures the preset when that was not done yet, and builds. Shows progress when there
-# is work, nothing when there is none.
+# build PRESET TARGET...: configures the preset when that was not done yet, and builds. Shows progress when
+# there is work, nothing when there is none.
 build() {
   local preset=$1 folder="build/$1" log
   shift

@@ -1,0 +1,89 @@
+#!/usr/bin/python3
+"""Checks the include table of docs/architecture.md: which folder may include which. Errors as file:line."""
+import re
+import sys
+
+from source_text import ROOT, source_files
+
+INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
+
+EVERYTHING = {"core", "interp", "interp/gcode", "interp/plan", "kinematics", "compensation", "hal", "sim", "kernel",
+              "bench", "tests"}
+ALLOWED = {
+    "core": {"core"},
+    "interp": {"core", "interp"},
+    "interp/gcode": {"core", "interp", "interp/gcode"},
+    "interp/plan": {"core", "interp", "interp/plan"},
+    "kinematics": {"core", "kinematics"},
+    "compensation": {"core", "compensation"},
+    "hal": {"core", "hal"},
+    "sim": {"core", "kinematics", "compensation", "hal", "sim"},
+    "kernel": EVERYTHING - {"bench", "tests"},
+    "bench": EVERYTHING - {"tests"},
+    "tests": EVERYTHING,
+    "cmake": {"core"},
+}
+
+# System headers that belong to some folders only: bus and operating system stay out of the mathematics.
+SYSTEM = [
+    (re.compile(r"^(lcm/|modbus|linux/|net/|sys/socket)"), {"hal", "sim", "kernel", "bench", "tests"}),
+    (re.compile(r"^(spdlog/|CLI/|systemd/|nlohmann/)"), {"kernel", "bench", "tests", "compensation"}),
+    (re.compile(r"^(pthread|sched|sys/mman|sys/timerfd|thread$|mutex$|condition_variable$)"),
+     {"hal", "kernel", "sim", "bench", "tests"}),
+    (re.compile(r"^ceres/"), {"compensation", "bench", "tests"}),
+    (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "cmake"}),
+    (re.compile(r"^toml"), {"core", "tests"}),
+]
+
+
+def folder_of(path):
+    """The key of ALLOWED that `path` lies in, or '' outside of all."""
+    parts = path.split("/")
+    for depth in (2, 1):
+        if "/".join(parts[:depth]) in ALLOWED and len(parts) > depth:
+            return "/".join(parts[:depth])
+    return ""
+
+
+def judge(own, mark, target):
+    """Why folder `own` must not include `target`, or None."""
+    if mark == "<":
+        for pattern, folders in SYSTEM:
+            if pattern.search(target) and own not in folders:
+                return f"{own}/ must not include <{target}>; only {', '.join(sorted(folders))} may"
+        return None
+    if target.startswith("lcm_types/"):
+        return None if own in ("hal", "kernel", "tests", "bench") else f"{own}/ must not include LCM types"
+    theirs = folder_of(target)
+    if not theirs:  # beside the including file, as the tests' own helpers
+        return None if own in ("tests", "bench", "cmake") else f'"{target}" must be named from the top folder'
+    if theirs not in ALLOWED[own]:
+        legal = ", ".join(sorted(ALLOWED[own]))
+        return f'{own}/ must not include {theirs}/ ("{target}"); it may include {legal}'
+    if not (ROOT / target).is_file():
+        return f'"{target}" does not exist'
+    return None
+
+
+def check(path):
+    own = folder_of(path)
+    if not own:
+        return [f"{path}:1: no row of the include table for this folder"]
+    errors = []
+    for number, line in enumerate((ROOT / path).read_text().splitlines(), 1):
+        match = INCLUDE.match(line)
+        reason = match and judge(own, match.group(1), match.group(2))
+        if reason:
+            errors.append(f"{path}:{number}: {reason}")
+    return errors
+
+
+def main():
+    files = source_files(".h", ".cc")
+    errors = [error for path in files for error in check(path)]
+    print("\n".join(errors + [f"{len(files)} files, {len(errors)} errors"]))
+    return 1 if errors or not files else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,89 @@
+#!/usr/bin/python3
+"""The style checks find what they are for: planted faults, and the same text without them."""
+import sys
+import unittest
+
+import check_form
+import check_includes
+from source_text import code_only, functions
+
+CODE = '''
+#include "core/axes.h"
+namespace trn {
+class Ring {
+ public:
+  Ring() : a_{1}, b_{2} { fill(); }
+  bool pop() TRN_RT { return a_ > '{'; }  // } in a comment
+ private:
+  int a_, b_;
+};
+const char* text = R"(void hidden() { new int; })";
+template <typename T>
+void Ring<T>::tick(double t) const TRN_RT {
+  const auto f = [&](int i) { return i; };
+  if (t > 0) {
+    f(1);
+  }
+}
+}  // namespace trn
+'''
+
+
+class FunctionsTest(unittest.TestCase):
+    def test_finds_functions_and_their_length(self):
+        found = [(f.name, f.line, f.length) for f in functions(code_only(CODE))]
+        self.assertEqual(found, [("Ring", 6, 1), ("pop", 7, 1), ("Ring<T>::tick", 12, 7)])
+
+    def test_long_function(self):
+        body = "  f();\n" * 68
+        self.assertEqual(check_form.check_cpp("a.cc", "void g() {\n" + body + "}\n", []), [])
+        errors = check_form.check_cpp("a.cc", "\nvoid g() {\n" + body + "  f();\n}\n", [])
+        self.assertEqual(errors, ["a.cc:2: g has 71 lines; a function has at most 70"])
+
+
+class TickTest(unittest.TestCase):
+    def errors(self, statement, mark="TRN_RT"):
+        return check_form.check_cpp("a.cc", f"void tick() {mark} {{\n  {statement}\n}}\n", [])
+
+    def test_forbidden(self):
+        for statement in ("int* p = new int;", "delete p;", "v.push_back(1);", "throw 1;", "std::string s;",
+                          "std::vector<int> v(3);", "while (true) {}", "for (;;) {}", "std::lock_guard g(m);",
+                          "fmt::print(f);", "malloc(3);", "try { f(); } catch (...) {}", "usleep(3);"):
+            self.assertTrue(self.errors(statement), statement)
+            self.assertEqual(self.errors(statement)[0].split(":")[:2], ["a.cc", "2"])
+            self.assertEqual(self.errors(statement, "const"), [])
+
+    def test_legal(self):
+        for statement in ("q.resize(5);", "const std::vector<int>& v = v_;", "for (int i = 0; i < n; ++i) f(i);",
+                          "ring.try_push(x);", "// new throw\n  f();"):
+            self.assertEqual(self.errors(statement), [], statement)
+
+
+class IncludesTest(unittest.TestCase):
+    def test_table(self):
+        judge = check_includes.judge
+        for own, mark, target in (("core", '"', "interp/move.h"), ("kinematics", '"', "interp/move.h"),
+                                  ("interp/gcode", '"', "interp/plan/stages.h"), ("hal", '"', "kinematics/x.h"),
+                                  ("core", "<", "lcm/lcm-cpp.hpp"), ("sim", '"', "kernel/joint_map.h"),
+                                  ("interp/plan", '"', "nothing.h"), ("kernel", '"', "tests/x.h")):
+            self.assertIsNotNone(judge(own, mark, target), (own, target))
+        for own, mark, target in (("core", '"', "core/axes.h"), ("interp/plan", '"', "interp/move.h"),
+                                  ("kernel", '"', "interp/plan/stages.h"), ("hal", "<", "modbus/modbus.h"),
+                                  ("core", "<", "vector")):
+            self.assertIsNone(judge(own, mark, target), (own, target))
+
+    def test_folders(self):
+        self.assertEqual(check_includes.folder_of("interp/plan/geometry/x.cc"), "interp/plan")
+        self.assertEqual(check_includes.folder_of("interp/move.h"), "interp")
+        self.assertEqual(check_includes.folder_of("elsewhere/x.cc"), "")
+
+
+class LinesTest(unittest.TestCase):
+    def test_lines(self):
+        self.assertEqual(check_form.check_lines("a.py", "x = 1\n"), [])
+        for text in ("x = 1 \n", "\tx\n", "# TO" + "DO\n", "x" * 111 + "\n", "\n" * 601 + "x"):
+            self.assertTrue(check_form.check_lines("a.py", text), text[:20])
+
+
+if __name__ == "__main__":
+    sys.exit(0 if unittest.main(exit=False).result.wasSuccessful() else 1)
