@@ -1,0 +1,103 @@
+#include "interp/plan/geometry/corner_blend.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+// The blend of two lines is y' = (1 - g) t0 + g t1 with g the quintic smoothstep; it misses the corner by
+// span * |t1 - t0| times twice the integral of g over its first half.
+constexpr double kLineMiss = 0.15625;
+constexpr int kSamples = 32;         // even, so that the middle is one of them
+constexpr double kUsageAim = 0.999;  // leaves room for what lies between the samples
+constexpr double kSpeedMin = 0.03;   // |y'| of a blend; lines at 175 degrees have 0.044
+
+double usage(double deviation, double tolerance) {
+  if (deviation <= 1e-13) return 0;
+  return tolerance > 0 ? deviation / tolerance : std::numeric_limits<double>::infinity();
+}
+
+double usage(const Words& deviation, const BlendBounds& bounds) {
+  return std::max(usage(deviation.head<3>().norm(), bounds.tolerance_mm),
+                  usage(deviation.tail<3>().norm(), bounds.tolerance_rad));
+}
+
+bool both_lines(const PathPiece& a, const PathPiece& b) {
+  return a.kind == PathPiece::Kind::kLine && b.kind == PathPiece::Kind::kLine;
+}
+
+// A septic follows an arc well for about a radian.
+double curve_span_max(const PathPiece& piece) {
+  if (piece.kind != PathPiece::Kind::kArc || piece.omega == 0) return piece.length;
+  return std::min(piece.length, 1 / std::abs(piece.omega));
+}
+
+bool is_smooth(const PathPiece& before, const PathPiece& after) {
+  const PathPoint a = before.derivatives(before.length), b = after.derivatives(0);
+  const double scale = 1e-11 + 1e-14 * (1 + path_norm(a.y)) / std::min(before.length, after.length);
+  const auto close = [&](const Words& u, const Words& v) {
+    return path_norm(u - v) <= scale * (path_norm(u) + path_norm(v));
+  };
+  return close(a.d1, b.d1) && close(a.d2, b.d2) && close(a.d3, b.d3);
+}
+
+Junction exact_junction(const PathItem& before, const PathItem& after) {
+  const bool join = before.mode == PathMode::kExactPath && is_smooth(before.piece, after.piece);
+  return {join ? Junction::Kind::kSmooth : Junction::Kind::kStop, 0};
+}
+
+}  // namespace
+
+PathPiece make_blend(const PathPiece& before, const PathPiece& after, double span) {
+  return make_hermite(before.derivatives(before.length - span), after.derivatives(span), 2 * span);
+}
+
+double blend_usage(const PathPiece& before, const PathPiece& after, double span, const BlendBounds& bounds) {
+  if (both_lines(before, after)) return usage(kLineMiss * span * (after.c[1] - before.c[1]), bounds);
+  const PathPiece blend = make_blend(before, after, span);
+  double worst = 0;
+  for (int k = 1; k < kSamples; ++k) {
+    const double s = 2 * span * k / kSamples;
+    const PathPoint p = blend.derivatives(s);
+    const Words programmed = s <= span ? before.at(before.length - span + s) : after.at(s - span);
+    worst = std::max(worst, usage(p.y - programmed, bounds));
+    if (path_norm(p.d1) < kSpeedMin) return std::numeric_limits<double>::infinity();
+  }
+  return worst / kUsageAim;
+}
+
+double largest_span(const PathPiece& before, const PathPiece& after, const BlendBounds& bounds) {
+  double high = bounds.span_max;
+  double at_high = blend_usage(before, after, high, bounds);
+  if (at_high <= 1) return high;
+  if (both_lines(before, after)) return high / at_high;  // proportional; 0 without tolerance
+  double low = 0;
+  const Words turn = after.derivatives(0).d1 - before.derivatives(before.length).d1;
+  double guess = 0.98 / usage(kLineMiss * turn, bounds);  // right for two lines
+  for (int i = 0; i < 40 && high > kBlendSpanMin && low < high * 0.997; ++i) {
+    const double span = guess > low && guess < high ? guess : (low > 0 ? std::sqrt(low * high) : high / 3);
+    const double used = blend_usage(before, after, span, bounds);
+    (used <= 1 ? low : high) = span;
+    guess = std::isfinite(used) && i < 4 ? span * std::min(0.999 / used, 4.0) : 0;
+  }
+  return low;
+}
+
+Junction classify(const PathItem& before, const PathItem& after) {
+  if (before.mode != after.mode || !same_context(before.context, after.context)) return {};
+  if (before.joins_next) return {Junction::Kind::kSmooth, 0};
+  if (before.mode != PathMode::kContinuous) return exact_junction(before, after);
+  if (is_smooth(before.piece, after.piece)) return {Junction::Kind::kSmooth, 0};
+  const Words t0 = before.piece.derivatives(before.piece.length).d1, t1 = after.piece.derivatives(0).d1;
+  if (path_dot(t0, t1) <= kReversalCos * path_norm(t0) * path_norm(t1)) return {};
+  const BlendBounds bounds{std::min(before.tolerance_mm, after.tolerance_mm),
+                           std::min(before.tolerance_rad, after.tolerance_rad),
+                           std::min(curve_span_max(before.piece), curve_span_max(after.piece))};
+  const double span = largest_span(before.piece, after.piece, bounds);
+  if (span < kBlendSpanMin) return {};
+  return {Junction::Kind::kBlend, span};
+}
+
+}  // namespace trn

@@ -1,0 +1,81 @@
+#include "interp/plan/geometry/corner_blender.h"
+
+#include <algorithm>
+
+namespace trn {
+
+namespace {
+
+// The largest span one end of an item gets when its other end wishes `other`: each end may have half, and
+// what the other leaves. Both ends use the same rule, so a path run backwards gets the same blends.
+double share(double length, double other) { return std::max(length / 2, length - other); }
+
+// Shorter remainders than this are rounding.
+constexpr double kRemainderMin = 1e-11;
+
+}  // namespace
+
+void CornerBlender::add(const PathItem& item) {
+  if (!first_) {
+    first_ = item;
+    first_from_ = span_before_ = 0;
+    return;
+  }
+  const Junction next = classify(second_ ? *second_ : *first_, item);
+  if (second_) resolve_junction(next.span);
+  second_ = item;
+  junction_ = next;
+}
+
+void CornerBlender::stop() {
+  if (second_) resolve_junction(0);
+  if (first_) emit_remainder(*first_, first_from_, first_->piece.length);
+  first_.reset();
+  end_stretch();
+}
+
+// Emits all of first_ and the first half of what joins it to second_; second_ becomes first_.
+void CornerBlender::resolve_junction(double span_after_next) {
+  const PathPiece& before = first_->piece;
+  const PathPiece& after = second_->piece;
+  double span =
+      std::min({junction_.span, share(before.length, span_before_), share(after.length, span_after_next)});
+  if (junction_.kind == Junction::Kind::kBlend) {
+    const BlendBounds bounds{std::min(first_->tolerance_mm, second_->tolerance_mm),
+                             std::min(first_->tolerance_rad, second_->tolerance_rad), span};
+    if (span < junction_.span) span = largest_span(before, after, bounds);
+    if (span < kBlendSpanMin) junction_ = {};
+  }
+  const bool blend = junction_.kind == Junction::Kind::kBlend;
+  emit_remainder(*first_, first_from_, before.length - (blend ? span : 0));
+  if (junction_.kind == Junction::Kind::kStop) end_stretch();
+  if (blend) {
+    const PathPiece whole = make_blend(before, after, span);
+    emit(*first_, cut(whole, 0, span));
+    emit(*second_, cut(whole, span, 2 * span));
+  }
+  first_from_ = blend ? span : 0;
+  span_before_ = blend ? junction_.span : 0;
+  first_ = std::move(second_);
+  second_.reset();
+}
+
+void CornerBlender::emit_remainder(const PathItem& item, double from, double to) {
+  if (to - from < kRemainderMin) return;
+  const bool whole = from == 0 && to == item.piece.length;
+  emit(item, whole ? item.piece : cut(item.piece, from, to));
+}
+
+void CornerBlender::emit(const PathItem& item, const PathPiece& piece) {
+  if (held_) sink_.piece(*held_);
+  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, item.line};
+}
+
+void CornerBlender::end_stretch() {
+  if (!held_) return;
+  held_->ends_stretch = true;
+  sink_.piece(*held_);
+  held_.reset();
+}
+
+}  // namespace trn
