@@ -1,0 +1,185 @@
+#include "kernel/check/deviation_meter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kRoundingMm = 1e-6;  // what exact means
+constexpr double kRoundingDeg = 1e-5;
+constexpr double kNothingMm = 1e-10;  // smaller deviations need no better place
+constexpr double kNothingDeg = 1e-8;
+constexpr double kJumpMm = 1e-9;
+constexpr double kLostMm = 1.0;  // beyond the tolerance
+constexpr std::size_t kMovesMax = 65536;
+
+// The length of path that is searched. A smooth motion may cut a spike of the path that is many tolerances
+// deep.
+constexpr double kWindowMm = 0.1;
+constexpr double kWindowTolerances = 50;
+constexpr double kWindowSteps = 8;
+
+void keep_worst(WorstDeviation& worst, double value, std::uint32_t line) {
+  if (value > worst.value) worst = {value, line};
+}
+
+}  // namespace
+
+void DeviationMeter::programmed(const ProgramMove& move) {
+  Entry entry{ProgrammedLeg(move, kinematics_)};
+  if (!entry.leg.moves()) return;
+  const Vec3 start = move.from.head<3>();
+  entry.jump_before = !legs_.empty() &&
+                      ((start - legs_.back().leg.end()).norm() > kJumpMm || move.context.rtcp != rtcp_last_);
+  rtcp_last_ = move.context.rtcp;
+  legs_.push_back(std::move(entry));
+  if (legs_.size() <= kMovesMax) return;
+  legs_.pop_front();
+  share_ = 0;
+}
+
+double DeviationMeter::tolerance_ahead_mm() const {
+  double tolerance_mm = legs_[0].leg.tolerance_mm();
+  if (legs_.size() > 1) tolerance_mm = std::max(tolerance_mm, legs_[1].leg.tolerance_mm());
+  return tolerance_mm;
+}
+
+void DeviationMeter::sample(const Vec3& p, const Vec3& u, std::uint32_t line) {
+  if (legs_.empty()) return;
+  ++report_.samples;
+  const double step_mm = sampled_ ? (p - p_last_).norm() : 0;
+  sampled_ = true;
+  p_last_ = p;
+  search(p, u, kWindowMm + kWindowSteps * step_mm + kWindowTolerances * tolerance_ahead_mm());
+  record(line);
+  const double nearest_mm =
+      std::min_element(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
+        return a.tip_mm < b.tip_mm;
+      })->tip_mm;
+  if (nearest_mm > tolerance_ahead_mm() + kLostMm) {
+    ++report_.lost;
+    find_anew(p, u);
+  }
+  advance();
+}
+
+void DeviationMeter::search(const Vec3& p, const Vec3& u, double length_mm) {
+  candidates_.clear();
+  double left_mm = length_mm;
+  for (std::size_t i = 0; i < legs_.size(); ++i) {
+    if (i > 0 && legs_[i].jump_before && !legs_[i - 1].end_reached) return;
+    note_end(i, p, u);
+    const double leg_mm = legs_[i].leg.tip_length_mm();
+    const double from = i == 0 ? share_ : 0;
+    const double to = leg_mm > 0 ? std::min(1.0, from + left_mm / leg_mm) : 1;
+    const std::size_t before = candidates_.size();
+    search_entry(i, p, u, from, to);
+    for (std::size_t k = before; k < candidates_.size(); ++k)
+      if (settled(candidates_[k])) return;
+    left_mm -= (to - from) * leg_mm;
+    if (left_mm <= 0) return;
+  }
+}
+
+void DeviationMeter::search_entry(std::size_t index, const Vec3& p, const Vec3& u, double from, double to) {
+  places_.clear();
+  legs_[index].leg.nearest(p, from, to, places_);
+  for (const LegPlace& place : places_) candidates_.push_back(judge(index, place, p, u, from, to));
+}
+
+// All that the surroundings of one local minimum of the distance have to say.
+DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlace& place, const Vec3& p,
+                                                const Vec3& u, double from, double to) const {
+  const ProgrammedLeg& leg = legs_[index].leg;
+  Candidate found;
+  found.entry = index;
+  found.tip_exact = leg.tolerance_mm() <= 0;
+  found.axis_exact = leg.tolerance_deg() <= 0;
+  const double allowed_mm = leg.tolerance_mm() + kRoundingMm;
+  const double allowed_deg = found.axis_exact ? kRoundingDeg : leg.tolerance_deg();
+  found.tip_mm = place.distance_mm;
+  found.tip_ratio = place.distance_mm / (found.tip_exact ? kRoundingMm : leg.tolerance_mm());
+  found.tip_fits = place.distance_mm <= allowed_mm;
+  const double begin = place.share - leg.reach(p, place, allowed_mm, -1, place.share - from);
+  const double end = place.share + leg.reach(p, place, allowed_mm, +1, to - place.share);
+  const double worst_ratio_deg = report_.axis_ratio.value * allowed_deg;
+  const double enough_deg = found.axis_exact ? report_.axis_exact_deg.value : worst_ratio_deg;
+  found.axis_deg = leg.smallest_angle_deg(
+      u, begin, end, place.share, std::max(kNothingDeg, std::min(report_.axis_deg.value, enough_deg)));
+  found.axis_ratio = found.axis_deg / allowed_deg;
+  found.share = begin;
+  return found;
+}
+
+// True when this candidate alone shows that the sample makes no worst figure worse.
+bool DeviationMeter::settled(const Candidate& candidate) const {
+  if (!candidate.tip_fits || candidate.axis_ratio > 1) return false;
+  const bool tip_settled = candidate.tip_exact ? candidate.tip_mm <= report_.tip_exact_mm.value
+                                               : candidate.tip_ratio <= report_.tip_ratio.value;
+  const bool axis_settled = candidate.axis_exact ? candidate.axis_deg <= report_.axis_exact_deg.value
+                                                 : candidate.axis_ratio <= report_.axis_ratio.value;
+  const bool tip_fine = tip_settled && candidate.tip_mm <= report_.tip_mm.value;
+  const bool axis_fine = axis_settled && candidate.axis_deg <= report_.axis_deg.value;
+  return (tip_fine || candidate.tip_mm <= kNothingMm) && (axis_fine || candidate.axis_deg <= kNothingDeg);
+}
+
+// Only where the program jumps, or may yet jump, behind the entry.
+void DeviationMeter::note_end(std::size_t index, const Vec3& p, const Vec3& u) {
+  Entry& entry = legs_[index];
+  if (entry.end_reached || (index + 1 < legs_.size() && !legs_[index + 1].jump_before)) return;
+  if ((p - entry.leg.end()).norm() > kRoundingMm) return;
+  entry.end_reached = angle_deg(u, entry.leg.axis(1)) <= kRoundingDeg;
+}
+
+// Each figure takes the place that is best for it; the axis only places whose tip fits, unless there is none.
+void DeviationMeter::record(std::uint32_t line) {
+  const bool any_fits =
+      std::any_of(candidates_.begin(), candidates_.end(), [](const Candidate& c) { return c.tip_fits; });
+  const Candidate *tip = nullptr, *tip_ratio = nullptr, *axis = nullptr, *axis_ratio = nullptr;
+  for (const Candidate& candidate : candidates_) {
+    if (!tip || candidate.tip_mm < tip->tip_mm) tip = &candidate;
+    if (!tip_ratio || candidate.tip_ratio < tip_ratio->tip_ratio) tip_ratio = &candidate;
+    if (any_fits && !candidate.tip_fits) continue;
+    if (!axis || candidate.axis_deg < axis->axis_deg) axis = &candidate;
+    if (!axis_ratio || candidate.axis_ratio < axis_ratio->axis_ratio) axis_ratio = &candidate;
+  }
+  if (!any_fits) axis = axis_ratio = tip;
+  keep_worst(report_.tip_mm, tip->tip_mm, line);
+  keep_worst(report_.axis_deg, axis->axis_deg, line);
+  if (tip_ratio->tip_exact)
+    keep_worst(report_.tip_exact_mm, tip_ratio->tip_mm, line);
+  else
+    keep_worst(report_.tip_ratio, tip_ratio->tip_ratio, line);
+  if (axis_ratio->axis_exact)
+    keep_worst(report_.axis_exact_deg, axis_ratio->axis_deg, line);
+  else
+    keep_worst(report_.axis_ratio, axis_ratio->axis_ratio, line);
+}
+
+// The earliest place that fits. Out of tolerance, one not much worse than the best: the nearest itself may
+// lie behind a corner that the motion has yet to reach.
+void DeviationMeter::advance() {
+  double tip_ratio = 1, axis_ratio = 1;
+  const auto by_tip = [](const Candidate& a, const Candidate& b) { return a.tip_ratio < b.tip_ratio; };
+  const auto best = std::min_element(candidates_.begin(), candidates_.end(), by_tip);
+  tip_ratio = std::max(1 + kRoundingMm / std::max(kRoundingMm, tolerance_ahead_mm()), 2 * best->tip_ratio);
+  double axis_best = best->axis_ratio;
+  for (const Candidate& candidate : candidates_)
+    if (candidate.tip_ratio <= tip_ratio) axis_best = std::min(axis_best, candidate.axis_ratio);
+  axis_ratio = std::max(1.0, 2 * axis_best);
+  const auto earliest = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
+    return candidate.tip_ratio <= tip_ratio && candidate.axis_ratio <= axis_ratio;
+  });
+  legs_.erase(legs_.begin(), legs_.begin() + static_cast<std::ptrdiff_t>(earliest->entry));
+  share_ = earliest->share;
+}
+
+// The deviation is on record; what follows shall be measured against the right part of the path.
+void DeviationMeter::find_anew(const Vec3& p, const Vec3& u) {
+  candidates_.clear();
+  for (std::size_t i = 0; i < legs_.size(); ++i) search_entry(i, p, u, i == 0 ? share_ : 0, 1);
+}
+
+}  // namespace trn

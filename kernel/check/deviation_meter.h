@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <vector>
+
+#include "kernel/check/programmed_leg.h"
+
+namespace trn {
+
+/// The largest value seen and the source line of its sample.
+struct WorstDeviation {
+  double value = 0;
+  std::uint32_t line = 0;
+};
+
+struct DeviationReport {
+  WorstDeviation tip_mm, axis_deg;              ///< over everything
+  WorstDeviation tip_ratio, axis_ratio;         ///< to the active tolerance, where there is one
+  WorstDeviation tip_exact_mm, axis_exact_deg;  ///< in the exact modes (G61, G61.1)
+  std::uint64_t samples = 0;
+  std::uint64_t lost = 0;  ///< samples so far off that the place on the path had to be found anew
+};
+
+/// Measures how far the motion leaves the programmed path, on the stream of setpoints and apart from the
+/// planner.
+///
+/// Each sample is compared with the programmed places that come next: from the earliest place that the
+/// samples so far allow, over a bounded length of path. A path may cross or retrace itself, and the samples
+/// near a sharp corner are near both of its legs; the earliest allowed place only moves on when it must. The
+/// tip's deviation is the distance to the nearest of these places; the axis' deviation is the smallest angle
+/// among those whose tip is within the active tolerance, plus rounding. Where the program jumps without
+/// motion (another tool length, RTCP on or off) the search goes on behind the jump once a sample has stood at
+/// its foot.
+///
+/// Moves that no sample can meet any more are dropped: memory is bounded by how far the moves run ahead.
+class DeviationMeter {
+ public:
+  explicit DeviationMeter(const Kinematics& kinematics) : kinematics_(kinematics) {}
+
+  /// The next move, in program order; given before the first sample of its motion.
+  void programmed(const ProgramMove& move);
+
+  /// The next sample: p the tip in the frame of the moves' X Y Z words (mm), u the tool axis there (unit),
+  /// and the source line it belongs to.
+  void sample(const Vec3& p, const Vec3& u, std::uint32_t line);
+
+  const DeviationReport& report() const { return report_; }
+  std::size_t held_moves() const { return legs_.size(); }
+
+ private:
+  struct Entry {
+    ProgrammedLeg leg;
+    bool jump_before = false;  // the programmed tip does not come from the end of the entry before
+    bool end_reached = false;  // a sample has stood at its end
+  };
+  struct Candidate {
+    std::size_t entry = 0;
+    double share = 0;  // the earliest one this candidate stands for
+    double tip_mm = 0, tip_ratio = 0, axis_deg = 0, axis_ratio = 0;
+    bool tip_exact = false, axis_exact = false, tip_fits = false;
+  };
+
+  void search(const Vec3& p, const Vec3& u, double length_mm);
+  void search_entry(std::size_t index, const Vec3& p, const Vec3& u, double from, double to);
+  Candidate judge(std::size_t index, const LegPlace& place, const Vec3& p, const Vec3& u, double from,
+                  double to) const;
+  bool settled(const Candidate& candidate) const;
+  void note_end(std::size_t index, const Vec3& p, const Vec3& u);
+  void record(std::uint32_t line);
+  void advance();
+  double tolerance_ahead_mm() const;
+  void find_anew(const Vec3& p, const Vec3& u);
+
+  const Kinematics& kinematics_;
+  std::deque<Entry> legs_;
+  double share_ = 0;  // earliest allowed place on legs_.front()
+  bool rtcp_last_ = false;
+  Vec3 p_last_ = Vec3::Zero();
+  bool sampled_ = false;
+  std::vector<LegPlace> places_;
+  std::vector<Candidate> candidates_;
+  DeviationReport report_;
+};
+
+}  // namespace trn
