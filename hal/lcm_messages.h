@@ -1,0 +1,10 @@
+// The generated message types (hal/lcm/*.lcm); generated code does not meet our warnings.
+#pragma once
+#pragma GCC system_header
+
+#include <lcm/lcm-cpp.hpp>
+
+#include "lcm_types/trunnion/acknowledge_t.hpp"
+#include "lcm_types/trunnion/command_t.hpp"
+#include "lcm_types/trunnion/motion_t.hpp"
+#include "lcm_types/trunnion/status_t.hpp"

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <stdexcept>
+#include <string>
+
+#include "hal/lcm_link.h"
+
+namespace trn {
+
+/// Nobody answered in time; what() says who was asked and what to do.
+struct NoAnswer : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// Talks to the daemon of one machine. Not thread-safe.
+class CommandClient {
+ public:
+  struct Config {
+    LcmConfig lcm;
+    double timeout_s = 2;  ///< for the first answer
+  };
+
+  /// std::runtime_error if LCM cannot work on this host.
+  explicit CommandClient(const Config& config);
+
+  /// Sends, and repeats every 0.1 s until the daemon answers; then waits for its final word (outcome is not
+  /// WORKING), asking again every second in case that was lost. NoAnswer after the timeout, or when a working
+  /// daemon falls silent.
+  trunnion::acknowledge_t send(trunnion::command_t command);
+
+  /// The first status, from now on, that `wanted` accepts. NoAnswer if no status at all comes within the
+  /// timeout; as long as they come, waits up to `patience_s` for the wanted one, then returns nothing.
+  std::optional<trunnion::status_t> wait_status(const std::function<bool(const trunnion::status_t&)>& wanted,
+                                                double patience_s);
+
+  /// Calls `show` for every motion_t until it returns false; NoAnswer if none comes within the timeout.
+  void watch_motion(const std::function<bool(const trunnion::motion_t&)>& show);
+
+ private:
+  [[noreturn]] void no_answer() const;
+
+  Config config_;
+  std::int64_t client_;
+  std::int32_t sequence_ = 0;
+  std::optional<trunnion::acknowledge_t> answer_;
+  std::optional<trunnion::status_t> status_;
+  std::optional<trunnion::motion_t> motion_;
+  LcmLink link_;
+};
+
+}  // namespace trn
