@@ -1,0 +1,30 @@
+#include "kinematics/factory.h"
+
+#include "kinematics/machines/serial.h"
+
+namespace trn {
+
+namespace {
+
+struct MachineKind {
+  const char* type;
+  std::unique_ptr<Kinematics> (*make)(const Machine& machine, const ConfigTable& section);
+};
+
+constexpr MachineKind kKinds[] = {
+    {"serial", make_serial},
+};
+
+}  // namespace
+
+std::unique_ptr<Kinematics> make_kinematics(const Machine& machine) {
+  const ConfigTable section = machine.root.table("kinematics");
+  std::vector<std::string> types;
+  for (const MachineKind& kind : kKinds) types.emplace_back(kind.type);
+  const std::string type = section.choice("type", types);
+  for (const MachineKind& kind : kKinds)
+    if (type == kind.type) return kind.make(machine, section);
+  throw section.error("type", "unknown type of kinematics");
+}
+
+}  // namespace trn

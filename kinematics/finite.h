@@ -1,0 +1,23 @@
+#pragma once
+
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/realtime.h"
+
+// Guards at the door of every kinematic function: garbage in is a status, never a NaN out.
+namespace trn {
+
+/// How far R's third column may be from unit length before the pose is refused as no pose at all.
+inline constexpr double kUnitTolerance = 1e-6;
+
+inline bool is_pose(const Pose& X) TRN_RT {
+  return X.p.allFinite() && X.R.allFinite() && std::abs(X.R.col(2).squaredNorm() - 1.0) < kUnitTolerance;
+}
+
+/// The seed if it fits the machine, else zeros.
+inline JointVec usable_seed(const JointVec& seed, int joint_count) TRN_RT {
+  if (seed.size() == joint_count && seed.allFinite()) return seed;
+  return JointVec::Zero(joint_count);
+}
+
+}  // namespace trn

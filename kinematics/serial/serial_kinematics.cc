@@ -1,0 +1,161 @@
+#include "kinematics/serial/serial_kinematics.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.h"
+#include "kinematics/finite.h"
+
+namespace trn {
+
+namespace {
+
+// The seed's rotary joints are kept if they point the tool along the wanted axis to within this.
+constexpr double kSameAxis = 1e-14;
+// Volume of the three linear directions below which they no longer reach every point.
+constexpr double kFlat = 1e-9;
+
+/// Solves columns * x = rhs by Cramer's rule; false if the columns lie in a plane.
+bool solve3(const Mat3& columns, const Vec3& rhs, Vec3& x) TRN_RT {
+  const Vec3 a = columns.col(0), b = columns.col(1), c = columns.col(2);
+  const Vec3 bc = b.cross(c);
+  const double volume = a.dot(bc);
+  if (std::abs(volume) < kFlat) return false;
+  x = Vec3(rhs.dot(bc), rhs.dot(c.cross(a)), rhs.dot(a.cross(b))) / volume;
+  return true;
+}
+
+bool is_rotary_word(int word) { return word >= kA; }
+
+}  // namespace
+
+SerialKinematics::SerialKinematics(const SerialConfig& config)
+    : config_(config), joint_count_(static_cast<int>(config.joints.size())) {
+  int linear = 0;
+  for (int i = 0; i < config_.chain.size(); ++i) {
+    const ChainStep& step = config_.chain.step(i);
+    word_mask_ |= 1u << config_.words[step.joint].word;
+    if (step.kind == JointKind::kRotary) {
+      const int n = rotary_.count();
+      if (n < RotaryAxes::kMax) rotary_joint_[n] = step.joint;
+      if (!rotary_.add_axis(step.axis)) rotary_closed_ = false;
+    } else if (linear++ < 3) {
+      linear_joint_[linear - 1] = step.joint;
+    }
+  }
+  const JointVec zero = JointVec::Zero(joint_count_);
+  const SerialChain::Sweep home = config_.chain.sweep(zero);
+  closed_form_ = rotary_closed_ && linear == 3 && std::abs(home.columns.determinant()) > kFlat;
+}
+
+JointVec SerialKinematics::joints_of(const Vec3& abc) const TRN_RT {
+  JointVec q = JointVec::Zero(joint_count_);
+  for (int i = 0; i < joint_count_; ++i)
+    if (const WordOfJoint& word = config_.words[i]; is_rotary_word(word.word))
+      q[i] = word.sense * abc[word.word - kA];
+  return q;
+}
+
+Mat3 SerialKinematics::orientation(const Vec3& abc) const TRN_RT {
+  return config_.chain.rotation(joints_of(abc));
+}
+
+double SerialKinematics::overtravel(const RotaryAxes::Angles& angles) const TRN_RT {
+  double sum = 0;
+  for (int i = 0; i < rotary_.count(); ++i) {
+    const JointLimit& limit = config_.joints[rotary_joint_[i]].limit;
+    sum += std::max({0.0, limit.min - angles[i], angles[i] - limit.max});
+  }
+  return sum;
+}
+
+void SerialKinematics::into_limits(RotaryAxes::Angles& angles) const TRN_RT {
+  for (int i = 0; i < rotary_.count(); ++i) {
+    const JointLimit& limit = config_.joints[rotary_joint_[i]].limit;
+    const double over = std::max(0.0, angles[i] - limit.max), under = std::max(0.0, limit.min - angles[i]);
+    const double turned = angles[i] + 2 * kPi * (std::ceil(under / (2 * kPi)) - std::ceil(over / (2 * kPi)));
+    if (turned >= limit.min && turned <= limit.max) angles[i] = turned;
+  }
+}
+
+KinStatus SerialKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT {
+  abc = seed_abc.allFinite() ? seed_abc : Vec3::Zero();
+  const double length = u_B.norm();
+  if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length)) return KinStatus::kUnreachable;
+  const Vec3 u = u_B / length;
+  JointVec q = joints_of(abc);
+  if ((config_.chain.rotation(q).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
+  if (!rotary_closed_) {
+    const KinStatus status = solve_by_newton(config_.chain, {orientation(abc), config_.chain.pose(q).p}, q);
+    if (status != KinStatus::kOk) return status;
+  } else {
+    const RotaryAxes::Angles seed{q[rotary_joint_[0]], q[rotary_joint_[1]]};
+    RotaryAxes::Solutions found = rotary_.solve(u, seed);
+    if (found.count == 0) return KinStatus::kUnreachable;
+    for (int i = 0; i < found.count; ++i) into_limits(found.angles[i]);
+    const auto cost = [&](const RotaryAxes::Angles& angles) {
+      return overtravel(angles) * 1e6 + distance2(angles, seed);  // inside the limits first, then the nearest
+    };
+    const int best = found.count == 2 && cost(found.angles[1]) < cost(found.angles[0]) ? 1 : 0;
+    for (int i = 0; i < rotary_.count(); ++i) q[rotary_joint_[i]] = found.angles[best][i];
+  }
+  for (int i = 0; i < joint_count_; ++i)
+    if (const WordOfJoint& word = config_.words[i]; is_rotary_word(word.word))
+      abc[word.word - kA] = word.sense * q[i];
+  return KinStatus::kOk;
+}
+
+KinStatus SerialKinematics::forward(const JointVec& q, Pose& X_BS) const TRN_RT {
+  X_BS = {};
+  if (q.size() != joint_count_ || !q.allFinite()) return KinStatus::kUnreachable;
+  const Pose X = config_.chain.pose(q);
+  if (!is_pose(X)) return KinStatus::kUnreachable;
+  X_BS = X;
+  return KinStatus::kOk;
+}
+
+KinStatus SerialKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
+  q = usable_seed(seed, joint_count_);
+  if (!is_pose(X_BS)) return KinStatus::kUnreachable;
+  JointVec solved = q;
+  const KinStatus status =
+      closed_form_ ? inverse_closed(X_BS, solved) : solve_by_newton(config_.chain, X_BS, solved);
+  if (status != KinStatus::kOk) return status;
+  if (!solved.allFinite()) return KinStatus::kUnreachable;
+  q = solved;
+  return KinStatus::kOk;
+}
+
+KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const TRN_RT {
+  const Vec3 u = X_BS.R.col(2);
+  SerialChain::Sweep at = config_.chain.sweep(q);
+  if ((at.R.col(2) - u).squaredNorm() > kSameAxis * kSameAxis) {
+    const int last = rotary_.count() - 1;
+    const RotaryAxes::Angles seed{last >= 0 ? q[rotary_joint_[0]] : 0.0, last >= 1 ? q[rotary_joint_[1]] : 0.0};
+    const RotaryAxes::Solutions found = rotary_.solve(u.normalized(), seed);
+    if (found.count == 0) return KinStatus::kUnreachable;
+    const bool second = found.count == 2 && distance2(found.angles[1], seed) < distance2(found.angles[0], seed);
+    for (int i = 0; i <= last; ++i) q[rotary_joint_[i]] = found.angles[second ? 1 : 0][i];
+    at = config_.chain.sweep(q);
+  }
+  Vec3 linear;
+  if (!solve3(at.columns, X_BS.p - at.p, linear)) return KinStatus::kSingular;
+  for (int i = 0; i < 3; ++i) q[linear_joint_[i]] = linear[i];
+  return KinStatus::kOk;
+}
+
+KinStatus SerialKinematics::joints_from_words(const Words& words, JointVec& q) const TRN_RT {
+  q = JointVec::Zero(joint_count_);
+  if (!words.allFinite()) return KinStatus::kUnreachable;
+  for (int i = 0; i < joint_count_; ++i) q[i] = config_.words[i].sense * words[config_.words[i].word];
+  return KinStatus::kOk;
+}
+
+KinStatus SerialKinematics::words_from_joints(const JointVec& q, Words& words) const TRN_RT {
+  words.setZero();
+  if (q.size() != joint_count_ || !q.allFinite()) return KinStatus::kUnreachable;
+  for (int i = 0; i < joint_count_; ++i) words[config_.words[i].word] = config_.words[i].sense * q[i];
+  return KinStatus::kOk;
+}
+
+}  // namespace trn

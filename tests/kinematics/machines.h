@@ -1,0 +1,42 @@
+#pragma once
+
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "kinematics/factory.h"
+
+namespace trn {
+
+/// A shipped machine with its kinematics.
+struct LoadedMachine {
+  Machine machine;
+  std::unique_ptr<Kinematics> kinematics;
+};
+
+inline std::string config_path(const std::string& name) {
+  return std::string(TRN_SOURCE_DIR "/configs/") + name + ".toml";
+}
+
+inline LoadedMachine load_machine(const std::string& name) {
+  Machine machine = read_machine(load_config(config_path(name)));
+  auto kinematics = make_kinematics(machine);
+  return {std::move(machine), std::move(kinematics)};
+}
+
+inline nlohmann::json load_vectors(const std::string& name) {
+  std::ifstream in(TRN_SOURCE_DIR "/tests/data/vectors/" + name + ".json");
+  return nlohmann::json::parse(in);
+}
+
+inline Vec3 vec3_of(const nlohmann::json& j) {
+  return {j.at(0).get<double>(), j.at(1).get<double>(), j.at(2).get<double>()};
+}
+
+inline JointVec joints_of(const nlohmann::json& j) {
+  JointVec q(static_cast<Eigen::Index>(j.size()));
+  for (std::size_t i = 0; i < j.size(); ++i) q[static_cast<Eigen::Index>(i)] = j[i];
+  return q;
+}
+
+}  // namespace trn
