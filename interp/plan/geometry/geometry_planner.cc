@@ -51,7 +51,7 @@ PathItem item_of(const ProgramMove& move, const Words& from) {
 }  // namespace
 
 GeometryPlanner::GeometryPlanner(const GeometryOptions& options, PieceSink& sink)
-    : options_(options), sink_(sink), blender_(sink) {}
+    : options_(options), sink_(sink), blender_(sink), compressor_(blender_) {}
 
 Words GeometryPlanner::start_of(const ProgramMove& move) const {
   if (!end_ || !same_context(context_, move.context)) return move.from;
@@ -71,7 +71,8 @@ void GeometryPlanner::move(const ProgramMove& move) {
   context_ = move.context;
   at_rest_ = false;
   if (length_of(move, from) < kMoveMin) return;
-  blender_.add(item_of(move, from));
+  const PathItem item = item_of(move, from);
+  options_.compress ? compressor_.add(item) : blender_.add(item);
   end_ = move.to;
 }
 
@@ -81,6 +82,7 @@ void GeometryPlanner::event(const QueueEvent& event, SourceLine source) {
 }
 
 void GeometryPlanner::finish() {
+  compressor_.flush();
   blender_.stop();
   at_rest_ = true;
 }

@@ -2,7 +2,7 @@
 
 #include <optional>
 
-#include "interp/plan/geometry/corner_blender.h"
+#include "interp/plan/geometry/compressor.h"
 
 namespace trn {
 
@@ -34,6 +34,7 @@ class GeometryPlanner : public MoveSink {
   GeometryOptions options_;
   PieceSink& sink_;
   CornerBlender blender_;
+  Compressor compressor_;
   std::optional<Words> end_;  ///< of the last move, in the frame of context_
   MapContext context_;
   bool at_rest_ = true;  ///< no move since the last event

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "interp/plan/geometry/corner_blender.h"
+#include "interp/plan/geometry/run_fit.h"
+
+namespace trn {
+
+/// Recognises runs of tiny continuous lines as the curve they were taken from and hands that curve on; all
+/// else goes through unchanged. A run ends at a corner (a sharp turn, or one that a blend inside the
+/// tolerance rounds without reaching the neighbouring corners), at a long line (whose end becomes part of the
+/// curve, so that both join smoothly), at a change of context, mode, tolerance or traverse, and where no
+/// curve fits.
+///
+/// Long runs are fitted in windows: the front of each fit is handed on, its last knots and coefficients are
+/// the given start of the next. What is not yet handed on is kept as a way out when the next window fits
+/// nothing.
+class Compressor {
+ public:
+  explicit Compressor(CornerBlender& next) : next_(next) {}
+
+  void add(const PathItem& item);
+
+  /// No more moves before a stop: everything goes to the blender.
+  void flush();
+
+ private:
+  struct Move {
+    FeedLimit feed;
+    std::uint32_t line = 0;
+  };
+
+  bool continues_run(const PathItem& item) const;
+  void start_run(const PathItem& item);
+  void append(const PathItem& item, double length);
+  void add_long_line(const PathItem& line);
+  void fit_all(RunEnd end);
+  void fit_next(bool last, RunEnd end);
+  RunFit fit_front(size_t count, RunEnd end) const;
+  void hand_on_front(const RunFit& fit, size_t count);
+  void give_up(size_t count, size_t worst_vertex);
+  void hand_on_lines(size_t count);
+  void hand_on_lead();
+  std::vector<PathItem> items_of(const RunFit& fit, int from, int to) const;
+  void append_parts(const PathPiece& piece, double u0, double usage, std::vector<PathItem>& out) const;
+  void hand_on(const std::vector<PathItem>& items, bool joins_next);
+  void freeze(const RunFit& fit, int at);
+  void drop_front(size_t count);
+  bool in_run() const { return !moves_.empty(); }
+
+  CornerBlender& next_;
+  PathItem pattern_;        ///< what all moves of the run share
+  Words origin_;            ///< of the vertices
+  Words direction_;         ///< of the last move (by the path parameter)
+  double last_length_ = 0;  ///< of the last move
+  std::vector<RunVertex> vertices_;
+  std::vector<Move> moves_;       ///< moves_[i] leads from vertex i to vertex i + 1
+  std::optional<PathItem> lead_;  ///< a long line whose last kLineTail is the run's first chord
+  std::optional<FrozenHead> head_;
+  std::vector<PathItem> way_out_;  ///< fitted before, from head_ on to vertex way_out_end_
+  size_t way_out_end_ = 0;
+  size_t window_ = 0;           ///< moves that the next fit takes, at most
+  bool cut_at_window_ = false;  ///< the next fit ends its part of the run: nothing fitted further
+};
+
+}  // namespace trn
