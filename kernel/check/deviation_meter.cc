@@ -135,17 +135,16 @@ void DeviationMeter::note_end(std::size_t index, const Vec3& p, const Vec3& u) {
 
 // Each figure takes the place that is best for it; the axis only places whose tip fits, unless there is none.
 void DeviationMeter::record(std::uint32_t line) {
-  const bool any_fits =
-      std::any_of(candidates_.begin(), candidates_.end(), [](const Candidate& c) { return c.tip_fits; });
-  const Candidate *tip = nullptr, *tip_ratio = nullptr, *axis = nullptr, *axis_ratio = nullptr;
+  const Candidate* tip = &candidates_.front();
+  const Candidate *tip_ratio = tip, *axis = nullptr, *axis_ratio = nullptr;
   for (const Candidate& candidate : candidates_) {
-    if (!tip || candidate.tip_mm < tip->tip_mm) tip = &candidate;
-    if (!tip_ratio || candidate.tip_ratio < tip_ratio->tip_ratio) tip_ratio = &candidate;
-    if (any_fits && !candidate.tip_fits) continue;
+    if (candidate.tip_mm < tip->tip_mm) tip = &candidate;
+    if (candidate.tip_ratio < tip_ratio->tip_ratio) tip_ratio = &candidate;
+    if (!candidate.tip_fits) continue;
     if (!axis || candidate.axis_deg < axis->axis_deg) axis = &candidate;
     if (!axis_ratio || candidate.axis_ratio < axis_ratio->axis_ratio) axis_ratio = &candidate;
   }
-  if (!any_fits) axis = axis_ratio = tip;
+  if (!axis) axis = axis_ratio = tip;
   keep_worst(report_.tip_mm, tip->tip_mm, line);
   keep_worst(report_.axis_deg, axis->axis_deg, line);
   if (tip_ratio->tip_exact)
@@ -161,14 +160,14 @@ void DeviationMeter::record(std::uint32_t line) {
 // The earliest place that fits. Out of tolerance, one not much worse than the best: the nearest itself may
 // lie behind a corner that the motion has yet to reach.
 void DeviationMeter::advance() {
-  double tip_ratio = 1, axis_ratio = 1;
   const auto by_tip = [](const Candidate& a, const Candidate& b) { return a.tip_ratio < b.tip_ratio; };
   const auto best = std::min_element(candidates_.begin(), candidates_.end(), by_tip);
-  tip_ratio = std::max(1 + kRoundingMm / std::max(kRoundingMm, tolerance_ahead_mm()), 2 * best->tip_ratio);
+  const double rounding = 1 + kRoundingMm / std::max(kRoundingMm, tolerance_ahead_mm());
+  const double tip_ratio = std::max(rounding, 2 * best->tip_ratio);
   double axis_best = best->axis_ratio;
   for (const Candidate& candidate : candidates_)
     if (candidate.tip_ratio <= tip_ratio) axis_best = std::min(axis_best, candidate.axis_ratio);
-  axis_ratio = std::max(1.0, 2 * axis_best);
+  const double axis_ratio = std::max(1.0, 2 * axis_best);
   const auto earliest = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
     return candidate.tip_ratio <= tip_ratio && candidate.axis_ratio <= axis_ratio;
   });
