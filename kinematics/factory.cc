@@ -1,5 +1,7 @@
 #include "kinematics/factory.h"
 
+#include "kinematics/machines/hexapod.h"
+#include "kinematics/machines/rail_mill.h"
 #include "kinematics/machines/serial.h"
 
 namespace trn {
@@ -13,6 +15,8 @@ struct MachineKind {
 
 constexpr MachineKind kKinds[] = {
     {"serial", make_serial},
+    {"hexapod", make_hexapod},
+    {"rail_mill", make_rail_mill},
 };
 
 }  // namespace

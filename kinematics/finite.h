@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cmath>
+
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/realtime.h"
@@ -12,6 +14,13 @@ inline constexpr double kUnitTolerance = 1e-6;
 
 inline bool is_pose(const Pose& X) TRN_RT {
   return X.p.allFinite() && X.R.allFinite() && std::abs(X.R.col(2).squaredNorm() - 1.0) < kUnitTolerance;
+}
+
+/// The same for machines that use all of R: three unit columns, right-handed.
+inline bool is_rigid(const Pose& X) TRN_RT {
+  if (!is_pose(X)) return false;
+  const Vec3 x = X.R.col(0), y = X.R.col(1);
+  return std::abs(x.squaredNorm() - 1.0) < kUnitTolerance && (x.cross(y) - X.R.col(2)).norm() < kUnitTolerance;
 }
 
 /// The seed if it fits the machine, else zeros.

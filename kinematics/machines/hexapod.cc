@@ -1,0 +1,131 @@
+#include "kinematics/machines/hexapod.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/units.h"
+#include "kinematics/segment_distance.h"
+#include "kinematics/serial/chain.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kLegMin = 1e-6;  // mm; a leg without length has no direction
+
+/// Equations of the forward problem: leg lengths of the pose minus the wanted ones.
+struct LegEquations {
+  const Hexapod& hexapod;
+  const HexapodConfig& config;
+  const JointVec& wanted;
+
+  void evaluate(const Pose& X_RP, Eigen::Matrix<double, 6, 1>& e, Hexapod::Square& J) const TRN_RT {
+    for (int i = 0; i < 6; ++i) e[i] = (X_RP * config.platform_P[i] - config.base_R[i]).norm() - wanted[i];
+    J = hexapod.leg_jacobian(X_RP);
+  }
+
+  static Pose moved(const Pose& X_RP, const Eigen::Matrix<double, 6, 1>& step) TRN_RT {
+    const Vec3 turn = step.tail<3>();
+    const double angle = turn.norm();
+    const Mat3 R = angle > 0 ? rotation_about(turn / angle, angle) : Mat3::Identity();
+    return {R * X_RP.R, X_RP.p + step.head<3>()};
+  }
+};
+
+}  // namespace
+
+Hexapod::Hexapod(const HexapodConfig& config) : PlatformKinematics(config.platform, 6, 2), config_(config) {
+  radius_ = 0;
+  for (int i = 0; i < 6; ++i) {
+    home_direction_[i] = leg(config_.platform.home_X_RP, i).normalized();
+    radius_ += config_.platform_P[i].norm() / 6;
+  }
+}
+
+Vec3 Hexapod::leg(const Pose& X_RP, int i) const TRN_RT {
+  return X_RP * config_.platform_P[i] - config_.base_R[i];
+}
+
+KinStatus Hexapod::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
+  q.resize(6);
+  for (int i = 0; i < 6; ++i) q[i] = leg(X_RP, i).norm();
+  if (!q.allFinite()) return KinStatus::kUnreachable;
+  if (q.minCoeff() < kLegMin) return KinStatus::kSingular;
+  if (std::isfinite(config_.joint_angle_max) && joint_angle(X_RP) > config_.joint_angle_max)
+    return KinStatus::kLimit;
+  if (config_.leg_distance_min > 0 && leg_distance(X_RP) < config_.leg_distance_min) return KinStatus::kLimit;
+  const double conditioning_min = config_.platform.conditioning_min;
+  if (conditioning_min > 0 && conditioning(X_RP) < conditioning_min) return KinStatus::kSingular;
+  return KinStatus::kOk;
+}
+
+NewtonReport Hexapod::platform_from(const JointVec& q, Pose& X_RP) const TRN_RT {
+  return solve_newton<6>(LegEquations{*this, config_, q}, X_RP);
+}
+
+KinStatus Hexapod::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
+  if (q.minCoeff() < kLegMin) return KinStatus::kUnreachable;
+  X_RP = config_.platform.home_X_RP;
+  return platform_from(q, X_RP).status;
+}
+
+Hexapod::Square Hexapod::leg_jacobian(const Pose& X_RP) const TRN_RT {
+  Square J;
+  for (int i = 0; i < 6; ++i) {
+    const Vec3 arm = X_RP.R * config_.platform_P[i];
+    const Vec3 n = (X_RP.p + arm - config_.base_R[i]).normalized();
+    J.row(i) << n.transpose(), arm.cross(n).transpose();
+  }
+  return J;
+}
+
+double Hexapod::conditioning(const Pose& X_RP) const TRN_RT {
+  Square J = leg_jacobian(X_RP);
+  J.rightCols<3>() /= radius_;
+  return conditioning_of<6>(J);
+}
+
+double Hexapod::joint_angle(const Pose& X_RP) const TRN_RT {
+  double least_cosine = 1.0;
+  for (int i = 0; i < 6; ++i) {
+    const Vec3 n = leg(X_RP, i).normalized();
+    least_cosine = std::min({least_cosine, n.dot(home_direction_[i]), n.dot(X_RP.R * home_direction_[i])});
+  }
+  return std::acos(std::max(least_cosine, -1.0));
+}
+
+double Hexapod::leg_distance(const Pose& X_RP) const TRN_RT {
+  std::array<Vec3, 6> legs;
+  for (int i = 0; i < 6; ++i) legs[i] = leg(X_RP, i);
+  double least = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 6; ++i)
+    for (int j = i + 1; j < 6; ++j)
+      least = std::min(least, segment_distance(config_.base_R[i], legs[i], config_.base_R[j], legs[j]));
+  return least;
+}
+
+std::unique_ptr<Kinematics> make_hexapod(const Machine& machine, const ConfigTable& section) {
+  HexapodConfig config;
+  config.platform = read_platform(section);
+  const auto legs = section.tables("leg");
+  if (legs.size() != 6) throw section.error("leg", fmt::format("a hexapod has 6 legs, not {}", legs.size()));
+  for (std::size_t i = 0; i < 6; ++i) {
+    config.base_R[i] = legs[i].vec3("base_mm");
+    config.platform_P[i] = legs[i].vec3("platform_mm");
+  }
+  if (section.has("joint_angle_deg_max"))
+    config.joint_angle_max = kRadPerDeg * section.number("joint_angle_deg_max", Range{1e-3, 180.0});
+  config.leg_distance_min = section.number("leg_distance_mm_min", 0.0, kNotNegative);
+  if (machine.joints.size() != 6) throw section.error("type", "a hexapod has six linear joints, one a leg");
+  for (const Joint& joint : machine.joints)
+    if (joint.kind != JointKind::kLinear)
+      throw section.error("type", fmt::format("joint '{}' of a hexapod must be linear", joint.name));
+  auto made = std::make_unique<Hexapod>(config);
+  if (made->conditioning(config.platform.home_X_RP) < 1e-6)
+    throw section.error("home_mm", "the platform is singular at home; choose another home or geometry");
+  return made;
+}
+
+}  // namespace trn

@@ -1,0 +1,148 @@
+#include "kinematics/machines/rail_mill.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kTurnOnly = 1e-9;  // a platform that is asked to turn about y or z by more cannot
+constexpr double kSquare = 1e-6;    // sqrt/l below this: a link square to its rail
+
+struct PlatformState {
+  Vec3 p;
+  double alpha;
+};
+
+/// Link vector's base part: v_i = p + Rx(alpha) b_i - a_i.
+Vec3 v_of(const Rail& rail, const Pose& X_RP) TRN_RT { return X_RP * rail.platform_P - rail.rail_R; }
+
+/// l^2 minus the square of v's part across the rail; the link reaches if it is positive.
+double along2_of(const Rail& rail, const Vec3& v) TRN_RT {
+  const Vec3 across = v - rail.direction_R * rail.direction_R.dot(v);
+  return rail.link_mm * rail.link_mm - across.squaredNorm();
+}
+
+/// Equations of the forward problem: (|v_i - d_i (q_i + c_i)|^2 - l_i^2) / 2 l_i, in mm.
+struct LinkEquations {
+  const std::array<Rail, 4>& rails;
+  const JointVec& q;
+
+  void evaluate(const PlatformState& at, Eigen::Vector4d& e, RailMill::Square& J) const TRN_RT {
+    const Pose X_RP{rot_x(at.alpha), at.p};
+    for (int i = 0; i < 4; ++i) {
+      const Rail& rail = rails[i];
+      const Vec3 arm = X_RP.R * rail.platform_P;
+      const Vec3 link = at.p + arm - rail.rail_R - rail.direction_R * (q[i] + rail.offset_mm);
+      e[i] = (link.squaredNorm() - rail.link_mm * rail.link_mm) / (2 * rail.link_mm);
+      J.row(i) << link.transpose(), Vec3::UnitX().cross(arm).dot(link);
+      J.row(i) /= rail.link_mm;
+    }
+  }
+
+  static PlatformState moved(const PlatformState& at, const Eigen::Vector4d& step) TRN_RT {
+    return {at.p + step.head<3>(), at.alpha + step[3]};
+  }
+};
+
+Rail read_rail(const ConfigTable& table) {
+  Rail rail;
+  rail.rail_R = table.vec3("rail_mm");
+  rail.direction_R = table.vec3("direction");
+  if (!(rail.direction_R.norm() > 1e-9)) throw table.error("direction", "a direction must not be zero");
+  rail.direction_R.normalize();
+  rail.platform_P = table.vec3("platform_mm");
+  rail.link_mm = table.number("link_mm", kPositive);
+  rail.offset_mm = table.number("offset_mm", 0.0, kAnyNumber);
+  rail.sign = table.number("sign", Range{-1.0, 1.0});
+  if (rail.sign != 1.0 && rail.sign != -1.0) throw table.error("sign", "sign is 1 or -1");
+  return rail;
+}
+
+}  // namespace
+
+RailMill::RailMill(const RailMillConfig& config) : PlatformKinematics(config.platform, 4, 1), config_(config) {
+  radius_ = 0;
+  for (const Rail& rail : config_.rails) radius_ += rail.platform_P.norm() / 4;
+}
+
+KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
+  q.resize(4);
+  if ((X_RP.R.col(0) - Vec3::UnitX()).norm() > kTurnOnly) return KinStatus::kUnreachable;
+  bool square = false;
+  for (int i = 0; i < 4; ++i) {
+    const Rail& rail = config_.rails[i];
+    const Vec3 v = v_of(rail, X_RP);
+    const double along2 = along2_of(rail, v);
+    if (!(along2 >= 0)) return KinStatus::kUnreachable;
+    const double along = std::sqrt(along2);
+    square = square || along < kSquare * rail.link_mm;
+    q[i] = -rail.offset_mm + rail.direction_R.dot(v) + rail.sign * along;
+  }
+  const double conditioning_min = config_.platform.conditioning_min;
+  const bool ill = conditioning_min > 0 && conditioning(X_RP) < conditioning_min;
+  return square || ill ? KinStatus::kSingular : KinStatus::kOk;
+}
+
+KinStatus RailMill::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
+  PlatformState state{config_.platform.home_X_RP.p, 0.0};
+  const KinStatus status = solve_newton<4>(LinkEquations{config_.rails, q}, state).status;
+  if (status != KinStatus::kOk) return status;
+  X_RP = {rot_x(state.alpha), state.p};
+  for (int i = 0; i < 4; ++i) {  // a root of the other assembly is not this machine
+    const Rail& rail = config_.rails[i];
+    const double along = q[i] + rail.offset_mm - rail.direction_R.dot(v_of(rail, X_RP));
+    if (along * rail.sign < 0) return KinStatus::kUnreachable;
+  }
+  return KinStatus::kOk;
+}
+
+RailMill::Square RailMill::rail_jacobian(const Pose& X_RP) const TRN_RT {
+  Square J;
+  for (int i = 0; i < 4; ++i) {
+    const Rail& rail = config_.rails[i];
+    const Vec3 v = v_of(rail, X_RP), arm = X_RP.R * rail.platform_P;
+    const double along = rail.sign * std::sqrt(std::max(along2_of(rail, v), 0.0));
+    const Vec3 across = v - rail.direction_R * rail.direction_R.dot(v);
+    const Vec3 dq = rail.direction_R - across / along;
+    J.row(i) << dq.transpose(), Vec3::UnitX().cross(arm).dot(dq);
+  }
+  return J;
+}
+
+double RailMill::conditioning(const Pose& X_RP) const TRN_RT {
+  Square J = rail_jacobian(X_RP);
+  J.col(3) /= radius_;
+  return J.allFinite() ? conditioning_of<4>(J) : 0.0;
+}
+
+double RailMill::reach(const Pose& X_RP) const TRN_RT {
+  double least = 1.0;
+  for (const Rail& rail : config_.rails) {
+    const double along2 = along2_of(rail, v_of(rail, X_RP));
+    least = std::min(least, std::copysign(std::sqrt(std::abs(along2)), along2) / rail.link_mm);
+  }
+  return least;
+}
+
+std::unique_ptr<Kinematics> make_rail_mill(const Machine& machine, const ConfigTable& section) {
+  RailMillConfig config;
+  config.platform = read_platform(section);
+  const auto rails = section.tables("rail");
+  if (rails.size() != 4) throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));
+  for (std::size_t i = 0; i < 4; ++i) config.rails[i] = read_rail(rails[i]);
+  if (machine.joints.size() != 4) throw section.error("type", "a rail mill has four linear joints, one a rail");
+  for (const Joint& joint : machine.joints)
+    if (joint.kind != JointKind::kLinear)
+      throw section.error("type", fmt::format("joint '{}' of a rail mill must be linear", joint.name));
+  auto made = std::make_unique<RailMill>(config);
+  JointVec q;
+  if (made->actuators(config.platform.home_X_RP, q) != KinStatus::kOk)
+    throw section.error("home_mm", "the platform cannot reach its home, or is singular there");
+  return made;
+}
+
+}  // namespace trn

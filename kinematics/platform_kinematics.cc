@@ -1,0 +1,108 @@
+#include "kinematics/platform_kinematics.h"
+
+#include <cmath>
+
+#include "kinematics/finite.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kSameAxis = 1e-14;  // the seed's words are kept if they point the tool this well
+
+/// Tilts of a frame whose turn about its own Z does not matter: R z = Rx(A) Ry(B) z.
+Vec3 tilts_of(const Vec3& u) TRN_RT {
+  return {std::atan2(-u.y(), u.z()), std::atan2(u.x(), std::hypot(u.y(), u.z())), 0.0};
+}
+
+}  // namespace
+
+PlatformConfig read_platform(const ConfigTable& section) {
+  PlatformConfig config;
+  config.carries_work = section.choice("carries", {"work", "spindle"}) == "work";
+  config.spindle_mm = section.vec3("spindle_mm");
+  config.home_X_RP = translation(section.vec3("home_mm"));
+  config.conditioning_min = section.number("conditioning_min", 0.0, Range{0.0, 1.0});
+  return config;
+}
+
+PlatformKinematics::PlatformKinematics(const PlatformConfig& config, int joint_count, int tilt_count)
+    : config_(config), joint_count_(joint_count), tilt_count_(tilt_count) {
+  tilts_.add_axis(Vec3::UnitX());
+  if (tilt_count == 2) tilts_.add_axis(Vec3::UnitY());
+}
+
+unsigned PlatformKinematics::word_mask() const TRN_RT {
+  const unsigned tilts = tilt_count_ == 2 ? (1u << kA | 1u << kB) : 1u << kA;
+  return 1u << kX | 1u << kY | 1u << kZ | tilts;
+}
+
+Mat3 PlatformKinematics::orientation(const Vec3& abc) const TRN_RT {
+  return tilt_count_ == 2 ? Mat3(rot_x(abc[0]) * rot_y(abc[1])) : rot_x(abc[0]);
+}
+
+KinStatus PlatformKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT {
+  abc = seed_abc.allFinite() ? seed_abc : Vec3::Zero();
+  const double length = u_B.norm();
+  if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length)) return KinStatus::kUnreachable;
+  const Vec3 u = u_B / length;
+  if ((orientation(abc).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
+  const RotaryAxes::Angles seed{abc[0], abc[1]};
+  const RotaryAxes::Solutions found = tilts_.solve(u, seed);
+  if (found.count == 0) return KinStatus::kUnreachable;
+  const bool second = found.count == 2 && distance2(found.angles[1], seed) < distance2(found.angles[0], seed);
+  for (int i = 0; i < tilt_count_; ++i) abc[i] = found.angles[second ? 1 : 0][i];
+  return KinStatus::kOk;
+}
+
+Pose PlatformKinematics::platform_from_spindle(const Pose& X_BS) const TRN_RT {
+  const Pose X_CS = translation(config_.spindle_mm);  // spindle in its carrier: R or P
+  return config_.carries_work ? X_CS * trn::inverse(X_BS) : X_BS * trn::inverse(X_CS);
+}
+
+Pose PlatformKinematics::spindle_from_platform(const Pose& X_RP) const TRN_RT {
+  const Pose X_CS = translation(config_.spindle_mm);
+  return config_.carries_work ? trn::inverse(X_RP) * X_CS : X_RP * X_CS;
+}
+
+KinStatus PlatformKinematics::forward(const JointVec& q, Pose& X_BS) const TRN_RT {
+  X_BS = {};
+  if (q.size() != joint_count_ || !q.allFinite()) return KinStatus::kUnreachable;
+  Pose X_RP;
+  const KinStatus status = platform(q, X_RP);
+  if (status != KinStatus::kOk) return status;
+  X_BS = spindle_from_platform(X_RP);
+  return KinStatus::kOk;
+}
+
+KinStatus PlatformKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
+  q = usable_seed(seed, joint_count_);
+  if (!is_rigid(X_BS)) return KinStatus::kUnreachable;
+  JointVec solved = q;
+  const KinStatus status = actuators(platform_from_spindle(X_BS), solved);
+  if (status == KinStatus::kUnreachable || !solved.allFinite()) return KinStatus::kUnreachable;
+  q = solved;
+  return status;
+}
+
+KinStatus PlatformKinematics::joints_from_words(const Words& words, JointVec& q) const TRN_RT {
+  q = JointVec::Zero(joint_count_);
+  if (!words.allFinite()) return KinStatus::kUnreachable;
+  JointVec solved = q;
+  const KinStatus status = actuators({orientation(words.tail<3>()), words.head<3>()}, solved);
+  if (status == KinStatus::kUnreachable || !solved.allFinite()) return KinStatus::kUnreachable;
+  q = solved;
+  return status;
+}
+
+KinStatus PlatformKinematics::words_from_joints(const JointVec& q, Words& words) const TRN_RT {
+  words.setZero();
+  if (q.size() != joint_count_ || !q.allFinite()) return KinStatus::kUnreachable;
+  Pose X_RP;
+  const KinStatus status = platform(q, X_RP);
+  if (status != KinStatus::kOk) return status;
+  words << X_RP.p, tilts_of(X_RP.R.col(2));
+  return KinStatus::kOk;
+}
+
+}  // namespace trn
