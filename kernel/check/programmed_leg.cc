@@ -36,7 +36,8 @@ ProgrammedLeg::ProgrammedLeg(const ProgramMove& move, const Kinematics& kinemati
     sideways_ = axis.cross(radial_);
     sweep_rad_ = move.arc_sweep_rad;
     start_ -= radial_;
-    along_ = axis * axis.dot(along_);
+    // Along the axis, and the drift that closes an arc of rounded numbers at its programmed end.
+    along_ = end_ - start_ - (std::cos(sweep_rad_) * radial_ + std::sin(sweep_rad_) * sideways_);
   }
   tip_length_mm_ = std::hypot(along_.norm(), radial_.norm() * sweep_rad_);
   abc_ = move.from.tail<3>();

@@ -176,6 +176,19 @@ TEST_F(Meter, ArcsAreExact) {
   EXPECT_LT(meter_.report().tip_exact_mm.value, 1e-13);
 }
 
+TEST_F(Meter, ArcOfRoundedNumbersEndsWhereItIsProgrammed) {
+  ProgramMove move = arc(words({20, 0, 0}), Vec3(0, 0, 0), kPi / 2, 0, 0);
+  move.to.head<3>() = Vec3(0, 20.002, 0);
+  meter_.programmed(move);
+  meter_.programmed(line(move.to, words({0, 30, 0}), 0));
+  for (int i = 0; i <= 1000; ++i) {
+    const double t = kPi / 2 * i / 1000;
+    meter_.sample({20 * std::cos(t), 20 * std::sin(t) + 0.002 * i / 1000, 0}, kUp, 1);
+  }
+  drive({0, 20.002, 0}, {0, 30, 0}, 0.1);
+  EXPECT_LT(meter_.report().tip_exact_mm.value, 1e-13);
+}
+
 TEST_F(Meter, CrossingPathIsMeasuredOnItsOwnBranch) {
   // A bow tie; at the crossing a sideways offset is measured to the branch that is being driven.
   polyline({{0, 0, 0}, {10, 10, 0}, {10, 0, 0}, {0, 10, 0}}, 0.1);
