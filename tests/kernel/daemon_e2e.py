@@ -1,0 +1,351 @@
+#!/usr/bin/env python3
+"""Drives the daemon with its own clients over real LCM, in a network of its own.
+
+usage: daemon_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
+
+Starts itself again under `unshare -rn` with multicast on the loopback device; exit code 77 (skipped) where the
+kernel does not allow that.
+"""
+import csv
+import json
+import os
+import re
+import signal
+import socket
+import struct
+import subprocess
+import sys
+import tempfile
+import time
+import unittest
+
+BINARY, SOURCE = "", ""
+GROUP, PORT = "239.255.76.67", 7667
+
+PROGRAM = """G21 G90 G94 G17
+G0 X0 Y0 Z50
+F6000
+G1 X60
+G2 X60 Y40 I0 J20
+G1 X0
+G1 Y0
+M2
+"""
+LONG_PROGRAM = "G21 G90 G94\nF3000\n" + "".join(f"G1 X{60 * (i % 2)} Y{i % 7}\n" for i in range(1, 60)) + "M2\n"
+
+
+def enter_own_network():
+    if os.environ.get("TRN_OWN_NETWORK"):
+        return
+    probe = subprocess.run(["unshare", "-rn", "true"], capture_output=True)
+    if probe.returncode != 0:
+        print("skipped: 'unshare -rn' is not allowed here:", probe.stderr.decode().strip())
+        sys.exit(77)
+    script = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
+    os.execvpe("unshare", ["unshare", "-rn", "sh", "-c", script, "sh", sys.executable, *sys.argv],
+               dict(os.environ, TRN_OWN_NETWORK="1", XDG_RUNTIME_DIR=tempfile.mkdtemp()))
+
+
+class Bench:
+    """A machine of its own for one test: config, programs, daemon, clients."""
+
+    count = 0
+
+    def __init__(self, drives="", extra=""):
+        Bench.count += 1
+        self.name = f"e2e{os.getpid()}-{Bench.count}"
+        self.folder = tempfile.TemporaryDirectory()
+        text = open(os.path.join(SOURCE, "configs/cradle.toml")).read()
+        text = text.replace('name = "cradle"', f'name = "{self.name}"')
+        head, tail = text.split("[drives]\n")
+        kept = "".join("[" + part for part in tail.split("\n[")[1:])
+        self.config = self.write("machine.toml", head + '[drives]\ntype = "simulated"\n' + drives + "\n" + kept +
+                                 "\n[realtime]\nlate_periods_max = 0\n" + extra)
+        self.process = None
+
+    def write(self, name, text):
+        path = os.path.join(self.folder.name, name)
+        with open(path, "w") as file:
+            file.write(text)
+        return path
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        if self.process and self.process.poll() is None:
+            self.process.kill()
+            self.process.wait()
+        self.folder.cleanup()
+
+    def start_daemon(self, *options, idle=True):
+        self.log = open(os.path.join(self.folder.name, "log"), "w+")
+        self.process = subprocess.Popen([BINARY, "daemon", "--machine", self.config, *options], stderr=self.log,
+                                        stdout=self.log)
+        if idle:
+            self.until(lambda s: s["state"] == "idle")
+
+    def log_text(self):
+        self.log.flush()
+        return open(self.log.name).read()
+
+    def client(self, *arguments):
+        done = subprocess.run([BINARY, *arguments, "--machine", self.config], capture_output=True, text=True,
+                              timeout=90)
+        return done.returncode, done.stdout, done.stderr
+
+    def ask(self, *arguments):
+        code, out, err = self.client(*arguments)
+        assert code == 0, f"{arguments}: exit {code}: {err}{self.log_text()}"
+        return out
+
+    def status(self):
+        return json.loads(self.ask("status", "--json", "--timeout", "20"))
+
+    def motion(self, count=1):
+        return [json.loads(line) for line in self.ask("monitor", "--json", "--count", str(count)).splitlines()]
+
+    def until(self, wanted, patience_s=30):
+        end = time.time() + patience_s
+        while time.time() < end:
+            status = self.status()
+            if wanted(status):
+                return status
+            time.sleep(0.02)
+        raise AssertionError(f"never seen: {status}\n{self.log_text()}")
+
+    def end(self):
+        self.process.send_signal(signal.SIGTERM)
+        return self.process.wait(timeout=20)
+
+
+class CommandTap:
+    """Reads and repeats raw datagrams of the command and acknowledge channels."""
+
+    def __init__(self):
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        self.socket.bind(("", PORT))
+        member = struct.pack("4s4s", socket.inet_aton(GROUP), socket.inet_aton("0.0.0.0"))
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
+        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
+        self.socket.settimeout(0.05)
+
+    def listen(self, channel, duration_s):
+        """Payload datagrams seen on a channel."""
+        seen, end = [], time.time() + duration_s
+        while time.time() < end:
+            try:
+                data = self.socket.recv(65536)
+            except socket.timeout:
+                continue
+            if data[:4] == b"LC02" and data[8:].split(b"\0", 1)[0].decode() == channel:
+                seen.append(data)
+        return seen
+
+    def drain(self, channel):
+        return self.listen(channel, 0.2)
+
+    def send(self, datagram):
+        self.socket.sendto(datagram, (GROUP, PORT))
+
+
+def rows(path):
+    with open(path) as file:
+        return list(csv.DictReader(file))
+
+
+class DaemonTest(unittest.TestCase):
+    def test_nobody_answers(self):
+        with Bench() as bench:
+            code, _, err = bench.client("status", "--timeout", "0.3")
+            self.assertEqual(code, 4)
+            self.assertIn("no daemon answers", err)
+            self.assertIn("trunnion daemon", err)
+
+    def test_self_test_says_how_to_mend_lcm(self):
+        with Bench() as bench:
+            done = subprocess.run(["unshare", "-n", BINARY, "daemon", "--machine", bench.config], text=True,
+                                  capture_output=True, timeout=20)
+            self.assertEqual(done.returncode, 4)
+            self.assertIn("ip link set lo up multicast on", done.stderr)
+            self.assertIn("ip route add 224.0.0.0/4 dev lo", done.stderr)
+
+    def test_program_hold_resume_override_stop(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            self.assertNotEqual(bench.client("start")[0], 0, "nothing is loaded")
+            bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
+            bench.ask("start")
+            bench.until(lambda s: s["state"] == "running" and s["line"] >= 3)
+            bench.ask("hold")
+            bench.until(lambda s: s["state"] == "holding" and s["override_now"] == 0)
+            first, second = bench.motion(2)
+            self.assertEqual(first["q_setpoint"], second["q_setpoint"])
+            self.assertEqual(bench.client("start")[0], 5)
+            bench.ask("resume")
+            bench.ask("override", "30")
+            bench.until(lambda s: s["state"] == "running" and abs(s["override_now"] - 0.3) < 1e-9)
+            bench.ask("stop", "--wait")
+            self.assertEqual(bench.status()["state"], "idle")
+            bench.ask("override", "100")
+            bench.ask("load", bench.write("short.ngc", PROGRAM))
+            bench.ask("start", "--wait")
+            self.assertAlmostEqual(bench.motion()[0]["q_setpoint"][0], 0, places=9)
+            bench.ask("start", "--wait")
+            self.assertEqual(bench.end(), 0)
+
+    def test_mdi(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            bench.ask("mdi", "G21 G90 G0 X12.5 Y-3", "--wait")
+            motion = bench.motion()[0]
+            self.assertAlmostEqual(motion["q_setpoint"][0], 12.5, places=9)
+            self.assertAlmostEqual(motion["q_setpoint"][1], -3, places=9)
+            code, _, err = bench.client("mdi", "G1 X[1+")
+            self.assertEqual(code, 2, err)
+            self.assertRegex(err, r":1:\d+: ")
+            self.assertEqual(bench.status()["state"], "idle")
+            code, _, err = bench.client("load", "/nonexistent.ngc")
+            self.assertEqual(code, 2)
+            self.assertIn("/nonexistent.ngc", err)
+
+    def test_jog_and_home(self):
+        with Bench(drives="homed = false\n[[drives.joint]]\nname = \"X\"\nstart_mm = 20\n") as bench:
+            bench.start_daemon()
+            self.assertFalse(any(joint["homed"] for joint in bench.status()["joints"]))
+            code, _, err = bench.client("mdi", "G0 X1")
+            self.assertEqual(code, 5)
+            self.assertIn("home", err)
+            bench.ask("home", "--wait")
+            self.assertTrue(all(joint["homed"] for joint in bench.status()["joints"]))
+            before = bench.motion()[0]["q_setpoint"]
+            bench.ask("jog", "X", "-7.5", "--speed", "50", "--wait")
+            bench.ask("jog", "C", "10", "--wait")
+            after = bench.motion()[0]["q_setpoint"]
+            self.assertAlmostEqual(after[0] - before[0], -7.5, places=6)
+            self.assertAlmostEqual(after[4] - before[4], 0.17453292519943295, places=6)
+            self.assertEqual(bench.client("jog", "Q", "1")[0], 5)
+            bench.ask("mdi", "G0 X1", "--wait")
+
+    def test_emergency_stop_and_reset(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
+            bench.ask("start")
+            bench.until(lambda s: s["line"] >= 3)
+            bench.ask("estop")
+            status = bench.until(lambda s: s["state"] == "estop")
+            self.assertEqual(status["fault"], "emergency_stop")
+            self.assertEqual(bench.client("start")[0], 4)
+            bench.ask("reset", "--wait")
+            self.assertEqual(bench.status()["fault"], "ok")
+            bench.ask("mdi", "G0 X1", "--wait")
+
+    def test_drive_fault_stops_the_machine(self):
+        script = '[[drives.script]]\nat_s = 2.0\njoint = "A"\nevent = "fault"\n'
+        with Bench(drives=script) as bench:
+            bench.start_daemon()
+            bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
+            code, _, err = bench.client("start", "--wait")
+            self.assertEqual(code, 4)
+            self.assertIn("drive_fault", err)
+            status = bench.status()
+            self.assertEqual((status["state"], status["fault"], status["fault_joint"]), ("fault", "drive_fault", "A"))
+            bench.ask("reset", "--wait")
+            bench.ask("mdi", "G0 X1", "--wait")
+
+    def test_second_daemon_is_refused(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            second = subprocess.run([BINARY, "daemon", "--machine", bench.config], text=True, capture_output=True,
+                                    timeout=20)
+            self.assertEqual(second.returncode, 4)
+            self.assertIn(f"process {bench.process.pid}", second.stderr)
+            # a lock that does not hold, as in another user's folder: the first daemon is heard on LCM
+            os.unlink(re.search(r"lock file (\S+?)\)", second.stderr).group(1))
+            third = subprocess.run([BINARY, "daemon", "--machine", bench.config], text=True, capture_output=True,
+                                   timeout=20)
+            self.assertEqual(third.returncode, 4)
+            self.assertIn(f"process {bench.process.pid} answers", third.stderr)
+            bench.process.kill()
+            bench.process.wait()
+            bench.start_daemon()
+
+    def test_repeated_datagram_acts_once(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            tap = CommandTap()
+            before = bench.motion()[0]["q_setpoint"][0]
+            bench.ask("jog", "X", "2", "--wait")
+            commands = tap.drain(f"{bench.name}.command")
+            self.assertGreaterEqual(len(commands), 1)
+            for _ in range(5):
+                tap.send(commands[0])
+            answers = tap.drain(f"{bench.name}.acknowledge")
+            self.assertEqual(len(answers), 5, "every copy is answered")
+            self.assertEqual(len({answer[8:] for answer in answers}), 1, "with the same answer")
+            bench.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(bench.motion()[0]["q_setpoint"][0] - before, 2, places=6)
+
+    def test_lost_datagrams_are_sent_again(self):
+        with Bench() as bench:
+            late = subprocess.Popen([BINARY, "override", "42", "--timeout", "20", "--machine", bench.config])
+            time.sleep(0.5)  # the first copies find nobody
+            bench.start_daemon()
+            self.assertEqual(late.wait(timeout=20), 0)
+            self.assertAlmostEqual(bench.status()["override_wanted"], 0.42)
+
+    def test_noise_on_the_command_channel_does_nothing(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            tap = CommandTap()
+            for size in (0, 1, 7, 8, 60, 1000):
+                tap.send(b"LC02" + b"\0\0\0\1" + f"{bench.name}.command".encode() + b"\0" + os.urandom(size))
+            self.assertEqual(bench.status()["state"], "idle")
+            bench.ask("mdi", "G0 X1", "--wait")
+
+    def test_sigterm_stops_on_the_path_then_drives_then_process(self):
+        with Bench() as bench:
+            record = os.path.join(bench.folder.name, "record.csv")
+            bench.start_daemon("--record", record)
+            bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
+            bench.ask("start")
+            bench.until(lambda s: s["line"] >= 5)
+            self.assertEqual(bench.end(), 0)
+            trace = rows(record)
+            self.assertEqual(trace[-1]["X"], trace[-2]["X"])
+            checked = subprocess.run([BINARY, "check-trace", record, "--machine", bench.config, "--json"], text=True,
+                                     capture_output=True)
+            self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
+            log = bench.log_text()
+            self.assertLess(log.index("closing"), log.index("drives are off"))
+
+    def test_daemon_sends_the_same_bits_as_run(self):
+        with Bench() as bench:
+            program = bench.write("part.ngc", PROGRAM)
+            record, trace = (os.path.join(bench.folder.name, name) for name in ("record.csv", "trace.csv"))
+            run = subprocess.run([BINARY, "run", program, "--machine", bench.config, "--trace", trace], text=True,
+                                 capture_output=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            bench.start_daemon("--record", record)
+            bench.ask("load", program)
+            bench.ask("start", "--wait")
+            self.assertEqual(bench.end(), 0)
+            self.assertEqual(moving(rows(trace)), moving(rows(record)))
+
+
+def moving(trace):
+    """The joint columns, as text, from the first motion to the last; standing still in between counts."""
+    joints = [tuple(row[name] for name in "XYZAC") for row in trace]
+    first = next(i for i, q in enumerate(joints) if q != joints[0])
+    last = next(i for i in reversed(range(len(joints))) if joints[i] != joints[-1])
+    return joints[first:last + 2]
+
+
+if __name__ == "__main__":
+    BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    enter_own_network()
+    names = [f"DaemonTest.{name}" for name in sys.argv[3:]] or None
+    unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)
