@@ -3,7 +3,7 @@
 
 usage: check_bad_input.py TRUNNION_BINARY [--show] [--only NAME]
 
-Every process runs under a limit of address space, so that input of any size must be refused in bounded memory.
+Every process runs under a limit of address space: input of any size must be refused in bounded memory.
 --show prints what each case gets instead of comparing.
 """
 import argparse

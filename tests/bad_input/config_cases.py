@@ -1,7 +1,7 @@
 """Damaged machine configs, each with the exact first line of the message it gets.
 
-A case is the cradle's config with `old` replaced by `new` once, or `text` (str or bytes) instead of it; `message` has
-{file} for the config's path.
+A case is the cradle's config with `old` replaced by `new` once, or `text` (str or bytes) instead of it; `message`
+has {file} for the config's path.
 """
 from dataclasses import dataclass
 

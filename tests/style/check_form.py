@@ -12,7 +12,7 @@ from source_text import ROOT, code_only, functions, source_files
 
 FILE_LINES_MAX = 600
 FUNCTION_LINES_MAX = 70
-COLUMNS_MAX = 110
+COLUMNS_MAX = 120  # of Python, shell and TOML
 
 # In a function marked TRN_RT.
 TICK_FORBIDDEN = [
@@ -58,7 +58,7 @@ def check_lines(path, text):
         errors.append(f"{path}:{FILE_LINES_MAX + 1}: {len(lines) - 1} lines; a file has at most {FILE_LINES_MAX}")
     for number, line in enumerate(lines, 1):
         errors += [f"{path}:{number}: {why}" for pattern, why in ANYWHERE if pattern.search(line)]
-        if len(line) > COLUMNS_MAX and '"' not in line and "//" not in line:
+        if len(line) > COLUMNS_MAX and not path.endswith((".h", ".cc")):  # clang-format has those
             errors.append(f"{path}:{number}: {len(line)} columns; at most {COLUMNS_MAX}")
     return errors
 
@@ -82,7 +82,8 @@ def check_cpp(path, text, lengths):
 
 def main():
     errors, lengths = [], []
-    files = [name for name in source_files(".h", ".cc", ".py", ".sh", ".toml", ".lcm") if "tests/style/check_form.py" != name]
+    suffixes = (".h", ".cc", ".py", ".sh", ".toml", ".lcm")
+    files = [name for name in source_files(*suffixes) if name != "tests/style/check_form.py"]  # it names the words
     for path in files:
         text = (ROOT / path).read_text(encoding="utf-8")
         errors += check_lines(path, text)

@@ -25,7 +25,8 @@ def main():
     for result in results:
         sys.stdout.write(result.stderr)
     failed = any(result.returncode for result in results)
-    print(f"{len(files)} files, " + ("some are not formatted: clang-format -i FILE mends it" if failed else "all formatted"))
+    state = "some are not formatted: clang-format -i FILE mends it" if failed else "all formatted"
+    print(f"{len(files)} files, {state}")
     return 1 if failed or not files else 0
 
 

@@ -47,9 +47,15 @@ class Function:
 
 CONTAINER = re.compile(r"\b(namespace|class|struct|union|enum|extern)\b")
 NAME = re.compile(r"((?:[~\w]+(?:<[^<>()]*>)?::)*[~\w]+|operator\s*[^\s\w(]+|operator\(\))\s*\(")
-
-
 ACCESS = ("public", "private", "protected")
+
+
+def is_function(header):
+    """True for the text before a function's brace, false for a container's, an initialiser's or a table's."""
+    if "(" not in header or header.endswith("=") or is_container(header):
+        return False
+    before_paren = re.sub(r"template\s*<.*?>|operator\s*\S+", "", header.split("(")[0])
+    return "=" not in before_paren
 
 
 def is_container(header):
@@ -70,7 +76,7 @@ def functions(code):
             stripped = header.strip()
             header_line = line - header[len(header) - len(header.lstrip()):].count("\n")
             if char == "{":
-                if "(" in stripped and not is_container(stripped) and not stripped.endswith("="):
+                if is_function(stripped):
                     opened = (stripped, header_line, at, line, len(depth))
                 depth.append(char)
             elif char == "}" and depth:

@@ -18,6 +18,9 @@ class Ring {
   int a_, b_;
 };
 const char* text = R"(void hidden() { new int; })";
+constexpr auto kTable = make_table<int>({
+    {1}, {2},
+});
 template <typename T>
 void Ring<T>::tick(double t) const TRN_RT {
   const auto f = [&](int i) { return i; };
@@ -32,7 +35,7 @@ void Ring<T>::tick(double t) const TRN_RT {
 class FunctionsTest(unittest.TestCase):
     def test_finds_functions_and_their_length(self):
         found = [(f.name, f.line, f.length) for f in functions(code_only(CODE))]
-        self.assertEqual(found, [("Ring", 6, 1), ("pop", 7, 1), ("Ring<T>::tick", 12, 7)])
+        self.assertEqual(found, [("Ring", 6, 1), ("pop", 7, 1), ("Ring<T>::tick", 15, 7)])
 
     def test_long_function(self):
         body = "  f();\n" * 68
@@ -81,7 +84,7 @@ class IncludesTest(unittest.TestCase):
 class LinesTest(unittest.TestCase):
     def test_lines(self):
         self.assertEqual(check_form.check_lines("a.py", "x = 1\n"), [])
-        for text in ("x = 1 \n", "\tx\n", "# TO" + "DO\n", "x" * 111 + "\n", "\n" * 601 + "x"):
+        for text in ("x = 1 \n", "\tx\n", "# TO" + "DO\n", "x" * 121 + "\n", "\n" * 601 + "x"):
             self.assertTrue(check_form.check_lines("a.py", text), text[:20])
 
 
