@@ -47,12 +47,13 @@ class Function:
 
 CONTAINER = re.compile(r"\b(namespace|class|struct|union|enum|extern)\b")
 NAME = re.compile(r"((?:[~\w]+(?:<[^<>()]*>)?::)*[~\w]+|operator\s*[^\s\w(]+|operator\(\))\s*\(")
+FUNCTION_END = re.compile(r"\)\s*(const|noexcept|TRN_RT|override|final|&&?|\s)*(->[^=]*|:[^:].*)?$", re.DOTALL)
 ACCESS = ("public", "private", "protected")
 
 
 def is_function(header):
     """True for the text before a function's brace, false for a container's, an initialiser's or a table's."""
-    if "(" not in header or header.endswith("=") or is_container(header):
+    if not FUNCTION_END.search(header) or is_container(header):
         return False
     before_paren = re.sub(r"template\s*<.*?>|operator\s*\S+", "", header.split("(")[0])
     return "=" not in before_paren

@@ -21,6 +21,7 @@ const char* text = R"(void hidden() { new int; })";
 constexpr auto kTable = make_table<int>({
     {1}, {2},
 });
+const std::array<int, static_cast<std::size_t>(Kind::kCount)> kSizes{{1, 2}};
 template <typename T>
 void Ring<T>::tick(double t) const TRN_RT {
   const auto f = [&](int i) { return i; };
@@ -35,7 +36,7 @@ void Ring<T>::tick(double t) const TRN_RT {
 class FunctionsTest(unittest.TestCase):
     def test_finds_functions_and_their_length(self):
         found = [(f.name, f.line, f.length) for f in functions(code_only(CODE))]
-        self.assertEqual(found, [("Ring", 6, 1), ("pop", 7, 1), ("Ring<T>::tick", 15, 7)])
+        self.assertEqual(found, [("Ring", 6, 1), ("pop", 7, 1), ("Ring<T>::tick", 16, 7)])
 
     def test_long_function(self):
         body = "  f();\n" * 68
