@@ -27,7 +27,11 @@ std::unique_ptr<Kinematics> make_kinematics(const Machine& machine) {
   for (const MachineKind& kind : kKinds) types.emplace_back(kind.type);
   const std::string type = section.choice("type", types);
   for (const MachineKind& kind : kKinds)
-    if (type == kind.type) return kind.make(machine, section);
+    if (type == kind.type) {
+      auto made = kind.make(machine, section);
+      section.finish();
+      return made;
+    }
   throw section.error("type", "unknown type of kinematics");
 }
 

@@ -20,7 +20,8 @@ inline bool is_pose(const Pose& X) TRN_RT {
 inline bool is_rigid(const Pose& X) TRN_RT {
   if (!is_pose(X)) return false;
   const Vec3 x = X.R.col(0), y = X.R.col(1);
-  return std::abs(x.squaredNorm() - 1.0) < kUnitTolerance && (x.cross(y) - X.R.col(2)).norm() < kUnitTolerance;
+  return std::abs(x.squaredNorm() - 1.0) < kUnitTolerance &&
+         (x.cross(y) - X.R.col(2)).norm() < kUnitTolerance;
 }
 
 /// The seed if it fits the machine, else zeros.

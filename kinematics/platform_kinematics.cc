@@ -44,7 +44,8 @@ Mat3 PlatformKinematics::orientation(const Vec3& abc) const TRN_RT {
 KinStatus PlatformKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT {
   abc = seed_abc.allFinite() ? seed_abc : Vec3::Zero();
   const double length = u_B.norm();
-  if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length)) return KinStatus::kUnreachable;
+  if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length))
+    return KinStatus::kUnreachable;
   const Vec3 u = u_B / length;
   if ((orientation(abc).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
   const RotaryAxes::Angles seed{abc[0], abc[1]};

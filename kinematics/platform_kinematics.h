@@ -22,8 +22,8 @@ PlatformConfig read_platform(const ConfigTable& section);
 
 /// A parallel machine. Derived classes know only the platform: pose X_RP <-> actuators.
 /// RTCP on: words A, B tilt the tool against the work, R_WT = Rx(A) Ry(B), turn about the tool 0 (docs: paper
-/// section 3). RTCP off: the words are the platform's own pose in the base, origin X Y Z and R_RP = Rx(A) Ry(B);
-/// so A tilts the platform and, where it carries the work, the tool appears tilted the other way.
+/// section 3). RTCP off: the words are the platform's own pose in the base, origin X Y Z and R_RP = Rx(A)
+/// Ry(B); so A tilts the platform and, where it carries the work, the tool appears tilted the other way.
 class PlatformKinematics : public Kinematics {
  public:
   int joint_count() const TRN_RT override { return joint_count_; }

@@ -14,8 +14,9 @@ struct HexapodConfig {
   PlatformConfig platform;
   std::array<Vec3, 6> base_R;      ///< joint A_i in the base
   std::array<Vec3, 6> platform_P;  ///< joint B_i in the platform
-  double joint_angle_max = std::numeric_limits<double>::infinity();  ///< of a leg from its home direction, both ends
-  double leg_distance_min = 0;     ///< between the centre lines of two legs; 0: not judged
+  double joint_angle_max =
+      std::numeric_limits<double>::infinity();  ///< of a leg from its home direction, both ends
+  double leg_distance_min = 0;                  ///< between the centre lines of two legs; 0: not judged
 };
 
 /// Six legs between base and platform: leg i = |p + R B_i - A_i| (docs: paper section 3).
@@ -46,7 +47,8 @@ class Hexapod final : public PlatformKinematics {
   double radius_ = 1;                   ///< mean |B_i|, the length that makes a turn comparable to a shift
 };
 
-/// [[kinematics.leg]] six times with base_mm and platform_mm; optional joint_angle_deg_max, leg_distance_mm_min.
+/// [[kinematics.leg]] six times with base_mm and platform_mm; optional joint_angle_deg_max,
+/// leg_distance_mm_min.
 std::unique_ptr<Kinematics> make_hexapod(const Machine& machine, const ConfigTable& section);
 
 }  // namespace trn

@@ -64,7 +64,8 @@ Rail read_rail(const ConfigTable& table) {
 
 }  // namespace
 
-RailMill::RailMill(const RailMillConfig& config) : PlatformKinematics(config.platform, 4, 1), config_(config) {
+RailMill::RailMill(const RailMillConfig& config)
+    : PlatformKinematics(config.platform, 4, 1), config_(config) {
   radius_ = 0;
   for (const Rail& rail : config_.rails) radius_ += rail.platform_P.norm() / 4;
 }
@@ -132,9 +133,11 @@ std::unique_ptr<Kinematics> make_rail_mill(const Machine& machine, const ConfigT
   RailMillConfig config;
   config.platform = read_platform(section);
   const auto rails = section.tables("rail");
-  if (rails.size() != 4) throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));
+  if (rails.size() != 4)
+    throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));
   for (std::size_t i = 0; i < 4; ++i) config.rails[i] = read_rail(rails[i]);
-  if (machine.joints.size() != 4) throw section.error("type", "a rail mill has four linear joints, one a rail");
+  if (machine.joints.size() != 4)
+    throw section.error("type", "a rail mill has four linear joints, one a rail");
   for (const Joint& joint : machine.joints)
     if (joint.kind != JointKind::kLinear)
       throw section.error("type", fmt::format("joint '{}' of a rail mill must be linear", joint.name));

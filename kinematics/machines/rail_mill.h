@@ -10,12 +10,12 @@ namespace trn {
 
 /// One rail with its parallelogram link; mm.
 struct Rail {
-  Vec3 rail_R = Vec3::Zero();         ///< a_i, where the rail's zero lies
-  Vec3 direction_R = Vec3::UnitX();   ///< d_i, unit
-  Vec3 platform_P = Vec3::Zero();     ///< b_i, the link's joint on the platform
-  double link_mm = 0;                 ///< l_i
-  double offset_mm = 0;               ///< c_i
-  double sign = 1;                    ///< which side of the platform the slider was assembled on
+  Vec3 rail_R = Vec3::Zero();        ///< a_i, where the rail's zero lies
+  Vec3 direction_R = Vec3::UnitX();  ///< d_i, unit
+  Vec3 platform_P = Vec3::Zero();    ///< b_i, the link's joint on the platform
+  double link_mm = 0;                ///< l_i
+  double offset_mm = 0;              ///< c_i
+  double sign = 1;                   ///< which side of the platform the slider was assembled on
 };
 
 struct RailMillConfig {
@@ -24,7 +24,8 @@ struct RailMillConfig {
 };
 
 /// Four sliders, four links, a platform that moves in x, y, z and turns about x by alpha:
-/// q_i = -c_i + d_i.v_i +- sqrt(l_i^2 - v_i.(I - d_i d_i^T) v_i), v_i = p + Rx(alpha) b_i - a_i (docs: paper section 4).
+/// q_i = -c_i + d_i.v_i +- sqrt(l_i^2 - v_i.(I - d_i d_i^T) v_i), v_i = p + Rx(alpha) b_i - a_i (docs: paper
+/// section 4).
 class RailMill final : public PlatformKinematics {
  public:
   using Square = Eigen::Matrix<double, 4, 4>;
@@ -35,8 +36,8 @@ class RailMill final : public PlatformKinematics {
   KinStatus platform(const JointVec& q, Pose& X_RP) const TRN_RT override;
   double conditioning(const Pose& X_RP) const TRN_RT override;
 
-  /// Slider speeds (mm/s) = J * [velocity of P's origin (mm/s); turn about x (rad/s)]; not finite where a link
-  /// stands square to its rail.
+  /// Slider speeds (mm/s) = J * [velocity of P's origin (mm/s); turn about x (rad/s)]; not finite where a
+  /// link stands square to its rail.
   Square rail_jacobian(const Pose& X_RP) const TRN_RT;
   /// The least sqrt(...) of the formula over its link's length: 0 where a link stands square to its rail, < 0
   /// out of reach. No unit.

@@ -51,7 +51,7 @@ void check_word_free(const ConfigTable& table, const SerialConfig& config, int j
 BranchAxis read_axis(const ConfigTable& table, SerialConfig& config, std::vector<bool>& seen) {
   BranchAxis axis;
   axis.offset_mm = table.vec3("offset_mm", Vec3::Zero());
-  if (!table.has("joint")) return axis;
+  if (!table.has("joint") && !table.has("direction")) return axis;
   axis.joint = find_joint(table, config.joints);
   if (seen[axis.joint]) throw table.error("joint", "this joint is already in a branch");
   axis.direction = read_direction(table);
@@ -97,10 +97,11 @@ std::unique_ptr<Kinematics> make_serial(const Machine& machine, const ConfigTabl
   std::vector<bool> seen(machine.joints.size(), false);
   const auto tool = read_branch(section, "tool_branch", config, seen);
   const auto work = read_branch(section, "work_branch", config, seen);
+  section.finish();  // a misspelt key explains a missing joint better than what follows
   for (std::size_t i = 0; i < seen.size(); ++i)
     if (!seen[i])
-      throw section.error("", fmt::format("joint '{}' is in neither tool_branch nor work_branch",
-                                          machine.joints[i].name));
+      throw section.error(
+          "", fmt::format("joint '{}' is in neither tool_branch nor work_branch", machine.joints[i].name));
   config.chain = make_chain(tool, work, machine.joints);
   config.home_X_BM = home_of(work);
   return std::make_unique<SerialKinematics>(config);

@@ -15,8 +15,8 @@ Mat3 rotation_about(const Vec3& axis, double angle_rad) TRN_RT;
 struct ChainStep {
   int joint = 0;
   JointKind kind = JointKind::kLinear;
-  Vec3 axis = Vec3::UnitZ();     ///< unit; the sign of the branch is in it
-  Vec3 offset = Vec3::Zero();    ///< mm, in the frame behind the joint
+  Vec3 axis = Vec3::UnitZ();   ///< unit; the sign of the branch is in it
+  Vec3 offset = Vec3::Zero();  ///< mm, in the frame behind the joint
 };
 
 /// The machine as one chain from the table B through the base to the spindle nose S: the work branch is

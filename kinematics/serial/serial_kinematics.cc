@@ -81,7 +81,8 @@ void SerialKinematics::into_limits(RotaryAxes::Angles& angles) const TRN_RT {
 KinStatus SerialKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT {
   abc = seed_abc.allFinite() ? seed_abc : Vec3::Zero();
   const double length = u_B.norm();
-  if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length)) return KinStatus::kUnreachable;
+  if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length))
+    return KinStatus::kUnreachable;
   const Vec3 u = u_B / length;
   JointVec q = joints_of(abc);
   if ((config_.chain.rotation(q).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
@@ -131,10 +132,12 @@ KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const 
   SerialChain::Sweep at = config_.chain.sweep(q);
   if ((at.R.col(2) - u).squaredNorm() > kSameAxis * kSameAxis) {
     const int last = rotary_.count() - 1;
-    const RotaryAxes::Angles seed{last >= 0 ? q[rotary_joint_[0]] : 0.0, last >= 1 ? q[rotary_joint_[1]] : 0.0};
+    const RotaryAxes::Angles seed{last >= 0 ? q[rotary_joint_[0]] : 0.0,
+                                  last >= 1 ? q[rotary_joint_[1]] : 0.0};
     const RotaryAxes::Solutions found = rotary_.solve(u.normalized(), seed);
     if (found.count == 0) return KinStatus::kUnreachable;
-    const bool second = found.count == 2 && distance2(found.angles[1], seed) < distance2(found.angles[0], seed);
+    const bool second =
+        found.count == 2 && distance2(found.angles[1], seed) < distance2(found.angles[0], seed);
     for (int i = 0; i <= last; ++i) q[rotary_joint_[i]] = found.angles[second ? 1 : 0][i];
     at = config_.chain.sweep(q);
   }

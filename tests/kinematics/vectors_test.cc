@@ -3,7 +3,8 @@
 #include "kinematics/platform_kinematics.h"
 #include "tests/kinematics/machines.h"
 
-// Every row of the worked numbers in tests/data/vectors against the shipped configs, to 1e-9 mm and 1e-12 rad.
+// Every row of the worked numbers in tests/data/vectors against the shipped configs, to 1e-9 mm and 1e-12
+// rad.
 namespace trn {
 namespace {
 
