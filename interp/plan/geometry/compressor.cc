@@ -10,7 +10,7 @@ namespace {
 constexpr double kCornerCos = 0.82;     // 35 degrees: never a part of a curve
 constexpr double kLongLine = 12.0;      // mm (degrees): stays a line but for its ends
 constexpr double kLineTail = 4.0;       // that much of a long line's end belongs to the curve beside it
-constexpr double kIsolatedShare = 0.8;  // a blend wanting less of its sides than this stands alone
+constexpr double kIsolatedShare = 0.2;  // a blend wanting less of its sides than this stands alone
 constexpr size_t kRunMin = 4;           // fewer moves are not worth a curve
 constexpr size_t kWindow = 1024;        // moves
 constexpr size_t kWindowMax = 32768;    // bounds the memory
@@ -53,12 +53,12 @@ FeedLimit lower(const FeedLimit& a, const FeedLimit& b) {
 
 void Compressor::add(const PathItem& item) {
   if (!is_run_material(item)) {
-    flush();
+    fit_all(RunEnd::kCorner);
     next_.add(item);
     return;
   }
   const bool is_long = item.piece.length > kLongLine;
-  if (in_run() && !continues_run(item)) flush();
+  if (in_run() && !continues_run(item)) fit_all(RunEnd::kCorner);
   if (is_long) {
     add_long_line(item);
     return;
@@ -68,9 +68,7 @@ void Compressor::add(const PathItem& item) {
   if (moves_.size() >= window_) fit_next(false, RunEnd::kPoint);
 }
 
-void Compressor::flush() {
-  if (in_run()) fit_all(RunEnd::kPoint);
-}
+void Compressor::flush() { fit_all(RunEnd::kPoint); }
 
 bool Compressor::continues_run(const PathItem& item) const {
   if (!same_context(pattern_.context, item.context) || pattern_.rapid != item.rapid ||
@@ -129,7 +127,7 @@ void Compressor::fit_next(bool last, RunEnd end) {
   const size_t count = std::min(moves_.size(), window_);
   const bool whole = last && count == moves_.size();
   if (count < kRunMin && !head_) return hand_on_lines(count);
-  const RunFit fit = fit_front(count, whole ? end : RunEnd::kPoint);
+  const RunFit fit = fit_front(count, whole ? end : (cut_at_window_ ? RunEnd::kCorner : RunEnd::kPoint));
   if (!fit.ok) return give_up(count, fit.worst_vertex);
   hand_on_lead();
   if (!whole && !cut_at_window_ && count < kWindowMax) return hand_on_front(fit, count);
@@ -144,7 +142,7 @@ void Compressor::fit_next(bool last, RunEnd end) {
 RunFit Compressor::fit_front(size_t count, RunEnd end) const {
   RunRequest request;
   request.vertices = {vertices_.data(), count + 1};
-  request.start = head_ ? RunEnd::kFrozen : (lead_ ? RunEnd::kOnLine : RunEnd::kPoint);
+  request.start = head_ ? RunEnd::kFrozen : (lead_ ? RunEnd::kOnLine : RunEnd::kCorner);
   request.end = end;
   request.head = head_ ? &*head_ : nullptr;
   request.tolerance_mm = pattern_.tolerance_mm;

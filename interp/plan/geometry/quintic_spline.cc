@@ -6,10 +6,6 @@ namespace trn {
 
 namespace {
 
-// Smoothing length as a part of the span: damps what the samples' rounding would excite near the spline's own
-// resolution and carries spans that hold no sample.
-constexpr double kRho = 0.3;
-
 using Row = std::array<double, 6>;
 using BasisTable = std::array<Row, 6>;  // [degree][function]
 
@@ -45,62 +41,6 @@ Row third_derivative_row(const double* t, const BasisTable& n) {  // t: knot k o
   return row;
 }
 
-// Symmetric banded normal equations: band[i][k] = A(i, i + k).
-struct Normal {
-  std::vector<Row> band;
-  std::vector<Words> rhs;
-
-  explicit Normal(size_t n) : band(n, Row{}), rhs(n, Words::Zero()) {}
-
-  void add(size_t first, const Row& row, double weight) {
-    for (size_t i = 0; i < 6; ++i)
-      for (size_t j = i; j < 6; ++j) band[first + i][j - i] += weight * row[i] * row[j];
-  }
-};
-
-void add_penalty(Normal& normal, const QuinticSpline& spline) {
-  constexpr double kNode[3] = {-0.7745966692414834, 0, 0.7745966692414834};  // Gauss, exact for y'''^2
-  constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  for (size_t k = 0; k + 11 < spline.knots.size(); ++k) {
-    const double* t = spline.knots.data() + k;
-    const double h = t[6] - t[5], rh = kRho * h;
-    const double lambda = rh * rh * rh * rh * rh * rh * h;
-    for (int g = 0; g < 3; ++g) {
-      const double u = t[5] + h * (0.5 + 0.5 * kNode[g]);
-      normal.add(k, third_derivative_row(t, basis(t + 5, u)), lambda * kWeight[g]);
-    }
-  }
-}
-
-void add_samples(Normal& normal, const QuinticSpline& spline, const std::vector<SplineSample>& samples) {
-  size_t k = 0;
-  const size_t spans = spline.knots.size() - 11;
-  for (const SplineSample& sample : samples) {
-    while (k + 1 < spans && sample.u >= spline.knots[k + 6]) ++k;
-    const Row row = basis(spline.knots.data() + k + 5, sample.u)[5];
-    normal.add(k, row, sample.weight);
-    for (size_t i = 0; i < 6; ++i) normal.rhs[k + i] += sample.weight * row[i] * sample.y;
-  }
-}
-
-// L D L' in the band, rows [from, to).
-void solve(Normal& normal, size_t from, size_t to) {
-  auto& a = normal.band;
-  auto& b = normal.rhs;
-  for (size_t i = from; i < to; ++i) {
-    const double inverse = 1 / a[i][0];
-    for (size_t k = 1; k < 6 && i + k < to; ++k) {
-      const double f = a[i][k] * inverse;
-      for (size_t j = k; j < 6; ++j) a[i + k][j - k] -= f * a[i][j];
-      b[i + k] -= f * b[i];
-    }
-  }
-  for (size_t i = to; i-- > from;) {
-    for (size_t k = 1; k < 6 && i + k < to; ++k) b[i] -= a[i][k] * b[i + k];
-    b[i] /= a[i][0];
-  }
-}
-
 }  // namespace
 
 PathPoint QuinticSpline::derivatives_at_break(int i) const {
@@ -121,22 +61,85 @@ PathPoint QuinticSpline::derivatives_at_break(int i) const {
   return {out[0], out[1], out[2], out[3]};
 }
 
-void fit_coefficients(QuinticSpline& spline, const std::vector<SplineSample>& samples, int fixed_head,
-                      int fixed_tail) {
-  const size_t n = spline.coefficients.size();
-  const size_t from = static_cast<size_t>(fixed_head), to = n - static_cast<size_t>(fixed_tail);
-  if (from >= to) return;
-  Normal normal(n);
-  add_samples(normal, spline, samples);
-  add_penalty(normal, spline);
-  for (size_t i = 0; i < from; ++i)  // what is fixed moves to the right-hand side
-    for (size_t k = 1; k < 6 && i + k < n; ++k)
-      normal.rhs[i + k] -= normal.band[i][k] * spline.coefficients[i];
-  for (size_t j = to; j < n; ++j)
-    for (size_t k = 1; k < 6 && k <= j; ++k)
-      normal.rhs[j - k] -= normal.band[j - k][k] * spline.coefficients[j];
-  solve(normal, from, to);
-  std::copy(normal.rhs.begin() + from, normal.rhs.begin() + to, spline.coefficients.begin() + from);
+void locate_samples(const QuinticSpline& spline, std::vector<SplineSample>& samples) {
+  size_t k = 0;
+  const size_t spans = static_cast<size_t>(spline.span_count());
+  for (SplineSample& sample : samples) {
+    while (k + 1 < spans && sample.u >= spline.knots[k + 6]) ++k;
+    sample.span = k;
+    sample.row = basis(spline.knots.data() + k + 5, sample.u)[5];
+  }
+}
+
+Words value_at(const QuinticSpline& spline, const SplineSample& sample) {
+  Words y = Words::Zero();
+  for (size_t i = 0; i < 6; ++i) y += sample.row[i] * spline.coefficients[sample.span + i];
+  return y;
+}
+
+SplineProblem::SplineProblem(const QuinticSpline& spline, const std::vector<SplineSample>& samples,
+                             double smoothing, int fixed_head, int fixed_tail)
+    : from_(static_cast<size_t>(fixed_head)),
+      to_(spline.coefficients.size() - static_cast<size_t>(fixed_tail)),
+      band_(spline.coefficients.size(), Row{}),
+      inverse_(spline.coefficients.size(), 0.0),
+      fixed_rhs_(spline.coefficients.size(), Words::Zero()),
+      rhs_(spline.coefficients.size()) {
+  for (const SplineSample& sample : samples) add(sample.span, sample.row, sample.weight);
+  add_penalty(spline, smoothing);
+  move_fixed_to_rhs(spline);
+  factorise();
+}
+
+void SplineProblem::add(size_t first, const Row& row, double weight) {
+  for (size_t i = 0; i < 6; ++i)
+    for (size_t j = i; j < 6; ++j) band_[first + i][j - i] += weight * row[i] * row[j];
+}
+
+void SplineProblem::add_penalty(const QuinticSpline& spline, double smoothing) {
+  constexpr double kNode[3] = {-0.7745966692414834, 0, 0.7745966692414834};  // Gauss, exact for y'''^2
+  constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
+  for (size_t k = 0; k + 11 < spline.knots.size(); ++k) {
+    const double* t = spline.knots.data() + k;
+    const double h = t[6] - t[5], r3 = smoothing * smoothing * smoothing * h * h * h;
+    for (int g = 0; g < 3; ++g) {
+      const double u = t[5] + h * (0.5 + 0.5 * kNode[g]);
+      add(k, third_derivative_row(t, basis(t + 5, u)), r3 * r3 * h * kWeight[g]);
+    }
+  }
+}
+
+void SplineProblem::move_fixed_to_rhs(const QuinticSpline& spline) {
+  const size_t n = band_.size();
+  for (size_t i = 0; i < from_; ++i)
+    for (size_t k = 1; k < 6 && i + k < n; ++k) fixed_rhs_[i + k] -= band_[i][k] * spline.coefficients[i];
+  for (size_t j = to_; j < n; ++j)
+    for (size_t k = 1; k < 6 && k <= j; ++k) fixed_rhs_[j - k] -= band_[j - k][k] * spline.coefficients[j];
+}
+
+// L D L': afterwards band_[i][k], k > 0, is L(i + k, i).
+void SplineProblem::factorise() {
+  for (size_t i = from_; i < to_; ++i) {
+    inverse_[i] = 1 / band_[i][0];
+    Row scaled{};
+    for (size_t k = 1; k < 6 && i + k < to_; ++k) scaled[k] = band_[i][k] * inverse_[i];
+    for (size_t k = 1; k < 6 && i + k < to_; ++k)
+      for (size_t j = k; j < 6; ++j) band_[i + k][j - k] -= scaled[k] * band_[i][j];
+    for (size_t k = 1; k < 6; ++k) band_[i][k] = scaled[k];
+  }
+}
+
+void SplineProblem::solve(const std::vector<SplineSample>& samples, QuinticSpline& spline) {
+  rhs_ = fixed_rhs_;
+  for (const SplineSample& sample : samples)
+    for (size_t i = 0; i < 6; ++i) rhs_[sample.span + i] += (sample.weight * sample.row[i]) * sample.y;
+  for (size_t i = from_; i < to_; ++i)
+    for (size_t k = 1; k < 6 && i + k < to_; ++k) rhs_[i + k] -= band_[i][k] * rhs_[i];
+  for (size_t i = to_; i-- > from_;) {
+    Words& y = spline.coefficients[i];
+    y = rhs_[i] * inverse_[i];
+    for (size_t k = 1; k < 6 && i + k < to_; ++k) y -= band_[i][k] * spline.coefficients[i + k];
+  }
 }
 
 }  // namespace trn

@@ -13,9 +13,23 @@ constexpr double kSpansMax = 8192;
 constexpr double kSpanGrowth = 1.5;     // between neighbours
 constexpr double kRoughnessScale = 60;  // sixth difference at step h over the deviation of a spline of span h
 constexpr double kUsageMax = 0.93;      // leaves room for what lies between the samples
+constexpr double kCornerSpan = 10;      // tolerances: what a blend at the corner takes, about
 constexpr double kUsageMaxAtCorner = 0.5;  // leaves the rest to the blend
-constexpr int kRounds = 5;
-constexpr size_t kRefinementsMax = 256;
+// Smoothing length as a part of the span: damps what the samples' rounding would excite near the spline's own
+// resolution and carries spans that hold no sample.
+constexpr double kSmoothing = 0.3;
+constexpr double kTubeSmoothing = 0.3;  // weighs smoothness against the speed of convergence
+constexpr double kTubeAim = 0.88;
+constexpr int kTubeRounds = 16;  // between two looks at the result
+constexpr int kTubeRoundsMax = 64;
+constexpr int kTubeAttempts = 4;
+constexpr double kTubeSpanOfChordMin = 0.1;
+constexpr double kTubeSpacing = 0.5;
+constexpr double kSpanOfChordMin = 0.3;  // shorter spans follow the corners, not the curve
+constexpr int kRounds = 6;
+constexpr int kCornerRounds = 2;  // for so long the blend's part is asked for
+constexpr size_t kSpansOfVertexMax = 16;
+constexpr double kGrading = 0.4;  // growth of the span limit with the distance from a short span
 
 // Place on the polyline; asked for ascending u mostly, hence the moving start of the search.
 class Polyline {
@@ -42,15 +56,24 @@ class RunFitter {
   explicit RunFitter(const RunRequest& request)
       : request_(request), line_(request.vertices), end_(request.vertices.back().u) {
     start_ = request.head ? request.head->knots[5] : request.vertices.front().u;
+    corner_span_ = kCornerSpan * std::max(request.tolerance_mm, 1e-3);
   }
 
   RunFit run() {
     RunFit fit;
     for (int round = 0; round < kRounds; ++round) {
+      usage_max_at_corner_ = round < kCornerRounds ? kUsageMaxAtCorner : kUsageMax;
       place_knots(fit.spline);
       solve(fit.spline);
       judge(fit);
-      if (fit.ok || !refine(fit)) break;
+      if (fit.ok) return fit;
+      if (!refine(fit, kSpanOfChordMin)) break;
+    }
+    for (int attempt = 0; attempt < kTubeAttempts; ++attempt) {
+      use_the_tube(fit);
+      if (fit.ok || !refine(fit, kTubeSpanOfChordMin)) break;
+      place_knots(fit.spline);
+      solve(fit.spline);
     }
     return fit;
   }
@@ -71,9 +94,20 @@ class RunFitter {
     return usage(sum) / kRoughnessScale;
   }
 
-  double span_limit(double u) const {
+  // Asked for ascending u mostly; what was asked for far away does not reach here.
+  double span_limit(double u) {
     double limit = std::min(kSpanMax, (end_ - start_) / 6);
-    for (const Refinement& r : refinements_) limit = std::min(limit, r.span_max + 0.4 * std::abs(u - r.u));
+    if (request_.start == RunEnd::kCorner) limit = std::min(limit, corner_span_ + kGrading * (u - start_));
+    if (request_.end == RunEnd::kCorner)
+      limit = std::min(limit, corner_span_ + kGrading * std::abs(end_ - u));
+    const auto& r = refinements_;
+    while (near_ > 0 && r[near_].u > u) --near_;
+    while (near_ + 1 < r.size() && r[near_ + 1].u <= u) ++near_;
+    const auto reach = [&](const Refinement& at) { return kGrading * std::abs(u - at.u) < limit; };
+    for (size_t i = near_; i < r.size() && (i == near_ || reach(r[i])); ++i)
+      limit = std::min(limit, r[i].span_max + kGrading * std::abs(u - r[i].u));
+    for (size_t i = near_; i-- > 0 && reach(r[i]);)
+      limit = std::min(limit, r[i].span_max + kGrading * std::abs(u - r[i].u));
     return limit;
   }
 
@@ -107,8 +141,38 @@ class RunFitter {
   void solve(QuinticSpline& spline) {
     spline.coefficients.assign(spline.knots.size() - 6, Words::Zero());
     const int head = fix_head(spline), tail = fix_tail(spline);
-    take_samples(spline);
-    fit_coefficients(spline, samples_, head, tail);
+    take_samples(spline, 1);
+    SplineProblem(spline, samples_, kSmoothing, head, tail).solve(samples_, spline);
+  }
+
+  // Where chords are too coarse for a curve through their vertices: the smoothest curve in the tube of the
+  // tolerance around the polyline, by alternating directions (ADMM): the spline follows targets inside the
+  // tube, the targets follow the spline as far as the tube lets them, and what is left between them is
+  // remembered.
+  void use_the_tube(RunFit& fit) {
+    const int head = fix_head(fit.spline), tail = fix_tail(fit.spline);
+    take_samples(fit.spline, kTubeSpacing);
+    SplineProblem problem(fit.spline, samples_, kTubeSmoothing, head, tail);
+    std::vector<Words> centre, left(samples_.size(), Words::Zero());
+    for (const SplineSample& s : samples_) centre.push_back(s.y);
+    for (int round = 1; round <= kTubeRoundsMax; ++round) {
+      for (size_t i = 0; i < samples_.size(); ++i) {
+        const Words y = value_at(fit.spline, samples_[i]) + left[i];
+        const Words target = into_tube(y - centre[i]) + centre[i];
+        left[i] = y - target;
+        samples_[i].y = target - left[i];
+      }
+      problem.solve(samples_, fit.spline);
+      if (round % kTubeRounds == 0) judge(fit);
+      if (fit.ok) return;
+    }
+  }
+
+  Words into_tube(Words e) const {
+    const double p = e.head<3>().norm(), r = e.tail<3>().norm();
+    if (p > kTubeAim * request_.tolerance_mm) e.head<3>() *= kTubeAim * request_.tolerance_mm / p;
+    if (r > kTubeAim * request_.tolerance_rad) e.tail<3>() *= kTubeAim * request_.tolerance_rad / r;
+    return e;
   }
 
   // A coefficient of a straight line is the line at the mean of the coefficient's five inner knots.
@@ -123,7 +187,7 @@ class RunFitter {
       return 5;
     }
     const auto& v = request_.vertices;
-    if (request_.start == RunEnd::kPoint) return s.coefficients[0] = v[0].y, 1;
+    if (request_.start != RunEnd::kOnLine) return s.coefficients[0] = v[0].y, 1;
     for (size_t i = 0; i < 4; ++i)
       s.coefficients[i] = v[0].y + (v[1].y - v[0].y) * ((greville(s, i) - v[0].u) / (v[1].u - v[0].u));
     return 4;
@@ -132,14 +196,21 @@ class RunFitter {
   int fix_tail(QuinticSpline& s) {
     const size_t n = s.coefficients.size();
     const RunVertex &b = request_.vertices.back(), &a = request_.vertices[request_.vertices.size() - 2];
-    if (request_.end == RunEnd::kPoint) return s.coefficients[n - 1] = b.y, 1;
+    if (request_.end != RunEnd::kOnLine) return s.coefficients[n - 1] = b.y, 1;
     for (size_t i = n - 4; i < n; ++i)
       s.coefficients[i] = b.y + (b.y - a.y) * ((greville(s, i) - b.u) / (b.u - a.u));
     return 4;
   }
 
-  // The vertices, and places on chords longer than a span; each with the length it stands for.
-  void take_samples(const QuinticSpline& spline) {
+  void add_sample(double u, double weight, const Words& y) {
+    SplineSample& sample = samples_.emplace_back();
+    sample.u = u;
+    sample.weight = weight;
+    sample.y = y;
+  }
+
+  // The vertices, and places on chords longer than `spacing` spans; each with the length it stands for.
+  void take_samples(const QuinticSpline& spline, double spacing) {
     samples_.clear();
     const auto& v = request_.vertices;
     size_t k = 0;
@@ -149,21 +220,22 @@ class RunFitter {
       const double chord = v[i + 1].u - v[i].u;
       while (k + 1 < spans && spline.knots[k + 6] <= v[i].u) ++k;
       const double h = spline.knots[k + 6] - spline.knots[k + 5];
-      const int parts = std::max(1, static_cast<int>(std::ceil(chord / h)));
+      const int parts = std::max(1, static_cast<int>(std::ceil(chord / (spacing * h))));
       const double step = chord / parts;
-      if (v[i].u >= start_) samples_.push_back({v[i].u, carried + step / 2, v[i].y});
+      if (v[i].u >= start_) add_sample(v[i].u, carried + step / 2, v[i].y);
       for (int p = 1; p < parts; ++p)
         if (const double u = v[i].u + p * step; u >= start_)
-          samples_.push_back({u, step, v[i].y + (v[i + 1].y - v[i].y) * (1.0 * p / parts)});
+          add_sample(u, step, v[i].y + (v[i + 1].y - v[i].y) * (1.0 * p / parts));
       carried = step / 2;
     }
-    samples_.push_back({v.back().u, carried, v.back().y});
+    add_sample(v.back().u, carried, v.back().y);
+    locate_samples(spline, samples_);
   }
 
   double allowed(size_t span, size_t spans) const {
-    const bool first = span == 0 && request_.start == RunEnd::kPoint;
-    const bool last = span + 1 == spans && request_.end == RunEnd::kPoint;
-    return first || last ? kUsageMaxAtCorner : kUsageMax;
+    const bool first = span == 0 && request_.start == RunEnd::kCorner;
+    const bool last = span + 1 == spans && request_.end == RunEnd::kCorner;
+    return first || last ? usage_max_at_corner_ : kUsageMax;
   }
 
   // Samples every chord at its ends and in between, in each span it crosses.
@@ -208,25 +280,38 @@ class RunFitter {
     return worst;
   }
 
-  // Asks for shorter spans where the tolerance is exceeded. False: no use, or beyond reason.
-  bool refine(const RunFit& fit) {
+  double chord_at(double u) const {
+    const auto& v = request_.vertices;
+    const auto after = std::upper_bound(v.begin() + 1, v.end() - 1, u,
+                                        [](double at, const RunVertex& vertex) { return at < vertex.u; });
+    return after->u - (after - 1)->u;
+  }
+
+  // Asks for shorter spans where the tolerance is exceeded, none longer elsewhere. False: no use.
+  bool refine(const RunFit& fit, double span_of_chord_min) {
     const size_t spans = fit.usage.size();
+    bool shorter = false;
+    refinements_.clear();
+    near_ = 0;
     for (size_t k = 0; k < spans; ++k) {
-      const double over = fit.usage[k] / allowed(k, spans);
-      if (over <= 1) continue;
       const double u0 = fit.spline.at_break(static_cast<int>(k)),
                    h = fit.spline.at_break(static_cast<int>(k + 1)) - u0;
-      if ((request_.head && k < 5) || h < 1.01 * kSpanMin) return false;  // given, or as short as can be
-      if (refinements_.size() >= kRefinementsMax) return false;
-      refinements_.push_back({u0 + h / 2, h * (over > 4 ? 0.4 : 0.65)});
+      const double over = fit.usage[k] / allowed(k, spans);
+      if (over > 1 && request_.head && k < 5) return false;  // these knots are given
+      const bool can = h > std::max(1.01 * kSpanMin, span_of_chord_min * chord_at(u0 + h / 2));
+      refinements_.push_back({u0 + h / 2, over > 1 && can ? h * (over > 4 ? 0.4 : 0.65) : h});
+      shorter = shorter || (over > 1 && can);
     }
-    return true;
+    return shorter && spans < kSpansOfVertexMax * request_.vertices.size();
   }
 
   const RunRequest& request_;
   Polyline line_;
   double start_ = 0, end_ = 0;
-  std::vector<Refinement> refinements_;
+  double corner_span_ = 0;
+  double usage_max_at_corner_ = 0;
+  std::vector<Refinement> refinements_;  // ascending in u
+  size_t near_ = 0;                      // the one last asked about
   std::vector<SplineSample> samples_;
 };
 

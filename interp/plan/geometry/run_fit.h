@@ -16,6 +16,7 @@ struct RunVertex {
 /// What is given at one end of the curve to be fitted.
 enum class RunEnd : unsigned char {
   kPoint,   ///< the vertex itself
+  kCorner,  ///< the same, and a blend follows that wants short spans and little deviation beside it
   kOnLine,  ///< the first (last) chord's own line, with three derivatives
   kFrozen   ///< start only: continues the spline fitted before
 };
