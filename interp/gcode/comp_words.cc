@@ -1,0 +1,45 @@
+#include <cmath>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
+
+namespace trn {
+
+// G41 G42 (radius from the tool table), G41.1 G42.1 (diameter by D), G40.
+void Executor::cutter_comp(const Block& b) {
+  const int code = b.code(GGroup::kCutterComp);
+  const std::uint32_t column = b.at(GGroup::kCutterComp);
+  if (code == 400) {
+    flush_comp();
+    return note("interpreter: cutter radius compensation off");
+  }
+  const std::string name = g_name(code);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
+  if (s_.modal.plane == Plane::kYZ) fail(GcodeErrorCode::kPlane, column, name, "G19", "G17 or G18");
+  if (s_.rtcp) fail(GcodeErrorCode::kCompCorner, column, "not with tool-centre-point control", "G49 first");
+  double diameter = 0;
+  if (code == 411 || code == 421) {
+    if (!b.has('D')) fail(GcodeErrorCode::kMissingWord, column, name, "a D word, the diameter");
+    diameter = b['D'];
+  } else {
+    const double number = b.get('D', s_.current_tool);
+    if (number != std::round(number) || number < 0) fail(GcodeErrorCode::kNotInteger, b.at('D'), 'D', number);
+    const Tool* tool = parts_.tools.find(static_cast<int>(number));
+    if (!tool && number != 0) fail(GcodeErrorCode::kUnknownTool, b.has('D') ? b.at('D') : column, number);
+    diameter = tool ? from_mm(tool->diameter) : 0;
+  }
+  bool left = code == 410 || code == 411;
+  if (diameter < 0) left = !left;
+  note(left ? "interpreter: cutter radius compensation on left" : "interpreter: cutter radius compensation on right");
+  comp_.start(left, std::fabs(diameter) / 2, s_.modal.plane, s_.position);
+}
+
+void Executor::comp_move(const Block&, const CanonCommand& command) { comp_.move(command, line_, parts_.sink); }
+
+void Executor::flush_comp() {
+  if (comp_.active()) s_.position = comp_.finish(parts_.sink);
+}
+
+void Executor::finish() { flush_comp(); }
+
+}  // namespace trn

@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "interp/gcode/canon.h"
+
+namespace trn {
+
+/// Cutter radius compensation (G41, G42 and their kind): takes programmed contour moves, gives the path of the
+/// tool's centre. A move waits until the corner after it is known; other commands wait in between. Outside corners
+/// are rounded about the corner point, inside corners end where the offset curves meet. A tool that does not fit is
+/// refused with the lines of both moves: neighbours always, others as long as they lie within kLookBack moves.
+class CutterComp {
+ public:
+  bool active() const { return active_; }
+  bool left() const { return left_; }
+
+  /// From here on; `from` is the programmed position, `radius` >= 0 in program units.
+  void start(bool left, double radius, Plane plane, const AxisValues& from);
+  /// The next programmed traverse, feed or arc. BlockError when the tool does not fit.
+  void move(const CanonCommand& command, std::uint32_t line, CanonSink& sink);
+  /// Any other command, kept in order with the moves.
+  void pass(const CanonCommand& command, std::uint32_t line, CanonSink& sink);
+  /// Everything that waits, then off. Returns where the tool's centre stands.
+  AxisValues finish(CanonSink& sink);
+
+  static constexpr std::size_t kLookBack = 64;
+
+ private:
+  using Point = Eigen::Vector2d;
+  enum class Shape : std::uint8_t { kOther, kVertical, kLine, kArc };
+  /// A programmed element of the contour, and the tool's centre beside it.
+  struct Element {
+    Shape shape = Shape::kOther;
+    bool entry = false;
+    CanonCommand command;
+    std::uint32_t line = 0;
+    std::string text;          ///< of a message that waits
+    Point from, to, centre;    ///< programmed
+    int turn = 0;              ///< arc: +1 counterclockwise
+    double radius = 0;         ///< arc of the tool's centre
+    Point a, b;                ///< of the tool's centre, corners applied
+    bool rounded = false;      ///< an arc about `to` follows, up to `round_to`
+    Point round_to;
+  };
+
+  Element make_element(const CanonCommand& command, std::uint32_t line) const;
+  void offset(Element& e) const;
+  Point tangent(const Element& e, bool at_end) const;
+  Point side_normal(const Point& tangent) const;
+  void corner(Element& before, Element& after) const;
+  Point meet(const Element& before, const Element& after) const;
+  void check_direction(const Element& e, std::uint32_t other_line) const;
+  void check_neighbours(const Element& e);
+  [[noreturn]] void gouge(const Element& e, std::uint32_t other_line) const;
+  void release(CanonSink& sink);
+  void emit(const Element& e, CanonSink& sink);
+  Point plane_point(const AxisValues& v) const { return {v[first_], v[second_]}; }
+  AxisValues place(const Point& p, const AxisValues& like) const;
+
+  bool active_ = false, left_ = true, entered_ = false;
+  double radius_ = 0;
+  Plane plane_ = Plane::kXY;
+  int first_ = kX, second_ = kY;
+  AxisValues programmed_ = AxisValues::Zero();
+  AxisValues tool_ = AxisValues::Zero();    ///< tool's centre as last emitted
+  std::deque<Element> waiting_;             ///< the first is the last contour element, the rest come after it
+  std::deque<Element> done_;                ///< the last kLookBack contour elements
+};
+
+}  // namespace trn

@@ -1,0 +1,262 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
+
+// Canned cycles (RS274/NGC section 3.5.16) in the three planes, and G183 (docs: paper section 3).
+namespace trn {
+
+namespace {
+
+struct CycleAxes {
+  int first, second, depth;
+};
+
+CycleAxes cycle_axes(Plane plane) {
+  return plane == Plane::kXY ? CycleAxes{kX, kY, kZ} : plane == Plane::kXZ ? CycleAxes{kX, kZ, kY} : CycleAxes{kY, kZ, kX};
+}
+
+bool needs_dwell(int motion) { return motion == 820 || motion == 860 || motion == 880 || motion == 890; }
+
+}  // namespace
+
+struct Executor::Hole {
+  CycleAxes axes;
+  double first, second;
+  double r, bottom, clear, middle;
+  AxisValues base;  ///< the words the cycle does not move
+};
+
+void Executor::check_cycle_spindle(int motion, std::uint32_t column) const {
+  const SpindleTurn turn = s_.modal.turn;
+  if (motion == 840 && turn != SpindleTurn::kClockwise) fail(GcodeErrorCode::kNoSpindle, column, "G84 (M3)");
+  if (motion == 740 && turn != SpindleTurn::kCounterclockwise) fail(GcodeErrorCode::kNoSpindle, column, "G74 (M4)");
+  if (motion >= 860 && motion <= 880 && turn == SpindleTurn::kStopped)
+    fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
+}
+
+// Words given now, or kept from the block before when the same cycle goes on.
+void Executor::cycle_words(const Block& b, int motion) {
+  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::string name = g_name(motion);
+  const bool goes_on = s_.motion == motion;
+  const char depth_word = kWordLetters[cycle_axes(s_.modal.plane).depth];
+  const auto take = [&](char letter, double& kept, bool needed) {
+    if (b.has(letter))
+      kept = b[letter];
+    else if (needed && !goes_on)
+      fail(GcodeErrorCode::kMissingWord, column, name, fmt::format("a word {}", letter));
+  };
+  take('R', s_.cycle.r, true);
+  take(depth_word, s_.cycle.bottom, true);
+  take('P', s_.cycle.p, needs_dwell(motion));
+  if (motion == 730 || motion == 830) {
+    take('Q', s_.cycle.q, true);
+    if (s_.cycle.q <= 0) fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', s_.cycle.q, name, "a peck greater than 0");
+  }
+  if (motion != 870) return;
+  take('I', s_.cycle.i, true);
+  take('J', s_.cycle.j, true);
+  take('K', s_.cycle.k, true);
+}
+
+void Executor::cycle(const Block& b, int motion) {
+  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::string name = g_name(motion);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
+  if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, name, "G93");
+  check_feed(b, name);
+  for (const char letter : {'A', 'B', 'C'})
+    if (b.has(letter)) fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", name), "X Y Z");
+  const double repeats = b.get('L', 1);
+  if (repeats < 1 || repeats != std::round(repeats) || repeats > 1e6)
+    fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', repeats, name, "a whole number of repeats from 1");
+  cycle_words(b, motion);
+  check_cycle_spindle(motion, column);
+
+  const CycleAxes axes = cycle_axes(s_.modal.plane);
+  const char first_word = kWordLetters[axes.first], second_word = kWordLetters[axes.second];
+  const bool incremental = s_.modal.incremental;
+  double height = s_.position[axes.depth];
+  Hole hole{axes, s_.position[axes.first], s_.position[axes.second], s_.cycle.r, s_.cycle.bottom, 0, s_.cycle.k, s_.position};
+  if (incremental) {
+    hole.r += height;
+    hole.bottom += hole.r;
+    hole.middle += hole.bottom;
+  } else {
+    hole.first = b.get(first_word, hole.first);
+    hole.second = b.get(second_word, hole.second);
+  }
+  if (hole.bottom > hole.r)
+    fail(GcodeErrorCode::kCycle, column, fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
+         "R above the bottom");
+  if (height < hole.r) {
+    cycle_to(hole, s_.position[axes.first], s_.position[axes.second], hole.r, true);
+    height = hole.r;
+  }
+  hole.clear = s_.modal.retract_to_start ? height : hole.r;
+  const bool was_exact = s_.modal.path == MotionControl::kExactPath;
+  if (!was_exact) put(canon::SetMotionControlMode{MotionControl::kExactPath, 0, 0});
+  for (int i = 0; i < static_cast<int>(repeats); ++i) {
+    if (incremental) {
+      hole.first += b.get(first_word, 0);
+      hole.second += b.get(second_word, 0);
+    }
+    cycle_to(hole, hole.first, hole.second, height, true);
+    if (height != hole.r) cycle_to(hole, hole.first, hole.second, hole.r, true);
+    cycle_hole(b, motion, hole);
+    height = hole.clear;
+  }
+  s_.position[axes.first] = hole.first;
+  s_.position[axes.second] = hole.second;
+  s_.position[axes.depth] = hole.clear;
+  if (!was_exact) put_path();
+}
+
+void Executor::cycle_to(const Hole& hole, double first, double second, double depth, bool traverse) {
+  AxisValues to = hole.base;
+  to[hole.axes.first] = first;
+  to[hole.axes.second] = second;
+  to[hole.axes.depth] = depth;
+  if (traverse)
+    put(canon::StraightTraverse{to});
+  else
+    put(canon::StraightFeed{to, 0});
+}
+
+void Executor::cycle_hole(const Block& b, int motion, const Hole& hole) {
+  const auto feed = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, false); };
+  const auto rapid = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, true); };
+  const auto dwell_here = [&] { put(canon::Dwell{s_.cycle.p}); };
+  const SpindleTurn turn = s_.modal.turn;
+  switch (motion) {
+    case 730: return peck(hole, false);
+    case 830: return peck(hole, true);
+    case 740: case 840: return tap(hole, motion == 840, b.at(GGroup::kMotion));
+    case 870: return back_bore(hole);
+    default: break;
+  }
+  feed(hole.bottom);
+  switch (motion) {
+    case 810: return rapid(hole.clear);
+    case 820:
+      dwell_here();
+      return rapid(hole.clear);
+    case 850:
+      feed(hole.r);
+      return rapid(hole.clear);
+    case 860:
+      dwell_here();
+      stop_spindle();
+      rapid(hole.clear);
+      return start_spindle(turn);
+    case 880: {
+      dwell_here();
+      stop_spindle();
+      put(PlainCanon::kProgramStop);
+      AxisValues up = hole.base;
+      up[hole.axes.first] = hole.first;
+      up[hole.axes.second] = hole.second;
+      up[hole.axes.depth] = hole.clear;
+      put(canon::ManualRetract{up});
+      return start_spindle(turn);
+    }
+    default:
+      dwell_here();
+      return feed(hole.clear);
+  }
+}
+
+void Executor::peck(const Hole& hole, bool full_retract) {
+  const double clearance = from_mm(parts_.config.peck_clearance_mm);
+  for (double depth = hole.r - s_.cycle.q; depth > hole.bottom; depth -= s_.cycle.q) {
+    cycle_to(hole, hole.first, hole.second, depth, false);
+    if (full_retract) cycle_to(hole, hole.first, hole.second, hole.r, true);
+    cycle_to(hole, hole.first, hole.second, depth + clearance, true);
+  }
+  cycle_to(hole, hole.first, hole.second, hole.bottom, false);
+  cycle_to(hole, hole.first, hole.second, hole.clear, true);
+}
+
+void Executor::tap(const Hole& hole, bool right_hand, std::uint32_t) {
+  const bool feed_override = s_.modal.feed_override, speed_override = s_.modal.speed_override;
+  put(PlainCanon::kDisableFeedOverride);
+  put(PlainCanon::kDisableSpeedOverride);
+  cycle_to(hole, hole.first, hole.second, hole.bottom, false);
+  stop_spindle();
+  start_spindle(right_hand ? SpindleTurn::kCounterclockwise : SpindleTurn::kClockwise);
+  put(canon::Dwell{s_.cycle.p});
+  cycle_to(hole, hole.first, hole.second, hole.clear, false);
+  stop_spindle();
+  start_spindle(right_hand ? SpindleTurn::kClockwise : SpindleTurn::kCounterclockwise);
+  if (feed_override) put(PlainCanon::kEnableFeedOverride);
+  if (speed_override) put(PlainCanon::kEnableSpeedOverride);
+}
+
+// G87: in beside the hole, across, up against the far side, and the same way back.
+void Executor::back_bore(const Hole& hole) {
+  const SpindleTurn turn = s_.modal.turn;
+  const double side_first = hole.first + s_.cycle.i, side_second = hole.second + s_.cycle.j;
+  const int direction = turn == SpindleTurn::kClockwise ? 2 : 1;
+  cycle_to(hole, side_first, side_second, hole.r, true);
+  stop_spindle();
+  put(canon::OrientSpindle{0, direction});
+  cycle_to(hole, side_first, side_second, hole.bottom, true);
+  cycle_to(hole, hole.first, hole.second, hole.bottom, true);
+  start_spindle(turn);
+  cycle_to(hole, hole.first, hole.second, hole.middle, false);
+  cycle_to(hole, hole.first, hole.second, hole.bottom, false);
+  stop_spindle();
+  put(canon::OrientSpindle{0, direction});
+  cycle_to(hole, side_first, side_second, hole.bottom, true);
+  cycle_to(hole, side_first, side_second, hole.clear, true);
+  cycle_to(hole, hole.first, hole.second, hole.clear, true);
+  start_spindle(turn);
+}
+
+// G183 X Y Z A B C H Q R: at the point (X, Y, Z), along the tool axis that the rotary words give, to the depth H in
+// Q equal pecks, from the clearance R and back to it. The tip moves in the table frame, so the hole is straight
+// whatever the machine does. Modal: later blocks with axis words drill the same hole elsewhere.
+void Executor::tilted_drilling(const Block& b) {
+  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G183");
+  if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, "G183", "G93");
+  check_feed(b, "G183");
+  const bool goes_on = s_.motion == 1830;
+  if (b.has('H')) s_.cycle.h = b['H'];
+  if (!goes_on && !b.has('H')) fail(GcodeErrorCode::kMissingWord, column, "G183", "an H word, the depth");
+  if (!(s_.cycle.h < 0)) fail(GcodeErrorCode::kBadValue, b.at('H'), 'H', s_.cycle.h, "G183", "a depth below 0");
+  if (b.has('Q') || !goes_on) s_.cycle.q = b.get('Q', 1);
+  if (b.has('R') || !goes_on) s_.cycle.retract = b.get('R', from_mm(parts_.config.g183_retract_mm));
+  const double pecks = s_.cycle.q;
+  if (pecks < 1 || pecks != std::round(pecks) || pecks > 10000)
+    fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', pecks, "G183", "a whole number of pecks from 1");
+  if (s_.cycle.retract < 0) fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', s_.cycle.retract, "G183", "R of 0 or more");
+
+  const bool was_on = s_.rtcp;
+  if (!was_on) set_rtcp(true, s_.tool_offset, column, "G183");
+  const AxisValues mouth = target(b);
+  const Mat3 R_PB = (parts_.kinematics->home_X_BM().R * frame().X_MP().R).transpose();
+  const Vec3 axis = R_PB * parts_.kinematics->orientation(orientation_abc_rad(mouth)).col(2);
+  const auto along = [&](double distance) {
+    AxisValues to = mouth;
+    to.head<3>() += distance * axis;
+    return to;
+  };
+  const AxisValues clear = along(s_.cycle.retract);
+  put(canon::StraightTraverse{clear});
+  const int count = static_cast<int>(pecks);
+  const double clearance = from_mm(parts_.config.peck_clearance_mm);
+  for (int i = 1; i <= count; ++i) {
+    const double before = s_.cycle.h * (i - 1) / count;
+    if (i > 1) put(canon::StraightTraverse{along(before + std::min(clearance, s_.cycle.retract - before))});
+    put(canon::StraightFeed{along(s_.cycle.h * i / count), 0});
+    put(canon::StraightTraverse{clear});
+  }
+  s_.position = clear;
+  if (!was_on) set_rtcp(false, s_.tool_offset, column, "G183");
+}
+
+}  // namespace trn

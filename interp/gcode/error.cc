@@ -1,0 +1,95 @@
+#include "interp/gcode/error.h"
+
+#include <array>
+
+namespace trn {
+
+namespace {
+
+constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErrors{{
+    {"cannot_open", "cannot read {}", "a readable file"},
+    {"utf16", "the file is {} text", "save it as UTF-8 or ASCII"},
+    {"binary", "byte 0x{:02X} is not text", "a program is plain text: UTF-8, ASCII, or Windows-1252 in comments"},
+    {"line_too_long", "the line is longer than {} bytes", "split it, or raise [program] line_length_max"},
+    {"no_program_end", "the file ends without M2, M30 or a closing %", "end the program with M2 or M30"},
+
+    {"bad_character", "unexpected character {}", "a letter with a number, '#', '(', ';' or '/'"},
+    {"bad_number", "not a number", "digits with at most one decimal point, no exponent"},
+    {"missing_value", "no value after {}", "a number, #parameter, [expression] or function"},
+    {"unclosed_comment", "the comment is not closed", "')' on the same line"},
+    {"nested_comment", "'(' inside a comment", "comments do not nest; use [ ] or ;"},
+    {"missing_bracket", "missing '{}'", "brackets come in pairs"},
+    {"missing_equals", "no '=' after the parameter", "#parameter = value"},
+    {"bad_name", "bad parameter name", "#<name>, #number, #[expression] or ##number"},
+    {"bad_expression", "unknown operator or function {}",
+     "+ - * / ** MOD EQ NE GT GE LT LE AND OR XOR; ABS ACOS ASIN ATAN COS EXISTS EXP FIX FUP LN ROUND SIN SQRT TAN"},
+    {"too_deep", "the expression is nested more than {} deep", "split it over several parameters"},
+    {"line_number", "bad line number {}", "N and an integer from 0 to 999999999, first on the line"},
+    {"unknown_word", "unknown word {}", "a G-code letter, or a word of [program] in the config"},
+
+    {"unknown_g", "unknown G code {}", "the codes listed in docs/gcode.md"},
+    {"unknown_m", "unknown M code {}", "the codes listed in docs/gcode.md and [program] user_m"},
+    {"group_conflict", "{} and {} are of one modal group", "one of them a line"},
+    {"repeated_word", "the word {} is given twice", "once a line"},
+    {"unused_word", "nothing on this line uses the word {}: {}", ""},
+    {"missing_word", "{} needs {}", "add the word"},
+    {"bad_value", "{} = {} is not legal for {}: {}", ""},
+    {"no_such_axis", "this machine has no {} axis", "the axes of the config"},
+
+    {"unknown_parameter", "parameter {} has no value yet", "assign it first, or ask EXISTS[#<name>]"},
+    {"read_only_parameter", "parameter {} is read-only", "assign another one"},
+    {"parameter_range", "there is no parameter number {}", "an integer from 1 to 5602"},
+    {"divide_by_zero", "division by zero", "a divisor other than 0"},
+    {"domain", "{} of {} is not defined", "an argument inside the function's range"},
+    {"not_integer", "{} = {} is not an integer", "an integer"},
+
+    {"no_motion_mode", "axis words without a motion mode", "G0, G1, G2, G3 or a cycle before or on this line"},
+    {"axis_words_unused", "{} takes no axis words", "axis words on a line of their own"},
+    {"axis_words_conflict", "{} and {} both want the axis words", "two lines"},
+    {"zero_feed", "{} with feed rate 0", "an F word before or on this line"},
+    {"feed_mode_cycle", "{} cannot run in feed mode {}", "G94"},
+    {"inverse_feed_missing", "{} in G93 needs an F word on its own line", "F in moves per minute, greater than 0"},
+    {"no_spindle", "{} needs a turning spindle", "S and M3 or M4 first"},
+
+    {"arc_radius", "radius {:.4f} cannot span the distance {:.4f} to the end point",
+     "a radius of at least half the distance"},
+    {"arc_gap", "the arc's end misses its circle by {:.4f} (radius {:.4f} at the start, {:.4f} at the end)",
+     "a gap of at most [program] arc_tolerance_mm"},
+    {"arc_same_point", "an arc by R that ends where it starts has no centre", "I, J or K for a full circle"},
+    {"arc_missing", "the arc in plane {} has neither {}", "centre words or R"},
+    {"plane", "{} is not possible in plane {}: use {}", ""},
+    {"cycle", "{}: {}", ""},
+    {"probe", "the probe move {}", "a single straight move of the linear axes that is not zero"},
+    {"spline", "{}: {}", ""},
+
+    {"unknown_tool", "tool {} is not in the tool table", "a tool of the table"},
+    {"comp_state", "{} is not possible while cutter compensation is on", "G40 first"},
+    {"comp_gouge", "the tool of radius {:.4f} would gouge: the move of line {} does not fit beside that of line {}",
+     "a smaller tool or a wider corner"},
+    {"comp_corner", "cutter compensation: {}: {}", ""},
+    {"rotation", "{} is not possible with a rotated coordinate system", "R0 first"},
+
+    {"no_rtcp", "{}: this machine has no tool-centre-point control", "a machine with rotary axes"},
+    {"rtcp_state", "{}: {}", ""},
+    {"unreachable", "{}: the machine cannot take this pose ({})", "a pose inside the working space"},
+    {"tilted_plane", "{}: {}", ""},
+
+    {"flow_syntax", "bad O-word: {}: {}", ""},
+    {"flow_unmatched", "{} without {}", "O-words come in pairs with one label"},
+    {"flow_no_end", "no {} for o{} of line {}", "close it in the same file"},
+    {"sub_unknown", "there is no sub-program {}", "define it in the file, or as a file on the sub-program path"},
+    {"sub_depth", "sub-programs nested more than {} deep", "no endless recursion"},
+    {"sub_arguments", "more than {} arguments", "pass fewer"},
+    {"sub_repeated", "sub-program {} is defined twice, first in line {}", "one definition a file"},
+    {"not_seekable", "the input cannot be read again for {}", "a file instead of a pipe"},
+    {"endless_loop", "M99 outside a sub-program", "M2 or M30 at the end of the main program"},
+    {"abort", "the program aborts itself: {}", "see the ABORT comment of the program"},
+}};
+
+}  // namespace
+
+const GcodeErrorInfo& gcode_error_info(GcodeErrorCode code) {
+  return kErrors[static_cast<std::size_t>(code)];
+}
+
+}  // namespace trn

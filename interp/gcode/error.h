@@ -1,0 +1,62 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "interp/move.h"
+
+namespace trn {
+
+/// Every way a program can be refused; sentence and remedy of each are in one table (error.cc).
+enum class GcodeErrorCode : std::uint8_t {
+  kCannotOpen, kUtf16, kBinary, kLineTooLong, kNoProgramEnd,
+  kBadCharacter, kBadNumber, kMissingValue, kUnclosedComment, kNestedComment, kMissingBracket, kMissingEquals,
+  kBadName, kBadExpression, kTooDeep, kLineNumber, kUnknownWord,
+  kUnknownG, kUnknownM, kGroupConflict, kRepeatedWord, kUnusedWord, kMissingWord, kBadValue, kNoSuchAxis,
+  kUnknownParameter, kReadOnlyParameter, kParameterRange, kDivideByZero, kDomain, kNotInteger,
+  kNoMotionMode, kAxisWordsUnused, kAxisWordsConflict, kZeroFeed, kFeedModeCycle, kInverseFeedMissing,
+  kNoSpindle,
+  kArcRadius, kArcGap, kArcSamePoint, kArcMissing, kPlane, kCycle, kProbe, kSpline,
+  kUnknownTool, kCompState, kCompGouge, kCompCorner, kRotation,
+  kNoRtcp, kRtcpState, kUnreachable, kTiltedPlane,
+  kFlowSyntax, kFlowUnmatched, kFlowNoEnd, kSubUnknown, kSubDepth, kSubArguments, kSubRepeated, kNotSeekable,
+  kEndlessLoop, kAbort,
+  kCount
+};
+
+struct GcodeErrorInfo {
+  std::string_view name;      ///< stable, for tests and documents
+  std::string_view sentence;  ///< with {} for what varies
+  std::string_view legal;     ///< what would be right
+};
+const GcodeErrorInfo& gcode_error_info(GcodeErrorCode code);
+
+/// An error inside one block, before the interpreter knows file and line; column is 1-based, 0 unknown.
+struct BlockError : std::runtime_error {
+  BlockError(GcodeErrorCode code_in, std::uint32_t column_in, const std::string& sentence)
+      : std::runtime_error(sentence), code(code_in), column(column_in) {}
+  GcodeErrorCode code;
+  std::uint32_t column;
+};
+
+/// Throws BlockError with the sentence of `code`, its placeholders filled in order.
+template <typename... Args>
+[[noreturn]] void fail(GcodeErrorCode code, std::uint32_t column, const Args&... args) {
+  throw BlockError(code, column, fmt::format(fmt::runtime(gcode_error_info(code).sentence), args...));
+}
+
+/// The same with file and line; what() is "file:line:column: sentence: 'text'; legal", then one line for each
+/// level of the sub-program stack.
+struct GcodeError : ProgramError {
+  GcodeError(GcodeErrorCode code_in, std::uint32_t line_in, std::uint32_t column_in, const std::string& message)
+      : ProgramError(message), code(code_in), line(line_in), column(column_in) {}
+  GcodeErrorCode code;
+  std::uint32_t line;
+  std::uint32_t column;
+};
+
+}  // namespace trn

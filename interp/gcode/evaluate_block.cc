@@ -1,0 +1,78 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "interp/gcode/block.h"
+#include "interp/gcode/error.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kCodeTolerance = 1e-3;
+
+int to_code(double value, double scale, std::uint32_t column, char letter) {
+  const double scaled = value * scale;
+  const double rounded = std::round(scaled);
+  if (!(std::fabs(scaled - rounded) <= kCodeTolerance) || rounded < 0 || rounded > 99999) {
+    const std::string name = fmt::format("{}{}", letter, value);
+    fail(letter == 'G' ? GcodeErrorCode::kUnknownG : GcodeErrorCode::kUnknownM, column, name);
+  }
+  return static_cast<int>(rounded);
+}
+
+void add_g(const ModalTable& table, double value, std::uint32_t column, Block& out) {
+  const int code10 = to_code(value, 10, column, 'G');
+  const int group = table.g_group(code10);
+  if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code10));
+  std::int16_t& slot = out.g[static_cast<std::size_t>(group)];
+  if (slot >= 0) fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code10));
+  slot = static_cast<std::int16_t>(code10);
+  out.g_column[static_cast<std::size_t>(group)] = column;
+  out.any_g = true;
+}
+
+void add_m(const ModalTable& table, double value, std::uint32_t column, Block& out) {
+  const int code = to_code(value, 1, column, 'M');
+  const int group = table.m_group(code);
+  if (group < 0) fail(GcodeErrorCode::kUnknownM, column, fmt::format("M{}", code));
+  std::int16_t& slot = out.m[static_cast<std::size_t>(group)];
+  const bool both_coolants = group == static_cast<int>(MGroup::kCoolant) && slot + code == 7 + 8;
+  if (slot >= 0 && !both_coolants)
+    fail(GcodeErrorCode::kGroupConflict, column, fmt::format("M{}", slot), fmt::format("M{}", code));
+  if (group == static_cast<int>(MGroup::kCoolant)) out.coolant |= static_cast<std::uint8_t>(1U << (code - 7));
+  slot = static_cast<std::int16_t>(code);
+  out.m_column[static_cast<std::size_t>(group)] = column;
+  out.any_m = true;
+}
+
+}  // namespace
+
+void Block::clear() {
+  present = 0;
+  coolant = 0;
+  if (any_g || parsed == nullptr) g.fill(-1);
+  if (any_m || parsed == nullptr) m.fill(-1);
+  any_g = any_m = false;
+}
+
+void evaluate_block(const ParsedBlock& parsed, Evaluator& evaluator, const ModalTable& table, Block& out) {
+  out.clear();
+  out.parsed = &parsed;
+  for (const ParsedWord& word : parsed.words) {
+    const double value = word.expression < 0 ? word.value : evaluator.run(parsed.code, word.expression);
+    if (word.letter == 'G') {
+      add_g(table, value, word.column, out);
+    } else if (word.letter == 'M') {
+      add_m(table, value, word.column, out);
+    } else {
+      if (out.has(word.letter)) fail(GcodeErrorCode::kRepeatedWord, word.column, word.letter);
+      const auto i = static_cast<std::size_t>(word.letter - 'A');
+      out.present |= Block::bit(word.letter);
+      out.value[i] = value;
+      out.column[i] = word.column;
+    }
+  }
+}
+
+}  // namespace trn

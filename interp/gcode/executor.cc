@@ -1,0 +1,347 @@
+#include "interp/gcode/executor.h"
+
+#include <fmt/format.h>
+
+#include "interp/gcode/error.h"
+
+namespace trn {
+
+namespace {
+
+constexpr std::uint32_t letters(std::string_view text) {
+  std::uint32_t mask = 0;
+  for (const char c : text) mask |= Block::bit(c);
+  return mask;
+}
+
+constexpr std::uint32_t kAlways = letters("FSTXYZABC");
+
+// Words that each code uses beside the axes and F S T.
+std::uint32_t g_letters(int code10) {
+  switch (code10) {
+    case 20: case 30: return letters("IJKPR");
+    case 40: return letters("P");
+    case 50: return letters("IJPQ");
+    case 51: return letters("IJQ");
+    case 52: return letters("PL");
+    case 100: return letters("LPQRIJ");
+    case 330: case 331: return letters("K");
+    case 410: case 420: return letters("D");
+    case 411: case 421: return letters("DL");
+    case 430: case 432: case 434: return letters("H");
+    case 435: return letters("HIJK");
+    case 531: return letters("P");
+    case 640: return letters("PQR");
+    case 682: return letters("IJKPQR");
+    case 730: case 830: return letters("LPQR");
+    case 740: case 840: case 810: case 820: case 850: case 860: case 880: case 890: return letters("LPR");
+    case 870: return letters("LPRIJK");
+    case 960: return letters("D");
+    case 1830: return letters("HQRL");
+    default: return 0;
+  }
+}
+
+std::uint32_t m_letters(int code, bool user) {
+  if (code >= 62 && code <= 65) return letters("P");
+  if (code == 66) return letters("PELQ");
+  if (code == 67 || code == 68) return letters("EQ");
+  if (code >= 50 && code <= 53) return letters("P");
+  if (code == 98) return letters("PL");
+  if (code == 61) return letters("Q");
+  if (code == 19) return letters("RPQ");
+  return user ? letters("PQ") : 0;
+}
+
+std::string_view who_uses(char letter) {
+  switch (letter) {
+    case 'D': return "G41, G42 or G96 uses D";
+    case 'E': return "M66, M67 or M68 uses E";
+    case 'H': return "G43, G43.2, G43.4, G43.5 or G183 uses H";
+    case 'I': case 'J': return "an arc, a spline, G87 or G43.5 uses I and J";
+    case 'K': return "an arc, G33, G87 or G43.5 uses K";
+    case 'L': return "a canned cycle, G10, M66 or M98 uses L";
+    case 'P': return "G4, G10, G64, an arc, a cycle or an M code uses P";
+    case 'Q': return "G64, G73, G83, G183 or an M code uses Q";
+    default: return "an arc, a cycle, G10, G64 or M19 uses R";
+  }
+}
+
+}  // namespace
+
+Executor::Executor(const ExecutorParts& parts)
+    : parts_(parts), axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
+      warned_words_(parts.config.words.size(), false) {}
+
+void Executor::put(const CanonCommand& command) {
+  if (comp_.active())
+    comp_.pass(command, line_, parts_.sink);
+  else
+    parts_.sink.put(command, line_);
+}
+
+void Executor::begin(const AxisValues& start) {
+  line_ = 0;
+  s_.modal.path = parts_.config.path_mode;
+  put(canon::UseLengthUnits{false});
+  load_system(static_cast<int>(parts_.parameters[parameter::kSystem]));
+  if (parts_.parameters[parameter::kG92Active] != 0)
+    for (int i = 0; i < 6; ++i) s_.g92[i] = parts_.parameters[parameter::kG92 + i];
+  put(canon::SetG5xOffset{s_.modal.work_offset, s_.g5x});
+  put(canon::SetG92Offset{s_.g92});
+  put(canon::SetXyRotation{s_.rotation_deg});
+  put(PlainCanon::kFeedReferenceXyz);
+  put(PlainCanon::kOnReset);
+  s_.position = frame().to_program(start);
+}
+
+int Executor::motion_of(const Block& b) const {
+  const int code = b.code(GGroup::kMotion);
+  if (code >= 0) return code;
+  if (other_axis_code(b)) return -1;
+  const bool arc_only = (s_.motion == 20 || s_.motion == 30) && (b.present & letters("IJK"));
+  const bool vector_only = s_.tool_vector && (b.present & letters("IJK"));
+  if (b.has_axis_word() || arc_only || vector_only) return s_.motion;
+  return -1;
+}
+
+// Codes outside the motion group that take the axis words for themselves.
+bool Executor::other_axis_code(const Block& b) const {
+  switch (b.code(GGroup::kNonModal)) {
+    case 100: case 280: case 300: case 520: case 920: return true;
+    default: break;
+  }
+  return b.code(GGroup::kToolLength) == 431 || b.code(GGroup::kTiltedPlane) == 682 ||
+         (b.code(GGroup::kToolLength) == 432 && !b.has('H'));
+}
+
+std::uint32_t Executor::used_letters(const Block& b, int motion) const {
+  std::uint32_t used = kAlways;
+  for (const std::int16_t code : b.g)
+    if (code >= 0) used |= g_letters(code);
+  for (std::size_t i = 0; i < b.m.size(); ++i)
+    if (b.m[i] >= 0) used |= m_letters(b.m[i], i == static_cast<std::size_t>(MGroup::kUser));
+  if (motion >= 0) used |= g_letters(motion);
+  if (s_.tool_vector && (motion == 0 || motion == 10)) used |= letters("IJK");
+  return used;
+}
+
+void Executor::check_unused(const Block& b, int motion) const {
+  const std::uint32_t unused = b.present & ~used_letters(b, motion);
+  if (unused)
+    for (char letter = 'A'; letter <= 'Z'; ++letter)
+      if (unused & Block::bit(letter)) fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));
+  if (!b.has_axis_word()) return;
+  for (int axis = 0; axis < 6; ++axis)
+    if (b.has(kWordLetters[axis]) && !has_axis(axis))
+      fail(GcodeErrorCode::kNoSuchAxis, b.at(kWordLetters[axis]), kWordLetters[axis]);
+  if (other_axis_code(b) && b.code(GGroup::kMotion) > 0 && b.code(GGroup::kMotion) != 800)
+    fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
+         "another code of the line");
+}
+
+bool Executor::execute(const Block& b) {
+  line_ = b.line;
+  if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
+  const int motion = motion_of(b);
+  check_unused(b, motion);
+  if (motion == 800 && b.has_axis_word() && !other_axis_code(b)) {
+    if (b.code(GGroup::kMotion) == 800)
+      fail(GcodeErrorCode::kAxisWordsUnused, b.at(GGroup::kMotion), "G80");
+    fail(GcodeErrorCode::kNoMotionMode, b.present & letters("XYZ") ? b.at(b.has('X') ? 'X' : b.has('Y') ? 'Y' : 'Z') : 1);
+  }
+  if (b.any_g) {
+    if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
+    if (b.code(GGroup::kSpindleMode) >= 0) spindle_mode(b);
+  }
+  if (b.has('F')) feed(b);
+  if (b.has('S')) speed(b);
+  if (b.has('T')) tool_select(b);
+  if (b.any_m) m_codes(b);
+  if (!b.parsed->keywords.empty()) keywords(b);
+  if (b.any_g) g_codes(b, motion);
+  if (motion >= 0) motion_code(b, motion);
+  return b.any_m && b.code(MGroup::kStop) >= 0 && stop(b);
+}
+
+void Executor::g_codes(const Block& b, int motion) {
+  const int plain = b.code(GGroup::kNonModal);
+  if (plain == 40) dwell(b);
+  if (b.code(GGroup::kPlane) >= 0) plane(b);
+  if (b.code(GGroup::kUnits) >= 0) units(b);
+  if (b.code(GGroup::kDiameter) >= 0) {
+    s_.modal.diameter = b.code(GGroup::kDiameter) == 70;
+    note(s_.modal.diameter ? "interpreter: Lathe diameter mode changed to diameter"
+                           : "interpreter: Lathe diameter mode changed to radius");
+  }
+  if (b.code(GGroup::kCutterComp) >= 0) cutter_comp(b);
+  if (b.code(GGroup::kToolLength) >= 0) tool_length(b);
+  if (b.code(GGroup::kWorkOffset) >= 0) work_offset(b);
+  if (b.code(GGroup::kPath) >= 0) path_mode(b);
+  if (b.code(GGroup::kDistance) >= 0 || b.code(GGroup::kArcDistance) >= 0) distance(b);
+  if (b.code(GGroup::kRetract) >= 0) retract(b);
+  if (b.code(GGroup::kTiltedPlane) >= 0) tilted_plane(b);
+  switch (plain) {
+    case 100: g10(b); break;
+    case 280: case 281: case 300: case 301: home_position(b, plain); break;
+    case 520: g52(b); break;
+    case 531: align_tool(b); break;
+    case 920: case 921: case 922: case 923: g92(b); break;
+    case 530:
+      if (motion != 0 && motion != 10)
+        fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G53", "G0 or G1 and axis words");
+      break;
+    default: break;
+  }
+}
+
+void Executor::motion_code(const Block& b, int motion) {
+  if (in_nurbs_ && motion != 52 && motion != 53)
+    fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G5.2 block is open", "G5.3 first");
+  if (motion != 50) spline_chained_ = false;
+  if (motion == 0 || motion == 10) {
+    straight(b, motion);
+  } else if (motion == 20 || motion == 30) {
+    arc(b, motion == 20);
+  } else if (motion == 800) {
+    if (s_.motion != 800) note("interpreter: motion mode set to none");
+  } else if (motion == 1830) {
+    tilted_drilling(b);
+  } else if (motion >= 730) {
+    cycle(b, motion);
+  } else if (motion >= 382) {
+    probe(b, motion);
+  } else if (motion >= 330) {
+    spindle_synchronous(b, motion);
+  } else {
+    spline(b, motion);
+  }
+  s_.motion = motion;
+}
+
+void Executor::comment(const Block& b) {
+  const std::string& text = b.parsed->comment;
+  switch (b.parsed->comment_kind) {
+    case CommentKind::kPlain: put(canon::Comment{text}); break;
+    case CommentKind::kMessage: put(canon::Message{text}); break;
+    case CommentKind::kDebug: put(canon::Message{expand_message(text)}); break;
+    case CommentKind::kPrint: put(canon::Print{expand_message(text)}); break;
+    case CommentKind::kAbort: fail(GcodeErrorCode::kAbort, 1, expand_message(text));
+    default: break;
+  }
+}
+
+// #parameters in a message become their values; %d, %f and %.Nf set how the following ones are written.
+std::string Executor::expand_message(const std::string& text) const {
+  std::string out;
+  int digits = 6;
+  Lexer lexer(text);
+  const char* p = text.data();
+  const char* const end = p + text.size();
+  while (p != end) {
+    if (*p == '%' && p + 1 != end) {
+      if (p[1] == 'd' || p[1] == 'f') {
+        digits = p[1] == 'd' ? 0 : 6;
+        p += 2;
+        continue;
+      }
+      if (p[1] == '.' && end - p > 3 && Lexer::is_digit(p[2]) && p[3] == 'f') {
+        digits = p[2] - '0';
+        p += 4;
+        continue;
+      }
+    }
+    if (*p == '#') {
+      lexer.back_to(p + 1);
+      try {
+        std::vector<Instruction> code;
+        ExpressionCompiler compiler(lexer, parts_.parameters.names, code);
+        const ExpressionCompiler::Reference r = compiler.reference();
+        Instruction last{r.op, 1, {}};
+        if (r.op != Op::kIndirect) last.index = r.index;
+        code.push_back(last);
+        code.push_back(Instruction{Op::kEnd, 1, {}});
+        out += fmt::format("{:.{}f}", Evaluator(parts_.parameters, *this).run(code, 0), digits);
+        p = lexer.mark();
+        continue;
+      } catch (const BlockError&) {  // not a parameter with a value: shown as it is written
+      }
+    }
+    out += *p++;
+  }
+  return out;
+}
+
+AxisValues Executor::to_mm(const AxisValues& v) const {
+  AxisValues mm = v;
+  if (s_.modal.inch) mm.head<3>() *= kMmPerInch;
+  return mm;
+}
+
+AxisValues Executor::from_mm(const AxisValues& v) const {
+  AxisValues units = v;
+  if (s_.modal.inch) units.head<3>() /= kMmPerInch;
+  return units;
+}
+
+double Executor::position(int axis) const { return s_.position[axis]; }
+
+double Executor::predefined(int index) const {
+  const ModalState& m = s_.modal;
+  const auto truth = [](bool value) { return value ? 1.0 : 0.0; };
+  if (index >= 32 && index <= 37) return s_.position[index - 32];
+  if (index >= 38 && index <= 43) {
+    const AxisValues machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+    return machine[index - 38];
+  }
+  static constexpr int kWorkOffsets[] = {540, 550, 560, 570, 580, 590, 591, 592, 593};
+  switch (index) {
+    case 0: return 1;
+    case 1: return 0;
+    case 2: return line_;
+    case 3: return s_.motion;
+    case 4: return m.plane == Plane::kXY ? 170 : m.plane == Plane::kXZ ? 180 : 190;
+    case 5: return comp_.active() ? (comp_.left() ? 410 : 420) : 400;
+    case 6: return truth(!m.inch);
+    case 7: return truth(m.inch);
+    case 8: return truth(!m.incremental);
+    case 9: return truth(m.incremental);
+    case 10: return truth(m.feed_mode == FeedMode::kInverseTime);
+    case 11: return truth(m.feed_mode == FeedMode::kPerMinute);
+    case 12: return truth(m.feed_mode == FeedMode::kPerRevolution);
+    case 13: return kWorkOffsets[m.work_offset - 1];
+    case 14: return truth(!s_.tool_offset.isZero(0));
+    case 15: return truth(!m.retract_to_start);
+    case 16: return truth(m.retract_to_start);
+    case 17: return truth(!m.css);
+    case 18: return truth(m.css);
+    case 19: return truth(m.arc_absolute);
+    case 20: return truth(m.diameter);
+    case 21: return truth(!m.diameter);
+    case 22: return truth(m.turn != SpindleTurn::kStopped);
+    case 23: return truth(m.turn == SpindleTurn::kClockwise);
+    case 24: return truth(m.mist);
+    case 25: return truth(m.flood);
+    case 26: return truth(m.speed_override);
+    case 27: return truth(m.feed_override);
+    case 28: return truth(m.adaptive_feed);
+    case 29: return truth(m.feed_hold);
+    case 30: return m.feed;
+    case 31: return m.speed;
+    case 44: case 45: return s_.current_tool;
+    case 46: case 47: return s_.selected_tool;
+    case 48: return call.level;
+    case 49: return call.value;
+    case 50: return truth(call.returned);
+    case 51: return 0;
+    case 53: return parts_.parameters[parameter::kToolDiameter];
+    case 54: return to_mm(s_.tool_offset)[kZ];
+    case 55: return truth(s_.rtcp);
+    case 56: return truth(s_.tilted);
+    case 60: return truth(parts_.config.block_delete);
+    case 61: return truth(parts_.config.optional_stop);
+    default: return 0;
+  }
+}
+
+}  // namespace trn

@@ -1,0 +1,206 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/ports.h"
+#include "interp/gcode/block.h"
+#include "interp/gcode/canon.h"
+#include "interp/gcode/cutter_comp.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/gcode/work_frame.h"
+
+namespace trn {
+
+/// What stands outside the language: config, tables, machine, and where everything goes.
+struct ExecutorParts {
+  const ProgramConfig& config;
+  Parameters& parameters;
+  ToolTable& tools;
+  const Kinematics* kinematics;  ///< may be null: no RTCP, all six words
+  CanonSink& sink;
+  std::function<void(std::uint32_t column, std::string_view text)> warn;
+};
+
+/// Carries out one block: the dialect's order of execution, one handler a group (RS274/NGC section 3.8). Handlers
+/// lie in the files named after what they do. Every handler throws BlockError.
+class Executor : public StateValues {
+ public:
+  explicit Executor(const ExecutorParts& parts);
+
+  /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
+  void begin(const AxisValues& start);
+  /// True when the program has ended (M2, M30).
+  bool execute(const Block& block);
+  /// After the last block: nothing may be left waiting (cutter compensation).
+  void finish();
+  /// The implicit end at a closing % or at the end of the file.
+  void end_program();
+
+  double predefined(int index) const override;
+  double position(int axis) const override;
+
+  const Settings& settings() const { return s_; }
+  /// Results of the last sub-program call, and depth, for #<_value> and its kind.
+  struct CallState {
+    double value = 0;
+    bool returned = false;
+    int level = 0;
+  };
+  CallState call;
+  /// M70/M73 bookkeeping: `level` is the sub-program depth.
+  void on_return(int level);
+
+ private:
+  // executor.cc: order of execution
+  void check_unused(const Block& b, int motion) const;
+  std::uint32_t used_letters(const Block& b, int motion) const;
+  int motion_of(const Block& b) const;
+  bool other_axis_code(const Block& b) const;
+  void g_codes(const Block& b, int motion);
+  void motion_code(const Block& b, int motion);
+  void comment(const Block& b);
+  std::string expand_message(const std::string& text) const;
+  void put(const CanonCommand& command);
+  void put(PlainCanon what) { put(canon::Plain{what}); }
+  void note(std::string_view text) { put(canon::Comment{text}); }
+
+  // modes.cc: settings that move nothing
+  void feed_mode(const Block& b);
+  void feed(const Block& b);
+  void spindle_mode(const Block& b);
+  void speed(const Block& b);
+  void plane(const Block& b);
+  void units(const Block& b);
+  void set_units(bool inch);
+  void path_mode(const Block& b);
+  void set_path(MotionControl mode, double tolerance, double naive, double orientation_deg);
+  void put_path();
+  void distance(const Block& b);
+  void retract(const Block& b);
+  void dwell(const Block& b);
+
+  // mcodes.cc
+  void m_codes(const Block& b);
+  void tool_select(const Block& b);
+  void tool_change(const Block& b);
+  void spindle(const Block& b);
+  void start_spindle(SpindleTurn turn);
+  void stop_spindle();
+  void coolant(const Block& b);
+  void overrides(const Block& b);
+  void output(const Block& b);
+  void modal_state(const Block& b);
+  void restore_modal(const ModalState& kept);
+  void restore_numbers(const ModalState& kept);
+  void user_m(const Block& b);
+  bool stop(const Block& b);
+  void reset_at_end();
+  void keywords(const Block& b);
+
+  // offsets.cc
+  void tool_length(const Block& b);
+  void set_tool_offset(const AxisValues& offset, int code);
+  AxisValues table_offset(int tool, std::uint32_t column) const;
+  void work_offset(const Block& b);
+  void g10(const Block& b);
+  void g10_tool(const Block& b, int l);
+  void g10_system(const Block& b, int l);
+  void g92(const Block& b);
+  void g52(const Block& b);
+  void home_position(const Block& b, int code10);
+  void load_system(int index);
+  void put_system(bool with_g92);
+  WorkFrame frame() const;
+  /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
+  AxisValues machine_now(std::uint32_t column) const;
+  /// Runs `change` on the offsets and keeps the machine where it is.
+  template <typename Change>
+  void keep_machine(const Change& change);
+
+  // rtcp.cc: tool-centre-point control, tilted plane
+  void set_rtcp(bool on, const AxisValues& tool_offset, std::uint32_t column, std::string_view word);
+  void tilted_plane(const Block& b);
+  void cancel_tilted_plane();
+  void align_tool(const Block& b);
+  Pose spindle_pose(std::uint32_t column, std::string_view word) const;
+  AxisValues position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column, std::string_view word) const;
+  AxisValues vector_target(const Block& b, const AxisValues& to) const;
+  bool tip_in_table() const { return s_.rtcp || s_.tilted_aligned; }
+  void suspend_rtcp(const Block& b, const std::function<void()>& move);
+  Vec3 orientation_abc_rad(const AxisValues& program) const;
+
+  // motion.cc
+  AxisValues target(const Block& b) const;
+  AxisValues machine_target(const Block& b) const;
+  double wrapped(double to, double from) const;
+  void check_feed(const Block& b, std::string_view what) const;
+  void straight(const Block& b, int motion);
+  void put_straight(const Block& b, const AxisValues& to, bool traverse);
+  void probe(const Block& b, int motion);
+  void spindle_synchronous(const Block& b, int motion);
+  void set_motion_limits(double length, const Block& b);
+  double inverse_rate(const Block& b) const;
+
+  // arc.cc
+  void arc(const Block& b, bool clockwise);
+  void spline(const Block& b, int motion);
+  void cubic_spline(const Block& b);
+  void quadratic_spline(const Block& b);
+  void nurbs(const Block& b, int motion);
+
+  // cycles.cc
+  void cycle(const Block& b, int motion);
+  void cycle_words(const Block& b, int motion);
+  struct Hole;
+  void cycle_hole(const Block& b, int motion, const Hole& hole);
+  void cycle_to(const Hole& hole, double first, double second, double depth, bool traverse);
+  void peck(const Hole& hole, bool full_retract);
+  void tap(const Hole& hole, bool right_hand, std::uint32_t column);
+  void back_bore(const Hole& hole);
+  void check_cycle_spindle(int motion, std::uint32_t column) const;
+  void tilted_drilling(const Block& b);
+
+  // comp_words.cc
+  void cutter_comp(const Block& b);
+  void comp_move(const Block& b, const CanonCommand& command);
+  void flush_comp();
+
+  bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
+  double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
+  double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
+  AxisValues to_mm(const AxisValues& v) const;
+  AxisValues from_mm(const AxisValues& v) const;
+
+  ExecutorParts parts_;
+  unsigned axis_mask_;
+  Settings s_;
+  std::uint32_t line_ = 0;
+  struct Kept {
+    ModalState state;
+    bool valid = false, restore_on_return = false;
+  };
+  std::vector<Kept> kept_;
+  CutterComp comp_;
+  AxisValues spline_tangent_ = AxisValues::Zero();  ///< end control of the last G5
+  bool spline_chained_ = false;
+  struct NurbsPoint {
+    double x, y, weight;
+  };
+  std::vector<NurbsPoint> nurbs_;
+  bool in_nurbs_ = false;
+  double nurbs_order_ = 3;
+  std::vector<bool> warned_words_;
+};
+
+template <typename Change>
+void Executor::keep_machine(const Change& change) {
+  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  change();
+  s_.position = from_mm(frame().to_program(machine));
+}
+
+}  // namespace trn

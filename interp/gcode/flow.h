@@ -1,0 +1,140 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "interp/gcode/block.h"
+#include "interp/gcode/executor.h"
+#include "interp/gcode/line_reader.h"
+#include "interp/gcode/parser.h"
+
+namespace trn {
+
+/// Where a line of a program lies: which file (0: the main program) and where in it.
+struct CodePlace {
+  int file = 0;
+  LinePlace at;
+};
+
+/// Fetches lines in program order, jumps for O-words and sub-programs, and keeps the blocks of loops and
+/// sub-programs in compiled form, so that they are read once. The main program itself is not kept: memory does
+/// not grow with its length.
+class Flow {
+ public:
+  Flow(const ProgramConfig& config, Parameters& parameters, Evaluator& evaluator, Executor& executor);
+
+  /// Starts at the beginning of `source`; `name` for messages, `folder` to look for sub-program files.
+  void load(std::unique_ptr<ByteSource> source, std::string name, std::string folder);
+
+  /// The next block to carry out, O-words already obeyed; null at the end of the program. BlockError.
+  const ParsedBlock* next();
+
+  /// M98 P L and M99.
+  void call_numbered(const Block& block);
+  void return_numbered(const Block& block);
+
+  std::uint32_t line() const { return current_.at.line; }
+  /// After an error: text of the line that was last fetched (empty if it cannot be read again).
+  std::string current_text();
+  const std::string& file_name() const { return files_[static_cast<std::size_t>(current_.file)]->name; }
+  /// "called from file:line", innermost first.
+  std::vector<std::string> stack() const;
+  /// After an error inside a sub-program or loop: goes on behind the outermost call or loop. False if there is
+  /// no sound place.
+  bool recover();
+
+  /// Blocks kept in compiled form before the store is emptied.
+  static constexpr std::size_t kMaxKept = 50'000;
+
+ private:
+  struct File {
+    std::string name, folder;
+    std::unique_ptr<LineReader> reader;
+    bool indexed = false;
+    bool percent_seen = false, any_line = false;
+    std::unordered_map<std::int32_t, LinePlace> subs;  ///< label -> the line after its sub word
+  };
+  /// A kept block; next and jump are its successors in the store, -1 unknown.
+  struct Node {
+    ParsedBlock block;
+    CodePlace place, after;
+    std::int32_t next = -1;
+    std::int32_t jump = -1;      ///< where a loop or a false condition goes
+  };
+  struct Loop {
+    FlowKind kind;
+    std::int32_t label;
+    CodePlace start;             ///< the line of the loop word itself, or after it (do, repeat)
+    std::int32_t start_node;
+    std::int64_t left = 0;       ///< repeat
+  };
+  struct Frame {
+    std::int32_t label = -1;
+    CodePlace back;
+    std::int32_t back_node = -1;
+    std::uint32_t called_line = 0;
+    int called_file = 0;
+    std::size_t loops = 0;       ///< loops_ outside this call
+    bool numbered = false;       ///< M98
+    std::int64_t repeats_left = 0;
+    CodePlace start;
+  };
+
+  static std::uint64_t key_of(const CodePlace& place) {
+    return static_cast<std::uint64_t>(place.file) << 48 | place.at.offset;
+  }
+  const ParsedBlock* fetch();
+  const ParsedBlock* fetch_kept();
+  const ParsedBlock* fetch_scratch();
+  bool keeping() const { return !loops_.empty() || !frames_.empty(); }
+  bool read_line(std::string_view& line);
+  void go(const CodePlace& place, std::int32_t node = -1);
+  File& file() { return *files_[static_cast<std::size_t>(current_.file)]; }
+  void at_file_end();
+
+  void obey(const ParsedBlock& block);
+  std::int32_t label_of(const ParsedBlock& block);
+  double argument(const ParsedBlock& block, std::size_t index) const;
+  bool condition(const ParsedBlock& block) const { return argument(block, 0) != 0; }
+  void obey_while(const ParsedBlock& block, std::int32_t label);
+  void obey_repeat(const ParsedBlock& block, std::int32_t label);
+  void end_loop(FlowKind kind, std::int32_t label);
+  void break_loop(std::int32_t label, bool again);
+  void obey_if(const ParsedBlock& block, std::int32_t label);
+  void skip_definition(std::int32_t label);
+  void call(const ParsedBlock& block, std::int32_t label);
+  void enter(std::int32_t label, std::span<const double> arguments, bool numbered, std::int64_t repeats);
+  void leave(const ParsedBlock* with_value);
+  FlowKind skip_to(std::int32_t label, std::initializer_list<FlowKind> wanted);
+  const ParsedBlock* skip_fetch();
+  bool find_sub(std::int32_t label, CodePlace& place);
+  void index_file(std::size_t index);
+  bool open_sub_file(const std::string& name, CodePlace& place, std::int32_t label);
+  bool in_loop(FlowKind kind, std::int32_t label) const;
+  void drop_store_if_full();
+
+  const ProgramConfig& config_;
+  Parameters& parameters_;
+  Evaluator& evaluator_;
+  Executor& executor_;
+  NameTable labels_;
+  Parser parser_;
+  std::vector<std::unique_ptr<File>> files_;
+  ParsedBlock scratch_, skipped_;
+  std::deque<Node> store_;
+  std::unordered_map<std::uint64_t, std::int32_t> kept_at_;
+  std::vector<Loop> loops_;
+  std::vector<Frame> frames_;
+  CodePlace current_;           ///< of the block last fetched
+  CodePlace next_;              ///< of the block to fetch
+  std::int32_t current_node_ = -1, next_node_ = -1;
+  bool reader_there_ = true;    ///< the file's reader stands at next_
+  bool ended_ = false;
+};
+
+}  // namespace trn

@@ -1,0 +1,129 @@
+#include "interp/gcode/interpreter.h"
+
+#include <fmt/format.h>
+
+#include <filesystem>
+
+#include "interp/gcode/error.h"
+
+namespace trn {
+
+namespace {
+
+// The word at the column, for the message: up to the next white space, at most 24 bytes.
+std::string offending(const std::string& line, std::uint32_t column) {
+  if (column == 0 || column > line.size()) return {};
+  const std::size_t start = column - 1;
+  std::size_t end = start;
+  while (end < line.size() && end - start < 24 && line[end] != ' ' && line[end] != '\t') ++end;
+  std::string text = line.substr(start, end - start);
+  for (char& c : text)
+    if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
+  return text;
+}
+
+}  // namespace
+
+Interpreter::Interpreter(const InterpreterParts& parts)
+    : parts_(parts),
+      executor_({parts.config, parts.parameters, parts.tools, parts.kinematics, parts.sink,
+                 [this](std::uint32_t column, std::string_view text) {
+                   if (parts_.on_warning)
+                     parts_.on_warning({fmt::format("{}:{}:{}: warning: {}", flow_.file_name(), flow_.line(), column, text),
+                                        flow_.line()});
+                 }}),
+      evaluator_(parts.parameters, executor_),
+      flow_(parts.config, parts.parameters, evaluator_, executor_) {
+  for (const MappedWord& word : parts_.config.words)
+    if (word.m_code >= 0) table_.map_m(word.m_code, MGroup::kRtcp);
+  for (const int code : parts_.config.user_m) table_.map_m(code, MGroup::kUser);
+}
+
+void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
+                        const AxisValues& at) {
+  flow_.load(std::move(source), name, folder);
+  ended_ = false;
+  blocks_ = 0;
+  executor_.begin(at);
+}
+
+void Interpreter::open(const std::string& path, const AxisValues& at) {
+  std::unique_ptr<ByteSource> source;
+  try {
+    source = open_file(path);
+  } catch (const BlockError& error) {
+    throw GcodeError(error.code, 0, 0, fmt::format("{}:0:0: {}; legal: {}", path, error.what(),
+                                                   gcode_error_info(error.code).legal));
+  }
+  start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
+}
+
+void Interpreter::open_text(std::string text, std::string name, const AxisValues& at) {
+  start(text_source(std::move(text)), name, ".", at);
+}
+
+GcodeError Interpreter::located(const BlockError& error) {
+  const std::string line = flow_.current_text();
+  const std::string word = offending(line, error.column);
+  std::string message = fmt::format("{}:{}:{}: {}", flow_.file_name(), flow_.line(), error.column, error.what());
+  if (!word.empty()) message += fmt::format(": '{}'", word);
+  const std::string_view legal = gcode_error_info(error.code).legal;
+  if (!legal.empty() && legal != "{}") message += fmt::format("; legal: {}", legal);
+  for (const std::string& caller : flow_.stack()) message += "\n  " + caller;
+  return GcodeError(error.code, flow_.line(), error.column, message);
+}
+
+void Interpreter::assign(const ParsedBlock& parsed) {
+  values_.clear();
+  for (const Assignment& a : parsed.assignments) values_.push_back(evaluator_.run(parsed.code, a.value));
+  for (std::size_t i = 0; i < parsed.assignments.size(); ++i) {
+    const Assignment& a = parsed.assignments[i];
+    int number = a.index;
+    switch (a.target) {
+      case Assignment::Target::kLocal: parts_.parameters.set_local(a.index, values_[i]); continue;
+      case Assignment::Target::kGlobal: parts_.parameters.set_global(a.index, values_[i]); continue;
+      case Assignment::Target::kReadOnly:
+        fail(GcodeErrorCode::kReadOnlyParameter, a.column,
+             fmt::format("#<{}>", predefined_names()[static_cast<std::size_t>(a.index)]));
+      case Assignment::Target::kExpression:
+        number = Evaluator::parameter_number(evaluator_.run(parsed.code, a.index), a.column);
+        break;
+      default: break;
+    }
+    if (Parameters::is_read_only(number))
+      fail(GcodeErrorCode::kReadOnlyParameter, a.column, fmt::format("#{}", number));
+    parts_.parameters[number] = values_[i];
+  }
+}
+
+void Interpreter::run_block(const ParsedBlock& parsed) {
+  evaluate_block(parsed, evaluator_, table_, block_);
+  block_.line = flow_.line();
+  if (!parsed.assignments.empty()) assign(parsed);
+  const int sub = block_.code(MGroup::kSub);
+  if (executor_.execute(block_)) ended_ = true;
+  if (sub == 98)
+    flow_.call_numbered(block_);
+  else if (sub == 99)
+    flow_.return_numbered(block_);
+}
+
+bool Interpreter::step() {
+  if (ended_) return false;
+  try {
+    const ParsedBlock* parsed = flow_.next();
+    if (!parsed) {
+      ended_ = true;
+      return false;
+    }
+    ++blocks_;
+    run_block(*parsed);
+    return !ended_;
+  } catch (const BlockError& error) {
+    throw located(error);
+  }
+}
+
+bool Interpreter::recover() { return !ended_ && flow_.recover(); }
+
+}  // namespace trn

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "interp/gcode/executor.h"
+#include "interp/gcode/error.h"
+#include "interp/gcode/flow.h"
+#include "interp/gcode/tool_table.h"
+
+namespace trn {
+
+/// A warning or error with its place, as "file:line:column: text".
+struct Diagnostic {
+  std::string text;
+  std::uint32_t line = 0;
+};
+
+/// Everything the interpreter works on; all must outlive it.
+struct InterpreterParts {
+  const ProgramConfig& config;
+  Parameters& parameters;
+  ToolTable& tools;
+  const Kinematics* kinematics = nullptr;
+  CanonSink& sink;
+  std::function<void(const Diagnostic&)> on_warning;
+};
+
+/// The RS274/NGC interpreter (LinuxCNC's dialect, with the five-axis words of ISO controls). Reads a program of
+/// any length block by block and hands canonical functions to the sink. After the first few lines a step allocates
+/// nothing.
+class Interpreter {
+ public:
+  explicit Interpreter(const InterpreterParts& parts);
+
+  /// Opens a program and emits the start state; `start` is where the machine stands (axis words, mm and degrees).
+  /// GcodeError if it cannot be opened.
+  void open(const std::string& path, const AxisValues& start = AxisValues::Zero());
+  void open_text(std::string text, std::string name, const AxisValues& start = AxisValues::Zero());
+
+  /// Runs one block. False once the program has ended. GcodeError (the block has had no motion then; stepping on
+  /// is allowed after `recover`).
+  bool step();
+  /// After an error: true if going on with a later block makes sense, to find more errors.
+  bool recover();
+
+  std::uint32_t line() const { return flow_.line(); }
+  std::uint64_t blocks() const { return blocks_; }
+  const Settings& settings() const { return executor_.settings(); }
+
+ private:
+  void start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
+             const AxisValues& at);
+  void run_block(const ParsedBlock& parsed);
+  void assign(const ParsedBlock& parsed);
+  GcodeError located(const BlockError& error);
+
+  InterpreterParts parts_;
+  ModalTable table_;
+  Executor executor_;
+  Evaluator evaluator_;
+  Flow flow_;
+  Block block_;
+  std::vector<double> values_;  ///< of the assignments of one line
+  std::uint64_t blocks_ = 0;
+  bool ended_ = false;
+};
+
+}  // namespace trn

@@ -1,0 +1,274 @@
+#include "interp/gcode/lowering.h"
+
+#include <cmath>
+
+#include "core/path.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kSecondsPerMinute = 60.0;
+constexpr double kSplineChord_mm = 0.002;
+
+Vec3 bezier(const Vec3* c, double t) {
+  const double s = 1 - t;
+  return s * s * s * c[0] + 3 * s * s * t * c[1] + 3 * s * t * t * c[2] + t * t * t * c[3];
+}
+
+}  // namespace
+
+Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink, const Words& start)
+    : config_(config), kinematics_(kinematics), sink_(sink), words_(start) {
+  move_.mode = config.path_mode == MotionControl::kExactStop   ? PathMode::kExactStop
+               : config.path_mode == MotionControl::kExactPath ? PathMode::kExactPath
+                                                               : PathMode::kContinuous;
+  move_.tolerance_mm = config.tolerance_mm;
+  move_.tolerance_rad = rad_from_deg(config.tolerance_deg);
+  set_frame();
+}
+
+AxisValues Lowering::mm(const AxisValues& program) const {
+  AxisValues out = program;
+  if (inch_) out.head<3>() *= kMmPerInch;
+  return out;
+}
+
+Words Lowering::words_of(const AxisValues& program) const {
+  const AxisValues p = mm(program);
+  Words words;
+  if (plain_)
+    words.head<3>() = p.head<3>() + X_TP_.p;
+  else
+    words.head<3>() = X_TP_ * Vec3(p.head<3>());
+  words.tail<3>() = (p + frame_.g5x + frame_.g92).tail<3>() * kRadPerDeg;
+  return words;
+}
+
+void Lowering::set_frame() {
+  X_TP_ = frame_.X_MP();
+  if (tip_in_table() && kinematics_) X_TP_ = kinematics_->home_X_BM() * X_TP_;
+  plain_ = X_TP_.R.isIdentity(0);
+  move_.context.rtcp = tip_in_table();
+  move_.context.tool_offset = tool_.head<3>();
+  // reports of the tip are in program coordinates: W is the program frame
+  const Pose X_MP = frame_.X_MP();
+  const Pose X_BM = kinematics_ ? kinematics_->home_X_BM() : Pose{};
+  move_.context.X_WB = inverse(X_BM * X_MP);
+}
+
+// The machine stands still, but is described anew: RTCP, tool or plane changed. `program` is the same place.
+void Lowering::moved_frame(const AxisValues& program) {
+  set_frame();
+  const Vec3 abc = words_.tail<3>();
+  words_ = words_of(program);
+  words_.tail<3>() = abc;
+}
+
+void Lowering::limit_feed(double inverse_per_min, double path_units) {
+  FeedLimit& limit = move_.feed;
+  limit = FeedLimit{};
+  if (inverse_per_min > 0) {
+    limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
+    return;
+  }
+  const double per_min = synchronous_ ? sync_per_rev_ * speed_rpm_ : per_revolution_ ? feed_ * speed_rpm_ : feed_;
+  limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
+  limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
+}
+
+void Lowering::send(const Words& to) {
+  move_.from = words_;
+  move_.to = to;
+  words_ = to;
+  ++moves_;
+  sink_.move(move_);
+}
+
+void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min) {
+  const Words words = words_of(to);
+  if (words == words_) return;
+  move_.kind = kind;
+  if (kind == ProgramMove::Kind::kTraverse)
+    move_.feed = FeedLimit{};
+  else
+    limit_feed(inverse_per_min, inverse_per_min > 0 ? path_norm(words - words_) : 0);
+  send(words);
+}
+
+void Lowering::arc(const canon::ArcFeed& arc) {
+  const bool xy = arc.plane == Plane::kXY, xz = arc.plane == Plane::kXZ;
+  const int first = xy ? kX : xz ? kZ : kY, second = xy ? kY : xz ? kX : kZ, normal = xy ? kZ : xz ? kY : kX;
+  const double scale = inch_ ? kMmPerInch : 1;
+  // in the program frame, where the plane is: start, end, centre
+  Vec3 from_P = inverse(X_TP_) * Vec3(words_.head<3>());
+  const Vec3 to_P = arc.to.head<3>() * scale;
+  Eigen::Vector2d from(from_P[first], from_P[second]), to(to_P[first], to_P[second]);
+  Eigen::Vector2d centre(arc.centre1 * scale, arc.centre2 * scale);
+  const Eigen::Vector2d chord = to - from;
+  if (chord.norm() > 1e-9) {  // the centre nearest to the programmed one that has equal radii
+    const Eigen::Vector2d middle = (from + to) / 2;
+    const Eigen::Vector2d along = chord.normalized();
+    centre -= along * along.dot(centre - middle);
+  }
+  const Eigen::Vector2d r1 = from - centre, r2 = to - centre;
+  double sweep = std::atan2(r2.y(), r2.x()) - std::atan2(r1.y(), r1.x());
+  const double sign = arc.turns > 0 ? 1 : -1;
+  sweep *= sign;
+  if (chord.norm() <= 1e-9)
+    sweep = 2 * kPi;
+  else if (sweep <= 0)
+    sweep += 2 * kPi;
+  sweep += 2 * kPi * (std::abs(arc.turns) - 1);
+  Vec3 centre_P = from_P;
+  centre_P[first] = centre.x();
+  centre_P[second] = centre.y();
+  Vec3 axis_P = Vec3::Zero();
+  axis_P[normal] = 1;
+  move_.kind = ProgramMove::Kind::kArc;
+  move_.arc_centre = X_TP_ * centre_P;
+  move_.arc_axis = X_TP_.R * axis_P;
+  move_.arc_sweep_rad = sign * sweep;
+  const Words words = words_of(arc.to);
+  double length = 0;
+  if (arc.inverse_per_min > 0)
+    length = make_arc(words_, words, move_.arc_centre, move_.arc_axis, move_.arc_sweep_rad).length;
+  limit_feed(arc.inverse_per_min, length);
+  send(words);
+}
+
+// Cubic pieces as chords that stay within 2 um of the curve.
+void Lowering::spline(const canon::NurbsFeed& spline) {
+  const double scale = inch_ ? kMmPerInch : 1;
+  AxisValues at = spline.to;
+  const std::vector<Vec3>& hull = *spline.bezier;
+  for (std::size_t i = 0; i + 3 < hull.size(); i += 4) {
+    const Vec3* c = hull.data() + i;
+    const double bend = std::max((c[0] - 2 * c[1] + c[2]).norm(), (c[1] - 2 * c[2] + c[3]).norm()) * scale;
+    const int chords = std::max(1, static_cast<int>(std::ceil(std::sqrt(0.75 * bend / kSplineChord_mm))));
+    for (int k = 1; k <= chords; ++k) {
+      const Vec3 p = bezier(c, static_cast<double>(k) / chords);
+      at[kX] = p.x();
+      at[kY] = p.y();
+      straight(at, ProgramMove::Kind::kFeed, 0);
+    }
+  }
+}
+
+void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument) {
+  sink_.event(QueueEvent{kind, value, argument}, move_.source);
+}
+
+struct Lowering::Visit {
+  Lowering& low;
+
+  void spindle() const {
+    const double rpm = low.turning_ ? (low.clockwise_ ? low.speed_rpm_ : -low.speed_rpm_) : 0;
+    low.event(QueueEvent::Kind::kSpindle, rpm);
+  }
+  void coolant(int bits) const {
+    if (bits == low.coolant_) return;
+    low.coolant_ = bits;
+    low.event(QueueEvent::Kind::kCoolant, 0, bits);
+  }
+  void operator()(const canon::Plain& c) const {
+    switch (c.what) {
+      case PlainCanon::kMistOn: return coolant(low.coolant_ | 1);
+      case PlainCanon::kMistOff: return coolant(low.coolant_ & ~1);
+      case PlainCanon::kFloodOn: return coolant(low.coolant_ | 2);
+      case PlainCanon::kFloodOff: return coolant(low.coolant_ & ~2);
+      case PlainCanon::kStopFeedSync: low.synchronous_ = false; return;
+      case PlainCanon::kProgramStop: return low.event(QueueEvent::Kind::kProgramStop);
+      case PlainCanon::kOptionalStop: return low.event(QueueEvent::Kind::kOptionalStop);
+      case PlainCanon::kProgramEnd: return low.event(QueueEvent::Kind::kProgramEnd);
+      default: return;
+    }
+  }
+  void operator()(const canon::UseLengthUnits& c) const { low.inch_ = c.inch; }
+  void operator()(const canon::SetG5xOffset& c) const {
+    low.frame_.g5x = low.mm(c.offset);
+    low.set_frame();
+  }
+  void operator()(const canon::SetG92Offset& c) const {
+    low.frame_.g92 = low.mm(c.offset);
+    low.set_frame();
+  }
+  void operator()(const canon::SetXyRotation& c) const {
+    low.frame_.rotation_deg = c.deg;
+    low.set_frame();
+  }
+  void operator()(const canon::UseToolLengthOffset& c) const {
+    const AxisValues tool = low.mm(c.offset);
+    if (!low.tip_in_table()) {  // the axes do not move: the same place, less the new tool
+      low.words_.head<3>() += (low.tool_ - tool).head<3>();
+      low.words_.tail<3>() += (low.tool_ - tool).tail<3>() * kRadPerDeg;
+    }
+    low.tool_ = tool;
+    low.set_frame();
+  }
+  void operator()(const canon::SetFeedRate& c) const { low.feed_ = c.per_min; }
+  void operator()(const canon::SetFeedMode& c) const { low.per_revolution_ = c.mode == 1; }
+  void operator()(const canon::SetMotionControlMode& c) const {
+    ProgramMove& m = low.move_;
+    m.mode = c.mode == MotionControl::kExactStop   ? PathMode::kExactStop
+             : c.mode == MotionControl::kExactPath ? PathMode::kExactPath
+                                                   : PathMode::kContinuous;
+    const double tolerance = low.inch_ ? c.tolerance * kMmPerInch : c.tolerance;
+    m.tolerance_mm = tolerance > 0 ? tolerance : low.config_.tolerance_mm;
+    m.tolerance_rad = rad_from_deg(c.orientation_deg > 0 ? c.orientation_deg : low.config_.tolerance_deg);
+  }
+  void operator()(const canon::StraightTraverse& c) const { low.straight(c.to, ProgramMove::Kind::kTraverse, 0); }
+  void operator()(const canon::ManualRetract& c) const { low.straight(c.to, ProgramMove::Kind::kTraverse, 0); }
+  void operator()(const canon::StraightFeed& c) const { low.straight(c.to, ProgramMove::Kind::kFeed, c.inverse_per_min); }
+  void operator()(const canon::StraightProbe& c) const { low.straight(c.to, ProgramMove::Kind::kFeed, 0); }
+  void operator()(const canon::RigidTap& c) const {
+    const Words start = low.words_;
+    low.straight(c.to, ProgramMove::Kind::kFeed, 0);
+    low.send(start);
+  }
+  void operator()(const canon::ArcFeed& c) const { low.arc(c); }
+  void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
+  void operator()(const canon::Dwell& c) const { low.event(QueueEvent::Kind::kDwell, c.s); }
+  void operator()(const canon::SetSpindleSpeed& c) const {
+    low.speed_rpm_ = c.rpm;
+    if (low.turning_) spindle();
+  }
+  void operator()(const canon::StartSpindle& c) const {
+    low.turning_ = true;
+    low.clockwise_ = c.clockwise;
+    spindle();
+  }
+  void operator()(const canon::StopSpindle&) const {
+    if (!low.turning_) return;
+    low.turning_ = false;
+    spindle();
+  }
+  void operator()(const canon::ChangeTool& c) const { low.event(QueueEvent::Kind::kToolChange, 0, c.tool); }
+  void operator()(const canon::Message&) const { low.event(QueueEvent::Kind::kMessage); }
+  void operator()(const canon::UserM& c) const { low.event(QueueEvent::Kind::kUser, c.p, c.code); }
+  void operator()(const canon::StartFeedSync& c) const {
+    low.synchronous_ = true;
+    low.sync_per_rev_ = c.per_rev;
+  }
+  void operator()(const canon::SetRtcp& c) const {
+    low.rtcp_ = c.on;
+    low.moved_frame(c.to);
+  }
+  void operator()(const canon::SetTiltedPlane& c) const {
+    low.frame_.tilted = c.on;
+    low.frame_.origin = low.inch_ ? Vec3(c.origin * kMmPerInch) : c.origin;
+    low.frame_.R_tilt = c.R;
+    low.aligned_ = c.on && c.aligned;
+    low.moved_frame(c.to);
+  }
+  template <typename Other>
+  void operator()(const Other&) const {}  // nothing moves, nothing happens at the machine
+};
+
+void Lowering::put(const CanonCommand& command, std::uint32_t line) {
+  move_.source.line = line;
+  std::visit(Visit{*this}, command);
+}
+
+}  // namespace trn

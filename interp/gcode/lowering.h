@@ -1,0 +1,62 @@
+#pragma once
+
+#include "core/ports.h"
+#include "interp/gcode/canon.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/work_frame.h"
+#include "interp/move.h"
+
+namespace trn {
+
+/// Turns canonical functions into moves in absolute words (mm, rad) for the planner: applies units and offsets,
+/// puts the tip into the table frame while tool-centre-point control is on, and works out feed limits.
+///
+/// RTCP on: p_B = X_BM * X_MP * p_P, with X_BM = Kinematics::home_X_BM() and X_MP the program frame in M
+/// (WorkFrame). RTCP off: words = X_MP * p_P. X_WB in the context is the inverse of that placement.
+class Lowering : public CanonSink {
+ public:
+  /// `kinematics` may be null for a machine without RTCP; `start` are the axis words where the machine stands.
+  Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
+           const Words& start = Words::Zero());
+
+  void put(const CanonCommand& command, std::uint32_t line) override;
+
+  std::uint64_t moves() const { return moves_; }
+
+ private:
+  struct Visit;
+
+  Words words_of(const AxisValues& program) const;
+  Vec3 point_of(const Vec3& program) const;
+  void straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min);
+  void arc(const canon::ArcFeed& arc);
+  void spline(const canon::NurbsFeed& spline);
+  void limit_feed(double inverse_per_min, double path_units);
+  void send(const Words& to);
+  void set_frame();
+  void moved_frame(const AxisValues& program);
+  void event(QueueEvent::Kind kind, double value = 0, std::int32_t argument = 0);
+  AxisValues mm(const AxisValues& program) const;
+  bool tip_in_table() const { return rtcp_ || aligned_; }
+
+  const ProgramConfig& config_;
+  const Kinematics* kinematics_;
+  MoveSink& sink_;
+  WorkFrame frame_;              ///< mm
+  Pose X_TP_;                    ///< program frame in the frame of the words (M, or B with RTCP on)
+  bool plain_ = true;            ///< the frame is a shift only
+  bool inch_ = false;
+  AxisValues tool_ = AxisValues::Zero();  ///< mm
+  bool rtcp_ = false, aligned_ = false;
+  double feed_ = 0;              ///< units of the program per minute, or per revolution
+  bool per_revolution_ = false, synchronous_ = false;
+  double sync_per_rev_ = 0;
+  double speed_rpm_ = 0;
+  bool clockwise_ = true, turning_ = false;
+  int coolant_ = 0, tool_number_ = 0;
+  Words words_;                  ///< where the machine stands
+  ProgramMove move_;
+  std::uint64_t moves_ = 0;
+};
+
+}  // namespace trn

@@ -1,0 +1,304 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
+
+namespace trn {
+
+namespace {
+
+int whole_word(const Block& b, char letter, int least, int most, std::string_view what) {
+  const double value = b[letter];
+  if (value != std::round(value)) fail(GcodeErrorCode::kNotInteger, b.at(letter), letter, value);
+  if (value < least || value > most)
+    fail(GcodeErrorCode::kBadValue, b.at(letter), letter, value, what, fmt::format("{} to {}", least, most));
+  return static_cast<int>(value);
+}
+
+constexpr int kMaxOutput = 63;
+constexpr int kMaxTool = 99999999;
+
+}  // namespace
+
+void Executor::m_codes(const Block& b) {
+  if (b.code(MGroup::kOutput) >= 0) output(b);
+  if (b.code(MGroup::kToolChange) >= 0) tool_change(b);
+  if (b.code(MGroup::kSpindle) >= 0) spindle(b);
+  if (b.code(MGroup::kState) >= 0) modal_state(b);
+  if (b.code(MGroup::kCoolant) >= 0) coolant(b);
+  if (b.code(MGroup::kOverride) >= 0) overrides(b);
+  if (b.code(MGroup::kUser) >= 0) user_m(b);
+  if (b.code(MGroup::kRtcp) >= 0) keywords(b);
+}
+
+void Executor::tool_select(const Block& b) {
+  const int tool = whole_word(b, 'T', 0, kMaxTool, "a tool number");
+  if (tool != 0 && !parts_.tools.tools().empty() && !parts_.tools.find(tool))
+    fail(GcodeErrorCode::kUnknownTool, b.at('T'), tool);
+  s_.selected_tool = tool;
+  put(canon::SelectTool{tool});
+}
+
+void Executor::tool_change(const Block& b) {
+  const int code = b.code(MGroup::kToolChange);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(MGroup::kToolChange), "a tool change");
+  if (code == 61) {
+    if (!b.has('Q')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M61", "a Q word");
+    s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
+    put(canon::ChangeToolNumber{s_.current_tool});
+  } else {
+    if (s_.selected_tool < 0)
+      fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M6", "a T word before or on this line");
+    put(PlainCanon::kStartChange);
+    stop_spindle();
+    s_.current_tool = s_.selected_tool;
+    put(canon::ChangeTool{s_.current_tool});
+  }
+  const Tool* tool = parts_.tools.find(s_.current_tool);
+  const Tool none;
+  if (!tool) tool = &none;
+  parts_.parameters[parameter::kTool] = s_.current_tool;
+  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kToolOffset + i] = tool->offset[i];
+  parts_.parameters[parameter::kToolDiameter] = tool->diameter;
+  parts_.parameters[5411] = tool->front_deg;
+  parts_.parameters[5412] = tool->back_deg;
+  parts_.parameters[5413] = tool->orientation;
+}
+
+void Executor::start_spindle(SpindleTurn turn) {
+  s_.modal.turn = turn;
+  put(canon::StartSpindle{turn == SpindleTurn::kClockwise});
+}
+
+void Executor::stop_spindle() {
+  s_.modal.turn = SpindleTurn::kStopped;
+  put(canon::StopSpindle{});
+}
+
+void Executor::spindle(const Block& b) {
+  switch (b.code(MGroup::kSpindle)) {
+    case 3: return start_spindle(SpindleTurn::kClockwise);
+    case 4: return start_spindle(SpindleTurn::kCounterclockwise);
+    case 5: return stop_spindle();
+    default: break;
+  }
+  if (!b.has('R')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kSpindle), "M19", "an R word, degrees");
+  put(canon::OrientSpindle{b['R'], b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});
+}
+
+void Executor::coolant(const Block& b) {
+  if (b.coolant & 1U) {
+    s_.modal.mist = true;
+    put(PlainCanon::kMistOn);
+  }
+  if (b.coolant & 2U) {
+    s_.modal.flood = true;
+    put(PlainCanon::kFloodOn);
+  }
+  if (!(b.coolant & 4U)) return;
+  s_.modal.mist = s_.modal.flood = false;
+  put(PlainCanon::kMistOff);
+  put(PlainCanon::kFloodOff);
+}
+
+void Executor::overrides(const Block& b) {
+  const int code = b.code(MGroup::kOverride);
+  const bool on = b.get('P', 1) != 0;
+  ModalState& m = s_.modal;
+  switch (code) {
+    case 48:
+    case 49:
+      m.feed_override = m.speed_override = code == 48;
+      put(code == 48 ? PlainCanon::kEnableFeedOverride : PlainCanon::kDisableFeedOverride);
+      put(code == 48 ? PlainCanon::kEnableSpeedOverride : PlainCanon::kDisableSpeedOverride);
+      break;
+    case 50:
+      m.feed_override = on;
+      put(on ? PlainCanon::kEnableFeedOverride : PlainCanon::kDisableFeedOverride);
+      break;
+    case 51:
+      m.speed_override = on;
+      put(on ? PlainCanon::kEnableSpeedOverride : PlainCanon::kDisableSpeedOverride);
+      break;
+    case 52:
+      m.adaptive_feed = on;
+      put(on ? PlainCanon::kEnableAdaptiveFeed : PlainCanon::kDisableAdaptiveFeed);
+      break;
+    default:
+      m.feed_hold = on;
+      put(on ? PlainCanon::kEnableFeedHold : PlainCanon::kDisableFeedHold);
+  }
+}
+
+void Executor::output(const Block& b) {
+  const int code = b.code(MGroup::kOutput);
+  const std::uint32_t column = b.at(MGroup::kOutput);
+  const std::string name = fmt::format("M{}", code);
+  if (code <= 65) {
+    if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, name, "a P word");
+    put(canon::SetOutputBit{code <= 63, code % 2 == 0, whole_word(b, 'P', 0, kMaxOutput, name)});
+  } else if (code >= 67) {
+    if (!b.has('E')) fail(GcodeErrorCode::kMissingWord, column, name, "an E word");
+    put(canon::SetOutputValue{code == 67, whole_word(b, 'E', 0, kMaxOutput, name), b.get('Q', 0)});
+  } else {
+    if (b.has('P') == b.has('E')) fail(GcodeErrorCode::kMissingWord, column, name, "either P or E");
+    const int type = b.has('L') ? whole_word(b, 'L', 0, 4, name) : 0;
+    if (type != 0 && b.has('E'))
+      fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', type, "an analog input", "L0");
+    if (type != 0 && b.get('Q', 0) <= 0)
+      fail(GcodeErrorCode::kMissingWord, column, name, "a Q word greater than 0, seconds");
+    const char index = b.has('P') ? 'P' : 'E';
+    put(canon::WaitInput{whole_word(b, index, 0, kMaxOutput, name), b.has('E'), type, b.get('Q', 0)});
+  }
+}
+
+void Executor::modal_state(const Block& b) {
+  const auto level = static_cast<std::size_t>(call.level);
+  if (kept_.size() <= level) kept_.resize(level + 1);
+  Kept& kept = kept_[level];
+  switch (b.code(MGroup::kState)) {
+    case 70: kept = {s_.modal, true, false}; break;
+    case 71: kept.valid = kept.restore_on_return = false; break;
+    case 73:
+      if (level == 0) fail(GcodeErrorCode::kFlowSyntax, b.at(MGroup::kState), "M73 outside a sub-program", "M70 and M72");
+      kept = {s_.modal, true, true};
+      break;
+    default:
+      if (!kept.valid) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kState), "M72", "M70 or M73 at this level first");
+      restore_modal(kept.state);
+  }
+}
+
+void Executor::on_return(int level) {
+  if (static_cast<std::size_t>(level) >= kept_.size()) return;
+  Kept& kept = kept_[static_cast<std::size_t>(level)];
+  if (kept.valid && kept.restore_on_return) restore_modal(kept.state);
+  kept.valid = kept.restore_on_return = false;
+}
+
+void Executor::restore_modal(const ModalState& kept) {
+  if (kept.inch != s_.modal.inch) set_units(kept.inch);
+  ModalState& m = s_.modal;
+  if (kept.plane != m.plane) {
+    m.plane = kept.plane;
+    put(canon::SelectPlane{m.plane});
+  }
+  if (kept.incremental != m.incremental) {
+    m.incremental = kept.incremental;
+    note(m.incremental ? "interpreter: distance mode changed to incremental"
+                       : "interpreter: distance mode changed to absolute");
+  }
+  m.arc_absolute = kept.arc_absolute;
+  m.diameter = kept.diameter;
+  m.retract_to_start = kept.retract_to_start;
+  restore_numbers(kept);
+}
+
+void Executor::restore_numbers(const ModalState& kept) {
+  ModalState& m = s_.modal;
+  if (kept.work_offset != m.work_offset) {
+    keep_machine([&] { load_system(kept.work_offset); });
+    put_system(true);
+  }
+  if (kept.feed_mode != m.feed_mode) {
+    m.feed_mode = kept.feed_mode;
+    put(canon::SetFeedMode{m.feed_mode == FeedMode::kPerRevolution});
+  }
+  if (kept.feed != m.feed) {
+    m.feed = kept.feed;
+    if (m.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{m.feed});
+  }
+  if (kept.speed != m.speed) {
+    m.speed = kept.speed;
+    put(canon::SetSpindleSpeed{m.speed});
+  }
+  if (kept.path != m.path || kept.path_tolerance != m.path_tolerance)
+    set_path(kept.path, kept.path_tolerance, kept.naive_tolerance, kept.orientation_deg);
+  if (kept.turn != m.turn) {
+    if (kept.turn == SpindleTurn::kStopped)
+      stop_spindle();
+    else
+      start_spindle(kept.turn);
+  }
+  if (kept.mist != m.mist) put(kept.mist ? PlainCanon::kMistOn : PlainCanon::kMistOff);
+  if (kept.flood != m.flood) put(kept.flood ? PlainCanon::kFloodOn : PlainCanon::kFloodOff);
+  m.mist = kept.mist;
+  m.flood = kept.flood;
+}
+
+void Executor::user_m(const Block& b) {
+  put(canon::UserM{b.code(MGroup::kUser), b.get('P', 0), b.get('Q', 0)});
+}
+
+// RTCP words and ignored words of other controls, as the config maps them.
+void Executor::keywords(const Block& b) {
+  const auto act = [&](std::size_t index, std::uint32_t column) {
+    const MappedWord& word = parts_.config.words[index];
+    if (word.action != WordAction::kIgnore)
+      return set_rtcp(word.action == WordAction::kRtcpOn, s_.tool_offset, column, word.text);
+    if (!warned_words_[index]) parts_.warn(column, fmt::format("{} is ignored, as the config says", word.text));
+    warned_words_[index] = true;
+  };
+  if (b.any_m && b.code(MGroup::kRtcp) >= 0) {
+    for (std::size_t i = 0; i < parts_.config.words.size(); ++i)
+      if (parts_.config.words[i].m_code == b.code(MGroup::kRtcp)) act(i, b.at(MGroup::kRtcp));
+    return;
+  }
+  for (std::size_t i = 0; i < b.parsed->keywords.size(); ++i)
+    act(static_cast<std::size_t>(b.parsed->keywords[i]), b.parsed->keyword_columns[i]);
+}
+
+bool Executor::stop(const Block& b) {
+  switch (b.code(MGroup::kStop)) {
+    case 0: put(PlainCanon::kProgramStop); return false;
+    case 1: put(PlainCanon::kOptionalStop); return false;
+    case 60:
+      put(PlainCanon::kPalletShuttle);
+      put(PlainCanon::kProgramStop);
+      return false;
+    default: break;
+  }
+  finish();
+  reset_at_end();
+  if (b.code(MGroup::kStop) == 30) put(PlainCanon::kPalletShuttle);
+  put(PlainCanon::kProgramEnd);
+  return true;
+}
+
+void Executor::end_program() {
+  finish();
+  put(PlainCanon::kProgramEnd);
+}
+
+// What M2 and M30 reset (RS274/NGC section 3.6.1, with the dialect's additions).
+void Executor::reset_at_end() {
+  if (s_.rtcp) set_rtcp(false, s_.tool_offset, 1, "M2");
+  if (s_.tilted) cancel_tilted_plane();
+  ModalState& m = s_.modal;
+  keep_machine([&] { load_system(1); });
+  put_system(false);
+  if (m.plane != Plane::kXY) {
+    m.plane = Plane::kXY;
+    put(canon::SelectPlane{Plane::kXY});
+  }
+  m.incremental = false;
+  m.arc_absolute = false;
+  m.feed_mode = FeedMode::kPerMinute;
+  put(canon::SetFeedMode{0});
+  m.feed = 0;
+  put(canon::SetFeedRate{0});
+  if (!m.feed_override) put(PlainCanon::kEnableFeedOverride);
+  if (!m.speed_override) put(PlainCanon::kEnableSpeedOverride);
+  m.feed_override = m.speed_override = true;
+  stop_spindle();
+  m.css = false;
+  put(canon::SetSpindleMode{0});
+  if (m.mist) put(PlainCanon::kMistOff);
+  if (m.flood) put(PlainCanon::kFloodOff);
+  m.mist = m.flood = false;
+  s_.motion = 10;
+}
+
+}  // namespace trn

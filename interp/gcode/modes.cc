@@ -1,0 +1,123 @@
+#include <cmath>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
+
+namespace trn {
+
+void Executor::feed_mode(const Block& b) {
+  const int code = b.code(GGroup::kFeedMode);
+  const FeedMode mode = code == 930   ? FeedMode::kInverseTime
+                        : code == 940 ? FeedMode::kPerMinute
+                                      : FeedMode::kPerRevolution;
+  if (mode == s_.modal.feed_mode) return;
+  s_.modal.feed_mode = mode;
+  note(mode == FeedMode::kInverseTime ? "interpreter: feed mode set to inverse time"
+       : mode == FeedMode::kPerMinute ? "interpreter: feed mode set to units per minute"
+                                      : "interpreter: feed mode set to units per revolution");
+  put(canon::SetFeedMode{mode == FeedMode::kPerRevolution});
+  if (mode == FeedMode::kInverseTime) return;
+  s_.modal.feed = 0;
+  put(canon::SetFeedRate{0});
+}
+
+void Executor::feed(const Block& b) {
+  if (b['F'] < 0) fail(GcodeErrorCode::kBadValue, b.at('F'), 'F', b['F'], "a feed rate", "F of 0 or more");
+  s_.modal.feed = b['F'];
+  if (s_.modal.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{b['F']});
+}
+
+void Executor::spindle_mode(const Block& b) {
+  s_.modal.css = b.code(GGroup::kSpindleMode) == 960;
+  if (s_.modal.css && !b.has('S')) fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kSpindleMode), "G96", "an S word");
+  if (b.has('D') && s_.modal.css && b['D'] < 0)
+    fail(GcodeErrorCode::kBadValue, b.at('D'), 'D', b['D'], "G96", "D of 0 or more");
+  s_.modal.css_max = s_.modal.css ? b.get('D', 1e30) : 0;
+  put(canon::SetSpindleMode{s_.modal.css_max});
+  if (!b.has('S')) put(canon::SetSpindleSpeed{s_.modal.speed});
+}
+
+void Executor::speed(const Block& b) {
+  if (b['S'] < 0) fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
+  s_.modal.speed = b['S'];
+  put(canon::SetSpindleSpeed{b['S']});
+}
+
+void Executor::plane(const Block& b) {
+  const int code = b.code(GGroup::kPlane);
+  const Plane plane = code == 170 ? Plane::kXY : code == 180 ? Plane::kXZ : Plane::kYZ;
+  if (comp_.active() && plane != s_.modal.plane)
+    fail(GcodeErrorCode::kCompState, b.at(GGroup::kPlane), "a change of plane");
+  s_.modal.plane = plane;
+  put(canon::SelectPlane{plane});
+}
+
+void Executor::units(const Block& b) {
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kUnits), "a change of units");
+  set_units(b.code(GGroup::kUnits) == 200);
+}
+
+void Executor::set_units(bool inch) {
+  put(canon::UseLengthUnits{inch});
+  if (inch == s_.modal.inch) return;
+  const double factor = inch ? 1 / kMmPerInch : kMmPerInch;
+  for (AxisValues* v : {&s_.position, &s_.g5x, &s_.g92, &s_.tool_offset}) v->head<3>() *= factor;
+  s_.tilt_origin *= factor;
+  s_.modal.path_tolerance *= factor;
+  s_.modal.naive_tolerance *= factor;
+  s_.modal.inch = inch;
+}
+
+void Executor::path_mode(const Block& b) {
+  const int code = b.code(GGroup::kPath);
+  for (const char letter : {'P', 'Q', 'R'})
+    if (code == 640 && b.has(letter) && b[letter] < 0)
+      fail(GcodeErrorCode::kBadValue, b.at(letter), letter, b[letter], "G64", "a tolerance of 0 or more");
+  if (code != 640) return set_path(code == 610 ? MotionControl::kExactPath : MotionControl::kExactStop, 0, 0, 0);
+  const double tolerance = b.get('P', 0);
+  set_path(MotionControl::kContinuous, tolerance, b.get('Q', tolerance), b.get('R', 0));
+}
+
+void Executor::set_path(MotionControl mode, double tolerance, double naive, double orientation_deg) {
+  s_.modal.path = mode;
+  if (mode == MotionControl::kContinuous) {
+    s_.modal.path_tolerance = tolerance;
+    s_.modal.naive_tolerance = naive;
+    s_.modal.orientation_deg = orientation_deg;
+  }
+  put_path();
+}
+
+void Executor::put_path() {
+  const ModalState& m = s_.modal;
+  put(canon::SetMotionControlMode{m.path, m.path_tolerance, m.orientation_deg});
+  if (m.path == MotionControl::kContinuous) put(canon::SetNaivecamTolerance{m.naive_tolerance});
+}
+
+void Executor::distance(const Block& b) {
+  const int code = b.code(GGroup::kDistance);
+  if (code >= 0 && (code == 910) != s_.modal.incremental) {
+    s_.modal.incremental = code == 910;
+    note(s_.modal.incremental ? "interpreter: distance mode changed to incremental"
+                              : "interpreter: distance mode changed to absolute");
+  }
+  const int arc_code = b.code(GGroup::kArcDistance);
+  if (arc_code < 0) return;
+  s_.modal.arc_absolute = arc_code == 901;
+  note(s_.modal.arc_absolute ? "interpreter: IJK distance mode changed to absolute"
+                             : "interpreter: IJK distance mode changed to incremental");
+}
+
+void Executor::retract(const Block& b) {
+  s_.modal.retract_to_start = b.code(GGroup::kRetract) == 980;
+  note(s_.modal.retract_to_start ? "interpreter: retract mode set to old_z"
+                                 : "interpreter: retract mode set to r_plane");
+}
+
+void Executor::dwell(const Block& b) {
+  if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G4", "a P word, seconds");
+  if (b['P'] < 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G4", "P of 0 or more seconds");
+  put(canon::Dwell{b['P']});
+}
+
+}  // namespace trn

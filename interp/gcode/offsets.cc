@@ -1,0 +1,258 @@
+#include <fmt/format.h>
+
+#include <cmath>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
+
+namespace trn {
+
+namespace {
+
+int system_base(int index) { return parameter::kFirstOffset + (index - 1) * parameter::kOffsetStride; }
+
+}  // namespace
+
+/// In mm and degrees.
+WorkFrame Executor::frame() const {
+  WorkFrame frame;
+  frame.g5x = to_mm(s_.g5x);
+  frame.g92 = to_mm(s_.g92);
+  frame.rotation_deg = s_.rotation_deg;
+  frame.tilted = s_.tilted;
+  frame.origin = s_.modal.inch ? Vec3(s_.tilt_origin * kMmPerInch) : s_.tilt_origin;
+  frame.R_tilt = s_.R_tilt;
+  return frame;
+}
+
+void Executor::load_system(int index) {
+  const int base = system_base(index);
+  AxisValues offset;
+  for (int i = 0; i < 6; ++i) offset[i] = parts_.parameters[base + i];
+  s_.g5x = from_mm(offset);
+  s_.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
+  s_.modal.work_offset = index;
+  parts_.parameters[parameter::kSystem] = index;
+}
+
+void Executor::put_system(bool with_g92) {
+  put(canon::SetG5xOffset{s_.modal.work_offset, s_.g5x});
+  if (with_g92) put(canon::SetG92Offset{s_.g92});
+  put(canon::SetXyRotation{s_.rotation_deg});
+}
+
+void Executor::work_offset(const Block& b) {
+  const int code = b.code(GGroup::kWorkOffset);
+  const int index = code <= 590 ? (code - 530) / 10 : code - 590 + 6;
+  if (index == s_.modal.work_offset) return note("interpreter: continuing to use same coordinate system");
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kWorkOffset), "a change of work offset");
+  if (s_.tilted)
+    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kWorkOffset), "a change of work offset in a tilted plane", "G69 first");
+  keep_machine([&] { load_system(index); });
+  put_system(true);
+}
+
+AxisValues Executor::table_offset(int number, std::uint32_t column) const {
+  if (number == 0) return AxisValues::Zero();
+  const Tool* tool = parts_.tools.find(number);
+  if (!tool) fail(GcodeErrorCode::kUnknownTool, column, number);
+  return from_mm(tool->offset);
+}
+
+void Executor::tool_length(const Block& b) {
+  const int code = b.code(GGroup::kToolLength);
+  const std::uint32_t column = b.at(GGroup::kToolLength);
+  if (comp_.active() && code != 490) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  int number = s_.current_tool;
+  if (b.has('H')) {
+    if (b['H'] != std::round(b['H']) || b['H'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('H'), 'H', b['H']);
+    if (b['H'] != 0) number = static_cast<int>(b['H']);
+  }
+  AxisValues offset = s_.tool_offset;
+  switch (code) {
+    case 490: offset.setZero(); break;
+    case 431:
+    case 432:
+      if (code == 432 && b.has('H')) {
+        offset += table_offset(number, b.at('H'));
+        break;
+      }
+      if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
+      for (int i = 0; i < 6; ++i)
+        if (b.has(kWordLetters[i])) offset[i] = (code == 432 ? offset[i] : 0) + b[kWordLetters[i]];
+      break;
+    default: offset = table_offset(number, b.has('H') ? b.at('H') : column);
+  }
+  if (code == 434 || code == 435) {
+    s_.tool_vector = code == 435;
+    return set_rtcp(true, offset, column, g_name(code));
+  }
+  s_.tool_vector = false;
+  set_tool_offset(offset, code);
+}
+
+void Executor::set_tool_offset(const AxisValues& offset, int code) {
+  s_.tool_length_code = code;
+  if (tip_in_table() || (s_.rtcp && code == 490))
+    return set_rtcp(s_.rtcp && code != 490, offset, 1, g_name(code));
+  if (s_.tilted) {
+    WorkFrame f = frame();
+    const AxisValues machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
+    s_.position = from_mm(f.to_program(machine));
+  } else if (s_.rotation_deg != 0) {
+    Vec3 shift = (s_.tool_offset - offset).head<3>();
+    s_.position.head<3>() += rot_z(rad_from_deg(-s_.rotation_deg)) * shift;
+    s_.position.tail<3>() += (s_.tool_offset - offset).tail<3>();
+  } else {
+    s_.position += s_.tool_offset - offset;
+  }
+  s_.tool_offset = offset;
+  put(canon::UseToolLengthOffset{offset});
+}
+
+void Executor::g10(const Block& b) {
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (!b.has('L')) fail(GcodeErrorCode::kMissingWord, column, "G10", "an L word");
+  if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
+  if (b['P'] != std::round(b['P']) || b['P'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
+  const double l = b['L'];
+  if (l == 1 || l == 10 || l == 11) return g10_tool(b, static_cast<int>(l));
+  if (l == 2 || l == 20) return g10_system(b, static_cast<int>(l));
+  fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', l, "G10", "L1, L2, L10, L11 or L20");
+}
+
+// L1 sets the entry; L10 so that the present place becomes the words in the work offset, L11 in G59.3.
+void Executor::g10_tool(const Block& b, int l) {
+  const int number = static_cast<int>(b['P']);
+  if (number == 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', 0, "G10 L1", "a tool number");
+  Tool& tool = parts_.tools.at_or_new(number);
+  AxisValues here = s_.position + s_.tool_offset;
+  if (l == 11) {
+    WorkFrame f = frame();
+    const AxisValues machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+    WorkFrame fixture;
+    const int base = system_base(9);
+    for (int i = 0; i < 6; ++i) fixture.g5x[i] = parts_.parameters[base + i];
+    fixture.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
+    here = from_mm(fixture.to_program(machine));
+  }
+  for (int i = 0; i < 6; ++i) {
+    const char letter = kWordLetters[i];
+    if (!b.has(letter)) continue;
+    const double value = l == 1 ? b[letter] : here[i] - b[letter];
+    tool.offset[i] = i < 3 ? to_mm(value) : value;
+  }
+  if (b.has('R')) tool.diameter = 2 * to_mm(b['R']);
+  if (b.has('I')) tool.front_deg = b['I'];
+  if (b.has('J')) tool.back_deg = b['J'];
+  if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
+  put(canon::SetToolTableEntry{tool.pocket, number, tool.offset, tool.diameter, tool.front_deg, tool.back_deg,
+                               tool.orientation});
+}
+
+void Executor::g10_system(const Block& b, int l) {
+  if (b['P'] > 9) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G10 L2", "P0 (the active system) to P9");
+  const int index = b['P'] == 0 ? s_.modal.work_offset : static_cast<int>(b['P']);
+  const int base = system_base(index);
+  Parameters& parameters = parts_.parameters;
+  if (l == 20 && b.has('R')) fail(GcodeErrorCode::kUnusedWord, b.at('R'), 'R', "G10 L2 turns a system");
+  if (s_.tilted && index == s_.modal.work_offset)
+    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G10 of the active system in a tilted plane", "G69 first");
+  const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
+  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  // L20 works in the turned axes of the system, so that each word stands for itself.
+  const Mat3 R_turn = rot_z(rad_from_deg(rotation));
+  AxisValues old_offset;
+  for (int i = 0; i < 6; ++i) old_offset[i] = parameters[base + i];
+  AxisValues here = machine, turned = old_offset;
+  if (l == 20 && rotation != 0) {
+    here.head<3>() = R_turn.transpose() * Vec3(machine.head<3>());
+    turned.head<3>() = R_turn.transpose() * Vec3(old_offset.head<3>());
+  }
+  const AxisValues g92_mm = to_mm(s_.g92);
+  for (int i = 0; i < 6; ++i) {
+    const char letter = kWordLetters[i];
+    if (!b.has(letter)) continue;
+    const double word = i < 3 ? to_mm(b[letter]) : b[letter];
+    turned[i] = l == 2 ? word : here[i] - word - g92_mm[i];
+  }
+  if (l == 20 && rotation != 0) turned.head<3>() = R_turn * Vec3(turned.head<3>());
+  for (int i = 0; i < 6; ++i) parameters[base + i] = turned[i];
+  parameters[base + parameter::kOffsetRotation] = rotation;
+  if (index != s_.modal.work_offset) return;
+  keep_machine([&] { load_system(index); });
+  put_system(false);
+}
+
+void Executor::g92(const Block& b) {
+  const int code = b.code(GGroup::kNonModal);
+  Parameters& parameters = parts_.parameters;
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
+  if (code == 920) {
+    if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, "G92", "axis words");
+    for (int i = 0; i < 6; ++i) {
+      if (!b.has(kWordLetters[i])) continue;
+      s_.g92[i] += s_.position[i] - b[kWordLetters[i]];
+      s_.position[i] = b[kWordLetters[i]];
+    }
+  } else {
+    AxisValues offset = AxisValues::Zero();
+    if (code == 923)
+      for (int i = 0; i < 6; ++i) offset[i] = parameters[parameter::kG92 + i];
+    const AxisValues wanted = from_mm(offset);
+    s_.position += s_.g92 - wanted;
+    s_.g92 = wanted;
+  }
+  parameters[parameter::kG92Active] = code == 920 || code == 923 ? 1 : 0;
+  const AxisValues mm = to_mm(s_.g92);
+  if (code != 922)
+    for (int i = 0; i < 6; ++i) parameters[parameter::kG92 + i] = mm[i];
+  put(canon::SetG92Offset{s_.g92});
+}
+
+void Executor::g52(const Block& b) {
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, "G52", "axis words");
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G52");
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, "G52 in a tilted plane", "G69 first");
+  for (int i = 0; i < 6; ++i) {
+    if (!b.has(kWordLetters[i])) continue;
+    s_.position[i] += s_.g92[i] - b[kWordLetters[i]];
+    s_.g92[i] = b[kWordLetters[i]];
+  }
+  const AxisValues mm = to_mm(s_.g92);
+  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kG92 + i] = mm[i];
+  parts_.parameters[parameter::kG92Active] = 1;
+  put(canon::SetG92Offset{s_.g92});
+}
+
+// G28 and G30 by way of the words' point; G28.1 and G30.1 keep the present place.
+void Executor::home_position(const Block& b, int code10) {
+  const int base = code10 < 300 ? parameter::kG28 : parameter::kG30;
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  Parameters& parameters = parts_.parameters;
+  if (code10 % 10 == 1) {
+    const AxisValues machine = machine_now(column);
+    for (int i = 0; i < 6; ++i) parameters[base + i] = machine[i];
+    return;
+  }
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code10));
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code10) + " in a tilted plane", "G69 first");
+  const AxisValues by_way = target(b);
+  put(canon::StraightTraverse{by_way});
+  s_.position = by_way;
+  suspend_rtcp(b, [&] {
+    AxisValues home;
+    for (int i = 0; i < 6; ++i) home[i] = parameters[base + i];
+    AxisValues to = from_mm(frame().to_program(home - to_mm(s_.tool_offset)));
+    if (b.has_axis_word())
+      for (int i = 0; i < 6; ++i)
+        if (!b.has(kWordLetters[i])) to[i] = s_.position[i];
+    put(canon::StraightTraverse{to});
+    s_.position = to;
+  });
+}
+
+}  // namespace trn

@@ -1,0 +1,91 @@
+#include "interp/gcode/parameter_file.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <fstream>
+#include <sstream>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/lexer.h"
+
+namespace trn {
+
+namespace {
+
+// Kept even when 0: homes, probe result, G92, coordinate systems.
+bool is_required(int n) {
+  return (n >= 5161 && n <= 5169) || (n >= 5181 && n <= 5189) || (n >= 5210 && n <= 5219) || n == 5220 ||
+         (n >= 5221 && n <= 5390 && (n - 5221) % 20 <= 9);
+}
+bool is_kept(int n) { return (n > parameter::kLocalCount && n <= 5000) || (n >= 5061 && n <= 5070); }
+
+}  // namespace
+
+void parse_parameters(std::string_view text, const std::string& name, Parameters& parameters) {
+  std::istringstream stream{std::string(text)};
+  std::string line;
+  std::int64_t last = 0;
+  for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    try {
+      Lexer lexer(line);
+      if (lexer.peek() == '\0' || lexer.peek() == ';') continue;
+      char* rest = nullptr;
+      const long index = std::strtol(line.c_str(), &rest, 10);
+      if (rest == line.c_str()) fail(GcodeErrorCode::kBadNumber, 1);
+      const char* second = rest;
+      const double value = std::strtod(second, &rest);
+      if (rest == second || Lexer(rest).peek() != '\0')
+        fail(GcodeErrorCode::kBadNumber, static_cast<std::uint32_t>(second - line.c_str()) + 1);
+      if (index < 1 || index > parameter::kMax) fail(GcodeErrorCode::kParameterRange, 1, index);
+      if (index <= last) fail(GcodeErrorCode::kRepeatedWord, 1, index);
+      last = index;
+      parameters[static_cast<int>(index)] = value;
+    } catch (const BlockError& error) {
+      throw ProgramError(fmt::format("{}:{}:{}: {}", name, number, error.column, error.what()));
+    }
+  }
+  double& system = parameters[parameter::kSystem];
+  if (!(system >= 1 && system <= 9)) system = 1;
+}
+
+void load_parameters(const std::string& path, Parameters& parameters) {
+  parse_parameters(read_text_file(path), path, parameters);
+}
+
+std::string parameters_text(const Parameters& parameters) {
+  std::string text;
+  for (int n = parameter::kLocalCount + 1; n <= 5400; ++n)
+    if (is_required(n) || (is_kept(n) && parameters[n] != 0)) text += fmt::format("{}\t{}\n", n, parameters[n]);
+  return text;
+}
+
+void save_parameters(const std::string& path, const Parameters& parameters) {
+  write_text_file(path, parameters_text(parameters));
+}
+
+std::string read_text_file(const std::string& path) {
+  std::ifstream file(path, std::ios::binary);
+  std::ostringstream text;
+  if (!file || !(text << file.rdbuf()).good()) {
+    if (file && file.peek() == std::ifstream::traits_type::eof()) return {};
+    throw ProgramError(fmt::format("{}:1:1: cannot read the file: {}", path, std::strerror(errno)));
+  }
+  return text.str();
+}
+
+void write_text_file(const std::string& path, std::string_view text) {
+  const std::string fresh = path + ".new";
+  {
+    std::ofstream file(fresh, std::ios::binary);
+    file.write(text.data(), static_cast<std::streamsize>(text.size()));
+    if (!file.flush()) throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", fresh, std::strerror(errno)));
+  }
+  if (std::rename(fresh.c_str(), path.c_str()) != 0)
+    throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", path, std::strerror(errno)));
+}
+
+}  // namespace trn

@@ -1,0 +1,24 @@
+#pragma once
+
+#include <string>
+#include <string_view>
+
+#include "interp/gcode/parameters.h"
+
+namespace trn {
+
+/// The numbered parameters of LinuxCNC's .var form: one "number<TAB>value" a line, ascending.
+/// ProgramError "file:line:column: message" for anything else.
+void parse_parameters(std::string_view text, const std::string& name, Parameters& parameters);
+void load_parameters(const std::string& path, Parameters& parameters);
+
+/// The parameters a control keeps over night (positions, offsets, user's own 31..5000 that are not 0).
+std::string parameters_text(const Parameters& parameters);
+/// Replaces the file in one step, so that a power cut leaves the old or the new one.
+void save_parameters(const std::string& path, const Parameters& parameters);
+
+/// Whole file; ProgramError if it cannot be read or written.
+std::string read_text_file(const std::string& path);
+void write_text_file(const std::string& path, std::string_view text);
+
+}  // namespace trn

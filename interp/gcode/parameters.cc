@@ -1,0 +1,73 @@
+#include "interp/gcode/parameters.h"
+
+#include <algorithm>
+
+namespace trn {
+
+namespace {
+
+// The order is that of Executor::predefined.
+constexpr std::array<std::string_view, 62> kPredefined = {
+    "_vmajor", "_vminor", "_line", "_motion_mode", "_plane", "_ccomp", "_metric", "_imperial", "_absolute",
+    "_incremental", "_inverse_time", "_units_per_minute", "_units_per_rev", "_coord_system", "_tool_offset",
+    "_retract_r_plane", "_retract_old_z", "_spindle_rpm_mode", "_spindle_css_mode", "_ijk_absolute_mode",
+    "_lathe_diameter_mode", "_lathe_radius_mode", "_spindle_on", "_spindle_cw", "_mist", "_flood",
+    "_speed_override", "_feed_override", "_adaptive_feed", "_feed_hold", "_feed", "_rpm", "_x", "_y", "_z", "_a",
+    "_b", "_c", "_abs_x", "_abs_y", "_abs_z", "_abs_a", "_abs_b", "_abs_c", "_current_tool", "_current_pocket",
+    "_selected_tool", "_selected_pocket", "_call_level", "_value", "_value_returned", "_task", "_remap_level",
+    "_tool_diameter", "_tool_length", "_rtcp", "_tilted_plane", "_u", "_v", "_w", "_block_delete",
+    "_optional_stop"};
+
+}  // namespace
+
+std::span<const std::string_view> predefined_names() { return kPredefined; }
+
+int find_predefined(std::string_view name) {
+  const auto found = std::find(kPredefined.begin(), kPredefined.end(), name);
+  return found == kPredefined.end() ? -1 : static_cast<int>(found - kPredefined.begin());
+}
+
+std::int32_t NameTable::intern(std::string_view name) {
+  const auto found = ids_.find(name);
+  if (found != ids_.end()) return found->second;
+  const auto id = static_cast<std::int32_t>(names_.size());
+  names_.emplace_back(name);
+  ids_.emplace(std::string(name), id);
+  return id;
+}
+
+void Parameters::Named::set(std::int32_t id, double v) {
+  const auto i = static_cast<std::size_t>(id);
+  if (i >= known.size()) {
+    known.resize(i + 1, false);
+    value.resize(i + 1, 0.0);
+  }
+  known[i] = true;
+  value[i] = v;
+}
+
+Parameters::Parameters() : numbered_(parameter::kMax + 1, 0.0), frames_(1) {
+  numbered_[parameter::kSystem] = 1;
+}
+
+void Parameters::push_frame(std::span<const double> arguments) {
+  ++depth_;
+  if (frames_.size() <= depth_) frames_.resize(depth_ + 1);
+  Named& frame = frames_[depth_];
+  frame.clear();
+  std::copy_n(numbered_.begin() + 1, parameter::kLocalCount, frame.caller_locals.begin());
+  std::fill_n(numbered_.begin() + 1, parameter::kLocalCount, 0.0);
+  std::copy(arguments.begin(), arguments.end(), numbered_.begin() + 1);
+}
+
+void Parameters::pop_frame() {
+  const Named& frame = frames_[depth_];
+  std::copy(frame.caller_locals.begin(), frame.caller_locals.end(), numbered_.begin() + 1);
+  --depth_;
+}
+
+void Parameters::clear_frames() {
+  while (depth_ > 0) pop_frame();
+}
+
+}  // namespace trn

@@ -1,0 +1,96 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <unordered_map>
+#include <vector>
+
+namespace trn {
+
+/// Numbered parameters of the dialect. Lengths are kept in mm, angles in degrees.
+namespace parameter {
+inline constexpr int kLocalCount = 30;   ///< #1 .. #30 belong to the sub-program
+inline constexpr int kProbe = 5061, kG28 = 5161, kG30 = 5181, kG92Active = 5210, kG92 = 5211;
+inline constexpr int kSystem = 5220, kFirstOffset = 5221, kOffsetStride = 20, kOffsetRotation = 9;
+inline constexpr int kInputResult = 5399, kTool = 5400, kToolOffset = 5401, kToolDiameter = 5410;
+inline constexpr int kPosition = 5420;
+inline constexpr int kMax = 5602;
+}  // namespace parameter
+
+/// Names to small numbers and back; for parameters and O-word labels.
+class NameTable {
+ public:
+  std::int32_t intern(std::string_view name);
+  const std::string& name(std::int32_t id) const { return names_[static_cast<std::size_t>(id)]; }
+  std::size_t size() const { return names_.size(); }
+
+ private:
+  struct Hash {
+    using is_transparent = void;
+    std::size_t operator()(std::string_view text) const { return std::hash<std::string_view>{}(text); }
+  };
+  std::unordered_map<std::string, std::int32_t, Hash, std::equal_to<>> ids_;
+  std::vector<std::string> names_;
+};
+
+/// Values that only the machine's state knows: #5420.. and #<_x> and its kind.
+class StateValues {
+ public:
+  virtual ~StateValues() = default;
+  /// Index in `predefined_names()`.
+  virtual double predefined(int index) const = 0;
+  /// Program coordinate of X Y Z A B C (0..5).
+  virtual double position(int axis) const = 0;
+};
+
+/// Names of the predefined read-only parameters, each with its leading underscore.
+std::span<const std::string_view> predefined_names();
+/// Index in predefined_names(), or -1.
+int find_predefined(std::string_view name);
+
+/// All parameters of a program: numbered, global named, and local named ones per sub-program call.
+class Parameters {
+ public:
+  Parameters();
+
+  double& operator[](int number) { return numbered_[static_cast<std::size_t>(number)]; }
+  double operator[](int number) const { return numbered_[static_cast<std::size_t>(number)]; }
+  static bool is_read_only(int number) {
+    return (number >= parameter::kTool && number <= 5413) || (number >= parameter::kPosition && number <= 5428);
+  }
+
+  const double* local(std::int32_t id) const { return frames_[depth_].find(id); }
+  const double* global(std::int32_t id) const { return globals_.find(id); }
+  void set_local(std::int32_t id, double value) { frames_[depth_].set(id, value); }
+  void set_global(std::int32_t id, double value) { globals_.set(id, value); }
+
+  /// A sub-program's frame: #1..#30 become the arguments (0 where none is given), names start unknown.
+  void push_frame(std::span<const double> arguments);
+  void pop_frame();
+  void clear_frames();
+  std::size_t depth() const { return depth_; }
+
+  NameTable names;
+
+ private:
+  struct Named {
+    std::vector<double> value;
+    std::vector<bool> known;
+    const double* find(std::int32_t id) const {
+      const auto i = static_cast<std::size_t>(id);
+      return i < known.size() && known[i] ? &value[i] : nullptr;
+    }
+    void set(std::int32_t id, double v);
+    void clear() { known.assign(known.size(), false); }
+    std::array<double, parameter::kLocalCount> caller_locals{};
+  };
+  std::vector<double> numbered_;
+  Named globals_;
+  std::vector<Named> frames_;
+  std::size_t depth_ = 0;
+};
+
+}  // namespace trn

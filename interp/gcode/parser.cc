@@ -1,0 +1,282 @@
+#include "interp/gcode/parser.h"
+
+#include <fmt/format.h>
+
+#include "interp/gcode/error.h"
+
+namespace trn {
+
+namespace {
+
+constexpr std::size_t kMaxCallArguments = 30;
+constexpr std::size_t kMaxWords = 200;
+
+struct FlowName {
+  std::string_view text;
+  FlowKind kind;
+};
+// A name that begins another comes after it.
+constexpr FlowName kFlowNames[] = {
+    {"sub", FlowKind::kSub},           {"endsub", FlowKind::kEndSub},   {"call", FlowKind::kCall},
+    {"return", FlowKind::kReturn},     {"while", FlowKind::kWhile},     {"endwhile", FlowKind::kEndWhile},
+    {"do", FlowKind::kDo},             {"if", FlowKind::kIf},           {"elseif", FlowKind::kElseIf},
+    {"else", FlowKind::kElse},         {"endif", FlowKind::kEndIf},     {"repeat", FlowKind::kRepeat},
+    {"endrepeat", FlowKind::kEndRepeat}, {"break", FlowKind::kBreak},   {"continue", FlowKind::kContinue}};
+
+struct CommentName {
+  std::string_view text;
+  CommentKind kind;
+};
+constexpr CommentName kCommentNames[] = {
+    {"msg,", CommentKind::kMessage},     {"debug,", CommentKind::kDebug},  {"print,", CommentKind::kPrint},
+    {"log,", CommentKind::kLog},         {"abort,", CommentKind::kAbort},  {"logopen,", CommentKind::kIgnored},
+    {"logappend,", CommentKind::kIgnored}, {"logclose", CommentKind::kIgnored},
+    {"probeopen", CommentKind::kIgnored}, {"probeclose", CommentKind::kIgnored}};
+
+bool needs_argument(FlowKind kind) {
+  return kind == FlowKind::kWhile || kind == FlowKind::kIf || kind == FlowKind::kElseIf ||
+         kind == FlowKind::kRepeat;
+}
+
+std::size_t most_arguments(FlowKind kind) {
+  if (kind == FlowKind::kCall) return kMaxCallArguments;
+  return needs_argument(kind) || kind == FlowKind::kReturn || kind == FlowKind::kEndSub ? 1 : 0;
+}
+
+constexpr std::array<bool, 256> make_word_letters() {
+  std::array<bool, 256> letters{};
+  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k', 'l', 'm', 'p', 'q', 'r', 's', 't', 'x',
+                       'y', 'z'})
+    letters[static_cast<unsigned char>(c)] = true;
+  return letters;
+}
+constexpr std::array<bool, 256> kWordLetters256 = make_word_letters();
+
+bool is_word_letter(char c) { return kWordLetters256[static_cast<unsigned char>(c)]; }
+
+}  // namespace
+
+void ParsedBlock::clear() {
+  words.clear();
+  assignments.clear();
+  code.clear();
+  keywords.clear();
+  keyword_columns.clear();
+  flow.kind = FlowKind::kNone;
+  flow.label = flow.label_expression = -1;
+  flow.arguments.clear();
+  comment_kind = CommentKind::kNone;
+  comment.clear();
+  block_delete = percent = false;
+}
+
+Parser::Parser(NameTable& names, NameTable& labels, const std::vector<MappedWord>& words)
+    : names_(names), labels_(labels), words_(words) {
+  for (const MappedWord& word : words_)
+    if (word.m_code < 0) begins_keyword_[static_cast<unsigned char>(word.text[0])] = true;
+}
+
+void Parser::line_number(Lexer& lexer) {
+  const std::uint32_t column = lexer.column();
+  lexer.skip();
+  const char c = lexer.peek();
+  if (!Lexer::is_digit(c)) fail(GcodeErrorCode::kLineNumber, column, show_byte(c));
+  const double number = lexer.number();
+  if (number > 999999999) fail(GcodeErrorCode::kLineNumber, column, number);
+}
+
+void Parser::parse(std::string_view line, ParsedBlock& out) {
+  out.clear();
+  Lexer lexer(line);
+  char c = lexer.peek();
+  if (c == '%') {
+    out.percent = true;
+    return;
+  }
+  if (c == '/') {
+    out.block_delete = true;
+    lexer.skip();
+    c = lexer.peek();
+  }
+  if (c == 'n') {
+    line_number(lexer);
+    c = lexer.peek();
+  }
+  if (c == 'o') return flow(lexer, out);
+  segments(lexer, out);
+}
+
+bool Parser::is_flow_line(std::string_view line) {
+  Lexer lexer(line);
+  lexer.accept('/');
+  if (lexer.accept('n'))
+    while (Lexer::is_digit(lexer.peek())) lexer.skip();
+  return lexer.peek() == 'o';
+}
+
+void Parser::parse_flow_only(std::string_view line, ParsedBlock& out) {
+  if (is_flow_line(line))
+    parse(line, out);
+  else
+    out.clear();
+}
+
+void Parser::segments(Lexer& lexer, ParsedBlock& out) {
+  for (char c = lexer.peek(); c != '\0'; c = lexer.peek()) {
+    if (c == '(') {
+      comment(lexer, out);
+    } else if (c == ';') {
+      lexer.to_end();
+    } else if (c == '#') {
+      assignment(lexer, out);
+    } else if (begins_keyword_[static_cast<unsigned char>(c)] && keyword(lexer, c, out)) {
+      continue;
+    } else if (is_word_letter(c)) {
+      word(lexer, c, out);
+    } else if (c == 'u' || c == 'v' || c == 'w') {
+      fail(GcodeErrorCode::kNoSuchAxis, lexer.column(), static_cast<char>(c - 32));
+    } else if (c == 'n') {
+      fail(GcodeErrorCode::kLineNumber, lexer.column(), "in the middle of the line");
+    } else if (c == 'o') {
+      fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "not at the beginning of the line",
+           "the O-word first on its line");
+    } else {
+      fail(GcodeErrorCode::kBadCharacter, lexer.column(), show_byte(c));
+    }
+  }
+}
+
+void Parser::word(Lexer& lexer, char letter, ParsedBlock& out) {
+  if (out.words.size() == kMaxWords) fail(GcodeErrorCode::kTooDeep, lexer.column(), kMaxWords);
+  ParsedWord parsed;
+  parsed.letter = static_cast<char>(letter - 32);
+  parsed.column = lexer.column();
+  lexer.skip();
+  char c = lexer.peek();
+  if (c == '+' || c == '-') {  // a sign before an expression negates it
+    const char* mark = lexer.mark();
+    lexer.skip();
+    const char after = lexer.peek();
+    lexer.back_to(mark);
+    if (Lexer::is_digit(after) || after == '.') c = after;
+  }
+  if (Lexer::is_digit(c) || c == '.') {
+    parsed.value = lexer.number();
+  } else {
+    if (c == '\0' || (c != '#' && c != '[' && c != '+' && c != '-' && !Lexer::is_letter(c)))
+      fail(GcodeErrorCode::kMissingValue, parsed.column, parsed.letter);
+    ExpressionCompiler compiler(lexer, names_, out.code);
+    parsed.expression = compiler.value();
+  }
+  out.words.push_back(parsed);
+}
+
+void Parser::assignment(Lexer& lexer, ParsedBlock& out) {
+  Assignment made;
+  made.column = lexer.column();
+  lexer.skip();
+  ExpressionCompiler compiler(lexer, names_, out.code);
+  const auto start = static_cast<std::int32_t>(out.code.size());
+  const ExpressionCompiler::Reference r = compiler.reference();
+  made.index = r.index;
+  switch (r.op) {
+    case Op::kLocal: made.target = Assignment::Target::kLocal; break;
+    case Op::kGlobal: made.target = Assignment::Target::kGlobal; break;
+    case Op::kPredefined: made.target = Assignment::Target::kReadOnly; break;
+    case Op::kNumbered: made.target = Assignment::Target::kNumber; break;
+    default:
+      made.target = Assignment::Target::kExpression;
+      made.index = start;
+      out.code.push_back(Instruction{Op::kEnd, made.column, {}});
+  }
+  if (!lexer.accept('=')) fail(GcodeErrorCode::kMissingEquals, lexer.column());
+  made.value = compiler.value();
+  out.assignments.push_back(made);
+}
+
+void Parser::comment(Lexer& lexer, ParsedBlock& out) {
+  lexer.skip();
+  const std::string_view text = lexer.comment();
+  Lexer inner(text);
+  out.comment_kind = CommentKind::kPlain;
+  for (const CommentName& name : kCommentNames) {
+    if (!inner.accept_word(name.text)) continue;
+    out.comment_kind = name.kind;
+    break;
+  }
+  out.comment.assign(out.comment_kind == CommentKind::kPlain ? text : inner.rest());
+}
+
+bool Parser::keyword(Lexer& lexer, char letter, ParsedBlock& out) {
+  const std::uint32_t column = lexer.column();
+  for (std::size_t i = 0; i < words_.size(); ++i) {
+    const MappedWord& mapped = words_[i];
+    if (mapped.m_code >= 0 || mapped.text[0] != letter || !lexer.accept_word(mapped.text)) continue;
+    if (mapped.action == WordAction::kIgnore && !lexer.rest().empty() && lexer.rest()[0] == '(') {
+      lexer.skip();
+      lexer.comment();  // the arguments of a cycle call
+    }
+    out.keywords.push_back(static_cast<std::int32_t>(i));
+    out.keyword_columns.push_back(column);
+    return true;
+  }
+  return false;
+}
+
+void Parser::flow_label(Lexer& lexer, ParsedBlock& out) {
+  const char c = lexer.peek();
+  if (c == '<') {
+    lexer.skip();
+    out.flow.label = labels_.intern(lexer.name('>'));
+  } else if (Lexer::is_digit(c)) {
+    const std::int64_t number = lexer.integer();
+    if (lexer.peek() == '.') fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "the label is not an integer",
+                                  "O and an integer, <name>, #parameter or [expression]");
+    out.flow.label = labels_.intern(fmt::format("{}", number));
+  } else if (c == '#' || c == '[') {
+    ExpressionCompiler compiler(lexer, names_, out.code);
+    out.flow.label_expression = compiler.value();
+  } else {
+    fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "no label",
+         "O and an integer, <name>, #parameter or [expression]");
+  }
+}
+
+void Parser::flow(Lexer& lexer, ParsedBlock& out) {
+  out.flow.column = lexer.column();
+  lexer.skip();
+  flow_label(lexer, out);
+  for (const FlowName& name : kFlowNames) {
+    if (!lexer.accept_word(name.text)) continue;
+    out.flow.kind = name.kind;
+    break;
+  }
+  const char c = lexer.peek();
+  if (out.flow.kind == FlowKind::kNone) {
+    if (c != '\0' && c != '(' && c != ';')
+      fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "unknown keyword",
+           "sub endsub call return while endwhile do if elseif else endif repeat endrepeat break continue");
+    out.flow.kind = FlowKind::kProgramNumber;
+  }
+  flow_arguments(lexer, out);
+  for (char next = lexer.peek(); next != '\0'; next = lexer.peek()) {
+    if (next == ';') return;
+    if (next != '(') fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "more than an O-word on the line",
+                          "the O-word, its arguments and a comment");
+    lexer.skip();
+    lexer.comment();
+  }
+}
+
+void Parser::flow_arguments(Lexer& lexer, ParsedBlock& out) {
+  const std::size_t most = most_arguments(out.flow.kind);
+  ExpressionCompiler compiler(lexer, names_, out.code);
+  while (lexer.peek() == '[') {
+    if (out.flow.arguments.size() == most) fail(GcodeErrorCode::kSubArguments, lexer.column(), most);
+    out.flow.arguments.push_back(compiler.bracketed());
+  }
+  if (needs_argument(out.flow.kind) && out.flow.arguments.empty())
+    fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "no condition", "[expression]");
+}
+
+}  // namespace trn

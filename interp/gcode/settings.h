@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+
+#include "interp/gcode/canon.h"
+#include "interp/gcode/modal.h"
+
+namespace trn {
+
+enum class FeedMode : std::uint8_t { kPerMinute, kInverseTime, kPerRevolution };
+enum class SpindleTurn : std::uint8_t { kStopped, kClockwise, kCounterclockwise };
+
+/// What M70 keeps and M72 brings back.
+struct ModalState {
+  Plane plane = Plane::kXY;
+  bool inch = false;
+  bool incremental = false;
+  bool arc_absolute = false;
+  bool diameter = false;
+  bool retract_to_start = false;  ///< G98
+  FeedMode feed_mode = FeedMode::kPerMinute;
+  double feed = 0;                ///< program units per minute, moves per minute or units per revolution
+  double speed = 0;               ///< rpm, or surface speed in G96
+  double css_max = 0;
+  bool css = false;
+  SpindleTurn turn = SpindleTurn::kStopped;
+  bool mist = false, flood = false;
+  bool feed_override = true, speed_override = true, adaptive_feed = false, feed_hold = true;
+  MotionControl path = MotionControl::kContinuous;
+  double path_tolerance = 0;      ///< program units
+  double naive_tolerance = 0;
+  double orientation_deg = 0;
+  int work_offset = 1;            ///< 1: G54 .. 9: G59.3
+};
+
+/// Words of a canned cycle that stay in force while the same cycle goes on.
+struct CycleWords {
+  double r = 0, bottom = 0, p = 0, q = 0, i = 0, j = 0, k = 0, h = 0, retract = 0;
+};
+
+/// The whole state of the language: lengths in the current program units, angles in degrees.
+struct Settings {
+  ModalState modal;
+  int motion = 800;               ///< active motion code times ten; G80: none
+  AxisValues position = AxisValues::Zero();  ///< program coordinates
+  AxisValues g5x = AxisValues::Zero();
+  AxisValues g92 = AxisValues::Zero();
+  double rotation_deg = 0;
+  AxisValues tool_offset = AxisValues::Zero();
+  int tool_length_code = 490;
+  int selected_tool = -1;
+  int current_tool = 0;
+  CycleWords cycle;
+  bool rtcp = false;
+  bool tool_vector = false;       ///< G43.5
+  bool tilted = false, tilted_aligned = false;
+  Vec3 tilt_origin = Vec3::Zero();
+  Mat3 R_tilt = Mat3::Identity();
+};
+
+}  // namespace trn

@@ -1,0 +1,112 @@
+#include "interp/gcode/tool_table.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/lexer.h"
+#include "interp/gcode/parameter_file.h"
+
+namespace trn {
+
+namespace {
+
+constexpr std::string_view kAxisLetters = "xyzabc";
+
+int whole(double value, std::uint32_t column) {
+  if (value != std::floor(value) || value < 0 || value > 99999999)
+    fail(GcodeErrorCode::kNotInteger, column, "the tool or pocket number", value);
+  return static_cast<int>(value);
+}
+
+void read_field(char letter, double value, std::uint32_t column, Tool& tool) {
+  const std::size_t axis = kAxisLetters.find(letter);
+  if (axis != std::string_view::npos) {
+    tool.offset[static_cast<Eigen::Index>(axis)] = value;
+    return;
+  }
+  switch (letter) {
+    case 't': tool.number = whole(value, column); break;
+    case 'p': tool.pocket = whole(value, column); break;
+    case 'd': tool.diameter = value; break;
+    case 'i': tool.front_deg = value; break;
+    case 'j': tool.back_deg = value; break;
+    case 'q': tool.orientation = whole(value, column); break;
+    case 'u': case 'v': case 'w': break;  // offsets of axes no machine here has
+    default: fail(GcodeErrorCode::kBadCharacter, column, show_byte(letter));
+  }
+}
+
+// False for an empty line.
+bool read_tool(std::string_view line, Tool& tool) {
+  Lexer lexer(line);
+  bool any = false;
+  for (char c = lexer.peek(); c != '\0' && c != ';'; c = lexer.peek()) {
+    const std::uint32_t column = lexer.column();
+    if (!Lexer::is_letter(c)) fail(GcodeErrorCode::kBadCharacter, column, show_byte(c));
+    lexer.skip();
+    const double value = lexer.number();
+    read_field(c, value, column, tool);
+    any = true;
+  }
+  if (lexer.accept(';')) tool.comment = std::string(lexer.rest());
+  if (any && tool.number == 0) fail(GcodeErrorCode::kMissingWord, 1, "a tool", "T and its number");
+  return any;
+}
+
+}  // namespace
+
+const Tool* ToolTable::find(int number) const {
+  const auto found = tools_.find(number);
+  return found == tools_.end() ? nullptr : &found->second;
+}
+
+Tool& ToolTable::at_or_new(int number) {
+  Tool& tool = tools_[number];
+  tool.number = number;
+  return tool;
+}
+
+ToolTable ToolTable::parse(std::string_view text, const std::string& name) {
+  ToolTable table;
+  std::istringstream stream{std::string(text)};
+  std::string line;
+  for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
+    if (!line.empty() && line.back() == '\r') line.pop_back();
+    try {
+      Tool tool;
+      if (!read_tool(line, tool)) continue;
+      if (table.tools_.count(tool.number)) fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
+      table.tools_[tool.number] = tool;
+    } catch (const BlockError& error) {
+      throw ProgramError(fmt::format("{}:{}:{}: {}", name, number, error.column, error.what()));
+    }
+  }
+  return table;
+}
+
+ToolTable ToolTable::load(const std::string& path) { return parse(read_text_file(path), path); }
+
+std::string ToolTable::to_text() const {
+  std::string text;
+  for (const auto& [number, tool] : tools_) {
+    text += fmt::format("T{} P{}", number, tool.pocket);
+    for (std::size_t i = 0; i < kAxisLetters.size(); ++i) {
+      const double value = tool.offset[static_cast<Eigen::Index>(i)];
+      if (value != 0) text += fmt::format(" {}{:+f}", kWordLetters[i], value);
+    }
+    if (tool.diameter != 0) text += fmt::format(" D{:+f}", tool.diameter);
+    if (tool.front_deg != 0) text += fmt::format(" I{:+f}", tool.front_deg);
+    if (tool.back_deg != 0) text += fmt::format(" J{:+f}", tool.back_deg);
+    if (tool.orientation != 0) text += fmt::format(" Q{}", tool.orientation);
+    text += tool.comment.empty() ? "\n" : fmt::format(" ;{}\n", tool.comment);
+  }
+  return text;
+}
+
+void ToolTable::save(const std::string& path) const { write_text_file(path, to_text()); }
+
+}  // namespace trn

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "interp/gcode/canon.h"
+
+namespace trn {
+
+/// One tool; lengths mm, angles degrees.
+struct Tool {
+  int number = 0;
+  int pocket = 0;
+  AxisValues offset = AxisValues::Zero();  ///< gauge point to tip
+  double diameter = 0;
+  double front_deg = 0, back_deg = 0;
+  int orientation = 0;
+  std::string comment;
+};
+
+/// Tools by number; read from and written to LinuxCNC's .tbl form ("T1 P1 D6.0 Z+50.0 ;end mill").
+class ToolTable {
+ public:
+  const Tool* find(int number) const;
+  Tool& at_or_new(int number);
+  const std::map<int, Tool>& tools() const { return tools_; }
+
+  /// ProgramError "file:line:column: message" for a line that is not of this form.
+  static ToolTable load(const std::string& path);
+  static ToolTable parse(std::string_view text, const std::string& name);
+  std::string to_text() const;
+  void save(const std::string& path) const;
+
+ private:
+  std::map<int, Tool> tools_;
+};
+
+}  // namespace trn
