@@ -7,19 +7,26 @@ namespace trn {
 
 namespace {
 
-// A step that is small against the piece's own features, yet large enough that rounding of q (1e-14 of 100 mm)
-// stays far below the jerk limits after division by its cube.
-double sampling_step(const PathPiece& piece) {
-  switch (piece.kind) {
-    case PathPiece::Kind::kPolynomial: return piece.length / 64;
-    case PathPiece::Kind::kArc: return std::min(0.01 / std::abs(piece.omega), 0.25);
-    case PathPiece::Kind::kLine: break;
-  }
-  return 0.25;  // a line turns the rotary joints by at most 0.25 degrees in this step
+// How far (in path_norm) the sampled points lie from the centre: small against the radii of the machine, yet so
+// large that rounding of q (1e-14 of 100 mm) stays far below the jerk limits after division by the step's cube.
+constexpr double kReach = 0.1;
+
+// The curve that shares value and three derivatives with the piece at s. It may be followed beyond the ends of
+// a piece however short that is.
+Words taylor(const PathPoint& p, double h) {
+  return p.y + h * (p.d1 + (h / 2) * (p.d2 + (h / 3) * p.d3));
 }
 
-double feed_speed(const PlanPiece& piece, double s) {
-  const Words d1 = piece.piece.derivatives(s).d1;
+// Step at which no term of the curve moves the words by more than kReach.
+double sampling_step(const PathPoint& p) {
+  const double n1 = path_norm(p.d1), n2 = path_norm(p.d2), n3 = path_norm(p.d3);
+  double h = kReach / std::max(n1, 1e-9);
+  if (n2 * h * h > 2 * kReach) h = std::sqrt(2 * kReach / n2);
+  if (n3 * h * h * h > 6 * kReach) h = std::cbrt(6 * kReach / n3);
+  return h;
+}
+
+double feed_speed(const PlanPiece& piece, const Words& d1) {
   double speed = piece.feed.path_units_s;
   const double tip = d1.head<3>().norm(), rotary = d1.tail<3>().norm();
   if (tip > 1e-9) speed = std::min(speed, piece.feed.tip_mm_s / tip);
@@ -30,17 +37,18 @@ double feed_speed(const PlanPiece& piece, double s) {
 }  // namespace
 
 KinStatus joint_derivatives(const JointMap& map, const PlanPiece& piece, double s, JointDerivatives& out) {
-  const double h = sampling_step(piece.piece);
+  const PathPoint p = piece.piece.derivatives(s);
+  const double h = sampling_step(p);
   JointVec q[5];
   for (int k = 0; k < 5; ++k) {
-    const KinStatus status = map.map(piece.piece.at(s + (k - 2) * h), piece.context, q[k]);
+    const KinStatus status = map.map(taylor(p, (k - 2) * h), piece.context, q[k]);
     if (status != KinStatus::kOk) return status;
   }
   out.q = q[2];
   out.d1 = (8 * (q[3] - q[1]) - (q[4] - q[0])) / (12 * h);
   out.d2 = (16 * (q[3] + q[1]) - (q[4] + q[0]) - 30 * q[2]) / (12 * h * h);
   out.d3 = ((q[4] - q[0]) - 2 * (q[3] - q[1])) / (2 * h * h * h);
-  out.feed_speed = feed_speed(piece, s);
+  out.feed_speed = feed_speed(piece, p.d1);
   return KinStatus::kOk;
 }
 

@@ -1,0 +1,55 @@
+#include "interp/plan/speed/block_emitter.h"
+
+#include <cmath>
+
+namespace trn::speed {
+
+void BlockEmitter::begin_stretch() { pieces_.clear(); }
+
+void BlockEmitter::add_piece(const PlanPiece& piece, double s_start) { pieces_.push_back({piece, s_start}); }
+
+void BlockEmitter::segment(const LawSegment& segment, bool at_rest) {
+  const double s_end = segment.end().s;
+  double t = 0;
+  while (pieces_.size() > 1) {
+    const double border = pieces_[1].s, tolerance = 1e-9 * pieces_[0].plan.piece.length;
+    if (s_end < border - tolerance) break;
+    const double t_border = s_end > border + 1e-9 * pieces_[1].plan.piece.length ? segment.time_at(border)
+                                                                                 : segment.duration_s;
+    if (t_border > t) append(segment.at(t), segment.jerk, t_border - t);
+    t = t_border;
+    flush(at_rest && t >= segment.duration_s);
+    pieces_.pop_front();
+  }
+  if (t < segment.duration_s) append(segment.at(t), segment.jerk, segment.duration_s - t);
+  if (at_rest) flush(true);
+}
+
+void BlockEmitter::append(const PathState& from, double jerk, double duration_s) {
+  if (block_.segment_count == MotionBlock::kMaxSegments) flush(false);
+  block_.segments[block_.segment_count++] = {duration_s, from.s - pieces_.front().s, from.v, from.a, jerk};
+}
+
+void BlockEmitter::flush(bool at_rest) {
+  if (block_.segment_count == 0) return;
+  const PlanPiece& plan = pieces_.front().plan;
+  block_.piece = plan.piece;
+  block_.context = plan.context;
+  block_.rapid = plan.rapid;
+  block_.line = plan.line;
+  block_.ends_at_rest = at_rest;
+  out_.block(block_);
+  ++block_count_;
+  block_.segment_count = 0;
+}
+
+void BlockEmitter::event(const QueueEvent& event, std::uint32_t line) {
+  MotionBlock block{};
+  block.event = event;
+  block.line = line;
+  block.ends_at_rest = true;
+  out_.block(block);
+  ++block_count_;
+}
+
+}  // namespace trn::speed

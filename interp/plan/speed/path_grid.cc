@@ -1,0 +1,268 @@
+#include "interp/plan/speed/path_grid.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn::speed {
+
+namespace {
+
+using Place = PendingPiece::Place;
+
+constexpr double kVariationPerInterval = 0.35;  // of a limit, by curvature or its change
+constexpr double kGrading = 0.5;                // growth of the spacing per time, away from a closer one
+constexpr int kIntervalsPerStretchMin = 32;
+
+// Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
+double ramp_time(double h, double v, double a, double jerk) {
+  double t = std::cbrt(6 * h / jerk);  // never too short
+  if (v > 0) t = std::min(t, h / v);
+  for (int i = 0; i < 4; ++i) {
+    const double error = t * (v + t * (a / 2 + t * jerk / 6)) - h, slope = v + t * (a + t * jerk / 2);
+    if (slope > 0) t -= error / slope;
+  }
+  return t;
+}
+
+double travel_time(double h, double b0, double b1) { return 2 * h / (std::sqrt(b0) + std::sqrt(b1) + 1e-30); }
+
+double place_time(const std::vector<Place>& places, size_t i) {
+  return travel_time(places[i + 1].s - places[i].s, places[i].b_est, places[i + 1].b_est);
+}
+
+double piece_time(const PendingPiece& pending) {
+  double sum = 0;
+  for (size_t i = 0; i + 1 < pending.places.size(); ++i) sum += place_time(pending.places, i);
+  return sum;
+}
+
+// Largest change of a joint's value between two samples, over the joint's limit.
+double change(const PerJoint& a, const PerJoint& b, const PerJoint& limit, int count) {
+  double worst = 0;
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i) worst = std::max(worst, std::abs(b[i] - a[i]) / limit[i]);
+  return worst;
+}
+
+// Spacing next to a standstill that resolves the jerk-limited ramp to the speed bound.
+double rest_spacing(const LocalBound& bound) { return std::sqrt(std::sqrt(bound.b) / bound.jerk) / 8; }
+
+LocalBound least(const LocalBound& a, const LocalBound& b) {
+  return {std::min(a.b, b.b), std::min(a.acceleration, b.acceleration), std::min(a.jerk, b.jerk)};
+}
+
+}  // namespace
+
+PathGrid::PathGrid(const PathSampler& sampler, double spacing_s, double lookahead_s)
+    : sampler_(sampler), spacing_s_(spacing_s), lookahead_s_(lookahead_s) {}
+
+void PathGrid::begin_stretch() {
+  pending_.clear();
+  intervals_.clear();
+  s_end_ = pending_time_s_ = 0;
+  before_ = {};
+  spacing_before_ = 1e9;
+  merge_open_ = false;
+}
+
+// Coarse places: one each three spacings, more on a polynomial so that no wave of it hides between them; finer
+// towards a rest.
+static std::vector<double> coarse_positions(const PlanPiece& piece, double time_s, double spacing_s, bool starts,
+                                            double rest_length) {
+  const double length = piece.piece.length;
+  int n = std::max(2, static_cast<int>(std::ceil(time_s / (3 * spacing_s))));
+  if (piece.piece.kind == PathPiece::Kind::kPolynomial) n = std::max(n, time_s > spacing_s / 4 ? 8 : 6);
+  std::vector<double> at;
+  for (int i = 0; i <= n; ++i) at.push_back(length * i / n);
+  const double graded = std::min(length / 2, rest_length);
+  for (int i = 1; i < 8; ++i) {
+    const double d = graded * std::pow(i / 8.0, 3);
+    if (starts) at.push_back(d);
+    if (piece.ends_stretch) at.push_back(length - d);
+  }
+  std::sort(at.begin(), at.end());
+  const auto close = [&](double a, double b) { return b - a < 1e-6 * length; };
+  at.erase(std::unique(at.begin(), at.end(), close), at.end());
+  at.back() = length;
+  return at;
+}
+
+void PathGrid::add(const PlanPiece& piece) {
+  const double length = piece.piece.length;
+  PendingPiece pending{piece, s_end_, 0, 0, 0, {}, {}};
+  const PathSample first = sampler_.sample(piece, 0, s_end_, length / 2);
+  const LocalBound mid = sampler_.bound(sampler_.sample(piece, length / 2, s_end_, 0));
+  const double time_s = length / std::sqrt(std::max(mid.b, sampler_.bound(first).b));
+  const double ramp = std::min(mid.acceleration / mid.jerk, 16 * spacing_s_);
+  const std::vector<double> at =
+      coarse_positions(piece, time_s, spacing_s_, s_end_ == 0, mid.jerk * ramp * ramp * ramp);
+  const JointRates& rates = sampler_.rates();
+  PathSample before = first;
+  for (size_t i = 0; i < at.size(); ++i) {
+    const double reach = i + 1 < at.size() ? at[i + 1] - at[i] : 0;
+    const PathSample sample = i == 0 ? first : sampler_.sample(piece, at[i], s_end_ + at[i], reach);
+    pending.variation2 += change(before.d2, sample.d2, rates.acceleration, rates.count);
+    pending.variation3 += change(before.d3, sample.d3, rates.jerk, rates.count);
+    pending.places.push_back({sample.s, sampler_.bound(sample), 0, 0});
+    pending.samples.push_back(sample);
+    before = sample;
+  }
+  for (Place& place : pending.places) place.b_est = place.bound.b;
+  pending_time_s_ += piece_time(pending);
+  s_end_ += length;
+  pending_.push_back(std::move(pending));
+}
+
+// Forward pass: from place to place with jerk and acceleration limited, under the local bounds. `flip`: backwards.
+void PathGrid::sweep(std::vector<Place*>& all, SpeedState from, bool flip) {
+  double v = std::sqrt(from.b), a = from.a;
+  for (size_t i = 0; i < all.size(); ++i) {
+    Place& p = *all[flip ? all.size() - 1 - i : i];
+    if (i > 0) {
+      const Place& before = *all[flip ? all.size() - i : i - 1];
+      const double h = std::abs(p.s - before.s), v0 = v;
+      const double a_max = std::min(p.bound.acceleration, before.bound.acceleration);
+      const double jerk = std::min(p.bound.jerk, before.bound.jerk);
+      const double t = ramp_time(h, v, a, jerk);
+      const double a1 = std::min(a_max, a + jerk * t);
+      v = std::sqrt(v * v + h * (std::min(a, a_max) + a1));
+      const double v_max = std::sqrt(std::min(p.bound.b, p.b_est));
+      a = v <= v_max ? a1 : h > 0 ? std::clamp((v_max * v_max - v0 * v0) / (2 * h), 0.0, a1) : a1;
+      v = std::min(v, v_max);
+    } else {
+      v = std::min(v, std::sqrt(std::min(p.bound.b, p.b_est)));
+    }
+    p.b_est = v * v;
+    p.a_est = a;
+  }
+}
+
+// Profile over the pending pieces: local bounds, jerk and acceleration forwards and backwards. The unknown future
+// counts as no obstacle.
+void PathGrid::estimate(bool to_end) {
+  std::vector<Place*> all;
+  for (PendingPiece& p : pending_)
+    for (Place& place : p.places) {
+      place.b_est = place.bound.b;
+      all.push_back(&place);
+    }
+  sweep(all, before_, false);
+  const SpeedState after = to_end ? SpeedState{} : SpeedState{1e12, 0};
+  sweep(all, after, true);
+  for (PendingPiece& p : pending_) p.spacing_s = wanted_spacing(p);
+}
+
+// Time between nodes that the piece's own curvature asks for.
+double PathGrid::wanted_spacing(const PendingPiece& pending) const {
+  const double time_s = piece_time(pending);
+  if (time_s < 0.5 * spacing_s_) return spacing_s_;
+  const double v = pending.plan.piece.length / time_s, b = v * v;
+  const double variation = pending.variation2 * b + pending.variation3 * b * v;
+  const double n = std::max(time_s / spacing_s_, std::min(variation / kVariationPerInterval, 24 + time_s / spacing_s_));
+  return time_s / std::max(1.0, n);
+}
+
+double PathGrid::pending_time() const {
+  double sum = 0;
+  for (const PendingPiece& p : pending_) sum += piece_time(p);
+  return sum;
+}
+
+void PathGrid::lay(bool to_end, bool force) {
+  if (pending_.empty() || (!to_end && !force && pending_time_s_ < 2 * lookahead_s_)) return;
+  estimate(to_end);
+  double time_s = pending_time();
+  const bool whole = to_end && intervals_.empty();  // a stretch short enough to be seen at once
+  const double spacing_s = whole ? std::min(spacing_s_, time_s / kIntervalsPerStretchMin) : spacing_s_;
+  const size_t keep = pending_.size() / 2;
+  while (!pending_.empty() && (to_end || time_s > lookahead_s_ || (force && pending_.size() > keep))) {
+    const PendingPiece& front = pending_.front();
+    time_s -= piece_time(front);
+    before_ = {front.places.back().b_est, front.places.back().a_est};
+    const bool last = pending_.size() == 1;
+    const double after_s = !last ? pending_[1].spacing_s : to_end ? rest_spacing(front.places.back().bound) : spacing_s;
+    if (front.s == 0) spacing_before_ = rest_spacing(front.places.front().bound);
+    lay_piece(front, spacing_s, after_s, to_end && last);
+    pending_.pop_front();
+  }
+  pending_time_s_ = time_s;
+}
+
+// Where the piece is after a time of its estimated motion; constant acceleration between its places.
+static double place_after(const PendingPiece& pending, double t) {
+  size_t i = 0;
+  while (i + 2 < pending.places.size() && t > place_time(pending.places, i)) t -= place_time(pending.places, i++);
+  const Place &p = pending.places[i], &q = pending.places[i + 1];
+  t = std::min(t, place_time(pending.places, i));
+  const double a = (q.b_est - p.b_est) / (2 * (q.s - p.s));
+  return std::clamp(p.s + t * (std::sqrt(p.b_est) + a * t / 2), p.s, q.s);
+}
+
+// Moments of the nodes inside a piece: `spacing_s` apart, closer towards neighbours whose nodes are closer.
+static std::vector<double> node_times(double time_s, double spacing_s, double before_s, double after_s) {
+  std::vector<double> times{0};
+  while (times.back() < time_s) {
+    const double t = times.back();
+    double step = std::min({spacing_s, before_s + kGrading * t});
+    step = std::min(step, (after_s + kGrading * std::max(0.0, time_s - t)) / (1 + kGrading));
+    times.push_back(t + step);
+  }
+  const double excess = times.back() / time_s;  // spread, rather than leaving a short last one
+  for (double& t : times) t /= excess;
+  return times;
+}
+
+// A tiny piece is merged with its neighbours into one interval; any other gets borders of its own.
+void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, double after_s, bool last) {
+  const double time_s = piece_time(pending);
+  if (time_s < 0.5 * spacing_s && !(last && !merge_open_)) {
+    extend_interval(pending, time_s);
+    if (intervals_.back().time_est_s >= 0.75 * spacing_s) merge_open_ = false;
+    spacing_before_ = intervals_.back().time_est_s;
+    return;
+  }
+  merge_open_ = false;
+  const std::vector<double> times =
+      node_times(time_s, std::min(spacing_s, pending.spacing_s) * (1 + 1e-9), spacing_before_, after_s);
+  const double s_end = pending.s + pending.plan.piece.length;
+  double s0 = pending.s, t0 = 0;
+  for (size_t i = 1; i < times.size(); ++i) {
+    const bool at_end = i + 1 == times.size();
+    const double s1 = at_end ? s_end : place_after(pending, times[i]);
+    if (!at_end && (s1 - s0 < 1e-7 * pending.plan.piece.length || s1 >= s_end)) continue;
+    append_interval(pending, s0, s1, times[i] - t0);
+    s0 = s1;
+    t0 = times[i];
+  }
+  spacing_before_ = intervals_.back().time_est_s;
+}
+
+void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1, double time_s) {
+  GridInterval g;
+  g.s = s0;
+  g.h = s1 - s0;
+  g.time_est_s = time_s;
+  g.b_est = (g.h / time_s) * (g.h / time_s);
+  for (const double u : {0.0, 0.5, 1.0}) {
+    const double s = u == 1.0 ? s1 : s0 + u * g.h;
+    const bool shared = u == 0.0 && s0 > pending.s && !intervals_.empty();
+    g.samples.push_back(shared ? intervals_.back().samples.back()
+                               : sampler_.sample(pending.plan, s - pending.s, s, g.h / 2));
+    const LocalBound bound = sampler_.bound(g.samples.back());
+    g.bound = u == 0.0 ? bound : least(g.bound, bound);
+  }
+  intervals_.push_back(std::move(g));
+}
+
+void PathGrid::extend_interval(const PendingPiece& pending, double time_s) {
+  if (!merge_open_) intervals_.emplace_back().s = pending.s;
+  GridInterval& g = intervals_.back();
+  if (!merge_open_) g.bound = pending.places.front().bound;
+  merge_open_ = true;
+  for (const Place& place : pending.places) g.bound = least(g.bound, place.bound);
+  g.samples.insert(g.samples.end(), pending.samples.begin(), pending.samples.end());
+  g.h += pending.plan.piece.length;
+  g.time_est_s += time_s;
+  g.b_est = (g.h / g.time_est_s) * (g.h / g.time_est_s);
+}
+
+}  // namespace trn::speed

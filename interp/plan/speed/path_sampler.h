@@ -1,0 +1,47 @@
+#pragma once
+
+#include <vector>
+
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/stages.h"
+
+namespace trn::speed {
+
+/// The bracket at one place of the path, from one side: derivatives of the motor joints by s, and the bound that
+/// feed and joint velocity put on b = (ds/dt)^2.
+struct PathSample {
+  double s = 0;      ///< from the start of the stretch
+  double b_max = 0;  ///< per s^2
+  PerJoint d1{}, d2{}, d3{};
+};
+
+/// Local bounds of the path parameter's own motion, ignoring what happens before and after.
+struct LocalBound {
+  double b = 0;             ///< (ds/dt)^2 with constant speed, curvature and its change included
+  double acceleration = 0;  ///< d2s/dt2 at rest
+  double jerk = 0;          ///< d3s/dt3 at rest
+};
+
+/// Samples the bracket and judges position limits. Throws ProgramError ("line N: ...") when the map fails or a
+/// joint would leave its range.
+class PathSampler {
+ public:
+  PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates);
+
+  /// At `s_piece` of the piece; `s` is the place in the stretch. Joints are judged within `reach` of s_piece too,
+  /// as far as a parabola tells.
+  PathSample sample(const PlanPiece& piece, double s_piece, double s, double reach) const;
+  LocalBound bound(const PathSample& sample) const;
+
+  const JointRates& rates() const { return rates_; }
+
+ private:
+  void check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const;
+  double speed_bound(const PlanPiece& piece, const JointDerivatives& d) const;
+
+  const Joints& joints_;
+  const JointMap& map_;
+  JointRates rates_;
+};
+
+}  // namespace trn::speed

@@ -1,0 +1,151 @@
+#include "interp/plan/speed/time_law.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn::speed {
+
+namespace {
+
+constexpr double kCorrection = 0.5;  // of the speed's deviation taken back at the next node
+
+// Time to cover h from v with acceleration running linearly from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
+double crossing_time(double h, double v, double a0, double a1) {
+  const double root = v * v + 2.0 / 3.0 * h * (2 * a0 + a1);
+  return root > 0 ? 2 * h / (v + std::sqrt(root)) : -1;
+}
+
+// Acceleration at the end of the interval for which the constant-jerk stop over rest_length fits exactly.
+double stopping_acceleration(double h, const PathState& from, double a1, double rest_length) {
+  for (int i = 0; i < 30; ++i) {  // contraction: a1 changes v1 by T/2 only
+    const double T = crossing_time(h, from.v, from.a, a1);
+    if (T < 0) return a1;
+    const double v1 = from.v + T * (from.a + a1) / 2;
+    const double error = a1 + 2.0 / 3.0 * v1 * v1 / rest_length;
+    a1 -= error / (1 + 2.0 / 3.0 * v1 * T / rest_length);
+  }
+  return a1;
+}
+
+void use_of(const PathSample& p, const PathState& at, double jerk, const JointRates& rates, LimitUse& use) {
+  const double v = at.v, vv = v * v, vvv = vv * v, va3 = 3 * v * at.a;
+  use.velocity = std::max(use.velocity, std::sqrt(vv / p.b_max));
+  for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
+    const double qdd = p.d1[j] * at.a + p.d2[j] * vv;
+    const double qddd = p.d1[j] * jerk + p.d2[j] * va3 + p.d3[j] * vvv;
+    use.acceleration = std::max(use.acceleration, std::abs(qdd) / rates.acceleration[j]);
+    use.jerk = std::max(use.jerk, std::abs(qddd) / rates.jerk[j]);
+  }
+}
+
+// The sample at s on the parabola through three samples.
+PathSample between(const PathSample* p, double s, int count) {
+  const double a = s - p[0].s, b = s - p[1].s, c = s - p[2].s;
+  const double ab = p[0].s - p[1].s, ac = p[0].s - p[2].s, bc = p[1].s - p[2].s;
+  const double w0 = b * c / (ab * ac), w1 = -a * c / (ab * bc), w2 = a * b / (ac * bc);
+  PathSample out;
+  out.s = s;
+  out.b_max = w0 * p[0].b_max + w1 * p[1].b_max + w2 * p[2].b_max;
+  for (size_t j = 0; j < static_cast<size_t>(count); ++j) {
+    out.d1[j] = w0 * p[0].d1[j] + w1 * p[1].d1[j] + w2 * p[2].d1[j];
+    out.d2[j] = w0 * p[0].d2[j] + w1 * p[1].d2[j] + w2 * p[2].d2[j];
+    out.d3[j] = w0 * p[0].d3[j] + w1 * p[1].d3[j] + w2 * p[2].d3[j];
+  }
+  return out;
+}
+
+}  // namespace
+
+PathState LawSegment::at(double t) const {
+  return {from.s + t * (from.v + t * (from.a / 2 + t * (jerk / 6))), from.v + t * (from.a + t * (jerk / 2)),
+          from.a + t * jerk};
+}
+
+double LawSegment::time_at(double s) const {
+  double low = 0, high = duration_s, t = duration_s / 2;
+  for (int i = 0; i < 60; ++i) {  // Newton, kept inside the bracket
+    const PathState p = at(t);
+    const double error = p.s - s;
+    (error > 0 ? high : low) = t;
+    double next = p.v > 0 ? t - error / p.v : low;
+    if (!(next > low && next < high)) next = (low + high) / 2;
+    if (std::abs(next - t) <= 1e-15 * duration_s) return next;
+    t = next;
+  }
+  return t;
+}
+
+bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem, const Doubles& c,
+                   PathState from, double rest_length, std::vector<LawSegment>& law) {
+  const int n = problem.intervals;
+  double reach = 0;
+  for (int k = 0; k < n; ++k) {
+    const GridInterval& g = grid[first + static_cast<size_t>(k)];
+    const double s_next = g.s + g.h, h = s_next - from.s;
+    const SpeedState target = problem.at_node(c, k + 1);
+    const double b_free = from.v * from.v + h * (from.a + target.a);
+    reach = std::max(h, 0.7 * reach);  // short intervals must not mend at once what a long one left
+    double a1 = target.a + kCorrection * (target.b - b_free) / reach;
+    if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);
+    const double T = crossing_time(h, from.v, from.a, a1);
+    LawSegment segment{from, (a1 - from.a) / T, T, first + static_cast<size_t>(k), first + static_cast<size_t>(k) + 1};
+    PathState end{s_next, from.v + T * (from.a + a1) / 2, a1};
+    if (!(T > 0) || !(end.v > 0)) return false;
+    law.push_back(segment);
+    from = end;
+  }
+  return true;
+}
+
+LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t last, double b_end) {
+  const double s = grid[first].s, length = grid[last - 1].s + grid[last - 1].h - s, v = std::sqrt(b_end);
+  const double T = 3 * length / v;
+  return {{s, 0, 0}, 2 * v / (T * T), T, first, last};
+}
+
+LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from) {
+  const double length = grid[last - 1].s + grid[last - 1].h - from.s, T = 3 * length / from.v;
+  return {{from.s, from.v, -2 * from.v / T}, 2 * from.v / (T * T), T, first, last};
+}
+
+LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, const JointRates& rates) {
+  LimitUse use;
+  const double s_end = segment.end().s, rounding = 1e-9 * (s_end - segment.from.s);
+  const auto judge = [&](const PathSample& p) {
+    if (p.s < segment.from.s - rounding || p.s > s_end + rounding) return;
+    double t = segment.duration_s;
+    if (p.s < s_end - rounding) t = p.s > segment.from.s + rounding ? segment.time_at(p.s) : 0;
+    use_of(p, segment.at(t), segment.jerk, rates, use);
+  };
+  const auto& samples = interval.samples;
+  for (size_t i = 0; i < samples.size(); ++i) {
+    judge(samples[i]);
+    if (i + 1 == samples.size() || samples[i + 1].s <= samples[i].s) continue;
+    const size_t first = i > 0 && samples[i - 1].s < samples[i].s ? i - 1 : i;
+    if (first + 2 >= samples.size() || samples[first + 2].s <= samples[first + 1].s) continue;
+    for (const double u : {0.25, 0.5, 0.75})
+      judge(between(&samples[first], samples[i].s + u * (samples[i + 1].s - samples[i].s), rates.count));
+  }
+  return use;
+}
+
+double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t last, const JointRates& rates,
+                  const std::deque<Headroom>& headroom, bool start) {
+  const double s0 = grid[first].s, length = grid[last - 1].s + grid[last - 1].h - s0;
+  LawSegment unit = rest_start(grid, first, last, 1);
+  if (!start) unit = rest_stop(grid, first, last, {s0, 1, 0});
+  double b = 1e12;
+  for (size_t k = first; k < last; ++k) {
+    for (const PathSample& p : grid[k].samples) {
+      const double t = unit.time_at(std::clamp(p.s, s0, s0 + length));
+      LimitUse use;
+      use_of(p, unit.at(t), unit.jerk, rates, use);
+      if (use.velocity > 0) b = std::min(b, headroom[k].velocity / (use.velocity * use.velocity));
+      if (use.acceleration > 0) b = std::min(b, headroom[k].acceleration / use.acceleration);
+      if (use.jerk > 0) b = std::min(b, std::cbrt(std::pow(headroom[k].jerk / use.jerk, 2)));
+    }
+  }
+  return b;
+}
+
+}  // namespace trn::speed

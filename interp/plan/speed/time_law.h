@@ -1,0 +1,45 @@
+#pragma once
+
+#include "interp/plan/speed/speed_problem.h"
+
+namespace trn::speed {
+
+/// Motion of the path parameter at one moment.
+struct PathState {
+  double s = 0, v = 0, a = 0;
+};
+
+/// Constant jerk from `from` for `duration_s`, over the grid's intervals [first, last).
+struct LawSegment {
+  PathState from;
+  double jerk = 0, duration_s = 0;
+  size_t first = 0, last = 0;  ///< indices into the grid
+
+  PathState at(double t) const;
+  PathState end() const { return at(duration_s); }
+  /// Time in [0, duration] at which the parameter passes s.
+  double time_at(double s) const;
+};
+
+/// Turns the solution c of `problem` on grid[first, ...) into segments of constant jerk that meet at the grid's
+/// nodes: s exact at every node, a as the solution has it plus a small correction that keeps v on it.
+/// `from` is the true state at the first node; at the last node a = -2/3 v^2 / rest_length holds exactly.
+/// False when the law would leave v > 0.
+bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem, const Doubles& c,
+                   PathState from, double rest_length, std::vector<LawSegment>& law);
+
+/// Constant jerk from rest over the intervals [first, last) of the grid up to b at their end; or down to rest.
+LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t last, double b_end);
+LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from);
+
+/// Greatest share of the limits that the segment uses at the samples of its intervals.
+struct LimitUse {
+  double velocity = 0, acceleration = 0, jerk = 0;  ///< velocity: v / v_max, feed included
+};
+LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, const JointRates& rates);
+
+/// Greatest b at the moving end of the rest segment over [first, last) that keeps all limits.
+double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t last, const JointRates& rates,
+                  const std::deque<Headroom>& headroom, bool start);
+
+}  // namespace trn::speed
