@@ -15,7 +15,10 @@ constexpr size_t kRunMin = 4;           // fewer moves are not worth a curve
 constexpr size_t kWindow = 1024;        // moves
 constexpr size_t kWindowMax = 32768;    // bounds the memory
 constexpr int kOverlap = 10;            // spans of a window that the next one may change
-constexpr double kFeedSpread = 1.03;    // moves whose feeds differ by less share a piece
+constexpr double kShortestPart = 0.02;  // of a span; a feed's border may move by that much
+constexpr double kToleranceKept =
+    0.98;                             // of what a curve leaves of the tolerance, for the blends at its ends
+constexpr double kFeedSpread = 1.03;  // moves whose feeds differ by less share a piece
 
 bool is_run_material(const PathItem& item) {
   return item.mode == PathMode::kContinuous && item.piece.kind == PathPiece::Kind::kLine &&
@@ -184,7 +187,7 @@ void Compressor::hand_on_lines(size_t count) {
   for (size_t i = 0; i < count; ++i) {
     PathItem item = pattern_;
     item.feed = moves_[i].feed;
-    item.line = moves_[i].line;
+    item.line = item.last_line = moves_[i].line;
     if (i == 0 && lead_)
       item.piece = lead_->piece;
     else
@@ -221,28 +224,33 @@ std::vector<PathItem> Compressor::items_of(const RunFit& fit, int from, int to) 
   return items;
 }
 
+size_t Compressor::move_at(double u) const {
+  const auto after = std::upper_bound(vertices_.begin() + 1, vertices_.end() - 1, u,
+                                      [](double at, const RunVertex& v) { return at < v.u; });
+  return static_cast<size_t>(after - vertices_.begin()) - 1;
+}
+
 // One span of the curve, cut where the programmed feed changes.
 void Compressor::append_parts(const PathPiece& piece, double u0, double usage,
                               std::vector<PathItem>& out) const {
-  const double shortest = 0.02 * piece.length;
-  const auto after = std::upper_bound(vertices_.begin() + 1, vertices_.end() - 1, u0 + shortest,
-                                      [](double u, const RunVertex& v) { return u < v.u; });
-  size_t i = static_cast<size_t>(after - vertices_.begin()) - 1;
-  double from = 0;
-  while (from < piece.length) {
-    PathItem item = pattern_;
+  const double shortest = kShortestPart * piece.length;
+  PathItem item = pattern_;
+  item.tolerance_mm *= kToleranceKept * (1 - std::min(usage, 1.0));
+  item.tolerance_rad *= kToleranceKept * (1 - std::min(usage, 1.0));
+  size_t i = move_at(u0 + shortest);
+  item.line = moves_[move_at(u0)].line;
+  for (double from = 0; from < piece.length;) {
     item.feed = moves_[i].feed;
-    item.line = moves_[i].line;
     double to = vertices_[++i].u - u0;
     while (to < piece.length - shortest && (alike(item.feed, moves_[i].feed) || to - from < shortest)) {
       item.feed = lower(item.feed, moves_[i].feed);
       to = vertices_[++i].u - u0;
     }
     if (to > piece.length - shortest) to = piece.length;
+    item.last_line = moves_[i - 1].line;
     item.piece = from == 0 && to == piece.length ? piece : cut(piece, from, to);
-    item.tolerance_mm *= 0.98 * (1 - std::min(usage, 1.0));
-    item.tolerance_rad *= 0.98 * (1 - std::min(usage, 1.0));
     out.push_back(item);
+    item.line = moves_[std::min(i, moves_.size() - 1)].line;
     from = to;
   }
 }

@@ -44,6 +44,7 @@ class Compressor {
   void hand_on_lines(size_t count);
   void hand_on_lead();
   std::vector<PathItem> items_of(const RunFit& fit, int from, int to) const;
+  size_t move_at(double u) const;
   void append_parts(const PathPiece& piece, double u0, double usage, std::vector<PathItem>& out) const;
   void hand_on(const std::vector<PathItem>& items, bool joins_next);
   void freeze(const RunFit& fit, int at);

@@ -51,8 +51,8 @@ void CornerBlender::resolve_junction(double span_after_next) {
   if (junction_.kind == Junction::Kind::kStop) end_stretch();
   if (blend) {
     const PathPiece whole = make_blend(before, after, span);
-    emit(*first_, cut(whole, 0, span));
-    emit(*second_, cut(whole, span, 2 * span));
+    emit(*first_, cut(whole, 0, span), first_->last_line);
+    emit(*second_, cut(whole, span, 2 * span), second_->line);
   }
   first_from_ = blend ? span : 0;
   span_before_ = blend ? junction_.span : 0;
@@ -63,12 +63,12 @@ void CornerBlender::resolve_junction(double span_after_next) {
 void CornerBlender::emit_remainder(const PathItem& item, double from, double to) {
   if (to - from < kRemainderMin) return;
   const bool whole = from == 0 && to == item.piece.length;
-  emit(item, whole ? item.piece : cut(item.piece, from, to));
+  emit(item, whole ? item.piece : cut(item.piece, from, to), item.line);
 }
 
-void CornerBlender::emit(const PathItem& item, const PathPiece& piece) {
+void CornerBlender::emit(const PathItem& item, const PathPiece& piece, std::uint32_t line) {
   if (held_) sink_.piece(*held_);
-  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, item.line};
+  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, line};
 }
 
 void CornerBlender::end_stretch() {

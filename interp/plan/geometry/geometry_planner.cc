@@ -44,7 +44,7 @@ PathItem item_of(const ProgramMove& move, const Words& from) {
   item.mode = move.mode;
   item.tolerance_mm = move.tolerance_mm;
   item.tolerance_rad = move.tolerance_rad;
-  item.line = move.source.line;
+  item.line = item.last_line = move.source.line;
   return item;
 }
 

@@ -13,8 +13,9 @@ struct PathItem {
   PathMode mode = PathMode::kContinuous;
   double tolerance_mm = 0;  ///< what a blend at either end may still use
   double tolerance_rad = 0;
-  bool joins_next = false;  ///< the next item continues this one with three derivatives, by construction
-  std::uint32_t line = 0;
+  bool joins_next = false;      ///< the next item continues this one with three derivatives, by construction
+  std::uint32_t line = 0;       ///< where it starts
+  std::uint32_t last_line = 0;  ///< where it ends: a curve stands for many moves
 };
 
 /// True when both contexts mean the same to the joints.

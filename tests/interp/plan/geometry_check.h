@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <vector>
 
@@ -120,6 +121,38 @@ inline double worst_usage(const std::vector<ProgramMove>& moves, const std::vect
             best = std::min(best, usage_of(moves[static_cast<size_t>(j)], y));
       worst = std::max(worst, best);
     }
+  return worst;
+}
+
+/// The same for pieces that stand for many moves: each is compared with the moves from its line to the next
+/// piece's. Lines only. The nearest place by the path norm is tried first, the least usage where that is not
+/// good enough.
+inline double worst_usage_of_runs(const std::vector<ProgramMove>& moves, const std::vector<PlanPiece>& pieces,
+                                  int samples = 16) {
+  constexpr int kMargin = 3;
+  const int n = static_cast<int>(moves.size());
+  const auto nearest = [](const ProgramMove& m, const Words& y) {
+    const Words e = m.to - m.from;
+    const double length2 = path_dot(e, e);
+    const double t = length2 > 0 ? std::clamp(path_dot(y - m.from, e) / length2, 0.0, 1.0) : 0;
+    const Words miss = y - m.from - t * e;
+    const double r = miss.tail<3>().norm();
+    return std::max(miss.head<3>().norm() / m.tolerance_mm, r < 1e-12 ? 0 : r / m.tolerance_rad);
+  };
+  double worst = 0;
+  for (size_t i = 0; i < pieces.size(); ++i) {
+    const int from = std::max(0, static_cast<int>(pieces[i].line) - 1 - kMargin);
+    const int next = i + 1 < pieces.size() ? static_cast<int>(pieces[i + 1].line) : n;
+    const int to = std::min(n - 1, next - 1 + kMargin), parts = std::max(samples, 2 * (to - from));
+    for (int k = 0; k <= parts; ++k) {
+      const Words y = pieces[i].piece.at(pieces[i].piece.length * k / parts);
+      double best = 1e300;
+      for (int j = from; j <= to; ++j) best = std::min(best, nearest(moves[static_cast<size_t>(j)], y));
+      for (int j = from; j <= to && best > 0.99; ++j)
+        best = std::min(best, usage_of(moves[static_cast<size_t>(j)], y));
+      worst = std::max(worst, best);
+    }
+  }
   return worst;
 }
 
