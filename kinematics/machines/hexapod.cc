@@ -110,14 +110,15 @@ std::unique_ptr<Kinematics> make_hexapod(const Machine& machine, const ConfigTab
   HexapodConfig config;
   config.platform = read_platform(section);
   const auto legs = section.tables("leg");
-  if (legs.size() != 6) throw section.error("leg", fmt::format("a hexapod has 6 legs, not {}", legs.size()));
-  for (std::size_t i = 0; i < 6; ++i) {
+  for (std::size_t i = 0; i < std::min<std::size_t>(legs.size(), 6); ++i) {
     config.base_R[i] = legs[i].vec3("base_mm");
     config.platform_P[i] = legs[i].vec3("platform_mm");
   }
   if (section.has("joint_angle_deg_max"))
     config.joint_angle_max = kRadPerDeg * section.number("joint_angle_deg_max", Range{1e-3, 180.0});
   config.leg_distance_min = section.number("leg_distance_mm_min", 0.0, kNotNegative);
+  section.finish();  // a misspelt key explains a missing leg better than what follows
+  if (legs.size() != 6) throw section.error("leg", fmt::format("a hexapod has 6 legs, not {}", legs.size()));
   if (machine.joints.size() != 6) throw section.error("type", "a hexapod has six linear joints, one a leg");
   for (const Joint& joint : machine.joints)
     if (joint.kind != JointKind::kLinear)

@@ -133,9 +133,10 @@ std::unique_ptr<Kinematics> make_rail_mill(const Machine& machine, const ConfigT
   RailMillConfig config;
   config.platform = read_platform(section);
   const auto rails = section.tables("rail");
+  for (std::size_t i = 0; i < std::min<std::size_t>(rails.size(), 4); ++i) config.rails[i] = read_rail(rails[i]);
+  section.finish();  // a misspelt key explains a missing rail better than what follows
   if (rails.size() != 4)
     throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));
-  for (std::size_t i = 0; i < 4; ++i) config.rails[i] = read_rail(rails[i]);
   if (machine.joints.size() != 4)
     throw section.error("type", "a rail mill has four linear joints, one a rail");
   for (const Joint& joint : machine.joints)
