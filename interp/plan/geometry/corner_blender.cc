@@ -10,6 +10,12 @@ namespace {
 // what the other leaves. Both ends use the same rule, so a path run backwards gets the same blends.
 double share(double length, double other) { return std::max(length / 2, length - other); }
 
+// An item that stands for many moves: the line at s, as if all moves were of the same length.
+std::uint32_t line_at(const PathItem& item, double s) {
+  const double part = std::clamp(s / item.piece.length, 0.0, 1.0);
+  return item.line + static_cast<std::uint32_t>(part * (item.last_line - item.line));
+}
+
 // Shorter remainders than this are rounding.
 constexpr double kRemainderMin = 1e-11;
 
@@ -51,7 +57,7 @@ void CornerBlender::resolve_junction(double span_after_next) {
   if (junction_.kind == Junction::Kind::kStop) end_stretch();
   if (blend) {
     const PathPiece whole = make_blend(before, after, span);
-    emit(*first_, cut(whole, 0, span), first_->last_line);
+    emit(*first_, cut(whole, 0, span), line_at(*first_, before.length - span));
     emit(*second_, cut(whole, span, 2 * span), second_->line);
   }
   first_from_ = blend ? span : 0;

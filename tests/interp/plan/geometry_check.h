@@ -141,8 +141,8 @@ inline double worst_usage_of_runs(const std::vector<ProgramMove>& moves, const s
   };
   double worst = 0;
   for (size_t i = 0; i < pieces.size(); ++i) {
-    const int from = std::max(0, static_cast<int>(pieces[i].line) - 1 - kMargin);
-    const int next = i + 1 < pieces.size() ? static_cast<int>(pieces[i + 1].line) : n;
+    const int from = std::max(0, static_cast<int>(pieces[i > 1 ? i - 2 : 0].line) - 1 - kMargin);
+    const int next = i + 2 < pieces.size() ? static_cast<int>(pieces[i + 2].line) : n;
     const int to = std::min(n - 1, next - 1 + kMargin), parts = std::max(samples, 2 * (to - from));
     for (int k = 0; k <= parts; ++k) {
       const Words y = pieces[i].piece.at(pieces[i].piece.length * k / parts);
