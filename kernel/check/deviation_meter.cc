@@ -102,14 +102,17 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
   found.tip_mm = place.distance_mm;
   found.tip_ratio = place.distance_mm / (found.tip_exact ? kRoundingMm : leg.tolerance_mm());
   found.tip_fits = place.distance_mm <= allowed_mm;
-  const double begin = place.share - leg.reach(p, place, allowed_mm, -1, place.share - from);
-  const double end = place.share + leg.reach(p, place, allowed_mm, +1, to - place.share);
   const double worst_ratio_deg = report_.axis_ratio.value * allowed_deg;
   const double enough_deg = found.axis_exact ? report_.axis_exact_deg.value : worst_ratio_deg;
-  found.axis_deg = leg.smallest_angle_deg(
-      u, begin, end, place.share, std::max(kNothingDeg, std::min(report_.axis_deg.value, enough_deg)));
+  const double enough = std::max(kNothingDeg, std::min(report_.axis_deg.value, enough_deg));
+  found.axis_deg = angle_deg(u, leg.axis(place.share));
+  if (leg.turn_rad() > 0 && found.axis_deg > enough) {
+    const double begin = place.share - leg.reach(p, place, allowed_mm, -1, place.share - from);
+    const double end = place.share + leg.reach(p, place, allowed_mm, +1, to - place.share);
+    found.axis_deg = std::min(found.axis_deg, leg.smallest_angle_deg(u, begin, end, enough));
+  }
   found.axis_ratio = found.axis_deg / allowed_deg;
-  found.share = begin;
+  found.share = place.share - leg.reach_at_most(p, place, allowed_mm, -1, place.share - from);
   return found;
 }
 

@@ -102,34 +102,35 @@ double ProgrammedLeg::arc_minimum(const Vec3& p, double from, double to) const {
   return share;
 }
 
-double ProgrammedLeg::reach(const Vec3& p, const LegPlace& place, double within_mm, int direction,
-                            double most) const {
+double ProgrammedLeg::reach_at_most(const Vec3& p, const LegPlace& place, double within_mm, int direction,
+                                    double most) const {
   if (tip_length_mm_ <= 0) return most;
   if (place.distance_mm > within_mm) return 0;
   const double square = within_mm * within_mm - place.distance_mm * place.distance_mm;
-  double inside = std::sqrt(square) / tip_length_mm_;
-  if (!arc_ || inside >= most) return std::min(inside, most);
+  double shares = std::sqrt(square) / tip_length_mm_;  // exact for a line, near for an arc
+  if (!arc_) return std::min(shares, most);
+  const auto fits = [&] { return (tip(place.share + direction * shares) - p).norm() <= within_mm; };
+  while (shares < most && fits()) shares *= 1.5;
+  return std::min(shares, most);
+}
+
+double ProgrammedLeg::reach(const Vec3& p, const LegPlace& place, double within_mm, int direction,
+                            double most) const {
+  double outside = reach_at_most(p, place, within_mm, direction, most);
+  if (!arc_ || tip_length_mm_ <= 0) return outside;
   const auto fits = [&](double shares) {
     return (tip(place.share + direction * shares) - p).norm() <= within_mm;
   };
-  double outside = inside;  // a chord's figure: near for an arc
-  inside = 0;
-  while (outside < most && fits(outside)) {
-    inside = outside;
-    outside *= 1.5;
-  }
   if (outside >= most && fits(most)) return most;
+  double inside = 0;
   for (int i = 0; i < kBisections; ++i) {
     const double middle = (inside + outside) / 2;
     (fits(middle) ? inside : outside) = middle;
   }
-  return std::min(inside, most);
+  return inside;
 }
 
-double ProgrammedLeg::smallest_angle_deg(const Vec3& u, double from, double to, double first,
-                                         double enough_deg) const {
-  const double at_first = angle_deg(u, axis(first));
-  if (turn_rad_ <= 0 || at_first <= enough_deg) return at_first;
+double ProgrammedLeg::smallest_angle_deg(const Vec3& u, double from, double to, double enough_deg) const {
   const int pieces = std::clamp(static_cast<int>(std::ceil(turn_rad_ * (to - from) / kTurnPieceRad)), 2, 256);
   double best = angle_deg(u, axis(from));
   int best_piece = 0;

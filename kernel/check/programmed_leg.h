@@ -37,12 +37,14 @@ class ProgrammedLeg {
   void nearest(const Vec3& p, double from, double to, std::vector<LegPlace>& out) const;
 
   /// How far (in shares) the path stays within `within_mm` of `p` from the minimum `place` on, towards the
-  /// start (direction -1) or the end (+1); not beyond `most`.
+  /// start (direction -1) or the end (+1), but not beyond `most`: exactly, or an upper bound that costs less.
   double reach(const Vec3& p, const LegPlace& place, double within_mm, int direction, double most) const;
+  double reach_at_most(const Vec3& p, const LegPlace& place, double within_mm, int direction,
+                       double most) const;
 
-  /// The smallest angle (deg) between `u` and the programmed axis between the two shares, tried at `first`
-  /// first; any angle not over `enough_deg` will do.
-  double smallest_angle_deg(const Vec3& u, double from, double to, double first, double enough_deg) const;
+  /// The smallest angle (deg) between `u` and the programmed axis between the two shares; any angle not over
+  /// `enough_deg` will do.
+  double smallest_angle_deg(const Vec3& u, double from, double to, double enough_deg) const;
 
  private:
   Vec3 tangent(double share) const;
