@@ -1,0 +1,125 @@
+#include "kernel/daemon/daemon.h"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <optional>
+#include <stdexcept>
+
+#include "kernel/daemon/director.h"
+#include "kernel/daemon/process_lock.h"
+#include "kernel/daemon/tick_thread.h"
+
+namespace trn {
+
+namespace {
+
+constexpr int kPollMs = 5;
+
+void log_to_stderr() {
+  if (!spdlog::get("trunnion")) spdlog::set_default_logger(spdlog::stderr_logger_mt("trunnion"));
+  spdlog::flush_on(spdlog::level::info);
+}
+
+// The lock covers this host and folder; a daemon beyond them is heard on LCM.
+void refuse_second_daemon(const LcmConfig& config) {
+  LcmLink link(config.url);
+  std::optional<trunnion::status_t> heard;
+  link.subscribe<trunnion::status_t>(config.status_channel(), [&](const auto& status) { heard = status; });
+  const auto end =
+      std::chrono::steady_clock::now() + std::chrono::milliseconds(350);  // three status messages
+  while (!heard && std::chrono::steady_clock::now() < end) link.handle(50);
+  if (heard)
+    throw std::runtime_error(
+        fmt::format("machine '{}' is already run: process {} answers on {}; stop that one first",
+                    config.machine, heard->pid, config.url));
+}
+
+std::vector<std::string> collect_warnings(const RealtimeConfig& config, const std::string& memory_refused,
+                                          const TickThread& thread) {
+  std::vector<std::string> warnings = thread.refused();
+  if (!memory_refused.empty()) warnings.push_back(memory_refused);
+  if (config.priority == 0)
+    warnings.emplace_back("no real-time priority: realtime.priority is 0; the tick may be late");
+  for (const std::string& warning : warnings) spdlog::warn("NOT REAL TIME: {}", warning);
+  return warnings;
+}
+
+/// Tells the service manager, if one asked, that the daemon is up and that the tick is alive.
+class ServiceNotifier {
+ public:
+  ServiceNotifier() { watched_ = sd_watchdog_enabled(0, &watchdog_us_) > 0; }
+  void ready() { sd_notify(0, "READY=1\nSTATUS=running"); }
+  void stopping() { sd_notify(0, "STOPPING=1"); }
+  void alive(std::uint64_t periods) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!watched_ || periods == last_periods_ || now - last_ < std::chrono::microseconds(watchdog_us_ / 3))
+      return;
+    last_periods_ = periods;
+    last_ = now;
+    sd_notify(0, "WATCHDOG=1");
+  }
+
+ private:
+  std::uint64_t watchdog_us_ = 0, last_periods_ = 0;
+  std::chrono::steady_clock::time_point last_;
+  bool watched_ = false;
+};
+
+void drain_reports(const DaemonParts& parts, Director& director) {
+  CycleReport report;
+  while (parts.tick.next_report(report)) {
+    if (parts.record) parts.record->write(report);
+    director.report(report);
+  }
+}
+
+void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
+           Director& director) {
+  ServiceNotifier notifier;
+  director.begin();
+  notifier.ready();
+  while (!director.done()) {
+    if (link.handle(kPollMs))
+      for (int more = 0; more < 100 && link.handle(0);) ++more;
+    drain_reports(parts, director);
+    if (signals.taken()) {
+      spdlog::info("told to end: motion, drives, process");
+      notifier.stopping();
+      director.terminate();
+    }
+    director.poll();
+    notifier.alive(thread.statistics().periods);
+    if (thread.failed()) throw std::runtime_error("the clock of the tick failed; the drives were left alone");
+  }
+  drain_reports(parts, director);
+}
+
+}  // namespace
+
+void run_daemon(const DaemonParts& parts) {
+  log_to_stderr();
+  TerminationSignals signals;  // first: threads inherit what is blocked
+  LcmLink link(parts.lcm.url);
+  const ProcessLock lock(parts.machine.name);
+  refuse_second_daemon(parts.lcm);
+  const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
+  const int late_max = parts.realtime.late_periods_max;
+  TickThread thread(parts.realtime, parts.machine.period_s, [&tick = parts.tick, late_max](int late_periods) {
+    if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
+    tick.tick();
+  });
+  Director director(
+      {parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs, thread.statistics()},
+      collect_warnings(parts.realtime, memory_refused, thread));
+  spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
+               parts.lcm.url);
+  serve(parts, link, thread, signals, director);
+  spdlog::info("ended in good order");
+}
+
+}  // namespace trn

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <string>
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "hal/lcm_link.h"
+#include "kernel/daemon/motion_port.h"
+#include "kernel/daemon/realtime.h"
+
+namespace trn {
+
+/// What is written of every report, e.g. a trace file.
+class ReportSink {
+ public:
+  virtual ~ReportSink() = default;
+  virtual void write(const CycleReport& report) = 0;
+};
+
+/// A machine put together, ready to be run in real time.
+struct DaemonParts {
+  const Machine& machine;
+  LcmConfig lcm;
+  RealtimeConfig realtime;
+  Drives& drives;
+  TickPort& tick;
+  ProgramSource& programs;
+  ReportSink* record = nullptr;
+};
+
+/// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this
+/// returns. std::runtime_error with what is wrong and how to mend it: no LCM on this host, a second daemon, a
+/// dead clock. Must be called before the process has other threads.
+void run_daemon(const DaemonParts& parts);
+
+}  // namespace trn

@@ -1,0 +1,316 @@
+#include "kernel/daemon/director.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+
+constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
+constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
+constexpr auto kClosingTime = std::chrono::seconds(15);
+
+bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::RESET; }
+
+Event event_of(std::int8_t verb) {
+  switch (verb) {
+    case command_t::LOAD:
+      return Event::kLoad;
+    case command_t::START:
+      return Event::kStart;
+    case command_t::HOLD:
+      return Event::kHold;
+    case command_t::RESUME:
+      return Event::kResume;
+    case command_t::STOP:
+      return Event::kStop;
+    case command_t::MDI:
+      return Event::kMdi;
+    case command_t::JOG:
+      return Event::kJog;
+    case command_t::HOME:
+      return Event::kHome;
+    case command_t::ESTOP:
+      return Event::kEstop;
+    default:
+      return Event::kReset;
+  }
+}
+
+CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
+CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
+
+bool drives_at_work(DriveState state) {
+  return state == DriveState::kQuickStop || state == DriveState::kHoming;
+}
+
+}  // namespace
+
+Director::Director(const Parts& parts, std::vector<std::string> warnings)
+    : parts_(parts),
+      next_status_(Clock::now()),
+      next_motion_(Clock::now()),
+      desk_(
+          parts.link, parts.lcm,
+          [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
+          [this] { return status_count_ + 1; }) {
+  view_.warnings = std::move(warnings);
+}
+
+void Director::begin() { machine_event(Event::kReset); }
+
+void Director::terminate() {
+  closing_until_ = Clock::now() + kClosingTime;
+  machine_event(Event::kTerminate);
+}
+
+Conditions Director::conditions() const {
+  const unsigned all = (1u << parts_.machine.joints.size()) - 1u;
+  return {!program_path_.empty(), (report_.homed_mask & all) == all};
+}
+
+CommandDesk::Answer Director::check_values(const command_t& command) const {
+  const int joints = static_cast<int>(parts_.machine.joints.size());
+  const bool all_joints = command.verb == command_t::HOME && command.joint == -1;
+  if (!is_verb(command.verb)) return refused(fmt::format("verb {} is not known", command.verb));
+  if (!all_joints && (command.joint < 0 || command.joint >= joints))
+    return refused(fmt::format("joint {} does not exist; joints are 0 to {}", command.joint, joints - 1));
+  if (!std::isfinite(command.value) || !std::isfinite(command.speed) || command.speed < 0)
+    return refused("value and speed must be finite, and speed not negative");
+  return accepted();
+}
+
+CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
+  const Answer legal = check_values(command);
+  if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
+  if (command.verb == command_t::OVERRIDE) return obey_override(command.value);
+  const MachineState before = supervisor_.state();
+  const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
+  if (!decision.refusal.empty()) {
+    const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
+    return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
+  }
+  enter_state(before);
+  return act_on_command(decision.actions, command, ticket);
+}
+
+CommandDesk::Answer Director::obey_override(double value) {
+  if (value < 0 || value > 1)
+    return refused(fmt::format("override {} is out of range: 0 to 1 is legal", value));
+  view_.override_wanted = value;
+  status_due_ = true;
+  post({RtCommand::Kind::kOverride, value});
+  return accepted();
+}
+
+// What needs the command's own values; the rest is the same for commands and events.
+CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const command_t& command,
+                                             const Ticket& ticket) {
+  act(actions);
+  if (actions & kDoLoad) return load(command.text, ticket);
+  if (actions & kDoStart) return start(ticket);
+  if (actions & kDoMdi) return mdi(command.text, ticket);
+  if (actions & kDoJog) post({RtCommand::Kind::kJog, command.value, command.speed, command.joint});
+  if (actions & kDoHome) post({RtCommand::Kind::kHome, 0, 0, command.joint});
+  return accepted();
+}
+
+void Director::machine_event(Event event) {
+  const MachineState before = supervisor_.state();
+  const Decision decision = supervisor_.handle(event, conditions());
+  enter_state(before);
+  act(decision.actions);
+}
+
+void Director::enter_state(MachineState before) {
+  const MachineState now = supervisor_.state();
+  if (now == before) return;
+  spdlog::info("{} -> {}", to_string(before), to_string(now));
+  if (now == MachineState::kFault) {
+    const FaultInfo& fault = fault_info(report_.fault);
+    spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
+  }
+  view_.state = now;
+  status_due_ = true;
+}
+
+void Director::act(std::uint32_t actions) {
+  using Kind = RtCommand::Kind;
+  if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
+  if (actions & kDoQuickStop) post({Kind::kQuickStop});
+  if (actions & kDoStopOnPath) post({Kind::kStop});
+  if (actions & kDoHold) post({Kind::kHold});
+  if (actions & kDoResume) post({Kind::kResume});
+  if (actions & kDoDropProgram) {
+    parts_.programs.abandon();
+    fresh_ = false;
+  }
+  if (actions & kDoBringUp) bring_up((actions & kDoResetFaults) != 0);
+  if (actions & kDoShutDown) shut_down();
+  if (actions & kDoExit) done_ = true;
+}
+
+void Director::post(RtCommand command) {
+  command.id = ++last_id_;
+  if (!parts_.tick.post(command))
+    spdlog::critical("the tick takes no commands any more; its thread has stopped");
+}
+
+void Director::bring_up(bool reset_faults) {
+  const auto prepare = [this, reset_faults] {
+    if (reset_faults) parts_.drives.reset_faults();
+    parts_.drives.bring_up();
+  };
+  ++jobs_;
+  worker_.post([this, prepare] {
+    std::string error;
+    try {
+      prepare();
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([this, error] {
+      --jobs_;
+      view_.message = error;
+      if (error.empty()) return post({RtCommand::Kind::kResetFault});
+      spdlog::error("the drives do not come up: {}", error);
+      machine_event(Event::kStartFailed);
+    });
+  });
+}
+
+void Director::shut_down() {
+  if (shutting_down_) return;
+  shutting_down_ = true;
+  worker_.post([this] {
+    parts_.drives.shut_down();
+    return Worker::Done([] { spdlog::info("drives are off"); });
+  });
+}
+
+CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
+  program_path_.clear();
+  run_job(
+      ticket, [this, path] { parts_.programs.load(path); },
+      [this, path] {
+        program_path_ = view_.program = path;
+        fresh_ = true;
+      },
+      false);
+  return {acknowledge_t::WORKING, ""};
+}
+
+CommandDesk::Answer Director::start(const Ticket& ticket) {
+  const auto prepare = [this, path = program_path_, fresh = fresh_] {
+    if (!fresh) parts_.programs.load(path);
+  };
+  run_job(
+      ticket, prepare, [this] { view_.program = program_path_; }, true);
+  return {acknowledge_t::WORKING, ""};
+}
+
+CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket) {
+  run_job(
+      ticket, [this, text] { parts_.programs.load_mdi(text); }, [this] { view_.program = "mdi"; }, true);
+  return {acknowledge_t::WORKING, ""};
+}
+
+void Director::run_job(const Ticket& ticket, const std::function<void()>& prepare,
+                       const std::function<void()>& then, bool starts_motion) {
+  ++jobs_;
+  view_.message.clear();
+  view_.program_failed = false;
+  fresh_ = fresh_ && starts_motion;
+  worker_.post([=, this, generation = generation_] {
+    std::string error;
+    try {
+      prepare();
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([=, this] {
+      --jobs_;
+      if (generation != generation_)
+        return desk_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
+      finish_job(ticket, error, then, starts_motion);
+    });
+  });
+}
+
+void Director::finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
+                          bool starts_motion) {
+  status_due_ = true;
+  if (error.empty()) {
+    then();
+    if (starts_motion) {
+      fresh_ = false;
+      post({RtCommand::Kind::kStart});
+    }
+    return desk_.finish(ticket, accepted());
+  }
+  view_.message = error;
+  if (starts_motion) machine_event(Event::kMotionDone);
+  desk_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
+}
+
+void Director::report(const CycleReport& report) {
+  report_ = report;
+  if (report.fault != last_fault_) {
+    last_fault_ = report.fault;
+    status_due_ = true;
+    const Reaction reaction = fault_info(report.fault).reaction;
+    if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
+    if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
+  }
+  // before the tick has heard the last command, what it reports is of the past
+  if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
+}
+
+void Director::events_from(const CycleReport& report) {
+  if (report.drives == DriveState::kEnabled) machine_event(Event::kDrivesReady);
+  if (report.drives == DriveState::kOff) machine_event(Event::kDrivesOff);
+  if (report.motion == MotionState::kPaused) machine_event(Event::kPaused);
+  if (report.motion == MotionState::kRest && !drives_at_work(report.drives))
+    machine_event(Event::kMotionDone);
+}
+
+void Director::poll() {
+  worker_.collect();
+  const std::string failure = parts_.programs.take_failure();
+  if (!failure.empty()) {
+    spdlog::error("{}", failure);
+    view_.message = failure;
+    view_.program_failed = status_due_ = true;
+  }
+  const auto now = Clock::now();
+  if (supervisor_.state() == MachineState::kClosing && now > closing_until_) {
+    spdlog::error("the machine does not come to rest; taking the power from the drives");
+    machine_event(Event::kTimeout);
+  }
+  if (status_due_ || now >= next_status_) publish_status();
+  if (now >= next_motion_) publish_motion();
+}
+
+void Director::publish_status() {
+  status_due_ = false;
+  next_status_ = Clock::now() + kStatusPeriod;
+  trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  status.time_us = unix_time_us();
+  status.count = ++status_count_;
+  parts_.link.publish(parts_.lcm.status_channel(), status);
+}
+
+void Director::publish_motion() {
+  next_motion_ = Clock::now() + kMotionPeriod;
+  trunnion::motion_t motion = make_motion(report_);
+  motion.time_us = unix_time_us();
+  parts_.link.publish(parts_.lcm.motion_channel(), motion);
+}
+
+}  // namespace trn

@@ -1,0 +1,95 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "hal/lcm_link.h"
+#include "kernel/daemon/command_desk.h"
+#include "kernel/daemon/motion_port.h"
+#include "kernel/daemon/supervisor.h"
+#include "kernel/daemon/telemetry.h"
+#include "kernel/daemon/worker.h"
+
+namespace trn {
+
+/// The daemon's middle: commands and reports in, supervisor's actions out. Lives in one thread, never waits.
+class Director {
+ public:
+  struct Parts {
+    const Machine& machine;
+    const LcmConfig& lcm;
+    LcmLink& link;
+    Drives& drives;
+    TickPort& tick;
+    ProgramSource& programs;
+    const LoopStatistics& statistics;
+  };
+
+  Director(const Parts& parts, std::vector<std::string> warnings);
+
+  /// Power up, as after a reset.
+  void begin();
+  /// The process shall end: stop on the path, then the drives, then `done`.
+  void terminate();
+  /// A report of the tick; all of them, in order.
+  void report(const CycleReport& report);
+  /// What is due by now: finished jobs, time limits, status and motion messages.
+  void poll();
+
+  bool done() const { return done_; }
+  MachineState state() const { return supervisor_.state(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Answer = CommandDesk::Answer;
+  using Ticket = CommandDesk::Ticket;
+
+  Answer obey(const trunnion::command_t& command, const Ticket& ticket);
+  Answer obey_override(double value);
+  Answer check_values(const trunnion::command_t& command) const;
+  Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
+  void machine_event(Event event);
+  void act(std::uint32_t actions);
+  void enter_state(MachineState before);
+
+  void post(RtCommand command);
+  void bring_up(bool reset_faults);
+  void shut_down();
+  Answer load(const std::string& path, const Ticket& ticket);
+  Answer start(const Ticket& ticket);
+  Answer mdi(const std::string& text, const Ticket& ticket);
+  void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
+               bool starts_motion);
+  void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
+                  bool starts_motion);
+
+  void events_from(const CycleReport& report);
+  void publish_status();
+  void publish_motion();
+  Conditions conditions() const;
+
+  Parts parts_;
+  Supervisor supervisor_;
+  DaemonView view_;
+  CycleReport report_;
+  Fault last_fault_ = Fault::kOk;
+  std::uint32_t last_id_ = 0;     ///< of the commands to the tick
+  int jobs_ = 0;                  ///< posted to the worker and not yet finished
+  std::uint64_t generation_ = 0;  ///< counts what makes a job's outcome void
+  std::string program_path_;
+  bool fresh_ = false;  ///< the loaded program is prepared from its start
+  bool shutting_down_ = false;
+  bool done_ = false;
+  std::int64_t status_count_ = 0;
+  bool status_due_ = true;
+  Clock::time_point next_status_, next_motion_, closing_until_;
+  CommandDesk desk_;
+  Worker worker_;
+};
+
+}  // namespace trn

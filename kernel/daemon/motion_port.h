@@ -1,0 +1,39 @@
+#pragma once
+
+#include <string>
+
+#include "core/fault.h"
+#include "core/realtime.h"
+#include "kernel/rt_messages.h"
+
+namespace trn {
+
+/// Prepares motion for the tick. Calls may take long; the daemon makes them in its worker thread.
+class ProgramSource {
+ public:
+  virtual ~ProgramSource() = default;
+  /// Prepares a program from its start, as far ahead as the ring goes; ProgramError if its beginning cannot
+  /// run.
+  virtual void load(const std::string& path) = 0;
+  virtual void load_mdi(const std::string& text) = 0;
+  /// Ends the preparation; from any thread, at once.
+  virtual void abandon() = 0;
+  /// The message of an error that came later, once; "" if there was none.
+  virtual std::string take_failure() = 0;
+};
+
+/// The tick as the daemon sees it.
+class TickPort {
+ public:
+  virtual ~TickPort() = default;
+  /// One period, in the real-time thread.
+  virtual void tick() TRN_RT = 0;
+  /// Latches a fault, in the real-time thread.
+  virtual void latch(Fault fault) TRN_RT = 0;
+  /// From the daemon's thread; false if the ring is full.
+  virtual bool post(const RtCommand& command) = 0;
+  /// The next report that has not been read; false if there is none.
+  virtual bool next_report(CycleReport& report) = 0;
+};
+
+}  // namespace trn

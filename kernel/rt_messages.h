@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/ports.h"
+
+// What the tick and the threads beside it say to each other; plain data, through rings.
+namespace trn {
+
+/// A command to the tick. It takes effect in the period in which the tick pops it.
+struct RtCommand {
+  enum class Kind : std::uint8_t {
+    kStart,       ///< drive what the ring holds, from rest
+    kHold,        ///< slow down on the path and stand
+    kResume,      ///< go on after kHold or a program stop
+    kStop,        ///< slow down on the path, then forget the ring's content
+    kOverride,    ///< value: 0 to 1
+    kJog,         ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
+    kHome,        ///< joint, or -1: all
+    kQuickStop,   ///< every drive brakes by its own ramp; forget the ring's content
+    kResetFault,  ///< forget the latched fault
+  };
+  Kind kind = Kind::kStart;
+  double value = 0;
+  double speed = 0;
+  int joint = 0;
+  std::uint32_t id = 0;  ///< counts up; returned in the reports
+};
+
+/// What the motion does in a period.
+enum class MotionState : std::uint8_t {
+  kRest,    ///< stands, and has nothing left to do
+  kMoving,  ///< drives the ring's content, or waits for the planner
+  kHeld,    ///< slows down to, or stands in, a hold
+  kPaused,  ///< stands at a program stop (M0, M1)
+  kJogging,
+  kHoming,
+};
+
+/// What the tick reports, once a period.
+struct CycleReport {
+  std::uint64_t period = 0;
+  JointVec q_setpoint, q_measured;    ///< mm or rad
+  Words y = Words::Zero();            ///< path point, as in PathPiece
+  double speed_mm_s = 0;              ///< of the tip along the path
+  double override_now = 1;            ///< rate of the motion
+  std::uint32_t line = 0;             ///< source line, 1-based; 0: none
+  std::uint32_t last_command_id = 0;  ///< of the last command that took effect
+  std::uint32_t starvations = 0;      ///< since start
+  unsigned homed_mask = 0, limit_switch_mask = 0;
+  int fault_joint = -1;
+  Fault fault = Fault::kOk;  ///< latched
+  MotionState motion = MotionState::kRest;
+  DriveState drives = DriveState::kOff;
+};
+
+}  // namespace trn

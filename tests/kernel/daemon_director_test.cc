@@ -1,0 +1,234 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <functional>
+#include <optional>
+#include <utility>
+
+#include "hal/loopback.h"
+#include "interp/move.h"
+#include "kernel/daemon/director.h"
+
+namespace trn {
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+using trunnion::status_t;
+using Kind = RtCommand::Kind;
+
+constexpr char kMachine[] = R"(
+[machine]
+name = "bench"
+period_s = 0.001
+[[joint]]
+name = "X"
+type = "linear"
+min_mm = -100
+max_mm = 100
+velocity_mm_s = 100
+acceleration_mm_s2 = 1000
+jerk_mm_s3 = 20000
+)";
+
+struct FakePrograms final : ProgramSource {
+  void load(const std::string& path) override {
+    if (path == "bad.ngc") throw ProgramError("bad.ngc:3:7: no such word");
+    ++loads;
+  }
+  void load_mdi(const std::string&) override { ++mdis; }
+  void abandon() override { ++abandoned; }
+  std::string take_failure() override { return std::exchange(failure, ""); }
+  std::atomic<int> loads = 0, mdis = 0;
+  int abandoned = 0;
+  std::string failure;
+};
+
+struct FakeTick final : TickPort {
+  void tick() TRN_RT override {}
+  void latch(Fault) TRN_RT override {}
+  bool post(const RtCommand& command) override {
+    posted.push_back(command);
+    return true;
+  }
+  bool next_report(CycleReport&) override { return false; }
+  std::vector<RtCommand> posted;
+};
+
+/// A director whose tick is played by the test: reports are made by hand, commands to the tick are kept.
+struct Bench {
+  Bench() {
+    link.subscribe<acknowledge_t>(lcm.acknowledge_channel(),
+                                  [this](const auto& answer) { answers.push_back(answer); });
+    link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
+    now.q_setpoint = now.q_measured = JointVec::Zero(1);
+    now.homed_mask = 1;
+    director.begin();
+    until([this] { return !posted.empty(); });
+    now.drives = DriveState::kEnabled;
+    tick();
+  }
+  void until(const std::function<bool()>& wanted) {
+    for (int i = 0; i < 2000 && !wanted(); ++i) {
+      director.poll();
+      while (link.handle(1)) {
+      }
+    }
+    ASSERT_TRUE(wanted());
+  }
+  /// The tick has heard everything and reports what stands in `now`.
+  void tick() {
+    now.last_command_id = posted.empty() ? 0 : posted.back().id;
+    director.report(now);
+  }
+  acknowledge_t send(std::int8_t verb, const std::string& text = "", double value = 0) {
+    command_t command{};
+    command.client = 5;
+    command.sequence = ++sequence;
+    command.verb = verb;
+    command.text = text;
+    command.value = value;
+    link.publish(lcm.command_channel(), command);
+    until([&] {
+      return !answers.empty() && answers.back().sequence == sequence &&
+             answers.back().outcome != acknowledge_t::WORKING;
+    });
+    return answers.back();
+  }
+  void start_program() {
+    ASSERT_EQ(send(command_t::LOAD, "part.ngc").outcome, +acknowledge_t::ACCEPTED);
+    ASSERT_EQ(send(command_t::START).outcome, +acknowledge_t::ACCEPTED);
+    now.motion = MotionState::kMoving;
+    tick();
+    ASSERT_EQ(director.state(), MachineState::kRunning);
+  }
+  Kind last() const { return posted.back().kind; }
+
+  Machine machine = read_machine(parse_config(kMachine, "bench.toml"));
+  LcmConfig lcm{"memq://", "bench"};
+  LcmLink link{lcm.url};
+  LoopbackDrives drives{JointVec::Zero(1)};
+  FakePrograms programs;
+  LoopStatistics statistics;
+  FakeTick fake_tick;
+  std::vector<RtCommand>& posted = fake_tick.posted;
+  std::vector<acknowledge_t> answers;
+  std::optional<status_t> status;
+  CycleReport now;
+  int sequence = 0;
+  Director director{{machine, lcm, link, drives, fake_tick, programs, statistics}, {"no real-time priority"}};
+};
+
+TEST(Director, BringsTheDrivesUpAndBecomesIdle) {
+  Bench bench;
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.until([&] { return bench.status && bench.status->state == "idle"; });
+  EXPECT_EQ(bench.status->warnings, std::vector<std::string>{"no real-time priority"});
+  EXPECT_FALSE(bench.status->realtime);
+}
+
+TEST(Director, RunsAProgramToItsEnd) {
+  Bench bench;
+  bench.start_program();
+  EXPECT_EQ(bench.last(), Kind::kStart);
+  EXPECT_EQ(bench.programs.loads, 1) << "what load prepared is started";
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.send(command_t::START);
+  EXPECT_EQ(bench.programs.loads, 2) << "a second start prepares it again";
+}
+
+TEST(Director, ReportsOfThePastDoNotEndTheMotion) {
+  Bench bench;
+  bench.send(command_t::LOAD, "part.ngc");
+  bench.send(command_t::START);
+  bench.now.motion = MotionState::kRest;
+  bench.director.report(bench.now);  // from before the tick heard of the start
+  EXPECT_EQ(bench.director.state(), MachineState::kRunning);
+}
+
+TEST(Director, BadProgramIsToldAndNothingStarts) {
+  Bench bench;
+  const acknowledge_t answer = bench.send(command_t::LOAD, "bad.ngc");
+  EXPECT_EQ(answer.outcome, +acknowledge_t::BAD_PROGRAM);
+  EXPECT_EQ(answer.message, "bad.ngc:3:7: no such word");
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::REFUSED);
+  for (const RtCommand& command : bench.posted) EXPECT_NE(command.kind, Kind::kStart);
+}
+
+TEST(Director, HoldResumeStop) {
+  Bench bench;
+  bench.start_program();
+  bench.send(command_t::HOLD);
+  EXPECT_EQ(bench.last(), Kind::kHold);
+  bench.now.motion = MotionState::kHeld;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kHolding);
+  bench.send(command_t::RESUME);
+  EXPECT_EQ(bench.last(), Kind::kResume);
+  bench.send(command_t::STOP);
+  EXPECT_EQ(bench.last(), Kind::kStop);
+  EXPECT_EQ(bench.programs.abandoned, 1);
+  EXPECT_EQ(bench.director.state(), MachineState::kStopping);
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, QuickFaultStopsTheDrivesAndNamesTheJoint) {
+  Bench bench;
+  bench.start_program();
+  bench.now.fault = Fault::kDriveFault;
+  bench.now.fault_joint = 0;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kFault);
+  EXPECT_EQ(bench.last(), Kind::kQuickStop);
+  bench.until([&] { return bench.status && bench.status->state == "fault"; });
+  EXPECT_EQ(bench.status->fault, "drive_fault");
+  EXPECT_EQ(bench.status->fault_joint, "X");
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::FAULT);
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.last() == Kind::kResetFault; });
+  bench.now.fault = Fault::kOk;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
+  Bench bench;
+  bench.start_program();
+  bench.programs.failure = "part.ngc:900:1: unknown word";
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  bench.until([&] { return bench.status && bench.status->program_failed; });
+  EXPECT_EQ(bench.status->message, "part.ngc:900:1: unknown word");
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, NonsenseValuesAreRefused) {
+  Bench bench;
+  EXPECT_EQ(bench.send(99).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 1.01).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", std::nan("")).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 0.5).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.posted.back().value, 0.5);
+}
+
+TEST(Director, EndsMotionThenDrivesThenItself) {
+  Bench bench;
+  bench.start_program();
+  bench.director.terminate();
+  EXPECT_EQ(bench.last(), Kind::kStop);
+  bench.tick();
+  EXPECT_FALSE(bench.director.done());
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_FALSE(bench.director.done()) << "the drives are still on";
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  EXPECT_TRUE(bench.director.done());
+}
+
+}  // namespace
+}  // namespace trn
