@@ -1,7 +1,8 @@
 """Damaged programs, each with the exact first line of the message it gets.
 
 `text` is the program (str or bytes), a function that yields its bytes piece by piece for one too large to keep,
-or None for a path that is no file. `message` has {file} for the program's path; None: it runs to the end.
+or None for a path that is no file. `message` has {file} for the program's path, and may end in * for what varies; None: it
+runs to the end.
 """
 import random
 from dataclasses import dataclass
@@ -182,8 +183,8 @@ PROGRAMS = [
     Program("if_without_condition", "o1 if\no1 endif\nM2\n",
             message="{file}:1:6: bad O-word: no condition: [expression]"),
     # The machine
-    Program("out_of_range", "G21 G90\nG53 G0 X1000\nM2\n", command="run"),
-    Program("arc_leaves_range", START + "G0 X390 Y0\nG2 X390 Y0 I-5 J300\nM2\n", command="run"),
-    Program("tolerance_too_large", "G64 P5\nG1 X1 F100\nM2\n", command="run"),
-    Program("rtcp_out_of_range", START + "M428\nG1 X390 Y390 A90 C45\nM2\n", command="run"),
+    Program("out_of_range", "G21 G90\nG53 G0 X1000\nM2\n", "{file}:2:*", "run"),
+    Program("arc_leaves_range", START + "G0 X390 Y0\nG2 X390 Y0 I-5 J300\nM2\n", "{file}:3:*", "run"),
+    Program("tolerance_too_large", "G64 P5\nG1 X1 F100\nM2\n", "{file}:1:*", "run"),
+    Program("rtcp_out_of_range", START + "M428\nG1 X390 Y390 A90 C45\nM2\n", "{file}:3:*", "run"),
 ]
