@@ -1,8 +1,8 @@
 """Damaged programs, each with the exact first line of the message it gets.
 
 `text` is the program (str or bytes), a function that yields its bytes piece by piece for one too large to keep,
-or None for a path that is no file. `message` has {file} for the program's path, and may end in * for what varies; None: it
-runs to the end.
+or None for a path that is no file. `message` has {file} for the program's path, and may end in * for what varies;
+None: the program runs to its end.
 """
 import random
 from dataclasses import dataclass
