@@ -22,7 +22,8 @@ CONFIGS = [
     Config("empty", text="",
             message="{file}:1:1: missing key 'machine'"),
     Config("not_toml", text="<machine name='cradle'/>\n",
-            message="{file}:1:1: Error while parsing root table: expected keys, tables, whitespace or comments, saw '<'"),
+            message="{file}:1:1: Error while parsing root table: expected keys, tables, whitespace or "
+                    "comments, saw '<'"),
     Config("noise", text=bytes(range(128, 256)) * 8,
             message="{file}:1:1: Encountered invalid utf-8 sequence"),
     Config("table_not_closed", "[machine]", "[machine",
@@ -51,16 +52,19 @@ CONFIGS = [
     Config("unit_wrong", "velocity_deg_s = 120.0", "velocity_mm_s = 120.0",
             message="{file}:41:1: unknown key 'joint[3].velocity_mm_s'; did you mean 'velocity_deg_s'?"),
     Config("joint_type_unknown", 'type = "linear"', 'type = "liner"',
-            message='{file}:11:8: \'joint[0].type\' = "liner" is not legal; did you mean "linear"? Legal: linear, rotary'),
+            message='{file}:11:8: \'joint[0].type\' = "liner" is not legal; did you mean "linear"? Legal: '
+                    'linear, rotary'),
     Config("joint_twice", 'name = "Y"', 'name = "X"',
             message="{file}:19:8: two joints are named 'X'"),
     Config("key_twice", "min_mm = -400.0", "min_mm = -400.0\nmin_mm = -300.0",
-            message="{file}:13:10: Error while parsing key-value pair: cannot redefine existing floating-point 'min_mm'"),
+            message="{file}:13:10: Error while parsing key-value pair: cannot redefine existing floating-point "
+                    "'min_mm'"),
     Config("kinematics_unknown", 'type = "serial"', 'type = "serail"',
             message='{file}:57:8: \'kinematics.type\' = "serail" is not legal; did you mean "serial"? Legal: serial, '
                     "hexapod, rail_mill"),
     Config("branch_joint_unknown", 'joint = "X"', 'joint = "U"',
-            message='{file}:60:9: \'kinematics.tool_branch[0].joint\' = "U" is not legal; did you mean "X"? Legal: X, Y, '
+            message='{file}:60:9: \'kinematics.tool_branch[0].joint\' = "U" is not legal; did you mean "X"? '
+                    'Legal: X, Y, '
                     "Z, A, C"),
     Config("branch_joint_twice", 'joint = "X"', 'joint = "Y"',
             message="{file}:64:9: this joint is already in a branch"),
@@ -69,7 +73,8 @@ CONFIGS = [
     Config("direction_zero", "direction = [0.0, 1.0, 0.0]", "direction = [0.0, 0.0, 0.0]",
             message="{file}:65:13: a direction must not be zero"),
     Config("path_mode_unknown", 'path_mode = "G64"', 'path_mode = "G65"',
-            message='{file}:82:13: \'program.path_mode\' = "G65" is not legal; did you mean "G61"? Legal: G61, G61.1, G64'),
+            message='{file}:82:13: \'program.path_mode\' = "G65" is not legal; did you mean "G61"? Legal: G61, '
+                    'G61.1, G64'),
     Config("tolerance_negative", "tolerance_deg = 0.05", "tolerance_deg = -0.05",
             message="{file}:84:17: 'program.tolerance_deg' = -0.05 is out of range: 2.2250738585072014e-308 to inf is "
                     "legal"),
