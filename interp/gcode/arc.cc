@@ -56,6 +56,7 @@ void Executor::arc(const Block& b, bool clockwise) {
   const std::string_view name = clockwise ? "G2" : "G3";
   const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
   check_feed(b, name);
+  if (left_contour_) fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is an arc", "a straight move");
   const char i_word = axes.centre_words[0], j_word = axes.centre_words[1];
   for (const char letter : {'I', 'J', 'K'})
     if (b.has(letter) && letter != i_word && letter != j_word)

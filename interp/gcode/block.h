@@ -71,7 +71,6 @@ struct Block {
   std::array<std::uint32_t, kGGroupCount> g_column;
   std::array<std::int16_t, kMGroupCount> m;  ///< -1 none
   std::array<std::uint32_t, kMGroupCount> m_column;
-  std::uint8_t coolant = 0;                ///< M7 M8 M9 may share a line: bits 1, 2, 4
   bool any_g = false, any_m = false;
   const ParsedBlock* parsed = nullptr;
 

@@ -51,7 +51,8 @@ struct ManualRetract { AxisValues to; };
 struct StraightProbe { AxisValues to; };
 struct RigidTap { AxisValues to; };
 /// Polynomial pieces of a spline as cubic Bezier hulls (4 points each), in the XY plane; z and rotary constant.
-struct NurbsFeed { int order; AxisValues to; std::shared_ptr<const std::vector<Vec3>> bezier; };
+/// control_points: how many the program gave, the start included.
+struct NurbsFeed { int control_points; AxisValues to; std::shared_ptr<const std::vector<Vec3>> bezier; };
 struct Dwell { double s; };
 struct SetSpindleMode { double css_max; };
 struct SetSpindleSpeed { double rpm; };

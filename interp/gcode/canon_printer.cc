@@ -73,7 +73,7 @@ struct Print {
   void operator()(const canon::RigidTap& c) const {
     add(out, "RIGID_TAP({:.4f}, {:.4f}, {:.4f})", c.to[0], c.to[1], c.to[2]);
   }
-  void operator()(const canon::NurbsFeed& c) const { add(out, "NURBS_FEED({}, ...)", c.order); }
+  void operator()(const canon::NurbsFeed& c) const { add(out, "NURBS_FEED({}, ...)", c.control_points); }
   void operator()(const canon::Dwell& c) const { add(out, "DWELL({:.4f})", c.s); }
   void operator()(const canon::SetSpindleMode& c) const { add(out, "SET_SPINDLE_MODE(0 {:.4f})", c.css_max); }
   void operator()(const canon::SetSpindleSpeed& c) const { add(out, "SET_SPINDLE_SPEED(0, {:.4f})", c.rpm); }

@@ -37,7 +37,10 @@ void Executor::cutter_comp(const Block& b) {
 void Executor::comp_move(const Block&, const CanonCommand& command) { comp_.move(command, line_, parts_.sink); }
 
 void Executor::flush_comp() {
-  if (comp_.active()) s_.position = comp_.finish(parts_.sink);
+  if (!comp_.active()) return;
+  // The program goes on from the programmed point; the tool gets there with the next straight move.
+  comp_.finish(parts_.sink);
+  left_contour_ = true;
 }
 
 void Executor::finish() { flush_comp(); }

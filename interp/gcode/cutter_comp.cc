@@ -278,7 +278,14 @@ void CutterComp::pass(const CanonCommand& command, std::uint32_t line, CanonSink
 }
 
 void CutterComp::release(CanonSink& sink) {
+  if (waiting_.empty()) return;
+  const bool rounded = waiting_.front().rounded;
+  const Point about = waiting_.front().to, round_to = waiting_.front().round_to;
+  const std::uint32_t line = waiting_.front().line;
   for (; !waiting_.empty(); waiting_.pop_front()) emit(waiting_.front(), sink);
+  if (!rounded) return;  // what stood between the two moves happens before the corner
+  tool_ = place(round_to, tool_);
+  sink.put(canon::ArcFeed{tool_, about.x(), about.y(), left_ ? -1 : 1, plane_, 0}, line);
 }
 
 void CutterComp::emit(const Element& e, CanonSink& sink) {
@@ -293,9 +300,6 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
   to = place(e.shape == Shape::kVertical ? plane_point(tool_) : e.b, to);
   tool_ = to;
   sink.put(command, e.line);
-  if (!e.rounded) return;
-  tool_ = place(e.round_to, tool_);
-  sink.put(canon::ArcFeed{tool_, e.to.x(), e.to.y(), left_ ? -1 : 1, plane_, 0}, e.line);
 }
 
 AxisValues CutterComp::finish(CanonSink& sink) {

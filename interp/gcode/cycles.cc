@@ -79,6 +79,7 @@ void Executor::cycle(const Block& b, int motion) {
   const CycleAxes axes = cycle_axes(s_.modal.plane);
   const char first_word = kWordLetters[axes.first], second_word = kWordLetters[axes.second];
   const bool incremental = s_.modal.incremental;
+  if (s_.motion < 730 || s_.motion == 800) s_.cycle.initial = s_.position[axes.depth];
   double height = s_.position[axes.depth];
   Hole hole{axes, s_.position[axes.first], s_.position[axes.second], s_.cycle.r, s_.cycle.bottom, 0, s_.cycle.k, s_.position};
   if (incremental) {
@@ -92,7 +93,8 @@ void Executor::cycle(const Block& b, int motion) {
   if (hole.bottom > hole.r)
     fail(GcodeErrorCode::kCycle, column, fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
          "R above the bottom");
-  if (height < hole.r) {
+  if (s_.modal.retract_to_start) height = std::max(s_.cycle.initial, height);
+  if (height < hole.r || (!incremental && s_.cycle.initial < hole.r)) {
     cycle_to(hole, s_.position[axes.first], s_.position[axes.second], hole.r, true);
     height = hole.r;
   }

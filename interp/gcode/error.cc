@@ -82,7 +82,6 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"sub_arguments", "more than {} arguments", "pass fewer"},
     {"sub_repeated", "sub-program {} is defined twice, first in line {}", "one definition a file"},
     {"not_seekable", "the input cannot be read again for {}", "a file instead of a pipe"},
-    {"endless_loop", "M99 outside a sub-program", "M2 or M30 at the end of the main program"},
     {"abort", "the program aborts itself: {}", "see the ABORT comment of the program"},
 }};
 

@@ -24,7 +24,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kUnknownTool, kCompState, kCompGouge, kCompCorner, kRotation,
   kNoRtcp, kRtcpState, kUnreachable, kTiltedPlane,
   kFlowSyntax, kFlowUnmatched, kFlowNoEnd, kSubUnknown, kSubDepth, kSubArguments, kSubRepeated, kNotSeekable,
-  kEndlessLoop, kAbort,
+  kAbort,
   kCount
 };
 

@@ -37,10 +37,8 @@ void add_m(const ModalTable& table, double value, std::uint32_t column, Block& o
   const int group = table.m_group(code);
   if (group < 0) fail(GcodeErrorCode::kUnknownM, column, fmt::format("M{}", code));
   std::int16_t& slot = out.m[static_cast<std::size_t>(group)];
-  const bool both_coolants = group == static_cast<int>(MGroup::kCoolant) && slot + code == 7 + 8;
-  if (slot >= 0 && !both_coolants)
+  if (slot >= 0)
     fail(GcodeErrorCode::kGroupConflict, column, fmt::format("M{}", slot), fmt::format("M{}", code));
-  if (group == static_cast<int>(MGroup::kCoolant)) out.coolant |= static_cast<std::uint8_t>(1U << (code - 7));
   slot = static_cast<std::int16_t>(code);
   out.m_column[static_cast<std::size_t>(group)] = column;
   out.any_m = true;
@@ -50,7 +48,6 @@ void add_m(const ModalTable& table, double value, std::uint32_t column, Block& o
 
 void Block::clear() {
   present = 0;
-  coolant = 0;
   if (any_g || parsed == nullptr) g.fill(-1);
   if (any_m || parsed == nullptr) m.fill(-1);
   any_g = any_m = false;

@@ -135,7 +135,7 @@ void Executor::check_unused(const Block& b, int motion) const {
   for (int axis = 0; axis < 6; ++axis)
     if (b.has(kWordLetters[axis]) && !has_axis(axis))
       fail(GcodeErrorCode::kNoSuchAxis, b.at(kWordLetters[axis]), kWordLetters[axis]);
-  if (other_axis_code(b) && b.code(GGroup::kMotion) > 0 && b.code(GGroup::kMotion) != 800)
+  if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800)
     fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
          "another code of the line");
 }
@@ -144,6 +144,7 @@ bool Executor::execute(const Block& b) {
   line_ = b.line;
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   const int motion = motion_of(b);
+  if (b.code(GGroup::kNonModal) == 530) check_g53(b);
   check_unused(b, motion);
   if (motion == 800 && b.has_axis_word() && !other_axis_code(b)) {
     if (b.code(GGroup::kMotion) == 800)
@@ -162,6 +163,12 @@ bool Executor::execute(const Block& b) {
   if (b.any_g) g_codes(b, motion);
   if (motion >= 0) motion_code(b, motion);
   return b.any_m && b.code(MGroup::kStop) >= 0 && stop(b);
+}
+
+void Executor::check_g53(const Block& b) const {
+  const int distance = b.code(GGroup::kDistance);
+  if (distance == 910 || (distance < 0 && s_.modal.incremental))
+    fail(GcodeErrorCode::kBadValue, b.at(GGroup::kNonModal), "G53", "G91", "incremental distances", "G90 first");
 }
 
 void Executor::g_codes(const Block& b, int motion) {
@@ -204,7 +211,7 @@ void Executor::motion_code(const Block& b, int motion) {
   } else if (motion == 20 || motion == 30) {
     arc(b, motion == 20);
   } else if (motion == 800) {
-    if (s_.motion != 800) note("interpreter: motion mode set to none");
+    note("interpreter: motion mode set to none");
   } else if (motion == 1830) {
     tilted_drilling(b);
   } else if (motion >= 730) {
@@ -222,7 +229,9 @@ void Executor::motion_code(const Block& b, int motion) {
 void Executor::comment(const Block& b) {
   const std::string& text = b.parsed->comment;
   switch (b.parsed->comment_kind) {
-    case CommentKind::kPlain: put(canon::Comment{text}); break;
+    case CommentKind::kPlain:
+      if (!text.empty()) put(canon::Comment{text});
+      break;
     case CommentKind::kMessage: put(canon::Message{text}); break;
     case CommentKind::kDebug: put(canon::Message{expand_message(text)}); break;
     case CommentKind::kPrint: put(canon::Print{expand_message(text)}); break;
@@ -262,7 +271,8 @@ std::string Executor::expand_message(const std::string& text) const {
         code.push_back(last);
         code.push_back(Instruction{Op::kEnd, 1, {}});
         out += fmt::format("{:.{}f}", Evaluator(parts_.parameters, *this).run(code, 0), digits);
-        p = lexer.mark();
+        const char* const start = p;
+        for (p = lexer.mark(); p > start && (p[-1] == ' ' || p[-1] == '\t');) --p;
         continue;
       } catch (const BlockError&) {  // not a parameter with a value: shown as it is written
       }

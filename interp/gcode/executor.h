@@ -51,6 +51,7 @@ class Executor : public StateValues {
     int level = 0;
   };
   CallState call;
+  void warn(std::uint32_t column, std::string_view text) const { parts_.warn(column, text); }
   /// M70/M73 bookkeeping: `level` is the sub-program depth.
   void on_return(int level);
 
@@ -60,6 +61,7 @@ class Executor : public StateValues {
   std::uint32_t used_letters(const Block& b, int motion) const;
   int motion_of(const Block& b) const;
   bool other_axis_code(const Block& b) const;
+  void check_g53(const Block& b) const;
   void g_codes(const Block& b, int motion);
   void motion_code(const Block& b, int motion);
   void comment(const Block& b);
@@ -95,7 +97,7 @@ class Executor : public StateValues {
   void output(const Block& b);
   void modal_state(const Block& b);
   void restore_modal(const ModalState& kept);
-  void restore_numbers(const ModalState& kept);
+  void restore_machine(const ModalState& kept);
   void user_m(const Block& b);
   bool stop(const Block& b);
   void reset_at_end();
@@ -187,6 +189,7 @@ class Executor : public StateValues {
   CutterComp comp_;
   AxisValues spline_tangent_ = AxisValues::Zero();  ///< end control of the last G5
   bool spline_chained_ = false;
+  bool left_contour_ = false;  ///< since G40 no straight move: the tool is not where the program thinks
   struct NurbsPoint {
     double x, y, weight;
   };

@@ -23,6 +23,7 @@ void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::strin
   kept_at_.clear();
   loops_.clear();
   frames_.clear();
+  ifs_.clear();
   current_ = next_ = {};
   current_node_ = next_node_ = -1;
   reader_there_ = true;
@@ -38,19 +39,30 @@ const ParsedBlock* Flow::next() {
     }
     if (block->block_delete && config_.block_delete) continue;
     if (block->percent) {
-      File& f = file();
-      if (frames_.empty() && f.percent_seen) {
-        ended_ = true;
-        executor_.end_program();
-        return nullptr;
-      }
-      f.percent_seen = true;
+      if (percent()) return nullptr;
       continue;
     }
     if (!block->is_flow()) return block;
     obey(*block);
   }
   return nullptr;
+}
+
+// True at the closing one. A file is framed by two of them, or has none.
+bool Flow::percent() {
+  File& f = file();
+  if (!f.percent_seen) {
+    if (f.began) fail(GcodeErrorCode::kBadCharacter, 1, "'%'");
+    f.percent_seen = true;
+    return false;
+  }
+  if (!frames_.empty()) {
+    at_file_end();
+    return false;
+  }
+  ended_ = true;
+  executor_.end_program();
+  return true;
 }
 
 void Flow::at_file_end() {
@@ -79,6 +91,7 @@ bool Flow::read_line(std::string_view& line) {
   }
   current_ = {next_.file, f.reader->place()};
   current_node_ = -1;
+  f.began = f.began || f.any;
   bool more = false;
   try {
     more = f.reader->next(line);
@@ -87,6 +100,7 @@ bool Flow::read_line(std::string_view& line) {
     throw;
   }
   next_.at = f.reader->place();
+  f.any = f.any || line.find_first_not_of(" \t") != std::string_view::npos;
   return more;
 }
 
@@ -175,7 +189,7 @@ void Flow::obey(const ParsedBlock& block) {
     case FlowKind::kCall: return call(block, label);
     case FlowKind::kWhile: return obey_while(block, label);
     case FlowKind::kDo:
-      loops_.push_back({FlowKind::kDo, label, next_, -1, 0});
+      loops_.push_back({FlowKind::kDo, label, next_, -1, 0, ifs_.size()});
       return;
     case FlowKind::kRepeat: return obey_repeat(block, label);
     case FlowKind::kEndWhile: return end_loop(FlowKind::kWhile, label);
@@ -183,11 +197,13 @@ void Flow::obey(const ParsedBlock& block) {
     case FlowKind::kIf: return obey_if(block, label);
     case FlowKind::kElseIf:
     case FlowKind::kElse:
+      close_if(label, block.flow.kind == FlowKind::kElse ? "else" : "elseif");
       skip_to(label, {FlowKind::kEndIf});
       return;
+    case FlowKind::kEndIf: return close_if(label, "endif");
     case FlowKind::kBreak: return break_loop(label, false);
     case FlowKind::kContinue: return break_loop(label, true);
-    default: return;  // endif, and the number of a program
+    default: return;  // the number of a program
   }
 }
 
@@ -206,7 +222,7 @@ void Flow::obey_while(const ParsedBlock& block, std::int32_t label) {
     return;
   }
   if (again) {
-    if (!in_loop(FlowKind::kWhile, label)) loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0});
+    if (!in_loop(FlowKind::kWhile, label)) loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0, ifs_.size()});
     return;
   }
   const bool was_inside = in_loop(FlowKind::kWhile, label);
@@ -220,7 +236,7 @@ void Flow::obey_repeat(const ParsedBlock& block, std::int32_t label) {
     skip_to(label, {FlowKind::kEndRepeat});
     return;
   }
-  loops_.push_back({FlowKind::kRepeat, label, next_, -1, static_cast<std::int64_t>(std::min(count, 1e15))});
+  loops_.push_back({FlowKind::kRepeat, label, next_, -1, static_cast<std::int64_t>(std::min(count, 1e15)), ifs_.size()});
 }
 
 void Flow::end_loop(FlowKind kind, std::int32_t label) {
@@ -246,6 +262,7 @@ void Flow::break_loop(std::int32_t label, bool again) {
   while (loops_.size() > outside && loops_.back().label != label) loops_.pop_back();
   if (loops_.size() == outside)
     fail(GcodeErrorCode::kFlowUnmatched, 1, again ? "continue" : "break", "a loop of that label");
+  ifs_.resize(loops_.back().ifs);
   const FlowKind kind = loops_.back().kind;
   const FlowKind end = kind == FlowKind::kWhile ? FlowKind::kEndWhile
                        : kind == FlowKind::kDo  ? FlowKind::kWhile
@@ -259,12 +276,18 @@ void Flow::break_loop(std::int32_t label, bool again) {
   go(current_, -1);  // obey the loop's end itself
 }
 
+void Flow::close_if(std::int32_t label, std::string_view word) {
+  const std::size_t outside = std::max(frames_.empty() ? 0 : frames_.back().ifs, loops_.empty() ? 0 : loops_.back().ifs);
+  if (ifs_.size() <= outside || ifs_.back() != label) fail(GcodeErrorCode::kFlowUnmatched, 1, word, "if");
+  ifs_.pop_back();
+}
+
 void Flow::obey_if(const ParsedBlock& block, std::int32_t label) {
-  if (condition(block)) return;
+  if (condition(block)) return ifs_.push_back(label);
   for (;;) {
     const FlowKind found = skip_to(label, {FlowKind::kElseIf, FlowKind::kElse, FlowKind::kEndIf});
-    if (found != FlowKind::kElseIf) return;
-    if (condition(skipped_)) return;
+    if (found == FlowKind::kEndIf) return;
+    if (found == FlowKind::kElse || condition(skipped_)) return ifs_.push_back(label);
   }
 }
 
@@ -301,7 +324,10 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
   for (;;) {
     const ParsedBlock* block = skip_fetch();
     if (!block) fail(GcodeErrorCode::kFlowNoEnd, 1, name(*(wanted.end() - 1)), labels_.name(label), from_line);
-    if (!block->is_flow() || block->flow.label != label) continue;
+    if (!block->is_flow()) continue;
+    if (block->flow.kind == FlowKind::kSub && *wanted.begin() == FlowKind::kEndSub)
+      fail(GcodeErrorCode::kFlowSyntax, block->flow.column, "sub inside a sub", "one definition after another");
+    if (block->flow.label != label) continue;
     for (const FlowKind kind : wanted) {
       if (block->flow.kind != kind) continue;
       if (keeping() && current_node_ < 0) {  // keep it, so that the way here is remembered
@@ -332,6 +358,7 @@ const ParsedBlock* Flow::skip_fetch() {
 bool Flow::recover() {
   if (ended_) return false;
   loops_.clear();
+  ifs_.clear();
   if (frames_.empty()) return true;
   const Frame outermost = frames_.front();
   while (!frames_.empty()) {

@@ -56,7 +56,8 @@ class Flow {
     std::string name, folder;
     std::unique_ptr<LineReader> reader;
     bool indexed = false;
-    bool percent_seen = false, any_line = false;
+    bool percent_seen = false;   ///< the file began with %
+    bool any = false, began = false;  ///< a line that is not empty has been read; before the present one
     std::unordered_map<std::int32_t, LinePlace> subs;  ///< label -> the line after its sub word
   };
   /// A kept block; next and jump are its successors in the store, -1 unknown.
@@ -72,6 +73,7 @@ class Flow {
     CodePlace start;             ///< the line of the loop word itself, or after it (do, repeat)
     std::int32_t start_node;
     std::int64_t left = 0;       ///< repeat
+    std::size_t ifs = 0;         ///< open when it began
   };
   struct Frame {
     std::int32_t label = -1;
@@ -80,6 +82,7 @@ class Flow {
     std::uint32_t called_line = 0;
     int called_file = 0;
     std::size_t loops = 0;       ///< loops_ outside this call
+    std::size_t ifs = 0;
     bool numbered = false;       ///< M98
     std::int64_t repeats_left = 0;
     CodePlace start;
@@ -100,6 +103,7 @@ class Flow {
   void obey(const ParsedBlock& block);
   std::int32_t label_of(const ParsedBlock& block);
   double argument(const ParsedBlock& block, std::size_t index) const;
+  bool percent();
   bool condition(const ParsedBlock& block) const { return argument(block, 0) != 0; }
   void obey_while(const ParsedBlock& block, std::int32_t label);
   void obey_repeat(const ParsedBlock& block, std::int32_t label);
@@ -115,6 +119,7 @@ class Flow {
   bool find_sub(std::int32_t label, CodePlace& place);
   void index_file(std::size_t index);
   bool open_sub_file(const std::string& name, CodePlace& place, std::int32_t label);
+  void close_if(std::int32_t label, std::string_view word);
   bool in_loop(FlowKind kind, std::int32_t label) const;
   void drop_store_if_full();
 
@@ -130,6 +135,7 @@ class Flow {
   std::unordered_map<std::uint64_t, std::int32_t> kept_at_;
   std::vector<Loop> loops_;
   std::vector<Frame> frames_;
+  std::vector<std::int32_t> ifs_;  ///< labels of the branches being run
   CodePlace current_;           ///< of the block last fetched
   CodePlace next_;              ///< of the block to fetch
   std::int32_t current_node_ = -1, next_node_ = -1;

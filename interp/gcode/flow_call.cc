@@ -20,7 +20,7 @@ void Flow::call(const ParsedBlock& block, std::int32_t label) {
 void Flow::enter(std::int32_t label, std::span<const double> arguments, bool numbered, std::int64_t repeats) {
   if (frames_.size() >= static_cast<std::size_t>(config_.sub_depth_max))
     fail(GcodeErrorCode::kSubDepth, 1, config_.sub_depth_max);
-  const Frame back{label, next_, next_node_, current_.at.line, current_.file, loops_.size(), numbered, repeats, {}};
+  const Frame back{label, next_, next_node_, current_.at.line, current_.file, loops_.size(), ifs_.size(), numbered, repeats, {}};
   CodePlace place;
   if (!find_sub(label, place)) {
     go(back.back, back.back_node);
@@ -42,7 +42,8 @@ void Flow::leave(const ParsedBlock* with_value) {
   }
   executor_.on_return(static_cast<int>(frames_.size()));
   if (!frame.numbered) parameters_.pop_frame();
-  loops_.resize(frame.loops, Loop{FlowKind::kNone, -1, {}, -1, 0});
+  loops_.resize(frame.loops, Loop{FlowKind::kNone, -1, {}, -1, 0, 0});
+  ifs_.resize(std::min(ifs_.size(), frame.ifs));
   go(frame.back, frame.back_node);
   frames_.pop_back();
   executor_.call.level = static_cast<int>(frames_.size());
@@ -58,7 +59,7 @@ void Flow::call_numbered(const Block& block) {
 }
 
 void Flow::return_numbered(const Block& block) {
-  if (frames_.empty()) fail(GcodeErrorCode::kEndlessLoop, block.at(MGroup::kSub));
+  if (frames_.empty()) return executor_.warn(block.at(MGroup::kSub), "M99 outside a sub-program is ignored");
   leave(nullptr);
 }
 

@@ -49,11 +49,9 @@ void Executor::tool_change(const Block& b) {
     s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
     put(canon::ChangeToolNumber{s_.current_tool});
   } else {
-    if (s_.selected_tool < 0)
-      fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M6", "a T word before or on this line");
     put(PlainCanon::kStartChange);
     stop_spindle();
-    s_.current_tool = s_.selected_tool;
+    s_.current_tool = std::max(0, s_.selected_tool);  // without a T word: no tool
     put(canon::ChangeTool{s_.current_tool});
   }
   const Tool* tool = parts_.tools.find(s_.current_tool);
@@ -89,15 +87,15 @@ void Executor::spindle(const Block& b) {
 }
 
 void Executor::coolant(const Block& b) {
-  if (b.coolant & 1U) {
+  const int code = b.code(MGroup::kCoolant);
+  if (code == 7) {
     s_.modal.mist = true;
-    put(PlainCanon::kMistOn);
+    return put(PlainCanon::kMistOn);
   }
-  if (b.coolant & 2U) {
+  if (code == 8) {
     s_.modal.flood = true;
-    put(PlainCanon::kFloodOn);
+    return put(PlainCanon::kFloodOn);
   }
-  if (!(b.coolant & 4U)) return;
   s_.modal.mist = s_.modal.flood = false;
   put(PlainCanon::kMistOff);
   put(PlainCanon::kFloodOff);
@@ -162,7 +160,6 @@ void Executor::modal_state(const Block& b) {
     case 70: kept = {s_.modal, true, false}; break;
     case 71: kept.valid = kept.restore_on_return = false; break;
     case 73:
-      if (level == 0) fail(GcodeErrorCode::kFlowSyntax, b.at(MGroup::kState), "M73 outside a sub-program", "M70 and M72");
       kept = {s_.modal, true, true};
       break;
     default:
@@ -179,8 +176,20 @@ void Executor::on_return(int level) {
 }
 
 void Executor::restore_modal(const ModalState& kept) {
-  if (kept.inch != s_.modal.inch) set_units(kept.inch);
   ModalState& m = s_.modal;
+  if (kept.inch != m.inch) set_units(kept.inch);
+  if (kept.feed_mode != m.feed_mode) {
+    m.feed_mode = kept.feed_mode;
+    put(canon::SetFeedMode{m.feed_mode == FeedMode::kPerRevolution});
+  }
+  if (kept.feed != m.feed) {
+    m.feed = kept.feed;
+    if (m.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{m.feed});
+  }
+  if (kept.speed != m.speed) {
+    m.speed = kept.speed;
+    put(canon::SetSpindleSpeed{m.speed});
+  }
   if (kept.plane != m.plane) {
     m.plane = kept.plane;
     put(canon::SelectPlane{m.plane});
@@ -193,26 +202,14 @@ void Executor::restore_modal(const ModalState& kept) {
   m.arc_absolute = kept.arc_absolute;
   m.diameter = kept.diameter;
   m.retract_to_start = kept.retract_to_start;
-  restore_numbers(kept);
+  restore_machine(kept);
 }
 
-void Executor::restore_numbers(const ModalState& kept) {
+void Executor::restore_machine(const ModalState& kept) {
   ModalState& m = s_.modal;
   if (kept.work_offset != m.work_offset) {
     keep_machine([&] { load_system(kept.work_offset); });
     put_system(true);
-  }
-  if (kept.feed_mode != m.feed_mode) {
-    m.feed_mode = kept.feed_mode;
-    put(canon::SetFeedMode{m.feed_mode == FeedMode::kPerRevolution});
-  }
-  if (kept.feed != m.feed) {
-    m.feed = kept.feed;
-    if (m.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{m.feed});
-  }
-  if (kept.speed != m.speed) {
-    m.speed = kept.speed;
-    put(canon::SetSpindleSpeed{m.speed});
   }
   if (kept.path != m.path || kept.path_tolerance != m.path_tolerance)
     set_path(kept.path, kept.path_tolerance, kept.naive_tolerance, kept.orientation_deg);
@@ -290,7 +287,6 @@ void Executor::reset_at_end() {
   m.feed = 0;
   put(canon::SetFeedRate{0});
   if (!m.feed_override) put(PlainCanon::kEnableFeedOverride);
-  if (!m.speed_override) put(PlainCanon::kEnableSpeedOverride);
   m.feed_override = m.speed_override = true;
   stop_spindle();
   m.css = false;

@@ -10,7 +10,6 @@ void Executor::feed_mode(const Block& b) {
   const FeedMode mode = code == 930   ? FeedMode::kInverseTime
                         : code == 940 ? FeedMode::kPerMinute
                                       : FeedMode::kPerRevolution;
-  if (mode == s_.modal.feed_mode) return;
   s_.modal.feed_mode = mode;
   note(mode == FeedMode::kInverseTime ? "interpreter: feed mode set to inverse time"
        : mode == FeedMode::kPerMinute ? "interpreter: feed mode set to units per minute"

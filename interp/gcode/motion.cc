@@ -39,8 +39,6 @@ AxisValues Executor::target(const Block& b) const {
 
 // G53: the words are the machine's own coordinates.
 AxisValues Executor::machine_target(const Block& b) const {
-  if (s_.modal.incremental)
-    fail(GcodeErrorCode::kBadValue, b.at(GGroup::kNonModal), "G53", "G91", "incremental distances", "G90 first");
   AxisValues machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
   for (int i = 0; i < 6; ++i)
     if (b.has(kWordLetters[i])) machine[i] = i < 3 ? to_mm(b[kWordLetters[i]]) : b[kWordLetters[i]];
@@ -79,7 +77,6 @@ void Executor::straight(const Block& b, int motion) {
     if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G53 in a tilted plane", "G69 first");
     if (s_.rtcp) return suspend_rtcp(b, [&] { put_straight(b, target(b), motion == 0); });
   }
-  if (!b.has_axis_word() && !(s_.tool_vector && (b.has('I') || b.has('J') || b.has('K')))) return;
   AxisValues to = target(b);
   if (s_.tool_vector && (b.has('I') || b.has('J') || b.has('K'))) to = vector_target(b, to);
   put_straight(b, to, motion == 0);
@@ -95,6 +92,7 @@ void Executor::put_straight(const Block& b, const AxisValues& to, bool traverse)
   } else {
     put(canon::StraightFeed{to, inverse_rate(b)});
   }
+  left_contour_ = false;
   s_.position = to;
 }
 

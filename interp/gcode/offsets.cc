@@ -179,7 +179,7 @@ void Executor::g10_system(const Block& b, int l) {
   if (l == 20 && rotation != 0) turned.head<3>() = R_turn * Vec3(turned.head<3>());
   for (int i = 0; i < 6; ++i) parameters[base + i] = turned[i];
   parameters[base + parameter::kOffsetRotation] = rotation;
-  if (index != s_.modal.work_offset) return;
+  if (index != s_.modal.work_offset) return note("interpreter: setting coordinate system origin");
   keep_machine([&] { load_system(index); });
   put_system(false);
 }

@@ -36,6 +36,7 @@ struct ModalState {
 
 /// Words of a canned cycle that stay in force while the same cycle goes on.
 struct CycleWords {
+  double initial = 0;  ///< height along the hole's axis where the series of cycles began
   double r = 0, bottom = 0, p = 0, q = 0, i = 0, j = 0, k = 0, h = 0, retract = 0;
 };
 

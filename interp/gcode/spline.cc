@@ -49,6 +49,8 @@ Vec3 nurbs_point(const Points& points, int k, double u) {
 void Executor::spline(const Block& b, int motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
+  if (left_contour_)
+    fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is a spline", "a straight move");
   if (s_.modal.plane != Plane::kXY)
     fail(GcodeErrorCode::kPlane, column, g_name(motion), s_.modal.plane == Plane::kXZ ? "G18" : "G19", "G17");
   if (motion != 53) check_feed(b, g_name(motion));
@@ -128,7 +130,7 @@ void Executor::nurbs(const Block& b, int motion) {
   AxisValues to = s_.position;
   to[kX] = nurbs_.back().x;
   to[kY] = nurbs_.back().y;
-  put(canon::NurbsFeed{order, to, hull});
+  put(canon::NurbsFeed{static_cast<int>(nurbs_.size()), to, hull});
   s_.position = to;
 }
 

@@ -1,0 +1,180 @@
+#include "tests/interp/gcode/run_program.h"
+
+// Canonical functions of short programs: every modal group, by hand from RS274/NGC's definitions.
+namespace trn {
+namespace {
+
+using test::canon;
+using test::moves;
+using test::Session;
+
+TEST(Canon, StartState) {
+  test::CanonText sink;
+  Session().run("M2\n", sink);
+  EXPECT_EQ(sink.text.substr(0, sink.text.find("ON_RESET()") + 11),
+            "USE_LENGTH_UNITS(CANON_UNITS_MM)\nSET_G5X_OFFSET(1, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+            "SET_G92_OFFSET(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(0.0000)\n"
+            "SET_FEED_REFERENCE(CANON_XYZ)\nON_RESET()\n");
+}
+
+TEST(Canon, ProgramEndResets) {
+  test::CanonText sink;
+  Session().run("G18 G91 M8 M49\nM30\n", sink);
+  const std::string end = sink.text.substr(sink.text.find("SET_G5X_OFFSET(1", 60));
+  EXPECT_EQ(end,
+            "SET_G5X_OFFSET(1, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(0.0000)\n"
+            "SELECT_PLANE(CANON_PLANE_XY)\nSET_FEED_MODE(0, 0)\nSET_FEED_RATE(0.0000)\nENABLE_FEED_OVERRIDE()\n"
+            "STOP_SPINDLE_TURNING(0)\nSET_SPINDLE_MODE(0 0.0000)\nFLOOD_OFF()\nPALLET_SHUTTLE()\nPROGRAM_END()\n");
+}
+
+TEST(Canon, StraightMovesAndDistanceModes) {
+  EXPECT_EQ(canon("G0 X1 Y2 Z3\nG91 X1\nG90 X1"),
+            moves({"T 1 2 3", "COMMENT(\"interpreter: distance mode changed to incremental\")", "T 2 2 3",
+                   "COMMENT(\"interpreter: distance mode changed to absolute\")", "T 1 2 3"}));
+  EXPECT_EQ(canon("F100 G1 X5\nY-2"), moves({"SET_FEED_RATE(100.0000)", "F 5 0 0", "F 5 -2 0"}));
+}
+
+TEST(Canon, CaseAndWhiteSpaceAreFree) {
+  EXPECT_EQ(canon("g 0 x +0. 12 34y 7"), moves({"T 0.1234 7 0"}));
+  EXPECT_EQ(canon("\tG00X1Y-.5z+2."), moves({"T 1 -0.5 2"}));
+}
+
+TEST(Canon, Units) {
+  EXPECT_EQ(canon("G0 X25.4\nG20 G0 Y2\nG21 G0 Z1"),
+            moves({"T 25.4 0 0", "USE_LENGTH_UNITS(CANON_UNITS_INCHES)", "T 1 2 0", "USE_LENGTH_UNITS(CANON_UNITS_MM)",
+                   "T 25.4 50.8 1"}));
+}
+
+TEST(Canon, ArcsInEveryPlane) {
+  EXPECT_EQ(canon("F1 G2 X2 I1"),
+            "SET_FEED_RATE(1.0000)\nARC_FEED(2.0000, 0.0000, 1.0000, 0.0000, -1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(canon("F1 G18 G3 X2 Y5 I1 K0 P3"),
+            "SET_FEED_RATE(1.0000)\nSELECT_PLANE(CANON_PLANE_XZ)\n"
+            "ARC_FEED(0.0000, 2.0000, 0.0000, 1.0000, 3, 5.0000, 0.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(canon("F1 G19 G2 Y2 J1 A9"),
+            "SET_FEED_RATE(1.0000)\nSELECT_PLANE(CANON_PLANE_YZ)\n"
+            "ARC_FEED(2.0000, 0.0000, 1.0000, 0.0000, -1, 0.0000, 9.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(canon("F1 G90.1 G2 X2 I1 J0"),
+            "SET_FEED_RATE(1.0000)\nCOMMENT(\"interpreter: IJK distance mode changed to absolute\")\n"
+            "ARC_FEED(2.0000, 0.0000, 1.0000, 0.0000, -1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+  // by radius, shorter and longer way: the centres mirror at the chord
+  EXPECT_EQ(canon("F1 G3 X6 R5"),
+            "SET_FEED_RATE(1.0000)\nARC_FEED(6.0000, 0.0000, 3.0000, 4.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(canon("F1 G3 X6 R-5"),
+            "SET_FEED_RATE(1.0000)\nARC_FEED(6.0000, 0.0000, 3.0000, -4.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+}
+
+TEST(Canon, WorkOffsets) {
+  EXPECT_EQ(canon("G0 X5\nG10 L2 P2 X10 R90\nG55\nG0 X1"),
+            "STRAIGHT_TRAVERSE(5.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+            "COMMENT(\"interpreter: setting coordinate system origin\")\n"
+            "SET_G5X_OFFSET(2, 10.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+            "SET_G92_OFFSET(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(90.0000)\n"
+            // the machine stands at 5, 0: seen from the turned system that is (0, 5)
+            "STRAIGHT_TRAVERSE(1.0000, 5.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(canon("G0 X5 Y5\nG92 X0 Y1\nG0 X1\nG92.2\nG0 Z1\nG92.3\nG0 Z2\nG92.1\nG0 Z3"),
+            moves({"T 5 5 0", "SET_G92_OFFSET(5.0000, 4.0000, 0.0000, 0.0000, 0.0000, 0.0000)", "T 1 1 0",
+                   "SET_G92_OFFSET(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)", "T 6 5 1",
+                   "SET_G92_OFFSET(5.0000, 4.0000, 0.0000, 0.0000, 0.0000, 0.0000)", "T 1 1 2",
+                   "SET_G92_OFFSET(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)", "T 6 5 3"}));
+  EXPECT_EQ(canon("G0 X3\nG10 L20 P1 X1\nG0 X0"),
+            moves({"T 3 0 0", "SET_G5X_OFFSET(1, 2.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)",
+                   "SET_XY_ROTATION(0.0000)", "T 0 0 0"}));
+  EXPECT_EQ(canon("G52 X5\nG53 G0 X1"),
+            moves({"SET_G92_OFFSET(5.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)", "T -4 0 0"}));
+}
+
+TEST(Canon, ToolLength) {
+  EXPECT_EQ(canon("G43 H1\nG0 X1\nG49"),
+            moves({"USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 50.0000, 0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000)", "T 1 0 -50",
+                   "USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000)"}));
+}
+
+TEST(Canon, FeedModes) {
+  EXPECT_EQ(canon("G93 G1 X10 F2\nG1 X20 A10 F4"),
+            "COMMENT(\"interpreter: feed mode set to inverse time\")\nSET_FEED_MODE(0, 0)\nSET_FEED_RATE(20.0000)\n"
+            "STRAIGHT_FEED(10.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_FEED_RATE(40.0000)\n"
+            "STRAIGHT_FEED(20.0000, 0.0000, 0.0000, 10.0000, 0.0000, 0.0000)\n");
+}
+
+TEST(Canon, PathModes) {
+  EXPECT_EQ(canon("G61\nG61.1\nG64\nG64 P.1\nG64 P.1 Q.2"),
+            "SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)\nSET_MOTION_CONTROL_MODE(CANON_EXACT_STOP)\n"
+            "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, 0.000000)\nSET_NAIVECAM_TOLERANCE(0.0000)\n"
+            "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, 0.100000)\nSET_NAIVECAM_TOLERANCE(0.1000)\n"
+            "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, 0.100000)\nSET_NAIVECAM_TOLERANCE(0.2000)\n");
+}
+
+TEST(Canon, SpindleCoolantToolsAndStops) {
+  EXPECT_EQ(canon("S1000 M3\nM8\nM9\nM5\nT2 M6\nM0\nM1\nG4 P0.5\nM19 R90"),
+            "SET_SPINDLE_SPEED(0, 1000.0000)\nSTART_SPINDLE_CLOCKWISE(0)\nFLOOD_ON()\nMIST_OFF()\nFLOOD_OFF()\n"
+            "STOP_SPINDLE_TURNING(0)\nSELECT_TOOL(2)\nSTART_CHANGE()\nSTOP_SPINDLE_TURNING(0)\nCHANGE_TOOL(2)\n"
+            "PROGRAM_STOP()\nOPTIONAL_PROGRAM_STOP()\nDWELL(0.5000)\nORIENT_SPINDLE(0, 90.0000, 0)\n");
+  EXPECT_EQ(canon("M48\nM50 P0\nM51 P0\nM52\nM53 P0\nM62 P3\nM65 P1\nM67 E2 Q1.5"),
+            "ENABLE_FEED_OVERRIDE()\nENABLE_SPEED_OVERRIDE(0)\nDISABLE_FEED_OVERRIDE()\nDISABLE_SPEED_OVERRIDE(0)\n"
+            "ENABLE_ADAPTIVE_FEED()\nDISABLE_FEED_HOLD()\nSET_MOTION_OUTPUT_BIT(3)\nCLEAR_AUX_OUTPUT_BIT(1)\n"
+            "SET_MOTION_OUTPUT_VALUE(2,1.500000)\n");
+}
+
+TEST(Canon, Messages) {
+  EXPECT_EQ(canon("#1=2.5\n(MSG, hi)\n(debug,a #1 b %.2f#1 c %d#1)\n(PRINT,#<_x>)\n(plain) G4 P1\n; not told"),
+            "MESSAGE(\" hi\")\nMESSAGE(\"a 2.500000 b 2.50 c 2\")\n0.000000\nCOMMENT(\"plain\")\nDWELL(1.0000)\n");
+}
+
+TEST(Canon, DrillingCycle) {
+  const std::string exact = "SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)";
+  const std::string back = "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, 0.000000)";
+  const std::string naive = "SET_NAIVECAM_TOLERANCE(0.0000)";
+  EXPECT_EQ(canon("F1 G0 Z9\nG98 G81 X1 Z-5 R2\nG99 X2"),
+            moves({"SET_FEED_RATE(1.0000)", "T 0 0 9", "COMMENT(\"interpreter: retract mode set to old_z\")", exact,
+                   "T 1 0 9", "T 1 0 2", "F 1 0 -5", "T 1 0 9", back, naive,
+                   "COMMENT(\"interpreter: retract mode set to r_plane\")", exact, "T 2 0 9", "T 2 0 2", "F 2 0 -5",
+                   "T 2 0 2", back, naive}));
+  EXPECT_EQ(canon("F1 G91 G81 X1 Z-3 R1 L2"),
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: distance mode changed to incremental\")", "T 0 0 1",
+                   exact, "T 1 0 1", "F 1 0 -2", "T 1 0 1", "T 2 0 1", "F 2 0 -2", "T 2 0 1", back, naive}));
+  EXPECT_EQ(canon("F1 G83 Z-2.5 R1 Q2"),
+            moves({"SET_FEED_RATE(1.0000)", "T 0 0 1", exact, "T 0 0 1", "F 0 0 -1", "T 0 0 1", "T 0 0 -0.746", "F 0 0 -2.5",
+                   "T 0 0 1", back, naive}));
+}
+
+TEST(Canon, HomePositions) {
+  EXPECT_EQ(canon("G0 X3 Y4\nG28.1\nG0 X9\nG28 Y7"), moves({"T 3 4 0", "T 9 4 0", "T 9 7 0", "T 9 4 0"}));
+}
+
+TEST(Canon, StateIsKeptAndRestored) {
+  EXPECT_EQ(canon("o1 sub\nM73\nG91\nG0 X1\no1 endsub\no1 call\nG0 X5"),
+            moves({"COMMENT(\"interpreter: distance mode changed to incremental\")", "T 1 0 0",
+                   "COMMENT(\"interpreter: distance mode changed to absolute\")", "T 5 0 0"}));
+}
+
+TEST(Canon, BlockDelete) {
+  Session session;
+  EXPECT_EQ(session.canon("/G0 X1\nG0 Y1"), moves({"T 1 0 0", "T 1 1 0"}));
+  session.config.block_delete = true;
+  EXPECT_EQ(session.canon("/G0 X1\nG0 Y1"), moves({"T 0 1 0"}));
+}
+
+TEST(Canon, WrappedRotaryGoesTheShortWay) {
+  Session session;
+  session.config.wrapped_mask = 1U << kC;
+  EXPECT_EQ(session.canon("G0 C350\nG0 C10"),
+            "STRAIGHT_TRAVERSE(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, -10.0000)\n"
+            "STRAIGHT_TRAVERSE(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 10.0000)\n");
+}
+
+TEST(Canon, CutterCompensation) {
+  // outside corner: rounded about the corner; inside corner: where the offsets meet
+  EXPECT_EQ(canon("F1 G42.1 D10\nG1 X0 Y-10\nG1 X50\nY50\nG40 X99"),
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on right\")", "F -5 -10 0",
+                   "ARC_FEED(0.0000, -15.0000, 0.0000, -10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)", "F 50 -15 0",
+                   "ARC_FEED(55.0000, -10.0000, 50.0000, -10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)", "F 55 50 0",
+                   "COMMENT(\"interpreter: cutter radius compensation off\")", "F 99 50 0"}));
+  EXPECT_EQ(canon("F1 G41.1 D10\nG1 X10\nX50\nY50\nX0\nG40 X-20"),
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on left\")", "F 10 5 0",
+                   "F 45 5 0", "F 45 45 0", "F 0 45 0", "COMMENT(\"interpreter: cutter radius compensation off\")",
+                   "F -20 50 0"}));
+}
+
+}  // namespace
+}  // namespace trn

@@ -1,0 +1,218 @@
+#include <cmath>
+#include <filesystem>
+
+#include "core/path.h"
+#include "core/units.h"
+#include "interp/gcode/parameter_file.h"
+#include "tests/interp/gcode/run_program.h"
+
+// The planner's moves: offsets, tool-centre-point control, feeds; and the table files.
+namespace trn {
+namespace {
+
+using test::cradle;
+using test::MoveList;
+using test::Session;
+
+// Where the move ends, as pose of the spindle nose in the table frame, worked out by the bracket's own rule.
+Pose nose(const Kinematics& kinematics, const ProgramMove& move, const Words& words) {
+  const Vec3& tool = move.context.tool_offset;
+  if (move.context.rtcp) {
+    const Mat3 R = kinematics.orientation(words.tail<3>());
+    return {R, Vec3(words.head<3>()) + R * tool};
+  }
+  Words axes = words;
+  axes.head<3>() += tool;
+  JointVec q;
+  Pose X;
+  EXPECT_EQ(kinematics.joints_from_words(axes, q), KinStatus::kOk);
+  EXPECT_EQ(kinematics.forward(q, X), KinStatus::kOk);
+  return X;
+}
+
+// The machine never jumps: every move begins where the last one ended.
+void expect_continuous(const Session& session, const MoveList& list) {
+  for (std::size_t i = 1; i < list.moves.size(); ++i) {
+    const Pose a = nose(*session.kinematics, list.moves[i - 1], list.moves[i - 1].to);
+    const Pose b = nose(*session.kinematics, list.moves[i], list.moves[i].from);
+    EXPECT_LT((a.p - b.p).norm(), 1e-9) << "move " << i << " line " << list.moves[i].source.line;
+    EXPECT_LT((a.R - b.R).norm(), 1e-9) << i;
+  }
+}
+
+// What W says of the end of a move is what the program says.
+Vec3 in_work(const ProgramMove& move, const Kinematics& kinematics) {
+  const Pose X_BS = nose(kinematics, move, move.to);
+  return move.context.X_WB * (X_BS * Vec3(-move.context.tool_offset));
+}
+
+TEST(Lowering, OffsetsWithoutRtcp) {
+  Session session;
+  const MoveList list = session.moves("G10 L2 P1 X10 Y20 R90\nG43 H1\nG0 X1 Y0 Z5\nM2\n");
+  ASSERT_EQ(list.moves.size(), 1u);
+  EXPECT_NEAR(list.moves[0].to[kX], 10, 1e-12);
+  EXPECT_NEAR(list.moves[0].to[kY], 21, 1e-12);
+  EXPECT_NEAR(list.moves[0].to[kZ], 5, 1e-12);
+  EXPECT_EQ(list.moves[0].from[kZ], -50);  // the spindle stood at 0, the tip 50 below
+  EXPECT_EQ(list.moves[0].context.tool_offset, Vec3(0, 0, 50));
+}
+
+TEST(Lowering, RtcpKeepsTheMachineAndHoldsTheTip) {
+  Session session = cradle();
+  const MoveList list = session.moves(
+      "G54 G10 L2 P1 X10 Y5 Z-20\nG0 X20 Y30 Z100 A20 C50\nG43.4 H1\nG1 F1000 A35 C80\nX0 Y0 Z0\nG49\nG0 Z150\n"
+      "G43 H2\nM428\nG1 A0 C0\nM429\nG0 X0\nM2\n");
+  expect_continuous(session, list);
+  int with_rtcp = 0;
+  for (const ProgramMove& move : list.moves) with_rtcp += move.context.rtcp;
+  EXPECT_EQ(with_rtcp, 3);
+  for (const ProgramMove& move : list.moves) {
+    if (!move.context.rtcp || (move.to - move.from).tail<3>().norm() == 0) continue;
+    EXPECT_LT((move.to - move.from).head<3>().norm(), 1e-9) << "only A and C turn: the tip stays";
+  }
+  EXPECT_LT(in_work(list.moves[2], *session.kinematics).norm(), 1e-9);  // X0 Y0 Z0 of G54
+}
+
+TEST(Lowering, WordsOfOtherControls) {
+  for (const char* word : {"M428", "TRAORI", "M128"}) {
+    Session session = cradle();
+    const MoveList list = session.moves(std::string(word) + "\nG0 X1 A10\nG53 G0 Z100\nG0 X2\nM2\n");
+    EXPECT_TRUE(list.moves.front().context.rtcp) << word;
+    EXPECT_FALSE(list.moves[1].context.rtcp) << "G53 is in axis coordinates";
+    EXPECT_TRUE(list.moves[2].context.rtcp);
+    expect_continuous(session, list);
+  }
+}
+
+TEST(Lowering, ToolVectors) {
+  Session session = cradle();
+  const MoveList list = session.moves("G43.5 H1\nG1 F100 X0 Y0 Z0 I0.3 J0.2 K0.9\nM2\n");
+  ASSERT_EQ(list.moves.size(), 1u);
+  const Vec3 u_W = list.moves[0].context.X_WB.R * session.kinematics->orientation(list.moves[0].to.tail<3>()).col(2);
+  EXPECT_LT((u_W - Vec3(0.3, 0.2, 0.9).normalized()).norm(), 1e-9);
+}
+
+TEST(Lowering, TiltedPlane) {
+  Session session = cradle();
+  const MoveList list = session.moves(
+      "G43 H1\nG0 X0 Y0 Z150\nG68.2 X10 Y20 Z5 I30 J25 K0\nG53.1\nG0 X0 Y0 Z50\nG1 F100 Z-3\nX7\nG69\nG0 Z150\nM2\n");
+  expect_continuous(session, list);
+  const ProgramMove& drill = list.moves[3];
+  const Mat3 R = rot_z(rad_from_deg(30)) * rot_x(rad_from_deg(25));
+  const Pose X_BM = session.kinematics->home_X_BM();
+  const Vec3 tip_B = drill.to.head<3>();
+  EXPECT_LT((tip_B - X_BM * Vec3(Vec3(10, 20, 5) + R * Vec3(0, 0, -3))).norm(), 1e-9);
+  // the tool stands along the plane's Z
+  EXPECT_LT((session.kinematics->orientation(drill.to.tail<3>()).col(2) - X_BM.R * R.col(2)).norm(), 1e-9);
+}
+
+TEST(Lowering, TiltedDrilling) {
+  Session session = cradle();
+  const MoveList list = session.moves("G43 H1\nG0 Z200\nF100 G183 X20 Y15 Z30 A10 C20 H-10 Q4 R3\nM2\n");
+  expect_continuous(session, list);
+  int feeds = 0;
+  Vec3 deepest = Vec3::Zero();
+  for (const ProgramMove& move : list.moves) {
+    if (move.kind != ProgramMove::Kind::kFeed) continue;
+    ++feeds;
+    const Vec3 along = (move.to - move.from).head<3>();
+    const Vec3 axis = session.kinematics->orientation(move.to.tail<3>()).col(2);
+    EXPECT_LT(along.cross(axis).norm(), 1e-9) << "the hole is straight along the tool";
+    deepest = session.kinematics->home_X_BM().R.transpose() * axis;
+    deepest = Vec3(20, 15, 30) - 10 * deepest - inverse(session.kinematics->home_X_BM()) * Vec3(move.to.head<3>());
+  }
+  EXPECT_EQ(feeds, 4);
+  EXPECT_LT(deepest.norm(), 1e-9);
+}
+
+TEST(Lowering, Feeds) {
+  Session session;
+  const MoveList list = session.moves(
+      "G1 F600 X10\nA90\nG20 F10 G1 X1\nG21 G93 G1 X0 F2\nS300 G95 F0.5 G1 X5\nG0 X9\nM2\n");
+  EXPECT_DOUBLE_EQ(list.moves[0].feed.tip_mm_s, 10);
+  EXPECT_NEAR(list.moves[1].feed.rotary_rad_s, 10 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(list.moves[2].feed.tip_mm_s, 254.0 / 60, 1e-12);
+  EXPECT_NEAR(list.moves[3].feed.path_units_s, 25.4 * 2 / 60, 1e-12);  // 25.4 mm in half a minute
+  EXPECT_NEAR(list.moves[4].feed.tip_mm_s, 0.5 * 300 / 60, 1e-12);
+  EXPECT_EQ(list.moves[5].feed.tip_mm_s, FeedLimit::kNone);
+}
+
+TEST(Lowering, ArcsEndWhereTheySay) {
+  Session session;
+  const MoveList list = session.moves("G10 L2 P1 X5 R30\nG1 F100 X0 Y0\nG2 X10 Y0 I5 J0 Z2\nG3 I3 P2\nG18 G3 X12 Z4 R2\nM2\n");
+  for (const ProgramMove& move : list.moves) {
+    if (move.kind != ProgramMove::Kind::kArc) continue;
+    const PathPiece piece = make_arc(move.from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad);
+    EXPECT_LT((piece.at(piece.length) - move.to).norm(), 1e-9);
+  }
+  EXPECT_NEAR(std::abs(list.moves[2].arc_sweep_rad), 4 * kPi, 1e-9);
+}
+
+TEST(Lowering, SmallArcGapsAreMendedWithAWarning) {
+  Session session;
+  const MoveList list = session.moves("G1 F100 X0\nG2 X10 I5.005\nM2\n");
+  ASSERT_EQ(session.warnings.size(), 1u);
+  EXPECT_EQ(session.warnings[0], "p.ngc:2:1: warning: the arc's end misses its circle by 0.0100 mm; the centre is moved to fit");
+  EXPECT_NEAR(list.moves.back().arc_centre.x(), 5, 1e-12);
+}
+
+TEST(Lowering, SharedProgramsRunToTheEnd) {
+  for (const char* name : {"boat-xyzac.ngc", "3D_Chips.ngc"}) {
+    const std::string path = std::string(TRN_SOURCE_DIR) + "/../shared/programs/" + name;
+    if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
+    Session session = cradle();
+    session.tools = ToolTable();
+    MoveList list;
+    Lowering lowering(session.config, session.kinematics.get(), list);
+    Interpreter interpreter({session.config, session.parameters, session.tools, session.kinematics.get(), lowering, {}});
+    interpreter.open(path);
+    while (interpreter.step()) {
+    }
+    EXPECT_GT(list.moves.size(), 1000u);
+    expect_continuous(session, list);
+  }
+}
+
+TEST(Tables, VariablesRoundTrip) {
+  Parameters one;
+  one[5221] = 1.25;
+  one[5220] = 3;
+  one[100] = 1.0 / 3;
+  Parameters two;
+  parse_parameters(parameters_text(one), "v.var", two);
+  for (int n = 1; n <= parameter::kMax; ++n) EXPECT_EQ(one[n], two[n]) << n;
+  EXPECT_THROW(parse_parameters("5221 x\n", "v.var", two), ProgramError);
+  EXPECT_THROW(parse_parameters("5222 1\n5221 1\n", "v.var", two), ProgramError);
+  try {
+    parse_parameters("100 1\n9999 2\n", "v.var", two);
+    FAIL();
+  } catch (const ProgramError& error) {
+    EXPECT_STREQ(error.what(), "v.var:2:1: there is no parameter number 9999");
+  }
+}
+
+TEST(Tables, ToolsRoundTrip) {
+  const ToolTable one = test::small_table();
+  const ToolTable two = ToolTable::parse(one.to_text(), "t.tbl");
+  EXPECT_EQ(one.to_text(), two.to_text());
+  EXPECT_EQ(two.find(2)->offset[kZ], 80.5);
+  EXPECT_EQ(two.find(3)->offset[kX], 1);
+  try {
+    ToolTable::parse("T1 P1\nT2 ?\n", "t.tbl");
+    FAIL();
+  } catch (const ProgramError& error) {
+    EXPECT_STREQ(error.what(), "t.tbl:2:4: unexpected character '?'");
+  }
+}
+
+TEST(Tables, OffsetsAreWrittenToTheVariables) {
+  Session session;
+  session.canon("G20 G10 L2 P2 X1 R15\nG0 X3\nG28.1\nG92 X0");
+  EXPECT_DOUBLE_EQ(session.parameters[5241], 25.4);
+  EXPECT_EQ(session.parameters[5250], 15);
+  EXPECT_DOUBLE_EQ(session.parameters[5161], 3 * 25.4);
+  EXPECT_DOUBLE_EQ(session.parameters[5211], 3 * 25.4);
+}
+
+}  // namespace
+}  // namespace trn
