@@ -9,7 +9,8 @@ usage() {
   cat <<'END'
 usage: ./run.sh [PROGRAM] [--machine CONFIG.toml] [options of 'trunnion run']
 
-Without a program: the five-axis impeller of examples/ on the cradle, with its tool table.
+Without a program: the five-axis impeller of examples/. Without --machine: the cradle. Programs of examples/ get the
+tool table that lies there.
 Options: --trace FILE.csv, --json, --tools FILE.tbl, --vars FILE.var; ./run.sh --help-run lists them all.
 END
 }
@@ -40,9 +41,10 @@ while [ $# -gt 0 ]; do
   esac
 done
 if [ -z "$program" ]; then
-  options+=(examples/impeller.ngc)
-  [ -n "$tools" ] || options+=(--tools examples/tools.tbl)
+  program=examples/impeller.ngc
+  options+=("$program")
 fi
+case "$program" in examples/* | */examples/*) [ -n "$tools" ] || options+=(--tools examples/tools.tbl) ;; esac
 [ -n "$machine" ] || options+=(--machine configs/cradle.toml)
 
 install_packages build
