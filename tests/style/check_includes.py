@@ -19,7 +19,7 @@ ALLOWED = {
     "hal": {"core", "hal"},
     "sim": {"core", "kinematics", "compensation", "hal", "sim"},
     "kernel": EVERYTHING - {"bench", "tests"},
-    "bench": EVERYTHING - {"tests"},
+    "bench": EVERYTHING,
     "tests": EVERYTHING,
     "cmake": {"core"},
 }
@@ -31,7 +31,7 @@ SYSTEM = [
     (re.compile(r"^(pthread|sched|sys/mman|sys/timerfd|thread$|mutex$|condition_variable$)"),
      {"hal", "kernel", "sim", "bench", "tests"}),
     (re.compile(r"^ceres/"), {"compensation", "bench", "tests"}),
-    (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "cmake"}),
+    (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "bench", "cmake"}),
     (re.compile(r"^toml"), {"core", "tests"}),
 ]
 
