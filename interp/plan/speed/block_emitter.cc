@@ -14,8 +14,8 @@ void BlockEmitter::segment(const LawSegment& segment, bool at_rest) {
   while (pieces_.size() > 1) {
     const double border = pieces_[1].s, tolerance = 1e-9 * pieces_[0].plan.piece.length;
     if (s_end < border - tolerance) break;
-    const double t_border = s_end > border + 1e-9 * pieces_[1].plan.piece.length ? segment.time_at(border)
-                                                                                 : segment.duration_s;
+    const double t_border =
+        s_end > border + 1e-9 * pieces_[1].plan.piece.length ? segment.time_at(border) : segment.duration_s;
     if (t_border > t) append(segment.at(t), segment.jerk, t_border - t);
     t = t_border;
     flush(at_rest && t >= segment.duration_s);

@@ -7,8 +7,7 @@ namespace trn::speed {
 
 namespace {
 
-constexpr double kToBoundary = 0.99;   // share of the way to the nearest boundary that a step may go
-constexpr double kStartUse = 0.7;      // of a widened row that the start uses
+constexpr double kToBoundary = 0.99;  // share of the way to the nearest boundary that a step may go
 constexpr double kMuCut = 0.15;
 
 double dual_change(double slack, double dual, double slack_change, double mu) {
@@ -20,10 +19,11 @@ double dual_change(double slack, double dual, double slack_change, double mu) {
 InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const InteriorPointOptions& options,
                                          Doubles& c) {
   p_ = &problem;
-  begin(c);
+  begin(c, options.start_use);
   InteriorPointResult result;
-  double mu = 0.1 * total_time() / static_cast<double>(n_);
-  for (Doubles* dual : {&bound_dual_, &acc_dual_up_, &acc_dual_low_, &jerk_dual_up_, &jerk_dual_low_}) dual->clear();
+  double mu = options.start_mu * total_time() / static_cast<double>(n_);
+  for (Doubles* dual : {&bound_dual_, &acc_dual_up_, &acc_dual_low_, &jerk_dual_up_, &jerk_dual_low_})
+    dual->clear();
   const auto duals = [&](const Doubles& slack, Doubles& dual) {
     dual.resize(slack.size());
     for (size_t i = 0; i < slack.size(); ++i) dual[i] = mu / slack[i];
@@ -39,8 +39,10 @@ InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const Inte
     row_steps();
     const double alpha = primal_step(), alpha_dual = dual_step(mu);
     advance(mu, alpha, alpha_dual);
-    const double g = gap(); if(getenv("V"))fprintf(stderr,"  it %d a %.3f ad %.3f wid %.3g gap %.3g T %.5g mu %.3g\n",result.iterations,alpha,alpha_dual,widening_,g,total_time(),mu);
-
+    const double g = gap();
+    if (getenv("V"))
+      fprintf(stderr, "  it %d a %.3f ad %.3f wid %.3g gap %.3g T %.5g mu %.3g\n", result.iterations, alpha,
+              alpha_dual, widening_, g, total_time(), mu);
 
     if (widening_ == 0 && g < options.gap * total_time() && alpha > 0.3) break;
     const double average = g / static_cast<double>(inequalities_);
@@ -53,7 +55,7 @@ InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const Inte
   return result;
 }
 
-void InteriorPoint::begin(const Doubles& c) {
+void InteriorPoint::begin(const Doubles& c, double start_use) {
   n_ = c.size();
   x_.assign(n_ + 2, 0);
   std::copy(c.begin(), c.end(), x_.begin() + 1);
@@ -70,19 +72,20 @@ void InteriorPoint::begin(const Doubles& c) {
   jerk_wide_.assign(n_, 0);
   bound_wide_.assign(n_, 0);
   evaluate();
-  widen();
+  widen(start_use);
   evaluate();
 }
 
-// Makes room for the start: a row used more than kStartUse is widened.
-void InteriorPoint::widen() {
+// Makes room for the start: a row used more than start_use is widened.
+void InteriorPoint::widen(double start_use) {
   const auto joints = static_cast<size_t>(p_->joints);
-  const auto extra = [](double use) { return std::max(0.0, use / kStartUse - 1); };
+  const auto extra = [&](double use) { return std::max(0.0, use / start_use - 1); };
   for (size_t j = 0; j < joints; ++j)
     for (size_t k = 0; k <= n_; ++k)
       acc_wide_[k] = std::max(acc_wide_[k], extra(std::abs(acc_[j * (n_ + 1) + k])));
   for (size_t r = 0; r < 2 * joints; ++r)
-    for (size_t k = 0; k < n_; ++k) jerk_wide_[k] = std::max(jerk_wide_[k], extra(std::abs(jerk_[r * n_ + k]) / root_[k]));
+    for (size_t k = 0; k < n_; ++k)
+      jerk_wide_[k] = std::max(jerk_wide_[k], extra(std::abs(jerk_[r * n_ + k]) / root_[k]));
   for (size_t k = 0; k < n_; ++k) bound_wide_[k] = extra(x_[k + 1] / p_->c_max[k]);
   for (Doubles* wide : {&acc_wide_, &jerk_wide_, &bound_wide_})
     for (double w : *wide)
@@ -170,7 +173,8 @@ void InteriorPoint::add_jerk(double mu) {
       const double slope = -0.5 * wide * root_[k] / x_[k + 1];
       const double wu = jerk_dual_up_[at + k] * up, wl = jerk_dual_low_[at + k] * low;
       const double gu = slope - b1[k], gl = slope + b1[k], d = wl - wu, w = wu + wl;
-      const double taken = (wide - 1) * root_[k], fu = mu * up + taken * wu, fl = mu * low + taken * wl, y = fl - fu;
+      const double taken = (wide - 1) * root_[k], fu = mu * up + taken * wu, fl = mu * low + taken * wl,
+                   y = fl - fu;
       diag_[k] += w * b0[k] * b0[k];
       diag_[k + 1] += wu * gu * gu + wl * gl * gl;
       diag_[k + 2] += w * b2[k] * b2[k];

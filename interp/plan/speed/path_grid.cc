@@ -39,12 +39,16 @@ double piece_time(const PendingPiece& pending) {
 // Largest change of a joint's value between two samples, over the joint's limit.
 double change(const PerJoint& a, const PerJoint& b, const PerJoint& limit, int count) {
   double worst = 0;
-  for (size_t i = 0; i < static_cast<size_t>(count); ++i) worst = std::max(worst, std::abs(b[i] - a[i]) / limit[i]);
+  for (size_t i = 0; i < static_cast<size_t>(count); ++i)
+    worst = std::max(worst, std::abs(b[i] - a[i]) / limit[i]);
   return worst;
 }
 
 // Spacing next to a standstill that resolves the jerk-limited ramp to the speed bound.
-double rest_spacing(const LocalBound& bound) { return std::sqrt(std::sqrt(bound.b) / bound.jerk) / 8; }
+NodeSpacing rest_spacing(const LocalBound& bound) {
+  const double half_ramp_s = std::sqrt(std::sqrt(bound.b) / bound.jerk);
+  return {half_ramp_s / 8, 2 * half_ramp_s};
+}
 
 LocalBound least(const LocalBound& a, const LocalBound& b) {
   return {std::min(a.b, b.b), std::min(a.acceleration, b.acceleration), std::min(a.jerk, b.jerk)};
@@ -60,14 +64,14 @@ void PathGrid::begin_stretch() {
   intervals_.clear();
   s_end_ = pending_time_s_ = 0;
   before_ = {};
-  spacing_before_ = 1e9;
+  spacing_before_ = {};
   merge_open_ = false;
 }
 
-// Coarse places: one each three spacings, more on a polynomial so that no wave of it hides between them; finer
-// towards a rest.
-static std::vector<double> coarse_positions(const PlanPiece& piece, double time_s, double spacing_s, bool starts,
-                                            double rest_length) {
+// Coarse places: one each three spacings, more on a polynomial so that no wave of it hides between them;
+// finer towards a rest.
+static std::vector<double> coarse_positions(const PlanPiece& piece, double time_s, double spacing_s,
+                                            bool starts, double rest_length) {
   const double length = piece.piece.length;
   int n = std::max(2, static_cast<int>(std::ceil(time_s / (3 * spacing_s))));
   if (piece.piece.kind == PathPiece::Kind::kPolynomial) n = std::max(n, time_s > spacing_s / 4 ? 8 : 6);
@@ -112,7 +116,8 @@ void PathGrid::add(const PlanPiece& piece) {
   pending_.push_back(std::move(pending));
 }
 
-// Forward pass: from place to place with jerk and acceleration limited, under the local bounds. `flip`: backwards.
+// Forward pass: from place to place with jerk and acceleration limited, under the local bounds. `flip`:
+// backwards.
 void PathGrid::sweep(std::vector<Place*>& all, SpeedState from, bool flip) {
   double v = std::sqrt(from.b), a = from.a;
   for (size_t i = 0; i < all.size(); ++i) {
@@ -136,8 +141,8 @@ void PathGrid::sweep(std::vector<Place*>& all, SpeedState from, bool flip) {
   }
 }
 
-// Profile over the pending pieces: local bounds, jerk and acceleration forwards and backwards. The unknown future
-// counts as no obstacle.
+// Profile over the pending pieces: local bounds, jerk and acceleration forwards and backwards. The unknown
+// future counts as no obstacle.
 void PathGrid::estimate(bool to_end) {
   std::vector<Place*> all;
   for (PendingPiece& p : pending_)
@@ -157,7 +162,8 @@ double PathGrid::wanted_spacing(const PendingPiece& pending) const {
   if (time_s < 0.5 * spacing_s_) return spacing_s_;
   const double v = pending.plan.piece.length / time_s, b = v * v;
   const double variation = pending.variation2 * b + pending.variation3 * b * v;
-  const double n = std::max(time_s / spacing_s_, std::min(variation / kVariationPerInterval, 24 + time_s / spacing_s_));
+  const double n =
+      std::max(time_s / spacing_s_, std::min(variation / kVariationPerInterval, 24 + time_s / spacing_s_));
   return time_s / std::max(1.0, n);
 }
 
@@ -179,9 +185,10 @@ void PathGrid::lay(bool to_end, bool force) {
     time_s -= piece_time(front);
     before_ = {front.places.back().b_est, front.places.back().a_est};
     const bool last = pending_.size() == 1;
-    const double after_s = !last ? pending_[1].spacing_s : to_end ? rest_spacing(front.places.back().bound) : spacing_s;
+    NodeSpacing after{last ? spacing_s : pending_[1].spacing_s, 0};
+    if (last && to_end) after = rest_spacing(front.places.back().bound);
     if (front.s == 0) spacing_before_ = rest_spacing(front.places.front().bound);
-    lay_piece(front, spacing_s, after_s, to_end && last);
+    lay_piece(front, spacing_s, after, to_end && last);
     pending_.pop_front();
   }
   pending_time_s_ = time_s;
@@ -190,7 +197,8 @@ void PathGrid::lay(bool to_end, bool force) {
 // Where the piece is after a time of its estimated motion; constant acceleration between its places.
 static double place_after(const PendingPiece& pending, double t) {
   size_t i = 0;
-  while (i + 2 < pending.places.size() && t > place_time(pending.places, i)) t -= place_time(pending.places, i++);
+  while (i + 2 < pending.places.size() && t > place_time(pending.places, i))
+    t -= place_time(pending.places, i++);
   const Place &p = pending.places[i], &q = pending.places[i + 1];
   t = std::min(t, place_time(pending.places, i));
   const double a = (q.b_est - p.b_est) / (2 * (q.s - p.s));
@@ -198,13 +206,16 @@ static double place_after(const PendingPiece& pending, double t) {
 }
 
 // Moments of the nodes inside a piece: `spacing_s` apart, closer towards neighbours whose nodes are closer.
-static std::vector<double> node_times(double time_s, double spacing_s, double before_s, double after_s) {
+static std::vector<double> node_times(double time_s, double spacing_s, NodeSpacing before,
+                                      NodeSpacing after) {
   std::vector<double> times{0};
+  const auto near = [](NodeSpacing n, double t) {
+    return n.spacing_s + kGrading * std::max(0.0, t - n.plateau_s);
+  };
   while (times.back() < time_s) {
     const double t = times.back();
-    double step = std::min({spacing_s, before_s + kGrading * t});
-    step = std::min(step, (after_s + kGrading * std::max(0.0, time_s - t)) / (1 + kGrading));
-    times.push_back(t + step);
+    const double step = std::min(spacing_s, near(before, t));
+    times.push_back(t + std::min(step, near(after, std::max(0.0, time_s - t)) / (1 + kGrading)));
   }
   const double excess = times.back() / time_s;  // spread, rather than leaving a short last one
   for (double& t : times) t /= excess;
@@ -212,17 +223,17 @@ static std::vector<double> node_times(double time_s, double spacing_s, double be
 }
 
 // A tiny piece is merged with its neighbours into one interval; any other gets borders of its own.
-void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, double after_s, bool last) {
+void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last) {
   const double time_s = piece_time(pending);
   if (time_s < 0.5 * spacing_s && !(last && !merge_open_)) {
     extend_interval(pending, time_s);
     if (intervals_.back().time_est_s >= 0.75 * spacing_s) merge_open_ = false;
-    spacing_before_ = intervals_.back().time_est_s;
+    spacing_before_ = {intervals_.back().time_est_s, 0};
     return;
   }
   merge_open_ = false;
   const std::vector<double> times =
-      node_times(time_s, std::min(spacing_s, pending.spacing_s) * (1 + 1e-9), spacing_before_, after_s);
+      node_times(time_s, std::min(spacing_s, pending.spacing_s) * (1 + 1e-9), spacing_before_, after);
   const double s_end = pending.s + pending.plan.piece.length;
   double s0 = pending.s, t0 = 0;
   for (size_t i = 1; i < times.size(); ++i) {
@@ -233,7 +244,7 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, double a
     s0 = s1;
     t0 = times[i];
   }
-  spacing_before_ = intervals_.back().time_est_s;
+  spacing_before_ = {intervals_.back().time_est_s, 0};
 }
 
 void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1, double time_s) {

@@ -12,20 +12,25 @@ struct SpeedState {
   double b = 0, a = 0;
 };
 
-/// One interval of the grid on which the time law is sought: path parameter [s, s + h] of the stretch, with the
-/// samples that the law must respect in it, first one at its left end, last one at its right end.
+/// One interval of the grid on which the time law is sought: path parameter [s, s + h] of the stretch, with
+/// the samples that the law must respect in it, first one at its left end, last one at its right end.
 struct GridInterval {
   double s = 0, h = 0;
-  double time_est_s = 0;     ///< roughly how long the machine will need
-  double b_est = 0;          ///< roughly (ds/dt)^2 in its middle
-  LocalBound bound;          ///< the least over its samples
+  double time_est_s = 0;  ///< roughly how long the machine will need
+  double b_est = 0;       ///< roughly (ds/dt)^2 in its middle
+  LocalBound bound;       ///< the least over its samples
   std::vector<PathSample> samples;
+};
+
+/// Time between nodes, and how long it stays so before it may grow.
+struct NodeSpacing {
+  double spacing_s = 1e9, plateau_s = 0;
 };
 
 /// A piece waiting for its grid.
 struct PendingPiece {
   PlanPiece plan;
-  double s = 0;  ///< of its start in the stretch
+  double s = 0;                           ///< of its start in the stretch
   double spacing_s = 0;                   ///< time between nodes that it wants
   double variation2 = 0, variation3 = 0;  ///< how much the joints' d2, d3 change along it, over their limits
   struct Place {
@@ -33,13 +38,13 @@ struct PendingPiece {
     LocalBound bound;
     double b_est = 0, a_est = 0;
   };
-  std::vector<Place> places;  ///< from start to end, coarse
+  std::vector<Place> places;        ///< from start to end, coarse
   std::vector<PathSample> samples;  ///< at the places
 };
 
 /// Lays the grid over a stretch: nodes about uniform in time at an estimated speed, more of them where the
-/// joints' derivatives change, at borders of pieces unless the pieces are tiny. Works ahead of the time law by
-/// `lookahead_s`, so that the estimate knows of slow places to come.
+/// joints' derivatives change, at borders of pieces unless the pieces are tiny. Works ahead of the time law
+/// by `lookahead_s`, so that the estimate knows of slow places to come.
 class PathGrid {
  public:
   PathGrid(const PathSampler& sampler, double spacing_s, double lookahead_s);
@@ -59,7 +64,7 @@ class PathGrid {
   void estimate(bool to_end);
   static void sweep(std::vector<PendingPiece::Place*>& all, SpeedState from, bool flip);
   double wanted_spacing(const PendingPiece& pending) const;
-  void lay_piece(const PendingPiece& pending, double spacing_s, double after_s, bool last);
+  void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s);
   void extend_interval(const PendingPiece& pending, double time_s);
   double pending_time() const;
@@ -69,10 +74,10 @@ class PathGrid {
   std::deque<PendingPiece> pending_;
   std::deque<GridInterval> intervals_;
   double s_end_ = 0;
-  double pending_time_s_ = 0;  ///< of pending_, at least
-  double spacing_before_ = 1e9;  ///< time of the interval laid last
-  SpeedState before_;            ///< estimate at the start of pending_
-  bool merge_open_ = false;  ///< the last interval still takes in tiny pieces
+  double pending_time_s_ = 0;   ///< of pending_, at least
+  NodeSpacing spacing_before_;  ///< of the interval laid last
+  SpeedState before_;           ///< estimate at the start of pending_
+  bool merge_open_ = false;     ///< the last interval still takes in tiny pieces
 };
 
 }  // namespace trn::speed

@@ -18,9 +18,10 @@ constexpr double kTiny = 1e-12;  // a derivative below this (mm or rad per unit 
   const double limit = high ? joint.limit.max : joint.limit.min;
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kDegPerRad : 1.0;
-  throw ProgramError(fmt::format("line {}: joint {} would reach {:.4f} {}, {} its {} limit of {:.4f} {}", piece.line,
-                                 joint.name, q * unit, rotary ? "deg" : "mm", high ? "above" : "below",
-                                 high ? "upper" : "lower", limit * unit, rotary ? "deg" : "mm"));
+  throw ProgramError(fmt::format("line {}: joint {} would reach {:.4f} {}, {} its {} limit of {:.4f} {}",
+                                 piece.line, joint.name, q * unit, rotary ? "deg" : "mm",
+                                 high ? "above" : "below", high ? "upper" : "lower", limit * unit,
+                                 rotary ? "deg" : "mm"));
 }
 
 }  // namespace
@@ -57,7 +58,8 @@ void PathSampler::check_position(const PlanPiece& piece, const JointDerivatives&
 
 double PathSampler::speed_bound(const PlanPiece& piece, const JointDerivatives& d) const {
   double speed = d.feed_speed;
-  if (!(speed > 0)) throw ProgramError(fmt::format("line {}: the feed is zero; give a positive F word", piece.line));
+  if (!(speed > 0))
+    throw ProgramError(fmt::format("line {}: the feed is zero; give a positive F word", piece.line));
   for (int i = 0; i < rates_.count; ++i) {
     const double d1 = std::abs(d.d1[i]);
     if (d1 > kTiny) speed = std::min(speed, rates_.velocity[static_cast<size_t>(i)] / d1);
@@ -71,9 +73,9 @@ PathSample PathSampler::sample(const PlanPiece& piece, double s_piece, double s,
   const KinStatus status = joint_derivatives(map_, piece, s_piece, d);
   if (status != KinStatus::kOk) {
     const Words y = piece.piece.at(s_piece);
-    throw ProgramError(fmt::format("line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}",
-                                   piece.line, y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad,
-                                   y[kC] * kDegPerRad, to_string(status)));
+    throw ProgramError(fmt::format(
+        "line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}", piece.line,
+        y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad, y[kC] * kDegPerRad, to_string(status)));
   }
   check_position(piece, d, reach);
   PathSample out;

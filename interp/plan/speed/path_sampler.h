@@ -7,8 +7,8 @@
 
 namespace trn::speed {
 
-/// The bracket at one place of the path, from one side: derivatives of the motor joints by s, and the bound that
-/// feed and joint velocity put on b = (ds/dt)^2.
+/// The bracket at one place of the path, from one side: derivatives of the motor joints by s, and the bound
+/// that feed and joint velocity put on b = (ds/dt)^2.
 struct PathSample {
   double s = 0;      ///< from the start of the stretch
   double b_max = 0;  ///< per s^2
@@ -22,14 +22,14 @@ struct LocalBound {
   double jerk = 0;          ///< d3s/dt3 at rest
 };
 
-/// Samples the bracket and judges position limits. Throws ProgramError ("line N: ...") when the map fails or a
-/// joint would leave its range.
+/// Samples the bracket and judges position limits. Throws ProgramError ("line N: ...") when the map fails or
+/// a joint would leave its range.
 class PathSampler {
  public:
   PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates);
 
-  /// At `s_piece` of the piece; `s` is the place in the stretch. Joints are judged within `reach` of s_piece too,
-  /// as far as a parabola tells.
+  /// At `s_piece` of the piece; `s` is the place in the stretch. Joints are judged within `reach` of s_piece
+  /// too, as far as a parabola tells.
   PathSample sample(const PlanPiece& piece, double s_piece, double s, double reach) const;
   LocalBound bound(const PathSample& sample) const;
 

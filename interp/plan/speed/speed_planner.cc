@@ -9,10 +9,12 @@ using namespace speed;
 
 namespace {
 
-constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.995};  // margin for what lies between the solver's rows
-constexpr double kAccelerationAccept = 0.9995, kJerkAccept = 0.999;  // margin for what lies between the samples
+constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.991};  // margin for what lies between the solver's rows
+constexpr double kAccelerationAccept = 0.9995,
+                 kJerkAccept = 0.999;  // margin for what lies between the samples
 constexpr double kVelocityAccept = 0.99999;
-constexpr int kRoundsMax = 6;
+constexpr InteriorPointOptions kFirstSolve{60, 1e-3, 0.7, 0.1}, kNextSolve{40, 1e-3, 0.97, 0.01};
+constexpr int kRoundsMax = 10;
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
 double spacing(const Joints& joints, double wanted) {
@@ -35,8 +37,8 @@ SpeedOptions completed(SpeedOptions options, const Joints& joints) {
   return options;
 }
 
-// Intervals to merge into the constant-jerk segment next to a standstill, so that the others are short against
-// their distance from it. `from_end`: counted from the end of the grid.
+// Intervals to merge into the constant-jerk segment next to a standstill, so that the others are short
+// against their distance from it. `from_end`: counted from the end of the grid.
 size_t rest_intervals(const std::deque<GridInterval>& grid, bool from_end) {
   const size_t n = grid.size();
   const auto h = [&](size_t i) { return grid[from_end ? n - 1 - i : i].h; };
@@ -51,7 +53,8 @@ size_t rest_intervals(const std::deque<GridInterval>& grid, bool from_end) {
 
 }  // namespace
 
-SpeedPlanner::SpeedPlanner(const Joints& joints, const JointMap& map, const SpeedOptions& options, BlockSink& out)
+SpeedPlanner::SpeedPlanner(const Joints& joints, const JointMap& map, const SpeedOptions& options,
+                           BlockSink& out)
     : options_(completed(options, joints)),
       sampler_(joints, map, joint_rates(joints, options.acceleration_share, options.jerk_share)),
       grid_(sampler_, options_.node_spacing_s, 1.5 * brake_time(joints)),
@@ -159,6 +162,7 @@ bool SpeedPlanner::solve_window(size_t head, size_t tail) {
   guess(head, tail);
   const auto& grid = grid_.intervals();
   const size_t n = grid.size() - head - tail;
+  bool fresh = true;
   for (int round = 0; round < kRoundsMax; ++round) {
     ++stats_.rounds;
     head_end_.at_rest = start_.at_rest;
@@ -169,17 +173,23 @@ bool SpeedPlanner::solve_window(size_t head, size_t tail) {
     }
     tail_end_.rest_length = grid.back().s + grid.back().h - grid[head + n].s;
     tail_end_.b_max = rest_bound(grid, head + n, grid.size(), sampler_.rates(), headroom_, false);
-    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, problem_);
-    const InteriorPointResult result = solver_.solve(problem_, {}, c_);
+    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, c_, problem_);
+    const InteriorPointResult result = solver_.solve(problem_, fresh ? kFirstSolve : kNextSolve, c_);
     stats_.iterations += static_cast<std::uint64_t>(result.iterations);
-    if (!result.feasible || !make_law(head, tail)) return false;
-    if (verify(round)) return true;
+    if (result.feasible && make_law(head, tail)) {
+      if (verify(round)) return true;
+      fresh = false;
+    } else {
+      if (fresh) return false;
+      guess(head, tail);  // once more from the beginning, with the headroom found so far
+      fresh = true;
+    }
   }
   return false;
 }
 
-// A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow and
-// smooth profile from the grid's estimate.
+// A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow
+// and smooth profile from the grid's estimate.
 void SpeedPlanner::guess(size_t head, size_t tail) {
   const auto& grid = grid_.intervals();
   const size_t n = grid.size() - head - tail;
@@ -202,7 +212,8 @@ void SpeedPlanner::guess(size_t head, size_t tail) {
     const double mid = g.s + g.h / 2, to_stop = s_stop - mid, from_start = mid - s_start;
     b[k] = 0.6 * std::min(g.b_est, g.bound.b);
     b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * to_stop * to_stop, 2)));
-    if (start_.at_rest) b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * from_start * from_start, 2)));
+    if (start_.at_rest)
+      b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * from_start * from_start, 2)));
   }
   if (!start_.at_rest) {
     const double first_c = start_.plan.b + start_.plan.a * grid[0].h;
@@ -250,16 +261,16 @@ bool SpeedPlanner::verify(int round) {
   for (const LawSegment& segment : candidate_) {
     for (size_t k = segment.first; k < segment.last; ++k) {
       const LimitUse use = limit_use(segment, grid_.intervals()[k], sampler_.rates());
-      const double velocity = use.velocity / kVelocityAccept, acceleration = use.acceleration / kAccelerationAccept,
-                   jerk = use.jerk / kJerkAccept;
+      const double velocity = use.velocity / kVelocityAccept,
+                   acceleration = use.acceleration / kAccelerationAccept, jerk = use.jerk / kJerkAccept;
       if (!(velocity > 1) && !(acceleration > 1) && !(jerk > 1)) continue;
       good = false;
       if (round < 0) return false;
-      const double extra = 1 + 0.001 * (1 << round);
+      const double extra = 1 + 0.001 * (1 << std::min(round, 5));  // and somewhat more than it exceeds
       Headroom& room = headroom_[k];
       if (velocity > 1) room.velocity /= velocity * velocity * 1.0001;
-      if (acceleration > 1) room.acceleration /= acceleration * extra;
-      if (jerk > 1) room.jerk /= jerk * extra;
+      if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
+      if (jerk > 1) room.jerk /= std::pow(jerk, 1.3) * extra;
     }
   }
   return good;

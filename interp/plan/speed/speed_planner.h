@@ -7,10 +7,11 @@ namespace trn {
 
 /// How the speed stage works; constant.
 struct SpeedOptions {
-  double acceleration_share = 0.99;  ///< of the joints' limits; the rest lets override and hold act in the tick
+  double acceleration_share =
+      0.99;  ///< of the joints' limits; the rest lets override and hold act in the tick
   double jerk_share = 0.98;
-  double window_s = 0;               ///< motion planned at once; 0: from the joints' limits
-  double node_spacing_s = 0;         ///< of the grid, in estimated time; 0: from the joints' limits
+  double window_s = 0;        ///< motion planned at once; 0: from the joints' limits
+  double node_spacing_s = 0;  ///< of the grid, in estimated time; 0: from the joints' limits
   size_t buffered_pieces_max = 20000;
 };
 
@@ -22,11 +23,11 @@ struct SpeedStats {
   double time_s = 0;            ///< of the motion emitted
 };
 
-/// The speed stage: finds the time law of every stretch under the limits of the motor joints and the feed, and
-/// emits blocks whose law is piecewise constant jerk of the path parameter, with s, ds/dt and d2s/dt2 continuous
-/// and both ends of a stretch at rest. Works in windows that depend on the program only; every window's plan ends
-/// at rest, is verified on the law itself and replaces the verified one before.
-/// Throws ProgramError ("line N: ...", without the file) when the map fails or a joint leaves its range; the
+/// The speed stage: finds the time law of every stretch under the limits of the motor joints and the feed,
+/// and emits blocks whose law is piecewise constant jerk of the path parameter, with s, ds/dt and d2s/dt2
+/// continuous and both ends of a stretch at rest. Works in windows that depend on the program only; every
+/// window's plan ends at rest, is verified on the law itself and replaces the verified one before. Throws
+/// ProgramError ("line N: ...", without the file) when the map fails or a joint leaves its range; the
 /// verified plan up to a standstill before that place has then been emitted, and only destruction is left.
 class SpeedPlanner : public PieceSink {
  public:
@@ -73,12 +74,12 @@ class SpeedPlanner : public PieceSink {
   double s_next_ = 0;
   PlanPiece last_;
   Start start_;
-  std::deque<speed::Headroom> headroom_;      ///< per interval of the grid
-  std::vector<speed::LawSegment> law_;        ///< verified, from start_ to rest
+  std::deque<speed::Headroom> headroom_;  ///< per interval of the grid
+  std::vector<speed::LawSegment> law_;    ///< verified, from start_ to rest
   std::vector<speed::LawSegment> candidate_;
   speed::SpeedProblem problem_;
   speed::PlanEnd head_end_, tail_end_;
-  speed::Doubles c_, c_before_;               ///< of the window; of the verified plan, from the grid's first interval
+  speed::Doubles c_, c_before_;  ///< of the window; of the verified plan, from the grid's first interval
 };
 
 }  // namespace trn

@@ -69,14 +69,14 @@ double LawSegment::time_at(double s) const {
     (error > 0 ? high : low) = t;
     double next = p.v > 0 ? t - error / p.v : low;
     if (!(next > low && next < high)) next = (low + high) / 2;
-    if (std::abs(next - t) <= 1e-15 * duration_s) return next;
+    if (std::abs(next - t) <= 1e-12 * duration_s) return next;  // quadratic: far closer than that
     t = next;
   }
   return t;
 }
 
-bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem, const Doubles& c,
-                   PathState from, double rest_length, std::vector<LawSegment>& law) {
+bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
+                   const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law) {
   const int n = problem.intervals;
   double reach = 0;
   for (int k = 0; k < n; ++k) {
@@ -88,7 +88,8 @@ bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const Spe
     double a1 = target.a + kCorrection * (target.b - b_free) / reach;
     if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);
     const double T = crossing_time(h, from.v, from.a, a1);
-    LawSegment segment{from, (a1 - from.a) / T, T, first + static_cast<size_t>(k), first + static_cast<size_t>(k) + 1};
+    LawSegment segment{from, (a1 - from.a) / T, T, first + static_cast<size_t>(k),
+                       first + static_cast<size_t>(k) + 1};
     PathState end{s_next, from.v + T * (from.a + a1) / 2, a1};
     if (!(T > 0) || !(end.v > 0)) return false;
     law.push_back(segment);

@@ -21,14 +21,15 @@ struct LawSegment {
   double time_at(double s) const;
 };
 
-/// Turns the solution c of `problem` on grid[first, ...) into segments of constant jerk that meet at the grid's
-/// nodes: s exact at every node, a as the solution has it plus a small correction that keeps v on it.
+/// Turns the solution c of `problem` on grid[first, ...) into segments of constant jerk that meet at the
+/// grid's nodes: s exact at every node, a as the solution has it plus a small correction that keeps v on it.
 /// `from` is the true state at the first node; at the last node a = -2/3 v^2 / rest_length holds exactly.
 /// False when the law would leave v > 0.
-bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem, const Doubles& c,
-                   PathState from, double rest_length, std::vector<LawSegment>& law);
+bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
+                   const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law);
 
-/// Constant jerk from rest over the intervals [first, last) of the grid up to b at their end; or down to rest.
+/// Constant jerk from rest over the intervals [first, last) of the grid up to b at their end; or down to
+/// rest.
 LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t last, double b_end);
 LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from);
 

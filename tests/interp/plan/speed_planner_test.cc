@@ -108,7 +108,8 @@ TEST(SpeedPlanner, TwoRunsGiveTheSameBits) {
   for (size_t i = 0; i < a.blocks.size(); ++i) {
     ASSERT_EQ(a.blocks[i].segment_count, b.blocks[i].segment_count);
     for (int k = 0; k < a.blocks[i].segment_count; ++k)
-      EXPECT_TRUE(same(a.blocks[i].segments[static_cast<size_t>(k)], b.blocks[i].segments[static_cast<size_t>(k)]));
+      EXPECT_TRUE(
+          same(a.blocks[i].segments[static_cast<size_t>(k)], b.blocks[i].segments[static_cast<size_t>(k)]));
   }
 }
 
@@ -119,7 +120,7 @@ TEST(SpeedPlanner, AShortHorizonCostsLittle) {
   SpeedOptions far = full_shares();
   far.window_s = 20;
   const Planned near_run = run(pieces, linear_joints(3), map, 150, full_shares()),
-            far_run = run(pieces, linear_joints(3), map, 150, far);
+                far_run = run(pieces, linear_joints(3), map, 150, far);
   EXPECT_GT(near_run.stats.windows, 3 * far_run.stats.windows);
   EXPECT_LE(near_run.stats.time_s, 1.01 * far_run.stats.time_s);
 }
@@ -131,7 +132,8 @@ TEST(SpeedPlanner, FeedStepsAreMetBeforehand) {
   SpeedPlanner planner(joints, map, full_shares(), out);
   const double feeds[] = {200, 20, 300, 5};
   for (int i = 0; i < 4; ++i)
-    planner.piece(plan(make_line(along_x(20 * i), along_x(20 * (i + 1))), feeds[i], i == 3, static_cast<unsigned>(i)));
+    planner.piece(
+        plan(make_line(along_x(20 * i), along_x(20 * (i + 1))), feeds[i], i == 3, static_cast<unsigned>(i)));
   planner.finish();
   expect_within_limits(judge(out.blocks, map, joints, kDense));
   for (const MotionBlock& b : out.blocks)
@@ -211,7 +213,7 @@ TEST(SpeedPlanner, ManyTinyPiecesRunAsOne) {
     return pieces;
   };
   const Planned fine = run(in_pieces(1e-3), joints, map, 100, full_shares()),
-            coarse = run(in_pieces(0.2), joints, map, 100, full_shares());
+                coarse = run(in_pieces(0.2), joints, map, 100, full_shares());
   const Verdict v = judge(fine.blocks, map, joints, kDense, 100);
   expect_within_limits(v);
   EXPECT_EQ(fine.stats.fallbacks, 0u);

@@ -8,8 +8,8 @@
 #include "core/units.h"
 #include "interp/plan/speed/speed_planner.h"
 
-// What the tests of the speed stage share: machines in closed form, paths, and a judge that looks at the mapped
-// setpoints only.
+// What the tests of the speed stage share: machines in closed form, paths, and a judge that looks at the
+// mapped setpoints only.
 namespace trn::speed_test {
 
 /// Joints are the first words as they stand.
@@ -27,7 +27,8 @@ class IdentityMap : public JointMap {
   std::vector<int> words_;
 };
 
-/// Table tilting about X (A), turning about Z (C), surface 75 mm below the crossing; the tip given in the table.
+/// Table tilting about X (A), turning about Z (C), surface 75 mm below the crossing; the tip given in the
+/// table.
 class TrunnionMap : public JointMap {
  public:
   int joint_count() const TRN_RT override { return 5; }
@@ -53,7 +54,8 @@ inline Joints linear_joints(int count) {
 
 inline Joints cradle_joints() {
   const double d = kRadPerDeg;
-  return {joint("X", JointKind::kLinear, 400, 500, 5000, 100000), joint("Y", JointKind::kLinear, 400, 500, 5000, 100000),
+  return {joint("X", JointKind::kLinear, 400, 500, 5000, 100000),
+          joint("Y", JointKind::kLinear, 400, 500, 5000, 100000),
           joint("Z", JointKind::kLinear, 500, 400, 4000, 80000),
           joint("A", JointKind::kRotary, 120 * d, 120 * d, 800 * d, 16000 * d),
           joint("C", JointKind::kRotary, 36000 * d, 240 * d, 1500 * d, 30000 * d)};
@@ -89,7 +91,8 @@ inline void judge_differences(const std::vector<JointVec>& q, double dt, const J
       const JointLimit& limit = joints[static_cast<size_t>(j)].limit;
       const double d1 = q[i][j] - q[i - 1][j], d2 = d1 - (q[i - 1][j] - q[i - 2][j]),
                    d3 = d2 - (q[i - 1][j] - 2 * q[i - 2][j] + q[i - 3][j]);
-      const double noise = 1e-15 * 4 * std::max(100.0, std::abs(q[i][j]));  // of the differences' own rounding
+      const double noise =
+          1e-15 * 4 * std::max(100.0, std::abs(q[i][j]));  // of the differences' own rounding
       v.velocity = std::max(v.velocity, (std::abs(d1) - noise) / dt / limit.velocity);
       v.acceleration = std::max(v.acceleration, (std::abs(d2) - 2 * noise) / dt / dt / limit.acceleration);
       v.jerk = std::max(v.jerk, (std::abs(d3) - 4 * noise) / dt / dt / dt / limit.jerk);
@@ -97,7 +100,8 @@ inline void judge_differences(const std::vector<JointVec>& q, double dt, const J
 }
 
 /// Mapped setpoints of the whole motion each dt, held at both ends for three samples.
-inline std::vector<JointVec> sample_joints(const std::vector<MotionBlock>& blocks, const JointMap& map, double dt) {
+inline std::vector<JointVec> sample_joints(const std::vector<MotionBlock>& blocks, const JointMap& map,
+                                           double dt) {
   std::vector<JointVec> out;
   JointVec q;
   double due = 0;
@@ -126,8 +130,8 @@ inline double feed_ratio(const MotionBlock& b, const TimeSegment& g, double t, d
 }
 
 /// Judges blocks: all limits on differences each `dt` and each millisecond, continuity, ends.
-inline Verdict judge(const std::vector<MotionBlock>& blocks, const JointMap& map, const Joints& joints, double dt,
-                     double feed = 1e18) {
+inline Verdict judge(const std::vector<MotionBlock>& blocks, const JointMap& map, const Joints& joints,
+                     double dt, double feed = 1e18) {
   Verdict v;
   judge_differences(sample_joints(blocks, map, dt), dt, joints, v);
   judge_differences(sample_joints(blocks, map, 1e-3), 1e-3, joints, v);
@@ -139,7 +143,8 @@ inline Verdict judge(const std::vector<MotionBlock>& blocks, const JointMap& map
       if (i == 0 && !fresh && std::abs(s - length) < 1e-6 * length && g.s < 0.5 * b.piece.length) s -= length;
       if (fresh) s = speed = a = 0;
       fresh = false;
-      v.join = std::max({v.join, std::abs(g.s - s), std::abs(g.v - speed) / (1 + speed), std::abs(g.a - a) / 5000});
+      v.join = std::max(
+          {v.join, std::abs(g.s - s), std::abs(g.v - speed) / (1 + speed), std::abs(g.a - a) / 5000});
       if (!(g.duration_s > 0) || g.v < -1e-9) v.ends_well = false;
       s = g.s_at(g.duration_s);
       speed = g.v_at(g.duration_s);
@@ -150,13 +155,15 @@ inline Verdict judge(const std::vector<MotionBlock>& blocks, const JointMap& map
     length = b.piece.length;
     if (b.ends_at_rest && b.segment_count > 0) {
       fresh = true;
-      if (std::abs(s - length) > 1e-9 * (1 + length) || std::abs(speed) > 1e-6 || std::abs(a) > 1e-3) v.ends_well = false;
+      if (std::abs(s - length) > 1e-9 * (1 + length) || std::abs(speed) > 1e-6 || std::abs(a) > 1e-3)
+        v.ends_well = false;
     }
   }
   return v;
 }
 
-/// Time of the fastest jerk-limited motion over L from rest to rest (seven segments and their degenerate forms).
+/// Time of the fastest jerk-limited motion over L from rest to rest (seven segments and their degenerate
+/// forms).
 inline double s_curve_time(double L, double V, double A, double J) {
   const auto ramp = [&](double v) { return v >= A * A / J ? v / A + A / J : 2 * std::sqrt(v / J); };
   double low = 0, high = V;
@@ -168,8 +175,8 @@ inline double s_curve_time(double L, double V, double A, double J) {
   return 2 * ramp(low);
 }
 
-/// Corners of `vertices` (words) replaced by degree-7 blends that begin `reach` before and end after them; the
-/// straight parts stay. All pieces join with continuous value and three derivatives.
+/// Corners of `vertices` (words) replaced by degree-7 blends that begin `reach` before and end after them;
+/// the straight parts stay. All pieces join with continuous value and three derivatives.
 inline std::vector<PathPiece> blended(const std::vector<Words>& vertices, double reach) {
   std::vector<PathPiece> out;
   std::vector<PathPiece> lines;
@@ -214,8 +221,8 @@ struct Planned {
   SpeedStats stats;
 };
 
-inline Planned run(const std::vector<PathPiece>& pieces, const Joints& joints, const JointMap& map, double feed,
-               SpeedOptions options = {}) {
+inline Planned run(const std::vector<PathPiece>& pieces, const Joints& joints, const JointMap& map,
+                   double feed, SpeedOptions options = {}) {
   Collector out;
   SpeedPlanner planner(joints, map, options, out);
   for (size_t i = 0; i < pieces.size(); ++i)
