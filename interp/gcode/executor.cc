@@ -127,7 +127,7 @@ std::uint32_t Executor::used_letters(const Block& b, int motion) const {
 }
 
 void Executor::check_unused(const Block& b, int motion) const {
-  const std::uint32_t unused = b.present & ~used_letters(b, motion);
+  const std::uint32_t unused = b.present & ~kAlways ? b.present & ~used_letters(b, motion) : 0;
   if (unused)
     for (char letter = 'A'; letter <= 'Z'; ++letter)
       if (unused & Block::bit(letter)) fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));

@@ -10,8 +10,32 @@ namespace trn {
 
 namespace {
 
+constexpr std::array<double, 19> kPowersOfTen = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
+                                                  1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
+
+// The usual short number: all digits fit exactly into a double, so that one division rounds right (Clinger 1990).
+// False for anything longer; `stop` is then not set.
+bool parse_short(const char* first, const char* last, double& value, const char** stop) {
+  constexpr std::ptrdiff_t kExactDigits = 15;
+  std::uint64_t digits = 0;
+  const char* p = first;
+  for (; p != last && Lexer::is_digit(*p); ++p) digits = digits * 10 + static_cast<std::uint64_t>(*p - '0');
+  const char* const point = p;
+  if (p != last && *p == '.') {
+    ++p;
+    for (; p != last && Lexer::is_digit(*p); ++p) digits = digits * 10 + static_cast<std::uint64_t>(*p - '0');
+  }
+  const std::ptrdiff_t after_point = p > point ? p - point - 1 : 0;
+  const std::ptrdiff_t count = (point - first) + after_point;
+  if (count == 0 || count > kExactDigits) return false;
+  value = static_cast<double>(digits) / kPowersOfTen[static_cast<std::size_t>(after_point)];
+  *stop = p;
+  return true;
+}
+
 double parse_digits(const char* first, const char* last, std::uint32_t column, const char** stop) {
   double value = 0;
+  if (parse_short(first, last, value, stop)) return value;
   const auto result = fast_float::from_chars(first, last, value, fast_float::chars_format::fixed);
   if (result.ec != std::errc()) fail(GcodeErrorCode::kBadNumber, column);
   *stop = result.ptr;
