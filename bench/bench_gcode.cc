@@ -40,7 +40,8 @@ constexpr int kLines = 200000;
 void BM_ThreeAxisLines(benchmark::State& state) {
   std::string program = "G21 G90 G1 F1000\n";
   for (int i = 0; i < kLines; ++i)
-    program += fmt::format("N{} X{:.3f} Y{:.3f} Z{:.3f}\n", i, (i % 997) * 0.1, (i % 331) * 0.07, -(i % 71) * 0.013);
+    program +=
+        fmt::format("N{} X{:.3f} Y{:.3f} Z{:.3f}\n", i, (i % 997) * 0.1, (i % 331) * 0.07, -(i % 71) * 0.013);
   run(state, program + "M2\n", kLines);
 }
 BENCHMARK(BM_ThreeAxisLines)->Unit(benchmark::kMillisecond);

@@ -28,7 +28,8 @@ struct Point2 {
 };
 
 // Centre of the arc of |radius| between the points; radius < 0 takes the longer way round.
-Point2 centre_from_radius(Point2 from, Point2 to, double radius, bool clockwise, double slack, std::uint32_t column) {
+Point2 centre_from_radius(Point2 from, Point2 to, double radius, bool clockwise, double slack,
+                          std::uint32_t column) {
   const double dx = to.x - from.x, dy = to.y - from.y;
   double half = std::hypot(dx, dy) / 2;
   const double size = std::fabs(radius);
@@ -56,7 +57,8 @@ void Executor::arc(const Block& b, bool clockwise) {
   const std::string_view name = clockwise ? "G2" : "G3";
   const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
   check_feed(b, name);
-  if (left_contour_) fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is an arc", "a straight move");
+  if (left_contour_)
+    fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is an arc", "a straight move");
   const char i_word = axes.centre_words[0], j_word = axes.centre_words[1];
   for (const char letter : {'I', 'J', 'K'})
     if (b.has(letter) && letter != i_word && letter != j_word)
@@ -67,7 +69,8 @@ void Executor::arc(const Block& b, bool clockwise) {
     fail(GcodeErrorCode::kArcMissing, column, axes.name, fmt::format("R nor {} nor {}", i_word, j_word));
   }
   double turns = b.get('P', 1);
-  if (turns != std::round(turns) || turns < 1 || turns > 1e6) fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', turns);
+  if (turns != std::round(turns) || turns < 1 || turns > 1e6)
+    fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', turns);
 
   const AxisValues to = target(b);
   const Point2 from{s_.position[axes.first], s_.position[axes.second]};
@@ -78,16 +81,20 @@ void Executor::arc(const Block& b, bool clockwise) {
     if (absolute && !(b.has(i_word) && b.has(j_word)))
       fail(GcodeErrorCode::kMissingWord, column, fmt::format("an arc in G90.1 and {}", axes.name),
            fmt::format("both {} and {}", i_word, j_word));
-    centre = absolute ? Point2{b[i_word], b[j_word]} : Point2{from.x + b.get(i_word, 0), from.y + b.get(j_word, 0)};
+    centre = absolute ? Point2{b[i_word], b[j_word]}
+                      : Point2{from.x + b.get(i_word, 0), from.y + b.get(j_word, 0)};
     const double r1 = std::hypot(from.x - centre.x, from.y - centre.y);
     const double r2 = std::hypot(end.x - centre.x, end.y - centre.y);
     const double gap_mm = to_mm(std::fabs(r1 - r2));
     if (gap_mm > parts_.config.arc_tolerance_mm || r1 == 0 || r2 == 0)
       fail(GcodeErrorCode::kArcGap, column, std::fabs(r1 - r2), r1, r2);
     if (gap_mm > 1e-3 + 1e-9)
-      parts_.warn(column, fmt::format("the arc's end misses its circle by {:.4f} mm; the centre is moved to fit", gap_mm));
+      parts_.warn(
+          column,
+          fmt::format("the arc's end misses its circle by {:.4f} mm; the centre is moved to fit", gap_mm));
   } else {
-    centre = centre_from_radius(from, end, b['R'], clockwise, from_mm(parts_.config.arc_tolerance_mm), b.at('R'));
+    centre =
+        centre_from_radius(from, end, b['R'], clockwise, from_mm(parts_.config.arc_tolerance_mm), b.at('R'));
   }
   const int signed_turns = clockwise ? -static_cast<int>(turns) : static_cast<int>(turns);
   if (s_.modal.feed_mode == FeedMode::kInverseTime) {

@@ -28,15 +28,29 @@ struct Assignment {
 };
 
 enum class FlowKind : std::uint8_t {
-  kNone, kSub, kEndSub, kCall, kReturn, kWhile, kEndWhile, kDo, kIf, kElseIf, kElse, kEndIf, kRepeat,
-  kEndRepeat, kBreak, kContinue,
+  kNone,
+  kSub,
+  kEndSub,
+  kCall,
+  kReturn,
+  kWhile,
+  kEndWhile,
+  kDo,
+  kIf,
+  kElseIf,
+  kElse,
+  kEndIf,
+  kRepeat,
+  kEndRepeat,
+  kBreak,
+  kContinue,
   kProgramNumber,  ///< a bare O1234: a program or sub-program of the M98 kind starts here
 };
 
 /// An O-word: label and what it does. Arguments are starts of expressions.
 struct FlowWord {
   FlowKind kind = FlowKind::kNone;
-  std::int32_t label = -1;             ///< id in Labels, or -1: label_expression
+  std::int32_t label = -1;  ///< id in Labels, or -1: label_expression
   std::int32_t label_expression = -1;
   std::uint32_t column = 0;
   std::vector<std::int32_t> arguments;
@@ -50,7 +64,7 @@ struct ParsedBlock {
   std::vector<Assignment> assignments;
   std::vector<Instruction> code;
   FlowWord flow;
-  std::vector<std::int32_t> keywords;      ///< indices in ProgramConfig::words
+  std::vector<std::int32_t> keywords;  ///< indices in ProgramConfig::words
   std::vector<std::uint32_t> keyword_columns;
   CommentKind comment_kind = CommentKind::kNone;
   std::string comment;
@@ -63,7 +77,7 @@ struct ParsedBlock {
 
 /// The values of one line at one pass.
 struct Block {
-  std::uint32_t present = 0;               ///< bit letter - 'A'
+  std::uint32_t present = 0;  ///< bit letter - 'A'
   std::uint32_t line = 0;
   std::array<double, 26> value;
   std::array<std::uint32_t, 26> column;
@@ -76,7 +90,9 @@ struct Block {
 
   bool has(char letter) const { return present >> (letter - 'A') & 1U; }
   double operator[](char letter) const { return value[static_cast<std::size_t>(letter - 'A')]; }
-  std::uint32_t at(char letter) const { return has(letter) ? column[static_cast<std::size_t>(letter - 'A')] : 1; }
+  std::uint32_t at(char letter) const {
+    return has(letter) ? column[static_cast<std::size_t>(letter - 'A')] : 1;
+  }
   double get(char letter, double fallback) const { return has(letter) ? (*this)[letter] : fallback; }
   std::int16_t code(GGroup group) const { return g[static_cast<std::size_t>(group)]; }
   std::int16_t code(MGroup group) const { return m[static_cast<std::size_t>(group)]; }
@@ -86,13 +102,13 @@ struct Block {
   void clear();
 
   static constexpr std::uint32_t bit(char letter) { return 1U << (letter - 'A'); }
-  static constexpr std::uint32_t kAxisLetters =
-      (1U << ('A' - 'A')) | (1U << ('B' - 'A')) | (1U << ('C' - 'A')) | (1U << ('X' - 'A')) | (1U << ('Y' - 'A')) |
-      (1U << ('Z' - 'A'));
+  static constexpr std::uint32_t kAxisLetters = (1U << ('A' - 'A')) | (1U << ('B' - 'A')) |
+                                                (1U << ('C' - 'A')) | (1U << ('X' - 'A')) |
+                                                (1U << ('Y' - 'A')) | (1U << ('Z' - 'A'));
 };
 
-/// Fills `out` from the parsed line: evaluates, sorts G and M codes into their groups, refuses repeated words,
-/// conflicts of a group and unknown codes. Throws BlockError.
+/// Fills `out` from the parsed line: evaluates, sorts G and M codes into their groups, refuses repeated
+/// words, conflicts of a group and unknown codes. Throws BlockError.
 void evaluate_block(const ParsedBlock& parsed, Evaluator& evaluator, const ModalTable& table, Block& out);
 
 }  // namespace trn

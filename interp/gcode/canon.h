@@ -21,71 +21,194 @@ enum class MotionControl : std::uint8_t { kExactStop, kExactPath, kContinuous };
 
 /// Canonical functions without arguments, in the order of their names' table (canon_printer.cc).
 enum class PlainCanon : std::uint8_t {
-  kOnReset, kFeedReferenceXyz, kMistOn, kMistOff, kFloodOn, kFloodOff, kStartChange,
-  kEnableFeedOverride, kDisableFeedOverride, kEnableSpeedOverride, kDisableSpeedOverride,
-  kEnableAdaptiveFeed, kDisableAdaptiveFeed, kEnableFeedHold, kDisableFeedHold,
-  kTurnProbeOn, kTurnProbeOff, kStopFeedSync, kPalletShuttle, kProgramStop, kOptionalStop, kProgramEnd
+  kOnReset,
+  kFeedReferenceXyz,
+  kMistOn,
+  kMistOff,
+  kFloodOn,
+  kFloodOff,
+  kStartChange,
+  kEnableFeedOverride,
+  kDisableFeedOverride,
+  kEnableSpeedOverride,
+  kDisableSpeedOverride,
+  kEnableAdaptiveFeed,
+  kDisableAdaptiveFeed,
+  kEnableFeedHold,
+  kDisableFeedHold,
+  kTurnProbeOn,
+  kTurnProbeOff,
+  kStopFeedSync,
+  kPalletShuttle,
+  kProgramStop,
+  kOptionalStop,
+  kProgramEnd
 };
 
 namespace canon {
-struct Plain { PlainCanon what; };
-struct UseLengthUnits { bool inch; };
-struct SelectPlane { Plane plane; };
-struct SetG5xOffset { int index; AxisValues offset; };
-struct SetG92Offset { AxisValues offset; };
-struct SetXyRotation { double deg; };
-struct UseToolLengthOffset { AxisValues offset; };
-struct SetFeedRate { double per_min; };
+struct Plain {
+  PlainCanon what;
+};
+struct UseLengthUnits {
+  bool inch;
+};
+struct SelectPlane {
+  Plane plane;
+};
+struct SetG5xOffset {
+  int index;
+  AxisValues offset;
+};
+struct SetG92Offset {
+  AxisValues offset;
+};
+struct SetXyRotation {
+  double deg;
+};
+struct UseToolLengthOffset {
+  AxisValues offset;
+};
+struct SetFeedRate {
+  double per_min;
+};
 /// mode 1: per revolution.
-struct SetFeedMode { int mode; };
+struct SetFeedMode {
+  int mode;
+};
 /// orientation_deg is the axis tolerance beside the position tolerance, degrees; 0: the config's.
-struct SetMotionControlMode { MotionControl mode; double tolerance; double orientation_deg; };
-struct SetNaivecamTolerance { double tolerance; };
-struct StraightTraverse { AxisValues to; };
+struct SetMotionControlMode {
+  MotionControl mode;
+  double tolerance;
+  double orientation_deg;
+};
+struct SetNaivecamTolerance {
+  double tolerance;
+};
+struct StraightTraverse {
+  AxisValues to;
+};
 /// inverse_per_min: G93's F word, 0 outside G93.
-struct StraightFeed { AxisValues to; double inverse_per_min = 0; };
+struct StraightFeed {
+  AxisValues to;
+  double inverse_per_min = 0;
+};
 /// end1, end2 and centre in the active plane (XY; ZX; YZ), end3 along its normal; turns > 0 counterclockwise.
-struct ArcFeed { AxisValues to; double centre1, centre2; int turns; Plane plane; double inverse_per_min = 0; };
+struct ArcFeed {
+  AxisValues to;
+  double centre1, centre2;
+  int turns;
+  Plane plane;
+  double inverse_per_min = 0;
+};
 /// Back to the clear height by hand after G88; what the operator does, so that the path goes on from there.
-struct ManualRetract { AxisValues to; };
-struct StraightProbe { AxisValues to; };
-struct RigidTap { AxisValues to; };
-/// Polynomial pieces of a spline as cubic Bezier hulls (4 points each), in the XY plane; z and rotary constant.
-/// control_points: how many the program gave, the start included.
-struct NurbsFeed { int control_points; AxisValues to; std::shared_ptr<const std::vector<Vec3>> bezier; };
-struct Dwell { double s; };
-struct SetSpindleMode { double css_max; };
-struct SetSpindleSpeed { double rpm; };
-struct StartSpindle { bool clockwise; };
+struct ManualRetract {
+  AxisValues to;
+};
+struct StraightProbe {
+  AxisValues to;
+};
+struct RigidTap {
+  AxisValues to;
+};
+/// Polynomial pieces of a spline as cubic Bezier hulls (4 points each), in the XY plane; z and rotary
+/// constant. control_points: how many the program gave, the start included.
+struct NurbsFeed {
+  int control_points;
+  AxisValues to;
+  std::shared_ptr<const std::vector<Vec3>> bezier;
+};
+struct Dwell {
+  double s;
+};
+struct SetSpindleMode {
+  double css_max;
+};
+struct SetSpindleSpeed {
+  double rpm;
+};
+struct StartSpindle {
+  bool clockwise;
+};
 struct StopSpindle {};
-struct OrientSpindle { double deg; int direction; };
-struct SelectTool { int tool; };
-struct ChangeTool { int tool; };
-struct ChangeToolNumber { int tool; };
-struct SetToolTableEntry { int pocket, tool; AxisValues offset; double diameter, front_deg, back_deg; int orientation; };
-struct StartFeedSync { double per_rev; bool velocity; };
-struct SetOutputBit { bool motion; bool on; int index; };
-struct SetOutputValue { bool motion; int index; double value; };
-struct WaitInput { int index; bool analog; int type; double timeout_s; };
-struct Message { std::string_view text; };
-struct Comment { std::string_view text; };
-struct Print { std::string_view text; };
-/// Tool-centre-point control on or off, at rest; `to` is where the machine then stands in program coordinates.
-struct SetRtcp { bool on; AxisValues to; };
+struct OrientSpindle {
+  double deg;
+  int direction;
+};
+struct SelectTool {
+  int tool;
+};
+struct ChangeTool {
+  int tool;
+};
+struct ChangeToolNumber {
+  int tool;
+};
+struct SetToolTableEntry {
+  int pocket, tool;
+  AxisValues offset;
+  double diameter, front_deg, back_deg;
+  int orientation;
+};
+struct StartFeedSync {
+  double per_rev;
+  bool velocity;
+};
+struct SetOutputBit {
+  bool motion;
+  bool on;
+  int index;
+};
+struct SetOutputValue {
+  bool motion;
+  int index;
+  double value;
+};
+struct WaitInput {
+  int index;
+  bool analog;
+  int type;
+  double timeout_s;
+};
+struct Message {
+  std::string_view text;
+};
+struct Comment {
+  std::string_view text;
+};
+struct Print {
+  std::string_view text;
+};
+/// Tool-centre-point control on or off, at rest; `to` is where the machine then stands in program
+/// coordinates.
+struct SetRtcp {
+  bool on;
+  AxisValues to;
+};
 /// Tilted work plane (G68.2): pose of the feature frame in the work offset's frame; `to` as in SetRtcp.
-struct SetTiltedPlane { bool on; bool aligned; Vec3 origin; Mat3 R; AxisValues to; };
-struct UserM { int code; double p, q; };
+struct SetTiltedPlane {
+  bool on;
+  bool aligned;
+  Vec3 origin;
+  Mat3 R;
+  AxisValues to;
+};
+struct UserM {
+  int code;
+  double p, q;
+};
 }  // namespace canon
 
-using CanonCommand = std::variant<
-    canon::Plain, canon::UseLengthUnits, canon::SelectPlane, canon::SetG5xOffset, canon::SetG92Offset,
-    canon::SetXyRotation, canon::UseToolLengthOffset, canon::SetFeedRate, canon::SetFeedMode,
-    canon::SetMotionControlMode, canon::SetNaivecamTolerance, canon::StraightTraverse, canon::StraightFeed,
-    canon::ArcFeed, canon::ManualRetract, canon::StraightProbe, canon::RigidTap, canon::NurbsFeed, canon::Dwell, canon::SetSpindleMode,
-    canon::SetSpindleSpeed, canon::StartSpindle, canon::StopSpindle, canon::OrientSpindle, canon::SelectTool,
-    canon::ChangeTool, canon::ChangeToolNumber, canon::SetToolTableEntry, canon::StartFeedSync,
-    canon::SetOutputBit, canon::SetOutputValue, canon::WaitInput, canon::Message, canon::Comment, canon::Print,
-    canon::SetRtcp, canon::SetTiltedPlane, canon::UserM>;
+using CanonCommand =
+    std::variant<canon::Plain, canon::UseLengthUnits, canon::SelectPlane, canon::SetG5xOffset,
+                 canon::SetG92Offset, canon::SetXyRotation, canon::UseToolLengthOffset, canon::SetFeedRate,
+                 canon::SetFeedMode, canon::SetMotionControlMode, canon::SetNaivecamTolerance,
+                 canon::StraightTraverse, canon::StraightFeed, canon::ArcFeed, canon::ManualRetract,
+                 canon::StraightProbe, canon::RigidTap, canon::NurbsFeed, canon::Dwell, canon::SetSpindleMode,
+                 canon::SetSpindleSpeed, canon::StartSpindle, canon::StopSpindle, canon::OrientSpindle,
+                 canon::SelectTool, canon::ChangeTool, canon::ChangeToolNumber, canon::SetToolTableEntry,
+                 canon::StartFeedSync, canon::SetOutputBit, canon::SetOutputValue, canon::WaitInput,
+                 canon::Message, canon::Comment, canon::Print, canon::SetRtcp, canon::SetTiltedPlane,
+                 canon::UserM>;
 
 /// Receives the canonical functions in program order; `line` is 1-based, 0 before the program. Text is only
 /// valid during the call.

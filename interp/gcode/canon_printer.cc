@@ -9,12 +9,28 @@ namespace trn {
 
 namespace {
 
-constexpr std::array<std::string_view, 22> kPlainNames = {
-    "ON_RESET()", "SET_FEED_REFERENCE(CANON_XYZ)", "MIST_ON()", "MIST_OFF()", "FLOOD_ON()", "FLOOD_OFF()",
-    "START_CHANGE()", "ENABLE_FEED_OVERRIDE()", "DISABLE_FEED_OVERRIDE()", "ENABLE_SPEED_OVERRIDE(0)",
-    "DISABLE_SPEED_OVERRIDE(0)", "ENABLE_ADAPTIVE_FEED()", "DISABLE_ADAPTIVE_FEED()", "ENABLE_FEED_HOLD()",
-    "DISABLE_FEED_HOLD()", "TURN_PROBE_ON()", "TURN_PROBE_OFF()", "STOP_SPEED_FEED_SYNCH()", "PALLET_SHUTTLE()",
-    "PROGRAM_STOP()", "OPTIONAL_PROGRAM_STOP()", "PROGRAM_END()"};
+constexpr std::array<std::string_view, 22> kPlainNames = {"ON_RESET()",
+                                                          "SET_FEED_REFERENCE(CANON_XYZ)",
+                                                          "MIST_ON()",
+                                                          "MIST_OFF()",
+                                                          "FLOOD_ON()",
+                                                          "FLOOD_OFF()",
+                                                          "START_CHANGE()",
+                                                          "ENABLE_FEED_OVERRIDE()",
+                                                          "DISABLE_FEED_OVERRIDE()",
+                                                          "ENABLE_SPEED_OVERRIDE(0)",
+                                                          "DISABLE_SPEED_OVERRIDE(0)",
+                                                          "ENABLE_ADAPTIVE_FEED()",
+                                                          "DISABLE_ADAPTIVE_FEED()",
+                                                          "ENABLE_FEED_HOLD()",
+                                                          "DISABLE_FEED_HOLD()",
+                                                          "TURN_PROBE_ON()",
+                                                          "TURN_PROBE_OFF()",
+                                                          "STOP_SPEED_FEED_SYNCH()",
+                                                          "PALLET_SHUTTLE()",
+                                                          "PROGRAM_STOP()",
+                                                          "OPTIONAL_PROGRAM_STOP()",
+                                                          "PROGRAM_END()"};
 
 template <typename... Args>
 void add(std::string& out, fmt::format_string<Args...> format, Args&&... args) {
@@ -37,18 +53,20 @@ struct Print {
   void operator()(const canon::UseLengthUnits& c) const {
     add(out, "USE_LENGTH_UNITS(CANON_UNITS_{})", c.inch ? "INCHES" : "MM");
   }
-  void operator()(const canon::SelectPlane& c) const { add(out, "SELECT_PLANE(CANON_PLANE_{})", plane_name(c.plane)); }
+  void operator()(const canon::SelectPlane& c) const {
+    add(out, "SELECT_PLANE(CANON_PLANE_{})", plane_name(c.plane));
+  }
   void operator()(const canon::SetG5xOffset& c) const {
     const AxisValues& v = c.offset;
-    add(out, "SET_G5X_OFFSET({}, {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f})", c.index, v[0], v[1], v[2], v[3],
-        v[4], v[5]);
+    add(out, "SET_G5X_OFFSET({}, {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f})", c.index, v[0], v[1], v[2],
+        v[3], v[4], v[5]);
   }
   void operator()(const canon::SetG92Offset& c) const { add_axes(out, "SET_G92_OFFSET", c.offset); }
   void operator()(const canon::SetXyRotation& c) const { add(out, "SET_XY_ROTATION({:.4f})", c.deg); }
   void operator()(const canon::UseToolLengthOffset& c) const {
     const AxisValues& v = c.offset;
-    add(out, "USE_TOOL_LENGTH_OFFSET({:.4f} {:.4f} {:.4f}, {:.4f} {:.4f} {:.4f}, 0.0000 0.0000 0.0000)", v[0], v[1],
-        v[2], v[3], v[4], v[5]);
+    add(out, "USE_TOOL_LENGTH_OFFSET({:.4f} {:.4f} {:.4f}, {:.4f} {:.4f} {:.4f}, 0.0000 0.0000 0.0000)", v[0],
+        v[1], v[2], v[3], v[4], v[5]);
   }
   void operator()(const canon::SetFeedRate& c) const { add(out, "SET_FEED_RATE({:.4f})", c.per_min); }
   void operator()(const canon::SetFeedMode& c) const { add(out, "SET_FEED_MODE(0, {})", c.mode); }
@@ -56,17 +74,20 @@ struct Print {
     if (c.mode == MotionControl::kContinuous)
       add(out, "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, {:.6f})", c.tolerance);
     else
-      add(out, "SET_MOTION_CONTROL_MODE(CANON_EXACT_{})", c.mode == MotionControl::kExactPath ? "PATH" : "STOP");
+      add(out, "SET_MOTION_CONTROL_MODE(CANON_EXACT_{})",
+          c.mode == MotionControl::kExactPath ? "PATH" : "STOP");
   }
-  void operator()(const canon::SetNaivecamTolerance& c) const { add(out, "SET_NAIVECAM_TOLERANCE({:.4f})", c.tolerance); }
+  void operator()(const canon::SetNaivecamTolerance& c) const {
+    add(out, "SET_NAIVECAM_TOLERANCE({:.4f})", c.tolerance);
+  }
   void operator()(const canon::StraightTraverse& c) const { add_axes(out, "STRAIGHT_TRAVERSE", c.to); }
   void operator()(const canon::StraightFeed& c) const { add_axes(out, "STRAIGHT_FEED", c.to); }
   void operator()(const canon::ArcFeed& c) const {
     const bool xy = c.plane == Plane::kXY, xz = c.plane == Plane::kXZ;
     const double end1 = c.to[xy ? kX : xz ? kZ : kY], end2 = c.to[xy ? kY : xz ? kX : kZ];
     const double end3 = c.to[xy ? kZ : xz ? kY : kX];
-    add(out, "ARC_FEED({:.4f}, {:.4f}, {:.4f}, {:.4f}, {}, {:.4f}, {:.4f}, {:.4f}, {:.4f})", end1, end2, c.centre1,
-        c.centre2, c.turns, end3, c.to[kA], c.to[kB], c.to[kC]);
+    add(out, "ARC_FEED({:.4f}, {:.4f}, {:.4f}, {:.4f}, {}, {:.4f}, {:.4f}, {:.4f}, {:.4f})", end1, end2,
+        c.centre1, c.centre2, c.turns, end3, c.to[kA], c.to[kB], c.to[kC]);
   }
   void operator()(const canon::ManualRetract&) const {}
   void operator()(const canon::StraightProbe& c) const { add_axes(out, "STRAIGHT_PROBE", c.to); }
@@ -81,14 +102,17 @@ struct Print {
     add(out, "START_SPINDLE_{}(0)", c.clockwise ? "CLOCKWISE" : "COUNTERCLOCKWISE");
   }
   void operator()(const canon::StopSpindle&) const { out += "STOP_SPINDLE_TURNING(0)"; }
-  void operator()(const canon::OrientSpindle& c) const { add(out, "ORIENT_SPINDLE(0, {:.4f}, {})", c.deg, c.direction); }
+  void operator()(const canon::OrientSpindle& c) const {
+    add(out, "ORIENT_SPINDLE(0, {:.4f}, {})", c.deg, c.direction);
+  }
   void operator()(const canon::SelectTool& c) const { add(out, "SELECT_TOOL({})", c.tool); }
   void operator()(const canon::ChangeTool& c) const { add(out, "CHANGE_TOOL({})", c.tool); }
   void operator()(const canon::ChangeToolNumber& c) const { add(out, "CHANGE_TOOL_NUMBER({})", c.tool); }
   void operator()(const canon::SetToolTableEntry& c) const {
     const AxisValues& v = c.offset;
     add(out,
-        "SET_TOOL_TABLE_ENTRY({}, {}, {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} 0.0000 0.0000 0.0000, {:.4f}, {:.4f}, {})",
+        "SET_TOOL_TABLE_ENTRY({}, {}, {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} 0.0000 0.0000 0.0000, "
+        "{:.4f}, {:.4f}, {})",
         c.pocket, c.tool, v[0], v[1], v[2], v[3], v[4], v[5], c.front_deg, c.back_deg, c.orientation);
   }
   void operator()(const canon::StartFeedSync& c) const {
@@ -104,7 +128,9 @@ struct Print {
   void operator()(const canon::Message& c) const { add(out, "MESSAGE(\"{}\")", c.text); }
   void operator()(const canon::Comment& c) const { add(out, "COMMENT(\"{}\")", c.text); }
   void operator()(const canon::Print& c) const { out += c.text; }
-  void operator()(const canon::SetRtcp& c) const { add(out, "SET_TOOL_CENTRE_POINT_CONTROL({})", c.on ? "ON" : "OFF"); }
+  void operator()(const canon::SetRtcp& c) const {
+    add(out, "SET_TOOL_CENTRE_POINT_CONTROL({})", c.on ? "ON" : "OFF");
+  }
   void operator()(const canon::SetTiltedPlane& c) const {
     if (!c.on) {
       out += "CANCEL_TILTED_PLANE()";
@@ -116,7 +142,9 @@ struct Print {
           c.origin.z(), z.x(), z.y(), z.z());
     }
   }
-  void operator()(const canon::UserM& c) const { add(out, "USER_DEFINED_FUNCTION({}, {:.6f}, {:.6f})", c.code, c.p, c.q); }
+  void operator()(const canon::UserM& c) const {
+    add(out, "USER_DEFINED_FUNCTION({}, {:.6f}, {:.6f})", c.code, c.p, c.q);
+  }
 };
 
 constexpr std::size_t kFlushAt = 1U << 16;

@@ -30,11 +30,14 @@ void Executor::cutter_comp(const Block& b) {
   }
   bool left = code == 410 || code == 411;
   if (diameter < 0) left = !left;
-  note(left ? "interpreter: cutter radius compensation on left" : "interpreter: cutter radius compensation on right");
+  note(left ? "interpreter: cutter radius compensation on left"
+            : "interpreter: cutter radius compensation on right");
   comp_.start(left, std::fabs(diameter) / 2, s_.modal.plane, s_.position);
 }
 
-void Executor::comp_move(const Block&, const CanonCommand& command) { comp_.move(command, line_, parts_.sink); }
+void Executor::comp_move(const Block&, const CanonCommand& command) {
+  comp_.move(command, line_, parts_.sink);
+}
 
 void Executor::flush_comp() {
   if (!comp_.active()) return;

@@ -15,8 +15,8 @@ namespace {
 using Point = Eigen::Vector2d;
 
 constexpr double kTiny = 1e-9;
-constexpr double kStraight_rad = 0.01;   // corners flatter than this are no corners
-constexpr double kTouch = 1e-3;          // of the radius: closer than the tool by this much is a gouge
+constexpr double kStraight_rad = 0.01;  // corners flatter than this are no corners
+constexpr double kTouch = 1e-3;         // of the radius: closer than the tool by this much is a gouge
 constexpr int kArcSamples = 16;
 
 double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -30,7 +30,8 @@ double sweep_of(const Point& centre, const Point& from, const Point& to, int tur
 }
 
 // Where a line (point, unit direction) and a circle meet, nearest to `near`; false if they do not.
-bool line_circle(const Point& p, const Point& d, const Point& centre, double radius, const Point& near, Point& out) {
+bool line_circle(const Point& p, const Point& d, const Point& centre, double radius, const Point& near,
+                 Point& out) {
   const double along = d.dot(centre - p);
   const double gap2 = (p + along * d - centre).squaredNorm();
   const double half2 = radius * radius - gap2;
@@ -63,7 +64,8 @@ double point_segment(const Point& p, const Point& a, const Point& b) {
 }
 
 bool segments_cross(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const double s1 = cross(b - a, c - a), s2 = cross(b - a, d - a), s3 = cross(d - c, a - c), s4 = cross(d - c, b - c);
+  const double s1 = cross(b - a, c - a), s2 = cross(b - a, d - a), s3 = cross(d - c, a - c),
+               s4 = cross(d - c, b - c);
   return s1 * s2 < 0 && s3 * s4 < 0;
 }
 
@@ -73,8 +75,9 @@ double chain_distance(const std::vector<Point>& one, const std::vector<Point>& t
   for (std::size_t i = 0; i + 1 < one.size(); ++i)
     for (std::size_t k = 0; k + 1 < two.size(); ++k) {
       if (segments_cross(one[i], one[i + 1], two[k], two[k + 1])) return 0;
-      least = std::min({least, point_segment(one[i], two[k], two[k + 1]), point_segment(one[i + 1], two[k], two[k + 1]),
-                        point_segment(two[k], one[i], one[i + 1]), point_segment(two[k + 1], one[i], one[i + 1])});
+      least = std::min(
+          {least, point_segment(one[i], two[k], two[k + 1]), point_segment(one[i + 1], two[k], two[k + 1]),
+           point_segment(two[k], one[i], one[i + 1]), point_segment(two[k + 1], one[i], one[i + 1])});
     }
   return least;
 }
@@ -90,7 +93,8 @@ std::vector<Point> chain(bool is_arc, const Point& from, const Point& to, const 
 
 bool is_motion(const CanonCommand& command) {
   return std::holds_alternative<canon::StraightTraverse>(command) ||
-         std::holds_alternative<canon::StraightFeed>(command) || std::holds_alternative<canon::ArcFeed>(command);
+         std::holds_alternative<canon::StraightFeed>(command) ||
+         std::holds_alternative<canon::ArcFeed>(command);
 }
 
 AxisValues& target_of(CanonCommand& command) {
@@ -98,7 +102,9 @@ AxisValues& target_of(CanonCommand& command) {
   if (auto* feed = std::get_if<canon::StraightFeed>(&command)) return feed->to;
   return std::get<canon::ArcFeed>(command).to;
 }
-const AxisValues& target_of(const CanonCommand& command) { return target_of(const_cast<CanonCommand&>(command)); }
+const AxisValues& target_of(const CanonCommand& command) {
+  return target_of(const_cast<CanonCommand&>(command));
+}
 
 }  // namespace
 
@@ -157,7 +163,8 @@ void CutterComp::offset(Element& e) const {
   const double size = (e.from - e.centre).norm();
   e.radius = inside ? size - radius_ : size + radius_;
   if (e.radius <= kTiny * size)
-    fail(GcodeErrorCode::kCompCorner, 1, fmt::format("the tool of radius {:.4f} does not fit the arc of radius {:.4f}", radius_, size),
+    fail(GcodeErrorCode::kCompCorner, 1,
+         fmt::format("the tool of radius {:.4f} does not fit the arc of radius {:.4f}", radius_, size),
          "a smaller tool");
 }
 
@@ -227,7 +234,8 @@ void CutterComp::check_neighbours(const Element& e) {
       const auto path = chain(arc, other.a, other.b, other.centre, other.turn);
       const auto contour = chain(arc, other.from, other.to, other.centre, other.turn);
       const double bound = arc ? std::min(least, radius_ * 0.97) : least;
-      if (chain_distance(own_path, contour) < bound || chain_distance(path, own_contour) < bound) gouge(e, other.line);
+      if (chain_distance(own_path, contour) < bound || chain_distance(path, own_contour) < bound)
+        gouge(e, other.line);
     }
   }
   done_.push_back(e);
@@ -244,9 +252,12 @@ void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink
   }
   if (!entered_) {
     if (e.shape == Shape::kArc)
-      fail(GcodeErrorCode::kCompCorner, 1, "the first move after G41 or G42 is an arc", "a straight move longer than the tool's radius");
+      fail(GcodeErrorCode::kCompCorner, 1, "the first move after G41 or G42 is an arc",
+           "a straight move longer than the tool's radius");
     if ((e.to - e.from).norm() <= radius_)
-      fail(GcodeErrorCode::kCompCorner, 1, fmt::format("the entry move is {:.4f} long, the tool's radius {:.4f}", (e.to - e.from).norm(), radius_),
+      fail(GcodeErrorCode::kCompCorner, 1,
+           fmt::format("the entry move is {:.4f} long, the tool's radius {:.4f}", (e.to - e.from).norm(),
+                       radius_),
            "a straight move longer than the tool's radius");
     e.entry = true;
     entered_ = true;
@@ -303,7 +314,8 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
 }
 
 AxisValues CutterComp::finish(CanonSink& sink) {
-  if (!waiting_.empty() && is_motion(waiting_.front().command) && waiting_.front().shape != Shape::kVertical) {
+  if (!waiting_.empty() && is_motion(waiting_.front().command) &&
+      waiting_.front().shape != Shape::kVertical) {
     check_direction(waiting_.front(), waiting_.front().line);
     check_neighbours(waiting_.front());
   }

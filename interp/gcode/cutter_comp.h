@@ -9,10 +9,11 @@
 
 namespace trn {
 
-/// Cutter radius compensation (G41, G42 and their kind): takes programmed contour moves, gives the path of the
-/// tool's centre. A move waits until the corner after it is known; other commands wait in between. Outside corners
-/// are rounded about the corner point, inside corners end where the offset curves meet. A tool that does not fit is
-/// refused with the lines of both moves: neighbours always, others as long as they lie within kLookBack moves.
+/// Cutter radius compensation (G41, G42 and their kind): takes programmed contour moves, gives the path of
+/// the tool's centre. A move waits until the corner after it is known; other commands wait in between.
+/// Outside corners are rounded about the corner point, inside corners end where the offset curves meet. A
+/// tool that does not fit is refused with the lines of both moves: neighbours always, others as long as they
+/// lie within kLookBack moves.
 class CutterComp {
  public:
   bool active() const { return active_; }
@@ -38,12 +39,12 @@ class CutterComp {
     bool entry = false;
     CanonCommand command;
     std::uint32_t line = 0;
-    std::string text;          ///< of a message that waits
-    Point from, to, centre;    ///< programmed
-    int turn = 0;              ///< arc: +1 counterclockwise
-    double radius = 0;         ///< arc of the tool's centre
-    Point a, b;                ///< of the tool's centre, corners applied
-    bool rounded = false;      ///< an arc about `to` follows, up to `round_to`
+    std::string text;        ///< of a message that waits
+    Point from, to, centre;  ///< programmed
+    int turn = 0;            ///< arc: +1 counterclockwise
+    double radius = 0;       ///< arc of the tool's centre
+    Point a, b;              ///< of the tool's centre, corners applied
+    bool rounded = false;    ///< an arc about `to` follows, up to `round_to`
     Point round_to;
   };
 
@@ -66,9 +67,9 @@ class CutterComp {
   Plane plane_ = Plane::kXY;
   int first_ = kX, second_ = kY;
   AxisValues programmed_ = AxisValues::Zero();
-  AxisValues tool_ = AxisValues::Zero();    ///< tool's centre as last emitted
-  std::deque<Element> waiting_;             ///< the first is the last contour element, the rest come after it
-  std::deque<Element> done_;                ///< the last kLookBack contour elements
+  AxisValues tool_ = AxisValues::Zero();  ///< tool's centre as last emitted
+  std::deque<Element> waiting_;           ///< the first is the last contour element, the rest come after it
+  std::deque<Element> done_;              ///< the last kLookBack contour elements
 };
 
 }  // namespace trn

@@ -15,7 +15,9 @@ struct CycleAxes {
 };
 
 CycleAxes cycle_axes(Plane plane) {
-  return plane == Plane::kXY ? CycleAxes{kX, kY, kZ} : plane == Plane::kXZ ? CycleAxes{kX, kZ, kY} : CycleAxes{kY, kZ, kX};
+  return plane == Plane::kXY   ? CycleAxes{kX, kY, kZ}
+         : plane == Plane::kXZ ? CycleAxes{kX, kZ, kY}
+                               : CycleAxes{kY, kZ, kX};
 }
 
 bool needs_dwell(int motion) { return motion == 820 || motion == 860 || motion == 880 || motion == 890; }
@@ -32,7 +34,8 @@ struct Executor::Hole {
 void Executor::check_cycle_spindle(int motion, std::uint32_t column) const {
   const SpindleTurn turn = s_.modal.turn;
   if (motion == 840 && turn != SpindleTurn::kClockwise) fail(GcodeErrorCode::kNoSpindle, column, "G84 (M3)");
-  if (motion == 740 && turn != SpindleTurn::kCounterclockwise) fail(GcodeErrorCode::kNoSpindle, column, "G74 (M4)");
+  if (motion == 740 && turn != SpindleTurn::kCounterclockwise)
+    fail(GcodeErrorCode::kNoSpindle, column, "G74 (M4)");
   if (motion >= 860 && motion <= 880 && turn == SpindleTurn::kStopped)
     fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
 }
@@ -54,7 +57,8 @@ void Executor::cycle_words(const Block& b, int motion) {
   take('P', s_.cycle.p, needs_dwell(motion));
   if (motion == 730 || motion == 830) {
     take('Q', s_.cycle.q, true);
-    if (s_.cycle.q <= 0) fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', s_.cycle.q, name, "a peck greater than 0");
+    if (s_.cycle.q <= 0)
+      fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', s_.cycle.q, name, "a peck greater than 0");
   }
   if (motion != 870) return;
   take('I', s_.cycle.i, true);
@@ -69,7 +73,8 @@ void Executor::cycle(const Block& b, int motion) {
   if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, name, "G93");
   check_feed(b, name);
   for (const char letter : {'A', 'B', 'C'})
-    if (b.has(letter)) fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", name), "X Y Z");
+    if (b.has(letter))
+      fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", name), "X Y Z");
   const double repeats = b.get('L', 1);
   if (repeats < 1 || repeats != std::round(repeats) || repeats > 1e6)
     fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', repeats, name, "a whole number of repeats from 1");
@@ -81,7 +86,14 @@ void Executor::cycle(const Block& b, int motion) {
   const bool incremental = s_.modal.incremental;
   if (s_.motion < 730 || s_.motion == 800) s_.cycle.initial = s_.position[axes.depth];
   double height = s_.position[axes.depth];
-  Hole hole{axes, s_.position[axes.first], s_.position[axes.second], s_.cycle.r, s_.cycle.bottom, 0, s_.cycle.k, s_.position};
+  Hole hole{axes,
+            s_.position[axes.first],
+            s_.position[axes.second],
+            s_.cycle.r,
+            s_.cycle.bottom,
+            0,
+            s_.cycle.k,
+            s_.position};
   if (incremental) {
     hole.r += height;
     hole.bottom += hole.r;
@@ -91,7 +103,8 @@ void Executor::cycle(const Block& b, int motion) {
     hole.second = b.get(second_word, hole.second);
   }
   if (hole.bottom > hole.r)
-    fail(GcodeErrorCode::kCycle, column, fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
+    fail(GcodeErrorCode::kCycle, column,
+         fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
          "R above the bottom");
   if (s_.modal.retract_to_start) height = std::max(s_.cycle.initial, height);
   if (height < hole.r || (!incremental && s_.cycle.initial < hole.r)) {
@@ -134,15 +147,22 @@ void Executor::cycle_hole(const Block& b, int motion, const Hole& hole) {
   const auto dwell_here = [&] { put(canon::Dwell{s_.cycle.p}); };
   const SpindleTurn turn = s_.modal.turn;
   switch (motion) {
-    case 730: return peck(hole, false);
-    case 830: return peck(hole, true);
-    case 740: case 840: return tap(hole, motion == 840, b.at(GGroup::kMotion));
-    case 870: return back_bore(hole);
-    default: break;
+    case 730:
+      return peck(hole, false);
+    case 830:
+      return peck(hole, true);
+    case 740:
+    case 840:
+      return tap(hole, motion == 840, b.at(GGroup::kMotion));
+    case 870:
+      return back_bore(hole);
+    default:
+      break;
   }
   feed(hole.bottom);
   switch (motion) {
-    case 810: return rapid(hole.clear);
+    case 810:
+      return rapid(hole.clear);
     case 820:
       dwell_here();
       return rapid(hole.clear);
@@ -218,24 +238,28 @@ void Executor::back_bore(const Hole& hole) {
   start_spindle(turn);
 }
 
-// G183 X Y Z A B C H Q R: at the point (X, Y, Z), along the tool axis that the rotary words give, to the depth H in
-// Q equal pecks, from the clearance R and back to it. The tip moves in the table frame, so the hole is straight
-// whatever the machine does. Modal: later blocks with axis words drill the same hole elsewhere.
+// G183 X Y Z A B C H Q R: at the point (X, Y, Z), along the tool axis that the rotary words give, to the
+// depth H in Q equal pecks, from the clearance R and back to it. The tip moves in the table frame, so the
+// hole is straight whatever the machine does. Modal: later blocks with axis words drill the same hole
+// elsewhere.
 void Executor::tilted_drilling(const Block& b) {
   const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G183");
-  if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, "G183", "G93");
+  if (s_.modal.feed_mode == FeedMode::kInverseTime)
+    fail(GcodeErrorCode::kFeedModeCycle, column, "G183", "G93");
   check_feed(b, "G183");
   const bool goes_on = s_.motion == 1830;
   if (b.has('H')) s_.cycle.h = b['H'];
   if (!goes_on && !b.has('H')) fail(GcodeErrorCode::kMissingWord, column, "G183", "an H word, the depth");
-  if (!(s_.cycle.h < 0)) fail(GcodeErrorCode::kBadValue, b.at('H'), 'H', s_.cycle.h, "G183", "a depth below 0");
+  if (!(s_.cycle.h < 0))
+    fail(GcodeErrorCode::kBadValue, b.at('H'), 'H', s_.cycle.h, "G183", "a depth below 0");
   if (b.has('Q') || !goes_on) s_.cycle.q = b.get('Q', 1);
   if (b.has('R') || !goes_on) s_.cycle.retract = b.get('R', from_mm(parts_.config.g183_retract_mm));
   const double pecks = s_.cycle.q;
   if (pecks < 1 || pecks != std::round(pecks) || pecks > 10000)
     fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', pecks, "G183", "a whole number of pecks from 1");
-  if (s_.cycle.retract < 0) fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', s_.cycle.retract, "G183", "R of 0 or more");
+  if (s_.cycle.retract < 0)
+    fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', s_.cycle.retract, "G183", "R of 0 or more");
 
   const bool was_on = s_.rtcp;
   if (!was_on) set_rtcp(true, s_.tool_offset, column, "G183");

@@ -9,7 +9,8 @@ namespace {
 constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErrors{{
     {"cannot_open", "cannot read {}", "a readable file"},
     {"utf16", "the file is {} text", "save it as UTF-8 or ASCII"},
-    {"binary", "byte 0x{:02X} is not text", "a program is plain text: UTF-8, ASCII, or Windows-1252 in comments"},
+    {"binary", "byte 0x{:02X} is not text",
+     "a program is plain text: UTF-8, ASCII, or Windows-1252 in comments"},
     {"line_too_long", "the line is longer than {} bytes", "split it, or raise [program] line_length_max"},
     {"no_program_end", "the file ends without M2, M30 or a closing %", "end the program with M2 or M30"},
 
@@ -22,7 +23,8 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"missing_equals", "no '=' after the parameter", "#parameter = value"},
     {"bad_name", "bad parameter name", "#<name>, #number, #[expression] or ##number"},
     {"bad_expression", "unknown operator or function {}",
-     "+ - * / ** MOD EQ NE GT GE LT LE AND OR XOR; ABS ACOS ASIN ATAN COS EXISTS EXP FIX FUP LN ROUND SIN SQRT TAN"},
+     "+ - * / ** MOD EQ NE GT GE LT LE AND OR XOR; ABS ACOS ASIN ATAN COS EXISTS EXP FIX FUP LN ROUND SIN "
+     "SQRT TAN"},
     {"too_deep", "the expression is nested more than {} deep", "split it over several parameters"},
     {"line_number", "bad line number {}", "N and an integer from 0 to 999999999, first on the line"},
     {"unknown_word", "unknown word {}", "a G-code letter, or a word of [program] in the config"},
@@ -43,12 +45,14 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"domain", "{} of {} is not defined", "an argument inside the function's range"},
     {"not_integer", "{} = {} is not an integer", "an integer"},
 
-    {"no_motion_mode", "axis words without a motion mode", "G0, G1, G2, G3 or a cycle before or on this line"},
+    {"no_motion_mode", "axis words without a motion mode",
+     "G0, G1, G2, G3 or a cycle before or on this line"},
     {"axis_words_unused", "{} takes no axis words", "axis words on a line of their own"},
     {"axis_words_conflict", "{} and {} both want the axis words", "two lines"},
     {"zero_feed", "{} with feed rate 0", "an F word before or on this line"},
     {"feed_mode_cycle", "{} cannot run in feed mode {}", "G94"},
-    {"inverse_feed_missing", "{} in G93 needs an F word on its own line", "F in moves per minute, greater than 0"},
+    {"inverse_feed_missing", "{} in G93 needs an F word on its own line",
+     "F in moves per minute, greater than 0"},
     {"no_spindle", "{} needs a turning spindle", "S and M3 or M4 first"},
 
     {"arc_radius", "radius {:.4f} cannot span the distance {:.4f} to the end point",
@@ -64,7 +68,8 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
 
     {"unknown_tool", "tool {} is not in the tool table", "a tool of the table"},
     {"comp_state", "{} is not possible while cutter compensation is on", "G40 first"},
-    {"comp_gouge", "the tool of radius {:.4f} would gouge: the move of line {} does not fit beside that of line {}",
+    {"comp_gouge",
+     "the tool of radius {:.4f} would gouge: the move of line {} does not fit beside that of line {}",
      "a smaller tool or a wider corner"},
     {"comp_corner", "cutter compensation: {}: {}", ""},
     {"rotation", "{} is not possible with a rotated coordinate system", "R0 first"},
@@ -77,7 +82,8 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"flow_syntax", "bad O-word: {}: {}", ""},
     {"flow_unmatched", "{} without {}", "O-words come in pairs with one label"},
     {"flow_no_end", "no {} for o{} of line {}", "close it in the same file"},
-    {"sub_unknown", "there is no sub-program {}", "define it in the file, or as a file on the sub-program path"},
+    {"sub_unknown", "there is no sub-program {}",
+     "define it in the file, or as a file on the sub-program path"},
     {"sub_depth", "sub-programs nested more than {} deep", "no endless recursion"},
     {"sub_arguments", "more than {} arguments", "pass fewer"},
     {"sub_repeated", "sub-program {} is defined twice, first in line {}", "one definition a file"},

@@ -19,26 +19,60 @@ constexpr std::uint32_t kAlways = letters("FSTXYZABC");
 // Words that each code uses beside the axes and F S T.
 std::uint32_t g_letters(int code10) {
   switch (code10) {
-    case 20: case 30: return letters("IJKPR");
-    case 40: return letters("P");
-    case 50: return letters("IJPQ");
-    case 51: return letters("IJQ");
-    case 52: return letters("PL");
-    case 100: return letters("LPQRIJ");
-    case 330: case 331: return letters("K");
-    case 410: case 420: return letters("D");
-    case 411: case 421: return letters("DL");
-    case 430: case 432: case 434: return letters("H");
-    case 435: return letters("HIJK");
-    case 531: return letters("P");
-    case 640: return letters("PQR");
-    case 682: return letters("IJKPQR");
-    case 730: case 830: return letters("LPQR");
-    case 740: case 840: case 810: case 820: case 850: case 860: case 880: case 890: return letters("LPR");
-    case 870: return letters("LPRIJK");
-    case 960: return letters("D");
-    case 1830: return letters("HQRL");
-    default: return 0;
+    case 20:
+    case 30:
+      return letters("IJKPR");
+    case 40:
+      return letters("P");
+    case 50:
+      return letters("IJPQ");
+    case 51:
+      return letters("IJQ");
+    case 52:
+      return letters("PL");
+    case 100:
+      return letters("LPQRIJ");
+    case 330:
+    case 331:
+      return letters("K");
+    case 410:
+    case 420:
+      return letters("D");
+    case 411:
+    case 421:
+      return letters("DL");
+    case 430:
+    case 432:
+    case 434:
+      return letters("H");
+    case 435:
+      return letters("HIJK");
+    case 531:
+      return letters("P");
+    case 640:
+      return letters("PQR");
+    case 682:
+      return letters("IJKPQR");
+    case 730:
+    case 830:
+      return letters("LPQR");
+    case 740:
+    case 840:
+    case 810:
+    case 820:
+    case 850:
+    case 860:
+    case 880:
+    case 890:
+      return letters("LPR");
+    case 870:
+      return letters("LPRIJK");
+    case 960:
+      return letters("D");
+    case 1830:
+      return letters("HQRL");
+    default:
+      return 0;
   }
 }
 
@@ -55,22 +89,33 @@ std::uint32_t m_letters(int code, bool user) {
 
 std::string_view who_uses(char letter) {
   switch (letter) {
-    case 'D': return "G41, G42 or G96 uses D";
-    case 'E': return "M66, M67 or M68 uses E";
-    case 'H': return "G43, G43.2, G43.4, G43.5 or G183 uses H";
-    case 'I': case 'J': return "an arc, a spline, G87 or G43.5 uses I and J";
-    case 'K': return "an arc, G33, G87 or G43.5 uses K";
-    case 'L': return "a canned cycle, G10, M66 or M98 uses L";
-    case 'P': return "G4, G10, G64, an arc, a cycle or an M code uses P";
-    case 'Q': return "G64, G73, G83, G183 or an M code uses Q";
-    default: return "an arc, a cycle, G10, G64 or M19 uses R";
+    case 'D':
+      return "G41, G42 or G96 uses D";
+    case 'E':
+      return "M66, M67 or M68 uses E";
+    case 'H':
+      return "G43, G43.2, G43.4, G43.5 or G183 uses H";
+    case 'I':
+    case 'J':
+      return "an arc, a spline, G87 or G43.5 uses I and J";
+    case 'K':
+      return "an arc, G33, G87 or G43.5 uses K";
+    case 'L':
+      return "a canned cycle, G10, M66 or M98 uses L";
+    case 'P':
+      return "G4, G10, G64, an arc, a cycle or an M code uses P";
+    case 'Q':
+      return "G64, G73, G83, G183 or an M code uses Q";
+    default:
+      return "an arc, a cycle, G10, G64 or M19 uses R";
   }
 }
 
 }  // namespace
 
 Executor::Executor(const ExecutorParts& parts)
-    : parts_(parts), axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
+    : parts_(parts),
+      axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
       warned_words_(parts.config.words.size(), false) {}
 
 void Executor::put(const CanonCommand& command) {
@@ -108,8 +153,14 @@ int Executor::motion_of(const Block& b) const {
 // Codes outside the motion group that take the axis words for themselves.
 bool Executor::other_axis_code(const Block& b) const {
   switch (b.code(GGroup::kNonModal)) {
-    case 100: case 280: case 300: case 520: case 920: return true;
-    default: break;
+    case 100:
+    case 280:
+    case 300:
+    case 520:
+    case 920:
+      return true;
+    default:
+      break;
   }
   return b.code(GGroup::kToolLength) == 431 || b.code(GGroup::kTiltedPlane) == 682 ||
          (b.code(GGroup::kToolLength) == 432 && !b.has('H'));
@@ -130,7 +181,8 @@ void Executor::check_unused(const Block& b, int motion) const {
   const std::uint32_t unused = b.present & ~kAlways ? b.present & ~used_letters(b, motion) : 0;
   if (unused)
     for (char letter = 'A'; letter <= 'Z'; ++letter)
-      if (unused & Block::bit(letter)) fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));
+      if (unused & Block::bit(letter))
+        fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));
   if (!b.has_axis_word()) return;
   for (int axis = 0; axis < 6; ++axis)
     if (b.has(kWordLetters[axis]) && !has_axis(axis))
@@ -147,9 +199,11 @@ bool Executor::execute(const Block& b) {
   if (b.code(GGroup::kNonModal) == 530) check_g53(b);
   check_unused(b, motion);
   if (motion == 800 && b.has_axis_word() && !other_axis_code(b)) {
-    if (b.code(GGroup::kMotion) == 800)
-      fail(GcodeErrorCode::kAxisWordsUnused, b.at(GGroup::kMotion), "G80");
-    fail(GcodeErrorCode::kNoMotionMode, b.present & letters("XYZ") ? b.at(b.has('X') ? 'X' : b.has('Y') ? 'Y' : 'Z') : 1);
+    if (b.code(GGroup::kMotion) == 800) fail(GcodeErrorCode::kAxisWordsUnused, b.at(GGroup::kMotion), "G80");
+    fail(GcodeErrorCode::kNoMotionMode, b.present & letters("XYZ") ? b.at(b.has('X')   ? 'X'
+                                                                          : b.has('Y') ? 'Y'
+                                                                                       : 'Z')
+                                                                   : 1);
   }
   if (b.any_g) {
     if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
@@ -168,7 +222,8 @@ bool Executor::execute(const Block& b) {
 void Executor::check_g53(const Block& b) const {
   const int distance = b.code(GGroup::kDistance);
   if (distance == 910 || (distance < 0 && s_.modal.incremental))
-    fail(GcodeErrorCode::kBadValue, b.at(GGroup::kNonModal), "G53", "G91", "incremental distances", "G90 first");
+    fail(GcodeErrorCode::kBadValue, b.at(GGroup::kNonModal), "G53", "G91", "incremental distances",
+         "G90 first");
 }
 
 void Executor::g_codes(const Block& b, int motion) {
@@ -189,16 +244,33 @@ void Executor::g_codes(const Block& b, int motion) {
   if (b.code(GGroup::kRetract) >= 0) retract(b);
   if (b.code(GGroup::kTiltedPlane) >= 0) tilted_plane(b);
   switch (plain) {
-    case 100: g10(b); break;
-    case 280: case 281: case 300: case 301: home_position(b, plain); break;
-    case 520: g52(b); break;
-    case 531: align_tool(b); break;
-    case 920: case 921: case 922: case 923: g92(b); break;
+    case 100:
+      g10(b);
+      break;
+    case 280:
+    case 281:
+    case 300:
+    case 301:
+      home_position(b, plain);
+      break;
+    case 520:
+      g52(b);
+      break;
+    case 531:
+      align_tool(b);
+      break;
+    case 920:
+    case 921:
+    case 922:
+    case 923:
+      g92(b);
+      break;
     case 530:
       if (motion != 0 && motion != 10)
         fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G53", "G0 or G1 and axis words");
       break;
-    default: break;
+    default:
+      break;
   }
 }
 
@@ -232,11 +304,19 @@ void Executor::comment(const Block& b) {
     case CommentKind::kPlain:
       if (!text.empty()) put(canon::Comment{text});
       break;
-    case CommentKind::kMessage: put(canon::Message{text}); break;
-    case CommentKind::kDebug: put(canon::Message{expand_message(text)}); break;
-    case CommentKind::kPrint: put(canon::Print{expand_message(text)}); break;
-    case CommentKind::kAbort: fail(GcodeErrorCode::kAbort, 1, expand_message(text));
-    default: break;
+    case CommentKind::kMessage:
+      put(canon::Message{text});
+      break;
+    case CommentKind::kDebug:
+      put(canon::Message{expand_message(text)});
+      break;
+    case CommentKind::kPrint:
+      put(canon::Print{expand_message(text)});
+      break;
+    case CommentKind::kAbort:
+      fail(GcodeErrorCode::kAbort, 1, expand_message(text));
+    default:
+      break;
   }
 }
 
@@ -306,51 +386,98 @@ double Executor::predefined(int index) const {
   }
   static constexpr int kWorkOffsets[] = {540, 550, 560, 570, 580, 590, 591, 592, 593};
   switch (index) {
-    case 0: return 1;
-    case 1: return 0;
-    case 2: return line_;
-    case 3: return s_.motion;
-    case 4: return m.plane == Plane::kXY ? 170 : m.plane == Plane::kXZ ? 180 : 190;
-    case 5: return comp_.active() ? (comp_.left() ? 410 : 420) : 400;
-    case 6: return truth(!m.inch);
-    case 7: return truth(m.inch);
-    case 8: return truth(!m.incremental);
-    case 9: return truth(m.incremental);
-    case 10: return truth(m.feed_mode == FeedMode::kInverseTime);
-    case 11: return truth(m.feed_mode == FeedMode::kPerMinute);
-    case 12: return truth(m.feed_mode == FeedMode::kPerRevolution);
-    case 13: return kWorkOffsets[m.work_offset - 1];
-    case 14: return truth(!s_.tool_offset.isZero(0));
-    case 15: return truth(!m.retract_to_start);
-    case 16: return truth(m.retract_to_start);
-    case 17: return truth(!m.css);
-    case 18: return truth(m.css);
-    case 19: return truth(m.arc_absolute);
-    case 20: return truth(m.diameter);
-    case 21: return truth(!m.diameter);
-    case 22: return truth(m.turn != SpindleTurn::kStopped);
-    case 23: return truth(m.turn == SpindleTurn::kClockwise);
-    case 24: return truth(m.mist);
-    case 25: return truth(m.flood);
-    case 26: return truth(m.speed_override);
-    case 27: return truth(m.feed_override);
-    case 28: return truth(m.adaptive_feed);
-    case 29: return truth(m.feed_hold);
-    case 30: return m.feed;
-    case 31: return m.speed;
-    case 44: case 45: return s_.current_tool;
-    case 46: case 47: return s_.selected_tool;
-    case 48: return call.level;
-    case 49: return call.value;
-    case 50: return truth(call.returned);
-    case 51: return 0;
-    case 53: return parts_.parameters[parameter::kToolDiameter];
-    case 54: return to_mm(s_.tool_offset)[kZ];
-    case 55: return truth(s_.rtcp);
-    case 56: return truth(s_.tilted);
-    case 60: return truth(parts_.config.block_delete);
-    case 61: return truth(parts_.config.optional_stop);
-    default: return 0;
+    case 0:
+      return 1;
+    case 1:
+      return 0;
+    case 2:
+      return line_;
+    case 3:
+      return s_.motion;
+    case 4:
+      return m.plane == Plane::kXY ? 170 : m.plane == Plane::kXZ ? 180 : 190;
+    case 5:
+      return comp_.active() ? (comp_.left() ? 410 : 420) : 400;
+    case 6:
+      return truth(!m.inch);
+    case 7:
+      return truth(m.inch);
+    case 8:
+      return truth(!m.incremental);
+    case 9:
+      return truth(m.incremental);
+    case 10:
+      return truth(m.feed_mode == FeedMode::kInverseTime);
+    case 11:
+      return truth(m.feed_mode == FeedMode::kPerMinute);
+    case 12:
+      return truth(m.feed_mode == FeedMode::kPerRevolution);
+    case 13:
+      return kWorkOffsets[m.work_offset - 1];
+    case 14:
+      return truth(!s_.tool_offset.isZero(0));
+    case 15:
+      return truth(!m.retract_to_start);
+    case 16:
+      return truth(m.retract_to_start);
+    case 17:
+      return truth(!m.css);
+    case 18:
+      return truth(m.css);
+    case 19:
+      return truth(m.arc_absolute);
+    case 20:
+      return truth(m.diameter);
+    case 21:
+      return truth(!m.diameter);
+    case 22:
+      return truth(m.turn != SpindleTurn::kStopped);
+    case 23:
+      return truth(m.turn == SpindleTurn::kClockwise);
+    case 24:
+      return truth(m.mist);
+    case 25:
+      return truth(m.flood);
+    case 26:
+      return truth(m.speed_override);
+    case 27:
+      return truth(m.feed_override);
+    case 28:
+      return truth(m.adaptive_feed);
+    case 29:
+      return truth(m.feed_hold);
+    case 30:
+      return m.feed;
+    case 31:
+      return m.speed;
+    case 44:
+    case 45:
+      return s_.current_tool;
+    case 46:
+    case 47:
+      return s_.selected_tool;
+    case 48:
+      return call.level;
+    case 49:
+      return call.value;
+    case 50:
+      return truth(call.returned);
+    case 51:
+      return 0;
+    case 53:
+      return parts_.parameters[parameter::kToolDiameter];
+    case 54:
+      return to_mm(s_.tool_offset)[kZ];
+    case 55:
+      return truth(s_.rtcp);
+    case 56:
+      return truth(s_.tilted);
+    case 60:
+      return truth(parts_.config.block_delete);
+    case 61:
+      return truth(parts_.config.optional_stop);
+    default:
+      return 0;
   }
 }
 

@@ -25,8 +25,8 @@ struct ExecutorParts {
   std::function<void(std::uint32_t column, std::string_view text)> warn;
 };
 
-/// Carries out one block: the dialect's order of execution, one handler a group (RS274/NGC section 3.8). Handlers
-/// lie in the files named after what they do. Every handler throws BlockError.
+/// Carries out one block: the dialect's order of execution, one handler a group (RS274/NGC section 3.8).
+/// Handlers lie in the files named after what they do. Every handler throws BlockError.
 class Executor : public StateValues {
  public:
   explicit Executor(const ExecutorParts& parts);
@@ -129,7 +129,8 @@ class Executor : public StateValues {
   void cancel_tilted_plane();
   void align_tool(const Block& b);
   Pose spindle_pose(std::uint32_t column, std::string_view word) const;
-  AxisValues position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column, std::string_view word) const;
+  AxisValues position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
+                          std::string_view word) const;
   AxisValues vector_target(const Block& b, const AxisValues& to) const;
   bool tip_in_table() const { return s_.rtcp || s_.tilted_aligned; }
   void suspend_rtcp(const Block& b, const std::function<void()>& move);

@@ -19,19 +19,19 @@ struct BinaryOperator {
 
 // Longer spellings first where one begins with another. All operators associate to the left.
 constexpr BinaryOperator kBinary[] = {
-    {"**", Op::kPower, 5},       {"*", Op::kMultiply, 4}, {"/", Op::kDivide, 4},     {"mod", Op::kModulo, 4},
-    {"+", Op::kAdd, 3},          {"-", Op::kSubtract, 3}, {"eq", Op::kEqual, 2},     {"ne", Op::kNotEqual, 2},
-    {"gt", Op::kGreater, 2},     {"ge", Op::kGreaterEqual, 2}, {"lt", Op::kLess, 2}, {"le", Op::kLessEqual, 2},
-    {"and", Op::kAnd, 1},        {"or", Op::kOr, 1},      {"xor", Op::kXor, 1}};
+    {"**", Op::kPower, 5},   {"*", Op::kMultiply, 4},      {"/", Op::kDivide, 4}, {"mod", Op::kModulo, 4},
+    {"+", Op::kAdd, 3},      {"-", Op::kSubtract, 3},      {"eq", Op::kEqual, 2}, {"ne", Op::kNotEqual, 2},
+    {"gt", Op::kGreater, 2}, {"ge", Op::kGreaterEqual, 2}, {"lt", Op::kLess, 2},  {"le", Op::kLessEqual, 2},
+    {"and", Op::kAnd, 1},    {"or", Op::kOr, 1},           {"xor", Op::kXor, 1}};
 
 struct UnaryFunction {
   std::string_view text;
   Op op;
 };
-constexpr UnaryFunction kFunctions[] = {
-    {"abs", Op::kAbs}, {"acos", Op::kAcos}, {"asin", Op::kAsin}, {"cos", Op::kCos},     {"exp", Op::kExp},
-    {"fix", Op::kFix}, {"fup", Op::kFup},   {"ln", Op::kLn},     {"round", Op::kRound}, {"sin", Op::kSin},
-    {"sqrt", Op::kSqrt}, {"tan", Op::kTan}};
+constexpr UnaryFunction kFunctions[] = {{"abs", Op::kAbs}, {"acos", Op::kAcos}, {"asin", Op::kAsin},
+                                        {"cos", Op::kCos}, {"exp", Op::kExp},   {"fix", Op::kFix},
+                                        {"fup", Op::kFup}, {"ln", Op::kLn},     {"round", Op::kRound},
+                                        {"sin", Op::kSin}, {"sqrt", Op::kSqrt}, {"tan", Op::kTan}};
 
 constexpr double kEqualTolerance = 1e-4;
 constexpr double kIntegerTolerance = 1e-4;
@@ -54,24 +54,39 @@ double truth(bool value) { return value ? 1.0 : 0.0; }
 
 double apply_binary(Op op, double a, double b, std::uint32_t column) {
   switch (op) {
-    case Op::kAdd: return a + b;
-    case Op::kSubtract: return a - b;
-    case Op::kMultiply: return a * b;
+    case Op::kAdd:
+      return a + b;
+    case Op::kSubtract:
+      return a - b;
+    case Op::kMultiply:
+      return a * b;
     case Op::kDivide:
       if (b == 0) fail(GcodeErrorCode::kDivideByZero, column);
       return a / b;
-    case Op::kModulo: return modulo(a, b, column);
-    case Op::kPower: return power(a, b, column);
-    case Op::kEqual: return truth(std::fabs(a - b) < kEqualTolerance);
-    case Op::kNotEqual: return truth(std::fabs(a - b) >= kEqualTolerance);
-    case Op::kGreater: return truth(a > b);
-    case Op::kGreaterEqual: return truth(a >= b);
-    case Op::kLess: return truth(a < b);
-    case Op::kLessEqual: return truth(a <= b);
-    case Op::kAnd: return truth(a != 0 && b != 0);
-    case Op::kOr: return truth(a != 0 || b != 0);
-    case Op::kXor: return truth((a != 0) != (b != 0));
-    default: return deg_from_rad(std::atan2(a, b));
+    case Op::kModulo:
+      return modulo(a, b, column);
+    case Op::kPower:
+      return power(a, b, column);
+    case Op::kEqual:
+      return truth(std::fabs(a - b) < kEqualTolerance);
+    case Op::kNotEqual:
+      return truth(std::fabs(a - b) >= kEqualTolerance);
+    case Op::kGreater:
+      return truth(a > b);
+    case Op::kGreaterEqual:
+      return truth(a >= b);
+    case Op::kLess:
+      return truth(a < b);
+    case Op::kLessEqual:
+      return truth(a <= b);
+    case Op::kAnd:
+      return truth(a != 0 && b != 0);
+    case Op::kOr:
+      return truth(a != 0 || b != 0);
+    case Op::kXor:
+      return truth((a != 0) != (b != 0));
+    default:
+      return deg_from_rad(std::atan2(a, b));
   }
 }
 
@@ -82,17 +97,27 @@ double arc_function(Op op, double a, std::uint32_t column) {
 
 double apply_unary(Op op, double a, std::uint32_t column) {
   switch (op) {
-    case Op::kNegate: return -a;
-    case Op::kAbs: return std::fabs(a);
+    case Op::kNegate:
+      return -a;
+    case Op::kAbs:
+      return std::fabs(a);
     case Op::kAcos:
-    case Op::kAsin: return arc_function(op, a, column);
-    case Op::kCos: return std::cos(rad_from_deg(a));
-    case Op::kSin: return std::sin(rad_from_deg(a));
-    case Op::kTan: return std::tan(rad_from_deg(a));
-    case Op::kExp: return std::exp(a);
-    case Op::kFix: return std::floor(a);
-    case Op::kFup: return std::ceil(a);
-    case Op::kRound: return std::round(a);
+    case Op::kAsin:
+      return arc_function(op, a, column);
+    case Op::kCos:
+      return std::cos(rad_from_deg(a));
+    case Op::kSin:
+      return std::sin(rad_from_deg(a));
+    case Op::kTan:
+      return std::tan(rad_from_deg(a));
+    case Op::kExp:
+      return std::exp(a);
+    case Op::kFix:
+      return std::floor(a);
+    case Op::kFup:
+      return std::ceil(a);
+    case Op::kRound:
+      return std::round(a);
     case Op::kLn:
       if (a <= 0) fail(GcodeErrorCode::kDomain, column, "LN", a);
       return std::log(a);
@@ -220,11 +245,20 @@ void ExpressionCompiler::exists(std::uint32_t column) {
   if (!lexer_.accept('#')) fail(GcodeErrorCode::kBadName, lexer_.column());
   const Reference r = reference();
   switch (r.op) {
-    case Op::kLocal: emit_index(Op::kExistsLocal, column, r.index); break;
-    case Op::kGlobal: emit_index(Op::kExistsGlobal, column, r.index); break;
-    case Op::kPredefined: emit_index(Op::kExistsPredefined, column, r.index); break;
-    case Op::kNumbered: emit_index(Op::kExistsNumbered, column, r.index); break;
-    default: fail(GcodeErrorCode::kBadName, column);
+    case Op::kLocal:
+      emit_index(Op::kExistsLocal, column, r.index);
+      break;
+    case Op::kGlobal:
+      emit_index(Op::kExistsGlobal, column, r.index);
+      break;
+    case Op::kPredefined:
+      emit_index(Op::kExistsPredefined, column, r.index);
+      break;
+    case Op::kNumbered:
+      emit_index(Op::kExistsNumbered, column, r.index);
+      break;
+    default:
+      fail(GcodeErrorCode::kBadName, column);
   }
   expect(']');
 }
@@ -273,17 +307,24 @@ const double* Evaluator::named(const Instruction& i) const {
 
 double Evaluator::load(const Instruction& i, double top) const {
   switch (i.op) {
-    case Op::kConstant: return i.value;
-    case Op::kNumbered: return numbered(i.index, i.column);
-    case Op::kIndirect: return numbered(parameter_number(top, i.column), i.column);
-    case Op::kPredefined: return state_.predefined(i.index);
+    case Op::kConstant:
+      return i.value;
+    case Op::kNumbered:
+      return numbered(i.index, i.column);
+    case Op::kIndirect:
+      return numbered(parameter_number(top, i.column), i.column);
+    case Op::kPredefined:
+      return state_.predefined(i.index);
     case Op::kExistsPredefined:
-    case Op::kExistsNumbered: return 1.0;
+    case Op::kExistsNumbered:
+      return 1.0;
     case Op::kExistsLocal:
-    case Op::kExistsGlobal: return truth(named(i) != nullptr);
+    case Op::kExistsGlobal:
+      return truth(named(i) != nullptr);
     default: {
       const double* value = named(i);
-      if (!value) fail(GcodeErrorCode::kUnknownParameter, i.column, "#<" + parameters_.names.name(i.index) + ">");
+      if (!value)
+        fail(GcodeErrorCode::kUnknownParameter, i.column, "#<" + parameters_.names.name(i.index) + ">");
       return *value;
     }
   }
@@ -306,8 +347,8 @@ double Evaluator::run(const std::vector<Instruction>& code, std::int32_t start) 
       stack[top - 1] = apply_unary(i->op, stack[top - 1], i->column);
     }
   }
-  if (!std::isfinite(stack[0])) fail(GcodeErrorCode::kDomain, code[static_cast<std::size_t>(start)].column,
-                                     "the expression", stack[0]);
+  if (!std::isfinite(stack[0]))
+    fail(GcodeErrorCode::kDomain, code[static_cast<std::size_t>(start)].column, "the expression", stack[0]);
   return stack[0];
 }
 

@@ -11,11 +11,46 @@ namespace trn {
 
 /// Operations of a compiled expression, in postfix order.
 enum class Op : std::uint8_t {
-  kConstant, kNumbered, kIndirect, kLocal, kGlobal, kPredefined, kExistsNumbered, kExistsLocal, kExistsGlobal,
+  kConstant,
+  kNumbered,
+  kIndirect,
+  kLocal,
+  kGlobal,
+  kPredefined,
+  kExistsNumbered,
+  kExistsLocal,
+  kExistsGlobal,
   kExistsPredefined,
-  kNegate, kAdd, kSubtract, kMultiply, kDivide, kModulo, kPower,
-  kEqual, kNotEqual, kGreater, kGreaterEqual, kLess, kLessEqual, kAnd, kOr, kXor,
-  kAbs, kAcos, kAsin, kAtan2, kCos, kExp, kFix, kFup, kLn, kRound, kSin, kSqrt, kTan, kEnd
+  kNegate,
+  kAdd,
+  kSubtract,
+  kMultiply,
+  kDivide,
+  kModulo,
+  kPower,
+  kEqual,
+  kNotEqual,
+  kGreater,
+  kGreaterEqual,
+  kLess,
+  kLessEqual,
+  kAnd,
+  kOr,
+  kXor,
+  kAbs,
+  kAcos,
+  kAsin,
+  kAtan2,
+  kCos,
+  kExp,
+  kFix,
+  kFup,
+  kLn,
+  kRound,
+  kSin,
+  kSqrt,
+  kTan,
+  kEnd
 };
 
 struct Instruction {
@@ -63,7 +98,8 @@ class ExpressionCompiler {
   int depth_ = 0;
 };
 
-/// Runs compiled expressions. Angles are in degrees; comparisons for equality allow 1e-4, as the dialect does.
+/// Runs compiled expressions. Angles are in degrees; comparisons for equality allow 1e-4, as the dialect
+/// does.
 class Evaluator {
  public:
   Evaluator(Parameters& parameters, const StateValues& state) : parameters_(parameters), state_(state) {}

@@ -9,7 +9,10 @@
 namespace trn {
 
 Flow::Flow(const ProgramConfig& config, Parameters& parameters, Evaluator& evaluator, Executor& executor)
-    : config_(config), parameters_(parameters), evaluator_(evaluator), executor_(executor),
+    : config_(config),
+      parameters_(parameters),
+      evaluator_(evaluator),
+      executor_(executor),
       parser_(parameters.names, labels_, config.words) {}
 
 void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::string folder) {
@@ -178,32 +181,44 @@ double Flow::argument(const ParsedBlock& block, std::size_t index) const {
 void Flow::obey(const ParsedBlock& block) {
   const std::int32_t label = label_of(block);
   switch (block.flow.kind) {
-    case FlowKind::kSub: return skip_definition(label);
+    case FlowKind::kSub:
+      return skip_definition(label);
     case FlowKind::kEndSub:
     case FlowKind::kReturn:
       if (frames_.empty()) {
-        if (block.flow.kind == FlowKind::kReturn) fail(GcodeErrorCode::kFlowUnmatched, block.flow.column, "return", "call");
+        if (block.flow.kind == FlowKind::kReturn)
+          fail(GcodeErrorCode::kFlowUnmatched, block.flow.column, "return", "call");
         fail(GcodeErrorCode::kFlowUnmatched, block.flow.column, "endsub", "sub");
       }
       return leave(&block);
-    case FlowKind::kCall: return call(block, label);
-    case FlowKind::kWhile: return obey_while(block, label);
+    case FlowKind::kCall:
+      return call(block, label);
+    case FlowKind::kWhile:
+      return obey_while(block, label);
     case FlowKind::kDo:
       loops_.push_back({FlowKind::kDo, label, next_, -1, 0, ifs_.size()});
       return;
-    case FlowKind::kRepeat: return obey_repeat(block, label);
-    case FlowKind::kEndWhile: return end_loop(FlowKind::kWhile, label);
-    case FlowKind::kEndRepeat: return end_loop(FlowKind::kRepeat, label);
-    case FlowKind::kIf: return obey_if(block, label);
+    case FlowKind::kRepeat:
+      return obey_repeat(block, label);
+    case FlowKind::kEndWhile:
+      return end_loop(FlowKind::kWhile, label);
+    case FlowKind::kEndRepeat:
+      return end_loop(FlowKind::kRepeat, label);
+    case FlowKind::kIf:
+      return obey_if(block, label);
     case FlowKind::kElseIf:
     case FlowKind::kElse:
       close_if(label, block.flow.kind == FlowKind::kElse ? "else" : "elseif");
       skip_to(label, {FlowKind::kEndIf});
       return;
-    case FlowKind::kEndIf: return close_if(label, "endif");
-    case FlowKind::kBreak: return break_loop(label, false);
-    case FlowKind::kContinue: return break_loop(label, true);
-    default: return;  // the number of a program
+    case FlowKind::kEndIf:
+      return close_if(label, "endif");
+    case FlowKind::kBreak:
+      return break_loop(label, false);
+    case FlowKind::kContinue:
+      return break_loop(label, true);
+    default:
+      return;  // the number of a program
   }
 }
 
@@ -222,7 +237,8 @@ void Flow::obey_while(const ParsedBlock& block, std::int32_t label) {
     return;
   }
   if (again) {
-    if (!in_loop(FlowKind::kWhile, label)) loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0, ifs_.size()});
+    if (!in_loop(FlowKind::kWhile, label))
+      loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0, ifs_.size()});
     return;
   }
   const bool was_inside = in_loop(FlowKind::kWhile, label);
@@ -236,13 +252,15 @@ void Flow::obey_repeat(const ParsedBlock& block, std::int32_t label) {
     skip_to(label, {FlowKind::kEndRepeat});
     return;
   }
-  loops_.push_back({FlowKind::kRepeat, label, next_, -1, static_cast<std::int64_t>(std::min(count, 1e15)), ifs_.size()});
+  loops_.push_back(
+      {FlowKind::kRepeat, label, next_, -1, static_cast<std::int64_t>(std::min(count, 1e15)), ifs_.size()});
 }
 
 void Flow::end_loop(FlowKind kind, std::int32_t label) {
   if (!in_loop(kind, label)) {
     const bool is_while = kind == FlowKind::kWhile;
-    fail(GcodeErrorCode::kFlowUnmatched, 1, is_while ? "endwhile" : "endrepeat", is_while ? "while" : "repeat");
+    fail(GcodeErrorCode::kFlowUnmatched, 1, is_while ? "endwhile" : "endrepeat",
+         is_while ? "while" : "repeat");
   }
   Loop& loop = loops_.back();
   if (kind == FlowKind::kRepeat && --loop.left == 0) {
@@ -277,7 +295,8 @@ void Flow::break_loop(std::int32_t label, bool again) {
 }
 
 void Flow::close_if(std::int32_t label, std::string_view word) {
-  const std::size_t outside = std::max(frames_.empty() ? 0 : frames_.back().ifs, loops_.empty() ? 0 : loops_.back().ifs);
+  const std::size_t outside =
+      std::max(frames_.empty() ? 0 : frames_.back().ifs, loops_.empty() ? 0 : loops_.back().ifs);
   if (ifs_.size() <= outside || ifs_.back() != label) fail(GcodeErrorCode::kFlowUnmatched, 1, word, "if");
   ifs_.pop_back();
 }
@@ -296,17 +315,22 @@ void Flow::skip_definition(std::int32_t label) {
   skip_to(label, {FlowKind::kEndSub});
 }
 
-// Reads on to the O-word of this label and one of these kinds; it is left in skipped_, the line after it comes
-// next. Blocks that are kept are not read again.
+// Reads on to the O-word of this label and one of these kinds; it is left in skipped_, the line after it
+// comes next. Blocks that are kept are not read again.
 FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wanted) {
   const std::uint32_t from_line = current_.at.line;
   const auto name = [](FlowKind kind) {
     switch (kind) {
-      case FlowKind::kEndWhile: return "endwhile";
-      case FlowKind::kEndRepeat: return "endrepeat";
-      case FlowKind::kEndSub: return "endsub";
-      case FlowKind::kWhile: return "while";
-      default: return "endif";
+      case FlowKind::kEndWhile:
+        return "endwhile";
+      case FlowKind::kEndRepeat:
+        return "endrepeat";
+      case FlowKind::kEndSub:
+        return "endsub";
+      case FlowKind::kWhile:
+        return "while";
+      default:
+        return "endif";
     }
   };
   std::int32_t from_node = current_node_;
@@ -323,10 +347,12 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
   }
   for (;;) {
     const ParsedBlock* block = skip_fetch();
-    if (!block) fail(GcodeErrorCode::kFlowNoEnd, 1, name(*(wanted.end() - 1)), labels_.name(label), from_line);
+    if (!block)
+      fail(GcodeErrorCode::kFlowNoEnd, 1, name(*(wanted.end() - 1)), labels_.name(label), from_line);
     if (!block->is_flow()) continue;
     if (block->flow.kind == FlowKind::kSub && *wanted.begin() == FlowKind::kEndSub)
-      fail(GcodeErrorCode::kFlowSyntax, block->flow.column, "sub inside a sub", "one definition after another");
+      fail(GcodeErrorCode::kFlowSyntax, block->flow.column, "sub inside a sub",
+           "one definition after another");
     if (block->flow.label != label) continue;
     for (const FlowKind kind : wanted) {
       if (block->flow.kind != kind) continue;
@@ -388,7 +414,8 @@ std::vector<std::string> Flow::stack() const {
   std::vector<std::string> lines;
   for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
     lines.push_back(fmt::format("o{} called from {}:{}", labels_.name(frame->label),
-                                files_[static_cast<std::size_t>(frame->called_file)]->name, frame->called_line));
+                                files_[static_cast<std::size_t>(frame->called_file)]->name,
+                                frame->called_line));
   return lines;
 }
 

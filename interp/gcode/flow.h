@@ -22,8 +22,8 @@ struct CodePlace {
 };
 
 /// Fetches lines in program order, jumps for O-words and sub-programs, and keeps the blocks of loops and
-/// sub-programs in compiled form, so that they are read once. The main program itself is not kept: memory does
-/// not grow with its length.
+/// sub-programs in compiled form, so that they are read once. The main program itself is not kept: memory
+/// does not grow with its length.
 class Flow {
  public:
   Flow(const ProgramConfig& config, Parameters& parameters, Evaluator& evaluator, Executor& executor);
@@ -44,8 +44,8 @@ class Flow {
   const std::string& file_name() const { return files_[static_cast<std::size_t>(current_.file)]->name; }
   /// "called from file:line", innermost first.
   std::vector<std::string> stack() const;
-  /// After an error inside a sub-program or loop: goes on behind the outermost call or loop. False if there is
-  /// no sound place.
+  /// After an error inside a sub-program or loop: goes on behind the outermost call or loop. False if there
+  /// is no sound place.
   bool recover();
 
   /// Blocks kept in compiled form before the store is emptied.
@@ -56,7 +56,7 @@ class Flow {
     std::string name, folder;
     std::unique_ptr<LineReader> reader;
     bool indexed = false;
-    bool percent_seen = false;   ///< the file began with %
+    bool percent_seen = false;        ///< the file began with %
     bool any = false, began = false;  ///< a line that is not empty has been read; before the present one
     std::unordered_map<std::int32_t, LinePlace> subs;  ///< label -> the line after its sub word
   };
@@ -65,15 +65,15 @@ class Flow {
     ParsedBlock block;
     CodePlace place, after;
     std::int32_t next = -1;
-    std::int32_t jump = -1;      ///< where a loop or a false condition goes
+    std::int32_t jump = -1;  ///< where a loop or a false condition goes
   };
   struct Loop {
     FlowKind kind;
     std::int32_t label;
-    CodePlace start;             ///< the line of the loop word itself, or after it (do, repeat)
+    CodePlace start;  ///< the line of the loop word itself, or after it (do, repeat)
     std::int32_t start_node;
-    std::int64_t left = 0;       ///< repeat
-    std::size_t ifs = 0;         ///< open when it began
+    std::int64_t left = 0;  ///< repeat
+    std::size_t ifs = 0;    ///< open when it began
   };
   struct Frame {
     std::int32_t label = -1;
@@ -81,9 +81,9 @@ class Flow {
     std::int32_t back_node = -1;
     std::uint32_t called_line = 0;
     int called_file = 0;
-    std::size_t loops = 0;       ///< loops_ outside this call
+    std::size_t loops = 0;  ///< loops_ outside this call
     std::size_t ifs = 0;
-    bool numbered = false;       ///< M98
+    bool numbered = false;  ///< M98
     std::int64_t repeats_left = 0;
     CodePlace start;
   };
@@ -136,10 +136,10 @@ class Flow {
   std::vector<Loop> loops_;
   std::vector<Frame> frames_;
   std::vector<std::int32_t> ifs_;  ///< labels of the branches being run
-  CodePlace current_;           ///< of the block last fetched
-  CodePlace next_;              ///< of the block to fetch
+  CodePlace current_;              ///< of the block last fetched
+  CodePlace next_;                 ///< of the block to fetch
   std::int32_t current_node_ = -1, next_node_ = -1;
-  bool reader_there_ = true;    ///< the file's reader stands at next_
+  bool reader_there_ = true;  ///< the file's reader stands at next_
   bool ended_ = false;
 };
 

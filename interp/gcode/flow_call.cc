@@ -20,7 +20,8 @@ void Flow::call(const ParsedBlock& block, std::int32_t label) {
 void Flow::enter(std::int32_t label, std::span<const double> arguments, bool numbered, std::int64_t repeats) {
   if (frames_.size() >= static_cast<std::size_t>(config_.sub_depth_max))
     fail(GcodeErrorCode::kSubDepth, 1, config_.sub_depth_max);
-  const Frame back{label, next_, next_node_, current_.at.line, current_.file, loops_.size(), ifs_.size(), numbered, repeats, {}};
+  const Frame back{label,         next_,       next_node_, current_.at.line, current_.file,
+                   loops_.size(), ifs_.size(), numbered,   repeats,          {}};
   CodePlace place;
   if (!find_sub(label, place)) {
     go(back.back, back.back_node);
@@ -50,10 +51,13 @@ void Flow::leave(const ParsedBlock* with_value) {
 }
 
 void Flow::call_numbered(const Block& block) {
-  if (!block.has('P')) fail(GcodeErrorCode::kMissingWord, block.at(MGroup::kSub), "M98", "a P word, the sub-program");
+  if (!block.has('P'))
+    fail(GcodeErrorCode::kMissingWord, block.at(MGroup::kSub), "M98", "a P word, the sub-program");
   const double number = block['P'], repeats = block.get('L', 1);
-  if (number != std::round(number) || number < 0) fail(GcodeErrorCode::kNotInteger, block.at('P'), 'P', number);
-  if (repeats != std::round(repeats) || repeats < 0) fail(GcodeErrorCode::kNotInteger, block.at('L'), 'L', repeats);
+  if (number != std::round(number) || number < 0)
+    fail(GcodeErrorCode::kNotInteger, block.at('P'), 'P', number);
+  if (repeats != std::round(repeats) || repeats < 0)
+    fail(GcodeErrorCode::kNotInteger, block.at('L'), 'L', repeats);
   if (repeats == 0) return;
   enter(labels_.intern(fmt::format("{:.0f}", number)), {}, true, static_cast<std::int64_t>(repeats));
 }
@@ -118,7 +122,8 @@ bool Flow::open_sub_file(const std::string& name, CodePlace& place, std::int32_t
   namespace fs = std::filesystem;
   if (name.find('/') != std::string::npos || name.find("..") != std::string::npos) return false;
   for (const std::string& entry : config_.sub_path) {
-    const fs::path folder = fs::path(entry).is_absolute() ? fs::path(entry) : fs::path(files_[0]->folder) / entry;
+    const fs::path folder =
+        fs::path(entry).is_absolute() ? fs::path(entry) : fs::path(files_[0]->folder) / entry;
     for (const char* ending : {".ngc", ".nc", ""}) {
       const fs::path path = folder / (name + ending);
       std::error_code none;

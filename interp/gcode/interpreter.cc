@@ -29,8 +29,9 @@ Interpreter::Interpreter(const InterpreterParts& parts)
       executor_({parts.config, parts.parameters, parts.tools, parts.kinematics, parts.sink,
                  [this](std::uint32_t column, std::string_view text) {
                    if (parts_.on_warning)
-                     parts_.on_warning({fmt::format("{}:{}:{}: warning: {}", flow_.file_name(), flow_.line(), column, text),
-                                        flow_.line()});
+                     parts_.on_warning(
+                         {fmt::format("{}:{}:{}: warning: {}", flow_.file_name(), flow_.line(), column, text),
+                          flow_.line()});
                  }}),
       evaluator_(parts.parameters, executor_),
       flow_(parts.config, parts.parameters, evaluator_, executor_) {
@@ -39,8 +40,8 @@ Interpreter::Interpreter(const InterpreterParts& parts)
   for (const int code : parts_.config.user_m) table_.map_m(code, MGroup::kUser);
 }
 
-void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
-                        const AxisValues& at) {
+void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
+                        const std::string& folder, const AxisValues& at) {
   flow_.load(std::move(source), name, folder);
   ended_ = false;
   blocks_ = 0;
@@ -52,8 +53,9 @@ void Interpreter::open(const std::string& path, const AxisValues& at) {
   try {
     source = open_file(path);
   } catch (const BlockError& error) {
-    throw GcodeError(error.code, 0, 0, fmt::format("{}:0:0: {}; legal: {}", path, error.what(),
-                                                   gcode_error_info(error.code).legal));
+    throw GcodeError(
+        error.code, 0, 0,
+        fmt::format("{}:0:0: {}; legal: {}", path, error.what(), gcode_error_info(error.code).legal));
   }
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
@@ -65,7 +67,8 @@ void Interpreter::open_text(std::string text, std::string name, const AxisValues
 GcodeError Interpreter::located(const BlockError& error) {
   const std::string line = flow_.current_text();
   const std::string word = offending(line, error.column);
-  std::string message = fmt::format("{}:{}:{}: {}", flow_.file_name(), flow_.line(), error.column, error.what());
+  std::string message =
+      fmt::format("{}:{}:{}: {}", flow_.file_name(), flow_.line(), error.column, error.what());
   if (!word.empty()) message += fmt::format(": '{}'", word);
   const std::string_view legal = gcode_error_info(error.code).legal;
   if (!legal.empty() && legal != "{}") message += fmt::format("; legal: {}", legal);
@@ -80,15 +83,20 @@ void Interpreter::assign(const ParsedBlock& parsed) {
     const Assignment& a = parsed.assignments[i];
     int number = a.index;
     switch (a.target) {
-      case Assignment::Target::kLocal: parts_.parameters.set_local(a.index, values_[i]); continue;
-      case Assignment::Target::kGlobal: parts_.parameters.set_global(a.index, values_[i]); continue;
+      case Assignment::Target::kLocal:
+        parts_.parameters.set_local(a.index, values_[i]);
+        continue;
+      case Assignment::Target::kGlobal:
+        parts_.parameters.set_global(a.index, values_[i]);
+        continue;
       case Assignment::Target::kReadOnly:
         fail(GcodeErrorCode::kReadOnlyParameter, a.column,
              fmt::format("#<{}>", predefined_names()[static_cast<std::size_t>(a.index)]));
       case Assignment::Target::kExpression:
         number = Evaluator::parameter_number(evaluator_.run(parsed.code, a.index), a.column);
         break;
-      default: break;
+      default:
+        break;
     }
     if (Parameters::is_read_only(number))
       fail(GcodeErrorCode::kReadOnlyParameter, a.column, fmt::format("#{}", number));

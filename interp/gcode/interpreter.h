@@ -4,8 +4,8 @@
 #include <memory>
 #include <string>
 
-#include "interp/gcode/executor.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
 #include "interp/gcode/flow.h"
 #include "interp/gcode/tool_table.h"
 
@@ -27,20 +27,20 @@ struct InterpreterParts {
   std::function<void(const Diagnostic&)> on_warning;
 };
 
-/// The RS274/NGC interpreter (LinuxCNC's dialect, with the five-axis words of ISO controls). Reads a program of
-/// any length block by block and hands canonical functions to the sink. After the first few lines a step allocates
-/// nothing.
+/// The RS274/NGC interpreter (LinuxCNC's dialect, with the five-axis words of ISO controls). Reads a program
+/// of any length block by block and hands canonical functions to the sink. After the first few lines a step
+/// allocates nothing.
 class Interpreter {
  public:
   explicit Interpreter(const InterpreterParts& parts);
 
-  /// Opens a program and emits the start state; `start` is where the machine stands (axis words, mm and degrees).
-  /// GcodeError if it cannot be opened.
+  /// Opens a program and emits the start state; `start` is where the machine stands (axis words, mm and
+  /// degrees). GcodeError if it cannot be opened.
   void open(const std::string& path, const AxisValues& start = AxisValues::Zero());
   void open_text(std::string text, std::string name, const AxisValues& start = AxisValues::Zero());
 
-  /// Runs one block. False once the program has ended. GcodeError (the block has had no motion then; stepping on
-  /// is allowed after `recover`).
+  /// Runs one block. False once the program has ended. GcodeError (the block has had no motion then; stepping
+  /// on is allowed after `recover`).
   bool step();
   /// After an error: true if going on with a later block makes sense, to find more errors.
   bool recover();

@@ -10,11 +10,11 @@ namespace trn {
 
 namespace {
 
-constexpr std::array<double, 19> kPowersOfTen = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
-                                                  1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
+constexpr std::array<double, 19> kPowersOfTen = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
+                                                 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
 
-// The usual short number: all digits fit exactly into a double, so that one division rounds right (Clinger 1990).
-// False for anything longer; `stop` is then not set.
+// The usual short number: all digits fit exactly into a double, so that one division rounds right (Clinger
+// 1990). False for anything longer; `stop` is then not set.
 bool parse_short(const char* first, const char* last, double& value, const char** stop) {
   constexpr std::ptrdiff_t kExactDigits = 15;
   std::uint64_t digits = 0;

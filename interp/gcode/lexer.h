@@ -9,7 +9,8 @@ namespace trn {
 /// Reads one line of G code: case and white space do not matter outside comments. Columns are 1-based bytes.
 class Lexer {
  public:
-  explicit Lexer(std::string_view line) : begin_(line.data()), p_(line.data()), end_(line.data() + line.size()) {}
+  explicit Lexer(std::string_view line)
+      : begin_(line.data()), p_(line.data()), end_(line.data() + line.size()) {}
 
   /// Next byte that is not white space, lower case; 0 at the end of the line.
   char peek() {

@@ -61,7 +61,8 @@ class TextSource : public ByteSource {
 
 std::unique_ptr<ByteSource> open_file(const std::string& path) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", path, std::strerror(errno)));
+  if (descriptor < 0)
+    fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", path, std::strerror(errno)));
   struct stat info {};
   if (::fstat(descriptor, &info) == 0 && S_ISDIR(info.st_mode)) {
     ::close(descriptor);
@@ -98,8 +99,10 @@ void LineReader::check_start() {
     at_ = 3;
     return;
   }
-  const bool little = (byte(0) == 0xFF && byte(1) == 0xFE) || (end_ >= 4 && byte(0) && !byte(1) && byte(2) && !byte(3));
-  const bool big = (byte(0) == 0xFE && byte(1) == 0xFF) || (end_ >= 4 && !byte(0) && byte(1) && !byte(2) && byte(3));
+  const bool little =
+      (byte(0) == 0xFF && byte(1) == 0xFE) || (end_ >= 4 && byte(0) && !byte(1) && byte(2) && !byte(3));
+  const bool big =
+      (byte(0) == 0xFE && byte(1) == 0xFF) || (end_ >= 4 && !byte(0) && byte(1) && !byte(2) && byte(3));
   if (little || big) {
     at_ = end_;
     while (refill()) at_ = end_;

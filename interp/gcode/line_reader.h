@@ -29,7 +29,8 @@ struct LinePlace {
 };
 
 /// Splits a byte source into lines of bounded length with one fixed buffer. CRLF and a UTF-8 byte order mark
-/// are taken off; UTF-16, binary data and overlong lines are BlockErrors (reading can go on with the next line).
+/// are taken off; UTF-16, binary data and overlong lines are BlockErrors (reading can go on with the next
+/// line).
 class LineReader {
  public:
   LineReader(std::unique_ptr<ByteSource> source, std::size_t line_length_max);

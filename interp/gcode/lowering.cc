@@ -19,7 +19,8 @@ Vec3 bezier(const Vec3* c, double t) {
 
 }  // namespace
 
-Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink, const Words& start)
+Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
+                   const Words& start)
     : config_(config), kinematics_(kinematics), sink_(sink), words_(start) {
   move_.mode = config.path_mode == MotionControl::kExactStop   ? PathMode::kExactStop
                : config.path_mode == MotionControl::kExactPath ? PathMode::kExactPath
@@ -73,7 +74,9 @@ void Lowering::limit_feed(double inverse_per_min, double path_units) {
     limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
     return;
   }
-  const double per_min = synchronous_ ? sync_per_rev_ * speed_rpm_ : per_revolution_ ? feed_ * speed_rpm_ : feed_;
+  const double per_min = synchronous_      ? sync_per_rev_ * speed_rpm_
+                         : per_revolution_ ? feed_ * speed_rpm_
+                                           : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
 }
@@ -174,15 +177,25 @@ struct Lowering::Visit {
   }
   void operator()(const canon::Plain& c) const {
     switch (c.what) {
-      case PlainCanon::kMistOn: return coolant(low.coolant_ | 1);
-      case PlainCanon::kMistOff: return coolant(low.coolant_ & ~1);
-      case PlainCanon::kFloodOn: return coolant(low.coolant_ | 2);
-      case PlainCanon::kFloodOff: return coolant(low.coolant_ & ~2);
-      case PlainCanon::kStopFeedSync: low.synchronous_ = false; return;
-      case PlainCanon::kProgramStop: return low.event(QueueEvent::Kind::kProgramStop);
-      case PlainCanon::kOptionalStop: return low.event(QueueEvent::Kind::kOptionalStop);
-      case PlainCanon::kProgramEnd: return low.event(QueueEvent::Kind::kProgramEnd);
-      default: return;
+      case PlainCanon::kMistOn:
+        return coolant(low.coolant_ | 1);
+      case PlainCanon::kMistOff:
+        return coolant(low.coolant_ & ~1);
+      case PlainCanon::kFloodOn:
+        return coolant(low.coolant_ | 2);
+      case PlainCanon::kFloodOff:
+        return coolant(low.coolant_ & ~2);
+      case PlainCanon::kStopFeedSync:
+        low.synchronous_ = false;
+        return;
+      case PlainCanon::kProgramStop:
+        return low.event(QueueEvent::Kind::kProgramStop);
+      case PlainCanon::kOptionalStop:
+        return low.event(QueueEvent::Kind::kOptionalStop);
+      case PlainCanon::kProgramEnd:
+        return low.event(QueueEvent::Kind::kProgramEnd);
+      default:
+        return;
     }
   }
   void operator()(const canon::UseLengthUnits& c) const { low.inch_ = c.inch; }
@@ -218,9 +231,15 @@ struct Lowering::Visit {
     m.tolerance_mm = tolerance > 0 ? tolerance : low.config_.tolerance_mm;
     m.tolerance_rad = rad_from_deg(c.orientation_deg > 0 ? c.orientation_deg : low.config_.tolerance_deg);
   }
-  void operator()(const canon::StraightTraverse& c) const { low.straight(c.to, ProgramMove::Kind::kTraverse, 0); }
-  void operator()(const canon::ManualRetract& c) const { low.straight(c.to, ProgramMove::Kind::kTraverse, 0); }
-  void operator()(const canon::StraightFeed& c) const { low.straight(c.to, ProgramMove::Kind::kFeed, c.inverse_per_min); }
+  void operator()(const canon::StraightTraverse& c) const {
+    low.straight(c.to, ProgramMove::Kind::kTraverse, 0);
+  }
+  void operator()(const canon::ManualRetract& c) const {
+    low.straight(c.to, ProgramMove::Kind::kTraverse, 0);
+  }
+  void operator()(const canon::StraightFeed& c) const {
+    low.straight(c.to, ProgramMove::Kind::kFeed, c.inverse_per_min);
+  }
   void operator()(const canon::StraightProbe& c) const { low.straight(c.to, ProgramMove::Kind::kFeed, 0); }
   void operator()(const canon::RigidTap& c) const {
     const Words start = low.words_;

@@ -8,14 +8,16 @@
 
 namespace trn {
 
-/// Turns canonical functions into moves in absolute words (mm, rad) for the planner: applies units and offsets,
-/// puts the tip into the table frame while tool-centre-point control is on, and works out feed limits.
+/// Turns canonical functions into moves in absolute words (mm, rad) for the planner: applies units and
+/// offsets, puts the tip into the table frame while tool-centre-point control is on, and works out feed
+/// limits.
 ///
 /// RTCP on: p_B = X_BM * X_MP * p_P, with X_BM = Kinematics::home_X_BM() and X_MP the program frame in M
 /// (WorkFrame). RTCP off: words = X_MP * p_P. X_WB in the context is the inverse of that placement.
 class Lowering : public CanonSink {
  public:
-  /// `kinematics` may be null for a machine without RTCP; `start` are the axis words where the machine stands.
+  /// `kinematics` may be null for a machine without RTCP; `start` are the axis words where the machine
+  /// stands.
   Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
            const Words& start = Words::Zero());
 
@@ -42,19 +44,19 @@ class Lowering : public CanonSink {
   const ProgramConfig& config_;
   const Kinematics* kinematics_;
   MoveSink& sink_;
-  WorkFrame frame_;              ///< mm
-  Pose X_TP_;                    ///< program frame in the frame of the words (M, or B with RTCP on)
-  bool plain_ = true;            ///< the frame is a shift only
+  WorkFrame frame_;    ///< mm
+  Pose X_TP_;          ///< program frame in the frame of the words (M, or B with RTCP on)
+  bool plain_ = true;  ///< the frame is a shift only
   bool inch_ = false;
   AxisValues tool_ = AxisValues::Zero();  ///< mm
   bool rtcp_ = false, aligned_ = false;
-  double feed_ = 0;              ///< units of the program per minute, or per revolution
+  double feed_ = 0;  ///< units of the program per minute, or per revolution
   bool per_revolution_ = false, synchronous_ = false;
   double sync_per_rev_ = 0;
   double speed_rpm_ = 0;
   bool clockwise_ = true, turning_ = false;
   int coolant_ = 0, tool_number_ = 0;
-  Words words_;                  ///< where the machine stands
+  Words words_;  ///< where the machine stands
   ProgramMove move_;
   std::uint64_t moves_ = 0;
 };

@@ -77,10 +77,14 @@ void Executor::stop_spindle() {
 
 void Executor::spindle(const Block& b) {
   switch (b.code(MGroup::kSpindle)) {
-    case 3: return start_spindle(SpindleTurn::kClockwise);
-    case 4: return start_spindle(SpindleTurn::kCounterclockwise);
-    case 5: return stop_spindle();
-    default: break;
+    case 3:
+      return start_spindle(SpindleTurn::kClockwise);
+    case 4:
+      return start_spindle(SpindleTurn::kCounterclockwise);
+    case 5:
+      return stop_spindle();
+    default:
+      break;
   }
   if (!b.has('R')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kSpindle), "M19", "an R word, degrees");
   put(canon::OrientSpindle{b['R'], b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});
@@ -157,13 +161,18 @@ void Executor::modal_state(const Block& b) {
   if (kept_.size() <= level) kept_.resize(level + 1);
   Kept& kept = kept_[level];
   switch (b.code(MGroup::kState)) {
-    case 70: kept = {s_.modal, true, false}; break;
-    case 71: kept.valid = kept.restore_on_return = false; break;
+    case 70:
+      kept = {s_.modal, true, false};
+      break;
+    case 71:
+      kept.valid = kept.restore_on_return = false;
+      break;
     case 73:
       kept = {s_.modal, true, true};
       break;
     default:
-      if (!kept.valid) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kState), "M72", "M70 or M73 at this level first");
+      if (!kept.valid)
+        fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kState), "M72", "M70 or M73 at this level first");
       restore_modal(kept.state);
   }
 }
@@ -235,7 +244,8 @@ void Executor::keywords(const Block& b) {
     const MappedWord& word = parts_.config.words[index];
     if (word.action != WordAction::kIgnore)
       return set_rtcp(word.action == WordAction::kRtcpOn, s_.tool_offset, column, word.text);
-    if (!warned_words_[index]) parts_.warn(column, fmt::format("{} is ignored, as the config says", word.text));
+    if (!warned_words_[index])
+      parts_.warn(column, fmt::format("{} is ignored, as the config says", word.text));
     warned_words_[index] = true;
   };
   if (b.any_m && b.code(MGroup::kRtcp) >= 0) {
@@ -249,13 +259,18 @@ void Executor::keywords(const Block& b) {
 
 bool Executor::stop(const Block& b) {
   switch (b.code(MGroup::kStop)) {
-    case 0: put(PlainCanon::kProgramStop); return false;
-    case 1: put(PlainCanon::kOptionalStop); return false;
+    case 0:
+      put(PlainCanon::kProgramStop);
+      return false;
+    case 1:
+      put(PlainCanon::kOptionalStop);
+      return false;
     case 60:
       put(PlainCanon::kPalletShuttle);
       put(PlainCanon::kProgramStop);
       return false;
-    default: break;
+    default:
+      break;
   }
   finish();
   reset_at_end();

@@ -19,8 +19,8 @@ struct MRow {
 
 const GRow kGRows[] = {
     {GGroup::kNonModal, {40, 100, 280, 281, 300, 301, 520, 530, 531, 920, 921, 922, 923}},
-    {GGroup::kMotion, {0,   10,  20,  30,  50,  51,  52,  53,  330, 331, 382, 383, 384, 385, 730, 740,
-                       760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890, 1830}},
+    {GGroup::kMotion, {0,   10,  20,  30,  50,  51,  52,  53,  330, 331, 382, 383, 384, 385,
+                       730, 740, 760, 800, 810, 820, 830, 840, 850, 860, 870, 880, 890, 1830}},
     {GGroup::kPlane, {170, 180, 190}},
     {GGroup::kDistance, {900, 910}},
     {GGroup::kArcDistance, {901, 911}},
@@ -53,7 +53,8 @@ ModalTable::ModalTable() {
   g_.fill(-1);
   m_.fill(-1);
   for (const GRow& row : kGRows)
-    for (const int code : row.codes10) g_[static_cast<std::size_t>(code)] = static_cast<std::int8_t>(row.group);
+    for (const int code : row.codes10)
+      g_[static_cast<std::size_t>(code)] = static_cast<std::int8_t>(row.group);
   for (const MRow& row : kMRows)
     for (const int code : row.codes) map_m(code, row.group);
 }

@@ -9,13 +9,38 @@ namespace trn {
 
 /// Modal groups of the G codes (NIST RS274/NGC table 4, with the dialect's additions).
 enum class GGroup : std::uint8_t {
-  kNonModal, kMotion, kPlane, kDistance, kArcDistance, kFeedMode, kUnits, kCutterComp, kToolLength, kRetract,
-  kWorkOffset, kPath, kSpindleMode, kDiameter, kTiltedPlane, kCount
+  kNonModal,
+  kMotion,
+  kPlane,
+  kDistance,
+  kArcDistance,
+  kFeedMode,
+  kUnits,
+  kCutterComp,
+  kToolLength,
+  kRetract,
+  kWorkOffset,
+  kPath,
+  kSpindleMode,
+  kDiameter,
+  kTiltedPlane,
+  kCount
 };
 inline constexpr std::size_t kGGroupCount = static_cast<std::size_t>(GGroup::kCount);
 
 enum class MGroup : std::uint8_t {
-  kStop, kToolChange, kSpindle, kCoolant, kOverride, kOutput, kState, kSub, kRtcp, kUser, kIgnored, kCount
+  kStop,
+  kToolChange,
+  kSpindle,
+  kCoolant,
+  kOverride,
+  kOutput,
+  kState,
+  kSub,
+  kRtcp,
+  kUser,
+  kIgnored,
+  kCount
 };
 inline constexpr std::size_t kMGroupCount = static_cast<std::size_t>(MGroup::kCount);
 
@@ -28,7 +53,9 @@ class ModalTable {
   int g_group(int code10) const {
     return code10 >= 0 && code10 < kGCodes ? g_[static_cast<std::size_t>(code10)] : -1;
   }
-  int m_group(int code) const { return code >= 0 && code < kMCodes ? m_[static_cast<std::size_t>(code)] : -1; }
+  int m_group(int code) const {
+    return code >= 0 && code < kMCodes ? m_[static_cast<std::size_t>(code)] : -1;
+  }
 
   /// Gives an M code of the config a group (RTCP words, user codes).
   void map_m(int code, MGroup group) { m_[static_cast<std::size_t>(code)] = static_cast<std::int8_t>(group); }

@@ -28,7 +28,8 @@ void Executor::feed(const Block& b) {
 
 void Executor::spindle_mode(const Block& b) {
   s_.modal.css = b.code(GGroup::kSpindleMode) == 960;
-  if (s_.modal.css && !b.has('S')) fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kSpindleMode), "G96", "an S word");
+  if (s_.modal.css && !b.has('S'))
+    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kSpindleMode), "G96", "an S word");
   if (b.has('D') && s_.modal.css && b['D'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('D'), 'D', b['D'], "G96", "D of 0 or more");
   s_.modal.css_max = s_.modal.css ? b.get('D', 1e30) : 0;
@@ -37,7 +38,8 @@ void Executor::spindle_mode(const Block& b) {
 }
 
 void Executor::speed(const Block& b) {
-  if (b['S'] < 0) fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
+  if (b['S'] < 0)
+    fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
   s_.modal.speed = b['S'];
   put(canon::SetSpindleSpeed{b['S']});
 }
@@ -72,7 +74,8 @@ void Executor::path_mode(const Block& b) {
   for (const char letter : {'P', 'Q', 'R'})
     if (code == 640 && b.has(letter) && b[letter] < 0)
       fail(GcodeErrorCode::kBadValue, b.at(letter), letter, b[letter], "G64", "a tolerance of 0 or more");
-  if (code != 640) return set_path(code == 610 ? MotionControl::kExactPath : MotionControl::kExactStop, 0, 0, 0);
+  if (code != 640)
+    return set_path(code == 610 ? MotionControl::kExactPath : MotionControl::kExactStop, 0, 0, 0);
   const double tolerance = b.get('P', 0);
   set_path(MotionControl::kContinuous, tolerance, b.get('Q', tolerance), b.get('R', 0));
 }

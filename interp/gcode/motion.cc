@@ -74,7 +74,8 @@ void Executor::straight(const Block& b, int motion) {
   if (motion == 10) check_feed(b, "G1");
   if (b.code(GGroup::kNonModal) == 530) {
     if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G53");
-    if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G53 in a tilted plane", "G69 first");
+    if (s_.tilted)
+      fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G53 in a tilted plane", "G69 first");
     if (s_.rtcp) return suspend_rtcp(b, [&] { put_straight(b, target(b), motion == 0); });
   }
   AxisValues to = target(b);
@@ -83,7 +84,8 @@ void Executor::straight(const Block& b, int motion) {
 }
 
 void Executor::put_straight(const Block& b, const AxisValues& to, bool traverse) {
-  if (!traverse && s_.modal.feed_mode == FeedMode::kInverseTime) set_motion_limits(linear_length(s_.position, to), b);
+  if (!traverse && s_.modal.feed_mode == FeedMode::kInverseTime)
+    set_motion_limits(linear_length(s_.position, to), b);
   if (comp_.active()) {
     comp_move(b, traverse ? CanonCommand(canon::StraightTraverse{to})
                           : CanonCommand(canon::StraightFeed{to, inverse_rate(b)}));
@@ -100,10 +102,13 @@ void Executor::probe(const Block& b, int motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   check_feed(b, g_name(motion));
-  if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, g_name(motion), "G93");
+  if (s_.modal.feed_mode == FeedMode::kInverseTime)
+    fail(GcodeErrorCode::kFeedModeCycle, column, g_name(motion), "G93");
   const AxisValues to = target(b);
-  if ((to - s_.position).tail<3>().cwiseAbs().maxCoeff() > 0) fail(GcodeErrorCode::kProbe, column, "turns a rotary axis");
-  if ((to - s_.position).norm() < from_mm(0.254)) fail(GcodeErrorCode::kProbe, column, "ends where it starts");
+  if ((to - s_.position).tail<3>().cwiseAbs().maxCoeff() > 0)
+    fail(GcodeErrorCode::kProbe, column, "turns a rotary axis");
+  if ((to - s_.position).norm() < from_mm(0.254))
+    fail(GcodeErrorCode::kProbe, column, "ends where it starts");
   put(PlainCanon::kTurnProbeOn);
   put(canon::StraightProbe{to});
   put(PlainCanon::kTurnProbeOff);

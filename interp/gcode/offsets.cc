@@ -47,7 +47,8 @@ void Executor::work_offset(const Block& b) {
   if (index == s_.modal.work_offset) return note("interpreter: continuing to use same coordinate system");
   if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kWorkOffset), "a change of work offset");
   if (s_.tilted)
-    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kWorkOffset), "a change of work offset in a tilted plane", "G69 first");
+    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kWorkOffset), "a change of work offset in a tilted plane",
+         "G69 first");
   keep_machine([&] { load_system(index); });
   put_system(true);
 }
@@ -70,7 +71,9 @@ void Executor::tool_length(const Block& b) {
   }
   AxisValues offset = s_.tool_offset;
   switch (code) {
-    case 490: offset.setZero(); break;
+    case 490:
+      offset.setZero();
+      break;
     case 431:
     case 432:
       if (code == 432 && b.has('H')) {
@@ -81,7 +84,8 @@ void Executor::tool_length(const Block& b) {
       for (int i = 0; i < 6; ++i)
         if (b.has(kWordLetters[i])) offset[i] = (code == 432 ? offset[i] : 0) + b[kWordLetters[i]];
       break;
-    default: offset = table_offset(number, b.has('H') ? b.at('H') : column);
+    default:
+      offset = table_offset(number, b.has('H') ? b.at('H') : column);
   }
   if (code == 434 || code == 435) {
     s_.tool_vector = code == 435;
@@ -151,13 +155,15 @@ void Executor::g10_tool(const Block& b, int l) {
 }
 
 void Executor::g10_system(const Block& b, int l) {
-  if (b['P'] > 9) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G10 L2", "P0 (the active system) to P9");
+  if (b['P'] > 9)
+    fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G10 L2", "P0 (the active system) to P9");
   const int index = b['P'] == 0 ? s_.modal.work_offset : static_cast<int>(b['P']);
   const int base = system_base(index);
   Parameters& parameters = parts_.parameters;
   if (l == 20 && b.has('R')) fail(GcodeErrorCode::kUnusedWord, b.at('R'), 'R', "G10 L2 turns a system");
   if (s_.tilted && index == s_.modal.work_offset)
-    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G10 of the active system in a tilted plane", "G69 first");
+    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G10 of the active system in a tilted plane",
+         "G69 first");
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
   const AxisValues machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
@@ -239,7 +245,8 @@ void Executor::home_position(const Block& b, int code10) {
     return;
   }
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code10));
-  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code10) + " in a tilted plane", "G69 first");
+  if (s_.tilted)
+    fail(GcodeErrorCode::kTiltedPlane, column, g_name(code10) + " in a tilted plane", "G69 first");
   const AxisValues by_way = target(b);
   put(canon::StraightTraverse{by_way});
   s_.position = by_way;

@@ -59,7 +59,8 @@ void load_parameters(const std::string& path, Parameters& parameters) {
 std::string parameters_text(const Parameters& parameters) {
   std::string text;
   for (int n = parameter::kLocalCount + 1; n <= 5400; ++n)
-    if (is_required(n) || (is_kept(n) && parameters[n] != 0)) text += fmt::format("{}\t{}\n", n, parameters[n]);
+    if (is_required(n) || (is_kept(n) && parameters[n] != 0))
+      text += fmt::format("{}\t{}\n", n, parameters[n]);
   return text;
 }
 
@@ -82,7 +83,8 @@ void write_text_file(const std::string& path, std::string_view text) {
   {
     std::ofstream file(fresh, std::ios::binary);
     file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    if (!file.flush()) throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", fresh, std::strerror(errno)));
+    if (!file.flush())
+      throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", fresh, std::strerror(errno)));
   }
   if (std::rename(fresh.c_str(), path.c_str()) != 0)
     throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", path, std::strerror(errno)));

@@ -12,7 +12,7 @@ namespace trn {
 
 /// Numbered parameters of the dialect. Lengths are kept in mm, angles in degrees.
 namespace parameter {
-inline constexpr int kLocalCount = 30;   ///< #1 .. #30 belong to the sub-program
+inline constexpr int kLocalCount = 30;  ///< #1 .. #30 belong to the sub-program
 inline constexpr int kProbe = 5061, kG28 = 5161, kG30 = 5181, kG92Active = 5210, kG92 = 5211;
 inline constexpr int kSystem = 5220, kFirstOffset = 5221, kOffsetStride = 20, kOffsetRotation = 9;
 inline constexpr int kInputResult = 5399, kTool = 5400, kToolOffset = 5401, kToolDiameter = 5410;
@@ -59,7 +59,8 @@ class Parameters {
   double& operator[](int number) { return numbered_[static_cast<std::size_t>(number)]; }
   double operator[](int number) const { return numbered_[static_cast<std::size_t>(number)]; }
   static bool is_read_only(int number) {
-    return (number >= parameter::kTool && number <= 5413) || (number >= parameter::kPosition && number <= 5428);
+    return (number >= parameter::kTool && number <= 5413) ||
+           (number >= parameter::kPosition && number <= 5428);
   }
 
   const double* local(std::int32_t id) const { return frames_[depth_].find(id); }

@@ -16,22 +16,32 @@ struct FlowName {
   FlowKind kind;
 };
 // A name that begins another comes after it.
-constexpr FlowName kFlowNames[] = {
-    {"sub", FlowKind::kSub},           {"endsub", FlowKind::kEndSub},   {"call", FlowKind::kCall},
-    {"return", FlowKind::kReturn},     {"while", FlowKind::kWhile},     {"endwhile", FlowKind::kEndWhile},
-    {"do", FlowKind::kDo},             {"if", FlowKind::kIf},           {"elseif", FlowKind::kElseIf},
-    {"else", FlowKind::kElse},         {"endif", FlowKind::kEndIf},     {"repeat", FlowKind::kRepeat},
-    {"endrepeat", FlowKind::kEndRepeat}, {"break", FlowKind::kBreak},   {"continue", FlowKind::kContinue}};
+constexpr FlowName kFlowNames[] = {{"sub", FlowKind::kSub},
+                                   {"endsub", FlowKind::kEndSub},
+                                   {"call", FlowKind::kCall},
+                                   {"return", FlowKind::kReturn},
+                                   {"while", FlowKind::kWhile},
+                                   {"endwhile", FlowKind::kEndWhile},
+                                   {"do", FlowKind::kDo},
+                                   {"if", FlowKind::kIf},
+                                   {"elseif", FlowKind::kElseIf},
+                                   {"else", FlowKind::kElse},
+                                   {"endif", FlowKind::kEndIf},
+                                   {"repeat", FlowKind::kRepeat},
+                                   {"endrepeat", FlowKind::kEndRepeat},
+                                   {"break", FlowKind::kBreak},
+                                   {"continue", FlowKind::kContinue}};
 
 struct CommentName {
   std::string_view text;
   CommentKind kind;
 };
 constexpr CommentName kCommentNames[] = {
-    {"msg,", CommentKind::kMessage},     {"debug,", CommentKind::kDebug},  {"print,", CommentKind::kPrint},
-    {"log,", CommentKind::kLog},         {"abort,", CommentKind::kAbort},  {"logopen,", CommentKind::kIgnored},
+    {"msg,", CommentKind::kMessage},       {"debug,", CommentKind::kDebug},
+    {"print,", CommentKind::kPrint},       {"log,", CommentKind::kLog},
+    {"abort,", CommentKind::kAbort},       {"logopen,", CommentKind::kIgnored},
     {"logappend,", CommentKind::kIgnored}, {"logclose", CommentKind::kIgnored},
-    {"probeopen", CommentKind::kIgnored}, {"probeclose", CommentKind::kIgnored}};
+    {"probeopen", CommentKind::kIgnored},  {"probeclose", CommentKind::kIgnored}};
 
 bool needs_argument(FlowKind kind) {
   return kind == FlowKind::kWhile || kind == FlowKind::kIf || kind == FlowKind::kElseIf ||
@@ -45,8 +55,8 @@ std::size_t most_arguments(FlowKind kind) {
 
 constexpr std::array<bool, 256> make_word_letters() {
   std::array<bool, 256> letters{};
-  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k', 'l', 'm', 'p', 'q', 'r', 's', 't', 'x',
-                       'y', 'z'})
+  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k',
+                       'l', 'm', 'p', 'q', 'r', 's', 't', 'x', 'y', 'z'})
     letters[static_cast<unsigned char>(c)] = true;
   return letters;
 }
@@ -180,10 +190,18 @@ void Parser::assignment(Lexer& lexer, ParsedBlock& out) {
   const ExpressionCompiler::Reference r = compiler.reference();
   made.index = r.index;
   switch (r.op) {
-    case Op::kLocal: made.target = Assignment::Target::kLocal; break;
-    case Op::kGlobal: made.target = Assignment::Target::kGlobal; break;
-    case Op::kPredefined: made.target = Assignment::Target::kReadOnly; break;
-    case Op::kNumbered: made.target = Assignment::Target::kNumber; break;
+    case Op::kLocal:
+      made.target = Assignment::Target::kLocal;
+      break;
+    case Op::kGlobal:
+      made.target = Assignment::Target::kGlobal;
+      break;
+    case Op::kPredefined:
+      made.target = Assignment::Target::kReadOnly;
+      break;
+    case Op::kNumbered:
+      made.target = Assignment::Target::kNumber;
+      break;
     default:
       made.target = Assignment::Target::kExpression;
       made.index = start;
@@ -230,8 +248,9 @@ void Parser::flow_label(Lexer& lexer, ParsedBlock& out) {
     out.flow.label = labels_.intern(lexer.name('>'));
   } else if (Lexer::is_digit(c)) {
     const std::int64_t number = lexer.integer();
-    if (lexer.peek() == '.') fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "the label is not an integer",
-                                  "O and an integer, <name>, #parameter or [expression]");
+    if (lexer.peek() == '.')
+      fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "the label is not an integer",
+           "O and an integer, <name>, #parameter or [expression]");
     out.flow.label = labels_.intern(fmt::format("{}", number));
   } else if (c == '#' || c == '[') {
     ExpressionCompiler compiler(lexer, names_, out.code);
@@ -261,8 +280,9 @@ void Parser::flow(Lexer& lexer, ParsedBlock& out) {
   flow_arguments(lexer, out);
   for (char next = lexer.peek(); next != '\0'; next = lexer.peek()) {
     if (next == ';') return;
-    if (next != '(') fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "more than an O-word on the line",
-                          "the O-word, its arguments and a comment");
+    if (next != '(')
+      fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "more than an O-word on the line",
+           "the O-word, its arguments and a comment");
     lexer.skip();
     lexer.comment();
   }

@@ -67,7 +67,8 @@ void read_user_m(const ConfigTable& table, std::vector<int>& codes) {
   for (const std::string& spelt : table.texts("user_m", {})) {
     const int code = m_number(lower_case(spelt));
     if (code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0)
-      throw table.error("user_m", fmt::format("'{}' cannot be a user code; legal: M100 to M999, unused", spelt));
+      throw table.error("user_m",
+                        fmt::format("'{}' cannot be a user code; legal: M100 to M999, unused", spelt));
     codes.push_back(code);
   }
 }
@@ -80,7 +81,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   if (!found) return config;
   const ConfigTable& table = *found;
   const std::string mode = table.choice("path_mode", {"G61", "G61.1", "G64"}, "G64");
-  config.path_mode = mode == "G61" ? MotionControl::kExactPath
+  config.path_mode = mode == "G61"     ? MotionControl::kExactPath
                      : mode == "G61.1" ? MotionControl::kExactStop
                                        : MotionControl::kContinuous;
   config.tolerance_mm = table.number("tolerance_mm", config.tolerance_mm, kPositive);
@@ -99,7 +100,8 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   config.sub_path = table.texts("sub_path", config.sub_path);
   config.line_length_max = static_cast<std::size_t>(
       table.integer("line_length_max", static_cast<long>(config.line_length_max), Range{80, 16e6}));
-  config.sub_depth_max = static_cast<int>(table.integer("sub_depth_max", config.sub_depth_max, Range{1, 1000}));
+  config.sub_depth_max =
+      static_cast<int>(table.integer("sub_depth_max", config.sub_depth_max, Range{1, 1000}));
   return config;
 }
 

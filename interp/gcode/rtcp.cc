@@ -5,8 +5,9 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 
-// Tool-centre-point control and the tilted work plane. Both give the tip in the table frame; both are switched at
-// rest and leave the machine where it stands, so that only the program's coordinates of that place change.
+// Tool-centre-point control and the tilted work plane. Both give the tip in the table frame; both are
+// switched at rest and leave the machine where it stands, so that only the program's coordinates of that
+// place change.
 namespace trn {
 
 namespace {
@@ -123,7 +124,8 @@ void Executor::tilted_plane(const Block& b) {
   if (b.has('P') && b['P'] != 0)
     fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G68.2", "P0 or none: Euler angles I J K");
   for (const char letter : {'A', 'B', 'C'})
-    if (b.has(letter)) fail(GcodeErrorCode::kTiltedPlane, b.at(letter), "G68.2 with a rotary word", "X Y Z and I J K");
+    if (b.has(letter))
+      fail(GcodeErrorCode::kTiltedPlane, b.at(letter), "G68.2 with a rotary word", "X Y Z and I J K");
   const AxisValues machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = true;
   s_.tilt_origin = Vec3(b.get('X', 0), b.get('Y', 0), b.get('Z', 0));
@@ -170,12 +172,15 @@ AxisValues Executor::vector_target(const Block& b, const AxisValues& to) const {
   const std::uint32_t column = b.at(b.has('I') ? 'I' : b.has('J') ? 'J' : 'K');
   for (const char letter : {'A', 'B', 'C'})
     if (b.has(letter))
-      fail(GcodeErrorCode::kRtcpState, b.at(letter), "a rotary word beside a tool vector", "I J K or rotary words");
-  if (axis.norm() < 1e-9) fail(GcodeErrorCode::kRtcpState, column, "the tool vector I J K is zero", "a direction");
+      fail(GcodeErrorCode::kRtcpState, b.at(letter), "a rotary word beside a tool vector",
+           "I J K or rotary words");
+  if (axis.norm() < 1e-9)
+    fail(GcodeErrorCode::kRtcpState, column, "the tool vector I J K is zero", "a direction");
   const WorkFrame f = frame();
   const Vec3 u_B = parts_.kinematics->home_X_BM().R * f.X_MP().R * axis.normalized();
   Vec3 abc;
-  check(parts_.kinematics->words_for_axis(u_B, orientation_abc_rad(s_.position), abc), column, "the tool vector");
+  check(parts_.kinematics->words_for_axis(u_B, orientation_abc_rad(s_.position), abc), column,
+        "the tool vector");
   AxisValues turned = to;
   turned.tail<3>() = abc * kDegPerRad - (f.g5x + f.g92).tail<3>();
   return turned;

@@ -20,18 +20,18 @@ struct ModalState {
   bool diameter = false;
   bool retract_to_start = false;  ///< G98
   FeedMode feed_mode = FeedMode::kPerMinute;
-  double feed = 0;                ///< program units per minute, moves per minute or units per revolution
-  double speed = 0;               ///< rpm, or surface speed in G96
+  double feed = 0;   ///< program units per minute, moves per minute or units per revolution
+  double speed = 0;  ///< rpm, or surface speed in G96
   double css_max = 0;
   bool css = false;
   SpindleTurn turn = SpindleTurn::kStopped;
   bool mist = false, flood = false;
   bool feed_override = true, speed_override = true, adaptive_feed = false, feed_hold = true;
   MotionControl path = MotionControl::kContinuous;
-  double path_tolerance = 0;      ///< program units
+  double path_tolerance = 0;  ///< program units
   double naive_tolerance = 0;
   double orientation_deg = 0;
-  int work_offset = 1;            ///< 1: G54 .. 9: G59.3
+  int work_offset = 1;  ///< 1: G54 .. 9: G59.3
 };
 
 /// Words of a canned cycle that stay in force while the same cycle goes on.
@@ -43,7 +43,7 @@ struct CycleWords {
 /// The whole state of the language: lengths in the current program units, angles in degrees.
 struct Settings {
   ModalState modal;
-  int motion = 800;               ///< active motion code times ten; G80: none
+  int motion = 800;                          ///< active motion code times ten; G80: none
   AxisValues position = AxisValues::Zero();  ///< program coordinates
   AxisValues g5x = AxisValues::Zero();
   AxisValues g92 = AxisValues::Zero();
@@ -54,7 +54,7 @@ struct Settings {
   int current_tool = 0;
   CycleWords cycle;
   bool rtcp = false;
-  bool tool_vector = false;       ///< G43.5
+  bool tool_vector = false;  ///< G43.5
   bool tilted = false, tilted_aligned = false;
   Vec3 tilt_origin = Vec3::Zero();
   Mat3 R_tilt = Mat3::Identity();

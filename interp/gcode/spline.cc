@@ -94,8 +94,8 @@ void Executor::quadratic_spline(const Block& b) {
   s_.position = to;
 }
 
-// G5.2 collects control points (X Y, weight P, order L), G5.3 runs the curve: as cubic pieces through points and
-// tangents of the curve, fine enough to stay within a micrometre.
+// G5.2 collects control points (X Y, weight P, order L), G5.3 runs the curve: as cubic pieces through points
+// and tangents of the curve, fine enough to stay within a micrometre.
 void Executor::nurbs(const Block& b, int motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (motion == 52) {
@@ -108,7 +108,8 @@ void Executor::nurbs(const Block& b, int motion) {
       const AxisValues to = target(b);
       nurbs_.push_back({to[kX], to[kY], b.get('P', 1)});
     }
-    if (b.get('P', 1) <= 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G5.2", "a weight above 0");
+    if (b.get('P', 1) <= 0)
+      fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G5.2", "a weight above 0");
     return;
   }
   if (!in_nurbs_) fail(GcodeErrorCode::kSpline, column, "G5.3 without G5.2", "G5.2 first");
@@ -125,7 +126,8 @@ void Executor::nurbs(const Block& b, int motion) {
     const double u0 = last * i / pieces, h = last / pieces, u1 = u0 + h;
     const Vec3 p0 = at(u0), p1 = at(u1), pa = at(u0 + h / 3), pb = at(u0 + 2 * h / 3);
     // the cubic through four points of the curve
-    hull->insert(hull->end(), {p0, (-5 * p0 + 18 * pa - 9 * pb + 2 * p1) / 6, (2 * p0 - 9 * pa + 18 * pb - 5 * p1) / 6, p1});
+    hull->insert(hull->end(), {p0, (-5 * p0 + 18 * pa - 9 * pb + 2 * p1) / 6,
+                               (2 * p0 - 9 * pa + 18 * pb - 5 * p1) / 6, p1});
   }
   AxisValues to = s_.position;
   to[kX] = nurbs_.back().x;

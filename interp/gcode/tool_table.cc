@@ -29,14 +29,30 @@ void read_field(char letter, double value, std::uint32_t column, Tool& tool) {
     return;
   }
   switch (letter) {
-    case 't': tool.number = whole(value, column); break;
-    case 'p': tool.pocket = whole(value, column); break;
-    case 'd': tool.diameter = value; break;
-    case 'i': tool.front_deg = value; break;
-    case 'j': tool.back_deg = value; break;
-    case 'q': tool.orientation = whole(value, column); break;
-    case 'u': case 'v': case 'w': break;  // offsets of axes no machine here has
-    default: fail(GcodeErrorCode::kBadCharacter, column, show_byte(letter));
+    case 't':
+      tool.number = whole(value, column);
+      break;
+    case 'p':
+      tool.pocket = whole(value, column);
+      break;
+    case 'd':
+      tool.diameter = value;
+      break;
+    case 'i':
+      tool.front_deg = value;
+      break;
+    case 'j':
+      tool.back_deg = value;
+      break;
+    case 'q':
+      tool.orientation = whole(value, column);
+      break;
+    case 'u':
+    case 'v':
+    case 'w':
+      break;  // offsets of axes no machine here has
+    default:
+      fail(GcodeErrorCode::kBadCharacter, column, show_byte(letter));
   }
 }
 
@@ -79,7 +95,8 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name) {
     try {
       Tool tool;
       if (!read_tool(line, tool)) continue;
-      if (table.tools_.count(tool.number)) fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
+      if (table.tools_.count(tool.number))
+        fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {
       throw ProgramError(fmt::format("{}:{}:{}: {}", name, number, error.column, error.what()));

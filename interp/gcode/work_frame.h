@@ -13,7 +13,7 @@ struct WorkFrame {
   AxisValues g92 = AxisValues::Zero();
   double rotation_deg = 0;
   bool tilted = false;
-  Vec3 origin = Vec3::Zero();        ///< of the tilted plane
+  Vec3 origin = Vec3::Zero();  ///< of the tilted plane
   Mat3 R_tilt = Mat3::Identity();
 
   /// Pose of the program frame P in M.

@@ -82,8 +82,8 @@ int interpret(const InterpretOptions& options, const ProgramConfig& config, cons
     printer.flush();
   } else {
     fmt::print("{}: {} lines, {} moves ({} rapid), {:.1f} mm of feed, {} events, {} warnings, {} errors\n",
-               options.program, interpreter.line(), counter.moves, counter.traverses, counter.path, counter.events,
-               warnings, outcome.errors);
+               options.program, interpreter.line(), counter.moves, counter.traverses, counter.path,
+               counter.events, warnings, outcome.errors);
   }
   if (options.save_variables && outcome.errors == 0) save_parameters(options.variables, parameters);
   return outcome.errors;
@@ -113,17 +113,21 @@ Exit run(const InterpretOptions& options) {
 
 void add_interpret(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<InterpretOptions>();
-  CLI::App* command = app.add_subcommand("interpret", "Read a program to its end without moving anything: all its errors, "
-                                                      "or its canonical machining functions");
+  CLI::App* command = app.add_subcommand("interpret",
+                                         "Read a program to its end without moving anything: all its errors, "
+                                         "or its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
   command->add_option("--machine", options->machine, "machine config (.toml)")->required();
   command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables, "variables (.var)");
-  command->add_flag("--save-vars", options->save_variables, "write the variables back after a program without errors")
+  command
+      ->add_flag("--save-vars", options->save_variables,
+                 "write the variables back after a program without errors")
       ->needs(command->get_option("--vars"));
   command->add_flag("--block-delete", options->block_delete, "skip lines that begin with '/'");
-  command->add_option("--max-errors", options->max_errors, "give up after this many errors")->check(CLI::PositiveNumber);
+  command->add_option("--max-errors", options->max_errors, "give up after this many errors")
+      ->check(CLI::PositiveNumber);
   command->callback([options, &exit] { exit = run(*options); });
 }
 

@@ -11,20 +11,22 @@ using test::Session;
 TEST(Canon, StartState) {
   test::CanonText sink;
   Session().run("M2\n", sink);
-  EXPECT_EQ(sink.text.substr(0, sink.text.find("ON_RESET()") + 11),
-            "USE_LENGTH_UNITS(CANON_UNITS_MM)\nSET_G5X_OFFSET(1, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
-            "SET_G92_OFFSET(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(0.0000)\n"
-            "SET_FEED_REFERENCE(CANON_XYZ)\nON_RESET()\n");
+  EXPECT_EQ(
+      sink.text.substr(0, sink.text.find("ON_RESET()") + 11),
+      "USE_LENGTH_UNITS(CANON_UNITS_MM)\nSET_G5X_OFFSET(1, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\n"
+      "SET_G92_OFFSET(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(0.0000)\n"
+      "SET_FEED_REFERENCE(CANON_XYZ)\nON_RESET()\n");
 }
 
 TEST(Canon, ProgramEndResets) {
   test::CanonText sink;
   Session().run("G18 G91 M8 M49\nM30\n", sink);
   const std::string end = sink.text.substr(sink.text.find("SET_G5X_OFFSET(1", 60));
-  EXPECT_EQ(end,
-            "SET_G5X_OFFSET(1, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(0.0000)\n"
-            "SELECT_PLANE(CANON_PLANE_XY)\nSET_FEED_MODE(0, 0)\nSET_FEED_RATE(0.0000)\nENABLE_FEED_OVERRIDE()\n"
-            "STOP_SPINDLE_TURNING(0)\nSET_SPINDLE_MODE(0 0.0000)\nFLOOD_OFF()\nPALLET_SHUTTLE()\nPROGRAM_END()\n");
+  EXPECT_EQ(
+      end,
+      "SET_G5X_OFFSET(1, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_XY_ROTATION(0.0000)\n"
+      "SELECT_PLANE(CANON_PLANE_XY)\nSET_FEED_MODE(0, 0)\nSET_FEED_RATE(0.0000)\nENABLE_FEED_OVERRIDE()\n"
+      "STOP_SPINDLE_TURNING(0)\nSET_SPINDLE_MODE(0 0.0000)\nFLOOD_OFF()\nPALLET_SHUTTLE()\nPROGRAM_END()\n");
 }
 
 TEST(Canon, StraightMovesAndDistanceModes) {
@@ -41,13 +43,14 @@ TEST(Canon, CaseAndWhiteSpaceAreFree) {
 
 TEST(Canon, Units) {
   EXPECT_EQ(canon("G0 X25.4\nG20 G0 Y2\nG21 G0 Z1"),
-            moves({"T 25.4 0 0", "USE_LENGTH_UNITS(CANON_UNITS_INCHES)", "T 1 2 0", "USE_LENGTH_UNITS(CANON_UNITS_MM)",
-                   "T 25.4 50.8 1"}));
+            moves({"T 25.4 0 0", "USE_LENGTH_UNITS(CANON_UNITS_INCHES)", "T 1 2 0",
+                   "USE_LENGTH_UNITS(CANON_UNITS_MM)", "T 25.4 50.8 1"}));
 }
 
 TEST(Canon, ArcsInEveryPlane) {
   EXPECT_EQ(canon("F1 G2 X2 I1"),
-            "SET_FEED_RATE(1.0000)\nARC_FEED(2.0000, 0.0000, 1.0000, 0.0000, -1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+            "SET_FEED_RATE(1.0000)\nARC_FEED(2.0000, 0.0000, 1.0000, 0.0000, -1, 0.0000, 0.0000, 0.0000, "
+            "0.0000)\n");
   EXPECT_EQ(canon("F1 G18 G3 X2 Y5 I1 K0 P3"),
             "SET_FEED_RATE(1.0000)\nSELECT_PLANE(CANON_PLANE_XZ)\n"
             "ARC_FEED(0.0000, 2.0000, 0.0000, 1.0000, 3, 5.0000, 0.0000, 0.0000, 0.0000)\n");
@@ -58,10 +61,12 @@ TEST(Canon, ArcsInEveryPlane) {
             "SET_FEED_RATE(1.0000)\nCOMMENT(\"interpreter: IJK distance mode changed to absolute\")\n"
             "ARC_FEED(2.0000, 0.0000, 1.0000, 0.0000, -1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
   // by radius, shorter and longer way: the centres mirror at the chord
-  EXPECT_EQ(canon("F1 G3 X6 R5"),
-            "SET_FEED_RATE(1.0000)\nARC_FEED(6.0000, 0.0000, 3.0000, 4.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(
+      canon("F1 G3 X6 R5"),
+      "SET_FEED_RATE(1.0000)\nARC_FEED(6.0000, 0.0000, 3.0000, 4.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
   EXPECT_EQ(canon("F1 G3 X6 R-5"),
-            "SET_FEED_RATE(1.0000)\nARC_FEED(6.0000, 0.0000, 3.0000, -4.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n");
+            "SET_FEED_RATE(1.0000)\nARC_FEED(6.0000, 0.0000, 3.0000, -4.0000, 1, 0.0000, 0.0000, 0.0000, "
+            "0.0000)\n");
 }
 
 TEST(Canon, WorkOffsets) {
@@ -85,16 +90,19 @@ TEST(Canon, WorkOffsets) {
 }
 
 TEST(Canon, ToolLength) {
-  EXPECT_EQ(canon("G43 H1\nG0 X1\nG49"),
-            moves({"USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 50.0000, 0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000)", "T 1 0 -50",
-                   "USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000)"}));
+  EXPECT_EQ(
+      canon("G43 H1\nG0 X1\nG49"),
+      moves({"USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 50.0000, 0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000)",
+             "T 1 0 -50",
+             "USE_TOOL_LENGTH_OFFSET(0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000, 0.0000 0.0000 0.0000)"}));
 }
 
 TEST(Canon, FeedModes) {
-  EXPECT_EQ(canon("G93 G1 X10 F2\nG1 X20 A10 F4"),
-            "COMMENT(\"interpreter: feed mode set to inverse time\")\nSET_FEED_MODE(0, 0)\nSET_FEED_RATE(20.0000)\n"
-            "STRAIGHT_FEED(10.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_FEED_RATE(40.0000)\n"
-            "STRAIGHT_FEED(20.0000, 0.0000, 0.0000, 10.0000, 0.0000, 0.0000)\n");
+  EXPECT_EQ(
+      canon("G93 G1 X10 F2\nG1 X20 A10 F4"),
+      "COMMENT(\"interpreter: feed mode set to inverse time\")\nSET_FEED_MODE(0, 0)\nSET_FEED_RATE(20.0000)\n"
+      "STRAIGHT_FEED(10.0000, 0.0000, 0.0000, 0.0000, 0.0000, 0.0000)\nSET_FEED_RATE(40.0000)\n"
+      "STRAIGHT_FEED(20.0000, 0.0000, 0.0000, 10.0000, 0.0000, 0.0000)\n");
 }
 
 TEST(Canon, PathModes) {
@@ -106,19 +114,22 @@ TEST(Canon, PathModes) {
 }
 
 TEST(Canon, SpindleCoolantToolsAndStops) {
-  EXPECT_EQ(canon("S1000 M3\nM8\nM9\nM5\nT2 M6\nM0\nM1\nG4 P0.5\nM19 R90"),
-            "SET_SPINDLE_SPEED(0, 1000.0000)\nSTART_SPINDLE_CLOCKWISE(0)\nFLOOD_ON()\nMIST_OFF()\nFLOOD_OFF()\n"
-            "STOP_SPINDLE_TURNING(0)\nSELECT_TOOL(2)\nSTART_CHANGE()\nSTOP_SPINDLE_TURNING(0)\nCHANGE_TOOL(2)\n"
-            "PROGRAM_STOP()\nOPTIONAL_PROGRAM_STOP()\nDWELL(0.5000)\nORIENT_SPINDLE(0, 90.0000, 0)\n");
-  EXPECT_EQ(canon("M48\nM50 P0\nM51 P0\nM52\nM53 P0\nM62 P3\nM65 P1\nM67 E2 Q1.5"),
-            "ENABLE_FEED_OVERRIDE()\nENABLE_SPEED_OVERRIDE(0)\nDISABLE_FEED_OVERRIDE()\nDISABLE_SPEED_OVERRIDE(0)\n"
-            "ENABLE_ADAPTIVE_FEED()\nDISABLE_FEED_HOLD()\nSET_MOTION_OUTPUT_BIT(3)\nCLEAR_AUX_OUTPUT_BIT(1)\n"
-            "SET_MOTION_OUTPUT_VALUE(2,1.500000)\n");
+  EXPECT_EQ(
+      canon("S1000 M3\nM8\nM9\nM5\nT2 M6\nM0\nM1\nG4 P0.5\nM19 R90"),
+      "SET_SPINDLE_SPEED(0, 1000.0000)\nSTART_SPINDLE_CLOCKWISE(0)\nFLOOD_ON()\nMIST_OFF()\nFLOOD_OFF()\n"
+      "STOP_SPINDLE_TURNING(0)\nSELECT_TOOL(2)\nSTART_CHANGE()\nSTOP_SPINDLE_TURNING(0)\nCHANGE_TOOL(2)\n"
+      "PROGRAM_STOP()\nOPTIONAL_PROGRAM_STOP()\nDWELL(0.5000)\nORIENT_SPINDLE(0, 90.0000, 0)\n");
+  EXPECT_EQ(
+      canon("M48\nM50 P0\nM51 P0\nM52\nM53 P0\nM62 P3\nM65 P1\nM67 E2 Q1.5"),
+      "ENABLE_FEED_OVERRIDE()\nENABLE_SPEED_OVERRIDE(0)\nDISABLE_FEED_OVERRIDE()\nDISABLE_SPEED_OVERRIDE(0)\n"
+      "ENABLE_ADAPTIVE_FEED()\nDISABLE_FEED_HOLD()\nSET_MOTION_OUTPUT_BIT(3)\nCLEAR_AUX_OUTPUT_BIT(1)\n"
+      "SET_MOTION_OUTPUT_VALUE(2,1.500000)\n");
 }
 
 TEST(Canon, Messages) {
-  EXPECT_EQ(canon("#1=2.5\n(MSG, hi)\n(debug,a #1 b %.2f#1 c %d#1)\n(PRINT,#<_x>)\n(plain) G4 P1\n; not told"),
-            "MESSAGE(\" hi\")\nMESSAGE(\"a 2.500000 b 2.50 c 2\")\n0.000000\nCOMMENT(\"plain\")\nDWELL(1.0000)\n");
+  EXPECT_EQ(
+      canon("#1=2.5\n(MSG, hi)\n(debug,a #1 b %.2f#1 c %d#1)\n(PRINT,#<_x>)\n(plain) G4 P1\n; not told"),
+      "MESSAGE(\" hi\")\nMESSAGE(\"a 2.500000 b 2.50 c 2\")\n0.000000\nCOMMENT(\"plain\")\nDWELL(1.0000)\n");
 }
 
 TEST(Canon, DrillingCycle) {
@@ -126,16 +137,17 @@ TEST(Canon, DrillingCycle) {
   const std::string back = "SET_MOTION_CONTROL_MODE(CANON_CONTINUOUS, 0.000000)";
   const std::string naive = "SET_NAIVECAM_TOLERANCE(0.0000)";
   EXPECT_EQ(canon("F1 G0 Z9\nG98 G81 X1 Z-5 R2\nG99 X2"),
-            moves({"SET_FEED_RATE(1.0000)", "T 0 0 9", "COMMENT(\"interpreter: retract mode set to old_z\")", exact,
-                   "T 1 0 9", "T 1 0 2", "F 1 0 -5", "T 1 0 9", back, naive,
-                   "COMMENT(\"interpreter: retract mode set to r_plane\")", exact, "T 2 0 9", "T 2 0 2", "F 2 0 -5",
-                   "T 2 0 2", back, naive}));
+            moves({"SET_FEED_RATE(1.0000)", "T 0 0 9", "COMMENT(\"interpreter: retract mode set to old_z\")",
+                   exact, "T 1 0 9", "T 1 0 2", "F 1 0 -5", "T 1 0 9", back, naive,
+                   "COMMENT(\"interpreter: retract mode set to r_plane\")", exact, "T 2 0 9", "T 2 0 2",
+                   "F 2 0 -5", "T 2 0 2", back, naive}));
   EXPECT_EQ(canon("F1 G91 G81 X1 Z-3 R1 L2"),
-            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: distance mode changed to incremental\")", "T 0 0 1",
-                   exact, "T 1 0 1", "F 1 0 -2", "T 1 0 1", "T 2 0 1", "F 2 0 -2", "T 2 0 1", back, naive}));
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: distance mode changed to incremental\")",
+                   "T 0 0 1", exact, "T 1 0 1", "F 1 0 -2", "T 1 0 1", "T 2 0 1", "F 2 0 -2", "T 2 0 1", back,
+                   naive}));
   EXPECT_EQ(canon("F1 G83 Z-2.5 R1 Q2"),
-            moves({"SET_FEED_RATE(1.0000)", "T 0 0 1", exact, "T 0 0 1", "F 0 0 -1", "T 0 0 1", "T 0 0 -0.746", "F 0 0 -2.5",
-                   "T 0 0 1", back, naive}));
+            moves({"SET_FEED_RATE(1.0000)", "T 0 0 1", exact, "T 0 0 1", "F 0 0 -1", "T 0 0 1",
+                   "T 0 0 -0.746", "F 0 0 -2.5", "T 0 0 1", back, naive}));
 }
 
 TEST(Canon, HomePositions) {
@@ -165,15 +177,17 @@ TEST(Canon, WrappedRotaryGoesTheShortWay) {
 
 TEST(Canon, CutterCompensation) {
   // outside corner: rounded about the corner; inside corner: where the offsets meet
-  EXPECT_EQ(canon("F1 G42.1 D10\nG1 X0 Y-10\nG1 X50\nY50\nG40 X99"),
-            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on right\")", "F -5 -10 0",
-                   "ARC_FEED(0.0000, -15.0000, 0.0000, -10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)", "F 50 -15 0",
-                   "ARC_FEED(55.0000, -10.0000, 50.0000, -10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)", "F 55 50 0",
-                   "COMMENT(\"interpreter: cutter radius compensation off\")", "F 99 50 0"}));
+  EXPECT_EQ(
+      canon("F1 G42.1 D10\nG1 X0 Y-10\nG1 X50\nY50\nG40 X99"),
+      moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on right\")",
+             "F -5 -10 0", "ARC_FEED(0.0000, -15.0000, 0.0000, -10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)",
+             "F 50 -15 0",
+             "ARC_FEED(55.0000, -10.0000, 50.0000, -10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)", "F 55 50 0",
+             "COMMENT(\"interpreter: cutter radius compensation off\")", "F 99 50 0"}));
   EXPECT_EQ(canon("F1 G41.1 D10\nG1 X10\nX50\nY50\nX0\nG40 X-20"),
-            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on left\")", "F 10 5 0",
-                   "F 45 5 0", "F 45 45 0", "F 0 45 0", "COMMENT(\"interpreter: cutter radius compensation off\")",
-                   "F -20 50 0"}));
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on left\")",
+                   "F 10 5 0", "F 45 5 0", "F 45 45 0", "F 0 45 0",
+                   "COMMENT(\"interpreter: cutter radius compensation off\")", "F -20 50 0"}));
 }
 
 }  // namespace

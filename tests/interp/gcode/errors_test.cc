@@ -15,66 +15,94 @@ struct Case {
 };
 
 const Case kCases[] = {
-    {"G0 X1 ~", "p.ngc:1:7: unexpected character '~': '~'; legal: a letter with a number, '#', '(', ';' or '/'"},
-    {"G0 X1.2.3", "p.ngc:1:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent"},
+    {"G0 X1 ~",
+     "p.ngc:1:7: unexpected character '~': '~'; legal: a letter with a number, '#', '(', ';' or '/'"},
+    {"G0 X1.2.3",
+     "p.ngc:1:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent"},
     {"G0 X", "p.ngc:1:4: no value after X: 'X'; legal: a number, #parameter, [expression] or function"},
     {"G0 (no end", "p.ngc:1:4: the comment is not closed: '(no'; legal: ')' on the same line"},
     {"(a (b) c)", "p.ngc:1:4: '(' inside a comment: '(b)'; legal: comments do not nest; use [ ] or ;"},
     {"G0 X[1+2", "p.ngc:1:9: missing ']'; legal: brackets come in pairs"},
     {"#1 X5", "p.ngc:1:4: no '=' after the parameter: 'X5'; legal: #parameter = value"},
     {"G0 X#", "p.ngc:1:6: bad parameter name; legal: #<name>, #number, #[expression] or ##number"},
-    {"G0 N5", "p.ngc:1:4: bad line number in the middle of the line: 'N5'; legal: N and an integer from 0 to 999999999, "
-              "first on the line"},
+    {"G0 N5",
+     "p.ngc:1:4: bad line number in the middle of the line: 'N5'; legal: N and an integer from 0 to "
+     "999999999, "
+     "first on the line"},
     {"G99.5", "p.ngc:1:1: unknown G code G99.5: 'G99.5'; legal: the codes listed in docs/gcode.md"},
-    {"M123", "p.ngc:1:1: unknown M code M123: 'M123'; legal: the codes listed in docs/gcode.md and [program] user_m"},
+    {"M123",
+     "p.ngc:1:1: unknown M code M123: 'M123'; legal: the codes listed in docs/gcode.md and [program] user_m"},
     {"G0 G1 X1", "p.ngc:1:4: G0 and G1 are of one modal group: 'G1'; legal: one of them a line"},
     {"G0 X1 X2", "p.ngc:1:7: the word X is given twice: 'X2'; legal: once a line"},
-    {"G0 X1 H2", "p.ngc:1:7: nothing on this line uses the word H: G43, G43.2, G43.4, G43.5 or G183 uses H: 'H2'"},
+    {"G0 X1 H2",
+     "p.ngc:1:7: nothing on this line uses the word H: G43, G43.2, G43.4, G43.5 or G183 uses H: 'H2'"},
     {"G4", "p.ngc:1:1: G4 needs a P word, seconds: 'G4'; legal: add the word"},
     {"G4 P-1", "p.ngc:1:4: P = -1 is not legal for G4: P of 0 or more seconds: 'P-1'"},
     {"G0 U1", "p.ngc:1:4: this machine has no U axis: 'U1'; legal: the axes of the config"},
-    {"G0 X#<depth>", "p.ngc:1:5: parameter #<depth> has no value yet: '#<depth>'; legal: assign it first, or ask "
-                     "EXISTS[#<name>]"},
+    {"G0 X#<depth>",
+     "p.ngc:1:5: parameter #<depth> has no value yet: '#<depth>'; legal: assign it first, or ask "
+     "EXISTS[#<name>]"},
     {"#5400 = 1", "p.ngc:1:1: parameter #5400 is read-only: '#5400'; legal: assign another one"},
     {"#<_x> = 1", "p.ngc:1:1: parameter #<_x> is read-only: '#<_x>'; legal: assign another one"},
     {"#6000 = 1", "p.ngc:1:2: there is no parameter number 6000: '6000'; legal: an integer from 1 to 5602"},
     {"G0 X[1/0]", "p.ngc:1:7: division by zero: '/0]'; legal: a divisor other than 0"},
-    {"G0 X[SQRT[-4]]", "p.ngc:1:6: SQRT of -4 is not defined: 'SQRT[-4]]'; legal: an argument inside the function's range"},
+    {"G0 X[SQRT[-4]]",
+     "p.ngc:1:6: SQRT of -4 is not defined: 'SQRT[-4]]'; legal: an argument inside the function's range"},
     {"T1.5", "p.ngc:1:1: T = 1.5 is not an integer: 'T1.5'; legal: an integer"},
-    {"X1", "p.ngc:1:1: axis words without a motion mode: 'X1'; legal: G0, G1, G2, G3 or a cycle before or on this line"},
+    {"X1",
+     "p.ngc:1:1: axis words without a motion mode: 'X1'; legal: G0, G1, G2, G3 or a cycle before or on this "
+     "line"},
     {"G80 X1", "p.ngc:1:1: G80 takes no axis words: 'G80'; legal: axis words on a line of their own"},
-    {"G1 G92 X1 F1", "p.ngc:1:1: G1 and another code of the line both want the axis words: 'G1'; legal: two lines"},
+    {"G1 G92 X1 F1",
+     "p.ngc:1:1: G1 and another code of the line both want the axis words: 'G1'; legal: two lines"},
     {"G1 X1", "p.ngc:1:1: G1 with feed rate 0: 'G1'; legal: an F word before or on this line"},
     {"G93\nG81 Z-1 R1 F1", "p.ngc:2:1: G81 cannot run in feed mode G93: 'G81'; legal: G94"},
-    {"G93 G1 X1", "p.ngc:1:5: G1 in G93 needs an F word on its own line: 'G1'; legal: F in moves per minute, greater than 0"},
+    {"G93 G1 X1",
+     "p.ngc:1:5: G1 in G93 needs an F word on its own line: 'G1'; legal: F in moves per minute, greater than "
+     "0"},
     {"F9 G84 Z-1 R1", "p.ngc:1:4: G84 (M3) needs a turning spindle: 'G84'; legal: S and M3 or M4 first"},
-    {"F9 G2 X10 R1", "p.ngc:1:11: radius 1.0000 cannot span the distance 10.0000 to the end point: 'R1'; legal: a radius of "
-                     "at least half the distance"},
-    {"F9 G2 X10 I6", "p.ngc:1:4: the arc's end misses its circle by 2.0000 (radius 6.0000 at the start, 4.0000 at the end): "
-                     "'G2'; legal: a gap of at most [program] arc_tolerance_mm"},
-    {"F9 G2 R1", "p.ngc:1:7: an arc by R that ends where it starts has no centre: 'R1'; legal: I, J or K for a full circle"},
+    {"F9 G2 X10 R1",
+     "p.ngc:1:11: radius 1.0000 cannot span the distance 10.0000 to the end point: 'R1'; legal: a radius of "
+     "at least half the distance"},
+    {"F9 G2 X10 I6",
+     "p.ngc:1:4: the arc's end misses its circle by 2.0000 (radius 6.0000 at the start, 4.0000 at the end): "
+     "'G2'; legal: a gap of at most [program] arc_tolerance_mm"},
+    {"F9 G2 R1",
+     "p.ngc:1:7: an arc by R that ends where it starts has no centre: 'R1'; legal: I, J or K for a full "
+     "circle"},
     {"F9 G2 X1", "p.ngc:1:4: the arc in plane G17 has neither R nor I nor J: 'G2'; legal: centre words or R"},
     {"F9 G2 X1 K1", "p.ngc:1:10: K is not possible in plane G17: use I and J: 'K1'"},
     {"F9 G81 Z1 R0", "p.ngc:1:4: G81: R 0.0000 lies below the bottom 1.0000: R above the bottom: 'G81'"},
-    {"F9 G38.2 A5", "p.ngc:1:4: the probe move turns a rotary axis: 'G38.2'; legal: a single straight move of the linear "
-                    "axes that is not zero"},
+    {"F9 G38.2 A5",
+     "p.ngc:1:4: the probe move turns a rotary axis: 'G38.2'; legal: a single straight move of the linear "
+     "axes that is not zero"},
     {"G5.3", "p.ngc:1:1: G5.3 without G5.2: G5.2 first: 'G5.3'"},
     {"T9", "p.ngc:1:1: tool 9 is not in the tool table: 'T9'; legal: a tool of the table"},
-    {"G41.1 D2\nG41.1 D2", "p.ngc:2:1: G41.1 is not possible while cutter compensation is on: 'G41.1'; legal: G40 first"},
+    {"G41.1 D2\nG41.1 D2",
+     "p.ngc:2:1: G41.1 is not possible while cutter compensation is on: 'G41.1'; legal: G40 first"},
     {"F9 G41.1 D10\nG1 X20\nX21\nX22 Y50\nX0 Y60", nullptr},
-    {"F9 G41.1 D10\nG1 X2", "p.ngc:2:1: cutter compensation: the entry move is 2.0000 long, the tool's radius 5.0000: a "
-                            "straight move longer than the tool's radius: 'G1'"},
-    {"G43.4 H1", "p.ngc:1:1: G43.4: this machine has no tool-centre-point control: 'G43.4'; legal: a machine with rotary axes"},
-    {"o1 jump", "p.ngc:1:4: bad O-word: unknown keyword: sub endsub call return while endwhile do if elseif else endif "
-                "repeat endrepeat break continue: 'jump'"},
+    {"F9 G41.1 D10\nG1 X2",
+     "p.ngc:2:1: cutter compensation: the entry move is 2.0000 long, the tool's radius 5.0000: a "
+     "straight move longer than the tool's radius: 'G1'"},
+    {"G43.4 H1",
+     "p.ngc:1:1: G43.4: this machine has no tool-centre-point control: 'G43.4'; legal: a machine with rotary "
+     "axes"},
+    {"o1 jump",
+     "p.ngc:1:4: bad O-word: unknown keyword: sub endsub call return while endwhile do if elseif else endif "
+     "repeat endrepeat break continue: 'jump'"},
     {"o1 endwhile", "p.ngc:1:1: endwhile without while: 'o1'; legal: O-words come in pairs with one label"},
     {"o1 if [0]\nG0 X1", "p.ngc:4:1: no endif for o1 of line 1; legal: close it in the same file"},
-    {"o9 call", "p.ngc:1:1: there is no sub-program o9: 'o9'; legal: define it in the file, or as a file on the sub-program "
-                "path"},
+    {"o9 call",
+     "p.ngc:1:1: there is no sub-program o9: 'o9'; legal: define it in the file, or as a file on the "
+     "sub-program "
+     "path"},
     {"o1 sub\no1 endsub\no1 sub\no1 endsub\no2 call", nullptr},
-    {"(ABORT, broken #1)", "p.ngc:1:1: the program aborts itself:  broken 0.000000: '(ABORT,'; legal: see the ABORT comment "
-                           "of the program"},
-    {"G53 X1", "p.ngc:1:5: axis words without a motion mode: 'X1'; legal: G0, G1, G2, G3 or a cycle before or on this line"},
+    {"(ABORT, broken #1)",
+     "p.ngc:1:1: the program aborts itself:  broken 0.000000: '(ABORT,'; legal: see the ABORT comment "
+     "of the program"},
+    {"G53 X1",
+     "p.ngc:1:5: axis words without a motion mode: 'X1'; legal: G0, G1, G2, G3 or a cycle before or on this "
+     "line"},
 };
 
 TEST(Errors, EachClassHasItsSentence) {
@@ -93,7 +121,8 @@ TEST(Errors, GougeNamesBothLines) {
 }
 
 TEST(Errors, StackShowsEveryCaller) {
-  const std::string message = Session().error("o1 sub\nG0 X[1/#7]\no1 endsub\no2 sub\no1 call\no2 endsub\no2 call");
+  const std::string message =
+      Session().error("o1 sub\nG0 X[1/#7]\no1 endsub\no2 sub\no1 call\no2 endsub\no2 call");
   EXPECT_EQ(message,
             "p.ngc:2:7: division by zero: '/#7]'; legal: a divisor other than 0\n"
             "  o1 called from p.ngc:5\n  o2 called from p.ngc:7");
@@ -116,9 +145,12 @@ TEST(Errors, MissingEndOfProgram) {
 
 TEST(Errors, EncodingsAreNamed) {
   using namespace std::string_literals;
-  EXPECT_EQ(Session().error("\xFF\xFEG\0000\0\n\0"s), "p.ngc:1:1: the file is UTF-16LE text; legal: save it as UTF-8 or ASCII");
-  EXPECT_EQ(Session().error("\xFE\xFF\0G\0000"s), "p.ngc:1:1: the file is UTF-16BE text; legal: save it as UTF-8 or ASCII");
-  EXPECT_EQ(Session().error("G\0000\0 \0X\0001\0"s), "p.ngc:1:1: the file is UTF-16LE text; legal: save it as UTF-8 or ASCII");
+  EXPECT_EQ(Session().error("\xFF\xFEG\0000\0\n\0"s),
+            "p.ngc:1:1: the file is UTF-16LE text; legal: save it as UTF-8 or ASCII");
+  EXPECT_EQ(Session().error("\xFE\xFF\0G\0000"s),
+            "p.ngc:1:1: the file is UTF-16BE text; legal: save it as UTF-8 or ASCII");
+  EXPECT_EQ(Session().error("G\0000\0 \0X\0001\0"s),
+            "p.ngc:1:1: the file is UTF-16LE text; legal: save it as UTF-8 or ASCII");
   EXPECT_EQ(Session().error("G0 X1\0Y2"s).substr(0, 33), "p.ngc:1:6: byte 0x00 is not text;");
   EXPECT_EQ(Session().error("\xEF\xBB\xBFG0 X1\r\n(caf\xE9, \xC3\xBC)\r\nG0 X2 ; \xB0\r\n"), "");
   EXPECT_EQ(Session().error("G0 X\xB0").substr(0, 11), "p.ngc:1:4: ");
@@ -126,8 +158,9 @@ TEST(Errors, EncodingsAreNamed) {
 
 TEST(Errors, LongLinesAreRefusedInBoundedMemory) {
   const std::string noise(1 << 20, 'X');
-  EXPECT_EQ(Session().error("G0\n" + noise + "\nG0 X1"),
-            "p.ngc:2:1: the line is longer than 65536 bytes; legal: split it, or raise [program] line_length_max");
+  EXPECT_EQ(
+      Session().error("G0\n" + noise + "\nG0 X1"),
+      "p.ngc:2:1: the line is longer than 65536 bytes; legal: split it, or raise [program] line_length_max");
 }
 
 TEST(Errors, AllOfAFileAreTold) {
@@ -149,10 +182,44 @@ TEST(Errors, AllOfAFileAreTold) {
 
 // Thirty programs with something broken: each is refused with a place, none crashes or hangs.
 TEST(Errors, ThirtyDamagedPrograms) {
-  const char* const damaged[] = {
-      "G0 X1 Y", "G1 X1 F", "G2 X5 I", "((", "G0 X[", "G0 X]", "G0 X[[1]", "#=1", "#[", "#<a", "#<>=1", "o", "o1",
-      "o1 call [", "o1 while", "o1 if [1", "G", "M", "GG0", "G0 XX1", "X-", "X-*1", "X+-.", "N", "N-1", "G0 X1 /",
-      "=", "[1]", "G0 X1,5", "G0 X0x10", "T", "F#", "S[ABS]", "G0 X[ATAN[1]]", "G0 X[1 FOO 2]", "o<a", "%%G0", "@1"};
+  const char* const damaged[] = {"G0 X1 Y",
+                                 "G1 X1 F",
+                                 "G2 X5 I",
+                                 "((",
+                                 "G0 X[",
+                                 "G0 X]",
+                                 "G0 X[[1]",
+                                 "#=1",
+                                 "#[",
+                                 "#<a",
+                                 "#<>=1",
+                                 "o",
+                                 "o1",
+                                 "o1 call [",
+                                 "o1 while",
+                                 "o1 if [1",
+                                 "G",
+                                 "M",
+                                 "GG0",
+                                 "G0 XX1",
+                                 "X-",
+                                 "X-*1",
+                                 "X+-.",
+                                 "N",
+                                 "N-1",
+                                 "G0 X1 /",
+                                 "=",
+                                 "[1]",
+                                 "G0 X1,5",
+                                 "G0 X0x10",
+                                 "T",
+                                 "F#",
+                                 "S[ABS]",
+                                 "G0 X[ATAN[1]]",
+                                 "G0 X[1 FOO 2]",
+                                 "o<a",
+                                 "%%G0",
+                                 "@1"};
   int refused = 0;
   for (const char* program : damaged) {
     const std::string message = Session().error(std::string("G0 X0\n") + program);

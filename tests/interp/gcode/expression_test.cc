@@ -1,3 +1,5 @@
+#include "interp/gcode/expression.h"
+
 #include <cmath>
 #include <cstdlib>
 #include <functional>
@@ -5,7 +7,6 @@
 
 #include "core/units.h"
 #include "interp/gcode/error.h"
-#include "interp/gcode/expression.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Expressions against a second evaluator that builds and folds the tree while the text is made.
@@ -70,12 +71,14 @@ class Maker {
   Tree make(int depth, int level) {
     if (depth == 0) return leaf();
     switch (pick(8)) {
-      case 0: return function(depth);
+      case 0:
+        return function(depth);
       case 1: {
         const Tree inner = make(depth - 1, 0);
         return {"[" + inner.text + "]", inner.value, inner.sound};
       }
-      default: return binary(depth, level);
+      default:
+        return binary(depth, level);
     }
   }
 
@@ -83,15 +86,20 @@ class Maker {
   int pick(int n) { return static_cast<int>(random_() % static_cast<unsigned>(n)); }
   Tree leaf() {
     const int hundredths = pick(2000) + 1;
-    return {fmt::format("{}.{:02}", hundredths / 100, hundredths % 100), std::strtod(fmt::format("{}.{:02}", hundredths / 100, hundredths % 100).c_str(), nullptr), true};
+    return {fmt::format("{}.{:02}", hundredths / 100, hundredths % 100),
+            std::strtod(fmt::format("{}.{:02}", hundredths / 100, hundredths % 100).c_str(), nullptr), true};
   }
   Tree function(int depth) {
     const Tree x = make(depth - 1, 0);
     switch (pick(4)) {
-      case 0: return {"abs[" + x.text + "]", std::abs(x.value), x.sound};
-      case 1: return {"sin[" + x.text + "]", std::sin(x.value * kRadPerDeg), x.sound};
-      case 2: return {"fix[" + x.text + "]", std::floor(x.value), x.sound};
-      default: return {"sqrt[abs[" + x.text + "]]", std::sqrt(std::abs(x.value)), x.sound};
+      case 0:
+        return {"abs[" + x.text + "]", std::abs(x.value), x.sound};
+      case 1:
+        return {"sin[" + x.text + "]", std::sin(x.value * kRadPerDeg), x.sound};
+      case 2:
+        return {"fix[" + x.text + "]", std::floor(x.value), x.sound};
+      default:
+        return {"sqrt[abs[" + x.text + "]]", std::sqrt(std::abs(x.value)), x.sound};
     }
   }
   Tree binary(int depth, int level) {
@@ -105,7 +113,11 @@ class Maker {
         {"-", 3, [](double a, double b) { return a - b; }},
         {"*", 4, [](double a, double b) { return a * b; }},
         {"/", 4, [](double a, double b) { return a / b; }},
-        {"mod", 4, [](double a, double b) { const double r = std::fmod(a, b); return r < 0 ? r + std::abs(b) : r; }},
+        {"mod", 4,
+         [](double a, double b) {
+           const double r = std::fmod(a, b);
+           return r < 0 ? r + std::abs(b) : r;
+         }},
         {"lt", 2, [](double a, double b) { return a < b ? 1.0 : 0.0; }},
         {"ge", 2, [](double a, double b) { return a >= b ? 1.0 : 0.0; }},
         {"ne", 2, [](double a, double b) { return std::abs(a - b) >= 1e-4 ? 1.0 : 0.0; }},
@@ -138,7 +150,8 @@ TEST(Expression, AssignmentsTakeEffectAfterTheLine) {
 }
 
 TEST(Expression, LocalAndGlobalNames) {
-  EXPECT_EQ(test::canon("o1 sub\n#<a>=5\n#<_mine>=6\n#1=9\no1 endsub\n#<a>=1\n#1=2\no1 call\nG0 X#<a> Y#<_mine> Z#1"),
+  EXPECT_EQ(test::canon(
+                "o1 sub\n#<a>=5\n#<_mine>=6\n#1=9\no1 endsub\n#<a>=1\n#1=2\no1 call\nG0 X#<a> Y#<_mine> Z#1"),
             test::moves({"T 1 6 2"}));
   EXPECT_EQ(test::canon("G0 X3\nG0 Y[#<_x> + #5420] Z#<_metric>"), test::moves({"T 3 0 0", "T 3 6 1"}));
 }

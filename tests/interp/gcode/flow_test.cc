@@ -12,14 +12,17 @@ using test::moves;
 using test::Session;
 
 TEST(Flow, Loops) {
-  EXPECT_EQ(canon("o1 while [#1 lt 3]\n#1=[#1+1]\nG0 X#1\no1 endwhile"), moves({"T 1 0 0", "T 2 0 0", "T 3 0 0"}));
+  EXPECT_EQ(canon("o1 while [#1 lt 3]\n#1=[#1+1]\nG0 X#1\no1 endwhile"),
+            moves({"T 1 0 0", "T 2 0 0", "T 3 0 0"}));
   EXPECT_EQ(canon("o1 do\n#1=[#1+1]\nG0 X#1\no1 while [#1 lt 2]"), moves({"T 1 0 0", "T 2 0 0"}));
-  EXPECT_EQ(canon("o1 repeat [2]\n#1=[#1+1]\nG0 X#1\no1 endrepeat\nG0 Y1"), moves({"T 1 0 0", "T 2 0 0", "T 2 1 0"}));
+  EXPECT_EQ(canon("o1 repeat [2]\n#1=[#1+1]\nG0 X#1\no1 endrepeat\nG0 Y1"),
+            moves({"T 1 0 0", "T 2 0 0", "T 2 1 0"}));
   EXPECT_EQ(canon("o1 while [0]\nG0 X~broken, but skipped\no1 endwhile\nG0 Y1"), moves({"T 0 1 0"}));
 }
 
 TEST(Flow, BreakAndContinue) {
-  const std::string body = "\n#1=[#1+1]\no2 if [#1 eq 2]\no1 continue\no2 endif\no3 if [#1 gt 3]\no1 break\no3 endif\nG0 X#1\n";
+  const std::string body =
+      "\n#1=[#1+1]\no2 if [#1 eq 2]\no1 continue\no2 endif\no3 if [#1 gt 3]\no1 break\no3 endif\nG0 X#1\n";
   const std::string expected = moves({"T 1 0 0", "T 3 0 0", "T 3 1 0"});
   EXPECT_EQ(canon("o1 while [1]" + body + "o1 endwhile\nG0 Y1"), expected);
   EXPECT_EQ(canon("o1 do" + body + "o1 while [1]\nG0 Y1"), expected);
@@ -28,14 +31,17 @@ TEST(Flow, BreakAndContinue) {
 
 TEST(Flow, Branches) {
   for (int i = 1; i <= 3; ++i)
-    EXPECT_EQ(canon(fmt::format("#1={}\no1 if [#1 eq 1]\nG0 X1\no1 elseif [#1 eq 2]\nG0 X2\no1 else\nG0 X3\no1 endif\nG0 Y1", i)),
-              moves({fmt::format("T {} 0 0", i), fmt::format("T {} 1 0", i)}));
+    EXPECT_EQ(
+        canon(fmt::format(
+            "#1={}\no1 if [#1 eq 1]\nG0 X1\no1 elseif [#1 eq 2]\nG0 X2\no1 else\nG0 X3\no1 endif\nG0 Y1", i)),
+        moves({fmt::format("T {} 0 0", i), fmt::format("T {} 1 0", i)}));
 }
 
 TEST(Flow, CallsByNumberNameAndExpression) {
   EXPECT_EQ(canon("o100 sub\nG0 X#1 Y#2\no100 endsub [#1 * 10]\no100 call [1] [2]\nG0 Z#<_value>"),
             moves({"T 1 2 0", "T 1 2 10"}));
-  EXPECT_EQ(canon("o<drill> sub\nG0 X#1\no<drill> return [7]\nG0 X99\no<drill> endsub\nO<Drill> CALL [4]\nG0 Z#<_value>"),
+  EXPECT_EQ(canon("o<drill> sub\nG0 X#1\no<drill> return [7]\nG0 X99\no<drill> endsub\nO<Drill> CALL [4]\nG0 "
+                  "Z#<_value>"),
             moves({"T 4 0 0", "T 4 0 7"}));
   EXPECT_EQ(canon("o7 sub\nG0 X1\no7 endsub\n#3=7\no#3 call\no[3+4] call"), moves({"T 1 0 0", "T 1 0 0"}));
 }

@@ -60,7 +60,8 @@ TEST(Lowering, OffsetsWithoutRtcp) {
 TEST(Lowering, RtcpKeepsTheMachineAndHoldsTheTip) {
   Session session = cradle();
   const MoveList list = session.moves(
-      "G54 G10 L2 P1 X10 Y5 Z-20\nG0 X20 Y30 Z100 A20 C50\nG43.4 H1\nG1 F1000 A35 C80\nX0 Y0 Z0\nG49\nG0 Z150\n"
+      "G54 G10 L2 P1 X10 Y5 Z-20\nG0 X20 Y30 Z100 A20 C50\nG43.4 H1\nG1 F1000 A35 C80\nX0 Y0 Z0\nG49\nG0 "
+      "Z150\n"
       "G43 H2\nM428\nG1 A0 C0\nM429\nG0 X0\nM2\n");
   expect_continuous(session, list);
   int with_rtcp = 0;
@@ -88,14 +89,16 @@ TEST(Lowering, ToolVectors) {
   Session session = cradle();
   const MoveList list = session.moves("G43.5 H1\nG1 F100 X0 Y0 Z0 I0.3 J0.2 K0.9\nM2\n");
   ASSERT_EQ(list.moves.size(), 1u);
-  const Vec3 u_W = list.moves[0].context.X_WB.R * session.kinematics->orientation(list.moves[0].to.tail<3>()).col(2);
+  const Vec3 u_W =
+      list.moves[0].context.X_WB.R * session.kinematics->orientation(list.moves[0].to.tail<3>()).col(2);
   EXPECT_LT((u_W - Vec3(0.3, 0.2, 0.9).normalized()).norm(), 1e-9);
 }
 
 TEST(Lowering, TiltedPlane) {
   Session session = cradle();
   const MoveList list = session.moves(
-      "G43 H1\nG0 X0 Y0 Z150\nG68.2 X10 Y20 Z5 I30 J25 K0\nG53.1\nG0 X0 Y0 Z50\nG1 F100 Z-3\nX7\nG69\nG0 Z150\nM2\n");
+      "G43 H1\nG0 X0 Y0 Z150\nG68.2 X10 Y20 Z5 I30 J25 K0\nG53.1\nG0 X0 Y0 Z50\nG1 F100 Z-3\nX7\nG69\nG0 "
+      "Z150\nM2\n");
   expect_continuous(session, list);
   const ProgramMove& drill = list.moves[3];
   const Mat3 R = rot_z(rad_from_deg(30)) * rot_x(rad_from_deg(25));
@@ -119,7 +122,8 @@ TEST(Lowering, TiltedDrilling) {
     const Vec3 axis = session.kinematics->orientation(move.to.tail<3>()).col(2);
     EXPECT_LT(along.cross(axis).norm(), 1e-9) << "the hole is straight along the tool";
     deepest = session.kinematics->home_X_BM().R.transpose() * axis;
-    deepest = Vec3(20, 15, 30) - 10 * deepest - inverse(session.kinematics->home_X_BM()) * Vec3(move.to.head<3>());
+    deepest =
+        Vec3(20, 15, 30) - 10 * deepest - inverse(session.kinematics->home_X_BM()) * Vec3(move.to.head<3>());
   }
   EXPECT_EQ(feeds, 4);
   EXPECT_LT(deepest.norm(), 1e-9);
@@ -127,8 +131,8 @@ TEST(Lowering, TiltedDrilling) {
 
 TEST(Lowering, Feeds) {
   Session session;
-  const MoveList list = session.moves(
-      "G1 F600 X10\nA90\nG20 F10 G1 X1\nG21 G93 G1 X0 F2\nS300 G95 F0.5 G1 X5\nG0 X9\nM2\n");
+  const MoveList list =
+      session.moves("G1 F600 X10\nA90\nG20 F10 G1 X1\nG21 G93 G1 X0 F2\nS300 G95 F0.5 G1 X5\nG0 X9\nM2\n");
   EXPECT_DOUBLE_EQ(list.moves[0].feed.tip_mm_s, 10);
   EXPECT_NEAR(list.moves[1].feed.rotary_rad_s, 10 * kRadPerDeg, 1e-12);
   EXPECT_NEAR(list.moves[2].feed.tip_mm_s, 254.0 / 60, 1e-12);
@@ -139,7 +143,8 @@ TEST(Lowering, Feeds) {
 
 TEST(Lowering, ArcsEndWhereTheySay) {
   Session session;
-  const MoveList list = session.moves("G10 L2 P1 X5 R30\nG1 F100 X0 Y0\nG2 X10 Y0 I5 J0 Z2\nG3 I3 P2\nG18 G3 X12 Z4 R2\nM2\n");
+  const MoveList list =
+      session.moves("G10 L2 P1 X5 R30\nG1 F100 X0 Y0\nG2 X10 Y0 I5 J0 Z2\nG3 I3 P2\nG18 G3 X12 Z4 R2\nM2\n");
   for (const ProgramMove& move : list.moves) {
     if (move.kind != ProgramMove::Kind::kArc) continue;
     const PathPiece piece = make_arc(move.from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad);
@@ -152,7 +157,8 @@ TEST(Lowering, SmallArcGapsAreMendedWithAWarning) {
   Session session;
   const MoveList list = session.moves("G1 F100 X0\nG2 X10 I5.005\nM2\n");
   ASSERT_EQ(session.warnings.size(), 1u);
-  EXPECT_EQ(session.warnings[0], "p.ngc:2:1: warning: the arc's end misses its circle by 0.0100 mm; the centre is moved to fit");
+  EXPECT_EQ(session.warnings[0],
+            "p.ngc:2:1: warning: the arc's end misses its circle by 0.0100 mm; the centre is moved to fit");
   EXPECT_NEAR(list.moves.back().arc_centre.x(), 5, 1e-12);
 }
 
@@ -164,7 +170,8 @@ TEST(Lowering, SharedProgramsRunToTheEnd) {
     session.tools = ToolTable();
     MoveList list;
     Lowering lowering(session.config, session.kinematics.get(), list);
-    Interpreter interpreter({session.config, session.parameters, session.tools, session.kinematics.get(), lowering, {}});
+    Interpreter interpreter(
+        {session.config, session.parameters, session.tools, session.kinematics.get(), lowering, {}});
     interpreter.open(path);
     while (interpreter.step()) {
     }

@@ -94,7 +94,8 @@ inline Session cradle() {
   return session;
 }
 
-/// Expands "T 1 2 3" and "F 1 2 3" to STRAIGHT_TRAVERSE and STRAIGHT_FEED with zero rotary words; other lines stay.
+/// Expands "T 1 2 3" and "F 1 2 3" to STRAIGHT_TRAVERSE and STRAIGHT_FEED with zero rotary words; other lines
+/// stay.
 inline std::string moves(std::initializer_list<std::string> lines) {
   std::string text;
   for (const std::string& line : lines) {

@@ -1,0 +1,44 @@
+#include <cstddef>
+#include <cstdint>
+#include <string>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/lowering.h"
+
+// libFuzzer target: any bytes as a program, through the lowering, errors recovered from. Bounded in steps and lines.
+// clang++ -std=c++20 -fsanitize=fuzzer,address,undefined -I. tests/fuzz/gcode_fuzz.cc interp/gcode/*.cc core/*.cc
+// -lfmt; run with -dict=tests/fuzz/gcode.dict
+namespace {
+
+class Drop : public trn::MoveSink {
+ public:
+  void move(const trn::ProgramMove&) override {}
+  void event(const trn::QueueEvent&, trn::SourceLine) override {}
+};
+
+constexpr int kMaxSteps = 2000;
+constexpr int kMaxErrors = 50;
+
+}  // namespace
+
+extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
+  using namespace trn;
+  ProgramConfig config;
+  config.sub_path.clear();
+  Parameters parameters;
+  ToolTable tools;
+  Drop drop;
+  Lowering lowering(config, nullptr, drop);
+  Interpreter interpreter({config, parameters, tools, nullptr, lowering, {}});
+  interpreter.open_text(std::string(reinterpret_cast<const char*>(data), size), "fuzz.ngc");
+  int errors = 0;
+  for (int i = 0; i < kMaxSteps; ++i) {
+    try {
+      if (!interpreter.step()) break;
+    } catch (const GcodeError&) {
+      if (++errors > kMaxErrors || !interpreter.recover()) break;
+    }
+  }
+  return 0;
+}
