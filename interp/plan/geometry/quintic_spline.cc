@@ -84,7 +84,7 @@ SplineProblem::SplineProblem(const QuinticSpline& spline, const std::vector<Spli
       band_(spline.coefficients.size(), Row{}),
       inverse_(spline.coefficients.size(), 0.0),
       fixed_rhs_(spline.coefficients.size(), Words::Zero()),
-      rhs_(spline.coefficients.size()) {
+      rhs_(spline.coefficients.size(), Words::Zero()) {
   for (const SplineSample& sample : samples) add(sample.span, sample.row, sample.weight);
   add_penalty(spline, smoothing);
   move_fixed_to_rhs(spline);
@@ -99,7 +99,8 @@ void SplineProblem::add(size_t first, const Row& row, double weight) {
 void SplineProblem::add_penalty(const QuinticSpline& spline, double smoothing) {
   constexpr double kNode[3] = {-0.7745966692414834, 0, 0.7745966692414834};  // Gauss, exact for y'''^2
   constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  for (size_t k = 0; k + 11 < spline.knots.size(); ++k) {
+  const size_t spans = spline.knots.size() - 11;
+  for (size_t k = from_ - std::min<size_t>(from_, 5); k < std::min(to_, spans); ++k) {
     const double* t = spline.knots.data() + k;
     const double h = t[6] - t[5], r3 = smoothing * smoothing * smoothing * h * h * h;
     for (int g = 0; g < 3; ++g) {
@@ -111,9 +112,9 @@ void SplineProblem::add_penalty(const QuinticSpline& spline, double smoothing) {
 
 void SplineProblem::move_fixed_to_rhs(const QuinticSpline& spline) {
   const size_t n = band_.size();
-  for (size_t i = 0; i < from_; ++i)
+  for (size_t i = from_ - std::min<size_t>(from_, 5); i < from_; ++i)
     for (size_t k = 1; k < 6 && i + k < n; ++k) fixed_rhs_[i + k] -= band_[i][k] * spline.coefficients[i];
-  for (size_t j = to_; j < n; ++j)
+  for (size_t j = to_; j < std::min(n, to_ + 5); ++j)
     for (size_t k = 1; k < 6 && k <= j; ++k) fixed_rhs_[j - k] -= band_[j - k][k] * spline.coefficients[j];
 }
 
@@ -130,7 +131,8 @@ void SplineProblem::factorise() {
 }
 
 void SplineProblem::solve(const std::vector<SplineSample>& samples, QuinticSpline& spline) {
-  rhs_ = fixed_rhs_;
+  const auto from = static_cast<std::ptrdiff_t>(from_), to = static_cast<std::ptrdiff_t>(to_);
+  std::copy(fixed_rhs_.begin() + from, fixed_rhs_.begin() + to, rhs_.begin() + from);
   for (const SplineSample& sample : samples)
     for (size_t i = 0; i < 6; ++i) rhs_[sample.span + i] += (sample.weight * sample.row[i]) * sample.y;
   for (size_t i = from_; i < to_; ++i)

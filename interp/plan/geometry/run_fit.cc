@@ -19,13 +19,16 @@ constexpr double kUsageMaxAtCorner = 0.5;  // leaves the rest to the blend
 // resolution and carries spans that hold no sample.
 constexpr double kSmoothing = 0.3;
 constexpr double kTubeSmoothing = 0.3;  // weighs smoothness against the speed of convergence
-constexpr double kTubeAim = 0.88;
-constexpr int kTubeRounds = 16;  // between two looks at the result
+constexpr double kTubeAim = 0.88;       // leaves room for what the rounds do not reach
+constexpr int kTubeRounds = 16;         // between two looks at the result
 constexpr int kTubeRoundsMax = 64;
-constexpr int kTubeAttempts = 4;
-constexpr double kTubeSpanOfChordMin = 0.1;
-constexpr double kTubeSpacing = 0.5;
-constexpr double kSpanOfChordMin = 0.3;  // shorter spans follow the corners, not the curve
+constexpr double kRoughSpanOfChord = 0.8;  // shorter ones may follow the corners of the polyline
+constexpr size_t kTubeMargin = 10;         // spans beside the bad ones that may help
+constexpr double kTubeHopeless = 3;        // a usage that no more rounds will mend
+constexpr int kTubeAttempts = 3;
+constexpr double kTubeSpanOfChordMin = 0.1;  // as kSpanOfChordMin, when the tube asks for more freedom
+constexpr double kTubeSpacing = 0.5;         // of the samples, in spans
+constexpr double kSpanOfChordMin = 0.3;      // shorter spans follow the corners, not the curve
 constexpr int kRounds = 6;
 constexpr int kCornerRounds = 2;  // for so long the blend's part is asked for
 constexpr size_t kSpansOfVertexMax = 16;
@@ -65,15 +68,14 @@ class RunFitter {
       usage_max_at_corner_ = round < kCornerRounds ? kUsageMaxAtCorner : kUsageMax;
       place_knots(fit.spline);
       solve(fit.spline);
-      judge(fit);
-      if (fit.ok) return fit;
-      if (!refine(fit, kSpanOfChordMin)) break;
+      judge_all(fit);
+      if (fit.ok || !refine(fit, kSpanOfChordMin)) break;
     }
-    for (int attempt = 0; attempt < kTubeAttempts; ++attempt) {
-      use_the_tube(fit);
-      if (fit.ok || !refine(fit, kTubeSpanOfChordMin)) break;
+    for (int attempt = 0; attempt < kTubeAttempts && !use_the_tube(fit); ++attempt) {
+      if (!refine(fit, kTubeSpanOfChordMin)) break;
       place_knots(fit.spline);
       solve(fit.spline);
+      judge_all(fit);
     }
     return fit;
   }
@@ -141,31 +143,74 @@ class RunFitter {
   void solve(QuinticSpline& spline) {
     spline.coefficients.assign(spline.knots.size() - 6, Words::Zero());
     const int head = fix_head(spline), tail = fix_tail(spline);
+    fixed_head_ = static_cast<size_t>(head);
+    fixed_tail_ = static_cast<size_t>(tail);
     take_samples(spline, 1);
     SplineProblem(spline, samples_, kSmoothing, head, tail).solve(samples_, spline);
   }
 
-  // Where chords are too coarse for a curve through their vertices: the smoothest curve in the tube of the
-  // tolerance around the polyline, by alternating directions (ADMM): the spline follows targets inside the
-  // tube, the targets follow the spline as far as the tube lets them, and what is left between them is
-  // remembered.
-  void use_the_tube(RunFit& fit) {
-    const int head = fix_head(fit.spline), tail = fix_tail(fit.spline);
+  // Where chords are too coarse for a curve through their vertices: place by place the smoothest curve in the
+  // tube of the tolerance around the polyline. False: some place has none.
+  bool use_the_tube(RunFit& fit) {
     take_samples(fit.spline, kTubeSpacing);
-    SplineProblem problem(fit.spline, samples_, kTubeSmoothing, head, tail);
-    std::vector<Words> centre, left(samples_.size(), Words::Zero());
-    for (const SplineSample& s : samples_) centre.push_back(s.y);
+    const size_t spans = fit.usage.size();
+    for (size_t k = 0; k < spans; ++k) {
+      if (!wants_tube(fit, k)) continue;
+      size_t last = k;
+      bool ok = true;
+      for (size_t j = k; j < std::min(spans, last + kTubeMargin); ++j) {
+        if (wants_tube(fit, j)) last = j;
+        ok = ok && fit.usage[j] <= allowed(j, spans);
+      }
+      const std::vector<Words> before = fit.spline.coefficients;
+      fit.ok = smooth_in_tube(fit, k, last);
+      if (!fit.ok && !ok) return false;
+      if (!fit.ok) {  // rough, but inside: better than nothing
+        fit.spline.coefficients = before;
+        judge_all(fit);
+      }
+      k = last;
+    }
+    return fit.ok;
+  }
+
+  // A span outside its tolerance, or one so short beside its chord that it follows the corners.
+  bool wants_tube(const RunFit& fit, size_t k) const {
+    if (fit.usage[k] > allowed(k, fit.usage.size())) return true;
+    if (k < 5 && request_.head) return false;
+    const double u0 = fit.spline.at_break(static_cast<int>(k)),
+                 u1 = fit.spline.at_break(static_cast<int>(k + 1));
+    return u1 - u0 < kRoughSpanOfChord * chord_at((u0 + u1) / 2);
+  }
+
+  // By alternating directions (ADMM): the spline follows targets inside the tube, the targets follow the
+  // spline as far as the tube lets them, and what is left between them is remembered. Only coefficients
+  // around the spans first .. last change.
+  bool smooth_in_tube(RunFit& fit, size_t first, size_t last) {
+    const size_t n = fit.spline.coefficients.size(), spans = fit.usage.size();
+    const size_t from = std::max(fixed_head_, first - std::min(first, kTubeMargin));
+    const size_t to = std::min(n - fixed_tail_, last + 6 + kTubeMargin);
+    const size_t judge_from = from - std::min<size_t>(from, 5), judge_to = std::min(spans, to);
+    std::vector<SplineSample> part;
+    for (const SplineSample& s : samples_)
+      if (s.span >= judge_from && s.span < judge_to) part.push_back(s);
+    std::vector<Words> centre, left(part.size(), Words::Zero());
+    for (const SplineSample& s : part) centre.push_back(s.y);
+    SplineProblem problem(fit.spline, part, kTubeSmoothing, static_cast<int>(from), static_cast<int>(n - to));
     for (int round = 1; round <= kTubeRoundsMax; ++round) {
-      for (size_t i = 0; i < samples_.size(); ++i) {
-        const Words y = value_at(fit.spline, samples_[i]) + left[i];
+      for (size_t i = 0; i < part.size(); ++i) {
+        const Words y = value_at(fit.spline, part[i]) + left[i];
         const Words target = into_tube(y - centre[i]) + centre[i];
         left[i] = y - target;
-        samples_[i].y = target - left[i];
+        part[i].y = target - left[i];
       }
-      problem.solve(samples_, fit.spline);
-      if (round % kTubeRounds == 0) judge(fit);
-      if (fit.ok) return;
+      problem.solve(part, fit.spline);
+      if (round % kTubeRounds != 0) continue;
+      const double worst = judge(fit, judge_from, judge_to);
+      if (worst <= 1) return true;
+      if (worst > kTubeHopeless) return false;
     }
+    return false;
   }
 
   Words into_tube(Words e) const {
@@ -239,31 +284,35 @@ class RunFitter {
   }
 
   // Samples every chord at its ends and in between, in each span it crosses.
-  void judge(RunFit& fit) {
-    const size_t spans = static_cast<size_t>(fit.spline.span_count());
-    fit.usage.assign(spans, 0);
-    fit.ok = true;
+  // Returns the worst usage over what is allowed, and where, of the spans [first, end).
+  double judge(RunFit& fit, size_t first, size_t end) {
+    const size_t spans = fit.usage.size();
     double worst = 0;
-    size_t i = 0;
     const auto& v = request_.vertices;
-    PathPoint from = fit.spline.derivatives_at_break(0);
-    for (size_t k = 0; k < spans; ++k) {
+    size_t i = vertex_before(fit.spline.at_break(static_cast<int>(first)));
+    PathPoint from = fit.spline.derivatives_at_break(static_cast<int>(first));
+    for (size_t k = first; k < end; ++k) {
       const double u0 = fit.spline.at_break(static_cast<int>(k)),
                    u1 = fit.spline.at_break(static_cast<int>(k + 1));
       const PathPoint to = fit.spline.derivatives_at_break(static_cast<int>(k + 1));
       const PathPiece piece = make_hermite(from, to, u1 - u0);
       from = to;
+      fit.usage[k] = 0;
       while (i + 2 < v.size() && v[i + 1].u <= u0) ++i;
       for (size_t c = i; c + 1 < v.size() && v[c].u < u1; ++c) {
         const double used = chord_usage(piece, u0, u1, v[c], v[c + 1]);
         fit.usage[k] = std::max(fit.usage[k], used);
-        if (used / allowed(k, spans) > worst) {
-          worst = used / allowed(k, spans);
-          fit.worst_vertex = c;
-        }
+        if (used / allowed(k, spans) <= worst) continue;
+        worst = used / allowed(k, spans);
+        fit.worst_vertex = c;
       }
     }
-    fit.ok = worst <= 1;
+    return worst;
+  }
+
+  void judge_all(RunFit& fit) {
+    fit.usage.assign(static_cast<size_t>(fit.spline.span_count()), 0);
+    fit.ok = judge(fit, 0, fit.usage.size()) <= 1;
   }
 
   double chord_usage(const PathPiece& piece, double u0, double u1, const RunVertex& a,
@@ -280,11 +329,16 @@ class RunFitter {
     return worst;
   }
 
-  double chord_at(double u) const {
+  size_t vertex_before(double u) const {
     const auto& v = request_.vertices;
     const auto after = std::upper_bound(v.begin() + 1, v.end() - 1, u,
                                         [](double at, const RunVertex& vertex) { return at < vertex.u; });
-    return after->u - (after - 1)->u;
+    return static_cast<size_t>(after - v.begin()) - 1;
+  }
+
+  double chord_at(double u) const {
+    const size_t i = vertex_before(u);
+    return request_.vertices[i + 1].u - request_.vertices[i].u;
   }
 
   // Asks for shorter spans where the tolerance is exceeded, none longer elsewhere. False: no use.
@@ -309,6 +363,7 @@ class RunFitter {
   Polyline line_;
   double start_ = 0, end_ = 0;
   double corner_span_ = 0;
+  size_t fixed_head_ = 0, fixed_tail_ = 0;
   double usage_max_at_corner_ = 0;
   std::vector<Refinement> refinements_;  // ascending in u
   size_t near_ = 0;                      // the one last asked about
