@@ -55,7 +55,8 @@ class Bench:
         Bench.count += 1
         self.name = f"e2e{os.getpid()}-{Bench.count}"
         self.folder = tempfile.TemporaryDirectory()
-        text = open(os.path.join(SOURCE, "configs/cradle.toml")).read()
+        with open(os.path.join(SOURCE, "configs/cradle.toml")) as file:
+            text = file.read()
         text = text.replace('name = "cradle"', f'name = "{self.name}"')
         head, tail = text.split("[drives]\n")
         kept = "".join("[" + part for part in tail.split("\n[")[1:])
@@ -79,15 +80,16 @@ class Bench:
         self.folder.cleanup()
 
     def start_daemon(self, *options, idle=True):
-        self.log = open(os.path.join(self.folder.name, "log"), "w+")
-        self.process = subprocess.Popen([BINARY, "daemon", "--machine", self.config, *options], stderr=self.log,
-                                        stdout=self.log)
+        self.log = os.path.join(self.folder.name, "log")
+        with open(self.log, "w") as log:
+            self.process = subprocess.Popen([BINARY, "daemon", "--machine", self.config, *options], stderr=log,
+                                            stdout=log)
         if idle:
             self.until(lambda s: s["state"] == "idle")
 
     def log_text(self):
-        self.log.flush()
-        return open(self.log.name).read()
+        with open(self.log) as file:
+            return file.read()
 
     def client(self, *arguments):
         done = subprocess.run([BINARY, *arguments, "--machine", self.config], capture_output=True, text=True,
@@ -131,6 +133,12 @@ class CommandTap:
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
         self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
         self.socket.settimeout(0.05)
+
+    def __enter__(self):
+        return self
+
+    def __exit__(self, *_):
+        self.socket.close()
 
     def listen(self, channel, duration_s):
         """Payload datagrams seen on a channel."""
@@ -274,9 +282,8 @@ class DaemonTest(unittest.TestCase):
             bench.start_daemon()
 
     def test_repeated_datagram_acts_once(self):
-        with Bench() as bench:
+        with Bench() as bench, CommandTap() as tap:
             bench.start_daemon()
-            tap = CommandTap()
             before = bench.motion()[0]["q_setpoint"][0]
             bench.ask("jog", "X", "2", "--wait")
             commands = tap.drain(f"{bench.name}.command")
@@ -298,9 +305,8 @@ class DaemonTest(unittest.TestCase):
             self.assertAlmostEqual(bench.status()["override_wanted"], 0.42)
 
     def test_noise_on_the_command_channel_does_nothing(self):
-        with Bench() as bench:
+        with Bench() as bench, CommandTap() as tap:
             bench.start_daemon()
-            tap = CommandTap()
             for size in (0, 1, 7, 8, 60, 1000):
                 tap.send(b"LC02" + b"\0\0\0\1" + f"{bench.name}.command".encode() + b"\0" + os.urandom(size))
             self.assertEqual(bench.status()["state"], "idle")
