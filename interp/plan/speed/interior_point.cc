@@ -10,44 +10,35 @@ namespace {
 constexpr double kToBoundary = 0.99;  // share of the way to the nearest boundary that a step may go
 constexpr double kMuCut = 0.15;
 
-double dual_change(double slack, double dual, double slack_change, double mu) {
-  return (mu - dual * slack_change) / slack - dual;
-}
+double largest(const Doubles& v) { return *std::max_element(v.begin(), v.end()); }
 
 }  // namespace
+
+void InteriorPoint::Rows::resize(size_t row_count, size_t place_count) {
+  rows = row_count;
+  places = place_count;
+  for (Doubles* v : {&value, &step}) v->assign(rows * places, 0);
+  for (auto* sides : {&slack, &inverse, &dual, &dual_step})
+    for (Doubles& v : *sides) v.assign(rows * places, 0);
+}
 
 InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const InteriorPointOptions& options,
                                          Doubles& c) {
   p_ = &problem;
-  begin(c, options.start_use);
+  begin(c, options);
   InteriorPointResult result;
   double mu = options.start_mu * total_time() / static_cast<double>(n_);
-  for (Doubles* dual : {&bound_dual_, &acc_dual_up_, &acc_dual_low_, &jerk_dual_up_, &jerk_dual_low_})
-    dual->clear();
-  const auto duals = [&](const Doubles& slack, Doubles& dual) {
-    dual.resize(slack.size());
-    for (size_t i = 0; i < slack.size(); ++i) dual[i] = mu / slack[i];
-  };
-  duals(bound_slack_, bound_dual_);
-  duals(acc_up_, acc_dual_up_);
-  duals(acc_low_, acc_dual_low_);
-  duals(jerk_up_, jerk_dual_up_);
-  duals(jerk_low_, jerk_dual_low_);
+  start_duals(mu);
   for (; result.iterations < options.iterations_max; ++result.iterations) {
     assemble(mu);
     if (!factor_and_solve()) break;
-    row_steps();
-    const double alpha = primal_step(), alpha_dual = dual_step(mu);
-    advance(mu, alpha, alpha_dual);
+    find_steps(mu);
+    const double alpha = primal_step(), alpha_dual = dual_step();
+    advance(alpha, alpha_dual);
     const double g = gap();
-    if (getenv("V"))
-      fprintf(stderr, "  it %d a %.3f ad %.3f wid %.3g gap %.3g T %.5g mu %.3g\n", result.iterations, alpha,
-              alpha_dual, widening_, g, total_time(), mu);
-
     if (widening_ == 0 && g < options.gap * total_time() && alpha > 0.3) break;
-    const double average = g / static_cast<double>(inequalities_);
     const double quality = std::min(alpha, alpha_dual);
-    mu = average * (quality > 0.7 ? kMuCut : quality > 0.3 ? 0.5 : 1.0);
+    mu = g / static_cast<double>(inequalities_) * (quality > 0.7 ? kMuCut : quality > 0.3 ? 0.5 : 1.0);
   }
   result.feasible = widening_ == 0;
   result.time_s = total_time();
@@ -55,77 +46,94 @@ InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const Inte
   return result;
 }
 
-void InteriorPoint::begin(const Doubles& c, double start_use) {
+void InteriorPoint::begin(const Doubles& c, const InteriorPointOptions& options) {
   n_ = c.size();
   x_.assign(n_ + 2, 0);
   std::copy(c.begin(), c.end(), x_.begin() + 1);
   if (p_->first_fixed) x_[1] = p_->first_c;
   dx_.assign(n_ + 2, 0);
-  root_.assign(n_, 0);
-  const size_t acc = p_->acc0.size(), jerk = p_->jerk0.size();
-  inequalities_ = n_ + 2 * (acc + jerk);
-  for (Doubles* v : {&acc_, &acc_up_, &acc_low_, &acc_step_}) v->assign(acc, 0);
-  for (Doubles* v : {&jerk_, &jerk_up_, &jerk_low_, &jerk_step_}) v->assign(jerk, 0);
-  for (Doubles* v : {&bound_slack_, &bound_step_, &curvature_}) v->assign(n_, 0);
+  const auto joints = static_cast<size_t>(p_->joints);
+  acc_.resize(joints, n_ + 1);
+  jerk_.resize(2 * joints, n_);
+  inequalities_ = n_ + 2 * (acc_.value.size() + jerk_.value.size());
+  for (Doubles* v : {&acc_wide_, &acc_room_, &worst_acc_, &worst_acc_dual_, &sums_}) v->assign(n_ + 1, 0);
+  for (Doubles* v : {&root_, &bound_slack_, &bound_dual_step_, &curvature_, &jerk_wide_, &bound_wide_,
+                     &jerk_room_, &worst_jerk_, &worst_jerk_dual_})
+    v->assign(n_, 0);
   widening_ = 0;
-  acc_wide_.assign(n_ + 1, 0);
-  jerk_wide_.assign(n_, 0);
-  bound_wide_.assign(n_, 0);
   evaluate();
-  widen(start_use);
+  widen(options.start_use);
   evaluate();
 }
 
 // Makes room for the start: a row used more than start_use is widened.
 void InteriorPoint::widen(double start_use) {
-  const auto joints = static_cast<size_t>(p_->joints);
   const auto extra = [&](double use) { return std::max(0.0, use / start_use - 1); };
-  for (size_t j = 0; j < joints; ++j)
+  for (size_t r = 0; r < acc_.rows; ++r)
     for (size_t k = 0; k <= n_; ++k)
-      acc_wide_[k] = std::max(acc_wide_[k], extra(std::abs(acc_[j * (n_ + 1) + k])));
-  for (size_t r = 0; r < 2 * joints; ++r)
+      acc_wide_[k] = std::max(acc_wide_[k], extra(std::abs(acc_.value[r * (n_ + 1) + k])));
+  for (size_t r = 0; r < jerk_.rows; ++r)
     for (size_t k = 0; k < n_; ++k)
-      jerk_wide_[k] = std::max(jerk_wide_[k], extra(std::abs(jerk_[r * n_ + k]) / root_[k]));
+      jerk_wide_[k] = std::max(jerk_wide_[k], extra(std::abs(jerk_.value[r * n_ + k]) / root_[k]));
   for (size_t k = 0; k < n_; ++k) bound_wide_[k] = extra(x_[k + 1] / p_->c_max[k]);
-  for (Doubles* wide : {&acc_wide_, &jerk_wide_, &bound_wide_})
-    for (double w : *wide)
-      if (w > 0) widening_ = 1;
+  if (largest(acc_wide_) > 0 || largest(jerk_wide_) > 0 || largest(bound_wide_) > 0) widening_ = 1;
 }
 
-// Values and slacks of all rows at x_.
-void InteriorPoint::evaluate() {
+void InteriorPoint::start_duals(double mu) {
+  bound_dual_.assign(n_, 0);
+  for (size_t k = p_->first_fixed ? 1 : 0; k < n_; ++k) bound_dual_[k] = mu / bound_slack_[k];
+  for (Rows* rows : {&acc_, &jerk_})
+    for (size_t side : {size_t{0}, size_t{1}})
+      for (size_t i = 0; i < rows->value.size(); ++i) rows->dual[side][i] = mu * rows->inverse[side][i];
+}
+
+// Values and slacks of all rows at x_. False: not strictly inside.
+bool InteriorPoint::evaluate() {
+  double least = 1;
   for (size_t k = 0; k < n_; ++k) {
     root_[k] = 1 / std::sqrt(x_[k + 1]);
+    jerk_room_[k] = (1 + widening_ * jerk_wide_[k]) * root_[k];
     bound_slack_[k] = 1 + widening_ * bound_wide_[k] - x_[k + 1] / p_->c_max[k];
+    least = std::min(least, bound_slack_[k]);
   }
-  for (size_t j = 0; j < static_cast<size_t>(p_->joints); ++j) {
-    const size_t at = j * (n_ + 1);
-    const double *a0 = &p_->acc0[at], *a1 = &p_->acc1[at];
-    for (size_t k = 0; k <= n_; ++k) {
-      const double value = a0[k] * x_[k] + a1[k] * x_[k + 1], room = 1 + widening_ * acc_wide_[k];
-      acc_[at + k] = value;
-      acc_up_[at + k] = room - value;
-      acc_low_[at + k] = room + value;
+  for (size_t k = 0; k <= n_; ++k) acc_room_[k] = 1 + widening_ * acc_wide_[k];
+  const double* __restrict x = x_.data();
+  for (size_t r = 0; r < acc_.rows; ++r) {
+    const double* __restrict a0 = &p_->acc0[r * (n_ + 1)], * __restrict a1 = &p_->acc1[r * (n_ + 1)];
+    double* __restrict value = &acc_.value[r * (n_ + 1)];
+    for (size_t k = 0; k <= n_; ++k) value[k] = a0[k] * x[k] + a1[k] * x[k + 1];
+  }
+  for (size_t r = 0; r < jerk_.rows; ++r) {
+    const double* __restrict b0 = &p_->jerk0[r * n_], * __restrict b1 = &p_->jerk1[r * n_], * __restrict b2 = &p_->jerk2[r * n_];
+    double* __restrict value = &jerk_.value[r * n_];
+    for (size_t k = 0; k < n_; ++k) value[k] = b0[k] * x[k] + b1[k] * x[k + 1] + b2[k] * x[k + 2];
+  }
+  const bool acc_inside = evaluate_rows(acc_, acc_room_), jerk_inside = evaluate_rows(jerk_, jerk_room_);
+  return least > 0 && acc_inside && jerk_inside;
+}
+
+bool InteriorPoint::evaluate_rows(Rows& rows, const Doubles& room) {
+  const size_t n = rows.places;
+  double* __restrict least = sums_.data();
+  std::fill(sums_.begin(), sums_.end(), 1.0);
+  for (size_t r = 0; r < rows.rows; ++r) {
+    const double* __restrict value = &rows.value[r * n], * __restrict wide = room.data();
+    double* __restrict up = &rows.slack[0][r * n], * __restrict low = &rows.slack[1][r * n];
+    double* __restrict inv_up = &rows.inverse[0][r * n], * __restrict inv_low = &rows.inverse[1][r * n];
+    for (size_t k = 0; k < n; ++k) {
+      const double u = wide[k] - value[k], l = wide[k] + value[k], m = u < l ? u : l;
+      up[k] = u;
+      low[k] = l;
+      inv_up[k] = 1 / u;
+      inv_low[k] = 1 / l;
+      least[k] = m < least[k] ? m : least[k];
     }
   }
-  for (size_t r = 0; r < 2 * static_cast<size_t>(p_->joints); ++r) {
-    const size_t at = r * n_;
-    const double *b0 = &p_->jerk0[at], *b1 = &p_->jerk1[at], *b2 = &p_->jerk2[at];
-    for (size_t k = 0; k < n_; ++k) {
-      const double value = b0[k] * x_[k] + b1[k] * x_[k + 1] + b2[k] * x_[k + 2];
-      const double room = (1 + widening_ * jerk_wide_[k]) * root_[k];
-      jerk_[at + k] = value;
-      jerk_up_[at + k] = room - value;
-      jerk_low_[at + k] = room + value;
-    }
-  }
+  return *std::min_element(sums_.begin(), sums_.end()) > 0;
 }
 
 void InteriorPoint::assemble(double mu) {
-  diag_.assign(n_ + 2, 0);
-  off1_.assign(n_ + 2, 0);
-  off2_.assign(n_ + 2, 0);
-  rhs_.assign(n_ + 2, 0);
+  for (Doubles* v : {&diag_, &off1_, &off2_, &rhs_}) v->assign(n_ + 2, 0);
   for (size_t k = 0; k < n_; ++k) curvature_[k] = p_->h[k];
   add_bounds(mu);
   add_acceleration(mu);
@@ -145,46 +153,68 @@ void InteriorPoint::add_bounds(double mu) {
   }
 }
 
+// Each matrix band in a loop of its own: no loop writes what its next pass reads.
 void InteriorPoint::add_acceleration(double mu) {
-  for (size_t j = 0; j < static_cast<size_t>(p_->joints); ++j) {
-    const size_t at = j * (n_ + 1);
-    const double *a0 = &p_->acc0[at], *a1 = &p_->acc1[at];
+  for (size_t r = 0; r < acc_.rows; ++r) {
+    const size_t at = r * (n_ + 1);
+    const double* __restrict a0 = &p_->acc0[at], * __restrict a1 = &p_->acc1[at];
+    const double* __restrict up = &acc_.inverse[0][at], * __restrict low = &acc_.inverse[1][at];
+    const double* __restrict du = &acc_.dual[0][at], * __restrict dl = &acc_.dual[1][at];
+    const double* __restrict wide = acc_wide_.data();
+    double* __restrict w = &acc_.dual_step[0][at], * __restrict y =
+                                                       &acc_.dual_step[1][at];  // scratch until find_steps
     for (size_t k = 0; k <= n_; ++k) {
-      const double up = 1 / acc_up_[at + k], low = 1 / acc_low_[at + k];
-      const double wu = acc_dual_up_[at + k] * up, wl = acc_dual_low_[at + k] * low, w = wu + wl;
-      const double y = mu * (low - up) + widening_ * acc_wide_[k] * (wl - wu);
-      diag_[k] += w * a0[k] * a0[k];
-      diag_[k + 1] += w * a1[k] * a1[k];
-      off1_[k] += w * a0[k] * a1[k];
-      rhs_[k] += y * a0[k];
-      rhs_[k + 1] += y * a1[k];
+      const double wu = du[k] * up[k], wl = dl[k] * low[k];
+      w[k] = wu + wl;
+      y[k] = mu * (low[k] - up[k]) + widening_ * wide[k] * (wl - wu);
+    }
+    double* __restrict diag = diag_.data(), * __restrict off1 = off1_.data(), * __restrict rhs = rhs_.data();
+    for (size_t k = 0; k <= n_; ++k) {
+      diag[k] += w[k] * a0[k] * a0[k];
+      off1[k] += w[k] * a0[k] * a1[k];
+      rhs[k] += y[k] * a0[k];
+    }
+    for (size_t k = 0; k <= n_; ++k) {
+      diag[k + 1] += w[k] * a1[k] * a1[k];
+      rhs[k + 1] += y[k] * a1[k];
     }
   }
 }
 
 // Slack: R(c_k) -+ L with R = 1 / sqrt(c_k); gradient R' e_k -+ B.
 void InteriorPoint::add_jerk(double mu) {
-  for (size_t r = 0; r < 2 * static_cast<size_t>(p_->joints); ++r) {
+  for (size_t r = 0; r < jerk_.rows; ++r) {
     const size_t at = r * n_;
-    const double *b0 = &p_->jerk0[at], *b1 = &p_->jerk1[at], *b2 = &p_->jerk2[at];
+    const double* __restrict b0 = &p_->jerk0[at], * __restrict b1 = &p_->jerk1[at], * __restrict b2 = &p_->jerk2[at];
+    const double* __restrict up = &jerk_.inverse[0][at], * __restrict low = &jerk_.inverse[1][at];
+    const double* __restrict du = &jerk_.dual[0][at], * __restrict dl = &jerk_.dual[1][at];
+    const double* __restrict root = root_.data(), * __restrict room = jerk_room_.data(), * __restrict x = x_.data();
+    double* __restrict y = &jerk_.dual_step[0][at], * __restrict mixed = &jerk_.dual_step[1][at];  // scratch
+    double* __restrict w = &jerk_.step[at], * __restrict curvature = curvature_.data();
+    double* __restrict diag = diag_.data(), * __restrict off1 = off1_.data(), * __restrict off2 = off2_.data();
+    double* __restrict rhs = rhs_.data();
     for (size_t k = 0; k < n_; ++k) {
-      const double up = 1 / jerk_up_[at + k], low = 1 / jerk_low_[at + k];
-      const double wide = 1 + widening_ * jerk_wide_[k];
-      const double slope = -0.5 * wide * root_[k] / x_[k + 1];
-      const double wu = jerk_dual_up_[at + k] * up, wl = jerk_dual_low_[at + k] * low;
-      const double gu = slope - b1[k], gl = slope + b1[k], d = wl - wu, w = wu + wl;
-      const double taken = (wide - 1) * root_[k], fu = mu * up + taken * wu, fl = mu * low + taken * wl,
-                   y = fl - fu;
-      diag_[k] += w * b0[k] * b0[k];
-      diag_[k + 1] += wu * gu * gu + wl * gl * gl;
-      diag_[k + 2] += w * b2[k] * b2[k];
-      off1_[k] += b0[k] * (w * b1[k] + d * slope);
-      off1_[k + 1] += b2[k] * (w * b1[k] + d * slope);
-      off2_[k] += w * b0[k] * b2[k];
-      rhs_[k] += y * b0[k];
-      rhs_[k + 1] += fu * gu + fl * gl;
-      rhs_[k + 2] += y * b2[k];
-      curvature_[k] -= wide * (jerk_dual_up_[at + k] + jerk_dual_low_[at + k]);
+      const double slope = -0.5 * room[k] / x[k + 1], taken = room[k] - root[k];
+      const double wu = du[k] * up[k], wl = dl[k] * low[k], d = wl - wu;
+      const double gu = slope - b1[k], gl = slope + b1[k];
+      const double fu = mu * up[k] + taken * wu, fl = mu * low[k] + taken * wl;
+      w[k] = wu + wl;
+      mixed[k] = w[k] * b1[k] + d * slope;
+      y[k] = fl - fu;
+      diag[k + 1] += wu * gu * gu + wl * gl * gl;
+      rhs[k + 1] += fu * gu + fl * gl;
+      curvature[k] -= room[k] / root[k] * (du[k] + dl[k]);
+    }
+    for (size_t k = 0; k < n_; ++k) {
+      diag[k] += w[k] * b0[k] * b0[k];
+      off1[k] += b0[k] * mixed[k];
+      off2[k] += w[k] * b0[k] * b2[k];
+      rhs[k] += y[k] * b0[k];
+    }
+    for (size_t k = 0; k < n_; ++k) {
+      diag[k + 2] += w[k] * b2[k] * b2[k];
+      off1[k + 1] += b2[k] * mixed[k];
+      rhs[k + 2] += y[k] * b2[k];
     }
   }
 }
@@ -221,87 +251,104 @@ bool InteriorPoint::factor_and_solve() {
   return true;
 }
 
-// Changes of the linear forms along dx_; those of the slacks follow from them.
-void InteriorPoint::row_steps() {
-  for (size_t j = 0; j < static_cast<size_t>(p_->joints); ++j) {
-    const size_t at = j * (n_ + 1);
-    for (size_t k = 0; k <= n_; ++k)
-      acc_step_[at + k] = p_->acc0[at + k] * dx_[k] + p_->acc1[at + k] * dx_[k + 1];
+// Changes of all rows and multipliers along dx_, the widening taken back in full.
+void InteriorPoint::find_steps(double mu) {
+  const double* __restrict dx = dx_.data();
+  for (size_t r = 0; r < acc_.rows; ++r) {
+    const double* __restrict a0 = &p_->acc0[r * (n_ + 1)], * __restrict a1 = &p_->acc1[r * (n_ + 1)];
+    double* __restrict step = &acc_.step[r * (n_ + 1)];
+    for (size_t k = 0; k <= n_; ++k) step[k] = a0[k] * dx[k] + a1[k] * dx[k + 1];
   }
-  for (size_t r = 0; r < 2 * static_cast<size_t>(p_->joints); ++r) {
-    const size_t at = r * n_;
-    for (size_t k = 0; k < n_; ++k)
-      jerk_step_[at + k] =
-          p_->jerk0[at + k] * dx_[k] + p_->jerk1[at + k] * dx_[k + 1] + p_->jerk2[at + k] * dx_[k + 2];
+  for (size_t r = 0; r < jerk_.rows; ++r) {
+    const double* __restrict b0 = &p_->jerk0[r * n_], * __restrict b1 = &p_->jerk1[r * n_], * __restrict b2 = &p_->jerk2[r * n_];
+    double* __restrict step = &jerk_.step[r * n_];
+    for (size_t k = 0; k < n_; ++k) step[k] = b0[k] * dx[k] + b1[k] * dx[k + 1] + b2[k] * dx[k + 2];
+  }
+  for (size_t k = 0; k <= n_; ++k) sums_[k] = -widening_ * acc_wide_[k];
+  row_steps(acc_, sums_, mu, worst_acc_, worst_acc_dual_);
+  for (size_t k = 0; k < n_; ++k)
+    sums_[k] = -0.5 * jerk_room_[k] / x_[k + 1] * dx_[k + 1] - (jerk_room_[k] - root_[k]);
+  row_steps(jerk_, sums_, mu, worst_jerk_, worst_jerk_dual_);
+  for (size_t k = p_->first_fixed ? 1 : 0; k < n_; ++k) {
+    const double change = -dx_[k + 1] / p_->c_max[k] - widening_ * bound_wide_[k];
+    bound_dual_step_[k] = (mu - bound_dual_[k] * change) / bound_slack_[k] - bound_dual_[k];
+    worst_acc_[k] = std::max(worst_acc_[k], -change / bound_slack_[k]);
+    worst_acc_dual_[k] = std::max(worst_acc_dual_[k], -bound_dual_step_[k] / bound_dual_[k]);
   }
 }
 
-// Calls visit(slack, dual, change of slack along dx_ with the widening taken back) for every inequality.
-template <typename Visit>
-void InteriorPoint::for_each_row(Visit visit) {
-  for (size_t k = p_->first_fixed ? 1 : 0; k < n_; ++k)
-    visit(bound_slack_[k], bound_dual_[k], -dx_[k + 1] / p_->c_max[k] - widening_ * bound_wide_[k]);
-  for (size_t j = 0; j < static_cast<size_t>(p_->joints); ++j)
-    for (size_t k = 0; k <= n_; ++k) {
-      const size_t i = j * (n_ + 1) + k;
-      const double taken = widening_ * acc_wide_[k];
-      visit(acc_up_[i], acc_dual_up_[i], -acc_step_[i] - taken);
-      visit(acc_low_[i], acc_dual_low_[i], acc_step_[i] - taken);
-    }
-  for (size_t r = 0; r < 2 * static_cast<size_t>(p_->joints); ++r)
-    for (size_t k = 0; k < n_; ++k) {
-      const size_t i = r * n_ + k;
-      const double taken = widening_ * jerk_wide_[k];
-      const double right = root_[k] * (-0.5 * (1 + taken) / x_[k + 1] * dx_[k + 1] - taken);
-      visit(jerk_up_[i], jerk_dual_up_[i], right - jerk_step_[i]);
-      visit(jerk_low_[i], jerk_dual_low_[i], right + jerk_step_[i]);
+// worst: greatest share of a slack (multiplier) that the full step eats, by place.
+void InteriorPoint::row_steps(Rows& rows, const Doubles& room_change, double mu, Doubles& worst,
+                              Doubles& worst_dual) {
+  const size_t n = rows.places;
+  std::fill(worst.begin(), worst.end(), 0.0);
+  std::fill(worst_dual.begin(), worst_dual.end(), 0.0);
+  const double* __restrict right = room_change.data();
+  double* __restrict eaten = worst.data(), * __restrict eaten_dual = worst_dual.data();
+  for (size_t r = 0; r < rows.rows; ++r)
+    for (const size_t side : {size_t{0}, size_t{1}}) {
+      const double sign = side == 0 ? -1 : 1;
+      const double* __restrict step = &rows.step[r * n], * __restrict inverse = &rows.inverse[side][r * n];
+      const double* __restrict dual = &rows.dual[side][r * n];
+      double* __restrict dual_step = &rows.dual_step[side][r * n];
+      for (size_t k = 0; k < n; ++k) {
+        const double share = (right[k] + sign * step[k]) * inverse[k];
+        const double change = mu * inverse[k] - dual[k] * share - dual[k], part = -change / dual[k];
+        dual_step[k] = change;
+        eaten[k] = eaten[k] < -share ? -share : eaten[k];
+        eaten_dual[k] = eaten_dual[k] < part ? part : eaten_dual[k];
+      }
     }
 }
 
-double InteriorPoint::primal_step() {
-  double worst = kToBoundary;  // share of a slack that a full step eats
-  for_each_row([&](double slack, double, double change) { worst = std::max(worst, -change / slack); });
+double InteriorPoint::primal_step() const {
+  double worst = std::max({kToBoundary, largest(worst_acc_), largest(worst_jerk_)});
   for (size_t k = 1; k <= n_; ++k) {
-    worst = std::max(worst, -dx_[k] / x_[k] / 0.7);
-    worst = std::max(worst, dx_[k] / x_[k] / 4.0);
+    const double growth = dx_[k] / x_[k];
+    worst = std::max({worst, -growth / 0.7, growth / 4.0});
   }
   return kToBoundary / worst;
 }
 
-double InteriorPoint::dual_step(double mu) {
-  double worst = kToBoundary;
-  for_each_row([&](double slack, double dual, double change) {
-    worst = std::max(worst, -dual_change(slack, dual, change, mu) / dual);
-  });
-  return kToBoundary / worst;
+double InteriorPoint::dual_step() const {
+  return kToBoundary / std::max({kToBoundary, largest(worst_acc_dual_), largest(worst_jerk_dual_)});
 }
 
-void InteriorPoint::advance(double mu, double alpha, double alpha_dual) {
-  for_each_row([&](double slack, double& dual, double change) {
-    dual += alpha_dual * dual_change(slack, dual, change, mu);
-  });
+void InteriorPoint::advance(double alpha, double alpha_dual) {
+  for (size_t k = 0; k < n_; ++k) bound_dual_[k] += alpha_dual * bound_dual_step_[k];
+  for (Rows* rows : {&acc_, &jerk_})
+    for (const size_t side : {size_t{0}, size_t{1}}) {
+      double* __restrict dual = rows->dual[side].data();
+      const double* __restrict step = rows->dual_step[side].data();
+      for (size_t i = 0; i < rows->value.size(); ++i) dual[i] += alpha_dual * step[i];
+    }
   const double widening = widening_;
   for (size_t k = 1; k <= n_; ++k) x_[k] += alpha * dx_[k];
   for (int i = 0; i < 30; ++i) {  // the product of widening and 1 / sqrt(c) may fall below its linearisation
     widening_ = widening * (1 - alpha);
-    evaluate();
-    if (inside()) break;
+    if (evaluate()) break;
     for (size_t k = 1; k <= n_; ++k) x_[k] -= 0.4 * alpha * dx_[k];
     alpha *= 0.6;
   }
 }
 
-bool InteriorPoint::inside() const {
-  double least = 1;
-  for (const Doubles* slacks : {&bound_slack_, &acc_up_, &acc_low_, &jerk_up_, &jerk_low_})
-    for (double slack : *slacks) least = std::min(least, slack);
-  return least > 0;
-}
-
 double InteriorPoint::gap() {
-  double sum = 0;
-  for_each_row([&](double slack, double dual, double) { sum += slack * dual; });
-  return sum;
+  double total = 0;
+  for (size_t k = 0; k < n_; ++k) total += bound_slack_[k] * bound_dual_[k];
+  double* __restrict sums = sums_.data();
+  for (Rows* rows : {&acc_, &jerk_}) {
+    std::fill(sums_.begin(), sums_.end(), 0.0);
+    for (size_t r = 0; r < rows->rows; ++r)
+      for (const size_t side : {size_t{0}, size_t{1}}) {
+        const double* __restrict slack = &rows->slack[side][r * rows->places], * __restrict dual =
+                                                                                   &rows->dual[side]
+                                                                                              [r *
+                                                                                               rows->places];
+        for (size_t k = 0; k < rows->places; ++k) sums[k] += slack[k] * dual[k];
+      }
+    for (double s : sums_) total += s;
+  }
+  return total;
 }
 
 double InteriorPoint::total_time() const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+
 #include "interp/plan/speed/speed_problem.h"
 
 namespace trn::speed {
@@ -28,21 +30,28 @@ class InteriorPoint {
   InteriorPointResult solve(const SpeedProblem& problem, const InteriorPointOptions& options, Doubles& c);
 
  private:
-  void begin(const Doubles& c, double start_use);
+  /// Two-sided rows, one family: |value| <= room. [row * places + place]; side 0 upper, 1 lower.
+  struct Rows {
+    size_t places = 0, rows = 0;
+    Doubles value, step;
+    std::array<Doubles, 2> slack, inverse, dual, dual_step;
+    void resize(size_t row_count, size_t place_count);
+  };
+  void begin(const Doubles& c, const InteriorPointOptions& options);
   void widen(double start_use);
-  void evaluate();
+  void start_duals(double mu);
+  bool evaluate();
+  bool evaluate_rows(Rows& rows, const Doubles& room);
   void assemble(double mu);
   void add_bounds(double mu);
   void add_acceleration(double mu);
   void add_jerk(double mu);
   bool factor_and_solve();
-  void row_steps();
-  template <typename Visit>
-  void for_each_row(Visit visit);
-  double primal_step();
-  double dual_step(double mu);
-  void advance(double mu, double alpha, double alpha_dual);
-  bool inside() const;
+  void find_steps(double mu);
+  void row_steps(Rows& rows, const Doubles& room_change, double mu, Doubles& worst, Doubles& worst_dual);
+  double primal_step() const;
+  double dual_step() const;
+  void advance(double alpha, double alpha_dual);
   double gap();
   double total_time() const;
 
@@ -53,11 +62,10 @@ class InteriorPoint {
   Doubles root_;    // 1 / sqrt(c)
   Doubles diag_, off1_, off2_, rhs_, curvature_;
   Doubles acc_wide_, jerk_wide_, bound_wide_;  // widening of each node's / interval's rows at widening_ = 1
-  Doubles bound_slack_, bound_dual_, bound_step_;
-  // per row: value of the linear form, slack and multiplier of the upper and the lower side, change of the
-  // value
-  Doubles acc_, acc_up_, acc_low_, acc_dual_up_, acc_dual_low_, acc_step_;
-  Doubles jerk_, jerk_up_, jerk_low_, jerk_dual_up_, jerk_dual_low_, jerk_step_;
+  Doubles acc_room_, jerk_room_;
+  Doubles bound_slack_, bound_dual_, bound_dual_step_;
+  Rows acc_, jerk_;
+  Doubles worst_acc_, worst_acc_dual_, worst_jerk_, worst_jerk_dual_, sums_;  // by place
 };
 
 }  // namespace trn::speed

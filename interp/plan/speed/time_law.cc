@@ -67,10 +67,10 @@ double LawSegment::time_at(double s) const {
     const PathState p = at(t);
     const double error = p.s - s;
     (error > 0 ? high : low) = t;
-    double next = p.v > 0 ? t - error / p.v : low;
-    if (!(next > low && next < high)) next = (low + high) / 2;
-    if (std::abs(next - t) <= 1e-12 * duration_s) return next;  // quadratic: far closer than that
-    t = next;
+    const double next = p.v > 0 ? t - error / p.v : -1;
+    if (std::abs(next - t) <= 1e-12 * duration_s)
+      return std::clamp(next, 0.0, duration_s);  // then far closer
+    t = next > low && next < high ? next : (low + high) / 2;
   }
   return t;
 }
