@@ -377,79 +377,23 @@ AxisValues Executor::from_mm(const AxisValues& v) const {
 double Executor::position(int axis) const { return s_.position[axis]; }
 
 double Executor::predefined(int index) const {
-  const ModalState& m = s_.modal;
-  const auto truth = [](bool value) { return value ? 1.0 : 0.0; };
+  if (index >= 6 && index <= 31) return predefined_mode(index);
   if (index >= 32 && index <= 37) return s_.position[index - 32];
   if (index >= 38 && index <= 43) {
     const AxisValues machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
     return machine[index - 38];
   }
-  static constexpr int kWorkOffsets[] = {540, 550, 560, 570, 580, 590, 591, 592, 593};
   switch (index) {
     case 0:
       return 1;
-    case 1:
-      return 0;
     case 2:
       return line_;
     case 3:
       return s_.motion;
     case 4:
-      return m.plane == Plane::kXY ? 170 : m.plane == Plane::kXZ ? 180 : 190;
+      return s_.modal.plane == Plane::kXY ? 170 : s_.modal.plane == Plane::kXZ ? 180 : 190;
     case 5:
       return comp_.active() ? (comp_.left() ? 410 : 420) : 400;
-    case 6:
-      return truth(!m.inch);
-    case 7:
-      return truth(m.inch);
-    case 8:
-      return truth(!m.incremental);
-    case 9:
-      return truth(m.incremental);
-    case 10:
-      return truth(m.feed_mode == FeedMode::kInverseTime);
-    case 11:
-      return truth(m.feed_mode == FeedMode::kPerMinute);
-    case 12:
-      return truth(m.feed_mode == FeedMode::kPerRevolution);
-    case 13:
-      return kWorkOffsets[m.work_offset - 1];
-    case 14:
-      return truth(!s_.tool_offset.isZero(0));
-    case 15:
-      return truth(!m.retract_to_start);
-    case 16:
-      return truth(m.retract_to_start);
-    case 17:
-      return truth(!m.css);
-    case 18:
-      return truth(m.css);
-    case 19:
-      return truth(m.arc_absolute);
-    case 20:
-      return truth(m.diameter);
-    case 21:
-      return truth(!m.diameter);
-    case 22:
-      return truth(m.turn != SpindleTurn::kStopped);
-    case 23:
-      return truth(m.turn == SpindleTurn::kClockwise);
-    case 24:
-      return truth(m.mist);
-    case 25:
-      return truth(m.flood);
-    case 26:
-      return truth(m.speed_override);
-    case 27:
-      return truth(m.feed_override);
-    case 28:
-      return truth(m.adaptive_feed);
-    case 29:
-      return truth(m.feed_hold);
-    case 30:
-      return m.feed;
-    case 31:
-      return m.speed;
     case 44:
     case 45:
       return s_.current_tool;
@@ -461,24 +405,55 @@ double Executor::predefined(int index) const {
     case 49:
       return call.value;
     case 50:
-      return truth(call.returned);
-    case 51:
-      return 0;
+      return call.returned;
     case 53:
       return parts_.parameters[parameter::kToolDiameter];
     case 54:
       return to_mm(s_.tool_offset)[kZ];
     case 55:
-      return truth(s_.rtcp);
+      return s_.rtcp;
     case 56:
-      return truth(s_.tilted);
+      return s_.tilted;
     case 60:
-      return truth(parts_.config.block_delete);
+      return parts_.config.block_delete;
     case 61:
-      return truth(parts_.config.optional_stop);
+      return parts_.config.optional_stop;
     default:
       return 0;
   }
+}
+
+// #<_metric> to #<_rpm>, numbers 6 to 31 of the table.
+double Executor::predefined_mode(int index) const {
+  static constexpr int kWorkOffsets[] = {540, 550, 560, 570, 580, 590, 591, 592, 593};
+  const ModalState& m = s_.modal;
+  const double values[] = {double(!m.inch),
+                           double(m.inch),
+                           double(!m.incremental),
+                           double(m.incremental),
+                           double(m.feed_mode == FeedMode::kInverseTime),
+                           double(m.feed_mode == FeedMode::kPerMinute),
+                           double(m.feed_mode == FeedMode::kPerRevolution),
+                           double(kWorkOffsets[m.work_offset - 1]),
+                           double(!s_.tool_offset.isZero(0)),
+                           double(!m.retract_to_start),
+                           double(m.retract_to_start),
+                           double(!m.css),
+                           double(m.css),
+                           double(m.arc_absolute),
+                           double(m.diameter),
+                           double(!m.diameter),
+                           double(m.turn != SpindleTurn::kStopped),
+                           double(m.turn == SpindleTurn::kClockwise),
+                           double(m.mist),
+                           double(m.flood),
+                           double(m.speed_override),
+                           double(m.feed_override),
+                           double(m.adaptive_feed),
+                           double(m.feed_hold),
+                           m.feed,
+                           m.speed};
+  return values[index - 6];
 }
 
 }  // namespace trn

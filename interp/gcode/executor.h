@@ -65,6 +65,7 @@ class Executor : public StateValues {
   void g_codes(const Block& b, int motion);
   void motion_code(const Block& b, int motion);
   void comment(const Block& b);
+  double predefined_mode(int index) const;
   std::string expand_message(const std::string& text) const;
   void put(const CanonCommand& command);
   void put(PlainCanon what) { put(canon::Plain{what}); }

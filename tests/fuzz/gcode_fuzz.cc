@@ -6,9 +6,9 @@
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 
-// libFuzzer target: any bytes as a program, through the lowering, errors recovered from. Bounded in steps and lines.
-// clang++ -std=c++20 -fsanitize=fuzzer,address,undefined -I. tests/fuzz/gcode_fuzz.cc interp/gcode/*.cc core/*.cc
-// -lfmt; run with -dict=tests/fuzz/gcode.dict
+// libFuzzer target: any bytes as a program, through the lowering, errors recovered from; bounded in steps.
+// Built by clang++ with -fsanitize=fuzzer,address,undefined from this file, interp/gcode and core; run with
+// -dict=tests/fuzz/gcode.dict.
 namespace {
 
 class Drop : public trn::MoveSink {
