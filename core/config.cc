@@ -63,12 +63,12 @@ const toml::node* find(Node& node, std::string_view key) {
 const toml::node& require(Node& node, std::string_view key) {
   const toml::node* found = find(node, key);
   if (found) return *found;
-  for (const auto& [present, value] : *node.table) {  // most often the key is there, misspelt
-    if (is_known(node, present.str())) continue;
-    if (!nearest_word(present.str(), {std::string(key)}).empty())
-      throw error_at(node, present.source(),
-                     fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, present.str()), key));
-  }
+  std::vector<std::string> strangers;  // most often the key is there, misspelt
+  for (const auto& [present, value] : *node.table)
+    if (!is_known(node, present.str())) strangers.emplace_back(present.str());
+  if (const std::string near = nearest_word(key, strangers); !near.empty())
+    throw error_at(node, node.table->find(near)->first.source(),
+                   fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, near), key));
   throw error_at(node, node.table->source(), fmt::format("missing key '{}'", dotted(node, key)));
 }
 

@@ -13,7 +13,8 @@ namespace trn {
 inline constexpr double kUnitTolerance = 1e-6;
 
 inline bool is_pose(const Pose& X) TRN_RT {
-  return X.p.allFinite() && X.R.allFinite() && std::abs(X.R.col(2).squaredNorm() - 1.0) < kUnitTolerance;
+  const double sum = X.p.sum() + X.R.sum();  // one test for all: a NaN or infinity survives every sum
+  return std::isfinite(sum) && std::abs(X.R.col(2).squaredNorm() - 1.0) < kUnitTolerance;
 }
 
 /// The same for machines that use all of R: three unit columns, right-handed.
@@ -26,7 +27,7 @@ inline bool is_rigid(const Pose& X) TRN_RT {
 
 /// The seed if it fits the machine, else zeros.
 inline JointVec usable_seed(const JointVec& seed, int joint_count) TRN_RT {
-  if (seed.size() == joint_count && seed.allFinite()) return seed;
+  if (seed.size() == joint_count && std::isfinite(seed.sum())) return seed;
   return JointVec::Zero(joint_count);
 }
 

@@ -25,12 +25,16 @@ void SerialChain::append_joint(int joint, JointKind kind, const Vec3& axis) {
 SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
   Sweep out{Mat3::Identity(), start_, Mat3::Zero()};
   int column = 0;
+  bool turned = false;  // the product with the identity is left out
   for (int i = 0; i < count_; ++i) {
     const ChainStep& step = steps_[i];
-    if (step.kind == JointKind::kRotary)
-      out.R = (out.R * rotation_about(step.axis, q[step.joint])).eval();
-    else if (column < 3)
+    if (step.kind == JointKind::kRotary) {
+      const Mat3 turn = rotation_about(step.axis, q[step.joint]);
+      out.R = turned ? Mat3(out.R * turn) : turn;
+      turned = true;
+    } else if (column < 3) {
       out.columns.col(column++) = out.R * step.axis;
+    }
     out.p += out.R * step.offset;
   }
   return out;

@@ -118,13 +118,11 @@ KinStatus SerialKinematics::forward(const JointVec& q, Pose& X_BS) const TRN_RT 
 KinStatus SerialKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
   q = usable_seed(seed, joint_count_);
   if (!is_pose(X_BS)) return KinStatus::kUnreachable;
+  if (closed_form_) return inverse_closed(X_BS, q);
   JointVec solved = q;
-  const KinStatus status =
-      closed_form_ ? inverse_closed(X_BS, solved) : solve_by_newton(config_.chain, X_BS, solved);
-  if (status != KinStatus::kOk) return status;
-  if (!solved.allFinite()) return KinStatus::kUnreachable;
-  q = solved;
-  return KinStatus::kOk;
+  const KinStatus status = solve_by_newton(config_.chain, X_BS, solved);
+  if (status == KinStatus::kOk) q = solved;
+  return status;
 }
 
 KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const TRN_RT {
@@ -143,6 +141,7 @@ KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const 
   }
   Vec3 linear;
   if (!solve3(at.columns, X_BS.p - at.p, linear)) return KinStatus::kSingular;
+  if (!std::isfinite(linear.sum())) return KinStatus::kUnreachable;
   for (int i = 0; i < 3; ++i) q[linear_joint_[i]] = linear[i];
   return KinStatus::kOk;
 }

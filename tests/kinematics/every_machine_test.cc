@@ -211,6 +211,12 @@ TEST_P(EveryMachine, NothingAllocatesAndNothingRemembers) {
   }
 }
 
+TEST(AllocationCounter, Counts) {
+  const long before = allocation_count();
+  const std::vector<std::string> some(10, std::string(100, 'x'));
+  EXPECT_TRUE(before == -1 || allocation_count() >= before + 11) << some.size();
+}
+
 INSTANTIATE_TEST_SUITE_P(Configs, EveryMachine, testing::ValuesIn(shipped_machines()),
                          [](const auto& each) { return each.param; });
 

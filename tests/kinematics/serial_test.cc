@@ -1,0 +1,175 @@
+#include <gtest/gtest.h>
+
+#include <kdl/chainfksolverpos_recursive.hpp>
+
+#include "kinematics/serial/serial_kinematics.h"
+#include "tests/kinematics/kdl_chain.h"
+#include "tests/kinematics/sampling.h"
+
+namespace trn {
+namespace {
+
+std::string joint_text(const std::string& name, bool rotary) {
+  return fmt::format(
+      fmt::runtime(
+          rotary ? "[[joint]]\nname=\"{}\"\ntype=\"rotary\"\nmin_deg=-170\nmax_deg=170\nvelocity_deg_s=9\n"
+                   "acceleration_deg_s2=9\njerk_deg_s3=9\n"
+                 : "[[joint]]\nname=\"{}\"\ntype=\"linear\"\nmin_mm=-300\nmax_mm=300\nvelocity_mm_s=9\n"
+                   "acceleration_mm_s2=9\njerk_mm_s3=9\n"),
+      name);
+}
+
+LoadedMachine machine_of(const std::string& joints, const std::string& branches) {
+  std::string text = "[machine]\nname=\"m\"\nperiod_s=0.001\n";
+  for (const char name : joints) text += joint_text(std::string(1, name), name < 'X');
+  text += "[kinematics]\ntype=\"serial\"\n" + branches;
+  Machine machine = read_machine(parse_config(text, "m.toml"));
+  auto kinematics = make_kinematics(machine);
+  return {std::move(machine), std::move(kinematics)};
+}
+
+std::string tool(char joint, const std::string& direction, const std::string& offset = "0,0,0") {
+  return fmt::format("[[kinematics.tool_branch]]\njoint=\"{}\"\ndirection=[{}]\noffset_mm=[{}]\n", joint,
+                     direction, offset);
+}
+std::string work(char joint, const std::string& direction, const std::string& offset = "0,0,0") {
+  return fmt::format("[[kinematics.work_branch]]\njoint=\"{}\"\ndirection=[{}]\noffset_mm=[{}]\n", joint,
+                     direction, offset);
+}
+std::string tool_xyz() { return tool('X', "1,0,0") + tool('Y', "0,1,0") + tool('Z', "0,0,1"); }
+
+/// Forward against KDL, and inverse judged by KDL's forward, from near and from far seeds.
+void judge_by_kdl(const LoadedMachine& loaded, bool closed_form, int count) {
+  const Kinematics& kin = *loaded.kinematics;
+  EXPECT_EQ(dynamic_cast<const SerialKinematics&>(kin).closed_form(), closed_form);
+  const KdlChain kdl = make_kdl_chain(loaded.machine);
+  KDL::ChainFkSolverPos_recursive judge(kdl.chain);
+  const auto judged = [&](const JointVec& q) {
+    KDL::Frame frame;
+    judge.JntToCart(kdl.joints(q), frame);
+    return Pose{Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(frame.M.data),
+                Vec3(frame.p.x(), frame.p.y(), frame.p.z())};
+  };
+  Sampler sampler(loaded, 11);
+  int solved = 0;
+  for (int round = 0; round < count && !testing::Test::HasFailure(); ++round) {
+    const JointVec q = sampler.joints();
+    const Pose truth = judged(q);
+    Pose X;
+    ASSERT_EQ(kin.forward(q, X), KinStatus::kOk);
+    EXPECT_LT((X.p - truth.p).norm(), 1e-9);
+    EXPECT_LT((X.R - truth.R).norm(), 1e-12);
+    JointVec back;
+    const KinStatus status = kin.inverse(truth, round % 2 ? sampler.near(q) : sampler.joints(), back);
+    if (status == KinStatus::kOk) {
+      const Pose reached = judged(back);
+      EXPECT_LT((reached.p - truth.p).norm(), 2e-9) << q.transpose();
+      EXPECT_LT((reached.R.col(2) - truth.R.col(2)).norm(), 2e-12) << q.transpose();
+      ++solved;
+    }
+  }
+  EXPECT_GE(solved, closed_form ? count : count * 9 / 10);
+}
+
+TEST(Serial, ShippedConfigsAgreeWithKdl) {
+  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage"}) {
+    SCOPED_TRACE(name);
+    judge_by_kdl(load_machine(name), true, std::string(name) == "mill" ? 500 : rounds(3000));
+  }
+}
+
+TEST(Serial, NutatingAxesAgreeWithKdl) {
+  judge_by_kdl(machine_of("XYZBC", tool_xyz() + work('B', "0,1,1", "3,-4,5") + work('C', "0,0,1", "1,2,-60")),
+               true, rounds(3000));
+  judge_by_kdl(machine_of("XYZAC", tool_xyz() + tool('C', "0,0,1") + tool('A', "1,0,1", "7,0,-90")), true,
+               rounds(3000));
+}
+
+TEST(Serial, ObliqueAxesAgreeWithKdl) {
+  const std::string linear = tool('X', "1,0.1,0") + tool('Y', "0,1,0") + tool('Z', "0.1,0.5,1");
+  judge_by_kdl(
+      machine_of("XYZAC", linear + work('A', "1,0.05,-0.02", "0,3,0") + work('C', "0.1,0,1", "0,0,-75")),
+      true, rounds(3000));
+  judge_by_kdl(machine_of("XYZA", tool_xyz() + work('A', "1,0,0", "0,10,20")), true, rounds(3000));
+}
+
+TEST(Serial, OtherChainsAreSolvedByNewton) {
+  // three rotary axes; and a rotary axis in place of a linear one
+  judge_by_kdl(machine_of("XYZABC", tool_xyz() + tool('C', "0,0,1") + tool('A', "1,0,0", "0,0,-50") +
+                                        tool('B', "0,1,0", "0,0,-80")),
+               false, 500);
+  judge_by_kdl(machine_of("XZABC", tool('X', "1,0,0") + tool('Z', "0,0,1") + work('C', "0,0,1", "0,300,0") +
+                                       tool('B', "0,1,0", "0,0,-50") + tool('A', "1,0,0", "0,0,-80")),
+               false, 500);
+}
+
+TEST(Serial, ThreeAxisMachineRefusesATilt) {
+  const LoadedMachine mill = load_machine("mill");
+  JointVec q;
+  EXPECT_EQ(mill.kinematics->inverse({rot_x(0.1), Vec3::Zero()}, JointVec::Zero(3), q),
+            KinStatus::kUnreachable);
+  EXPECT_EQ(mill.kinematics->inverse({Mat3::Identity(), Vec3(1, 2, 3)}, JointVec::Zero(3), q),
+            KinStatus::kOk);
+  EXPECT_EQ(q, Vec3(1, -2, 3));  // the table carries Y: it moves the other way
+}
+
+TEST(Serial, WordsForAxisPrefersTheBranchInsideTheLimits) {
+  const LoadedMachine cradle = load_machine("cradle");
+  Vec3 abc;
+  // From A = 118 deg the nearest way is A = 121 deg, beyond the limit: the table turns round to A = -121?
+  // also beyond. At A = 119.9 deg all is well.
+  const auto solve = [&](double a_deg) {
+    const Vec3 u = cradle.kinematics->orientation({rad_from_deg(a_deg), 0, 0}).col(2);
+    EXPECT_EQ(cradle.kinematics->words_for_axis(u, {rad_from_deg(118), 0, 0}, abc), KinStatus::kOk);
+    return deg_from_rad(abc[0]);
+  };
+  EXPECT_NEAR(solve(119.9), 119.9, 1e-9);
+  EXPECT_NEAR(solve(121), 121, 1e-9);
+  const LoadedMachine narrow = machine_of("XYZAC", tool_xyz() + work('A', "1,0,0") + work('C', "0,0,1"));
+  const Vec3 u = narrow.kinematics->orientation({0.5, rad_from_deg(0), rad_from_deg(175)}).col(2);
+  ASSERT_EQ(narrow.kinematics->words_for_axis(u, {0.4, 0, rad_from_deg(169)}, abc), KinStatus::kOk);
+  EXPECT_NEAR(abc[0], -0.5, 1e-12);  // C stops at 170 deg, so the other tilt and C - 180 deg
+  EXPECT_NEAR(deg_from_rad(abc[2]), -5, 1e-9);
+}
+
+// Programmed A and C through the pole: joints move without a jump, and the third differences are those of a
+// smooth curve, free of the noise of an arc tangent.
+TEST(Serial, SweepsThroughThePoleAreSmooth) {
+  for (const char* name : {"cradle", "head", "head_table"}) {
+    SCOPED_TRACE(name);
+    const LoadedMachine loaded = load_machine(name);
+    const Kinematics& kin = *loaded.kinematics;
+    const double h = 1e-3;
+    std::array<JointVec, 4> last;
+    for (int i = 0; i <= 1200; ++i) {
+      const double s = (i - 600) * h;
+      const bool has_b = (kin.word_mask() & (1u << kB)) != 0;
+      Words y;
+      y << 50, 30, -20, has_b ? 0 : s, has_b ? s : 0, 1.0 + 2 * s;
+      JointVec seed, q;
+      ASSERT_EQ(kin.joints_from_words(y, seed), KinStatus::kOk);
+      const Mat3 R = kin.orientation(y.tail<3>());
+      ASSERT_EQ(kin.inverse({R, y.head<3>() + R * Vec3(0, 0, 120)}, seed, q), KinStatus::kOk);
+      std::rotate(last.begin(), last.begin() + 1, last.end());
+      last[3] = q;
+      if (i < 3) continue;
+      const JointVec third = last[3] - 3 * last[2] + 3 * last[1] - last[0];
+      // levers below 200 mm and 3 rad per unit of s: |q'''| < 200 * 3^3; rounding 8 * 1e-13
+      EXPECT_LT(third.lpNorm<Eigen::Infinity>(), 200 * 27 * h * h * h + 2e-12);
+    }
+  }
+}
+
+TEST(Serial, TheAxisAloneIsFollowedThroughThePole) {
+  const LoadedMachine cradle = load_machine("cradle");
+  Vec3 abc(-0.3, 0, 0.7);
+  for (int i = -300; i <= 300; ++i) {
+    const Vec3 u = cradle.kinematics->orientation({i * 1e-3, 0, 0.7}).col(2);
+    ASSERT_EQ(cradle.kinematics->words_for_axis(u, abc, abc), KinStatus::kOk);
+    EXPECT_NEAR(abc[0], i * 1e-3, 1e-12);
+    EXPECT_NEAR(abc[2], 0.7, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace trn
