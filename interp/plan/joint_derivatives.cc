@@ -7,9 +7,10 @@ namespace trn {
 
 namespace {
 
-// How far (in path_norm) the sampled points lie from the centre: small against the radii of the machine, yet so
-// large that rounding of q (1e-14 of 100 mm) stays far below the jerk limits after division by the step's cube.
-constexpr double kReach = 0.1;
+// How far (in path_norm) the sampled points lie from the centre, by the curve's direction and by its bending: small
+// against the radii of the machine, yet so large that rounding of q (1e-14 of 100 mm) stays far below the jerk
+// limits after division by the step's cube. Where the path bends, the machine is slow, and less will do.
+constexpr double kReach = 0.03, kBendReach = 1e-4;
 
 // The curve that shares value and three derivatives with the piece at s. It may be followed beyond the ends of
 // a piece however short that is.
@@ -17,12 +18,11 @@ Words taylor(const PathPoint& p, double h) {
   return p.y + h * (p.d1 + (h / 2) * (p.d2 + (h / 3) * p.d3));
 }
 
-// Step at which no term of the curve moves the words by more than kReach.
 double sampling_step(const PathPoint& p) {
   const double n1 = path_norm(p.d1), n2 = path_norm(p.d2), n3 = path_norm(p.d3);
   double h = kReach / std::max(n1, 1e-9);
-  if (n2 * h * h > 2 * kReach) h = std::sqrt(2 * kReach / n2);
-  if (n3 * h * h * h > 6 * kReach) h = std::cbrt(6 * kReach / n3);
+  if (n2 * h * h > 2 * kBendReach) h = std::sqrt(2 * kBendReach / n2);
+  if (n3 * h * h * h > 6 * kBendReach) h = std::cbrt(6 * kBendReach / n3);
   return h;
 }
 
