@@ -69,7 +69,7 @@ void Flow::return_numbered(const Block& block) {
 
 // A definition in the calling file, in the main program, or a file of its own on the path.
 bool Flow::find_sub(std::int32_t label, CodePlace& place) {
-  const std::string& name = labels_.name(label);
+  const std::string name = labels_.name(label);  // a copy: indexing may add labels
   for (const int index : {current_.file, 0}) {
     File& f = *files_[static_cast<std::size_t>(index)];
     auto found = f.subs.find(label);

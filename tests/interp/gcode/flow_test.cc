@@ -51,6 +51,13 @@ TEST(Flow, CallBeforeDefinitionAndRecursion) {
             moves({"T 3 0 0", "T 2 0 0", "T 1 0 0"}));
 }
 
+TEST(Flow, IndexingManyLabelsKeepsTheOneThatIsLookedFor) {
+  std::string definitions;
+  for (int i = 100; i < 400; ++i) definitions += fmt::format("o{} sub\no{} endsub\n", i, i);
+  EXPECT_NE(Session().error("o1 call\n" + definitions).find("there is no sub-program o1:"),
+            std::string::npos);
+}
+
 TEST(Flow, NumberedSubPrograms) {
   Session session;
   test::CanonText sink;
