@@ -7,16 +7,15 @@ namespace trn {
 
 namespace {
 
-// How far (in path_norm) the sampled points lie from the centre, by the curve's direction and by its bending: small
-// against the radii of the machine, yet so large that rounding of q (1e-14 of 100 mm) stays far below the jerk
-// limits after division by the step's cube. Where the path bends, the machine is slow, and less will do.
+// How far (in path_norm) the sampled points lie from the centre, by the curve's direction and by its bending:
+// small against the radii of the machine, yet so large that rounding of q (1e-14 of 100 mm) stays far below
+// the jerk limits after division by the step's cube. Where the path bends, the machine is slow, and less will
+// do.
 constexpr double kReach = 0.03, kBendReach = 1e-4;
 
-// The curve that shares value and three derivatives with the piece at s. It may be followed beyond the ends of
-// a piece however short that is.
-Words taylor(const PathPoint& p, double h) {
-  return p.y + h * (p.d1 + (h / 2) * (p.d2 + (h / 3) * p.d3));
-}
+// The curve that shares value and three derivatives with the piece at s. It may be followed beyond the ends
+// of a piece however short that is.
+Words taylor(const PathPoint& p, double h) { return p.y + h * (p.d1 + (h / 2) * (p.d2 + (h / 3) * p.d3)); }
 
 double sampling_step(const PathPoint& p) {
   const double n1 = path_norm(p.d1), n2 = path_norm(p.d2), n3 = path_norm(p.d3);
