@@ -33,7 +33,7 @@ struct ProgramMove {
   enum class Kind : unsigned char { kTraverse, kFeed, kArc };
   Kind kind = Kind::kTraverse;
   Words from, to;
-  Vec3 arc_centre, arc_axis;   ///< kArc: as in make_arc, in the same frame as the words
+  Vec3 arc_centre = Vec3::Zero(), arc_axis = Vec3::UnitZ();   ///< kArc: as in make_arc, in the same frame as the words
   double arc_sweep_rad = 0;    ///< signed about arc_axis, any number of turns
   MapContext context;
   FeedLimit feed;

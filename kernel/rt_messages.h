@@ -4,6 +4,7 @@
 
 #include "core/axes.h"
 #include "core/fault.h"
+#include "core/motion.h"
 #include "core/ports.h"
 
 // What the tick and the threads beside it say to each other; plain data, through rings.
@@ -44,6 +45,7 @@ struct CycleReport {
   std::uint64_t period = 0;
   JointVec q_setpoint, q_measured;    ///< mm or rad
   Words y = Words::Zero();            ///< path point, as in PathPiece
+  MapContext context;                 ///< what y means
   double speed_mm_s = 0;              ///< of the tip along the path
   double override_now = 1;            ///< rate of the motion
   std::uint32_t line = 0;             ///< source line, 1-based; 0: none
@@ -53,6 +55,7 @@ struct CycleReport {
   int fault_joint = -1;
   Fault fault = Fault::kOk;  ///< latched
   MotionState motion = MotionState::kRest;
+  QueueEvent event;          ///< the event that took effect in this period, if any
   DriveState drives = DriveState::kOff;
 };
 

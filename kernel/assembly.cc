@@ -1,0 +1,36 @@
+#include "kernel/assembly.h"
+
+#include "kinematics/factory.h"
+#include "sim/make_drives.h"
+
+namespace trn {
+
+PlannerConfig read_planner(const ConfigTable& root) {
+  PlannerConfig config;
+  const std::optional<ConfigTable> table = root.table_if("planner");
+  if (!table) return config;
+  const Range share{0.5, 0.999};
+  config.geometry.compress = table->boolean("compress", config.geometry.compress);
+  config.speed.acceleration_share =
+      table->number("acceleration_share", config.speed.acceleration_share, share);
+  config.speed.jerk_share = table->number("jerk_share", config.speed.jerk_share, share);
+  config.tolerance_mm_max = table->number("tolerance_mm_max", config.tolerance_mm_max, kPositive);
+  config.buffer_s = table->number("buffer_s", config.buffer_s, Range{0.5, 10});
+  return config;
+}
+
+Assembly assemble(const std::string& config_path) {
+  Assembly a{read_machine(load_config(config_path)), nullptr, nullptr, {}, {}, {}, {}, nullptr};
+  const ConfigTable& root = a.machine.root;
+  a.kinematics = make_kinematics(a.machine);
+  a.map = std::make_unique<MachineJointMap>(*a.kinematics);
+  a.program = read_program_config(root);
+  a.planner = read_planner(root);
+  a.realtime = read_realtime(root);
+  a.lcm = read_lcm(root, a.machine.name);
+  a.drives = make_drives(a.machine);
+  root.finish();
+  return a;
+}
+
+}  // namespace trn

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "hal/lcm_link.h"
+#include "interp/gcode/program_config.h"
+#include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/speed/speed_planner.h"
+#include "kernel/daemon/realtime.h"
+#include "kernel/joint_map.h"
+
+namespace trn {
+
+/// Section [planner]; it may be missing.
+struct PlannerConfig {
+  GeometryOptions geometry;  ///< key `compress`
+  SpeedOptions speed;        ///< keys `acceleration_share`, `jerk_share`
+  double tolerance_mm_max = 1.0;  ///< key `tolerance_mm_max`: a larger G64 P is an error
+  double buffer_s = 1.0;     ///< key `buffer_s`: motion that is planned ahead of the tick
+};
+PlannerConfig read_planner(const ConfigTable& root);
+
+/// A machine put together from its config; every key of the file is known to somebody.
+struct Assembly {
+  Machine machine;
+  std::unique_ptr<Kinematics> kinematics;
+  std::unique_ptr<MachineJointMap> map;
+  ProgramConfig program;
+  PlannerConfig planner;
+  RealtimeConfig realtime;
+  LcmConfig lcm;
+  std::unique_ptr<Drives> drives;
+};
+
+/// ConfigError with file, line and column.
+Assembly assemble(const std::string& config_path);
+
+}  // namespace trn

@@ -1,0 +1,247 @@
+#include "kernel/cycle.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+constexpr double kRounding = 1e-6;   // of a position limit and, relatively, of a step: mm, rad
+constexpr double kJogShare = 0.1;    // of the velocity limit when a jog names no speed
+}  // namespace
+
+Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives)
+    : config_(config),
+      map_(map),
+      queue_(queue),
+      drives_(drives),
+      commands_(256),
+      reports_(config.report_capacity),
+      time_scale_(config.joints, config.shares, config.period_s),
+      interpolator_(queue) {
+  const auto n = static_cast<Eigen::Index>(config.joints.size());
+  for (JointVec* v : {&q_, &q_last_, &setpoints_.q, &setpoints_.qd, &feedback_.q}) v->setZero(n);
+  report_.q_setpoint = report_.q_measured = q_;
+}
+
+void Cycle::tick() TRN_RT {
+  take_commands();
+  move();
+  check_setpoints();
+  setpoints_.qd = (q_ - q_last_) / config_.period_s;
+  setpoints_.q = q_;
+  drives_.exchange(setpoints_, feedback_);
+  watch_drives();
+  write_report();
+  q_last_ = q_;
+}
+
+void Cycle::take_commands() TRN_RT {
+  RtCommand command;
+  for (int i = 0; i < kCommandsPerTick && commands_.try_pop(command); ++i) {
+    obey(command);
+    report_.last_command_id = command.id;
+  }
+}
+
+void Cycle::obey(const RtCommand& command) TRN_RT {
+  using Kind = RtCommand::Kind;
+  const bool standing = motion_ == MotionState::kRest;
+  const bool on_path = motion_ == MotionState::kMoving || motion_ == MotionState::kHeld;
+  switch (command.kind) {
+    case Kind::kStart:
+      if (standing && fault_ == Fault::kOk) motion_ = MotionState::kMoving;
+      break;
+    case Kind::kHold:
+      if (on_path) motion_ = MotionState::kHeld;
+      break;
+    case Kind::kResume:
+      if (motion_ == MotionState::kPaused) interpolator_.pass_event();
+      if (motion_ == MotionState::kHeld || motion_ == MotionState::kPaused) motion_ = MotionState::kMoving;
+      break;
+    case Kind::kStop:
+      if (standing || motion_ == MotionState::kPaused) abandon_motion();
+      stopping_ = motion_ != MotionState::kRest && motion_ != MotionState::kHoming;
+      break;
+    case Kind::kOverride: override_ = std::clamp(command.value, 0.0, 1.0); break;
+    case Kind::kJog:
+      if (standing && fault_ == Fault::kOk) begin_jog(command);
+      break;
+    case Kind::kHome:
+      if (standing && fault_ == Fault::kOk) begin_homing(command.joint);
+      break;
+    case Kind::kQuickStop:
+      drives_.quick_stop();
+      abandon_motion();
+      break;
+    case Kind::kResetFault:
+      fault_ = Fault::kOk;
+      fault_joint_ = -1;
+      break;
+  }
+}
+
+void Cycle::begin_jog(const RtCommand& command) TRN_RT {
+  const auto joint = static_cast<std::size_t>(command.joint);
+  if (joint >= config_.joints.size()) return;
+  const JointLimit& limit = config_.joints[joint].limit;
+  jog_joint_ = command.joint;
+  jog_from_ = q_[command.joint];
+  const double target = std::clamp(jog_from_ + command.value, std::min(limit.min, jog_from_),
+                                   std::max(limit.max, jog_from_));
+  const double speed = command.speed > 0 ? command.speed : kJogShare * limit.velocity;
+  jog_ = SCurve(target - jog_from_, std::min(speed, limit.velocity),
+                config_.shares.acceleration * limit.acceleration, config_.shares.jerk * limit.jerk);
+  jog_time_s_ = 0;
+  motion_ = MotionState::kJogging;
+}
+
+void Cycle::begin_homing(int joint) TRN_RT {
+  const unsigned all = (1u << config_.joints.size()) - 1;
+  homing_mask_ = joint < 0 ? all : (1u << joint) & all;
+  homing_seen_ = 0;
+  drives_.request_home(homing_mask_);
+  motion_ = MotionState::kHoming;
+}
+
+void Cycle::move() TRN_RT {
+  report_.event = QueueEvent{};
+  if (!synchronised_) q_ = feedback_.q;  // drives without power: follow them, so that they start without a jump
+  if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
+  if (motion_ == MotionState::kHoming) return follow_homing();
+  const bool stand = stopping_ || motion_ == MotionState::kHeld;
+  const bool on_path = motion_ != MotionState::kJogging;
+  const bool is_short = on_path && queue_is_short();
+  if (is_short && !waiting_ && !interpolator_.at_rest()) ++report_.starvations;
+  waiting_ = is_short;
+  time_scale_.set_target(stand || waiting_ ? 0.0 : override_);
+  if (on_path && interpolator_.at_rest()) time_scale_.restart();
+  const double plan_time_s = time_scale_.step();
+  on_path ? follow_path(plan_time_s) : follow_jog(plan_time_s);
+  const bool still = time_scale_.rate() == 0 || (on_path && interpolator_.at_rest());
+  if (stopping_ && still) abandon_motion();
+}
+
+bool Cycle::queue_is_short() const TRN_RT {
+  if (queue_.holds_stop()) return false;
+  const double needed = plan_time_needed();
+  return queue_.buffered_s() < (waiting_ || interpolator_.at_rest() ? 2 * needed : needed);
+}
+
+void Cycle::follow_path(double plan_time_s) TRN_RT {
+  if (dwell_left_s_ > 0) {
+    if (plan_time_s > 0) dwell_left_s_ -= config_.period_s;
+    return;
+  }
+  if (plan_time_s <= 0) return;
+  const auto outcome = interpolator_.advance(plan_time_s);
+  if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
+  if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
+  if (interpolator_.has_position()) {
+    JointVec q;
+    if (map_.map(interpolator_.y(), interpolator_.context(), q) != KinStatus::kOk)
+      return latch(Fault::kKinematics, -1);
+    q_ = q;
+  }
+  if (outcome == Interpolator::Outcome::kAtEvent) pass_event();
+}
+
+void Cycle::pass_event() TRN_RT {
+  using Kind = QueueEvent::Kind;
+  const QueueEvent event = interpolator_.event().event;
+  report_.event = event;
+  report_.line = interpolator_.event().line;
+  const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
+  if (stop && config_.pause_at_program_stop) {
+    motion_ = MotionState::kPaused;  // the event stays in front until kResume
+    return;
+  }
+  if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
+  interpolator_.pass_event();
+  if (event.kind == Kind::kProgramEnd) come_to_rest();
+}
+
+void Cycle::follow_jog(double plan_time_s) TRN_RT {
+  jog_time_s_ += plan_time_s;
+  q_[jog_joint_] = jog_from_ + jog_.at(jog_time_s_);
+  if (jog_time_s_ >= jog_.duration_s()) come_to_rest();
+}
+
+void Cycle::follow_homing() TRN_RT {
+  q_ = feedback_.q;
+  if (feedback_.state == DriveState::kHoming) homing_seen_ = homing_mask_;
+  const bool done = feedback_.state == DriveState::kEnabled && homing_seen_ == homing_mask_;
+  if (done && (feedback_.homed_mask & homing_mask_) == homing_mask_) come_to_rest();
+  homing_seen_ = homing_mask_;  // a drive that needs no search is done by the next period
+}
+
+void Cycle::come_to_rest() TRN_RT {
+  motion_ = MotionState::kRest;
+  stopping_ = waiting_ = false;
+  dwell_left_s_ = 0;
+  time_scale_.set_target(override_);
+  time_scale_.restart();
+}
+
+void Cycle::abandon_motion() TRN_RT {
+  interpolator_.abandon();
+  come_to_rest();
+}
+
+void Cycle::check_setpoints() TRN_RT {
+  const bool commanded = motion_ != MotionState::kHoming && synchronised_;
+  if (!commanded) return;
+  for (std::size_t i = 0; i < config_.joints.size(); ++i) {
+    const JointLimit& limit = config_.joints[i].limit;
+    const auto k = static_cast<Eigen::Index>(i);
+    const double step = q_[k] - q_last_[k];
+    if (step == 0) continue;  // a joint that stands outside its range (after a crash) may stay there
+    const bool outside = (q_[k] > limit.max + kRounding && step > 0) || (q_[k] < limit.min - kRounding && step < 0);
+    const bool jump = !(std::abs(step) <= limit.velocity * config_.period_s * (1 + kRounding) + 1e-12);
+    if (!outside && !jump) continue;
+    q_ = q_last_;
+    drives_.quick_stop();
+    return latch(jump ? Fault::kSetpointJump : Fault::kJointLimit, static_cast<int>(i));
+  }
+}
+
+void Cycle::watch_drives() TRN_RT {
+  if (feedback_.fault != Fault::kOk) latch(feedback_.fault, feedback_.fault_joint);
+  synchronised_ = feedback_.state == DriveState::kEnabled;
+  const bool working = synchronised_ || feedback_.state == DriveState::kHoming;
+  if (!working && motion_ != MotionState::kRest && motion_ != MotionState::kHoming) abandon_motion();
+  if (motion_ == MotionState::kHoming && feedback_.state == DriveState::kOff) come_to_rest();
+}
+
+void Cycle::latch(Fault fault, int joint) TRN_RT {
+  if (fault_ != Fault::kOk) return;
+  fault_ = fault;
+  fault_joint_ = joint;
+  const Reaction reaction = fault_info(fault).reaction;
+  if (reaction == Reaction::kPathStop && motion_ != MotionState::kRest) stopping_ = true;
+  if (reaction == Reaction::kQuickStop) {
+    drives_.quick_stop();
+    abandon_motion();
+  }
+}
+
+void Cycle::write_report() TRN_RT {
+  report_.period = period_++;
+  report_.q_setpoint = q_;
+  report_.q_measured = feedback_.q;
+  report_.y = interpolator_.y();
+  report_.context = interpolator_.context();
+  report_.speed_mm_s = (report_.y - y_last_).head<3>().norm() / config_.period_s;
+  y_last_ = report_.y;
+  report_.override_now = time_scale_.rate();
+  if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
+  report_.homed_mask = feedback_.homed_mask;
+  report_.limit_switch_mask = feedback_.limit_switch_mask;
+  report_.fault = fault_;
+  report_.fault_joint = fault_joint_;
+  report_.motion = motion_ == MotionState::kHeld && stopping_ ? MotionState::kMoving : motion_;
+  report_.drives = feedback_.state;
+  reports_.try_push(report_);
+}
+
+}  // namespace trn

@@ -1,0 +1,84 @@
+#pragma once
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "core/ring.h"
+#include "kernel/daemon/motion_port.h"
+#include "kernel/interpolator.h"
+#include "kernel/jog.h"
+#include "kernel/time_scale.h"
+
+namespace trn {
+
+struct CycleConfig {
+  double period_s = 0;
+  Joints joints;
+  PlanShares shares;
+  bool pause_at_program_stop = true;  ///< M0, M1 wait for kResume; false: they pass
+  std::size_t report_capacity = 4096;
+};
+
+/// The tick. Read `tick` first: everything that happens in a period stands there in order.
+class Cycle final : public TickPort {
+ public:
+  /// All references must outlive the cycle.
+  Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives);
+
+  void tick() TRN_RT override;
+  void latch(Fault fault) TRN_RT override { latch(fault, -1); }
+  bool post(const RtCommand& command) override { return commands_.try_push(command); }
+  bool next_report(CycleReport& report) override { return reports_.try_pop(report); }
+
+  /// The report of the last tick, for whoever runs in the tick's own thread.
+  const CycleReport& last_report() const TRN_RT { return report_; }
+  /// Plan time that the queue must hold, unless it holds a stop, for the motion to go on undisturbed, s.
+  double plan_time_needed() const TRN_RT { return time_scale_.plan_time_to_stop() + 2 * config_.period_s; }
+
+ private:
+  static constexpr int kCommandsPerTick = 8;
+
+  void take_commands() TRN_RT;
+  void obey(const RtCommand& command) TRN_RT;
+  void begin_jog(const RtCommand& command) TRN_RT;
+  void begin_homing(int joint) TRN_RT;
+  void move() TRN_RT;
+  void follow_path(double plan_time_s) TRN_RT;
+  void follow_jog(double plan_time_s) TRN_RT;
+  void follow_homing() TRN_RT;
+  void pass_event() TRN_RT;
+  void come_to_rest() TRN_RT;
+  void check_setpoints() TRN_RT;
+  void watch_drives() TRN_RT;
+  void write_report() TRN_RT;
+  void latch(Fault fault, int joint) TRN_RT;
+  void abandon_motion() TRN_RT;
+  bool queue_is_short() const TRN_RT;
+
+  CycleConfig config_;
+  const JointMap& map_;
+  MotionQueue& queue_;
+  Drives& drives_;
+  Ring<RtCommand> commands_;
+  Ring<CycleReport> reports_;
+  TimeScale time_scale_;
+  Interpolator interpolator_;
+  MotionState motion_ = MotionState::kRest;
+  bool stopping_ = false;       ///< slows down to forget the motion
+  bool waiting_ = false;        ///< starved: slows down until the planner is ahead again
+  double override_ = 1, dwell_left_s_ = 0, jog_time_s_ = 0;
+  SCurve jog_;
+  int jog_joint_ = 0;
+  double jog_from_ = 0;
+  unsigned homing_mask_ = 0, homing_seen_ = 0;
+  JointVec q_, q_last_;
+  Words y_last_ = Words::Zero();
+  Setpoints setpoints_;
+  Feedback feedback_;
+  Fault fault_ = Fault::kOk;
+  int fault_joint_ = -1;
+  CycleReport report_;
+  std::uint64_t period_ = 0;
+  bool synchronised_ = false;   ///< q_ agrees with where the drives stand
+};
+
+}  // namespace trn

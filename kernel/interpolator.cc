@@ -1,0 +1,51 @@
+#include "kernel/interpolator.h"
+
+namespace trn {
+
+Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
+  time_s_ += plan_time_s;
+  for (int blocks = 0; blocks < kBlocksPerTick; ++blocks) {
+    const MotionBlock* block = queue_.front();
+    if (!block || block->segment_count == 0) {
+      time_s_ = 0;
+      if (block) return Outcome::kAtEvent;
+      return at_rest_ ? Outcome::kAtRest : Outcome::kStarved;
+    }
+    while (segment_ < block->segment_count) {
+      const double duration = block->segments[static_cast<std::size_t>(segment_)].duration_s;
+      if (time_s_ < duration) {
+        evaluate(*block);
+        return Outcome::kMoving;
+      }
+      time_s_ -= duration;
+      ++segment_;
+    }
+    // Past its end: stand there, in case nothing follows yet.
+    --segment_;
+    const double rest = time_s_;
+    time_s_ = block->segments[static_cast<std::size_t>(segment_)].duration_s;
+    evaluate(*block);
+    at_rest_ = block->ends_at_rest;
+    time_s_ = rest;
+    segment_ = 0;
+    queue_.pop();
+  }
+  return Outcome::kBroken;
+}
+
+void Interpolator::evaluate(const MotionBlock& block) TRN_RT {
+  y_ = block.piece.at(block.segments[static_cast<std::size_t>(segment_)].s_at(time_s_));
+  context_ = block.context;
+  line_ = block.line;
+  at_rest_ = false;
+  has_position_ = true;
+}
+
+void Interpolator::abandon() TRN_RT {
+  queue_.drop_all();
+  time_s_ = 0;
+  segment_ = 0;
+  at_rest_ = true;
+}
+
+}  // namespace trn

@@ -1,0 +1,52 @@
+#pragma once
+
+#include "kernel/motion_queue.h"
+
+namespace trn {
+
+/// Evaluates the planned motion at the plan's own time. Decides nothing: how fast plan time passes is the time
+/// scale's business, what to do at an event the cycle's.
+class Interpolator {
+ public:
+  explicit Interpolator(MotionQueue& queue) : queue_(queue) {}
+
+  enum class Outcome : unsigned char {
+    kMoving,   ///< y() is on the way
+    kAtRest,   ///< at the end of a stretch (or nowhere yet) and the queue is empty
+    kAtEvent,  ///< at rest in front of `event()`
+    kStarved,  ///< the queue is empty in the middle of a stretch; y() is its end
+    kBroken,   ///< more blocks ended in one period than any plan has: a defect
+  };
+
+  /// Lets `plan_time_s` pass; stops in front of an event.
+  Outcome advance(double plan_time_s) TRN_RT;
+
+  /// Where the motion is; valid after the first block.
+  const Words& y() const TRN_RT { return y_; }
+  const MapContext& context() const TRN_RT { return context_; }
+  std::uint32_t line() const TRN_RT { return line_; }
+  bool has_position() const TRN_RT { return has_position_; }
+  bool at_rest() const TRN_RT { return at_rest_; }
+
+  /// The event in front; call `pass_event` to go on behind it.
+  const MotionBlock& event() const TRN_RT { return *queue_.front(); }
+  void pass_event() TRN_RT { queue_.pop(); }
+
+  /// Stands still here and forgets the rest of the queue.
+  void abandon() TRN_RT;
+
+ private:
+  static constexpr int kBlocksPerTick = 256;
+
+  void evaluate(const MotionBlock& block) TRN_RT;
+
+  MotionQueue& queue_;
+  double time_s_ = 0;  ///< in the segment
+  int segment_ = 0;
+  bool at_rest_ = true, has_position_ = false;
+  Words y_ = Words::Zero();
+  MapContext context_;
+  std::uint32_t line_ = 0;
+};
+
+}  // namespace trn

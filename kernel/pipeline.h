@@ -1,0 +1,77 @@
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <optional>
+#include <string>
+
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/lowering.h"
+#include "kernel/assembly.h"
+
+namespace trn {
+
+/// A program, as a file or as text, and where the machine stands when it begins.
+struct ProgramStart {
+  std::string path;                 ///< file; or the name that stands for `text`
+  std::optional<std::string> text;  ///< MDI
+  JointVec q;                       ///< motor joints at rest
+};
+
+/// Who looks on while a program passes; each may be empty.
+struct PipelineObservers {
+  std::function<void(const Diagnostic&)> warning;
+  std::function<void(const ProgramMove&)> move;
+  std::function<void(const PlanPiece&)> piece;
+};
+
+/// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row. Pulled
+/// by whoever needs blocks; what comes out depends on the program only.
+class Pipeline {
+ public:
+  /// `assembly`, `parameters` and `tools` must outlive the pipeline; the last two are changed by the program.
+  /// ProgramError if the program cannot be opened.
+  Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& tools, const ProgramStart& start,
+           PipelineObservers observers);
+  ~Pipeline();
+
+  /// The next block; false after the last one, which is a kProgramEnd event. ProgramError "file:line:...": the
+  /// blocks handed out so far end at rest; one kProgramEnd event still follows.
+  bool next(MotionBlock& block);
+
+  std::uint32_t line() const { return interpreter_.line(); }
+  std::uint64_t blocks_read() const { return interpreter_.blocks(); }
+  const SpeedStats& speed_stats() const { return speed_.stats(); }
+
+ private:
+  struct MoveTee;
+  struct PieceTee;
+  struct BlockQueue;
+
+  void fill();
+  void end_program();
+
+  std::string name_;
+  ProgramConfig program_;
+  std::unique_ptr<BlockQueue> blocks_;
+  SpeedPlanner speed_;
+  std::unique_ptr<PieceTee> pieces_;
+  GeometryPlanner geometry_;
+  std::unique_ptr<MoveTee> moves_;
+  Lowering lowering_;
+  Interpreter interpreter_;
+  bool ended_ = false;
+};
+
+/// What a dry run of a whole program found.
+struct ProgramSummary {
+  std::uint64_t lines = 0, moves = 0;
+};
+
+/// Interprets a program to its end on copies of parameters and tools, and follows its moves through the
+/// bracket: every place must be reachable and inside the joints' position limits. Nothing moves. ProgramError
+/// for the first defect, with file, line and what would be right. `progress` is told the line now and then.
+ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
+                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress);
+
+}  // namespace trn

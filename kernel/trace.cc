@@ -1,0 +1,63 @@
+#include "kernel/trace.h"
+
+#include <fmt/format.h>
+
+#include <cerrno>
+#include <cstring>
+#include <stdexcept>
+
+#include "kernel/joint_map.h"
+
+namespace trn {
+
+TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const Kinematics& kinematics)
+    : path_(path), kinematics_(kinematics), period_s_(machine.period_s), file_(std::fopen(path.c_str(), "w")) {
+  if (!file_) throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, std::strerror(errno)));
+  std::string header = "t_s";
+  for (const Joint& joint : machine.joints) header += "," + joint.name;
+  header += ",p_x,p_y,p_z,u_i,u_j,u_k,line\n";
+  std::fputs(header.c_str(), file_.get());
+}
+
+void TraceWriter::write(const CycleReport& report) {
+  // The stream begins with the last period at rest, so that traces of the same program begin alike however
+  // long the machine stood before.
+  const bool at_work = report.motion == MotionState::kMoving || report.motion == MotionState::kHeld ||
+                       report.motion == MotionState::kJogging || report.motion == MotionState::kPaused;
+  if (!any_ && !at_work) {
+    if (!standing_) standing_ = std::make_unique<CycleReport>();
+    *standing_ = report;
+    return;
+  }
+  if (!any_) {
+    any_ = true;
+    first_period_ = standing_ ? standing_->period : report.period;
+    if (standing_) {
+      standing_->context = report.context;
+      row(*standing_);
+    }
+  }
+  row(report);
+}
+
+void TraceWriter::row(const CycleReport& report) {
+  text_.clear();
+  auto out = std::back_inserter(text_);
+  fmt::format_to(out, "{:.17g}", static_cast<double>(report.period - first_period_) * period_s_);
+  for (const double value : report.q_setpoint) fmt::format_to(out, ",{:.17g}", value);
+  ToolPose pose;
+  if (tool_pose(kinematics_, report.q_setpoint, report.context, pose) == KinStatus::kOk)
+    fmt::format_to(out, ",{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}", pose.p_W[0], pose.p_W[1], pose.p_W[2],
+                   pose.u_W[0], pose.u_W[1], pose.u_W[2]);
+  else
+    text_ += ",0,0,0,0,0,0";
+  fmt::format_to(out, ",{}\n", report.line);
+  std::fwrite(text_.data(), 1, text_.size(), file_.get());
+}
+
+void TraceWriter::close() {
+  if (std::fflush(file_.get()) != 0 || std::ferror(file_.get()))
+    throw std::runtime_error(fmt::format("{}: the trace could not be written whole", path_));
+}
+
+}  // namespace trn

@@ -1,0 +1,41 @@
+#pragma once
+
+#include <cstdio>
+#include <memory>
+#include <string>
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "kernel/daemon/daemon.h"
+
+namespace trn {
+
+/// Writes the setpoint stream as CSV: a header, then one row a period with t_s, the motor joints by name (mm,
+/// rad), the tip p_x, p_y, p_z (mm) and tool axis u_i, u_j, u_k in the work frame, and the source line; 17
+/// significant digits. Rows before the first motion and after the last are left out where nothing changes.
+class TraceWriter final : public ReportSink {
+ public:
+  /// std::runtime_error if the file cannot be written.
+  TraceWriter(const std::string& path, const Machine& machine, const Kinematics& kinematics);
+
+  void write(const CycleReport& report) override;
+  /// Flushes; std::runtime_error if anything could not be written.
+  void close();
+
+ private:
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  void row(const CycleReport& report);
+
+  std::string path_;
+  const Kinematics& kinematics_;
+  double period_s_;
+  std::unique_ptr<std::FILE, Close> file_;
+  std::unique_ptr<CycleReport> standing_;  ///< last report while nothing moves
+  std::uint64_t first_period_ = 0;
+  bool moved_ = false, any_ = false;
+  std::string text_;
+};
+
+}  // namespace trn

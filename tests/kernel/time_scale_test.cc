@@ -1,0 +1,106 @@
+#include "kernel/time_scale.h"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace trn {
+namespace {
+
+constexpr double kT = 1e-3;
+
+Joints cradle_like() {
+  Joints joints(3);
+  joints[0].limit = {-400, 400, 500, 5000, 100000};
+  joints[1].limit = {-2, 2, 2.1, 14, 280};
+  joints[2].limit = {-600, 600, 4.2, 26, 520};
+  return joints;
+}
+
+// The two inequalities that protect every plan inside the shares, on the rate's own samples: r' and r'' of the
+// piecewise law are recovered from the plan time that passes in each step.
+void expect_within_bounds(const Joints& joints, PlanShares shares, const std::vector<double>& plan_time) {
+  double k_a = 0, k_aj = 0, k_j = 0;
+  for (const Joint& j : joints) {
+    k_a = std::max(k_a, j.limit.velocity / j.limit.acceleration);
+    k_aj = std::max(k_aj, j.limit.acceleration / j.limit.jerk);
+    k_j = std::max(k_j, j.limit.velocity / j.limit.jerk);
+  }
+  for (size_t i = 3; i < plan_time.size(); ++i) {
+    const double r = (plan_time[i - 1] - plan_time[i - 2]) / kT;
+    const double slope = (plan_time[i] - 2 * plan_time[i - 1] + plan_time[i - 2]) / kT / kT;
+    const double curve = (plan_time[i] - 3 * plan_time[i - 1] + 3 * plan_time[i - 2] - plan_time[i - 3]) / kT / kT / kT;
+    EXPECT_LE(std::abs(slope) * k_a, 1 - shares.acceleration * r * r + 1e-3 * k_a) << "step " << i;
+    EXPECT_LE(3 * r * std::abs(slope) * shares.acceleration * k_aj + std::abs(curve) * k_j,
+              1 - shares.jerk * r * r * r + 2e-3)
+        << "step " << i << " r " << r << " slope " << slope << " curve " << curve;
+  }
+}
+
+TEST(TimeScale, HoldStopsAndResumeReturnsWithinTheBounds) {
+  TimeScale scale(cradle_like(), {}, kT);
+  std::vector<double> t(1, 0.0);
+  const auto run = [&](int steps) {
+    for (int i = 0; i < steps; ++i) t.push_back(t.back() + scale.step());
+  };
+  run(10);
+  scale.set_target(0);
+  const double promised = scale.plan_time_to_stop(), before = t.back();
+  int steps = 0;
+  while (!scale.at_target() && steps < 3000) run(1), ++steps;
+  EXPECT_EQ(scale.rate(), 0);
+  EXPECT_LT(steps, 800);
+  EXPECT_LE(t.back() - before, promised);
+  EXPECT_GT(t.back() - before, 0.3 * promised);
+  std::printf("hold takes %d periods, %.3f s of plan time\n", steps, t.back() - before);
+  run(5);
+  scale.set_target(1);
+  steps = 0;
+  while (!scale.at_target() && steps < 3000) run(1), ++steps;
+  EXPECT_EQ(scale.rate(), 1);
+  run(5);
+  expect_within_bounds(cradle_like(), {}, t);
+}
+
+TEST(TimeScale, AnySequenceOfTargetsStaysWithinTheBounds) {
+  std::mt19937_64 rng(7);
+  for (int round = 0; round < 200; ++round) {
+    TimeScale scale(cradle_like(), {}, kT);
+    std::vector<double> t(1, 0.0);
+    std::uniform_real_distribution<double> u(-0.3, 1.3);
+    std::uniform_int_distribution<int> wait(1, 400);
+    for (int k = 0; k < 8; ++k) {
+      scale.set_target(u(rng));
+      for (int i = wait(rng); i > 0; --i) {
+        t.push_back(t.back() + scale.step());
+        ASSERT_GE(scale.rate(), 0);
+        ASSERT_LE(scale.rate(), 1);
+      }
+    }
+    expect_within_bounds(cradle_like(), {}, t);
+    if (HasFailure()) return;
+  }
+}
+
+TEST(TimeScale, StopsWithinThePromisedPlanTimeFromAnyState) {
+  std::mt19937_64 rng(8);
+  std::uniform_real_distribution<double> u(0, 1);
+  std::uniform_int_distribution<int> wait(1, 300);
+  for (int round = 0; round < 500; ++round) {
+    TimeScale scale(cradle_like(), {}, kT);
+    for (int k = 0; k < 4; ++k) {
+      scale.set_target(u(rng) < 0.3 ? 1 : u(rng));
+      for (int i = wait(rng); i > 0; --i) scale.step();
+    }
+    const double promised = scale.plan_time_to_stop();
+    scale.set_target(0);
+    double passed = 0;
+    int steps = 0;
+    while (!scale.at_target() && steps++ < 5000) passed += scale.step();
+    ASSERT_TRUE(scale.at_target());
+    ASSERT_LE(passed, promised) << "round " << round;
+  }
+}
+
+}  // namespace
+}  // namespace trn
