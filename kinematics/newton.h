@@ -9,7 +9,7 @@ namespace trn {
 /// How a bounded Newton iteration went.
 struct NewtonReport {
   KinStatus status = KinStatus::kUnreachable;
-  int iterations = 0;
+  int iterations = 0;  ///< steps until a root was reached; polishing is not counted
 };
 
 /// Newton with step halving for N equations in N unknowns, at most `kIterationsMax` steps of at most
@@ -20,17 +20,20 @@ struct NewtonReport {
 template <int N, typename Model, typename State>
 NewtonReport solve_newton(const Model& model, State& state) TRN_RT {
   constexpr int kIterationsMax = 40, kHalvingsMax = 10;
-  constexpr double kStopMm = 1e-11, kReachedMm = 1e-9;
+  constexpr double kRoundingMm = 2e-13, kReachedMm = 1e-9;
   Eigen::Matrix<double, N, 1> e;
   Eigen::Matrix<double, N, N> J;
   NewtonReport report;
   model.evaluate(state, e, J);
   double error = e.norm();
   bool improving = true;
-  while (improving && error > kStopMm && report.iterations++ < kIterationsMax) {
+  for (int i = 0; improving && error > kRoundingMm && i < kIterationsMax; ++i) {
+    if (error > kReachedMm) ++report.iterations;
     Eigen::Matrix<double, N, 1> step = J.partialPivLu().solve(-e);
     improving = false;
-    for (int halving = 0; !improving && halving < kHalvingsMax; ++halving, step *= 0.5) {
+    // Once reached, plain steps go on while they help: an ill-conditioned pose needs the last digits.
+    const int tries = error < kReachedMm ? 1 : kHalvingsMax;
+    for (int halving = 0; !improving && halving < tries; ++halving, step *= 0.5) {
       const State trial = model.moved(state, step);
       model.evaluate(trial, e, J);
       if (!(e.norm() < error)) continue;  // a NaN is no improvement either

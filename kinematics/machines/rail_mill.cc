@@ -12,6 +12,8 @@ namespace {
 constexpr double kTurnOnly = 1e-9;  // a platform that is asked to turn about y or z by more cannot
 constexpr double kSquare = 1e-6;    // sqrt/l below this: a link square to its rail
 
+constexpr int kLeadSteps = 16;  // from home to a pose that plain Newton misses
+
 struct PlatformState {
   Vec3 p;
   double alpha;
@@ -68,6 +70,7 @@ RailMill::RailMill(const RailMillConfig& config)
     : PlatformKinematics(config.platform, 4, 1), config_(config) {
   radius_ = 0;
   for (const Rail& rail : config_.rails) radius_ += rail.platform_P.norm() / 4;
+  actuators(config_.platform.home_X_RP, home_q_);
 }
 
 KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
@@ -88,17 +91,30 @@ KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
   return square || ill ? KinStatus::kSingular : KinStatus::kOk;
 }
 
-KinStatus RailMill::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
-  PlatformState state{config_.platform.home_X_RP.p, 0.0};
+KinStatus RailMill::follow(const JointVec& q, Pose& X_RP) const TRN_RT {
+  PlatformState state{X_RP.p, std::atan2(X_RP.R(2, 1), X_RP.R(1, 1))};
   const KinStatus status = solve_newton<4>(LinkEquations{config_.rails, q}, state).status;
   if (status != KinStatus::kOk) return status;
   X_RP = {rot_x(state.alpha), state.p};
-  for (int i = 0; i < 4; ++i) {  // a root of the other assembly is not this machine
+  for (int i = 0; i < 4; ++i) {
     const Rail& rail = config_.rails[i];
     const double along = q[i] + rail.offset_mm - rail.direction_R.dot(v_of(rail, X_RP));
     if (along * rail.sign < 0) return KinStatus::kUnreachable;
   }
   return KinStatus::kOk;
+}
+
+KinStatus RailMill::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
+  X_RP = config_.platform.home_X_RP;
+  if (follow(q, X_RP) == KinStatus::kOk) return KinStatus::kOk;
+  // Far from home a straight Newton may fall into another assembly: lead the sliders there in small steps.
+  X_RP = config_.platform.home_X_RP;
+  KinStatus status = KinStatus::kOk;
+  for (int i = 1; i <= kLeadSteps && status == KinStatus::kOk; ++i) {
+    const double part = static_cast<double>(i) / kLeadSteps;
+    status = follow(home_q_ + part * (q - home_q_), X_RP);
+  }
+  return status;
 }
 
 RailMill::Square RailMill::rail_jacobian(const Pose& X_RP) const TRN_RT {
@@ -133,7 +149,8 @@ std::unique_ptr<Kinematics> make_rail_mill(const Machine& machine, const ConfigT
   RailMillConfig config;
   config.platform = read_platform(section);
   const auto rails = section.tables("rail");
-  for (std::size_t i = 0; i < std::min<std::size_t>(rails.size(), 4); ++i) config.rails[i] = read_rail(rails[i]);
+  for (std::size_t i = 0; i < std::min<std::size_t>(rails.size(), 4); ++i)
+    config.rails[i] = read_rail(rails[i]);
   section.finish();  // a misspelt key explains a missing rail better than what follows
   if (rails.size() != 4)
     throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));

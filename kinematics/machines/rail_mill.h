@@ -44,7 +44,11 @@ class RailMill final : public PlatformKinematics {
   double reach(const Pose& X_RP) const TRN_RT;
 
  private:
+  /// Newton from `X_RP`; kUnreachable also for a root of another assembly.
+  KinStatus follow(const JointVec& q, Pose& X_RP) const TRN_RT;
+
   RailMillConfig config_;
+  JointVec home_q_;
   double radius_ = 1;  ///< mean |b_i|
 };
 

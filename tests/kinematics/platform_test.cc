@@ -47,7 +47,7 @@ TEST(Hexapod, LegSpeedsAreTheDerivativeOfTheLegs) {
   }
 }
 
-// The region a start may lie in: 60 mm and 0.3 rad off in every component the error falls to rounding within
+// The region a start may lie in: 40 mm and 0.2 rad off in every component the error falls to rounding within
 // 6 steps, which only quadratic convergence does.
 TEST(Hexapod, NewtonConvergesQuadraticallyFromNearby) {
   const LoadedMachine loaded = load_machine("hexapod");
@@ -59,8 +59,8 @@ TEST(Hexapod, NewtonConvergesQuadraticallyFromNearby) {
     Pose truth;
     ASSERT_EQ(hexapod.platform(q, truth), KinStatus::kOk);
     const auto some = [&](double r) { return sampler.uniform(-r, r); };
-    Pose start{truth.R * rot_x(some(0.3)) * rot_y(some(0.3)) * rot_z(some(0.3)),
-               truth.p + Vec3(some(60), some(60), some(60))};
+    Pose start{truth.R * rot_x(some(0.2)) * rot_y(some(0.2)) * rot_z(some(0.2)),
+               truth.p + Vec3(some(40), some(40), some(40))};
     const NewtonReport report = hexapod.platform_from(q, start);
     ASSERT_EQ(report.status, KinStatus::kOk);
     EXPECT_LT((start.p - truth.p).norm(), 1e-9);
