@@ -59,4 +59,11 @@ struct CycleReport {
   DriveState drives = DriveState::kOff;
 };
 
+/// What is written of every report, e.g. a trace file.
+class ReportSink {
+ public:
+  virtual ~ReportSink() = default;
+  virtual void write(const CycleReport& report) = 0;
+};
+
 }  // namespace trn

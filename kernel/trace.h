@@ -6,7 +6,7 @@
 
 #include "core/machine.h"
 #include "core/ports.h"
-#include "kernel/daemon/daemon.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

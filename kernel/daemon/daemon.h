@@ -10,13 +10,6 @@
 
 namespace trn {
 
-/// What is written of every report, e.g. a trace file.
-class ReportSink {
- public:
-  virtual ~ReportSink() = default;
-  virtual void write(const CycleReport& report) = 0;
-};
-
 /// A machine put together, ready to be run in real time.
 struct DaemonParts {
   const Machine& machine;

@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <fstream>
+#include <memory>
+#include <optional>
+
+#include "interp/gcode/parameter_file.h"
+#include "interp/plan/speed/sample_stretch.h"
+#include "kernel/commands/commands.h"
+#include "kernel/run_report.h"
+#include "kernel/simulation.h"
+#include "kernel/trace.h"
+#include "sim/make_drives.h"
+
+namespace trn {
+
+namespace {
+
+struct RunOptions {
+  std::string program, machine, trace, path, tools, variables;
+  int trace_density = 1;
+  bool json = false;
+};
+
+constexpr double kPathStep = 0.05;  // of the path parameter, in --path
+
+/// Collects the pieces of a stretch and writes its joint path when it is complete.
+class PathExport {
+ public:
+  PathExport(const std::string& file, const Assembly& assembly)
+      : out_(file), writer_(out_, assembly.machine.joints), map_(*assembly.map) {
+    if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the path", file));
+  }
+  void piece(const PlanPiece& piece) {
+    stretch_.push_back(piece);
+    if (!piece.ends_stretch) return;
+    writer_.write(stretch_, map_, kPathStep);
+    stretch_.clear();
+  }
+
+ private:
+  std::ofstream out_;
+  StretchWriter writer_;
+  const JointMap& map_;
+  std::vector<PlanPiece> stretch_;
+};
+
+/// One line on a terminal, rewritten in place.
+class ProgressLine {
+ public:
+  explicit ProgressLine(std::uint64_t lines) : lines_(lines), on_(isatty(STDERR_FILENO) != 0) {}
+  ~ProgressLine() {
+    if (shown_) fmt::print(stderr, "\r\033[K");
+  }
+  void show(std::uint32_t line, double time_s) {
+    if (!on_) return;
+    shown_ = true;
+    const double share = lines_ ? std::min(1.0, static_cast<double>(line) / static_cast<double>(lines_)) : 0;
+    const int full = static_cast<int>(share * kWidth);
+    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} %  line {}  {:.1f} s of motion", "", full, "", kWidth - full,
+               100 * share, line, time_s);
+  }
+
+ private:
+  static constexpr int kWidth = 30;
+  std::uint64_t lines_;
+  bool on_, shown_ = false;
+};
+
+Exit simulate_program(const RunOptions& options, Assembly& assembly) {
+  Parameters parameters;
+  ToolTable tools;
+  if (!options.variables.empty()) load_parameters(options.variables, parameters);
+  if (!options.tools.empty()) tools = ToolTable::load(options.tools);
+
+  // The whole program is judged before anything moves.
+  const ProgramStart start{options.program, std::nullopt, JointVec::Zero(assembly.kinematics->joint_count())};
+  const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
+
+  ProgressLine progress(checked.lines);
+  std::optional<TraceWriter> trace;
+  std::optional<PathExport> path;
+  if (!options.trace.empty()) trace.emplace(options.trace, assembly.machine, *assembly.kinematics);
+  if (!options.path.empty()) path.emplace(options.path, assembly);
+  SimulationOptions simulation;
+  simulation.program = options.program;
+  if (trace) simulation.trace = &*trace;
+  if (path) simulation.on_piece = [&](const PlanPiece& piece) { path->piece(piece); };
+  simulation.on_warning = [](const Diagnostic& warning) { fmt::print(stderr, "{}\n", warning.text); };
+  simulation.progress = [&](std::uint32_t line, double time_s) { progress.show(line, time_s); };
+  const SimulationResult result = simulate(assembly, parameters, tools, simulation);
+  if (trace) trace->close();
+  if (!options.variables.empty()) save_parameters(options.variables, parameters);
+
+  const auto report = options.json ? run_json : run_summary;
+  fmt::print("{}", report(result, assembly.machine, options.program));
+  if (result.fault == Fault::kOk) return Exit::kDone;
+  const FaultInfo& fault = fault_info(result.fault);
+  fmt::print(stderr, "fault {}: {}; {}\n", fault.name, fault.meaning, fault.remedy);
+  return Exit::kMachineFault;
+}
+
+Exit run(const RunOptions& options) {
+  std::optional<Assembly> assembly;
+  try {
+    assembly.emplace(assemble(options.machine));
+    if (options.trace_density > 1) {
+      assembly->machine.period_s /= options.trace_density;
+      assembly->drives = make_drives(assembly->machine);
+    }
+  } catch (const ConfigError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return Exit::kBadConfig;
+  }
+  try {
+    return simulate_program(options, *assembly);
+  } catch (const ProgramError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return Exit::kBadProgram;
+  }
+}
+
+}  // namespace
+
+void add_run(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<RunOptions>();
+  CLI::App* command = app.add_subcommand(
+      "run",
+      "Run a program on simulated drives, faster than real time, and tell how it went. The program is checked "
+      "to its end first; with an error in it nothing moves.");
+  command->add_option("program", options->program, "G-code file")->required();
+  command->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)");
+  command
+      ->add_option("--trace-density", options->trace_density,
+                   "sample the same motion this many times per period, in trace and summary")
+      ->check(CLI::Range(1, 100));
+  command->add_option("--path", options->path,
+                      "write the joint path that was planned, s,joints...,tip, a blank line between stretches");
+  command->add_option("--tools", options->tools, "tool table (.tbl)");
+  command->add_option("--vars", options->variables, "variables (.var), read before and written after the run");
+  command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace trn

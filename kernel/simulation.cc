@@ -1,0 +1,214 @@
+#include "kernel/simulation.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+
+namespace trn {
+
+namespace {
+
+constexpr double kAtLimit = 0.95;
+constexpr int kStartPeriodsMax = 600000;
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+/// Differences of the setpoint stream, for the share of time at each limit.
+class LimitClock {
+ public:
+  LimitClock(const Joints& joints, double period_s) : joints_(joints), period_s_(period_s), at_(joints.size()) {}
+
+  void row(const JointVec& q) {
+    for (int k = 3; k > 0; --k) q_[k] = q_[k - 1];
+    q_[0] = q;
+    if (++rows_ < 4) return;
+    bool any = false;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      const JointLimit& limit = joints_[i].limit;
+      const double T = period_s_;
+      const double v = (q_[0][k] - q_[1][k]) / T, a = (q_[0][k] - 2 * q_[1][k] + q_[2][k]) / (T * T);
+      const double j = (q_[0][k] - 3 * q_[1][k] + 3 * q_[2][k] - q_[3][k]) / (T * T * T);
+      any |= count(std::abs(v) / limit.velocity, at_[i].velocity);
+      any |= count(std::abs(a) / limit.acceleration, at_[i].acceleration);
+      any |= count(std::abs(j) / limit.jerk, at_[i].jerk);
+    }
+    if (!any) free_s += period_s_;
+  }
+  const std::vector<TimeAtLimit>& at() const { return at_; }
+  double free_s = 0;
+
+ private:
+  bool count(double ratio, double& time_s) const {
+    if (ratio < kAtLimit) return false;
+    time_s += period_s_;
+    return true;
+  }
+  const Joints& joints_;
+  double period_s_;
+  std::vector<TimeAtLimit> at_;
+  JointVec q_[4];
+  std::uint64_t rows_ = 0;
+};
+
+/// One run: the machine, the program and everybody who watches.
+class Simulation {
+ public:
+  Simulation(Assembly& assembly, Parameters& parameters, ToolTable& tools, const SimulationOptions& options)
+      : assembly_(assembly),
+        parameters_(parameters),
+        tools_(tools),
+        options_(options),
+        period_s_(assembly.machine.period_s),
+        queue_(1 << 14),
+        cycle_({period_s_, assembly.machine.joints,
+                {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share}, false, 8},
+               *assembly.map, queue_, *assembly.drives),
+        judge_(assembly.machine.joints, period_s_),
+        meter_(*assembly.kinematics),
+        clock_(assembly.machine.joints, period_s_) {}
+
+  SimulationResult run() {
+    prepare_drives();
+    const auto wall = std::chrono::steady_clock::now();
+    ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_setpoint};
+    pipeline_.emplace(assembly_, parameters_, tools_, start,
+                      PipelineObservers{options_.on_warning,
+                                        [this](const ProgramMove& move) { meter_.programmed(move); },
+                                        options_.on_piece});
+    cycle_.post({RtCommand::Kind::kStart});
+    fill();
+    std::string failure;
+    try {
+      drive();
+    } catch (const ProgramError& error) {
+      failure = error.what();
+    }
+    finish(seconds_since(wall));
+    if (!failure.empty()) throw ProgramError(failure);
+    return result_;
+  }
+
+ private:
+  void prepare_drives() {
+    assembly_.drives->bring_up();
+    const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
+    bool asked = false;
+    for (int i = 0; i < kStartPeriodsMax; ++i) {
+      cycle_.tick();
+      const CycleReport& report = cycle_.last_report();
+      const bool standing = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
+      if (standing && (report.homed_mask & all) == all) return;
+      if (standing && !asked) {
+        asked = true;
+        cycle_.post({RtCommand::Kind::kHome, 0, 0, -1});
+      }
+    }
+    throw std::runtime_error("the simulated drives do not get ready; check the section [drives]");
+  }
+
+  // Keeps the queue ahead of the tick, as the planner's thread of the daemon does.
+  void fill() {
+    const auto start = std::chrono::steady_clock::now();
+    while (!planned_ && queue_.buffered_s() < assembly_.planner.buffer_s) {
+      if (!has_block_ && !(has_block_ = next_block())) break;
+      if (!queue_.push(block_)) break;
+      has_block_ = false;
+    }
+    result_.planning_s += seconds_since(start);
+  }
+
+  bool next_block() {
+    try {
+      if (pipeline_->next(block_)) return true;
+    } catch (const ProgramError&) {
+      failure_ = std::current_exception();
+      if (pipeline_->next(block_)) return true;
+    }
+    planned_ = true;
+    return false;
+  }
+
+  void drive() {
+    do {
+      if (queue_.buffered_s() < assembly_.planner.buffer_s / 2) fill();
+      cycle_.tick();
+      watch(cycle_.last_report());
+    } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
+    if (failure_) std::rethrow_exception(failure_);
+  }
+
+  void watch(const CycleReport& report) {
+    if (options_.trace) options_.trace->write(report);
+    row_.t_s = static_cast<double>(result_.periods) * period_s_;
+    row_.q.assign(report.q_setpoint.data(), report.q_setpoint.data() + report.q_setpoint.size());
+    row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
+    row_.line = report.line;
+    judge_.row(row_);
+    clock_.row(report.q_setpoint);
+    measure(report);
+    ++result_.periods;
+    result_.starvations = report.starvations;
+    result_.fault = report.fault;
+    result_.fault_joint = report.fault_joint;
+    if (options_.progress && result_.periods % 20000 == 0) options_.progress(report.line, row_.t_s);
+  }
+
+  void measure(const CycleReport& report) {
+    if (report.line == 0) return;
+    ToolPose pose;
+    if (tool_pose(*assembly_.kinematics, report.q_setpoint, report.context, pose) != KinStatus::kOk) return;
+    Vec3 p = pose.p_B;
+    if (!report.context.rtcp) {
+      Words words;
+      if (assembly_.kinematics->words_from_joints(report.q_setpoint, words) != KinStatus::kOk) return;
+      p = words.head<3>() - report.context.tool_offset;
+    }
+    meter_.sample(p, pose.u_B, report.line);
+    if (measured_) result_.path_mm += (pose.p_W - p_last_).norm();
+    p_last_ = pose.p_W;
+    measured_ = true;
+  }
+
+  void finish(double wall_s) {
+    judge_.finish();
+    result_.joints = judge_.verdicts();
+    result_.within_limits = judge_.within_limits();
+    result_.at_limit = clock_.at();
+    result_.free_s = clock_.free_s;
+    result_.deviation = meter_.report();
+    result_.lines = pipeline_->line();
+    result_.speed = pipeline_->speed_stats();
+    result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;
+    result_.wall_s = wall_s;
+  }
+
+  Assembly& assembly_;
+  Parameters& parameters_;
+  ToolTable& tools_;
+  const SimulationOptions& options_;
+  double period_s_;
+  MotionQueue queue_;
+  Cycle cycle_;
+  LimitJudge judge_;
+  DeviationMeter meter_;
+  LimitClock clock_;
+  std::optional<Pipeline> pipeline_;
+  MotionBlock block_;
+  bool has_block_ = false, planned_ = false, measured_ = false;
+  std::exception_ptr failure_;
+  TraceRow row_;
+  Vec3 p_last_ = Vec3::Zero();
+  SimulationResult result_;
+};
+
+}  // namespace
+
+SimulationResult simulate(Assembly& assembly, Parameters& parameters, ToolTable& tools,
+                          const SimulationOptions& options) {
+  return Simulation(assembly, parameters, tools, options).run();
+}
+
+}  // namespace trn

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <string>
+
+#include "kernel/assembly.h"
+#include "kernel/check/deviation_meter.h"
+#include "kernel/check/limit_judge.h"
+#include "kernel/cycle.h"
+#include "kernel/pipeline.h"
+
+namespace trn {
+
+struct SimulationOptions {
+  std::string program;
+  ReportSink* trace = nullptr;
+  std::function<void(const PlanPiece&)> on_piece;
+  std::function<void(const Diagnostic&)> on_warning;
+  std::function<void(std::uint32_t line, double time_s)> progress;
+};
+
+/// How long a joint spent at 95 % or more of a limit, s.
+struct TimeAtLimit {
+  double velocity = 0, acceleration = 0, jerk = 0;
+};
+
+struct SimulationResult {
+  double cycle_time_s = 0;      ///< first to last motion, dwells included
+  double wall_s = 0;
+  double path_mm = 0;           ///< way of the tip in the work
+  std::uint64_t lines = 0, periods = 0;
+  std::uint32_t starvations = 0;
+  std::vector<JointVerdict> joints;
+  std::vector<TimeAtLimit> at_limit;
+  double free_s = 0;            ///< no joint at a limit: the feed decides
+  bool within_limits = false;
+  DeviationReport deviation;
+  SpeedStats speed;
+  double planning_s = 0;        ///< processor time of interpreter and planner
+  Fault fault = Fault::kOk;
+  int fault_joint = -1;
+};
+
+/// Runs a program on simulated drives with a virtual clock: brings up and homes the drives, then ticks as fast
+/// as it can, with planning ahead of every tick. Deterministic. ProgramError as Pipeline.
+SimulationResult simulate(Assembly& assembly, Parameters& parameters, ToolTable& tools,
+                          const SimulationOptions& options);
+
+}  // namespace trn
