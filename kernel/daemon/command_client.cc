@@ -12,7 +12,6 @@ namespace {
 using Clock = std::chrono::steady_clock;
 constexpr auto kRepeat = std::chrono::milliseconds(100);
 constexpr auto kAskAgain = std::chrono::seconds(1);
-constexpr double kWorkTime_s = 60;  // a daemon that works says so again whenever it is asked
 
 Clock::duration seconds(double duration_s) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(duration_s));
@@ -66,7 +65,6 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
     }
     if (!answer_ && Clock::now() - asked > seconds(config_.timeout_s)) no_answer();
     if (working() && Clock::now() - last_heard > seconds(config_.timeout_s) + kAskAgain) no_answer();
-    if (working() && Clock::now() - asked > seconds(kWorkTime_s)) break;
   }
   return *answer_;
 }

@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <thread>
 
 namespace trn {
 
@@ -149,7 +150,7 @@ void Director::act(std::uint32_t actions) {
   if (actions & kDoResume) post({Kind::kResume});
   if (actions & kDoDropProgram) {
     parts_.programs.abandon();
-    fresh_ = false;
+    prepared_at_.reset();
   }
   if (actions & kDoBringUp) bring_up((actions & kDoResetFaults) != 0);
   if (actions & kDoShutDown) shut_down();
@@ -196,29 +197,44 @@ void Director::shut_down() {
 
 CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
+  const JointVec q = report_.q_setpoint;
   run_job(
-      ticket, [this, path] { parts_.programs.load(path); },
-      [this, path] {
+      ticket, clear_then([this, path, q] { parts_.programs.load(path, q); }),
+      [this, path, q] {
         program_path_ = view_.program = path;
-        fresh_ = true;
+        prepared_at_ = q;
       },
       false);
   return {acknowledge_t::WORKING, ""};
 }
 
 CommandDesk::Answer Director::start(const Ticket& ticket) {
-  const auto prepare = [this, path = program_path_, fresh = fresh_] {
-    if (!fresh) parts_.programs.load(path);
-  };
+  const JointVec q = report_.q_setpoint;
+  const bool prepared = prepared_at_ && *prepared_at_ == q;
+  const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
+  const std::function<void()> nothing = [] {};
   run_job(
-      ticket, prepare, [this] { view_.program = program_path_; }, true);
+      ticket, prepared ? nothing : clear_then(load_again), [this] { view_.program = program_path_; }, true);
   return {acknowledge_t::WORKING, ""};
 }
 
 CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket) {
+  const auto prepare = [this, text, q = report_.q_setpoint] { parts_.programs.load_mdi(text, q); };
   run_job(
-      ticket, [this, text] { parts_.programs.load_mdi(text); }, [this] { view_.program = "mdi"; }, true);
+      ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, true);
   return {acknowledge_t::WORKING, ""};
+}
+
+// A new program must not meet what is left of the last one: the tick forgets that first.
+std::function<void()> Director::clear_then(const std::function<void()>& prepare) {
+  parts_.programs.abandon();
+  prepared_at_.reset();
+  post({RtCommand::Kind::kStop});
+  return [this, prepare, id = last_id_] {
+    while (static_cast<std::int32_t>(heard_id_.load() - id) < 0)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    prepare();
+  };
 }
 
 void Director::run_job(const Ticket& ticket, const std::function<void()>& prepare,
@@ -226,7 +242,6 @@ void Director::run_job(const Ticket& ticket, const std::function<void()>& prepar
   ++jobs_;
   view_.message.clear();
   view_.program_failed = false;
-  fresh_ = fresh_ && starts_motion;
   worker_.post([=, this, generation = generation_] {
     std::string error;
     try {
@@ -249,7 +264,7 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
   if (error.empty()) {
     then();
     if (starts_motion) {
-      fresh_ = false;
+      prepared_at_.reset();
       post({RtCommand::Kind::kStart});
     }
     return desk_.finish(ticket, accepted());
@@ -261,6 +276,7 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
 
 void Director::report(const CycleReport& report) {
   report_ = report;
+  heard_id_ = report.last_command_id;
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;

@@ -1,8 +1,10 @@
 #pragma once
 
+#include <atomic>
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +67,7 @@ class Director {
   Answer mdi(const std::string& text, const Ticket& ticket);
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
                bool starts_motion);
+  std::function<void()> clear_then(const std::function<void()>& prepare);
   void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
                   bool starts_motion);
 
@@ -78,11 +81,12 @@ class Director {
   DaemonView view_;
   CycleReport report_;
   Fault last_fault_ = Fault::kOk;
-  std::uint32_t last_id_ = 0;     ///< of the commands to the tick
-  int jobs_ = 0;                  ///< posted to the worker and not yet finished
-  std::uint64_t generation_ = 0;  ///< counts what makes a job's outcome void
+  std::uint32_t last_id_ = 0;                ///< of the commands to the tick
+  std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard
+  int jobs_ = 0;                             ///< posted to the worker and not yet finished
+  std::uint64_t generation_ = 0;             ///< counts what makes a job's outcome void
   std::string program_path_;
-  bool fresh_ = false;  ///< the loaded program is prepared from its start
+  std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
   bool shutting_down_ = false;
   bool done_ = false;
   std::int64_t status_count_ = 0;

@@ -12,10 +12,10 @@ namespace trn {
 class ProgramSource {
  public:
   virtual ~ProgramSource() = default;
-  /// Prepares a program from its start, as far ahead as the ring goes; ProgramError if its beginning cannot
-  /// run.
-  virtual void load(const std::string& path) = 0;
-  virtual void load_mdi(const std::string& text) = 0;
+  /// Prepares a program from its start, as far ahead as the ring goes, for a machine that stands at q (mm,
+  /// rad). The tick has been told to forget the last one. ProgramError if the program cannot run.
+  virtual void load(const std::string& path, const JointVec& q) = 0;
+  virtual void load_mdi(const std::string& text, const JointVec& q) = 0;
   /// Ends the preparation; from any thread, at once.
   virtual void abandon() = 0;
   /// The message of an error that came later, once; "" if there was none.

@@ -43,7 +43,8 @@ trunnion::status_t make_status(const Machine& machine, const DaemonView& view, c
   status.pid = getpid();
   status.machine = machine.name;
   status.state = to_string(view.state);
-  status.fault = fault_info(report.fault).name;
+  const bool pressed = view.state == MachineState::kEstop && report.fault == Fault::kOk;
+  status.fault = fault_info(pressed ? Fault::kEmergencyStop : report.fault).name;
   if (report.fault_joint >= 0)
     status.fault_joint = machine.joints[static_cast<std::size_t>(report.fault_joint)].name;
   status.message = view.message;

@@ -32,11 +32,11 @@ jerk_mm_s3 = 20000
 )";
 
 struct FakePrograms final : ProgramSource {
-  void load(const std::string& path) override {
+  void load(const std::string& path, const JointVec&) override {
     if (path == "bad.ngc") throw ProgramError("bad.ngc:3:7: no such word");
     ++loads;
   }
-  void load_mdi(const std::string&) override { ++mdis; }
+  void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }
   std::atomic<int> loads = 0, mdis = 0;

@@ -1,0 +1,90 @@
+#include "kernel/daemon/daemon.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "interp/gcode/parameter_file.h"
+#include "kernel/assembly.h"
+#include "kernel/commands/commands.h"
+#include "kernel/cycle.h"
+#include "kernel/daemon/program_feeder.h"
+#include "kernel/trace.h"
+
+namespace trn {
+
+namespace {
+
+struct DaemonOptions {
+  std::string machine, tools, vars, record;
+};
+
+constexpr std::size_t kQueueBlocks = 8192;
+
+CycleConfig cycle_config(const Assembly& assembly) {
+  CycleConfig config;
+  config.period_s = assembly.machine.period_s;
+  config.joints = assembly.machine.joints;
+  config.shares = {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share};
+  return config;
+}
+
+Parameters parameters_of(const DaemonOptions& options) {
+  Parameters parameters;
+  if (!options.vars.empty() && std::filesystem::exists(options.vars))
+    load_parameters(options.vars, parameters);
+  return parameters;
+}
+
+void run_machine(const DaemonOptions& options) {
+  const Assembly assembly = assemble(options.machine);
+  MotionQueue queue(kQueueBlocks);
+  Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives);
+  ProgramFeeder feeder(assembly, queue, parameters_of(options),
+                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools));
+  std::unique_ptr<TraceWriter> record;
+  if (!options.record.empty())
+    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.kinematics);
+  run_daemon(
+      {assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder, record.get()});
+  if (record) record->close();
+  if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
+}
+
+Exit run(const DaemonOptions& options) {
+  try {
+    run_machine(options);
+    return Exit::kDone;
+  } catch (const ConfigError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return Exit::kBadConfig;
+  } catch (const ProgramError& error) {  // tool table, variables
+    fmt::print(stderr, "{}\n", error.what());
+    return Exit::kBadProgram;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "trunnion daemon: {}\n", error.what());
+    return Exit::kMachineFault;
+  }
+}
+
+}  // namespace
+
+void add_daemon(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<DaemonOptions>();
+  CLI::App* daemon = app.add_subcommand("daemon", "Run the machine in real time and obey the clients");
+  daemon->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
+  daemon->add_option("--tools", options->tools, "Tool table (LinuxCNC .tbl)")->check(CLI::ExistingFile);
+  daemon->add_option("--vars", options->vars, "Variables (.var), read at the start and written at the end");
+  daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
+  daemon->footer(
+      "Clients: load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset.\n"
+      "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
+      "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (no LCM, already "
+      "running,\n"
+      "drives), 5 usage.");
+  daemon->callback([&exit, options] { exit = run(*options); });
+}
+
+}  // namespace trn

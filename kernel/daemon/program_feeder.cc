@@ -1,0 +1,94 @@
+#include "kernel/daemon/program_feeder.h"
+
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+
+namespace trn {
+
+namespace {
+
+void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+
+}  // namespace
+
+ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
+                             ToolTable tools)
+    : assembly_(assembly), queue_(queue), parameters_(std::move(parameters)), tools_(std::move(tools)) {}
+
+ProgramFeeder::~ProgramFeeder() {
+  abandoned_ = true;
+  join();
+}
+
+void ProgramFeeder::join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+const Parameters& ProgramFeeder::settle() {
+  abandoned_ = true;
+  join();
+  return parameters_;
+}
+
+void ProgramFeeder::load(const std::string& path, const JointVec& q) { begin({path, std::nullopt, q}); }
+
+void ProgramFeeder::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
+
+void ProgramFeeder::begin(const ProgramStart& start) {
+  abandoned_ = true;
+  join();
+  abandoned_ = false;
+  take_failure();
+  check_program(assembly_, parameters_, tools_, start, {});
+  wait_until_cleared();
+  auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, PipelineObservers{});
+  queue_.begin_generation();
+  ended_ = false;
+  thread_ = std::thread([this, pipeline = std::move(pipeline)] {
+    pthread_setname_np(pthread_self(), "planner");
+    feed(*pipeline);
+    ended_ = true;
+  });
+  wait_until_primed();
+}
+
+// The tick lets dropped blocks go while it stands; a second is thousands of periods.
+void ProgramFeeder::wait_until_cleared() {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (queue_.holds_stop() || queue_.buffered_s() > 0) {
+    if (std::chrono::steady_clock::now() > end)
+      throw std::runtime_error("the tick does not let the last program go");
+    doze();
+  }
+}
+
+void ProgramFeeder::wait_until_primed() {
+  while (!ended_ && !abandoned_ && queue_.buffered_s() < assembly_.planner.buffer_s) doze();
+  const std::string failure = take_failure();
+  if (!failure.empty()) throw ProgramError(failure);
+}
+
+void ProgramFeeder::feed(Pipeline& pipeline) {
+  MotionBlock block;
+  for (bool more = true; more && !abandoned_;) {
+    try {
+      more = pipeline.next(block);
+      if (more) push(block);
+    } catch (const std::exception& error) {  // the end of the program still follows
+      const std::lock_guard lock(mutex_);
+      failure_ = error.what();
+    }
+  }
+}
+
+void ProgramFeeder::push(const MotionBlock& block) {
+  while (!abandoned_ && (queue_.buffered_s() > assembly_.planner.buffer_s || !queue_.push(block))) doze();
+}
+
+std::string ProgramFeeder::take_failure() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(failure_, "");
+}
+
+}  // namespace trn

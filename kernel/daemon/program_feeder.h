@@ -1,0 +1,47 @@
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "kernel/daemon/motion_port.h"
+#include "kernel/motion_queue.h"
+#include "kernel/pipeline.h"
+
+namespace trn {
+
+/// Keeps the tick's queue filled from one program at a time, in a thread of its own. The queue must have been
+/// cleared by the tick before each load. Owns the parameters and tools that programs change.
+class ProgramFeeder final : public ProgramSource {
+ public:
+  ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools);
+  ~ProgramFeeder() override;
+
+  void load(const std::string& path, const JointVec& q) override;
+  void load_mdi(const std::string& text, const JointVec& q) override;
+  void abandon() override { abandoned_ = true; }
+  std::string take_failure() override;
+
+  /// What programs have left behind; only after `abandon` and when no load is under way.
+  const Parameters& settle();
+
+ private:
+  void begin(const ProgramStart& start);
+  void wait_until_cleared();
+  void wait_until_primed();
+  void feed(Pipeline& pipeline);
+  void push(const MotionBlock& block);
+  void join();
+
+  const Assembly& assembly_;
+  MotionQueue& queue_;
+  Parameters parameters_;
+  ToolTable tools_;
+  std::atomic<bool> abandoned_ = false, ended_ = true;
+  std::mutex mutex_;
+  std::string failure_;  ///< guarded by mutex_
+  std::thread thread_;
+};
+
+}  // namespace trn
