@@ -73,7 +73,8 @@ class ServiceNotifier {
 void drain_reports(const DaemonParts& parts, Director& director) {
   CycleReport report;
   while (parts.tick.next_report(report)) {
-    if (parts.record) parts.record->write(report);
+    // without power the setpoint only follows the drives
+    if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
     director.report(report);
   }
 }

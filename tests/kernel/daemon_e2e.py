@@ -345,7 +345,7 @@ class DaemonTest(unittest.TestCase):
 def moving(trace):
     """The joint columns, as text, from the first motion to the last; standing still in between counts."""
     joints = [tuple(row[name] for name in "XYZAC") for row in trace]
-    first = next(i for i, q in enumerate(joints) if q != joints[0])
+    first = next(i for i, q in enumerate(joints) if any(float(value) != 0 for value in q))  # both start at zero
     last = next(i for i in reversed(range(len(joints))) if joints[i] != joints[-1])
     return joints[first:last + 2]
 
