@@ -13,6 +13,11 @@ struct MapContext {
   bool rtcp = false;                  ///< y is the tip in B (on) or the machine's own axes (off)
   Vec3 tool_offset = Vec3::Zero();    ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
   Pose X_WB;                          ///< table in work frame, for reports of the tip in W
+
+  bool operator==(const MapContext& other) const TRN_RT {
+    return rtcp == other.rtcp && tool_offset == other.tool_offset && X_WB.R == other.X_WB.R &&
+           X_WB.p == other.X_WB.p;
+  }
 };
 
 /// A stretch of constant jerk of the path parameter: s(t) = s + v t + a t^2/2 + j t^3/6, t in [0, duration].

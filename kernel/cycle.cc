@@ -107,6 +107,7 @@ void Cycle::begin_homing(int joint) TRN_RT {
 void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
   if (!synchronised_) q_ = feedback_.q;  // drives without power: follow them, so that they start without a jump
+  if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
   if (motion_ == MotionState::kHoming) return follow_homing();
   const bool stand = stopping_ || motion_ == MotionState::kHeld;
@@ -168,7 +169,7 @@ void Cycle::follow_jog(double plan_time_s) TRN_RT {
 }
 
 void Cycle::follow_homing() TRN_RT {
-  q_ = feedback_.q;
+  q_ = q_last_ = feedback_.q;  // the drive moves by itself, and what it reads jumps when it finds its position
   if (feedback_.state == DriveState::kHoming) homing_seen_ = homing_mask_;
   const bool done = feedback_.state == DriveState::kEnabled && homing_seen_ == homing_mask_;
   if (done && (feedback_.homed_mask & homing_mask_) == homing_mask_) come_to_rest();
@@ -231,6 +232,7 @@ void Cycle::write_report() TRN_RT {
   report_.q_measured = feedback_.q;
   report_.y = interpolator_.y();
   report_.context = interpolator_.context();
+  report_.on_path = interpolator_.has_position();
   report_.speed_mm_s = (report_.y - y_last_).head<3>().norm() / config_.period_s;
   y_last_ = report_.y;
   report_.override_now = time_scale_.rate();

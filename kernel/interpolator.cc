@@ -6,11 +6,18 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
   time_s_ += plan_time_s;
   for (int blocks = 0; blocks < kBlocksPerTick; ++blocks) {
     const MotionBlock* block = queue_.front();
+    // A stretch that reads the words in another way begins with a period of its own, so that each way's end
+    // and start are both seen.
+    if (block && blocks > 0 && at_rest_ && !(block->context == context_)) {
+      time_s_ = 0;
+      return Outcome::kMoving;
+    }
     if (!block || block->segment_count == 0) {
       time_s_ = 0;
       if (block) return Outcome::kAtEvent;
       return at_rest_ ? Outcome::kAtRest : Outcome::kStarved;
     }
+    queue_.begin_front();
     while (segment_ < block->segment_count) {
       const double duration = block->segments[static_cast<std::size_t>(segment_)].duration_s;
       if (time_s_ < duration) {
@@ -46,6 +53,7 @@ void Interpolator::abandon() TRN_RT {
   time_s_ = 0;
   segment_ = 0;
   at_rest_ = true;
+  has_position_ = false;  // the joints may go elsewhere before the next program
 }
 
 }  // namespace trn

@@ -33,10 +33,17 @@ class MotionQueue {
     }
     return item && item->generation > dropped_ ? &item->block : nullptr;
   }
+  /// The front is being driven: its time no longer counts as ahead.
+  void begin_front() TRN_RT {
+    if (begun_) return;
+    begun_ = true;
+    if (const Item* item = ring_.front()) begun_ns_.fetch_add(duration_ns(item->block), std::memory_order_release);
+  }
   void pop() TRN_RT {
     const Item* item = ring_.front();
     if (!item) return;
-    popped_ns_.fetch_add(duration_ns(item->block), std::memory_order_release);
+    begin_front();
+    begun_ = false;
     if (item->block.segment_count == 0 || item->block.ends_at_rest)
       popped_stops_.fetch_add(1, std::memory_order_release);
     ring_.pop();
@@ -45,9 +52,10 @@ class MotionQueue {
   void drop_all() TRN_RT { dropped_ = generation_.load(std::memory_order_acquire); }
 
   // Either side.
+  /// Plan time behind the block that is being driven.
   double buffered_s() const TRN_RT {
     return 1e-9 * static_cast<double>(pushed_ns_.load(std::memory_order_acquire) -
-                                      popped_ns_.load(std::memory_order_acquire));
+                                      begun_ns_.load(std::memory_order_acquire));
   }
   bool holds_stop() const TRN_RT {
     return pushed_stops_.load(std::memory_order_acquire) != popped_stops_.load(std::memory_order_acquire);
@@ -69,7 +77,8 @@ class MotionQueue {
   Ring<Item> ring_;
   std::uint64_t dropped_ = 0;
   std::atomic<std::uint64_t> generation_{1};
-  std::atomic<std::int64_t> pushed_ns_{0}, popped_ns_{0};
+  bool begun_ = false;
+  std::atomic<std::int64_t> pushed_ns_{0}, begun_ns_{0};
   std::atomic<std::int64_t> pushed_stops_{0}, popped_stops_{0};
 };
 

@@ -106,15 +106,23 @@ bool Pipeline::next(MotionBlock& block) {
 }
 
 void Pipeline::fill() {
+  std::string failure;
   try {
     if (interpreter_.step()) return;
-    geometry_.finish();
-    speed_.finish();
+  } catch (const GcodeError& error) {
+    failure = error.what();  // what came before it still runs to its end
   } catch (const ProgramError& error) {
     end_program();
     throw ProgramError(with_file(name_, error.what()));
   }
+  try {
+    geometry_.finish();
+    speed_.finish();
+  } catch (const ProgramError& error) {
+    if (failure.empty()) failure = with_file(name_, error.what());
+  }
   end_program();
+  if (!failure.empty()) throw ProgramError(failure);
 }
 
 void Pipeline::end_program() {

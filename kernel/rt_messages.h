@@ -46,6 +46,7 @@ struct CycleReport {
   JointVec q_setpoint, q_measured;    ///< mm or rad
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means
+  bool on_path = false;               ///< y and context are those of a program's motion
   double speed_mm_s = 0;              ///< of the tip along the path
   double override_now = 1;            ///< rate of the motion
   std::uint32_t line = 0;             ///< source line, 1-based; 0: none

@@ -80,14 +80,10 @@ class Simulation {
                                         options_.on_piece});
     cycle_.post({RtCommand::Kind::kStart});
     fill();
-    std::string failure;
-    try {
-      drive();
-    } catch (const ProgramError& error) {
-      failure = error.what();
-    }
+    watch(cycle_.last_report());  // the stream begins at rest
+    drive();
+    if (failure_) std::rethrow_exception(failure_);
     finish(seconds_since(wall));
-    if (!failure.empty()) throw ProgramError(failure);
     return result_;
   }
 
@@ -137,7 +133,6 @@ class Simulation {
       cycle_.tick();
       watch(cycle_.last_report());
     } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
-    if (failure_) std::rethrow_exception(failure_);
   }
 
   void watch(const CycleReport& report) {
@@ -157,7 +152,7 @@ class Simulation {
   }
 
   void measure(const CycleReport& report) {
-    if (report.line == 0) return;
+    if (!report.on_path) return;
     ToolPose pose;
     if (tool_pose(*assembly_.kinematics, report.q_setpoint, report.context, pose) != KinStatus::kOk) return;
     Vec3 p = pose.p_B;
