@@ -65,10 +65,12 @@ void SimulatedDrives::quick_stop() TRN_RT {
 }
 
 void SimulatedDrives::obey_requests() TRN_RT {
-  if (reset_asked_.exchange(false))
-    for (SimulatedJoint& joint : joints_) joint.reset();
   if (disable_asked_.exchange(false))
     for (SimulatedJoint& joint : joints_) joint.disable();
+  for (const SimulatedJoint& joint : joints_)
+    if (joint.braking()) return;  // the other requests wait until it stands
+  if (reset_asked_.exchange(false))
+    for (SimulatedJoint& joint : joints_) joint.reset();
   if (enable_asked_.exchange(false))
     for (SimulatedJoint& joint : joints_) joint.enable();
 }

@@ -42,6 +42,10 @@ class SimulatedJoint {
   Fault fault() const TRN_RT { return lost_ ? Fault::kDriveLost : fault_; }
   bool homed() const TRN_RT { return homed_; }
   bool on_limit_switch() const TRN_RT;
+  /// Slows down by its own ramp; until it stands, it can neither be reset nor enabled.
+  bool braking() const TRN_RT {
+    return state_ == DriveState::kQuickStop || (state_ == DriveState::kFault && v_target_ != 0);
+  }
 
   // Faults, by tests and scripts
   void fail(Fault fault) TRN_RT;                         ///< the drive faults by itself and brakes

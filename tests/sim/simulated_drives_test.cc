@@ -213,6 +213,23 @@ TEST(SimulatedDrives, FaultStaysUntilReset) {
   bench.enable();
 }
 
+TEST(SimulatedDrives, BringUpDuringAQuickStopWaitsForItsEnd) {
+  Bench bench("");
+  bench.enable();
+  bench.move(0, 100, 300);
+  bench.drives.quick_stop();
+  bench.run(5);
+  bench.drives.reset_faults();
+  bench.drives.bring_up();
+  bench.run(1);
+  EXPECT_EQ(bench.feedback.state, DriveState::kQuickStop);
+  for (int k = 0; k < 200; ++k) {
+    bench.setpoints.q = bench.feedback.q;
+    bench.run(1);
+  }
+  EXPECT_EQ(bench.feedback.state, DriveState::kEnabled);
+}
+
 TEST(SimulatedDrives, LostDriveFreezesItsReport) {
   Bench bench("");
   bench.enable();
