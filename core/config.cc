@@ -2,12 +2,12 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <toml++/toml.h>
 
 #include <algorithm>
 #include <fstream>
 #include <map>
 #include <sstream>
-#include <toml++/toml.h>
 
 namespace trn {
 
@@ -122,10 +122,10 @@ void finish_node(const Node& node) {
     if (is_known(node, key.str())) continue;
     const std::string near = nearest_word(key.str(), node.known);
     throw error_at(node, key.source(),
-                   near.empty() ? fmt::format("unknown key '{}'; legal here: {}", dotted(node, key.str()),
-                                              fmt::join(node.known, ", "))
-                                : fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, key.str()),
-                                              near));
+                   near.empty()
+                       ? fmt::format("unknown key '{}'; legal here: {}", dotted(node, key.str()),
+                                     fmt::join(node.known, ", "))
+                       : fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, key.str()), near));
   }
   for (const auto& [key, list] : node.children)
     for (const auto& made : list)
@@ -232,7 +232,8 @@ std::vector<std::string> ConfigTable::texts(std::string_view key) const {
   return out;
 }
 
-std::vector<std::string> ConfigTable::texts(std::string_view key, const std::vector<std::string>& fallback) const {
+std::vector<std::string> ConfigTable::texts(std::string_view key,
+                                            const std::vector<std::string>& fallback) const {
   return find(*node_, key) ? texts(key) : fallback;
 }
 

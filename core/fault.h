@@ -16,17 +16,17 @@ enum class Reaction : std::uint8_t {
 enum class Fault : std::uint8_t {
   kOk = 0,
   kEmergencyStop,
-  kStarved,             ///< planner too late; the plan's own safe stop was run
-  kJointLimit,          ///< a setpoint would leave a joint's position range
-  kSetpointJump,        ///< a setpoint would break a velocity limit grossly: a defect, never sent
-  kKinematics,          ///< inverse failed in the tick: a defect, never sent
+  kStarved,       ///< planner too late; the plan's own safe stop was run
+  kJointLimit,    ///< a setpoint would leave a joint's position range
+  kSetpointJump,  ///< a setpoint would break a velocity limit grossly: a defect, never sent
+  kKinematics,    ///< inverse failed in the tick: a defect, never sent
   kFollowingError,
   kLimitSwitch,
   kDriveFault,
   kDriveLost,
   kNotHomed,
   kCycleOverrun,
-  kAssertion,           ///< an internal check failed in the tick
+  kAssertion,  ///< an internal check failed in the tick
   kHomingFailed,
   kCount
 };

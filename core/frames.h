@@ -19,9 +19,7 @@ inline Pose operator*(const Pose& X_AB, const Pose& X_BC) {
   return {X_AB.R * X_BC.R, X_AB.p + X_AB.R * X_BC.p};
 }
 inline Vec3 operator*(const Pose& X_AB, const Vec3& p_B) { return X_AB.p + X_AB.R * p_B; }
-inline Pose inverse(const Pose& X_AB) {
-  return {X_AB.R.transpose(), -(X_AB.R.transpose() * X_AB.p)};
-}
+inline Pose inverse(const Pose& X_AB) { return {X_AB.R.transpose(), -(X_AB.R.transpose() * X_AB.p)}; }
 inline Pose translation(const Vec3& p) { return {Mat3::Identity(), p}; }
 
 /// Rotation by +angle_rad about x, y or z (right-handed).

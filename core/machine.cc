@@ -33,7 +33,8 @@ Machine read_machine(const ConfigTable& root) {
   for (const ConfigTable& table : root.tables("joint")) {
     Joint joint = read_joint(table);
     for (const Joint& other : machine.joints)
-      if (other.name == joint.name) throw table.error("name", fmt::format("two joints are named '{}'", joint.name));
+      if (other.name == joint.name)
+        throw table.error("name", fmt::format("two joints are named '{}'", joint.name));
     machine.joints.push_back(joint);
   }
   if (machine.joints.empty() || machine.joints.size() > kMaxJoints)

@@ -10,9 +10,9 @@ namespace trn {
 
 /// What a path piece means to the joints: constant along a piece, never changes inside a stretch.
 struct MapContext {
-  bool rtcp = false;                  ///< y is the tip in B (on) or the machine's own axes (off)
-  Vec3 tool_offset = Vec3::Zero();    ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
-  Pose X_WB;                          ///< table in work frame, for reports of the tip in W
+  bool rtcp = false;                ///< y is the tip in B (on) or the machine's own axes (off)
+  Vec3 tool_offset = Vec3::Zero();  ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
+  Pose X_WB;                        ///< table in work frame, for reports of the tip in W
 
   bool operator==(const MapContext& other) const TRN_RT {
     return rtcp == other.rtcp && tool_offset == other.tool_offset && X_WB.R == other.X_WB.R &&
@@ -33,11 +33,20 @@ struct TimeSegment {
 /// Something that happens between motions, with the machine at rest, in program order.
 struct QueueEvent {
   enum class Kind : std::uint8_t {
-    kNone, kDwell, kSpindle, kCoolant, kToolChange, kMessage, kOptionalStop, kProgramStop, kProgramEnd, kUser
+    kNone,
+    kDwell,
+    kSpindle,
+    kCoolant,
+    kToolChange,
+    kMessage,
+    kOptionalStop,
+    kProgramStop,
+    kProgramEnd,
+    kUser
   };
   Kind kind = Kind::kNone;
-  double value = 0;          ///< dwell: s; spindle: rpm, signed (+ clockwise)
-  std::int32_t argument = 0; ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
+  double value = 0;           ///< dwell: s; spindle: rpm, signed (+ clockwise)
+  std::int32_t argument = 0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
 };
 
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,
@@ -48,10 +57,10 @@ struct MotionBlock {
   PathPiece piece;
   MapContext context;
   std::array<TimeSegment, kMaxSegments> segments;
-  std::uint8_t segment_count = 0;      ///< 0: an event
-  bool ends_at_rest = false;           ///< the last segment ends with v = a = 0
-  bool rapid = false;                  ///< G0: feed override does not act, rapid override does
-  std::uint32_t line = 0;              ///< source line, 1-based
+  std::uint8_t segment_count = 0;  ///< 0: an event
+  bool ends_at_rest = false;       ///< the last segment ends with v = a = 0
+  bool rapid = false;              ///< G0: feed override does not act, rapid override does
+  std::uint32_t line = 0;          ///< source line, 1-based
   QueueEvent event;
 };
 

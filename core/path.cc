@@ -59,7 +59,8 @@ PathPoint PathPiece::derivatives(double s) const TRN_RT {
 }
 
 double path_norm(const Words& dy) {
-  return std::sqrt(dy.head<3>().squaredNorm() + kMmPerRadInPath * kMmPerRadInPath * dy.tail<3>().squaredNorm());
+  return std::sqrt(dy.head<3>().squaredNorm() +
+                   kMmPerRadInPath * kMmPerRadInPath * dy.tail<3>().squaredNorm());
 }
 
 PathPiece make_line(const Words& from, const Words& to) {
@@ -73,7 +74,8 @@ PathPiece make_line(const Words& from, const Words& to) {
   return piece;
 }
 
-PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const Vec3& axis, double sweep_rad) {
+PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const Vec3& axis,
+                   double sweep_rad) {
   const Vec3 r_from = from.head<3>() - centre;
   const Vec3 radial = r_from - axis * axis.dot(r_from);
   Words rest = to - from;
@@ -120,7 +122,8 @@ PathPiece cut(const PathPiece& piece, double s0, double s1) {
   PathPiece out = piece;
   out.length = s1 - s0;
   assert(out.length > 0);
-  if (piece.kind == PathPiece::Kind::kPolynomial) return make_hermite(piece.derivatives(s0), piece.derivatives(s1), out.length);
+  if (piece.kind == PathPiece::Kind::kPolynomial)
+    return make_hermite(piece.derivatives(s0), piece.derivatives(s1), out.length);
   out.c[0] = piece.c[0] + piece.c[1] * s0;
   if (piece.kind == PathPiece::Kind::kArc) {
     const double cw = std::cos(piece.omega * s0), sw = std::sin(piece.omega * s0);

@@ -22,8 +22,8 @@ struct PathPiece {
   enum class Kind : unsigned char { kLine, kArc, kPolynomial };
 
   Kind kind = Kind::kLine;
-  double length = 0;   ///< range of s; > 0
-  double omega = 0;    ///< arc: rad per unit of s, signed
+  double length = 0;  ///< range of s; > 0
+  double omega = 0;   ///< arc: rad per unit of s, signed
   /// line: y = c0 + c1 s.  arc: y = c0 + c1 s + c2 cos(omega s) + c3 sin(omega s).
   /// polynomial: y = sum c_k (s / length)^k.
   std::array<Words, 8> c;
@@ -44,7 +44,8 @@ PathPiece make_line(const Words& from, const Words& to);
 /// Arc or helix about `axis` (unit) through `from` with centre `centre`, turning by `sweep_rad` (signed,
 /// right-handed about the axis, any number of turns), while the component along the axis and the rotary
 /// words move linearly to those of `to`.
-PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const Vec3& axis, double sweep_rad);
+PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const Vec3& axis,
+                   double sweep_rad);
 
 /// Polynomial of degree 7 with the given value and three derivatives at s = 0 and s = length.
 PathPiece make_hermite(const PathPoint& from, const PathPoint& to, double length);

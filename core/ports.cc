@@ -4,10 +4,14 @@ namespace trn {
 
 std::string_view to_string(KinStatus status) {
   switch (status) {
-    case KinStatus::kOk: return "ok";
-    case KinStatus::kUnreachable: return "unreachable";
-    case KinStatus::kSingular: return "singular";
-    case KinStatus::kLimit: return "limit";
+    case KinStatus::kOk:
+      return "ok";
+    case KinStatus::kUnreachable:
+      return "unreachable";
+    case KinStatus::kSingular:
+      return "singular";
+    case KinStatus::kLimit:
+      return "limit";
   }
   return "unknown";
 }

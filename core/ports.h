@@ -27,8 +27,8 @@ class Kinematics {
   /// Bit i set: the machine obeys program word i (kX .. kC).
   virtual unsigned word_mask() const TRN_RT = 0;
 
-  /// Pose X_BM of the machine frame M in the table frame B with every axis word at zero. A program with RTCP on
-  /// is written in M as it lies then: a work offset is a point of M, and p_B = X_BM * p_M.
+  /// Pose X_BM of the machine frame M in the table frame B with every axis word at zero. A program with RTCP
+  /// on is written in M as it lies then: a work offset is a point of M, and p_B = X_BM * p_M.
   virtual Pose home_X_BM() const TRN_RT = 0;
 
   /// Orientation R_BS that the rotary words (rad, in order A B C, through each axis' sense) ask for.
@@ -47,8 +47,8 @@ class Kinematics {
   /// joint angle).
   virtual KinStatus inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT = 0;
 
-  /// RTCP off: the machine's own axes, as words (mm, rad; no tool), to joints and back. Serial machines: joint
-  /// by joint through each axis' sense. Parallel machines: pose of the platform.
+  /// RTCP off: the machine's own axes, as words (mm, rad; no tool), to joints and back. Serial machines:
+  /// joint by joint through each axis' sense. Parallel machines: pose of the platform.
   virtual KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT = 0;
   virtual KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT = 0;
 };
@@ -71,12 +71,12 @@ struct Setpoints {
 enum class DriveState : unsigned char { kOff, kStarting, kEnabled, kHoming, kQuickStop, kFault, kLost };
 
 struct Feedback {
-  JointVec q;                          ///< measured position
-  DriveState state = DriveState::kOff; ///< the worst of all joints
+  JointVec q;                           ///< measured position
+  DriveState state = DriveState::kOff;  ///< the worst of all joints
   Fault fault = Fault::kOk;
   int fault_joint = -1;
-  unsigned homed_mask = 0;             ///< bit i: joint i knows its position
-  unsigned limit_switch_mask = 0;      ///< bit i: joint i stands on a limit switch
+  unsigned homed_mask = 0;         ///< bit i: joint i knows its position
+  unsigned limit_switch_mask = 0;  ///< bit i: joint i stands on a limit switch
 };
 
 /// Servo drives, real or simulated.

@@ -11,9 +11,9 @@ namespace trn {
 /// Upper bounds on speed that the program asks for; infinite where it does not.
 struct FeedLimit {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
-  double tip_mm_s = kNone;       ///< speed of the tip in the work
-  double rotary_rad_s = kNone;   ///< norm of the rotary words' speed; moves without X Y Z motion
-  double path_units_s = kNone;   ///< ds/dt of the move itself; inverse time: length / time
+  double tip_mm_s = kNone;      ///< speed of the tip in the work
+  double rotary_rad_s = kNone;  ///< norm of the rotary words' speed; moves without X Y Z motion
+  double path_units_s = kNone;  ///< ds/dt of the move itself; inverse time: length / time
 };
 
 enum class PathMode : unsigned char {
@@ -26,20 +26,21 @@ struct SourceLine {
   std::uint32_t line = 0;  ///< 1-based
 };
 
-/// One programmed move. Words are absolute, all offsets applied. RTCP on: X Y Z are the tip in the table frame B,
-/// mm. RTCP off: the machine's own axes, still without the tool offset (the bracket adds it). A B C are the
-/// program's angles in rad (an axis' sense is the kinematics' business).
+/// One programmed move. Words are absolute, all offsets applied. RTCP on: X Y Z are the tip in the table
+/// frame B, mm. RTCP off: the machine's own axes, still without the tool offset (the bracket adds it). A B C
+/// are the program's angles in rad (an axis' sense is the kinematics' business).
 struct ProgramMove {
   enum class Kind : unsigned char { kTraverse, kFeed, kArc };
   Kind kind = Kind::kTraverse;
   Words from, to;
-  Vec3 arc_centre = Vec3::Zero(), arc_axis = Vec3::UnitZ();   ///< kArc: as in make_arc, in the same frame as the words
-  double arc_sweep_rad = 0;    ///< signed about arc_axis, any number of turns
+  Vec3 arc_centre = Vec3::Zero(),
+       arc_axis = Vec3::UnitZ();  ///< kArc: as in make_arc, in the same frame as the words
+  double arc_sweep_rad = 0;       ///< signed about arc_axis, any number of turns
   MapContext context;
   FeedLimit feed;
   PathMode mode = PathMode::kContinuous;
-  double tolerance_mm = 0;     ///< kContinuous: tip from the programmed path
-  double tolerance_rad = 0;    ///< kContinuous: tool axis (or any rotary word) from the programmed one
+  double tolerance_mm = 0;   ///< kContinuous: tip from the programmed path
+  double tolerance_rad = 0;  ///< kContinuous: tool axis (or any rotary word) from the programmed one
   SourceLine source;
 };
 

@@ -16,10 +16,10 @@ namespace trn {
 
 /// Section [planner]; it may be missing.
 struct PlannerConfig {
-  GeometryOptions geometry;  ///< key `compress`
-  SpeedOptions speed;        ///< keys `acceleration_share`, `jerk_share`
+  GeometryOptions geometry;       ///< key `compress`
+  SpeedOptions speed;             ///< keys `acceleration_share`, `jerk_share`
   double tolerance_mm_max = 1.0;  ///< key `tolerance_mm_max`: a larger G64 P is an error
-  double buffer_s = 1.0;     ///< key `buffer_s`: motion that is planned ahead of the tick
+  double buffer_s = 1.0;          ///< key `buffer_s`: motion that is planned ahead of the tick
 };
 PlannerConfig read_planner(const ConfigTable& root);
 

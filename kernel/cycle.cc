@@ -6,8 +6,8 @@
 namespace trn {
 
 namespace {
-constexpr double kRounding = 1e-6;   // of a position limit and, relatively, of a step: mm, rad
-constexpr double kJogShare = 0.1;    // of the velocity limit when a jog names no speed
+constexpr double kRounding = 1e-6;  // of a position limit and, relatively, of a step: mm, rad
+constexpr double kJogShare = 0.1;   // of the velocity limit when a jog names no speed
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives)
@@ -63,7 +63,9 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       if (standing || motion_ == MotionState::kPaused) abandon_motion();
       stopping_ = motion_ != MotionState::kRest && motion_ != MotionState::kHoming;
       break;
-    case Kind::kOverride: override_ = std::clamp(command.value, 0.0, 1.0); break;
+    case Kind::kOverride:
+      override_ = std::clamp(command.value, 0.0, 1.0);
+      break;
     case Kind::kJog:
       if (standing && fault_ == Fault::kOk) begin_jog(command);
       break;
@@ -87,8 +89,8 @@ void Cycle::begin_jog(const RtCommand& command) TRN_RT {
   const JointLimit& limit = config_.joints[joint].limit;
   jog_joint_ = command.joint;
   jog_from_ = q_[command.joint];
-  const double target = std::clamp(jog_from_ + command.value, std::min(limit.min, jog_from_),
-                                   std::max(limit.max, jog_from_));
+  const double target =
+      std::clamp(jog_from_ + command.value, std::min(limit.min, jog_from_), std::max(limit.max, jog_from_));
   const double speed = command.speed > 0 ? command.speed : kJogShare * limit.velocity;
   jog_ = SCurve(target - jog_from_, std::min(speed, limit.velocity),
                 config_.shares.acceleration * limit.acceleration, config_.shares.jerk * limit.jerk);
@@ -106,7 +108,8 @@ void Cycle::begin_homing(int joint) TRN_RT {
 
 void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
-  if (!synchronised_) q_ = feedback_.q;  // drives without power: follow them, so that they start without a jump
+  if (!synchronised_)
+    q_ = feedback_.q;  // drives without power: follow them, so that they start without a jump
   if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
   if (motion_ == MotionState::kHoming) return follow_homing();
@@ -169,7 +172,8 @@ void Cycle::follow_jog(double plan_time_s) TRN_RT {
 }
 
 void Cycle::follow_homing() TRN_RT {
-  q_ = q_last_ = feedback_.q;  // the drive moves by itself, and what it reads jumps when it finds its position
+  q_ = q_last_ =
+      feedback_.q;  // the drive moves by itself, and what it reads jumps when it finds its position
   if (feedback_.state == DriveState::kHoming) homing_seen_ = homing_mask_;
   const bool done = feedback_.state == DriveState::kEnabled && homing_seen_ == homing_mask_;
   if (done && (feedback_.homed_mask & homing_mask_) == homing_mask_) come_to_rest();
@@ -197,7 +201,8 @@ void Cycle::check_setpoints() TRN_RT {
     const auto k = static_cast<Eigen::Index>(i);
     const double step = q_[k] - q_last_[k];
     if (step == 0) continue;  // a joint that stands outside its range (after a crash) may stay there
-    const bool outside = (q_[k] > limit.max + kRounding && step > 0) || (q_[k] < limit.min - kRounding && step < 0);
+    const bool outside =
+        (q_[k] > limit.max + kRounding && step > 0) || (q_[k] < limit.min - kRounding && step < 0);
     const bool jump = !(std::abs(step) <= limit.velocity * config_.period_s * (1 + kRounding) + 1e-12);
     if (!outside && !jump) continue;
     q_ = q_last_;

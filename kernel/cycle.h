@@ -63,8 +63,8 @@ class Cycle final : public TickPort {
   TimeScale time_scale_;
   Interpolator interpolator_;
   MotionState motion_ = MotionState::kRest;
-  bool stopping_ = false;       ///< slows down to forget the motion
-  bool waiting_ = false;        ///< starved: slows down until the planner is ahead again
+  bool stopping_ = false;  ///< slows down to forget the motion
+  bool waiting_ = false;   ///< starved: slows down until the planner is ahead again
   double override_ = 1, dwell_left_s_ = 0, jog_time_s_ = 0;
   SCurve jog_;
   int jog_joint_ = 0;
@@ -78,7 +78,7 @@ class Cycle final : public TickPort {
   int fault_joint_ = -1;
   CycleReport report_;
   std::uint64_t period_ = 0;
-  bool synchronised_ = false;   ///< q_ agrees with where the drives stand
+  bool synchronised_ = false;  ///< q_ agrees with where the drives stand
 };
 
 }  // namespace trn

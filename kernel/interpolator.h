@@ -4,8 +4,8 @@
 
 namespace trn {
 
-/// Evaluates the planned motion at the plan's own time. Decides nothing: how fast plan time passes is the time
-/// scale's business, what to do at an event the cycle's.
+/// Evaluates the planned motion at the plan's own time. Decides nothing: how fast plan time passes is the
+/// time scale's business, what to do at an event the cycle's.
 class Interpolator {
  public:
   explicit Interpolator(MotionQueue& queue) : queue_(queue) {}

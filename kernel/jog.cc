@@ -5,16 +5,16 @@
 
 namespace trn {
 
-SCurve::SCurve(double distance, double velocity, double acceleration, double jerk) TRN_RT : jerk_(jerk),
-                                                                                            distance_(distance) {
+SCurve::SCurve(double distance, double velocity, double acceleration, double jerk) TRN_RT
+    : jerk_(jerk),
+      distance_(distance) {
   const double way = std::abs(distance);
   // Peak acceleration and speed that the way allows; the ramp to speed v takes v (t_jerk + t_flat/2 ...).
   const double a = std::min({acceleration, std::sqrt(velocity * jerk), std::cbrt(way * jerk * jerk / 2)});
   t_jerk_ = a / jerk;
   // Way of both ramps with a flat part f: (t_jerk + f)(2 t_jerk + f) a; the cruise takes what is left.
   const double flat_for_speed = std::max(0.0, velocity / a - t_jerk_);
-  const double flat_for_way =
-      a > 0 ? (-3 * t_jerk_ + std::sqrt(t_jerk_ * t_jerk_ + 4 * way / a)) / 2 : 0.0;
+  const double flat_for_way = a > 0 ? (-3 * t_jerk_ + std::sqrt(t_jerk_ * t_jerk_ + 4 * way / a)) / 2 : 0.0;
   t_flat_ = std::max(0.0, std::min(flat_for_speed, flat_for_way));
   v_peak_ = a * (t_jerk_ + t_flat_);
   const double ramps = (t_jerk_ + t_flat_) * (2 * t_jerk_ + t_flat_) * a;

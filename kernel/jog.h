@@ -5,8 +5,8 @@
 
 namespace trn {
 
-/// One joint from rest to rest over a distance in the least time under velocity, acceleration and jerk limits:
-/// the seven-phase S-curve, in closed form.
+/// One joint from rest to rest over a distance in the least time under velocity, acceleration and jerk
+/// limits: the seven-phase S-curve, in closed form.
 class SCurve {
  public:
   SCurve() = default;

@@ -18,7 +18,8 @@ KinStatus MachineJointMap::map(const Words& y, const MapContext& context, JointV
   return kinematics_.inverse(spindle_from_tip(y.head<3>(), R_BT, context.tool_offset), seed, q);
 }
 
-KinStatus tool_pose(const Kinematics& kinematics, const JointVec& q, const MapContext& context, ToolPose& pose) {
+KinStatus tool_pose(const Kinematics& kinematics, const JointVec& q, const MapContext& context,
+                    ToolPose& pose) {
   Pose X_BS;
   const KinStatus status = kinematics.forward(q, X_BS);
   if (status != KinStatus::kOk) return status;

@@ -22,6 +22,7 @@ struct ToolPose {
   Vec3 p_B, u_B;  ///< tip and axis (towards the spindle) in the table frame
   Vec3 p_W, u_W;  ///< the same in the work frame of the context
 };
-KinStatus tool_pose(const Kinematics& kinematics, const JointVec& q, const MapContext& context, ToolPose& pose);
+KinStatus tool_pose(const Kinematics& kinematics, const JointVec& q, const MapContext& context,
+                    ToolPose& pose);
 
 }  // namespace trn

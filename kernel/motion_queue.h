@@ -37,7 +37,8 @@ class MotionQueue {
   void begin_front() TRN_RT {
     if (begun_) return;
     begun_ = true;
-    if (const Item* item = ring_.front()) begun_ns_.fetch_add(duration_ns(item->block), std::memory_order_release);
+    if (const Item* item = ring_.front())
+      begun_ns_.fetch_add(duration_ns(item->block), std::memory_order_release);
   }
   void pop() TRN_RT {
     const Item* item = ring_.front();
@@ -70,7 +71,8 @@ class MotionQueue {
 
   static std::int64_t duration_ns(const MotionBlock& block) TRN_RT {
     double sum = 0;
-    for (int i = 0; i < block.segment_count; ++i) sum += block.segments[static_cast<std::size_t>(i)].duration_s;
+    for (int i = 0; i < block.segment_count; ++i)
+      sum += block.segments[static_cast<std::size_t>(i)].duration_s;
     return static_cast<std::int64_t>(1e9 * sum);
   }
 

@@ -47,9 +47,10 @@ struct Pipeline::MoveTee : MoveSink {
       : next(next_in), tolerance_mm_max(tolerance_max), seen(std::move(seen_in)) {}
   void move(const ProgramMove& m) override {
     if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
-      throw ProgramError(fmt::format("line {}: the path tolerance of {:g} mm is larger than the machine's "
-                                     "tolerance_mm_max of {:g} mm; give G64 a smaller P",
-                                     m.source.line, m.tolerance_mm, tolerance_mm_max));
+      throw ProgramError(
+          fmt::format("line {}: the path tolerance of {:g} mm is larger than the machine's "
+                      "tolerance_mm_max of {:g} mm; give G64 a smaller P",
+                      m.source.line, m.tolerance_mm, tolerance_mm_max));
     if (seen) seen(m);
     next.move(m);
   }
@@ -82,18 +83,19 @@ struct Pipeline::BlockQueue : BlockSink {
 
 Pipeline::~Pipeline() = default;
 
-Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& tools, const ProgramStart& start,
-                   PipelineObservers observers)
+Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& tools,
+                   const ProgramStart& start, PipelineObservers observers)
     : name_(start.path),
       program_(for_mdi(assembly.program, start.text.has_value())),
       blocks_(std::make_unique<BlockQueue>()),
       speed_(assembly.machine.joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceTee>(speed_, std::move(observers.piece))),
       geometry_(assembly.planner.geometry, *pieces_),
-      moves_(std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),
+      moves_(
+          std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.kinematics, start.q)),
-      interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
-                    std::move(observers.warning)}) {
+      interpreter_(
+          {program_, parameters, tools, assembly.kinematics.get(), lowering_, std::move(observers.warning)}) {
   open(interpreter_, start, start_words(*assembly.kinematics, start.q));
 }
 
@@ -160,20 +162,22 @@ class LimitScout : public MoveSink {
     JointVec q;
     const KinStatus status = assembly_.map->map(y, move.context, q);
     if (status != KinStatus::kOk)
-      throw ProgramError(fmt::format("line {}: the machine cannot get there ({}): X{:.4f} Y{:.4f} Z{:.4f}; move "
-                                     "the work offset or the part",
-                                     move.source.line, to_string(status), y[0], y[1], y[2]));
+      throw ProgramError(
+          fmt::format("line {}: the machine cannot get there ({}): X{:.4f} Y{:.4f} Z{:.4f}; move "
+                      "the work offset or the part",
+                      move.source.line, to_string(status), y[0], y[1], y[2]));
     for (std::size_t i = 0; i < assembly_.machine.joints.size(); ++i) {
       const Joint& joint = assembly_.machine.joints[i];
       const double value = q[static_cast<Eigen::Index>(i)];
       if (value >= joint.limit.min - kRounding && value <= joint.limit.max + kRounding) continue;
       const bool rotary = joint.kind == JointKind::kRotary;
       const double unit = rotary ? kDegPerRad : 1.0;
-      throw ProgramError(fmt::format(
-          "line {}: joint {} would go to {:.4f} {}, outside its range {:g} to {:g}; move the work offset or the "
-          "part, or change the program",
-          move.source.line, joint.name, value * unit, rotary ? "deg" : "mm", joint.limit.min * unit,
-          joint.limit.max * unit));
+      throw ProgramError(
+          fmt::format("line {}: joint {} would go to {:.4f} {}, outside its range {:g} to {:g}; move the "
+                      "work offset or the "
+                      "part, or change the program",
+                      move.source.line, joint.name, value * unit, rotary ? "deg" : "mm",
+                      joint.limit.min * unit, joint.limit.max * unit));
     }
   }
 

@@ -25,8 +25,8 @@ struct PipelineObservers {
   std::function<void(const PlanPiece&)> piece;
 };
 
-/// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row. Pulled
-/// by whoever needs blocks; what comes out depends on the program only.
+/// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.
+/// Pulled by whoever needs blocks; what comes out depends on the program only.
 class Pipeline {
  public:
   /// `assembly`, `parameters` and `tools` must outlive the pipeline; the last two are changed by the program.
@@ -35,8 +35,8 @@ class Pipeline {
            PipelineObservers observers);
   ~Pipeline();
 
-  /// The next block; false after the last one, which is a kProgramEnd event. ProgramError "file:line:...": the
-  /// blocks handed out so far end at rest; one kProgramEnd event still follows.
+  /// The next block; false after the last one, which is a kProgramEnd event. ProgramError "file:line:...":
+  /// the blocks handed out so far end at rest; one kProgramEnd event still follows.
   bool next(MotionBlock& block);
 
   std::uint32_t line() const { return interpreter_.line(); }

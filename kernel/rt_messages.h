@@ -56,7 +56,7 @@ struct CycleReport {
   int fault_joint = -1;
   Fault fault = Fault::kOk;  ///< latched
   MotionState motion = MotionState::kRest;
-  QueueEvent event;          ///< the event that took effect in this period, if any
+  QueueEvent event;  ///< the event that took effect in this period, if any
   DriveState drives = DriveState::kOff;
 };
 

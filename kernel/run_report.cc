@@ -27,14 +27,18 @@ std::string run_summary(const SimulationResult& r, const Machine& machine, const
   out += fmt::format("  cycle time       {}  ({} periods of {:g} ms)\n", duration(r.cycle_time_s), r.periods,
                      1e3 * machine.period_s);
   out += fmt::format("  program          {} lines, {:.1f} mm of tip path\n", r.lines, r.path_mm);
-  out += fmt::format("  simulated        in {:.2f} s, {:.1f} times faster than real time (planning {:.2f} s)\n",
-                     r.wall_s, speed_up(r), r.planning_s);
-  out += fmt::format("  tip deviation    {:.6f} mm at line {} ({:.1f} % of the tolerance); exact modes {:.1e} mm\n",
-                     r.deviation.tip_mm.value, r.deviation.tip_mm.line, 100 * r.deviation.tip_ratio.value,
-                     r.deviation.tip_exact_mm.value);
-  out += fmt::format("  axis deviation   {:.6f} deg at line {} ({:.1f} % of the tolerance)\n",
-                     r.deviation.axis_deg.value, r.deviation.axis_deg.line, 100 * r.deviation.axis_ratio.value);
-  out += fmt::format("  starvations      {}; stops to wait for a better plan: {}\n", r.starvations, r.speed.fallbacks);
+  out +=
+      fmt::format("  simulated        in {:.2f} s, {:.1f} times faster than real time (planning {:.2f} s)\n",
+                  r.wall_s, speed_up(r), r.planning_s);
+  out += fmt::format(
+      "  tip deviation    {:.6f} mm at line {} ({:.1f} % of the tolerance); exact modes {:.1e} mm\n",
+      r.deviation.tip_mm.value, r.deviation.tip_mm.line, 100 * r.deviation.tip_ratio.value,
+      r.deviation.tip_exact_mm.value);
+  out +=
+      fmt::format("  axis deviation   {:.6f} deg at line {} ({:.1f} % of the tolerance)\n",
+                  r.deviation.axis_deg.value, r.deviation.axis_deg.line, 100 * r.deviation.axis_ratio.value);
+  out += fmt::format("  starvations      {}; stops to wait for a better plan: {}\n", r.starvations,
+                     r.speed.fallbacks);
   out += "  joint    worst ratio to the limit                        time at the limit, %\n";
   out += "           velocity  acceleration  jerk      position      velocity  acceleration  jerk\n";
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
@@ -57,7 +61,8 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
     const Joint& joint = machine.joints[i];
     const JointLimit& l = joint.limit;
     nlohmann::json ratios, at_limit;
-    for (const Quantity q : {Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk})
+    for (const Quantity q :
+         {Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk})
       ratios[to_string(q)] = r.joints[i].peak(q).ratio;
     at_limit = {{"velocity", r.at_limit[i].velocity},
                 {"acceleration", r.at_limit[i].acceleration},
@@ -74,34 +79,33 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
                       {"time_at_limit_s", at_limit}});
   }
   const DeviationReport& d = r.deviation;
-  const nlohmann::json out = {
-      {"program", program},
-      {"machine", machine.name},
-      {"cycle_time_s", r.cycle_time_s},
-      {"period_s", machine.period_s},
-      {"periods", r.periods},
-      {"lines", r.lines},
-      {"path_mm", r.path_mm},
-      {"joints", joints},
-      {"within_limits", r.within_limits},
-      {"free_of_limits_s", r.free_s},
-      {"tip_deviation_mm", d.tip_mm.value},
-      {"axis_deviation_deg", d.axis_deg.value},
-      {"deviation",
-       {{"tip_mm", place(d.tip_mm)},
-        {"axis_deg", place(d.axis_deg)},
-        {"tip_share_of_tolerance", place(d.tip_ratio)},
-        {"axis_share_of_tolerance", place(d.axis_ratio)},
-        {"tip_exact_mm", place(d.tip_exact_mm)},
-        {"axis_exact_deg", place(d.axis_exact_deg)},
-        {"samples_lost", d.lost}}},
-      {"starvations", r.starvations},
-      {"plan_stops", r.speed.fallbacks},
-      {"planned_pieces", r.speed.pieces},
-      {"planning_s", r.planning_s},
-      {"wall_s", r.wall_s},
-      {"times_real_time", speed_up(r)},
-      {"fault", fault_info(r.fault).name}};
+  const nlohmann::json out = {{"program", program},
+                              {"machine", machine.name},
+                              {"cycle_time_s", r.cycle_time_s},
+                              {"period_s", machine.period_s},
+                              {"periods", r.periods},
+                              {"lines", r.lines},
+                              {"path_mm", r.path_mm},
+                              {"joints", joints},
+                              {"within_limits", r.within_limits},
+                              {"free_of_limits_s", r.free_s},
+                              {"tip_deviation_mm", d.tip_mm.value},
+                              {"axis_deviation_deg", d.axis_deg.value},
+                              {"deviation",
+                               {{"tip_mm", place(d.tip_mm)},
+                                {"axis_deg", place(d.axis_deg)},
+                                {"tip_share_of_tolerance", place(d.tip_ratio)},
+                                {"axis_share_of_tolerance", place(d.axis_ratio)},
+                                {"tip_exact_mm", place(d.tip_exact_mm)},
+                                {"axis_exact_deg", place(d.axis_exact_deg)},
+                                {"samples_lost", d.lost}}},
+                              {"starvations", r.starvations},
+                              {"plan_stops", r.speed.fallbacks},
+                              {"planned_pieces", r.speed.pieces},
+                              {"planning_s", r.planning_s},
+                              {"wall_s", r.wall_s},
+                              {"times_real_time", speed_up(r)},
+                              {"fault", fault_info(r.fault).name}};
   return out.dump(2) + "\n";
 }
 

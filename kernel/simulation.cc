@@ -18,7 +18,8 @@ double seconds_since(std::chrono::steady_clock::time_point start) {
 /// Differences of the setpoint stream, for the share of time at each limit.
 class LimitClock {
  public:
-  LimitClock(const Joints& joints, double period_s) : joints_(joints), period_s_(period_s), at_(joints.size()) {}
+  LimitClock(const Joints& joints, double period_s)
+      : joints_(joints), period_s_(period_s), at_(joints.size()) {}
 
   void row(const JointVec& q) {
     for (int k = 3; k > 0; --k) q_[k] = q_[k - 1];
@@ -63,8 +64,11 @@ class Simulation {
         options_(options),
         period_s_(assembly.machine.period_s),
         queue_(1 << 14),
-        cycle_({period_s_, assembly.machine.joints,
-                {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share}, false, 8},
+        cycle_({period_s_,
+                assembly.machine.joints,
+                {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share},
+                false,
+                8},
                *assembly.map, queue_, *assembly.drives),
         judge_(assembly.machine.joints, period_s_),
         meter_(*assembly.kinematics),
@@ -74,10 +78,10 @@ class Simulation {
     prepare_drives();
     const auto wall = std::chrono::steady_clock::now();
     ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_setpoint};
-    pipeline_.emplace(assembly_, parameters_, tools_, start,
-                      PipelineObservers{options_.on_warning,
-                                        [this](const ProgramMove& move) { meter_.programmed(move); },
-                                        options_.on_piece});
+    pipeline_.emplace(
+        assembly_, parameters_, tools_, start,
+        PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },
+                          options_.on_piece});
     cycle_.post({RtCommand::Kind::kStart});
     fill();
     watch(cycle_.last_report());  // the stream begins at rest

@@ -26,24 +26,24 @@ struct TimeAtLimit {
 };
 
 struct SimulationResult {
-  double cycle_time_s = 0;      ///< first to last motion, dwells included
+  double cycle_time_s = 0;  ///< first to last motion, dwells included
   double wall_s = 0;
-  double path_mm = 0;           ///< way of the tip in the work
+  double path_mm = 0;  ///< way of the tip in the work
   std::uint64_t lines = 0, periods = 0;
   std::uint32_t starvations = 0;
   std::vector<JointVerdict> joints;
   std::vector<TimeAtLimit> at_limit;
-  double free_s = 0;            ///< no joint at a limit: the feed decides
+  double free_s = 0;  ///< no joint at a limit: the feed decides
   bool within_limits = false;
   DeviationReport deviation;
   SpeedStats speed;
-  double planning_s = 0;        ///< processor time of interpreter and planner
+  double planning_s = 0;  ///< processor time of interpreter and planner
   Fault fault = Fault::kOk;
   int fault_joint = -1;
 };
 
-/// Runs a program on simulated drives with a virtual clock: brings up and homes the drives, then ticks as fast
-/// as it can, with planning ahead of every tick. Deterministic. ProgramError as Pipeline.
+/// Runs a program on simulated drives with a virtual clock: brings up and homes the drives, then ticks as
+/// fast as it can, with planning ahead of every tick. Deterministic. ProgramError as Pipeline.
 SimulationResult simulate(Assembly& assembly, Parameters& parameters, ToolTable& tools,
                           const SimulationOptions& options);
 

@@ -6,9 +6,9 @@
 namespace trn {
 
 namespace {
-constexpr double kFollow = 0.9;      // share of |r''| used by the curves, the rest is for following them in steps
-constexpr double kCurve = 0.75;      // share of the jerk budget that speed may take, the rest is for r''
-constexpr double kSnapRate = 1e-7;   // smaller steps of the rate are far below the jerk reserve
+constexpr double kFollow = 0.9;  // share of |r''| used by the curves, the rest is for following them in steps
+constexpr double kCurve = 0.75;  // share of the jerk budget that speed may take, the rest is for r''
+constexpr double kSnapRate = 1e-7;  // smaller steps of the rate are far below the jerk reserve
 }  // namespace
 
 TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
@@ -26,7 +26,8 @@ TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
   for (int i = 0; i <= kCells; ++i) {
     const double r = i * h;
     const double by_acceleration = 0.98 * (1 - alpha_ * r * r) / k_a_;
-    const double by_jerk = r > 0 ? kCurve * (1 - beta_ * r * r * r) / (3 * r * alpha_ * k_aj_) : by_acceleration;
+    const double by_jerk =
+        r > 0 ? kCurve * (1 - beta_ * r * r * r) / (3 * r * alpha_ * k_aj_) : by_acceleration;
     cap[static_cast<size_t>(i)] = std::min(by_acceleration, by_jerk);
   }
   const auto sweep = [&](int from, int to, int step) {
@@ -37,7 +38,8 @@ TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
       const double r_worst = h * std::max(i, i + step);
       double w = std::min(cap[next], speed_[next]);
       for (int k = 0; k < 8; ++k)
-        w = std::min(w, std::sqrt(z + 2 * h * kFollow * acceleration_limit(r_worst, std::max(w, std::sqrt(z)))));
+        w = std::min(w,
+                     std::sqrt(z + 2 * h * kFollow * acceleration_limit(r_worst, std::max(w, std::sqrt(z)))));
       speed_[next] = w;
       z = w * w;
     }

@@ -11,8 +11,12 @@
 namespace trn {
 
 TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const Kinematics& kinematics)
-    : path_(path), kinematics_(kinematics), period_s_(machine.period_s), file_(std::fopen(path.c_str(), "w")) {
-  if (!file_) throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, std::strerror(errno)));
+    : path_(path),
+      kinematics_(kinematics),
+      period_s_(machine.period_s),
+      file_(std::fopen(path.c_str(), "w")) {
+  if (!file_)
+    throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, std::strerror(errno)));
   std::string header = "t_s";
   for (const Joint& joint : machine.joints) header += "," + joint.name;
   header += ",p_x,p_y,p_z,u_i,u_j,u_k,line\n";
@@ -47,8 +51,8 @@ void TraceWriter::row(const CycleReport& report) {
   for (const double value : report.q_setpoint) fmt::format_to(out, ",{:.17g}", value);
   ToolPose pose;
   if (tool_pose(kinematics_, report.q_setpoint, report.context, pose) == KinStatus::kOk)
-    fmt::format_to(out, ",{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}", pose.p_W[0], pose.p_W[1], pose.p_W[2],
-                   pose.u_W[0], pose.u_W[1], pose.u_W[2]);
+    fmt::format_to(out, ",{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}", pose.p_W[0], pose.p_W[1],
+                   pose.p_W[2], pose.u_W[0], pose.u_W[1], pose.u_W[2]);
   else
     text_ += ",0,0,0,0,0,0";
   fmt::format_to(out, ",{}\n", report.line);

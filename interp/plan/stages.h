@@ -15,7 +15,7 @@ struct PlanPiece {
   MapContext context;
   FeedLimit feed;
   bool rapid = false;
-  bool ends_stretch = false;   ///< the machine comes to rest at the end of this piece
+  bool ends_stretch = false;  ///< the machine comes to rest at the end of this piece
   std::uint32_t line = 0;
 };
 
@@ -34,8 +34,8 @@ class BlockSink {
   virtual void block(const MotionBlock& block) = 0;
 };
 
-/// Derivatives of the motor joints by the path parameter at one place of a piece, and the speed ds/dt that the
-/// program's feed allows there.
+/// Derivatives of the motor joints by the path parameter at one place of a piece, and the speed ds/dt that
+/// the program's feed allows there.
 struct JointDerivatives {
   JointVec q, d1, d2, d3;
   double feed_speed = 0;  ///< per s; infinite for a rapid

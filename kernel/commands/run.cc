@@ -59,8 +59,8 @@ class ProgressLine {
     shown_ = true;
     const double share = lines_ ? std::min(1.0, static_cast<double>(line) / static_cast<double>(lines_)) : 0;
     const int full = static_cast<int>(share * kWidth);
-    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} %  line {}  {:.1f} s of motion", "", full, "", kWidth - full,
-               100 * share, line, time_s);
+    fmt::print(stderr, "\r[{:#<{}}{:.<{}}] {:3.0f} %  line {}  {:.1f} s of motion", "", full, "",
+               kWidth - full, 100 * share, line, time_s);
   }
 
  private:
@@ -126,10 +126,10 @@ Exit run(const RunOptions& options) {
 
 void add_run(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* command = app.add_subcommand(
-      "run",
-      "Run a program on simulated drives, faster than real time, and tell how it went. The program is checked "
-      "to its end first; with an error in it nothing moves.");
+  CLI::App* command = app.add_subcommand("run",
+                                         "Run a program on simulated drives, faster than real time, and tell "
+                                         "how it went. The program is checked "
+                                         "to its end first; with an error in it nothing moves.");
   command->add_option("program", options->program, "G-code file")->required();
   command->add_option("--machine", options->machine, "machine config (.toml)")->required();
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)");
@@ -137,10 +137,12 @@ void add_run(CLI::App& app, Exit& exit) {
       ->add_option("--trace-density", options->trace_density,
                    "sample the same motion this many times per period, in trace and summary")
       ->check(CLI::Range(1, 100));
-  command->add_option("--path", options->path,
-                      "write the joint path that was planned, s,joints...,tip, a blank line between stretches");
+  command->add_option(
+      "--path", options->path,
+      "write the joint path that was planned, s,joints...,tip, a blank line between stretches");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
-  command->add_option("--vars", options->variables, "variables (.var), read before and written after the run");
+  command->add_option("--vars", options->variables,
+                      "variables (.var), read before and written after the run");
   command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -17,7 +17,8 @@ std::string failure(const std::function<void()>& action) {
 }
 
 TEST(Config, ReadsWhatIsThere) {
-  const ConfigTable root = parse_config("a = 1.5\nb = [1, 2, 3]\n[c]\nd = \"x\"\n[[e]]\nf = true\n", "t.toml");
+  const ConfigTable root =
+      parse_config("a = 1.5\nb = [1, 2, 3]\n[c]\nd = \"x\"\n[[e]]\nf = true\n", "t.toml");
   EXPECT_EQ(root.number("a"), 1.5);
   EXPECT_EQ(root.vec3("b"), Vec3(1, 2, 3));
   EXPECT_EQ(root.table("c").text("d"), "x");
@@ -36,7 +37,9 @@ TEST(Config, ErrorsNamePlaceAndRemedy) {
   root.table("c").text("d");
   root.table("c").number("sped", 1, kPositive);
   EXPECT_EQ(failure([&] { root.finish(); }), "t.toml:3:1: unknown key 'c.speed'; did you mean 'sped'?");
-  EXPECT_EQ(failure([&] { root.table("c").choice("d", {"y", "z"}); }),
+  EXPECT_EQ(failure([&] {
+              root.table("c").choice("d", {"y", "z"});
+            }),
             "t.toml:2:5: 'c.d' = \"x\" is not legal; did you mean \"y\"? Legal: y, z");
 }
 

@@ -48,8 +48,7 @@ TEST(Path, HelixHitsItsEndAndKeepsItsRadius) {
   to[kA] = 0.5;
   const PathPiece arc = make_arc(from, to, Vec3(0, 0, 5), Vec3(0, 0, 1), 2.5 * 3.14159265358979323846);
   EXPECT_LT((arc.at(arc.length) - to).norm(), 1e-11);
-  for (int i = 0; i <= 20; ++i)
-    EXPECT_NEAR(arc.at(arc.length * i / 20).head<2>().norm(), 30, 1e-11);
+  for (int i = 0; i <= 20; ++i) EXPECT_NEAR(arc.at(arc.length * i / 20).head<2>().norm(), 30, 1e-11);
   EXPECT_NEAR(path_norm(arc.derivatives(3).d1), 1.0, 1e-12);
   expect_consistent(arc);
 }
@@ -58,8 +57,10 @@ TEST(Path, HermiteMeetsValueAndThreeDerivativesAtBothEnds) {
   std::mt19937_64 rng(2);
   for (int i = 0; i < 50; ++i) {
     const double length = 0.01 + i;
-    const PathPoint a{random_words(rng, 50), random_words(rng, 1), random_words(rng, 0.3), random_words(rng, 0.1)};
-    const PathPoint b{random_words(rng, 50), random_words(rng, 1), random_words(rng, 0.3), random_words(rng, 0.1)};
+    const PathPoint a{random_words(rng, 50), random_words(rng, 1), random_words(rng, 0.3),
+                      random_words(rng, 0.1)};
+    const PathPoint b{random_words(rng, 50), random_words(rng, 1), random_words(rng, 0.3),
+                      random_words(rng, 0.1)};
     const PathPiece piece = make_hermite(a, b, length);
     for (const auto& [s, want] : {std::pair{0.0, a}, std::pair{length, b}}) {
       const PathPoint got = piece.derivatives(s);

@@ -17,8 +17,8 @@ Joints cradle_like() {
   return joints;
 }
 
-// The two inequalities that protect every plan inside the shares, on the rate's own samples: r' and r'' of the
-// piecewise law are recovered from the plan time that passes in each step.
+// The two inequalities that protect every plan inside the shares, on the rate's own samples: r' and r'' of
+// the piecewise law are recovered from the plan time that passes in each step.
 void expect_within_bounds(const Joints& joints, PlanShares shares, const std::vector<double>& plan_time) {
   double k_a = 0, k_aj = 0, k_j = 0;
   for (const Joint& j : joints) {
@@ -29,7 +29,8 @@ void expect_within_bounds(const Joints& joints, PlanShares shares, const std::ve
   for (size_t i = 3; i < plan_time.size(); ++i) {
     const double r = (plan_time[i - 1] - plan_time[i - 2]) / kT;
     const double slope = (plan_time[i] - 2 * plan_time[i - 1] + plan_time[i - 2]) / kT / kT;
-    const double curve = (plan_time[i] - 3 * plan_time[i - 1] + 3 * plan_time[i - 2] - plan_time[i - 3]) / kT / kT / kT;
+    const double curve =
+        (plan_time[i] - 3 * plan_time[i - 1] + 3 * plan_time[i - 2] - plan_time[i - 3]) / kT / kT / kT;
     EXPECT_LE(std::abs(slope) * k_a, 1 - shares.acceleration * r * r + 1e-3 * k_a) << "step " << i;
     EXPECT_LE(3 * r * std::abs(slope) * shares.acceleration * k_aj + std::abs(curve) * k_j,
               1 - shares.jerk * r * r * r + 2e-3)
