@@ -16,6 +16,7 @@ using trunnion::command_t;
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime = std::chrono::seconds(15);
+constexpr auto kTickAnswers = std::chrono::seconds(5);
 
 bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::RESET; }
 
@@ -231,8 +232,11 @@ std::function<void()> Director::clear_then(const std::function<void()>& prepare)
   prepared_at_.reset();
   post({RtCommand::Kind::kStop});
   return [this, prepare, id = last_id_] {
-    while (static_cast<std::int32_t>(heard_id_.load() - id) < 0)
+    const auto end = Clock::now() + kTickAnswers;
+    while (static_cast<std::int32_t>(heard_id_.load() - id) < 0) {
+      if (Clock::now() > end) throw std::runtime_error("the tick does not answer; its thread has stopped");
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
     prepare();
   };
 }
