@@ -49,8 +49,8 @@ TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
   sweep(kCells, 0, -1);
   // How much plan time a stop takes is learnt from the law itself.
   target_ = 0;
-  for (size_t i = 1; i <= kCells; ++i) {
-    rate_ = static_cast<double>(i) * h;
+  for (size_t i = 1; i <= kStops; ++i) {
+    rate_ = static_cast<double>(i) / kStops;
     slope_ = 0;
     double passed = 0;
     for (int k = 0; k < 1000000 && !at_target(); ++k) passed += step();
@@ -98,7 +98,7 @@ double TimeScale::plan_time_to_stop() const TRN_RT {
     rate = std::min(1.0, rate + slope_ * time / 2);
     extra += rate * time;
   }
-  const auto cell = static_cast<size_t>(std::min<double>(kCells, std::ceil(rate * kCells)));
+  const auto cell = static_cast<size_t>(std::min<double>(kStops, std::ceil(rate * kStops)));
   return 1.05 * plan_time_[cell] + extra;
 }
 

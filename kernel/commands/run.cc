@@ -69,6 +69,15 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
+JointVec standing_joints(Assembly& assembly) {
+  Setpoints setpoints;
+  Feedback feedback;
+  setpoints.q.setZero(assembly.kinematics->joint_count());
+  setpoints.qd = feedback.q = setpoints.q;
+  assembly.drives->exchange(setpoints, feedback);
+  return feedback.q;
+}
+
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
@@ -76,7 +85,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (!options.tools.empty()) tools = ToolTable::load(options.tools);
 
   // The whole program is judged before anything moves.
-  const ProgramStart start{options.program, std::nullopt, JointVec::Zero(assembly.kinematics->joint_count())};
+  const ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
 
   ProgressLine progress(checked.lines);

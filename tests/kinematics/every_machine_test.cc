@@ -2,7 +2,7 @@
 
 #include <filesystem>
 
-#include "tests/kinematics/allocation_counter.h"
+#include "tests/support/allocation_counter.h"
 #include "tests/kinematics/sampling.h"
 
 // What every machine owes, on every config that ships.

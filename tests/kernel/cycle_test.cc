@@ -1,0 +1,183 @@
+#include "kernel/cycle.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <random>
+#include <sstream>
+
+#include "kernel/check/limit_judge.h"
+#include "kernel/pipeline.h"
+#include "tests/support/allocation_counter.h"
+
+namespace trn {
+namespace {
+
+std::vector<std::string> shipped_configs() {
+  std::vector<std::string> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(TRN_SOURCE_DIR "/configs"))
+    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+/// A machine with a program in front of its tick.
+class Bench {
+ public:
+  Bench(const std::string& config, const std::string& program)
+      : assembly_(assemble(config)),
+        queue_(1 << 14),
+        cycle_({assembly_.machine.period_s, assembly_.machine.joints, {}, false, 8}, *assembly_.map, queue_,
+               *assembly_.drives) {
+    assembly_.drives->bring_up();
+    for (int i = 0; i < 20000 && cycle_.last_report().drives != DriveState::kEnabled; ++i) cycle_.tick();
+    start(program);
+  }
+  void start(const std::string& program) {
+    pipeline_.emplace(assembly_, parameters_, tools_,
+                      ProgramStart{"test", program, cycle_.last_report().q_setpoint}, PipelineObservers{});
+    ended_ = false;
+    fill();
+    cycle_.post({RtCommand::Kind::kStart});
+  }
+  void fill() {
+    while (!ended_ && queue_.buffered_s() < 1.0) {
+      if (!pipeline_->next(block_)) ended_ = true;
+      if (!ended_) queue_.push(block_);
+    }
+  }
+  Cycle& cycle() { return cycle_; }
+  const CycleReport& report() const { return cycle_.last_report(); }
+  const Assembly& assembly() const { return assembly_; }
+
+ private:
+  Assembly assembly_;
+  Parameters parameters_;
+  ToolTable tools_;
+  MotionQueue queue_;
+  Cycle cycle_;
+  std::optional<Pipeline> pipeline_;
+  MotionBlock block_;
+  bool ended_ = false;
+};
+
+/// Small moves of every word the machine obeys, around where it stands, without end.
+std::string wander(const Assembly& assembly) {
+  std::string program = "G21 G94 G64 P0.02\nG91\n";
+  const unsigned mask = assembly.kinematics->word_mask();
+  for (int round = 0; round < 40; ++round) {
+    const int sign = round % 2 ? -1 : 1;
+    for (int k = 0; k < 6; ++k) {
+      if (!(mask >> k & 1)) continue;
+      program += std::string("G1 F3000 ") + kWordLetters[k] + std::to_string(sign * (k < 3 ? 7.5 : 1.5));
+      program += "\n";
+    }
+  }
+  return program + "M2\n";
+}
+
+class EveryConfig : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryConfig, TheTickNeverAllocates) {
+  const Assembly probe = assemble(GetParam());
+  Bench bench(GetParam(), wander(probe));
+  if (allocation_count() < 0) GTEST_SKIP() << "allocations cannot be counted here";
+  long counted = 0;
+  int moving = 0;
+  for (int i = 0; i < 100000; ++i) {
+    bench.fill();
+    if (bench.report().motion == MotionState::kRest && i > 5) bench.start(wander(probe));
+    const long before = allocation_count();
+    bench.cycle().tick();
+    counted += allocation_count() - before;
+    moving += bench.report().motion == MotionState::kMoving;
+    ASSERT_EQ(bench.report().fault, Fault::kOk) << "period " << i;
+  }
+  EXPECT_EQ(counted, 0);
+  EXPECT_GT(moving, 90000);
+}
+
+// Override, hold, resume and stop at any tick: an independent judge looks at the setpoints.
+TEST_P(EveryConfig, OperatorEventsNeverBreakALimit) {
+  const Assembly probe = assemble(GetParam());
+  const char* count = std::getenv("TRN_LONG");
+  const int scenarios = count ? std::max(1, std::atoi(count) / 100) : 3;
+  for (int scenario = 0; scenario < scenarios; ++scenario) {
+    std::mt19937_64 rng(static_cast<std::uint64_t>(scenario) + 1);
+    std::uniform_int_distribution<int> wait(1, 900), kind(0, 5);
+    std::uniform_real_distribution<double> override_value(0, 1.2);
+    Bench bench(GetParam(), wander(probe));
+    const Joints& joints = bench.assembly().machine.joints;
+    LimitJudge judge(joints, bench.assembly().machine.period_s);
+    TraceRow row;
+    int next = wait(rng);
+    const auto judge_row = [&](int period) {
+      const JointVec& q = bench.report().q_setpoint;
+      row.t_s = period * bench.assembly().machine.period_s;
+      row.q.assign(q.data(), q.data() + q.size());
+      row.digits.assign(row.q.size(), WrittenDigits{17, 17});
+      judge.row(row);
+    };
+    judge_row(0);
+    for (int i = 1; i <= 6000; ++i) {
+      bench.fill();
+      if (--next == 0) {
+        next = wait(rng);
+        using Kind = RtCommand::Kind;
+        const Kind kinds[] = {Kind::kHold,     Kind::kResume, Kind::kOverride,
+                              Kind::kOverride, Kind::kStop,   Kind::kResume};
+        const Kind chosen = kinds[kind(rng)];
+        bench.cycle().post({chosen, override_value(rng)});
+      }
+      if (bench.report().motion == MotionState::kRest && i > 5) bench.start(wander(probe));
+      bench.cycle().tick();
+      ASSERT_EQ(bench.report().fault, Fault::kOk) << "scenario " << scenario << " period " << i;
+      judge_row(i);
+    }
+    for (std::size_t k = 0; k < joints.size(); ++k)
+      for (const Quantity quantity : {Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk})
+        EXPECT_LE(judge.verdicts()[k].peak(quantity).ratio, LimitJudge::kRatioMax)
+            << "scenario " << scenario << " " << joints[k].name << " " << to_string(quantity) << " at "
+            << judge.verdicts()[k].peak(quantity).t_s;
+  }
+}
+
+// Every key of every shipped config, misspelt: refused at its line, with the right spelling named.
+TEST_P(EveryConfig, EveryMisspeltKeyIsRefusedWithTheLegalOne) {
+  std::ifstream in(GetParam());
+  std::vector<std::string> lines;
+  for (std::string line; std::getline(in, line);) lines.push_back(line);
+  int keys = 0;
+  for (std::size_t n = 0; n < lines.size(); ++n) {
+    const std::size_t equals = lines[n].find(" = ");
+    if (equals == std::string::npos || lines[n][0] == '#') continue;
+    const std::string key = lines[n].substr(0, equals);
+    if (key.size() < 3) continue;
+    ++keys;
+    std::vector<std::string> damaged = lines;
+    damaged[n] = key + "q" + lines[n].substr(equals);
+    const std::string path = testing::TempDir() + "misspelt.toml";
+    {
+      std::ofstream out(path);
+      for (const std::string& line : damaged) out << line << '\n';
+    }
+    try {
+      assemble(path);
+      ADD_FAILURE() << GetParam() << ":" << n + 1 << ": accepted '" << key << "q'";
+    } catch (const ConfigError& error) {
+      const std::string message = error.what();
+      EXPECT_NE(message.find(":" + std::to_string(n + 1) + ":"), std::string::npos) << key << ": " << message;
+      EXPECT_NE(message.find("'" + key + "'"), std::string::npos) << key << ": " << message;
+    }
+  }
+  EXPECT_GT(keys, 20);
+}
+
+INSTANTIATE_TEST_SUITE_P(Configs, EveryConfig, testing::ValuesIn(shipped_configs()), [](const auto& config) {
+  return std::filesystem::path(config.param).stem().string();
+});
+
+}  // namespace
+}  // namespace trn
