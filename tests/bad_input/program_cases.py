@@ -186,7 +186,8 @@ PROGRAMS = [
     Program("out_of_range", "G21 G90\nG53 G0 X1000\nM2\n", "{file}:2:*", "run"),
     Program("arc_leaves_range", START + "G0 X390 Y0\nG2 X390 Y0 I-5 J300\nM2\n", "{file}:3:*", "run"),
     Program("tolerance_too_large", "G64 P5\nG1 X1 F100\nM2\n",
-            "{file}:2: the path tolerance of 5 mm is larger than the machine's tolerance_mm_max of 1 mm; give G64 a smaller P",
+            "{file}:2: the path tolerance of 5 mm is larger than the machine's tolerance_mm_max of 1 mm; "
+            "give G64 a smaller P",
             "run"),
     Program("rtcp_out_of_range", START + "M428\nG1 X390 Y390 A90 C45\nM2\n", "{file}:3:*", "run"),
 ]

@@ -2,8 +2,8 @@
 
 #include <filesystem>
 
-#include "tests/support/allocation_counter.h"
 #include "tests/kinematics/sampling.h"
+#include "tests/support/allocation_counter.h"
 
 // What every machine owes, on every config that ships.
 namespace trn {
