@@ -1,5 +1,8 @@
 #include "kernel/assembly.h"
 
+#include <algorithm>
+
+#include "kernel/time_scale.h"
 #include "kinematics/factory.h"
 #include "sim/make_drives.h"
 
@@ -26,6 +29,11 @@ Assembly assemble(const std::string& config_path) {
   a.map = std::make_unique<MachineJointMap>(*a.kinematics);
   a.program = read_program_config(root);
   a.planner = read_planner(root);
+  // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
+  // end.
+  const PlanShares shares{a.planner.speed.acceleration_share, a.planner.speed.jerk_share};
+  const TimeScale hold(a.machine.joints, shares, a.machine.period_s);
+  a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.plan_time_to_stop());
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
   a.drives = make_drives(a.machine);

@@ -19,7 +19,8 @@ struct PlannerConfig {
   GeometryOptions geometry;       ///< key `compress`
   SpeedOptions speed;             ///< keys `acceleration_share`, `jerk_share`
   double tolerance_mm_max = 1.0;  ///< key `tolerance_mm_max`: a larger G64 P is an error
-  double buffer_s = 1.0;          ///< key `buffer_s`: motion that is planned ahead of the tick
+  double buffer_s =
+      1.0;  ///< key `buffer_s`: motion planned ahead of the tick, at the least; four holds at least
 };
 PlannerConfig read_planner(const ConfigTable& root);
 

@@ -133,7 +133,7 @@ class Simulation {
 
   void drive() {
     do {
-      if (queue_.buffered_s() < assembly_.planner.buffer_s / 2) fill();
+      if (queue_.buffered_s() < assembly_.planner.buffer_s) fill();
       cycle_.tick();
       watch(cycle_.last_report());
     } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
@@ -159,13 +159,14 @@ class Simulation {
     if (!report.on_path) return;
     ToolPose pose;
     if (tool_pose(*assembly_.kinematics, report.q_setpoint, report.context, pose) != KinStatus::kOk) return;
-    Vec3 p = pose.p_B;
+    Vec3 p = pose.p_B, u = pose.u_B;
     if (!report.context.rtcp) {
       Words words;
       if (assembly_.kinematics->words_from_joints(report.q_setpoint, words) != KinStatus::kOk) return;
       p = words.head<3>() - report.context.tool_offset;
+      u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
     }
-    meter_.sample(p, pose.u_B, report.line);
+    meter_.sample(p, u, report.line);
     if (measured_) result_.path_mm += (pose.p_W - p_last_).norm();
     p_last_ = pose.p_W;
     measured_ = true;
