@@ -15,6 +15,8 @@ constexpr double kAccelerationAccept = 0.9995,
 constexpr double kVelocityAccept = 0.99999;
 constexpr InteriorPointOptions kFirstSolve{60, 1e-3, 0.7, 0.1}, kNextSolve{40, 1e-3, 0.97, 0.01};
 constexpr int kRoundsMax = 10;
+constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
+constexpr double kUndershoot = 0.6;   // jerk left to an interval in which the law would turn back
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
 double spacing(const Joints& joints, double wanted) {
@@ -69,6 +71,7 @@ void SpeedPlanner::piece(const PlanPiece& piece) {
     law_.clear();
     c_before_.clear();
     start_ = Start{};
+    retries_ = 0;
     s_next_ = 0;
     open_ = true;
   }
@@ -135,26 +138,72 @@ double SpeedPlanner::law_time() const {
 }
 
 void SpeedPlanner::plan_window(bool final) {
+  if (try_window(final)) return;
+  const double least = start_.at_rest ? 0 : static_cast<double>(law_.size());
+  for (const double share : {0.6, 0.3, 0.12})
+    if (try_shorter(
+            static_cast<size_t>(least + share * (static_cast<double>(grid_.intervals().size()) - least))))
+      return;
+  ++retries_;
+  if (!start_.at_rest && law_.size() > 4) return commit(segments_within(law_time() / 6), 0);
+  const size_t head = rest_intervals(grid_.intervals(), false),
+               tail = rest_intervals(grid_.intervals(), true);
+  if (!start_.at_rest) {
+    ++stats_.fallbacks;
+  } else if (grid_.intervals().size() >= kIntervalsMin &&
+             (solve_window(head, tail) || slow_down(head, tail))) {
+    adopt();
+  } else {
+    creep();
+  }
+  retries_ = 0;
+  emit_rest();
+}
+
+// Plans the grid as it is, emits the first half of the plan, or all when `final`. False: found none.
+bool SpeedPlanner::try_window(bool final) {
   const auto& grid = grid_.intervals();
   ++stats_.windows;
   const size_t head = start_.at_rest ? rest_intervals(grid, false) : 0, tail = rest_intervals(grid, true);
-  const bool enough = grid.size() >= 8 && (head > 0) == start_.at_rest && tail > 0;
-  const bool found = enough && (solve_window(head, tail) || (start_.at_rest && slow_down(head, tail)));
-  if (found) {
-    law_ = candidate_;
-    if (final) return emit_rest();
-    const double half = law_time() / 2;
-    size_t count = 0;
-    for (double t = 0; count < law_.size() && t < half; ++count) t += law_[count].duration_s;
-    const size_t regular_end = law_.size() - 1;
-    return commit(std::clamp<size_t>(count, start_.at_rest ? 2 : 1, regular_end - 1), head);
-  }
-  if (start_.at_rest) {
-    creep();
+  const bool enough = grid.size() >= kIntervalsMin && (head > 0) == start_.at_rest && tail > 0;
+  if (!enough || !solve_window(head, tail)) return false;
+  adopt();
+  retries_ = 0;
+  if (final) {
+    emit_rest();
   } else {
-    ++stats_.fallbacks;
+    commit(segments_within(law_time() / 2), head);
   }
-  emit_rest();
+  return true;
+}
+
+// The same with the first `count` intervals only, from fresh headroom; the rest of the grid stands aside.
+bool SpeedPlanner::try_shorter(size_t count) {
+  auto& grid = grid_.intervals();
+  if (count < kShortWindowMin || count >= grid.size()) return false;
+  const auto cut = grid.begin() + static_cast<std::ptrdiff_t>(count);
+  std::vector<GridInterval> aside(std::make_move_iterator(cut), std::make_move_iterator(grid.end()));
+  grid.erase(cut, grid.end());
+  headroom_.assign(count, kFreshHeadroom);
+  const bool found = try_window(false);
+  grid.insert(grid.end(), std::make_move_iterator(aside.begin()), std::make_move_iterator(aside.end()));
+  headroom_.resize(grid.size(), kFreshHeadroom);
+  return found;
+}
+
+// The candidate is verified: it is the plan from now on.
+void SpeedPlanner::adopt() {
+  law_ = candidate_;
+  c_before_ = c_;
+  nodes_before_.clear();
+  for (int k = 0; k < problem_.intervals; ++k) nodes_before_.push_back(problem_.at_node(c_, k));
+}
+
+// Segments of the plan that begin within `time_s`, leaving the end of it.
+size_t SpeedPlanner::segments_within(double time_s) const {
+  size_t count = 0;
+  for (double t = 0; count < law_.size() && t < time_s; ++count) t += law_[count].duration_s;
+  return std::clamp<size_t>(count, start_.at_rest ? 2 : 1, law_.size() - 2);
 }
 
 // Solves, turns into a law, verifies; tightens and solves again where the law exceeds a limit.
@@ -180,12 +229,21 @@ bool SpeedPlanner::solve_window(size_t head, size_t tail) {
       if (verify(round)) return true;
       fresh = false;
     } else {
-      if (fresh) return false;
+      if (fresh && !result.feasible) return false;
+      if (result.feasible) damp_undershoot(head);
       guess(head, tail);  // once more from the beginning, with the headroom found so far
       fresh = true;
     }
   }
   return false;
+}
+
+// The spline dips so sharply in the interval where the law ended that constant jerk would turn back there:
+// less jerk around it.
+void SpeedPlanner::damp_undershoot(size_t head) {
+  const size_t at = head + candidate_.size() - (start_.at_rest ? 1 : 0);
+  for (size_t k = at > 0 ? at - 1 : 0; k < std::min(at + 2, headroom_.size()); ++k)
+    headroom_[k].jerk *= kUndershoot;
 }
 
 // A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow
@@ -210,7 +268,7 @@ void SpeedPlanner::guess(size_t head, size_t tail) {
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[head + k];
     const double mid = g.s + g.h / 2, to_stop = s_stop - mid, from_start = mid - s_start;
-    b[k] = 0.6 * std::min(g.b_est, g.bound.b);
+    b[k] = 0.6 * std::pow(0.7, std::min(retries_, 6)) * std::min(g.b_est, g.bound.b);
     b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * to_stop * to_stop, 2)));
     if (start_.at_rest)
       b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * from_start * from_start, 2)));
@@ -314,9 +372,10 @@ void SpeedPlanner::commit(size_t segments, size_t head) {
     stats_.time_s += law_[i].duration_s;
   }
   start_.state = law_[segments].from;
-  start_.plan = problem_.at_node(c_, static_cast<int>(regular));
+  start_.plan = nodes_before_[regular];
   start_.at_rest = false;
-  c_before_.assign(c_.begin() + static_cast<std::ptrdiff_t>(regular), c_.end());
+  c_before_.erase(c_before_.begin(), c_before_.begin() + static_cast<std::ptrdiff_t>(regular));
+  nodes_before_.erase(nodes_before_.begin(), nodes_before_.begin() + static_cast<std::ptrdiff_t>(regular));
   law_.erase(law_.begin(), law_.begin() + static_cast<std::ptrdiff_t>(segments));
   drop_intervals(head + regular);
   stats_.blocks = emitter_.block_count();

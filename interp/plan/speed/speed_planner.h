@@ -51,8 +51,13 @@ class SpeedPlanner : public PieceSink {
   void accept(const PlanPiece& piece);
   void advance(bool to_end);
   void plan_window(bool final);
+  bool try_window(bool final);
+  bool try_shorter(size_t count);
+  void adopt();
+  size_t segments_within(double time_s) const;
   bool solve_window(size_t head, size_t tail);
   void guess(size_t head, size_t tail);
+  void damp_undershoot(size_t head);
   bool make_law(size_t head, size_t tail);
   bool verify(int round);
   bool slow_down(size_t head, size_t tail);
@@ -80,6 +85,8 @@ class SpeedPlanner : public PieceSink {
   speed::SpeedProblem problem_;
   speed::PlanEnd head_end_, tail_end_;
   speed::Doubles c_, c_before_;  ///< of the window; of the verified plan, from the grid's first interval
+  std::vector<speed::SpeedState> nodes_before_;  ///< of the verified plan, at the left ends of c_before_
+  int retries_ = 0;                              ///< since the last window that was found
 };
 
 }  // namespace trn
