@@ -9,6 +9,7 @@
 
 #include "kernel/cycle.h"
 #include "kernel/pipeline.h"
+#include "tests/support/paths.h"
 
 namespace trn {
 namespace {
@@ -16,7 +17,7 @@ namespace {
 constexpr int kTicks = 20000;
 
 void ticks_of_impeller(benchmark::State& state) {
-  const std::string source = TRN_SOURCE_DIR;
+  const std::string source = source_dir();
   std::vector<double> ns;
   for (auto _ : state) {
     Assembly assembly = assemble(source + "/configs/cradle.toml");

@@ -8,6 +8,7 @@
 
 #include "kinematics/factory.h"
 #include "tests/kinematics/kdl_chain.h"
+#include "tests/support/paths.h"
 
 // ns per forward and inverse call of every machine, beside KDL's generic solvers (serial machines) and a
 // plain textbook Newton (hexapod): build/release/bench_kinematics
@@ -35,7 +36,7 @@ Words random_words(std::mt19937& random, const Vec3& home) {
 
 /// Legal poses, and seeds one step of a program away.
 Bench make_bench(const char* name) {
-  Machine machine = read_machine(load_config(std::string(TRN_SOURCE_DIR "/configs/") + name + ".toml"));
+  Machine machine = read_machine(load_config(source_dir() + "/configs/" + name + ".toml"));
   auto kin = make_kinematics(machine);
   Bench bench{std::move(machine), std::move(kin), {}, {}, {}, {}};
   const Vec3 home = bench.machine.root.table("kinematics").vec3("home_mm", Vec3::Zero());

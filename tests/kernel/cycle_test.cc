@@ -11,13 +11,14 @@
 #include "kernel/check/limit_judge.h"
 #include "kernel/pipeline.h"
 #include "tests/support/allocation_counter.h"
+#include "tests/support/paths.h"
 
 namespace trn {
 namespace {
 
 std::vector<std::string> shipped_configs() {
   std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(TRN_SOURCE_DIR "/configs"))
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
     if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
   std::sort(paths.begin(), paths.end());
   return paths;

@@ -4,6 +4,7 @@
 
 #include "tests/kinematics/sampling.h"
 #include "tests/support/allocation_counter.h"
+#include "tests/support/paths.h"
 
 // What every machine owes, on every config that ships.
 namespace trn {
@@ -13,7 +14,7 @@ constexpr double kMm = 1e-9, kRad = 1e-12;
 
 std::vector<std::string> shipped_machines() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(TRN_SOURCE_DIR "/configs"))
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
     if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;

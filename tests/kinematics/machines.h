@@ -5,6 +5,7 @@
 #include <string>
 
 #include "kinematics/factory.h"
+#include "tests/support/paths.h"
 
 namespace trn {
 
@@ -15,7 +16,7 @@ struct LoadedMachine {
 };
 
 inline std::string config_path(const std::string& name) {
-  return std::string(TRN_SOURCE_DIR "/configs/") + name + ".toml";
+  return source_dir() + "/configs/" + name + ".toml";
 }
 
 inline LoadedMachine load_machine(const std::string& name) {
@@ -25,7 +26,7 @@ inline LoadedMachine load_machine(const std::string& name) {
 }
 
 inline nlohmann::json load_vectors(const std::string& name) {
-  std::ifstream in(TRN_SOURCE_DIR "/tests/data/vectors/" + name + ".json");
+  std::ifstream in(source_dir() + "/tests/data/vectors/" + name + ".json");
   return nlohmann::json::parse(in);
 }
 

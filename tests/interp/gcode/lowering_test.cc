@@ -5,6 +5,7 @@
 #include "core/units.h"
 #include "interp/gcode/parameter_file.h"
 #include "tests/interp/gcode/run_program.h"
+#include "tests/support/paths.h"
 
 // The planner's moves: offsets, tool-centre-point control, feeds; and the table files.
 namespace trn {
@@ -164,7 +165,7 @@ TEST(Lowering, SmallArcGapsAreMendedWithAWarning) {
 
 TEST(Lowering, SharedProgramsRunToTheEnd) {
   for (const char* name : {"boat-xyzac.ngc", "3D_Chips.ngc"}) {
-    const std::string path = std::string(TRN_SOURCE_DIR) + "/../shared/programs/" + name;
+    const std::string path = source_dir() + "/../shared/programs/" + name;
     if (!std::filesystem::exists(path)) GTEST_SKIP() << path << " is not here";
     Session session = cradle();
     session.tools = ToolTable();

@@ -11,6 +11,7 @@
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 #include "kinematics/factory.h"
+#include "tests/support/paths.h"
 
 namespace trn::test {
 
@@ -87,7 +88,7 @@ inline std::string canon(const std::string& program) { return Session().canon(pr
 
 /// The shipped cradle: its kinematics and [program].
 inline Session cradle() {
-  const Machine machine = read_machine(load_config(std::string(TRN_SOURCE_DIR) + "/configs/cradle.toml"));
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/cradle.toml"));
   Session session;
   session.kinematics = make_kinematics(machine);
   session.config = read_program_config(machine.root);
