@@ -8,6 +8,7 @@ kernel does not allow that.
 """
 import csv
 import json
+import math
 import os
 import re
 import signal
@@ -32,6 +33,19 @@ G1 Y0
 M2
 """
 LONG_PROGRAM = "G21 G90 G94\nF3000\n" + "".join(f"G1 X{60 * (i % 2)} Y{i % 7}\n" for i in range(1, 60)) + "M2\n"
+
+
+def five_axis_program():
+    """Small moves of all five axes with the tool tip controlled, a helix and an exact corner."""
+    head = ["G21 G90 G94 G17", "T1 M6", "G0 Z200", "G0 X30 Y0 A-20 C0", "G43.4 H1", "G64 P0.01 R0.05",
+            "G1 X30 Y0 Z10 F2500"]
+    turn = [(0.05 * k, math.sin(0.15 * k)) for k in range(1, 121)]
+    small = [f"X{30 * math.cos(t):.4f} Y{30 * math.sin(t):.4f} Z{10 + 3 * w:.4f} A{-20 + 10 * w:.4f} C{57.3 * t:.4f}"
+             for t, w in turn]
+    tail = ["G61", "G1 X0 Y0 A-15", "G3 X10 Y10 Z15 I5 J5 F2000", "G1 A-25 C300", "G0 Z60", "G49", "M2"]
+    return "\n".join(head + small + tail) + "\n"
+
+
 
 
 def enter_own_network():
@@ -329,17 +343,25 @@ class DaemonTest(unittest.TestCase):
             self.assertLess(log.index("closing"), log.index("drives are off"))
 
     def test_daemon_sends_the_same_bits_as_run(self):
-        with Bench() as bench:
-            program = bench.write("part.ngc", PROGRAM)
-            record, trace = (os.path.join(bench.folder.name, name) for name in ("record.csv", "trace.csv"))
-            run = subprocess.run([BINARY, "run", program, "--machine", bench.config, "--trace", trace], text=True,
-                                 capture_output=True)
-            self.assertEqual(run.returncode, 0, run.stderr)
-            bench.start_daemon("--record", record)
-            bench.ask("load", program)
-            bench.ask("start", "--wait")
-            self.assertEqual(bench.end(), 0)
-            self.assertEqual(moving(rows(trace)), moving(rows(record)))
+        tools = ("--tools", os.path.join(SOURCE, "examples/tools.tbl"))
+        for name, program, options in (("three axes", PROGRAM, ()), ("RTCP", five_axis_program(), tools)):
+            with self.subTest(name), Bench() as bench:
+                self.compare_with_run(bench, bench.write("part.ngc", program), options)
+
+    def compare_with_run(self, bench, program, options):
+        record, trace = (os.path.join(bench.folder.name, name) for name in ("record.csv", "trace.csv"))
+        run = subprocess.run([BINARY, "run", program, "--machine", bench.config, "--trace", trace, *options],
+                             text=True, capture_output=True)
+        self.assertEqual(run.returncode, 0, run.stderr)
+        bench.start_daemon("--record", record, *options)
+        bench.ask("load", program)
+        bench.ask("start", "--wait")
+        self.assertEqual(bench.end(), 0)
+        simulated, sent = moving(rows(trace)), moving(rows(record))
+        self.assertGreater(len(simulated), 1000)
+        self.assertEqual(len(simulated), len(sent))
+        differing = [i for i, (a, b) in enumerate(zip(simulated, sent)) if a != b]
+        self.assertEqual(differing, [], "periods whose joints differ")
 
 
 def moving(trace):
