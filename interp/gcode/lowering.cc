@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kSplineChord_mm = 0.002;
+constexpr double kTipAtRest = 1e-9;  // mm; F then means the rotary words
 
 Vec3 bezier(const Vec3* c, double t) {
   const double s = 1 - t;
@@ -97,6 +98,7 @@ void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inv
     move_.feed = FeedLimit{};
   else
     limit_feed(inverse_per_min, inverse_per_min > 0 ? path_norm(words - words_) : 0);
+  if ((words - words_).head<3>().norm() > kTipAtRest) move_.feed.rotary_rad_s = FeedLimit::kNone;
   send(words);
 }
 
@@ -138,6 +140,7 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   if (arc.inverse_per_min > 0)
     length = make_arc(words_, words, move_.arc_centre, move_.arc_axis, move_.arc_sweep_rad).length;
   limit_feed(arc.inverse_per_min, length);
+  move_.feed.rotary_rad_s = FeedLimit::kNone;
   send(words);
 }
 

@@ -135,6 +135,7 @@ TEST(Lowering, Feeds) {
   const MoveList list =
       session.moves("G1 F600 X10\nA90\nG20 F10 G1 X1\nG21 G93 G1 X0 F2\nS300 G95 F0.5 G1 X5\nG0 X9\nM2\n");
   EXPECT_DOUBLE_EQ(list.moves[0].feed.tip_mm_s, 10);
+  EXPECT_EQ(list.moves[0].feed.rotary_rad_s, FeedLimit::kNone) << "F is the tip's where the tip moves";
   EXPECT_NEAR(list.moves[1].feed.rotary_rad_s, 10 * kRadPerDeg, 1e-12);
   EXPECT_NEAR(list.moves[2].feed.tip_mm_s, 254.0 / 60, 1e-12);
   EXPECT_NEAR(list.moves[3].feed.path_units_s, 25.4 * 2 / 60, 1e-12);  // 25.4 mm in half a minute
