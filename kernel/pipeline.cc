@@ -23,7 +23,7 @@ AxisValues in_degrees(const Words& words) {
 
 void open(Interpreter& interpreter, const ProgramStart& start, const Words& words) {
   if (start.text)
-    interpreter.open_text(*start.text, start.path, in_degrees(words));
+    interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);
   else
     interpreter.open(start.path, in_degrees(words));
 }

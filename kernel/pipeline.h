@@ -16,6 +16,8 @@ struct ProgramStart {
   std::string path;                 ///< file; or the name that stands for `text`
   std::optional<std::string> text;  ///< MDI
   JointVec q;                       ///< motor joints at rest
+  std::optional<Settings> kept =
+      std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -41,6 +43,8 @@ class Pipeline {
 
   std::uint32_t line() const { return interpreter_.line(); }
   std::uint64_t blocks_read() const { return interpreter_.blocks(); }
+  /// The modes that the program has left, once `next` has given false.
+  const Settings& settings() const { return interpreter_.settings(); }
   const SpeedStats& speed_stats() const { return speed_.stats(); }
 
  private:

@@ -33,6 +33,10 @@ class Executor : public StateValues {
 
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
   void begin(const AxisValues& start);
+  /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
+  /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
+  /// and a running canned cycle are not taken over.
+  void resume(const Settings& kept);
   /// True when the program has ended (M2, M30).
   bool execute(const Block& block);
   /// After the last block: nothing may be left waiting (cutter compensation).
@@ -128,7 +132,9 @@ class Executor : public StateValues {
   void set_rtcp(bool on, const AxisValues& tool_offset, std::uint32_t column, std::string_view word);
   void tilted_plane(const Block& b);
   void cancel_tilted_plane();
+  void tilt(const Vec3& origin, const Mat3& R_tilt);
   void align_tool(const Block& b);
+  void obey_plane(std::uint32_t column);
   Pose spindle_pose(std::uint32_t column, std::string_view word) const;
   AxisValues position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
                           std::string_view word) const;

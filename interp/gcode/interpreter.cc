@@ -60,8 +60,9 @@ void Interpreter::open(const std::string& path, const AxisValues& at) {
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
 
-void Interpreter::open_text(std::string text, std::string name, const AxisValues& at) {
+void Interpreter::open_text(std::string text, std::string name, const AxisValues& at, const Settings* kept) {
   start(text_source(std::move(text)), name, ".", at);
+  if (kept) executor_.resume(*kept);
 }
 
 GcodeError Interpreter::located(const BlockError& error) {

@@ -35,9 +35,10 @@ class Interpreter {
   explicit Interpreter(const InterpreterParts& parts);
 
   /// Opens a program and emits the start state; `start` is where the machine stands (axis words, mm and
-  /// degrees). GcodeError if it cannot be opened.
+  /// degrees), `kept` the modes to begin with instead of the config's. GcodeError if it cannot be opened.
   void open(const std::string& path, const AxisValues& start = AxisValues::Zero());
-  void open_text(std::string text, std::string name, const AxisValues& start = AxisValues::Zero());
+  void open_text(std::string text, std::string name, const AxisValues& start = AxisValues::Zero(),
+                 const Settings* kept = nullptr);
 
   /// Runs one block. False once the program has ended. GcodeError (the block has had no motion then; stepping
   /// on is allowed after `recover`).

@@ -234,6 +234,21 @@ void Executor::restore_machine(const ModalState& kept) {
   m.flood = kept.flood;
 }
 
+void Executor::resume(const Settings& kept) {
+  restore_modal(kept.modal);
+  s_.modal.feed_override = kept.modal.feed_override;
+  s_.modal.speed_override = kept.modal.speed_override;
+  s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
+  s_.selected_tool = kept.selected_tool;
+  s_.current_tool = kept.current_tool;
+  if (kept.tool_offset != s_.tool_offset || kept.tool_length_code != s_.tool_length_code)
+    set_tool_offset(kept.tool_offset, kept.tool_length_code);
+  if (kept.tilted) tilt(kept.tilt_origin, kept.R_tilt);
+  if (kept.tilted_aligned) obey_plane(1);
+  if (kept.rtcp) set_rtcp(true, kept.tool_offset, 1, "G43.4");
+  s_.tool_vector = kept.tool_vector;
+}
+
 void Executor::user_m(const Block& b) {
   put(canon::UserM{b.code(MGroup::kUser), b.get('P', 0), b.get('Q', 0)});
 }

@@ -126,10 +126,15 @@ void Executor::tilted_plane(const Block& b) {
   for (const char letter : {'A', 'B', 'C'})
     if (b.has(letter))
       fail(GcodeErrorCode::kTiltedPlane, b.at(letter), "G68.2 with a rotary word", "X Y Z and I J K");
+  tilt(Vec3(b.get('X', 0), b.get('Y', 0), b.get('Z', 0)),
+       euler_zxz(b.get('I', 0), b.get('J', 0), b.get('K', 0)));
+}
+
+void Executor::tilt(const Vec3& origin, const Mat3& R_tilt) {
   const AxisValues machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = true;
-  s_.tilt_origin = Vec3(b.get('X', 0), b.get('Y', 0), b.get('Z', 0));
-  s_.R_tilt = euler_zxz(b.get('I', 0), b.get('J', 0), b.get('K', 0));
+  s_.tilt_origin = origin;
+  s_.R_tilt = R_tilt;
   s_.position = from_mm(frame().to_program(machine));
   put(canon::SetTiltedPlane{true, s_.tilted_aligned, s_.tilt_origin, s_.R_tilt, s_.position});
 }
@@ -160,6 +165,10 @@ void Executor::align_tool(const Block& b) {
   to.tail<3>() = abc * kDegPerRad - (f.g5x + f.g92).tail<3>();
   put(canon::StraightTraverse{to});
   s_.position = to;
+  obey_plane(column);
+}
+
+void Executor::obey_plane(std::uint32_t column) {
   const Pose X_BS = spindle_pose(column, "G53.1");
   s_.tilted_aligned = true;
   s_.position = position_for(X_BS, true, column, "G53.1");

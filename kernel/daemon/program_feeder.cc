@@ -35,19 +35,21 @@ void ProgramFeeder::load(const std::string& path, const JointVec& q) { begin({pa
 
 void ProgramFeeder::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
 
-void ProgramFeeder::begin(const ProgramStart& start) {
+void ProgramFeeder::begin(ProgramStart start) {
   abandoned_ = true;
   join();
   abandoned_ = false;
   take_failure();
+  if (start.text) start.kept = mdi_;
   check_program(assembly_, parameters_, tools_, start, {});
   wait_until_cleared();
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, PipelineObservers{});
   queue_.begin_generation();
   ended_ = false;
-  thread_ = std::thread([this, pipeline = std::move(pipeline)] {
+  if (!start.text) mdi_.reset();
+  thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
-    feed(*pipeline);
+    if (feed(*pipeline) && mdi) mdi_ = pipeline->settings();
     ended_ = true;
   });
   wait_until_primed();
@@ -69,8 +71,9 @@ void ProgramFeeder::wait_until_primed() {
   if (!failure.empty()) throw ProgramError(failure);
 }
 
-void ProgramFeeder::feed(Pipeline& pipeline) {
+bool ProgramFeeder::feed(Pipeline& pipeline) {
   MotionBlock block;
+  bool sound = true;
   for (bool more = true; more && !abandoned_;) {
     try {
       more = pipeline.next(block);
@@ -78,8 +81,10 @@ void ProgramFeeder::feed(Pipeline& pipeline) {
     } catch (const std::exception& error) {  // the end of the program still follows
       const std::lock_guard lock(mutex_);
       failure_ = error.what();
+      sound = false;
     }
   }
+  return sound && !abandoned_;
 }
 
 void ProgramFeeder::push(const MotionBlock& block) {

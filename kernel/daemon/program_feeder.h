@@ -12,7 +12,9 @@
 namespace trn {
 
 /// Keeps the tick's queue filled from one program at a time, in a thread of its own. The queue must have been
-/// cleared by the tick before each load. Owns the parameters and tools that programs change.
+/// cleared by the tick before each load. Owns the parameters and tools that programs change, and the modes
+/// that MDI lines hand on: a line goes on where the one before ended; a program begins with the config's
+/// modes and ends that; a line that fails or is stopped hands nothing on.
 class ProgramFeeder final : public ProgramSource {
  public:
   ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools);
@@ -27,10 +29,11 @@ class ProgramFeeder final : public ProgramSource {
   const Parameters& settle();
 
  private:
-  void begin(const ProgramStart& start);
+  void begin(ProgramStart start);
   void wait_until_cleared();
   void wait_until_primed();
-  void feed(Pipeline& pipeline);
+  /// False if the program failed or was abandoned.
+  bool feed(Pipeline& pipeline);
   void push(const MotionBlock& block);
   void join();
 
@@ -41,6 +44,8 @@ class ProgramFeeder final : public ProgramSource {
   std::atomic<bool> abandoned_ = false, ended_ = true;
   std::mutex mutex_;
   std::string failure_;  ///< guarded by mutex_
+  std::optional<Settings>
+      mdi_;  ///< what the last MDI line left; the planner's thread writes it as its last act
   std::thread thread_;
 };
 

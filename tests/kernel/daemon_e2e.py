@@ -225,6 +225,9 @@ class DaemonTest(unittest.TestCase):
             motion = bench.motion()[0]
             self.assertAlmostEqual(motion["q_setpoint"][0], 12.5, places=9)
             self.assertAlmostEqual(motion["q_setpoint"][1], -3, places=9)
+            bench.ask("mdi", "G91 G1 X1 F600", "--wait")
+            bench.ask("mdi", "X-2.5", "--wait")  # modes of the line before: relative, feed, G1
+            self.assertAlmostEqual(bench.motion()[0]["q_setpoint"][0], 11, places=9)
             code, _, err = bench.client("mdi", "G1 X[1+")
             self.assertEqual(code, 2, err)
             self.assertRegex(err, r":1:\d+: ")
