@@ -12,7 +12,7 @@ PlannerConfig read_planner(const ConfigTable& root) {
   PlannerConfig config;
   const std::optional<ConfigTable> table = root.table_if("planner");
   if (!table) return config;
-  const Range share{0.5, 0.999};
+  const Range share{0.5, 0.9999};
   config.geometry.compress = table->boolean("compress", config.geometry.compress);
   config.speed.acceleration_share =
       table->number("acceleration_share", config.speed.acceleration_share, share);

@@ -61,15 +61,20 @@ struct Pipeline::MoveTee : MoveSink {
 };
 
 struct Pipeline::PieceTee : PieceSink {
-  PieceTee(PieceSink& next_in, std::function<void(const PlanPiece&)> seen_in)
-      : next(next_in), seen(std::move(seen_in)) {}
+  PieceTee(SpeedPlanner& next_in, PipelineObservers& observers)
+      : next(next_in), seen(std::move(observers.piece)), planned(std::move(observers.stretch)) {}
   void piece(const PlanPiece& p) override {
     if (seen) seen(p);
     next.piece(p);
+    if (!p.ends_stretch) return;
+    if (planned) planned(next.stats().time_s - time_before_s);
+    time_before_s = next.stats().time_s;
   }
   void event(const QueueEvent& event, std::uint32_t line) override { next.event(event, line); }
-  PieceSink& next;
+  SpeedPlanner& next;
   std::function<void(const PlanPiece&)> seen;
+  std::function<void(double)> planned;
+  double time_before_s = 0;
 };
 
 struct Pipeline::BlockQueue : BlockSink {
@@ -89,7 +94,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       program_(for_mdi(assembly.program, start.text.has_value())),
       blocks_(std::make_unique<BlockQueue>()),
       speed_(assembly.machine.joints, *assembly.map, assembly.planner.speed, *blocks_),
-      pieces_(std::make_unique<PieceTee>(speed_, std::move(observers.piece))),
+      pieces_(std::make_unique<PieceTee>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
       moves_(
           std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),

@@ -25,6 +25,7 @@ struct PipelineObservers {
   std::function<void(const Diagnostic&)> warning;
   std::function<void(const ProgramMove&)> move;
   std::function<void(const PlanPiece&)> piece;
+  std::function<void(double time_s)> stretch;  ///< after its last piece: how long its motion takes
 };
 
 /// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.

@@ -81,7 +81,7 @@ class Simulation {
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
         PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },
-                          options_.on_piece});
+                          options_.on_piece, options_.on_stretch});
     cycle_.post({RtCommand::Kind::kStart});
     fill();
     watch(cycle_.last_report());  // the stream begins at rest

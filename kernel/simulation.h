@@ -16,6 +16,7 @@ struct SimulationOptions {
   std::string program;
   ReportSink* trace = nullptr;
   std::function<void(const PlanPiece&)> on_piece;
+  std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
   std::function<void(const Diagnostic&)> on_warning;
   std::function<void(std::uint32_t line, double time_s)> progress;
 };

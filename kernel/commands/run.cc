@@ -19,32 +19,54 @@ namespace trn {
 namespace {
 
 struct RunOptions {
-  std::string program, machine, trace, path, tools, variables;
+  std::string program, machine, trace, path, stretches, tools, variables;
   int trace_density = 1;
   bool json = false;
 };
 
 constexpr double kPathStep = 0.05;  // of the path parameter, in --path
 
-/// Collects the pieces of a stretch and writes its joint path when it is complete.
+/// Collects the pieces of a stretch, and writes its joint path and a line about it when it is planned.
 class PathExport {
  public:
-  PathExport(const std::string& file, const Assembly& assembly)
-      : out_(file), writer_(out_, assembly.machine.joints), map_(*assembly.map) {
-    if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the path", file));
+  PathExport(const std::string& path_file, const std::string& stretch_file, const Assembly& assembly)
+      : writer_(out_, assembly.machine.joints), map_(*assembly.map) {
+    open(path_file, out_);
+    open(stretch_file, stretches_);
+    if (stretches_.is_open()) stretches_ << "stretch,line,time_s,tip_mm,feed_mm_s\n";
   }
-  void piece(const PlanPiece& piece) {
-    stretch_.push_back(piece);
-    if (!piece.ends_stretch) return;
-    writer_.write(stretch_, map_, kPathStep);
+  void piece(const PlanPiece& piece) { stretch_.push_back(piece); }
+  void planned(double time_s) {
+    if (out_.is_open()) writer_.write(stretch_, map_, kPathStep);
+    if (stretches_.is_open()) write_feeds(time_s);
     stretch_.clear();
+    ++count_;
   }
 
  private:
-  std::ofstream out_;
+  static void open(const std::string& file, std::ofstream& out) {
+    if (file.empty()) return;
+    out.open(file);
+    if (!out) throw std::runtime_error(fmt::format("{}: cannot write", file));
+  }
+
+  // One row for each part of the stretch that has one feed.
+  void write_feeds(double time_s) {
+    for (std::size_t i = 0; i < stretch_.size();) {
+      const PlanPiece& first = stretch_[i];
+      double tip_mm = 0;
+      for (; i < stretch_.size() && stretch_[i].feed.tip_mm_s == first.feed.tip_mm_s; ++i)
+        tip_mm += tip_length(stretch_[i].piece);
+      stretches_ << fmt::format("{},{},{:.17g},{:.17g},{:.17g}\n", count_, first.line, time_s, tip_mm,
+                                first.feed.tip_mm_s);
+    }
+  }
+
+  std::ofstream out_, stretches_;
   StretchWriter writer_;
   const JointMap& map_;
   std::vector<PlanPiece> stretch_;
+  std::uint64_t count_ = 0;
 };
 
 /// One line on a terminal, rewritten in place.
@@ -92,11 +114,13 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   std::optional<TraceWriter> trace;
   std::optional<PathExport> path;
   if (!options.trace.empty()) trace.emplace(options.trace, assembly.machine, *assembly.kinematics);
-  if (!options.path.empty()) path.emplace(options.path, assembly);
+  if (!options.path.empty() || !options.stretches.empty())
+    path.emplace(options.path, options.stretches, assembly);
   SimulationOptions simulation;
   simulation.program = options.program;
   if (trace) simulation.trace = &*trace;
   if (path) simulation.on_piece = [&](const PlanPiece& piece) { path->piece(piece); };
+  if (path) simulation.on_stretch = [&](double time_s) { path->planned(time_s); };
   simulation.on_warning = [](const Diagnostic& warning) { fmt::print(stderr, "{}\n", warning.text); };
   simulation.progress = [&](std::uint32_t line, double time_s) { progress.show(line, time_s); };
   const SimulationResult result = simulate(assembly, parameters, tools, simulation);
@@ -149,6 +173,9 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_option(
       "--path", options->path,
       "write the joint path that was planned, s,joints...,tip, a blank line between stretches");
+  command->add_option(
+      "--stretches", options->stretches,
+      "write the stretches between full stops: planned time, length of tip path at each feed (CSV)");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables,
                       "variables (.var), read before and written after the run");

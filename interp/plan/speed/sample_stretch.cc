@@ -19,6 +19,14 @@ double tip_length(const PathPiece& piece, double s0, double s1) {
 
 }  // namespace
 
+double tip_length(const PathPiece& piece) {
+  constexpr int kParts = 16;
+  double sum = 0;
+  for (int i = 0; i < kParts; ++i)
+    sum += tip_length(piece, piece.length * i / kParts, piece.length * (i + 1) / kParts);
+  return sum;
+}
+
 void sample_stretch(std::span<const PlanPiece> stretch, const JointMap& map, double step,
                     const std::function<void(double s, const JointVec& q, double tip)>& row) {
   double s = 0, tip = 0;

@@ -15,6 +15,9 @@ namespace trn {
 void sample_stretch(std::span<const PlanPiece> stretch, const JointMap& map, double step,
                     const std::function<void(double s, const JointVec& q, double tip)>& row);
 
+/// Length of the tip's way in the work along a piece, mm.
+double tip_length(const PathPiece& piece);
+
 /// Writes stretches as CSV: header "s,<joints>,tip", then rows with 17 digits, a blank line between
 /// stretches.
 class StretchWriter {
