@@ -72,6 +72,7 @@ enum class DriveState : unsigned char { kOff, kStarting, kEnabled, kHoming, kQui
 
 struct Feedback {
   JointVec q;                           ///< measured position
+  JointVec current_A;                   ///< motor current, mean of the period; empty: the drives do not tell
   DriveState state = DriveState::kOff;  ///< the worst of all joints
   Fault fault = Fault::kOk;
   int fault_joint = -1;

@@ -235,6 +235,7 @@ void Cycle::write_report() TRN_RT {
   report_.period = period_++;
   report_.q_setpoint = q_;
   report_.q_measured = feedback_.q;
+  report_.current_A = feedback_.current_A;
   report_.y = interpolator_.y();
   report_.context = interpolator_.context();
   report_.on_path = interpolator_.has_position();

@@ -44,6 +44,7 @@ enum class MotionState : std::uint8_t {
 struct CycleReport {
   std::uint64_t period = 0;
   JointVec q_setpoint, q_measured;    ///< mm or rad
+  JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means
   bool on_path = false;               ///< y and context are those of a program's motion
