@@ -3,7 +3,6 @@
 #include <algorithm>
 
 #include "hal/loopback.h"
-#include "sim/micromill/micro_mill_drives.h"
 #include "sim/simulated_drives.h"
 
 namespace trn {
@@ -24,9 +23,8 @@ JointVec rest_position(const Machine& machine) {
 
 std::unique_ptr<Drives> make_drives(const Machine& machine) {
   const ConfigTable drives = machine.root.table("drives");
-  const std::string type = drives.choice("type", {"loopback", "simulated", "micro_mill"});
+  const std::string type = drives.choice("type", {"loopback", "simulated"});
   if (type == "loopback") return std::make_unique<LoopbackDrives>(rest_position(machine));
-  if (type == "micro_mill") return std::make_unique<MicroMillDrives>(read_micro_mill_drives(machine, drives));
   return std::make_unique<SimulatedDrives>(read_simulated_drives(machine, drives));
 }
 

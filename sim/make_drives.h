@@ -7,8 +7,8 @@
 
 namespace trn {
 
-/// The drives that section [drives] of the config asks for: `type` = "loopback", "simulated" or "micro_mill".
-/// ConfigError as ConfigTable.
+/// The drives that section [drives] of the config asks for: `type` = "loopback" or "simulated". ConfigError
+/// as ConfigTable.
 std::unique_ptr<Drives> make_drives(const Machine& machine);
 
 }  // namespace trn
