@@ -24,12 +24,12 @@ void ticks_of_impeller(benchmark::State& state) {
     Parameters parameters;
     ToolTable tools = ToolTable::load(source + "/examples/tools.tbl");
     MotionQueue queue(1 << 14);
-    Cycle cycle({assembly.machine.period_s, assembly.machine.joints, {}, false, 8}, *assembly.map, queue,
-                *assembly.drives);
+    Cycle cycle({assembly.machine.period_s, assembly.machine.joints, {}, false, 8, assembly.plan_joints},
+                *assembly.map, queue, *assembly.drives, assembly.corrections.setpoint.get());
     assembly.drives->bring_up();
     while (cycle.last_report().drives != DriveState::kEnabled) cycle.tick();
     Pipeline pipeline(assembly, parameters, tools,
-                      {source + "/examples/impeller.ngc", std::nullopt, cycle.last_report().q_setpoint}, {});
+                      {source + "/examples/impeller.ngc", std::nullopt, cycle.last_report().q_plan}, {});
     cycle.post({RtCommand::Kind::kStart});
     MotionBlock block;
     for (int i = 0; i < kTicks; ++i) {

@@ -63,6 +63,49 @@ class JointMap {
   virtual KinStatus map(const Words& y, const MapContext& context, JointVec& q) const TRN_RT = 0;
 };
 
+/// A correction inside the plan that knows the machine's true geometry: which joints make the actual machine
+/// reach the pose that nominal joints stand for? Pure; planner and tick hold the same object.
+class PoseCorrection {
+ public:
+  virtual ~PoseCorrection() = default;
+  /// q: the nominal joints of X_BS (mm, rad) in, those of the actual machine out. kLimit: the correction
+  /// would be larger than its own limit.
+  virtual KinStatus correct(const Pose& X_BS, const Vec3& tool_offset, JointVec& q) const TRN_RT = 0;
+  /// Where the actual machine stands at joints q.
+  virtual KinStatus actual(const JointVec& q, Pose& X_BS) const TRN_RT = 0;
+};
+
+/// A correction inside the plan that acts on each joint alone. Pure.
+class JointCorrection {
+ public:
+  virtual ~JointCorrection() = default;
+  virtual void correct(JointVec& q) const TRN_RT = 0;
+  /// The inverse of `correct`.
+  virtual void undo(JointVec& q) const TRN_RT = 0;
+};
+
+/// The most corrections of this kind that a machine may have.
+inline constexpr int kMaxSetpointCorrections = 4;
+
+struct CorrectionInput;
+
+/// A correction that time enters (temperature, force, direction of motion): not in the plan, added to the
+/// plan's joints in every period out of the share of the limits that the planner keeps free for it
+/// (SetpointChain). It may ask for anything; what it gets is bounded, rate-limited and jerk-smooth.
+class SetpointCorrection {
+ public:
+  virtual ~SetpointCorrection() = default;
+  /// The offset wanted now on every joint, mm or rad; called once a period, also while switched off.
+  virtual void wanted(const CorrectionInput& input, JointVec& offset) TRN_RT = 0;
+  /// Bit i: acts on joint i.
+  virtual unsigned joint_mask() const = 0;
+  /// 0: the offset passes a smoothing filter on its way to the joint. Otherwise it is a smooth function of
+  /// the joint's position, |d offset / d q| at most this, that is passed on as it is: no lag behind the axis.
+  virtual double slope_max() const { return 0; }
+  /// What the operator should know, e.g. a sensor that is missing; a static text, "" if all is well.
+  virtual const char* warning() const TRN_RT { return ""; }
+};
+
 /// What the drives are told and what they answer, once a period.
 struct Setpoints {
   JointVec q, qd;  ///< mm or rad, per s; motor joints after all corrections
@@ -78,6 +121,11 @@ struct Feedback {
   int fault_joint = -1;
   unsigned homed_mask = 0;         ///< bit i: joint i knows its position
   unsigned limit_switch_mask = 0;  ///< bit i: joint i stands on a limit switch
+};
+
+struct CorrectionInput {
+  const JointVec& q;         ///< the plan's joints in this period, mm or rad
+  const Feedback& feedback;  ///< of the last period
 };
 
 /// Servo drives, real or simulated.

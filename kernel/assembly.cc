@@ -23,16 +23,18 @@ PlannerConfig read_planner(const ConfigTable& root) {
 }
 
 Assembly assemble(const std::string& config_path) {
-  Assembly a{read_machine(load_config(config_path)), nullptr, nullptr, {}, {}, {}, {}, nullptr};
+  Assembly a{read_machine(load_config(config_path)), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
+  a.corrections = read_corrections(a.machine);
+  a.plan_joints = a.corrections.setpoint->plan_joints();
   a.map = std::make_unique<MachineJointMap>(*a.kinematics);
   a.program = read_program_config(root);
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
   const PlanShares shares{a.planner.speed.acceleration_share, a.planner.speed.jerk_share};
-  const TimeScale hold(a.machine.joints, shares, a.machine.period_s);
+  const TimeScale hold(a.plan_joints, shares, a.machine.period_s);
   a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.plan_time_to_stop());
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);

@@ -9,6 +9,7 @@
 #include "interp/gcode/program_config.h"
 #include "interp/plan/geometry/geometry_planner.h"
 #include "interp/plan/speed/speed_planner.h"
+#include "kernel/corrections.h"
 #include "kernel/daemon/realtime.h"
 #include "kernel/joint_map.h"
 
@@ -28,6 +29,8 @@ PlannerConfig read_planner(const ConfigTable& root);
 struct Assembly {
   Machine machine;
   std::unique_ptr<Kinematics> kinematics;
+  Corrections corrections;
+  Joints plan_joints;  ///< limits less what the corrections keep for themselves
   std::unique_ptr<MachineJointMap> map;
   ProgramConfig program;
   PlannerConfig planner;

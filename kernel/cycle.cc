@@ -10,30 +10,36 @@ constexpr double kRounding = 1e-6;  // of a position limit and, relatively, of a
 constexpr double kJogShare = 0.1;   // of the velocity limit when a jog names no speed
 }  // namespace
 
-Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives)
+Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
+             SetpointChain* corrections)
     : config_(config),
       map_(map),
       queue_(queue),
       drives_(drives),
       commands_(256),
       reports_(config.report_capacity),
-      time_scale_(config.joints, config.shares, config.period_s),
-      interpolator_(queue) {
+      time_scale_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.shares,
+                  config.period_s),
+      interpolator_(queue),
+      corrections_(corrections) {
+  if (config_.plan_joints.empty()) config_.plan_joints = config_.joints;
   const auto n = static_cast<Eigen::Index>(config.joints.size());
-  for (JointVec* v : {&q_, &q_last_, &setpoints_.q, &setpoints_.qd, &feedback_.q}) v->setZero(n);
-  report_.q_setpoint = report_.q_measured = q_;
+  for (JointVec* v : {&q_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd, &feedback_.q})
+    v->setZero(n);
+  report_.q_plan = report_.q_setpoint = report_.q_measured = q_;
 }
 
 void Cycle::tick() TRN_RT {
   take_commands();
   move();
+  correct_setpoints();
   check_setpoints();
-  setpoints_.qd = (q_ - q_last_) / config_.period_s;
-  setpoints_.q = q_;
+  setpoints_.qd = (q_sent_ - q_last_) / config_.period_s;
+  setpoints_.q = q_sent_;
   drives_.exchange(setpoints_, feedback_);
   watch_drives();
   write_report();
-  q_last_ = q_;
+  q_last_ = q_sent_;
 }
 
 void Cycle::take_commands() TRN_RT {
@@ -76,6 +82,10 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       drives_.quick_stop();
       abandon_motion();
       break;
+    case Kind::kCorrection:
+      if (corrections_ && command.joint >= 0 && command.joint < corrections_->size())
+        corrections_->enable(command.joint, command.value != 0);
+      break;
     case Kind::kResetFault:
       fault_ = Fault::kOk;
       fault_joint_ = -1;
@@ -86,7 +96,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
 void Cycle::begin_jog(const RtCommand& command) TRN_RT {
   const auto joint = static_cast<std::size_t>(command.joint);
   if (joint >= config_.joints.size()) return;
-  const JointLimit& limit = config_.joints[joint].limit;
+  const JointLimit& limit = config_.plan_joints[joint].limit;
   jog_joint_ = command.joint;
   jog_from_ = q_[command.joint];
   const double target =
@@ -109,7 +119,7 @@ void Cycle::begin_homing(int joint) TRN_RT {
 void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
   if (!synchronised_)
-    q_ = feedback_.q;  // drives without power: follow them, so that they start without a jump
+    q_ = feedback_.q - offset_;  // drives without power: follow them, so that they start without a jump
   if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
   if (motion_ == MotionState::kHoming) return follow_homing();
@@ -172,8 +182,9 @@ void Cycle::follow_jog(double plan_time_s) TRN_RT {
 }
 
 void Cycle::follow_homing() TRN_RT {
-  q_ = q_last_ =
-      feedback_.q;  // the drive moves by itself, and what it reads jumps when it finds its position
+  // The drive moves by itself, and what it reads jumps when it finds its position.
+  q_last_ = feedback_.q;
+  q_ = feedback_.q - offset_;
   if (feedback_.state == DriveState::kHoming) homing_seen_ = homing_mask_;
   const bool done = feedback_.state == DriveState::kEnabled && homing_seen_ == homing_mask_;
   if (done && (feedback_.homed_mask & homing_mask_) == homing_mask_) come_to_rest();
@@ -193,19 +204,27 @@ void Cycle::abandon_motion() TRN_RT {
   come_to_rest();
 }
 
+void Cycle::correct_setpoints() TRN_RT {
+  if (corrections_ && corrections_->size() > 0) {
+    corrections_->step({q_, feedback_});
+    offset_ = corrections_->offset();
+  }
+  q_sent_ = q_ + offset_;
+}
+
 void Cycle::check_setpoints() TRN_RT {
   const bool commanded = motion_ != MotionState::kHoming && synchronised_;
   if (!commanded) return;
   for (std::size_t i = 0; i < config_.joints.size(); ++i) {
     const JointLimit& limit = config_.joints[i].limit;
     const auto k = static_cast<Eigen::Index>(i);
-    const double step = q_[k] - q_last_[k];
+    const double q = q_sent_[k], step = q - q_last_[k];
     if (step == 0) continue;  // a joint that stands outside its range (after a crash) may stay there
-    const bool outside =
-        (q_[k] > limit.max + kRounding && step > 0) || (q_[k] < limit.min - kRounding && step < 0);
+    const bool outside = (q > limit.max + kRounding && step > 0) || (q < limit.min - kRounding && step < 0);
     const bool jump = !(std::abs(step) <= limit.velocity * config_.period_s * (1 + kRounding) + 1e-12);
     if (!outside && !jump) continue;
-    q_ = q_last_;
+    q_sent_ = q_last_;
+    q_ = q_last_ - offset_;
     drives_.quick_stop();
     return latch(jump ? Fault::kSetpointJump : Fault::kJointLimit, static_cast<int>(i));
   }
@@ -231,9 +250,19 @@ void Cycle::latch(Fault fault, int joint) TRN_RT {
   }
 }
 
+void Cycle::report_corrections() TRN_RT {
+  if (!corrections_) return;
+  for (int i = 0; i < corrections_->size(); ++i) {
+    auto& link = report_.corrections[static_cast<std::size_t>(i)];
+    link = {corrections_->offset(i), corrections_->enabled(i), corrections_->warning(i)};
+  }
+}
+
 void Cycle::write_report() TRN_RT {
   report_.period = period_++;
-  report_.q_setpoint = q_;
+  report_.q_plan = q_;
+  report_.q_setpoint = q_sent_;
+  report_corrections();
   report_.q_measured = feedback_.q;
   report_.current_A = feedback_.current_A;
   report_.y = interpolator_.y();

@@ -6,6 +6,7 @@
 #include "kernel/daemon/motion_port.h"
 #include "kernel/interpolator.h"
 #include "kernel/jog.h"
+#include "kernel/setpoint_chain.h"
 #include "kernel/time_scale.h"
 
 namespace trn {
@@ -16,13 +17,15 @@ struct CycleConfig {
   PlanShares shares;
   bool pause_at_program_stop = true;  ///< M0, M1 wait for kResume; false: they pass
   std::size_t report_capacity = 4096;
+  Joints plan_joints = {};  ///< limits of the planned motion; empty: those of `joints`
 };
 
 /// The tick. Read `tick` first: everything that happens in a period stands there in order.
 class Cycle final : public TickPort {
  public:
-  /// All references must outlive the cycle.
-  Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives);
+  /// All references must outlive the cycle. `corrections` may be null: the plan goes to the drives as it is.
+  Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
+        SetpointChain* corrections = nullptr);
 
   void tick() TRN_RT override;
   void latch(Fault fault) TRN_RT override { latch(fault, -1); }
@@ -47,8 +50,10 @@ class Cycle final : public TickPort {
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;
   void come_to_rest() TRN_RT;
+  void correct_setpoints() TRN_RT;
   void check_setpoints() TRN_RT;
   void watch_drives() TRN_RT;
+  void report_corrections() TRN_RT;
   void write_report() TRN_RT;
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
@@ -70,7 +75,9 @@ class Cycle final : public TickPort {
   int jog_joint_ = 0;
   double jog_from_ = 0;
   unsigned homing_mask_ = 0, homing_seen_ = 0;
-  JointVec q_, q_last_;
+  SetpointChain* corrections_;
+  JointVec q_, offset_;       ///< of the plan; what the corrections add to it
+  JointVec q_sent_, q_last_;  ///< their sum; the same in the last period
   Words y_last_ = Words::Zero();
   Setpoints setpoints_;
   Feedback feedback_;

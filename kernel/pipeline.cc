@@ -93,7 +93,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
     : name_(start.path),
       program_(for_mdi(assembly.program, start.text.has_value())),
       blocks_(std::make_unique<BlockQueue>()),
-      speed_(assembly.machine.joints, *assembly.map, assembly.planner.speed, *blocks_),
+      speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceTee>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
       moves_(
@@ -171,8 +171,8 @@ class LimitScout : public MoveSink {
           fmt::format("line {}: the machine cannot get there ({}): X{:.4f} Y{:.4f} Z{:.4f}; move "
                       "the work offset or the part",
                       move.source.line, to_string(status), y[0], y[1], y[2]));
-    for (std::size_t i = 0; i < assembly_.machine.joints.size(); ++i) {
-      const Joint& joint = assembly_.machine.joints[i];
+    for (std::size_t i = 0; i < assembly_.plan_joints.size(); ++i) {
+      const Joint& joint = assembly_.plan_joints[i];
       const double value = q[static_cast<Eigen::Index>(i)];
       if (value >= joint.limit.min - kRounding && value <= joint.limit.max + kRounding) continue;
       const bool rotary = joint.kind == JointKind::kRotary;

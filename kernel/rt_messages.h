@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 
 #include "core/axes.h"
@@ -21,6 +22,7 @@ struct RtCommand {
     kJog,         ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
     kHome,        ///< joint, or -1: all
     kQuickStop,   ///< every drive brakes by its own ramp; forget the ring's content
+    kCorrection,  ///< joint: number in the chain; value: 1 on, 0 off
     kResetFault,  ///< forget the latched fault
   };
   Kind kind = Kind::kStart;
@@ -40,10 +42,18 @@ enum class MotionState : std::uint8_t {
   kHoming,
 };
 
+/// A correction of the chain in one period.
+struct CorrectionReport {
+  JointVec offset;  ///< what it adds to the plan's joints, mm or rad
+  bool enabled = false;
+  const char* warning = "";  ///< static text
+};
+
 /// What the tick reports, once a period.
 struct CycleReport {
   std::uint64_t period = 0;
-  JointVec q_setpoint, q_measured;    ///< mm or rad
+  JointVec q_plan, q_setpoint, q_measured;  ///< mm or rad; the setpoint is the plan with corrections
+  std::array<CorrectionReport, kMaxSetpointCorrections> corrections;  ///< as many as the chain has
   JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means

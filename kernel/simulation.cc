@@ -68,8 +68,9 @@ class Simulation {
                 assembly.machine.joints,
                 {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share},
                 false,
-                8},
-               *assembly.map, queue_, *assembly.drives),
+                8,
+                assembly.plan_joints},
+               *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get()),
         judge_(assembly.machine.joints, period_s_),
         meter_(*assembly.kinematics),
         clock_(assembly.machine.joints, period_s_) {}
@@ -77,7 +78,7 @@ class Simulation {
   SimulationResult run() {
     prepare_drives();
     const auto wall = std::chrono::steady_clock::now();
-    ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_setpoint};
+    ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_plan};
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
         PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },

@@ -27,6 +27,7 @@ CycleConfig cycle_config(const Assembly& assembly) {
   CycleConfig config;
   config.period_s = assembly.machine.period_s;
   config.joints = assembly.machine.joints;
+  config.plan_joints = assembly.plan_joints;
   config.shares = {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share};
   return config;
 }
@@ -41,7 +42,8 @@ Parameters parameters_of(const DaemonOptions& options) {
 void run_machine(const DaemonOptions& options) {
   const Assembly assembly = assemble(options.machine);
   MotionQueue queue(kQueueBlocks);
-  Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives);
+  Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
+              assembly.corrections.setpoint.get());
   ProgramFeeder feeder(assembly, queue, parameters_of(options),
                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools));
   std::unique_ptr<TraceWriter> record;

@@ -142,6 +142,7 @@ Exit run(const RunOptions& options) {
     if (options.trace_density > 1) {
       assembly->machine.period_s /= options.trace_density;
       assembly->drives = make_drives(assembly->machine);
+      assembly->corrections.setpoint = read_corrections(assembly->machine).setpoint;
     }
   } catch (const ConfigError& error) {
     fmt::print(stderr, "{}\n", error.what());

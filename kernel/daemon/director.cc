@@ -198,7 +198,7 @@ void Director::shut_down() {
 
 CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
-  const JointVec q = report_.q_setpoint;
+  const JointVec q = report_.q_plan;
   run_job(
       ticket, clear_then([this, path, q] { parts_.programs.load(path, q); }),
       [this, path, q] {
@@ -210,7 +210,7 @@ CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket
 }
 
 CommandDesk::Answer Director::start(const Ticket& ticket) {
-  const JointVec q = report_.q_setpoint;
+  const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
   const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
   const std::function<void()> nothing = [] {};
@@ -220,7 +220,7 @@ CommandDesk::Answer Director::start(const Ticket& ticket) {
 }
 
 CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket) {
-  const auto prepare = [this, text, q = report_.q_setpoint] { parts_.programs.load_mdi(text, q); };
+  const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
   run_job(
       ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, true);
   return {acknowledge_t::WORKING, ""};

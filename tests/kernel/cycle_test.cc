@@ -30,15 +30,15 @@ class Bench {
   Bench(const std::string& config, const std::string& program)
       : assembly_(assemble(config)),
         queue_(1 << 14),
-        cycle_({assembly_.machine.period_s, assembly_.machine.joints, {}, false, 8}, *assembly_.map, queue_,
-               *assembly_.drives) {
+        cycle_({assembly_.machine.period_s, assembly_.machine.joints, {}, false, 8, assembly_.plan_joints},
+               *assembly_.map, queue_, *assembly_.drives, assembly_.corrections.setpoint.get()) {
     assembly_.drives->bring_up();
     for (int i = 0; i < 20000 && cycle_.last_report().drives != DriveState::kEnabled; ++i) cycle_.tick();
     start(program);
   }
   void start(const std::string& program) {
     pipeline_.emplace(assembly_, parameters_, tools_,
-                      ProgramStart{"test", program, cycle_.last_report().q_setpoint}, PipelineObservers{});
+                      ProgramStart{"test", program, cycle_.last_report().q_plan}, PipelineObservers{});
     ended_ = false;
     fill();
     cycle_.post({RtCommand::Kind::kStart});

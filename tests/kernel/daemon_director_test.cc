@@ -61,7 +61,7 @@ struct Bench {
     link.subscribe<acknowledge_t>(lcm.acknowledge_channel(),
                                   [this](const auto& answer) { answers.push_back(answer); });
     link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
-    now.q_setpoint = now.q_measured = JointVec::Zero(1);
+    now.q_plan = now.q_setpoint = now.q_measured = JointVec::Zero(1);
     now.homed_mask = 1;
     director.begin();
     until([this] { return !posted.empty(); });

@@ -1,0 +1,135 @@
+#include "compensation/actual_chain.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+/// Rotation vector -> matrix (Rodrigues).
+Mat3 rotation_of(const Vec3& turn) TRN_RT {
+  const double angle = turn.norm();
+  if (angle < 1e-300) return Mat3::Identity();
+  const Vec3 w = turn / angle;
+  Mat3 W;
+  W << 0, -w.z(), w.y(), w.z(), 0, -w.x(), -w.y(), w.x(), 0;
+  return Mat3::Identity() + std::sin(angle) * W + (1 - std::cos(angle)) * (W * W);
+}
+
+Mat3 tilt_matrix(const Vec3& t, TiltModel model) TRN_RT {
+  if (model == TiltModel::kExact) return rotation_of(t);
+  Mat3 E;
+  E << 1, -t.z(), t.y(), t.z(), 1, -t.x(), -t.y(), t.x(), 1;
+  return E;
+}
+
+bool is_zero(const SixErrors& e) TRN_RT { return e.offset.isZero(0) && e.tilt.isZero(0); }
+
+void apply(const SixErrors& e, TiltModel model, ActualChain::Affine& X) TRN_RT {
+  if (is_zero(e)) return;
+  X.p += X.A * e.offset;
+  if (!e.tilt.isZero(0)) X.A = (X.A * tilt_matrix(e.tilt, model)).eval();
+}
+
+void apply_linear(const ActualAxis& axis, double q, TiltModel model, ActualChain::Affine& X,
+                  ActualChain::JointFrame& frame) TRN_RT {
+  // Squareness turns the direction of motion, not what is carried.
+  X.p += X.A * (axis.location.offset + axis.offset_mm);
+  const Vec3 direction = axis.location.tilt.isZero(0)
+                             ? axis.direction
+                             : Vec3(tilt_matrix(axis.location.tilt, model) * axis.direction);
+  frame.axis = X.A * direction;
+  frame.place = X.p;
+  X.p += q * frame.axis;
+  if (!axis.tables.empty()) apply(axis.tables[0].at(q), model, X);
+}
+
+void apply_rotary(const ActualAxis& axis, double q, TiltModel model, ActualChain::Affine& X,
+                  ActualChain::JointFrame& frame) TRN_RT {
+  apply(axis.location, model, X);
+  X.p += X.A * axis.offset_mm;
+  if (!axis.tables.empty()) apply(axis.tables[0].at(q), model, X);
+  frame.axis = X.A * axis.direction;
+  frame.place = X.p;
+  X.A = (X.A * rotation_of(q * axis.direction)).eval();
+}
+
+void walk(const std::vector<ActualAxis>& branch, bool work, TiltModel model, const JointVec& q,
+          ActualChain::Affine& X, ActualChain::Frames& out) TRN_RT {
+  for (const ActualAxis& axis : branch) {
+    if (axis.joint < 0) {
+      X.p += X.A * axis.offset_mm;
+      continue;
+    }
+    auto& frame = out.joint[static_cast<std::size_t>(axis.joint)];
+    frame.rotary = axis.kind == JointKind::kRotary;
+    frame.in_work_branch = work;
+    (frame.rotary ? apply_rotary : apply_linear)(axis, q[axis.joint], model, X, frame);
+  }
+}
+
+std::vector<ActualAxis> read_branch(const Machine& machine, const ConfigTable& section, const char* key) {
+  std::vector<ActualAxis> branch;
+  for (const ConfigTable& table : section.tables_if(key)) {
+    ActualAxis axis;
+    axis.offset_mm = table.vec3("offset_mm", Vec3::Zero());
+    if (table.has("joint")) {
+      const std::string name = table.text("joint");
+      const auto found = std::find_if(machine.joints.begin(), machine.joints.end(),
+                                      [&](const Joint& joint) { return joint.name == name; });
+      axis.joint = static_cast<int>(found - machine.joints.begin());
+      axis.kind = machine.joints.at(static_cast<std::size_t>(axis.joint)).kind;
+      axis.direction = table.vec3("direction").normalized();
+    }
+    branch.push_back(axis);
+  }
+  return branch;
+}
+
+}  // namespace
+
+SixErrors ErrorTables::at(double q) const TRN_RT {
+  SixErrors e;
+  for (int i = 0; i < 3; ++i) {
+    e.offset[i] = offset[static_cast<std::size_t>(i)].at(q);
+    e.tilt[i] = tilt[static_cast<std::size_t>(i)].at(q);
+  }
+  return e;
+}
+
+void ActualChain::evaluate(const JointVec& q, Frames& out) const TRN_RT {
+  out.X_MB = out.X_MS = {};
+  walk(work, true, model, q, out.X_MB, out);
+  walk(tool, false, model, q, out.X_MS, out);
+}
+
+double ActualChain::tilt_bound() const {
+  double sum = 0;
+  for (const auto* branch : {&tool, &work})
+    for (const ActualAxis& axis : *branch) {
+      if (axis.kind == JointKind::kRotary) sum += axis.location.tilt.norm();
+      for (const ErrorTables& t : axis.tables)
+        sum += Vec3(t.tilt[0].peak(), t.tilt[1].peak(), t.tilt[2].peak()).norm();
+    }
+  return sum;
+}
+
+ActualChain read_chain(const Machine& machine) {
+  const ConfigTable section = machine.root.table("kinematics");
+  if (section.text("type") != "serial")
+    throw section.error("type", "geometric errors of axes need a machine of type \"serial\"");
+  ActualChain chain;
+  chain.tool = read_branch(machine, section, "tool_branch");
+  chain.work = read_branch(machine, section, "work_branch");
+  return chain;
+}
+
+ActualAxis* find_axis(ActualChain& chain, int joint) {
+  for (auto* branch : {&chain.tool, &chain.work})
+    for (ActualAxis& axis : *branch)
+      if (axis.joint == joint) return &axis;
+  return nullptr;
+}
+
+}  // namespace trn

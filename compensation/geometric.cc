@@ -1,0 +1,152 @@
+#include "compensation/geometric.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace trn {
+
+namespace {
+
+constexpr int kSteps = 3;              // errors of 1e-3 shrink by their own square, or by 1e-3, in each
+constexpr double kLambdaLeast = 1e-4;  // keeps the pole solvable when no tilt is known
+
+/// Cramer's rule; the columns are directions of three linear axes, checked when the machine was put together.
+Vec3 solve3(const Mat3& columns, const Vec3& rhs) TRN_RT {
+  const Vec3 a = columns.col(0), b = columns.col(1), c = columns.col(2), bc = b.cross(c);
+  return Vec3(rhs.dot(bc), rhs.dot(c.cross(a)), rhs.dot(a.cross(b))) / a.dot(bc);
+}
+
+}  // namespace
+
+/// What the actual machine misses at some joints, and how the joints change it; all in M.
+struct GeometricCorrection::Miss {
+  Vec3 tip, axis;      ///< wanted less actual
+  Mat3 tip_by_linear;  ///< derivative of `tip` by the linear joints
+  Vec3 tip_by_rotary[2], axis_by_rotary[2];
+};
+
+GeometricCorrection::GeometricCorrection(const GeometricConfig& config) : config_(config) {
+  int linear = 0;
+  for (const auto* branch : {&config_.chain.tool, &config_.chain.work})
+    for (const ActualAxis& axis : *branch) {
+      if (axis.joint < 0) continue;
+      if (axis.kind == JointKind::kLinear) {
+        if (linear < 3) linear_[static_cast<std::size_t>(linear)] = axis.joint;
+        ++linear;
+      } else {
+        if (rotary_count_ < 2) rotary_[static_cast<std::size_t>(rotary_count_)] = axis.joint;
+        ++rotary_count_;
+      }
+    }
+  if (linear != 3 || rotary_count_ > 2)
+    throw std::invalid_argument("geometric errors need three linear and at most two rotary joints");
+  lambda0_ = std::max(config_.chain.tilt_bound() / config_.limit_rad, kLambdaLeast);
+}
+
+double GeometricCorrection::pole_zone_rad() const { return std::asin(std::min(1.0, 2 * lambda0_)); }
+
+GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, const JointVec& q) const TRN_RT {
+  ActualChain::Frames f;
+  config_.chain.evaluate(q, f);
+  const Vec3 point = f.X_MB.p + f.X_MB.A * wanted.p_B, tip = f.X_MS.p - f.X_MS.A * wanted.tool_offset;
+  const Vec3 u_wanted = (f.X_MB.A * wanted.u_B).normalized(), u = f.X_MS.A.col(2).normalized();
+  Miss out;
+  out.tip = point - tip;
+  out.axis = u_wanted - u;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const ActualChain::JointFrame& frame = f.joint[static_cast<std::size_t>(linear_[i])];
+    out.tip_by_linear.col(static_cast<Eigen::Index>(i)) =
+        frame.in_work_branch ? frame.axis : Vec3(-frame.axis);
+  }
+  for (int i = 0; i < rotary_count_; ++i) {
+    const ActualChain::JointFrame& frame =
+        f.joint[static_cast<std::size_t>(rotary_[static_cast<std::size_t>(i)])];
+    const bool work = frame.in_work_branch;
+    const Vec3 w = work ? frame.axis : Vec3(-frame.axis);
+    out.tip_by_rotary[i] = w.cross((work ? point : tip) - frame.place);
+    out.axis_by_rotary[i] = w.cross(work ? u_wanted : u);
+  }
+  return out;
+}
+
+double GeometricCorrection::damping2(const Miss& miss) const TRN_RT {
+  const Vec3* c = miss.axis_by_rotary;
+  double gain2 = c[0].squaredNorm();
+  if (rotary_count_ == 2) {
+    // Determinant over trace: the smaller eigenvalue near the pole, smooth everywhere.
+    const double a = c[0].squaredNorm(), b = c[1].squaredNorm(), d = c[0].dot(c[1]);
+    gain2 = (a * b - d * d) / (a + b);
+  }
+  const double t2 = gain2 / (4 * lambda0_ * lambda0_);
+  if (t2 >= 1) return 0;
+  const double fade = (1 - t2) * (1 - t2);
+  return lambda0_ * lambda0_ * fade * fade;
+}
+
+void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec& nominal,
+                               JointVec& q) const TRN_RT {
+  double turn[2] = {0, 0};
+  if (config_.mode == GeometricMode::kFull && rotary_count_ > 0) {
+    const Vec3* c = miss.axis_by_rotary;
+    const double b0 = -c[0].dot(miss.axis) - damping2 * (q[rotary_[0]] - nominal[rotary_[0]]);
+    const double a00 = c[0].squaredNorm() + damping2;
+    if (rotary_count_ == 1) {
+      turn[0] = b0 / a00;
+    } else {
+      const double b1 = -c[1].dot(miss.axis) - damping2 * (q[rotary_[1]] - nominal[rotary_[1]]);
+      const double a11 = c[1].squaredNorm() + damping2, a01 = c[0].dot(c[1]);
+      const double det = a00 * a11 - a01 * a01;
+      turn[0] = (b0 * a11 - b1 * a01) / det;
+      turn[1] = (b1 * a00 - b0 * a01) / det;
+    }
+  }
+  Vec3 tip = miss.tip;
+  for (int i = 0; i < rotary_count_; ++i) {
+    tip += turn[i] * miss.tip_by_rotary[i];
+    q[rotary_[static_cast<std::size_t>(i)]] += turn[i];
+  }
+  const Vec3 move = solve3(miss.tip_by_linear, tip);
+  for (int i = 0; i < 3; ++i) q[linear_[static_cast<std::size_t>(i)]] -= move[i];
+}
+
+bool GeometricCorrection::inside_limits(const JointVec& nominal, const JointVec& q) const TRN_RT {
+  for (const int i : linear_)
+    if (!(std::abs(q[i] - nominal[i]) <= config_.limit_mm)) return false;
+  for (int i = 0; i < rotary_count_; ++i) {
+    const int joint = rotary_[static_cast<std::size_t>(i)];
+    if (!(std::abs(q[joint] - nominal[joint]) <= config_.limit_rad)) return false;
+  }
+  return true;
+}
+
+KinStatus GeometricCorrection::correct(const Pose& X_BS, const Vec3& tool_offset, JointVec& q) const TRN_RT {
+  const Wanted wanted{X_BS.p - X_BS.R * tool_offset, X_BS.R.col(2), tool_offset};
+  const JointVec nominal = q;
+  double damping = 0;
+  for (int i = 0; i < kSteps; ++i) {
+    const Miss miss = miss_at(wanted, q);
+    if (i == 0 && rotary_count_ > 0) damping = damping2(miss);
+    step(miss, damping, nominal, q);
+  }
+  return inside_limits(nominal, q) ? KinStatus::kOk : KinStatus::kLimit;
+}
+
+KinStatus GeometricCorrection::actual(const JointVec& q, Pose& X_BS) const TRN_RT {
+  ActualChain::Frames f;
+  config_.chain.evaluate(q, f);
+  const Mat3 A_BM = f.X_MB.A.inverse();
+  X_BS = {A_BM * f.X_MS.A, A_BM * (f.X_MS.p - f.X_MB.p)};
+  return std::isfinite(X_BS.p.sum() + X_BS.R.sum()) ? KinStatus::kOk : KinStatus::kUnreachable;
+}
+
+PoseResidual GeometricCorrection::residual(const Pose& X_BS, const Vec3& tool_offset,
+                                           const JointVec& q) const {
+  Pose X;
+  actual(q, X);
+  const Vec3 u = X.R.col(2), wanted = X_BS.R.col(2);
+  return {((X.p - X.R * tool_offset) - (X_BS.p - X_BS.R * tool_offset)).norm(),
+          std::atan2(u.cross(wanted).norm(), u.dot(wanted))};
+}
+
+}  // namespace trn

@@ -1,0 +1,82 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "compensation/geometric.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kRadPerArcsec = kRadPerDeg / 3600;
+constexpr char kAxes[] = "xyz", kTurns[] = "abc";
+
+int joint_of(const Machine& machine, const ConfigTable& table) {
+  std::vector<std::string> names;
+  for (const Joint& joint : machine.joints) names.push_back(joint.name);
+  const std::string name = table.choice("joint", names);
+  return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+Spline read_column(const ConfigTable& table, const std::string& key, double unit,
+                   const std::vector<double>& places) {
+  if (!table.has(key)) return {};
+  std::vector<double> values = table.numbers(key);
+  if (values.size() != places.size())
+    throw table.error(key,
+                      fmt::format("{} values, but the table has {} places", values.size(), places.size()));
+  for (double& value : values) value *= unit;
+  return {places, values};
+}
+
+ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
+  const bool rotary = kind == JointKind::kRotary;
+  const char* at = rotary ? "at_deg" : "at_mm";
+  std::vector<double> places = table.numbers(at);
+  for (double& place : places) place *= rotary ? kRadPerDeg : 1;
+  if (places.empty() ||
+      std::adjacent_find(places.begin(), places.end(), std::greater_equal<>()) != places.end())
+    throw table.error(at, "the places of a table must rise");
+  ErrorTables out;
+  for (std::size_t i = 0; i < 3; ++i) {
+    out.offset[i] = read_column(table, fmt::format("e{}_mm", kAxes[i]), 1, places);
+    out.tilt[i] = read_column(table, fmt::format("e{}_arcsec", kTurns[i]), kRadPerArcsec, places);
+  }
+  return out;
+}
+
+}  // namespace
+
+void read_axis_errors(const Machine& machine, const ConfigTable& section, ActualChain& chain) {
+  std::vector<int> seen;
+  for (const ConfigTable& table : section.tables_if("axis")) {
+    const int joint = joint_of(machine, table);
+    if (std::find(seen.begin(), seen.end(), joint) != seen.end())
+      throw table.error("joint", "this axis has its errors already");
+    seen.push_back(joint);
+    ActualAxis& axis = *find_axis(chain, joint);
+    const Range mm{-10, 10}, arcsec{-7200, 7200};
+    for (int i = 0; i < 3; ++i) {
+      axis.location.offset[i] = table.number(fmt::format("e{}0_mm", kAxes[i]), 0, mm);
+      axis.location.tilt[i] = kRadPerArcsec * table.number(fmt::format("e{}0_arcsec", kTurns[i]), 0, arcsec);
+    }
+    axis.tables.clear();
+    if (const auto errors = table.table_if("table")) axis.tables.push_back(read_tables(*errors, axis.kind));
+  }
+}
+
+GeometricConfig read_geometric(const Machine& machine, const ConfigTable& section) {
+  GeometricConfig config;
+  config.chain = read_chain(machine);
+  config.mode = section.choice("mode", {"position", "full"}, "full") == "full" ? GeometricMode::kFull
+                                                                               : GeometricMode::kPosition;
+  config.chain.model = section.choice("model", {"linear", "exact"}, "linear") == "exact" ? TiltModel::kExact
+                                                                                         : TiltModel::kLinear;
+  config.limit_mm = section.number("limit_mm", config.limit_mm, Range{1e-3, 50});
+  config.limit_rad = kRadPerDeg * section.number("limit_deg", 1.0, Range{1e-3, 10});
+  read_axis_errors(machine, section, config.chain);
+  return config;
+}
+
+}  // namespace trn

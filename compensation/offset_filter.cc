@@ -1,0 +1,65 @@
+#include "compensation/offset_filter.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kTauMax = 1000;  // s
+
+/// Absolute sums of the first three differences of the filter's impulse response.
+struct Gains {
+  double first = 0, second = 0, third = 0;
+};
+
+Gains gains_of(double gain) {
+  Gains out;
+  double z[3] = {0, 0, 0}, h[4] = {0, 0, 0, 0};
+  const double rest = 60 / gain;  // the response has died away by then
+  for (double i = 0; i < rest; ++i) {
+    double in = i == 0 ? 1 : 0;
+    for (double& stage : z) in = stage += gain * (in - stage);
+    std::copy_backward(h, h + 3, h + 4);
+    h[0] = in;
+    out.first += std::abs(h[0] - h[1]);
+    out.second += std::abs(h[0] - 2 * h[1] + h[2]);
+    out.third += std::abs(h[0] - 3 * h[1] + 3 * h[2] - h[3]);
+  }
+  return out;
+}
+
+}  // namespace
+
+OffsetFilter::OffsetFilter(double limit, double velocity, double acceleration, double jerk, double period_s)
+    : limit_(limit) {
+  const double T = period_s;
+  const auto fits = [&](double tau) {
+    const Gains g = gains_of(1 - std::exp(-T / tau));
+    return limit * g.first <= velocity * T && limit * g.second <= acceleration * T * T &&
+           limit * g.third <= jerk * T * T * T;
+  };
+  double low = T / 4, high = T;
+  while (!fits(high) && high < kTauMax) high *= 2;
+  for (int i = 0; i < 20; ++i) {
+    const double mid = std::sqrt(low * high);
+    (fits(mid) ? high : low) = mid;
+  }
+  tau_s_ = high;
+  gain_ = 1 - std::exp(-T / high);
+}
+
+double OffsetFilter::step(double target) TRN_RT {
+  if (std::isfinite(target)) target_ = std::clamp(target, -limit_, limit_);
+  double in = target_;
+  for (double& stage : z_) in = stage += gain_ * (in - stage);
+  return in;
+}
+
+void OffsetFilter::shift(double jump) TRN_RT {
+  target_ += jump;
+  for (double& stage : z_) stage += jump;
+}
+
+}  // namespace trn

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <memory>
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "kernel/setpoint_chain.h"
+
+namespace trn {
+
+/// Everything that makes the real machine reach the ideal pose, in the one order in which it acts: `pose`
+/// and `joint` inside the plan (MachineJointMap), then `setpoint` in the tick. A member that the config does
+/// not have is empty.
+struct Corrections {
+  std::unique_ptr<PoseCorrection> pose;
+  std::unique_ptr<JointCorrection> joint;
+  std::unique_ptr<SetpointChain> setpoint;  ///< never null; may have no links
+};
+
+/// Section [corrections] with one table for each correction; it may be missing.
+Corrections read_corrections(const Machine& machine);
+
+/// The keys that every correction behind the plan has: enabled, limit_mm, limit_deg, reserve.
+SetpointBudget read_budget(const ConfigTable& table, const char* name);
+
+}  // namespace trn

@@ -1,0 +1,79 @@
+#include "kernel/setpoint_chain.h"
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+namespace trn {
+
+namespace {
+
+double limit_on(const SetpointBudget& budget, const SetpointCorrection& correction, std::size_t joint,
+                JointKind kind) {
+  if ((correction.joint_mask() >> joint & 1u) == 0) return 0;
+  return kind == JointKind::kRotary ? budget.limit_rad : budget.limit_mm;
+}
+
+}  // namespace
+
+void SetpointChain::append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction) {
+  if (links_.size() == kMax) throw std::logic_error("too many corrections in the chain");
+  const auto n = static_cast<Eigen::Index>(joints_.size());
+  Link link{budget, std::move(correction), {}, {}, budget.enabled, JointVec::Zero(n), JointVec::Zero(n)};
+  sum_.setZero(n);
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const JointLimit& l = joints_[i].limit;
+    const double limit = limit_on(budget, *link.correction, i, joints_[i].kind), share = budget.reserve;
+    link.limits.push_back(limit);
+    link.filters.emplace_back();
+    if (limit <= 0) continue;
+    // Of an offset that follows the axis the switch is filtered, a value of 0 to 1 that scales the offset.
+    const double unit = link.correction->slope_max() > 0 ? limit : 1;
+    link.filters.back() = OffsetFilter(limit / unit, share * l.velocity / unit, share * l.acceleration / unit,
+                                       share * l.jerk / unit, period_s_);
+  }
+  links_.push_back(std::move(link));
+}
+
+Joints SetpointChain::plan_joints() const {
+  Joints out = joints_;
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    double reserve = 0, range = 0;
+    for (const Link& link : links_) {
+      if (link.limits[i] <= 0) continue;
+      reserve += link.budget.reserve + link.correction->slope_max();
+      range += link.limits[i];
+    }
+    JointLimit& limit = out[i].limit;
+    limit.min += range;
+    limit.max -= range;
+    for (double* rate : {&limit.velocity, &limit.acceleration, &limit.jerk}) *rate *= 1 - reserve;
+  }
+  return out;
+}
+
+void SetpointChain::enable(int i, bool on) TRN_RT { links_[static_cast<std::size_t>(i)].enabled = on; }
+
+void SetpointChain::step(const CorrectionInput& input) TRN_RT {
+  sum_.setZero();
+  for (Link& link : links_) {
+    step(link, input);
+    sum_ += link.offset;
+  }
+}
+
+void SetpointChain::step(Link& link, const CorrectionInput& input) TRN_RT {
+  const bool follows = link.correction->slope_max() > 0;
+  link.correction->wanted(input, link.wanted);
+  for (std::size_t i = 0; i < link.limits.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double limit = link.limits[i], wanted = link.wanted[k];
+    if (limit <= 0) continue;
+    if (!follows)
+      link.offset[k] = link.filters[i].step(link.enabled ? wanted : 0);
+    else if (std::isfinite(wanted))
+      link.offset[k] = link.filters[i].step(link.enabled ? 1 : 0) * std::clamp(wanted, -limit, limit);
+  }
+}
+
+}  // namespace trn

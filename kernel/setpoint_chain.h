@@ -1,0 +1,67 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "compensation/offset_filter.h"
+#include "core/machine.h"
+#include "core/ports.h"
+
+namespace trn {
+
+/// Bounds of one correction of the chain.
+struct SetpointBudget {
+  std::string name;       ///< of its section, [corrections.NAME]
+  bool enabled = true;    ///< at start; may be switched at any time
+  double limit_mm = 0;    ///< its greatest offset on a linear joint
+  double limit_rad = 0;   ///< on a rotary joint
+  double reserve = 0.01;  ///< share of the joints' velocity, acceleration and jerk that it may use
+};
+
+/// The corrections behind the plan, in their one order. Each is bounded by its own limit and moves the joints
+/// within its own reserve: the planner plans for `plan_joints`, so that plan and corrections together stay
+/// inside the limits of the machine. Switching fades in and out within the reserve.
+class SetpointChain {
+ public:
+  static constexpr int kMax = kMaxSetpointCorrections;
+  SetpointChain(const Joints& joints, double period_s) : joints_(joints), period_s_(period_s) {}
+
+  /// At most kMax, in the order in which they act.
+  void append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction);
+  int size() const TRN_RT { return static_cast<int>(links_.size()); }
+  const SetpointBudget& budget(int i) const { return links_[static_cast<std::size_t>(i)].budget; }
+
+  /// What the planner may use: ranges less the limits, rates less the reserves of all corrections.
+  Joints plan_joints() const;
+
+  /// One period: offsets from the plan's joints.
+  void step(const CorrectionInput& input) TRN_RT;
+  void enable(int i, bool on) TRN_RT;
+  bool enabled(int i) const TRN_RT { return links_[static_cast<std::size_t>(i)].enabled; }
+  /// What correction i adds in this period, mm or rad; zero before the first step.
+  const JointVec& offset(int i) const TRN_RT { return links_[static_cast<std::size_t>(i)].offset; }
+  /// The sum over all corrections.
+  const JointVec& offset() const TRN_RT { return sum_; }
+  const char* warning(int i) const TRN_RT {
+    return links_[static_cast<std::size_t>(i)].correction->warning();
+  }
+
+ private:
+  struct Link {
+    SetpointBudget budget;
+    std::unique_ptr<SetpointCorrection> correction;
+    std::vector<OffsetFilter> filters;  ///< by joint; of the offset, or of the switch
+    std::vector<double> limits;         ///< by joint; 0: does not act there
+    bool enabled = true;
+    JointVec wanted, offset;
+  };
+  void step(Link& link, const CorrectionInput& input) TRN_RT;
+
+  Joints joints_;
+  double period_s_;
+  std::vector<Link> links_;
+  JointVec sum_;
+};
+
+}  // namespace trn
