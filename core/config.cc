@@ -257,6 +257,8 @@ std::vector<ConfigTable> ConfigTable::tables_if(std::string_view key) const {
   return find(*node_, key) ? tables(key) : std::vector<ConfigTable>{};
 }
 
+const std::string& ConfigTable::file() const { return node_->file; }
+
 bool ConfigTable::has(std::string_view key) const { return find(*node_, key) != nullptr; }
 
 void ConfigTable::finish() const { finish_node(*node_); }

@@ -56,6 +56,8 @@ class ConfigTable {
   std::vector<ConfigTable> tables_if(std::string_view key) const;
 
   bool has(std::string_view key) const;
+  /// The file this table was read from, as it was named.
+  const std::string& file() const;
   /// Throws ConfigError for the first key that was never read, in this table and those read from it.
   void finish() const;
   /// An error at `key` (or at the table if there is no such key), for a part's own checks.

@@ -28,6 +28,17 @@ enum class Fault : std::uint8_t {
   kCycleOverrun,
   kAssertion,  ///< an internal check failed in the tick
   kHomingFailed,
+  kHeartbeatLost,   ///< feedback still comes
+  kDriveWarning,    ///< an emergency message of a drive that goes on working
+  kDriveDropped,    ///< left Operation Enabled, its mode or the operational state without being told
+  kDriveNotReady,   ///< did not reach Operation Enabled in time
+  kDriveRestarted,  ///< a node booted while it was in use
+  kBusOff,          ///< the CAN controller took itself off the bus
+  kBusDown,         ///< the interface is down or gone
+  kBusOverload,     ///< frames could not be sent
+  kForeignMaster,   ///< somebody else sends SYNC, setpoints or the master's heartbeat
+  kDeviceLost,      ///< a Modbus device does not answer
+  kDeviceFault,     ///< a Modbus device reports a fault, or values that cannot be
   kCount
 };
 

@@ -16,4 +16,7 @@ std::string_view to_string(KinStatus status) {
   return "unknown";
 }
 
+std::string Drives::explain_fault(int) const { return {}; }
+std::string Drives::health() const { return {}; }
+
 }  // namespace trn

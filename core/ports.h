@@ -1,5 +1,6 @@
 #pragma once
 
+#include <string>
 #include <string_view>
 
 #include "core/axes.h"
@@ -137,6 +138,11 @@ class Drives {
   virtual void bring_up() = 0;
   virtual void shut_down() noexcept = 0;
   virtual void reset_faults() = 0;
+  /// Any thread: the fault of a joint (-1: of any) in words, who, what and what would be right; "" if there
+  /// is none or nothing is known beyond the fault's own text.
+  virtual std::string explain_fault(int joint) const;
+  /// Any thread: one line on how the bus does, "" if there is none.
+  virtual std::string health() const;
 
   /// In the tick, once a period, bounded. Between `home` and the homed bit the drive moves by itself and its
   /// setpoint is ignored.

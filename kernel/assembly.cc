@@ -4,7 +4,6 @@
 
 #include "kernel/time_scale.h"
 #include "kinematics/factory.h"
-#include "sim/make_drives.h"
 
 namespace trn {
 
@@ -22,7 +21,7 @@ PlannerConfig read_planner(const ConfigTable& root) {
   return config;
 }
 
-Assembly assemble(const std::string& config_path) {
+Assembly assemble(const std::string& config_path, Field field) {
   Assembly a{read_machine(load_config(config_path)), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
@@ -38,7 +37,7 @@ Assembly assemble(const std::string& config_path) {
   a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.plan_time_to_stop());
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
-  a.drives = make_drives(a.machine);
+  a.drives = make_drives(a.machine, field);
   root.finish();
   return a;
 }

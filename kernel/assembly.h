@@ -12,6 +12,7 @@
 #include "kernel/corrections.h"
 #include "kernel/daemon/realtime.h"
 #include "kernel/joint_map.h"
+#include "sim/make_drives.h"
 
 namespace trn {
 
@@ -39,7 +40,8 @@ struct Assembly {
   std::unique_ptr<Drives> drives;
 };
 
-/// ConfigError with file, line and column.
-Assembly assemble(const std::string& config_path);
+/// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and
+/// column.
+Assembly assemble(const std::string& config_path, Field field = Field::kEmulated);
 
 }  // namespace trn

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include "hal/can/can_drives.h"
+#include "hal/can/socket_can.h"
 #include "hal/loopback.h"
+#include "sim/canopen/emulated_can.h"
 #include "sim/simulated_drives.h"
 
 namespace trn {
@@ -21,11 +24,15 @@ JointVec rest_position(const Machine& machine) {
 
 }  // namespace
 
-std::unique_ptr<Drives> make_drives(const Machine& machine) {
+std::unique_ptr<Drives> make_drives(const Machine& machine, Field field) {
   const ConfigTable drives = machine.root.table("drives");
-  const std::string type = drives.choice("type", {"loopback", "simulated"});
+  const std::string type = drives.choice("type", {"loopback", "simulated", "canopen"});
   if (type == "loopback") return std::make_unique<LoopbackDrives>(rest_position(machine));
-  return std::make_unique<SimulatedDrives>(read_simulated_drives(machine, drives));
+  if (type == "simulated") return std::make_unique<SimulatedDrives>(read_simulated_drives(machine, drives));
+  if (field == Field::kEmulated) return std::make_unique<EmulatedCanDrives>(machine, drives);
+  const CanDrivesConfig config = read_can_drives(machine, drives);
+  make_emulated_nodes(machine, config, drives);  // knows the keys of the emulation
+  return std::make_unique<CanDrives>(config, std::make_unique<SocketCanOpener>());
 }
 
 }  // namespace trn

@@ -44,6 +44,20 @@ void SimulatedJoint::quick_stop() TRN_RT {
   if (state_ == DriveState::kEnabled || state_ == DriveState::kHoming) state_ = DriveState::kQuickStop;
 }
 
+void SimulatedJoint::power_cycle() TRN_RT {
+  disable();
+  fault_ = Fault::kOk;
+  homed_ = config_.homed;
+  encoder_offset_ = homed_ ? 0 : -plant_.x;
+  reported_ = plant_.x + encoder_offset_;
+}
+
+void SimulatedJoint::take_position(double q) TRN_RT {
+  encoder_offset_ = q - plant_.x;
+  reported_ = q;
+  homed_ = true;
+}
+
 void SimulatedJoint::fail(Fault fault) TRN_RT {
   if (state_ == DriveState::kFault) return;
   fault_ = fault;

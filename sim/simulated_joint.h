@@ -34,6 +34,10 @@ class SimulatedJoint {
   void reset() TRN_RT;
   void home() TRN_RT;
   void quick_stop() TRN_RT;
+  /// Off and on again: an encoder that is not absolute counts from zero where it stands.
+  void power_cycle() TRN_RT;
+  /// Homing without a search: the position where it stands is `q`.
+  void take_position(double q) TRN_RT;
   /// One period with setpoint `q` (encoder coordinates; ignored unless enabled).
   void step(double q) TRN_RT;
 

@@ -40,7 +40,7 @@ Parameters parameters_of(const DaemonOptions& options) {
 }
 
 void run_machine(const DaemonOptions& options) {
-  const Assembly assembly = assemble(options.machine);
+  const Assembly assembly = assemble(options.machine, Field::kReal);
   MotionQueue queue(kQueueBlocks);
   Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
               assembly.corrections.setpoint.get());

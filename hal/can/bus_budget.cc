@@ -1,0 +1,120 @@
+#include "hal/can/bus_budget.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+/// Counts a frame's bits from start to the CRC sequence, with a stuff bit after every five equal ones.
+class BitCounter {
+ public:
+  void add(std::uint32_t value, int bits) {
+    for (int i = bits - 1; i >= 0; --i) add_bit(value >> i & 1u, true);
+  }
+  void add_crc() {  // CRC-15 of CAN: x^15 + x^14 + x^10 + x^8 + x^7 + x^4 + x^3 + 1
+    const std::uint32_t crc = crc_;
+    for (int i = 14; i >= 0; --i) add_bit(crc >> i & 1u, false);
+  }
+  int bits() const { return bits_; }
+
+ private:
+  void add_bit(std::uint32_t bit, bool into_crc) {
+    if (into_crc) {
+      const bool invert = bit ^ (crc_ >> 14 & 1u);
+      crc_ = (crc_ << 1 & 0x7FFFu) ^ (invert ? 0x4599u : 0u);
+    }
+    put(bit);
+    if (run_ == 5) put(last_ ^ 1u);
+  }
+  void put(std::uint32_t bit) {
+    run_ = bit == last_ ? run_ + 1 : 1;
+    last_ = bit;
+    ++bits_;
+  }
+
+  std::uint32_t crc_ = 0, last_ = 2;
+  int run_ = 0, bits_ = 0;
+};
+
+constexpr int kUnstuffedTail = 10 + 3;  // CRC delimiter, acknowledge, end of frame; pause
+
+}  // namespace
+
+int worst_frame_bits(int bytes, bool extended) {
+  const int data = 8 * bytes;
+  return extended ? data + 67 + (54 + data - 1) / 4 : data + 47 + (34 + data - 1) / 4;
+}
+
+int frame_bits(const CanFrame& frame) {
+  BitCounter counter;
+  counter.add(0, 1);  // start of frame
+  const std::uint32_t remote = frame.remote ? 1 : 0;
+  if (frame.extended) {
+    counter.add(frame.id >> 18, 11);
+    counter.add(3, 2);  // substitute remote request, identifier extension
+    counter.add(frame.id & 0x3FFFF, 18);
+    counter.add(remote << 2, 3);
+  } else {
+    counter.add(frame.id, 11);
+    counter.add(remote << 2, 3);
+  }
+  counter.add(frame.size, 4);
+  for (int i = 0; i < frame.size && !frame.remote; ++i)
+    counter.add(frame.data[static_cast<std::size_t>(i)], 8);
+  counter.add_crc();
+  return counter.bits() + kUnstuffedTail;
+}
+
+double worst_fd_frame_s(int bytes, double bitrate, double data_bitrate) {
+  const int crc = bytes <= 16 ? 17 : 21;
+  const int slow_head = 17 + 17 / 4;    // start, identifier, r1, IDE, FDF, res, BRS
+  const int slow_tail = 12 + 3;         // CRC delimiter, acknowledge, end of frame; pause
+  const int fast_data = 5 + 8 * bytes;  // ESI, length, data
+  const int fast_crc =
+      4 + crc + (4 + crc) / 4 + 1;  // stuff count, CRC and a fixed stuff bit before every four
+  return (slow_head + slow_tail) / bitrate + (fast_data + fast_data / 4 + fast_crc) / data_bitrate;
+}
+
+double BusBudget::cyclic_s() const {
+  double sum = 0;
+  for (const Item& item : items)
+    sum += item.frames * worst_frame_bits(item.bytes) / bitrate * (period_s / item.cycle_s);
+  return sum;
+}
+
+double BusBudget::needed_s() const { return cyclic_s() + worst_frame_bits(8) / bitrate; }
+
+double BusBudget::smallest_period_s() const {
+  BusBudget longer = *this;
+  for (int ms = 1; ms <= 1000; ++ms) {
+    longer.period_s = 1e-3 * ms;
+    for (std::size_t i = 0; i < items.size(); ++i)
+      longer.items[i].cycle_s =
+          items[i].cycle_s * (items[i].cycle_s < 10 * period_s ? longer.period_s / period_s : 1);
+    if (longer.fits()) return longer.period_s;
+  }
+  return 0;
+}
+
+std::string BusBudget::arithmetic() const {
+  std::string text;
+  for (const Item& item : items) {
+    const int bits = worst_frame_bits(item.bytes);
+    const bool every_period = std::abs(item.cycle_s - period_s) < 1e-9;
+    text +=
+        fmt::format("  {:<34} {:>2} x {:>3} bits = {:>6.1f} us{}\n", item.what, item.frames, bits,
+                    1e6 * item.frames * bits / bitrate,
+                    every_period ? ""
+                                 : fmt::format(" every {:g} ms: {:.1f} us a period", 1000 * item.cycle_s,
+                                               1e6 * item.frames * bits / bitrate * period_s / item.cycle_s));
+  }
+  text += fmt::format("  one longest frame in the way        1 x {:>3} bits = {:>6.1f} us\n",
+                      worst_frame_bits(8), 1e6 * worst_frame_bits(8) / bitrate);
+  return text + fmt::format("  together {:.1f} us of {:g} us ({:.1f} %)", 1e6 * needed_s(), 1e6 * period_s,
+                            100 * needed_s() / period_s);
+}
+
+}  // namespace trn

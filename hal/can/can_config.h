@@ -1,0 +1,44 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "core/machine.h"
+#include "hal/can/bus_budget.h"
+#include "hal/can/node_link.h"
+#include "hal/can/node_setup.h"
+
+namespace trn {
+
+/// One drive on a bus.
+struct CanNodeConfig {
+  ObjectDictionary dictionary;
+  NodeLink::Config link;
+  NodeSetup::Config setup;
+  double home = 0;  ///< position at the home point, mm or rad
+  int homing_method = 0;
+};
+
+/// One bus and what is on it.
+struct CanBusConfig {
+  std::string interface;
+  double bitrate = 1e6;
+  std::vector<CanNodeConfig> nodes;
+  BusBudget budget;
+};
+
+/// Section [drives] with type = "canopen".
+struct CanDrivesConfig {
+  double period_s = 0;
+  int master_id = 127;
+  int sync_counter = 0;                 ///< overflow of the SYNC counter; 0: SYNC without one
+  std::uint32_t heartbeat_periods = 0;  ///< of the master's own heartbeat; 0: none
+  std::uint32_t overload_max = 3;       ///< periods in a row in which frames could not be sent
+  std::vector<CanBusConfig> buses;
+};
+
+/// Reads the section, the data sheets it names (beside the config file), computes the PDOs and the bus
+/// budgets, and refuses what cannot work: ConfigError with file, line and column.
+CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drives);
+
+}  // namespace trn

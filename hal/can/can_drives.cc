@@ -1,0 +1,231 @@
+#include "hal/can/can_drives.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <array>
+#include <stdexcept>
+
+namespace trn {
+
+namespace {
+
+constexpr std::int64_t kSlice = 1'000'000;  // ns between looks at the bus during bring-up
+
+// How much a node's state says about the whole machine; the worst one is reported.
+int severity(DriveState state) TRN_RT {
+  switch (state) {
+    case DriveState::kEnabled:
+      return 0;
+    case DriveState::kHoming:
+      return 1;
+    case DriveState::kStarting:
+      return 2;
+    case DriveState::kOff:
+      return 3;
+    case DriveState::kQuickStop:
+      return 4;
+    case DriveState::kFault:
+      return 5;
+    case DriveState::kLost:
+      return 6;
+  }
+  return 6;
+}
+
+CanMaster::Config master_config(const CanDrivesConfig& config, const CanBusConfig& bus) {
+  return {config.period_s,          config.master_id,    config.sync_counter,
+          config.heartbeat_periods, config.overload_max, bus};
+}
+
+}  // namespace
+
+CanDrives::CanDrives(const CanDrivesConfig& config, std::unique_ptr<CanOpener> opener)
+    : config_(config), opener_(std::move(opener)) {
+  for (const CanBusConfig& bus : config.buses) {
+    buses_.push_back(std::make_unique<Bus>());
+    buses_.back()->master = std::make_unique<CanMaster>(master_config(config, bus));
+  }
+}
+
+void CanDrives::open(Bus& bus) {
+  CanMaster& master = *bus.master;
+  const std::string& interface = master.config().bus.interface;
+  std::string trouble;
+  if (bus.service && bus.service->state() != BusState::kOnline) trouble = bus.service->recover();
+  if (bus.service && trouble.empty() && bus.service->state() == BusState::kOnline) return;
+  bus.service = opener_->open(interface, master.service_filters());
+  bus.opened.push_back(opener_->open(interface, master.tick_filters()));
+  bus.offered.store(bus.opened.back().get(), std::memory_order_release);
+  std::erase_if(bus.opened, [&](const auto& old) {
+    return old.get() != bus.opened.back().get() && old.get() != bus.in_use.load(std::memory_order_acquire);
+  });
+}
+
+std::vector<NodeSetup> CanDrives::make_setups(Bus& bus) const {
+  std::vector<NodeSetup> setups;
+  auto& nodes = bus.master->nodes();
+  for (std::size_t i = 0; i < nodes.size(); ++i)
+    if (nodes[i].shared().needs_setup.load())
+      setups.emplace_back(bus.master->config().bus.nodes[i].setup, bus.service->now_ns());
+  return setups;
+}
+
+// All nodes of a bus at once, each with an SDO channel of its own.
+void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
+  const auto busy = [&] {
+    return std::any_of(setups.begin(), setups.end(),
+                       [](const NodeSetup& setup) { return !setup.finished(); });
+  };
+  std::array<CanFrame, 32> in;
+  std::vector<CanFrame> unsent;
+  while (busy() || !unsent.empty()) {
+    CanFrame frame;
+    for (NodeSetup& setup : setups)
+      while (setup.next_frame(frame)) unsent.push_back(frame);
+    const int taken = endpoint.send(unsent);
+    unsent.erase(unsent.begin(), unsent.begin() + std::max(taken, 0));
+    if (endpoint.state() != BusState::kOnline) throw std::runtime_error(endpoint.recover());
+    endpoint.wait(kSlice);
+    const int count = endpoint.receive(in);
+    for (NodeSetup& setup : setups) {
+      for (int i = 0; i < count; ++i) setup.receive(in[static_cast<std::size_t>(i)], endpoint.now_ns());
+      setup.poll(endpoint.now_ns());
+    }
+  }
+}
+
+void CanDrives::set_up(Bus& bus) {
+  std::vector<NodeSetup> setups = make_setups(bus);
+  run(setups, *bus.service);
+  finish(bus, setups);
+}
+
+void CanDrives::finish(Bus& bus, const std::vector<NodeSetup>& setups) {
+  std::vector<std::string> errors;
+  std::size_t next = 0;
+  for (NodeLink& node : bus.master->nodes()) {
+    if (!node.shared().needs_setup.load()) continue;
+    const NodeSetup& setup = setups[next++];
+    if (!setup.error().empty()) {
+      errors.push_back(setup.error());
+      continue;
+    }
+    if (setup.was_restarted()) node.shared().position_lost.store(true);
+    node.shared().needs_setup.store(false);
+    node.shared().watched.store(true, std::memory_order_release);
+  }
+  if (!errors.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(errors, "\n")));
+}
+
+void CanDrives::bring_up() {
+  for (auto& bus : buses_) open(*bus);
+  for (auto& bus : buses_) set_up(*bus);
+  requests_.fetch_or(kEnable);
+  powered_ = true;
+}
+
+void CanDrives::reset_faults() {
+  for (auto& bus : buses_)
+    for (NodeLink& node : bus->master->nodes())
+      if (node.shared().needs_setup.load()) node.shared().watched.store(false);
+  requests_.fetch_or(kReset);
+}
+
+void CanDrives::shut_down() noexcept {
+  requests_.fetch_or(kDisable);
+  powered_ = false;
+}
+
+std::string CanDrives::explain_fault(int joint) const {
+  for (const auto& bus : buses_) {
+    for (const NodeLink& node : bus->master->nodes())
+      if (joint < 0 || node.config().joint == joint)
+        if (std::string text = node.explain(); !text.empty()) return text;
+    const Fault fault = bus->fault.load();
+    if (joint < 0 && fault != Fault::kOk)
+      return fmt::format("{}: {}", bus->master->config().bus.interface, fault_info(fault).meaning);
+  }
+  return "";
+}
+
+std::string CanDrives::health() const {
+  std::vector<std::string> lines;
+  for (const auto& bus : buses_) lines.push_back(bus->master->health());
+  return fmt::format("{}", fmt::join(lines, "; "));
+}
+
+void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  for (auto& bus : buses_) {
+    CanEndpoint* offered = bus->offered.exchange(nullptr, std::memory_order_acq_rel);
+    if (offered) {
+      bus->master->attach(offered);
+      bus->in_use.store(offered, std::memory_order_release);
+    }
+    bus->master->receive();
+  }
+  take_requests();
+  for (auto& bus : buses_) {
+    for (NodeLink& node : bus->master->nodes()) {
+      const auto joint = static_cast<Eigen::Index>(node.config().joint);
+      node.step(setpoints.q[joint], setpoints.qd[joint], follow_);
+    }
+    bus->master->send();
+  }
+  report(feedback);
+  follow_ = feedback.state == DriveState::kEnabled;
+}
+
+void CanDrives::take_requests() TRN_RT {
+  const unsigned requests = requests_.exchange(0, std::memory_order_acq_rel);
+  if (requests == 0) return;
+  for (auto& bus : buses_) {
+    if (requests & kReset) bus->master->reset();
+    for (NodeLink& node : bus->master->nodes()) {
+      if (requests & kDisable) node.axis().disable();
+      if (requests & kEnable) node.axis().enable();
+    }
+  }
+}
+
+void CanDrives::request_home(unsigned joint_mask) TRN_RT {
+  for (auto& bus : buses_)
+    for (NodeLink& node : bus->master->nodes())
+      if (joint_mask >> node.config().joint & 1u) node.axis().home();
+}
+
+void CanDrives::quick_stop() TRN_RT {
+  for (auto& bus : buses_)
+    for (NodeLink& node : bus->master->nodes()) node.axis().quick_stop();
+}
+
+void CanDrives::report(Feedback& feedback) TRN_RT {
+  feedback.state = DriveState::kEnabled;
+  feedback.fault = Fault::kOk;
+  feedback.fault_joint = -1;
+  feedback.homed_mask = feedback.limit_switch_mask = 0;
+  for (auto& bus : buses_) {
+    for (const NodeLink& node : bus->master->nodes()) report_node(node, feedback);
+    const Fault fault = bus->master->fault();
+    bus->fault.store(fault, std::memory_order_relaxed);
+    const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
+    if (fault != Fault::kOk && (feedback.fault == Fault::kOk || worse)) feedback.fault = fault;
+  }
+}
+
+void CanDrives::report_node(const NodeLink& node, Feedback& feedback) const TRN_RT {
+  const int joint = node.config().joint;
+  const Cia402Axis& axis = node.axis();
+  feedback.q[joint] = axis.measured();
+  if (axis.homed()) feedback.homed_mask |= 1u << joint;
+  if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
+  if (severity(node.state()) > severity(feedback.state)) feedback.state = node.state();
+  const Fault fault = node.fault();
+  const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
+  if (fault == Fault::kOk || (feedback.fault != Fault::kOk && !worse)) return;
+  feedback.fault = fault;
+  feedback.fault_joint = joint;
+}
+
+}  // namespace trn

@@ -1,0 +1,61 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/ports.h"
+#include "hal/can/can_master.h"
+
+namespace trn {
+
+/// CiA 402 drives on one or several CAN buses. A setpoint is sent in its period, acts with the SYNC after it,
+/// and is measured with the one after that; feedback is of the SYNC before. The tick uses an endpoint of its
+/// own; bring-up and SDO use another one, from the thread that calls bring_up.
+class CanDrives final : public Drives {
+ public:
+  CanDrives(const CanDrivesConfig& config, std::unique_ptr<CanOpener> opener);
+
+  void bring_up() override;
+  void shut_down() noexcept override;
+  void reset_faults() override;
+  std::string explain_fault(int joint) const override;
+  std::string health() const override;
+
+  void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
+  void request_home(unsigned joint_mask) TRN_RT override;
+  void quick_stop() TRN_RT override;
+
+  const CanMaster& master(std::size_t bus) const { return *buses_[bus]->master; }
+
+ private:
+  enum Request : unsigned { kEnable = 1, kDisable = 2, kReset = 4 };
+  struct Bus {
+    std::unique_ptr<CanMaster> master;
+    std::unique_ptr<CanEndpoint> service;              ///< bring-up's
+    std::vector<std::unique_ptr<CanEndpoint>> opened;  ///< the tick's, the last one in use
+    std::atomic<CanEndpoint*> offered = nullptr;
+    std::atomic<CanEndpoint*> in_use = nullptr;
+    std::atomic<Fault> fault = Fault::kOk;
+  };
+
+  void open(Bus& bus);
+  std::vector<NodeSetup> make_setups(Bus& bus) const;
+  void set_up(Bus& bus);
+  static void run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint);
+  void finish(Bus& bus, const std::vector<NodeSetup>& setups);
+
+  void take_requests() TRN_RT;
+  void report(Feedback& feedback) TRN_RT;
+  void report_node(const NodeLink& node, Feedback& feedback) const TRN_RT;
+
+  CanDrivesConfig config_;
+  std::unique_ptr<CanOpener> opener_;
+  std::vector<std::unique_ptr<Bus>> buses_;
+  std::atomic<unsigned> requests_ = 0;
+  std::atomic<bool> powered_ = false;
+  bool follow_ = false;  ///< all drives stood enabled in the last period: they obey the setpoints
+};
+
+}  // namespace trn

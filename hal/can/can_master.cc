@@ -1,0 +1,140 @@
+#include "hal/can/can_master.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstdlib>
+
+namespace trn {
+
+CanMaster::CanMaster(const Config& config) : config_(config), statistics_(std::make_unique<Statistics>()) {
+  for (const CanNodeConfig& node : config.bus.nodes) nodes_.emplace_back(node.link);
+  since_heartbeat_ = config.heartbeat_periods;
+}
+
+std::vector<CanFilter> CanMaster::tick_filters() const {
+  std::vector<CanFilter> filters = {{cob::kSync, 0x7FF},
+                                    {cob::kGuard + static_cast<unsigned>(config_.master_id), 0x7FF}};
+  for (const NodeLink& node : nodes_) {
+    const auto id = static_cast<unsigned>(node.config().id);
+    filters.push_back({cob::kEmergency + id, 0x7FF});
+    filters.push_back({cob::kGuard + id, 0x7FF});
+    for (const Pdo& pdo : node.config().tpdos) filters.push_back({pdo.id, 0x7FF});
+    for (const Pdo& pdo : node.config().rpdos)
+      filters.push_back({pdo.id, 0x7FF});  // nobody else may send these
+  }
+  return filters;
+}
+
+std::vector<CanFilter> CanMaster::service_filters() const {
+  std::vector<CanFilter> filters;
+  for (const NodeLink& node : nodes_) {
+    const auto id = static_cast<unsigned>(node.config().id);
+    filters.push_back({cob::kSdoAnswer + id, 0x7FF});
+    filters.push_back({cob::kGuard + id, 0x7FF});
+  }
+  return filters;
+}
+
+void CanMaster::receive() TRN_RT {
+  if (!endpoint_) return;
+  for (int batch = 0; batch < kBatchesPerTick; ++batch) {
+    const int count = endpoint_->receive(in_);
+    for (int i = 0; i < count; ++i) take(in_[static_cast<std::size_t>(i)]);
+    if (count < static_cast<int>(kBatch)) break;
+  }
+  watch_bus();
+}
+
+void CanMaster::take(const CanFrame& frame) TRN_RT {
+  statistics_->received.fetch_add(1, std::memory_order_relaxed);
+  if (frame.error) {
+    statistics_->error_reports.fetch_add(1, std::memory_order_relaxed);
+    return;
+  }
+  if (is_foreign(frame)) {
+    if (fault_ == Fault::kOk) fault_ = Fault::kForeignMaster;
+    return;
+  }
+  for (NodeLink& node : nodes_) node.receive(frame);
+}
+
+// An endpoint does not hear itself: what the master alone may send comes from somebody else.
+bool CanMaster::is_foreign(const CanFrame& frame) const TRN_RT {
+  if (frame.extended || frame.remote) return false;
+  if (frame.id == cob::kSync || frame.id == cob::kGuard + static_cast<unsigned>(config_.master_id))
+    return true;
+  for (const NodeLink& node : nodes_)
+    for (const Pdo& pdo : node.config().rpdos)
+      if (frame.id == pdo.id) return true;
+  return false;
+}
+
+void CanMaster::watch_bus() TRN_RT {
+  switch (endpoint_->state()) {
+    case BusState::kOnline:
+      return;
+    case BusState::kBusOff:
+      return lose_nodes(Fault::kBusOff);
+    case BusState::kDown:
+      return lose_nodes(Fault::kBusDown);
+  }
+}
+
+void CanMaster::lose_nodes(Fault fault) TRN_RT {
+  if (fault_ == Fault::kOk) fault_ = fault;
+  for (NodeLink& node : nodes_) node.lose(fault);
+}
+
+void CanMaster::reset() TRN_RT {
+  fault_ = Fault::kOk;
+  overloaded_ = 0;
+  for (NodeLink& node : nodes_) node.reset();
+}
+
+std::size_t CanMaster::collect() TRN_RT {
+  std::size_t count = 0;
+  if (config_.sync_counter > 0) counter_ = counter_ % config_.sync_counter + 1;
+  out_[count++] = sync_frame(counter_);
+  std::array<CanFrame, 5> frames;
+  for (NodeLink& node : nodes_) {
+    const int more = node.fill(frames);
+    for (int i = 0; i < more && count < out_.size(); ++i) out_[count++] = frames[static_cast<std::size_t>(i)];
+  }
+  const bool beats = config_.heartbeat_periods > 0 && ++since_heartbeat_ >= config_.heartbeat_periods;
+  if (beats && count < out_.size()) {
+    since_heartbeat_ = 0;
+    out_[count++] = heartbeat_frame(config_.master_id, NmtState::kOperational);
+  }
+  return count;
+}
+
+void CanMaster::send() TRN_RT {
+  if (!endpoint_) return;
+  const std::size_t count = collect();
+  const std::int64_t now_ns = endpoint_->now_ns();
+  const int taken = endpoint_->send({out_.data(), count});
+  if (last_sync_ns_ > 0)
+    statistics_->sync_jitter.add(
+        std::llabs(now_ns - last_sync_ns_ - static_cast<std::int64_t>(config_.period_s * 1e9 + 0.5)));
+  last_sync_ns_ = now_ns;
+  statistics_->periods.fetch_add(1, std::memory_order_relaxed);
+  statistics_->sent.fetch_add(static_cast<std::uint64_t>(std::max(taken, 0)), std::memory_order_relaxed);
+  const bool all = taken == static_cast<int>(count);
+  overloaded_ = all ? 0 : overloaded_ + 1;
+  if (!all) statistics_->unsent.fetch_add(count - static_cast<std::size_t>(std::max(taken, 0)));
+  if (overloaded_ > config_.overload_max && fault_ == Fault::kOk) fault_ = Fault::kBusOverload;
+}
+
+std::string CanMaster::health() const {
+  const Statistics& now = *statistics_;
+  return fmt::format(
+      "{}: load {:.0f} %, SYNC jitter p50 {:.0f} p99.9 {:.0f} max {:.0f} us, sent {}, unsent {}, received "
+      "{}, "
+      "error reports {}",
+      config_.bus.interface, 100 * config_.bus.budget.load(), now.sync_jitter.percentile_us(0.5),
+      now.sync_jitter.percentile_us(0.999), now.sync_jitter.max_us(), now.sent.load(), now.unsent.load(),
+      now.received.load(), now.error_reports.load());
+}
+
+}  // namespace trn

@@ -1,0 +1,215 @@
+#include "hal/can/cia402_axis.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+constexpr std::uint32_t kStaleStatusPeriods = 5;  // until the status word can know of a command
+constexpr int kImplausibleMax = 3;                // after so many, it is the position after all, and a fault
+
+bool powered(Cia402State state) TRN_RT {
+  return state == Cia402State::kOperationEnabled || state == Cia402State::kQuickStopActive;
+}
+}  // namespace
+
+void Cia402Axis::enable() TRN_RT {
+  if (wish_ != Wish::kEnabled) {
+    periods_ = 0;
+    was_enabled_ = false;
+  }
+  wish_ = Wish::kEnabled;
+}
+
+void Cia402Axis::quick_stop() TRN_RT {
+  if (wish_ == Wish::kEnabled) wish_ = Wish::kStop;
+  homing_ = Homing::kNone;
+}
+
+void Cia402Axis::home() TRN_RT {
+  if (state_ != DriveState::kEnabled || config_.absolute) return;
+  homing_ = Homing::kMode;
+  homed_ = false;
+  periods_ = 0;
+}
+
+void Cia402Axis::reset() TRN_RT {
+  fault_ = Fault::kOk;
+  reset_wish_ = true;
+  reset_edge_ = false;
+  implausible_ = 0;
+  periods_ = 0;
+}
+
+void Cia402Axis::fail(Fault fault) TRN_RT {
+  if (fault_ == Fault::kOk) fault_ = fault;
+  if (fault_info(fault).reaction == Reaction::kQuickStop) quick_stop();
+}
+
+std::int32_t Cia402Axis::counts(double q) const TRN_RT {
+  constexpr double kMax = 2147483647.0;
+  return static_cast<std::int32_t>(std::clamp(std::nearbyint(q * config_.counts_per_unit), -kMax, kMax));
+}
+
+void Cia402Axis::measure(const Input& input) TRN_RT {
+  if (!input.fresh) return;
+  const double q = input.position / config_.counts_per_unit;
+  const bool jump = std::abs(q - measured_) > config_.step_max && config_.step_max > 0;
+  const bool watched = measured_once_ && state_ == DriveState::kEnabled;
+  implausible_ = jump && watched ? implausible_ + 1 : 0;
+  if (implausible_ > 0 && implausible_ <= kImplausibleMax) return;
+  if (implausible_ > kImplausibleMax) {
+    implausible_ = 0;
+    fail(Fault::kFollowingError);
+  }
+  measured_ = q;
+  measured_once_ = true;
+}
+
+void Cia402Axis::step(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT {
+  const Cia402State drive = cia402_state(input.statusword);
+  measure(input);
+  output = Output{};
+  output.mode = static_cast<std::int8_t>(config_.mode);
+  if (drive == Cia402State::kFault || drive == Cia402State::kFaultReactionActive)
+    step_fault(drive, output);
+  else
+    step_wish(drive, input, output);
+  set_targets(input, q, qd, follow && state_ == DriveState::kEnabled, output);
+  watch_following(q, follow && state_ == DriveState::kEnabled);
+}
+
+// The rising edge of bit 7 resets (CiA 402-2, 8.4.1); it is made anew until the drive obeys or time is up.
+void Cia402Axis::step_fault(Cia402State drive, Output& output) TRN_RT {
+  state_ = DriveState::kFault;
+  homing_ = Homing::kNone;
+  if (reset_wish_ && ++periods_ <= config_.enable_periods_max) {
+    reset_edge_ = !reset_edge_ && drive == Cia402State::kFault;
+    output.controlword = reset_edge_ ? controlword::kFaultReset : 0;
+    state_ = DriveState::kStarting;
+    return;
+  }
+  reset_wish_ = false;
+  wish_ = Wish::kOff;
+  if (fault_ == Fault::kOk) fault_ = Fault::kDriveFault;
+}
+
+void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT {
+  reset_wish_ = false;
+  if (wish_ == Wish::kStop && !powered(drive)) wish_ = Wish::kOff;
+  if (wish_ == Wish::kStop) {
+    output.controlword = controlword::kQuickStop;
+    state_ = DriveState::kQuickStop;
+    return;
+  }
+  if (wish_ == Wish::kOff) {
+    was_enabled_ = false;
+    state_ = fault_ != Fault::kOk && fault_info(fault_).reaction == Reaction::kQuickStop ? DriveState::kFault
+                                                                                         : DriveState::kOff;
+    return;
+  }
+  output.controlword = controlword_towards_enabled(drive);
+  if (drive == Cia402State::kOperationEnabled) return step_enabled(input, output);
+  if (was_enabled_) {
+    wish_ = Wish::kOff;
+    state_ = DriveState::kFault;
+    return fail(Fault::kDriveDropped);
+  }
+  state_ = DriveState::kStarting;
+  if (++periods_ <= config_.enable_periods_max) return;
+  wish_ = Wish::kOff;
+  fail(Fault::kDriveNotReady);
+}
+
+void Cia402Axis::step_enabled(const Input& input, Output& output) TRN_RT {
+  was_enabled_ = true;
+  if (homing_ != Homing::kNone) return step_homing(input, output);
+  const bool in_mode = input.mode == static_cast<std::int8_t>(config_.mode);
+  if (in_mode) {
+    state_ = DriveState::kEnabled;
+    periods_ = 0;
+  } else if (state_ == DriveState::kEnabled && input.fresh) {
+    fail(Fault::kDriveDropped);  // somebody else took it out of its mode
+  } else if (state_ != DriveState::kEnabled) {
+    state_ = DriveState::kStarting;
+    if (++periods_ > config_.enable_periods_max) fail(Fault::kDriveNotReady);
+  }
+}
+
+// Mode 6 (CiA 402-2, clause 11): set the mode, raise bit 4, wait for 'attained' and 'reached', go back.
+void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
+  state_ = DriveState::kHoming;
+  const bool in_homing = input.mode == static_cast<std::int8_t>(Cia402Mode::kHoming);
+  if (++periods_ > config_.homing_periods_max) return fail(Fault::kHomingFailed);
+  if (homing_ != Homing::kBack) output.mode = static_cast<std::int8_t>(Cia402Mode::kHoming);
+  if (homing_ == Homing::kMode && in_homing) {
+    homing_ = Homing::kRun;
+    periods_ = 0;
+  }
+  if (homing_ == Homing::kRun) {
+    output.controlword |= controlword::kBit4;
+    if (periods_ < kStaleStatusPeriods) return;
+    if (input.statusword & statusword::kBit13) return fail(Fault::kHomingFailed);
+    const bool done =
+        (input.statusword & statusword::kBit12) && (input.statusword & statusword::kTargetReached);
+    if (done) homing_ = Homing::kBack;
+  }
+  const bool back = homing_ == Homing::kBack && input.mode == static_cast<std::int8_t>(config_.mode);
+  if (!back) return;
+  homing_ = Homing::kNone;
+  homed_ = true;
+  measured_once_ = false;  // the position has just jumped to what it is
+  measure(input);
+  state_ = DriveState::kEnabled;
+}
+
+void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT {
+  const bool holds = state_ == DriveState::kEnabled && !follow;
+  if (follow)
+    target_ = counts(q);
+  else if (!holds)
+    target_ = input.position;
+  output.position = target_;
+  const double hold = target_ / config_.counts_per_unit;
+  const double wanted =
+      follow ? qd + config_.gain_1_s * (q - measured_) : config_.gain_1_s * (hold - measured_);
+  if (state_ == DriveState::kEnabled) output.velocity = counts(wanted);
+  if (homing_ != Homing::kNone || state_ != DriveState::kEnabled) return;
+  if (config_.mode == Cia402Mode::kInterpolatedPosition) output.controlword |= controlword::kBit4;
+  if (config_.mode == Cia402Mode::kProfilePosition) start_new_setpoint(input, output);
+}
+
+// Single setpoints, taken at once (CiA 402-2, 9.2.2): bit 4 up until the drive acknowledges in bit 12, then
+// down.
+void Cia402Axis::start_new_setpoint(const Input& input, Output& output) TRN_RT {
+  output.controlword |= controlword::kChangeAtOnce;
+  const bool acknowledge = input.statusword & statusword::kBit12;
+  if (acknowledged_) {  // handshake over; begin one if the target is a new one
+    output.position = sent_target_;
+    if (acknowledge || target_ == sent_target_) return;
+    sent_target_ = target_;
+    acknowledged_ = false;
+  }
+  output.position = sent_target_;
+  if (acknowledge)
+    acknowledged_ = true;
+  else
+    output.controlword |= controlword::kBit4;
+}
+
+// A setpoint acts with the SYNC after it and is measured with the next: two periods
+void Cia402Axis::watch_following(double q, bool follow) TRN_RT {
+  if (!follow) {
+    history_ = 0;
+    return;
+  }
+  const double error = std::abs(q_history_[1] - measured_);
+  const bool watched = config_.following_error_max > 0 && history_ >= 2;
+  if (watched && error > config_.following_error_max) fail(Fault::kFollowingError);
+  q_history_[1] = q_history_[0];
+  q_history_[0] = q;
+  history_ = std::min(history_ + 1, 2);
+}
+
+}  // namespace trn

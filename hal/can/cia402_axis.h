@@ -1,0 +1,88 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/fault.h"
+#include "core/ports.h"
+#include "hal/can/cia402.h"
+
+namespace trn {
+
+/// One drive as the tick sees it: from its words to a DriveState and back (CiA 402-2, clauses 8 to 14). Pure;
+/// a step a period. Nothing here waits: a drive that takes its time is kStarting until it is late.
+class Cia402Axis {
+ public:
+  struct Config {
+    Cia402Mode mode = Cia402Mode::kCyclicPosition;
+    double counts_per_unit = 1;      ///< per mm or rad; negative: the motor turns the other way
+    bool absolute = false;           ///< the encoder knows its position at power-on; nothing to home
+    double gain_1_s = 20;            ///< position loop of the master in cyclic velocity mode
+    double following_error_max = 0;  ///< mm or rad, between setpoint and the feedback to it; 0: not watched
+    double step_max = 0;             ///< mm or rad that a joint can move in a period; more is no measurement
+    std::uint32_t enable_periods_max = 2000, homing_periods_max = 120'000;
+  };
+  struct Input {
+    std::uint16_t statusword = 0;
+    std::int32_t position = 0;  ///< counts
+    std::int8_t mode = 0;       ///< 0x6061
+    bool fresh = false;         ///< from this period
+  };
+  struct Output {
+    std::uint16_t controlword = 0;
+    std::int32_t position = 0, velocity = 0;  ///< counts, counts/s
+    std::int8_t mode = 0;                     ///< 0x6060
+  };
+
+  explicit Cia402Axis(const Config& config) : config_(config), homed_(config.absolute) {}
+
+  void enable() TRN_RT;
+  void disable() TRN_RT { wish_ = Wish::kOff; }
+  void quick_stop() TRN_RT;
+  void home() TRN_RT;
+  /// Forgets the fault, and has the drive forget its own.
+  void reset() TRN_RT;
+  /// The drive has lost power or its mind: what it knew of its position is gone.
+  void forget_position() TRN_RT { homed_ = config_.absolute; }
+  /// A fault found by whoever watches the bus.
+  void fail(Fault fault) TRN_RT;
+
+  /// `q`, `qd`: setpoint of this period, obeyed when `follow`; else the drive holds where it stands.
+  void step(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT;
+
+  DriveState state() const TRN_RT { return state_; }
+  Fault fault() const TRN_RT { return fault_; }
+  bool homed() const TRN_RT { return homed_; }
+  double measured() const TRN_RT { return measured_; }
+  bool implausible() const TRN_RT { return implausible_ > 0; }  ///< the last feedback was left out
+  /// Setpoint to the count, as it goes out; saturates.
+  std::int32_t counts(double q) const TRN_RT;
+
+ private:
+  enum class Wish : std::uint8_t { kOff, kEnabled, kStop };
+  enum class Homing : std::uint8_t { kNone, kMode, kRun, kBack };
+
+  void measure(const Input& input) TRN_RT;
+  void step_fault(Cia402State drive, Output& output) TRN_RT;
+  void step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT;
+  void step_enabled(const Input& input, Output& output) TRN_RT;
+  void step_homing(const Input& input, Output& output) TRN_RT;
+  void set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT;
+  void start_new_setpoint(const Input& input, Output& output) TRN_RT;
+  void watch_following(double q, bool follow) TRN_RT;
+
+  Config config_;
+  Wish wish_ = Wish::kOff;
+  Homing homing_ = Homing::kNone;
+  DriveState state_ = DriveState::kOff;
+  Fault fault_ = Fault::kOk;
+  bool homed_ = false, was_enabled_ = false, reset_wish_ = false, reset_edge_ = false, measured_once_ = false;
+  bool acknowledged_ = true;
+  int implausible_ = 0;
+  std::uint32_t periods_ = 0;
+  double measured_ = 0;
+  double q_history_[2] = {0, 0};
+  int history_ = 0;
+  std::int32_t target_ = 0, sent_target_ = 0;
+};
+
+}  // namespace trn

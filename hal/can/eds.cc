@@ -1,0 +1,364 @@
+#include "hal/can/eds.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <fstream>
+#include <sstream>
+
+namespace trn {
+
+namespace {
+
+struct Line {
+  std::string value;
+  int number = 0;
+};
+struct Section {
+  std::string name;
+  int line = 0;
+  std::map<std::string, Line> keys;  // lower case
+};
+
+std::string lower(std::string_view text) {
+  std::string out(text);
+  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return out;
+}
+
+std::string_view trimmed(std::string_view text) {
+  const auto first = text.find_first_not_of(" \t\r\n");
+  if (first == std::string_view::npos) return {};
+  return text.substr(first, text.find_last_not_of(" \t\r\n") - first + 1);
+}
+
+bool is_utf8(std::string_view text) {
+  for (std::size_t i = 0; i < text.size();) {
+    const auto byte = static_cast<unsigned char>(text[i++]);
+    int more = byte < 0x80 ? 0 : (byte >> 5) == 6 ? 1 : (byte >> 4) == 14 ? 2 : (byte >> 3) == 30 ? 3 : -1;
+    if (more < 0) return false;
+    for (; more > 0; --more)
+      if (i >= text.size() || (static_cast<unsigned char>(text[i++]) & 0xC0) != 0x80) return false;
+  }
+  return true;
+}
+
+// Latin letters and signs of the code page; its 0x80 to 0x9F, which differ from Latin-1, become a question
+// mark.
+std::string from_windows_1252(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (byte < 0x80)
+      out += c;
+    else if (byte < 0xA0)
+      out += byte == 0x80 ? "EUR" : "?";
+    else
+      out += {static_cast<char>(0xC0 | byte >> 6), static_cast<char>(0x80 | (byte & 0x3F))};
+  }
+  return out;
+}
+
+/// The lines of the file, as sections with keys.
+class IniReader {
+ public:
+  IniReader(std::string_view text, ObjectDictionary& out) : out_(out) {
+    if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
+    const std::string converted = is_utf8(text) ? std::string(text) : from_windows_1252(text);
+    std::istringstream in(converted);
+    for (std::string line; std::getline(in, line);) take(trimmed(line), ++number_);
+  }
+  const std::vector<Section>& sections() const { return sections_; }
+
+ private:
+  void warn(int line, const std::string& what) {
+    if (out_.warnings.size() < 100) out_.warnings.push_back(fmt::format("{}:{}: {}", out_.file, line, what));
+  }
+
+  void take(std::string_view line, int number) {
+    if (line.empty() || line[0] == ';' || line[0] == '#' || line.substr(0, 2) == "//") return;
+    if (line[0] == '[') return open_section(line, number);
+    const auto equals = line.find('=');
+    if (equals == std::string_view::npos) return warn(number, "neither section nor key=value; left out");
+    if (sections_.empty()) return warn(number, "a key in front of the first section; left out");
+    std::string_view value = line.substr(equals + 1);
+    if (const auto comment = value.find(';'); comment != std::string_view::npos)
+      value = value.substr(0, comment);
+    const std::string key = lower(trimmed(line.substr(0, equals)));
+    const bool fresh = sections_.back().keys.emplace(key, Line{std::string(trimmed(value)), number}).second;
+    if (!fresh)
+      warn(number, fmt::format("'{}' for the second time in [{}]; left out", key, sections_.back().name));
+  }
+
+  void open_section(std::string_view line, int number) {
+    const auto end = line.find(']');
+    if (end == std::string_view::npos) warn(number, "']' is missing; taken as if it were there");
+    sections_.push_back(
+        {lower(trimmed(line.substr(1, end == std::string_view::npos ? end : end - 1))), number, {}});
+  }
+
+  ObjectDictionary& out_;
+  std::vector<Section> sections_;
+  int number_ = 0;
+};
+
+/// Sections to objects.
+class DictionaryReader {
+ public:
+  DictionaryReader(ObjectDictionary& out, int node_id) : out_(out), node_id_(node_id) {}
+
+  void take(const Section& section) {
+    std::uint16_t index = 0;
+    std::string_view rest;
+    if (split_index(section.name, index, rest)) return take_object(section, index, rest);
+    if (section.name == "deviceinfo") {
+      out_.vendor = text(section, "vendorname");
+      out_.product = text(section, "productname");
+      return;
+    }
+    static const std::vector<std::string> kKnown = {"fileinfo",
+                                                    "deviceinfo",
+                                                    "dummyusage",
+                                                    "comments",
+                                                    "mandatoryobjects",
+                                                    "optionalobjects",
+                                                    "manufacturerobjects",
+                                                    "devicecomissioning",
+                                                    "devicecommissioning",
+                                                    "tools",
+                                                    "standarddatatypes",
+                                                    "supportedmodules",
+                                                    "dynamicchannels"};
+    if (std::find(kKnown.begin(), kKnown.end(), section.name) != kKnown.end()) return;
+    warn(section.line, fmt::format("section [{}] is not known; left out", section.name));
+  }
+
+ private:
+  [[noreturn]] void fail(int line, const std::string& what) const {
+    throw EdsError(fmt::format("{}:{}: {}", out_.file, line, what));
+  }
+  void warn(int line, const std::string& what) {
+    if (out_.warnings.size() < 100) out_.warnings.push_back(fmt::format("{}:{}: {}", out_.file, line, what));
+  }
+
+  // "1018", "0x1018", "1018sub1", "1018 Sub 1": four hex digits, then what belongs to the object
+  static bool split_index(std::string_view name, std::uint16_t& index, std::string_view& rest) {
+    if (name.substr(0, 2) == "0x") name.remove_prefix(2);
+    if (name.size() < 4) return false;
+    const auto [end, error] = std::from_chars(name.data(), name.data() + 4, index, 16);
+    rest = trimmed(name.substr(4));
+    return error == std::errc() && end == name.data() + 4;
+  }
+
+  static std::string text(const Section& section, const std::string& key) {
+    const auto found = section.keys.find(key);
+    return found == section.keys.end() ? "" : found->second.value;
+  }
+
+  // C notation (0x.., decimal, octal with a leading 0 is not in use), with $NODEID added
+  std::optional<std::int64_t> number(const Section& section, const std::string& key) const {
+    const auto found = section.keys.find(key);
+    if (found == section.keys.end() || found->second.value.empty()) return std::nullopt;
+    std::string value = lower(found->second.value);
+    std::erase_if(value, [](char c) { return c == ' ' || c == '\t'; });
+    std::int64_t sum = 0;
+    for (std::size_t i = 0; i <= value.size();) {
+      const std::size_t plus = std::min(value.find('+', i), value.size());
+      const std::string term = value.substr(i, plus - i);
+      i = plus + 1;
+      if (term == "$nodeid")
+        sum += node_id_;
+      else
+        sum += integer(term, found->second);
+    }
+    return sum;
+  }
+
+  std::int64_t integer(std::string_view term, const Line& line) const {
+    const bool negative = !term.empty() && term[0] == '-';
+    std::string_view digits = negative ? term.substr(1) : term;
+    const bool hex = digits.substr(0, 2) == "0x";
+    if (hex) digits.remove_prefix(2);
+    std::uint64_t value = 0;
+    const auto [end, error] =
+        std::from_chars(digits.data(), digits.data() + digits.size(), value, hex ? 16 : 10);
+    if (error != std::errc() || end != digits.data() + digits.size() || digits.empty())
+      fail(line.number, fmt::format("'{}' is no number; legal: 123, -5, 0x1F, $NODEID+0x180", line.value));
+    return negative ? -static_cast<std::int64_t>(value) : static_cast<std::int64_t>(value);
+  }
+
+  void take_object(const Section& section, std::uint16_t index, std::string_view rest) {
+    if (rest.empty()) return take_entry(section, {index, 0}, true);
+    if (rest.substr(0, 3) != "sub") {  // 1018Name, 1003Value: compact lists of CiA 306-1, 4.6.3
+      if (rest != "name" && rest != "value" && rest != "objectlinks" && rest != "denotation")
+        warn(section.line, fmt::format("section [{}] is not known; left out", section.name));
+      return;
+    }
+    unsigned sub = 0;
+    const std::string_view digits = trimmed(rest.substr(3));
+    const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), sub, 16);
+    if (error != std::errc() || end != digits.data() + digits.size() || sub > 255)
+      fail(section.line, fmt::format("[{}]: after 'sub' comes a number, 0 to FF", section.name));
+    if (parents_.find(index) == parents_.end())
+      warn(section.line, fmt::format("[{}] comes without [{:04X}] in front of it", section.name, index));
+    take_entry(section, {index, static_cast<std::uint8_t>(sub)}, false);
+  }
+
+  void take_entry(const Section& section, ObjectKey key, bool top) {
+    DictionaryEntry entry;
+    entry.name = text(section, "parametername");
+    entry.line = section.line;
+    const std::int64_t object_type = number(section, "objecttype").value_or(7);
+    if (object_type < 2 || object_type > 9)
+      fail(section.line,
+           fmt::format("[{}]: ObjectType {} is not known; legal: 7 (variable), 8 (array), 9 (record)",
+                       section.name, object_type));
+    if (top) parents_[key.index] = entry.name;
+    fill_value(section, entry);
+    if (top && (object_type == 8 || object_type == 9)) return add_compact(section, key, entry);
+    if (!top) entry.name = parents_[key.index] + ": " + entry.name;
+    out_.entries[key] = entry;
+  }
+
+  void fill_value(const Section& section, DictionaryEntry& entry) {
+    const std::int64_t type = number(section, "datatype").value_or(0);
+    entry.type = static_cast<DataType>(type);
+    const std::string access = lower(text(section, "accesstype"));
+    entry.writable = access == "rw" || access == "wo" || access == "rww" || access == "rwr";
+    entry.readable = access != "wo";
+    if (!access.empty() && !entry.writable && access != "ro" && access != "const" && access != "wo")
+      warn(section.line, fmt::format("AccessType '{}' is not known; taken as ro", access));
+    entry.mappable = number(section, "pdomapping").value_or(0) != 0;
+    const std::string key = text(section, "parametervalue").empty() ? "defaultvalue" : "parametervalue";
+    if (bits_of(entry.type) == 0) {
+      const std::string words = text(section, key);
+      entry.value.assign(words.begin(), words.end());
+      return;
+    }
+    entry.low = number(section, "lowlimit");
+    entry.high = number(section, "highlimit");
+    if (entry.type == DataType::kReal32 || entry.type == DataType::kReal64) {
+      entry.value.assign(static_cast<std::size_t>(bits_of(entry.type) / 8), 0);
+      return;
+    }
+    const std::int64_t value = number(section, key).value_or(0);
+    entry.value = encode_integer(entry.type, value);
+    if (entry.value.empty())
+      fail(section.keys.at(key).number,
+           fmt::format("{} does not fit into {} bits", value, bits_of(entry.type)));
+  }
+
+  // CompactSubObj=n: sub-objects 1 to n like the parent, sub-object 0 their number (CiA 306-1, 4.6.3)
+  void add_compact(const Section& section, ObjectKey key, DictionaryEntry entry) {
+    const std::int64_t count = number(section, "compactsubobj").value_or(0);
+    if (count <= 0) return;
+    DictionaryEntry zero = entry;
+    zero.type = DataType::kUnsigned8;
+    zero.value = {static_cast<std::uint8_t>(count)};
+    zero.writable = false;
+    out_.entries[key] = zero;
+    for (std::int64_t sub = 1; sub <= std::min<std::int64_t>(count, 254); ++sub)
+      out_.entries[{key.index, static_cast<std::uint8_t>(sub)}] = entry;
+  }
+
+  ObjectDictionary& out_;
+  int node_id_;
+  std::map<std::uint16_t, std::string> parents_;
+};
+
+}  // namespace
+
+int bits_of(DataType type) {
+  switch (type) {
+    case DataType::kBoolean:
+    case DataType::kInteger8:
+    case DataType::kUnsigned8:
+      return 8;
+    case DataType::kInteger16:
+    case DataType::kUnsigned16:
+      return 16;
+    case DataType::kInteger32:
+    case DataType::kUnsigned32:
+    case DataType::kReal32:
+      return 32;
+    case DataType::kReal64:
+    case DataType::kInteger64:
+    case DataType::kUnsigned64:
+      return 64;
+    default:
+      return 0;
+  }
+}
+
+bool is_signed(DataType type) {
+  return type == DataType::kInteger8 || type == DataType::kInteger16 || type == DataType::kInteger32 ||
+         type == DataType::kInteger64;
+}
+
+std::vector<std::uint8_t> encode_integer(DataType type, std::int64_t value) {
+  const int bits = bits_of(type);
+  if (bits == 0) return {};
+  if (bits < 64) {
+    const std::int64_t low = is_signed(type) ? -(std::int64_t{1} << (bits - 1)) : 0;
+    const std::int64_t high = (std::int64_t{1} << (is_signed(type) ? bits - 1 : bits)) - 1;
+    // data sheets write negative numbers as 0xFFFF.. too
+    const bool wrapped = is_signed(type) && value > high && value < (std::int64_t{1} << bits);
+    if ((value < low || value > high) && !wrapped) return {};
+  }
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(bits / 8));
+  put_le(bytes.data(), bits / 8, static_cast<std::uint64_t>(value));
+  return bytes;
+}
+
+std::int64_t decode_integer(DataType type, std::span<const std::uint8_t> bytes) {
+  const int size = static_cast<int>(std::min<std::size_t>(bytes.size(), 8));
+  if (size == 0) return 0;
+  if (is_signed(type)) return get_le_signed(bytes.data(), size);
+  return static_cast<std::int64_t>(get_le(bytes.data(), size));
+}
+
+const DictionaryEntry* ObjectDictionary::find(ObjectKey key) const {
+  const auto found = entries.find(key);
+  return found == entries.end() ? nullptr : &found->second;
+}
+
+std::string ObjectDictionary::name_of(ObjectKey key) const {
+  const DictionaryEntry* entry = find(key);
+  return entry ? entry->name : "";
+}
+
+std::optional<std::int64_t> ObjectDictionary::integer(ObjectKey key) const {
+  const DictionaryEntry* entry = find(key);
+  if (!entry || bits_of(entry->type) == 0) return std::nullopt;
+  return decode_integer(entry->type, entry->value);
+}
+
+std::optional<ObjectKey> ObjectDictionary::find_name(std::string_view name) const {
+  for (const auto& [key, entry] : entries)
+    if (lower(entry.name) == lower(name)) return key;
+  return std::nullopt;
+}
+
+ObjectDictionary parse_eds(std::string_view text, const std::string& name, int node_id) {
+  ObjectDictionary out;
+  out.file = name;
+  const IniReader ini(text, out);
+  DictionaryReader reader(out, node_id);
+  for (const Section& section : ini.sections()) reader.take(section);
+  if (out.entries.empty())
+    throw EdsError(
+        fmt::format("{}:1: no object in this file; an EDS has sections like [1000] (CiA 306-1)", name));
+  return out;
+}
+
+ObjectDictionary load_eds(const std::string& path, int node_id) {
+  std::ifstream in(path, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in || in.bad()) throw EdsError(fmt::format("{}:1: cannot read this file", path));
+  return parse_eds(text.str(), path, node_id);
+}
+
+}  // namespace trn

@@ -1,0 +1,196 @@
+#include "hal/can/node_link.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace trn {
+
+namespace {
+constexpr ObjectKey kControlword{0x6040, 0}, kStatusword{0x6041, 0}, kModes{0x6060, 0},
+    kModesDisplay{0x6061, 0}, kActualPosition{0x6064, 0}, kTargetPosition{0x607A, 0},
+    kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1};
+}  // namespace
+
+NodeLink::Place NodeLink::place(const std::vector<Pdo>& pdos, ObjectKey key) {
+  Place out;
+  PdoField field;
+  if (!find_field(pdos, key, out.pdo, field)) return out;
+  out.byte = field.byte;
+  out.bits = field.bits;
+  return out;
+}
+
+NodeLink::NodeLink(const Config& config)
+    : config_(config),
+      axis_(config.axis),
+      status_(place(config.tpdos, kStatusword)),
+      position_(place(config.tpdos, kActualPosition)),
+      mode_display_(place(config.tpdos, kModesDisplay)),
+      digital_inputs_(place(config.tpdos, kDigitalInputs)),
+      control_(place(config.rpdos, kControlword)),
+      target_(place(config.rpdos, config.axis.mode == Cia402Mode::kInterpolatedPosition ? kInterpolationData
+                                                                                        : kTargetPosition)),
+      velocity_(place(config.rpdos, kTargetVelocity)),
+      mode_(place(config.rpdos, kModes)),
+      shared_(std::make_unique<Shared>()) {}
+
+void NodeLink::receive(const CanFrame& frame) TRN_RT {
+  if (frame.error || frame.remote || frame.extended) return;
+  const auto id = static_cast<unsigned>(config_.id);
+  if (frame.id == cob::kGuard + id) return take_state(frame);
+  if (frame.id == cob::kEmergency + id) return take_emergency(frame);
+  for (std::size_t i = 0; i < config_.tpdos.size(); ++i)
+    if (frame.id == config_.tpdos[i].id) return take_pdo(i, frame);
+}
+
+void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
+  if (frame.size != config_.tpdos[number].size()) {
+    shared_->wrong_length.fetch_add(1, std::memory_order_relaxed);
+    return;  // not the mapping that was asked for: no measurement
+  }
+  const auto value = [&](const Place& at)
+                         TRN_RT { return get_le_signed(frame.data.data() + at.byte, at.bits / 8); };
+  const int pdo = static_cast<int>(number);
+  if (status_.pdo == pdo) input_.statusword = static_cast<std::uint16_t>(value(status_));
+  if (position_.pdo == pdo) input_.position = static_cast<std::int32_t>(value(position_));
+  if (mode_display_.pdo == pdo) input_.mode = static_cast<std::int8_t>(value(mode_display_));
+  if (digital_inputs_.pdo == pdo) inputs_ = static_cast<unsigned>(value(digital_inputs_));
+  fresh_ |= position_.pdo == pdo;
+}
+
+void NodeLink::take_state(const CanFrame& frame) TRN_RT {
+  if (frame.size < 1) return;
+  const NmtState state = nmt_state(frame.data[0]);
+  shared_->nmt.store(static_cast<std::uint8_t>(state), std::memory_order_relaxed);
+  since_heartbeat_ = 0;
+  if (config_.watch.guard_periods > 0 && guard_known_) {
+    const bool toggle = frame.data[0] & 0x80;
+    if (toggle == guard_toggle_) shared_->guard_toggle_errors.fetch_add(1, std::memory_order_relaxed);
+    guard_toggle_ = toggle;
+  }
+  guard_known_ = true;
+  if (!was_watched_) return;
+  if (state == NmtState::kBootUp) {
+    axis_.forget_position();
+    fail(Fault::kDriveRestarted, true);
+  } else if (state != NmtState::kOperational) {
+    fail(Fault::kDriveDropped, true);
+  }
+}
+
+// The fault that follows in the statusword says more; a drive that goes on working only has something to
+// tell.
+void NodeLink::take_emergency(const CanFrame& frame) TRN_RT {
+  if (frame.size < 3) return;
+  const auto code = static_cast<std::uint16_t>(get_le(frame.data.data(), 2));
+  if (code != 0) shared_->emergency.store(code, std::memory_order_relaxed);
+  shared_->error_register.store(frame.data[2], std::memory_order_relaxed);
+  if (code != 0 && was_watched_) fail(Fault::kDriveWarning, false);
+}
+
+void NodeLink::fail(Fault fault, bool needs_setup) TRN_RT {
+  if (needs_setup) shared_->needs_setup.store(true, std::memory_order_relaxed);
+  const bool worse = fault_info(fault).reaction > fault_info(fault_).reaction;
+  if (fault_ == Fault::kOk || worse) fault_ = fault;
+  if (fault_info(fault).reaction == Reaction::kQuickStop) axis_.fail(fault);
+}
+
+void NodeLink::lose(Fault fault) TRN_RT {
+  fail(fault, true);
+  lost_ = true;
+}
+
+void NodeLink::reset() TRN_RT {
+  fault_ = Fault::kOk;
+  lost_ = false;
+  missed_ = since_heartbeat_ = 0;
+  shared_->emergency.store(0, std::memory_order_relaxed);
+  axis_.reset();
+}
+
+DriveState NodeLink::state() const TRN_RT {
+  if (lost_) return DriveState::kLost;
+  if (!was_watched_) return DriveState::kOff;
+  const bool stopped = fault_ != Fault::kOk && fault_info(fault_).reaction == Reaction::kQuickStop;
+  return stopped && axis_.state() == DriveState::kOff ? DriveState::kFault : axis_.state();
+}
+
+void NodeLink::watch() TRN_RT {
+  const bool watched = shared_->watched.load(std::memory_order_acquire);
+  if (watched && !was_watched_) missed_ = since_heartbeat_ = 0;
+  was_watched_ = watched;
+  if (shared_->position_lost.exchange(false)) axis_.forget_position();
+  missed_ = fresh_ ? 0 : missed_ + 1;
+  if (!fresh_ && watched) shared_->missed.fetch_add(1, std::memory_order_relaxed);
+  ++since_heartbeat_;
+  if (!watched || lost_) return;
+  if (missed_ > config_.watch.missed_max) {
+    fail(Fault::kDriveLost, true);
+    lost_ = true;
+  }
+  const std::uint32_t pause_max = config_.watch.heartbeat_periods;
+  if (pause_max > 0 && since_heartbeat_ > pause_max) fail(Fault::kHeartbeatLost, false);
+}
+
+void NodeLink::step(double q, double qd, bool follow) TRN_RT {
+  watch();
+  input_.fresh = fresh_;
+  axis_.step(input_, q, qd, follow && !lost_, output_);
+  fresh_ = false;
+  shared_->statusword.store(input_.statusword, std::memory_order_relaxed);
+  shared_->fault.store(fault(), std::memory_order_relaxed);
+}
+
+void NodeLink::put(const Place& at, std::uint64_t value, std::array<CanFrame, 5>& frames) const TRN_RT {
+  if (at.pdo < 0) return;
+  put_le(frames[static_cast<std::size_t>(at.pdo)].data.data() + at.byte, at.bits / 8, value);
+}
+
+int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
+  const std::size_t count = std::min<std::size_t>(config_.rpdos.size(), 4);
+  for (std::size_t i = 0; i < count; ++i) {
+    frames[i] = CanFrame{};
+    frames[i].id = config_.rpdos[i].id;
+    frames[i].size = static_cast<std::uint8_t>(config_.rpdos[i].size());
+  }
+  put(control_, output_.controlword, frames);
+  put(target_, static_cast<std::uint32_t>(output_.position), frames);
+  put(velocity_, static_cast<std::uint32_t>(output_.velocity), frames);
+  put(mode_, static_cast<std::uint8_t>(output_.mode), frames);
+  const bool guards = config_.watch.guard_periods > 0 && ++since_guard_ >= config_.watch.guard_periods;
+  if (!guards) return static_cast<int>(count);
+  since_guard_ = 0;
+  frames[count] = guard_request(config_.id);
+  return static_cast<int>(count) + 1;
+}
+
+std::string NodeLink::explain() const {
+  const Shared& now = *shared_;
+  const std::string state = describe_statusword(now.statusword);
+  const std::uint16_t code = now.emergency;
+  const std::string emergency = code == 0
+                                    ? ""
+                                    : fmt::format("; emergency 0x{:04X} ({}), error register 0x{:02X}", code,
+                                                  emergency_text(code), now.error_register.load());
+  switch (now.fault.load()) {
+    case Fault::kOk:
+      return "";
+    case Fault::kDriveLost:
+      return fmt::format("{}: no feedback (TPDO 0x{:03X}) for more than {} periods{}{}", config_.name,
+                         config_.tpdos.empty() ? 0 : config_.tpdos[0].id, config_.watch.missed_max,
+                         now.wrong_length > 0 ? "; TPDOs of another length than mapped came" : "", emergency);
+    case Fault::kHeartbeatLost:
+      return fmt::format("{}: no heartbeat (0x{:03X}) for more than {} periods, feedback still comes",
+                         config_.name, cob::kGuard + static_cast<unsigned>(config_.id),
+                         config_.watch.heartbeat_periods);
+    case Fault::kDriveRestarted:
+      return fmt::format("{}: it sent a boot-up message; it was reset or lost power", config_.name);
+    default:
+      return fmt::format("{}: {}; statusword 0x6041 = 0x{:04X} ({}), NMT state {}{}", config_.name,
+                         fault_info(now.fault).meaning, now.statusword.load(), state,
+                         to_string(static_cast<NmtState>(now.nmt.load())), emergency);
+  }
+}
+
+}  // namespace trn

@@ -1,0 +1,94 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/can/cia402_axis.h"
+#include "hal/can/nmt.h"
+#include "hal/can/pdo.h"
+
+namespace trn {
+
+/// How a node is watched, in periods of the tick.
+struct NodeWatchConfig {
+  std::uint32_t missed_max = 3;         ///< periods without feedback
+  std::uint32_t heartbeat_periods = 0;  ///< longest pause between heartbeats; 0: none expected
+  std::uint32_t guard_periods = 0;      ///< ask for a guarding answer this often; 0: never
+};
+
+/// One node in the tick: its PDOs in and out, what else it says, and its axis. Pure; frames in, frames out.
+class NodeLink {
+ public:
+  struct Config {
+    int id = 1, joint = 0;
+    std::string name;  ///< "can0 node 3 (joint Z)", for messages
+    std::vector<Pdo> rpdos, tpdos;
+    NodeWatchConfig watch;
+    Cia402Axis::Config axis;
+  };
+  /// What other threads may know; written by the tick.
+  struct Shared {
+    std::atomic<bool> watched = false;        ///< by the bring-up: set up and told to start
+    std::atomic<bool> needs_setup = true;     ///< by the tick: it must be set up again
+    std::atomic<bool> position_lost = false;  ///< by the bring-up: it has been restarted
+    std::atomic<std::uint16_t> statusword = 0, emergency = 0;
+    std::atomic<std::uint8_t> nmt = 255, error_register = 0;
+    std::atomic<Fault> fault = Fault::kOk;
+    std::atomic<std::uint32_t> missed = 0, wrong_length = 0, guard_toggle_errors = 0;
+  };
+
+  explicit NodeLink(const Config& config);
+
+  /// A frame that may be this node's.
+  void receive(const CanFrame& frame) TRN_RT;
+  /// Once a period, after all frames were received.
+  void step(double q, double qd, bool follow) TRN_RT;
+  /// RPDOs of this period, and a guarding request when one is due; returns how many, at most 5.
+  int fill(std::array<CanFrame, 5>& frames) TRN_RT;
+  /// The bus is gone: what can be known without it.
+  void lose(Fault fault) TRN_RT;
+  void reset() TRN_RT;
+
+  Cia402Axis& axis() TRN_RT { return axis_; }
+  const Cia402Axis& axis() const TRN_RT { return axis_; }
+  DriveState state() const TRN_RT;
+  Fault fault() const TRN_RT { return fault_ != Fault::kOk ? fault_ : axis_.fault(); }
+  unsigned limit_switches() const TRN_RT { return inputs_ & 3u; }  ///< 0x60FD: bit 0 negative, bit 1 positive
+  std::int32_t target_counts() const TRN_RT { return output_.position; }
+  const Config& config() const TRN_RT { return config_; }
+  Shared& shared() { return *shared_; }
+  const Shared& shared() const { return *shared_; }
+  /// The fault in words: who, what, what would be right. Any thread.
+  std::string explain() const;
+
+ private:
+  struct Place {
+    int pdo = -1, byte = 0, bits = 0;
+  };
+
+  static Place place(const std::vector<Pdo>& pdos, ObjectKey key);
+  void take_pdo(std::size_t number, const CanFrame& frame) TRN_RT;
+  void take_state(const CanFrame& frame) TRN_RT;
+  void take_emergency(const CanFrame& frame) TRN_RT;
+  void watch() TRN_RT;
+  void fail(Fault fault, bool needs_setup) TRN_RT;
+  void put(const Place& place, std::uint64_t value, std::array<CanFrame, 5>& frames) const TRN_RT;
+
+  Config config_;
+  Cia402Axis axis_;
+  Cia402Axis::Input input_;
+  Cia402Axis::Output output_;
+  Place status_, position_, mode_display_, digital_inputs_;
+  Place control_, target_, velocity_, mode_;
+  std::unique_ptr<Shared> shared_;
+  Fault fault_ = Fault::kOk;
+  bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
+  std::uint32_t missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
+  unsigned inputs_ = 0;
+};
+
+}  // namespace trn

@@ -1,0 +1,60 @@
+#pragma once
+
+#include <array>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/can/bus.h"
+
+namespace trn {
+
+/// An interface as the kernel knows it.
+struct CanInterface {
+  std::string name;
+  bool up = false, fd = false, is_virtual = false;
+  int queue_length = 0;  ///< frames that wait for the controller at most
+};
+/// The CAN interfaces of this host.
+std::vector<CanInterface> can_interfaces();
+
+/// A raw SocketCAN socket (Linux, PF_CAN): never waits but in `wait`, one system call for all frames of a
+/// send, the kernel's time stamps on reception, error frames taken for the state of the controller.
+class SocketCan final : public CanEndpoint {
+ public:
+  /// std::runtime_error with the remedy. `filters` empty: hears everything.
+  SocketCan(const std::string& interface, const std::vector<CanFilter>& filters);
+  ~SocketCan() override;
+  SocketCan(const SocketCan&) = delete;
+  SocketCan& operator=(const SocketCan&) = delete;
+
+  int send(std::span<const CanFrame> frames) TRN_RT override;
+  int receive(std::span<CanFrame> frames) TRN_RT override;
+  BusState state() const TRN_RT override { return state_; }
+  std::int64_t now_ns() const TRN_RT override;
+  void wait(std::int64_t timeout_ns) override;
+  std::string recover() override;
+  bool takes_fd() const { return fd_frames_; }
+
+ private:
+  struct Buffers;
+
+  void take_error_frame(const CanFrame& frame) TRN_RT;
+  void take_errno(int error) TRN_RT;
+
+  std::string interface_;
+  int fd_ = -1;
+  bool fd_frames_ = false;
+  BusState state_ = BusState::kOnline;
+  std::unique_ptr<Buffers> buffers_;
+};
+
+class SocketCanOpener final : public CanOpener {
+ public:
+  std::unique_ptr<CanEndpoint> open(const std::string& interface,
+                                    const std::vector<CanFilter>& filters) override {
+    return std::make_unique<SocketCan>(interface, filters);
+  }
+};
+
+}  // namespace trn

@@ -1,0 +1,60 @@
+#include "sim/canopen/emulated_can.h"
+
+#include <cmath>
+
+#include "sim/simulated_drives.h"
+
+namespace trn {
+
+std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(const Machine& machine,
+                                                                            const CanDrivesConfig& config,
+                                                                            const ConfigTable& drives) {
+  const auto section = drives.table_if("emulation");
+  const ConfigTable table = section ? *section : parse_config("", machine.root.file());
+  SimulatedDrives::Config plants = read_simulated_drives(machine, table);
+  std::vector<std::vector<std::unique_ptr<EmulatedNode>>> out;
+  for (const CanBusConfig& bus : config.buses) {
+    out.emplace_back();
+    for (const CanNodeConfig& node : bus.nodes) {
+      SimulatedJoint::Config plant = plants.joints[static_cast<std::size_t>(node.link.joint)];
+      plant.start_up_periods = 0;
+      plant.homed = node.link.axis.absolute;
+      plant.home = node.home - plant.index_distance;
+      out.back().push_back(std::make_unique<EmulatedNode>(EmulatedNode::Config{
+          node.link.id, node.dictionary, {plant, node.link.axis.counts_per_unit, machine.period_s}}));
+    }
+  }
+  return out;
+}
+
+class EmulatedCanDrives::Opener final : public CanOpener {
+ public:
+  explicit Opener(const EmulatedCanDrives& field) : field_(field) {}
+  std::unique_ptr<CanEndpoint> open(const std::string& interface,
+                                    const std::vector<CanFilter>& filters) override {
+    for (std::size_t i = 0; i < field_.buses_.size(); ++i)
+      if (field_.config_.buses[i].interface == interface) return field_.buses_[i]->open(filters);
+    throw std::runtime_error("no virtual bus " + interface);
+  }
+
+ private:
+  const EmulatedCanDrives& field_;
+};
+
+EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& drives)
+    : config_(read_can_drives(machine, drives)),
+      nodes_(make_emulated_nodes(machine, config_, drives)),
+      period_ns_(std::llround(machine.period_s * 1e9)) {
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    buses_.push_back(std::make_unique<VirtualBus>(config_.buses[i].bitrate));
+    for (auto& node : nodes_[i]) buses_.back()->add(*node);
+  }
+  master_ = std::make_unique<CanDrives>(config_, std::make_unique<Opener>(*this));
+}
+
+void EmulatedCanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  master_->exchange(setpoints, feedback);
+  for (auto& bus : buses_) bus->run_until(bus->now_ns() + period_ns_);
+}
+
+}  // namespace trn

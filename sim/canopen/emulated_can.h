@@ -1,0 +1,49 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/machine.h"
+#include "hal/can/can_drives.h"
+#include "sim/canopen/virtual_bus.h"
+
+namespace trn {
+
+/// Nodes for every drive of the config, with plants from section [drives.emulation] (keys as for simulated
+/// drives; it may be missing). One entry a bus, in the order of the config.
+std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(const Machine& machine,
+                                                                            const CanDrivesConfig& config,
+                                                                            const ConfigTable& drives);
+
+/// The whole field in one process: real master, virtual buses, emulated nodes, a virtual clock that an
+/// exchange moves on by a period. Deterministic; for simulation and tests, one thread.
+class EmulatedCanDrives final : public Drives {
+ public:
+  EmulatedCanDrives(const Machine& machine, const ConfigTable& drives);
+
+  void bring_up() override { master_->bring_up(); }
+  void shut_down() noexcept override { master_->shut_down(); }
+  void reset_faults() override { master_->reset_faults(); }
+  std::string explain_fault(int joint) const override { return master_->explain_fault(joint); }
+  std::string health() const override { return master_->health(); }
+  void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
+  void request_home(unsigned joint_mask) TRN_RT override { master_->request_home(joint_mask); }
+  void quick_stop() TRN_RT override { master_->quick_stop(); }
+
+  CanDrives& master() { return *master_; }
+  VirtualBus& bus(std::size_t index) { return *buses_[index]; }
+  EmulatedNode& node(std::size_t bus, std::size_t index) { return *nodes_[bus][index]; }
+  const CanDrivesConfig& config() const { return config_; }
+
+ private:
+  class Opener;
+
+  CanDrivesConfig config_;
+  std::vector<std::unique_ptr<VirtualBus>> buses_;
+  std::vector<std::vector<std::unique_ptr<EmulatedNode>>> nodes_;
+  std::unique_ptr<CanDrives> master_;
+  std::int64_t period_ns_;
+};
+
+}  // namespace trn

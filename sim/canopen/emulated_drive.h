@@ -1,0 +1,74 @@
+#pragma once
+
+#include <cstdint>
+
+#include "hal/can/cia402.h"
+#include "sim/canopen/object_store.h"
+#include "sim/simulated_joint.h"
+
+namespace trn {
+
+/// The drive inside an emulated node: the state machine and the modes of CiA 402-2 on a simulated joint. It
+/// works on the objects 0x6040 to 0x60FF of the node's dictionary.
+class EmulatedDrive {
+ public:
+  struct Config {
+    SimulatedJoint::Config joint;
+    double counts_per_unit = 1;  ///< per mm or rad
+    double period_s = 0.001;
+  };
+
+  EmulatedDrive(const Config& config, ObjectStore& store);
+
+  /// One period of the drive's own clock; writes statusword, position, mode display and inputs.
+  void step();
+  /// By itself: an emergency with this code; the drive brakes, then stands in Fault.
+  void fail(std::uint16_t code);
+  /// The connection to the master is gone: option code 0x6007.
+  void lose_connection(std::uint16_t code);
+  /// Off and on again; an encoder that is not absolute forgets where it is.
+  void power_cycle();
+  /// Out of Operation Enabled for no reason that it tells.
+  void drop();
+  /// Code of a new emergency since the last call, or -1; 0 means that all errors are gone.
+  int take_emergency();
+
+  SimulatedJoint& joint() { return joint_; }
+  Cia402State state() const { return state_; }
+  bool powered() const {
+    return state_ == Cia402State::kOperationEnabled || state_ == Cia402State::kQuickStopActive;
+  }
+
+ private:
+  /// Objects that are touched every period, found once.
+  struct Cell {
+    Cell(ObjectStore& store, ObjectKey key) : bytes(store.bytes(key)) {}
+    std::int64_t get() const;
+    void set(std::int64_t value) const;
+    std::vector<std::uint8_t>* bytes;
+  };
+
+  void obey_controlword(std::uint16_t control);
+  void follow_joint();
+  double target();
+  double profile_target();
+  void step_homing(std::uint16_t control);
+  void report();
+  double counts_to_unit(double counts) const { return counts / config_.counts_per_unit; }
+  void raise(std::uint16_t code);
+
+  Config config_;
+  ObjectStore& store_;
+  SimulatedJoint joint_;
+  Cell control_, status_, mode_, mode_display_, position_, velocity_, target_position_, target_velocity_,
+      interpolation_, inputs_;
+  Cia402State state_ = Cia402State::kSwitchOnDisabled;
+  std::uint16_t control_before_ = 0;
+  std::int64_t mode_now_ = 0;
+  double q_target_ = 0, q_before_ = 0, profile_goal_ = 0, profile_speed_ = 0;
+  bool homing_ = false, attained_ = false, homing_error_ = false, acknowledge_ = false;
+  int emergency_ = -1;
+  std::uint16_t error_code_ = 0;
+};
+
+}  // namespace trn

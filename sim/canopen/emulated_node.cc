@@ -1,0 +1,269 @@
+#include "sim/canopen/emulated_node.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace trn {
+
+namespace {
+constexpr unsigned kSyncPeriodsMax = 5;  // without SYNC: the drive faults
+constexpr std::uint16_t kHeartbeatCode = 0x8130, kSyncCode = 0x8700, kPdoLengthCode = 0x8210;
+constexpr std::size_t kQueueMax = 1000;
+}  // namespace
+
+EmulatedNode::EmulatedNode(const Config& config)
+    : config_(config),
+      store_(config.dictionary),
+      drive_(config.drive, store_),
+      sdo_(config.id, store_, [](ObjectKey) {}) {}
+
+void EmulatedNode::put(const CanFrame& frame, std::int64_t now_ns) {
+  if (silent_ || out_.size() > kQueueMax) return;
+  const std::int64_t time_ns = now_ns + config_.answer_delay_ns + slow_ns_;
+  // slower than before: the order of the controller's queue stays
+  out_.push_back({out_.empty() ? time_ns : std::max(time_ns, out_.back().time_ns), frame});
+}
+
+bool EmulatedNode::next_frame(std::int64_t now_ns, CanFrame& frame) {
+  if (out_.empty() || out_.front().time_ns > now_ns) return false;
+  frame = out_.front().frame;
+  out_.pop_front();
+  return true;
+}
+
+void EmulatedNode::boot(std::int64_t now_ns, bool power) {
+  store_.restore(!power);
+  if (power) drive_.power_cycle();
+  sdo_.reset();
+  out_.clear();
+  rpdos_.clear();
+  tpdos_.clear();
+  nmt_ = NmtState::kPreOperational;
+  master_known_ = false;
+  guard_toggle_ = false;
+  next_beat_ns_ = now_ns;
+  last_step_ns_ = last_sync_ns_ = now_ns;
+  booted_ = true;
+  put(heartbeat_frame(config_.id, NmtState::kBootUp), now_ns);
+}
+
+void EmulatedNode::obey_nmt(NmtCommand command, std::int64_t now_ns) {
+  switch (command) {
+    case NmtCommand::kStart:
+      if (nmt_ != NmtState::kOperational) map_pdos();
+      nmt_ = NmtState::kOperational;
+      last_sync_ns_ = now_ns;
+      break;
+    case NmtCommand::kStop:
+      nmt_ = NmtState::kStopped;
+      drive_.lose_connection(kHeartbeatCode);
+      break;
+    case NmtCommand::kPreOperational:
+      if (nmt_ == NmtState::kOperational) drive_.lose_connection(kHeartbeatCode);
+      nmt_ = NmtState::kPreOperational;
+      break;
+    case NmtCommand::kResetNode:
+      return boot(now_ns, true);
+    case NmtCommand::kResetCommunication:
+      return boot(now_ns, false);
+  }
+  next_beat_ns_ = std::min(next_beat_ns_, now_ns);  // tell at once
+}
+
+EmulatedNode::MappedPdo EmulatedNode::map_pdo(ObjectStore& store, std::uint16_t record) {
+  MappedPdo pdo;
+  const auto id = static_cast<std::uint32_t>(store.integer({record, 1}));
+  if (!store.has({record, 1}) || (id & 0x80000000u)) return pdo;
+  pdo.id = id & 0x7FF;
+  pdo.transmission = static_cast<unsigned>(store.integer({record, 2})) & 0xFF;
+  const auto mapping = static_cast<std::uint16_t>(record + 0x200);
+  const std::int64_t count = store.integer({mapping, 0});
+  for (std::int64_t sub = 1; sub <= count; ++sub) {
+    const std::int64_t entry = store.integer({mapping, static_cast<std::uint8_t>(sub)});
+    auto* bytes =
+        store.bytes({static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)});
+    const unsigned size = static_cast<unsigned>(entry & 0xFF) / 8;
+    if (!bytes || bytes->size() != size || pdo.size + size > 8) continue;
+    pdo.fields.emplace_back(bytes, size);
+    pdo.size += size;
+  }
+  return pdo;
+}
+
+void EmulatedNode::map_pdos() {
+  rpdos_.clear();
+  tpdos_.clear();
+  for (std::uint16_t i = 0; i < 4; ++i) {
+    rpdos_.push_back(map_pdo(store_, static_cast<std::uint16_t>(0x1400 + i)));
+    tpdos_.push_back(map_pdo(store_, static_cast<std::uint16_t>(0x1800 + i)));
+  }
+}
+
+void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
+  if (frame.error || frame.extended || !booted_) return;
+  const auto id = static_cast<unsigned>(config_.id);
+  if (frame.id == cob::kNmt && frame.size >= 2 && (frame.data[1] == 0 || frame.data[1] == id))
+    return obey_nmt(static_cast<NmtCommand>(frame.data[0]), now_ns);
+  if (frame.id == cob::kGuard + id && frame.remote) {
+    CanFrame answer = heartbeat_frame(config_.id, nmt_);
+    answer.data[0] |= guard_toggle_ ? 0x80 : 0;
+    guard_toggle_ = !guard_toggle_;
+    return put(answer, now_ns);
+  }
+  const auto consumed = static_cast<std::uint32_t>(store_.integer({0x1016, 1}));
+  if (consumed != 0 && frame.id == cob::kGuard + (consumed >> 16 & 0x7Fu)) {
+    master_seen_ns_ = now_ns;
+    master_known_ = true;
+  }
+  if (nmt_ == NmtState::kStopped) return;
+  std::deque<CanFrame> answers;
+  sdo_.receive(frame, answers);
+  for (const CanFrame& answer : answers) put(answer, now_ns);
+  if (nmt_ != NmtState::kOperational) return;
+  if (frame.id == cob::kSync && frame.size <= 1) on_sync(now_ns);
+  take_rpdo(frame);
+}
+
+void EmulatedNode::take_rpdo(const CanFrame& frame) {
+  for (MappedPdo& pdo : rpdos_) {
+    if (pdo.id == 0 || frame.id != pdo.id) continue;
+    if (frame.size < pdo.size) {
+      drive_.fail(kPdoLengthCode);
+      continue;
+    }
+    std::copy_n(frame.data.begin(), 8, pdo.data.begin());
+    pdo.pending = true;
+  }
+}
+
+// Synchronous PDOs: what came since the last SYNC acts now, what is measured now goes out (CiA 301, 7.2.2.2)
+void EmulatedNode::on_sync(std::int64_t now_ns) {
+  last_sync_ns_ = now_ns;
+  for (MappedPdo& pdo : rpdos_) {
+    if (!std::exchange(pdo.pending, false)) continue;
+    unsigned at = 0;
+    for (const auto& [bytes, size] : pdo.fields) {
+      std::copy_n(pdo.data.begin() + at, size, bytes->begin());
+      at += size;
+    }
+  }
+  step_drive(now_ns);
+  for (MappedPdo& pdo : tpdos_)
+    if (pdo.id != 0 && pdo.transmission >= 1 && pdo.transmission <= 240 && ++pdo.count >= pdo.transmission)
+      send_tpdo(pdo, now_ns);
+}
+
+void EmulatedNode::send_tpdo(MappedPdo& pdo, std::int64_t now_ns) {
+  pdo.count = 0;
+  CanFrame frame;
+  frame.id = pdo.id;
+  for (const auto& [bytes, size] : pdo.fields) {
+    std::copy_n(bytes->begin(), size, frame.data.begin() + frame.size);
+    frame.size = static_cast<std::uint8_t>(frame.size + size);
+  }
+  if (lie_ != 0 && frame.size >= 6)
+    put_le(frame.data.data() + 2, 4,
+           static_cast<std::uint64_t>(get_le_signed(frame.data.data() + 2, 4) + lie_));
+  if (short_ && frame.size > 0) --frame.size;
+  if (reorder_) std::swap(frame, held_back_);
+  if (reorder_ && frame.id == 0) return;
+  put(frame, now_ns);
+  if (duplicate_) put(frame, now_ns);
+}
+
+void EmulatedNode::step_drive(std::int64_t now_ns) {
+  last_step_ns_ = now_ns;
+  drive_.step();
+  const int code = drive_.take_emergency();
+  if (code < 0) return;
+  const auto error_register = static_cast<std::uint8_t>(code != 0 ? 0x01 : 0x00);
+  store_.set({0x1001, 0}, error_register);
+  store_.set({0x603F, 0}, code);
+  put(make_frame(cob::kEmergency + static_cast<unsigned>(config_.id),
+                 {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8), error_register, 0, 0,
+                  0, 0, 0}),
+      now_ns);
+}
+
+void EmulatedNode::watch_master(std::int64_t now_ns) {
+  const auto consumed = static_cast<std::uint32_t>(store_.integer({0x1016, 1}));
+  const std::int64_t limit_ns = 1'000'000LL * (consumed & 0xFFFF);
+  const bool late = master_known_ && limit_ns > 0 && now_ns - master_seen_ns_ > limit_ns;
+  if (!late) return;
+  master_known_ = false;
+  drive_.lose_connection(kHeartbeatCode);
+}
+
+void EmulatedNode::beat(std::int64_t now_ns) {
+  const std::int64_t pause_ns = 1'000'000LL * store_.integer({0x1017, 0});
+  if (pause_ns <= 0 || now_ns < next_beat_ns_) return;
+  next_beat_ns_ = now_ns + pause_ns;
+  if (!no_heartbeat_) put(heartbeat_frame(config_.id, nmt_), now_ns);
+}
+
+// The drive's clock runs on when SYNC stays away: it brakes by itself.
+void EmulatedNode::poll(std::int64_t now_ns) {
+  if (!booted_) boot(now_ns, true);
+  beat(now_ns);
+  watch_master(now_ns);
+  const auto period_ns = static_cast<std::int64_t>(config_.drive.period_s * 1e9);
+  if (now_ns - last_sync_ns_ > kSyncPeriodsMax * period_ns) drive_.lose_connection(kSyncCode);
+  while (now_ns - last_step_ns_ > 2 * period_ns) {
+    const std::int64_t next_ns = last_step_ns_ + period_ns;
+    step_drive(now_ns);
+    last_step_ns_ = next_ns;
+    if (now_ns - last_step_ns_ > 1000 * period_ns) last_step_ns_ = now_ns;  // long asleep
+  }
+}
+
+std::int32_t EmulatedNode::target_counts() const {
+  return static_cast<std::int32_t>(store_.integer({0x607A, 0}));
+}
+
+void EmulatedNode::trouble(Trouble kind, std::int64_t value, std::int64_t now_ns) {
+  const auto code = static_cast<std::uint16_t>(value);
+  switch (kind) {
+    case Trouble::kSilent:
+      silent_ = value != 0;
+      return out_.clear();
+    case Trouble::kReset:
+      return boot(now_ns, true);
+    case Trouble::kEmergency:
+      return put(make_frame(cob::kEmergency + static_cast<unsigned>(config_.id),
+                            {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8), 1, 0, 0,
+                             0, 0, 0}),
+                 now_ns);
+    case Trouble::kFault:
+      return drive_.fail(code);
+    case Trouble::kNoHeartbeat:
+      no_heartbeat_ = value != 0;
+      return;
+    case Trouble::kHeartbeatLate:
+      next_beat_ns_ += 1000 * value;
+      return;
+    case Trouble::kDrop:
+      return drive_.drop();
+    case Trouble::kDuplicate:
+      duplicate_ = value != 0;
+      return;
+    case Trouble::kReorder:
+      reorder_ = value != 0;
+      held_back_ = CanFrame{};
+      return;
+    case Trouble::kShortPdo:
+      short_ = value != 0;
+      return;
+    case Trouble::kRefuse:
+      return sdo_.refuse(code, value != 0 ? sdo_abort::kGeneral : 0);
+    case Trouble::kSlow:
+      slow_ns_ = 1000 * value;
+      return;
+    case Trouble::kLie:
+      lie_ = value;
+      return;
+    case Trouble::kPreOperational:
+      return obey_nmt(NmtCommand::kPreOperational, now_ns);
+  }
+}
+
+}  // namespace trn

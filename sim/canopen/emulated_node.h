@@ -1,0 +1,100 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <string>
+#include <vector>
+
+#include "hal/can/frame.h"
+#include "hal/can/nmt.h"
+#include "sim/canopen/emulated_drive.h"
+#include "sim/canopen/object_store.h"
+#include "sim/canopen/sdo_server.h"
+
+namespace trn {
+
+/// A whole CANopen servo drive: NMT, heartbeat both ways, guarding, SDO server, PDOs, emergency, CiA 402, and
+/// what can go wrong with it. Pure: frames and time in, frames out; on a virtual bus or a real one.
+class EmulatedNode {
+ public:
+  struct Config {
+    int id = 1;
+    ObjectDictionary dictionary;
+    EmulatedDrive::Config drive;
+    std::int64_t answer_delay_ns =
+        20'000;  ///< from a SYNC or a request to the frame's way into the controller
+  };
+  /// What goes wrong, by tests and scripts; `value` as each says.
+  enum class Trouble : std::uint8_t {
+    kSilent,          ///< sends nothing (value 0: again)
+    kReset,           ///< off and on
+    kEmergency,       ///< emergency message with code `value`, goes on working
+    kFault,           ///< fault with code `value`
+    kNoHeartbeat,     ///< value 0: again
+    kHeartbeatLate,   ///< the next heartbeat comes `value` us late
+    kDrop,            ///< leaves Operation Enabled
+    kDuplicate,       ///< every TPDO twice (value 0: no more)
+    kReorder,         ///< TPDOs swapped with those of the SYNC before (value 0: no more)
+    kShortPdo,        ///< TPDOs a byte short (value 0: no more)
+    kRefuse,          ///< SDO of object `value` aborts; 0: none
+    kSlow,            ///< answers `value` us late
+    kLie,             ///< position off by `value` counts
+    kPreOperational,  ///< leaves the operational state
+  };
+
+  explicit EmulatedNode(const Config& config);
+
+  void receive(const CanFrame& frame, std::int64_t now_ns);
+  void poll(std::int64_t now_ns);
+  /// The next frame that is ready by `now_ns`.
+  bool next_frame(std::int64_t now_ns, CanFrame& frame);
+  void trouble(Trouble kind, std::int64_t value, std::int64_t now_ns);
+
+  int id() const { return config_.id; }
+  NmtState nmt() const { return nmt_; }
+  EmulatedDrive& drive() { return drive_; }
+  ObjectStore& store() { return store_; }
+  /// Targets taken from RPDOs at each SYNC while enabled, for tests that compare bits.
+  std::int32_t target_counts() const;
+
+ private:
+  struct MappedPdo {
+    std::uint32_t id = 0;
+    unsigned transmission = 1, size = 0, count = 0;
+    bool pending = false;
+    std::array<std::uint8_t, 8> data{};
+    std::vector<std::pair<std::vector<std::uint8_t>*, unsigned>> fields;  // value, bytes
+  };
+  struct Outgoing {
+    std::int64_t time_ns;
+    CanFrame frame;
+  };
+
+  void put(const CanFrame& frame, std::int64_t now_ns);
+  void obey_nmt(NmtCommand command, std::int64_t now_ns);
+  void boot(std::int64_t now_ns, bool power);
+  void map_pdos();
+  static MappedPdo map_pdo(ObjectStore& store, std::uint16_t record);
+  void take_rpdo(const CanFrame& frame);
+  void on_sync(std::int64_t now_ns);
+  void send_tpdo(MappedPdo& pdo, std::int64_t now_ns);
+  void watch_master(std::int64_t now_ns);
+  void beat(std::int64_t now_ns);
+  void step_drive(std::int64_t now_ns);
+
+  Config config_;
+  ObjectStore store_;
+  EmulatedDrive drive_;
+  SdoServer sdo_;
+  NmtState nmt_ = NmtState::kBootUp;
+  std::deque<Outgoing> out_;
+  std::vector<MappedPdo> rpdos_, tpdos_;
+  std::int64_t next_beat_ns_ = 0, master_seen_ns_ = 0, last_step_ns_ = 0, last_sync_ns_ = 0;
+  bool booted_ = false, master_known_ = false, guard_toggle_ = false;
+  bool silent_ = false, no_heartbeat_ = false, duplicate_ = false, reorder_ = false, short_ = false;
+  std::int64_t slow_ns_ = 0, lie_ = 0;
+  CanFrame held_back_;
+};
+
+}  // namespace trn

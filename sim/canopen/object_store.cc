@@ -1,0 +1,93 @@
+#include "sim/canopen/object_store.h"
+
+namespace trn {
+
+namespace {
+
+bool in_range(std::uint16_t index, unsigned first) { return index >= first && index < first + 4; }
+bool is_mapping(std::uint16_t index) { return in_range(index, 0x1600) || in_range(index, 0x1A00); }
+bool is_receive(std::uint16_t index) { return index < 0x1800; }
+
+}  // namespace
+
+ObjectStore::ObjectStore(const ObjectDictionary& dictionary) : dictionary_(dictionary) { restore(false); }
+
+void ObjectStore::restore(bool communication_only) {
+  for (const auto& [key, entry] : dictionary_.entries)
+    if (!communication_only || key.index < 0x2000) values_[key] = entry.value;
+}
+
+std::vector<std::uint8_t>* ObjectStore::bytes(ObjectKey key) {
+  const auto found = values_.find(key);
+  return found == values_.end() ? nullptr : &found->second;
+}
+
+std::int64_t ObjectStore::integer(ObjectKey key) const {
+  const auto found = values_.find(key);
+  return found == values_.end() ? 0 : decode_integer(dictionary_.entries.at(key).type, found->second);
+}
+
+void ObjectStore::set(ObjectKey key, std::int64_t value) {
+  const auto found = values_.find(key);
+  if (found != values_.end() && !found->second.empty())
+    put_le(found->second.data(), static_cast<int>(found->second.size()), static_cast<std::uint64_t>(value));
+}
+
+std::uint32_t ObjectStore::read(ObjectKey key, std::vector<std::uint8_t>& bytes) const {
+  const auto found = values_.find(key);
+  if (found == values_.end())
+    return dictionary_.find({key.index, 0}) ? sdo_abort::kNoSub : sdo_abort::kNoObject;
+  if (!dictionary_.entries.at(key).readable) return sdo_abort::kWriteOnly;
+  bytes = found->second;
+  return 0;
+}
+
+std::uint32_t ObjectStore::write(ObjectKey key, std::span<const std::uint8_t> bytes) {
+  const auto found = values_.find(key);
+  if (found == values_.end())
+    return dictionary_.find({key.index, 0}) ? sdo_abort::kNoSub : sdo_abort::kNoObject;
+  const DictionaryEntry& entry = dictionary_.entries.at(key);
+  const bool mapping_count = is_mapping(key.index) && key.sub == 0;
+  if (!entry.writable && !mapping_count) return sdo_abort::kReadOnly;
+  const std::size_t size = static_cast<std::size_t>(bits_of(entry.type) / 8);
+  if (size != 0 && bytes.size() > size) return sdo_abort::kTooLong;
+  if (size != 0 && bytes.size() < size) return sdo_abort::kTooShort;
+  const std::int64_t value = decode_integer(entry.type, bytes);
+  if (size != 0 && entry.high && value > *entry.high) return sdo_abort::kValueHigh;
+  if (size != 0 && entry.low && value < *entry.low) return sdo_abort::kValueLow;
+  if (const std::uint32_t refused = check_pdo_write(key, value)) return refused;
+  found->second.assign(bytes.begin(), bytes.end());
+  return 0;
+}
+
+// A mapping changes only while its PDO is off and, but for sub-index 0, while it is empty (CiA
+// 301, 7.5.2.36).
+std::uint32_t ObjectStore::check_pdo_write(ObjectKey key, std::int64_t value) const {
+  if (!is_mapping(key.index)) return 0;
+  const auto record = static_cast<std::uint16_t>(key.index - 0x200);
+  const bool off = static_cast<std::uint32_t>(integer({record, 1})) & 0x80000000u;
+  if (!off) return sdo_abort::kAccess;
+  return key.sub == 0 ? check_mapping_length(key, value) : check_mapping(key, value);
+}
+
+std::uint32_t ObjectStore::check_mapping(ObjectKey key, std::int64_t value) const {
+  if (integer({key.index, 0}) != 0) return sdo_abort::kAccess;
+  const ObjectKey object{static_cast<std::uint16_t>(value >> 16), static_cast<std::uint8_t>(value >> 8)};
+  const DictionaryEntry* entry = dictionary_.find(object);
+  if (!entry) return sdo_abort::kNoObject;
+  const bool legal = entry->mappable && (value & 0xFF) == bits_of(entry->type) &&
+                     (is_receive(key.index) ? entry->writable : entry->readable);
+  return legal ? 0 : sdo_abort::kNotMappable;
+}
+
+std::uint32_t ObjectStore::check_mapping_length(ObjectKey key, std::int64_t count) const {
+  std::int64_t bits = 0;
+  for (std::int64_t sub = 1; sub <= count; ++sub) {
+    const ObjectKey object{key.index, static_cast<std::uint8_t>(sub)};
+    if (!has(object)) return sdo_abort::kValueHigh;
+    bits += integer(object) & 0xFF;
+  }
+  return bits > 64 ? sdo_abort::kPdoLength : 0;
+}
+
+}  // namespace trn

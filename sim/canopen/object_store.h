@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <span>
+#include <vector>
+
+#include "hal/can/eds.h"
+
+namespace trn {
+
+/// The object dictionary of an emulated node: values, with the access rules of its data sheet.
+class ObjectStore {
+ public:
+  explicit ObjectStore(const ObjectDictionary& dictionary);
+
+  /// As an SDO: 0, or the abort code (CiA 301, table 22).
+  std::uint32_t read(ObjectKey key, std::vector<std::uint8_t>& bytes) const;
+  std::uint32_t write(ObjectKey key, std::span<const std::uint8_t> bytes);
+  /// As the node itself, without rules; the object must be there.
+  std::int64_t integer(ObjectKey key) const;
+  void set(ObjectKey key, std::int64_t value);
+  bool has(ObjectKey key) const { return values_.count(key) != 0; }
+  /// The value's own bytes, for PDOs; null if there is no such object.
+  std::vector<std::uint8_t>* bytes(ObjectKey key);
+  /// Power-on values, of everything or of the communication profile area only (0x1000 to 0x1FFF).
+  void restore(bool communication_only);
+  const ObjectDictionary& dictionary() const { return dictionary_; }
+
+ private:
+  std::uint32_t check_pdo_write(ObjectKey key, std::int64_t value) const;
+  std::uint32_t check_mapping(ObjectKey key, std::int64_t value) const;
+  std::uint32_t check_mapping_length(ObjectKey key, std::int64_t count) const;
+
+  ObjectDictionary dictionary_;
+  std::map<ObjectKey, std::vector<std::uint8_t>> values_;
+};
+
+}  // namespace trn

@@ -1,0 +1,141 @@
+#include "sim/canopen/virtual_bus.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "hal/can/bus_budget.h"
+
+namespace trn {
+
+namespace {
+constexpr std::int64_t kPollNs = 200'000;
+constexpr std::size_t kQueueMax = 512;  // frames of an endpoint, either way
+}  // namespace
+
+class VirtualBus::Endpoint final : public CanEndpoint {
+ public:
+  Endpoint(VirtualBus& bus, const std::vector<CanFilter>& filters) : bus_(&bus), filters_(filters) {}
+  ~Endpoint() override {
+    if (bus_) std::erase(bus_->endpoints_, this);
+  }
+  Endpoint(const Endpoint&) = delete;
+  Endpoint& operator=(const Endpoint&) = delete;
+
+  int send(std::span<const CanFrame> frames) TRN_RT override {
+    if (state() != BusState::kOnline) return 0;
+    const std::size_t room = kQueueMax - std::min(kQueueMax, out.size());
+    const std::size_t count = std::min(room, frames.size());
+    out.insert(out.end(), frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(count));
+    return static_cast<int>(count);
+  }
+  int receive(std::span<CanFrame> frames) TRN_RT override {
+    const std::size_t count = std::min(frames.size(), in_.size());
+    std::copy_n(in_.begin(), count, frames.begin());
+    in_.erase(in_.begin(), in_.begin() + static_cast<std::ptrdiff_t>(count));
+    return static_cast<int>(count);
+  }
+  BusState state() const TRN_RT override { return bus_ ? bus_->state_ : BusState::kDown; }
+  std::int64_t now_ns() const TRN_RT override { return bus_ ? bus_->now_ns_ : 0; }
+  void wait(std::int64_t timeout_ns) override {
+    if (bus_) bus_->run_until(bus_->now_ns_ + timeout_ns);
+  }
+  std::string recover() override {
+    if (bus_ && bus_->repairable_) bus_->state_ = BusState::kOnline;
+    return state() == BusState::kOnline ? "" : "the virtual bus is off";
+  }
+
+  void hear(const CanFrame& frame) {
+    const bool wanted = std::any_of(filters_.begin(), filters_.end(), [&](const CanFilter& filter) {
+      return (frame.id & filter.mask) == (filter.id & filter.mask) && !frame.extended;
+    });
+    if (wanted && in_.size() < kQueueMax) in_.push_back(frame);
+  }
+  void clear() {
+    out.clear();
+    in_.clear();
+  }
+  void detach() { bus_ = nullptr; }
+
+  std::deque<CanFrame> out;
+
+ private:
+  VirtualBus* bus_;
+  std::vector<CanFilter> filters_;
+  std::deque<CanFrame> in_;
+};
+
+VirtualBus::~VirtualBus() {
+  for (Endpoint* endpoint : endpoints_) endpoint->detach();
+}
+
+std::unique_ptr<CanEndpoint> VirtualBus::open(const std::vector<CanFilter>& filters) {
+  auto endpoint = std::make_unique<Endpoint>(*this, filters);
+  endpoints_.push_back(endpoint.get());
+  return endpoint;
+}
+
+void VirtualBus::set_state(BusState state, bool repairable) {
+  state_ = state;
+  repairable_ = repairable;
+  if (state != BusState::kOnline)
+    for (Endpoint* endpoint : endpoints_) endpoint->clear();
+}
+
+// Arbitration: every controller offers the first frame of its queue; the lowest identifier wins.
+bool VirtualBus::pick(CanFrame& frame, Endpoint*& sender) {
+  std::deque<CanFrame>* best = nullptr;
+  sender = nullptr;
+  const auto offer = [&](std::deque<CanFrame>& queue, Endpoint* owner) {
+    if (queue.empty() || (best && best->front().id <= queue.front().id)) return;
+    best = &queue;
+    sender = owner;
+  };
+  node_queues_.resize(nodes_.size());
+  for (std::size_t i = 0; i < nodes_.size(); ++i) {
+    CanFrame next;
+    if (node_queues_[i].empty() && nodes_[i]->next_frame(now_ns_, next)) node_queues_[i].push_back(next);
+    offer(node_queues_[i], nullptr);
+  }
+  for (Endpoint* endpoint : endpoints_) offer(endpoint->out, endpoint);
+  offer(foreign_, nullptr);
+  if (!best) return false;
+  frame = best->front();
+  best->pop_front();
+  return true;
+}
+
+void VirtualBus::deliver(const CanFrame& frame, const Endpoint* sender) {
+  CanFrame heard = frame;
+  heard.time_ns = now_ns_;
+  ++frames_;
+  if (listener_) listener_(heard);
+  for (EmulatedNode* node : nodes_) node->receive(heard, now_ns_);
+  if (state_ != BusState::kOnline) return;
+  for (Endpoint* endpoint : endpoints_)
+    if (endpoint != sender) endpoint->hear(heard);
+}
+
+void VirtualBus::poll_nodes() {
+  for (EmulatedNode* node : nodes_) node->poll(now_ns_);
+  next_poll_ns_ = now_ns_ + kPollNs;
+}
+
+void VirtualBus::run_until(std::int64_t time_ns) {
+  while (now_ns_ < time_ns) {
+    if (now_ns_ >= next_poll_ns_) poll_nodes();
+    if (!in_flight_ && pick(current_, current_sender_)) {
+      in_flight_ = true;
+      const auto duration_ns = static_cast<std::int64_t>(std::lround(frame_bits(current_) * bit_ns_));
+      end_ns_ = now_ns_ + duration_ns;
+      busy_ns_ += duration_ns;
+    }
+    // idle: nodes may get ready with their answers
+    const std::int64_t next_ns = in_flight_ ? end_ns_ : std::min(next_poll_ns_, now_ns_ + 10'000);
+    now_ns_ = std::min(next_ns, time_ns);
+    if (!in_flight_ || now_ns_ < end_ns_) continue;
+    in_flight_ = false;
+    deliver(current_, current_sender_);
+  }
+}
+
+}  // namespace trn

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "hal/can/bus.h"
+#include "sim/canopen/emulated_node.h"
+
+namespace trn {
+
+/// A CAN bus in memory, with its own time: one frame at a time, the lowest identifier first, each as long as
+/// its bits take. Deterministic; one thread.
+class VirtualBus {
+ public:
+  explicit VirtualBus(double bitrate) : bit_ns_(1e9 / bitrate) {}
+  ~VirtualBus();
+  VirtualBus(const VirtualBus&) = delete;
+  VirtualBus& operator=(const VirtualBus&) = delete;
+
+  void add(EmulatedNode& node) { nodes_.push_back(&node); }
+  std::unique_ptr<CanEndpoint> open(const std::vector<CanFilter>& filters);
+  /// Lets the bus and its nodes work until `time_ns`.
+  void run_until(std::int64_t time_ns);
+  std::int64_t now_ns() const { return now_ns_; }
+
+  /// Frames of nobody in particular, as a fuzzer or a second master sends them.
+  void inject(const CanFrame& frame) { foreign_.push_back(frame); }
+  /// The master's controller goes off the bus, or its interface down, and stays so until `kOnline`.
+  /// `repairable`: a reset brings it back.
+  void set_state(BusState state, bool repairable = false);
+  /// Called with every frame that was transmitted, at its end.
+  void on_frame(std::function<void(const CanFrame&)> listener) { listener_ = std::move(listener); }
+
+  std::uint64_t frames() const { return frames_; }
+  std::int64_t busy_ns() const { return busy_ns_; }
+
+ private:
+  class Endpoint;
+  struct Sender;
+
+  bool pick(CanFrame& frame, Endpoint*& sender);
+  void deliver(const CanFrame& frame, const Endpoint* sender);
+  void poll_nodes();
+
+  double bit_ns_;
+  std::int64_t now_ns_ = 0, busy_ns_ = 0, end_ns_ = 0, next_poll_ns_ = 0;
+  std::uint64_t frames_ = 0;
+  std::vector<EmulatedNode*> nodes_;
+  std::vector<std::deque<CanFrame>> node_queues_;
+  std::vector<Endpoint*> endpoints_;
+  std::deque<CanFrame> foreign_;
+  CanFrame current_;
+  Endpoint* current_sender_ = nullptr;
+  bool in_flight_ = false, repairable_ = false;
+  BusState state_ = BusState::kOnline;
+  std::function<void(const CanFrame&)> listener_;
+};
+
+}  // namespace trn
