@@ -114,6 +114,7 @@ void CanDrives::finish(Bus& bus, const std::vector<NodeSetup>& setups) {
     }
     if (setup.was_restarted()) node.shared().position_lost.store(true);
     node.shared().needs_setup.store(false);
+    node.shared().setups.fetch_add(1, std::memory_order_release);
     node.shared().watched.store(true, std::memory_order_release);
   }
   if (!errors.empty()) throw std::runtime_error(fmt::format("{}", fmt::join(errors, "\n")));

@@ -96,7 +96,7 @@ void Cia402Axis::step_fault(Cia402State drive, Output& output) TRN_RT {
 }
 
 void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT {
-  reset_wish_ = false;
+  if (input.fresh && drive != Cia402State::kNotReady) reset_wish_ = false;
   if (wish_ == Wish::kStop && !powered(drive)) wish_ = Wish::kOff;
   if (wish_ == Wish::kStop) {
     output.controlword = controlword::kQuickStop;

@@ -109,6 +109,11 @@ void NodeLink::reset() TRN_RT {
   axis_.reset();
 }
 
+Fault NodeLink::fault() const TRN_RT {
+  const bool of_drive = fault_info(axis_.fault()).reaction > fault_info(fault_).reaction;
+  return fault_ == Fault::kOk || of_drive ? axis_.fault() : fault_;
+}
+
 DriveState NodeLink::state() const TRN_RT {
   if (lost_) return DriveState::kLost;
   if (!was_watched_) return DriveState::kOff;
@@ -118,7 +123,13 @@ DriveState NodeLink::state() const TRN_RT {
 
 void NodeLink::watch() TRN_RT {
   const bool watched = shared_->watched.load(std::memory_order_acquire);
-  if (watched && !was_watched_) missed_ = since_heartbeat_ = 0;
+  const std::uint32_t setups = shared_->setups.load(std::memory_order_acquire);
+  if (setups != setups_seen_) {
+    setups_seen_ = setups;
+    missed_ = since_heartbeat_ = 0;
+    input_ = Cia402Axis::Input{};  // what it said before it was set up means nothing any more
+    fresh_ = false;
+  }
   was_watched_ = watched;
   if (shared_->position_lost.exchange(false)) axis_.forget_position();
   missed_ = fresh_ ? 0 : missed_ + 1;

@@ -34,6 +34,7 @@ class NodeLink {
   struct Shared {
     std::atomic<bool> watched = false;        ///< by the bring-up: set up and told to start
     std::atomic<bool> needs_setup = true;     ///< by the tick: it must be set up again
+    std::atomic<std::uint32_t> setups = 0;    ///< by the bring-up: how often it was set up
     std::atomic<bool> position_lost = false;  ///< by the bring-up: it has been restarted
     std::atomic<std::uint16_t> statusword = 0, emergency = 0;
     std::atomic<std::uint8_t> nmt = 255, error_register = 0;
@@ -56,7 +57,8 @@ class NodeLink {
   Cia402Axis& axis() TRN_RT { return axis_; }
   const Cia402Axis& axis() const TRN_RT { return axis_; }
   DriveState state() const TRN_RT;
-  Fault fault() const TRN_RT { return fault_ != Fault::kOk ? fault_ : axis_.fault(); }
+  /// Of the node or its drive, whichever asks for more.
+  Fault fault() const TRN_RT;
   unsigned limit_switches() const TRN_RT { return inputs_ & 3u; }  ///< 0x60FD: bit 0 negative, bit 1 positive
   std::int32_t target_counts() const TRN_RT { return output_.position; }
   const Config& config() const TRN_RT { return config_; }
@@ -87,7 +89,7 @@ class NodeLink {
   std::unique_ptr<Shared> shared_;
   Fault fault_ = Fault::kOk;
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
-  std::uint32_t missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
+  std::uint32_t setups_seen_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
 };
 

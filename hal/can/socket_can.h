@@ -34,6 +34,8 @@ class SocketCan final : public CanEndpoint {
   std::int64_t now_ns() const TRN_RT override;
   void wait(std::int64_t timeout_ns) override;
   std::string recover() override;
+  /// For poll.
+  int fd() const { return fd_; }
   bool takes_fd() const { return fd_frames_; }
 
  private:

@@ -54,7 +54,7 @@ void EmulatedDrive::power_cycle() {
 void EmulatedDrive::drop() {
   if (state_ != Cia402State::kOperationEnabled) return;
   joint_.disable();
-  state_ = Cia402State::kSwitchedOn;
+  state_ = Cia402State::kSwitchOnDisabled;
 }
 
 void EmulatedDrive::raise(std::uint16_t code) {

@@ -8,7 +8,6 @@ namespace trn {
 namespace {
 constexpr unsigned kSyncPeriodsMax = 5;  // without SYNC: the drive faults
 constexpr std::uint16_t kHeartbeatCode = 0x8130, kSyncCode = 0x8700, kPdoLengthCode = 0x8210;
-constexpr std::size_t kQueueMax = 1000;
 }  // namespace
 
 EmulatedNode::EmulatedNode(const Config& config)
@@ -18,16 +17,16 @@ EmulatedNode::EmulatedNode(const Config& config)
       sdo_(config.id, store_, [](ObjectKey) {}) {}
 
 void EmulatedNode::put(const CanFrame& frame, std::int64_t now_ns) {
-  if (silent_ || out_.size() > kQueueMax) return;
+  if (silent_) return;
   const std::int64_t time_ns = now_ns + config_.answer_delay_ns + slow_ns_;
   // slower than before: the order of the controller's queue stays
-  out_.push_back({out_.empty() ? time_ns : std::max(time_ns, out_.back().time_ns), frame});
+  out_.push(frame, out_.empty() ? time_ns : std::max(time_ns, out_.back_time_ns()));
 }
 
 bool EmulatedNode::next_frame(std::int64_t now_ns, CanFrame& frame) {
-  if (out_.empty() || out_.front().time_ns > now_ns) return false;
-  frame = out_.front().frame;
-  out_.pop_front();
+  if (out_.empty() || out_.front_time_ns() > now_ns) return false;
+  frame = out_.front();
+  out_.pop();
   return true;
 }
 
@@ -116,9 +115,7 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
     master_known_ = true;
   }
   if (nmt_ == NmtState::kStopped) return;
-  std::deque<CanFrame> answers;
-  sdo_.receive(frame, answers);
-  for (const CanFrame& answer : answers) put(answer, now_ns);
+  for (sdo_.receive(frame, answers_); !answers_.empty(); answers_.pop()) put(answers_.front(), now_ns);
   if (nmt_ != NmtState::kOperational) return;
   if (frame.id == cob::kSync && frame.size <= 1) on_sync(now_ns);
   take_rpdo(frame);

@@ -2,13 +2,13 @@
 
 #include <array>
 #include <cstdint>
-#include <deque>
 #include <string>
 #include <vector>
 
 #include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "sim/canopen/emulated_drive.h"
+#include "sim/canopen/frame_queue.h"
 #include "sim/canopen/object_store.h"
 #include "sim/canopen/sdo_server.h"
 
@@ -51,6 +51,8 @@ class EmulatedNode {
   bool next_frame(std::int64_t now_ns, CanFrame& frame);
   void trouble(Trouble kind, std::int64_t value, std::int64_t now_ns);
 
+  /// On a real interface answers take their own time.
+  void no_answer_delay() { config_.answer_delay_ns = 0; }
   int id() const { return config_.id; }
   NmtState nmt() const { return nmt_; }
   EmulatedDrive& drive() { return drive_; }
@@ -65,10 +67,6 @@ class EmulatedNode {
     bool pending = false;
     std::array<std::uint8_t, 8> data{};
     std::vector<std::pair<std::vector<std::uint8_t>*, unsigned>> fields;  // value, bytes
-  };
-  struct Outgoing {
-    std::int64_t time_ns;
-    CanFrame frame;
   };
 
   void put(const CanFrame& frame, std::int64_t now_ns);
@@ -88,7 +86,7 @@ class EmulatedNode {
   EmulatedDrive drive_;
   SdoServer sdo_;
   NmtState nmt_ = NmtState::kBootUp;
-  std::deque<Outgoing> out_;
+  FrameQueue out_{1000}, answers_{200};
   std::vector<MappedPdo> rpdos_, tpdos_;
   std::int64_t next_beat_ns_ = 0, master_seen_ns_ = 0, last_step_ns_ = 0, last_sync_ns_ = 0;
   bool booted_ = false, master_known_ = false, guard_toggle_ = false;

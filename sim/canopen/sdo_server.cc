@@ -17,7 +17,7 @@ void SdoServer::answer(std::initializer_list<std::uint8_t> head, std::span<const
   std::copy(head.begin(), head.end(), bytes.begin());
   std::copy_n(rest.begin(), std::min(rest.size(), 8 - head.size()),
               bytes.begin() + static_cast<std::ptrdiff_t>(head.size()));
-  answers_->push_back(make_frame(cob::kSdoAnswer + static_cast<unsigned>(node_), bytes));
+  answers_->push(make_frame(cob::kSdoAnswer + static_cast<unsigned>(node_), bytes));
 }
 
 void SdoServer::abort(std::uint32_t code) {
@@ -28,7 +28,7 @@ void SdoServer::abort(std::uint32_t code) {
          bytes);
 }
 
-void SdoServer::receive(const CanFrame& frame, std::deque<CanFrame>& answers) {
+void SdoServer::receive(const CanFrame& frame, FrameQueue& answers) {
   if (frame.size != 8 || frame.id != cob::kSdoRequest + static_cast<unsigned>(node_) || frame.remote) return;
   answers_ = &answers;
   const unsigned command = frame.data[0];

@@ -1,10 +1,10 @@
 #pragma once
 
-#include <deque>
 #include <vector>
 
 #include "hal/can/frame.h"
 #include "hal/can/sdo.h"
+#include "sim/canopen/frame_queue.h"
 #include "sim/canopen/object_store.h"
 
 namespace trn {
@@ -19,7 +19,7 @@ class SdoServer {
       : node_(node), store_(store), written_(std::move(written)) {}
 
   /// A request; answers are put into `answers`.
-  void receive(const CanFrame& frame, std::deque<CanFrame>& answers);
+  void receive(const CanFrame& frame, FrameQueue& answers);
   void reset() { mode_ = Mode::kIdle; }
   /// Objects of this index abort with `code` from now on; 0: no more.
   void refuse(std::uint16_t index, std::uint32_t code) {
@@ -54,7 +54,7 @@ class SdoServer {
   int node_;
   ObjectStore& store_;
   Written written_;
-  std::deque<CanFrame>* answers_ = nullptr;
+  FrameQueue* answers_ = nullptr;
   Mode mode_ = Mode::kIdle;
   ObjectKey key_;
   std::vector<std::uint8_t> data_;

@@ -23,15 +23,16 @@ class VirtualBus::Endpoint final : public CanEndpoint {
 
   int send(std::span<const CanFrame> frames) TRN_RT override {
     if (state() != BusState::kOnline) return 0;
-    const std::size_t room = kQueueMax - std::min(kQueueMax, out.size());
-    const std::size_t count = std::min(room, frames.size());
-    out.insert(out.end(), frames.begin(), frames.begin() + static_cast<std::ptrdiff_t>(count));
-    return static_cast<int>(count);
+    int count = 0;
+    for (const CanFrame& frame : frames) {
+      if (!out.push(frame)) break;
+      ++count;
+    }
+    return count;
   }
   int receive(std::span<CanFrame> frames) TRN_RT override {
     const std::size_t count = std::min(frames.size(), in_.size());
-    std::copy_n(in_.begin(), count, frames.begin());
-    in_.erase(in_.begin(), in_.begin() + static_cast<std::ptrdiff_t>(count));
+    for (std::size_t i = 0; i < count; ++i, in_.pop()) frames[i] = in_.front();
     return static_cast<int>(count);
   }
   BusState state() const TRN_RT override { return bus_ ? bus_->state_ : BusState::kDown; }
@@ -48,7 +49,7 @@ class VirtualBus::Endpoint final : public CanEndpoint {
     const bool wanted = std::any_of(filters_.begin(), filters_.end(), [&](const CanFilter& filter) {
       return (frame.id & filter.mask) == (filter.id & filter.mask) && !frame.extended;
     });
-    if (wanted && in_.size() < kQueueMax) in_.push_back(frame);
+    if (wanted) in_.push(frame);
   }
   void clear() {
     out.clear();
@@ -56,12 +57,12 @@ class VirtualBus::Endpoint final : public CanEndpoint {
   }
   void detach() { bus_ = nullptr; }
 
-  std::deque<CanFrame> out;
+  FrameQueue out{kQueueMax};
 
  private:
   VirtualBus* bus_;
   std::vector<CanFilter> filters_;
-  std::deque<CanFrame> in_;
+  FrameQueue in_{kQueueMax};
 };
 
 VirtualBus::~VirtualBus() {
@@ -74,6 +75,11 @@ std::unique_ptr<CanEndpoint> VirtualBus::open(const std::vector<CanFilter>& filt
   return endpoint;
 }
 
+void VirtualBus::add(EmulatedNode& node) {
+  nodes_.push_back(&node);
+  node_queues_.emplace_back(1);  // what the controller has in hand
+}
+
 void VirtualBus::set_state(BusState state, bool repairable) {
   state_ = state;
   repairable_ = repairable;
@@ -83,24 +89,23 @@ void VirtualBus::set_state(BusState state, bool repairable) {
 
 // Arbitration: every controller offers the first frame of its queue; the lowest identifier wins.
 bool VirtualBus::pick(CanFrame& frame, Endpoint*& sender) {
-  std::deque<CanFrame>* best = nullptr;
+  FrameQueue* best = nullptr;
   sender = nullptr;
-  const auto offer = [&](std::deque<CanFrame>& queue, Endpoint* owner) {
+  const auto offer = [&](FrameQueue& queue, Endpoint* owner) {
     if (queue.empty() || (best && best->front().id <= queue.front().id)) return;
     best = &queue;
     sender = owner;
   };
-  node_queues_.resize(nodes_.size());
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     CanFrame next;
-    if (node_queues_[i].empty() && nodes_[i]->next_frame(now_ns_, next)) node_queues_[i].push_back(next);
+    if (node_queues_[i].empty() && nodes_[i]->next_frame(now_ns_, next)) node_queues_[i].push(next);
     offer(node_queues_[i], nullptr);
   }
   for (Endpoint* endpoint : endpoints_) offer(endpoint->out, endpoint);
   offer(foreign_, nullptr);
   if (!best) return false;
   frame = best->front();
-  best->pop_front();
+  best->pop();
   return true;
 }
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -21,14 +20,14 @@ class VirtualBus {
   VirtualBus(const VirtualBus&) = delete;
   VirtualBus& operator=(const VirtualBus&) = delete;
 
-  void add(EmulatedNode& node) { nodes_.push_back(&node); }
+  void add(EmulatedNode& node);
   std::unique_ptr<CanEndpoint> open(const std::vector<CanFilter>& filters);
   /// Lets the bus and its nodes work until `time_ns`.
   void run_until(std::int64_t time_ns);
   std::int64_t now_ns() const { return now_ns_; }
 
   /// Frames of nobody in particular, as a fuzzer or a second master sends them.
-  void inject(const CanFrame& frame) { foreign_.push_back(frame); }
+  void inject(const CanFrame& frame) { foreign_.push(frame); }
   /// The master's controller goes off the bus, or its interface down, and stays so until `kOnline`.
   /// `repairable`: a reset brings it back.
   void set_state(BusState state, bool repairable = false);
@@ -50,9 +49,9 @@ class VirtualBus {
   std::int64_t now_ns_ = 0, busy_ns_ = 0, end_ns_ = 0, next_poll_ns_ = 0;
   std::uint64_t frames_ = 0;
   std::vector<EmulatedNode*> nodes_;
-  std::vector<std::deque<CanFrame>> node_queues_;
+  std::vector<FrameQueue> node_queues_;
   std::vector<Endpoint*> endpoints_;
-  std::deque<CanFrame> foreign_;
+  FrameQueue foreign_{4096};
   CanFrame current_;
   Endpoint* current_sender_ = nullptr;
   bool in_flight_ = false, repairable_ = false;

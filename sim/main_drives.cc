@@ -1,0 +1,152 @@
+#include <fmt/format.h>
+#include <poll.h>
+#include <sched.h>
+#include <signal.h>
+#include <sys/mman.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <array>
+#include <cstdio>
+#include <exception>
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "hal/can/socket_can.h"
+#include "sim/canopen/emulated_can.h"
+#include "sim/canopen/fault_script.h"
+
+// The drives of a machine as a program of its own: emulated CANopen nodes on real CAN interfaces.
+namespace trn {
+namespace {
+
+struct Options {
+  std::string machine, faults;
+  std::vector<std::string> interfaces;
+  int priority = 0;
+};
+
+/// One interface and the nodes that live on it.
+struct Line {
+  std::unique_ptr<SocketCan> socket;
+  std::vector<std::unique_ptr<EmulatedNode>> nodes;
+  std::vector<CanFrame> unsent;
+};
+
+void send_all(Line& line, std::int64_t now_ns) {
+  CanFrame frame;
+  for (auto& node : line.nodes)
+    while (node->next_frame(now_ns, frame)) line.unsent.push_back(frame);
+  const int taken = line.socket->send(line.unsent);
+  line.unsent.erase(line.unsent.begin(), line.unsent.begin() + taken);
+  if (line.unsent.size() > 1000) line.unsent.clear();  // the interface has been gone for long
+}
+
+void serve(Line& line, std::int64_t now_ns) {
+  std::array<CanFrame, 64> in;
+  for (int count = 64; count == 64;) {
+    count = line.socket->receive(in);
+    for (int i = 0; i < count; ++i) {
+      // after each frame, so that an answer does not wait for those behind it
+      for (auto& node : line.nodes) node->receive(in[static_cast<std::size_t>(i)], now_ns);
+      send_all(line, now_ns);
+    }
+  }
+  for (auto& node : line.nodes) node->poll(now_ns);
+  send_all(line, now_ns);
+}
+
+std::vector<Line> make_lines(const Options& options, const Machine& machine) {
+  const ConfigTable section = machine.root.table("drives");
+  if (section.choice("type", {"loopback", "simulated", "canopen"}) != "canopen")
+    throw section.error("type", "these drives are on no CAN bus; 'type' must be \"canopen\"");
+  const CanDrivesConfig config = read_can_drives(machine, section);
+  auto nodes = make_emulated_nodes(machine, config, section);
+  if (!options.interfaces.empty() && options.interfaces.size() != nodes.size())
+    throw std::runtime_error(
+        fmt::format("the machine has {} buses; name as many interfaces with --can", nodes.size()));
+  std::vector<Line> lines;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const std::string name = options.interfaces.empty() ? config.buses[i].interface : options.interfaces[i];
+    for (auto& node : nodes[i]) node->no_answer_delay();
+    lines.push_back({std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
+    fmt::print("{}: {} drives\n", name, lines.back().nodes.size());
+  }
+  std::fflush(stdout);
+  return lines;
+}
+
+int termination_fd() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  sigaddset(&set, SIGINT);
+  sigprocmask(SIG_BLOCK, &set, nullptr);
+  return signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
+}
+
+void make_realtime(int priority) {
+  if (priority == 0) return;
+  const sched_param wish{priority};
+  if (sched_setscheduler(0, SCHED_FIFO, &wish) != 0 || mlockall(MCL_CURRENT | MCL_FUTURE) != 0)
+    fmt::print(stderr, "no real-time priority; the drives answer late under load\n");
+}
+
+void run(const Options& options) {
+  const Machine machine = read_machine(load_config(options.machine));
+  FaultScript script;
+  if (!options.faults.empty()) script = read_fault_script(options.faults);
+  std::vector<Line> lines = make_lines(options, machine);
+  const int stop = termination_fd();
+  make_realtime(options.priority);
+  std::vector<pollfd> waiting = {{stop, POLLIN, 0}};
+  for (const Line& line : lines) waiting.push_back({line.socket->fd(), POLLIN, 0});
+  const std::int64_t begin_ns = lines[0].socket->now_ns();
+  const timespec slice{0, 500'000};
+  while (!(waiting[0].revents & POLLIN)) {
+    const std::int64_t now_ns = lines[0].socket->now_ns();
+    for (std::size_t i = 0; i < lines.size(); ++i) {
+      script.run(lines[i].nodes, i, now_ns - begin_ns, now_ns);
+      serve(lines[i], now_ns);
+      if (lines[i].socket->state() == BusState::kDown) lines[i].socket->recover();
+    }
+    ppoll(waiting.data(), waiting.size(), &slice, nullptr);
+  }
+  close(stop);
+}
+
+}  // namespace
+}  // namespace trn
+
+int main(int argc, char** argv) {
+  CLI::App app{
+      "Emulated CiA 402 drives on real CAN interfaces, for rehearsals without a machine.\n"
+      "Example: ip link add dev vcan0 type vcan; ip link set vcan0 up\n"
+      "         trunnion-drives --can vcan0 --machine configs/cradle_can.toml",
+      "trunnion-drives"};
+  trn::Options options;
+  app.add_option("--machine", options.machine, "Config of the machine (configs/X.toml)")->required();
+  app.add_option("--can", options.interfaces,
+                 "Interfaces, one for each bus of the config, instead of those it names");
+  app.add_option("--faults", options.faults,
+                 "Script of what goes wrong and when (TOML, [[fault]]: at_s, node, kind, value)");
+  app.add_option("--priority", options.priority, "SCHED_FIFO priority; 0: none")->check(CLI::Range(0, 98));
+  app.footer("Exit codes: 0 ended by a signal, 3 bad config or script, 4 no such interface, 5 usage.");
+  try {
+    app.parse(argc, argv);
+    trn::run(options);
+    return 0;
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : 5;
+  } catch (const trn::ConfigError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return 3;
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "trunnion-drives: {}\n", error.what());
+    return 4;
+  }
+}
