@@ -7,6 +7,7 @@
 #include <random>
 
 #include "kinematics/factory.h"
+#include "kinematics/platform_kinematics.h"
 #include "tests/kinematics/kdl_chain.h"
 #include "tests/support/paths.h"
 
@@ -39,7 +40,11 @@ Bench make_bench(const char* name) {
   Machine machine = read_machine(load_config(source_dir() + "/configs/" + name + ".toml"));
   auto kin = make_kinematics(machine);
   Bench bench{std::move(machine), std::move(kin), {}, {}, {}, {}};
-  const Vec3 home = bench.machine.root.table("kinematics").vec3("home_mm", Vec3::Zero());
+  Vec3 home = Vec3::Zero();
+  if (const auto* platform = dynamic_cast<const PlatformKinematics*>(bench.kin.get()))
+    home =
+        platform->spindle_from_platform(translation(bench.machine.root.table("kinematics").vec3("home_mm")))
+            .p;
   std::mt19937 random(1);
   for (int i = 0; i < kPoses; ++i) {
     do bench.words[i] = random_words(random, home);

@@ -28,8 +28,8 @@ class Kinematics {
   /// Bit i set: the machine obeys program word i (kX .. kC).
   virtual unsigned word_mask() const TRN_RT = 0;
 
-  /// Pose X_BM of the machine frame M in the table frame B with every axis word at zero. A program with RTCP
-  /// on is written in M as it lies then: a work offset is a point of M, and p_B = X_BM * p_M.
+  /// Pose X_BM of the machine frame M in the table frame B: M lies where the gauge point stands with every
+  /// word at zero. With RTCP on a program is written in M as it lies then; p_B = X_BM * p_M.
   virtual Pose home_X_BM() const TRN_RT = 0;
 
   /// Orientation R_BS that the rotary words (rad, in order A B C, through each axis' sense) ask for.

@@ -76,24 +76,35 @@ KinStatus PlatformKinematics::forward(const JointVec& q, Pose& X_BS) const TRN_R
   return KinStatus::kOk;
 }
 
-KinStatus PlatformKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
-  q = usable_seed(seed, joint_count_);
-  if (!is_rigid(X_BS)) return KinStatus::kUnreachable;
+/// The same tip and axis with the turn about the tool that the words stand for.
+Pose PlatformKinematics::without_turn(const Pose& X_BS) const TRN_RT {
+  return {orientation(tilts_of(X_BS.R.col(2))), X_BS.p};
+}
+
+KinStatus PlatformKinematics::solve(const Pose& X_RP, JointVec& q) const TRN_RT {
   JointVec solved = q;
-  const KinStatus status = actuators(platform_from_spindle(X_BS), solved);
+  const KinStatus status = actuators(turns_freely() ? turned(X_RP) : X_RP, solved);
   if (status == KinStatus::kUnreachable || !solved.allFinite()) return KinStatus::kUnreachable;
   q = solved;
   return status;
 }
 
+KinStatus PlatformKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
+  q = usable_seed(seed, joint_count_);
+  if (!is_rigid(X_BS)) return KinStatus::kUnreachable;
+  return solve(platform_from_spindle(turns_freely() ? without_turn(X_BS) : X_BS), q);
+}
+
+Pose PlatformKinematics::platform_from_words(const Words& words) const TRN_RT {
+  const Mat3 R_BS = orientation(words.tail<3>());
+  const Vec3 away = words.head<3>() - config_.spindle_mm;  // origin of P, upright: -away or away
+  return config_.carries_work ? Pose{R_BS.transpose(), -away} : Pose{R_BS, away};
+}
+
 KinStatus PlatformKinematics::joints_from_words(const Words& words, JointVec& q) const TRN_RT {
   q = JointVec::Zero(joint_count_);
   if (!words.allFinite()) return KinStatus::kUnreachable;
-  JointVec solved = q;
-  const KinStatus status = actuators({orientation(words.tail<3>()), words.head<3>()}, solved);
-  if (status == KinStatus::kUnreachable || !solved.allFinite()) return KinStatus::kUnreachable;
-  q = solved;
-  return status;
+  return solve(platform_from_words(words), q);
 }
 
 KinStatus PlatformKinematics::words_from_joints(const JointVec& q, Words& words) const TRN_RT {
@@ -102,7 +113,10 @@ KinStatus PlatformKinematics::words_from_joints(const JointVec& q, Words& words)
   Pose X_RP;
   const KinStatus status = platform(q, X_RP);
   if (status != KinStatus::kOk) return status;
-  words << X_RP.p, tilts_of(X_RP.R.col(2));
+  if (turns_freely()) X_RP = platform_from_spindle(without_turn(spindle_from_platform(X_RP)));
+  const Vec3 u_B = config_.carries_work ? Vec3(X_RP.R.row(2)) : Vec3(X_RP.R.col(2));
+  const Vec3 away = config_.carries_work ? Vec3(-X_RP.p) : X_RP.p;
+  words << away + config_.spindle_mm, tilts_of(u_B);
   return KinStatus::kOk;
 }
 

@@ -21,14 +21,15 @@ struct PlatformConfig {
 PlatformConfig read_platform(const ConfigTable& section);
 
 /// A parallel machine. Derived classes know only the platform: pose X_RP <-> actuators.
-/// RTCP on: words A, B tilt the tool against the work, R_WT = Rx(A) Ry(B), turn about the tool 0 (docs: paper
-/// section 3). RTCP off: the words are the platform's own pose in the base, origin X Y Z and R_RP = Rx(A)
-/// Ry(B); so A tilts the platform and, where it carries the work, the tool appears tilted the other way.
+/// Words A, B tilt the tool against the work, R_WT = Rx(A) Ry(B), turn about the tool 0 (docs: paper section
+/// 3). RTCP off: X Y Z place the platform as it would stand upright, gauge point S at (X, Y, Z) of the table
+/// frame; a tilt then turns it about its own origin. So, upright, the words mean the same with RTCP on and
+/// off, and for a table X+ moves the platform along -X: the tool goes X+ over the work.
 class PlatformKinematics : public Kinematics {
  public:
   int joint_count() const TRN_RT override { return joint_count_; }
   unsigned word_mask() const TRN_RT override;
-  /// Words at zero: the platform lies in the base's own frame.
+  /// Words at zero: the gauge point lies in the table frame's origin, upright.
   Pose home_X_BM() const TRN_RT override { return {}; }
   Mat3 orientation(const Vec3& abc) const TRN_RT override;
   KinStatus words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT override;
@@ -37,6 +38,10 @@ class PlatformKinematics : public Kinematics {
   KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT override;
   KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT override;
 
+  /// The platform at home, upright.
+  const Pose& home() const TRN_RT { return config_.home_X_RP; }
+  /// RTCP off: the platform that these words ask for.
+  Pose platform_from_words(const Words& words) const TRN_RT;
   Pose platform_from_spindle(const Pose& X_BS) const TRN_RT;
   Pose spindle_from_platform(const Pose& X_RP) const TRN_RT;
 
@@ -48,11 +53,18 @@ class PlatformKinematics : public Kinematics {
   virtual double conditioning(const Pose& X_RP) const TRN_RT = 0;
 
  protected:
+  /// True: inverse uses only R_BS's third column and chooses the turn about the tool by `turned`.
+  virtual bool turns_freely() const TRN_RT { return false; }
+  /// The platform turned about the tool as suits the machine; X_RP has turn 0.
+  virtual Pose turned(const Pose& X_RP) const TRN_RT { return X_RP; }
   /// tilt_count 1: word A only; 2: A and B.
   PlatformKinematics(const PlatformConfig& config, int joint_count, int tilt_count);
   const PlatformConfig& platform_config() const TRN_RT { return config_; }
 
  private:
+  Pose without_turn(const Pose& X_BS) const TRN_RT;
+  KinStatus solve(const Pose& X_RP, JointVec& q) const TRN_RT;
+
   PlatformConfig config_;
   int joint_count_, tilt_count_;
   RotaryAxes tilts_;

@@ -34,6 +34,43 @@ struct LegEquations {
   }
 };
 
+/// Squared length of a leg against the turn g about the tool: constant + cosine cos g + sine sin g.
+struct TurnedLeg {
+  double cosine = 0, sine = 0, constant = 0;
+  double at(double g) const TRN_RT { return constant + cosine * std::cos(g) + sine * std::sin(g); }
+  double slope(double g) const TRN_RT { return sine * std::cos(g) - cosine * std::sin(g); }
+  double bend(double g) const TRN_RT { return constant - at(g); }
+};
+
+/// leg = fixed + Rz(sense g) turning, in a frame whose Z is the tool axis.
+TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_RT {
+  return {2 * (fixed.x() * turning.x() + fixed.y() * turning.y()),
+          2 * sense * (fixed.y() * turning.x() - fixed.x() * turning.y()),
+          fixed.squaredNorm() + turning.squaredNorm() + 2 * fixed.z() * turning.z()};
+}
+
+/// Turn at which the variance of the legs' squared lengths has its minimum next to 0; they are given less
+/// their mean.
+double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
+  constexpr int kIterationsMax = 20;
+  constexpr double kStepMax = 0.3, kRounding = 1e-15;
+  double g = 0;
+  for (int i = 0; i < kIterationsMax; ++i) {
+    double slope = 0, gauss = 0, rest = 0;
+    for (const TurnedLeg& leg : legs) {
+      slope += leg.at(g) * leg.slope(g);
+      gauss += leg.slope(g) * leg.slope(g);
+      rest += leg.at(g) * leg.bend(g);
+    }
+    const double bend = gauss + rest > 0.1 * gauss ? gauss + rest : gauss;
+    if (!(bend > 0)) return g;  // no leg feels the turn
+    const double step = std::clamp(-slope / bend, -kStepMax, kStepMax);
+    g += step;
+    if (std::abs(step) < kRounding) break;
+  }
+  return g;
+}
+
 }  // namespace
 
 Hexapod::Hexapod(const HexapodConfig& config) : PlatformKinematics(config.platform, 6, 2), config_(config) {
@@ -96,6 +133,36 @@ double Hexapod::joint_angle(const Pose& X_RP) const TRN_RT {
   return std::acos(std::max(least_cosine, -1.0));
 }
 
+double Hexapod::balancing_turn(const Pose& X_RP) const TRN_RT {
+  const PlatformConfig& platform = config_.platform;
+  std::array<TurnedLeg, 6> legs;
+  TurnedLeg mean;
+  for (int i = 0; i < 6; ++i) {
+    const Vec3 A = config_.base_R[i], B = config_.platform_P[i], S = platform.spindle_mm;
+    legs[i] = platform.carries_work ? turned_leg(S - A, X_RP * B - S, -1)
+                                    : turned_leg(X_RP.R.transpose() * (X_RP.p - A) + S, B - S, 1);
+    mean.cosine += legs[i].cosine / 6;
+    mean.sine += legs[i].sine / 6;
+    mean.constant += legs[i].constant / 6;
+  }
+  for (TurnedLeg& leg : legs) {
+    leg.cosine -= mean.cosine;
+    leg.sine -= mean.sine;
+    leg.constant -= mean.constant;
+  }
+  const double limit = config_.free_turn_max;
+  return limit > 0 ? limit * std::tanh(least_variance(legs) / limit) : 0.0;
+}
+
+Pose Hexapod::turned(const Pose& X_RP) const TRN_RT {
+  const Vec3& S = config_.platform.spindle_mm;
+  const double turn = balancing_turn(X_RP);
+  if (!std::isfinite(turn)) return X_RP;
+  if (config_.platform.carries_work)
+    return translation(S) * Pose{rot_z(-turn), Vec3::Zero()} * translation(-S) * X_RP;
+  return X_RP * translation(S) * Pose{rot_z(turn), Vec3::Zero()} * translation(-S);
+}
+
 double Hexapod::leg_distance(const Pose& X_RP) const TRN_RT {
   std::array<Vec3, 6> legs;
   for (int i = 0; i < 6; ++i) legs[i] = leg(X_RP, i);
@@ -117,6 +184,7 @@ std::unique_ptr<Kinematics> make_hexapod(const Machine& machine, const ConfigTab
   if (section.has("joint_angle_deg_max"))
     config.joint_angle_max = kRadPerDeg * section.number("joint_angle_deg_max", Range{1e-3, 180.0});
   config.leg_distance_min = section.number("leg_distance_mm_min", 0.0, kNotNegative);
+  config.free_turn_max = kRadPerDeg * section.number("free_turn_deg_max", 0.0, Range{0.0, 45.0});
   section.finish();  // a misspelt key explains a missing leg better than what follows
   if (legs.size() != 6) throw section.error("leg", fmt::format("a hexapod has 6 legs, not {}", legs.size()));
   if (machine.joints.size() != 6) throw section.error("type", "a hexapod has six linear joints, one a leg");

@@ -17,6 +17,7 @@ struct HexapodConfig {
   double joint_angle_max =
       std::numeric_limits<double>::infinity();  ///< of a leg from its home direction, both ends
   double leg_distance_min = 0;                  ///< between the centre lines of two legs; 0: not judged
+  double free_turn_max = 0;                     ///< about the tool, to balance the legs; 0: no such turn
 };
 
 /// Six legs between base and platform: leg i = |p + R B_i - A_i| (docs: paper section 3).
@@ -36,11 +37,17 @@ class Hexapod final : public PlatformKinematics {
   Square leg_jacobian(const Pose& X_RP) const TRN_RT;
   /// The largest angle (rad) of any leg end from where it points at home.
   double joint_angle(const Pose& X_RP) const TRN_RT;
+  /// The turn about the tool (rad, right-handed about the axis, within free_turn_max) that makes the legs
+  /// most alike: it minimizes the variance of their squared lengths. A smooth function of the pose, whose own
+  /// turn counts as 0. Any turn keeps tip and axis.
+  double balancing_turn(const Pose& X_RP) const TRN_RT;
   /// The least distance (mm) between the centre lines of two legs.
   double leg_distance(const Pose& X_RP) const TRN_RT;
 
  private:
   Vec3 leg(const Pose& X_RP, int i) const TRN_RT;
+  bool turns_freely() const TRN_RT override { return config_.free_turn_max > 0; }
+  Pose turned(const Pose& X_RP) const TRN_RT override;
 
   HexapodConfig config_;
   std::array<Vec3, 6> home_direction_;  ///< unit, base to platform; the home pose is upright: in R and in P

@@ -82,11 +82,12 @@ SerialChain make_chain(const std::vector<BranchAxis>& tool, const std::vector<Br
   return chain;
 }
 
-/// Machine frame in the table: the work branch with every joint at zero.
-Pose home_of(const std::vector<BranchAxis>& work) {
-  Pose X_MB;
-  for (const BranchAxis& axis : work) X_MB.p += axis.offset_mm;
-  return inverse(X_MB);
+/// Gauge point in the table with every joint at zero: where the machine frame lies.
+Pose home_of(const std::vector<BranchAxis>& tool, const std::vector<BranchAxis>& work) {
+  Pose X_BM;
+  for (const BranchAxis& axis : tool) X_BM.p += axis.offset_mm;
+  for (const BranchAxis& axis : work) X_BM.p -= axis.offset_mm;
+  return X_BM;
 }
 
 }  // namespace
@@ -103,7 +104,7 @@ std::unique_ptr<Kinematics> make_serial(const Machine& machine, const ConfigTabl
       throw section.error(
           "", fmt::format("joint '{}' is in neither tool_branch nor work_branch", machine.joints[i].name));
   config.chain = make_chain(tool, work, machine.joints);
-  config.home_X_BM = home_of(work);
+  config.home_X_BM = home_of(tool, work);
   return std::make_unique<SerialKinematics>(config);
 }
 

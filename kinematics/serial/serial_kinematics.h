@@ -17,7 +17,7 @@ struct SerialConfig {
   SerialChain chain;
   Joints joints;
   std::array<WordOfJoint, kMaxJoints> words;  ///< by joint
-  Pose home_X_BM;                             ///< machine frame in the table, every joint at zero
+  Pose home_X_BM;                             ///< gauge point in the table, every joint at zero
 };
 
 /// Kinematics of a serial chain (docs: paper sections 1 and 2 are instances).

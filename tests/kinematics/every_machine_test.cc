@@ -6,16 +6,17 @@
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"
 
-// What every machine owes, on every config that ships.
+// What every machine owes, on every config that ships and on those of tests/data/machines.
 namespace trn {
 namespace {
 
 constexpr double kMm = 1e-9, kRad = 1e-12;
 
-std::vector<std::string> shipped_machines() {
+std::vector<std::string> all_machines() {
   std::vector<std::string> names;
-  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
-    if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
+  for (const char* folder : {"/configs", "/tests/data/machines"})
+    for (const auto& entry : std::filesystem::directory_iterator(source_dir() + folder))
+      if (entry.path().extension() == ".toml") names.push_back(entry.path().stem().string());
   std::sort(names.begin(), names.end());
   return names;
 }
@@ -218,7 +219,7 @@ TEST(AllocationCounter, Counts) {
   EXPECT_TRUE(before == -1 || allocation_count() >= before + 11) << some.size();
 }
 
-INSTANTIATE_TEST_SUITE_P(Configs, EveryMachine, testing::ValuesIn(shipped_machines()),
+INSTANTIATE_TEST_SUITE_P(Configs, EveryMachine, testing::ValuesIn(all_machines()),
                          [](const auto& each) { return each.param; });
 
 }  // namespace

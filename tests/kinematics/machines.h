@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -15,8 +16,10 @@ struct LoadedMachine {
   std::unique_ptr<Kinematics> kinematics;
 };
 
+/// A shipped machine's config, or one that exists only in the tests.
 inline std::string config_path(const std::string& name) {
-  return source_dir() + "/configs/" + name + ".toml";
+  const std::string shipped = source_dir() + "/configs/" + name + ".toml";
+  return std::filesystem::exists(shipped) ? shipped : source_dir() + "/tests/data/machines/" + name + ".toml";
 }
 
 inline LoadedMachine load_machine(const std::string& name) {

@@ -70,6 +70,30 @@ TEST(Hexapod, NewtonConvergesQuadraticallyFromNearby) {
   EXPECT_LE(worst, 6);
 }
 
+// RTCP off, as an operator sees it: X+ takes the tool X+ over the work, so the table goes X-; a longer tool
+// lowers the table; and a tilt turns the table about its own origin, which carries the tip away as the
+// paper's displacement (R - I) w says (section 3).
+TEST(Hexapod, WordsWithoutRtcpAreTheToolsPlaceOverTheTable) {
+  const LoadedMachine loaded = load_machine("hexapod");
+  const auto& hexapod = as<Hexapod>(loaded);
+  const auto table = [&](const Words& words) {
+    JointVec q;
+    Pose X_RP;
+    EXPECT_EQ(hexapod.joints_from_words(words, q), KinStatus::kOk);
+    EXPECT_EQ(hexapod.platform(q, X_RP), KinStatus::kOk);
+    return X_RP;
+  };
+  Words words;
+  words << 20, -30, 80, 0, 0, 0;
+  EXPECT_LT((table(words).p - Vec3(-20, 30, 620)).norm(), 1e-9);  // the gauge point stands at (0, 0, 700)
+  words.tail<3>() << 0.2, -0.1, 0;
+  const Mat3 R_WT = rot_x(0.2) * rot_y(-0.1);
+  EXPECT_LT((table(words).R - R_WT.transpose()).norm(), 1e-12);
+  // the point of the work that the words name, seen from the tool: displaced by (R - I) w
+  const Vec3 w = words.head<3>();
+  EXPECT_LT((table(words) * w - Vec3(0, 0, 700) - (R_WT.transpose() * w - w)).norm(), 1e-9);
+}
+
 TEST(Hexapod, MirrorImageCarriesTheSpindle) {
   const LoadedMachine loaded =
       load_changed("hexapod", {{"carries = \"work\"", "carries = \"spindle\""},
@@ -82,12 +106,83 @@ TEST(Hexapod, MirrorImageCarriesTheSpindle) {
     ASSERT_EQ(kin.forward(q, X_BS), KinStatus::kOk);
     Words words;
     ASSERT_EQ(kin.words_from_joints(q, words), KinStatus::kOk);
-    // the platform is what the words say, the spindle sits 25 mm up its axis, and tilts as the words do
-    EXPECT_LT((X_BS.p - words.head<3>() - 25 * X_BS.R.col(2)).norm(), 1e-9);
+    // upright the words are the spindle's place, 25 mm above the platform's origin, about which it tilts
+    EXPECT_LT((X_BS.p - words.head<3>() - 25 * (X_BS.R.col(2) - Vec3::UnitZ())).norm(), 1e-9);
     EXPECT_LT((kin.orientation(words.tail<3>()) - X_BS.R).norm(), 1e-12);
     JointVec back;
     ASSERT_EQ(kin.inverse(X_BS, q, back), KinStatus::kOk);
     EXPECT_LT((back - q).lpNorm<Eigen::Infinity>(), 1e-9);
+  }
+}
+
+/// Variance of the squared legs: what the free turn makes least.
+double leg_variance(const JointVec& q) {
+  const Eigen::ArrayXd squares = q.array().square();
+  return (squares - squares.mean()).square().mean();
+}
+
+// The free turn, judged by trying every turn on the plain machine: tip and axis stay, and no other turn
+// balances the legs better but by what the bound of 20 deg holds back.
+void judge_free_turn(const std::vector<std::pair<std::string, std::string>>& carrier) {
+  const LoadedMachine plain = load_changed("hexapod", carrier);
+  auto edits = carrier;
+  edits.push_back({"free_turn_deg_max = 0.0", "free_turn_deg_max = 20.0"});
+  const LoadedMachine free = load_changed("hexapod", edits);
+  Sampler sampler(plain, 24);
+  double before = 0, after = 0;
+  for (int round = 0; round < 500 && !testing::Test::HasFailure(); ++round) {
+    const JointVec q = sampler.joints();
+    Pose wanted, reached;
+    ASSERT_EQ(plain.kinematics->forward(q, wanted), KinStatus::kOk);
+    JointVec turned;
+    if (free.kinematics->inverse(wanted, q, turned) != KinStatus::kOk) continue;
+    ASSERT_EQ(free.kinematics->forward(turned, reached), KinStatus::kOk);
+    EXPECT_LT((reached.p - wanted.p).norm(), 1e-9);
+    EXPECT_LT((reached.R.col(2) - wanted.R.col(2)).norm(), 1e-12);
+    double best = leg_variance(q), best_turn = 0;
+    const Mat3 R = plain.kinematics->orientation(
+        {std::atan2(-wanted.R(1, 2), wanted.R(2, 2)), std::asin(wanted.R(0, 2)), 0});
+    for (int i = -150; i <= 150; ++i) {
+      JointVec tried;
+      plain.kinematics->inverse({R * rot_z(i * 0.002), wanted.p}, q, tried);
+      if (leg_variance(tried) >= best) continue;
+      best = leg_variance(tried);
+      best_turn = i * 0.002;
+    }
+    before += leg_variance(q);
+    after += leg_variance(turned);
+    EXPECT_LE(leg_variance(turned), leg_variance(q) * (1 + 1e-12));
+    if (std::abs(best_turn) < 0.05) {
+      EXPECT_LT(leg_variance(turned), best * 1.01 + 1.0);
+    }
+  }
+  EXPECT_LT(after, 0.9 * before);
+}
+
+TEST(Hexapod, TheFreeTurnBalancesTheLegs) {
+  judge_free_turn({});
+  judge_free_turn({{"carries = \"work\"", "carries = \"spindle\""},
+                   {"spindle_mm = [0.0, 0.0, 700.0]", "spindle_mm = [0.0, 0.0, -80.0]"}});
+}
+
+TEST(Hexapod, TheFreeTurnIsASmoothFunctionOfThePose) {
+  const LoadedMachine free =
+      load_changed("hexapod", {{"free_turn_deg_max = 0.0", "free_turn_deg_max = 20.0"}});
+  std::array<JointVec, 4> last;
+  const double h = 1e-3;
+  for (int i = 0; i <= 1000; ++i) {
+    const double s = (i - 500) * h;
+    Words words, again;
+    words << 60 * s, 80 + 20 * s, 60 + 10 * s, 0.5 * s, 0.3 - 0.4 * s, 0;
+    JointVec q;
+    ASSERT_EQ(free.kinematics->joints_from_words(words, q), KinStatus::kOk);
+    ASSERT_EQ(free.kinematics->words_from_joints(q, again), KinStatus::kOk);
+    EXPECT_LT((again - words).lpNorm<Eigen::Infinity>(), 1e-9);
+    std::rotate(last.begin(), last.begin() + 1, last.end());
+    last[3] = q;
+    if (i < 3) continue;
+    const JointVec third = last[3] - 3 * last[2] + 3 * last[1] - last[0];
+    EXPECT_LT(third.lpNorm<Eigen::Infinity>(), 200 * h * h * h + 1e-11);
   }
 }
 

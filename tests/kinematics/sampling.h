@@ -73,9 +73,10 @@ class Sampler {
   }
 
   JointVec platform_joints(const PlatformKinematics& platform) {
+    const Vec3 home = platform.spindle_from_platform(translation(home_)).p;
     for (;;) {
       Words words;
-      words << home_ + Vec3(uniform(-150, 150), uniform(-150, 150), uniform(-120, 120)), uniform(-0.7, 0.7),
+      words << home + Vec3(uniform(-150, 150), uniform(-150, 150), uniform(-120, 120)), uniform(-0.7, 0.7),
           uniform(-0.7, 0.7), 0;
       if ((platform.word_mask() & (1u << kB)) == 0) words[kB] = 0;
       JointVec q;

@@ -72,7 +72,7 @@ void judge_by_kdl(const LoadedMachine& loaded, bool closed_form, int count) {
 }
 
 TEST(Serial, ShippedConfigsAgreeWithKdl) {
-  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage"}) {
+  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage", "nutating"}) {
     SCOPED_TRACE(name);
     judge_by_kdl(load_machine(name), true, std::string(name) == "mill" ? 500 : rounds(3000));
   }
