@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   trn::add_run(app, exit);
   trn::add_interpret(app, exit);
   trn::add_kin(app, exit);
+  trn::add_workspace(app, exit);
   trn::add_check_trace(app, exit);
   trn::add_daemon(app, exit);
   trn::add_clients(app, exit);

@@ -11,6 +11,7 @@ enum class Exit : int { kDone = 0, kBadProgram = 2, kBadConfig = 3, kMachineFaul
 void add_run(CLI::App& app, Exit& exit);
 void add_interpret(CLI::App& app, Exit& exit);
 void add_kin(CLI::App& app, Exit& exit);
+void add_workspace(CLI::App& app, Exit& exit);
 void add_check_trace(CLI::App& app, Exit& exit);
 void add_daemon(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset

@@ -7,9 +7,11 @@
 #include "compensation/rtcp.h"
 #include "core/config.h"
 #include "core/machine.h"
+#include "core/units.h"
 #include "kernel/commands/commands.h"
 #include "kernel/joint_map.h"
 #include "kinematics/factory.h"
+#include "kinematics/machines/hexapod.h"
 #include "kinematics/platform_kinematics.h"
 
 namespace trn {
@@ -33,7 +35,11 @@ constexpr const char kFooter[] =
     "Optional: \"tool_length_mm\" (default 0); \"seed\":[...], the joints whose neighbour is wanted (default "
     "0).\n"
     "A machine with a moving platform gives, and inverse takes instead of p and u,\n"
-    "\"platform\":{\"p\":[..],\"R\":[[..],[..],[..]]} in the base frame.\n"
+    "\"platform\":{\"p\":[..],\"R\":[[..],[..],[..]]} in the base frame. It also gives \"conditioning\", "
+    "from "
+    "1 (every\n"
+    "direction as stiff as any other) to 0 (singular), and a hexapod \"joint_angle_deg\" and "
+    "\"leg_distance_mm\".\n"
     "A pose that cannot be: {\"error\":\"unreachable|singular|limit\",\"message\":...}.\n"
     "A line that is not understood: {\"error\":\"bad_request\",\"line\":N,\"message\":...}.\n"
     "Exit: 0 every line was understood, 3 bad config, 5 usage or a bad request.\n";
@@ -143,7 +149,7 @@ class KinServer {
     if (status != KinStatus::kOk) return failed(status);
     Json out{{"p", json_of(tool.p_B)}, {"u", json_of(tool.u_B)}};
     if (Pose X_BS; platform_ && kinematics_->forward(q, X_BS) == KinStatus::kOk)
-      out["platform"] = json_of(platform_->platform_from_spindle(X_BS));
+      add_platform(platform_->platform_from_spindle(X_BS), out);
     return out;
   }
 
@@ -181,14 +187,24 @@ class KinServer {
   Json joints(const Pose& X_BS, const Words& y) const {
     JointVec seed, q;
     kinematics_->joints_from_words(y, seed);
-    return report(kinematics_->inverse(X_BS, seed, q), q, X_BS);
+    return report(kinematics_->inverse(X_BS, seed, q), q);
   }
 
-  Json report(KinStatus status, const JointVec& q, const Pose& X_BS) const {
+  Json report(KinStatus status, const JointVec& q) const {
     if (status != KinStatus::kOk) return failed(status);
     Json out{{"q", json_of(q)}};
-    if (platform_) out["platform"] = json_of(platform_->platform_from_spindle(X_BS));
+    if (Pose X_RP; platform_ && platform_->platform(q, X_RP) == KinStatus::kOk) add_platform(X_RP, out);
     return out;
+  }
+
+  /// Where the platform stands and how near it is to what it cannot do.
+  void add_platform(const Pose& X_RP, Json& out) const {
+    out["platform"] = json_of(X_RP);
+    out["conditioning"] = platform_->conditioning(X_RP);
+    if (const auto* hexapod = dynamic_cast<const Hexapod*>(platform_)) {
+      out["joint_angle_deg"] = deg_from_rad(hexapod->joint_angle(X_RP));
+      out["leg_distance_mm"] = hexapod->leg_distance(X_RP);
+    }
   }
 
   Json setpoint(const Json& request) const {
@@ -200,7 +216,7 @@ class KinServer {
     KinStatus status = words_at(request, y);
     JointVec q;
     if (status == KinStatus::kOk) status = map_.map(y, context, q);
-    return report(status, q, spindle_of(y, context.tool_offset));
+    return report(status, q);
   }
 
   std::string direction_;
