@@ -1,0 +1,44 @@
+#include "kernel/joint_map.h"
+
+#include <gtest/gtest.h>
+
+#include "kinematics/factory.h"
+#include "tests/support/paths.h"
+
+namespace trn {
+namespace {
+
+class UprightTool : public testing::TestWithParam<const char*> {};
+
+// With every rotary word at zero a program means the same with RTCP on and off, whoever carries what: the
+// same joints, and the tip where the words say.
+TEST_P(UprightTool, StandsWhereTheWordsSayWithRtcpOnAndOff) {
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/" + GetParam() + ".toml"));
+  const auto kinematics = make_kinematics(machine);
+  const MachineJointMap map(*kinematics);
+  MapContext context;
+  context.tool_offset = Vec3(0, 0, 35);
+  const bool parallel = machine.joints[0].name != "X";
+  Words axes = Words::Zero(), tip = Words::Zero();
+  axes.head<3>() =
+      parallel ? Vec3(12, -9, kinematics->word_mask() & (1u << kB) ? 20 : -320) : Vec3(12, -9, 7);
+  tip.head<3>() = kinematics->home_X_BM() * Vec3(axes.head<3>());
+
+  JointVec off, on;
+  ASSERT_EQ(map.map(axes, context, off), KinStatus::kOk);
+  context.rtcp = true;
+  ASSERT_EQ(map.map(tip, context, on), KinStatus::kOk);
+  EXPECT_LT((off - on).lpNorm<Eigen::Infinity>(), 1e-9);
+
+  ToolPose pose;
+  ASSERT_EQ(tool_pose(*kinematics, off, context, pose), KinStatus::kOk);
+  EXPECT_LT((pose.p_B - tip.head<3>()).norm(), 1e-9);
+  EXPECT_LT((pose.u_B - Vec3::UnitZ()).norm(), 1e-12);
+}
+
+INSTANTIATE_TEST_SUITE_P(Configs, UprightTool,
+                         testing::Values("cradle", "head", "head_table", "hexapod", "micro_stage", "mill",
+                                         "rail_mill"));
+
+}  // namespace
+}  // namespace trn
