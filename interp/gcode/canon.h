@@ -137,11 +137,12 @@ struct OrientSpindle {
 struct SelectTool {
   int tool;
 };
+/// slot: the tool's place in the table, its number if the table does not have it.
 struct ChangeTool {
-  int tool;
+  int tool, slot;
 };
 struct ChangeToolNumber {
-  int tool;
+  int slot;
 };
 struct SetToolTableEntry {
   int pocket, tool;

@@ -106,8 +106,8 @@ struct Print {
     add(out, "ORIENT_SPINDLE(0, {:.4f}, {})", c.deg, c.direction);
   }
   void operator()(const canon::SelectTool& c) const { add(out, "SELECT_TOOL({})", c.tool); }
-  void operator()(const canon::ChangeTool& c) const { add(out, "CHANGE_TOOL({})", c.tool); }
-  void operator()(const canon::ChangeToolNumber& c) const { add(out, "CHANGE_TOOL_NUMBER({})", c.tool); }
+  void operator()(const canon::ChangeTool& c) const { add(out, "CHANGE_TOOL({})", c.slot); }
+  void operator()(const canon::ChangeToolNumber& c) const { add(out, "CHANGE_TOOL_NUMBER({})", c.slot); }
   void operator()(const canon::SetToolTableEntry& c) const {
     const AxisValues& v = c.offset;
     add(out,
@@ -154,6 +154,7 @@ constexpr std::size_t kFlushAt = 1U << 16;
 void CanonPrinter::print(const CanonCommand& command, std::string& out) { std::visit(Print{out}, command); }
 
 void CanonPrinter::put(const CanonCommand& command, std::uint32_t) {
+  if (stopped_) return;
   const std::size_t before = text_.size();
   print(command, text_);
   if (text_.size() != before) text_ += '\n';

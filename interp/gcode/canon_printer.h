@@ -15,6 +15,8 @@ class CanonPrinter : public CanonSink {
   ~CanonPrinter() override { flush(); }
   void put(const CanonCommand& command, std::uint32_t line) override;
   void flush();
+  /// While stopped nothing is written: an error makes what follows meaningless.
+  void stop(bool stopped) { stopped_ = stopped; }
 
   /// One command as text, without the line's end; empty for one that has no canonical form.
   static void print(const CanonCommand& command, std::string& out);
@@ -22,6 +24,7 @@ class CanonPrinter : public CanonSink {
  private:
   std::FILE* out_;
   std::string text_;
+  bool stopped_ = false;
 };
 
 }  // namespace trn

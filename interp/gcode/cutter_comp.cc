@@ -15,7 +15,7 @@ namespace {
 using Point = Eigen::Vector2d;
 
 constexpr double kTiny = 1e-9;
-constexpr double kStraight_rad = 0.01;  // corners flatter than this are no corners
+constexpr double kStraight_rad = 0.05;  // corners flatter than this are no corners (the dialect's own bound)
 constexpr double kTouch = 1e-3;         // of the radius: closer than the tool by this much is a gouge
 constexpr int kArcSamples = 16;
 

@@ -231,8 +231,9 @@ void Executor::g_codes(const Block& b, int motion) {
   if (plain == 40) dwell(b);
   if (b.code(GGroup::kPlane) >= 0) plane(b);
   if (b.code(GGroup::kUnits) >= 0) units(b);
-  if (b.code(GGroup::kDiameter) >= 0) {
-    s_.modal.diameter = b.code(GGroup::kDiameter) == 70;
+  const int diameter = b.code(GGroup::kDiameter);
+  if (diameter >= 0 && (diameter == 70) != s_.modal.diameter) {
+    s_.modal.diameter = diameter == 70;
     note(s_.modal.diameter ? "interpreter: Lathe diameter mode changed to diameter"
                            : "interpreter: Lathe diameter mode changed to radius");
   }

@@ -94,6 +94,7 @@ class Executor : public StateValues {
   void m_codes(const Block& b);
   void tool_select(const Block& b);
   void tool_change(const Block& b);
+  int slot_of(int number) const;
   void spindle(const Block& b);
   void start_spindle(SpindleTurn turn);
   void stop_spindle();

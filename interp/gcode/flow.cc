@@ -132,7 +132,7 @@ const ParsedBlock* Flow::fetch_kept() {
     if (!read_line(line)) return nullptr;
     parser_.parse(line, scratch_);
     node = static_cast<std::int32_t>(store_.size());
-    store_.push_back(Node{scratch_, place, next_, -1, -1});
+    store_.push_back(Node{scratch_, place, next_, -1, -1, -1});
     kept_at_.emplace(key, node);
   } else {
     reader_there_ = false;
@@ -334,8 +334,9 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
     }
   };
   std::int32_t from_node = current_node_;
+  const bool to_end = wanted.size() == 1;
   if (from_node >= 0) {
-    const std::int32_t jump = store_[static_cast<std::size_t>(from_node)].jump;
+    const std::int32_t jump = store_[static_cast<std::size_t>(from_node)].jump_to(to_end);
     if (jump >= 0) {
       const Node& kept = store_[static_cast<std::size_t>(jump)];
       skipped_ = kept.block;
@@ -362,7 +363,7 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
       }
       if (block != &skipped_) skipped_ = *block;
       if (from_node >= 0 && current_node_ >= 0 && static_cast<std::size_t>(from_node) < store_.size())
-        store_[static_cast<std::size_t>(from_node)].jump = current_node_;
+        store_[static_cast<std::size_t>(from_node)].jump_to(to_end) = current_node_;
       return kind;
     }
   }

@@ -65,7 +65,9 @@ class Flow {
     ParsedBlock block;
     CodePlace place, after;
     std::int32_t next = -1;
-    std::int32_t jump = -1;  ///< where a loop or a false condition goes
+    std::int32_t jump = -1;      ///< where a false condition goes: the next branch
+    std::int32_t jump_end = -1;  ///< the end of the loop or of all branches
+    std::int32_t& jump_to(bool end) { return end ? jump_end : jump; }
   };
   struct Loop {
     FlowKind kind;

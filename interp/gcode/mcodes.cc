@@ -41,18 +41,23 @@ void Executor::tool_select(const Block& b) {
   put(canon::SelectTool{tool});
 }
 
+int Executor::slot_of(int number) const {
+  const Tool* tool = parts_.tools.find(number);
+  return tool ? tool->slot : number;
+}
+
 void Executor::tool_change(const Block& b) {
   const int code = b.code(MGroup::kToolChange);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(MGroup::kToolChange), "a tool change");
   if (code == 61) {
     if (!b.has('Q')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M61", "a Q word");
     s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
-    put(canon::ChangeToolNumber{s_.current_tool});
+    put(canon::ChangeToolNumber{slot_of(s_.current_tool)});
   } else {
     put(PlainCanon::kStartChange);
     stop_spindle();
     s_.current_tool = std::max(0, s_.selected_tool);  // without a T word: no tool
-    put(canon::ChangeTool{s_.current_tool});
+    put(canon::ChangeTool{s_.current_tool, slot_of(s_.current_tool)});
   }
   const Tool* tool = parts_.tools.find(s_.current_tool);
   const Tool none;

@@ -104,7 +104,7 @@ void Executor::distance(const Block& b) {
                               : "interpreter: distance mode changed to absolute");
   }
   const int arc_code = b.code(GGroup::kArcDistance);
-  if (arc_code < 0) return;
+  if (arc_code < 0 || (arc_code == 901) == s_.modal.arc_absolute) return;
   s_.modal.arc_absolute = arc_code == 901;
   note(s_.modal.arc_absolute ? "interpreter: IJK distance mode changed to absolute"
                              : "interpreter: IJK distance mode changed to incremental");

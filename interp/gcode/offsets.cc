@@ -9,6 +9,12 @@ namespace trn {
 
 namespace {
 
+AxisValues turned(const AxisValues& v, double deg) {
+  AxisValues out = v;
+  if (deg != 0) out.head<3>() = rot_z(rad_from_deg(deg)) * Vec3(v.head<3>());
+  return out;
+}
+
 int system_base(int index) { return parameter::kFirstOffset + (index - 1) * parameter::kOffsetStride; }
 
 }  // namespace
@@ -125,33 +131,42 @@ void Executor::g10(const Block& b) {
   fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', l, "G10", "L1, L2, L10, L11 or L20");
 }
 
-// L1 sets the entry; L10 so that the present place becomes the words in the work offset, L11 in G59.3.
+// L1 sets the entry; L10 so that the present place becomes the words in the work offset, L11 in G59.3. Words
+// are in the turned axes of the system, the entry in those of the machine.
 void Executor::g10_tool(const Block& b, int l) {
   const int number = static_cast<int>(b['P']);
   if (number == 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', 0, "G10 L1", "a tool number");
   Tool& tool = parts_.tools.at_or_new(number);
-  AxisValues here = s_.position + s_.tool_offset;
-  if (l == 11) {
-    WorkFrame f = frame();
-    const AxisValues machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+  double turn_deg = 0;
+  AxisValues here = AxisValues::Zero();  // where a tool of no length would stand, mm
+  if (l == 10) {
+    turn_deg = s_.rotation_deg;
+    here = to_mm(s_.position) + turned(to_mm(s_.tool_offset), -turn_deg);
+  } else if (l == 11) {
     WorkFrame fixture;
     const int base = system_base(9);
     for (int i = 0; i < 6; ++i) fixture.g5x[i] = parts_.parameters[base + i];
-    fixture.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
-    here = from_mm(fixture.to_program(machine));
+    turn_deg = fixture.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
+    here = fixture.to_program(frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset));
   }
+  AxisValues offset = turned(tool.offset, -turn_deg);
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
-    const double value = l == 1 ? b[letter] : here[i] - b[letter];
-    tool.offset[i] = i < 3 ? to_mm(value) : value;
+    const double word = i < 3 ? to_mm(b[letter]) : b[letter];
+    offset[i] = l == 1 ? word : here[i] - word;
   }
+  tool.offset = turned(offset, turn_deg);
   if (b.has('R')) tool.diameter = 2 * to_mm(b['R']);
   if (b.has('I')) tool.front_deg = b['I'];
   if (b.has('J')) tool.back_deg = b['J'];
   if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
-  put(canon::SetToolTableEntry{tool.pocket, number, tool.offset, tool.diameter, tool.front_deg, tool.back_deg,
-                               tool.orientation});
+  canon::SetToolTableEntry entry{tool.slot,      number,        tool.offset,     tool.diameter,
+                                 tool.front_deg, tool.back_deg, tool.orientation};
+  put(entry);
+  if (number != s_.current_tool) return;
+  entry.pocket = 0;  // the spindle
+  put(entry);
 }
 
 void Executor::g10_system(const Block& b, int l) {
@@ -167,23 +182,22 @@ void Executor::g10_system(const Block& b, int l) {
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
   const AxisValues machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
-  const Mat3 R_turn = rot_z(rad_from_deg(rotation));
   AxisValues old_offset;
   for (int i = 0; i < 6; ++i) old_offset[i] = parameters[base + i];
-  AxisValues here = machine, turned = old_offset;
-  if (l == 20 && rotation != 0) {
-    here.head<3>() = R_turn.transpose() * Vec3(machine.head<3>());
-    turned.head<3>() = R_turn.transpose() * Vec3(old_offset.head<3>());
+  AxisValues here = machine, offset = old_offset;
+  if (l == 20) {
+    here = turned(machine, -rotation);
+    offset = turned(old_offset, -rotation);
   }
   const AxisValues g92_mm = to_mm(s_.g92);
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
     const double word = i < 3 ? to_mm(b[letter]) : b[letter];
-    turned[i] = l == 2 ? word : here[i] - word - g92_mm[i];
+    offset[i] = l == 2 ? word : here[i] - word - g92_mm[i];
   }
-  if (l == 20 && rotation != 0) turned.head<3>() = R_turn * Vec3(turned.head<3>());
-  for (int i = 0; i < 6; ++i) parameters[base + i] = turned[i];
+  if (l == 20) offset = turned(offset, rotation);
+  for (int i = 0; i < 6; ++i) parameters[base + i] = offset[i];
   parameters[base + parameter::kOffsetRotation] = rotation;
   if (index != s_.modal.work_offset) return note("interpreter: setting coordinate system origin");
   keep_machine([&] { load_system(index); });

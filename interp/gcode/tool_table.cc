@@ -82,6 +82,7 @@ const Tool* ToolTable::find(int number) const {
 
 Tool& ToolTable::at_or_new(int number) {
   Tool& tool = tools_[number];
+  if (tool.number == 0) tool.slot = static_cast<int>(tools_.size());
   tool.number = number;
   return tool;
 }
@@ -97,6 +98,7 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name) {
       if (!read_tool(line, tool)) continue;
       if (table.tools_.count(tool.number))
         fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
+      tool.slot = static_cast<int>(table.tools_.size()) + 1;
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {
       throw ProgramError(fmt::format("{}:{}:{}: {}", name, number, error.column, error.what()));

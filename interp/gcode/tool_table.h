@@ -11,6 +11,7 @@ namespace trn {
 struct Tool {
   int number = 0;
   int pocket = 0;
+  int slot = 0;  ///< place in the table, from 1: what the canonical functions of a tool changer name
   AxisValues offset = AxisValues::Zero();  ///< gauge point to tip
   double diameter = 0;
   double front_deg = 0, back_deg = 0;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -43,12 +44,13 @@ struct Outcome {
 };
 
 // Steps to the end; an error is told and the program gone on with, where that makes sense.
-Outcome run_program(Interpreter& interpreter, int max_errors) {
+Outcome run_program(Interpreter& interpreter, int max_errors, const std::function<void()>& on_error) {
   Outcome outcome;
   for (;;) {
     try {
       if (!interpreter.step()) return outcome;
     } catch (const ProgramError& error) {
+      on_error();
       fmt::print(stderr, "{}\n", error.what());
       if (++outcome.errors >= max_errors) {
         fmt::print(stderr, "{} errors, giving up\n", outcome.errors);
@@ -75,8 +77,10 @@ int interpret(const InterpretOptions& options, const ProgramConfig& config, cons
                              if (warnings <= options.max_errors) fmt::print(stderr, "{}\n", warning.text);
                            }});
   interpreter.open(options.program);
-  const Outcome outcome = run_program(interpreter, options.max_errors);
+  // What follows an error is only searched for more errors: its functions are not what the program means.
+  const Outcome outcome = run_program(interpreter, options.max_errors, [&] { printer.stop(true); });
   if (options.canon) {
+    printer.stop(false);
     printer.put(canon::Plain{PlainCanon::kOnReset}, 0);
     printer.put(canon::Plain{PlainCanon::kOnReset}, 0);
     printer.flush();
@@ -93,9 +97,11 @@ Exit run(const InterpretOptions& options) {
   std::unique_ptr<Kinematics> kinematics;
   ProgramConfig config;
   try {
-    const Machine machine = read_machine(load_config(options.machine));
-    kinematics = make_kinematics(machine);
-    config = read_program_config(machine.root);
+    if (!options.machine.empty()) {
+      const Machine machine = read_machine(load_config(options.machine));
+      kinematics = make_kinematics(machine);
+      config = read_program_config(machine.root);
+    }
   } catch (const ConfigError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadConfig;
@@ -117,7 +123,7 @@ void add_interpret(CLI::App& app, Exit& exit) {
                                          "Read a program to its end without moving anything: all its errors, "
                                          "or its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
-  command->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  command->add_option("--machine", options->machine, "machine config (.toml); without it: all six words, no RTCP");
   command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables, "variables (.var)");

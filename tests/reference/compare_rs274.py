@@ -1,0 +1,168 @@
+#!/usr/bin/env python3
+"""Canonical functions of `trunnion interpret --canon` line for line beside another interpreter of the dialect.
+
+    tests/reference/compare_rs274.py build/release/trunnion [--random 500] [--seed 1] [--only NAME] [-v]
+
+The other one is Debian's rs274 (package linuxcnc-uspace), found on the path or given by TRN_RS274 as a command
+line; without it the comparison is skipped (exit 77). Programs come from programs/*.txt beside this script and,
+with --random, from random_programs.py. A program that stops with an error must do so in both, after the same
+functions; the sentences differ. programs/on_purpose.txt names the programs that differ on purpose, with the reason.
+"""
+import argparse
+import os
+import re
+import shlex
+import shutil
+import subprocess
+import sys
+import tempfile
+from concurrent.futures import ThreadPoolExecutor
+
+import random_programs
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+# Lengths in mm for ours; the other one reads inches when it has no machine's config.
+TOOLS = """T1 P1 D6 Z+50
+T2 P2 D10 Z+80.5
+T3 P3 X+1 Y-2 Z+30 D4.5 I95 J155 Q6
+T4 P4 Z+12.25 D1
+T5 P5 Z+1 D0.5 Q2
+T9 P12 Z+0.1 D-2
+"""
+
+
+def load(folder):
+    """{name: text} of every program; a program begins at a line '=== name'."""
+    programs = {}
+    for file_name in sorted(os.listdir(folder)):
+        if not file_name.endswith(".txt") or file_name == "on_purpose.txt":
+            continue
+        with open(os.path.join(folder, file_name), encoding="utf-8") as file:
+            parts = re.split(r"^=== *(\S+) *\n", file.read(), flags=re.M)
+        for name, text in zip(parts[1::2], parts[2::2]):
+            programs[f"{file_name[:-4]}/{name}"] = text
+    return programs
+
+
+def load_on_purpose(path):
+    with open(path, encoding="utf-8") as file:
+        return dict(line.strip().split(": ", 1) for line in file if ": " in line and line[0] != "#")
+
+
+def run(command, folder):
+    try:
+        result = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False,
+                                timeout=20)
+    except subprocess.TimeoutExpired:
+        return 124, "", "does not end"
+    return result.returncode, result.stdout.decode("latin-1"), result.stderr.decode("latin-1")
+
+
+def tool_entry_in_mm(line):
+    entry = re.match(r"(SET_TOOL_TABLE_ENTRY\(\S+ \S+ )(\S+) (\S+) (\S+) (.*)", line)
+    if not entry:
+        return line
+    return entry[1] + " ".join(f"{25.4 * float(number):.4f}" for number in entry.group(2, 3, 4)) + " " + entry[5]
+
+
+def of_reference(command, folder, name):
+    """(canonical lines, error text or None)."""
+    for _ in range(5):  # it now and then dies at its start
+        code, out, err = run([*command, "-v", "ref.var", "-t", "ref.tbl", "-g", name], folder)
+        if code >= 0:
+            break
+    lines = [tool_entry_in_mm(re.sub(r"^ *\d+ N\S+ +", "", line).rstrip()) for line in out.splitlines()]
+    error = None if code == 0 else (err.strip() or "no word")
+    return [line for line in lines if line and line != "executing"], error
+
+
+def of_ours(trunnion, folder, name):
+    code, out, err = run([trunnion, "interpret", "--canon", "--tools", "our.tbl", name], folder)
+    error = None if code == 0 else (err.strip() or f"exit code {code}")
+    return [line.rstrip() for line in out.splitlines()], error
+
+
+def numbers_agree(one, two):
+    """The same text but for a last digit that rounding may turn."""
+    number = r"-?\d+\.\d+"
+    tolerance = 2e-3 if one.startswith("SET_TOOL_TABLE_ENTRY") else 1.5e-4  # inches printed with four digits
+    if re.sub(number, "#", one) != re.sub(number, "#", two):
+        return False
+    return all(abs(float(a) - float(b)) < tolerance for a, b in zip(re.findall(number, one), re.findall(number, two)))
+
+
+def first_difference(ours, theirs):
+    for i, (a, b) in enumerate(zip(ours, theirs)):
+        if not numbers_agree(a, b):
+            return i
+    return None if len(ours) == len(theirs) else min(len(ours), len(theirs))
+
+
+def write(folder, name, text):
+    with open(os.path.join(folder, name), "w", encoding="latin-1") as file:
+        file.write(text)
+
+
+def compare(name, text, args):
+    """None if both agree, else the report of the difference."""
+    with tempfile.TemporaryDirectory() as folder:
+        write(folder, "p.ngc", text)
+        write(folder, "our.tbl", TOOLS)
+        write(folder, "ref.tbl", re.sub(r"([XYZD])([-+.\d]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:+.12f}", TOOLS))
+        write(folder, "ref.var", "")
+        theirs, their_error = of_reference(args.reference, folder, "p.ngc")
+        ours, our_error = of_ours(args.trunnion, folder, "p.ngc")
+    if (our_error is None) != (their_error is None):
+        kind = "only ours stops" if our_error else "only the reference stops"
+    else:
+        at = first_difference(ours, theirs)
+        if at is None:
+            return None
+        kind = f"line {at + 1}: ours '{(ours + ['nothing'])[at]}', reference '{(theirs + ['nothing'])[at]}'"
+    report = [f"{name}: {kind}"]
+    if our_error:
+        report.append("  ours: " + our_error.splitlines()[0])
+    if their_error:
+        report.append("  reference: " + their_error.splitlines()[-1])
+    if args.verbose:
+        report += ["  | " + line for line in text.splitlines()]
+    return "\n".join(report)
+
+
+def find_reference():
+    command = shlex.split(os.environ.get("TRN_RS274", "rs274"))
+    return [shutil.which(command[0]), *command[1:]] if shutil.which(command[0]) else None
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("trunnion", type=os.path.abspath)
+    parser.add_argument("--random", type=int, default=0, help="so many random programs more")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="programs whose name contains this")
+    parser.add_argument("-v", "--verbose", action="store_true")
+    args = parser.parse_args()
+    args.reference = find_reference()
+    if not args.reference:
+        print("no rs274 here (package linuxcnc-uspace, or TRN_RS274): skipped")
+        return 77
+    programs = load(os.path.join(HERE, "programs"))
+    programs.update(random_programs.make(args.random, args.seed))
+    programs = {name: text for name, text in programs.items() if args.only in name}
+    on_purpose = load_on_purpose(os.path.join(HERE, "programs", "on_purpose.txt"))
+    with ThreadPoolExecutor(2) as pool:
+        reports = list(pool.map(lambda item: compare(*item, args), programs.items()))
+    differ = {name: report for name, report in zip(programs, reports) if report}
+    for name, report in differ.items():
+        if name not in on_purpose:
+            print(report)
+    agreed = [name for name in on_purpose if name in programs and name not in differ]
+    for name in agreed:
+        print(f"{name}: listed as different on purpose, but agrees")
+    wrong = sum(name not in on_purpose for name in differ)
+    print(f"{len(programs)} programs, {len(differ) - wrong} differ on purpose, {wrong} differ")
+    return 1 if wrong or agreed else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
