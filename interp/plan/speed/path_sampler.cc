@@ -33,6 +33,8 @@ JointRates joint_rates(const Joints& joints, double acceleration_share, double j
     rates.velocity[i] = joints[i].limit.velocity;
     rates.acceleration[i] = joints[i].limit.acceleration * acceleration_share;
     rates.jerk[i] = joints[i].limit.jerk * jerk_share;
+    rates.acceleration_inverse[i] = 1 / rates.acceleration[i];
+    rates.jerk_inverse[i] = 1 / rates.jerk[i];
   }
   return rates;
 }

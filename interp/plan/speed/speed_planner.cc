@@ -13,8 +13,10 @@ constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.991};  // margin for what lie
 constexpr double kAccelerationAccept = 0.9995,
                  kJerkAccept = 0.999;  // margin for what lies between the samples
 constexpr double kVelocityAccept = 0.99999;
-constexpr InteriorPointOptions kFirstSolve{60, 1e-3, 0.7, 0.1}, kNextSolve{40, 1e-3, 0.97, 0.01};
+constexpr InteriorPointOptions kFirstSolve{60, 3e-3, 0.02}, kNextSolve{30, 3e-3, 3e-4};
 constexpr int kRoundsMax = 10;
+constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
+constexpr double kGuess = 0.85;                  // of the b that the grid estimates
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // jerk left to an interval in which the law would turn back
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
@@ -35,7 +37,7 @@ double brake_time(const Joints& joints) {
 
 SpeedOptions completed(SpeedOptions options, const Joints& joints) {
   options.node_spacing_s = spacing(joints, options.node_spacing_s);
-  options.window_s = std::max(options.window_s, 4 * brake_time(joints));
+  options.window_s = std::max(options.window_s, kWindow * brake_time(joints));
   return options;
 }
 
@@ -172,7 +174,7 @@ bool SpeedPlanner::try_window(bool final) {
   if (final) {
     emit_rest();
   } else {
-    commit(segments_within(law_time() / 2), head);
+    commit(segments_within(std::max(law_time() / 2, law_time() - kProvisional * brake_s_)), head);
   }
   return true;
 }
@@ -196,7 +198,7 @@ void SpeedPlanner::adopt() {
   law_ = candidate_;
   c_before_ = c_;
   nodes_before_.clear();
-  for (int k = 0; k < problem_.intervals; ++k) nodes_before_.push_back(problem_.at_node(c_, k));
+  for (size_t k = 0; k < problem_.intervals; ++k) nodes_before_.push_back(problem_.at_node(c_, k));
 }
 
 // Segments of the plan that begin within `time_s`, leaving the end of it.
@@ -222,8 +224,9 @@ bool SpeedPlanner::solve_window(size_t head, size_t tail) {
     }
     tail_end_.rest_length = grid.back().s + grid.back().h - grid[head + n].s;
     tail_end_.b_max = rest_bound(grid, head + n, grid.size(), sampler_.rates(), headroom_, false);
-    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, c_, problem_);
-    const InteriorPointResult result = solver_.solve(problem_, fresh ? kFirstSolve : kNextSolve, c_);
+    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, problem_);
+    const InteriorPointResult result =
+        fresh ? solver_.solve(problem_, kFirstSolve, c_) : solver_.resume(problem_, kNextSolve, c_);
     stats_.iterations += static_cast<std::uint64_t>(result.iterations);
     if (result.feasible && make_law(head, tail)) {
       if (verify(round)) return true;
@@ -268,7 +271,7 @@ void SpeedPlanner::guess(size_t head, size_t tail) {
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[head + k];
     const double mid = g.s + g.h / 2, to_stop = s_stop - mid, from_start = mid - s_start;
-    b[k] = 0.6 * std::pow(0.7, std::min(retries_, 6)) * std::min(g.b_est, g.bound.b);
+    b[k] = kGuess * std::pow(0.7, std::min(retries_, 6)) * std::min(g.b_est, g.bound.b);
     b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * to_stop * to_stop, 2)));
     if (start_.at_rest)
       b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * from_start * from_start, 2)));
@@ -319,7 +322,7 @@ bool SpeedPlanner::verify(int round) {
   for (const LawSegment& segment : candidate_) {
     for (size_t k = segment.first; k < segment.last; ++k) {
       const LimitUse use = limit_use(segment, grid_.intervals()[k], sampler_.rates());
-      const double velocity = use.velocity / kVelocityAccept,
+      const double velocity = std::sqrt(use.velocity_squared) / kVelocityAccept,
                    acceleration = use.acceleration / kAccelerationAccept, jerk = use.jerk / kJerkAccept;
       if (!(velocity > 1) && !(acceleration > 1) && !(jerk > 1)) continue;
       good = false;

@@ -7,25 +7,38 @@ namespace trn::speed {
 
 namespace {
 
+constexpr double kStill = 1e-12;  // a derivative below this share of a limit moves nothing
+
+// Joints that move anywhere on the grid's intervals [first, first + n).
+std::vector<size_t> moving_joints(const std::deque<GridInterval>& grid, size_t first, size_t n,
+                                  const JointRates& rates) {
+  std::vector<size_t> out;
+  for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
+    bool moves = false;
+    for (size_t k = first; k < first + n && !moves; ++k)
+      for (const PathSample& p : grid[k].samples)
+        moves |= std::abs(p.d1[j]) > kStill * rates.velocity[j] ||
+                 std::abs(p.d2[j]) > kStill * rates.acceleration[j];
+    if (moves) out.push_back(j);
+  }
+  return out;
+}
+
 // The derivatives used at one end of an interval: those of the end's own sample, but the widest d3 of all
 // samples of the interval, so that a peak inside is seen.
-struct EndRow {
-  double d1, d2, d3;
-};
-
-EndRow end_row(const GridInterval& g, size_t joint, bool right) {
-  const PathSample& own = right ? g.samples.back() : g.samples.front();
-  const PathSample& other = right ? g.samples.front() : g.samples.back();
-  EndRow row{own.d1[joint], own.d2[joint], own.d3[joint]};
-  const bool upper = own.d3[joint] > other.d3[joint] || (own.d3[joint] == other.d3[joint] && right);
-  for (const PathSample& p : g.samples)
-    row.d3 = upper ? std::max(row.d3, p.d3[joint]) : std::min(row.d3, p.d3[joint]);
-  return row;
+double end_d3(const GridInterval& g, size_t joint, bool right) {
+  const double own = (right ? g.samples.back() : g.samples.front()).d3[joint];
+  const double other = (right ? g.samples.front() : g.samples.back()).d3[joint];
+  const bool upper = own > other || (own == other && right);
+  double d3 = own;
+  for (const PathSample& p : g.samples) d3 = upper ? std::max(d3, p.d3[joint]) : std::min(d3, p.d3[joint]);
+  return d3;
 }
 
 void set_nodes(const PlanEnd& start, const PlanEnd& end, SpeedProblem& p) {
-  const size_t n = static_cast<size_t>(p.intervals);
-  for (Doubles* v : {&p.node_b0, &p.node_b1, &p.node_a0, &p.node_a1}) v->assign(n + 1, 0);
+  const size_t n = p.intervals;
+  for (Doubles* v : {&p.node_b0, &p.node_b1, &p.node_a0, &p.node_a1})
+    v->assign((lane_groups(n + 1) + 1) * kLanes, 0);
   for (size_t k = 1; k < n; ++k) {
     const double sum = p.h[k - 1] + p.h[k];
     p.node_b0[k] = p.h[k] / sum;
@@ -49,58 +62,39 @@ void set_nodes(const PlanEnd& start, const PlanEnd& end, SpeedProblem& p) {
 }
 
 void set_acceleration_rows(const std::deque<GridInterval>& grid, size_t first, const JointRates& rates,
-                           const std::deque<Headroom>& headroom, SpeedProblem& p) {
-  const size_t n = static_cast<size_t>(p.intervals), stride = n + 1;
-  p.acc0.assign(stride * static_cast<size_t>(p.joints), 0);
-  p.acc1 = p.acc0;
+                           const std::vector<size_t>& joints, const std::deque<Headroom>& headroom,
+                           SpeedProblem& p) {
+  const size_t n = p.intervals;
+  p.acceleration.assign(lane_groups(n + 1) * joints.size(), AccelerationRow{});
   for (size_t k = p.first_fixed ? 1 : 0; k <= n; ++k) {
     const GridInterval& g = grid[first + std::min(k, n - 1)];
     const PathSample& at = k < n ? g.samples.front() : g.samples.back();
     double share = headroom[first + std::min(k, n - 1)].acceleration;
     if (k > 0) share = std::min(share, headroom[first + k - 1].acceleration);
-    for (size_t j = 0; j < static_cast<size_t>(p.joints); ++j) {
-      const double scale = 1 / (rates.acceleration[j] * share);
-      p.acc0[j * stride + k] = scale * (at.d1[j] * p.node_a0[k] + at.d2[j] * p.node_b0[k]);
-      p.acc1[j * stride + k] = scale * (at.d1[j] * p.node_a1[k] + at.d2[j] * p.node_b1[k]);
+    AccelerationRow* rows = &p.acceleration[k / kLanes * joints.size()];
+    for (size_t i = 0; i < joints.size(); ++i) {
+      const double scale = 1 / (rates.acceleration[joints[i]] * share);
+      rows[i].d1[k % kLanes] = scale * at.d1[joints[i]];
+      rows[i].d2[k % kLanes] = scale * at.d2[joints[i]];
     }
   }
 }
 
-// Speeds on interval k of the expected solution: at both ends and in the mean over the time, over sqrt(c).
-struct Calibration {
-  double left, right, mean;
-};
-
-Calibration calibrate(const SpeedProblem& p, const Doubles& c, int k) {
-  const SpeedState from = p.at_node(c, k), to = p.at_node(c, k + 1);
-  const auto i = static_cast<size_t>(k);
-  const double v0 = std::sqrt(std::max(from.b, 0.0)),
-               root = from.b + 2.0 / 3.0 * p.h[i] * (2 * from.a + to.a);
-  const double mean = (v0 + std::sqrt(std::max(root, 0.0))) / 2, scale = 1 / std::sqrt(c[i]);
-  const auto sane = [](double ratio) { return std::clamp(ratio, 0.5, 1.6); };
-  return {sane(v0 * scale), sane(std::sqrt(std::max(to.b, 0.0)) * scale), sane(mean * scale)};
-}
-
 void set_jerk_rows(const std::deque<GridInterval>& grid, size_t first, const JointRates& rates,
-                   const std::deque<Headroom>& headroom, const Doubles& expected, SpeedProblem& p) {
-  const size_t n = static_cast<size_t>(p.intervals);
-  for (Doubles* v : {&p.jerk0, &p.jerk1, &p.jerk2}) v->assign(2 * n * static_cast<size_t>(p.joints), 0);
+                   const std::vector<size_t>& joints, const std::deque<Headroom>& headroom, SpeedProblem& p) {
+  const size_t n = p.intervals;
+  p.jerk.assign(lane_groups(n) * 2 * joints.size(), JerkRow{});
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[first + k];
-    const Calibration speed = calibrate(p, expected, static_cast<int>(k));
-    const double slope0 = -p.node_a0[k] / p.h[k], slope1 = (p.node_a0[k + 1] - p.node_a1[k]) / p.h[k],
-                 slope2 = p.node_a1[k + 1] / p.h[k];
-    for (size_t j = 0; j < static_cast<size_t>(p.joints); ++j) {
-      const double scale = 1 / (rates.jerk[j] * headroom[first + k].jerk);
-      for (const bool right : {false, true}) {
-        const EndRow e = end_row(g, j, right);
-        const size_t node = k + (right ? 1 : 0), row = (2 * j + (right ? 1 : 0)) * n + k;
-        const double along = scale * e.d1 * speed.mean, across = scale * (right ? speed.right : speed.left);
-        const double low = across * (3 * e.d2 * p.node_a0[node] + e.d3 * p.node_b0[node]);
-        const double high = across * (3 * e.d2 * p.node_a1[node] + e.d3 * p.node_b1[node]);
-        p.jerk0[row] = along * slope0 + (right ? 0 : low);
-        p.jerk1[row] = along * slope1 + (right ? low : high);
-        p.jerk2[row] = along * slope2 + (right ? high : 0);
+    JerkRow* row = &p.jerk[k / kLanes * 2 * joints.size()];
+    for (const bool right : {false, true}) {
+      const PathSample& at = right ? g.samples.back() : g.samples.front();
+      for (const size_t joint : joints) {
+        const double scale = 1 / (rates.jerk[joint] * headroom[first + k].jerk);
+        row->d1[k % kLanes] = scale * at.d1[joint];
+        row->d2[k % kLanes] = scale * at.d2[joint];
+        row->d3[k % kLanes] = scale * end_d3(g, joint, right);
+        ++row;
       }
     }
   }
@@ -108,19 +102,19 @@ void set_jerk_rows(const std::deque<GridInterval>& grid, size_t first, const Joi
 
 }  // namespace
 
-SpeedState SpeedProblem::at_node(const Doubles& c, int node) const {
-  const auto k = static_cast<size_t>(node);
+SpeedState SpeedProblem::at_node(const Doubles& c, size_t k) const {
   const double before = k > 0 ? c[k - 1] : 0, after = k < c.size() ? c[k] : 0;
   return {node_b0[k] * before + node_b1[k] * after, node_a0[k] * before + node_a1[k] * after};
 }
 
 void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n, const JointRates& rates,
                    const std::deque<Headroom>& headroom, const PlanEnd& start, const PlanEnd& end,
-                   const Doubles& expected, SpeedProblem& p) {
-  p.intervals = static_cast<int>(n);
-  p.joints = rates.count;
-  p.h.resize(n);
-  p.c_max.resize(n);
+                   SpeedProblem& p) {
+  const std::vector<size_t> joints = moving_joints(grid, first, n, rates);
+  p.intervals = n;
+  p.joints = joints.size();
+  p.h.assign(lane_groups(n + 1) * kLanes, 1);
+  p.c_max.resize(lane_groups(n + 1) * kLanes);
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[first + k];
     p.h[k] = g.h;
@@ -133,9 +127,10 @@ void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n,
   set_nodes(start, end, p);
   if (start.at_rest) p.c_max[0] = std::min(p.c_max[0], start.b_max / p.node_b1[0]);
   p.c_max[n - 1] = std::min(p.c_max[n - 1], end.b_max / p.node_b0[n]);
+  std::fill(p.c_max.begin() + static_cast<std::ptrdiff_t>(n), p.c_max.end(), 2 * p.c_max[n - 1]);
   if (p.first_fixed) p.c_max[0] = 2 * p.first_c;  // decided before, no longer a choice
-  set_acceleration_rows(grid, first, rates, headroom, p);
-  set_jerk_rows(grid, first, rates, headroom, expected, p);
+  set_acceleration_rows(grid, first, rates, joints, headroom, p);
+  set_jerk_rows(grid, first, rates, joints, headroom, p);
 }
 
 }  // namespace trn::speed

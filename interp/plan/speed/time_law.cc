@@ -7,6 +7,7 @@ namespace trn::speed {
 
 namespace {
 
+constexpr double kJudged = 1e-4;     // of a segment's duration: how close a moment is hit to judge it
 constexpr double kCorrection = 0.5;  // of the speed's deviation taken back at the next node
 
 // Time to cover h from v with acceleration running linearly from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
@@ -29,13 +30,17 @@ double stopping_acceleration(double h, const PathState& from, double a1, double 
 
 void use_of(const PathSample& p, const PathState& at, double jerk, const JointRates& rates, LimitUse& use) {
   const double v = at.v, vv = v * v, vvv = vv * v, va3 = 3 * v * at.a;
-  use.velocity = std::max(use.velocity, std::sqrt(vv / p.b_max));
+  const double velocity = vv / p.b_max;
+  double acceleration = 0, third = 0;
   for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
     const double qdd = p.d1[j] * at.a + p.d2[j] * vv;
     const double qddd = p.d1[j] * jerk + p.d2[j] * va3 + p.d3[j] * vvv;
-    use.acceleration = std::max(use.acceleration, std::abs(qdd) / rates.acceleration[j]);
-    use.jerk = std::max(use.jerk, std::abs(qddd) / rates.jerk[j]);
+    acceleration = std::max(acceleration, std::abs(qdd) * rates.acceleration_inverse[j]);
+    third = std::max(third, std::abs(qddd) * rates.jerk_inverse[j]);
   }
+  use.velocity_squared = std::max(use.velocity_squared, velocity);
+  use.acceleration = std::max(use.acceleration, acceleration);
+  use.jerk = std::max(use.jerk, third);
 }
 
 // The sample at s on the parabola through three samples.
@@ -61,14 +66,16 @@ PathState LawSegment::at(double t) const {
           from.a + t * jerk};
 }
 
-double LawSegment::time_at(double s) const {
-  double low = 0, high = duration_s, t = duration_s / 2;
+double LawSegment::time_at(double s) const { return time_at(s, 1e-12); }
+
+double LawSegment::time_at(double s, double accuracy) const {
+  double low = 0, high = duration_s, t = from.v > 0 ? std::min((s - from.s) / from.v, high) : high / 2;
   for (int i = 0; i < 60; ++i) {  // Newton, kept inside the bracket
     const PathState p = at(t);
     const double error = p.s - s;
     (error > 0 ? high : low) = t;
     const double next = p.v > 0 ? t - error / p.v : -1;
-    if (std::abs(next - t) <= 1e-12 * duration_s)
+    if (std::abs(next - t) <= accuracy * duration_s)
       return std::clamp(next, 0.0, duration_s);  // then far closer
     t = next > low && next < high ? next : (low + high) / 2;
   }
@@ -77,10 +84,10 @@ double LawSegment::time_at(double s) const {
 
 bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
                    const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law) {
-  const int n = problem.intervals;
+  const size_t n = problem.intervals;
   double reach = 0;
-  for (int k = 0; k < n; ++k) {
-    const GridInterval& g = grid[first + static_cast<size_t>(k)];
+  for (size_t k = 0; k < n; ++k) {
+    const GridInterval& g = grid[first + k];
     const double s_next = g.s + g.h, h = s_next - from.s;
     const SpeedState target = problem.at_node(c, k + 1);
     const double b_free = from.v * from.v + h * (from.a + target.a);
@@ -88,8 +95,7 @@ bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const Spe
     double a1 = target.a + kCorrection * (target.b - b_free) / reach;
     if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);
     const double T = crossing_time(h, from.v, from.a, a1);
-    LawSegment segment{from, (a1 - from.a) / T, T, first + static_cast<size_t>(k),
-                       first + static_cast<size_t>(k) + 1};
+    LawSegment segment{from, (a1 - from.a) / T, T, first + k, first + k + 1};
     PathState end{s_next, from.v + T * (from.a + a1) / 2, a1};
     if (!(T > 0) || !(end.v > 0)) return false;
     law.push_back(segment);
@@ -115,7 +121,7 @@ LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, cons
   const auto judge = [&](const PathSample& p) {
     if (p.s < segment.from.s - rounding || p.s > s_end + rounding) return;
     double t = segment.duration_s;
-    if (p.s < s_end - rounding) t = p.s > segment.from.s + rounding ? segment.time_at(p.s) : 0;
+    if (p.s < s_end - rounding) t = p.s > segment.from.s + rounding ? segment.time_at(p.s, kJudged) : 0;
     use_of(p, segment.at(t), segment.jerk, rates, use);
   };
   const auto& samples = interval.samples;
@@ -141,7 +147,7 @@ double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t las
       const double t = unit.time_at(std::clamp(p.s, s0, s0 + length));
       LimitUse use;
       use_of(p, unit.at(t), unit.jerk, rates, use);
-      if (use.velocity > 0) b = std::min(b, headroom[k].velocity / (use.velocity * use.velocity));
+      if (use.velocity_squared > 0) b = std::min(b, headroom[k].velocity / use.velocity_squared);
       if (use.acceleration > 0) b = std::min(b, headroom[k].acceleration / use.acceleration);
       if (use.jerk > 0) b = std::min(b, std::cbrt(std::pow(headroom[k].jerk / use.jerk, 2)));
     }

@@ -19,6 +19,8 @@ struct LawSegment {
   PathState end() const { return at(duration_s); }
   /// Time in [0, duration] at which the parameter passes s.
   double time_at(double s) const;
+  /// The same to a share of the duration.
+  double time_at(double s, double accuracy) const;
 };
 
 /// Turns the solution c of `problem` on grid[first, ...) into segments of constant jerk that meet at the
@@ -35,7 +37,7 @@ LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t 
 
 /// Greatest share of the limits that the segment uses at the samples of its intervals.
 struct LimitUse {
-  double velocity = 0, acceleration = 0, jerk = 0;  ///< velocity: v / v_max, feed included
+  double velocity_squared = 0, acceleration = 0, jerk = 0;  ///< the first: b / b_max, feed included
 };
 LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, const JointRates& rates);
 

@@ -1,0 +1,27 @@
+#pragma once
+
+#include <cstddef>
+#include <cstring>
+#include <vector>
+
+namespace trn::speed {
+
+using Doubles = std::vector<double>;
+
+/// Eight neighbouring places, computed at once. One result on every processor: only lane-wise operations.
+constexpr size_t kLanes = 8;
+using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(kLanes * sizeof(double))));
+
+/// Groups of eight that hold `count` places.
+constexpr size_t lane_groups(size_t count) { return (count + kLanes - 1) / kLanes; }
+
+}  // namespace trn::speed
+
+/// Compiled for the vector units there are, chosen when the program starts; contraction stays off, so that
+/// the results are the same bits.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__x86_64__)
+#define TRN_VECTOR_CLONES
+#else
+#define TRN_VECTOR_CLONES __attribute__((target_clones("avx512f", "avx2", "default")))
+#endif
+#define TRN_VECTOR_INLINE inline __attribute__((always_inline))
