@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "core/units.h"
+#include "kinematics/platform_kinematics.h"
 
 namespace trn {
 
@@ -146,7 +147,9 @@ namespace {
 /// Follows moves through the bracket and judges position limits; throws at the first place outside.
 class LimitScout : public MoveSink {
  public:
-  explicit LimitScout(const Assembly& assembly) : assembly_(assembly) {}
+  explicit LimitScout(const Assembly& assembly)
+      : assembly_(assembly),
+        platform_(dynamic_cast<const PlatformKinematics*>(assembly.kinematics.get()) != nullptr) {}
   void move(const ProgramMove& move) override {
     ++moves;
     if (path_norm(move.to - move.from) == 0 && move.kind != ProgramMove::Kind::kArc) return;
@@ -154,9 +157,10 @@ class LimitScout : public MoveSink {
     const PathPiece piece =
         arc ? make_arc(move.from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad)
             : make_line(move.from, move.to);
-    // A straight move with fixed orientation moves a serial machine's joints straight: its end is enough, but
-    // other machines bend; a few places between do for every size of move.
-    const int parts = arc || move.context.rtcp ? std::clamp(static_cast<int>(piece.length / 5), 1, 200) : 1;
+    // With RTCP off a straight move takes a serial machine's joints straight: its end is enough. Else joints
+    // bend, and may leave their range between two good ends; places every 5 mm do.
+    const bool bends = arc || move.context.rtcp || platform_;
+    const int parts = bends ? std::clamp(static_cast<int>(piece.length / 5), 1, 200) : 1;
     for (int i = 1; i <= parts; ++i) judge(move, piece.at(piece.length * i / parts));
   }
   void event(const QueueEvent&, SourceLine) override {}
@@ -188,6 +192,7 @@ class LimitScout : public MoveSink {
 
   static constexpr double kRounding = 1e-9;
   const Assembly& assembly_;
+  bool platform_;
 };
 
 }  // namespace

@@ -70,8 +70,7 @@ std::vector<Quantity> quantities(const Workspace& w) {
   std::vector<Quantity> out{
       tilt_reached(w),
       measured(w, tilt, "conditioning", "of 1", [](const WorkspaceValue& v) { return v.conditioning; }),
-      measured(w, tilt, "joint speed", "mm/s per mm/s of the tip",
-               [](const WorkspaceValue& v) { return v.speed_gain; }),
+      measured(w, tilt, "joint speed", "x tip speed", [](const WorkspaceValue& v) { return v.speed_gain; }),
       measured(w, tilt, "tool turn possible", "deg/s",
                [](const WorkspaceValue& v) { return deg_from_rad(v.turn_rad_s_max); })};
   for (Quantity& quantity : out)
@@ -143,7 +142,8 @@ std::string workspace_svg(const Workspace& w, const std::string& title) {
   std::string out = fmt::format(
       R"(<svg xmlns="http://www.w3.org/2000/svg" width="{0:.0f}" height="{1:.0f}" viewBox="0 0 {0:.0f} {1:.0f}">)"
       "\n<style>text{{font:11px sans-serif}}.end{{text-anchor:end}}.mid{{text-anchor:middle}}"
-      ".title{{font-weight:bold}}.head{{font-size:16px}}.frame{{fill:none;stroke:#888}}</style>\n"
+      ".title{{font-weight:bold}}.head{{font-size:16px}}.frame{{fill:none;stroke:#888}}rect{{shape-rendering:"
+      "crispEdges}}</style>\n"
       R"(<rect width="100%" height="100%" fill="white"/>)"
       "\n"
       R"(<text class="head" x="{2:.0f}" y="28">{3}</text><text x="{2:.0f}" y="48">tip in the table frame; sections )"

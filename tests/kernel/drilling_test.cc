@@ -21,7 +21,7 @@ struct Measured {
   std::vector<double> low;  ///< where the feed turned round
 };
 
-Measured measure(const Run& run, const Hole& hole, std::uint32_t line) {
+Measured measure(const MachineRun& run, const Hole& hole, std::uint32_t line) {
   Measured out;
   double before = 0, last = 0;
   for (const Sample& s : run.samples) {
@@ -64,14 +64,14 @@ class Drilling : public testing::TestWithParam<Case> {
         "G21 G17 G40 G49 G80 G90 G94 {}\nG10 L2 P1 X0 Y0 Z{}\nG54\nT1 M6\nG43 H1\nG0 X0 Y0 Z60\n", mode,
         GetParam().zero_mm);
   }
-  Run drill(const Hole& hole, const char* mode) const {
+  MachineRun drill(const Hole& hole, const char* mode) const {
     return run_text(config_of(machine_),
                     head(mode) + fmt::format("F900 G183 X{} Y{} Z{}{} H-{} Q{} R2\nG80\nM2\n",
                                              hole.mouth_W.x(), hole.mouth_W.y(), hole.mouth_W.z(),
                                              tilt_words(config_of(machine_), hole), hole.depth, hole.pecks));
   }
   void expect_hole(const Hole& hole, const char* mode) const {
-    const Run run = drill(hole, mode);
+    const MachineRun run = drill(hole, mode);
     expect_true_tips(machine_, run, 50);
     const Measured m = measure(run, hole, 7);
     EXPECT_LT(m.off_line_mm, 1e-6);  // entry point and straightness
@@ -90,14 +90,15 @@ TEST_P(Drilling, SecondHoleOfThePaper) { expect_hole({Vec3(-50, 0, 10), 6, 60, 3
 
 INSTANTIATE_TEST_SUITE_P(Machines, Drilling,
                          testing::Values(Case{"cradle", 0}, Case{"head", 0}, Case{"head_table", 0},
-                                         Case{"hexapod", 20}, Case{"rail_mill", -330}, Case{"nutating", 0}),
+                                         Case{"hexapod", 20}, Case{"rail_mill", -330}, Case{"nutating", 0},
+                                         Case{"hexapod_mirror", 480}),
                          [](const auto& each) { return std::string(each.param.machine); });
 
 /// The hole without the cycle: RTCP off, the same words on the machine's own axes. Returns where the intended
 /// mouth lies, seen from the tip, in the tool's frame, as the tip passes the mouth's height.
 Vec3 displaced(const std::string& config, const std::string& words, std::uint32_t line, const Vec3& mouth_B,
                const Mat3& R_WT) {
-  const Run run = run_text(config, "G21 G90 G94 G61\nT1 M6\nG43 H1\n" + words + "\nM2\n");
+  const MachineRun run = run_text(config, "G21 G90 G94 G61\nT1 M6\nG43 H1\n" + words + "\nM2\n");
   for (auto s = run.samples.rbegin(); s != run.samples.rend(); ++s)
     if (s->line == line) return R_WT.transpose() * (mouth_B - s->p_B);
   ADD_FAILURE() << "no sample of line " << line;
@@ -122,7 +123,7 @@ TEST(DrillingWithoutTheCycle, IsDisplacedAsTheChainSays) {
 
 TEST(DrillingWithoutTheCycle, TheHoleItselfIsStraightAndDeepButElsewhere) {
   const std::string config = config_of("hexapod");
-  const Run run = run_text(
+  const MachineRun run = run_text(
       config, "G21 G90 G94 G61\nT1 M6\nG43 H1\nG0 X0 Y0 Z60\nG0 X35 Y60 Z30 A4 B0\nG1 Z-10 F900\nM2\n");
   const Mat3 R_WT = rot_x(rad_from_deg(4));
   const Vec3 mouth = R_WT * Vec3(35, 60, 30);  // where the tip stands on the table: R w

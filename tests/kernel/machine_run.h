@@ -25,7 +25,7 @@ struct Sample {
   Vec3 p_W, u_W;  ///< in the program's frame
 };
 
-struct Run {
+struct MachineRun {
   SimulationResult result;
   std::vector<Sample> samples;
 };
@@ -65,11 +65,11 @@ class Recorder : public ReportSink {
 };
 
 /// Runs a program file; tools 1, 2, 3 are 50, 80 and 95 mm long. ProgramError as the kernel throws it.
-inline Run run_file(const std::string& config, const std::string& program) {
+inline MachineRun run_file(const std::string& config, const std::string& program) {
   Assembly assembly = assemble(config);
   Parameters parameters;
   ToolTable tools = ToolTable::parse("T1 P1 Z+50 D6\nT2 P2 Z+80 D8\nT3 P3 Z+95 D5\n", "t.tbl");
-  Run run;
+  MachineRun run;
   const JointVec start = [&] {
     Setpoints setpoints;
     Feedback feedback;
@@ -89,7 +89,7 @@ inline Run run_file(const std::string& config, const std::string& program) {
   return run;
 }
 
-inline Run run_text(const std::string& config, const std::string& text) {
+inline MachineRun run_text(const std::string& config, const std::string& text) {
   return run_file(config, written("program.ngc", text));
 }
 
@@ -142,7 +142,7 @@ inline double hexapod_leg_error(const JointVec& q, const Vec3& p, const Vec3& u,
 }
 
 /// Every sample's tip and axis are those of the machine's own formulas, tool length L.
-inline void expect_true_tips(const std::string& machine, const Run& run, double L) {
+inline void expect_true_tips(const std::string& machine, const MachineRun& run, double L) {
   double worst_mm = 0, worst_axis = 0;
   for (const Sample& s : run.samples) {
     if (machine == "hexapod") {
