@@ -42,11 +42,15 @@ struct QueueEvent {
     kOptionalStop,
     kProgramStop,
     kProgramEnd,
-    kUser
+    kUser,
+    kOutputBit,
+    kOutputValue,
+    kOrient
   };
   Kind kind = Kind::kNone;
-  double value = 0;           ///< dwell: s; spindle: rpm, signed (+ clockwise)
-  std::int32_t argument = 0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
+  double value = 0;  ///< dwell: s; spindle: rpm, signed (+ clockwise); output: 0, 1 or value; orient: rad
+  std::int32_t argument =
+      0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code; output
 };
 
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,

@@ -27,6 +27,7 @@ void open(Interpreter& interpreter, const ProgramStart& start, const Words& word
     interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);
   else
     interpreter.open(start.path, in_degrees(words));
+  if (start.from_line > 1) interpreter.begin_at(start.from_line, in_degrees(words));
 }
 
 // A planner's message begins with "line N:"; the file belongs in front of it.
@@ -152,6 +153,7 @@ class LimitScout : public MoveSink {
         platform_(dynamic_cast<const PlatformKinematics*>(assembly.kinematics.get()) != nullptr) {}
   void move(const ProgramMove& move) override {
     ++moves;
+    if (move.source.line == 0) approach.push_back(move.to);
     if (path_norm(move.to - move.from) == 0 && move.kind != ProgramMove::Kind::kArc) return;
     const bool arc = move.kind == ProgramMove::Kind::kArc;
     const PathPiece piece =
@@ -165,6 +167,7 @@ class LimitScout : public MoveSink {
   }
   void event(const QueueEvent&, SourceLine) override {}
   std::uint64_t moves = 0;
+  std::vector<Words> approach;
 
  private:
   void judge(const ProgramMove& move, const Words& y) {
@@ -212,7 +215,7 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }
-  return {interpreter.line(), scout.moves};
+  return {interpreter.line(), scout.moves, scout.approach};
 }
 
 }  // namespace trn

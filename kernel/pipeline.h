@@ -16,6 +16,7 @@ struct ProgramStart {
   std::string path;                 ///< file; or the name that stands for `text`
   std::optional<std::string> text;  ///< MDI
   JointVec q;                       ///< motor joints at rest
+  std::uint32_t from_line = 0;      ///< begin here instead of at the first line; 0: at the first
   std::optional<Settings> kept =
       std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
 };
@@ -71,6 +72,7 @@ class Pipeline {
 /// What a dry run of a whole program found.
 struct ProgramSummary {
   std::uint64_t lines = 0, moves = 0;
+  std::vector<Words> approach;  ///< ends of the moves to where a program begun further down stands
 };
 
 /// Interprets a program to its end on copies of parameters and tools, and follows its moves through the

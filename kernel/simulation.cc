@@ -79,6 +79,7 @@ class Simulation {
     prepare_drives();
     const auto wall = std::chrono::steady_clock::now();
     ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_plan};
+    start.from_line = options_.from_line;
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
         PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },

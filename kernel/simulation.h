@@ -14,6 +14,7 @@ namespace trn {
 
 struct SimulationOptions {
   std::string program;
+  std::uint32_t from_line = 0;  ///< as ProgramStart::from_line
   ReportSink* trace = nullptr;
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch

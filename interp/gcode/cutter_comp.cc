@@ -97,6 +97,24 @@ bool is_motion(const CanonCommand& command) {
          std::holds_alternative<canon::ArcFeed>(command);
 }
 
+// An arc as the first move: it ends beside the programmed end, on a circle through the start whose centre
+// lies on the same spoke, so that it leaves tangent to the contour.
+template <typename Element, typename Point2>
+void bend_entry(Element& e, const Point2& beside_end, double tool_radius) {
+  const Point spoke = e.to - e.centre;
+  const double size = spoke.norm();
+  const Point u = spoke / size, d = beside_end - e.from;
+  const double radius = d.squaredNorm() / (2 * d.dot(u));
+  if (size < tool_radius - kTiny || !(radius > kTiny) || !std::isfinite(radius))
+    fail(GcodeErrorCode::kCompCorner, 1,
+         fmt::format("the entry arc of radius {:.4f} is smaller than the tool's {:.4f}", size, tool_radius),
+         "a larger arc, or a straight move longer than the tool's radius");
+  e.centre = beside_end - radius * u;
+  auto& arc = std::get<canon::ArcFeed>(e.command);
+  arc.centre1 = e.centre.x();
+  arc.centre2 = e.centre.y();
+}
+
 AxisValues& target_of(CanonCommand& command) {
   if (auto* traverse = std::get_if<canon::StraightTraverse>(&command)) return traverse->to;
   if (auto* feed = std::get_if<canon::StraightFeed>(&command)) return feed->to;
@@ -159,6 +177,10 @@ void CutterComp::offset(Element& e) const {
   e.b = e.to + radius_ * side_normal(tangent(e, true));
   e.a = e.entry ? e.from : Point(e.from + radius_ * side_normal(tangent(e, false)));
   if (e.shape != Shape::kArc) return;
+  if (e.entry) {
+    e.radius = (e.b - e.centre).norm();
+    return;
+  }
   const bool inside = (e.turn > 0) == left_;
   const double size = (e.from - e.centre).norm();
   e.radius = inside ? size - radius_ : size + radius_;
@@ -252,9 +274,8 @@ void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink
   }
   if (!entered_) {
     if (e.shape == Shape::kArc)
-      fail(GcodeErrorCode::kCompCorner, 1, "the first move after G41 or G42 is an arc",
-           "a straight move longer than the tool's radius");
-    if ((e.to - e.from).norm() <= radius_)
+      bend_entry(e, Point(e.to + radius_ * side_normal(tangent(e, true))), radius_);
+    else if ((e.to - e.from).norm() <= radius_)
       fail(GcodeErrorCode::kCompCorner, 1,
            fmt::format("the entry move is {:.4f} long, the tool's radius {:.4f}", (e.to - e.from).norm(),
                        radius_),
@@ -268,7 +289,14 @@ void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink
     corner(before, e);
     check_direction(before, line);
     check_neighbours(before);
+    const bool straight = before.rounded && std::holds_alternative<canon::StraightTraverse>(command);
+    const Point round_to = before.round_to;
+    if (straight) before.rounded = false;
     release(sink);
+    if (straight) {  // a rapid does not follow the corner
+      tool_ = place(round_to, tool_);
+      sink.put(canon::StraightTraverse{tool_}, line);
+    }
   }
   programmed_ = target_of(command);
   waiting_.push_back(std::move(e));

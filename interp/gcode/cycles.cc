@@ -69,6 +69,7 @@ void Executor::cycle_words(const Block& b, int motion) {
 void Executor::cycle(const Block& b, int motion) {
   const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
   const std::string name = g_name(motion);
+  if (motion == 760) fail(GcodeErrorCode::kNotSupported, column, name, "threading cycles are a lathe's");
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, name, "G93");
   check_feed(b, name);

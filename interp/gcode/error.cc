@@ -15,7 +15,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"no_program_end", "the file ends without M2, M30 or a closing %", "end the program with M2 or M30"},
 
     {"bad_character", "unexpected character {}", "a letter with a number, '#', '(', ';' or '/'"},
-    {"bad_number", "not a number", "digits with at most one decimal point, no exponent"},
+    {"bad_number", "not a number", "digits with at most one decimal point, no exponent, below 1e15"},
     {"missing_value", "no value after {}", "a number, #parameter, [expression] or function"},
     {"unclosed_comment", "the comment is not closed", "')' on the same line"},
     {"nested_comment", "'(' inside a comment", "comments do not nest; use [ ] or ;"},
@@ -27,10 +27,10 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
      "SQRT TAN"},
     {"too_deep", "the expression is nested more than {} deep", "split it over several parameters"},
     {"line_number", "bad line number {}", "N and an integer from 0 to 999999999, first on the line"},
-    {"unknown_word", "unknown word {}", "a G-code letter, or a word of [program] in the config"},
 
     {"unknown_g", "unknown G code {}", "the codes listed in docs/gcode.md"},
     {"unknown_m", "unknown M code {}", "the codes listed in docs/gcode.md and [program] user_m"},
+    {"not_supported", "{} is not built into this control: {}", "see docs/gcode.md"},
     {"group_conflict", "{} and {} are of one modal group", "one of them a line"},
     {"repeated_word", "the word {} is given twice", "once a line"},
     {"unused_word", "nothing on this line uses the word {}: {}", ""},
@@ -72,7 +72,6 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
      "the tool of radius {:.4f} would gouge: the move of line {} does not fit beside that of line {}",
      "a smaller tool or a wider corner"},
     {"comp_corner", "cutter compensation: {}: {}", ""},
-    {"rotation", "{} is not possible with a rotated coordinate system", "R0 first"},
 
     {"no_rtcp", "{}: this machine has no tool-centre-point control", "a machine with rotary axes"},
     {"rtcp_state", "{}: {}", ""},
@@ -88,6 +87,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"sub_arguments", "more than {} arguments", "pass fewer"},
     {"sub_repeated", "sub-program {} is defined twice, first in line {}", "one definition a file"},
     {"not_seekable", "the input cannot be read again for {}", "a file instead of a pipe"},
+    {"from_line", "the program cannot begin at line {}: {}", "a line of the main program that is reached"},
     {"abort", "the program aborts itself: {}", "see the ABORT comment of the program"},
 }};
 

@@ -29,9 +29,9 @@ enum class GcodeErrorCode : std::uint8_t {
   kBadExpression,
   kTooDeep,
   kLineNumber,
-  kUnknownWord,
   kUnknownG,
   kUnknownM,
+  kNotSupported,
   kGroupConflict,
   kRepeatedWord,
   kUnusedWord,
@@ -63,7 +63,6 @@ enum class GcodeErrorCode : std::uint8_t {
   kCompState,
   kCompGouge,
   kCompCorner,
-  kRotation,
   kNoRtcp,
   kRtcpState,
   kUnreachable,
@@ -76,6 +75,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kSubArguments,
   kSubRepeated,
   kNotSeekable,
+  kFromLine,
   kAbort,
   kCount
 };

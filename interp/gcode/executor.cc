@@ -65,6 +65,8 @@ std::uint32_t g_letters(int code10) {
     case 880:
     case 890:
       return letters("LPR");
+    case 760:
+      return letters("PIJRKQHEL");
     case 870:
       return letters("LPRIJK");
     case 960:
@@ -109,6 +111,24 @@ std::string_view who_uses(char letter) {
     default:
       return "an arc, a cycle, G10, G64 or M19 uses R";
   }
+}
+
+// Words without which a code means nothing, and values no code takes: before anything of the block is done.
+void check_words(const Block& b) {
+  if (b.has('F') && b['F'] < 0)
+    fail(GcodeErrorCode::kBadValue, b.at('F'), 'F', b['F'], "a feed rate", "F of 0 or more");
+  if (b.has('S') && b['S'] < 0)
+    fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
+  if (!b.any_g) return;
+  const int code = b.code(GGroup::kNonModal);
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (code == 100 && !b.has('L')) fail(GcodeErrorCode::kMissingWord, column, "G10", "an L word");
+  if (code == 100 && !b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
+  if ((code == 520 || code == 920) && !b.has_axis_word())
+    fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
+  const int motion = b.code(GGroup::kMotion);
+  if ((motion == 330 || motion == 331) && !b.has('K'))
+    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kMotion), g_name(motion), "a K word");
 }
 
 }  // namespace
@@ -205,6 +225,7 @@ bool Executor::execute(const Block& b) {
                                                                                        : 'Z')
                                                                    : 1);
   }
+  check_words(b);
   if (b.any_g) {
     if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
     if (b.code(GGroup::kSpindleMode) >= 0) spindle_mode(b);
@@ -375,7 +396,10 @@ AxisValues Executor::from_mm(const AxisValues& v) const {
   return units;
 }
 
-double Executor::position(int axis) const { return s_.position[axis]; }
+double Executor::position(int axis) const {
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "reading the position");
+  return s_.position[axis];
+}
 
 double Executor::predefined(int index) const {
   if (index >= 6 && index <= 31) return predefined_mode(index);

@@ -37,6 +37,9 @@ class Executor : public StateValues {
   /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
   /// and a running canned cycle are not taken over.
   void resume(const Settings& kept);
+  /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
+  /// where the machine really stands (mm, degrees, in M) to the present place. BlockError.
+  void enter(const AxisValues& start);
   /// True when the program has ended (M2, M30).
   bool execute(const Block& block);
   /// After the last block: nothing may be left waiting (cutter compensation).
@@ -159,6 +162,7 @@ class Executor : public StateValues {
   // arc.cc
   void arc(const Block& b, bool clockwise);
   void spline(const Block& b, int motion);
+  void ignore_smoothing(std::uint32_t column);
   void cubic_spline(const Block& b);
   void quadratic_spline(const Block& b);
   void nurbs(const Block& b, int motion);
@@ -206,6 +210,8 @@ class Executor : public StateValues {
   bool in_nurbs_ = false;
   double nurbs_order_ = 3;
   std::vector<bool> warned_words_;
+  bool warned_smoothing_ = false;
+  int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 
 template <typename Change>

@@ -202,8 +202,10 @@ ExpressionCompiler::Reference ExpressionCompiler::reference() {
     return {Op::kGlobal, names_.intern(name)};
   }
   if (Lexer::is_digit(c)) {
-    const std::int64_t number = lexer_.integer();
-    if (lexer_.peek() == '.') fail(GcodeErrorCode::kBadName, column);
+    const double value = lexer_.number();
+    const auto number = static_cast<std::int64_t>(value);
+    if (static_cast<double>(number) != value)
+      fail(GcodeErrorCode::kNotInteger, column, "the parameter number", value);
     if (number < 1 || number > parameter::kMax) fail(GcodeErrorCode::kParameterRange, column, number);
     return {Op::kNumbered, static_cast<std::int32_t>(number)};
   }

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "interp/gcode/error.h"
@@ -380,6 +381,32 @@ const ParsedBlock* Flow::skip_fetch() {
   if (!read_line(line)) return nullptr;
   parser_.parse_flow_only(line, skipped_);
   return &skipped_;
+}
+
+void Flow::check_closed() {
+  if (!frames_.empty()) return;
+  ParsedBlock block;
+  std::string_view line;
+  std::vector<std::int32_t> closed;
+  const CodePlace end = current_;
+  try {
+    while (!(loops_.empty() && ifs_.empty()) && read_line(line)) {
+      parser_.parse_flow_only(line, block);
+      const bool closes = block.flow.kind == FlowKind::kEndWhile || block.flow.kind == FlowKind::kEndRepeat ||
+                          block.flow.kind == FlowKind::kEndIf || block.flow.kind == FlowKind::kWhile;
+      if (closes) closed.push_back(block.flow.label);
+    }
+  } catch (const BlockError&) {  // what is behind the end is nobody's program
+  }
+  current_ = end;
+  const auto open = [&](std::int32_t label) {
+    return std::find(closed.begin(), closed.end(), label) == closed.end();
+  };
+  for (const Loop& loop : loops_)
+    if (open(loop.label))
+      fail(GcodeErrorCode::kFlowNoEnd, 1, "end of the loop", labels_.name(loop.label), loop.start.at.line);
+  for (const std::int32_t label : ifs_)
+    if (open(label)) fail(GcodeErrorCode::kFlowNoEnd, 1, "endif", labels_.name(label), end.at.line);
 }
 
 bool Flow::recover() {

@@ -39,6 +39,10 @@ class Flow {
   void return_numbered(const Block& block);
 
   std::uint32_t line() const { return current_.at.line; }
+  /// Line of the main program that comes next; 0 inside a sub-program.
+  std::uint32_t next_main_line() const { return frames_.empty() ? next_.at.line : 0; }
+  /// At the program's end: every loop and branch that is open must be closed further down. BlockError.
+  void check_closed();
   /// After an error: text of the line that was last fetched (empty if it cannot be read again).
   std::string current_text();
   const std::string& file_name() const { return files_[static_cast<std::size_t>(current_.file)]->name; }

@@ -26,7 +26,8 @@ std::string offending(const std::string& line, std::uint32_t column) {
 
 Interpreter::Interpreter(const InterpreterParts& parts)
     : parts_(parts),
-      executor_({parts.config, parts.parameters, parts.tools, parts.kinematics, parts.sink,
+      gate_(parts.sink),
+      executor_({parts.config, parts.parameters, parts.tools, parts.kinematics, gate_,
                  [this](std::uint32_t column, std::string_view text) {
                    if (parts_.on_warning)
                      parts_.on_warning(
@@ -53,9 +54,8 @@ void Interpreter::open(const std::string& path, const AxisValues& at) {
   try {
     source = open_file(path);
   } catch (const BlockError& error) {
-    throw GcodeError(
-        error.code, 0, 0,
-        fmt::format("{}:0:0: {}; legal: {}", path, error.what(), gcode_error_info(error.code).legal));
+    throw GcodeError(error.code, 0, 0,
+                     fmt::format("{}; legal: {}", error.what(), gcode_error_info(error.code).legal));
   }
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
@@ -63,6 +63,23 @@ void Interpreter::open(const std::string& path, const AxisValues& at) {
 void Interpreter::open_text(std::string text, std::string name, const AxisValues& at, const Settings* kept) {
   start(text_source(std::move(text)), name, ".", at);
   if (kept) executor_.resume(*kept);
+}
+
+void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
+  gate_.open = false;
+  while (flow_.next_main_line() < line) {
+    if (!step())
+      throw GcodeError(
+          GcodeErrorCode::kFromLine, line, 0,
+          fmt::format("{}:{}: the program ends before this line is reached; legal: {}", flow_.file_name(),
+                      line, gcode_error_info(GcodeErrorCode::kFromLine).legal));
+  }
+  gate_.open = true;
+  try {
+    executor_.enter(at);
+  } catch (const BlockError& error) {
+    throw GcodeError(error.code, line, 0, fmt::format("{}:{}: {}", flow_.file_name(), line, error.what()));
+  }
 }
 
 GcodeError Interpreter::located(const BlockError& error) {
@@ -110,7 +127,10 @@ void Interpreter::run_block(const ParsedBlock& parsed) {
   block_.line = flow_.line();
   if (!parsed.assignments.empty()) assign(parsed);
   const int sub = block_.code(MGroup::kSub);
-  if (executor_.execute(block_)) ended_ = true;
+  if (executor_.execute(block_)) {
+    ended_ = true;
+    flow_.check_closed();
+  }
   if (sub == 98)
     flow_.call_numbered(block_);
   else if (sub == 99)

@@ -40,6 +40,12 @@ class Interpreter {
   void open_text(std::string text, std::string name, const AxisValues& start = AxisValues::Zero(),
                  const Settings* kept = nullptr);
 
+  /// After `open`: passes over the program up to `line` of the main program as if it had been run, then
+  /// gives the sink the modes, the tool and the approach from `at` to where the program stands there: away
+  /// along the tool's axis, across, and down. Sub-programs and loops before it are run through. GcodeError if
+  /// the line is not reached, or lies inside cutter compensation.
+  void begin_at(std::uint32_t line, const AxisValues& at);
+
   /// Runs one block. False once the program has ended. GcodeError (the block has had no motion then; stepping
   /// on is allowed after `recover`).
   bool step();
@@ -57,7 +63,18 @@ class Interpreter {
   void assign(const ParsedBlock& parsed);
   GcodeError located(const BlockError& error);
 
+  /// Closed while a part of the program is passed over.
+  struct Gate : CanonSink {
+    explicit Gate(CanonSink& sink) : to(sink) {}
+    void put(const CanonCommand& command, std::uint32_t line) override {
+      if (open) to.put(command, line);
+    }
+    CanonSink& to;
+    bool open = true;
+  };
+
   InterpreterParts parts_;
+  Gate gate_;
   ModalTable table_;
   Executor executor_;
   Evaluator evaluator_;

@@ -13,6 +13,8 @@ namespace {
 constexpr std::array<double, 19> kPowersOfTen = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
                                                  1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
 
+constexpr double kNumberLimit = 1e15;  // longer ones have lost their last digit before the point
+
 // The usual short number: all digits fit exactly into a double, so that one division rounds right (Clinger
 // 1990). False for anything longer; `stop` is then not set.
 bool parse_short(const char* first, const char* last, double& value, const char** stop) {
@@ -37,7 +39,7 @@ double parse_digits(const char* first, const char* last, std::uint32_t column, c
   double value = 0;
   if (parse_short(first, last, value, stop)) return value;
   const auto result = fast_float::from_chars(first, last, value, fast_float::chars_format::fixed);
-  if (result.ec != std::errc()) fail(GcodeErrorCode::kBadNumber, column);
+  if (result.ec != std::errc() || !(value < kNumberLimit)) fail(GcodeErrorCode::kBadNumber, column);
   *stop = result.ptr;
   return value;
 }

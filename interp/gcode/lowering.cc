@@ -4,6 +4,7 @@
 
 #include "core/path.h"
 #include "core/units.h"
+#include "interp/gcode/error.h"
 
 namespace trn {
 
@@ -75,9 +76,7 @@ void Lowering::limit_feed(double inverse_per_min, double path_units) {
     limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
     return;
   }
-  const double per_min = synchronous_      ? sync_per_rev_ * speed_rpm_
-                         : per_revolution_ ? feed_ * speed_rpm_
-                                           : feed_;
+  const double per_min = per_revolution_ ? feed_ * speed_rpm_ : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
 }
@@ -188,9 +187,6 @@ struct Lowering::Visit {
         return coolant(low.coolant_ | 2);
       case PlainCanon::kFloodOff:
         return coolant(low.coolant_ & ~2);
-      case PlainCanon::kStopFeedSync:
-        low.synchronous_ = false;
-        return;
       case PlainCanon::kProgramStop:
         return low.event(QueueEvent::Kind::kProgramStop);
       case PlainCanon::kOptionalStop:
@@ -243,11 +239,26 @@ struct Lowering::Visit {
   void operator()(const canon::StraightFeed& c) const {
     low.straight(c.to, ProgramMove::Kind::kFeed, c.inverse_per_min);
   }
-  void operator()(const canon::StraightProbe& c) const { low.straight(c.to, ProgramMove::Kind::kFeed, 0); }
-  void operator()(const canon::RigidTap& c) const {
-    const Words start = low.words_;
-    low.straight(c.to, ProgramMove::Kind::kFeed, 0);
-    low.send(start);
+  // What would have to hear the machine while it moves is refused, never moved as something else.
+  void operator()(const canon::StraightProbe&) const {
+    fail(GcodeErrorCode::kNotSupported, 1, "G38", "no probe input is connected");
+  }
+  void operator()(const canon::RigidTap&) const { refuse_synchronous(); }
+  void operator()(const canon::StartFeedSync&) const { refuse_synchronous(); }
+  void operator()(const canon::WaitInput&) const {
+    fail(GcodeErrorCode::kNotSupported, 1, "M66", "no inputs are connected");
+  }
+  [[noreturn]] static void refuse_synchronous() {
+    fail(GcodeErrorCode::kNotSupported, 1, "G33", "no spindle encoder is connected");
+  }
+  void operator()(const canon::SetOutputBit& c) const {
+    low.event(QueueEvent::Kind::kOutputBit, c.on ? 1 : 0, c.index);
+  }
+  void operator()(const canon::SetOutputValue& c) const {
+    low.event(QueueEvent::Kind::kOutputValue, c.value, c.index);
+  }
+  void operator()(const canon::OrientSpindle& c) const {
+    low.event(QueueEvent::Kind::kOrient, rad_from_deg(c.deg), c.direction);
   }
   void operator()(const canon::ArcFeed& c) const { low.arc(c); }
   void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
@@ -269,10 +280,6 @@ struct Lowering::Visit {
   void operator()(const canon::ChangeTool& c) const { low.event(QueueEvent::Kind::kToolChange, 0, c.tool); }
   void operator()(const canon::Message&) const { low.event(QueueEvent::Kind::kMessage); }
   void operator()(const canon::UserM& c) const { low.event(QueueEvent::Kind::kUser, c.p, c.code); }
-  void operator()(const canon::StartFeedSync& c) const {
-    low.synchronous_ = true;
-    low.sync_per_rev_ = c.per_rev;
-  }
   void operator()(const canon::SetRtcp& c) const {
     low.rtcp_ = c.on;
     low.moved_frame(c.to);

@@ -51,8 +51,7 @@ class Lowering : public CanonSink {
   AxisValues tool_ = AxisValues::Zero();  ///< mm
   bool rtcp_ = false, aligned_ = false;
   double feed_ = 0;  ///< units of the program per minute, or per revolution
-  bool per_revolution_ = false, synchronous_ = false;
-  double sync_per_rev_ = 0;
+  bool per_revolution_ = false;
   double speed_rpm_ = 0;
   bool clockwise_ = true, turning_ = false;
   int coolant_ = 0, tool_number_ = 0;

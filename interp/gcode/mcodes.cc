@@ -48,7 +48,8 @@ int Executor::slot_of(int number) const {
 
 void Executor::tool_change(const Block& b) {
   const int code = b.code(MGroup::kToolChange);
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(MGroup::kToolChange), "a tool change");
+  if (code == 6 && comp_.active())
+    fail(GcodeErrorCode::kCompState, b.at(MGroup::kToolChange), "a tool change");
   if (code == 61) {
     if (!b.has('Q')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M61", "a Q word");
     s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
@@ -59,6 +60,7 @@ void Executor::tool_change(const Block& b) {
     s_.current_tool = std::max(0, s_.selected_tool);  // without a T word: no tool
     put(canon::ChangeTool{s_.current_tool, slot_of(s_.current_tool)});
   }
+  spindle_slot_ = slot_of(s_.current_tool);
   const Tool* tool = parts_.tools.find(s_.current_tool);
   const Tool none;
   if (!tool) tool = &none;
@@ -113,6 +115,7 @@ void Executor::coolant(const Block& b) {
 void Executor::overrides(const Block& b) {
   const int code = b.code(MGroup::kOverride);
   const bool on = b.get('P', 1) != 0;
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(MGroup::kOverride), fmt::format("M{}", code));
   ModalState& m = s_.modal;
   switch (code) {
     case 48:
@@ -143,6 +146,8 @@ void Executor::output(const Block& b) {
   const int code = b.code(MGroup::kOutput);
   const std::uint32_t column = b.at(MGroup::kOutput);
   const std::string name = fmt::format("M{}", code);
+  const bool in_motion = code <= 63 || code == 66 || code == 67;
+  if (in_motion && comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (code <= 65) {
     if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, name, "a P word");
     put(canon::SetOutputBit{code <= 63, code % 2 == 0, whole_word(b, 'P', 0, kMaxOutput, name)});
@@ -252,6 +257,24 @@ void Executor::resume(const Settings& kept) {
   if (kept.tilted_aligned) obey_plane(1);
   if (kept.rtcp) set_rtcp(true, kept.tool_offset, 1, "G43.4");
   s_.tool_vector = kept.tool_vector;
+}
+
+void Executor::enter(const AxisValues& start) {
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
+  const Settings kept = s_;
+  s_ = Settings{};
+  begin(start);
+  if (kept.current_tool != 0) put(canon::ChangeTool{kept.current_tool, slot_of(kept.current_tool)});
+  resume(kept);
+  AxisValues to = s_.position;
+  to[kZ] = std::max(s_.position[kZ], kept.position[kZ]);
+  put(canon::StraightTraverse{to});
+  const double above = to[kZ];
+  to = kept.position;
+  to[kZ] = above;
+  put(canon::StraightTraverse{to});
+  put(canon::StraightTraverse{kept.position});
+  s_ = kept;
 }
 
 void Executor::user_m(const Block& b) {

@@ -21,7 +21,6 @@ void Executor::feed_mode(const Block& b) {
 }
 
 void Executor::feed(const Block& b) {
-  if (b['F'] < 0) fail(GcodeErrorCode::kBadValue, b.at('F'), 'F', b['F'], "a feed rate", "F of 0 or more");
   s_.modal.feed = b['F'];
   if (s_.modal.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{b['F']});
 }
@@ -38,8 +37,6 @@ void Executor::spindle_mode(const Block& b) {
 }
 
 void Executor::speed(const Block& b) {
-  if (b['S'] < 0)
-    fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
   s_.modal.speed = b['S'];
   put(canon::SetSpindleSpeed{b['S']});
 }
@@ -54,8 +51,10 @@ void Executor::plane(const Block& b) {
 }
 
 void Executor::units(const Block& b) {
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kUnits), "a change of units");
-  set_units(b.code(GGroup::kUnits) == 200);
+  const bool inch = b.code(GGroup::kUnits) == 200;
+  if (comp_.active() && inch != s_.modal.inch)
+    fail(GcodeErrorCode::kCompState, b.at(GGroup::kUnits), "a change of units");
+  set_units(inch);
 }
 
 void Executor::set_units(bool inch) {
@@ -71,6 +70,7 @@ void Executor::set_units(bool inch) {
 
 void Executor::path_mode(const Block& b) {
   const int code = b.code(GGroup::kPath);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kPath), g_name(code));
   for (const char letter : {'P', 'Q', 'R'})
     if (code == 640 && b.has(letter) && b[letter] < 0)
       fail(GcodeErrorCode::kBadValue, b.at(letter), letter, b[letter], "G64", "a tolerance of 0 or more");
@@ -111,6 +111,8 @@ void Executor::distance(const Block& b) {
 }
 
 void Executor::retract(const Block& b) {
+  if (comp_.active())
+    fail(GcodeErrorCode::kCompState, b.at(GGroup::kRetract), g_name(b.code(GGroup::kRetract)));
   s_.modal.retract_to_start = b.code(GGroup::kRetract) == 980;
   note(s_.modal.retract_to_start ? "interpreter: retract mode set to old_z"
                                  : "interpreter: retract mode set to r_plane");

@@ -121,7 +121,6 @@ void Executor::probe(const Block& b, int motion) {
 void Executor::spindle_synchronous(const Block& b, int motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
-  if (!b.has('K')) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "a K word");
   if (s_.modal.turn == SpindleTurn::kStopped || s_.modal.speed == 0)
     fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
   const AxisValues to = target(b);

@@ -50,8 +50,8 @@ void Executor::put_system(bool with_g92) {
 void Executor::work_offset(const Block& b) {
   const int code = b.code(GGroup::kWorkOffset);
   const int index = code <= 590 ? (code - 530) / 10 : code - 590 + 6;
-  if (index == s_.modal.work_offset) return note("interpreter: continuing to use same coordinate system");
   if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kWorkOffset), "a change of work offset");
+  if (index == s_.modal.work_offset) return note("interpreter: continuing to use same coordinate system");
   if (s_.tilted)
     fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kWorkOffset), "a change of work offset in a tilted plane",
          "G69 first");
@@ -69,7 +69,7 @@ AxisValues Executor::table_offset(int number, std::uint32_t column) const {
 void Executor::tool_length(const Block& b) {
   const int code = b.code(GGroup::kToolLength);
   const std::uint32_t column = b.at(GGroup::kToolLength);
-  if (comp_.active() && code != 490) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
   int number = s_.current_tool;
   if (b.has('H')) {
     if (b['H'] != std::round(b['H']) || b['H'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('H'), 'H', b['H']);
@@ -121,9 +121,6 @@ void Executor::set_tool_offset(const AxisValues& offset, int code) {
 }
 
 void Executor::g10(const Block& b) {
-  const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (!b.has('L')) fail(GcodeErrorCode::kMissingWord, column, "G10", "an L word");
-  if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
   if (b['P'] != std::round(b['P']) || b['P'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
   const double l = b['L'];
   if (l == 1 || l == 10 || l == 11) return g10_tool(b, static_cast<int>(l));
@@ -164,7 +161,7 @@ void Executor::g10_tool(const Block& b, int l) {
   canon::SetToolTableEntry entry{tool.slot,      number,        tool.offset,     tool.diameter,
                                  tool.front_deg, tool.back_deg, tool.orientation};
   put(entry);
-  if (number != s_.current_tool) return;
+  if (tool.slot != spindle_slot_) return;
   entry.pocket = 0;  // the spindle
   put(entry);
 }
@@ -179,6 +176,8 @@ void Executor::g10_system(const Block& b, int l) {
   if (s_.tilted && index == s_.modal.work_offset)
     fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G10 of the active system in a tilted plane",
          "G69 first");
+  if (comp_.active() && index == s_.modal.work_offset)
+    fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G10 of the active system");
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
   const AxisValues machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
@@ -208,10 +207,10 @@ void Executor::g92(const Block& b) {
   const int code = b.code(GGroup::kNonModal);
   Parameters& parameters = parts_.parameters;
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (comp_.active() && !(code != 920 && s_.g92.isZero(0)))
+    fail(GcodeErrorCode::kCompState, column, g_name(code));
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
   if (code == 920) {
-    if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, "G92", "axis words");
     for (int i = 0; i < 6; ++i) {
       if (!b.has(kWordLetters[i])) continue;
       s_.g92[i] += s_.position[i] - b[kWordLetters[i]];
@@ -234,7 +233,6 @@ void Executor::g92(const Block& b) {
 
 void Executor::g52(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, "G52", "axis words");
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G52");
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, "G52 in a tilted plane", "G69 first");
   for (int i = 0; i < 6; ++i) {
@@ -253,12 +251,12 @@ void Executor::home_position(const Block& b, int code10) {
   const int base = code10 < 300 ? parameter::kG28 : parameter::kG30;
   const std::uint32_t column = b.at(GGroup::kNonModal);
   Parameters& parameters = parts_.parameters;
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code10));
   if (code10 % 10 == 1) {
     const AxisValues machine = machine_now(column);
     for (int i = 0; i < 6; ++i) parameters[base + i] = machine[i];
     return;
   }
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code10));
   if (s_.tilted)
     fail(GcodeErrorCode::kTiltedPlane, column, g_name(code10) + " in a tilted plane", "G69 first");
   const AxisValues by_way = target(b);

@@ -93,6 +93,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   config.optional_stop = table.boolean("optional_stop", config.optional_stop);
   config.require_program_end = table.boolean("require_program_end", config.require_program_end);
   config.wrapped_mask = read_wrapped(table);
+  config.words.clear();
   read_words(table, "rtcp_on", {}, WordAction::kRtcpOn, config.words);
   read_words(table, "rtcp_off", {}, WordAction::kRtcpOff, config.words);
   read_words(table, "ignored", {"CYCLE832"}, WordAction::kIgnore, config.words);

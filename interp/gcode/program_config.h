@@ -32,7 +32,7 @@ struct ProgramConfig {
   bool optional_stop = true;
   bool require_program_end = true;  ///< a file must end with M2, M30 or %
   unsigned wrapped_mask = 0;        ///< bit kA..kC: absolute words take the short way round
-  std::vector<MappedWord> words;
+  std::vector<MappedWord> words = {{"cycle832", -1, WordAction::kIgnore}};
   std::vector<int> user_m;                    ///< M codes handed on as user events
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
   std::size_t line_length_max = 65536;

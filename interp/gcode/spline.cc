@@ -53,12 +53,19 @@ void Executor::spline(const Block& b, int motion) {
     fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is a spline", "a straight move");
   if (s_.modal.plane != Plane::kXY)
     fail(GcodeErrorCode::kPlane, column, g_name(motion), s_.modal.plane == Plane::kXZ ? "G18" : "G19", "G17");
+  if (motion == 51 && b.has('Q') && !b.has_axis_word() && !b.has('I')) return ignore_smoothing(column);
   if (motion != 53) check_feed(b, g_name(motion));
   for (const char letter : {'Z', 'A', 'B', 'C'})
     if (b.has(letter)) fail(GcodeErrorCode::kSpline, b.at(letter), "a spline stays in XY", "X and Y");
   if (motion == 50) return cubic_spline(b);
   if (motion == 51) return quadratic_spline(b);
   nurbs(b, motion);
+}
+
+void Executor::ignore_smoothing(std::uint32_t column) {
+  if (!warned_smoothing_)
+    parts_.warn(column, "G5.1 Q, the smoothing of other controls, is ignored; G64 P sets tolerances");
+  warned_smoothing_ = true;
 }
 
 void Executor::cubic_spline(const Block& b) {
@@ -82,10 +89,6 @@ void Executor::cubic_spline(const Block& b) {
 
 void Executor::quadratic_spline(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kMotion);
-  if (b.has('Q') && !b.has_axis_word() && !b.has('I')) {
-    parts_.warn(column, "G5.1 Q (smoothing of other controls) is ignored");
-    return;
-  }
   if (!b.has('I') && !b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5.1", "an I or a J word");
   const AxisValues to = target(b);
   const Vec3 from = lift(s_.position[kX], s_.position[kY]), end = lift(to[kX], to[kY]);

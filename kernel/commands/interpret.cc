@@ -123,7 +123,8 @@ void add_interpret(CLI::App& app, Exit& exit) {
                                          "Read a program to its end without moving anything: all its errors, "
                                          "or its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
-  command->add_option("--machine", options->machine, "machine config (.toml); without it: all six words, no RTCP");
+  command->add_option("--machine", options->machine,
+                      "machine config (.toml); without it: all six words, no RTCP");
   command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables, "variables (.var)");

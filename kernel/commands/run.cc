@@ -22,6 +22,7 @@ struct RunOptions {
   std::string program, machine, trace, path, stretches, tools, variables;
   int trace_density = 1;
   bool json = false;
+  std::uint32_t from_line = 0;
 };
 
 constexpr double kPathStep = 0.05;  // of the path parameter, in --path
@@ -100,6 +101,14 @@ JointVec standing_joints(Assembly& assembly) {
   return feedback.q;
 }
 
+// Where the machine goes before the program goes on; words of the axes, or of the tip with RTCP on.
+void show_approach(std::uint32_t line, const std::vector<Words>& approach) {
+  fmt::print(stderr, "from line {}, in the modes the lines before it leave; approach:\n", line);
+  for (const Words& to : approach)
+    fmt::print(stderr, "  X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} B{:.3f} C{:.3f}\n", to[kX], to[kY], to[kZ],
+               to[kA] * kDegPerRad, to[kB] * kDegPerRad, to[kC] * kDegPerRad);
+}
+
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
@@ -107,8 +116,10 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (!options.tools.empty()) tools = ToolTable::load(options.tools);
 
   // The whole program is judged before anything moves.
-  const ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
+  ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
+  start.from_line = options.from_line;
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
+  if (options.from_line > 1) show_approach(options.from_line, checked.approach);
 
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;
@@ -118,6 +129,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
     path.emplace(options.path, options.stretches, assembly);
   SimulationOptions simulation;
   simulation.program = options.program;
+  simulation.from_line = options.from_line;
   if (trace) simulation.trace = &*trace;
   if (path) simulation.on_piece = [&](const PlanPiece& piece) { path->piece(piece); };
   if (path) simulation.on_stretch = [&](double time_s) { path->planned(time_s); };
@@ -180,6 +192,12 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables,
                       "variables (.var), read before and written after the run");
+  command
+      ->add_option("--from", options->from_line,
+                   "begin at this line of the program: the lines before it set modes, offsets and tool "
+                   "without moving, the machine goes to where they end (away, across, down), then the "
+                   "program goes on")
+      ->check(CLI::PositiveNumber);
   command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
   command->callback([options, &exit] { exit = run(*options); });
 }

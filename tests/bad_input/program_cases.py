@@ -46,7 +46,7 @@ PROGRAMS = [
     Program("many_lines_bounded_memory", lambda: many_lines(400_000)),
     # The file itself
     Program("missing_file", None,
-            message="{file}:0:0: cannot read '{file}': No such file or directory; legal: a readable file"),
+            message="cannot read '{file}': No such file or directory; legal: a readable file"),
     Program("empty", "",
             message="{file}:1:1: the file ends without M2, M30 or a closing %; legal: end the program with M2 or M30"),
     Program("noise", noise(100_000),
@@ -76,7 +76,8 @@ PROGRAMS = [
     Program("umlaut", START + "G1 X1 \u00d6 Y2\nM2\n",
             message="{file}:2:7: unexpected character 0xC3: '??'; legal: a letter with a number, '#', '(', ';' or '/'"),
     Program("two_points", START + "G1 X1.2.3\nM2\n",
-            message="{file}:2:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent"),
+            message="{file}:2:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent, "
+                    "below 1e15"),
     Program("no_value", START + "G1 X\nM2\n",
             message="{file}:2:4: no value after X: 'X'; legal: a number, #parameter, [expression] or function"),
     Program("no_value_before_word", START + "G1 X Y5\nM2\n",

@@ -6,9 +6,8 @@
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 
-// libFuzzer target: any bytes as a program, through the lowering, errors recovered from; bounded in steps.
-// Built by clang++ with -fsanitize=fuzzer,address,undefined from this file, interp/gcode and core; run with
-// -dict=tests/fuzz/gcode.dict.
+// Fuzz target: any bytes as a program, through the lowering, errors recovered from; bounded in steps. Run
+// with -dict=tests/fuzz/gcode.dict and the corpus beside this file (see tests/fuzz/README.md).
 namespace {
 
 class Drop : public trn::MoveSink {

@@ -52,7 +52,7 @@ def load_on_purpose(path):
 def run(command, folder):
     try:
         result = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False,
-                                timeout=20)
+                                timeout=10)
     except subprocess.TimeoutExpired:
         return 124, "", "does not end"
     return result.returncode, result.stdout.decode("latin-1"), result.stderr.decode("latin-1")

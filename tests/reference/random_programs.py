@@ -162,8 +162,25 @@ def flow(rng):
     return sub + lines + body(0) + ["M2"]
 
 
+def damage(rng):
+    """A sound program with one token changed: mostly an error, and both must see it."""
+    lines = rng.choice([motion, offsets, cycles, compensation])(rng)
+    at = rng.randrange(len(lines) - 1)
+    tokens = lines[at].split()
+    if not tokens:
+        return lines
+    i = rng.randrange(len(tokens))
+    tokens[i] = rng.choice([
+        "", tokens[i] + " " + tokens[i], tokens[i][:1], tokens[i] + ".", tokens[i] + "-1", "-" + tokens[i],
+        tokens[i][:1] + "[1/0]", tokens[i][:1] + "1.5", "G" + str(rng.randint(0, 99)), "M" + str(rng.randint(0, 99)),
+        rng.choice("ABCDEFHIJKLPQRSTXYZ") + number(rng), "G53", "G92", "G10", "G41", "G40", "G43", "G28", "P", "X#99",
+        tokens[i].lower(), "N5", "(x)", "L0", "F0", "S-1", "R0", "G91.1", "G5.1", "G38.2", "G33", "G76", "T2", "M6"])
+    lines[at] = " ".join(tokens)
+    return lines
+
+
 TOPICS = {"comp": compensation, "motion": motion, "offset": offsets, "cycle": cycles, "expr": expressions,
-          "flow": flow}
+          "flow": flow, "damage": damage}
 
 
 def make(count, seed):

@@ -190,5 +190,50 @@ TEST(Canon, CutterCompensation) {
                    "COMMENT(\"interpreter: cutter radius compensation off\")", "F -20 50 0"}));
 }
 
+// Numbers as Debian's rs274 prints them for the same programs.
+TEST(Canon, CutterCompensationEntersByAnArc) {
+  const std::string start =
+      "SET_FEED_RATE(1.0000)\nCOMMENT(\"interpreter: cutter radius compensation on left\")\n";
+  EXPECT_EQ(canon("F1 G41.1 D2\nG3 X10 Y10 J10\nG1 Y30\nG40"),
+            start + "ARC_FEED(9.0000, 10.0000, -1.0556, 10.0000, 1, 0.0000, 0.0000, 0.0000, 0.0000)\n" +
+                moves({"F 9 30 0", "COMMENT(\"interpreter: cutter radius compensation off\")"}));
+  EXPECT_EQ(canon("F1 G41.1 D2\nG2 X10 Y-10 J-10\nG1 Y-30\nG40"),
+            start + "ARC_FEED(11.0000, -10.0000, 0.9545, -10.0000, -1, 0.0000, 0.0000, 0.0000, 0.0000)\n" +
+                moves({"F 11 -30 0", "COMMENT(\"interpreter: cutter radius compensation off\")"}));
+  EXPECT_NE(Session().error("F1 G41.1 D2\nG3 X.5 Y.5 J.5").find("the entry arc"), std::string::npos);
+}
+
+TEST(Canon, ARapidAfterAnOutsideCornerGoesStraight) {
+  EXPECT_EQ(canon("F1 G42.1 D2\nG1 X10\nX30\nG0 Y20\nG40"),
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on right\")",
+                   "F 10 -1 0", "F 30 -1 0", "T 31 0 0", "T 31 20 0",
+                   "COMMENT(\"interpreter: cutter radius compensation off\")"}));
+}
+
+TEST(Canon, FlatCornersAreNoCorners) {
+  EXPECT_EQ(canon("F1 G42.1 D2\nG1 X10\nX30\nX50 Y0.9\nG40"),
+            moves({"SET_FEED_RATE(1.0000)", "COMMENT(\"interpreter: cutter radius compensation on right\")",
+                   "F 10 -1 0", "F 30 -1 0", "F 50.0450 -0.0990 0",
+                   "COMMENT(\"interpreter: cutter radius compensation off\")"}));
+}
+
+TEST(Canon, WhatCompensationForbids) {
+  for (const char* line :
+       {"M48", "M50 P0", "G61", "G64 P1", "G10 L2 P1 X0", "G54", "G43 H1", "G52 X1", "G28.1", "G98", "M62 P1",
+        "M66 P1 L0", "M67 E1 Q1", "#1=#5420", "G49", "G20", "M6", "G5 X1 I1 P1 Q1"})
+    EXPECT_NE(Session().error(std::string("F1 G41.1 D2\nG1 X10\nX20\n") + line).find("compensation is on"),
+              std::string::npos)
+        << line;
+}
+
+TEST(Canon, ToolEntriesTurnWithTheirSystem) {
+  Session session;
+  const std::string text = session.canon("T1 M6\nG10 L2 P0 R30\nG0 X10 Y20\nG10 L10 P2 Y5\nG10 L1 P1 Z4");
+  // here (0, 15) turned by 30 degrees
+  EXPECT_NE(text.find("SET_TOOL_TABLE_ENTRY(2, 2, -7.5000 12.9904 80.5000 "), std::string::npos) << text;
+  // the tool in the spindle has its entry twice
+  EXPECT_NE(text.find("SET_TOOL_TABLE_ENTRY(0, 1, 0.0000 0.0000 4.0000 "), std::string::npos) << text;
+}
+
 }  // namespace
 }  // namespace trn

@@ -1,4 +1,6 @@
+#include <algorithm>
 #include <fstream>
+#include <set>
 
 #include "interp/gcode/error.h"
 #include "tests/interp/gcode/run_program.h"
@@ -17,8 +19,17 @@ struct Case {
 const Case kCases[] = {
     {"G0 X1 ~",
      "p.ngc:1:7: unexpected character '~': '~'; legal: a letter with a number, '#', '(', ';' or '/'"},
+    {"G0 X1000000000000000",
+     "p.ngc:1:5: not a number: '1000000000000000'; legal: digits with at most one decimal point, no "
+     "exponent, "
+     "below 1e15"},
+    {"o1 endif", "p.ngc:1:1: endif without if: 'o1'; legal: O-words come in pairs with one label"},
+    {"F1 G76 P1 Z1",
+     "p.ngc:1:4: G76 is not built into this control: threading cycles are a lathe's: 'G76'; legal: see "
+     "docs/gcode.md"},
     {"G0 X1.2.3",
-     "p.ngc:1:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent"},
+     "p.ngc:1:5: not a number: '1.2.3'; legal: digits with at most one decimal point, no exponent, below "
+     "1e15"},
     {"G0 X", "p.ngc:1:4: no value after X: 'X'; legal: a number, #parameter, [expression] or function"},
     {"G0 (no end", "p.ngc:1:4: the comment is not closed: '(no'; legal: ')' on the same line"},
     {"(a (b) c)", "p.ngc:1:4: '(' inside a comment: '(b)'; legal: comments do not nest; use [ ] or ;"},
@@ -105,6 +116,16 @@ const Case kCases[] = {
      "line"},
 };
 
+std::set<GcodeErrorCode> code_of(const std::string& program, Session session = Session()) {
+  test::CanonText sink;
+  try {
+    session.run(program, sink);
+  } catch (const GcodeError& error) {
+    return {error.code};
+  }
+  return {};
+}
+
 TEST(Errors, EachClassHasItsSentence) {
   for (const Case& c : kCases) {
     const std::string message = Session().error(c.program);
@@ -113,6 +134,79 @@ TEST(Errors, EachClassHasItsSentence) {
     else
       EXPECT_NE(message, "") << c.program;
   }
+}
+
+// Input that can be read once only, as from a pipe.
+class OneWay : public ByteSource {
+ public:
+  explicit OneWay(std::string text) : text_(std::move(text)) {}
+  std::size_t read(char* to, std::size_t size) override {
+    const std::size_t count = std::min(size, text_.size() - at_);
+    std::copy_n(text_.data() + at_, count, to);
+    at_ += count;
+    return count;
+  }
+  bool seek(std::uint64_t) override { return false; }
+
+ private:
+  std::string text_;
+  std::size_t at_ = 0;
+};
+
+// No class of error is without a program that brings it about.
+TEST(Errors, EveryClassIsReached) {
+  using Code = GcodeErrorCode;
+  const std::string deep(150, '['), tilted = "G68.2 X0 Y0 Z0 I0 J10 K0\n";
+  const Session five = test::cradle();
+  std::set<Code> reached;
+  for (const Case& c : kCases) reached.merge(code_of(std::string(c.program) + "\nM2\n"));
+  for (const std::string& program :
+       {std::string("\xFF\xFEG"), std::string("G0 X1\0", 6), std::string(70000, ' '), std::string("G0 X1\n"),
+        std::string("G0 X[1 FOO 2]"), "#1=" + deep, std::string("#<a=1"), std::string("#[1=1"),
+        std::string("o1 call [1] [2] [3] [4] [5] [6] [7] [8] [9] [1] [2] [3] [4] [5] [6] [7] [8] [9] [1] [2] "
+                    "[3] [4] [5] "
+                    "[6] [7] [8] [9] [1] [2] [3] [4]"),
+        std::string("o1 sub\no1 call\no1 endsub\no1 call\nM2\n"),
+        std::string("o1 sub\no1 endsub\no1 sub\no1 endsub\no2 call\n"), std::string("F1 G76 P1 Z1\n"),
+        std::string("F9 G41.1 D10\nG1 X20\nX21\nX22 Y50\nX0 Y60\n")})
+    reached.merge(code_of(program));
+  for (const std::string& program : {std::string("G43.5\nG1 F9 I0 J0 K0\n"), tilted + tilted,
+                                     std::string("T1 M6\nG43.5\nG1 F9 I1 J0 K-1\n")})
+    reached.merge(code_of(program, five));
+  reached.merge(code_of("G0 X9000 Y9000 Z9000\nG43.4 H1\n", test::shipped("rail_mill")));
+  try {
+    Session s;
+    test::CanonText sink;
+    Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
+    interpreter.open("/no/such/file.ngc");
+  } catch (const GcodeError& error) {
+    EXPECT_STREQ(error.what(),
+                 "cannot read '/no/such/file.ngc': No such file or directory; legal: a readable file");
+    reached.insert(error.code);
+  }
+  try {
+    Session s;
+    test::CanonText sink;
+    Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
+    interpreter.open_text("G0 X1\nM2\n", "p.ngc");
+    interpreter.begin_at(9, AxisValues::Zero());
+  } catch (const GcodeError& error) {
+    EXPECT_EQ(std::string(error.what()).substr(0, 53),
+              "p.ngc:9: the program ends before this line is reached");
+    reached.insert(error.code);
+  }
+  try {
+    LineReader reader(std::make_unique<OneWay>(std::string(1 << 20, '\n')), 100);
+    std::string_view line;
+    while (reader.next(line)) {
+    }
+    EXPECT_FALSE(reader.seek({0, 1}));
+    reached.insert(Code::kNotSeekable);
+  } catch (const BlockError&) {
+    ADD_FAILURE();
+  }
+  for (int code = 0; code < static_cast<int>(Code::kCount); ++code)
+    EXPECT_TRUE(reached.count(static_cast<Code>(code))) << gcode_error_info(static_cast<Code>(code)).name;
 }
 
 TEST(Errors, GougeNamesBothLines) {

@@ -37,6 +37,43 @@ TEST(Flow, Branches) {
         moves({fmt::format("T {} 0 0", i), fmt::format("T {} 1 0", i)}));
 }
 
+// In a loop the way out of a branch and the way to the next one are both remembered, and not mixed up.
+TEST(Flow, BranchesInsideALoop) {
+  EXPECT_EQ(canon("o1 repeat [3]\n#1=[#1+1]\no2 if [#1 eq 3]\nG0 X3\no2 elseif [#1 eq 2]\nG0 X2\no2 else\n"
+                  "G0 X1\no2 endif\nG0 Y#1\no1 endrepeat"),
+            moves({"T 1 0 0", "T 1 1 0", "T 2 1 0", "T 2 2 0", "T 3 2 0", "T 3 3 0"}));
+}
+
+TEST(Flow, WhatIsOpenAtTheEndIsNamed) {
+  EXPECT_EQ(Session().error("o1 while [1]\nG0 X1\nM2"),
+            "p.ngc:3:1: no end of the loop for o1 of line 1: 'M2'; legal: close it in the same file");
+  EXPECT_EQ(Session().error("o7 if [1]\nM2"),
+            "p.ngc:2:1: no endif for o7 of line 2: 'M2'; legal: close it in the same file");
+  EXPECT_EQ(Session().error("o7 if [1]\nM2\no7 endif\nG0 X1"), "");
+}
+
+// A program begun further down: modes, tool and place as the lines before leave them, and the way there.
+TEST(Flow, BeginsAtALine) {
+  Session s;
+  test::CanonText sink;
+  const std::string program =
+      "G21 G91 F100\nT2 M6\no1 repeat [2]\n#1=[#1+1]\nG1 X5 Z-1\no1 endrepeat\nG10 L2 P1 Y2\nG1 X#1\nM2\n";
+  Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
+  const AxisValues stands = (AxisValues() << 1, 1, 3, 0, 0, 0).finished();
+  interpreter.open_text(program, "p.ngc", stands);
+  sink.text.clear();
+  interpreter.begin_at(8, stands);
+  while (interpreter.step()) {
+  }
+  const std::string expected = moves({"T 1 -1 3", "T 11 -1 3", "T 11 -1 1", "F 13 -1 1"});
+  std::string straight;
+  for (std::size_t at = 0, end = 0; (end = sink.text.find('\n', at)) != std::string::npos; at = end + 1)
+    if (sink.text.compare(at, 8, "STRAIGHT") == 0) straight += sink.text.substr(at, end - at + 1);
+  EXPECT_EQ(straight, expected) << sink.text;
+  EXPECT_NE(sink.text.find("CHANGE_TOOL(2)"), std::string::npos);
+  EXPECT_NE(sink.text.find("SET_FEED_RATE(100.0000)"), std::string::npos);
+}
+
 TEST(Flow, CallsByNumberNameAndExpression) {
   EXPECT_EQ(canon("o100 sub\nG0 X#1 Y#2\no100 endsub [#1 * 10]\no100 call [1] [2]\nG0 Z#<_value>"),
             moves({"T 1 2 0", "T 1 2 10"}));

@@ -223,5 +223,41 @@ TEST(Tables, OffsetsAreWrittenToTheVariables) {
   EXPECT_DOUBLE_EQ(session.parameters[5211], 3 * 25.4);
 }
 
+TEST(Lowering, OutputsAreEventsInOrder) {
+  const test::MoveList list = Session().moves("M62 P3\nG0 X1\nM65 P4\nM68 E2 Q1.5\nM19 R90\nM2\n");
+  using Kind = QueueEvent::Kind;
+  ASSERT_EQ(list.events.size(), 5U);
+  EXPECT_EQ(list.events[0].kind, Kind::kOutputBit);
+  EXPECT_EQ(list.events[0].argument, 3);
+  EXPECT_EQ(list.events[0].value, 1);
+  EXPECT_EQ(list.events[1].kind, Kind::kOutputBit);
+  EXPECT_EQ(list.events[1].argument, 4);
+  EXPECT_EQ(list.events[1].value, 0);
+  EXPECT_EQ(list.events[2].kind, Kind::kOutputValue);
+  EXPECT_EQ(list.events[2].argument, 2);
+  EXPECT_EQ(list.events[2].value, 1.5);
+  EXPECT_EQ(list.events[3].kind, Kind::kOrient);
+  EXPECT_NEAR(list.events[3].value, kPi / 2, 1e-15);
+}
+
+// What needs to hear the machine is refused where it would move, and never becomes a plain feed.
+TEST(Lowering, WhatNeedsInputsIsRefusedByName) {
+  const auto refusal = [](const std::string& program) -> std::string {
+    try {
+      Session().moves(program + "\nM2\n");
+    } catch (const GcodeError& error) {
+      return error.what();
+    }
+    return {};
+  };
+  EXPECT_EQ(refusal("F9 G38.2 X5").substr(0, 76),
+            "p.ngc:1:1: G38 is not built into this control: no probe input is connected: ");
+  EXPECT_EQ(refusal("S9 M3\nG33 Z5 K1").substr(0, 79),
+            "p.ngc:2:1: G33 is not built into this control: no spindle encoder is connected:");
+  EXPECT_EQ(refusal("S9 M3\nG33.1 Z5 K1").substr(0, 14), "p.ngc:2:1: G33");
+  EXPECT_EQ(refusal("M66 P1 L3 Q1").substr(0, 72),
+            "p.ngc:1:1: M66 is not built into this control: no inputs are connected: ");
+}
+
 }  // namespace
 }  // namespace trn

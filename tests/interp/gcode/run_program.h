@@ -86,14 +86,15 @@ struct Session {
 
 inline std::string canon(const std::string& program) { return Session().canon(program); }
 
-/// The shipped cradle: its kinematics and [program].
-inline Session cradle() {
-  const Machine machine = read_machine(load_config(source_dir() + "/configs/cradle.toml"));
+/// A shipped machine: its kinematics and [program].
+inline Session shipped(const std::string& name) {
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/" + name + ".toml"));
   Session session;
   session.kinematics = make_kinematics(machine);
   session.config = read_program_config(machine.root);
   return session;
 }
+inline Session cradle() { return shipped("cradle"); }
 
 /// Expands "T 1 2 3" and "F 1 2 3" to STRAIGHT_TRAVERSE and STRAIGHT_FEED with zero rotary words; other lines
 /// stay.
