@@ -42,15 +42,11 @@ struct QueueEvent {
     kOptionalStop,
     kProgramStop,
     kProgramEnd,
-    kUser,
-    kOutputBit,
-    kOutputValue,
-    kOrient
+    kUser
   };
   Kind kind = Kind::kNone;
-  double value = 0;  ///< dwell: s; spindle: rpm, signed (+ clockwise); output: 0, 1 or value; orient: rad
-  std::int32_t argument =
-      0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code; output
+  double value = 0;           ///< dwell: s; spindle: rpm, signed (+ clockwise)
+  std::int32_t argument = 0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
 };
 
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,

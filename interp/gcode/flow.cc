@@ -417,7 +417,7 @@ bool Flow::recover() {
   const Frame outermost = frames_.front();
   while (!frames_.empty()) {
     executor_.on_return(static_cast<int>(frames_.size()));
-    parameters_.pop_frame();
+    if (!frames_.back().numbered) parameters_.pop_frame();
     frames_.pop_back();
   }
   executor_.call.level = 0;

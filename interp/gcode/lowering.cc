@@ -251,15 +251,15 @@ struct Lowering::Visit {
   [[noreturn]] static void refuse_synchronous() {
     fail(GcodeErrorCode::kNotSupported, 1, "G33", "no spindle encoder is connected");
   }
+  // Outputs travel as user events: the M code and a thousand times the output's number, with the value.
+  void output(int m_code, int index, double value) const {
+    low.event(QueueEvent::Kind::kUser, value, m_code + 1000 * index);
+  }
   void operator()(const canon::SetOutputBit& c) const {
-    low.event(QueueEvent::Kind::kOutputBit, c.on ? 1 : 0, c.index);
+    output((c.motion ? 62 : 64) + (c.on ? 0 : 1), c.index, c.on ? 1 : 0);
   }
-  void operator()(const canon::SetOutputValue& c) const {
-    low.event(QueueEvent::Kind::kOutputValue, c.value, c.index);
-  }
-  void operator()(const canon::OrientSpindle& c) const {
-    low.event(QueueEvent::Kind::kOrient, rad_from_deg(c.deg), c.direction);
-  }
+  void operator()(const canon::SetOutputValue& c) const { output(c.motion ? 67 : 68, c.index, c.value); }
+  void operator()(const canon::OrientSpindle& c) const { output(19, c.direction, c.deg); }
   void operator()(const canon::ArcFeed& c) const { low.arc(c); }
   void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
   void operator()(const canon::Dwell& c) const { low.event(QueueEvent::Kind::kDwell, c.s); }

@@ -37,7 +37,7 @@ int level_of(const std::string& name) {
 
 using Result = std::optional<double>;
 
-Result finite(double value) { return std::isfinite(value) ? Result(value) : std::nullopt; }
+Result if_finite(double value) { return std::isfinite(value) ? Result(value) : std::nullopt; }
 
 Result binary(const std::string& name, double a, double b) {
   if (name == "+") return a + b;
@@ -187,7 +187,7 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::string text = text_of(maker.tokens);
   Naive naive{maker.tokens};
   Result expected = naive.bracket();
-  if (expected) expected = finite(*expected);
+  if (expected) expected = if_finite(*expected);
   const Result got = interpreted(text);
   const bool same = got.has_value() == expected.has_value() &&
                     (!got || std::fabs(*got - *expected) <= 1e-9 * std::fmax(1.0, std::fabs(*expected)));

