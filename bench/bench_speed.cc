@@ -1,5 +1,7 @@
 #include <benchmark/benchmark.h>
 
+#include <ctime>
+
 #include "tests/interp/plan/speed_support.h"
 
 // The speed stage alone: short blended five-axis pieces through a trunnion, and a three-axis run.
@@ -11,9 +13,26 @@ struct Count : BlockSink {
   void block(const MotionBlock&) override { ++blocks; }
 };
 
+double processor_s() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Processor time of a fixed loop of ten million dependent square roots and additions, to compare machines
+/// by.
+double calibration_s() {
+  const double start = processor_s();
+  double x = 1;
+  for (int i = 0; i < 10'000'000; ++i) x = std::sqrt(x + 1.5);
+  benchmark::DoNotOptimize(x);
+  return processor_s() - start;
+}
+
 void plan_all(benchmark::State& state, const std::vector<PathPiece>& pieces, const Joints& joints,
               const JointMap& map) {
   SpeedStats stats;
+  double loop_s = calibration_s();
   for (auto _ : state) {
     Count out;
     SpeedPlanner planner(joints, map, {}, out);
@@ -23,6 +42,8 @@ void plan_all(benchmark::State& state, const std::vector<PathPiece>& pieces, con
   }
   const double runs = static_cast<double>(state.iterations()), count = static_cast<double>(pieces.size());
   state.counters["pieces/s"] = benchmark::Counter(runs * count, benchmark::Counter::kIsRate);
+  loop_s = std::min(loop_s, calibration_s());
+  state.counters["loop_s"] = loop_s;  // pieces/s times this: pieces in the time of the loop, on any machine
   state.counters["motion_s"] = stats.time_s;
   state.counters["x_real_time"] = benchmark::Counter(runs * stats.time_s, benchmark::Counter::kIsRate);
   state.counters["intervals/piece"] = static_cast<double>(stats.intervals) / count;
@@ -42,8 +63,10 @@ void three_axis_corners(benchmark::State& state) {
 }
 BENCHMARK(three_axis_corners)->Unit(benchmark::kMillisecond);
 
-// 0.05 mm pieces of a smooth curve, as compressed surface passes give them: 2 ms of motion hold 4 pieces.
-void smooth_tiny_pieces(benchmark::State& state) {
+// 200 mm of a smooth five-axis curve in pieces of that many micrometres, as surface passes give them: at 50,
+// 2 ms of motion hold 4 pieces.
+void smooth_pieces(benchmark::State& state) {
+  const double size = 1e-3 * static_cast<double>(state.range(0));
   std::vector<PathPiece> pieces;
   const auto point = [](double s) {
     PathPoint p;
@@ -57,10 +80,11 @@ void smooth_tiny_pieces(benchmark::State& state) {
         -6.25e-6 * std::cos(s / 20);
     return p;
   };
-  for (int i = 0; i < 4000; ++i) pieces.push_back(make_hermite(point(i * 0.05), point((i + 1) * 0.05), 0.05));
+  for (int i = 0; i < static_cast<int>(200 / size + 0.5); ++i)
+    pieces.push_back(make_hermite(point(i * size), point((i + 1) * size), size));
   plan_all(state, pieces, cradle_joints(), TrunnionMap());
 }
-BENCHMARK(smooth_tiny_pieces)->Unit(benchmark::kMillisecond);
+BENCHMARK(smooth_pieces)->Arg(50)->Arg(250)->Unit(benchmark::kMillisecond);
 
 }  // namespace
 }  // namespace trn::speed_test

@@ -12,6 +12,7 @@ using Place = PendingPiece::Place;
 constexpr double kVariationPerInterval = 0.35;  // of a limit, by curvature or its change
 constexpr double kGrading = 0.5;                // growth of the spacing per time, away from a closer one
 constexpr int kIntervalsPerStretchMin = 32;
+constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its third derivative is no parabola
 
 // Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
 double ramp_time(double h, double v, double a, double jerk) {
@@ -74,7 +75,8 @@ static std::vector<double> coarse_positions(const PlanPiece& piece, double time_
                                             bool starts, double rest_length) {
   const double length = piece.piece.length;
   int n = std::max(2, static_cast<int>(std::ceil(time_s / (3 * spacing_s))));
-  if (piece.piece.kind == PathPiece::Kind::kPolynomial) n = std::max(n, time_s > spacing_s / 4 ? 8 : 6);
+  if (piece.piece.kind == PathPiece::Kind::kPolynomial)
+    n = std::max(n, time_s > spacing_s / 4 ? 12 : time_s > spacing_s / 10 ? 6 : 3);
   std::vector<double> at;
   for (int i = 0; i <= n; ++i) at.push_back(length * i / n);
   const double graded = std::min(length / 2, rest_length);
@@ -253,13 +255,16 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
   g.h = s1 - s0;
   g.time_est_s = time_s;
   g.b_est = (g.h / time_s) * (g.h / time_s);
-  for (const double u : {0.0, 0.5, 1.0}) {
-    const double s = u == 1.0 ? s1 : s0 + u * g.h;
-    const bool shared = u == 0.0 && s0 > pending.s && !intervals_.empty();
+  const PathPiece& piece = pending.plan.piece;
+  const bool bends = piece.kind == PathPiece::Kind::kPolynomial && g.h > piece.length * kLargePart;
+  const int parts = bends ? 4 : 2;
+  for (int i = 0; i <= parts; ++i) {
+    const double s = i == parts ? s1 : s0 + g.h * i / parts;
+    const bool shared = i == 0 && s0 > pending.s && !intervals_.empty();
     g.samples.push_back(shared ? intervals_.back().samples.back()
-                               : sampler_.sample(pending.plan, s - pending.s, s, g.h / 2));
+                               : sampler_.sample(pending.plan, s - pending.s, s, g.h / parts));
     const LocalBound bound = sampler_.bound(g.samples.back());
-    g.bound = u == 0.0 ? bound : least(g.bound, bound);
+    g.bound = i == 0 ? bound : least(g.bound, bound);
   }
   intervals_.push_back(std::move(g));
 }

@@ -60,7 +60,8 @@ TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t place, IntervalF
   load(&state.right[place], right);
   load(&state.dip_scale[place], scale);
   const Lanes by_h = mean / h, zero{};
-  const double dip = SpeedProblem::kDip;
+  Lanes dip;
+  load(&p.dip[place], dip);
   f.slope = 0.5 * f.root / c;
   f.of[0][0] = f.of[1][0] = {-a0 * by_h, (a0_next - a1) * by_h, a1_next * by_h};
   f.of[0][1] = {3 * left * a0, 3 * left * a1, zero};

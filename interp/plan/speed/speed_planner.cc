@@ -9,16 +9,19 @@ using namespace speed;
 
 namespace {
 
-constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.991};  // margin for what lies between the solver's rows
+constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990,
+                                  1.6};  // margin for what lies between the solver's rows
 constexpr double kAccelerationAccept = 0.9995,
-                 kJerkAccept = 0.999;  // margin for what lies between the samples
+                 kJerkAccept = 0.998;  // margin for what lies between the samples
 constexpr double kVelocityAccept = 0.99999;
 constexpr InteriorPointOptions kFirstSolve{60, 3e-3, 0.02}, kNextSolve{30, 3e-3, 3e-4};
 constexpr int kRoundsMax = 10;
 constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
 constexpr double kGuess = 0.85;                  // of the b that the grid estimates
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
-constexpr double kUndershoot = 0.6;   // jerk left to an interval in which the law would turn back
+constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
+constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
+constexpr size_t kDecided = 4;        // intervals behind a moving start whose rows are not tightened
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
 double spacing(const Joints& joints, double wanted) {
@@ -214,6 +217,7 @@ bool SpeedPlanner::solve_window(size_t head, size_t tail) {
   const auto& grid = grid_.intervals();
   const size_t n = grid.size() - head - tail;
   bool fresh = true;
+  Doubles found;  // the last solution
   for (int round = 0; round < kRoundsMax; ++round) {
     ++stats_.rounds;
     head_end_.at_rest = start_.at_rest;
@@ -228,25 +232,25 @@ bool SpeedPlanner::solve_window(size_t head, size_t tail) {
     const InteriorPointResult result =
         fresh ? solver_.solve(problem_, kFirstSolve, c_) : solver_.resume(problem_, kNextSolve, c_);
     stats_.iterations += static_cast<std::uint64_t>(result.iterations);
+    if (result.feasible) found = c_;
     if (result.feasible && make_law(head, tail)) {
       if (verify(round)) return true;
       fresh = false;
     } else {
       if (fresh && !result.feasible) return false;
       if (result.feasible) damp_undershoot(head);
-      guess(head, tail);  // once more from the beginning, with the headroom found so far
+      c_ = found;  // with fresh slacks and multipliers
       fresh = true;
     }
   }
   return false;
 }
 
-// The spline dips so sharply in the interval where the law ended that constant jerk would turn back there:
-// less jerk around it.
+// The spline dips so sharply in the interval where the law ended that constant jerk would turn back there.
 void SpeedPlanner::damp_undershoot(size_t head) {
   const size_t at = head + candidate_.size() - (start_.at_rest ? 1 : 0);
   for (size_t k = at > 0 ? at - 1 : 0; k < std::min(at + 2, headroom_.size()); ++k)
-    headroom_[k].jerk *= kUndershoot;
+    headroom_[k].dip = std::max(0.6, headroom_[k].dip * kUndershoot);
 }
 
 // A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow
@@ -328,13 +332,24 @@ bool SpeedPlanner::verify(int round) {
       good = false;
       if (round < 0) return false;
       const double extra = 1 + 0.001 * (1 << std::min(round, 5));  // and somewhat more than it exceeds
+      if (!start_.at_rest && k < kDecided) continue;
       Headroom& room = headroom_[k];
       if (velocity > 1) room.velocity /= velocity * velocity * 1.0001;
       if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
       if (jerk > 1) room.jerk /= std::pow(jerk, 1.3) * extra;
+      if (jerk > 1 && round >= kSlowerFrom) slow_place(k, segment, jerk);
     }
   }
   return good;
+}
+
+// Jerk grows with the third power of speed, whatever of it the rows do not see.
+void SpeedPlanner::slow_place(size_t interval, const LawSegment& segment, double excess) {
+  const double v = std::max(segment.from.v, segment.end().v);
+  double b_max = 1e30;
+  for (const PathSample& sample : grid_.intervals()[interval].samples) b_max = std::min(b_max, sample.b_max);
+  double& room = headroom_[interval].velocity;
+  room = std::min(room, v * v / b_max / std::pow(excess, 0.8) * 0.99);
 }
 
 // The whole window from rest to rest, slower and slower until it keeps all limits.

@@ -60,6 +60,7 @@ class SpeedPlanner : public PieceSink {
   void damp_undershoot(size_t head);
   bool make_law(size_t head, size_t tail);
   bool verify(int round);
+  void slow_place(size_t interval, const speed::LawSegment& segment, double excess);
   bool slow_down(size_t head, size_t tail);
   void creep();
   void commit(size_t segments, size_t head);

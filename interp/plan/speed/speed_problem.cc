@@ -115,6 +115,7 @@ void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n,
   p.joints = joints.size();
   p.h.assign(lane_groups(n + 1) * kLanes, 1);
   p.c_max.resize(lane_groups(n + 1) * kLanes);
+  p.dip.assign(lane_groups(n + 1) * kLanes, 1);
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[first + k];
     p.h[k] = g.h;
@@ -123,6 +124,7 @@ void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n,
     if (k > 0) b_max = std::min(b_max, grid[first + k - 1].samples.back().b_max);
     if (k + 1 < n) b_max = std::min(b_max, grid[first + k + 1].samples.front().b_max);
     p.c_max[k] = b_max * headroom[first + k].velocity;
+    p.dip[k] = headroom[first + k].dip;
   }
   set_nodes(start, end, p);
   if (start.at_rest) p.c_max[0] = std::min(p.c_max[0], start.b_max / p.node_b1[0]);

@@ -32,18 +32,16 @@ struct JerkRow {
 /// each for one joint, scaled to its limit:
 ///   node k:      | q' a + q'' b | <= 1
 ///   interval k:  | q' a' + 3 q'' a + q''' b | = |jerk| / v <= 1 / v,   at both ends, with v = sqrt(c_k)
-///   interval k:  c_k <= c_max, and at the ends  b_k <= kDip (c_k + b_{k+1}),  b_{k+1} <= kDip (c_k + b_k):
+///   interval k:  c_k <= c_max, and at the ends  b_k <= dip (c_k + b_{k+1}),  b_{k+1} <= dip (c_k + b_k):
 ///                from 2 on, constant jerk could not cover the interval without standing still
 /// The time law has constant d3s/dt3 on an interval, so the terms of the jerk rows are multiplied by speeds
 /// over sqrt(c_k): the mean speed for the first, the end's own for the others. The solver follows these as it
 /// goes.
 struct SpeedProblem {
-  static constexpr double kDip = 1.6;
-
   size_t intervals = 0, joints = 0;  ///< joints: those that move
   bool first_fixed = false;          ///< moving start: c_0 follows from the state
   double first_c = 0;
-  Doubles h, c_max;                            ///< per interval, padded to groups of eight
+  Doubles h, c_max, dip;                       ///< per interval, padded to groups of eight
   Doubles node_b0, node_b1, node_a0, node_a1;  ///< per node, padded
   std::vector<AccelerationRow> acceleration;   ///< [group of nodes][joint]
   std::vector<JerkRow> jerk;                   ///< [group of intervals][end][joint]
@@ -54,6 +52,7 @@ struct SpeedProblem {
 /// How much of the limits the solver may use, per interval of the grid; lowered where verification asks.
 struct Headroom {
   double velocity = 1, acceleration = 1, jerk = 1;
+  double dip = 1.6;  ///< see SpeedProblem; below 2
 };
 
 /// Sets up the problem on grid[first, first + n).

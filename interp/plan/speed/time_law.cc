@@ -16,6 +16,13 @@ double crossing_time(double h, double v, double a0, double a1) {
   return root > 0 ? 2 * h / (v + std::sqrt(root)) : -1;
 }
 
+// v^2 at the end of the interval, whose acceleration there is a1.
+double end_b(double h, const PathState& from, double a1) {
+  const double T = crossing_time(h, from.v, from.a, a1);
+  const double v = from.v + T * (from.a + a1) / 2;
+  return T > 0 ? v * v : from.v * from.v + h * (from.a + a1);
+}
+
 // Acceleration at the end of the interval for which the constant-jerk stop over rest_length fits exactly.
 double stopping_acceleration(double h, const PathState& from, double a1, double rest_length) {
   for (int i = 0; i < 30; ++i) {  // contraction: a1 changes v1 by T/2 only
@@ -85,14 +92,11 @@ double LawSegment::time_at(double s, double accuracy) const {
 bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
                    const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law) {
   const size_t n = problem.intervals;
-  double reach = 0;
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[first + k];
     const double s_next = g.s + g.h, h = s_next - from.s;
     const SpeedState target = problem.at_node(c, k + 1);
-    const double b_free = from.v * from.v + h * (from.a + target.a);
-    reach = std::max(h, 0.7 * reach);  // short intervals must not mend at once what a long one left
-    double a1 = target.a + kCorrection * (target.b - b_free) / reach;
+    double a1 = target.a + kCorrection * (target.b - end_b(h, from, target.a)) / h;
     if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);
     const double T = crossing_time(h, from.v, from.a, a1);
     LawSegment segment{from, (a1 - from.a) / T, T, first + k, first + k + 1};
