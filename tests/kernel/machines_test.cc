@@ -66,7 +66,8 @@ TEST_P(EveryMachineRuns, AThreeAxisProgramDrawsWhatItSays) {
       if (s.line == line) out = s.p_W;
     return Vec3(out - start);
   };
-  EXPECT_LT((at_end_of(7) - Vec3(6, 0, 0)).norm(), 1e-9);
+  // the first sample is one period under way: J T^3 / 6 is 1.7e-4 mm at the micro stage's 1e6 mm/s^3
+  EXPECT_LT((at_end_of(7) - Vec3(6, 0, 0)).norm(), 2e-4);
   EXPECT_LT((at_end_of(3) - Vec3(10, 0, 0)).norm(), 0.5);  // the corner is rounded by 0.01
   EXPECT_LT((at_end_of(5) - Vec3(0, -5, -4)).norm(), 0.5);
   double highest = -1e9;
