@@ -6,9 +6,12 @@
 
 #include <algorithm>
 #include <chrono>
+#include <fstream>
+#include <sstream>
 
 #include "kernel/cycle.h"
 #include "kernel/pipeline.h"
+#include "kinematics/factory.h"
 #include "tests/support/paths.h"
 
 namespace trn {
@@ -50,6 +53,72 @@ void ticks_of_impeller(benchmark::State& state) {
   state.counters["max_ns"] = ns.back();
 }
 BENCHMARK(ticks_of_impeller)->Unit(benchmark::kMillisecond);
+
+/// A config with further sections at its end.
+ConfigTable extended(const std::string& name, const std::string& more) {
+  std::ifstream in(source_dir() + "/configs/" + name + ".toml");
+  std::stringstream text;
+  text << in.rdbuf() << more;
+  return parse_config(text.str(), name);
+}
+
+/// The bracket of the cradle, without corrections, with geometric errors, with joint tables.
+void bracket(benchmark::State& state, const std::string& config, const std::string& more) {
+  const Machine machine = read_machine(extended(config, more));
+  const auto kinematics = make_kinematics(machine);
+  const Corrections corrections = read_corrections(machine);
+  const MachineJointMap map(*kinematics, corrections.pose.get(), corrections.joint.get());
+  MapContext context;
+  context.rtcp = true;
+  context.tool_offset = {0, 0, 100};
+  Words y = Words::Zero();
+  y << 30, -20, 40, 0.4, 0, 1.1;
+  JointVec q;
+  for (auto _ : state) {
+    y[kX] += 1e-9;
+    benchmark::DoNotOptimize(map.map(y, context, q));
+    benchmark::DoNotOptimize(q);
+  }
+}
+constexpr char kTables[] = R"(
+[corrections.joint_table]
+[[corrections.joint_table.joint]]
+joint = "X"
+at_mm = [-400, -200, 0, 200, 400]
+forward_mm = [0.01, 0.02, 0.0, -0.01, 0.01]
+backward_mm = [0.02, 0.03, 0.01, 0.0, 0.02]
+[[corrections.joint_table.joint]]
+joint = "Y"
+slope = 0.0003
+backlash_mm = 0.01
+)";
+constexpr char kScrew[] = R"(
+[corrections.screw]
+[[corrections.screw.axis]]
+joint = "X"
+mounting = "fixed-free"
+fixed_bearing_mm = -450
+far_bearing_mm = 450
+)";
+BENCHMARK_CAPTURE(bracket, without_corrections, "cradle", "");
+BENCHMARK_CAPTURE(bracket, with_geometric, "cradle_measured", "");
+BENCHMARK_CAPTURE(bracket, with_joint_table, "cradle", kTables);
+
+/// One period of what stands behind the plan.
+void chain_step(benchmark::State& state, const std::string& more) {
+  const Machine machine = read_machine(extended("cradle", more));
+  const Corrections corrections = read_corrections(machine);
+  JointVec q = JointVec::Zero(5);
+  Feedback feedback;
+  feedback.q = q;
+  for (auto _ : state) {
+    q[0] = q[0] > 100 ? -100 : q[0] + 0.01;
+    corrections.setpoint->step({q, feedback});
+    benchmark::DoNotOptimize(corrections.setpoint->offset());
+  }
+}
+BENCHMARK_CAPTURE(chain_step, backlash, kTables);
+BENCHMARK_CAPTURE(chain_step, one_screw, kScrew);
 
 }  // namespace
 }  // namespace trn

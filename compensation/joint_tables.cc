@@ -29,7 +29,8 @@ std::vector<double> scaled(std::vector<double> values, double unit) {
 }
 
 void read_curves(const ConfigTable& table, const std::string& unit_name, double unit, JointTable& out) {
-  const std::string at = "at_" + unit_name, forward = "forward_" + unit_name, backward = "backward_" + unit_name;
+  const std::string at = "at_" + unit_name, forward = "forward_" + unit_name,
+                    backward = "backward_" + unit_name;
   const std::vector<double> places = scaled(table.numbers(at), unit);
   const std::vector<double> there = scaled(table.numbers(forward), unit);
   const std::vector<double> back = table.has(backward) ? scaled(table.numbers(backward), unit) : there;
@@ -59,8 +60,7 @@ void JointTables::undo(JointVec& q) const TRN_RT {
   }
 }
 
-BacklashCorrection::BacklashCorrection(std::vector<JointTable> tables, double hysteresis)
-    : hysteresis_(hysteresis) {
+BacklashCorrection::BacklashCorrection(std::vector<JointTable> tables) {
   for (JointTable& table : tables) plays_.push_back({std::move(table), 0, 0});
 }
 
@@ -77,7 +77,7 @@ void BacklashCorrection::wanted(const CorrectionInput& input, JointVec& offset) 
     if (play.direction == 0 || (q - play.edge) * play.direction > 0) {
       if (play.direction == 0 && q != play.edge) play.direction = q > play.edge ? 1 : -1;
       play.edge = q;
-    } else if (std::abs(q - play.edge) > hysteresis_) {
+    } else if (std::abs(q - play.edge) > play.table.hysteresis) {
       play.direction = -play.direction;
       play.edge = q;
     }
@@ -100,6 +100,7 @@ std::vector<JointTable> read_joint_tables(const Machine& machine, const ConfigTa
     const double unit = rotary ? kRadPerDeg : 1;
     read.slope = table.number("slope", 0, Range{-kSlopeMax, kSlopeMax});
     read.backlash = unit * table.number("backlash_" + unit_name, 0, Range{0, 5});
+    read.hysteresis = unit * table.number("hysteresis_" + unit_name, 1e-3, kPositive);
     if (table.has("at_" + unit_name)) read_curves(table, unit_name, unit, read);
     if (std::abs(read.slope) + read.mean.slope_max() > kSlopeMax)
       throw table.error("at_" + unit_name, fmt::format("the table is steeper than {:g}", kSlopeMax));

@@ -13,10 +13,11 @@ namespace trn {
 /// gap of the two directions: driven forward the axis lags behind by half of it, driven backward it leads.
 struct JointTable {
   int joint = 0;
-  double slope = 0;     ///< the setpoint is to be multiplied by 1 + slope (spec.md section 4)
-  double backlash = 0;  ///< >= 0
-  Spline mean;          ///< error, mean of both directions
-  Spline half_gap;      ///< half of backward less forward
+  double slope = 0;          ///< the setpoint is to be multiplied by 1 + slope (spec.md section 4)
+  double backlash = 0;       ///< >= 0
+  double hysteresis = 1e-3;  ///< a joint has reversed when it has gone back by this much
+  Spline mean;               ///< error, mean of both directions
+  Spline half_gap;           ///< half of backward less forward
 
   /// What is to be added to setpoint q whatever the direction, and in direction +1 beyond that.
   double correction(double q) const TRN_RT { return slope * q - mean.at(q); }
@@ -37,8 +38,7 @@ class JointTables final : public JointCorrection {
 /// The part that depends on it: added on reversal, behind the plan.
 class BacklashCorrection final : public SetpointCorrection {
  public:
-  /// A joint has reversed when it has gone back by `hysteresis` (mm or rad).
-  BacklashCorrection(std::vector<JointTable> tables, double hysteresis);
+  explicit BacklashCorrection(std::vector<JointTable> tables);
   void wanted(const CorrectionInput& input, JointVec& offset) TRN_RT override;
   unsigned joint_mask() const override;
 
@@ -49,12 +49,11 @@ class BacklashCorrection final : public SetpointCorrection {
     int direction = 0;
   };
   std::vector<Play> plays_;
-  double hysteresis_;
 };
 
 /// Section [corrections.joint_table]: one [[corrections.joint_table.joint]] a joint with `joint`, `slope`,
-/// `backlash_mm`, and `at_mm`, `forward_mm`, `backward_mm` (of a rotary joint `_deg`). Errors of a table are
-/// actual less commanded.
+/// `backlash_mm`, `hysteresis_mm`, and `at_mm`, `forward_mm`, `backward_mm` (of a rotary joint `_deg`).
+/// Errors of a table are actual less commanded.
 std::vector<JointTable> read_joint_tables(const Machine& machine, const ConfigTable& section);
 
 }  // namespace trn

@@ -21,13 +21,22 @@ PlannerConfig read_planner(const ConfigTable& root) {
   return config;
 }
 
+namespace {
+
+void add_corrections(Assembly& a) {
+  a.corrections = read_corrections(a.machine);
+  a.plan_joints = a.corrections.setpoint->plan_joints();
+  a.map =
+      std::make_unique<MachineJointMap>(*a.kinematics, a.corrections.pose.get(), a.corrections.joint.get());
+}
+
+}  // namespace
+
 Assembly assemble(const std::string& config_path, Field field) {
   Assembly a{read_machine(load_config(config_path)), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
-  a.corrections = read_corrections(a.machine);
-  a.plan_joints = a.corrections.setpoint->plan_joints();
-  a.map = std::make_unique<MachineJointMap>(*a.kinematics);
+  add_corrections(a);
   a.program = read_program_config(root);
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
@@ -40,6 +49,12 @@ Assembly assemble(const std::string& config_path, Field field) {
   a.drives = make_drives(a.machine, field);
   root.finish();
   return a;
+}
+
+void set_period(Assembly& assembly, double period_s) {
+  assembly.machine.period_s = period_s;
+  assembly.drives = make_drives(assembly.machine);
+  add_corrections(assembly);
 }
 
 }  // namespace trn

@@ -44,4 +44,7 @@ struct Assembly {
 /// column.
 Assembly assemble(const std::string& config_path, Field field = Field::kEmulated);
 
+/// Another period: for a denser look at the same motion.
+void set_period(Assembly& assembly, double period_s);
+
 }  // namespace trn

@@ -1,7 +1,10 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <vector>
 
+#include "compensation/sensor_board.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "kernel/setpoint_chain.h"
@@ -15,6 +18,9 @@ struct Corrections {
   std::unique_ptr<PoseCorrection> pose;
   std::unique_ptr<JointCorrection> joint;
   std::unique_ptr<SetpointChain> setpoint;  ///< never null; may have no links
+  std::unique_ptr<SensorBoard> sensors;     ///< never null; the channels that corrections look at
+  /// To be called outside the tick, always by one thread, several times a second.
+  std::vector<std::function<void()>> background;
 };
 
 /// Section [corrections] with one table for each correction; it may be missing.

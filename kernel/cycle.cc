@@ -148,6 +148,7 @@ void Cycle::follow_path(double plan_time_s) TRN_RT {
     return;
   }
   if (plan_time_s <= 0) return;
+  if (!take_up_jump()) return latch(Fault::kSetpointJump, -1);
   const auto outcome = interpolator_.advance(plan_time_s);
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
@@ -158,6 +159,18 @@ void Cycle::follow_path(double plan_time_s) TRN_RT {
     q_ = q;
   }
   if (outcome == Interpolator::Outcome::kAtEvent) pass_event();
+}
+
+// Where the next stretch reads the place in another way (another tool), the corrections of the bracket may
+// differ a little though nothing moves.
+bool Cycle::take_up_jump() TRN_RT {
+  if (!corrections_ || !corrections_->takes_up_jumps() || !interpolator_.at_rest()) return true;
+  const MotionBlock* next = queue_.front();
+  if (!next || next->segment_count == 0) return true;
+  JointVec q;
+  if (map_.map(next->piece.at(next->segments[0].s), next->context, q) != KinStatus::kOk) return true;
+  const JointVec jump = q_ - q;
+  return jump.isZero(0) || corrections_->take_up(jump);
 }
 
 void Cycle::pass_event() TRN_RT {
@@ -205,7 +218,7 @@ void Cycle::abandon_motion() TRN_RT {
 }
 
 void Cycle::correct_setpoints() TRN_RT {
-  if (corrections_ && corrections_->size() > 0) {
+  if (corrections_ && (corrections_->size() > 0 || corrections_->takes_up_jumps())) {
     corrections_->step({q_, feedback_});
     offset_ = corrections_->offset();
   }

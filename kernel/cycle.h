@@ -46,6 +46,7 @@ class Cycle final : public TickPort {
   void begin_homing(int joint) TRN_RT;
   void move() TRN_RT;
   void follow_path(double plan_time_s) TRN_RT;
+  bool take_up_jump() TRN_RT;
   void follow_jog(double plan_time_s) TRN_RT;
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;

@@ -1,33 +1,110 @@
 #include "kernel/joint_map.h"
 
+#include <cmath>
+
 #include "compensation/rtcp.h"
 
 namespace trn {
 
 KinStatus MachineJointMap::map(const Words& y, const MapContext& context, JointVec& q) const TRN_RT {
+  Pose X_BS;
+  KinStatus status = nominal(y, context, q, X_BS);
+  if (const auto* p = pose(); p && status == KinStatus::kOk)
+    status = p->correct(X_BS, context.tool_offset, q);
+  if (const auto* j = joint(); j && status == KinStatus::kOk) j->correct(q);
+  return status;
+}
+
+/// Joints of the machine without errors; X_BS is filled in only where a correction needs it.
+KinStatus MachineJointMap::nominal(const Words& y, const MapContext& context, JointVec& q,
+                                   Pose& X_BS) const TRN_RT {
   if (!context.rtcp) {
     Words axes = y;
     axes.head<3>() += context.tool_offset;
-    return kinematics_.joints_from_words(axes, q);
+    const KinStatus status = kinematics_.joints_from_words(axes, q);
+    return status == KinStatus::kOk && pose() ? kinematics_.forward(q, X_BS) : status;
   }
   // The rotary words are the seed, so a serial machine's rotary joints are the programmed ones to the bit.
   JointVec seed;
   const KinStatus seeded = kinematics_.joints_from_words(y, seed);
   if (seeded != KinStatus::kOk) seed.setZero(kinematics_.joint_count());
   const Mat3 R_BT = kinematics_.orientation(y.tail<3>());
-  return kinematics_.inverse(spindle_from_tip(y.head<3>(), R_BT, context.tool_offset), seed, q);
+  X_BS = spindle_from_tip(y.head<3>(), R_BT, context.tool_offset);
+  return kinematics_.inverse(X_BS, seed, q);
 }
+
+KinStatus MachineJointMap::words_at(const JointVec& q, Words& words) const {
+  KinStatus status = kinematics_.words_from_joints(q, words);
+  if (!corrects()) return status;
+  // The map differs little from the nominal one: a few simple corrections of the words find its inverse.
+  constexpr int kSteps = 30;
+  const Words nominal_words = words;
+  for (int i = 0; i < kSteps && status == KinStatus::kOk; ++i) {
+    JointVec q_now;
+    Words now;
+    status = map(words, {}, q_now);
+    if (status == KinStatus::kOk) status = kinematics_.words_from_joints(q_now, now);
+    words += nominal_words - now;
+    if ((nominal_words - now).isZero(0)) break;
+  }
+  return status;
+}
+
+KinStatus MachineJointMap::reached(const JointVec& q, Pose& X_BS) const {
+  JointVec joints = q;
+  if (joint()) joint()->undo(joints);
+  return pose() ? pose()->actual(joints, X_BS) : kinematics_.forward(joints, X_BS);
+}
+
+KinStatus MachineJointMap::parts(const Words& y, const MapContext& context, Parts& parts) const {
+  parts.pose.setZero(joint_count());
+  parts.joint.setZero(joint_count());
+  JointVec q, q_pose;
+  Pose X_BS;
+  KinStatus status = nominal(y, context, q, X_BS);
+  if (status != KinStatus::kOk) return status;
+  q_pose = q;
+  if (pose()) {
+    status = pose()->correct(X_BS, context.tool_offset, q_pose);
+    Pose X;
+    pose()->actual(q_pose, X);
+    parts.left_tip_mm =
+        (tip_from_spindle(X, context.tool_offset) - tip_from_spindle(X_BS, context.tool_offset)).norm();
+    const Vec3 u = X.R.col(2), wanted = X_BS.R.col(2);
+    parts.left_axis_rad = std::atan2(u.cross(wanted).norm(), u.dot(wanted));
+  }
+  parts.pose = q_pose - q;
+  q = q_pose;
+  if (joint()) joint()->correct(q);
+  parts.joint = q - q_pose;
+  return status;
+}
+
+namespace {
+
+void fill(const Pose& X_BS, const MapContext& context, ToolPose& pose) {
+  pose.p_B = tip_from_spindle(X_BS, context.tool_offset);
+  pose.u_B = X_BS.R.col(2);
+  pose.p_W = context.X_WB * pose.p_B;
+  pose.u_W = context.X_WB.R * pose.u_B;
+}
+
+}  // namespace
 
 KinStatus tool_pose(const Kinematics& kinematics, const JointVec& q, const MapContext& context,
                     ToolPose& pose) {
   Pose X_BS;
   const KinStatus status = kinematics.forward(q, X_BS);
-  if (status != KinStatus::kOk) return status;
-  pose.p_B = tip_from_spindle(X_BS, context.tool_offset);
-  pose.u_B = X_BS.R.col(2);
-  pose.p_W = context.X_WB * pose.p_B;
-  pose.u_W = context.X_WB.R * pose.u_B;
-  return KinStatus::kOk;
+  if (status == KinStatus::kOk) fill(X_BS, context, pose);
+  return status;
+}
+
+KinStatus tool_pose(const MachineJointMap& map, const JointVec& q, const MapContext& context,
+                    ToolPose& pose) {
+  Pose X_BS;
+  const KinStatus status = map.reached(q, X_BS);
+  if (status == KinStatus::kOk) fill(X_BS, context, pose);
+  return status;
 }
 
 }  // namespace trn

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "core/units.h"
+
 namespace trn {
 
 namespace {
@@ -19,6 +21,31 @@ double percent(double part, double whole) { return whole > 0 ? 100 * part / whol
 double speed_up(const SimulationResult& r) { return r.wall_s > 0 ? r.cycle_time_s / r.wall_s : 0; }
 
 nlohmann::json place(const WorstDeviation& worst) { return {{"value", worst.value}, {"line", worst.line}}; }
+
+}  // namespace
+
+namespace {
+
+std::string correction_line(const CorrectionSummary& c) {
+  std::string out = fmt::format("  correction {:<12} up to {:.6f} mm, {:.6f} deg", c.name, c.peak_mm,
+                                c.peak_rad * kDegPerRad);
+  if (c.left_tip_mm > 0 || c.left_axis_rad > 0)
+    out += fmt::format("; leaves {:.1e} mm, {:.1e} deg", c.left_tip_mm, c.left_axis_rad * kDegPerRad);
+  if (!c.warning.empty()) out += "; " + c.warning;
+  return out + "\n";
+}
+
+nlohmann::json corrections_json(const SimulationResult& r) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const CorrectionSummary& c : r.corrections)
+    out.push_back({{"name", c.name},
+                   {"peak_mm", c.peak_mm},
+                   {"peak_rad", c.peak_rad},
+                   {"left_tip_mm", c.left_tip_mm},
+                   {"left_axis_rad", c.left_axis_rad},
+                   {"warning", c.warning}});
+  return out;
+}
 
 }  // namespace
 
@@ -51,6 +78,7 @@ std::string run_summary(const SimulationResult& r, const Machine& machine, const
                        percent(t.acceleration, r.cycle_time_s), percent(t.jerk, r.cycle_time_s));
   }
   out += fmt::format("  no joint at a limit {:.1f} % of the time\n", percent(r.free_s, r.cycle_time_s));
+  for (const CorrectionSummary& c : r.corrections) out += correction_line(c);
   out += r.within_limits ? "  every joint within its limits\n" : "  A JOINT LEFT ITS LIMITS\n";
   return out;
 }
@@ -87,6 +115,7 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
                               {"lines", r.lines},
                               {"path_mm", r.path_mm},
                               {"joints", joints},
+                              {"corrections", corrections_json(r)},
                               {"within_limits", r.within_limits},
                               {"free_of_limits_s", r.free_s},
                               {"tip_deviation_mm", d.tip_mm.value},

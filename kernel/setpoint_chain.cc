@@ -8,6 +8,8 @@ namespace trn {
 
 namespace {
 
+constexpr double kJumpMaxMm = 0.2, kJumpMaxRad = 0.001;  // far more than a tilt times a change of tools
+
 double limit_on(const SetpointBudget& budget, const SetpointCorrection& correction, std::size_t joint,
                 JointKind kind) {
   if ((correction.joint_mask() >> joint & 1u) == 0) return 0;
@@ -35,10 +37,30 @@ void SetpointChain::append(const SetpointBudget& budget, std::unique_ptr<Setpoin
   links_.push_back(std::move(link));
 }
 
+void SetpointChain::take_up_jumps(double reserve) {
+  sum_.setZero(static_cast<Eigen::Index>(joints_.size()));
+  jump_reserve_ = reserve;
+  for (const Joint& joint : joints_) {
+    const JointLimit& l = joint.limit;
+    jumps_.emplace_back(joint.kind == JointKind::kRotary ? kJumpMaxRad : kJumpMaxMm, reserve * l.velocity,
+                        reserve * l.acceleration, reserve * l.jerk, period_s_);
+  }
+}
+
+bool SetpointChain::take_up(const JointVec& jump) TRN_RT {
+  for (std::size_t i = 0; i < jumps_.size(); ++i) {
+    const double largest = joints_[i].kind == JointKind::kRotary ? kJumpMaxRad : kJumpMaxMm;
+    const double jump_i = jump[static_cast<Eigen::Index>(i)];
+    if (!(std::abs(jumps_[i].value() + jump_i) <= largest)) return false;
+  }
+  for (std::size_t i = 0; i < jumps_.size(); ++i) jumps_[i].shift(jump[static_cast<Eigen::Index>(i)]);
+  return true;
+}
+
 Joints SetpointChain::plan_joints() const {
   Joints out = joints_;
   for (std::size_t i = 0; i < out.size(); ++i) {
-    double reserve = 0, range = 0;
+    double reserve = jump_reserve_, range = 0;
     for (const Link& link : links_) {
       if (link.limits[i] <= 0) continue;
       reserve += link.budget.reserve + link.correction->slope_max();
@@ -60,6 +82,7 @@ void SetpointChain::step(const CorrectionInput& input) TRN_RT {
     step(link, input);
     sum_ += link.offset;
   }
+  for (std::size_t i = 0; i < jumps_.size(); ++i) sum_[static_cast<Eigen::Index>(i)] += jumps_[i].step(0);
 }
 
 void SetpointChain::step(Link& link, const CorrectionInput& input) TRN_RT {

@@ -29,6 +29,12 @@ class SetpointChain {
 
   /// At most kMax, in the order in which they act.
   void append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction);
+  /// Lets the chain take up jumps of the plan's joints (`take_up`), with this share of the limits.
+  void take_up_jumps(double reserve);
+  /// At rest the plan's joints jump by -jump, because the bracket reads the same place in another way: the
+  /// setpoints stay, and the difference fades within the reserve. False: it is too large.
+  bool take_up(const JointVec& jump) TRN_RT;
+  bool takes_up_jumps() const TRN_RT { return !jumps_.empty(); }
   int size() const TRN_RT { return static_cast<int>(links_.size()); }
   const SetpointBudget& budget(int i) const { return links_[static_cast<std::size_t>(i)].budget; }
 
@@ -61,6 +67,8 @@ class SetpointChain {
   Joints joints_;
   double period_s_;
   std::vector<Link> links_;
+  std::vector<OffsetFilter> jumps_;  ///< by joint; none: jumps are not expected
+  double jump_reserve_ = 0;
   JointVec sum_;
 };
 

@@ -77,6 +77,7 @@ class Simulation {
 
   SimulationResult run() {
     prepare_drives();
+    list_corrections();
     const auto wall = std::chrono::steady_clock::now();
     ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_plan};
     start.from_line = options_.from_line;
@@ -137,6 +138,7 @@ class Simulation {
     do {
       if (queue_.buffered_s() < assembly_.planner.buffer_s) fill();
       cycle_.tick();
+      for (const auto& work : assembly_.corrections.background) work();
       watch(cycle_.last_report());
     } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
   }
@@ -157,14 +159,50 @@ class Simulation {
     if (options_.progress && result_.periods % 20000 == 0) options_.progress(report.line, row_.t_s);
   }
 
+  void note(CorrectionSummary& summary, const JointVec& offset) const {
+    for (std::size_t i = 0; i < assembly_.machine.joints.size(); ++i) {
+      const bool rotary = assembly_.machine.joints[i].kind == JointKind::kRotary;
+      double& peak = rotary ? summary.peak_rad : summary.peak_mm;
+      peak = std::max(peak, std::abs(offset[static_cast<Eigen::Index>(i)]));
+    }
+  }
+
+  void measure_corrections(const CycleReport& report) {
+    MachineJointMap::Parts parts;
+    if (assembly_.map->corrects() && report.on_path &&
+        assembly_.map->parts(report.y, report.context, parts) == KinStatus::kOk) {
+      if (assembly_.map->pose()) {
+        CorrectionSummary& summary = result_.corrections[0];
+        note(summary, parts.pose);
+        summary.left_tip_mm = std::max(summary.left_tip_mm, parts.left_tip_mm);
+        summary.left_axis_rad = std::max(summary.left_axis_rad, parts.left_axis_rad);
+      }
+      if (assembly_.map->joint()) note(result_.corrections[assembly_.map->pose() ? 1 : 0], parts.joint);
+    }
+    std::size_t k = (assembly_.map->pose() ? 1 : 0) + (assembly_.map->joint() ? 1 : 0);
+    for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i, ++k) {
+      const CorrectionReport& link = report.corrections[static_cast<std::size_t>(i)];
+      note(result_.corrections[k], link.offset);
+      if (*link.warning) result_.corrections[k].warning = link.warning;
+    }
+  }
+
+  void list_corrections() {
+    if (assembly_.map->pose()) result_.corrections.push_back({"geometric", 0, 0, 0, 0, ""});
+    if (assembly_.map->joint()) result_.corrections.push_back({"joint_table", 0, 0, 0, 0, ""});
+    for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i)
+      result_.corrections.push_back({assembly_.corrections.setpoint->budget(i).name, 0, 0, 0, 0, ""});
+  }
+
   void measure(const CycleReport& report) {
+    measure_corrections(report);
     if (!report.on_path) return;
     ToolPose pose;
-    if (tool_pose(*assembly_.kinematics, report.q_setpoint, report.context, pose) != KinStatus::kOk) return;
+    if (tool_pose(*assembly_.map, report.q_plan, report.context, pose) != KinStatus::kOk) return;
     Vec3 p = pose.p_B, u = pose.u_B;
     if (!report.context.rtcp) {
       Words words;
-      if (assembly_.kinematics->words_from_joints(report.q_setpoint, words) != KinStatus::kOk) return;
+      if (assembly_.map->words_at(report.q_plan, words) != KinStatus::kOk) return;
       p = words.head<3>() - report.context.tool_offset;
       u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
     }

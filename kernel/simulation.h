@@ -27,6 +27,14 @@ struct TimeAtLimit {
   double velocity = 0, acceleration = 0, jerk = 0;
 };
 
+/// What a correction did in a run.
+struct CorrectionSummary {
+  std::string name;
+  double peak_mm = 0, peak_rad = 0;           ///< greatest offset of a linear, of a rotary joint
+  double left_tip_mm = 0, left_axis_rad = 0;  ///< geometric: greatest error that was left
+  std::string warning;                        ///< the last one
+};
+
 struct SimulationResult {
   double cycle_time_s = 0;  ///< first to last motion, dwells included
   double wall_s = 0;
@@ -39,7 +47,8 @@ struct SimulationResult {
   bool within_limits = false;
   DeviationReport deviation;
   SpeedStats speed;
-  double planning_s = 0;  ///< processor time of interpreter and planner
+  double planning_s = 0;                       ///< processor time of interpreter and planner
+  std::vector<CorrectionSummary> corrections;  ///< in the order of the chain
   Fault fault = Fault::kOk;
   int fault_joint = -1;
 };

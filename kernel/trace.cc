@@ -6,20 +6,35 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "kernel/joint_map.h"
-
 namespace trn {
 
-TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const Kinematics& kinematics)
+namespace {
+
+std::string correction_columns(const Machine& machine, const SetpointChain& chain) {
+  std::vector<std::string> names{"geometric", "joint_table"};
+  for (int i = 0; i < chain.size(); ++i) names.push_back(chain.budget(i).name);
+  std::string out;
+  for (const std::string& name : names)
+    for (const Joint& joint : machine.joints) out += "," + name + "." + joint.name;
+  return out;
+}
+
+}  // namespace
+
+TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
+                         const SetpointChain* corrections)
     : path_(path),
-      kinematics_(kinematics),
+      map_(map),
+      corrections_(corrections),
       period_s_(machine.period_s),
       file_(std::fopen(path.c_str(), "w")) {
   if (!file_)
     throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, std::strerror(errno)));
   std::string header = "t_s";
   for (const Joint& joint : machine.joints) header += "," + joint.name;
-  header += ",p_x,p_y,p_z,u_i,u_j,u_k,line\n";
+  header += ",p_x,p_y,p_z,u_i,u_j,u_k,line";
+  if (corrections_) header += correction_columns(machine, *corrections_);
+  header += "\n";
   std::fputs(header.c_str(), file_.get());
 }
 
@@ -50,13 +65,27 @@ void TraceWriter::row(const CycleReport& report) {
   fmt::format_to(out, "{:.17g}", static_cast<double>(report.period - first_period_) * period_s_);
   for (const double value : report.q_setpoint) fmt::format_to(out, ",{:.17g}", value);
   ToolPose pose;
-  if (tool_pose(kinematics_, report.q_setpoint, report.context, pose) == KinStatus::kOk)
+  if (tool_pose(map_, report.q_plan, report.context, pose) == KinStatus::kOk)
     fmt::format_to(out, ",{:.17g},{:.17g},{:.17g},{:.17g},{:.17g},{:.17g}", pose.p_W[0], pose.p_W[1],
                    pose.p_W[2], pose.u_W[0], pose.u_W[1], pose.u_W[2]);
   else
     text_ += ",0,0,0,0,0,0";
-  fmt::format_to(out, ",{}\n", report.line);
+  fmt::format_to(out, ",{}", report.line);
+  if (corrections_) append_corrections(report);
+  text_ += '\n';
   std::fwrite(text_.data(), 1, text_.size(), file_.get());
+}
+
+void TraceWriter::append_corrections(const CycleReport& report) {
+  const auto append = [&](const JointVec& offset) {
+    for (const double value : offset) fmt::format_to(std::back_inserter(text_), ",{:.9g}", value);
+  };
+  MachineJointMap::Parts parts;
+  map_.parts(report.y, report.context, parts);
+  append(parts.pose);
+  append(parts.joint);
+  for (int i = 0; i < corrections_->size(); ++i)
+    append(report.corrections[static_cast<std::size_t>(i)].offset);
 }
 
 void TraceWriter::close() {

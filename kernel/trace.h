@@ -6,17 +6,22 @@
 
 #include "core/machine.h"
 #include "core/ports.h"
+#include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
+#include "kernel/setpoint_chain.h"
 
 namespace trn {
 
 /// Writes the setpoint stream as CSV: a header, then one row a period with t_s, the motor joints by name (mm,
 /// rad), the tip p_x, p_y, p_z (mm) and tool axis u_i, u_j, u_k in the work frame, and the source line; 17
-/// significant digits. Rows before the first motion and after the last are left out where nothing changes.
+/// significant digits; with `corrections` given, what every correction of the chain adds to every joint
+/// follows, in columns NAME.JOINT. Rows before the first motion and after the last are left out where nothing
+/// changes.
 class TraceWriter final : public ReportSink {
  public:
   /// std::runtime_error if the file cannot be written.
-  TraceWriter(const std::string& path, const Machine& machine, const Kinematics& kinematics);
+  TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
+              const SetpointChain* corrections = nullptr);
 
   void write(const CycleReport& report) override;
   /// Flushes; std::runtime_error if anything could not be written.
@@ -27,9 +32,11 @@ class TraceWriter final : public ReportSink {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   void row(const CycleReport& report);
+  void append_corrections(const CycleReport& report);
 
   std::string path_;
-  const Kinematics& kinematics_;
+  const MachineJointMap& map_;
+  const SetpointChain* corrections_;  ///< not null: with their columns
   double period_s_;
   std::unique_ptr<std::FILE, Close> file_;
   std::unique_ptr<CycleReport> standing_;  ///< last report while nothing moves

@@ -145,6 +145,25 @@ command_t text_command(std::int8_t verb, const std::string& text) {
   return command;
 }
 
+Json corrections_json(const status_t& status) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < status.correction_name.size(); ++i)
+    out.push_back({{"name", status.correction_name[i]},
+                   {"on", status.correction_on[i] != 0},
+                   {"offset", status.correction_offset[i]},
+                   {"warning", status.correction_warning[i]}});
+  return out;
+}
+
+void print_corrections(const status_t& status) {
+  for (std::size_t i = 0; i < status.correction_name.size(); ++i) {
+    const std::string& warning = status.correction_warning[i];
+    fmt::print("{:<9} {} {}, {:.6f} now{}{}\n", i == 0 ? "corrects" : "", status.correction_name[i],
+               status.correction_on[i] ? "on" : "off", status.correction_offset[i],
+               warning.empty() ? "" : "; ", warning);
+  }
+}
+
 Json json_of(const status_t& status) {
   Json joints = Json::array();
   for (std::size_t i = 0; i < status.joint_name.size(); ++i)
@@ -171,6 +190,7 @@ Json json_of(const status_t& status) {
       {"tick_us", {{"p50", status.tick_us_p50}, {"p999", status.tick_us_p999}, {"max", status.tick_us_max}}},
       {"realtime", status.realtime != 0},
       {"warnings", status.warnings},
+      {"corrections", corrections_json(status)},
       {"joints", joints}};
 }
 
@@ -193,6 +213,7 @@ void print_status(const status_t& status) {
   fmt::print("override  {:.0f} % wanted, {:.0f} % now\n", 100 * status.override_wanted,
              100 * status.override_now);
   fmt::print("joints   {}\n", joints_line(status));
+  print_corrections(status);
   fmt::print("tick      every {:g} ms, {} so far, {} overruns, {} starvations\n", 1000 * status.period_s,
              status.periods, status.overruns, status.starvations);
   fmt::print("lateness  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.wake_us_p50,
@@ -359,6 +380,22 @@ void add_override(CLI::App& app, Exit& exit) {
       ->check(CLI::Range(0.0, 100.0));
 }
 
+void add_correction(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  auto on = std::make_shared<std::string>();
+  CLI::App& client =
+      add_sender(app, exit, options, "correction",
+                 "Switch a correction on or off: geometric and joint_table while the machine is idle, "
+                 "the others at any time",
+                 [on](const Machine&, const Options& chosen) {
+                   command_t command = text_command(command_t::CORRECTION, chosen.text);
+                   command.value = *on == "on" ? 1 : 0;
+                   return command;
+                 });
+  client.add_option("name", options->text, "As 'trunnion status' lists it")->required();
+  client.add_option("switch", *on, "on or off")->required()->check(CLI::IsMember({"on", "off"}));
+}
+
 void add_watchers(CLI::App& app, Exit& exit) {
   auto status = std::make_shared<Options>();
   add_client(app, exit, status, "status", "Show the state of machine and daemon, once", show_status)
@@ -378,6 +415,7 @@ void add_clients(CLI::App& app, Exit& exit) {
   add_motion_clients(app, exit);
   add_joint_clients(app, exit);
   add_override(app, exit);
+  add_correction(app, exit);
   add_watchers(app, exit);
 }
 

@@ -48,9 +48,10 @@ void run_machine(const DaemonOptions& options) {
                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools));
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
-    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.kinematics);
-  run_daemon(
-      {assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder, record.get()});
+    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map);
+  run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
+              record.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
+              assembly.corrections.background});
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
 }

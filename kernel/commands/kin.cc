@@ -9,6 +9,7 @@
 #include "core/machine.h"
 #include "core/units.h"
 #include "kernel/commands/commands.h"
+#include "kernel/corrections.h"
 #include "kernel/joint_map.h"
 #include "kinematics/factory.h"
 #include "kinematics/machines/hexapod.h"
@@ -116,7 +117,8 @@ class KinServer {
       : direction_(direction),
         kinematics_(make_kinematics(machine)),
         platform_(dynamic_cast<const PlatformKinematics*>(kinematics_.get())),
-        map_(*kinematics_) {}
+        corrections_(read_corrections(machine)),
+        map_(*kinematics_, corrections_.pose.get(), corrections_.joint.get()) {}
 
   Json answer(const Json& request) const {
     if (direction_ == "forward") return forward(request);
@@ -222,6 +224,7 @@ class KinServer {
   std::string direction_;
   std::unique_ptr<Kinematics> kinematics_;
   const PlatformKinematics* platform_;
+  Corrections corrections_;
   MachineJointMap map_;
 };
 

@@ -12,7 +12,6 @@
 #include "kernel/run_report.h"
 #include "kernel/simulation.h"
 #include "kernel/trace.h"
-#include "sim/make_drives.h"
 
 namespace trn {
 
@@ -21,7 +20,7 @@ namespace {
 struct RunOptions {
   std::string program, machine, trace, path, stretches, tools, variables;
   int trace_density = 1;
-  bool json = false;
+  bool json = false, trace_corrections = false;
   std::uint32_t from_line = 0;
 };
 
@@ -124,7 +123,9 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;
   std::optional<PathExport> path;
-  if (!options.trace.empty()) trace.emplace(options.trace, assembly.machine, *assembly.kinematics);
+  if (!options.trace.empty())
+    trace.emplace(options.trace, assembly.machine, *assembly.map,
+                  options.trace_corrections ? assembly.corrections.setpoint.get() : nullptr);
   if (!options.path.empty() || !options.stretches.empty())
     path.emplace(options.path, options.stretches, assembly);
   SimulationOptions simulation;
@@ -152,9 +153,7 @@ Exit run(const RunOptions& options) {
   try {
     assembly.emplace(assemble(options.machine));
     if (options.trace_density > 1) {
-      assembly->machine.period_s /= options.trace_density;
-      assembly->drives = make_drives(assembly->machine);
-      assembly->corrections.setpoint = read_corrections(assembly->machine).setpoint;
+      set_period(*assembly, assembly->machine.period_s / options.trace_density);
     }
   } catch (const ConfigError& error) {
     fmt::print(stderr, "{}\n", error.what());
@@ -179,6 +178,8 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_option("program", options->program, "G-code file")->required();
   command->add_option("--machine", options->machine, "machine config (.toml)")->required();
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)");
+  command->add_flag("--trace-corrections", options->trace_corrections,
+                    "in the trace, also what each correction adds to each joint");
   command
       ->add_option("--trace-density", options->trace_density,
                    "sample the same motion this many times per period, in trace and summary")

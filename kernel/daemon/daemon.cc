@@ -87,6 +87,7 @@ void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, Te
   while (!director.done()) {
     if (link.handle(kPollMs))
       for (int more = 0; more < 100 && link.handle(0);) ++more;
+    for (const auto& work : parts.background) work();
     drain_reports(parts, director);
     if (signals.taken()) {
       spdlog::info("told to end: motion, drives, process");
@@ -114,9 +115,9 @@ void run_daemon(const DaemonParts& parts) {
     if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
     tick.tick();
   });
-  Director director(
-      {parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs, thread.statistics()},
-      collect_warnings(parts.realtime, memory_refused, thread));
+  Director director({parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs,
+                     thread.statistics(), parts.map, parts.chain},
+                    collect_warnings(parts.realtime, memory_refused, thread));
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);
   serve(parts, link, thread, signals, director);

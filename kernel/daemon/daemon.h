@@ -1,12 +1,16 @@
 #pragma once
 
+#include <functional>
 #include <string>
+#include <vector>
 
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "kernel/daemon/motion_port.h"
 #include "kernel/daemon/realtime.h"
+#include "kernel/joint_map.h"
+#include "kernel/setpoint_chain.h"
 
 namespace trn {
 
@@ -19,6 +23,9 @@ struct DaemonParts {
   TickPort& tick;
   ProgramSource& programs;
   ReportSink* record = nullptr;
+  MachineJointMap* map = nullptr;  ///< see Director::Parts
+  const SetpointChain* chain = nullptr;
+  std::vector<std::function<void()>> background = {};  ///< called many times a second outside the tick
 };
 
 /// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this

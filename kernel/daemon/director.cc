@@ -18,7 +18,7 @@ constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime = std::chrono::seconds(15);
 constexpr auto kTickAnswers = std::chrono::seconds(5);
 
-bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::RESET; }
+bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::CORRECTION; }
 
 Event event_of(std::int8_t verb) {
   switch (verb) {
@@ -92,6 +92,7 @@ CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticke
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
   if (command.verb == command_t::OVERRIDE) return obey_override(command.value);
+  if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
   const MachineState before = supervisor_.state();
   const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
   if (!decision.refusal.empty()) {
@@ -109,6 +110,49 @@ CommandDesk::Answer Director::obey_override(double value) {
   status_due_ = true;
   post({RtCommand::Kind::kOverride, value});
   return accepted();
+}
+
+// Those behind the plan fade in and out at any time; those inside it would make a plan wrong that is being
+// driven.
+CommandDesk::Answer Director::obey_correction(const std::string& name, bool on) {
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i)
+    if (parts_.chain->budget(i).name == name) {
+      post({RtCommand::Kind::kCorrection, on ? 1.0 : 0.0, 0, i});
+      return accepted();
+    }
+  return switch_planned(name, on);
+}
+
+CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
+  const bool pose = name == "geometric" && parts_.map && parts_.map->has_pose();
+  const bool joint = name == "joint_table" && parts_.map && parts_.map->has_joint();
+  if (!pose && !joint)
+    return refused(fmt::format("the machine has no correction '{}'; trunnion status lists them", name));
+  if (supervisor_.state() != MachineState::kIdle || jobs_ > 0)
+    return refused(fmt::format(
+        "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
+  parts_.programs.abandon();
+  prepared_at_.reset();
+  pose ? parts_.map->enable_pose(on) : parts_.map->enable_joint(on);
+  status_due_ = true;
+  return accepted();
+}
+
+void Director::add_corrections(trunnion::status_t& status) const {
+  const auto add = [&](const std::string& name, bool on, double offset, const char* warning) {
+    status.correction_name.push_back(name);
+    status.correction_on.push_back(on);
+    status.correction_offset.push_back(offset);
+    status.correction_warning.emplace_back(warning);
+  };
+  if (parts_.map && parts_.map->has_pose()) add("geometric", parts_.map->pose() != nullptr, 0, "");
+  if (parts_.map && parts_.map->has_joint()) add("joint_table", parts_.map->joint() != nullptr, 0, "");
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
+    const CorrectionReport& link = report_.corrections[static_cast<std::size_t>(i)];
+    const double offset = link.offset.size() > 0 ? link.offset.cwiseAbs().maxCoeff() : 0;
+    add(parts_.chain->budget(i).name, link.enabled, offset, link.warning);
+  }
+  status.correction_count = static_cast<std::int32_t>(status.correction_name.size());
 }
 
 // What needs the command's own values; the rest is the same for commands and events.
@@ -321,6 +365,7 @@ void Director::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  add_corrections(status);
   status.time_us = unix_time_us();
   status.count = ++status_count_;
   parts_.link.publish(parts_.lcm.status_channel(), status);

@@ -16,6 +16,8 @@
 #include "kernel/daemon/supervisor.h"
 #include "kernel/daemon/telemetry.h"
 #include "kernel/daemon/worker.h"
+#include "kernel/joint_map.h"
+#include "kernel/setpoint_chain.h"
 
 namespace trn {
 
@@ -30,6 +32,8 @@ class Director {
     TickPort& tick;
     ProgramSource& programs;
     const LoopStatistics& statistics;
+    MachineJointMap* map = nullptr;  ///< its corrections may be switched; null: there are none
+    const SetpointChain* chain = nullptr;
   };
 
   Director(const Parts& parts, std::vector<std::string> warnings);
@@ -53,6 +57,9 @@ class Director {
 
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_override(double value);
+  Answer obey_correction(const std::string& name, bool on);
+  Answer switch_planned(const std::string& name, bool on);
+  void add_corrections(trunnion::status_t& status) const;
   Answer check_values(const trunnion::command_t& command) const;
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
   void machine_event(Event event);

@@ -1,0 +1,176 @@
+#include "compensation/screw_correction.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kTrustLeast_K =
+    1;  // a model that is warmer than this gives its shape to the sensor's reading
+constexpr double kTrustMin = 0.3, kTrustMax = 3;
+
+/// 0 to 1 with three derivatives zero at both ends.
+double fade(double t) TRN_RT {
+  const double x = std::clamp(t, 0.0, 1.0);
+  return x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x)));
+}
+
+/// Second derivatives of the natural cubic spline on equally spaced nodes.
+template <std::size_t N>
+std::array<double, N> second_derivatives(const std::array<double, N>& u, double h) {
+  std::array<double, N> m{}, upper{}, right{};
+  for (std::size_t i = 1; i + 1 < N; ++i) {
+    const double pivot = 4 - upper[i - 1];
+    upper[i] = 1 / pivot;
+    right[i] = (6 / (h * h) * (u[i + 1] - 2 * u[i] + u[i - 1]) - right[i - 1]) / pivot;
+  }
+  for (std::size_t i = N - 2; i > 0; --i) m[i] = right[i] - upper[i] * m[i + 1];
+  return m;
+}
+
+}  // namespace
+
+double ScrewCorrection::Profile::at(double x_mm, double spacing_mm) const TRN_RT {
+  const double cells = std::clamp(x_mm / spacing_mm, 0.0, static_cast<double>(kNodes - 1));
+  const auto i = static_cast<std::size_t>(std::min<double>(std::floor(cells), kNodes - 2));
+  const double b = cells - static_cast<double>(i), a = 1 - b;
+  return a * u[i] + b * u[i + 1] +
+         spacing_mm * spacing_mm / 6 * (a * (a * a - 1) * m[i] + b * (b * b - 1) * m[i + 1]);
+}
+
+ScrewCorrection::ScrewCorrection(const ScrewCorrectionConfig& config, const SensorBoard& board)
+    : config_(config), board_(board) {
+  for (const ScrewConfig& screw : config_.screws) {
+    Nut nut;
+    nut.direction = screw.far_bearing_mm > screw.fixed_bearing_mm ? 1 : -1;
+    nut.length_mm = std::abs(screw.far_bearing_mm - screw.fixed_bearing_mm);
+    nut.spacing_mm = nut.length_mm / (kNodes - 1);
+    nut.ways = std::make_unique<Ring<Way>>(64);
+    nut.profiles = std::make_unique<Ring<Profile>>(64);
+    nuts_.push_back(std::move(nut));
+    workers_.push_back({ScrewHeatModel(nuts_.back().length_mm, screw.heat, kNodes),
+                        std::vector<double>(kNodes, 0.0), std::vector<double>(kNodes, 0.0), 0, 0, 0, 1, 0,
+                        false});
+    const std::string& name = screw.sensor.name;
+    const char* then =
+        screw.sensor.hold_on_dropout ? "the last growth is held" : "the heat model goes on alone";
+    silent_texts_.push_back(fmt::format("sensor {} is silent: {}", name, then));
+    absurd_texts_.push_back(fmt::format("sensor {} reads nonsense: {}", name, then));
+  }
+}
+
+unsigned ScrewCorrection::joint_mask() const {
+  unsigned mask = 0;
+  for (const ScrewConfig& screw : config_.screws) mask |= 1u << screw.joint;
+  return mask;
+}
+
+const char* ScrewCorrection::warning() const TRN_RT { return warning_.load(std::memory_order_relaxed); }
+
+double ScrewCorrection::displacement(const Nut& nut, double x_mm) const TRN_RT {
+  const double w = fade(time_s_ / config_.update_s);
+  return (1 - w) * nut.from.at(x_mm, nut.spacing_mm) + w * nut.to.at(x_mm, nut.spacing_mm);
+}
+
+void ScrewCorrection::next_profile(Nut& nut) TRN_RT {
+  nut.ways->try_push(nut.way);
+  nut.way = {};
+  nut.from = nut.to;
+  nut.profiles->try_pop(nut.to);
+}
+
+void ScrewCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN_RT {
+  time_s_ += config_.period_s;
+  const bool due = time_s_ >= config_.update_s;
+  if (due) time_s_ -= config_.update_s;
+  for (std::size_t k = 0; k < nuts_.size(); ++k) {
+    const ScrewConfig& screw = config_.screws[k];
+    Nut& nut = nuts_[k];
+    if (due) next_profile(nut);
+    const double x = nut.direction * (input.q[screw.joint] - screw.fixed_bearing_mm);
+    if (nut.seen) {
+      const double node = std::clamp(std::round(x / nut.spacing_mm), 0.0, static_cast<double>(kNodes - 1));
+      nut.way.mm[static_cast<std::size_t>(node)] += std::abs(x - nut.last_mm);
+    }
+    nut.seen = true;
+    nut.last_mm = x;
+    // The encoder must read x - u(x_encoder) for the nut to stand at x.
+    offset[screw.joint] = -nut.direction * displacement(nut, x - displacement(nut, x));
+  }
+}
+
+void ScrewCorrection::work() {
+  Way way;
+  for (std::size_t k = 0; k < nuts_.size(); ++k)
+    while (nuts_[k].ways->try_pop(way)) advance(k, way);
+}
+
+void ScrewCorrection::advance(std::size_t screw, const Way& way) {
+  const ScrewConfig& config = config_.screws[screw];
+  Worker& worker = workers_[screw];
+  worker.model.step(config_.update_s, way.mm);
+  use_temperatures(screw);
+  const std::vector<double> u = screw_displacement(config.mounting, config.alpha_per_K, config.stretch_mm,
+                                                   worker.model.places_mm(), worker.used_K);
+  Profile profile;
+  const double most = config_.rate_mm_s * config_.update_s;
+  for (std::size_t i = 0; i < kNodes; ++i)
+    profile.u[i] = worker.u_mm[i] += std::clamp(u[i] - worker.u_mm[i], -most, most);
+  profile.m = second_derivatives(profile.u, nuts_[screw].spacing_mm);
+  nuts_[screw].profiles->try_push(profile);
+}
+
+void ScrewCorrection::use_temperatures(std::size_t screw) {
+  const ScrewConfig& config = config_.screws[screw];
+  Worker& worker = workers_[screw];
+  const std::vector<double>& model = worker.model.rise_K();
+  double rise = 0;
+  const bool heard = config.sensor.channel >= 0 && read_sensor(screw, rise);
+  if (config.sensor.channel >= 0 && !heard && config.sensor.hold_on_dropout) return;
+  // The sensor says how warm, the model where; a cold model knows no shape.
+  const double spacing = nuts_[screw].spacing_mm;
+  const auto at =
+      static_cast<std::size_t>(std::clamp(std::round(config.sensor.at_mm / spacing), 0.0, kNodes - 1.0));
+  const bool shaped = model[at] > kTrustLeast_K;
+  if (heard && shaped) worker.trust_factor = std::clamp(rise / model[at], kTrustMin, kTrustMax);
+  const double most = config_.slope_max / config.alpha_per_K;
+  for (std::size_t i = 0; i < kNodes; ++i) {
+    const double value = heard && !shaped ? rise : worker.trust_factor * model[i];
+    worker.used_K[i] = std::clamp(value, -most, most);
+  }
+}
+
+bool ScrewCorrection::read_sensor(std::size_t screw, double& rise_K) {
+  const ScrewSensor& sensor = config_.screws[screw].sensor;
+  Worker& worker = workers_[screw];
+  const std::uint32_t count = board_.count(sensor.channel);
+  const double value = board_.value(sensor.channel);
+  worker.silent_s = count == worker.count ? worker.silent_s + config_.update_s : 0;
+  worker.count = count;
+  if (worker.silent_s >= sensor.timeout_s || count == 0) {
+    worker.heard = false;
+    warning_ = silent_texts_[screw].c_str();
+    return false;
+  }
+  const bool in_range = value >= sensor.min_C && value <= sensor.max_C;
+  const bool jumps = worker.heard && std::abs(value - worker.last_C) > sensor.rate_max_K_s * config_.update_s;
+  if (!in_range || jumps) {
+    // A new level that stays is believed after the time-out.
+    worker.absurd_s += config_.update_s;
+    if (worker.absurd_s >= sensor.timeout_s) worker.heard = false;
+    warning_ = absurd_texts_[screw].c_str();
+    return false;
+  }
+  if (warning_ == silent_texts_[screw].c_str() || warning_ == absurd_texts_[screw].c_str()) warning_ = "";
+  worker.heard = true;
+  worker.absurd_s = 0;
+  worker.last_C = value;
+  rise_K = value - sensor.reference_C;
+  return true;
+}
+
+}  // namespace trn

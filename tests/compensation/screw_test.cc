@@ -1,0 +1,211 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdlib>
+
+#include "compensation/screw_correction.h"
+#include "tests/kinematics/machines.h"
+
+// Growth of ball screws: worked numbers, an independent heat equation as the truth, sensors that fail.
+namespace trn {
+namespace {
+
+double interpolate(const std::vector<double>& x, const std::vector<double>& y, double at) {
+  std::size_t i = 0;
+  while (i + 2 < x.size() && x[i + 1] < at) ++i;
+  return y[i] + (y[i + 1] - y[i]) * (at - x[i]) / (x[i + 1] - x[i]);
+}
+
+TEST(Screw, DisplacementOfTheThreeMountings) {
+  for (const auto& row : load_vectors("screw_thermal").at("rows")) {
+    const std::string mounting = row.at("mounting");
+    const ScrewMounting m = mounting == "fixed-free"    ? ScrewMounting::kFixedFree
+                            : mounting == "fixed-fixed" ? ScrewMounting::kFixedFixed
+                                                        : ScrewMounting::kFixedPreload;
+    const std::vector<double> grid = row.at("grid"), rise = row.at("temperature_rise");
+    const auto u = screw_displacement(m, row.at("alpha"), row.at("preload_stretch"), grid, rise);
+    for (std::size_t i = 0; i < row.at("x").size(); ++i)
+      EXPECT_NEAR(interpolate(grid, u, row.at("x")[i]), row.at("displacement")[i].get<double>(), 1e-9);
+  }
+}
+
+TEST(Screw, HeatIsKept) {
+  // Without cooling the heat put in is the heat that is there; with it a uniform rise decays exponentially.
+  ScrewHeat heat;
+  heat.cooling_W_m2K = 0;
+  heat.bearing_friction_N = 0;
+  ScrewHeatModel model(600, heat, 61);
+  std::vector<double> way(61, 0.0);
+  way[20] = 1000;
+  for (int i = 0; i < 100; ++i) model.step(1, way);
+  const double area = M_PI * 0.02 * 0.02;
+  double joule = 0;
+  for (std::size_t i = 0; i < 61; ++i)
+    joule += model.rise_K()[i] * 7850 * 460 * area * 0.01 * (i == 0 || i == 60 ? 0.5 : 1);
+  EXPECT_NEAR(joule, 100 * heat.nut_friction_N * 1.0, 1e-6 * joule);
+}
+
+/// The truth: the heat equation on a finer grid, solved implicitly, with its own numbers.
+class TrueScrew {
+ public:
+  TrueScrew(double length_mm, double friction_N, double bearing_N, double cooling)
+      : n_(241),
+        dx_(length_mm / 1000 / 240),
+        friction_(friction_N),
+        bearing_(bearing_N),
+        cooling_(cooling),
+        T_(n_, 0.0),
+        source_(n_, 0.0) {}
+  void move(double x_mm, double way_mm) {
+    const double node = std::clamp(x_mm / 1000 / dx_, 0.0, static_cast<double>(n_ - 1));
+    source_[static_cast<std::size_t>(std::lround(node))] += friction_ * way_mm / 1000;
+    source_.front() += bearing_ * way_mm / 1000;
+    source_.back() += bearing_ * way_mm / 1000;
+  }
+  void step(double dt) {
+    const double area = M_PI * 0.02 * 0.02, rho_c = 7850.0 * 460, k = 45;
+    const double lambda = k / rho_c * dt / (dx_ * dx_), loss = cooling_ * M_PI * 0.04 / (rho_c * area) * dt;
+    std::vector<double> a(n_), b(n_), c(n_), d(n_);
+    for (std::size_t i = 0; i < n_; ++i) {
+      const double share = i == 0 || i + 1 == n_ ? 0.5 : 1;
+      a[i] = i > 0 ? -lambda / share : 0;
+      c[i] = i + 1 < n_ ? -lambda / share : 0;
+      b[i] = 1 + loss - a[i] - c[i];
+      d[i] = T_[i] + source_[i] / (rho_c * area * dx_ * share);
+    }
+    for (std::size_t i = 1; i < n_; ++i) {
+      const double w = a[i] / b[i - 1];
+      b[i] -= w * c[i - 1];
+      d[i] -= w * d[i - 1];
+    }
+    T_[n_ - 1] = d[n_ - 1] / b[n_ - 1];
+    for (std::size_t i = n_ - 1; i-- > 0;) T_[i] = (d[i] - c[i] * T_[i + 1]) / b[i];
+    std::fill(source_.begin(), source_.end(), 0.0);
+  }
+  double rise_at(double x_mm) const {
+    const double node = std::clamp(x_mm / 1000 / dx_, 0.0, static_cast<double>(n_) - 1.001);
+    const auto i = static_cast<std::size_t>(node);
+    return T_[i] + (node - static_cast<double>(i)) * (T_[i + 1] - T_[i]);
+  }
+  /// Fixed-free: everything between the fixed bearing and the nut has grown.
+  double displacement(double x_mm, double alpha = 11.7e-6) const {
+    double u = 0;
+    const int parts = 200;
+    for (int i = 0; i < parts; ++i) u += alpha * rise_at(x_mm * (i + 0.5) / parts) * x_mm / parts;
+    return u;
+  }
+
+ private:
+  std::size_t n_;
+  double dx_, friction_, bearing_, cooling_;
+  std::vector<double> T_, source_;
+};
+
+ScrewCorrectionConfig one_screw(double period_s) {
+  ScrewCorrectionConfig config;
+  config.period_s = period_s;
+  config.screws.push_back({0, -450, 450, ScrewMounting::kFixedFree, 0, 11.7e-6, {}, {}});
+  return config;
+}
+
+/// A nut that oscillates, now here, now there, for an hour; both the correction and the truth see it.
+struct WarmUp {
+  double before_um = 0, left_um = 0, step_um = 0;  ///< worst error without, with correction; worst step of it
+};
+
+template <typename Sensor>
+WarmUp warm_up(ScrewCorrection& correction, TrueScrew& truth, double period_s, double seconds,
+               Sensor&& sensor) {
+  WarmUp out;
+  JointVec q(1), offset(1);
+  Feedback feedback;
+  double last = 0, last_offset = 0;
+  for (long i = 1; static_cast<double>(i) * period_s < seconds; ++i) {
+    const double t = static_cast<double>(i) * period_s;
+    const double centre = 25 + 125 * std::sin(t / 140);
+    q[0] = centre + 150 * std::sin(1.6 * t);
+    offset.setZero();
+    correction.wanted({q, feedback}, offset);
+    truth.move(q[0] + 450, std::abs(q[0] - last));
+    last = q[0];
+    if (i % 50 == 0) correction.work();
+    out.step_um = std::max(out.step_um, 1000 * std::abs(offset[0] - last_offset));
+    last_offset = offset[0];
+    if (i % std::lround(1 / period_s) != 0) continue;
+    truth.step(1);
+    sensor(t);
+    // The motor is told q + offset; the nut stands where the grown screw puts it.
+    const double x = q[0] + offset[0] + 450;
+    out.before_um = std::max(out.before_um, 1000 * truth.displacement(q[0] + 450));
+    out.left_um = std::max(out.left_um, 1000 * std::abs(x + truth.displacement(x) - (q[0] + 450)));
+  }
+  return out;
+}
+
+TEST(Screw, AnHourOfWarmUpModelOnly) {
+  SensorBoard board;
+  ScrewCorrection correction(one_screw(0.01), board);
+  TrueScrew truth(900, 120 * 1.05, 25 * 1.05, 12);  // the model's friction is 5 % too small
+  const WarmUp result = warm_up(correction, truth, 0.01, 3600, [](double) {});
+  std::printf("model only: %.2f um without, %.2f um with correction (%.1f %%)\n", result.before_um,
+              result.left_um, 100 * result.left_um / result.before_um);
+  EXPECT_GT(result.before_um, 20);
+  EXPECT_LT(result.left_um, 0.1 * result.before_um);
+}
+
+TEST(Screw, AnHourOfWarmUpWithASensor) {
+  SensorBoard board;
+  ScrewCorrectionConfig config = one_screw(0.01);
+  config.screws[0].sensor.channel = board.channel("x screw");
+  config.screws[0].sensor.name = "x screw";
+  config.screws[0].sensor.at_mm = 450;
+  ScrewCorrection correction(config, board);
+  TrueScrew truth(900, 120 * 1.3, 25 * 1.3, 12 * 1.1);  // a model that is far off
+  const WarmUp result =
+      warm_up(correction, truth, 0.01, 3600, [&](double) { board.publish(0, 20 + truth.rise_at(450)); });
+  std::printf("sensor: %.2f um without, %.2f um with correction (%.1f %%)\n", result.before_um,
+              result.left_um, 100 * result.left_um / result.before_um);
+  EXPECT_GT(result.before_um, 20);
+  EXPECT_LT(result.left_um, 0.1 * result.before_um);
+}
+
+TEST(Screw, ASensorThatFailsIsNamedAndNothingJumps) {
+  for (const bool hold : {false, true}) {
+    SensorBoard board;
+    ScrewCorrectionConfig config = one_screw(0.01);
+    config.screws[0].sensor.channel = board.channel("x screw");
+    config.screws[0].sensor.name = "x screw";
+    config.screws[0].sensor.at_mm = 450;
+    config.screws[0].sensor.hold_on_dropout = hold;
+    ScrewCorrection correction(config, board);
+    TrueScrew truth(900, 120 * 1.3, 25 * 1.3, 12);
+    std::string silent, absurd, good = "?";
+    const WarmUp result = warm_up(correction, truth, 0.01, 1500, [&](double t) {
+      if (t < 600 || t > 900) board.publish(0, t > 1000 && t < 1005 ? 900.0 : 20 + truth.rise_at(450));
+      if (t > 890 && t < 891.5) silent = correction.warning();
+      if (t > 1003 && t < 1004.5) absurd = correction.warning();
+      if (t > 1400) good = correction.warning();
+    });
+    EXPECT_NE(silent.find("x screw is silent"), std::string::npos) << silent;
+    EXPECT_NE(absurd.find("x screw reads nonsense"), std::string::npos) << absurd;
+    EXPECT_EQ(good, "");
+    // In 10 ms the axis moves by 2.4 mm, the growth by 5e-4 of it, a profile by no more than 5 um/s.
+    EXPECT_LT(result.step_um, 1.3);
+  }
+}
+
+TEST(Screw, LinearEncodersNeedNoCorrection) {
+  SensorBoard board;
+  const Machine machine = load_machine("head").machine;
+  const ConfigTable section = parse_config(
+      "[[axis]]\njoint = \"X\"\nencoder = \"linear\"\nmounting = \"fixed-fixed\"\nfixed_bearing_mm = -3000\n"
+      "far_bearing_mm = 3000\n[[axis]]\njoint = \"Y\"\nmounting = \"fixed-free\"\nfixed_bearing_mm = -3000\n"
+      "far_bearing_mm = 3000\n",
+      "t");
+  const ScrewCorrectionConfig config = read_screws(machine, section, board);
+  ASSERT_EQ(config.screws.size(), 1u);
+  EXPECT_EQ(config.screws[0].joint, 1);
+}
+
+}  // namespace
+}  // namespace trn
