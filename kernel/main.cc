@@ -23,6 +23,8 @@ int main(int argc, char** argv) {
   trn::add_workspace(app, exit);
   trn::add_check_trace(app, exit);
   trn::add_daemon(app, exit);
+  trn::add_ballbar(app, exit);
+  trn::add_joint_table(app, exit);
   trn::add_clients(app, exit);
   try {
     app.parse(argc, argv);

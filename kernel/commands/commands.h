@@ -14,6 +14,8 @@ void add_kin(CLI::App& app, Exit& exit);
 void add_workspace(CLI::App& app, Exit& exit);
 void add_check_trace(CLI::App& app, Exit& exit);
 void add_daemon(CLI::App& app, Exit& exit);
+void add_ballbar(CLI::App& app, Exit& exit);
+void add_joint_table(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);
 
