@@ -31,7 +31,8 @@ class BarReader final : public ReportSink {
     const double angle = angle_of(report);
     const BallbarTest& test = trace_.test;
     const double low = std::min(test.from_rad, test.to_rad), high = std::max(test.from_rad, test.to_rad);
-    if (angle < low - kRounding || angle > high + kRounding) return;
+    if (angle < low - kRounding || angle > high + test.step_rad / 20)
+      return;  // the first one behind the end counts
     if (!instrument_.every_period && angle < next_ - kRounding) return;
     while (next_ <= angle + kRounding) next_ += test.step_rad;
     trace_.readings.push_back(
@@ -99,7 +100,12 @@ std::string ballbar_program(const Assembly& assembly, const BallbarTest& test) {
                                 test.name, test.ball_B.x(), test.ball_B.y(), test.ball_B.z(), test.bar_mm);
   out += "G21 G90 G94 G61 G49 G54\n";
   out += fmt::format("G0 X{:.9f} Y{:.9f} Z{:.9f}\n", from[kX], from[kY], from[kZ]);
-  out += fmt::format("G0 {}{:.9f}\n", letter, from[word] * kDegPerRad);
+  // Every rotary word: where the machine stands need not be a round number with corrections on.
+  out += "G0";
+  for (int k = kA; k <= kC; ++k)
+    if (assembly.kinematics->word_mask() >> k & 1u)
+      out += fmt::format(" {}{:.9f}", kWordLetters[k], from[k] * kDegPerRad);
+  out += "\n";
   out += fmt::format("G1 {}{:.9f} F{:.4f}\n", letter, to[word] * kDegPerRad,
                      kFeedMmMin / kRadiusMm * kDegPerRad);
   return out + "M2\n";
