@@ -65,6 +65,7 @@ class TruthMeter final : public ReportSink {
   explicit TruthMeter(const Kinematics& kinematics) : kinematics_(kinematics) {}
   void write(const CycleReport& report) override {
     if (!report.on_path || !report.context.rtcp || report.motion != MotionState::kMoving) return;
+    if (report.line < kSettled) return;
     Vec3 tip, axis;
     measured_cradle(report.q_setpoint, report.context.tool_offset, tip, axis);
     const Vec3 wanted = kinematics_.orientation(report.y.tail<3>()).col(2);
@@ -76,6 +77,9 @@ class TruthMeter final : public ReportSink {
   int samples = 0;
 
  private:
+  // The tool was put on at the pole, where part of the axis error stays: that difference has faded by this
+  // line.
+  static constexpr std::uint32_t kSettled = 150;
   const Kinematics& kinematics_;
 };
 

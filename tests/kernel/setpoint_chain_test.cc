@@ -59,16 +59,25 @@ Outcome run(SetpointChain& chain, Assembly& assembly, bool switch_often) {
   Cycle cycle({assembly.machine.period_s, assembly.machine.joints, {}, false, 8, chain.plan_joints()},
               *assembly.map, queue, *assembly.drives, &chain);
   assembly.plan_joints = chain.plan_joints();
+  // Judged from the first tick on, when nothing has moved.
+  LimitJudge judge(assembly.machine.joints, assembly.machine.period_s);
+  TraceRow row;
+  const auto tick = [&] {
+    cycle.tick();
+    const JointVec& q = cycle.last_report().q_setpoint;
+    row.t_s += assembly.machine.period_s;
+    row.q.assign(q.data(), q.data() + 5);
+    row.digits.assign(5, WrittenDigits{17, 17});
+    judge.row(row);
+  };
   assembly.drives->bring_up();
-  while (cycle.last_report().drives != DriveState::kEnabled) cycle.tick();
+  while (cycle.last_report().drives != DriveState::kEnabled) tick();
   Parameters parameters;
   ToolTable tools;
   Pipeline pipeline(assembly, parameters, tools, {"test", kProgram, cycle.last_report().q_plan}, {});
   MotionBlock block;
   while (pipeline.next(block)) queue.push(block);
   cycle.post({RtCommand::Kind::kStart});
-  LimitJudge judge(assembly.machine.joints, assembly.machine.period_s);
-  TraceRow row;
   Outcome out;
   bool ended = false;
   for (int i = 0, still = 0; i < 30000 && still < 3000; ++i) {
@@ -77,13 +86,9 @@ Outcome run(SetpointChain& chain, Assembly& assembly, bool switch_often) {
     if (still == 1) cycle.post({RtCommand::Kind::kCorrection, 0, 0, 0});
     if (switch_often && !ended && i % 700 == 0)
       cycle.post({RtCommand::Kind::kCorrection, i % 1400 == 0 ? 0.0 : 1.0, 0, 0});
-    cycle.tick();
+    tick();
     const CycleReport& report = cycle.last_report();
     EXPECT_EQ(report.fault, Fault::kOk);
-    row.t_s = i * assembly.machine.period_s;
-    row.q.assign(report.q_setpoint.data(), report.q_setpoint.data() + 5);
-    row.digits.assign(5, WrittenDigits{17, 17});
-    judge.row(row);
     out.largest = std::max(out.largest, std::abs(report.corrections[0].offset[0]));
   }
   judge.finish();
