@@ -26,6 +26,8 @@ int main(int argc, char** argv) {
   trn::add_ballbar(app, exit);
   trn::add_joint_table(app, exit);
   trn::add_clients(app, exit);
+  trn::add_can(app, exit);
+  trn::add_modbus(app, exit);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -121,6 +121,7 @@ void run_daemon(const DaemonParts& parts) {
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);
   serve(parts, link, thread, signals, director);
+  if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
   spdlog::info("ended in good order");
 }
 

@@ -181,6 +181,11 @@ void Director::enter_state(MachineState before) {
   if (now == MachineState::kFault) {
     const FaultInfo& fault = fault_info(report_.fault);
     spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
+    const std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    if (!detail.empty()) {
+      spdlog::error("{}", detail);
+      view_.message = detail;
+    }
   }
   view_.state = now;
   status_due_ = true;

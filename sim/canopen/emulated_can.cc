@@ -11,6 +11,7 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
                                                                             const ConfigTable& drives) {
   const auto section = drives.table_if("emulation");
   const ConfigTable table = section ? *section : parse_config("", machine.root.file());
+  const auto sync_max = static_cast<unsigned>(table.integer("sync_periods_max", 5, Range{2, 100000}));
   SimulatedDrives::Config plants = read_simulated_drives(machine, table);
   std::vector<std::vector<std::unique_ptr<EmulatedNode>>> out;
   for (const CanBusConfig& bus : config.buses) {
@@ -20,8 +21,11 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       plant.start_up_periods = 0;
       plant.homed = node.link.axis.absolute;
       plant.home = node.home - plant.index_distance;
-      out.back().push_back(std::make_unique<EmulatedNode>(EmulatedNode::Config{
-          node.link.id, node.dictionary, {plant, node.link.axis.counts_per_unit, machine.period_s}}));
+      out.back().push_back(std::make_unique<EmulatedNode>(
+          EmulatedNode::Config{node.link.id,
+                               node.dictionary,
+                               {plant, node.link.axis.counts_per_unit, machine.period_s},
+                               sync_max}));
     }
   }
   return out;

@@ -6,7 +6,6 @@
 namespace trn {
 
 namespace {
-constexpr unsigned kSyncPeriodsMax = 5;  // without SYNC: the drive faults
 constexpr std::uint16_t kHeartbeatCode = 0x8130, kSyncCode = 0x8700, kPdoLengthCode = 0x8210;
 }  // namespace
 
@@ -204,7 +203,7 @@ void EmulatedNode::poll(std::int64_t now_ns) {
   beat(now_ns);
   watch_master(now_ns);
   const auto period_ns = static_cast<std::int64_t>(config_.drive.period_s * 1e9);
-  if (now_ns - last_sync_ns_ > kSyncPeriodsMax * period_ns) drive_.lose_connection(kSyncCode);
+  if (now_ns - last_sync_ns_ > config_.sync_periods_max * period_ns) drive_.lose_connection(kSyncCode);
   while (now_ns - last_step_ns_ > 2 * period_ns) {
     const std::int64_t next_ns = last_step_ns_ + period_ns;
     step_drive(now_ns);

@@ -1,0 +1,245 @@
+#include "hal/modbus/field_devices.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kBitsPerCharacter = 11, kSilence = 3.5;
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+std::int64_t ns(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
+
+ModbusValueConfig read_value_config(const ConfigTable& table, const std::string& device) {
+  static const std::vector<std::string> kTables = {"coil", "discrete", "input", "holding"};  // as ModbusTable
+  ModbusValueConfig value;
+  value.name = device + "." + table.text("name");
+  const std::string kind = table.choice("table", kTables);
+  value.table = static_cast<ModbusTable>(std::find(kTables.begin(), kTables.end(), kind) - kTables.begin());
+  value.address = static_cast<int>(table.integer("address", Range{0, 65535}));
+  value.is_signed = table.boolean("signed", false);
+  value.scale = table.number("scale", 1.0, kAnyNumber);
+  if (value.scale == 0) throw table.error("scale", "'scale' must not be 0");
+  value.min = table.number("min", 0.0, kAnyNumber);
+  value.max = table.number("max", 0.0, kAnyNumber);
+  if (value.max < value.min) throw table.error("max", "'max' must not be less than 'min'");
+  return value;
+}
+
+ModbusDeviceConfig read_device(const ConfigTable& table, const std::vector<std::string>& lines) {
+  ModbusDeviceConfig device;
+  device.name = table.text("name");
+  const std::string line =
+      lines.size() == 1 ? table.choice("line", lines, lines[0]) : table.choice("line", lines);
+  device.line = static_cast<std::size_t>(std::find(lines.begin(), lines.end(), line) - lines.begin());
+  device.unit = static_cast<int>(table.integer("unit", 1, Range{1, 247}));
+  device.poll_s = table.number("poll_s", 0.2, Range{0.005, 3600});
+  device.stale_s = table.number("stale_s", 5 * device.poll_s, kPositive);
+  if (device.stale_s <= device.poll_s) throw table.error("stale_s", "'stale_s' must be longer than poll_s");
+  device.retries = static_cast<int>(table.integer("retries", 2, Range{0, 10}));
+  device.required = table.boolean("required", true);
+  for (const ConfigTable& value : table.tables("value"))
+    device.values.push_back(read_value_config(value, device.name));
+  return device;
+}
+
+// The share of a line's time that its polls take must leave room for tries and writes.
+void check_budget(const ModbusConfig& config, std::size_t line, const ConfigTable& table) {
+  double share = 0;
+  std::string sum;
+  for (const ModbusDeviceConfig& device : config.devices) {
+    if (device.line != line) continue;
+    const double time_s = poll_time_s(config.lines[line].address, device);
+    share += time_s / device.poll_s;
+    sum += fmt::format("\n  {}: {:.1f} ms every {:g} ms", device.name, 1000 * time_s, 1000 * device.poll_s);
+  }
+  constexpr double kShareMax = 0.7;
+  if (share <= kShareMax) return;
+  throw table.error("address",
+                    fmt::format("line '{}' would be busy {:.0f} % of the time, 70 % is the most:{}\n  a "
+                                "faster line, or poll_s longer by {:.2f} times",
+                                config.lines[line].name, 100 * share, sum, share / kShareMax));
+}
+
+}  // namespace
+
+double poll_time_s(const ModbusAddress& address, const ModbusDeviceConfig& device) {
+  if (!address.host.empty()) return 0;
+  const double characters = 8 + 7 + 2 * kSilence;  // request; answer with one register or byte of bits
+  return static_cast<double>(device.values.size()) * characters * kBitsPerCharacter / address.baud;
+}
+
+ModbusConfig read_modbus(const ConfigTable& root) {
+  ModbusConfig config;
+  const auto section = root.table_if("modbus");
+  if (!section) return config;
+  std::vector<std::string> names;
+  const std::vector<ConfigTable> lines = section->tables("line");
+  for (const ConfigTable& table : lines) {
+    ModbusConfig::Line line;
+    line.name = table.text("name");
+    try {
+      line.address = parse_modbus_address(table.text("address"));
+    } catch (const std::runtime_error& error) {
+      throw table.error("address", error.what());
+    }
+    line.timeout_s = table.number("timeout_s", 0.2, Range{0.001, 60});
+    names.push_back(line.name);
+    config.lines.push_back(line);
+  }
+  for (const ConfigTable& table : section->tables_if("device"))
+    config.devices.push_back(read_device(table, names));
+  for (std::size_t i = 0; i < lines.size(); ++i) check_budget(config, i, lines[i]);
+  return config;
+}
+
+FieldDevices::FieldDevices(const ModbusConfig& config) : config_(config), states_(config.devices.size()) {
+  for (DeviceState& state : states_) state.heard_ns = now_ns();
+  for (std::size_t line = 0; line < config_.lines.size(); ++line)
+    threads_.emplace_back([this, line] { serve(line); });
+}
+
+FieldDevices::~FieldDevices() {
+  {
+    const std::lock_guard lock(mutex_);
+    stop_ = true;
+  }
+  wake_.notify_all();
+  for (std::thread& thread : threads_) thread.join();
+}
+
+void FieldDevices::serve(std::size_t line) {
+  ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
+  std::unique_lock lock(mutex_);
+  while (!stop_) {
+    lock.unlock();
+    run_writes(link, line);
+    std::int64_t next_ns = now_ns() + 1'000'000'000;
+    for (std::size_t i = 0; i < config_.devices.size(); ++i) {
+      if (config_.devices[i].line != line) continue;
+      if (states_[i].next_ns <= now_ns()) poll(link, i);  // next_ns belongs to this thread
+      next_ns = std::min(next_ns, states_[i].next_ns);
+    }
+    lock.lock();
+    const auto pause = std::chrono::nanoseconds(std::max<std::int64_t>(next_ns - now_ns(), 1'000'000));
+    wake_.wait_for(lock, pause, [&] { return stop_ || !writes_.empty(); });
+  }
+}
+
+std::string FieldDevices::read_value(ModbusLink& link, const ModbusDeviceConfig& device,
+                                     const ModbusValueConfig& value) {
+  std::vector<std::uint16_t> words;
+  std::string trouble;
+  for (int tries = 0; tries <= device.retries; ++tries) {
+    trouble = link.read(device.unit, value.table, value.address, 1, words);
+    if (trouble.empty()) break;
+  }
+  if (!trouble.empty()) return trouble;
+  const double raw = value.is_signed ? static_cast<std::int16_t>(words[0]) : words[0];
+  const std::lock_guard lock(mutex_);
+  samples_[value.name] = {raw * value.scale, now_ns()};
+  return "";
+}
+
+void FieldDevices::poll(ModbusLink& link, std::size_t index) {
+  const ModbusDeviceConfig& device = config_.devices[index];
+  DeviceState& state = states_[index];
+  const std::int64_t begin_ns = now_ns();
+  state.next_ns = std::max(state.next_ns + ns(device.poll_s), begin_ns);
+  std::string trouble;
+  for (const ModbusValueConfig& value : device.values)
+    if (trouble = read_value(link, device, value); !trouble.empty()) break;
+  const std::lock_guard lock(mutex_);
+  if (trouble.empty()) state.heard_ns = now_ns();
+  if (!trouble.empty() && now_ns() - state.heard_ns > ns(device.stale_s)) {
+    state.lost = true;
+    state.trouble = device.name + ": " + trouble;
+  }
+  for (const ModbusValueConfig& value : device.values) {
+    const auto sample = samples_.find(value.name);
+    const bool judged = value.max > value.min && sample != samples_.end();
+    if (!judged || (sample->second.value >= value.min && sample->second.value <= value.max)) continue;
+    state.lies = true;
+    state.trouble = fmt::format("{} is {:g}; {:g} to {:g} is possible", value.name, sample->second.value,
+                                value.min, value.max);
+  }
+}
+
+void FieldDevices::run_writes(ModbusLink& link, std::size_t line) {
+  for (const ModbusDeviceConfig& device : config_.devices) {
+    if (device.line != line) continue;
+    for (const ModbusValueConfig& value : device.values) {
+      double wanted = 0;
+      {
+        const std::lock_guard lock(mutex_);
+        const auto found = writes_.find(value.name);
+        if (found == writes_.end()) continue;
+        wanted = found->second;
+        writes_.erase(found);
+      }
+      const auto word =
+          static_cast<std::uint16_t>(static_cast<std::int32_t>(std::lround(wanted / value.scale)));
+      std::string trouble;
+      for (int tries = 0; tries <= device.retries; ++tries)
+        if (trouble = link.write(device.unit, value.table, value.address, {word}); trouble.empty()) break;
+      if (trouble.empty()) continue;
+      const std::lock_guard lock(mutex_);
+      DeviceState& state = states_[static_cast<std::size_t>(&device - config_.devices.data())];
+      state.lost = true;
+      state.trouble = device.name + ": " + trouble;
+    }
+  }
+}
+
+std::optional<FieldDevices::Value> FieldDevices::value(const std::string& name) const {
+  for (const ModbusDeviceConfig& device : config_.devices) {
+    const bool known = std::any_of(device.values.begin(), device.values.end(),
+                                   [&](const ModbusValueConfig& value) { return value.name == name; });
+    if (!known) continue;
+    const std::lock_guard lock(mutex_);
+    const auto found = samples_.find(name);
+    if (found == samples_.end()) return Value{};
+    const double age_s = 1e-9 * static_cast<double>(now_ns() - found->second.time_ns);
+    return Value{found->second.value, age_s, age_s > device.stale_s};
+  }
+  return std::nullopt;
+}
+
+bool FieldDevices::write(const std::string& name, double value) {
+  if (!this->value(name)) return false;
+  const std::lock_guard lock(mutex_);
+  writes_[name] = value;
+  wake_.notify_all();
+  return true;
+}
+
+Fault FieldDevices::fault(std::string& detail) const {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < states_.size(); ++i) {
+    if (!config_.devices[i].required || (!states_[i].lost && !states_[i].lies)) continue;
+    detail = states_[i].trouble;
+    return states_[i].lost ? Fault::kDeviceLost : Fault::kDeviceFault;
+  }
+  return Fault::kOk;
+}
+
+void FieldDevices::reset() {
+  const std::lock_guard lock(mutex_);
+  for (DeviceState& state : states_) {
+    state.lost = state.lies = false;
+    state.heard_ns = now_ns();
+    state.trouble.clear();
+  }
+}
+
+}  // namespace trn
