@@ -14,7 +14,12 @@ namespace {
 
 std::vector<std::string> split(const std::string& text) {
   std::vector<std::string> parts(1);
-  for (const char c : text) c == ':' ? parts.emplace_back() : parts.back().push_back(c);
+  for (const char c : text) {
+    if (c == ':')
+      parts.emplace_back();
+    else
+      parts.back().push_back(c);
+  }
   return parts;
 }
 

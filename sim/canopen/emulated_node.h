@@ -22,6 +22,7 @@ class EmulatedNode {
     int id = 1;
     ObjectDictionary dictionary;
     EmulatedDrive::Config drive;
+    unsigned sync_periods_max = 5;  ///< without SYNC: the drive faults
     std::int64_t answer_delay_ns =
         20'000;  ///< from a SYNC or a request to the frame's way into the controller
   };

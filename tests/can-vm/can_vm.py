@@ -81,8 +81,8 @@ def kernel_folder(cache):
     """The unpacked kernel package, fetched once."""
     if not list(cache.glob("root/boot/vmlinuz-*")):
         cache.mkdir(parents=True, exist_ok=True)
-        depends = subprocess.run(["apt-cache", "depends", PACKAGE], capture_output=True, text=True, check=False).stdout
-        name = re.search(r"Depends: (linux-image-\S+)", depends)
+        asked = subprocess.run(["apt-cache", "depends", PACKAGE], capture_output=True, text=True, check=False)
+        name = re.search(r"Depends: (linux-image-\S+)", asked.stdout)
         if not name:
             skip(f"no package {PACKAGE}")
         if subprocess.run(["apt-get", "download", "-q", name[1]], cwd=cache, capture_output=True, check=False).returncode:
