@@ -1,6 +1,8 @@
 #!/usr/bin/python3
 """Runs daemon and drives over SocketCAN: on a virtual CAN and between two emulated Kvaser controllers.
 
+Run by hand; needs qemu-system-x86, busybox-static, cpio, can-utils and tshark.
+
 usage: can_vm.py BUILD_DIR SOURCE_DIR [vcan] [kvaser]
 
 Boots Debian's real-time kernel in QEMU (no KVM needed) with an initramfs made of the programs of BUILD_DIR. In the
@@ -64,8 +66,9 @@ ask status --json
 kill -TERM $daemon; wait $daemon
 echo "daemon exit $?" >> /tmp/client.log
 sleep 0.5
+cat /tmp/client.log /tmp/drives.log /tmp/daemon.log; ls -l /dev/vda
 cp /work/vm.toml /tmp; cd /tmp; sync
-tar c bus.log drives.log daemon.csv daemon.log client.log vm.toml | dd of=/dev/vda bs=64k 2>/dev/null; sync
+tar c bus.log drives.log daemon.csv daemon.log client.log vm.toml | dd of=/dev/vda bs=64k; sync
 poweroff -f
 """
 BUS = {
@@ -124,7 +127,7 @@ def build_initramfs(folder, build, source, root, bus):
             if not target.exists():
                 shutil.copy(library, target)
     shutil.copy(shutil.which("busybox"), folder / "bin/busybox")
-    applets = "sh mount insmod sleep grep seq kill cp tar dd sync poweroff mkdir cat"
+    applets = "sh mount insmod sleep grep seq kill cp tar dd sync poweroff mkdir cat ls"
     for applet in applets.split():
         (folder / "bin" / applet).symlink_to("busybox")
     modules = MODULES + DRIVERS[bus]
