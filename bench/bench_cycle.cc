@@ -27,7 +27,7 @@ void ticks_of_impeller(benchmark::State& state) {
     Parameters parameters;
     ToolTable tools = ToolTable::load(source + "/examples/tools.tbl");
     MotionQueue queue(1 << 14);
-    Cycle cycle({assembly.machine.period_s, assembly.machine.joints, {}, false, 8, assembly.plan_joints},
+    Cycle cycle({assembly.machine.period_s, assembly.machine.joints, false, 8, assembly.plan_joints},
                 *assembly.map, queue, *assembly.drives, assembly.corrections.setpoint.get());
     assembly.drives->bring_up();
     while (cycle.last_report().drives != DriveState::kEnabled) cycle.tick();
@@ -36,7 +36,7 @@ void ticks_of_impeller(benchmark::State& state) {
     cycle.post({RtCommand::Kind::kStart});
     MotionBlock block;
     for (int i = 0; i < kTicks; ++i) {
-      while (queue.buffered_s() < 1.0 && pipeline.next(block)) queue.push(block);
+      while (queue.buffered_s() < assembly.planner.buffer_s && pipeline.next(block)) queue.push(block);
       const auto start = std::chrono::steady_clock::now();
       cycle.tick();
       ns.push_back(

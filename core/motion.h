@@ -30,6 +30,14 @@ struct TimeSegment {
   double a_at(double t) const TRN_RT { return a + t * j; }
 };
 
+/// How the motor joints move during a segment, by plan time, each over the joint's own jerk limit: velocity
+/// (s^2) and acceleration (s) where the segment begins, acceleration where it ends, and the least and
+/// greatest jerk in between (1). Between the ends the acceleration counts as linear and the velocity as its
+/// integral.
+struct JointMotion {
+  std::array<float, kMaxJoints> v{}, a{}, a_end{}, j_min{}, j_max{};
+};
+
 /// Something that happens between motions, with the machine at rest, in program order.
 struct QueueEvent {
   enum class Kind : std::uint8_t {
@@ -57,10 +65,11 @@ struct MotionBlock {
   PathPiece piece;
   MapContext context;
   std::array<TimeSegment, kMaxSegments> segments;
-  std::uint8_t segment_count = 0;  ///< 0: an event
-  bool ends_at_rest = false;       ///< the last segment ends with v = a = 0
-  bool rapid = false;              ///< G0: feed override does not act, rapid override does
-  std::uint32_t line = 0;          ///< source line, 1-based
+  std::array<JointMotion, kMaxSegments> joints;  ///< of each segment
+  std::uint8_t segment_count = 0;                ///< 0: an event
+  bool ends_at_rest = false;                     ///< the last segment ends with v = a = 0
+  bool rapid = false;                            ///< G0: feed override does not act, rapid override does
+  std::uint32_t line = 0;                        ///< source line, 1-based
   QueueEvent event;
 };
 

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 
-#include "kernel/time_scale.h"
+#include "kernel/path_rate.h"
 #include "kinematics/factory.h"
 
 namespace trn {
@@ -11,7 +11,7 @@ PlannerConfig read_planner(const ConfigTable& root) {
   PlannerConfig config;
   const std::optional<ConfigTable> table = root.table_if("planner");
   if (!table) return config;
-  const Range share{0.5, 0.9999};
+  const Range share{0.5, 0.995};  // the next bit is the tick's own, for override and hold
   config.geometry.compress = table->boolean("compress", config.geometry.compress);
   config.speed.acceleration_share =
       table->number("acceleration_share", config.speed.acceleration_share, share);
@@ -41,8 +41,7 @@ Assembly assemble(const std::string& config_path, Field field) {
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
-  const PlanShares shares{a.planner.speed.acceleration_share, a.planner.speed.jerk_share};
-  const TimeScale hold(a.plan_joints, shares, a.machine.period_s);
+  const PathRate hold(a.plan_joints, a.machine.period_s);
   a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.plan_time_to_stop());
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);

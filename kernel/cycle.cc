@@ -6,8 +6,11 @@
 namespace trn {
 
 namespace {
-constexpr double kRounding = 1e-6;  // of a position limit and, relatively, of a step: mm, rad
-constexpr double kJogShare = 0.1;   // of the velocity limit when a jog names no speed
+constexpr double kRounding = 1e-6;          // of a position limit and, relatively, of a step: mm, rad
+constexpr PlanShares kJogShares{0.9, 0.8};  // of a jog's limits; the rest stops it at any moment
+constexpr double kLowFactor = 3;  // of the plan time needed: below, what is seen may decide something
+constexpr double kOverrideMax = 2;
+constexpr double kJogShare = 0.1;  // of the velocity limit when a jog names no speed
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
@@ -18,8 +21,9 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
       drives_(drives),
       commands_(256),
       reports_(config.report_capacity),
-      time_scale_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.shares,
+      time_scale_(config.plan_joints.empty() ? config.joints : config.plan_joints, kJogShares,
                   config.period_s),
+      path_rate_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.period_s),
       interpolator_(queue),
       corrections_(corrections) {
   if (config_.plan_joints.empty()) config_.plan_joints = config_.joints;
@@ -30,6 +34,7 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
 }
 
 void Cycle::tick() TRN_RT {
+  queue_.look();
   take_commands();
   move();
   correct_setpoints();
@@ -70,7 +75,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       stopping_ = motion_ != MotionState::kRest && motion_ != MotionState::kHoming;
       break;
     case Kind::kOverride:
-      override_ = std::clamp(command.value, 0.0, 1.0);
+      override_ = std::clamp(command.value, 0.0, kOverrideMax);
       break;
     case Kind::kJog:
       if (standing && fault_ == Fault::kOk) begin_jog(command);
@@ -85,6 +90,11 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kCorrection:
       if (corrections_ && command.joint >= 0 && command.joint < corrections_->size())
         corrections_->enable(command.joint, command.value != 0);
+      break;
+    case Kind::kEmergencyStop:
+      drives_.quick_stop();
+      abandon_motion();
+      latch(Fault::kEmergencyStop, -1);
       break;
     case Kind::kResetFault:
       fault_ = Fault::kOk;
@@ -103,8 +113,10 @@ void Cycle::begin_jog(const RtCommand& command) TRN_RT {
       std::clamp(jog_from_ + command.value, std::min(limit.min, jog_from_), std::max(limit.max, jog_from_));
   const double speed = command.speed > 0 ? command.speed : kJogShare * limit.velocity;
   jog_ = SCurve(target - jog_from_, std::min(speed, limit.velocity),
-                config_.shares.acceleration * limit.acceleration, config_.shares.jerk * limit.jerk);
+                kJogShares.acceleration * limit.acceleration, kJogShares.jerk * limit.jerk);
   jog_time_s_ = 0;
+  time_scale_.set_target(override_);
+  time_scale_.restart();
   motion_ = MotionState::kJogging;
 }
 
@@ -118,31 +130,36 @@ void Cycle::begin_homing(int joint) TRN_RT {
 
 void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
+  report_.blocks_when_low = 0;
   if (!synchronised_)
     q_ = feedback_.q - offset_;  // drives without power: follow them, so that they start without a jump
   if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
   if (motion_ == MotionState::kHoming) return follow_homing();
   const bool stand = stopping_ || motion_ == MotionState::kHeld;
-  const bool on_path = motion_ != MotionState::kJogging;
-  const bool is_short = on_path && queue_is_short();
+  motion_ == MotionState::kJogging ? follow_jog(stand ? 0.0 : override_)
+                                   : follow_path(stand ? 0.0 : override_);
+}
+
+bool Cycle::queue_is_short() TRN_RT {
+  if (queue_.sees_stop()) return false;
+  const double needed = plan_time_needed();
+  if (queue_.seen_s() < kLowFactor * needed) report_.blocks_when_low = queue_.seen_number();
+  return queue_.seen_s() < (waiting_ || interpolator_.at_rest() ? 2 * needed : needed);
+}
+
+void Cycle::follow_path(double target) TRN_RT {
+  const bool is_short = queue_is_short();
   if (is_short && !waiting_ && !interpolator_.at_rest()) ++report_.starvations;
   waiting_ = is_short;
-  time_scale_.set_target(stand || waiting_ ? 0.0 : override_);
-  if (on_path && interpolator_.at_rest()) time_scale_.restart();
-  const double plan_time_s = time_scale_.step();
-  on_path ? follow_path(plan_time_s) : follow_jog(plan_time_s);
-  const bool still = time_scale_.rate() == 0 || (on_path && interpolator_.at_rest());
-  if (stopping_ && still) abandon_motion();
+  if (waiting_) target = 0;
+  if (interpolator_.at_rest()) path_rate_.restart(target);
+  const double plan_time_s = path_rate_.step(queue_, interpolator_.place(), target);
+  drive(plan_time_s);
+  if (stopping_ && (path_rate_.standing() || interpolator_.at_rest())) abandon_motion();
 }
 
-bool Cycle::queue_is_short() const TRN_RT {
-  if (queue_.holds_stop()) return false;
-  const double needed = plan_time_needed();
-  return queue_.buffered_s() < (waiting_ || interpolator_.at_rest() ? 2 * needed : needed);
-}
-
-void Cycle::follow_path(double plan_time_s) TRN_RT {
+void Cycle::drive(double plan_time_s) TRN_RT {
   if (dwell_left_s_ > 0) {
     if (plan_time_s > 0) dwell_left_s_ -= config_.period_s;
     return;
@@ -188,10 +205,11 @@ void Cycle::pass_event() TRN_RT {
   if (event.kind == Kind::kProgramEnd) come_to_rest();
 }
 
-void Cycle::follow_jog(double plan_time_s) TRN_RT {
-  jog_time_s_ += plan_time_s;
+void Cycle::follow_jog(double target) TRN_RT {
+  time_scale_.set_target(target);
+  jog_time_s_ += time_scale_.step();
   q_[jog_joint_] = jog_from_ + jog_.at(jog_time_s_);
-  if (jog_time_s_ >= jog_.duration_s()) come_to_rest();
+  if (jog_time_s_ >= jog_.duration_s() || (stopping_ && time_scale_.rate() == 0)) come_to_rest();
 }
 
 void Cycle::follow_homing() TRN_RT {
@@ -208,8 +226,6 @@ void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
   stopping_ = waiting_ = false;
   dwell_left_s_ = 0;
-  time_scale_.set_target(override_);
-  time_scale_.restart();
 }
 
 void Cycle::abandon_motion() TRN_RT {
@@ -285,7 +301,7 @@ void Cycle::write_report() TRN_RT {
   report_.on_path = interpolator_.has_position();
   report_.speed_mm_s = (report_.y - y_last_).head<3>().norm() / config_.period_s;
   y_last_ = report_.y;
-  report_.override_now = time_scale_.rate();
+  report_.override_now = motion_ == MotionState::kJogging ? time_scale_.rate() : path_rate_.rate();
   if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
   report_.homed_mask = feedback_.homed_mask;
   report_.limit_switch_mask = feedback_.limit_switch_mask;
@@ -293,7 +309,7 @@ void Cycle::write_report() TRN_RT {
   report_.fault_joint = fault_joint_;
   report_.motion = motion_ == MotionState::kHeld && stopping_ ? MotionState::kMoving : motion_;
   report_.drives = feedback_.state;
-  reports_.try_push(report_);
+  if (!reports_.try_push(report_)) ++report_.lost_reports;
 }
 
 }  // namespace trn

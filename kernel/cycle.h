@@ -6,6 +6,7 @@
 #include "kernel/daemon/motion_port.h"
 #include "kernel/interpolator.h"
 #include "kernel/jog.h"
+#include "kernel/path_rate.h"
 #include "kernel/setpoint_chain.h"
 #include "kernel/time_scale.h"
 
@@ -14,7 +15,6 @@ namespace trn {
 struct CycleConfig {
   double period_s = 0;
   Joints joints;
-  PlanShares shares;
   bool pause_at_program_stop = true;  ///< M0, M1 wait for kResume; false: they pass
   std::size_t report_capacity = 4096;
   Joints plan_joints = {};  ///< limits of the planned motion; empty: those of `joints`
@@ -34,8 +34,9 @@ class Cycle final : public TickPort {
 
   /// The report of the last tick, for whoever runs in the tick's own thread.
   const CycleReport& last_report() const TRN_RT { return report_; }
+  const PathRate& path_rate() const TRN_RT { return path_rate_; }
   /// Plan time that the queue must hold, unless it holds a stop, for the motion to go on undisturbed, s.
-  double plan_time_needed() const TRN_RT { return time_scale_.plan_time_to_stop() + 2 * config_.period_s; }
+  double plan_time_needed() const TRN_RT { return path_rate_.plan_time_to_stop() + 2 * config_.period_s; }
 
  private:
   static constexpr int kCommandsPerTick = 8;
@@ -45,9 +46,10 @@ class Cycle final : public TickPort {
   void begin_jog(const RtCommand& command) TRN_RT;
   void begin_homing(int joint) TRN_RT;
   void move() TRN_RT;
-  void follow_path(double plan_time_s) TRN_RT;
+  void follow_path(double target) TRN_RT;
+  void drive(double plan_time_s) TRN_RT;
   bool take_up_jump() TRN_RT;
-  void follow_jog(double plan_time_s) TRN_RT;
+  void follow_jog(double target) TRN_RT;
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;
   void come_to_rest() TRN_RT;
@@ -58,7 +60,7 @@ class Cycle final : public TickPort {
   void write_report() TRN_RT;
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
-  bool queue_is_short() const TRN_RT;
+  bool queue_is_short() TRN_RT;
 
   CycleConfig config_;
   const JointMap& map_;
@@ -66,7 +68,8 @@ class Cycle final : public TickPort {
   Drives& drives_;
   Ring<RtCommand> commands_;
   Ring<CycleReport> reports_;
-  TimeScale time_scale_;
+  TimeScale time_scale_;  ///< of jogs
+  PathRate path_rate_;    ///< of the plan
   Interpolator interpolator_;
   MotionState motion_ = MotionState::kRest;
   bool stopping_ = false;  ///< slows down to forget the motion

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernel/motion_queue.h"
+#include "kernel/plan_walk.h"
 
 namespace trn {
 
@@ -27,6 +27,8 @@ class Interpolator {
   std::uint32_t line() const TRN_RT { return line_; }
   bool has_position() const TRN_RT { return has_position_; }
   bool at_rest() const TRN_RT { return at_rest_; }
+  /// Where in the queue's plan that is.
+  PlanPlace place() const TRN_RT { return {0, segment_, time_s_}; }
 
   /// The event in front; call `pass_event` to go on behind it.
   const MotionBlock& event() const TRN_RT { return *queue_.front(); }

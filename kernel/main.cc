@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   trn::add_clients(app, exit);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);
+  trn::add_replay(app, exit);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -2,86 +2,121 @@
 
 #include <atomic>
 #include <cstdint>
+#include <vector>
 
 #include "core/motion.h"
-#include "core/ring.h"
 
 namespace trn {
 
 /// The ring between planner and tick, with what both must know of its content: how much motion it holds, and
 /// whether a stop is among it. Blocks belong to a generation (a program); those of a dropped one are skipped.
+/// One writer, one reader, nobody waits. The reader may look at everything in the ring, not only at its
+/// front, and sees what was there when it last called `look`: all it decides in a period rests on that count.
 class MotionQueue {
  public:
-  explicit MotionQueue(std::size_t capacity) : ring_(capacity) {}
+  explicit MotionQueue(std::size_t capacity) : items_(capacity) {}
 
   // Planner's side.
+  /// False if the ring is full.
   bool push(const MotionBlock& block) {
-    if (!ring_.try_push({block, generation_.load(std::memory_order_relaxed)})) return false;
-    pushed_ns_.fetch_add(duration_ns(block), std::memory_order_release);
-    if (block.segment_count == 0 || block.ends_at_rest) pushed_stops_.fetch_add(1, std::memory_order_release);
+    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    if (tail - head_.load(std::memory_order_acquire) == items_.size()) return false;
+    pushed_ns_.fetch_add(duration_ns(block), std::memory_order_relaxed);
+    if (is_stop(block)) pushed_stops_.fetch_add(1, std::memory_order_relaxed);
+    items_[tail % items_.size()] = {block, generation_.load(std::memory_order_relaxed), ++number_, pushed_ns_,
+                                    pushed_stops_};
+    tail_.store(tail + 1, std::memory_order_release);
     return true;
   }
   /// What is pushed from now on belongs to a new program.
-  void begin_generation() { generation_.fetch_add(1, std::memory_order_acq_rel); }
-
-  // Tick's side.
-  const MotionBlock* front() TRN_RT {
-    const Item* item = ring_.front();
-    for (int skipped = 0; item && item->generation <= dropped_ && skipped < kDropsPerTick; ++skipped) {
-      pop();
-      item = ring_.front();
-    }
-    return item && item->generation > dropped_ ? &item->block : nullptr;
+  void begin_generation() {
+    number_ = 0;
+    generation_.fetch_add(1, std::memory_order_acq_rel);
   }
-  /// The front is being driven: its time no longer counts as ahead.
-  void begin_front() TRN_RT {
-    if (begun_) return;
-    begun_ = true;
-    if (const Item* item = ring_.front())
-      begun_ns_.fetch_add(duration_ns(item->block), std::memory_order_release);
-  }
-  void pop() TRN_RT {
-    const Item* item = ring_.front();
-    if (!item) return;
-    begin_front();
-    begun_ = false;
-    if (item->block.segment_count == 0 || item->block.ends_at_rest)
-      popped_stops_.fetch_add(1, std::memory_order_release);
-    ring_.pop();
-  }
-  /// Forgets everything pushed so far.
-  void drop_all() TRN_RT { dropped_ = generation_.load(std::memory_order_acquire); }
-
-  // Either side.
   /// Plan time behind the block that is being driven.
-  double buffered_s() const TRN_RT {
+  double buffered_s() const {
     return 1e-9 * static_cast<double>(pushed_ns_.load(std::memory_order_acquire) -
                                       begun_ns_.load(std::memory_order_acquire));
   }
-  bool holds_stop() const TRN_RT {
+  bool holds_stop() const {
     return pushed_stops_.load(std::memory_order_acquire) != popped_stops_.load(std::memory_order_acquire);
+  }
+
+  // Tick's side.
+  /// Takes notice of what has been pushed by now.
+  void look() TRN_RT {
+    const std::uint64_t tail = tail_.load(std::memory_order_acquire);
+    if (tail != seen_) seen_number_ = items_[(tail - 1) % items_.size()].number;
+    seen_ = tail;
+  }
+  /// How many blocks of its program the last one seen completes.
+  std::uint32_t seen_number() const TRN_RT { return seen_number_; }
+  const MotionBlock* front() TRN_RT {
+    for (int skipped = 0; sees(0) && item(0).generation <= dropped_ && skipped < kDropsPerTick; ++skipped)
+      pop();
+    return ahead(0);
+  }
+  /// The block `index` places behind the front; null if it is not seen yet.
+  const MotionBlock* ahead(std::uint64_t index) const TRN_RT {
+    return sees(index) && item(index).generation > dropped_ ? &item(index).block : nullptr;
+  }
+  /// The front is being driven: its time no longer counts as ahead.
+  void begin_front() TRN_RT {
+    if (begun_ || !sees(0)) return;
+    begun_ = true;
+    begun_ns_.store(item(0).end_ns, std::memory_order_release);
+  }
+  void pop() TRN_RT {
+    if (!sees(0)) return;
+    begin_front();
+    begun_ = false;
+    popped_stops_.store(item(0).stops, std::memory_order_release);
+    head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
+  }
+  /// Forgets everything pushed so far.
+  void drop_all() TRN_RT { dropped_ = generation_.load(std::memory_order_acquire); }
+  /// As `buffered_s` and `holds_stop`, of what is seen.
+  double seen_s() const TRN_RT {
+    return sees(0) ? 1e-9 * static_cast<double>(last().end_ns - begun_ns_.load(std::memory_order_relaxed))
+                   : 0;
+  }
+  bool sees_stop() const TRN_RT {
+    return sees(0) && last().stops != popped_stops_.load(std::memory_order_relaxed);
   }
 
  private:
   struct Item {
     MotionBlock block;
     std::uint64_t generation = 0;
+    std::uint32_t number = 0;            ///< in its program, from 1
+    std::int64_t end_ns = 0, stops = 0;  ///< pushed up to and with this one
   };
   static constexpr int kDropsPerTick = 64;
 
-  static std::int64_t duration_ns(const MotionBlock& block) TRN_RT {
+  bool sees(std::uint64_t index) const TRN_RT {
+    return head_.load(std::memory_order_relaxed) + index < seen_;
+  }
+  const Item& item(std::uint64_t index) const TRN_RT {
+    return items_[(head_.load(std::memory_order_relaxed) + index) % items_.size()];
+  }
+  const Item& last() const TRN_RT { return items_[(seen_ - 1) % items_.size()]; }
+  static bool is_stop(const MotionBlock& block) { return block.segment_count == 0 || block.ends_at_rest; }
+  static std::int64_t duration_ns(const MotionBlock& block) {
     double sum = 0;
     for (int i = 0; i < block.segment_count; ++i)
       sum += block.segments[static_cast<std::size_t>(i)].duration_s;
     return static_cast<std::int64_t>(1e9 * sum);
   }
 
-  Ring<Item> ring_;
-  std::uint64_t dropped_ = 0;
+  std::vector<Item> items_;
+  std::atomic<std::uint64_t> head_{0}, tail_{0};  ///< counts of all blocks popped and pushed
   std::atomic<std::uint64_t> generation_{1};
-  bool begun_ = false;
   std::atomic<std::int64_t> pushed_ns_{0}, begun_ns_{0};
   std::atomic<std::int64_t> pushed_stops_{0}, popped_stops_{0};
+  std::uint32_t number_ = 0;              ///< the planner's own
+  std::uint64_t seen_ = 0, dropped_ = 0;  ///< the tick's own
+  std::uint32_t seen_number_ = 0;
+  bool begun_ = false;
 };
 
 }  // namespace trn

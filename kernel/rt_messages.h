@@ -14,16 +14,17 @@ namespace trn {
 /// A command to the tick. It takes effect in the period in which the tick pops it.
 struct RtCommand {
   enum class Kind : std::uint8_t {
-    kStart,       ///< drive what the ring holds, from rest
-    kHold,        ///< slow down on the path and stand
-    kResume,      ///< go on after kHold or a program stop
-    kStop,        ///< slow down on the path, then forget the ring's content
-    kOverride,    ///< value: 0 to 1
-    kJog,         ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
-    kHome,        ///< joint, or -1: all
-    kQuickStop,   ///< every drive brakes by its own ramp; forget the ring's content
-    kCorrection,  ///< joint: number in the chain; value: 1 on, 0 off
-    kResetFault,  ///< forget the latched fault
+    kStart,          ///< drive what the ring holds, from rest
+    kHold,           ///< slow down on the path and stand
+    kResume,         ///< go on after kHold or a program stop
+    kStop,           ///< slow down on the path, then forget the ring's content
+    kOverride,       ///< value: 0 to 2; above 1 where the joints' limits leave room, rapid moves never
+    kJog,            ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
+    kHome,           ///< joint, or -1: all
+    kQuickStop,      ///< every drive brakes by its own ramp; forget the ring's content
+    kEmergencyStop,  ///< the same, and latch the fault
+    kCorrection,     ///< joint: number in the chain; value: 1 on, 0 off
+    kResetFault,     ///< forget the latched fault
   };
   Kind kind = Kind::kStart;
   double value = 0;
@@ -63,6 +64,8 @@ struct CycleReport {
   std::uint32_t line = 0;             ///< source line, 1-based; 0: none
   std::uint32_t last_command_id = 0;  ///< of the last command that took effect
   std::uint32_t starvations = 0;      ///< since start
+  std::uint32_t lost_reports = 0;     ///< since start: nobody took them in time
+  std::uint32_t blocks_when_low = 0;  ///< of the program, seen by a tick with little ahead; else 0
   unsigned homed_mask = 0, limit_switch_mask = 0;
   int fault_joint = -1;
   Fault fault = Fault::kOk;  ///< latched

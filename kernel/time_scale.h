@@ -7,13 +7,14 @@
 
 namespace trn {
 
-/// Shares of the joint limits that the planner uses; the rest lets override and hold act at once.
+/// Shares of the joint limits that a motion uses; the rest lets the time scale act at once.
 struct PlanShares {
   double acceleration = 0.99;
   double jerk = 0.98;
 };
 
-/// Override, hold and path-true stop: a rate r = d(plan time)/dt in [0, 1] with bounded second derivative.
+/// Override and stop of a motion of which only its shares of the limits are known, as a jog: a rate r =
+/// d(plan time)/dt in [0, 1] with bounded second derivative.
 ///
 /// With r, r', r'' a joint that the plan moves by v, a, j moves by r v, r^2 a + r' v and
 /// r^3 j + 3 r r' a + r'' v. For every plan inside the shares these stay inside the limits if

@@ -375,9 +375,11 @@ void add_override(CLI::App& app, Exit& exit) {
                command.value = chosen.amount / 100;
                return command;
              })
-      .add_option("percent", options->amount, "0 (stand) to 100 (as programmed)")
+      .add_option("percent", options->amount,
+                  "0 (stand) over 100 (as programmed) to 200; above 100 as far as the joints allow, "
+                  "rapid moves not at all")
       ->required()
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(CLI::Range(0.0, 200.0));
 }
 
 void add_correction(CLI::App& app, Exit& exit) {

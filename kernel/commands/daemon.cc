@@ -18,7 +18,7 @@ namespace trn {
 namespace {
 
 struct DaemonOptions {
-  std::string machine, tools, vars, record;
+  std::string machine, tools, vars, record, log;
 };
 
 constexpr std::size_t kQueueBlocks = 8192;
@@ -28,7 +28,6 @@ CycleConfig cycle_config(const Assembly& assembly) {
   config.period_s = assembly.machine.period_s;
   config.joints = assembly.machine.joints;
   config.plan_joints = assembly.plan_joints;
-  config.shares = {assembly.planner.speed.acceleration_share, assembly.planner.speed.jerk_share};
   return config;
 }
 
@@ -44,13 +43,17 @@ void run_machine(const DaemonOptions& options) {
   MotionQueue queue(kQueueBlocks);
   Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
               assembly.corrections.setpoint.get());
+  std::unique_ptr<SessionLog> log;
+  if (!options.log.empty())
+    log =
+        std::make_unique<SessionLog>(options.log, SessionHead{options.machine, options.tools, options.vars});
   ProgramFeeder feeder(assembly, queue, parameters_of(options),
-                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools));
+                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get());
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map);
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
-              record.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
+              record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.background});
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
@@ -81,6 +84,8 @@ void add_daemon(CLI::App& app, Exit& exit) {
   daemon->add_option("--tools", options->tools, "Tool table (LinuxCNC .tbl)")->check(CLI::ExistingFile);
   daemon->add_option("--vars", options->vars, "Variables (.var), read at the start and written at the end");
   daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
+  daemon->add_option("--log", options->log,
+                     "Write what operator and drives did to this file, for 'trunnion replay'");
   daemon->footer(
       "Clients: load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset.\n"
       "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"

@@ -73,8 +73,12 @@ class ServiceNotifier {
 void drain_reports(const DaemonParts& parts, Director& director) {
   CycleReport report;
   while (parts.tick.next_report(report)) {
+    if (report.lost_reports != director.last_report().lost_reports)
+      spdlog::error("{} periods were not seen in time: they are missing in every record of this session",
+                    report.lost_reports - director.last_report().lost_reports);
     // without power the setpoint only follows the drives
     if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
+    if (parts.log) parts.log->report(report);
     director.report(report);
   }
 }
@@ -116,7 +120,7 @@ void run_daemon(const DaemonParts& parts) {
     tick.tick();
   });
   Director director({parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs,
-                     thread.statistics(), parts.map, parts.chain},
+                     thread.statistics(), parts.log, parts.map, parts.chain},
                     collect_warnings(parts.realtime, memory_refused, thread));
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);

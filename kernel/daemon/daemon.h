@@ -11,6 +11,7 @@
 #include "kernel/daemon/realtime.h"
 #include "kernel/joint_map.h"
 #include "kernel/setpoint_chain.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 
@@ -23,6 +24,7 @@ struct DaemonParts {
   TickPort& tick;
   ProgramSource& programs;
   ReportSink* record = nullptr;
+  SessionLog* log = nullptr;
   MachineJointMap* map = nullptr;  ///< see Director::Parts
   const SetpointChain* chain = nullptr;
   std::vector<std::function<void()>> background = {};  ///< called many times a second outside the tick

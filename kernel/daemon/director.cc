@@ -104,8 +104,8 @@ CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticke
 }
 
 CommandDesk::Answer Director::obey_override(double value) {
-  if (value < 0 || value > 1)
-    return refused(fmt::format("override {} is out of range: 0 to 1 is legal", value));
+  if (value < 0 || value > 2)
+    return refused(fmt::format("override {} is out of range: 0 to 2 is legal", value));
   view_.override_wanted = value;
   status_due_ = true;
   post({RtCommand::Kind::kOverride, value});
@@ -194,7 +194,8 @@ void Director::enter_state(MachineState before) {
 void Director::act(std::uint32_t actions) {
   using Kind = RtCommand::Kind;
   if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
-  if (actions & kDoQuickStop) post({Kind::kQuickStop});
+  const bool estop = supervisor_.state() == MachineState::kEstop;
+  if (actions & kDoQuickStop) post({estop ? Kind::kEmergencyStop : Kind::kQuickStop});
   if (actions & kDoStopOnPath) post({Kind::kStop});
   if (actions & kDoHold) post({Kind::kHold});
   if (actions & kDoResume) post({Kind::kResume});
@@ -209,6 +210,7 @@ void Director::act(std::uint32_t actions) {
 
 void Director::post(RtCommand command) {
   command.id = ++last_id_;
+  if (parts_.log) parts_.log->posted(command);
   if (!parts_.tick.post(command))
     spdlog::critical("the tick takes no commands any more; its thread has stopped");
 }

@@ -18,6 +18,7 @@
 #include "kernel/daemon/worker.h"
 #include "kernel/joint_map.h"
 #include "kernel/setpoint_chain.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 
@@ -32,6 +33,7 @@ class Director {
     TickPort& tick;
     ProgramSource& programs;
     const LoopStatistics& statistics;
+    SessionLog* log = nullptr;  ///< hears of every command
     MachineJointMap* map = nullptr;  ///< its corrections may be switched; null: there are none
     const SetpointChain* chain = nullptr;
   };
@@ -48,6 +50,7 @@ class Director {
   void poll();
 
   bool done() const { return done_; }
+  const CycleReport& last_report() const { return report_; }
   MachineState state() const { return supervisor_.state(); }
 
  private:

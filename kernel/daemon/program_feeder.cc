@@ -3,6 +3,7 @@
 #include <chrono>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 namespace trn {
 
@@ -13,8 +14,12 @@ void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 }  // namespace
 
 ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
-                             ToolTable tools)
-    : assembly_(assembly), queue_(queue), parameters_(std::move(parameters)), tools_(std::move(tools)) {}
+                             ToolTable tools, SessionLog* log)
+    : assembly_(assembly),
+      queue_(queue),
+      parameters_(std::move(parameters)),
+      tools_(std::move(tools)),
+      log_(log) {}
 
 ProgramFeeder::~ProgramFeeder() {
   abandoned_ = true;
@@ -44,6 +49,7 @@ void ProgramFeeder::begin(ProgramStart start) {
   check_program(assembly_, parameters_, tools_, start, {});
   wait_until_cleared();
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, PipelineObservers{});
+  if (log_) log_->program(start);
   queue_.begin_generation();
   ended_ = false;
   if (!start.text) mdi_.reset();

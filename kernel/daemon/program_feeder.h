@@ -8,6 +8,7 @@
 #include "kernel/daemon/motion_port.h"
 #include "kernel/motion_queue.h"
 #include "kernel/pipeline.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 
@@ -17,7 +18,8 @@ namespace trn {
 /// modes and ends that; a line that fails or is stopped hands nothing on.
 class ProgramFeeder final : public ProgramSource {
  public:
-  ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools);
+  ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
+                SessionLog* log = nullptr);
   ~ProgramFeeder() override;
 
   void load(const std::string& path, const JointVec& q) override;
@@ -41,6 +43,7 @@ class ProgramFeeder final : public ProgramSource {
   MotionQueue& queue_;
   Parameters parameters_;
   ToolTable tools_;
+  SessionLog* log_;
   std::atomic<bool> abandoned_ = false, ended_ = true;
   std::mutex mutex_;
   std::string failure_;  ///< guarded by mutex_

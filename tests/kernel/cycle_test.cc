@@ -30,7 +30,7 @@ class Bench {
   Bench(const std::string& config, const std::string& program)
       : assembly_(assemble(config)),
         queue_(1 << 14),
-        cycle_({assembly_.machine.period_s, assembly_.machine.joints, {}, false, 8, assembly_.plan_joints},
+        cycle_({assembly_.machine.period_s, assembly_.machine.joints, false, 8, assembly_.plan_joints},
                *assembly_.map, queue_, *assembly_.drives, assembly_.corrections.setpoint.get()) {
     assembly_.drives->bring_up();
     for (int i = 0; i < 20000 && cycle_.last_report().drives != DriveState::kEnabled; ++i) cycle_.tick();
@@ -44,7 +44,7 @@ class Bench {
     cycle_.post({RtCommand::Kind::kStart});
   }
   void fill() {
-    while (!ended_ && queue_.buffered_s() < 1.0) {
+    while (!ended_ && queue_.buffered_s() < assembly_.planner.buffer_s) {
       if (!pipeline_->next(block_)) ended_ = true;
       if (!ended_) queue_.push(block_);
     }
@@ -108,12 +108,12 @@ TEST_P(EveryConfig, OperatorEventsNeverBreakALimit) {
   for (int scenario = 0; scenario < scenarios; ++scenario) {
     std::mt19937_64 rng(static_cast<std::uint64_t>(scenario) + 1);
     std::uniform_int_distribution<int> wait(1, 900), kind(0, 5);
-    std::uniform_real_distribution<double> override_value(0, 1.2);
+    std::uniform_real_distribution<double> override_value(0, 2);
     Bench bench(GetParam(), wander(probe));
     const Joints& joints = bench.assembly().machine.joints;
     LimitJudge judge(joints, bench.assembly().machine.period_s);
     TraceRow row;
-    int next = wait(rng);
+    int next = wait(rng), planner_sleeps = 0;
     const auto judge_row = [&](int period) {
       const JointVec& q = bench.report().q_setpoint;
       row.t_s = period * bench.assembly().machine.period_s;
@@ -123,8 +123,9 @@ TEST_P(EveryConfig, OperatorEventsNeverBreakALimit) {
     };
     judge_row(0);
     for (int i = 1; i <= 6000; ++i) {
-      bench.fill();
+      if (--planner_sleeps < 0) bench.fill();
       if (--next == 0) {
+        if (kind(rng) == 0) planner_sleeps = 3 * wait(rng);
         next = wait(rng);
         using Kind = RtCommand::Kind;
         const Kind kinds[] = {Kind::kHold,     Kind::kResume, Kind::kOverride,
@@ -143,6 +144,30 @@ TEST_P(EveryConfig, OperatorEventsNeverBreakALimit) {
             << "scenario " << scenario << " " << joints[k].name << " " << to_string(quantity) << " at "
             << judge.verdicts()[k].peak(quantity).t_s;
   }
+}
+
+TEST_P(EveryConfig, EmergencyStopIsLatchedUntilItIsReset) {
+  const Assembly probe = assemble(GetParam());
+  Bench bench(GetParam(), wander(probe));
+  for (int i = 0; i < 200; ++i) bench.cycle().tick();
+  EXPECT_EQ(bench.report().motion, MotionState::kMoving);
+  bench.cycle().post({RtCommand::Kind::kEmergencyStop});
+  for (int i = 0; i < 50; ++i) bench.cycle().tick();
+  EXPECT_EQ(bench.report().fault, Fault::kEmergencyStop);
+  EXPECT_EQ(bench.report().motion, MotionState::kRest);
+  bench.cycle().post({RtCommand::Kind::kStart});
+  bench.cycle().tick();
+  EXPECT_EQ(bench.report().motion, MotionState::kRest) << "a latched fault forbids motion";
+  bench.cycle().post({RtCommand::Kind::kResetFault});
+  bench.cycle().tick();
+  EXPECT_EQ(bench.report().fault, Fault::kOk);
+}
+
+TEST_P(EveryConfig, ReportsThatNobodyTakesAreCounted) {
+  Bench bench(GetParam(), wander(assemble(GetParam())));
+  const auto before = bench.report().lost_reports;
+  for (int i = 0; i < 100; ++i) bench.cycle().tick();
+  EXPECT_EQ(bench.report().lost_reports, before + 100);
 }
 
 // Every key of every shipped config, misspelt: refused at its line, with the right spelling named.

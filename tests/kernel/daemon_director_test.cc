@@ -210,7 +210,7 @@ TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
 TEST(Director, NonsenseValuesAreRefused) {
   Bench bench;
   EXPECT_EQ(bench.send(99).outcome, +acknowledge_t::REFUSED);
-  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 1.01).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 2.01).outcome, +acknowledge_t::REFUSED);
   EXPECT_EQ(bench.send(command_t::OVERRIDE, "", std::nan("")).outcome, +acknowledge_t::REFUSED);
   EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 0.5).outcome, +acknowledge_t::ACCEPTED);
   EXPECT_EQ(bench.posted.back().value, 0.5);

@@ -345,6 +345,28 @@ class DaemonTest(unittest.TestCase):
             log = bench.log_text()
             self.assertLess(log.index("closing"), log.index("drives are off"))
 
+    def test_a_recorded_session_replays_bit_for_bit(self):
+        with Bench() as bench:
+            record, log, again = (os.path.join(bench.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            bench.start_daemon("--record", record, "--log", log)
+            bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
+            bench.ask("start")
+            bench.until(lambda s: s["line"] >= 4)
+            for override in ("60", "170", "35", "200"):
+                bench.ask("override", override)
+            bench.ask("hold")
+            bench.until(lambda s: s["state"] == "holding" and s["override_now"] == 0)
+            bench.ask("resume")
+            bench.until(lambda s: s["line"] >= 12)
+            bench.ask("stop", "--wait")
+            bench.ask("jog", "X", "-7.5", "--speed", "50", "--wait")
+            bench.ask("mdi", "G21 G90 G1 X12.5 Y-3 F2000", "--wait")
+            self.assertEqual(bench.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertGreater(len(rows(record)), 1000)
+            self.assertEqual(rows(record), rows(again))
+
     def test_daemon_sends_the_same_bits_as_run(self):
         tools = ("--tools", os.path.join(SOURCE, "examples/tools.tbl"))
         for name, program, options in (("three axes", PROGRAM, ()), ("RTCP", five_axis_program(), tools)):

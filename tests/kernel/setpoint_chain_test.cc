@@ -56,7 +56,7 @@ struct Outcome {
 
 Outcome run(SetpointChain& chain, Assembly& assembly, bool switch_often) {
   MotionQueue queue(1 << 14);
-  Cycle cycle({assembly.machine.period_s, assembly.machine.joints, {}, false, 8, chain.plan_joints()},
+  Cycle cycle({assembly.machine.period_s, assembly.machine.joints, false, 8, chain.plan_joints()},
               *assembly.map, queue, *assembly.drives, &chain);
   assembly.plan_joints = chain.plan_joints();
   // Judged from the first tick on, when nothing has moved.

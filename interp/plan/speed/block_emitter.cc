@@ -8,7 +8,7 @@ void BlockEmitter::begin_stretch() { pieces_.clear(); }
 
 void BlockEmitter::add_piece(const PlanPiece& piece, double s_start) { pieces_.push_back({piece, s_start}); }
 
-void BlockEmitter::segment(const LawSegment& segment, bool at_rest) {
+void BlockEmitter::segment(const LawSegment& segment, const std::deque<GridInterval>& grid, bool at_rest) {
   const double s_end = segment.end().s;
   double t = 0;
   while (pieces_.size() > 1) {
@@ -16,18 +16,22 @@ void BlockEmitter::segment(const LawSegment& segment, bool at_rest) {
     if (s_end < border - tolerance) break;
     const double t_border =
         s_end > border + 1e-9 * pieces_[1].plan.piece.length ? segment.time_at(border) : segment.duration_s;
-    if (t_border > t) append(segment.at(t), segment.jerk, t_border - t);
+    if (t_border > t) append(segment, grid, t, t_border);
     t = t_border;
     flush(at_rest && t >= segment.duration_s);
     pieces_.pop_front();
   }
-  if (t < segment.duration_s) append(segment.at(t), segment.jerk, segment.duration_s - t);
+  if (t < segment.duration_s) append(segment, grid, t, segment.duration_s);
   if (at_rest) flush(true);
 }
 
-void BlockEmitter::append(const PathState& from, double jerk, double duration_s) {
+void BlockEmitter::append(const LawSegment& segment, const std::deque<GridInterval>& grid, double from_s,
+                          double to_s) {
   if (block_.segment_count == MotionBlock::kMaxSegments) flush(false);
-  block_.segments[block_.segment_count++] = {duration_s, from.s - pieces_.front().s, from.v, from.a, jerk};
+  const PathState from = segment.at(from_s);
+  block_.joints[block_.segment_count] = joint_motion(segment, grid, rates_, from_s, to_s);
+  block_.segments[block_.segment_count++] = {to_s - from_s, from.s - pieces_.front().s, from.v, from.a,
+                                             segment.jerk};
 }
 
 void BlockEmitter::flush(bool at_rest) {

@@ -2,19 +2,21 @@
 
 #include <deque>
 
-#include "interp/plan/speed/time_law.h"
+#include "interp/plan/speed/joint_motion.h"
 
 namespace trn::speed {
 
-/// Cuts time-law segments at the borders of pieces and packs them into motion blocks, in order.
+/// Cuts time-law segments at the borders of pieces and packs them into motion blocks, in order, each with
+/// what the joints do in it.
 class BlockEmitter {
  public:
-  explicit BlockEmitter(BlockSink& out) : out_(out) {}
+  /// `rates`: the joints' full limits.
+  BlockEmitter(const JointRates& rates, BlockSink& out) : rates_(rates), out_(out) {}
 
   void begin_stretch();
   void add_piece(const PlanPiece& piece, double s_start);
-  /// `at_rest`: the segment ends standing still.
-  void segment(const LawSegment& segment, bool at_rest);
+  /// `at_rest`: the segment ends standing still. `grid`: what the segment's indices mean.
+  void segment(const LawSegment& segment, const std::deque<GridInterval>& grid, bool at_rest);
   void event(const QueueEvent& event, std::uint32_t line);
 
   size_t piece_count() const { return pieces_.size(); }
@@ -25,9 +27,10 @@ class BlockEmitter {
     PlanPiece plan;
     double s;
   };
-  void append(const PathState& from, double jerk, double duration_s);
+  void append(const LawSegment& segment, const std::deque<GridInterval>& grid, double from_s, double to_s);
   void flush(bool at_rest);
 
+  JointRates rates_;
   BlockSink& out_;
   std::deque<Placed> pieces_;
   MotionBlock block_;

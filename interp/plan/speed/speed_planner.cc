@@ -65,7 +65,7 @@ SpeedPlanner::SpeedPlanner(const Joints& joints, const JointMap& map, const Spee
     : options_(completed(options, joints)),
       sampler_(joints, map, joint_rates(joints, options.acceleration_share, options.jerk_share)),
       grid_(sampler_, options_.node_spacing_s, 1.5 * brake_time(joints)),
-      emitter_(out),
+      emitter_(joint_rates(joints, 1, 1), out),
       brake_s_(brake_time(joints)) {}
 
 void SpeedPlanner::piece(const PlanPiece& piece) {
@@ -386,7 +386,7 @@ void SpeedPlanner::commit(size_t segments, size_t head) {
   const size_t offset = start_.at_rest ? 1 : 0;  // the rest segment has no coefficient
   const size_t regular = segments - offset;
   for (size_t i = 0; i < segments; ++i) {
-    emitter_.segment(law_[i], false);
+    emitter_.segment(law_[i], grid_.intervals(), false);
     stats_.time_s += law_[i].duration_s;
   }
   start_.state = law_[segments].from;
@@ -414,7 +414,7 @@ void SpeedPlanner::drop_intervals(size_t count) {
 void SpeedPlanner::emit_rest() {
   if (law_.empty()) return;
   for (size_t i = 0; i < law_.size(); ++i) {
-    emitter_.segment(law_[i], i + 1 == law_.size());
+    emitter_.segment(law_[i], grid_.intervals(), i + 1 == law_.size());
     stats_.time_s += law_[i].duration_s;
   }
   const size_t count = law_.back().last;

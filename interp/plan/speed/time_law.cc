@@ -50,22 +50,6 @@ void use_of(const PathSample& p, const PathState& at, double jerk, const JointRa
   use.jerk = std::max(use.jerk, third);
 }
 
-// The sample at s on the parabola through three samples.
-PathSample between(const PathSample* p, double s, int count) {
-  const double a = s - p[0].s, b = s - p[1].s, c = s - p[2].s;
-  const double ab = p[0].s - p[1].s, ac = p[0].s - p[2].s, bc = p[1].s - p[2].s;
-  const double w0 = b * c / (ab * ac), w1 = -a * c / (ab * bc), w2 = a * b / (ac * bc);
-  PathSample out;
-  out.s = s;
-  out.b_max = w0 * p[0].b_max + w1 * p[1].b_max + w2 * p[2].b_max;
-  for (size_t j = 0; j < static_cast<size_t>(count); ++j) {
-    out.d1[j] = w0 * p[0].d1[j] + w1 * p[1].d1[j] + w2 * p[2].d1[j];
-    out.d2[j] = w0 * p[0].d2[j] + w1 * p[1].d2[j] + w2 * p[2].d2[j];
-    out.d3[j] = w0 * p[0].d3[j] + w1 * p[1].d3[j] + w2 * p[2].d3[j];
-  }
-  return out;
-}
-
 }  // namespace
 
 PathState LawSegment::at(double t) const {
@@ -117,6 +101,21 @@ LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t
 LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from) {
   const double length = grid[last - 1].s + grid[last - 1].h - from.s, T = 3 * length / from.v;
   return {{from.s, from.v, -2 * from.v / T}, 2 * from.v / (T * T), T, first, last};
+}
+
+PathSample between(const PathSample* p, double s, int count) {
+  const double a = s - p[0].s, b = s - p[1].s, c = s - p[2].s;
+  const double ab = p[0].s - p[1].s, ac = p[0].s - p[2].s, bc = p[1].s - p[2].s;
+  const double w0 = b * c / (ab * ac), w1 = -a * c / (ab * bc), w2 = a * b / (ac * bc);
+  PathSample out;
+  out.s = s;
+  out.b_max = w0 * p[0].b_max + w1 * p[1].b_max + w2 * p[2].b_max;
+  for (size_t j = 0; j < static_cast<size_t>(count); ++j) {
+    out.d1[j] = w0 * p[0].d1[j] + w1 * p[1].d1[j] + w2 * p[2].d1[j];
+    out.d2[j] = w0 * p[0].d2[j] + w1 * p[1].d2[j] + w2 * p[2].d2[j];
+    out.d3[j] = w0 * p[0].d3[j] + w1 * p[1].d3[j] + w2 * p[2].d3[j];
+  }
+  return out;
 }
 
 LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, const JointRates& rates) {

@@ -35,6 +35,9 @@ bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const Spe
 LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t last, double b_end);
 LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from);
 
+/// The sample at s on the parabola through three samples.
+PathSample between(const PathSample* p, double s, int count);
+
 /// Greatest share of the limits that the segment uses at the samples of its intervals.
 struct LimitUse {
   double velocity_squared = 0, acceleration = 0, jerk = 0;  ///< the first: b / b_max, feed included

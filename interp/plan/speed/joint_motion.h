@@ -1,0 +1,13 @@
+#pragma once
+
+#include "core/motion.h"
+#include "interp/plan/speed/time_law.h"
+
+namespace trn::speed {
+
+/// What the joints do while the law runs from `from_s` to `to_s` of the segment's own time, out of the
+/// samples of its intervals; a parabola stands between samples. `rates`: the joints' full limits.
+JointMotion joint_motion(const LawSegment& segment, const std::deque<GridInterval>& grid,
+                         const JointRates& rates, double from_s, double to_s);
+
+}  // namespace trn::speed

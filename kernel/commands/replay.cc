@@ -1,0 +1,67 @@
+#include "kernel/replay.h"
+
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <memory>
+
+#include "interp/gcode/parameter_file.h"
+#include "kernel/commands/commands.h"
+#include "kernel/trace.h"
+
+namespace trn {
+
+namespace {
+
+struct ReplayOptions {
+  std::string log, machine, tools, vars, trace;
+};
+
+Exit replay_session(const ReplayOptions& options) {
+  const Session session = read_session(options.log);
+  const auto chosen = [](const std::string& ours, const std::string& logged) {
+    return ours.empty() ? logged : ours;
+  };
+  const Assembly assembly = assemble(chosen(options.machine, session.head.machine));
+  const std::string tool_file = chosen(options.tools, session.head.tools);
+  ToolTable tools = tool_file.empty() ? ToolTable() : ToolTable::load(tool_file);
+  Parameters parameters;
+  if (!options.vars.empty()) load_parameters(options.vars, parameters);
+  TraceWriter trace(options.trace, assembly.machine, *assembly.kinematics);
+  const ReplayResult result = replay(session, assembly, parameters, tools, trace);
+  trace.close();
+  fmt::print("{} entries, {} periods, {} starvations, fault {}: {}\n", session.entries.size(), result.periods,
+             result.starvations, fault_info(result.fault).name, options.trace);
+  return Exit::kDone;
+}
+
+Exit run(const ReplayOptions& options) {
+  try {
+    return replay_session(options);
+  } catch (const ConfigError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return Exit::kBadConfig;
+  } catch (const ProgramError& error) {
+    fmt::print(stderr, "{}\n", error.what());
+    return Exit::kBadProgram;
+  }
+}
+
+}  // namespace
+
+void add_replay(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<ReplayOptions>();
+  CLI::App* command = app.add_subcommand(
+      "replay",
+      "Run a daemon's session again from its log (daemon --log), without drives and clock; the "
+      "setpoints are the same bits");
+  command->add_option("log", options->log, "the session's log")->required();
+  command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)")->required();
+  command->add_option("--machine", options->machine, "config, if it is not where the log says");
+  command->add_option("--tools", options->tools, "tool table, if it is not where the log says");
+  command->add_option("--vars", options->vars, "variables as they were when the session began");
+  command->footer("Compare: the daemon's own --record of that session and the trace are equal files.");
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace trn

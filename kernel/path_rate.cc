@@ -1,0 +1,223 @@
+#include "kernel/path_rate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trn {
+
+namespace {
+
+constexpr double kWayMargin = 0.015;   // of the range of u: a way back must hold when its turn comes
+constexpr double kPushMargin = 0.003;  // of the range of u within a period
+constexpr double kSlopeUse = 0.9995;
+constexpr double kShrink = 0.25;        // of a push that broke a limit, for the next try
+constexpr double kShareMin = 1e-3;      // of the fastest push
+constexpr double kEarlyTurn = 0.6;      // of the greatest u: when braking for rate 1 ends
+constexpr double kGentleLanding = 0.3;  // of the greatest u: below, pushing on is faster
+constexpr double kClimbFrom = 0.98;     // from this rate a push towards more than 1 must last so
+constexpr int kPushPeriods = 8;         // many periods, or the rate would tremble where there is no room
+constexpr double kStopReserve = 2;      // plan time of a stop over the time of a joint's shortest stop
+constexpr double kNearS = 1e-12;
+
+double range_margin(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
+
+}  // namespace
+
+PathRate::PathRate(const Joints& joints, double period_s) : limits_(joints, period_s), period_s_(period_s) {
+  for (const Joint& joint : joints) {
+    const JointLimit& limit = joint.limit;
+    stop_s_ = std::max(stop_s_, limit.velocity / limit.acceleration + limit.acceleration / limit.jerk);
+  }
+  stop_s_ *= kStopReserve;
+}
+
+void PathRate::restart(double rate) TRN_RT {
+  rate_ = std::min(rate, 1.0);
+  slope_ = 0;
+  way_.count = way_.landing = next_ = 0;
+  spent_s_ = 0;
+}
+
+double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double target) TRN_RT {
+  target_ = target;
+  const bool arrived = slope_ == 0 && rate_ == target_ && rate_ <= 1;
+  if (!arrived) choose(queue, place);
+  return follow();
+}
+
+void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
+  const PlanWalk walk(limits_, queue, place, rate_, slope_);
+  if (walk.ended()) return;
+  const double distance = target_ - rate_;
+  const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope_ != 0 ? 1 : 0, slope_);
+  const bool landing = next_ < way_.landing && way_target_ == target_;
+  const double u_old = next_ < way_.count ? way_.steps[static_cast<std::size_t>(next_)].u : 0;
+  const double turn_old = next_ < way_.count ? way_.turn_rate : rate_;
+  const double u_most = direction == 0 ? 0 : fastest(walk, direction);
+  share_ = std::min(1.0, share_ / kShrink);
+  double u = u_old + share_ * (u_most - u_old);
+  for (int i = 0; i < kTries; ++i) {
+    const Verdict verdict = try_push(walk, direction, u);
+    if (verdict == Verdict::kSafe) return adopt();
+    if (verdict == Verdict::kBreaks) {
+      share_ = std::max(kShareMin, kShrink * share_);
+      u = u_old + share_ * (u_most - u_old);
+      continue;
+    }
+    if (landing) return;
+    if (i == 0 && slope_ * direction > 0 && try_landing(walk)) return adopt();
+    const double share = (target_ - turn_old) / (trial_.turn_rate - turn_old);
+    u = u_old + std::clamp(0.98 * share, 0.0, 0.98) * (u - u_old);
+  }
+}
+
+// The greatest u in a direction that the bounds here and one period ahead allow.
+double PathRate::fastest(const PlanWalk& walk, double direction) const TRN_RT {
+  const RateBounds here = walk.bounds();
+  PlanWalk later = walk;
+  later.coast(period_s_);
+  const RateBounds there = later.ended() ? here : later.bounds();
+  const double u_max = std::min(here.u_max, there.u_max) - range_margin(here, kPushMargin);
+  const double u_min = std::max(here.u_min, there.u_min) + range_margin(here, kPushMargin);
+  const double to_max = (kSlopeUse * there.slope_max - slope_) / period_s_;
+  const double to_min = (kSlopeUse * there.slope_min - slope_) / period_s_;
+  return direction > 0 ? std::max(u_min, std::min(u_max, to_max)) : std::min(u_max, std::max(u_min, to_min));
+}
+
+PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) TRN_RT {
+  trial_.count = trial_.landing = 0;
+  trial_.turn_rate = rate_;
+  const bool climbs = direction > 0 && target_ > 1 && rate_ > kClimbFrom;
+  const double time_s = climbs ? kPushPeriods * period_s_ : period_s_;
+  const double end_rate = rate_ + time_s * (slope_ + time_s * u / 2);
+  if (direction < 0 && end_rate < target_) {
+    trial_.turn_rate = 2 * end_rate - target_ - 1e-3;
+    return Verdict::kBeyondTarget;
+  }
+  if (!walk.run(u, time_s, trial_.steps.data(), trial_.count)) return Verdict::kBreaks;
+  const bool safe = settle(walk, false);
+  if (direction * (trial_.turn_rate - target_) > 0) return Verdict::kBeyondTarget;
+  return safe ? Verdict::kSafe : Verdict::kBreaks;
+}
+
+bool PathRate::try_landing(PlanWalk walk) TRN_RT {
+  const double distance = target_ - rate_, u = -slope_ * slope_ / (2 * distance);
+  const RateBounds bounds = walk.bounds();
+  const double u_most = u > 0 ? bounds.u_max : -bounds.u_min;
+  if (std::abs(u) > u_most || std::abs(u) < kGentleLanding * u_most) return false;
+  const double turn_before = trial_.turn_rate;
+  trial_.count = 0;
+  if (!walk.run(u, 2 * distance / slope_, trial_.steps.data(), trial_.count)) {
+    trial_.turn_rate = turn_before;
+    return false;
+  }
+  trial_.landing = trial_.count;
+  trial_.turn_rate = trial_.end_rate = target_;
+  walk.set_rate(target_, 0);
+  return walk.ended() || settle(walk, true);
+}
+
+// The rest of a way back: first r' to 0, then, above rate 1, down to it.
+bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
+  for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
+    const double r = walk.rate(), w = walk.slope();
+    if (!turned && (w == 0 || walk.ended())) {
+      trial_.turn_rate = r;
+      turned = true;
+    }
+    trial_.end_rate = std::min(r, 1.0);
+    if (walk.ended() || (w == 0 && r <= 1)) return true;
+    if (trial_.count == PlanWalk::kStepsMax) return false;
+    const RateBounds bounds = walk.bounds();
+    if (!bounds.legal) return false;
+    const double margin = range_margin(bounds, kWayMargin);
+    const double u = turned ? brake(walk, bounds) : w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
+    const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
+    if (u > 0 && r - w * w / (2 * u) < 0) {
+      trial_.turn_rate = std::min(trial_.turn_rate, r - w * w / (2 * u));
+      return false;
+    }
+    const double gone = walk.step(u, to_turn);
+    if (gone < 0) return false;
+    trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
+    if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
+  }
+  return false;
+}
+
+// Above rate 1: down as fast as it goes, and in time off the brake.
+double PathRate::brake(const PlanWalk& walk, const RateBounds& bounds) const TRN_RT {
+  const double above = walk.rate() - 1, w = walk.slope(), margin = range_margin(bounds, kWayMargin);
+  if (w < 0 && w * w >= 2 * above * kEarlyTurn * bounds.u_max) {
+    const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
+    return std::min(bounds.u_max - margin, exact);
+  }
+  const double to_slope = (0.98 * bounds.slope_min - w) / limits_.step_s_max;
+  return std::min(bounds.u_max - margin, std::max(bounds.u_min + margin, to_slope));
+}
+
+void PathRate::adopt() TRN_RT {
+  std::copy_n(trial_.steps.begin(), trial_.count, way_.steps.begin());
+  way_.count = trial_.count;
+  way_.landing = trial_.landing;
+  way_.end_rate = trial_.end_rate;
+  way_.turn_rate = trial_.turn_rate;
+  way_target_ = target_;
+  next_ = 0;
+  spent_s_ = 0;
+}
+
+double PathRate::follow() TRN_RT {
+  done_rate_ = rate_;
+  done_slope_ = slope_;
+  done_count_ = 0;
+  double left_s = period_s_, passed = 0;
+  while (left_s > kNearS && next_ < way_.count) {
+    const RateStep& step = way_.steps[static_cast<std::size_t>(next_)];
+    const double dt = std::min(left_s, step.duration_s - spent_s_);
+    passed += pass(step.u, dt);
+    left_s -= dt;
+    spent_s_ += dt;
+    if (spent_s_ < step.duration_s - kNearS) continue;
+    ++next_;
+    spent_s_ = 0;
+    if (next_ == way_.landing) {
+      rate_ = way_target_;
+      slope_ = 0;
+    }
+  }
+  if (next_ == way_.count && way_.count > 0) {
+    rate_ = way_.end_rate;
+    slope_ = 0;
+    way_.count = way_.landing = next_ = 0;
+  }
+  return left_s > kNearS ? passed + pass(0, left_s) : passed;
+}
+
+double PathRate::pass(double u, double duration_s) TRN_RT {
+  const bool merge = done_count_ > 0 && done_[static_cast<std::size_t>(done_count_ - 1)].u == u;
+  if (merge)
+    done_[static_cast<std::size_t>(done_count_ - 1)].duration_s += duration_s;
+  else if (done_count_ < kDoneMax)
+    done_[static_cast<std::size_t>(done_count_++)] = {duration_s, u};
+  const double passed = duration_s * (rate_ + duration_s * (slope_ / 2 + duration_s * u / 6));
+  rate_ += duration_s * (slope_ + duration_s * u / 2);
+  slope_ += duration_s * u;
+  return passed;
+}
+
+double PathRate::plan_time_at(double part) const TRN_RT {
+  double left_s = part * period_s_, r = done_rate_, w = done_slope_, passed = 0;
+  for (int i = 0; i < done_count_ && left_s > 0; ++i) {
+    const RateStep& step = done_[static_cast<std::size_t>(i)];
+    const double dt = std::min(left_s, step.duration_s);
+    passed += dt * (r + dt * (w / 2 + dt * step.u / 6));
+    r += dt * (w + dt * step.u / 2);
+    w += dt * step.u;
+    left_s -= dt;
+  }
+  return passed;
+}
+
+}  // namespace trn

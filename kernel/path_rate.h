@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+
+#include "core/axes.h"
+#include "core/realtime.h"
+#include "kernel/plan_walk.h"
+
+namespace trn {
+
+/// Override, hold and path-true stop of a planned motion: a rate r = d(plan time)/dt from 0 (stand) over 1
+/// (as planned) to 2, whose second derivative u is constant in a period. A joint that the plan moves by v, a,
+/// j moves by r v, r^2 a + r' v and r^3 j + 3 r r' a + u v, so with the plan's own v, a, j of the segments
+/// ahead (JointMotion) every limit is a bound on r, r' and u:
+///   |r v| <= V,   |r^2 a + r' v| <= A,   |r^3 j + 3 r r' a + u v| <= J.
+///
+/// Safe for ever is a constant rate of at most 1, because the plan itself keeps the limits. So the law always
+/// owns a way back: a sequence of constant u, verified against the three bounds on the segments ahead, that
+/// ends at a constant rate of at most 1. Each period it tries the fastest u towards the target for that
+/// period and a new way back behind it; what verifies is taken, otherwise the old way back is followed until
+/// something does. When the way back just reaches the target, a constant u leads exactly there.
+///
+/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments.
+class PathRate {
+ public:
+  PathRate(const Joints& joints, double period_s);
+
+  /// The plan is at rest: begin with this rate (at most 1), without a ramp; the plan's own start is the ramp.
+  void restart(double rate) TRN_RT;
+  /// One period from `place` with this target, 0 to 2; returns the plan time that passes in it, s.
+  double step(const MotionQueue& queue, const PlanPlace& place, double target) TRN_RT;
+
+  double rate() const TRN_RT { return rate_; }
+  /// Stands, and will stand.
+  bool standing() const TRN_RT { return rate_ == 0 && slope_ == 0; }
+  /// Plan time that a stop from here may take, s.
+  double plan_time_to_stop() const TRN_RT { return rate_ * stop_s_; }
+  /// Plan time that passed in the first part (0 to 1) of the last period, s.
+  double plan_time_at(double part) const TRN_RT;
+
+ private:
+  static constexpr int kTries = 3;
+  static constexpr int kDoneMax = 16;
+
+  enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
+
+  /// A verified sequence of constant u.
+  struct Way {
+    std::array<RateStep, PlanWalk::kStepsMax> steps;
+    int count = 0;
+    int landing = 0;       ///< steps that lead to the target; 0: it does not go there
+    double end_rate = 0;   ///< constant from there on
+    double turn_rate = 0;  ///< where r' first becomes 0
+  };
+
+  void choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT;
+  double fastest(const PlanWalk& walk, double direction) const TRN_RT;
+  Verdict try_push(PlanWalk walk, double direction, double u) TRN_RT;
+  bool try_landing(PlanWalk walk) TRN_RT;
+  bool settle(PlanWalk& walk, bool turned) TRN_RT;
+  double brake(const PlanWalk& walk, const RateBounds& bounds) const TRN_RT;
+  void adopt() TRN_RT;
+  double follow() TRN_RT;
+  double pass(double u, double duration_s) TRN_RT;
+
+  PlanLimits limits_;
+  double period_s_, stop_s_ = 0;
+  double rate_ = 1, slope_ = 0, target_ = 1;
+  Way way_, trial_;
+  int next_ = 0;                         ///< step of way_
+  double spent_s_ = 0;                   ///< of that step
+  double share_ = 1;                     ///< of the fastest push, that is tried first
+  double way_target_ = 1;                ///< the target way_ was made for
+  std::array<RateStep, kDoneMax> done_;  ///< the last period
+  int done_count_ = 0;
+  double done_rate_ = 1, done_slope_ = 0;
+};
+
+}  // namespace trn

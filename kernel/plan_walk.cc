@@ -1,0 +1,141 @@
+#include "kernel/plan_walk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+
+constexpr double kAccelerationUse = 0.999;  // the rest is for what lies between a step's ends
+constexpr double kJerkUse = 0.996;
+constexpr double kVelocityUse = 0.9999;
+constexpr double kSpeedError = 3e-5;  // of a velocity in JointMotion, over the limit
+constexpr double kRateChange = 0.02;  // in a step, for the same reason
+constexpr double kBulge = 0.0006;     // of 3 r r' a between a step's ends, r' and a running apart
+constexpr double kSlow = 1e-3;
+constexpr double kBriskness = 0.04;  // of u times period squared, where hardly anything moves
+constexpr double kRounding = 1e-6;
+constexpr double kRoundingS = 1e-12;
+
+}  // namespace
+
+PlanLimits::PlanLimits(const Joints& joints, double period_s) : count(static_cast<int>(joints.size())) {
+  double ramp = 1;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const JointLimit& limit = joints[i].limit;
+    acceleration[i] = limit.acceleration / limit.jerk;
+    velocity[i] = limit.velocity / limit.jerk;
+    ramp = std::min(ramp, acceleration[i]);
+  }
+  u_max = kBriskness / (period_s * period_s);
+  step_s_max = std::max(period_s, ramp / 20);
+}
+
+PlanWalk::PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
+                   double slope) TRN_RT : limits_(&limits),
+                                          queue_(&queue),
+                                          place_(place),
+                                          rate_(rate),
+                                          slope_(slope) {
+  block_ = queue.ahead(place.block);
+  ended_ = !block_ || block_->segment_count == 0;
+  if (!ended_ && place_.time_s >= block_->segments[static_cast<std::size_t>(place_.segment)].duration_s)
+    leave_segment();
+}
+
+void PlanWalk::leave_segment() TRN_RT {
+  place_.time_s = 0;
+  if (++place_.segment < block_->segment_count) return;
+  const MotionBlock* last = block_;
+  place_.segment = 0;
+  block_ = queue_->ahead(++place_.block);
+  if (!last->ends_at_rest) return;
+  ended_ = !block_ || block_->segment_count == 0 || !(block_->context == last->context);
+}
+
+void PlanWalk::coast(double duration_s) TRN_RT {
+  place_.time_s += duration_s * (rate_ + duration_s * slope_ / 2);
+  rate_ = std::max(0.0, rate_ + duration_s * slope_);
+  for (int i = 0; i < kStepsMax && !ended_ && block_; ++i) {
+    const double beyond =
+        place_.time_s - block_->segments[static_cast<std::size_t>(place_.segment)].duration_s;
+    if (beyond < 0) return;
+    leave_segment();
+    place_.time_s = beyond;
+  }
+}
+
+RateBounds PlanWalk::bounds() const TRN_RT {
+  const double r = rate_, w = slope_, rr = r * r, rrr = rr * r, rw3 = 3 * r * w;
+  RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr};
+  if (!block_) return out;
+  const auto k = static_cast<std::size_t>(place_.segment);
+  const JointMotion& joints = block_->joints[k];
+  const double t = place_.time_s, duration = block_->segments[k].duration_s, half = t / (2 * duration);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(limits_->count); ++i) {
+    const double a0 = joints.a[i], da = joints.a_end[i] - a0;
+    const double a = a0 + 2 * half * da, v = joints.v[i] + t * (a0 + half * da);
+    const double a_error = duration * (joints.j_max[i] - joints.j_min[i]) / 4;  // off its chord
+    const double speed = std::abs(v) + kSpeedError * limits_->velocity[i] + duration * a_error;
+    const double jerk_use = kJerkUse - std::abs(rw3) * a_error;
+    const double up = jerk_use - (joints.j_max[i] * rrr + rw3 * a);
+    const double down = jerk_use + (joints.j_min[i] * rrr + rw3 * a);
+    const double A = kAccelerationUse * limits_->acceleration[i] - a_error * rr, held = a * rr;
+    if (speed * r > kVelocityUse * limits_->velocity[i] && r > 1) out.legal = false;
+    const double inverse = 1 / speed;
+    const bool forward = v > 0;
+    out.u_max = std::min(out.u_max, (forward ? up : down) * inverse);
+    out.u_min = std::max(out.u_min, -(forward ? down : up) * inverse);
+    out.slope_max = std::min(out.slope_max, (forward ? A - held : A + held) * inverse);
+    out.slope_min = std::max(out.slope_min, -(forward ? A + held : A - held) * inverse);
+  }
+  return out;
+}
+
+double PlanWalk::step(double u, double duration_s) TRN_RT {
+  if (!block_) return -1;
+  const auto travel = [&](double t) { return t * (rate_ + t * (slope_ / 2 + t * (u / 6))); };
+  const double left = block_->segments[static_cast<std::size_t>(place_.segment)].duration_s - place_.time_s;
+  double dt = std::min({duration_s, limits_->step_s_max, kRateChange / (std::abs(slope_) + kSlow),
+                        std::sqrt(kBulge / (std::abs(u) + kSlow))});
+  double way = travel(dt);
+  const bool leaves = way >= left - kRoundingS;
+  if (leaves) {
+    double low = 0, high = dt;
+    dt = way > 0 ? dt * left / way : 0;
+    for (int i = 0; i < 6; ++i) {  // Newton, kept inside the bracket
+      const double error = travel(dt) - left, speed = rate_ + dt * (slope_ + dt * u / 2);
+      if (std::abs(error) < kRoundingS) break;
+      (error > 0 ? high : low) = dt;
+      const double next = dt - error / speed;
+      dt = speed > 0 && next > low && next < high ? next : (low + high) / 2;
+    }
+    way = left;
+  }
+  rate_ += dt * (slope_ + dt * u / 2);
+  slope_ += dt * u;
+  place_.time_s += way;
+  const RateBounds end = bounds();
+  const double tolerance = kRounding * (end.u_max - end.u_min) + kRounding;
+  if (!end.legal || rate_ < 0 || u < end.u_min - tolerance || u > end.u_max + tolerance) return -1;
+  if (slope_ < end.slope_min || slope_ > end.slope_max || (block_->rapid && rate_ > 1 + kRounding)) return -1;
+  if (leaves) leave_segment();
+  return dt;
+}
+
+bool PlanWalk::run(double u, double duration_s, RateStep* steps, int& count) TRN_RT {
+  while (duration_s > kRoundingS && !ended_) {
+    if (count == kStepsMax) return false;
+    const RateBounds start = bounds();
+    const double tolerance = kRounding * (start.u_max - start.u_min) + kRounding;
+    if (!start.legal || u < start.u_min - tolerance || u > start.u_max + tolerance) return false;
+    const double gone = step(u, duration_s);
+    if (gone < 0) return false;
+    steps[count++] = {gone, u};
+    duration_s -= gone;
+  }
+  return true;
+}
+
+}  // namespace trn

@@ -1,0 +1,76 @@
+#pragma once
+
+#include <array>
+
+#include "core/axes.h"
+#include "core/realtime.h"
+#include "kernel/motion_queue.h"
+
+namespace trn {
+
+/// A place in the plan: `time_s` after the beginning of a segment, `block` places behind the queue's front.
+struct PlanPlace {
+  std::uint64_t block = 0;
+  int segment = 0;
+  double time_s = 0;
+};
+
+/// The joints' limits over their jerk limits, as in JointMotion: A/J in s, V/J in s^2.
+struct PlanLimits {
+  explicit PlanLimits(const Joints& joints, double period_s);
+  int count = 0;
+  std::array<double, kMaxJoints> acceleration{}, velocity{};
+  double u_max = 0;       ///< bound of |u| where nothing moves, 1/s^2
+  double step_s_max = 0;  ///< of a walk's step, so that bounds at its ends hold in between
+};
+
+/// A time with constant second derivative u of the rate.
+struct RateStep {
+  double duration_s = 0, u = 0;
+};
+
+/// What the joints' limits leave to the rate at one place: bounds of u and of r' there.
+struct RateBounds {
+  double u_min, u_max, slope_min, slope_max;
+  bool legal;  ///< velocity, and everything that u and r' have no influence on
+};
+
+/// Runs ahead over the queue's segments with a given u, step by step, and judges every step.
+class PlanWalk {
+ public:
+  static constexpr int kStepsMax = 160;
+
+  PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
+           double slope) TRN_RT;
+
+  double rate() const TRN_RT { return rate_; }
+  double slope() const TRN_RT { return slope_; }
+  /// The plan rests here and what follows is not one motion with it.
+  bool ended() const TRN_RT { return ended_; }
+
+  RateBounds bounds() const TRN_RT;
+  /// Goes on with constant u for `duration_s`, or less: to the end of the segment, or a step's greatest
+  /// length. Returns the time gone; negative if a limit would break or nothing is known of what follows.
+  double step(double u, double duration_s) TRN_RT;
+  /// Goes on for the whole of `duration_s`; records the steps. False as `step`, or when it has taken too
+  /// many.
+  bool run(double u, double duration_s, RateStep* steps, int& count) TRN_RT;
+  /// Goes on for `duration_s` at the present slope without judging anything.
+  void coast(double duration_s) TRN_RT;
+  void set_rate(double rate, double slope) TRN_RT {
+    rate_ = rate;
+    slope_ = slope;
+  }
+
+ private:
+  void leave_segment() TRN_RT;
+
+  const PlanLimits* limits_;
+  const MotionQueue* queue_;
+  PlanPlace place_;
+  const MotionBlock* block_ = nullptr;
+  double rate_, slope_;
+  bool ended_ = false;
+};
+
+}  // namespace trn

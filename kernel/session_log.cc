@@ -1,0 +1,140 @@
+#include "kernel/session_log.h"
+
+#include <fmt/format.h>
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+namespace trn {
+
+namespace {
+
+using Json = nlohmann::json;
+using Kind = SessionEntry::Kind;
+
+// In the order of the enumerations.
+constexpr const char* kEntryNames[] = {"program", "command", "low", "stands", "fault"};
+constexpr const char* kCommandNames[] = {"start",          "hold",       "resume",     "stop",
+                                         "override",       "jog",        "home",       "quick_stop",
+                                         "emergency_stop", "correction", "reset_fault"};
+
+std::vector<double> numbers(const JointVec& q) { return {q.data(), q.data() + q.size()}; }
+
+JointVec joints(const std::vector<double>& numbers) {
+  if (numbers.size() > kMaxJoints) throw std::runtime_error("more joints than a machine may have");
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+template <typename Names>
+std::size_t index_of(const Names& names, const std::string& name) {
+  for (std::size_t i = 0; i < std::size(names); ++i)
+    if (name == names[i]) return i;
+  throw std::runtime_error(fmt::format("'{}' is not known", name));
+}
+
+Json to_json(const SessionEntry& entry) {
+  Json json{{"period", entry.period}, {"entry", kEntryNames[static_cast<std::size_t>(entry.kind)]}};
+  if (entry.kind == Kind::kProgram) {
+    json["path"] = entry.program.path;
+    if (entry.program.text) json["text"] = *entry.program.text;
+  }
+  if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
+  if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
+  if (entry.kind == Kind::kFault) json["fault"] = static_cast<int>(entry.fault);
+  if (entry.kind == Kind::kFault) json["joint"] = entry.joint;
+  if (entry.kind != Kind::kCommand) return json;
+  json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
+  json["value"] = entry.command.value;
+  json["speed"] = entry.command.speed;
+  json["joint"] = entry.command.joint;
+  return json;
+}
+
+SessionEntry from_json(const Json& json) {
+  SessionEntry entry;
+  entry.period = json.at("period");
+  entry.kind = static_cast<Kind>(index_of(kEntryNames, json.at("entry")));
+  if (entry.kind == Kind::kProgram) {
+    entry.program.path = json.at("path");
+    if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
+  }
+  if (json.contains("q")) entry.program.q = joints(json.at("q"));
+  if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
+  if (entry.kind == Kind::kFault) entry.fault = static_cast<Fault>(json.at("fault").get<int>());
+  if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
+  if (entry.kind != Kind::kCommand) return entry;
+  entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
+  entry.command.value = json.at("value");
+  entry.command.speed = json.at("speed");
+  entry.command.joint = json.at("joint");
+  return entry;
+}
+
+}  // namespace
+
+SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
+  if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
+  out_ << Json{{"machine", head.machine}, {"tools", head.tools}, {"vars", head.vars}}.dump() << std::endl;
+}
+
+void SessionLog::program(const ProgramStart& start) {
+  SessionEntry entry;
+  entry.kind = Kind::kProgram;
+  entry.program = start;
+  const std::lock_guard lock(mutex_);
+  entry.period = last_.period;
+  write(entry);
+}
+
+void SessionLog::posted(const RtCommand& command) {
+  const std::lock_guard lock(mutex_);
+  open_.push_back(command);
+}
+
+void SessionLog::report(const CycleReport& report) {
+  const std::lock_guard lock(mutex_);
+  SessionEntry entry;
+  entry.period = report.period;
+  entry.kind = Kind::kCommand;
+  while (!open_.empty() && static_cast<std::int32_t>(report.last_command_id - open_.front().id) >= 0) {
+    entry.command = open_.front();
+    open_.pop_front();
+    write(entry);
+  }
+  entry.kind = Kind::kLow;
+  entry.blocks = report.blocks_when_low;
+  if (entry.blocks > 0) write(entry);
+  entry.kind = Kind::kStands;
+  entry.program.q = report.q_setpoint;
+  if (report.drives == DriveState::kEnabled && last_.drives != DriveState::kEnabled) write(entry);
+  entry.kind = Kind::kFault;
+  entry.fault = report.fault;
+  entry.joint = report.fault_joint;
+  if (report.fault != Fault::kOk && last_.fault == Fault::kOk && report.fault != Fault::kEmergencyStop)
+    write(entry);
+  last_ = report;
+}
+
+void SessionLog::write(const SessionEntry& entry) { out_ << to_json(entry).dump() << std::endl; }
+
+Session read_session(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+  Session session;
+  std::string text;
+  for (int line = 1; std::getline(in, text); ++line) {
+    try {
+      const Json json = Json::parse(text);
+      if (line == 1)
+        session.head = {json.at("machine"), json.at("tools"), json.at("vars")};
+      else
+        session.entries.push_back(from_json(json));
+    } catch (const std::exception& error) {
+      throw ProgramError(fmt::format("{}:{}: not a line of a session's log: {}", path, line, error.what()));
+    }
+  }
+  if (session.head.machine.empty()) throw ProgramError(fmt::format("{}:1: the log's head is missing", path));
+  return session;
+}
+
+}  // namespace trn

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kernel/pipeline.h"
+#include "kernel/rt_messages.h"
+
+namespace trn {
+
+/// One thing that reached the tick from outside, in the period in which it did.
+struct SessionEntry {
+  enum class Kind : std::uint8_t {
+    kProgram,  ///< `program` was prepared
+    kCommand,  ///< `command` took effect
+    kLow,      ///< little motion was queued: the tick saw `blocks` blocks of the program
+    kStands,   ///< the drives are powered, at `program.q`
+    kFault,    ///< the drives reported `fault`
+  };
+  Kind kind = Kind::kCommand;
+  std::uint64_t period = 0;
+  RtCommand command;
+  ProgramStart program;
+  std::uint32_t blocks = 0;
+  Fault fault = Fault::kOk;
+  int joint = -1;
+};
+
+/// What a session was made with; paths as given.
+struct SessionHead {
+  std::string machine, tools, vars;
+};
+
+/// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the
+/// setpoints again, bit for bit (`trunnion replay`).
+class SessionLog {
+ public:
+  /// std::runtime_error if the file cannot be written.
+  SessionLog(const std::string& path, const SessionHead& head);
+
+  /// From any thread, before the program's first block.
+  void program(const ProgramStart& start);
+  /// Every command, before the tick can have it, and every report: from one thread.
+  void posted(const RtCommand& command);
+  void report(const CycleReport& report);
+
+ private:
+  void write(const SessionEntry& entry);
+
+  std::mutex mutex_;
+  std::ofstream out_;
+  std::deque<RtCommand> open_;  ///< posted, not yet obeyed
+  CycleReport last_;
+};
+
+/// Reads a log as a whole. ProgramError "file:line: what" where it is not one.
+struct Session {
+  SessionHead head;
+  std::vector<SessionEntry> entries;
+};
+Session read_session(const std::string& path);
+
+}  // namespace trn

@@ -1,0 +1,240 @@
+#include "kernel/path_rate.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+
+#include "kernel/check/limit_judge.h"
+#include "tests/kernel/planned_motion.h"
+#include "tests/support/paths.h"
+
+namespace trn {
+namespace {
+
+constexpr int kDensity = 10;
+
+std::string config(const std::string& name) { return source_dir() + "/configs/" + name + ".toml"; }
+
+/// Blended strokes of every word the machine obeys, feed-limited and joint-limited ones, around the middle.
+std::string strokes(const Assembly& assembly, std::uint64_t seed, int count) {
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> u(-1, 1);
+  std::string program = "G21 G94 G64 P0.02\nG91\n";
+  const unsigned mask = assembly.kinematics->word_mask();
+  Words at = Words::Zero();
+  for (int i = 0; i < count; ++i) {
+    const int feed = u(rng) < 0 ? 1200 : u(rng) < 0 ? 6000 : 30000;
+    program += (u(rng) > 0.8 ? "G0" : "G1 F" + std::to_string(feed));
+    for (int k = 0; k < 6; ++k) {
+      if (!(mask >> k & 1) || u(rng) < -0.4) continue;
+      const double range = k < 3 ? 12 : 2.5, to = range * u(rng);
+      program += std::string(" ") + kWordLetters[k] + std::to_string(to - at[k]);
+      at[k] = to;
+    }
+    program += "\n";
+  }
+  return program + "M2\n";
+}
+
+/// A judge of the joints between the periods.
+class DenseJudge {
+ public:
+  explicit DenseJudge(const PlannedMotion& motion)
+      : motion_(motion), judge_(motion.joints(), motion.assembly().machine.period_s / kDensity) {
+    (*this)(0);
+  }
+  void operator()(double plan_time_s) {
+    const JointVec q = motion_.q(plan_time_s);
+    row_.t_s = static_cast<double>(judge_.rows()) * motion_.assembly().machine.period_s / kDensity;
+    row_.q.assign(q.data(), q.data() + q.size());
+    row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
+    judge_.row(row_);
+  }
+  /// The worst ratio of velocity, acceleration and jerk, without what rounding alone can do.
+  double worst(std::string* where = nullptr) const {
+    double worst = 0;
+    for (std::size_t i = 0; i < motion_.joints().size(); ++i)
+      for (const Quantity quantity : {Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk}) {
+        const Peak& peak = judge_.verdicts()[i].peak(quantity);
+        if (peak.ratio <= worst) continue;
+        worst = peak.ratio;
+        if (where)
+          *where = motion_.joints()[i].name + " " + to_string(quantity) + " at " + std::to_string(peak.t_s);
+      }
+    return worst;
+  }
+
+ private:
+  const PlannedMotion& motion_;
+  LimitJudge judge_;
+  TraceRow row_;
+};
+
+/// The shortest time in which one joint can come from v, a to rest: jerk to a peak, stay, jerk back.
+double shortest_stop(double v, double a, const JointLimit& limit) {
+  const double A = limit.acceleration, J = limit.jerk;
+  if (v + a * std::abs(a) / (2 * J) < 0) v = -v, a = -a;
+  const double peak = std::sqrt(std::max(0.0, J * v + a * a / 2));
+  if (peak <= A) return (a + 2 * peak) / J;
+  return (a + 2 * A) / J + (v + (a * a / 2 - A * A) / J) / A;
+}
+
+double shortest_stop(const PlannedMotion& motion, double time_s) {
+  const double h = 1e-4;
+  const JointVec before = motion.q(time_s - h), here = motion.q(time_s), after = motion.q(time_s + h);
+  double worst = 0;
+  for (std::size_t i = 0; i < motion.joints().size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double v = (after[k] - before[k]) / (2 * h);
+    const double a = (after[k] - 2 * here[k] + before[k]) / (h * h);
+    worst = std::max(worst, shortest_stop(v, a, motion.joints()[i].limit));
+  }
+  return worst;
+}
+
+class EveryMachine : public testing::TestWithParam<std::string> {};
+
+TEST_P(EveryMachine, PlanIsAnnotatedWithWhatTheJointsDo) {
+  const PlannedMotion motion(GetParam(), strokes(assemble(GetParam()), 3, 12));
+  const double h = 2e-4;
+  double t = 0, worst_v = 0, worst_a = 0, worst_j = 0;
+  for (const MotionBlock& block : motion.blocks())
+    for (int i = 0; i < block.segment_count; ++i) {
+      const auto k = static_cast<std::size_t>(i);
+      const double d = block.segments[k].duration_s, mid = t + d / 2;
+      t += d;
+      if (d < 4 * h) continue;
+      const JointVec q0 = motion.q(mid - 1.5 * h), q1 = motion.q(mid - h / 2), q2 = motion.q(mid + h / 2),
+                     q3 = motion.q(mid + 1.5 * h);
+      for (std::size_t n = 0; n < motion.joints().size(); ++n) {
+        const auto e = static_cast<Eigen::Index>(n);
+        const JointLimit& limit = motion.joints()[n].limit;
+        const JointMotion& joints = block.joints[k];
+        const double J = limit.jerk, jerk = (q3[e] - 3 * q2[e] + 3 * q1[e] - q0[e]) / (h * h * h);
+        const double a = (q3[e] - q2[e] - q1[e] + q0[e]) / (2 * h * h), v = (q2[e] - q1[e]) / h;
+        const double a_said = J * (joints.a[n] + joints.a_end[n]) / 2;
+        const double v_said = J * (joints.v[n] + d / 2 * (joints.a[n] + (joints.a_end[n] - joints.a[n]) / 4));
+        worst_v = std::max(worst_v, std::abs(v - v_said) / limit.velocity);
+        const double a_error = J * d * (joints.j_max[n] - joints.j_min[n]) / 8;
+        worst_a = std::max(worst_a, (std::abs(a - a_said) - a_error) / limit.acceleration);
+        worst_j = std::max({worst_j, jerk / J - joints.j_max[n], joints.j_min[n] - jerk / J});
+      }
+    }
+  std::printf("largest error over the limits: v %.1e, a %.1e; jerk outside its bounds %.1e\n", worst_v,
+              worst_a, worst_j);
+  EXPECT_LT(worst_v, 2e-4);
+  EXPECT_LT(worst_a, 2e-3);
+  EXPECT_LT(worst_j, 2e-3);
+}
+
+TEST_P(EveryMachine, HoldIsNearTheShortestStop) {
+  const PlannedMotion motion(GetParam(), strokes(assemble(GetParam()), 5, 20));
+  std::vector<double> ratios;
+  double longest = 0;
+  for (int n = 1; n < 30; ++n) {
+    RateBench bench(motion, motion.blocks().size() + 1);
+    const double hold_at = motion.length_s() * n / 30;
+    DenseJudge judge(motion);
+    while (bench.time_s() < hold_at) bench.tick(1, kDensity, [&](double t) { judge(t); });
+    const double least = shortest_stop(motion, bench.time_s());
+    int periods = 0;
+    for (; periods < 3000 && !bench.rate().standing() && !bench.interpolator().at_rest(); ++periods)
+      bench.tick(0, kDensity, [&](double t) { judge(t); });
+    std::string where;
+    ASSERT_LE(judge.worst(&where), LimitJudge::kRatioMax) << n << " " << where;
+    const double took = periods * motion.assembly().machine.period_s;
+    longest = std::max(longest, took);
+    if (least > 0.02) ratios.push_back(took / least);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  std::printf(
+      "%zu holds: over the slowest joint's shortest stop: median %.3f, 90 %% %.3f, worst %.3f; longest %.3f "
+      "s\n",
+      ratios.size(), ratios[ratios.size() / 2], ratios[ratios.size() * 9 / 10], ratios.back(), longest);
+  EXPECT_LT(ratios[ratios.size() / 2], 1.10);
+}
+
+// A slow straight stroke leaves every joint room: 200 % is twice the speed, and each change acts at once.
+TEST_P(EveryMachine, OverrideActsAtOnceAndSpeedsUp) {
+  const PlannedMotion motion(GetParam(), "G21 G94 G91\nG1 X8 F600\nX-8\nX8\nM2\n");
+  RateBench bench(motion, motion.blocks().size() + 1);
+  const double T = motion.assembly().machine.period_s;
+  const auto no_judge = [](double) {};
+  const auto run = [&](double target, double until) {
+    double t = 0;
+    for (; t < until && std::abs(bench.rate().rate() - target) > 0.01; t += T)
+      bench.tick(target, 1, no_judge);
+    return t;
+  };
+  while (bench.time_s() < 0.3) bench.tick(1, 1, no_judge);
+  const double before = bench.rate().rate();
+  bench.tick(2, 1, no_judge);
+  double latency = T;
+  for (; latency < 1 && std::abs(bench.rate().rate() - before) < 0.01; latency += T)
+    bench.tick(2, 1, no_judge);
+  const double up = run(2, 1), down = run(0.3, 1), again = run(1, 1);
+  std::printf(
+      "from 100 %%: 1 %% off after %.3f s, 200 %% after %.3f s; 200 to 30 %% %.3f s, 30 to 100 %% %.3f s\n",
+      latency, latency + up, down, again);
+  EXPECT_LE(latency, 0.05);
+  EXPECT_LT(up, 0.3);
+  EXPECT_LT(down, 0.3);
+  EXPECT_LT(again, 0.3);
+  const auto duration = [&](double target) {
+    RateBench one(motion, motion.blocks().size() + 1);
+    DenseJudge judge(motion);
+    int periods = 0;
+    for (; periods < 20000 && one.time_s() < motion.length_s() - 1e-9; ++periods)
+      one.tick(target, kDensity, [&](double t) { judge(t); });
+    EXPECT_LE(judge.worst(), LimitJudge::kRatioMax);
+    return periods * T;
+  };
+  const double planned = duration(1), fast = duration(2);
+  std::printf("%.3f s at 100 %%, %.3f s at 200 %%\n", planned, fast);
+  EXPECT_LT(fast, 0.65 * planned);
+}
+
+TEST_P(EveryMachine, AnySequenceOfTargetsKeepsTheLimits) {
+  const char* count = std::getenv("TRN_LONG");
+  const int scenarios = count ? std::max(1, std::atoi(count) / 7) : 10;  // of seven machines
+  std::optional<PlannedMotion> motion;
+  double worst_of_all = 0;
+  long periods = 0;
+  for (int scenario = 0; scenario < scenarios; ++scenario) {
+    if (scenario % 50 == 0) {
+      const auto seed = static_cast<std::uint64_t>(scenario) + 11;
+      motion.emplace(GetParam(), strokes(assemble(GetParam()), seed, 15));
+    }
+    std::mt19937_64 rng(static_cast<std::uint64_t>(scenario));
+    std::uniform_real_distribution<double> u(0, 1);
+    RateBench bench(*motion, motion->blocks().size() + 1);
+    DenseJudge judge(*motion);
+    double target = 1;
+    int next = 1;
+    for (int i = 0; i < 2000 && bench.time_s() < motion->length_s(); ++i, ++periods) {
+      if (--next == 0) {
+        next = 1 + static_cast<int>(u(rng) * (u(rng) < 0.3 ? 20 : 400));
+        const double kind = u(rng);
+        target = kind < 0.25 ? 0 : kind < 0.5 ? 1 : kind < 0.65 ? 2 : 2 * u(rng);
+      }
+      bench.tick(target, kDensity, [&](double t) { judge(t); });
+    }
+    std::string where;
+    worst_of_all = std::max(worst_of_all, judge.worst(&where));
+    ASSERT_LE(judge.worst(&where), LimitJudge::kRatioMax) << "scenario " << scenario << " " << where;
+  }
+  std::printf("%d scenarios, %ld periods, worst ratio %.7f\n", scenarios, periods, worst_of_all);
+}
+
+INSTANTIATE_TEST_SUITE_P(Configs, EveryMachine,
+                         testing::Values(config("cradle"), config("head"), config("head_table"),
+                                         config("hexapod"), config("micro_stage"), config("mill"),
+                                         config("rail_mill")),
+                         [](const auto& machine) {
+                           return std::filesystem::path(machine.param).stem().string();
+                         });
+
+}  // namespace
+}  // namespace trn

@@ -1,0 +1,107 @@
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "kernel/interpolator.h"
+#include "kernel/path_rate.h"
+#include "kernel/pipeline.h"
+
+// What the tests of override and hold share: a whole program planned beforehand, and the joints it stands for
+// at any plan time.
+namespace trn {
+
+class PlannedMotion {
+ public:
+  PlannedMotion(const std::string& config, const std::string& program) : assembly_(assemble(config)) {
+    Parameters parameters;
+    ToolTable tools;
+    Setpoints setpoints;
+    Feedback feedback;
+    setpoints.q.setZero(static_cast<Eigen::Index>(assembly_.machine.joints.size()));
+    setpoints.qd = feedback.q = setpoints.q;
+    assembly_.drives->exchange(setpoints, feedback);
+    Pipeline pipeline(assembly_, parameters, tools, {"test", program, feedback.q}, {});
+    MotionBlock block;
+    while (pipeline.next(block)) {
+      begin_s_.push_back(length_s_);
+      for (int i = 0; i < block.segment_count; ++i)
+        length_s_ += block.segments[static_cast<std::size_t>(i)].duration_s;
+      blocks_.push_back(block);
+    }
+  }
+
+  const Assembly& assembly() const { return assembly_; }
+  const Joints& joints() const { return assembly_.plan_joints; }
+  const std::vector<MotionBlock>& blocks() const { return blocks_; }
+  double length_s() const { return length_s_; }
+
+  /// The joints at a plan time; the end's behind the end.
+  JointVec q(double time_s) const {
+    const auto after = std::upper_bound(begin_s_.begin(), begin_s_.end(), time_s);
+    std::size_t k = static_cast<std::size_t>(after - begin_s_.begin()) - (after == begin_s_.begin() ? 0 : 1);
+    while (k > 0 && blocks_[k].segment_count == 0) --k;
+    double t = time_s - begin_s_[k];
+    const MotionBlock& block = blocks_[k];
+    int i = 0;
+    const auto duration = [&](int at) { return block.segments[static_cast<std::size_t>(at)].duration_s; };
+    while (i + 1 < block.segment_count && t > duration(i)) t -= duration(i++);
+    JointVec out;
+    const TimeSegment& segment = block.segments[static_cast<std::size_t>(i)];
+    assembly_.map->map(block.piece.at(segment.s_at(std::min(t, segment.duration_s))), block.context, out);
+    return out;
+  }
+
+ private:
+  Assembly assembly_;
+  std::vector<MotionBlock> blocks_;
+  std::vector<double> begin_s_;
+  double length_s_ = 0;
+};
+
+/// The tick's motion alone: queue, interpolator and rate, with the plan time they have reached.
+class RateBench {
+ public:
+  RateBench(const PlannedMotion& motion, std::size_t capacity)
+      : motion_(motion),
+        queue_(capacity),
+        interpolator_(queue_),
+        rate_(motion.joints(), motion.assembly().machine.period_s) {
+    fill(1e9);
+  }
+  /// Pushes blocks until `ahead_s` of plan time are queued.
+  void fill(double ahead_s) {
+    while (next_ < motion_.blocks().size() && queue_.buffered_s() < ahead_s &&
+           queue_.push(motion_.blocks()[next_]))
+      ++next_;
+    queue_.look();
+  }
+  /// One period; `see(plan_time)` is called for each of `density` parts of it.
+  template <typename See>
+  Interpolator::Outcome tick(double target, int density, See see) {
+    queue_.look();
+    if (interpolator_.at_rest()) rate_.restart(target);
+    const double passed = rate_.step(queue_, interpolator_.place(), target);
+    for (int i = 1; i <= density; ++i)
+      see(std::min(time_s_ + rate_.plan_time_at(static_cast<double>(i) / density), motion_.length_s()));
+    time_s_ = std::min(time_s_ + passed, motion_.length_s());
+    return passed > 0 ? interpolator_.advance(passed) : Interpolator::Outcome::kMoving;
+  }
+  double time_s() const { return time_s_; }
+  const PathRate& rate() const { return rate_; }
+  const Interpolator& interpolator() const { return interpolator_; }
+  MotionQueue& queue() { return queue_; }
+
+ private:
+  const PlannedMotion& motion_;
+  MotionQueue queue_;
+  Interpolator interpolator_;
+  PathRate rate_;
+  std::size_t next_ = 0;
+  double time_s_ = 0;
+};
+
+}  // namespace trn
