@@ -16,8 +16,8 @@ import unittest
 
 try:
     from pymodbus.datastore import ModbusSequentialDataBlock, ModbusServerContext, ModbusSlaveContext
-    from pymodbus.framer.rtu_framer import ModbusRtuFramer
-    from pymodbus.server import StartSerialServer, StartTcpServer
+    from pymodbus.server.async_io import StartSerialServer, StartTcpServer
+    from pymodbus.transaction import ModbusRtuFramer
 except ImportError:
     print("skipped: pymodbus is not here")
     sys.exit(77)
