@@ -10,8 +10,8 @@
 #include "kernel/daemon/motion_port.h"
 #include "kernel/daemon/realtime.h"
 #include "kernel/joint_map.h"
-#include "kernel/setpoint_chain.h"
 #include "kernel/session_log.h"
+#include "kernel/setpoint_chain.h"
 
 namespace trn {
 

@@ -17,8 +17,8 @@
 #include "kernel/daemon/telemetry.h"
 #include "kernel/daemon/worker.h"
 #include "kernel/joint_map.h"
-#include "kernel/setpoint_chain.h"
 #include "kernel/session_log.h"
+#include "kernel/setpoint_chain.h"
 
 namespace trn {
 
@@ -33,7 +33,7 @@ class Director {
     TickPort& tick;
     ProgramSource& programs;
     const LoopStatistics& statistics;
-    SessionLog* log = nullptr;  ///< hears of every command
+    SessionLog* log = nullptr;       ///< hears of every command
     MachineJointMap* map = nullptr;  ///< its corrections may be switched; null: there are none
     const SetpointChain* chain = nullptr;
   };
