@@ -19,7 +19,9 @@ class Modes : public testing::Test {
               const std::optional<Settings>& kept) {
     std::string text;
     for (std::size_t i = from; i < to; ++i) text += lines[i] + "\n";
-    Pipeline pipeline(assembly_, parameters_, tools_, ProgramStart{"mdi", text, q, kept}, {});
+    ProgramStart start{"mdi", text, q};
+    start.kept = kept;
+    Pipeline pipeline(assembly_, parameters_, tools_, start, {});
     Outcome outcome;
     MotionBlock block;
     while (pipeline.next(block)) {
