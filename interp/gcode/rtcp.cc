@@ -66,7 +66,9 @@ AxisValues Executor::position_for(const Pose& X_BS, bool tip_in_table, std::uint
     seed_words.tail<3>() = machine.tail<3>() * kRadPerDeg;
     JointVec seed, q;
     Words words;
-    check(kinematics.joints_from_words(seed_words, seed), column, word);
+    // a platform that cannot stand at zero has one solution, whatever the seed
+    if (kinematics.joints_from_words(seed_words, seed) != KinStatus::kOk)
+      seed = JointVec::Zero(kinematics.joint_count());
     check(kinematics.inverse(X_BS, seed, q), column, word);
     check(kinematics.words_from_joints(q, words), column, word);
     machine.head<3>() = words.head<3>() - tool;

@@ -165,6 +165,7 @@ TEST_P(EveryConfig, EmergencyStopIsLatchedUntilItIsReset) {
 
 TEST_P(EveryConfig, ReportsThatNobodyTakesAreCounted) {
   Bench bench(GetParam(), wander(assemble(GetParam())));
+  for (int i = 0; i < 20; ++i) bench.cycle().tick();  // now the ring is full
   const auto before = bench.report().lost_reports;
   for (int i = 0; i < 100; ++i) bench.cycle().tick();
   EXPECT_EQ(bench.report().lost_reports, before + 100);
@@ -175,6 +176,10 @@ TEST_P(EveryConfig, EveryMisspeltKeyIsRefusedWithTheLegalOne) {
   std::ifstream in(GetParam());
   std::vector<std::string> lines;
   for (std::string line; std::getline(in, line);) lines.push_back(line);
+  const std::string folder = testing::TempDir() + "misspelt/";  // files that a config names lie beside it
+  std::filesystem::copy(
+      source_dir() + "/configs", folder,
+      std::filesystem::copy_options::recursive | std::filesystem::copy_options::overwrite_existing);
   int keys = 0;
   for (std::size_t n = 0; n < lines.size(); ++n) {
     const std::size_t equals = lines[n].find(" = ");
@@ -184,7 +189,7 @@ TEST_P(EveryConfig, EveryMisspeltKeyIsRefusedWithTheLegalOne) {
     ++keys;
     std::vector<std::string> damaged = lines;
     damaged[n] = key + "q" + lines[n].substr(equals);
-    const std::string path = testing::TempDir() + "misspelt.toml";
+    const std::string path = folder + "misspelt.toml";
     {
       std::ofstream out(path);
       for (const std::string& line : damaged) out << line << '\n';

@@ -43,8 +43,9 @@ std::vector<std::string> shipped_machines() {
   std::vector<std::string> names;
   for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
     if (const std::string name = entry.path().stem().string();
-        entry.path().extension() == ".toml" && name.find("_can") == std::string::npos)
-      names.push_back(name);  // the others need a bus
+        entry.path().extension() == ".toml" && name.find("_can") == std::string::npos &&
+        name.find("_measured") == std::string::npos)  // the judge here knows true geometry only
+      names.push_back(name);                          // the others need a bus
   std::sort(names.begin(), names.end());
   return names;
 }
