@@ -94,7 +94,7 @@ class Bench:
         self.folder.cleanup()
 
     def start_daemon(self, *options, idle=True):
-        self.log = os.path.join(self.folder.name, "log")
+        self.log = os.path.join(self.folder.name, "daemon.log")
         with open(self.log, "w") as log:
             self.process = subprocess.Popen([BINARY, "daemon", "--machine", self.config, *options], stderr=log,
                                             stdout=log)
@@ -338,7 +338,8 @@ class DaemonTest(unittest.TestCase):
             bench.until(lambda s: s["line"] >= 5)
             self.assertEqual(bench.end(), 0)
             trace = rows(record)
-            self.assertEqual(trace[-1]["X"], trace[-2]["X"])
+            # from a jerk-limited stop the last period's step is J T^3 / 6 at most: 1e5 mm/s^3, 1 ms
+            self.assertLess(abs(float(trace[-1]["X"]) - float(trace[-2]["X"])), 1e5 * 1e-9 / 6)
             checked = subprocess.run([BINARY, "check-trace", record, "--machine", bench.config, "--json"], text=True,
                                      capture_output=True)
             self.assertEqual(checked.returncode, 0, checked.stdout + checked.stderr)
@@ -365,7 +366,10 @@ class DaemonTest(unittest.TestCase):
             done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
             self.assertEqual(done.returncode, 0, done.stderr)
             self.assertGreater(len(rows(record)), 1000)
-            self.assertEqual(rows(record), rows(again))
+            first, second = moving(rows(record)), moving(rows(again))
+            self.assertGreater(len(first), 1000)
+            self.assertEqual(len(first), len(second))
+            self.assertEqual([i for i, (a, b) in enumerate(zip(first, second)) if a != b], [], "periods that differ")
 
     def test_daemon_sends_the_same_bits_as_run(self):
         tools = ("--tools", os.path.join(SOURCE, "examples/tools.tbl"))
