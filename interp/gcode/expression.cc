@@ -348,9 +348,9 @@ double Evaluator::run(const std::vector<Instruction>& code, std::int32_t start) 
     } else {
       stack[top - 1] = apply_unary(i->op, stack[top - 1], i->column);
     }
+    if (!std::isfinite(stack[top - 1]))  // at once: OR and EQ would make a number of it again
+      fail(GcodeErrorCode::kDomain, i->column, "the expression", stack[top - 1]);
   }
-  if (!std::isfinite(stack[0]))
-    fail(GcodeErrorCode::kDomain, code[static_cast<std::size_t>(start)].column, "the expression", stack[0]);
   return stack[0];
 }
 
