@@ -6,9 +6,9 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
   time_s_ += plan_time_s;
   for (int blocks = 0; blocks < kBlocksPerTick; ++blocks) {
     const MotionBlock* block = queue_.front();
-    // A stretch that reads the words in another way begins with a period of its own, so that each way's end
-    // and start are both seen.
-    if (block && blocks > 0 && at_rest_ && !(block->context == context_)) {
+    // What stops has a period for its end: the drives are told the very place, a hole its whole depth, and
+    // where the next stretch reads the words in another way, both ends are seen.
+    if (block && blocks > 0 && at_rest_) {
       time_s_ = 0;
       return Outcome::kMoving;
     }

@@ -47,11 +47,9 @@ PlanWalk::PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const Pla
 void PlanWalk::leave_segment() TRN_RT {
   place_.time_s = 0;
   if (++place_.segment < block_->segment_count) return;
-  const MotionBlock* last = block_;
+  ended_ = block_->ends_at_rest;
   place_.segment = 0;
   block_ = queue_->ahead(++place_.block);
-  if (!last->ends_at_rest) return;
-  ended_ = !block_ || block_->segment_count == 0 || !(block_->context == last->context);
 }
 
 void PlanWalk::coast(double duration_s) TRN_RT {

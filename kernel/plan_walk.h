@@ -45,7 +45,7 @@ class PlanWalk {
 
   double rate() const TRN_RT { return rate_; }
   double slope() const TRN_RT { return slope_; }
-  /// The plan rests here and what follows is not one motion with it.
+  /// The plan rests here; what follows begins in a period of its own, at any rate up to 1.
   bool ended() const TRN_RT { return ended_; }
 
   RateBounds bounds() const TRN_RT;

@@ -28,6 +28,7 @@ struct Sample {
 struct MachineRun {
   SimulationResult result;
   std::vector<Sample> samples;
+  Sample start;  ///< before anything moved, in the first sample's frames
 };
 
 /// A shipped machine's config, or one that exists only in the tests.
@@ -50,18 +51,22 @@ inline std::string written(const std::string& name, const std::string& text) {
 
 class Recorder : public ReportSink {
  public:
-  Recorder(const Kinematics& kinematics, std::vector<Sample>& samples)
-      : kinematics_(kinematics), samples_(samples) {}
+  Recorder(const Kinematics& kinematics, MachineRun& run) : kinematics_(kinematics), run_(run) {}
   void write(const CycleReport& report) override {
     if (!report.on_path) return;
-    ToolPose pose;
-    ASSERT_EQ(tool_pose(kinematics_, report.q_setpoint, report.context, pose), KinStatus::kOk);
-    samples_.push_back({report.line, report.q_setpoint, pose.p_B, pose.u_B, pose.p_W, pose.u_W});
+    if (run_.samples.empty()) run_.start = sample(run_.start.q, report);
+    run_.samples.push_back(sample(report.q_setpoint, report));
   }
 
  private:
+  Sample sample(const JointVec& q, const CycleReport& report) const {
+    ToolPose pose;
+    EXPECT_EQ(tool_pose(kinematics_, q, report.context, pose), KinStatus::kOk);
+    return {report.line, q, pose.p_B, pose.u_B, pose.p_W, pose.u_W};
+  }
+
   const Kinematics& kinematics_;
-  std::vector<Sample>& samples_;
+  MachineRun& run_;
 };
 
 /// Runs a program file; tools 1, 2, 3 are 50, 80 and 95 mm long. ProgramError as the kernel throws it.
@@ -70,7 +75,7 @@ inline MachineRun run_file(const std::string& config, const std::string& program
   Parameters parameters;
   ToolTable tools = ToolTable::parse("T1 P1 Z+50 D6\nT2 P2 Z+80 D8\nT3 P3 Z+95 D5\n", "t.tbl");
   MachineRun run;
-  const JointVec start = [&] {
+  run.start.q = [&] {
     Setpoints setpoints;
     Feedback feedback;
     setpoints.q.setZero(assembly.kinematics->joint_count());
@@ -78,8 +83,8 @@ inline MachineRun run_file(const std::string& config, const std::string& program
     assembly.drives->exchange(setpoints, feedback);
     return feedback.q;
   }();
-  check_program(assembly, parameters, tools, {program, std::nullopt, start}, {});
-  Recorder recorder(*assembly.kinematics, run.samples);
+  check_program(assembly, parameters, tools, {program, std::nullopt, run.start.q}, {});
+  Recorder recorder(*assembly.kinematics, run);
   SimulationOptions options;
   options.program = program;
   options.trace = &recorder;

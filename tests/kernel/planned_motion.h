@@ -30,6 +30,7 @@ class PlannedMotion {
       begin_s_.push_back(length_s_);
       for (int i = 0; i < block.segment_count; ++i)
         length_s_ += block.segments[static_cast<std::size_t>(i)].duration_s;
+      if (block.ends_at_rest) rests_s_.push_back(length_s_);
       blocks_.push_back(block);
     }
   }
@@ -38,6 +39,11 @@ class PlannedMotion {
   const Joints& joints() const { return assembly_.plan_joints; }
   const std::vector<MotionBlock>& blocks() const { return blocks_; }
   double length_s() const { return length_s_; }
+  /// The next full stop behind a plan time; a period ends there.
+  double rest_after(double time_s) const {
+    const auto rest = std::upper_bound(rests_s_.begin(), rests_s_.end(), time_s + 1e-9);
+    return rest == rests_s_.end() ? length_s_ : *rest;
+  }
 
   /// The joints at a plan time; the end's behind the end.
   JointVec q(double time_s) const {
@@ -58,7 +64,7 @@ class PlannedMotion {
  private:
   Assembly assembly_;
   std::vector<MotionBlock> blocks_;
-  std::vector<double> begin_s_;
+  std::vector<double> begin_s_, rests_s_;
   double length_s_ = 0;
 };
 
@@ -85,9 +91,10 @@ class RateBench {
     queue_.look();
     if (interpolator_.at_rest()) rate_.restart(target);
     const double passed = rate_.step(queue_, interpolator_.place(), target);
+    const double rest_s = motion_.rest_after(time_s_);
     for (int i = 1; i <= density; ++i)
-      see(std::min(time_s_ + rate_.plan_time_at(static_cast<double>(i) / density), motion_.length_s()));
-    time_s_ = std::min(time_s_ + passed, motion_.length_s());
+      see(std::min(time_s_ + rate_.plan_time_at(static_cast<double>(i) / density), rest_s));
+    time_s_ = std::min(time_s_ + passed, rest_s);
     return passed > 0 ? interpolator_.advance(passed) : Interpolator::Outcome::kMoving;
   }
   double time_s() const { return time_s_; }
