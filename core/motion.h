@@ -38,6 +38,15 @@ struct JointMotion {
   std::array<float, kMaxJoints> v{}, a{}, a_end{}, j_min{}, j_max{};
 };
 
+/// What the program leaves to the operator (M48 to M53).
+struct OverrideMode {
+  bool feed = true, spindle = true;  ///< their overrides act; off: 100 %
+  bool adaptive = false;             ///< the adaptive feed acts
+  bool feed_hold = true;             ///< a hold acts at once; off: where it is allowed again
+
+  bool operator==(const OverrideMode&) const = default;
+};
+
 /// Something that happens between motions, with the machine at rest, in program order.
 struct QueueEvent {
   enum class Kind : std::uint8_t {
@@ -53,8 +62,9 @@ struct QueueEvent {
     kUser
   };
   Kind kind = Kind::kNone;
-  double value = 0;           ///< dwell: s; spindle: rpm, signed (+ clockwise)
-  std::int32_t argument = 0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
+  double value = 0;             ///< dwell: s; spindle: rpm, signed (+ clockwise)
+  std::int32_t argument = 0;    ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
+  OverrideMode overrides = {};  ///< in force when it happens
 };
 
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,
@@ -69,7 +79,8 @@ struct MotionBlock {
   std::uint8_t segment_count = 0;                ///< 0: an event
   bool ends_at_rest = false;                     ///< the last segment ends with v = a = 0
   bool rapid = false;                            ///< G0: feed override does not act, rapid override does
-  std::uint32_t line = 0;                        ///< source line, 1-based
+  OverrideMode overrides;
+  std::uint32_t line = 0;  ///< source line, 1-based
   QueueEvent event;
 };
 

@@ -8,12 +8,14 @@
 // What the interpreter hands to the planner: programmed motion in absolute terms, in program order.
 namespace trn {
 
-/// Upper bounds on speed that the program asks for; infinite where it does not.
+/// Upper bounds on speed that the program asks for; infinite where it does not. And whether the operator may
+/// change it.
 struct FeedLimit {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double tip_mm_s = kNone;      ///< speed of the tip in the work
   double rotary_rad_s = kNone;  ///< norm of the rotary words' speed; moves without X Y Z motion
   double path_units_s = kNone;  ///< ds/dt of the move itself; inverse time: length / time
+  OverrideMode overrides;
 };
 
 enum class PathMode : unsigned char {

@@ -42,7 +42,7 @@ Assembly assemble(const std::string& config_path, Field field) {
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
   const PathRate hold(a.plan_joints, a.machine.period_s);
-  a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.plan_time_to_stop());
+  a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.stop_s());
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
   a.drives = make_drives(a.machine, field);

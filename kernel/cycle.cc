@@ -8,9 +8,12 @@ namespace trn {
 namespace {
 constexpr double kRounding = 1e-6;          // of a position limit and, relatively, of a step: mm, rad
 constexpr PlanShares kJogShares{0.9, 0.8};  // of a jog's limits; the rest stops it at any moment
-constexpr double kLowFactor = 3;  // of the plan time needed: below, what is seen may decide something
+constexpr double kQueueFactor = 1.5;        // of the plan time of a stop: with less the motion slows down
+constexpr double kLowFactor = 2;            // of that: below, what is seen may decide something
 constexpr double kOverrideMax = 2;
-constexpr double kJogShare = 0.1;  // of the velocity limit when a jog names no speed
+constexpr double kLineEndS = 1e-6;           // of plan time before the end of a line: there
+constexpr std::uint64_t kLineBlocks = 1024;  // are looked at for the end of a line
+constexpr double kJogShare = 0.1;            // of the velocity limit when a jog names no speed
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
@@ -62,13 +65,13 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   switch (command.kind) {
     case Kind::kStart:
       if (standing && fault_ == Fault::kOk) motion_ = MotionState::kMoving;
+      step_begins_ = step_begins_ || standing;
       break;
     case Kind::kHold:
       if (on_path) motion_ = MotionState::kHeld;
       break;
     case Kind::kResume:
-      if (motion_ == MotionState::kPaused) interpolator_.pass_event();
-      if (motion_ == MotionState::kHeld || motion_ == MotionState::kPaused) motion_ = MotionState::kMoving;
+      resume();
       break;
     case Kind::kStop:
       if (standing || motion_ == MotionState::kPaused) abandon_motion();
@@ -76,6 +79,19 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       break;
     case Kind::kOverride:
       override_ = std::clamp(command.value, 0.0, kOverrideMax);
+      break;
+    case Kind::kRapidOverride:
+      rapid_override_ = std::clamp(command.value, 0.0, 1.0);
+      break;
+    case Kind::kSpindleOverride:
+      spindle_override_ = std::clamp(command.value, 0.0, kOverrideMax);
+      break;
+    case Kind::kAdaptiveFeed:
+      adaptive_feed_ = std::clamp(command.value, 0.0, 1.0);
+      break;
+    case Kind::kSingleBlock:
+      step_begins_ = step_begins_ || !single_block_;
+      single_block_ = command.value != 0;
       break;
     case Kind::kJog:
       if (standing && fault_ == Fault::kOk) begin_jog(command);
@@ -101,6 +117,14 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       fault_joint_ = -1;
       break;
   }
+}
+
+void Cycle::resume() TRN_RT {
+  if (motion_ != MotionState::kPaused && motion_ != MotionState::kHeld) return;
+  if (motion_ == MotionState::kPaused) step_begins_ = true;
+  if (motion_ == MotionState::kPaused && paused_by_program_) interpolator_.pass_event();
+  paused_by_program_ = false;
+  motion_ = MotionState::kMoving;
 }
 
 void Cycle::begin_jog(const RtCommand& command) TRN_RT {
@@ -136,25 +160,102 @@ void Cycle::move() TRN_RT {
   if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
   if (motion_ == MotionState::kHoming) return follow_homing();
-  const bool stand = stopping_ || motion_ == MotionState::kHeld;
-  motion_ == MotionState::kJogging ? follow_jog(stand ? 0.0 : override_)
-                                   : follow_path(stand ? 0.0 : override_);
+  motion_ == MotionState::kJogging ? follow_jog(stopping_ ? 0.0 : override_) : follow_path();
 }
 
-bool Cycle::queue_is_short() TRN_RT {
-  if (queue_.sees_stop()) return false;
-  const double needed = plan_time_needed();
-  if (queue_.seen_s() < kLowFactor * needed) report_.blocks_when_low = queue_.seen_number();
-  return queue_.seen_s() < (waiting_ || interpolator_.at_rest() ? 2 * needed : needed);
+// What the operator asks for, as far as the program lets him.
+double Cycle::target_rate() TRN_RT {
+  if (stopping_) return 0;
+  const MotionBlock* block = queue_.front();
+  const OverrideMode mode = block ? block->overrides : OverrideMode{};
+  if (motion_ == MotionState::kHeld && (mode.feed_hold || interpolator_.at_rest())) return 0;
+  if (block && block->rapid) return rapid_override_;
+  return (mode.feed ? override_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0);
 }
 
-void Cycle::follow_path(double target) TRN_RT {
-  const bool is_short = queue_is_short();
-  if (is_short && !waiting_ && !interpolator_.at_rest()) ++report_.starvations;
-  waiting_ = is_short;
-  if (waiting_) target = 0;
+// The block that motion goes on with: the front, or the next one where the front is as good as done.
+const MotionBlock* Cycle::block_here(std::uint64_t& index) TRN_RT {
+  index = 0;
+  const MotionBlock* front = queue_.front();
+  if (!front || front->segment_count == 0 || interpolator_.at_rest()) return front;
+  const PlanPlace place = interpolator_.place();
+  double left = -place.time_s;
+  for (int k = place.segment; k < front->segment_count; ++k)
+    left += front->segments[static_cast<std::size_t>(k)].duration_s;
+  if (left > kLineEndS || front->ends_at_rest) return front;
+  return queue_.ahead(++index);
+}
+
+// Single block: true if the machine stands at the end of the line that was released.
+bool Cycle::pause_between_lines() TRN_RT {
+  std::uint64_t index = 0;
+  const MotionBlock* here = block_here(index);
+  if (!single_block_ || !here) return false;
+  if (step_begins_) {
+    step_begins_ = false;
+    step_line_ = here->line;
+    step_number_ = queue_.number_ahead(index);
+  }
+  if (dwell_left_s_ > 0 || !(path_rate_.standing() || interpolator_.at_rest())) return false;
+  if (queue_.number_ahead(index) <= step_number_ || here->line == step_line_) return false;
+  motion_ = MotionState::kPaused;
+  return true;
+}
+
+// Single block: plan time to the end of the released line, if that is in the middle of a stretch and near.
+double Cycle::way_to_line_end() TRN_RT {
+  if (!single_block_ || interpolator_.at_rest() || stopping_) return PathRate::kNoStop;
+  const PlanPlace place = interpolator_.place();
+  double way = -place.time_s;
+  for (std::uint64_t i = 0; i < kLineBlocks && way < path_rate_.stop_horizon_s(); ++i) {
+    const MotionBlock* block = queue_.ahead(i);
+    if (!block || block->segment_count == 0) return PathRate::kNoStop;
+    if (i > 0 && queue_.number_ahead(i) > step_number_ && block->line != step_line_)
+      return std::max(way, 0.0);
+    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
+      way += block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (block->ends_at_rest) return PathRate::kNoStop;
+  }
+  return PathRate::kNoStop;
+}
+
+// Single block: the released line ends too soon to stop there; the first one that does not takes its place.
+void Cycle::pass_near_lines() TRN_RT {
+  const PlanPlace place = interpolator_.place();
+  double way = -place.time_s;
+  const double least = path_rate_.least_stop_s() + config_.period_s;
+  for (std::uint64_t i = 0; i < kLineBlocks; ++i) {
+    const MotionBlock* block = queue_.ahead(i);
+    if (!block || block->segment_count == 0) return;
+    step_line_ = block->line;
+    step_number_ = queue_.number_ahead(i);
+    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
+      way += block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (way > least || block->ends_at_rest) return;
+  }
+}
+
+// The rate falls with what is left in the queue: a planner that is late slows the machine down to its own
+// pace, one that is gone lets it run out smoothly, and at any moment a hold is shorter than what is left.
+double Cycle::rate_by_queue(double wanted) TRN_RT {
+  if (queue_.sees_stop()) return kOverrideMax;
+  const double usable_s = std::max(0.0, queue_.seen_s() - 2 * config_.period_s);
+  const double full_s = kQueueFactor * path_rate_.stop_s();
+  if (usable_s < kLowFactor * full_s * std::max(wanted, path_rate_.rate()))
+    report_.blocks_when_low = queue_.seen_number();
+  return usable_s / full_s;
+}
+
+void Cycle::follow_path() TRN_RT {
+  const double wanted = target_rate(), most = rate_by_queue(wanted);
+  const bool late = most < wanted && !interpolator_.at_rest();
+  if (late && !waiting_) ++report_.starvations;
+  waiting_ = late;
+  if (!stopping_ && pause_between_lines()) return;
+  const double target = std::min(wanted, most);
   if (interpolator_.at_rest()) path_rate_.restart(target);
-  const double plan_time_s = path_rate_.step(queue_, interpolator_.place(), target);
+  const double plan_time_s = path_rate_.step(queue_, interpolator_.place(), target, way_to_line_end());
+  if (path_rate_.missed_stop()) pass_near_lines();
   drive(plan_time_s);
   if (stopping_ && (path_rate_.standing() || interpolator_.at_rest())) abandon_motion();
 }
@@ -170,6 +271,7 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
   if (interpolator_.has_position()) {
+    overrides_ = interpolator_.overrides();
     JointVec q;
     if (map_.map(interpolator_.y(), interpolator_.context(), q) != KinStatus::kOk)
       return latch(Fault::kKinematics, -1);
@@ -198,9 +300,12 @@ void Cycle::pass_event() TRN_RT {
   const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
   if (stop && config_.pause_at_program_stop) {
     motion_ = MotionState::kPaused;  // the event stays in front until kResume
+    paused_by_program_ = true;
     return;
   }
   if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
+  if (event.kind == Kind::kSpindle) spindle_rpm_ = event.value;
+  overrides_ = event.overrides;
   interpolator_.pass_event();
   if (event.kind == Kind::kProgramEnd) come_to_rest();
 }
@@ -224,7 +329,8 @@ void Cycle::follow_homing() TRN_RT {
 
 void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
-  stopping_ = waiting_ = false;
+  stopping_ = waiting_ = paused_by_program_ = false;
+  overrides_ = {};
   dwell_left_s_ = 0;
 }
 
@@ -302,6 +408,8 @@ void Cycle::write_report() TRN_RT {
   report_.speed_mm_s = (report_.y - y_last_).head<3>().norm() / config_.period_s;
   y_last_ = report_.y;
   report_.override_now = motion_ == MotionState::kJogging ? time_scale_.rate() : path_rate_.rate();
+  report_.spindle_rpm = spindle_rpm_ * (overrides_.spindle ? spindle_override_ : 1.0);
+  report_.single_block = single_block_;
   if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
   report_.homed_mask = feedback_.homed_mask;
   report_.limit_switch_mask = feedback_.limit_switch_mask;

@@ -35,18 +35,23 @@ class Cycle final : public TickPort {
   /// The report of the last tick, for whoever runs in the tick's own thread.
   const CycleReport& last_report() const TRN_RT { return report_; }
   const PathRate& path_rate() const TRN_RT { return path_rate_; }
-  /// Plan time that the queue must hold, unless it holds a stop, for the motion to go on undisturbed, s.
-  double plan_time_needed() const TRN_RT { return path_rate_.plan_time_to_stop() + 2 * config_.period_s; }
+  const Interpolator& interpolator() const TRN_RT { return interpolator_; }
 
  private:
   static constexpr int kCommandsPerTick = 8;
 
   void take_commands() TRN_RT;
   void obey(const RtCommand& command) TRN_RT;
+  void resume() TRN_RT;
   void begin_jog(const RtCommand& command) TRN_RT;
   void begin_homing(int joint) TRN_RT;
   void move() TRN_RT;
-  void follow_path(double target) TRN_RT;
+  void follow_path() TRN_RT;
+  double target_rate() TRN_RT;
+  const MotionBlock* block_here(std::uint64_t& index) TRN_RT;
+  bool pause_between_lines() TRN_RT;
+  double way_to_line_end() TRN_RT;
+  void pass_near_lines() TRN_RT;
   void drive(double plan_time_s) TRN_RT;
   bool take_up_jump() TRN_RT;
   void follow_jog(double target) TRN_RT;
@@ -60,7 +65,7 @@ class Cycle final : public TickPort {
   void write_report() TRN_RT;
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
-  bool queue_is_short() TRN_RT;
+  double rate_by_queue(double wanted) TRN_RT;
 
   CycleConfig config_;
   const JointMap& map_;
@@ -73,8 +78,14 @@ class Cycle final : public TickPort {
   Interpolator interpolator_;
   MotionState motion_ = MotionState::kRest;
   bool stopping_ = false;  ///< slows down to forget the motion
-  bool waiting_ = false;   ///< starved: slows down until the planner is ahead again
-  double override_ = 1, dwell_left_s_ = 0, jog_time_s_ = 0;
+  bool waiting_ = false;   ///< slower than asked for, because the planner is late
+  double override_ = 1, rapid_override_ = 1, spindle_override_ = 1, adaptive_feed_ = 1;
+  double spindle_rpm_ = 0;  ///< as programmed
+  OverrideMode overrides_;  ///< in force
+  bool single_block_ = false, step_begins_ = false;
+  bool paused_by_program_ = false;                 ///< kPaused: an event waits in front
+  std::uint32_t step_line_ = 0, step_number_ = 0;  ///< the line that was released; its last block passed
+  double dwell_left_s_ = 0, jog_time_s_ = 0;
   SCurve jog_;
   int jog_joint_ = 0;
   double jog_from_ = 0;

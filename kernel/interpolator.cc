@@ -43,6 +43,7 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
 void Interpolator::evaluate(const MotionBlock& block) TRN_RT {
   y_ = block.piece.at(block.segments[static_cast<std::size_t>(segment_)].s_at(time_s_));
   context_ = block.context;
+  overrides_ = block.overrides;
   line_ = block.line;
   at_rest_ = false;
   has_position_ = true;

@@ -18,13 +18,14 @@ class Interpolator {
     kBroken,   ///< more blocks ended in one period than any plan has: a defect
   };
 
-  /// Lets `plan_time_s` pass; stops in front of an event.
+  /// Lets `plan_time_s` pass; stops at the end of a stretch and in front of an event.
   Outcome advance(double plan_time_s) TRN_RT;
 
   /// Where the motion is; valid after the first block.
   const Words& y() const TRN_RT { return y_; }
   const MapContext& context() const TRN_RT { return context_; }
   std::uint32_t line() const TRN_RT { return line_; }
+  const OverrideMode& overrides() const TRN_RT { return overrides_; }
   bool has_position() const TRN_RT { return has_position_; }
   bool at_rest() const TRN_RT { return at_rest_; }
   /// Where in the queue's plan that is.
@@ -48,6 +49,7 @@ class Interpolator {
   bool at_rest_ = true, has_position_ = false;
   Words y_ = Words::Zero();
   MapContext context_;
+  OverrideMode overrides_;
   std::uint32_t line_ = 0;
 };
 

@@ -60,6 +60,10 @@ class MotionQueue {
   const MotionBlock* ahead(std::uint64_t index) const TRN_RT {
     return sees(index) && item(index).generation > dropped_ ? &item(index).block : nullptr;
   }
+  /// Its place in its program, from 1; 0 if it is not seen yet.
+  std::uint32_t number_ahead(std::uint64_t index) const TRN_RT {
+    return ahead(index) ? item(index).number : 0;
+  }
   /// The front is being driven: its time no longer counts as ahead.
   void begin_front() TRN_RT {
     if (begun_ || !sees(0)) return;

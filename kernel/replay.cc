@@ -52,18 +52,20 @@ class Replay {
  public:
   Replay(const Session& session, const Assembly& assembly, Parameters& parameters, ToolTable& tools,
          ReportSink& sink)
-      : entries_(session.entries),
+      : head_(session.head),
+        entries_(session.entries),
         assembly_(assembly),
         parameters_(parameters),
         tools_(tools),
         sink_(sink),
         drives_(static_cast<Eigen::Index>(assembly.machine.joints.size())),
         queue_(kQueueBlocks),
-        cycle_({assembly.machine.period_s, assembly.machine.joints, true, 8, assembly.plan_joints},
-               *assembly.map, queue_, drives_, assembly.corrections.setpoint.get()) {}
+        cycle_(
+            {assembly.machine.period_s, assembly.machine.joints, !session.head.run, 8, assembly.plan_joints},
+            *assembly.map, queue_, drives_, assembly.corrections.setpoint.get()) {}
 
   ReplayResult run() {
-    const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period;
+    const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();
     const auto moving = [&] {
       const MotionState motion = cycle_.last_report().motion;
       return motion == MotionState::kMoving || motion == MotionState::kJogging;
@@ -73,9 +75,10 @@ class Replay {
       obey(period);
       fill(period);
       cycle_.tick();
+      for (const auto& work : assembly_.corrections.background) work();
       result_.periods = period + 1;
       const CycleReport& report = cycle_.last_report();
-      if (report.drives == DriveState::kEnabled) sink_.write(report);
+      if (report.drives == DriveState::kEnabled && period >= first) sink_.write(report);
     }
     result_.starvations = cycle_.last_report().starvations;
     result_.fault = cycle_.last_report().fault;
@@ -146,6 +149,15 @@ class Replay {
     return false;
   }
 
+  // A run's trace begins with the last period at rest before its start.
+  std::uint64_t first_period() const {
+    for (const SessionEntry& entry : entries_)
+      if (head_.run && entry.kind == Kind::kCommand && entry.command.kind == RtCommand::Kind::kStart)
+        return entry.period - 1;
+    return 0;
+  }
+
+  const SessionHead& head_;
   const std::vector<SessionEntry>& entries_;
   const Assembly& assembly_;
   Parameters& parameters_;

@@ -14,9 +14,10 @@ using Kind = SessionEntry::Kind;
 
 // In the order of the enumerations.
 constexpr const char* kEntryNames[] = {"program", "command", "low", "stands", "fault"};
-constexpr const char* kCommandNames[] = {"start",          "hold",       "resume",     "stop",
-                                         "override",       "jog",        "home",       "quick_stop",
-                                         "emergency_stop", "correction", "reset_fault"};
+constexpr const char* kCommandNames[] = {
+    "start",       "hold",           "resume",           "stop",           "override",
+    "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
+    "reset_fault", "rapid_override", "spindle_override", "adaptive_feed",  "single_block"};
 
 std::vector<double> numbers(const JointVec& q) { return {q.data(), q.data() + q.size()}; }
 
@@ -37,6 +38,7 @@ Json to_json(const SessionEntry& entry) {
   if (entry.kind == Kind::kProgram) {
     json["path"] = entry.program.path;
     if (entry.program.text) json["text"] = *entry.program.text;
+    if (entry.program.from_line > 0) json["from"] = entry.program.from_line;
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
@@ -56,6 +58,7 @@ SessionEntry from_json(const Json& json) {
   entry.kind = static_cast<Kind>(index_of(kEntryNames, json.at("entry")));
   if (entry.kind == Kind::kProgram) {
     entry.program.path = json.at("path");
+    entry.program.from_line = json.value("from", 0U);
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
@@ -74,7 +77,9 @@ SessionEntry from_json(const Json& json) {
 
 SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
-  out_ << Json{{"machine", head.machine}, {"tools", head.tools}, {"vars", head.vars}}.dump() << std::endl;
+  out_
+      << Json{{"machine", head.machine}, {"tools", head.tools}, {"vars", head.vars}, {"run", head.run}}.dump()
+      << std::endl;
 }
 
 void SessionLog::program(const ProgramStart& start) {
@@ -126,7 +131,7 @@ Session read_session(const std::string& path) {
     try {
       const Json json = Json::parse(text);
       if (line == 1)
-        session.head = {json.at("machine"), json.at("tools"), json.at("vars")};
+        session.head = {json.at("machine"), json.at("tools"), json.at("vars"), json.value("run", false)};
       else
         session.entries.push_back(from_json(json));
     } catch (const std::exception& error) {

@@ -34,6 +34,7 @@ struct SessionEntry {
 /// What a session was made with; paths as given.
 struct SessionHead {
   std::string machine, tools, vars;
+  bool run = false;  ///< of `trunnion run`: program stops are passed, the trace begins with the program
 };
 
 /// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the

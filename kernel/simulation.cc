@@ -10,6 +10,7 @@ namespace {
 
 constexpr double kAtLimit = 0.95;
 constexpr int kStartPeriodsMax = 600000;
+constexpr double kPatienceS = 10;  // with a standing machine and an operator who has nothing left to do
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -80,7 +81,9 @@ class Simulation {
         assembly_, parameters_, tools_, start,
         PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },
                           options_.on_piece, options_.on_stretch});
-    cycle_.post({RtCommand::Kind::kStart});
+    if (options_.log) options_.log->program(start);
+    if (options_.single_block) post({RtCommand::Kind::kSingleBlock, 1});
+    post({RtCommand::Kind::kStart});
     fill();
     watch(cycle_.last_report());  // the stream begins at rest
     drive();
@@ -90,18 +93,50 @@ class Simulation {
   }
 
  private:
+  void post(RtCommand command) {
+    command.id = ++last_id_;
+    if (options_.log) options_.log->posted(command);
+    cycle_.post(command);
+  }
+
+  void tick() {
+    cycle_.tick();
+    if (options_.log) options_.log->report(cycle_.last_report());
+  }
+
+  // What the script asks for in this period. At its end nobody is left to wake a standing machine.
+  void operate() {
+    const CycleReport& report = cycle_.last_report();
+    const double now_s = static_cast<double>(result_.periods) * period_s_;
+    for (; next_action_ < options_.script.size() && options_.script[next_action_].time_s < now_s;
+         ++next_action_)
+      post(options_.script[next_action_].command);
+    const bool paused = report.motion == MotionState::kPaused;
+    if (paused && options_.single_block) return post({RtCommand::Kind::kResume});
+    const bool stands = paused || (cycle_.path_rate().standing() && report.motion != MotionState::kRest);
+    standing_periods_ = stands ? standing_periods_ + 1 : 0;
+    if (standing_periods_ * period_s_ < kPatienceS || next_action_ < options_.script.size()) return;
+    if (options_.on_warning)
+      options_.on_warning({fmt::format("line {}: the machine stands, and the operator's script has nothing "
+                                       "more to do; the run ends here",
+                                       report.line),
+                           report.line});
+    post({RtCommand::Kind::kStop});
+    standing_periods_ = 0;
+  }
+
   void prepare_drives() {
     assembly_.drives->bring_up();
     const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
     bool asked = false;
     for (int i = 0; i < kStartPeriodsMax; ++i) {
-      cycle_.tick();
+      tick();
       const CycleReport& report = cycle_.last_report();
       const bool standing = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
       if (standing && (report.homed_mask & all) == all) return;
       if (standing && !asked) {
         asked = true;
-        cycle_.post({RtCommand::Kind::kHome, 0, 0, -1});
+        post({RtCommand::Kind::kHome, 0, 0, -1});
       }
     }
     throw std::runtime_error("the simulated drives do not get ready; check the section [drives]");
@@ -132,7 +167,8 @@ class Simulation {
   void drive() {
     do {
       if (queue_.buffered_s() < assembly_.planner.buffer_s) fill();
-      cycle_.tick();
+      if (!options_.script.empty() || options_.single_block) operate();
+      tick();
       for (const auto& work : assembly_.corrections.background) work();
       watch(cycle_.last_report());
     } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
@@ -236,6 +272,9 @@ class Simulation {
   std::exception_ptr failure_;
   TraceRow row_;
   Vec3 p_last_ = Vec3::Zero();
+  std::uint32_t last_id_ = 0;
+  std::size_t next_action_ = 0;
+  int standing_periods_ = 0;
   SimulationResult result_;
 };
 

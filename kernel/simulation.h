@@ -8,13 +8,18 @@
 #include "kernel/check/deviation_meter.h"
 #include "kernel/check/limit_judge.h"
 #include "kernel/cycle.h"
+#include "kernel/operator_script.h"
 #include "kernel/pipeline.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 
 struct SimulationOptions {
   std::string program;
-  std::uint32_t from_line = 0;  ///< as ProgramStart::from_line
+  std::uint32_t from_line = 0;         ///< as ProgramStart::from_line
+  std::vector<OperatorAction> script;  ///< in order of time
+  bool single_block = false;           ///< stands at the end of every line, and goes on at once
+  SessionLog* log = nullptr;
   ReportSink* trace = nullptr;
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch

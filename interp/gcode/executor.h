@@ -103,6 +103,7 @@ class Executor : public StateValues {
   void stop_spindle();
   void coolant(const Block& b);
   void overrides(const Block& b);
+  void resume_overrides(const ModalState& kept);
   void output(const Block& b);
   void modal_state(const Block& b);
   void restore_modal(const ModalState& kept);

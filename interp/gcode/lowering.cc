@@ -86,6 +86,7 @@ void Lowering::send(const Words& to) {
   move_.to = to;
   words_ = to;
   ++moves_;
+  move_.feed.overrides = overrides_;
   sink_.move(move_);
 }
 
@@ -162,7 +163,7 @@ void Lowering::spline(const canon::NurbsFeed& spline) {
 }
 
 void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument) {
-  sink_.event(QueueEvent{kind, value, argument}, move_.source);
+  sink_.event(QueueEvent{kind, value, argument, overrides_}, move_.source);
 }
 
 struct Lowering::Visit {
@@ -177,7 +178,20 @@ struct Lowering::Visit {
     low.coolant_ = bits;
     low.event(QueueEvent::Kind::kCoolant, 0, bits);
   }
+  // M48 to M53. Where they stand in the program they act; the machine does not stop for them.
+  void allow(PlainCanon what) const {
+    OverrideMode& mode = low.overrides_;
+    const bool feed_on = what == PlainCanon::kEnableFeedOverride;
+    const bool spindle_on = what == PlainCanon::kEnableSpeedOverride;
+    const bool adaptive_on = what == PlainCanon::kEnableAdaptiveFeed;
+    const bool hold_on = what == PlainCanon::kEnableFeedHold;
+    if (feed_on || what == PlainCanon::kDisableFeedOverride) mode.feed = feed_on;
+    if (spindle_on || what == PlainCanon::kDisableSpeedOverride) mode.spindle = spindle_on;
+    if (adaptive_on || what == PlainCanon::kDisableAdaptiveFeed) mode.adaptive = adaptive_on;
+    if (hold_on || what == PlainCanon::kDisableFeedHold) mode.feed_hold = hold_on;
+  }
   void operator()(const canon::Plain& c) const {
+    allow(c.what);
     switch (c.what) {
       case PlainCanon::kMistOn:
         return coolant(low.coolant_ | 1);

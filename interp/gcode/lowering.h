@@ -57,6 +57,7 @@ class Lowering : public CanonSink {
   int coolant_ = 0, tool_number_ = 0;
   Words words_;  ///< where the machine stands
   ProgramMove move_;
+  OverrideMode overrides_;
   std::uint64_t moves_ = 0;
 };
 

@@ -244,10 +244,21 @@ void Executor::restore_machine(const ModalState& kept) {
   m.flood = kept.flood;
 }
 
+void Executor::resume_overrides(const ModalState& kept) {
+  ModalState& m = s_.modal;
+  m.feed_override = kept.feed_override;
+  m.speed_override = kept.speed_override;
+  m.adaptive_feed = kept.adaptive_feed;
+  m.feed_hold = kept.feed_hold;
+  if (!m.feed_override) put(PlainCanon::kDisableFeedOverride);
+  if (!m.speed_override) put(PlainCanon::kDisableSpeedOverride);
+  if (m.adaptive_feed) put(PlainCanon::kEnableAdaptiveFeed);
+  if (!m.feed_hold) put(PlainCanon::kDisableFeedHold);
+}
+
 void Executor::resume(const Settings& kept) {
   restore_modal(kept.modal);
-  s_.modal.feed_override = kept.modal.feed_override;
-  s_.modal.speed_override = kept.modal.speed_override;
+  resume_overrides(kept.modal);
   s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
   s_.selected_tool = kept.selected_tool;
   s_.current_tool = kept.current_tool;

@@ -18,9 +18,9 @@ namespace trn {
 namespace {
 
 struct RunOptions {
-  std::string program, machine, trace, path, stretches, tools, variables;
+  std::string program, machine, trace, path, stretches, tools, variables, script, log;
   int trace_density = 1;
-  bool json = false, trace_corrections = false;
+  bool json = false, trace_corrections = false, single_block = false;
   std::uint32_t from_line = 0;
 };
 
@@ -128,7 +128,14 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
                   options.trace_corrections ? assembly.corrections.setpoint.get() : nullptr);
   if (!options.path.empty() || !options.stretches.empty())
     path.emplace(options.path, options.stretches, assembly);
+  std::unique_ptr<SessionLog> log;
+  if (!options.log.empty())
+    log = std::make_unique<SessionLog>(options.log,
+                                       SessionHead{options.machine, options.tools, options.variables, true});
   SimulationOptions simulation;
+  if (!options.script.empty()) simulation.script = read_operator_script(options.script);
+  simulation.single_block = options.single_block;
+  simulation.log = log.get();
   simulation.program = options.program;
   simulation.from_line = options.from_line;
   if (trace) simulation.trace = &*trace;
@@ -199,6 +206,12 @@ void add_run(CLI::App& app, Exit& exit) {
                    "without moving, the machine goes to where they end (away, across, down), then the "
                    "program goes on")
       ->check(CLI::PositiveNumber);
+  command->add_option("--operator", options->script,
+                      "what the operator does: lines of SECONDS ACTION [VALUE] with hold, resume, stop, "
+                      "override, rapid, spindle, adaptive (percent), step on|off; # begins a comment");
+  command->add_flag("--step", options->single_block,
+                    "single block: stand on the path at the end of every line, then go on at once");
+  command->add_option("--log", options->log, "write the session to this file, for 'trunnion replay'");
   command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -18,7 +18,7 @@ constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime = std::chrono::seconds(15);
 constexpr auto kTickAnswers = std::chrono::seconds(5);
 
-bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::CORRECTION; }
+bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK; }
 
 Event event_of(std::int8_t verb) {
   switch (verb) {
@@ -44,6 +44,8 @@ Event event_of(std::int8_t verb) {
       return Event::kReset;
   }
 }
+
+bool obeys_always(std::int8_t verb) { return verb == command_t::OVERRIDE || verb > command_t::CORRECTION; }
 
 CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
 CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
@@ -91,7 +93,7 @@ CommandDesk::Answer Director::check_values(const command_t& command) const {
 CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
-  if (command.verb == command_t::OVERRIDE) return obey_override(command.value);
+  if (obeys_always(command.verb)) return obey_setting(command.verb, command.value);
   if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
   const MachineState before = supervisor_.state();
   const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
@@ -103,12 +105,31 @@ CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticke
   return act_on_command(decision.actions, command, ticket);
 }
 
-CommandDesk::Answer Director::obey_override(double value) {
-  if (value < 0 || value > 2)
-    return refused(fmt::format("override {} is out of range: 0 to 2 is legal", value));
-  view_.override_wanted = value;
-  status_due_ = true;
-  post({RtCommand::Kind::kOverride, value});
+// Overrides and single block, legal in every state.
+CommandDesk::Answer Director::obey_setting(std::int8_t verb, double value) {
+  using Kind = RtCommand::Kind;
+  const struct {
+    std::int8_t verb;
+    const char* name;
+    double max;
+    Kind kind;
+    double* shown;
+  } kSettings[] = {
+      {command_t::OVERRIDE, "override", 2, Kind::kOverride, &view_.override_wanted},
+      {command_t::RAPID_OVERRIDE, "rapid override", 1, Kind::kRapidOverride, &view_.rapid_override},
+      {command_t::SPINDLE_OVERRIDE, "spindle override", 2, Kind::kSpindleOverride, &view_.spindle_override},
+      {command_t::ADAPTIVE_FEED, "adaptive feed", 1, Kind::kAdaptiveFeed, &view_.adaptive_feed},
+      {command_t::SINGLE_BLOCK, "single block", 1, Kind::kSingleBlock, nullptr},
+  };
+  for (const auto& setting : kSettings) {
+    if (setting.verb != verb) continue;
+    if (value < 0 || value > setting.max)
+      return refused(
+          fmt::format("{} {} is out of range: 0 to {:g} is legal", setting.name, value, setting.max));
+    if (setting.shown) *setting.shown = value;
+    status_due_ = true;
+    post({setting.kind, value});
+  }
   return accepted();
 }
 

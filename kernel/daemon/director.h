@@ -59,7 +59,7 @@ class Director {
   using Ticket = CommandDesk::Ticket;
 
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
-  Answer obey_override(double value);
+  Answer obey_setting(std::int8_t verb, double value);
   Answer obey_correction(const std::string& name, bool on);
   Answer switch_planned(const std::string& name, bool on);
   void add_corrections(trunnion::status_t& status) const;

@@ -38,7 +38,7 @@ std::map<S, Supervisor> everywhere() {
                                             {S::kStarting, {E::kReset}},
                                             {S::kIdle, {E::kReset, E::kDrivesReady}},
                                             {S::kRunning, {E::kReset, E::kDrivesReady, E::kStart}},
-                                            {S::kHolding, {E::kReset, E::kDrivesReady, E::kStart, E::kHold}},
+                                            {S::kHolding, {E::kReset, E::kDrivesReady, E::kHold}},
                                             {S::kStopping, {E::kReset, E::kDrivesReady, E::kStart, E::kStop}},
                                             {S::kJogging, {E::kReset, E::kDrivesReady, E::kJog}},
                                             {S::kHoming, {E::kReset, E::kDrivesReady, E::kHome}},

@@ -44,12 +44,12 @@ bool alike(double a, double b) { return a == b || (a <= b * kFeedSpread && b <= 
 
 bool alike(const FeedLimit& a, const FeedLimit& b) {
   return alike(a.tip_mm_s, b.tip_mm_s) && alike(a.rotary_rad_s, b.rotary_rad_s) &&
-         alike(a.path_units_s, b.path_units_s);
+         alike(a.path_units_s, b.path_units_s) && a.overrides == b.overrides;
 }
 
 FeedLimit lower(const FeedLimit& a, const FeedLimit& b) {
   return {std::min(a.tip_mm_s, b.tip_mm_s), std::min(a.rotary_rad_s, b.rotary_rad_s),
-          std::min(a.path_units_s, b.path_units_s)};
+          std::min(a.path_units_s, b.path_units_s), a.overrides};
 }
 
 }  // namespace

@@ -40,6 +40,7 @@ void BlockEmitter::flush(bool at_rest) {
   block_.piece = plan.piece;
   block_.context = plan.context;
   block_.rapid = plan.rapid;
+  block_.overrides = plan.feed.overrides;
   block_.line = plan.line;
   block_.ends_at_rest = at_rest;
   out_.block(block_);
@@ -50,6 +51,7 @@ void BlockEmitter::flush(bool at_rest) {
 void BlockEmitter::event(const QueueEvent& event, std::uint32_t line) {
   MotionBlock block{};
   block.event = event;
+  block.overrides = event.overrides;
   block.line = line;
   block.ends_at_rest = true;
   out_.block(block);
