@@ -8,15 +8,21 @@
 
 namespace trn {
 
+/// The corrections inside the plan, as bits; the bits above them number those behind it
+/// (kernel/corrections.cc).
+inline constexpr std::uint8_t kGeometricBit = 1, kJointTableBit = 2;
+inline constexpr std::uint8_t kPlannedBits = kGeometricBit | kJointTableBit;
+
 /// What a path piece means to the joints: constant along a piece, never changes inside a stretch.
 struct MapContext {
-  bool rtcp = false;                ///< y is the tip in B (on) or the machine's own axes (off)
-  Vec3 tool_offset = Vec3::Zero();  ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
-  Pose X_WB;                        ///< table in work frame, for reports of the tip in W
+  bool rtcp = false;                 ///< y is the tip in B (on) or the machine's own axes (off)
+  Vec3 tool_offset = Vec3::Zero();   ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
+  Pose X_WB;                         ///< table in work frame, for reports of the tip in W
+  std::uint8_t corrections_off = 0;  ///< of kPlannedBits: these do not act
 
   bool operator==(const MapContext& other) const TRN_RT {
     return rtcp == other.rtcp && tool_offset == other.tool_offset && X_WB.R == other.X_WB.R &&
-           X_WB.p == other.X_WB.p;
+           X_WB.p == other.X_WB.p && corrections_off == other.corrections_off;
   }
 };
 
@@ -59,11 +65,12 @@ struct QueueEvent {
     kOptionalStop,
     kProgramStop,
     kProgramEnd,
-    kUser
+    kUser,
+    kCorrection
   };
   Kind kind = Kind::kNone;
-  double value = 0;             ///< dwell: s; spindle: rpm, signed (+ clockwise)
-  std::int32_t argument = 0;    ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
+  double value = 0;             ///< dwell: s; spindle: rpm, signed (+ clockwise); corrections: 1 on, 0 off
+  std::int32_t argument = 0;    ///< tool; coolant bits (1 mist, 2 flood); message; user M-code; corrections
   OverrideMode overrides = {};  ///< in force when it happens
 };
 

@@ -28,16 +28,21 @@ void add_corrections(Assembly& a) {
   a.plan_joints = a.corrections.setpoint->plan_joints();
   a.map =
       std::make_unique<MachineJointMap>(*a.kinematics, a.corrections.pose.get(), a.corrections.joint.get());
+  const auto screws = read_simulated_screws(a.machine, *a.corrections.sensors);
+  if (!screws.empty())
+    a.screws = std::make_unique<SimulatedScrews>(screws, a.machine.period_s, *a.corrections.sensors);
 }
 
 }  // namespace
 
 Assembly assemble(const std::string& config_path, Field field) {
-  Assembly a{read_machine(load_config(config_path)), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr};
+  Assembly a{
+      read_machine(load_config(config_path)), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
   add_corrections(a);
   a.program = read_program_config(root);
+  a.program.switches = read_switches(root, a.program);
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.

@@ -13,6 +13,7 @@
 #include "kernel/daemon/realtime.h"
 #include "kernel/joint_map.h"
 #include "sim/make_drives.h"
+#include "sim/simulated_screws.h"
 
 namespace trn {
 
@@ -38,6 +39,7 @@ struct Assembly {
   RealtimeConfig realtime;
   LcmConfig lcm;
   std::unique_ptr<Drives> drives;
+  std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
 };
 
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and

@@ -13,7 +13,9 @@ constexpr double kLowFactor = 2;            // of that: below, what is seen may 
 constexpr double kOverrideMax = 2;
 constexpr double kLineEndS = 1e-6;           // of plan time before the end of a line: there
 constexpr std::uint64_t kLineBlocks = 1024;  // are looked at for the end of a line
-constexpr double kJogShare = 0.1;            // of the velocity limit when a jog names no speed
+constexpr double kSettled = 1e-9;            // mm, rad
+constexpr double kFast = 1e12;
+constexpr double kJogShare = 0.1;  // of the velocity limit when a jog names no speed
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
@@ -31,7 +33,8 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
       corrections_(corrections) {
   if (config_.plan_joints.empty()) config_.plan_joints = config_.joints;
   const auto n = static_cast<Eigen::Index>(config.joints.size());
-  for (JointVec* v : {&q_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd, &feedback_.q})
+  for (JointVec* v : {&q_, &jog_from_, &jog_way_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd,
+                      &feedback_.q})
     v->setZero(n);
   report_.q_plan = report_.q_setpoint = report_.q_measured = q_;
 }
@@ -131,13 +134,15 @@ void Cycle::begin_jog(const RtCommand& command) TRN_RT {
   const auto joint = static_cast<std::size_t>(command.joint);
   if (joint >= config_.joints.size()) return;
   const JointLimit& limit = config_.plan_joints[joint].limit;
-  jog_joint_ = command.joint;
-  jog_from_ = q_[command.joint];
+  jog_from_ = q_;
+  jog_way_.setZero();
+  jog_way_[command.joint] = 1;
+  const double from = q_[command.joint];
   const double target =
-      std::clamp(jog_from_ + command.value, std::min(limit.min, jog_from_), std::max(limit.max, jog_from_));
+      std::clamp(from + command.value, std::min(limit.min, from), std::max(limit.max, from));
   const double speed = command.speed > 0 ? command.speed : kJogShare * limit.velocity;
-  jog_ = SCurve(target - jog_from_, std::min(speed, limit.velocity),
-                kJogShares.acceleration * limit.acceleration, kJogShares.jerk * limit.jerk);
+  jog_ = SCurve(target - from, std::min(speed, limit.velocity), kJogShares.acceleration * limit.acceleration,
+                kJogShares.jerk * limit.jerk);
   jog_time_s_ = 0;
   time_scale_.set_target(override_);
   time_scale_.restart();
@@ -247,7 +252,9 @@ double Cycle::rate_by_queue(double wanted) TRN_RT {
 }
 
 void Cycle::follow_path() TRN_RT {
-  const double wanted = target_rate(), most = rate_by_queue(wanted);
+  const double wanted = target_rate();
+  if (settling_) return settle(wanted);
+  const double most = rate_by_queue(wanted);
   const bool late = most < wanted && !interpolator_.at_rest();
   if (late && !waiting_) ++report_.starvations;
   waiting_ = late;
@@ -266,7 +273,8 @@ void Cycle::drive(double plan_time_s) TRN_RT {
     return;
   }
   if (plan_time_s <= 0) return;
-  if (!take_up_jump()) return latch(Fault::kSetpointJump, -1);
+  if (interpolator_.at_rest() && !meet_next_stretch()) return;
+  off_path_ = false;
   const auto outcome = interpolator_.advance(plan_time_s);
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
@@ -280,16 +288,59 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   if (outcome == Interpolator::Outcome::kAtEvent) pass_event();
 }
 
-// Where the next stretch reads the place in another way (another tool), the corrections of the bracket may
-// differ a little though nothing moves.
-bool Cycle::take_up_jump() TRN_RT {
-  if (!corrections_ || !corrections_->takes_up_jumps() || !interpolator_.at_rest()) return true;
+// Where the next stretch reads the place in another way, the corrections of the bracket may differ though
+// nothing moves: a little after a change of tools, which the chain takes up; more after a switch of
+// corrections, and then the joints go there. False: not yet there.
+bool Cycle::meet_next_stretch() TRN_RT {
+  const bool takes_up = corrections_ && corrections_->takes_up_jumps();
+  if (!switched_ && !takes_up) return true;
   const MotionBlock* next = queue_.front();
   if (!next || next->segment_count == 0) return true;
   JointVec q;
   if (map_.map(next->piece.at(next->segments[0].s), next->context, q) != KinStatus::kOk) return true;
-  const JointVec jump = q_ - q;
-  return jump.isZero(0) || corrections_->take_up(jump);
+  const JointVec way = q - q_;
+  if (switched_ && way.lpNorm<Eigen::Infinity>() > kSettled) {
+    begin_settling(way);
+    return false;
+  }
+  switched_ = false;
+  if (!takes_up || way.isZero(0) || corrections_->take_up(-way)) return true;
+  latch(Fault::kSetpointJump, -1);
+  return false;
+}
+
+void Cycle::begin_settling(const JointVec& way) TRN_RT {
+  double velocity = kFast, acceleration = kFast, jerk = kFast;
+  for (std::size_t i = 0; i < config_.plan_joints.size(); ++i) {
+    const JointLimit& limit = config_.plan_joints[i].limit;
+    const double part = std::abs(way[static_cast<Eigen::Index>(i)]) + kSettled;
+    velocity = std::min(velocity, limit.velocity / part);
+    acceleration = std::min(acceleration, kJogShares.acceleration * limit.acceleration / part);
+    jerk = std::min(jerk, kJogShares.jerk * limit.jerk / part);
+  }
+  jog_ = SCurve(1, velocity, acceleration, jerk);
+  jog_from_ = q_;
+  jog_way_ = way;
+  jog_time_s_ = 0;
+  time_scale_.set_target(std::min(1.0, override_));
+  time_scale_.restart();
+  switched_ = false;
+  settling_ = off_path_ = true;
+}
+
+void Cycle::settle(double target) TRN_RT {
+  time_scale_.set_target(std::min(1.0, target));
+  jog_time_s_ += time_scale_.step();
+  q_ = jog_from_ + jog_.at(jog_time_s_) * jog_way_;
+  settling_ = jog_time_s_ < jog_.duration_s();
+  if (stopping_ && (!settling_ || time_scale_.rate() == 0)) abandon_motion();
+}
+
+// Behind the plan the correction comes or goes while the machine waits; inside it the joints go to where the
+// next stretch has them.
+void Cycle::switch_corrections(const QueueEvent& event) TRN_RT {
+  if (corrections_) dwell_left_s_ = corrections_->switch_by_program(event.argument, event.value != 0);
+  switched_ |= (event.argument & kPlannedBits) != 0;
 }
 
 void Cycle::pass_event() TRN_RT {
@@ -306,6 +357,7 @@ void Cycle::pass_event() TRN_RT {
   if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
   if (event.kind == Kind::kSpindle) spindle_rpm_ = event.value;
   overrides_ = event.overrides;
+  if (event.kind == Kind::kCorrection) switch_corrections(event);
   interpolator_.pass_event();
   if (event.kind == Kind::kProgramEnd) come_to_rest();
 }
@@ -313,7 +365,7 @@ void Cycle::pass_event() TRN_RT {
 void Cycle::follow_jog(double target) TRN_RT {
   time_scale_.set_target(target);
   jog_time_s_ += time_scale_.step();
-  q_[jog_joint_] = jog_from_ + jog_.at(jog_time_s_);
+  q_ = jog_from_ + jog_.at(jog_time_s_) * jog_way_;
   if (jog_time_s_ >= jog_.duration_s() || (stopping_ && time_scale_.rate() == 0)) come_to_rest();
 }
 
@@ -329,9 +381,10 @@ void Cycle::follow_homing() TRN_RT {
 
 void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
-  stopping_ = waiting_ = paused_by_program_ = false;
+  stopping_ = waiting_ = paused_by_program_ = settling_ = off_path_ = switched_ = false;
   overrides_ = {};
   dwell_left_s_ = 0;
+  if (corrections_) corrections_->forget_program();
 }
 
 void Cycle::abandon_motion() TRN_RT {
@@ -404,10 +457,11 @@ void Cycle::write_report() TRN_RT {
   report_.current_A = feedback_.current_A;
   report_.y = interpolator_.y();
   report_.context = interpolator_.context();
-  report_.on_path = interpolator_.has_position();
+  report_.on_path = interpolator_.has_position() && !off_path_;
   report_.speed_mm_s = (report_.y - y_last_).head<3>().norm() / config_.period_s;
   y_last_ = report_.y;
-  report_.override_now = motion_ == MotionState::kJogging ? time_scale_.rate() : path_rate_.rate();
+  report_.override_now =
+      motion_ == MotionState::kJogging || settling_ ? time_scale_.rate() : path_rate_.rate();
   report_.spindle_rpm = spindle_rpm_ * (overrides_.spindle ? spindle_override_ : 1.0);
   report_.single_block = single_block_;
   if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();

@@ -53,7 +53,10 @@ class Cycle final : public TickPort {
   double way_to_line_end() TRN_RT;
   void pass_near_lines() TRN_RT;
   void drive(double plan_time_s) TRN_RT;
-  bool take_up_jump() TRN_RT;
+  bool meet_next_stretch() TRN_RT;
+  void begin_settling(const JointVec& way) TRN_RT;
+  void settle(double target) TRN_RT;
+  void switch_corrections(const QueueEvent& event) TRN_RT;
   void follow_jog(double target) TRN_RT;
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;
@@ -87,8 +90,10 @@ class Cycle final : public TickPort {
   std::uint32_t step_line_ = 0, step_number_ = 0;  ///< the line that was released; its last block passed
   double dwell_left_s_ = 0, jog_time_s_ = 0;
   SCurve jog_;
-  int jog_joint_ = 0;
-  double jog_from_ = 0;
+  JointVec jog_from_, jog_way_;  ///< joints = from + way * curve
+  bool switched_ = false;        ///< the next stretch begins with other corrections than the last one ended
+  bool settling_ = false;        ///< the joints go over to those corrections
+  bool off_path_ = false;        ///< from then on until the next stretch begins
   unsigned homing_mask_ = 0, homing_seen_ = 0;
   SetpointChain* corrections_;
   JointVec q_, offset_;       ///< of the plan; what the corrections add to it

@@ -9,9 +9,9 @@ namespace trn {
 
 namespace {
 
-Words start_words(const MachineJointMap& map, const JointVec& q) {
+Words start_words(const MachineJointMap& map, const ProgramStart& start) {
   Words words = Words::Zero();
-  if (map.words_at(q, words) != KinStatus::kOk)
+  if (map.words_at(start.q, start.corrections_off, words) != KinStatus::kOk)
     throw ProgramError("the machine stands where its own position has no axis words; jog it away first");
   return words;
 }
@@ -100,10 +100,11 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       geometry_(assembly.planner.geometry, *pieces_),
       moves_(
           std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),
-      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start.q)),
+      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
+                start.corrections_off),
       interpreter_(
           {program_, parameters, tools, assembly.kinematics.get(), lowering_, std::move(observers.warning)}) {
-  open(interpreter_, start, start_words(*assembly.map, start.q));
+  open(interpreter_, start, start_words(*assembly.map, start));
 }
 
 bool Pipeline::next(MotionBlock& block) {
@@ -203,9 +204,9 @@ class LimitScout : public MoveSink {
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress) {
   const ProgramConfig program = for_mdi(assembly.program, start.text.has_value());
-  const Words words = start_words(*assembly.map, start.q);
+  const Words words = start_words(*assembly.map, start);
   LimitScout scout(assembly);
-  Lowering lowering(program, assembly.kinematics.get(), scout, words);
+  Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
   Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}});
   try {
     open(interpreter, start, words);

@@ -18,7 +18,8 @@ struct ProgramStart {
   JointVec q;                       ///< motor joints at rest
   std::uint32_t from_line = 0;      ///< begin here instead of at the first line; 0: at the first
   std::optional<Settings> kept =
-      std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
+      std::nullopt;                  ///< MDI: the modes that the line before left, instead of the config's
+  std::uint8_t corrections_off = 0;  ///< MapContext's, where the program does not switch them itself
 };
 
 /// Who looks on while a program passes; each may be empty.

@@ -39,6 +39,7 @@ Json to_json(const SessionEntry& entry) {
     json["path"] = entry.program.path;
     if (entry.program.text) json["text"] = *entry.program.text;
     if (entry.program.from_line > 0) json["from"] = entry.program.from_line;
+    json["corrections_off"] = entry.program.corrections_off;
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
@@ -60,6 +61,7 @@ SessionEntry from_json(const Json& json) {
     entry.program.path = json.at("path");
     entry.program.from_line = json.value("from", 0U);
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
+    entry.program.corrections_off = json.value("corrections_off", std::uint8_t{0});
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");

@@ -77,6 +77,7 @@ class Simulation {
     const auto wall = std::chrono::steady_clock::now();
     ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_plan};
     start.from_line = options_.from_line;
+    start.corrections_off = assembly_.corrections.planned_off;
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
         PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },
@@ -176,6 +177,7 @@ class Simulation {
 
   void watch(const CycleReport& report) {
     if (options_.trace) options_.trace->write(report);
+    if (assembly_.screws) assembly_.screws->step(report.q_plan, report.q_setpoint);
     row_.t_s = static_cast<double>(result_.periods) * period_s_;
     row_.q.assign(report.q_setpoint.data(), report.q_setpoint.data() + report.q_setpoint.size());
     row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
@@ -200,17 +202,18 @@ class Simulation {
 
   void measure_corrections(const CycleReport& report) {
     MachineJointMap::Parts parts;
-    if (assembly_.map->corrects() && report.on_path &&
+    if ((assembly_.map->has_pose() || assembly_.map->has_joint()) && report.on_path &&
         assembly_.map->parts(report.y, report.context, parts) == KinStatus::kOk) {
-      if (assembly_.map->pose()) {
+      if (assembly_.map->has_pose()) {
         CorrectionSummary& summary = result_.corrections[0];
         note(summary, parts.pose);
         summary.left_tip_mm = std::max(summary.left_tip_mm, parts.left_tip_mm);
         summary.left_axis_rad = std::max(summary.left_axis_rad, parts.left_axis_rad);
       }
-      if (assembly_.map->joint()) note(result_.corrections[assembly_.map->pose() ? 1 : 0], parts.joint);
+      if (assembly_.map->has_joint())
+        note(result_.corrections[assembly_.map->has_pose() ? 1 : 0], parts.joint);
     }
-    std::size_t k = (assembly_.map->pose() ? 1 : 0) + (assembly_.map->joint() ? 1 : 0);
+    std::size_t k = (assembly_.map->has_pose() ? 1 : 0) + (assembly_.map->has_joint() ? 1 : 0);
     for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i, ++k) {
       const CorrectionReport& link = report.corrections[static_cast<std::size_t>(i)];
       note(result_.corrections[k], link.offset);
@@ -219,8 +222,8 @@ class Simulation {
   }
 
   void list_corrections() {
-    if (assembly_.map->pose()) result_.corrections.push_back({"geometric", 0, 0, 0, 0, ""});
-    if (assembly_.map->joint()) result_.corrections.push_back({"joint_table", 0, 0, 0, 0, ""});
+    if (assembly_.map->has_pose()) result_.corrections.push_back({"geometric", 0, 0, 0, 0, ""});
+    if (assembly_.map->has_joint()) result_.corrections.push_back({"joint_table", 0, 0, 0, 0, ""});
     for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i)
       result_.corrections.push_back({assembly_.corrections.setpoint->budget(i).name, 0, 0, 0, 0, ""});
   }
@@ -233,7 +236,8 @@ class Simulation {
     Vec3 p = pose.p_B, u = pose.u_B;
     if (!report.context.rtcp) {
       Words words;
-      if (assembly_.map->words_at(report.q_plan, words) != KinStatus::kOk) return;
+      if (assembly_.map->words_at(report.q_plan, report.context.corrections_off, words) != KinStatus::kOk)
+        return;
       p = words.head<3>() - report.context.tool_offset;
       u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
     }
@@ -250,6 +254,7 @@ class Simulation {
     result_.at_limit = clock_.at();
     result_.free_s = clock_.free_s;
     result_.deviation = meter_.report();
+    if (assembly_.screws) result_.screws = assembly_.screws->reports();
     result_.lines = pipeline_->line();
     result_.speed = pipeline_->speed_stats();
     result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;

@@ -52,8 +52,9 @@ struct SimulationResult {
   bool within_limits = false;
   DeviationReport deviation;
   SpeedStats speed;
-  double planning_s = 0;                       ///< processor time of interpreter and planner
-  std::vector<CorrectionSummary> corrections;  ///< in the order of the chain
+  double planning_s = 0;                        ///< processor time of interpreter and planner
+  std::vector<CorrectionSummary> corrections;   ///< in the order of the chain
+  std::vector<SimulatedScrews::Report> screws;  ///< how warm they became, and what that did
   Fault fault = Fault::kOk;
   int fault_joint = -1;
 };

@@ -109,6 +109,7 @@ class Executor : public StateValues {
   void restore_modal(const ModalState& kept);
   void restore_machine(const ModalState& kept);
   void user_m(const Block& b);
+  void restore_switches(const Settings& kept);
   bool stop(const Block& b);
   void reset_at_end();
   void keywords(const Block& b);

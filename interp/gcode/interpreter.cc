@@ -39,6 +39,7 @@ Interpreter::Interpreter(const InterpreterParts& parts)
   for (const MappedWord& word : parts_.config.words)
     if (word.m_code >= 0) table_.map_m(word.m_code, MGroup::kRtcp);
   for (const int code : parts_.config.user_m) table_.map_m(code, MGroup::kUser);
+  for (const SwitchCode& code : parts_.config.switches) table_.map_m(code.m_code, MGroup::kUser);
 }
 
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,

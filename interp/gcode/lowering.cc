@@ -22,13 +22,14 @@ Vec3 bezier(const Vec3* c, double t) {
 }  // namespace
 
 Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
-                   const Words& start)
+                   const Words& start, std::uint8_t corrections_off)
     : config_(config), kinematics_(kinematics), sink_(sink), words_(start) {
   move_.mode = config.path_mode == MotionControl::kExactStop   ? PathMode::kExactStop
                : config.path_mode == MotionControl::kExactPath ? PathMode::kExactPath
                                                                : PathMode::kContinuous;
   move_.tolerance_mm = config.tolerance_mm;
   move_.tolerance_rad = rad_from_deg(config.tolerance_deg);
+  move_.context.corrections_off = corrections_off;
   set_frame();
 }
 
@@ -166,6 +167,14 @@ void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument)
   sink_.event(QueueEvent{kind, value, argument, overrides_}, move_.source);
 }
 
+// The words stay: with another set of corrections the same words are another place of the joints.
+void Lowering::switch_corrections(const SwitchCode& code) {
+  const auto planned = static_cast<std::uint8_t>(code.corrections & kPlannedBits);
+  std::uint8_t& off = move_.context.corrections_off;
+  off = static_cast<std::uint8_t>(code.on ? off & ~planned : off | planned);
+  event(QueueEvent::Kind::kCorrection, code.on ? 1 : 0, code.corrections);
+}
+
 struct Lowering::Visit {
   Lowering& low;
 
@@ -293,7 +302,10 @@ struct Lowering::Visit {
   }
   void operator()(const canon::ChangeTool& c) const { low.event(QueueEvent::Kind::kToolChange, 0, c.tool); }
   void operator()(const canon::Message&) const { low.event(QueueEvent::Kind::kMessage); }
-  void operator()(const canon::UserM& c) const { low.event(QueueEvent::Kind::kUser, c.p, c.code); }
+  void operator()(const canon::UserM& c) const {
+    const SwitchCode* code = find_switch(low.config_, c.code);
+    code ? low.switch_corrections(*code) : low.event(QueueEvent::Kind::kUser, c.p, c.code);
+  }
   void operator()(const canon::SetRtcp& c) const {
     low.rtcp_ = c.on;
     low.moved_frame(c.to);

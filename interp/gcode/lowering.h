@@ -17,9 +17,9 @@ namespace trn {
 class Lowering : public CanonSink {
  public:
   /// `kinematics` may be null for a machine without RTCP; `start` are the axis words where the machine
-  /// stands.
+  /// stands, `corrections_off` as in MapContext.
   Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
-           const Words& start = Words::Zero());
+           const Words& start = Words::Zero(), std::uint8_t corrections_off = 0);
 
   void put(const CanonCommand& command, std::uint32_t line) override;
 
@@ -37,6 +37,7 @@ class Lowering : public CanonSink {
   void send(const Words& to);
   void set_frame();
   void moved_frame(const AxisValues& program);
+  void switch_corrections(const SwitchCode& code);
   void event(QueueEvent::Kind kind, double value = 0, std::int32_t argument = 0);
   AxisValues mm(const AxisValues& program) const;
   bool tip_in_table() const { return rtcp_ || aligned_; }

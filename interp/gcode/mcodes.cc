@@ -257,6 +257,7 @@ void Executor::resume_overrides(const ModalState& kept) {
 }
 
 void Executor::resume(const Settings& kept) {
+  restore_switches(kept);
   restore_modal(kept.modal);
   resume_overrides(kept.modal);
   s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
@@ -289,7 +290,20 @@ void Executor::enter(const AxisValues& start) {
 }
 
 void Executor::user_m(const Block& b) {
-  put(canon::UserM{b.code(MGroup::kUser), b.get('P', 0), b.get('Q', 0)});
+  const int code = b.code(MGroup::kUser);
+  if (const SwitchCode* found = find_switch(parts_.config, code)) {
+    for (const char letter : {'P', 'Q'})
+      if (b.has(letter)) fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, "no switch of a correction");
+    (found->on ? s_.switched_on : s_.switched_off) |= found->corrections;
+    (found->on ? s_.switched_off : s_.switched_on) &= ~found->corrections;
+  }
+  put(canon::UserM{code, b.get('P', 0), b.get('Q', 0)});
+}
+
+void Executor::restore_switches(const Settings& kept) {
+  for (const SwitchCode& code : parts_.config.switches)
+    if (code.corrections & (code.on ? kept.switched_on : kept.switched_off))
+      put(canon::UserM{code.m_code, 0, 0});
 }
 
 // RTCP words and ignored words of other controls, as the config maps them.
@@ -335,6 +349,7 @@ bool Executor::stop(const Block& b) {
 
 void Executor::end_program() {
   finish();
+  s_.switched_on = s_.switched_off = 0;
   put(PlainCanon::kProgramEnd);
 }
 
@@ -363,6 +378,7 @@ void Executor::reset_at_end() {
   if (m.mist) put(PlainCanon::kMistOff);
   if (m.flood) put(PlainCanon::kFloodOff);
   m.mist = m.flood = false;
+  s_.switched_on = s_.switched_off = 0;
   s_.motion = 10;
 }
 

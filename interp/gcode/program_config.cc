@@ -75,6 +75,24 @@ void read_user_m(const ConfigTable& table, std::vector<int>& codes) {
 
 }  // namespace
 
+const SwitchCode* find_switch(const ProgramConfig& config, int code) {
+  for (const SwitchCode& s : config.switches)
+    if (s.m_code == code) return &s;
+  return nullptr;
+}
+
+int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config) {
+  const ModalTable standard;
+  const std::string spelt = table.text(key);
+  const int code = m_number(lower_case(spelt));
+  bool taken = code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0;
+  for (const MappedWord& word : config.words) taken |= word.m_code == code;
+  for (const int user : config.user_m) taken |= user == code;
+  if (taken || find_switch(config, code))
+    throw table.error(key, fmt::format("'{}' cannot be this code; legal: M100 to M999, unused", spelt));
+  return code;
+}
+
 ProgramConfig read_program_config(const ConfigTable& root) {
   ProgramConfig config;
   const auto found = root.table_if("program");

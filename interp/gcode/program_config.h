@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/config.h"
@@ -20,6 +21,13 @@ struct MappedWord {
   WordAction action = WordAction::kIgnore;
 };
 
+/// An M code that switches corrections on or off until the program's end.
+struct SwitchCode {
+  int m_code = -1;
+  bool on = false;
+  std::int32_t corrections = 0;  ///< bits, as in QueueEvent::Kind::kCorrection
+};
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
@@ -34,10 +42,17 @@ struct ProgramConfig {
   unsigned wrapped_mask = 0;        ///< bit kA..kC: absolute words take the short way round
   std::vector<MappedWord> words = {{"cycle832", -1, WordAction::kIgnore}};
   std::vector<int> user_m;                    ///< M codes handed on as user events
+  std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
   std::size_t line_length_max = 65536;
   int sub_depth_max = 50;
 };
+
+/// The switch that `code` is; null if it is none.
+const SwitchCode* find_switch(const ProgramConfig& config, int code);
+
+/// Reads an M code "M421" that nothing else in `config` uses; ConfigError if there is no such.
+int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config);
 
 /// Reads [program]; ConfigError with file, line and column.
 ProgramConfig read_program_config(const ConfigTable& root);

@@ -21,6 +21,7 @@ void add_can(CLI::App& app, Exit& exit);
 /// modbus scan, read, write
 void add_modbus(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
+void add_sensor(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);
 

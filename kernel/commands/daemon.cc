@@ -38,6 +38,14 @@ Parameters parameters_of(const DaemonOptions& options) {
   return parameters;
 }
 
+// The screws of a simulated machine warm up as it moves; real ones do so by themselves.
+std::function<void(const CycleReport&)> warm_screws(const Assembly& assembly) {
+  if (!assembly.screws) return {};
+  return [screws = assembly.screws.get()](const CycleReport& report) {
+    screws->step(report.q_plan, report.q_setpoint);
+  };
+}
+
 void run_machine(const DaemonOptions& options) {
   const Assembly assembly = assemble(options.machine, Field::kReal);
   MotionQueue queue(kQueueBlocks);
@@ -54,7 +62,7 @@ void run_machine(const DaemonOptions& options) {
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map);
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
-              assembly.corrections.background});
+              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly)});
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
 }

@@ -117,6 +117,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   // The whole program is judged before anything moves.
   ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
   start.from_line = options.from_line;
+  start.corrections_off = assembly.corrections.planned_off;
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
   if (options.from_line > 1) show_approach(options.from_line, checked.approach);
 

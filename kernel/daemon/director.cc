@@ -4,6 +4,7 @@
 #include <spdlog/spdlog.h>
 
 #include <cmath>
+#include <cstring>
 #include <thread>
 
 namespace trn {
@@ -65,6 +66,7 @@ Director::Director(const Parts& parts, std::vector<std::string> warnings)
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }) {
   view_.warnings = std::move(warnings);
+  warned_.fill("");
 }
 
 void Director::begin() { machine_event(Event::kReset); }
@@ -154,9 +156,23 @@ CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
         "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
   parts_.programs.abandon();
   prepared_at_.reset();
-  pose ? parts_.map->enable_pose(on) : parts_.map->enable_joint(on);
+  const int bit = pose ? kGeometricBit : kJointTableBit, off = parts_.programs.corrections_off();
+  parts_.programs.set_corrections_off(static_cast<std::uint8_t>(on ? off & ~bit : off | bit));
   status_due_ = true;
   return accepted();
+}
+
+void Director::hear_corrections(const CycleReport& report) {
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
+    const char* warning = report.corrections[static_cast<std::size_t>(i)].warning;
+    const char*& last = warned_[static_cast<std::size_t>(i)];
+    if (std::strcmp(warning, last) == 0) continue;
+    last = warning;
+    status_due_ = true;
+    const std::string& name = parts_.chain->budget(i).name;
+    *warning ? spdlog::warn("correction '{}': {}", name, warning)
+             : spdlog::info("correction '{}': all is well again", name);
+  }
 }
 
 void Director::add_corrections(trunnion::status_t& status) const {
@@ -166,8 +182,10 @@ void Director::add_corrections(trunnion::status_t& status) const {
     status.correction_offset.push_back(offset);
     status.correction_warning.emplace_back(warning);
   };
-  if (parts_.map && parts_.map->has_pose()) add("geometric", parts_.map->pose() != nullptr, 0, "");
-  if (parts_.map && parts_.map->has_joint()) add("joint_table", parts_.map->joint() != nullptr, 0, "");
+  const bool in_program = report_.on_path && report_.motion != MotionState::kRest;
+  const int off = in_program ? report_.context.corrections_off : parts_.programs.corrections_off();
+  if (parts_.map && parts_.map->has_pose()) add("geometric", (off & kGeometricBit) == 0, 0, "");
+  if (parts_.map && parts_.map->has_joint()) add("joint_table", (off & kJointTableBit) == 0, 0, "");
   for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
     const CorrectionReport& link = report_.corrections[static_cast<std::size_t>(i)];
     const double offset = link.offset.size() > 0 ? link.offset.cwiseAbs().maxCoeff() : 0;
@@ -353,6 +371,7 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
 void Director::report(const CycleReport& report) {
   report_ = report;
   heard_id_ = report.last_command_id;
+  hear_corrections(report);
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;

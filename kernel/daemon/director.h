@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -33,8 +34,8 @@ class Director {
     TickPort& tick;
     ProgramSource& programs;
     const LoopStatistics& statistics;
-    SessionLog* log = nullptr;       ///< hears of every command
-    MachineJointMap* map = nullptr;  ///< its corrections may be switched; null: there are none
+    SessionLog* log = nullptr;             ///< hears of every command
+    const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
     const SetpointChain* chain = nullptr;
   };
 
@@ -62,6 +63,7 @@ class Director {
   Answer obey_setting(std::int8_t verb, double value);
   Answer obey_correction(const std::string& name, bool on);
   Answer switch_planned(const std::string& name, bool on);
+  void hear_corrections(const CycleReport& report);
   void add_corrections(trunnion::status_t& status) const;
   Answer check_values(const trunnion::command_t& command) const;
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
@@ -90,6 +92,8 @@ class Director {
   Supervisor supervisor_;
   DaemonView view_;
   CycleReport report_;
+  std::array<const char*, kMaxSetpointCorrections>
+      warned_;  ///< what each correction behind the plan last said
   Fault last_fault_ = Fault::kOk;
   std::uint32_t last_id_ = 0;                ///< of the commands to the tick
   std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard

@@ -19,7 +19,8 @@ ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Param
       queue_(queue),
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
-      log_(log) {}
+      log_(log),
+      corrections_off_(assembly.corrections.planned_off) {}
 
 ProgramFeeder::~ProgramFeeder() {
   abandoned_ = true;
@@ -46,6 +47,7 @@ void ProgramFeeder::begin(ProgramStart start) {
   abandoned_ = false;
   take_failure();
   if (start.text) start.kept = mdi_;
+  start.corrections_off = corrections_off_;
   check_program(assembly_, parameters_, tools_, start, {});
   wait_until_cleared();
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, PipelineObservers{});

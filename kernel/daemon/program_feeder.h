@@ -24,6 +24,8 @@ class ProgramFeeder final : public ProgramSource {
 
   void load(const std::string& path, const JointVec& q) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
   void abandon() override { abandoned_ = true; }
   std::string take_failure() override;
 
@@ -45,6 +47,7 @@ class ProgramFeeder final : public ProgramSource {
   ToolTable tools_;
   SessionLog* log_;
   std::atomic<bool> abandoned_ = false, ended_ = true;
+  std::atomic<std::uint8_t> corrections_off_;
   std::mutex mutex_;
   std::string failure_;  ///< guarded by mutex_
   std::optional<Settings>

@@ -37,6 +37,9 @@ struct FakePrograms final : ProgramSource {
     ++loads;
   }
   void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
+  std::uint8_t corrections_off_ = 0;
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }
   std::atomic<int> loads = 0, mdis = 0;
