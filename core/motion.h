@@ -66,12 +66,83 @@ struct QueueEvent {
     kProgramStop,
     kProgramEnd,
     kUser,
-    kCorrection
+    kCorrection,
+    kSpindleOrient,  ///< waits until the spindle stands there
+    kDigitalOutput,
+    kAnalogOutput,
+    kWaitInput,   ///< waits for an input; the program's planning waits for its value
+    kProbeStart,  ///< the motion up to kProbeEnd ends where the probe changes
+    kProbeEnd,    ///< the program's planning waits for where that was
+    kGearStart,   ///< spindle and path run geared up to kGearEnd
+    kGearEnd
   };
   Kind kind = Kind::kNone;
-  double value = 0;             ///< dwell: s; spindle: rpm, signed (+ clockwise); corrections: 1 on, 0 off
-  std::int32_t argument = 0;    ///< tool; coolant bits (1 mist, 2 flood); message; user M-code; corrections
+  /// Dwell: s; spindle: rpm, signed (+ clockwise); orient: degrees; output: its value; wait: time limit, s;
+  /// gear: the turns a second that the plan was made for (kSpindleLeads), turns a mm of tip path, signed
+  /// (kPathLeads); user: P; corrections: 1 on, 0 off.
+  double value = 0;
+  /// Tool number; coolant bits (1 mist, 2 flood); message number; user M-code; number of the output; input
+  /// (input_argument); ProbeMode; GearMode; corrections.
+  std::int32_t argument = 0;
   OverrideMode overrides = {};  ///< in force when it happens
+};
+
+/// What M66 waits for. kNow: nothing, the value is taken as it is.
+enum class InputWait : std::uint8_t { kNow, kRise, kFall, kHigh, kLow };
+
+/// G38.2 to G38.5: until contact or until it is lost; failing is a fault or not.
+enum class ProbeMode : std::uint8_t { kContact = 2, kTryContact, kRelease, kTryRelease };
+
+/// Which of the two leads while spindle and path are geared.
+enum class GearMode : std::uint8_t { kSpindleLeads, kPathLeads };
+
+/// kWaitInput's argument: number of the input, what to wait for, and whether it is an analog one.
+struct InputArgument {
+  int index = 0;
+  InputWait wait = InputWait::kNow;
+  bool analog = false;
+
+  std::int32_t packed() const { return index | static_cast<int>(wait) << 8 | (analog ? 1 << 16 : 0); }
+  static InputArgument unpack(std::int32_t argument) TRN_RT {
+    return {argument & 0xFF, static_cast<InputWait>(argument >> 8 & 0xFF), (argument >> 16 & 1) != 0};
+  }
+};
+
+/// Outputs that change where a motion begins, without a stop (M62, M63, M67).
+struct OutputChanges {
+  static constexpr int kAnalogMax = 4;
+  struct Analog {
+    std::uint8_t index = 0;
+    double value = 0;
+  };
+  std::uint64_t set = 0, clear = 0;  ///< bit i: digital output i
+  std::array<Analog, kAnalogMax> analog{};
+  std::uint8_t analog_count = 0;
+
+  bool any() const TRN_RT { return (set | clear) != 0 || analog_count != 0; }
+  void put(int index, bool on) TRN_RT {
+    const std::uint64_t bit = std::uint64_t{1} << index;
+    set = on ? set | bit : set & ~bit;
+    clear = on ? clear & ~bit : clear | bit;
+  }
+  /// False if there is no room for one more analog output.
+  bool put(int index, double value) TRN_RT {
+    int i = 0;
+    while (i < analog_count && analog[static_cast<std::size_t>(i)].index != index) ++i;
+    if (i == kAnalogMax) return false;
+    if (i == analog_count) ++analog_count;
+    analog[static_cast<std::size_t>(i)] = {static_cast<std::uint8_t>(index), value};
+    return true;
+  }
+  /// These, then `later` ones.
+  void add(const OutputChanges& later) TRN_RT {
+    set = (set & ~later.clear) | later.set;
+    clear = (clear & ~later.set) | later.clear;
+    for (int i = 0; i < later.analog_count; ++i) {
+      const Analog& a = later.analog[static_cast<std::size_t>(i)];
+      put(a.index, a.value);
+    }
+  }
 };
 
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,
@@ -89,6 +160,7 @@ struct MotionBlock {
   OverrideMode overrides;
   std::uint32_t line = 0;  ///< source line, 1-based
   QueueEvent event;
+  OutputChanges outputs;  ///< act where the block begins
 };
 
 }  // namespace trn

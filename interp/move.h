@@ -43,6 +43,7 @@ struct ProgramMove {
   PathMode mode = PathMode::kContinuous;
   double tolerance_mm = 0;   ///< kContinuous: tip from the programmed path
   double tolerance_rad = 0;  ///< kContinuous: tool axis (or any rotary word) from the programmed one
+  OutputChanges outputs;     ///< act where the move begins
   SourceLine source;
 };
 

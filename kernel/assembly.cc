@@ -33,11 +33,28 @@ void add_corrections(Assembly& a) {
     a.screws = std::make_unique<SimulatedScrews>(screws, a.machine.period_s, *a.corrections.sensors);
 }
 
+void add_io(Assembly& a) {
+  const std::optional<ConfigTable> section = a.machine.root.table_if("io");
+  if (!section) return;
+  a.spindle_timeout_s = section->number("spindle_timeout_s", a.spindle_timeout_s, kPositive);
+  a.io = make_io(a.machine, *section, *a.kinematics);
+}
+
 }  // namespace
 
 Assembly assemble(const std::string& config_path, Field field) {
-  Assembly a{
-      read_machine(load_config(config_path)), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr, nullptr};
+  Assembly a{read_machine(load_config(config_path)),
+             nullptr,
+             {},
+             {},
+             nullptr,
+             {},
+             {},
+             {},
+             {},
+             nullptr,
+             nullptr,
+             nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
   add_corrections(a);
@@ -51,6 +68,7 @@ Assembly assemble(const std::string& config_path, Field field) {
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
   a.drives = make_drives(a.machine, field);
+  add_io(a);
   root.finish();
   return a;
 }
@@ -58,6 +76,7 @@ Assembly assemble(const std::string& config_path, Field field) {
 void set_period(Assembly& assembly, double period_s) {
   assembly.machine.period_s = period_s;
   assembly.drives = make_drives(assembly.machine);
+  add_io(assembly);
   add_corrections(assembly);
 }
 

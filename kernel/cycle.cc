@@ -19,7 +19,7 @@ constexpr double kJogShare = 0.1;  // of the velocity limit when a jog names no 
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
-             SetpointChain* corrections)
+             SetpointChain* corrections, MachineIo* io)
     : config_(config),
       map_(map),
       queue_(queue),
@@ -30,11 +30,12 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
                   config.period_s),
       path_rate_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.period_s),
       interpolator_(queue),
+      io_(io, config.period_s, config.spindle_timeout_s),
       corrections_(corrections) {
   if (config_.plan_joints.empty()) config_.plan_joints = config_.joints;
   const auto n = static_cast<Eigen::Index>(config.joints.size());
   for (JointVec* v : {&q_, &jog_from_, &jog_way_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd,
-                      &feedback_.q})
+                      &feedback_.q, &q_contact_})
     v->setZero(n);
   report_.q_plan = report_.q_setpoint = report_.q_measured = q_;
 }
@@ -49,6 +50,7 @@ void Cycle::tick() TRN_RT {
   setpoints_.q = q_sent_;
   drives_.exchange(setpoints_, feedback_);
   watch_drives();
+  exchange_io();
   write_report();
   q_last_ = q_sent_;
 }
@@ -77,6 +79,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       resume();
       break;
     case Kind::kStop:
+      if (motion_ == MotionState::kPaused) io_.all_off();
       if (standing || motion_ == MotionState::kPaused) abandon_motion();
       stopping_ = motion_ != MotionState::kRest && motion_ != MotionState::kHoming;
       break;
@@ -104,6 +107,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       break;
     case Kind::kQuickStop:
       drives_.quick_stop();
+      io_.all_off();
       abandon_motion();
       break;
     case Kind::kCorrection:
@@ -112,6 +116,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       break;
     case Kind::kEmergencyStop:
       drives_.quick_stop();
+      io_.all_off();
       abandon_motion();
       latch(Fault::kEmergencyStop, -1);
       break;
@@ -159,6 +164,7 @@ void Cycle::begin_homing(int joint) TRN_RT {
 
 void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
+  report_.answered = false;
   report_.blocks_when_low = 0;
   if (!synchronised_)
     q_ = feedback_.q - offset_;  // drives without power: follow them, so that they start without a jump
@@ -168,9 +174,11 @@ void Cycle::move() TRN_RT {
   motion_ == MotionState::kJogging ? follow_jog(stopping_ ? 0.0 : override_) : follow_path();
 }
 
-// What the operator asks for, as far as the program lets him.
+// What the operator asks for, as far as the program lets him; the spindle's pace in a thread, whose end a
+// hold waits for.
 double Cycle::target_rate() TRN_RT {
-  if (stopping_) return 0;
+  if (stopping_ || contact_) return 0;
+  if (io_.geared()) return std::min(io_.gear_rate(passed_s_), kOverrideMax);
   const MotionBlock* block = queue_.front();
   const OverrideMode mode = block ? block->overrides : OverrideMode{};
   if (motion_ == MotionState::kHeld && (mode.feed_hold || interpolator_.at_rest())) return 0;
@@ -258,13 +266,18 @@ void Cycle::follow_path() TRN_RT {
   const bool late = most < wanted && !interpolator_.at_rest();
   if (late && !waiting_) ++report_.starvations;
   waiting_ = late;
+  watch_probe();
   if (!stopping_ && pause_between_lines()) return;
   const double target = std::min(wanted, most);
   if (interpolator_.at_rest()) path_rate_.restart(target);
-  const double plan_time_s = path_rate_.step(queue_, interpolator_.place(), target, way_to_line_end());
+  passed_s_ = path_rate_.step(queue_, interpolator_.place(), target, way_to_line_end());
   if (path_rate_.missed_stop()) pass_near_lines();
-  drive(plan_time_s);
-  if (stopping_ && (path_rate_.standing() || interpolator_.at_rest())) abandon_motion();
+  drive(passed_s_);
+  const bool stands = path_rate_.standing() || interpolator_.at_rest();
+  if (contact_ && stands) end_probe();
+  if (!stopping_ || !stands) return;
+  io_.all_off();
+  abandon_motion();
 }
 
 void Cycle::drive(double plan_time_s) TRN_RT {
@@ -276,6 +289,7 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   if (interpolator_.at_rest() && !meet_next_stretch()) return;
   off_path_ = false;
   const auto outcome = interpolator_.advance(plan_time_s);
+  io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
   if (interpolator_.has_position()) {
@@ -346,9 +360,13 @@ void Cycle::switch_corrections(const QueueEvent& event) TRN_RT {
 void Cycle::pass_event() TRN_RT {
   using Kind = QueueEvent::Kind;
   const QueueEvent event = interpolator_.event().event;
+  const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
+  if (event.kind == Kind::kProbeEnd && (contact_ || io_.probe_found())) return end_probe();
+  const auto outcome = io_.obey(event);
+  if (outcome == IoDesk::Outcome::kWaits) return;
   report_.event = event;
   report_.line = interpolator_.event().line;
-  const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
+  if (outcome == IoDesk::Outcome::kFailed) return latch(io_.failure(), -1);
   if (stop && config_.pause_at_program_stop) {
     motion_ = MotionState::kPaused;  // the event stays in front until kResume
     paused_by_program_ = true;
@@ -358,8 +376,46 @@ void Cycle::pass_event() TRN_RT {
   if (event.kind == Kind::kSpindle) spindle_rpm_ = event.value;
   overrides_ = event.overrides;
   if (event.kind == Kind::kCorrection) switch_corrections(event);
+  end_of_event(event);
   interpolator_.pass_event();
   if (event.kind == Kind::kProgramEnd) come_to_rest();
+}
+
+// What the program's planning waits for.
+void Cycle::end_of_event(const QueueEvent& event) TRN_RT {
+  if (event.kind == QueueEvent::Kind::kWaitInput) answer({io_.input_value(), false, {}, {}});
+  if (event.kind == QueueEvent::Kind::kProbeEnd) answer({0, true, feedback_.q, interpolator_.y()});
+}
+
+void Cycle::answer(const ProgramAnswer& answer) TRN_RT {
+  queue_.answer(answer);
+  report_.answered = true;
+  report_.answer = answer;
+}
+
+// Both the joints and the probe were last heard at the end of the period before.
+void Cycle::watch_probe() TRN_RT {
+  if (contact_ || interpolator_.at_rest() || !io_.probe_found()) return;
+  contact_ = true;
+  q_contact_ = feedback_.q;
+}
+
+// The machine stands behind the contact; the rest of the probe move is left out.
+void Cycle::end_probe() TRN_RT {
+  if (!contact_) q_contact_ = feedback_.q;
+  contact_ = true;
+  if (!interpolator_.skip_to_event()) return;
+  contact_ = false;
+  io_.end_probe(true);
+  report_.event = interpolator_.event().event;
+  report_.line = interpolator_.event().line;
+  answer({1, true, q_contact_, interpolator_.y()});
+  interpolator_.pass_event();
+}
+
+void Cycle::exchange_io() TRN_RT {
+  const Fault fault = io_.exchange({feedback_.q, interpolator_.context().tool_offset});
+  if (fault != Fault::kOk) latch(fault, -1);
 }
 
 void Cycle::follow_jog(double target) TRN_RT {
@@ -385,6 +441,7 @@ void Cycle::come_to_rest() TRN_RT {
   overrides_ = {};
   dwell_left_s_ = 0;
   if (corrections_) corrections_->forget_program();
+  contact_ = false;
 }
 
 void Cycle::abandon_motion() TRN_RT {
@@ -436,6 +493,7 @@ void Cycle::latch(Fault fault, int joint) TRN_RT {
   if (reaction == Reaction::kPathStop && motion_ != MotionState::kRest) stopping_ = true;
   if (reaction == Reaction::kQuickStop) {
     drives_.quick_stop();
+    io_.all_off();
     abandon_motion();
   }
 }
@@ -465,6 +523,13 @@ void Cycle::write_report() TRN_RT {
   report_.spindle_rpm = spindle_rpm_ * (overrides_.spindle ? spindle_override_ : 1.0);
   report_.single_block = single_block_;
   if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
+  report_.inputs = io_.inputs().digital;
+  report_.outputs = io_.outputs().digital;
+  report_.probe = io_.inputs().probe;
+  report_.spindle_ready = io_.inputs().spindle_ready;
+  report_.reads_encoder = io_.reads_encoder();
+  report_.gear_lag_s = io_.geared() ? io_.gear_lag_s() : 0;
+  report_.spindle_turns = io_.inputs().spindle_turns;
   report_.homed_mask = feedback_.homed_mask;
   report_.limit_switch_mask = feedback_.limit_switch_mask;
   report_.fault = fault_;

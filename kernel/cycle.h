@@ -5,6 +5,7 @@
 #include "core/ring.h"
 #include "kernel/daemon/motion_port.h"
 #include "kernel/interpolator.h"
+#include "kernel/io_desk.h"
 #include "kernel/jog.h"
 #include "kernel/path_rate.h"
 #include "kernel/setpoint_chain.h"
@@ -17,15 +18,17 @@ struct CycleConfig {
   Joints joints;
   bool pause_at_program_stop = true;  ///< M0, M1 wait for kResume; false: they pass
   std::size_t report_capacity = 4096;
-  Joints plan_joints = {};  ///< limits of the planned motion; empty: those of `joints`
+  Joints plan_joints = {};        ///< limits of the planned motion; empty: those of `joints`
+  double spindle_timeout_s = 10;  ///< for its speed or place
 };
 
 /// The tick. Read `tick` first: everything that happens in a period stands there in order.
 class Cycle final : public TickPort {
  public:
-  /// All references must outlive the cycle. `corrections` may be null: the plan goes to the drives as it is.
+  /// All references must outlive the cycle. `corrections` may be null: the plan goes to the drives as it is;
+  /// `io` too: there are no devices beside the drives.
   Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
-        SetpointChain* corrections = nullptr);
+        SetpointChain* corrections = nullptr, MachineIo* io = nullptr);
 
   void tick() TRN_RT override;
   void latch(Fault fault) TRN_RT override { latch(fault, -1); }
@@ -60,6 +63,11 @@ class Cycle final : public TickPort {
   void follow_jog(double target) TRN_RT;
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;
+  void end_of_event(const QueueEvent& event) TRN_RT;
+  void watch_probe() TRN_RT;
+  void end_probe() TRN_RT;
+  void answer(const ProgramAnswer& answer) TRN_RT;
+  void exchange_io() TRN_RT;
   void come_to_rest() TRN_RT;
   void correct_setpoints() TRN_RT;
   void check_setpoints() TRN_RT;
@@ -95,6 +103,10 @@ class Cycle final : public TickPort {
   bool settling_ = false;        ///< the joints go over to those corrections
   bool off_path_ = false;        ///< from then on until the next stretch begins
   unsigned homing_mask_ = 0, homing_seen_ = 0;
+  IoDesk io_;
+  double passed_s_ = 0;   ///< plan time of the last period
+  bool contact_ = false;  ///< slows down behind the place where the probe changed
+  JointVec q_contact_;
   SetpointChain* corrections_;
   JointVec q_, offset_;       ///< of the plan; what the corrections add to it
   JointVec q_sent_, q_last_;  ///< their sum; the same in the last period

@@ -31,22 +31,30 @@ class Interpolator {
   /// Where in the queue's plan that is.
   PlanPlace place() const TRN_RT { return {0, segment_, time_s_}; }
 
+  /// Output changes of the blocks that have begun since the last call.
+  OutputChanges take_outputs() TRN_RT;
   /// The event in front; call `pass_event` to go on behind it.
   const MotionBlock& event() const TRN_RT { return *queue_.front(); }
   void pass_event() TRN_RT { queue_.pop(); }
 
+  /// Stands here, in the middle of the path: leaves out the blocks up to the next event, at most
+  /// kBlocksPerTick. True when that stands in front.
+  bool skip_to_event() TRN_RT;
   /// Stands still here and forgets the rest of the queue.
   void abandon() TRN_RT;
 
  private:
   static constexpr int kBlocksPerTick = 256;
 
+  void begin_front(const MotionBlock& block) TRN_RT;
   void evaluate(const MotionBlock& block) TRN_RT;
 
   MotionQueue& queue_;
   double time_s_ = 0;  ///< in the segment
   int segment_ = 0;
   bool at_rest_ = true, has_position_ = false;
+  bool begun_ = false;  ///< the front block's outputs are taken
+  OutputChanges outputs_;
   Words y_ = Words::Zero();
   MapContext context_;
   OverrideMode overrides_;

@@ -102,13 +102,14 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
           std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.corrections_off),
-      interpreter_(
-          {program_, parameters, tools, assembly.kinematics.get(), lowering_, std::move(observers.warning)}) {
+      interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
+                    std::move(observers.warning), true}),
+      map_(*assembly.map) {
   open(interpreter_, start, start_words(*assembly.map, start));
 }
 
 bool Pipeline::next(MotionBlock& block) {
-  while (blocks_->items.empty() && !ended_) fill();
+  while (blocks_->items.empty() && !ended_ && !interpreter_.waiting()) fill();
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
   blocks_->items.pop_front();
@@ -118,7 +119,12 @@ bool Pipeline::next(MotionBlock& block) {
 void Pipeline::fill() {
   std::string failure;
   try {
-    if (interpreter_.step()) return;
+    const bool more = interpreter_.step();
+    if (interpreter_.waiting()) {  // all that was planned so far must be driven before the answer comes
+      geometry_.finish();
+      speed_.finish();
+    }
+    if (more) return;
   } catch (const GcodeError& error) {
     failure = error.what();  // what came before it still runs to its end
   } catch (const ProgramError& error) {
@@ -133,6 +139,32 @@ void Pipeline::fill() {
   }
   end_program();
   if (!failure.empty()) throw ProgramError(failure);
+}
+
+bool Pipeline::waiting() const { return !ended_ && blocks_->items.empty() && interpreter_.waiting(); }
+
+// The probe was heard with the joints at q_contact; they are turned as at the end of the path.
+Words Pipeline::contact_words(const ProgramAnswer& answer) const {
+  const MapContext& context = lowering_.context();
+  Words words = answer.y_stand;
+  ToolPose pose;
+  if (context.rtcp && tool_pose(map_, answer.q_contact, context, pose) == KinStatus::kOk)
+    words.head<3>() = pose.p_B;
+  if (!context.rtcp && map_.words_at(answer.q_contact, context.corrections_off, words) == KinStatus::kOk)
+    words.head<3>() -= context.tool_offset;
+  words.tail<3>() = answer.y_stand.tail<3>();
+  return words;
+}
+
+void Pipeline::answer(const ProgramAnswer& answer) {
+  MachineAnswer out;
+  out.value = answer.value;
+  if (answer.probe) {
+    lowering_.stand_at(answer.y_stand);
+    out.stands = lowering_.program_of(answer.y_stand);
+    out.contact = lowering_.program_of(contact_words(answer));
+  }
+  interpreter_.answer(out);
 }
 
 void Pipeline::end_program() {
@@ -201,22 +233,30 @@ class LimitScout : public MoveSink {
 
 }  // namespace
 
+std::string approach_text(std::uint32_t line, const std::vector<Words>& approach) {
+  std::string text = fmt::format("from line {}, in the modes the lines before it leave; approach:\n", line);
+  for (const Words& to : approach)
+    text += fmt::format("  X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} B{:.3f} C{:.3f}\n", to[kX], to[kY], to[kZ],
+                        to[kA] * kDegPerRad, to[kB] * kDegPerRad, to[kC] * kDegPerRad);
+  return text;
+}
+
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress) {
   const ProgramConfig program = for_mdi(assembly.program, start.text.has_value());
   const Words words = start_words(*assembly.map, start);
   LimitScout scout(assembly);
   Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
-  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}});
+  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true});
   try {
     open(interpreter, start, words);
     std::uint64_t steps = 0;
-    while (interpreter.step())
+    while (interpreter.step() && !interpreter.waiting())
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }
-  return {interpreter.line(), scout.moves, scout.approach};
+  return {interpreter.line(), scout.moves, interpreter.waiting() ? interpreter.line() : 0, scout.approach};
 }
 
 }  // namespace trn

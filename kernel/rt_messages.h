@@ -7,6 +7,7 @@
 #include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
+#include "kernel/motion_queue.h"
 
 // What the tick and the threads beside it say to each other; plain data, through rings.
 namespace trn {
@@ -76,7 +77,15 @@ struct CycleReport {
   int fault_joint = -1;
   Fault fault = Fault::kOk;  ///< latched
   MotionState motion = MotionState::kRest;
-  QueueEvent event;  ///< the event that took effect in this period, if any
+  QueueEvent event;       ///< the event that took effect in this period, if any
+  bool answered = false;  ///< it gave the program `answer`
+  ProgramAnswer answer;
+  std::uint64_t inputs = 0, outputs = 0;  ///< digital, bit i: number i
+  bool probe = false;                     ///< contact
+  bool spindle_ready = true;
+  double spindle_turns = 0;    ///< of the encoder
+  bool reads_encoder = false;  ///< the motion follows the encoder, or waits for its index
+  double gear_lag_s = 0;       ///< of the path behind the spindle, plan time
   DriveState drives = DriveState::kOff;
 };
 

@@ -65,8 +65,9 @@ class Simulation {
         options_(options),
         period_s_(assembly.machine.period_s),
         queue_(1 << 14),
-        cycle_({period_s_, assembly.machine.joints, false, 8, assembly.plan_joints}, *assembly.map, queue_,
-               *assembly.drives, assembly.corrections.setpoint.get()),
+        cycle_(
+            {period_s_, assembly.machine.joints, false, 8, assembly.plan_joints, assembly.spindle_timeout_s},
+            *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get(), assembly.io.get()),
         judge_(assembly.machine.joints, period_s_),
         meter_(*assembly.kinematics),
         clock_(assembly.machine.joints, period_s_) {}
@@ -147,6 +148,7 @@ class Simulation {
   void fill() {
     const auto start = std::chrono::steady_clock::now();
     while (!planned_ && queue_.buffered_s() < assembly_.planner.buffer_s) {
+      if (pipeline_->waiting() && !take_answer()) break;
       if (!has_block_ && !(has_block_ = next_block())) break;
       if (!queue_.push(block_)) break;
       has_block_ = false;
@@ -161,8 +163,17 @@ class Simulation {
       failure_ = std::current_exception();
       if (pipeline_->next(block_)) return true;
     }
-    planned_ = true;
+    planned_ = !pipeline_->waiting();
     return false;
+  }
+
+  // Everything before the question has been driven.
+  bool take_answer() {
+    ProgramAnswer answer;
+    if (!queue_.take_answer(answer)) return false;
+    if (answer.probe) meter_.restart();
+    pipeline_->answer(answer);
+    return true;
   }
 
   void drive() {

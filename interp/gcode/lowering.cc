@@ -5,6 +5,7 @@
 #include "core/path.h"
 #include "core/units.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/modal.h"
 
 namespace trn {
 
@@ -77,9 +78,17 @@ void Lowering::limit_feed(double inverse_per_min, double path_units) {
     limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
     return;
   }
-  const double per_min = per_revolution_ ? feed_ * speed_rpm_ : feed_;
+  const double per_min = geared_ ? per_turn_ * speed_rpm_ : per_revolution_ ? feed_ * speed_rpm_ : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
+}
+
+AxisValues Lowering::program_of(const Words& words) const {
+  AxisValues p;
+  p.head<3>() = plain_ ? Vec3(words.head<3>() - X_TP_.p) : inverse(X_TP_) * Vec3(words.head<3>());
+  p.tail<3>() = words.tail<3>() * kDegPerRad - (frame_.g5x + frame_.g92).tail<3>();
+  if (inch_) p.head<3>() /= kMmPerInch;
+  return p;
 }
 
 void Lowering::send(const Words& to) {
@@ -89,6 +98,7 @@ void Lowering::send(const Words& to) {
   ++moves_;
   move_.feed.overrides = overrides_;
   sink_.move(move_);
+  move_.outputs = {};
 }
 
 void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min) {
@@ -158,6 +168,7 @@ void Lowering::spline(const canon::NurbsFeed& spline) {
       const Vec3 p = bezier(c, static_cast<double>(k) / chords);
       at[kX] = p.x();
       at[kY] = p.y();
+      if (spline.spatial) at[kZ] = p.z();
       straight(at, ProgramMove::Kind::kFeed, 0);
     }
   }
@@ -173,6 +184,53 @@ void Lowering::switch_corrections(const SwitchCode& code) {
   std::uint8_t& off = move_.context.corrections_off;
   off = static_cast<std::uint8_t>(code.on ? off & ~planned : off | planned);
   event(QueueEvent::Kind::kCorrection, code.on ? 1 : 0, code.corrections);
+}
+
+void Lowering::probe(const canon::StraightProbe& probe) {
+  if (!config_.io)
+    fail(GcodeErrorCode::kNotSupported, 1, g_name(probe.code),
+         "no probe input is connected (the machine's config has no section [io])");
+  event(QueueEvent::Kind::kProbeStart, 0, probe.code % 10);
+  straight(probe.to, ProgramMove::Kind::kFeed, 0);
+  event(QueueEvent::Kind::kProbeEnd);
+}
+
+void Lowering::wait_input(const canon::WaitInput& wait) {
+  if (!config_.io)
+    fail(GcodeErrorCode::kNotSupported, 1, "M66",
+         "no inputs are connected (the machine's config has no section [io])");
+  const InputArgument argument{wait.index, static_cast<InputWait>(wait.type), wait.analog};
+  event(QueueEvent::Kind::kWaitInput, wait.timeout_s, argument.packed());
+}
+
+// The plan is made for the programmed speed; in the tick its time follows the spindle.
+void Lowering::close_gear(const canon::StartFeedSync& gear) {
+  if (!config_.spindle_encoder)
+    fail(GcodeErrorCode::kNotSupported, 1, "G33",
+         "no spindle encoder is connected (the machine's config has no [io.spindle])");
+  if (speed_rpm_ <= 0 || gear.per_rev <= 0)
+    fail(GcodeErrorCode::kNoSpindle, 1, "G33 with a pitch greater than 0");
+  per_turn_ = gear.per_rev;
+  if (geared_) return;
+  geared_ = true;
+  event(QueueEvent::Kind::kGearStart, speed_rpm_ / kSecondsPerMinute,
+        static_cast<std::int32_t>(GearMode::kSpindleLeads));
+}
+
+void Lowering::open_gear() {
+  if (geared_) event(QueueEvent::Kind::kGearEnd);
+  geared_ = false;
+}
+
+// With the next move, or at once, between the moves.
+void Lowering::output_bit(const canon::SetOutputBit& output) {
+  if (output.motion) return move_.outputs.put(output.index, output.on);
+  event(QueueEvent::Kind::kDigitalOutput, output.on ? 1 : 0, output.index);
+}
+
+void Lowering::output_value(const canon::SetOutputValue& output) {
+  if (output.motion && move_.outputs.put(output.index, output.value)) return;
+  event(QueueEvent::Kind::kAnalogOutput, output.value, output.index);
 }
 
 struct Lowering::Visit {
@@ -210,11 +268,14 @@ struct Lowering::Visit {
         return coolant(low.coolant_ | 2);
       case PlainCanon::kFloodOff:
         return coolant(low.coolant_ & ~2);
+      case PlainCanon::kStopFeedSync:
+        return low.open_gear();
       case PlainCanon::kProgramStop:
         return low.event(QueueEvent::Kind::kProgramStop);
       case PlainCanon::kOptionalStop:
         return low.event(QueueEvent::Kind::kOptionalStop);
       case PlainCanon::kProgramEnd:
+      case PlainCanon::kFinish:
         return low.event(QueueEvent::Kind::kProgramEnd);
       default:
         return;
@@ -262,27 +323,18 @@ struct Lowering::Visit {
   void operator()(const canon::StraightFeed& c) const {
     low.straight(c.to, ProgramMove::Kind::kFeed, c.inverse_per_min);
   }
-  // What would have to hear the machine while it moves is refused, never moved as something else.
-  void operator()(const canon::StraightProbe&) const {
-    fail(GcodeErrorCode::kNotSupported, 1, "G38", "no probe input is connected");
+  void operator()(const canon::StraightProbe& c) const { low.probe(c); }
+  void operator()(const canon::WaitInput& c) const { low.wait_input(c); }
+  void operator()(const canon::RigidTap&) const {
+    fail(GcodeErrorCode::kNotSupported, 1, "G33.1",
+         "the spindle cannot be reversed on the path of the tap; G84 with a floating holder can be");
   }
-  void operator()(const canon::RigidTap&) const { refuse_synchronous(); }
-  void operator()(const canon::StartFeedSync&) const { refuse_synchronous(); }
-  void operator()(const canon::WaitInput&) const {
-    fail(GcodeErrorCode::kNotSupported, 1, "M66", "no inputs are connected");
+  void operator()(const canon::StartFeedSync& c) const { low.close_gear(c); }
+  void operator()(const canon::SetOutputBit& c) const { low.output_bit(c); }
+  void operator()(const canon::SetOutputValue& c) const { low.output_value(c); }
+  void operator()(const canon::OrientSpindle& c) const {
+    low.event(QueueEvent::Kind::kSpindleOrient, c.deg, c.direction);
   }
-  [[noreturn]] static void refuse_synchronous() {
-    fail(GcodeErrorCode::kNotSupported, 1, "G33", "no spindle encoder is connected");
-  }
-  // Outputs travel as user events: the M code and a thousand times the output's number, with the value.
-  void output(int m_code, int index, double value) const {
-    low.event(QueueEvent::Kind::kUser, value, m_code + 1000 * index);
-  }
-  void operator()(const canon::SetOutputBit& c) const {
-    output((c.motion ? 62 : 64) + (c.on ? 0 : 1), c.index, c.on ? 1 : 0);
-  }
-  void operator()(const canon::SetOutputValue& c) const { output(c.motion ? 67 : 68, c.index, c.value); }
-  void operator()(const canon::OrientSpindle& c) const { output(19, c.direction, c.deg); }
   void operator()(const canon::ArcFeed& c) const { low.arc(c); }
   void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
   void operator()(const canon::Dwell& c) const { low.event(QueueEvent::Kind::kDwell, c.s); }

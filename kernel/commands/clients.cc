@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "core/machine.h"
@@ -29,10 +30,11 @@ struct Options {
   bool wait = false;
   double patience_s = 3600;
   bool json = false;
+  bool yes = false;   // start --from: do not ask
   std::string text;   // program, MDI line, joint
   double amount = 0;  // jog: mm or deg; override: percent
   double speed = 0;   // jog: mm/s or deg/s
-  long count = 0;     // monitor: lines, 0 = no end
+  long count = 0;     // monitor: lines, 0 = no end; start: first line
 };
 
 /// A client's view of its machine: the config and the line to its daemon.
@@ -346,7 +348,6 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
     std::int8_t verb;
     bool wait;
   } kPlain[] = {
-      {"start", "Start the loaded program", command_t::START, true},
       {"hold", "Slow down on the path and stand; 'resume' goes on", command_t::HOLD, false},
       {"resume", "Go on after a hold, a program stop (M0, M1) or a single block", command_t::RESUME, false},
       {"stop", "Slow down on the path and give the program up", command_t::STOP, true},
@@ -359,6 +360,41 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
     CLI::App& client = add_sender(app, exit, options, entry.name, entry.help, plain(entry.verb));
     if (entry.wait) add_wait(client, options);
   }
+}
+
+bool confirmed() {
+  fmt::print(stderr, "start? [y/N] ");
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+// From a line: the daemon prepares and tells the way there, people say yes, then it starts.
+Exit start(const Options& options) {
+  Session session(options);
+  if (options.count > 1) {
+    command_t load = text_command(command_t::LOAD, "");
+    load.value = static_cast<double>(options.count);
+    const Exit prepared = exit_of(session.client.send(load));
+    if (prepared != Exit::kDone) return prepared;
+    if (!options.yes && !confirmed()) {
+      fmt::print(stderr, "not started; the program stays prepared from line {}\n", options.count);
+      return Exit::kUsage;
+    }
+  }
+  return send(session, options, command_of(command_t::START));
+}
+
+void add_start(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  CLI::App& client = add_client(app, exit, options, "start", "Start the loaded program", start);
+  client
+      .add_option("--from", options->count,
+                  "Begin at this line: the lines before it set modes, offsets and tool; the way to where "
+                  "they end is shown, and nothing moves before you have agreed")
+      ->check(CLI::Range(2L, 100000000L));
+  client.add_flag("--yes", options->yes, "With --from: do not ask");
+  add_wait(client, options);
 }
 
 void add_joint_clients(CLI::App& app, Exit& exit) {
@@ -450,6 +486,7 @@ void add_watchers(CLI::App& app, Exit& exit) {
 
 void add_clients(CLI::App& app, Exit& exit) {
   add_program_clients(app, exit);
+  add_start(app, exit);
   add_motion_clients(app, exit);
   add_joint_clients(app, exit);
   add_override(app, exit);

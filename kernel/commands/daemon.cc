@@ -28,6 +28,7 @@ CycleConfig cycle_config(const Assembly& assembly) {
   config.period_s = assembly.machine.period_s;
   config.joints = assembly.machine.joints;
   config.plan_joints = assembly.plan_joints;
+  config.spindle_timeout_s = assembly.spindle_timeout_s;
   return config;
 }
 
@@ -50,7 +51,7 @@ void run_machine(const DaemonOptions& options) {
   const Assembly assembly = assemble(options.machine, Field::kReal);
   MotionQueue queue(kQueueBlocks);
   Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
-              assembly.corrections.setpoint.get());
+              assembly.corrections.setpoint.get(), assembly.io.get());
   std::unique_ptr<SessionLog> log;
   if (!options.log.empty())
     log =
@@ -60,9 +61,11 @@ void run_machine(const DaemonOptions& options) {
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map);
+  if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly)});
+  if (assembly.io) assembly.io->shut_down();
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
 }

@@ -100,14 +100,6 @@ JointVec standing_joints(Assembly& assembly) {
   return feedback.q;
 }
 
-// Where the machine goes before the program goes on; words of the axes, or of the tip with RTCP on.
-void show_approach(std::uint32_t line, const std::vector<Words>& approach) {
-  fmt::print(stderr, "from line {}, in the modes the lines before it leave; approach:\n", line);
-  for (const Words& to : approach)
-    fmt::print(stderr, "  X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} B{:.3f} C{:.3f}\n", to[kX], to[kY], to[kZ],
-               to[kA] * kDegPerRad, to[kB] * kDegPerRad, to[kC] * kDegPerRad);
-}
-
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
@@ -119,7 +111,10 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   start.from_line = options.from_line;
   start.corrections_off = assembly.corrections.planned_off;
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
-  if (options.from_line > 1) show_approach(options.from_line, checked.approach);
+  if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
+  if (checked.asks_at != 0)
+    fmt::print(stderr, "checked up to line {}: what follows depends on what the machine answers there\n",
+               checked.asks_at);
 
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;
@@ -204,8 +199,8 @@ void add_run(CLI::App& app, Exit& exit) {
   command
       ->add_option("--from", options->from_line,
                    "begin at this line of the program: the lines before it set modes, offsets and tool "
-                   "without moving, the machine goes to where they end (away, across, down), then the "
-                   "program goes on")
+                   "without moving, the machine goes to where they end (up to [program] safe_z_mm, across, "
+                   "down), then the program goes on")
       ->check(CLI::PositiveNumber);
   command->add_option("--operator", options->script,
                       "what the operator does: lines of SECONDS ACTION [VALUE] with hold, resume, stop, "

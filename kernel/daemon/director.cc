@@ -3,9 +3,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
 #include <thread>
+#include <utility>
 
 namespace trn {
 
@@ -198,7 +200,10 @@ void Director::add_corrections(trunnion::status_t& status) const {
 CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const command_t& command,
                                              const Ticket& ticket) {
   act(actions);
-  if (actions & kDoLoad) return load(command.text, ticket);
+  if (actions & kDoLoad)
+    return command.value > 1
+               ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
+               : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
   if (actions & kDoMdi) return mdi(command.text, ticket);
   if (actions & kDoJog) post({RtCommand::Kind::kJog, command.value, command.speed, command.joint});
@@ -286,8 +291,29 @@ void Director::shut_down() {
   });
 }
 
+// From a line: the answer tells the approach, and a start in another place than here is refused.
+CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, const Ticket& ticket) {
+  if (path.empty()) path = program_path_;
+  if (path.empty()) return refused("no program is loaded; load one first");
+  program_path_.clear();
+  const JointVec q = report_.q_plan;
+  const auto approach = std::make_shared<std::string>();
+  run_job(
+      ticket,
+      clear_then([this, path, q, line, approach] { *approach = parts_.programs.load_from(path, q, line); }),
+      [this, path, q, line, approach] {
+        program_path_ = view_.program = path;
+        prepared_at_ = q;
+        from_line_ = line;
+        job_message_ = *approach;
+      },
+      false);
+  return {acknowledge_t::WORKING, ""};
+}
+
 CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
+  from_line_ = 0;
   const JointVec q = report_.q_plan;
   run_job(
       ticket, clear_then([this, path, q] { parts_.programs.load(path, q); }),
@@ -302,6 +328,10 @@ CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket
 CommandDesk::Answer Director::start(const Ticket& ticket) {
   const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
+  if (!prepared && from_line_ > 1) {
+    machine_event(Event::kMotionDone);
+    return refused("the machine has moved since the way to the line was shown; show it again");
+  }
   const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
   const std::function<void()> nothing = [] {};
   run_job(
@@ -359,9 +389,10 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
     then();
     if (starts_motion) {
       prepared_at_.reset();
+      from_line_ = 0;
       post({RtCommand::Kind::kStart});
     }
-    return desk_.finish(ticket, accepted());
+    return desk_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
   view_.message = error;
   if (starts_motion) machine_event(Event::kMotionDone);

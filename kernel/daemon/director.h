@@ -75,6 +75,7 @@ class Director {
   void bring_up(bool reset_faults);
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
+  Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket);
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
@@ -100,6 +101,8 @@ class Director {
   int jobs_ = 0;                             ///< posted to the worker and not yet finished
   std::uint64_t generation_ = 0;             ///< counts what makes a job's outcome void
   std::string program_path_;
+  std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
+  std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
   bool shutting_down_ = false;
   bool done_ = false;

@@ -101,10 +101,10 @@ backlash_mm = 0.02
 struct Offsets final : ReportSink {
   void write(const CycleReport& report) override {
     if (report.on_path && report.speed_mm_s > 1)
-      last[report.line] = {report.q_plan[0] - report.y[0], report.corrections[0].offset[0]};
+      last[report.line] = {(report.q_plan[0] - report.y[0]) / report.y[0], report.corrections[0].offset[0]};
     end = report;
   }
-  std::map<std::uint32_t, std::pair<double, double>> last;  ///< table, backlash
+  std::map<std::uint32_t, std::pair<double, double>> last;  ///< slope, backlash
   CycleReport end;
 };
 
@@ -116,11 +116,11 @@ TEST(CorrectionSwitch, TablesAndBacklashGoTogetherAndComeBackAfterTheProgram) {
       run_with(written("tables.toml", text_of(config_of("cradle")) + kTables), program, offsets);
   EXPECT_EQ(result.fault, Fault::kOk);
   EXPECT_TRUE(result.within_limits);
-  EXPECT_NEAR(offsets.last.at(2).first, 0.2, 1e-9);
+  EXPECT_NEAR(offsets.last.at(2).first, 0.002, 1e-12);
   EXPECT_NEAR(offsets.last.at(2).second, 0.01, 1e-4);
   EXPECT_NEAR(offsets.last.at(4).first, 0, 1e-12);
   EXPECT_NEAR(offsets.last.at(4).second, 0, 1e-5);
-  EXPECT_NEAR(offsets.last.at(6).first, 0.6, 1e-9);
+  EXPECT_NEAR(offsets.last.at(6).first, 0.002, 1e-12);
   EXPECT_NEAR(offsets.last.at(6).second, 0.01, 1e-4);
   EXPECT_NEAR(offsets.last.at(8).first, 0, 1e-12);
   EXPECT_TRUE(offsets.end.corrections[0].enabled) << "the switch ends with the program";

@@ -22,7 +22,8 @@ constexpr double kFeedSpread = 1.03;  // moves whose feeds differ by less share 
 
 bool is_run_material(const PathItem& item) {
   return item.mode == PathMode::kContinuous && item.piece.kind == PathPiece::Kind::kLine &&
-         item.tolerance_mm > 0 && (item.tolerance_rad > 0 || item.piece.c[1].tail<3>().isZero(0));
+         !item.outputs.any() && item.tolerance_mm > 0 &&
+         (item.tolerance_rad > 0 || item.piece.c[1].tail<3>().isZero(0));
 }
 
 // A corner at which the vertex blend uses its whole tolerance without coming near the next vertices.
