@@ -1,7 +1,8 @@
 #!/usr/bin/python3
 """Cycle times beside the time-optimal motion on the same path, and beside a tolerance reference.
 
-    tests/oracle/compare_optimum.py build/release/trunnion [CASE|PROGRAM.ngc ...] [--machine CFG] [--share 0.999]
+    tests/oracle/compare_optimum.py build/release/trunnion [CASE|PROGRAM.ngc ...] [--machine CFG] [--offset X,Y,Z]
+                                    [--share 0.999]
 
 Without names: the short form (line lcorner square circle). `all`: every case of the reference's generator. A file:
 this program on --machine; each of its stretches between full stops is judged by itself.
@@ -9,6 +10,7 @@ this program on --machine; each of its stretches between full stops is judged by
 The reference is a stand-alone solver (--oracle): `topp.py path` gives for the joint path that `trunnion run --path`
 wrote a certified lower bound (T3_lb) and a feasible optimum (T3_feas) under the limits of the machine and the feed;
 `topp.py poly` gives a good time for any path within the tolerance. Columns: our time, those three, the ratios.
+On another machine than the cradle, --offset puts the part where it can be reached.
 Exit: 0, 1 when a ratio is above --limit or --limit-poly, 77 when the reference is not there.
 """
 import argparse
@@ -48,7 +50,7 @@ def machine_with_shares(config, share, folder):
     return out
 
 
-def case_program(case, folder):
+def case_program(case, folder, offset=None):
     """The case's program as our machine reads it: part zero 40 mm above the crossing of A and C, RTCP on, and a
     full stop before the first feed move, so that the way to the start is a stretch of its own."""
     text = re.sub(r"\([^)]*\)\n", "", (folder / f"{case}.ngc").read_text())  # comments over several lines
@@ -58,6 +60,8 @@ def case_program(case, folder):
         lines.insert(approach + 1, "G4 P0.1")
         if "A" in lines[approach]:
             lines[approach:approach] = ["G10 L2 P1 X0 Y0 Z40", "G54", "M428"]
+        elif offset:
+            lines[approach:approach] = ["G10 L2 P1 X{} Y{} Z{}".format(*offset.split(",")), "G54"]
     out = folder / f"{case}_ours.ngc"
     out.write_text("\n".join(lines) + "\n")
     return out
@@ -136,7 +140,7 @@ def poly_reference(topp, case, folder):
 def judge(binary, topp, name, args, folder):
     """One row of the table: sums over the stretches of a program, the first left out of a case (the way there)."""
     case = name in ALL
-    program = case_program(name, folder) if case else pathlib.Path(name)
+    program = case_program(name, folder, args.offset) if case else pathlib.Path(name)
     tools = program.parent / "tools.tbl"
     machine = machine_with_shares(args.machine, args.share, folder)
     report, header, stretches = run_program(binary, program, machine, tools if tools.exists() else None, folder)
@@ -160,7 +164,9 @@ def judge(binary, topp, name, args, folder):
     return {"name": program.stem.removesuffix("_ours"), "ours": ours, "lower": lower, "feasible": feasible,
             "ratio": ours / feasible, "worst_stretch": worst, "worst_line": worst_line,
             "poly": poly and ours / poly[0], "poly_kind": poly and poly[1], "plan_stops": report["plan_stops"],
-            "limit_ratio": max(max(r.values()) for r in ratios), "planning_s": report["planning_s"]}
+            "limit_ratio": max(max(r.values()) for r in ratios), "planning_s": report["planning_s"],
+            "deviation": report["tip_deviation_mm"],
+            "blocks_s": report["lines"] / max(report["planning_s"], 1e-9)}
 
 
 def main():
@@ -168,6 +174,7 @@ def main():
     parser.add_argument("trunnion")
     parser.add_argument("names", nargs="*", default=SHORT)
     parser.add_argument("--machine", default=ROOT / "configs/cradle.toml")
+    parser.add_argument("--offset", help="of the part, mm, for the cases without rotary words")
     parser.add_argument("--oracle", type=pathlib.Path, default=ROOT / "../shared/oracle")
     parser.add_argument("--share", type=float, help="of acceleration and jerk for the planner")
     parser.add_argument("--limit", type=float, default=1.03, help="of our time over the optimum on our path")
@@ -181,7 +188,7 @@ def main():
     names = ALL if args.names == ["all"] else args.names
     bad = False
     print("| program | ours s | lower bound s | optimum s | ours/optimum | worst stretch (line) | ours/reference | "
-          "plan stops | worst limit ratio | planning s |\n|---|---|---|---|---|---|---|---|---|---|")
+          "plan stops | worst limit ratio | tip off, mm | planning s | blocks/s |\n" + "|---" * 12 + "|")
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
         cases = [n for n in names if n in ALL]
@@ -192,7 +199,8 @@ def main():
             poly = f"{r['poly']:.4f} ({r['poly_kind']})" if r["poly"] else "-"
             print(f"| {r['name']} | {r['ours']:.4f} | {r['lower']:.4f} | {r['feasible']:.4f} | {r['ratio']:.4f} | "
                   f"{r['worst_stretch']:.4f} ({r['worst_line']}) | {poly} | {r['plan_stops']} | "
-                  f"{r['limit_ratio']:.6f} | {r['planning_s']:.2f} |", flush=True)
+                  f"{r['limit_ratio']:.6f} | {r['deviation']:.4f} | {r['planning_s']:.3f} | "
+                  f"{r['blocks_s']:.0f} |", flush=True)
             bad |= r["ratio"] > args.limit or (r["poly"] or 0) > args.limit_poly or r["plan_stops"] > 0
     return 1 if bad else 0
 
