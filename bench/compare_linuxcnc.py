@@ -98,7 +98,10 @@ def drive(program, done, seconds):
     def until(what, text, limit=10.0):
         end = time.monotonic() + limit
         while time.monotonic() < end:
-            state.poll()
+            try:
+                state.poll()
+            except linuxcnc.error:  # its buffer was being written
+                continue
             if what():
                 return
             message = errors.poll()
