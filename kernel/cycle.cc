@@ -373,7 +373,6 @@ void Cycle::pass_event() TRN_RT {
     return;
   }
   if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
-  if (event.kind == Kind::kSpindle) spindle_rpm_ = event.value;
   overrides_ = event.overrides;
   if (event.kind == Kind::kCorrection) switch_corrections(event);
   end_of_event(event);
@@ -414,7 +413,7 @@ void Cycle::end_probe() TRN_RT {
 }
 
 void Cycle::exchange_io() TRN_RT {
-  const Fault fault = io_.exchange({feedback_.q, interpolator_.context().tool_offset});
+  const Fault fault = io_.exchange({feedback_.q, interpolator_.context().tool_offset}, spindle_share());
   if (fault != Fault::kOk) latch(fault, -1);
 }
 
@@ -520,7 +519,7 @@ void Cycle::write_report() TRN_RT {
   y_last_ = report_.y;
   report_.override_now =
       motion_ == MotionState::kJogging || settling_ ? time_scale_.rate() : path_rate_.rate();
-  report_.spindle_rpm = spindle_rpm_ * (overrides_.spindle ? spindle_override_ : 1.0);
+  report_.spindle_rpm = io_.outputs().spindle_rpm * spindle_share();
   report_.single_block = single_block_;
   if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
   report_.inputs = io_.inputs().digital;

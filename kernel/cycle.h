@@ -77,6 +77,7 @@ class Cycle final : public TickPort {
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
   double rate_by_queue(double wanted) TRN_RT;
+  double spindle_share() const TRN_RT { return overrides_.spindle ? spindle_override_ : 1.0; }
 
   CycleConfig config_;
   const JointMap& map_;
@@ -91,7 +92,6 @@ class Cycle final : public TickPort {
   bool stopping_ = false;  ///< slows down to forget the motion
   bool waiting_ = false;   ///< slower than asked for, because the planner is late
   double override_ = 1, rapid_override_ = 1, spindle_override_ = 1, adaptive_feed_ = 1;
-  double spindle_rpm_ = 0;  ///< as programmed
   OverrideMode overrides_;  ///< in force
   bool single_block_ = false, step_begins_ = false;
   bool paused_by_program_ = false;                 ///< kPaused: an event waits in front

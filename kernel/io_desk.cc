@@ -10,9 +10,11 @@ constexpr double kGearGain_s = 20;      // 1/s
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
-Fault IoDesk::exchange(const IoPlace& place) TRN_RT {
+Fault IoDesk::exchange(const IoPlace& place, double spindle_override) TRN_RT {
   if (!io_) return Fault::kOk;
-  io_->exchange(outputs_, place, inputs_);
+  IoOutputs outputs = outputs_;
+  outputs.spindle_rpm *= spindle_override;
+  io_->exchange(outputs, place, inputs_);
   return inputs_.fault;
 }
 

@@ -15,7 +15,7 @@ class IoDesk {
       : io_(io), period_s_(period_s), spindle_timeout_s_(spindle_timeout_s) {}
 
   /// Once a period, behind the drives' exchange; returns the devices' fault.
-  Fault exchange(const IoPlace& place) TRN_RT;
+  Fault exchange(const IoPlace& place, double spindle_override) TRN_RT;
   /// The event in front, once a period until it is done. kFailed: `failure` says why.
   Outcome obey(const QueueEvent& event) TRN_RT;
   /// Outputs that change with the motion.
