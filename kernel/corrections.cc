@@ -6,6 +6,7 @@
 
 #include "compensation/geometric.h"
 #include "compensation/joint_tables.h"
+#include "compensation/micromill/deflection_correction.h"
 #include "compensation/screw_correction.h"
 #include "core/units.h"
 
@@ -13,7 +14,7 @@ namespace trn {
 
 namespace {
 
-constexpr int kScrewBit = 4;
+constexpr int kScrewBit = 4, kDeflectionBit = 8;
 
 void read_planned_geometry(const Machine& machine, const ConfigTable& table, Corrections& out) {
   const bool enabled = table.boolean("enabled", true);
@@ -68,6 +69,15 @@ void read_screw_growth(const Machine& machine, const ConfigTable& table, Correct
   out.setpoint->append(budget, std::move(screws));
 }
 
+void read_deflection_estimate(const Machine& machine, const ConfigTable& table, Corrections& out) {
+  const DeflectionCorrection::Config config = read_deflection(table, machine.period_s);
+  SetpointBudget budget = read_budget(table, "deflection");
+  budget.bit = kDeflectionBit;
+  if (machine.joints.size() < 2)
+    throw table.error("", "the tool's deflection needs a stage whose first two joints are X and Y");
+  out.setpoint->append_deflection(budget, std::make_unique<DeflectionCorrection>(config));
+}
+
 /// A correction: the name of its section, and who reads it.
 struct CorrectionKind {
   const char* name;
@@ -80,6 +90,7 @@ constexpr CorrectionKind kKinds[] = {
     {"geometric", kGeometricBit, read_planned_geometry},
     {"joint_table", kJointTableBit, read_tables},
     {"screw", kScrewBit, read_screw_growth},
+    {"deflection", kDeflectionBit, read_deflection_estimate},
 };
 
 }  // namespace

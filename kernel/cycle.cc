@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/micromill/deflection_correction.h"
+
 namespace trn {
 
 namespace {
@@ -505,11 +507,20 @@ void Cycle::report_corrections() TRN_RT {
   }
 }
 
+void Cycle::report_tool_load() TRN_RT {
+  const DeflectionCorrection* source = corrections_ ? corrections_->deflection() : nullptr;
+  if (!source) return;
+  const DeflectionEstimator::Output& estimate = source->estimate();
+  report_.tool_load = {estimate.force_N, estimate.deflection_mm, corrections_->deflection_shift_mm(),
+                       estimate.known && source->config().trained, estimate.alarm};
+}
+
 void Cycle::write_report() TRN_RT {
   report_.period = period_++;
   report_.q_plan = q_;
   report_.q_setpoint = q_sent_;
   report_corrections();
+  report_tool_load();
   report_.q_measured = feedback_.q;
   report_.current_A = feedback_.current_A;
   report_.y = interpolator_.y();

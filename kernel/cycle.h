@@ -73,6 +73,7 @@ class Cycle final : public TickPort {
   void check_setpoints() TRN_RT;
   void watch_drives() TRN_RT;
   void report_corrections() TRN_RT;
+  void report_tool_load() TRN_RT;
   void write_report() TRN_RT;
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;

@@ -55,11 +55,21 @@ struct CorrectionReport {
   const char* warning = "";  ///< static text
 };
 
+/// What the tool suffers, by what the drives told in the period before; along joints X and Y (mm, N).
+struct ToolLoadReport {
+  Eigen::Vector2d force_N = Eigen::Vector2d::Zero();        ///< on the tool
+  Eigen::Vector2d deflection_mm = Eigen::Vector2d::Zero();  ///< of its tip
+  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();       ///< of the path against it, in the setpoints
+  bool known = false;  ///< false: no estimator, no current from the drives, or beyond what was learnt
+  bool alarm = false;  ///< the load filter's model no longer fits the stage
+};
+
 /// What the tick reports, once a period.
 struct CycleReport {
   std::uint64_t period = 0;
   JointVec q_plan, q_setpoint, q_measured;  ///< mm or rad; the setpoint is the plan with corrections
   std::array<CorrectionReport, kMaxSetpointCorrections> corrections;  ///< as many as the chain has
+  ToolLoadReport tool_load;
   JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means

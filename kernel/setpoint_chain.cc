@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "compensation/micromill/deflection_correction.h"
+
 namespace trn {
 
 namespace {
@@ -38,6 +40,18 @@ void SetpointChain::append(const SetpointBudget& budget, std::unique_ptr<Setpoin
                                        share * l.jerk / unit, period_s_);
   }
   links_.push_back(std::move(link));
+}
+
+void SetpointChain::append_deflection(const SetpointBudget& budget,
+                                      std::unique_ptr<DeflectionCorrection> correction) {
+  deflection_ = correction.get();
+  deflection_link_ = size();
+  append(budget, std::move(correction));
+}
+
+Eigen::Vector2d SetpointChain::deflection_shift_mm() const TRN_RT {
+  if (!deflection_) return Eigen::Vector2d::Zero();
+  return offset(deflection_link_).head<2>();
 }
 
 void SetpointChain::take_up_jumps(double reserve) {

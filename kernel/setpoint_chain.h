@@ -10,6 +10,8 @@
 
 namespace trn {
 
+class DeflectionCorrection;
+
 /// Bounds of one correction of the chain.
 struct SetpointBudget {
   std::string name;       ///< of its section, [corrections.NAME]
@@ -30,6 +32,12 @@ class SetpointChain {
 
   /// At most kMax, in the order in which they act.
   void append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction);
+  /// The same for the one that estimates the tool's load, which `deflection` then tells.
+  void append_deflection(const SetpointBudget& budget, std::unique_ptr<DeflectionCorrection> correction);
+  /// Null: the machine does not estimate the tool's load.
+  const DeflectionCorrection* deflection() const TRN_RT { return deflection_; }
+  /// How far it shifts the first two joints, mm.
+  Eigen::Vector2d deflection_shift_mm() const TRN_RT;
   /// Lets the chain take up jumps of the plan's joints (`take_up`), with this share of the limits.
   void take_up_jumps(double reserve);
   /// At rest the plan's joints jump by -jump, because the bracket reads the same place in another way: the
@@ -74,6 +82,8 @@ class SetpointChain {
   Joints joints_;
   double period_s_;
   std::vector<Link> links_;
+  const DeflectionCorrection* deflection_ = nullptr;
+  int deflection_link_ = 0;
   std::vector<OffsetFilter> jumps_;  ///< by joint; none: jumps are not expected
   double jump_reserve_ = 0;
   JointVec sum_;

@@ -76,12 +76,12 @@ class Simulation {
     prepare_drives();
     list_corrections();
     const auto wall = std::chrono::steady_clock::now();
-    ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_plan};
+    ProgramStart start{options_.program, options_.program_text, cycle_.last_report().q_plan};
     start.from_line = options_.from_line;
     start.corrections_off = assembly_.corrections.planned_off;
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
-        PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },
+        PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { programmed(move); },
                           options_.on_piece, options_.on_stretch});
     if (options_.log) options_.log->program(start);
     if (options_.single_block) post({RtCommand::Kind::kSingleBlock, 1});
@@ -186,6 +186,11 @@ class Simulation {
     } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
   }
 
+  void programmed(const ProgramMove& move) {
+    meter_.programmed(move);
+    if (assembly_.corrections.setpoint->deflection()) features_.programmed(move);
+  }
+
   void watch(const CycleReport& report) {
     if (options_.trace) options_.trace->write(report);
     if (assembly_.screws) assembly_.screws->step(report.q_plan, report.q_setpoint);
@@ -196,6 +201,7 @@ class Simulation {
     judge_.row(row_);
     clock_.row(report.q_setpoint);
     measure(report);
+    features_.sample(report);
     ++result_.periods;
     result_.starvations = report.starvations;
     result_.fault = report.fault;
@@ -266,6 +272,7 @@ class Simulation {
     result_.free_s = clock_.free_s;
     result_.deviation = meter_.report();
     if (assembly_.screws) result_.screws = assembly_.screws->reports();
+    result_.features = features_.features();
     result_.lines = pipeline_->line();
     result_.speed = pipeline_->speed_stats();
     result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;
@@ -281,6 +288,7 @@ class Simulation {
   Cycle cycle_;
   LimitJudge judge_;
   DeviationMeter meter_;
+  FeatureMeter features_;
   LimitClock clock_;
   std::optional<Pipeline> pipeline_;
   MotionBlock block_;

@@ -247,14 +247,27 @@ Exit show_status(const Options& options) {
 }
 
 Json json_of(const motion_t& motion) {
-  return {{"time_us", motion.time_us},
-          {"period", motion.period},
-          {"line", motion.line},
-          {"q_setpoint", motion.q_setpoint},
-          {"q_measured", motion.q_measured},
-          {"word", std::vector<double>(std::begin(motion.word), std::end(motion.word))},
-          {"speed_mm_s", motion.speed_mm_s},
-          {"override_now", motion.override_now}};
+  return {
+      {"time_us", motion.time_us},
+      {"period", motion.period},
+      {"line", motion.line},
+      {"q_setpoint", motion.q_setpoint},
+      {"q_measured", motion.q_measured},
+      {"word", std::vector<double>(std::begin(motion.word), std::end(motion.word))},
+      {"speed_mm_s", motion.speed_mm_s},
+      {"override_now", motion.override_now},
+      {"tool_load_known", motion.tool_load_known != 0},
+      {"tool_load_alarm", motion.tool_load_alarm != 0},
+      {"tool_force_N", std::vector<double>(std::begin(motion.tool_force_N), std::end(motion.tool_force_N))},
+      {"tool_deflection_mm",
+       std::vector<double>(std::begin(motion.tool_deflection_mm), std::end(motion.tool_deflection_mm))}};
+}
+
+std::string tool_load_text(const motion_t& motion) {
+  if (motion.tool_load_alarm) return "  the tool's load is unknown: the model no longer fits";
+  if (!motion.tool_load_known) return "";
+  return fmt::format("  tool {:.2f} {:.2f} N, bent {:.4f} {:.4f} mm", motion.tool_force_N[0],
+                     motion.tool_force_N[1], motion.tool_deflection_mm[0], motion.tool_deflection_mm[1]);
 }
 
 void print_motion(const Machine& machine, const motion_t& motion) {
@@ -264,8 +277,8 @@ void print_motion(const Machine& machine, const motion_t& motion) {
     joints +=
         fmt::format(" {}{:.4f}", machine.joints[i].name, (rotary ? kDegPerRad : 1) * motion.q_measured[i]);
   }
-  fmt::print("{:10} line {:6} {:9.3f} mm/s {:4.0f} % {}\n", motion.period, motion.line, motion.speed_mm_s,
-             100 * motion.override_now, joints);
+  fmt::print("{:10} line {:6} {:9.3f} mm/s {:4.0f} % {}{}\n", motion.period, motion.line, motion.speed_mm_s,
+             100 * motion.override_now, joints, tool_load_text(motion));
 }
 
 Exit monitor(const Options& options) {

@@ -60,7 +60,8 @@ void run_machine(const DaemonOptions& options) {
                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get());
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
-    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map);
+    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
+                                           *assembly.corrections.setpoint);
   if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),

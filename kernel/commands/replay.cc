@@ -27,7 +27,7 @@ Exit replay_session(const ReplayOptions& options) {
   ToolTable tools = tool_file.empty() ? ToolTable() : ToolTable::load(tool_file);
   Parameters parameters;
   if (!options.vars.empty()) load_parameters(options.vars, parameters);
-  TraceWriter trace(options.trace, assembly.machine, *assembly.map);
+  TraceWriter trace(options.trace, assembly.machine, *assembly.map, *assembly.corrections.setpoint);
   const ReplayResult result = replay(session, assembly, parameters, tools, trace);
   trace.close();
   fmt::print("{} entries, {} periods, {} starvations, fault {}: {}\n", session.entries.size(), result.periods,

@@ -120,8 +120,8 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   std::optional<TraceWriter> trace;
   std::optional<PathExport> path;
   if (!options.trace.empty())
-    trace.emplace(options.trace, assembly.machine, *assembly.map,
-                  options.trace_corrections ? assembly.corrections.setpoint.get() : nullptr);
+    trace.emplace(options.trace, assembly.machine, *assembly.map, *assembly.corrections.setpoint,
+                  options.trace_corrections);
   if (!options.path.empty() || !options.stretches.empty())
     path.emplace(options.path, options.stretches, assembly);
   std::unique_ptr<SessionLog> log;

@@ -78,6 +78,13 @@ trunnion::motion_t make_motion(const CycleReport& report) {
   std::copy(report.y.begin(), report.y.end(), motion.word);
   motion.speed_mm_s = report.speed_mm_s;
   motion.override_now = report.override_now;
+  const ToolLoadReport& load = report.tool_load;
+  motion.tool_load_known = load.known;
+  motion.tool_load_alarm = load.alarm;
+  for (int i = 0; i < 2; ++i) {
+    motion.tool_force_N[i] = load.force_N[i];
+    motion.tool_deflection_mm[i] = load.deflection_mm[i];
+  }
   return motion;
 }
 
