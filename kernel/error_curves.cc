@@ -9,7 +9,7 @@ namespace trn {
 
 namespace {
 
-constexpr double kLeft = 70, kWidth = 540, kHeight = 180, kEach = 230;
+constexpr double kLeft = 70, kWidth = 600, kHeight = 180, kEach = 230;
 constexpr const char* kForward = "#c0392b";
 constexpr const char* kBackward = "#1f6fb2";
 constexpr const char* kAfter = "#27ae60";
@@ -67,7 +67,7 @@ std::string diagram(const ErrorCurve& c, double top) {
                                               error_amplitude(*c.measured), error_amplitude(*c.after), c.unit)
                                 : "";
   std::string out = fmt::format(
-      "<text x='{}' y='{}' font-size='12'>{}: slope {:.6g} +- {:.1g}, backlash {:.4g} {}{}</text>\n", kLeft,
+      "<text x='{}' y='{}' font-size='11'>{}: slope {:.6g} +- {:.1g}, backlash {:.4g} {}{}</text>\n", kLeft,
       top + 12, c.joint, c.fit.slope, c.fit.slope_deviation, c.fit.backlash, c.unit, after);
   out += fmt::format("<line x1='{}' y1='{:.1f}' x2='{}' y2='{:.1f}' stroke='#999'/>\n", kLeft, f.y(0),
                      kLeft + kWidth, f.y(0));
@@ -85,8 +85,8 @@ std::string diagram(const ErrorCurve& c, double top) {
 std::string error_curves(const std::vector<ErrorCurve>& curves) {
   const double height = 40 + kEach * static_cast<double>(curves.size());
   std::string out = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 640 {0:g}' font-family='sans-serif'>\n"
-      "<rect width='640' height='{0:g}' fill='white'/>\n"
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 720 {0:g}' font-family='sans-serif'>\n"
+      "<rect width='720' height='{0:g}' fill='white'/>\n"
       "<text x='10' y='20' font-size='14'>Error of the axis, actual less commanded: <tspan fill='{1}'>forward"
       "</tspan>, <tspan fill='{2}'>backward</tspan>, <tspan fill='{3}'>corrected</tspan></text>\n",
       height, kForward, kBackward, kAfter);

@@ -32,7 +32,7 @@ std::string screws(bool sensors, const char* on_dropout) {
   return out;
 }
 
-/// Long strokes of X, Y and Z, about 13 s a pass, and the published lines N73 to N75 in every pass.
+/// Long strokes of X, Y and Z, about 29 s a pass, and the published lines N73 to N75 in every pass.
 std::string machining(int passes) {
   return fmt::format(
       "G21 G17 G40 G49 G80 G90 G94\nT1 M6\n#1=0\no100 while [#1 LT {}]\n"  // 1 to 4
@@ -164,10 +164,19 @@ Outcome machine_for(int passes, const std::string& config, const Truth& truth) {
 }
 
 /// An hour in the long form.
-int passes() { return std::getenv("TRN_LONG") ? 190 : 4; }
+int passes() { return std::getenv("TRN_LONG") ? 125 : 4; }
 
 std::string head_with(const std::string& text) {
   return written("warm_head.toml", text_of(config_of("head")) + text);
+}
+
+/// What is left is how the profiles fade in, some nanometres; after minutes that is not yet small beside the
+/// error.
+void judge_indirect(const Outcome& out) {
+  EXPECT_LT(out.left.indirect_um, 0.03);
+  if (std::getenv("TRN_LONG")) {
+    EXPECT_LT(out.left.indirect_um, 0.1 * out.before.indirect_um);
+  }
 }
 
 TEST(ScrewWarmUp, ModelOnly) {
@@ -178,12 +187,13 @@ TEST(ScrewWarmUp, ModelOnly) {
   EXPECT_NEAR(two.before.indirect_um, plain.left.indirect_um, 0.02 * plain.left.indirect_um);
   const Outcome out = machine_for(passes(), head_with(screws(false, "model")), {});
   EXPECT_LT(out.left.direct_um, 0.1 * out.before.direct_um);
-  EXPECT_LT(out.left.indirect_um, 0.1 * out.before.indirect_um);
+  judge_indirect(out);
 }
 
 TEST(ScrewWarmUp, WithSensors) {
   const Outcome out = machine_for(passes(), head_with(screws(true, "model")), {1.3, 1.1});
-  EXPECT_LT(out.left.direct_um, 0.25 * out.before.direct_um);  // the model alone would miss 23 %
+  EXPECT_LT(out.left.direct_um, 0.1 * out.before.direct_um);  // the model alone would miss 23 %
+  judge_indirect(out);
   EXPECT_EQ(out.warning, "");
 }
 
@@ -203,6 +213,27 @@ TEST(ScrewWarmUp, SensorsThatFail) {
       EXPECT_LT(out->left.direct_um, 0.5 * out->before.direct_um);
     }
   }
+}
+
+// The screws of the simulated machine, as the shipped config has them: three mountings, sensors with 0.1 K, a
+// model.
+TEST(ScrewWarmUp, TheSimulatedMachineTellsWhatItsScrewsDid) {
+  Assembly assembly = assemble(config_of("head_screws"));
+  SimulationOptions options;
+  options.program = written("machining.ngc", machining(4));
+  Parameters parameters;
+  ToolTable tools = ToolTable::parse("T1 P1 Z+100 D6\n", "t.tbl");
+  const SimulationResult result = simulate(assembly, parameters, tools, options);
+  EXPECT_TRUE(result.within_limits);
+  ASSERT_EQ(result.screws.size(), 3u);
+  for (const SimulatedScrews::Report& screw : result.screws) {
+    std::printf("joint %d: %.2f K, %.3f um without, %.3f um left\n", screw.joint, screw.rise_K,
+                1000 * screw.worst.without, 1000 * screw.worst.left);
+    EXPECT_GT(screw.rise_K, 0.1);
+    EXPECT_LT(screw.worst.left, screw.joint == 0 ? 0.5 * screw.worst.without : 0.001);
+  }
+  EXPECT_GT(result.screws[0].worst.without, 0.003);  // the free end; the others hold what they can
+  EXPECT_EQ(result.corrections.back().warning, "");
 }
 
 }  // namespace
