@@ -6,7 +6,7 @@
 namespace trn {
 
 namespace {
-constexpr double kGearGain_s = 20;      // 1/s
+constexpr double kGearGain_s = 40;      // 1/s
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 

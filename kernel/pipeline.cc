@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/units.h"
 #include "kinematics/platform_kinematics.h"
 
@@ -45,19 +47,46 @@ ProgramConfig for_mdi(ProgramConfig config, bool mdi) {
 }  // namespace
 
 struct Pipeline::MoveTee : MoveSink {
-  MoveTee(MoveSink& next_in, double tolerance_max, std::function<void(const ProgramMove&)> seen_in)
-      : next(next_in), tolerance_mm_max(tolerance_max), seen(std::move(seen_in)) {}
+  MoveTee(MoveSink& next_in, const Assembly& assembly_in, std::function<void(const ProgramMove&)> seen_in)
+      : next(next_in),
+        assembly(assembly_in),
+        tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
+        seen(std::move(seen_in)) {}
   void move(const ProgramMove& m) override {
     if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
       throw ProgramError(
           fmt::format("line {}: the path tolerance of {:g} mm is larger than the machine's "
                       "tolerance_mm_max of {:g} mm; give G64 a smaller P",
                       m.source.line, m.tolerance_mm, tolerance_mm_max));
+    if (geared) check_thread(m);
     if (seen) seen(m);
     next.move(m);
   }
-  void event(const QueueEvent& event, SourceLine source) override { next.event(event, source); }
+  void event(const QueueEvent& event, SourceLine source) override {
+    if (event.kind == QueueEvent::Kind::kGearStart) geared = true;
+    if (event.kind == QueueEvent::Kind::kGearEnd) geared = false;
+    next.event(event, source);
+  }
+  // A joint that cannot follow the spindle would make another pitch.
+  void check_thread(const ProgramMove& m) const {
+    JointVec from, to;
+    const double time_s = (m.to - m.from).head<3>().norm() / m.feed.tip_mm_s;
+    if (time_s <= 0 || assembly.map->map(m.from, m.context, from) != KinStatus::kOk ||
+        assembly.map->map(m.to, m.context, to) != KinStatus::kOk)
+      return;
+    for (std::size_t i = 0; i < assembly.plan_joints.size(); ++i) {
+      const Joint& joint = assembly.plan_joints[i];
+      const auto k = static_cast<Eigen::Index>(i);
+      const double share = std::abs(to[k] - from[k]) / time_s / joint.limit.velocity;
+      if (share <= 1) continue;
+      throw ProgramError(fmt::format(
+          "line {}: joint {} is too slow for this thread at this speed; {:.0f} % of S is possible",
+          m.source.line, joint.name, std::floor(100 / share)));
+    }
+  }
   MoveSink& next;
+  const Assembly& assembly;
+  bool geared = false;
   double tolerance_mm_max;
   std::function<void(const ProgramMove&)> seen;
 };
@@ -98,8 +127,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceTee>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
-      moves_(
-          std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),
+      moves_(std::make_unique<MoveTee>(geometry_, assembly, std::move(observers.move))),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.corrections_off),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,

@@ -83,7 +83,6 @@ void Executor::cycle(const Block& b, int motion) {
     fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', repeats, name, "a whole number of repeats from 1");
   cycle_words(b, motion);
   check_cycle_spindle(motion, column);
-
   const CycleAxes axes = cycle_axes(s_.modal.plane);
   const char first_word = kWordLetters[axes.first], second_word = kWordLetters[axes.second];
   const bool incremental = s_.modal.incremental;
@@ -101,7 +100,12 @@ void Executor::cycle(const Block& b, int motion) {
     hole.r += s_.cycle.initial;
     hole.bottom += hole.r;
     hole.middle += hole.bottom;
-  } else {
+  }
+  if (b.has_polar()) {
+    const AxisValues to = target(b);
+    hole.first = to[axes.first];
+    hole.second = to[axes.second];
+  } else if (!incremental) {
     hole.first = b.get(first_word, hole.first);
     hole.second = b.get(second_word, hole.second);
   }

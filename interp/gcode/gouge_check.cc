@@ -73,16 +73,23 @@ void GougeCheck::add_level() {
 }
 
 bool GougeCheck::closes(const Move& move) const {
-  const PlaneBox spot(move.contour.to - PlaneBox::VectorType::Constant(kClosed),
-                      move.contour.to + PlaneBox::VectorType::Constant(kClosed));
-  bool found = (move.contour.from - move.contour.to).norm() <= kClosed;
-  if (levels_.empty()) return found;
-  near(spot, levels_.size() - 1, 0, levels_.back().size(),
-       [&](std::size_t i) { found |= (moves_[i].contour.from - move.contour.to).norm() <= kClosed; });
-  return found;
+  return (move.contour.from - move.contour.to).norm() <= kClosed;
 }
 
-std::uint32_t GougeCheck::add(const Move& move) {
+std::uint32_t GougeCheck::add(const Move& given) {
+  Move move = given;
+  bool closed = closes(move);
+  std::size_t first = closed ? moves_.size() : 0;  // of the contour
+  const auto nearly = PlaneBox::VectorType::Constant(kClosed);
+  if (!levels_.empty())
+    near(PlaneBox(move.contour.to - nearly, move.contour.to + nearly), levels_.size() - 1, 0,
+         levels_.back().size(), [&](std::size_t i) {
+           if ((moves_[i].contour.from - move.contour.to).norm() > kClosed) return;
+           closed = true;
+           first = std::max(first, i);
+         });
+  // The way into a closed contour and the way out of it, the last corner included, are not part of it.
+  if (closed) move.corner.reset();
   PlaneBox box = box_of(move);
   const auto reach = PlaneBox::VectorType::Constant(radius_);
   box = PlaneBox(box.min() - reach, box.max() + reach);
@@ -90,10 +97,10 @@ std::uint32_t GougeCheck::add(const Move& move) {
   const std::size_t neighbour = moves_.size() - 1;  // was joined at the corner
   if (!levels_.empty())
     near(box, levels_.size() - 1, 0, levels_.back().size(), [&](std::size_t i) {
-      if (other == 0 && i != neighbour && gouges(move, moves_[i], radius_ * (1 - kTouch)))
+      if (other == 0 && i != neighbour && i >= first && gouges(move, moves_[i], radius_ * (1 - kTouch)))
         other = moves_[i].line;
     });
-  if (closes(move))
+  if (closed)
     begin(radius_);
   else
     keep(move);

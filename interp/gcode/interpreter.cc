@@ -22,6 +22,12 @@ std::string offending(const std::string& line, std::uint32_t column) {
   return text;
 }
 
+// G7: every X word of the block is a diameter.
+void halve_diameter(bool diameter, Block& block) {
+  const int code = block.any_g ? block.code(GGroup::kDiameter) : -1;
+  if (block.has('X') && (code >= 0 ? code == 70 : diameter)) block.value['X' - 'A'] /= 2;
+}
+
 }  // namespace
 
 Interpreter::Interpreter(const InterpreterParts& parts)
@@ -133,6 +139,7 @@ void Interpreter::assign(const ParsedBlock& parsed) {
 void Interpreter::run_block(const ParsedBlock& parsed) {
   executor_.at_line(flow_.line());
   evaluate_block(parsed, evaluator_, table_, block_);
+  halve_diameter(executor_.settings().modal.diameter, block_);
   block_.line = flow_.line();
   if (!parsed.assignments.empty()) assign(parsed);
   const int sub = block_.code(MGroup::kSub);

@@ -12,6 +12,7 @@ namespace trn {
 namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
+constexpr double kGearReserve = 1.1;  // a thread is planned for a spindle that much faster than told
 constexpr double kSplineChord_mm = 0.002;
 constexpr double kTipAtRest = 1e-9;  // mm; F then means the rotary words
 
@@ -78,7 +79,9 @@ void Lowering::limit_feed(double inverse_per_min, double path_units) {
     limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
     return;
   }
-  const double per_min = geared_ ? per_turn_ * speed_rpm_ : per_revolution_ ? feed_ * speed_rpm_ : feed_;
+  const double per_min = geared_           ? kGearReserve * per_turn_ * speed_rpm_
+                         : per_revolution_ ? feed_ * speed_rpm_
+                                           : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
 }
@@ -203,7 +206,7 @@ void Lowering::wait_input(const canon::WaitInput& wait) {
   event(QueueEvent::Kind::kWaitInput, wait.timeout_s, argument.packed());
 }
 
-// The plan is made for the programmed speed; in the tick its time follows the spindle.
+// In the tick the plan's time follows the spindle; it always has some way up, for that may turn faster.
 void Lowering::close_gear(const canon::StartFeedSync& gear) {
   if (!config_.spindle_encoder)
     fail(GcodeErrorCode::kNotSupported, 1, "G33",
@@ -213,7 +216,7 @@ void Lowering::close_gear(const canon::StartFeedSync& gear) {
   per_turn_ = gear.per_rev;
   if (geared_) return;
   geared_ = true;
-  event(QueueEvent::Kind::kGearStart, speed_rpm_ / kSecondsPerMinute,
+  event(QueueEvent::Kind::kGearStart, kGearReserve * speed_rpm_ / kSecondsPerMinute,
         static_cast<std::int32_t>(GearMode::kSpindleLeads));
 }
 

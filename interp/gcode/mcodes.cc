@@ -93,6 +93,7 @@ void Executor::spindle(const Block& b) {
     default:
       break;
   }
+  if (!b.has('R') && !b.has('P') && !b.has('Q')) return;
   if (b.get('R', 0) < 0 || b.get('R', 0) > 360)
     fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', b['R'], "M19", "an angle from 0 to 360 degrees");
   put(canon::OrientSpindle{b.get('R', 0), b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});

@@ -32,8 +32,7 @@ AxisValues Executor::target(const Block& b) const {
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
-    double value = b[letter];
-    if (i == kX && s_.modal.diameter) value /= 2;
+    const double value = b[letter];
     if (s_.modal.incremental)
       to[i] += value;
     else
@@ -137,7 +136,7 @@ void Executor::probe(const Block& b, int motion) {
   if (parts_.asks)
     questions_.push_back(Question::kProbe);
   else
-    probed({1, to, short_of(to)});
+    probed({0, to, short_of(to)});
 }
 
 // Where the stand-alone interpreters let a probe move stop that nobody answers: a hundredth of an inch

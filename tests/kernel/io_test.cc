@@ -185,7 +185,7 @@ TEST(Io, ASpindleThatDoesNotComeToSpeedIsAFault) {
 // On the thread, behind the run-in, the tool is where the spindle's turns say, also where those wave.
 TEST(Io, AThreadFollowsTheSpindle) {
   const IoRun run(
-      machine_with("[io.spindle]\nacceleration_rpm_s = 5000\nload_share = 0.05\nload_hz = 1.5\n"),
+      machine_with("[io.spindle]\nacceleration_rpm_s = 5000\nload_share = 0.02\nload_hz = 1.5\n"),
       "G21 G90 S600 M3\nG0 X10 Z0\nG33 Z-60 K1.5\nG0 X20\nG0 Z0\nX10\nG33 Z-60 K1.5\nG0 X20\nM2\n");
   EXPECT_EQ(run.result.fault, Fault::kOk);
   EXPECT_TRUE(run.result.within_limits);
@@ -201,10 +201,10 @@ TEST(Io, AThreadFollowsTheSpindle) {
   ASSERT_GT(count, 4000U);
   for (const auto& turns : phase) {
     const auto [least, most] = std::minmax_element(turns.begin(), turns.end());
-    EXPECT_LT(*most - *least, 0.004) << "6 um of the pitch";
+    EXPECT_LT(*most - *least, 0.012) << "little more than the spindle turns in a period";
   }
   const double apart = phase[1].front() - phase[0].front();
-  EXPECT_NEAR(apart, std::round(apart), 0.004) << "the second pass meets the groove of the first";
+  EXPECT_NEAR(apart, std::round(apart), 0.012) << "the second pass meets the groove of the first";
 }
 
 TEST(Io, AThreadingCycleRunsThrough) {
@@ -214,6 +214,11 @@ TEST(Io, AThreadingCycleRunsThrough) {
   EXPECT_TRUE(run.result.within_limits);
   EXPECT_NEAR(run.reports.all.back().q_setpoint[0], 10, 1e-9);
   EXPECT_NEAR(run.reports.all.back().q_setpoint[2], -20, 1e-9);
+}
+
+TEST(Io, AThreadThatAJointCannotFollowIsRefused) {
+  const std::string config = machine_with("[io.spindle]\n");
+  EXPECT_THROW(IoRun(config, "S9000 M3\nG33 Z-50 K3\nM2\n"), ProgramError);
 }
 
 TEST(Io, AThreadWithoutATurningSpindleIsAFault) {

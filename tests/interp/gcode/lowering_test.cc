@@ -303,7 +303,7 @@ TEST(Lowering, NurbsInSpaceAreTheirCurve) {
   ASSERT_GT(list.moves.size(), 20U);
   for (const ProgramMove& move : list.moves) {
     EXPECT_NEAR(std::hypot(move.to[0], move.to[1]), 10, 2e-3);
-    EXPECT_EQ(move.to[2], 3);
+    EXPECT_NEAR(move.to[2], 3, 1e-12);
   }
   EXPECT_NEAR(list.moves.back().to[1], 10, 1e-9);
 }
