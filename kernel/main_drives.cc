@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -27,6 +28,7 @@ namespace {
 struct Options {
   std::string machine, faults;
   std::vector<std::string> interfaces;
+  std::vector<int> without;
   int priority = 0;
 };
 
@@ -60,6 +62,10 @@ void serve(Line& line, std::int64_t now_ns) {
   send_all(line, now_ns);
 }
 
+bool is_left_out(const Options& options, int id) {
+  return std::find(options.without.begin(), options.without.end(), id) != options.without.end();
+}
+
 std::vector<Line> make_lines(const Options& options, const Machine& machine) {
   const ConfigTable section = machine.root.table("drives");
   if (section.choice("type", {"loopback", "simulated", "canopen"}) != "canopen")
@@ -72,6 +78,7 @@ std::vector<Line> make_lines(const Options& options, const Machine& machine) {
   std::vector<Line> lines;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::string name = options.interfaces.empty() ? config.buses[i].interface : options.interfaces[i];
+    std::erase_if(nodes[i], [&](const auto& node) { return is_left_out(options, node->id()); });
     for (auto& node : nodes[i]) node->no_answer_delay();
     lines.push_back({std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
     fmt::print("{}: {} drives\n", name, lines.back().nodes.size());
@@ -134,6 +141,7 @@ int main(int argc, char** argv) {
                  "Interfaces, one for each bus of the config, instead of those it names");
   app.add_option("--faults", options.faults,
                  "Script of what goes wrong and when (TOML, [[fault]]: at_s, node, kind, value)");
+  app.add_option("--without", options.without, "Node ids that somebody else plays");
   app.add_option("--priority", options.priority, "SCHED_FIFO priority; 0: none")->check(CLI::Range(0, 98));
   app.footer("Exit codes: 0 ended by a signal, 3 bad config or script, 4 no such interface, 5 usage.");
   try {

@@ -197,6 +197,7 @@ Json json_of(const status_t& status) {
       {"tick_us", {{"p50", status.tick_us_p50}, {"p999", status.tick_us_p999}, {"max", status.tick_us_max}}},
       {"realtime", status.realtime != 0},
       {"warnings", status.warnings},
+      {"bus_health", status.bus_health},
       {"corrections", corrections_json(status)},
       {"joints", joints}};
 }
@@ -231,6 +232,7 @@ void print_status(const status_t& status) {
              status.wake_us_p999, status.wake_us_max);
   fmt::print("duration  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.tick_us_p50,
              status.tick_us_p999, status.tick_us_max);
+  if (!status.bus_health.empty()) fmt::print("bus       {}\n", status.bus_health);
   for (const std::string& warning : status.warnings) fmt::print("WARNING   {}\n", warning);
 }
 

@@ -19,6 +19,7 @@ using trunnion::command_t;
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime = std::chrono::seconds(15);
+constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
 
 bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK; }
@@ -285,6 +286,7 @@ void Director::bring_up(bool reset_faults) {
 void Director::shut_down() {
   if (shutting_down_) return;
   shutting_down_ = true;
+  power_off_by_ = Clock::now() + kPowerOffTime;
   worker_.post([this] {
     parts_.drives.shut_down();
     return Worker::Done([] { spdlog::info("drives are off"); });
@@ -414,9 +416,15 @@ void Director::report(const CycleReport& report) {
   if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
 }
 
+// A drive in fault, or one that is gone, will never report that it is off.
+bool Director::powerless(DriveState drives) const {
+  const bool silent = drives == DriveState::kFault || drives == DriveState::kLost;
+  return drives == DriveState::kOff || (silent && shutting_down_ && Clock::now() > power_off_by_);
+}
+
 void Director::events_from(const CycleReport& report) {
   if (report.drives == DriveState::kEnabled) machine_event(Event::kDrivesReady);
-  if (report.drives == DriveState::kOff) machine_event(Event::kDrivesOff);
+  if (powerless(report.drives)) machine_event(Event::kDrivesOff);
   if (report.motion == MotionState::kPaused) machine_event(Event::kPaused);
   if (report.motion == MotionState::kRest && !drives_at_work(report.drives))
     machine_event(Event::kMotionDone);
@@ -443,6 +451,7 @@ void Director::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  status.bus_health = parts_.drives.health();
   add_corrections(status);
   status.time_us = unix_time_us();
   status.count = ++status_count_;

@@ -84,6 +84,7 @@ class Director {
   void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
                   bool starts_motion);
 
+  bool powerless(DriveState drives) const;
   void events_from(const CycleReport& report);
   void publish_status();
   void publish_motion();
@@ -108,7 +109,7 @@ class Director {
   bool done_ = false;
   std::int64_t status_count_ = 0;
   bool status_due_ = true;
-  Clock::time_point next_status_, next_motion_, closing_until_;
+  Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_;
   CommandDesk desk_;
   Worker worker_;
 };
