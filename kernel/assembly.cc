@@ -2,8 +2,10 @@
 
 #include <algorithm>
 
+#include "hal/modbus/modbus_io.h"
 #include "kernel/path_rate.h"
 #include "kinematics/factory.h"
+#include "sim/modbus/emulated_cabinet.h"
 
 namespace trn {
 
@@ -33,11 +35,23 @@ void add_corrections(Assembly& a) {
     a.screws = std::make_unique<SimulatedScrews>(screws, a.machine.period_s, *a.corrections.sensors);
 }
 
-void add_io(Assembly& a) {
-  const std::optional<ConfigTable> section = a.machine.root.table_if("io");
-  if (!section) return;
-  a.spindle_timeout_s = section->number("spindle_timeout_s", a.spindle_timeout_s, kPositive);
-  a.io = make_io(a.machine, *section, *a.kinematics);
+FieldDevices::Listener feed(SensorBoard& board) {
+  return [&board](const std::string& name, double value) {
+    const auto found = std::find(board.names().begin(), board.names().end(), name);
+    if (found != board.names().end()) board.publish(static_cast<int>(found - board.names().begin()), value);
+  };
+}
+
+// Real devices answer in the daemon; in `run` simulated ones stand in their place.
+void add_io(Assembly& a, Field field) {
+  const ModbusIoConfig modbus = read_modbus_io(a.machine.root);
+  read_emulated_values(a.machine.root, modbus.devices);  // knows the keys of the emulation
+  if (const auto section = a.machine.root.table_if("io")) {
+    a.spindle_timeout_s = section->number("spindle_timeout_s", a.spindle_timeout_s, kPositive);
+    a.io = make_io(a.machine, *section, *a.kinematics);
+  }
+  if (field == Field::kReal && !modbus.devices.devices.empty())
+    a.io = std::make_unique<ModbusIo>(modbus, feed(*a.corrections.sensors));
 }
 
 }  // namespace
@@ -68,7 +82,7 @@ Assembly assemble(const std::string& config_path, Field field) {
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
   a.drives = make_drives(a.machine, field);
-  add_io(a);
+  add_io(a, field);
   root.finish();
   return a;
 }
@@ -76,7 +90,7 @@ Assembly assemble(const std::string& config_path, Field field) {
 void set_period(Assembly& assembly, double period_s) {
   assembly.machine.period_s = period_s;
   assembly.drives = make_drives(assembly.machine);
-  add_io(assembly);
+  add_io(assembly, Field::kEmulated);
   add_corrections(assembly);
 }
 

@@ -7,8 +7,9 @@
 
 namespace trn {
 
-/// The inputs and outputs that the section [io] of the config asks for: `type` = "simulated". `kinematics`
-/// must outlive them. ConfigError as ConfigTable.
+/// Simulated inputs and outputs after the section [io] of the config: its own keys with `type` = "simulated",
+/// those of [io.emulation] with `type` = "modbus". `kinematics` must outlive them. ConfigError as
+/// ConfigTable.
 std::unique_ptr<MachineIo> make_io(const Machine& machine, const ConfigTable& io,
                                    const Kinematics& kinematics);
 

@@ -1,6 +1,7 @@
 #include "hal/modbus/field_devices.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <chrono>
@@ -73,6 +74,12 @@ void check_budget(const ModbusConfig& config, std::size_t line, const ConfigTabl
 
 }  // namespace
 
+void leave_signals_to_others() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+}
+
 double poll_time_s(const ModbusAddress& address, const ModbusDeviceConfig& device) {
   if (!address.host.empty()) return 0;
   const double characters = 8 + 7 + 2 * kSilence;  // request; answer with one register or byte of bits
@@ -120,6 +127,7 @@ FieldDevices::~FieldDevices() {
 }
 
 void FieldDevices::serve(std::size_t line) {
+  leave_signals_to_others();
   ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
   std::unique_lock lock(mutex_);
   while (!stop_) {

@@ -18,6 +18,9 @@
 
 namespace trn {
 
+/// For threads beside the main one: signals must not end up with them.
+void leave_signals_to_others();
+
 /// One quantity of a device.
 struct ModbusValueConfig {
   std::string name;  ///< "spindle.speed_rpm"

@@ -65,7 +65,8 @@ void run_machine(const DaemonOptions& options) {
   if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
-              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly)});
+              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
+              assembly.io.get()});
   if (assembly.io) assembly.io->shut_down();
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());

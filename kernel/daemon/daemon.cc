@@ -143,7 +143,7 @@ void run_daemon(const DaemonParts& parts) {
     tick.tick();
   });
   Director director({parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs,
-                     thread.statistics(), parts.log, parts.map, parts.chain},
+                     thread.statistics(), parts.log, parts.map, parts.chain, parts.io},
                     collect_warnings(parts.realtime, memory_refused, thread));
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);

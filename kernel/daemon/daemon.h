@@ -31,6 +31,7 @@ struct DaemonParts {
   SensorBoard* sensors = nullptr;  ///< readings that come over LCM go there; null: nobody wants any
   std::vector<std::function<void()>> background = {};      ///< called many times a second outside the tick
   std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
+  const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
 };
 
 /// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this

@@ -226,7 +226,8 @@ void Director::enter_state(MachineState before) {
   if (now == MachineState::kFault) {
     const FaultInfo& fault = fault_info(report_.fault);
     spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
-    const std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
     if (!detail.empty()) {
       spdlog::error("{}", detail);
       view_.message = detail;

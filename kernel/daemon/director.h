@@ -37,6 +37,7 @@ class Director {
     SessionLog* log = nullptr;             ///< hears of every command
     const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
     const SetpointChain* chain = nullptr;
+    const MachineIo* io = nullptr;  ///< null: none; only for the text of its fault
   };
 
   Director(const Parts& parts, std::vector<std::string> warnings);
