@@ -42,9 +42,7 @@ ScrewHeat read_heat(const ConfigTable& table) {
   return heat;
 }
 
-}  // namespace
-
-ScrewConfig read_screw(const Machine& machine, const ConfigTable& table) {
+ScrewConfig read_screw(const Machine& machine, const ConfigTable& table, SensorBoard& board) {
   ScrewConfig screw;
   screw.joint = linear_joint(machine, table);
   screw.fixed_bearing_mm = table.number("fixed_bearing_mm");
@@ -61,8 +59,11 @@ ScrewConfig read_screw(const Machine& machine, const ConfigTable& table) {
       screw.mounting == ScrewMounting::kFixedPreload ? table.number("stretch_mm", Range{0, 1}) : 0;
   screw.alpha_per_K = table.number("alpha_per_K", screw.alpha_per_K, Range{1e-7, 1e-4});
   screw.heat = read_heat(table);
+  screw.sensor = read_sensor(table, high - low, board);
   return screw;
 }
+
+}  // namespace
 
 ScrewCorrectionConfig read_screws(const Machine& machine, const ConfigTable& section, SensorBoard& board) {
   ScrewCorrectionConfig config;
@@ -72,11 +73,10 @@ ScrewCorrectionConfig read_screws(const Machine& machine, const ConfigTable& sec
   config.rate_mm_s = section.number("rate_um_s", 1000 * config.rate_mm_s, Range{0.01, 100}) / 1000;
   for (const ConfigTable& table : section.tables("axis")) {
     const bool rotary = table.choice("encoder", {"rotary", "linear"}, "rotary") == "rotary";
-    ScrewConfig screw = read_screw(machine, table);
-    screw.sensor = read_sensor(table, std::abs(screw.far_bearing_mm - screw.fixed_bearing_mm), board);
+    const ScrewConfig screw = read_screw(machine, table, board);
     for (const ScrewConfig& other : config.screws)
       if (other.joint == screw.joint) throw table.error("joint", "this joint has its screw already");
-    if (rotary) config.screws.push_back(std::move(screw));  // a linear scale does not see the screw
+    if (rotary) config.screws.push_back(screw);  // a linear scale does not see the screw
   }
   return config;
 }

@@ -77,7 +77,6 @@ enum class GcodeErrorCode : std::uint8_t {
   kNotSeekable,
   kFromLine,
   kAbort,
-  kPolar,
   kCount
 };
 

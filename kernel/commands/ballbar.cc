@@ -51,7 +51,9 @@ ActualChain known_chain(const Machine& machine) {
 
 Assembly without_geometry(const std::string& path) {
   Assembly assembly = assemble(path);
-  assembly.corrections.planned_off |= kGeometricBit;
+  assembly.map =
+      std::make_unique<MachineJointMap>(*assembly.kinematics, nullptr, assembly.corrections.joint.get());
+  assembly.corrections.pose.reset();
   return assembly;
 }
 

@@ -37,8 +37,7 @@ class GeometryPlanner : public MoveSink {
   Compressor compressor_;
   std::optional<Words> end_;  ///< of the last move, in the frame of context_
   MapContext context_;
-  OutputChanges outputs_;  ///< of moves that vanished
-  bool at_rest_ = true;    ///< no move since the last event
+  bool at_rest_ = true;  ///< no move since the last event
 };
 
 }  // namespace trn
