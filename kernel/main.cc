@@ -28,6 +28,7 @@ int main(int argc, char** argv) {
   trn::add_ballbar(app, exit);
   trn::add_joint_table(app, exit);
   trn::add_clients(app, exit);
+  trn::add_sensor(app, exit);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);
   trn::add_replay(app, exit);

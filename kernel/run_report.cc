@@ -35,6 +35,23 @@ std::string correction_line(const CorrectionSummary& c) {
   return out + "\n";
 }
 
+std::string screw_line(const SimulatedScrews::Report& s, const Machine& machine) {
+  return fmt::format(
+      "  screw {:<17} {:.1f} K warm: nut off by up to {:.2f} um without correction, {:.2f} um left\n",
+      machine.joints[static_cast<std::size_t>(s.joint)].name, s.rise_K, 1000 * s.worst.without,
+      1000 * s.worst.left);
+}
+
+nlohmann::json screws_json(const SimulationResult& r, const Machine& machine) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const SimulatedScrews::Report& s : r.screws)
+    out.push_back({{"joint", machine.joints[static_cast<std::size_t>(s.joint)].name},
+                   {"rise_K", s.rise_K},
+                   {"error_without_mm", s.worst.without},
+                   {"error_left_mm", s.worst.left}});
+  return out;
+}
+
 nlohmann::json corrections_json(const SimulationResult& r) {
   nlohmann::json out = nlohmann::json::array();
   for (const CorrectionSummary& c : r.corrections)
@@ -115,6 +132,7 @@ std::string run_summary(const SimulationResult& r, const Machine& machine, const
   }
   out += fmt::format("  no joint at a limit {:.1f} % of the time\n", percent(r.free_s, r.cycle_time_s));
   for (const CorrectionSummary& c : r.corrections) out += correction_line(c);
+  for (const SimulatedScrews::Report& s : r.screws) out += screw_line(s, machine);
   out += features_text(r.features);
   out += r.within_limits ? "  every joint within its limits\n" : "  A JOINT LEFT ITS LIMITS\n";
   return out;
@@ -153,6 +171,7 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
                               {"path_mm", r.path_mm},
                               {"joints", joints},
                               {"corrections", corrections_json(r)},
+                              {"screws", screws_json(r, machine)},
                               {"features", features_json(r.features)},
                               {"within_limits", r.within_limits},
                               {"free_of_limits_s", r.free_s},

@@ -10,7 +10,9 @@
 #include "kernel/check/limit_judge.h"
 #include "kernel/cycle.h"
 #include "kernel/micromill/feature_meter.h"
+#include "kernel/operator_script.h"
 #include "kernel/pipeline.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 
@@ -18,6 +20,9 @@ struct SimulationOptions {
   std::string program;                      ///< file; or the name that stands for `program_text`
   std::optional<std::string> program_text;  ///< the program itself
   std::uint32_t from_line = 0;              ///< as ProgramStart::from_line
+  std::vector<OperatorAction> script;       ///< in order of time
+  bool single_block = false;                ///< stands at the end of every line, and goes on at once
+  SessionLog* log = nullptr;
   ReportSink* trace = nullptr;
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
@@ -50,9 +55,10 @@ struct SimulationResult {
   bool within_limits = false;
   DeviationReport deviation;
   SpeedStats speed;
-  double planning_s = 0;                       ///< processor time of interpreter and planner
-  std::vector<CorrectionSummary> corrections;  ///< in the order of the chain
-  std::vector<FeatureDeflection> features;     ///< empty unless the machine estimates the tool's load
+  double planning_s = 0;                        ///< processor time of interpreter and planner
+  std::vector<CorrectionSummary> corrections;   ///< in the order of the chain
+  std::vector<SimulatedScrews::Report> screws;  ///< how warm they became, and what that did
+  std::vector<FeatureDeflection> features;      ///< empty unless the machine estimates the tool's load
   Fault fault = Fault::kOk;
   int fault_joint = -1;
 };

@@ -52,6 +52,11 @@ trunnion::status_t make_status(const Machine& machine, const DaemonView& view, c
   status.program = view.program;
   status.line = static_cast<std::int32_t>(report.line);
   status.override_wanted = view.override_wanted;
+  status.rapid_override = view.rapid_override;
+  status.spindle_override = view.spindle_override;
+  status.adaptive_feed = view.adaptive_feed;
+  status.spindle_rpm = report.spindle_rpm;
+  status.single_block = report.single_block;
   status.override_now = report.override_now;
   status.period_s = machine.period_s;
   status.starvations = report.starvations;
