@@ -103,7 +103,7 @@ class Scenario {
   /// Plan time of the place where the tick is.
   double plan_time() const {
     const std::uint32_t number = queue_.number_ahead(0);
-    if (number == 0) return motion_.length_s();
+    if (number == 0) return motion_.begin_s(static_cast<std::uint32_t>(pushed_) + 1);
     const PlanPlace place = cycle_.interpolator().place();
     const MotionBlock& block = motion_.blocks()[number - 1];
     double t = motion_.begin_s(number) + place.time_s;
@@ -140,6 +140,7 @@ class Scenario {
     if (--planner_sleeps_ < 0) fill();
     const bool was_paused = cycle_.last_report().motion == MotionState::kPaused;
     if (was_paused && chance(0.05)) post(Kind::kResume, 0);
+    queue_.look();
     const double t0 = plan_time();
     cycle_.tick();
     ++tally.periods;
