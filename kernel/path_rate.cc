@@ -18,10 +18,21 @@ constexpr double kGentleLanding = 0.3;  // of the greatest u: below, pushing on 
 constexpr double kClimbFrom = 0.98;     // from this rate a push towards more than 1 must last so
 constexpr int kPushPeriods = 8;         // many periods, or the rate would tremble where there is no room
 constexpr double kStopReserve = 2;      // plan time of a stop over the time of a joint's shortest stop
-constexpr double kNearS = 1e-12;
+constexpr double kNearS = 1e-12, kNear = 1e-9;
 constexpr double kFarPeriods = 20;  // before the last one to stop: look again in the next period
-constexpr double kRest = 1e-9;      // a rate that counts as 0
+constexpr double kRest = 1e-9;      // of the rate: no difference
 constexpr double kAimS = 1e-8;      // of plan time, before the place of a stop
+
+// How long u < 0 may go on until `ease` is what brings rate and slope to 0 together: (w + u t)^2 =
+// 2 ease (r + w t + u t^2 / 2). So the end of a stop does not hang on where a walk's steps begin.
+double time_to_ease(double r, double w, double u, double ease) {
+  const double never = std::numeric_limits<double>::infinity();
+  if (u >= 0 || ease <= 0) return never;
+  const double p = w / u, q = (w * w - 2 * ease * r) / (u * (u - ease)), root = p * p - q;
+  if (root < 0) return never;
+  const double t = -p + std::sqrt(root);
+  return t > 0 ? t : never;
+}
 
 double range_margin(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
 
@@ -48,42 +59,78 @@ double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double t
   target_ = target;
   begin_period();
   missed_stop_ = false;
-  stopping_ = stopping_ && stop_in_s < kNoStop && next_ < way_.count;
-  if (stopping_) return follow(period_s_);
-  const bool arrived = slope_ == 0 && rate_ == target_ && rate_ <= 1;
-  if (!arrived) choose(queue, place);
-  return stop_in_s < stop_horizon_s() ? step_towards(queue, place, stop_in_s) : follow(period_s_);
+  const bool near = stop_in_s <= stop_horizon_s(), another = stop_in_s > stop_in_s_;
+  stop_in_s_ = stop_in_s;
+  if (!near || another || standing()) cap_ = kNoCap;
+  if (near) return step_towards(queue, place, stop_in_s);
+  stopping_ = false;
+  choose(queue, place);
+  return follow(period_s_);
 }
 
-// Goes on as chosen if a stop behind that still comes in time. If not, goes on for the part of the period
-// behind which the stop comes just in time.
-double PathRate::step_towards(const MotionQueue& queue, PlanPlace place, double stop_in_s) TRN_RT {
-  double longest = 0, travel = stop_after(queue, place, 0);
-  least_stop_s_ = travel;
+// Goes on as asked for if a stop behind that still comes in time. If not, follows the stop that was found
+// last; where that ends much too soon, as no stop was found from farther on at this rate, it goes on again as
+// soon as one is found at a lower rate.
+double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT {
+  stopping_ = stopping_ && next_ < way_.count;
+  const bool committed =
+      stopping_ && stop_in_s - stop_left_s_ <= kFarPeriods * std::max(rate_, 0.1) * period_s_;
+  if (committed) return follow_stop(period_s_);
+  if (stopping_) cap_ = rate_;
+  target_ = std::min(target_, cap_);
+  if (stopping_) {
+    before_ = way_;
+    before_next_ = next_;
+    before_spent_s_ = spent_s_;
+  }
+  const double now = stopping_ ? stop_left_s_ : stop_after(queue, place, 0);
+  choose(queue, place);
   const double whole = stop_after(queue, place, period_s_);
-  if (whole >= 0 && whole <= stop_in_s) return follow(period_s_);
-  const bool far = travel >= 0 && stop_in_s - travel > kFarPeriods * rate_ * period_s_;
-  if (whole < 0 && far) return follow(period_s_);
-  missed_stop_ = travel < 0 || travel > stop_in_s;
+  if (whole >= 0 && whole <= stop_in_s) {
+    stopping_ = false;
+    return follow(period_s_);
+  }
+  if (stopping_) {
+    way_ = before_;
+    next_ = before_next_;
+    spent_s_ = before_spent_s_;
+    return follow_stop(period_s_);
+  }
+  least_stop_s_ = now;
+  missed_stop_ = now < 0 || now > stop_in_s;
   if (missed_stop_) return follow(period_s_);
-  double low = travel, high = whole >= 0 ? whole : travel + 2 * rate_ * period_s_, shortest = period_s_;
+  const double longest = whole < 0 ? 0 : time_to_stop(queue, place, {now, whole}, stop_in_s);
+  const double gone = longest > 0 ? follow(longest) : 0;
+  PlanWalk walk(limits_, queue, place, rate_, slope_);
+  walk.skip(gone);
+  stop_left_s_ = find_stop(walk) - gone;
+  adopt();
+  stopping_ = true;
+  return gone + follow_stop(period_s_ - longest);
+}
+
+double PathRate::follow_stop(double duration_s) TRN_RT {
+  const double gone = follow(duration_s);
+  stop_left_s_ -= gone;
+  return gone;
+}
+
+// The longest part of the period that may go on as chosen, so that a stop behind it comes in time; `travel`:
+// plan time to rest with none and with the whole of it.
+double PathRate::time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
+                              double stop_in_s) TRN_RT {
+  double longest = 0, shortest = period_s_, low = travel[0], high = travel[1];
   for (int i = 0; i < kAims && stop_in_s - low > kAimS; ++i) {
     // Chord and middle in turn: what a push gives grows with its time, from rest with the third power.
     const double chord = (stop_in_s - low) / (high - low);
     const double part = i % 2 == 1 ? 0.5 : std::clamp(rate_ > 0 ? chord : std::cbrt(chord), 0.02, 0.98);
     const double duration_s = longest + part * (shortest - longest);
-    travel = stop_after(queue, place, duration_s);
-    const bool in_time = travel >= 0 && travel <= stop_in_s;
+    const double at = stop_after(queue, place, duration_s);
+    const bool in_time = at >= 0 && at <= stop_in_s;
     (in_time ? longest : shortest) = duration_s;
-    if (travel >= 0) (in_time ? low : high) = travel;
+    if (at >= 0) (in_time ? low : high) = at;
   }
-  const double gone = longest > 0 ? follow(longest) : 0;
-  PlanWalk walk(limits_, queue, place, rate_, slope_);
-  walk.skip(gone);
-  find_stop(walk);
-  adopt();
-  stopping_ = true;
-  return gone + follow(period_s_ - longest);
+  return longest;
 }
 
 // Plan time from here to rest, if the chosen way is followed for this long and then a stop; negative: none is
@@ -113,7 +160,7 @@ double PathRate::find_stop(PlanWalk walk) TRN_RT {
     if (trial_.count == PlanWalk::kStepsMax || !bounds.legal) return -1;
     const double u = brake(walk, bounds, 0);
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
-    const double gone = walk.step(u, to_turn);
+    const double gone = walk.step(u, std::min(to_turn, time_to_ease(r, w, u, kEarlyTurn * bounds.u_max)));
     if (gone < 0) return -1;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
     if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
@@ -138,6 +185,8 @@ void PathRate::return_to(const Moment& m) TRN_RT {
 }
 
 void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
+  const bool arrived = slope_ == 0 && std::abs(rate_ - target_) <= kRest && rate_ <= 1 + kRest;
+  if (arrived) return;
   const PlanWalk walk(limits_, queue, place, rate_, slope_);
   if (walk.ended()) return;
   const double distance = target_ - rate_;
@@ -218,7 +267,7 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
       turned = true;
     }
     trial_.end_rate = std::min(r, 1.0);
-    if (walk.ended() || (w == 0 && r <= 1)) return true;
+    if (walk.ended() || (w == 0 && r <= 1 + kRest)) return true;
     if (trial_.count == PlanWalk::kStepsMax) return false;
     const RateBounds bounds = walk.bounds();
     if (!bounds.legal) return false;
@@ -229,7 +278,9 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
       trial_.turn_rate = std::min(trial_.turn_rate, r - w * w / (2 * u));
       return false;
     }
-    const double gone = walk.step(u, to_turn);
+    const double to_ease = turned ? time_to_ease(r - 1, w, u, kEarlyTurn * bounds.u_max)
+                                  : std::numeric_limits<double>::infinity();
+    const double gone = walk.step(u, std::min(to_turn, to_ease));
     if (gone < 0) return false;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
     if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
@@ -240,7 +291,7 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
 // Down to a rate as fast as it goes, and in time off the brake.
 double PathRate::brake(const PlanWalk& walk, const RateBounds& bounds, double to) const TRN_RT {
   const double above = walk.rate() - to, w = walk.slope(), margin = range_margin(bounds, kWayMargin);
-  if (w < 0 && w * w >= 2 * above * kEarlyTurn * bounds.u_max) {
+  if (w < 0 && w * w >= 2 * above * kEarlyTurn * bounds.u_max * (1 - kNear)) {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
     return std::min(bounds.u_max - margin, exact);
   }

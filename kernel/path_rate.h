@@ -72,7 +72,10 @@ class PathRate {
   };
 
   void choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT;
-  double step_towards(const MotionQueue& queue, PlanPlace place, double stop_in_s) TRN_RT;
+  double step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT;
+  double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
+                      double stop_in_s) TRN_RT;
+  double follow_stop(double duration_s) TRN_RT;
   double find_stop(PlanWalk walk) TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;
@@ -94,6 +97,12 @@ class PathRate {
   bool stopping_ = false;  ///< way_ leads to a stop at a given place
   bool missed_stop_ = false;
   double least_stop_s_ = 0;
+  static constexpr double kNoCap = 2;
+  double stop_in_s_ = kNoStop, stop_left_s_ = 0;  ///< wanted; of the way that is followed
+  double cap_ = kNoCap;                           ///< of the rate, while a stop is near
+  Way before_;                                    ///< the way to that stop, while another is tried
+  int before_next_ = 0;
+  double before_spent_s_ = 0;
   int next_ = 0;                         ///< step of way_
   double spent_s_ = 0;                   ///< of that step
   double share_ = 1;                     ///< of the fastest push, that is tried first

@@ -96,6 +96,11 @@ RateBounds PlanWalk::bounds() const TRN_RT {
   return out;
 }
 
+// Rapid moves, and moves without feed override, go as planned at most, from their first moment on.
+bool PlanWalk::goes_too_fast() const TRN_RT {
+  return block_ && !ended_ && rate_ > 1 + kRounding && (block_->rapid || !block_->overrides.feed);
+}
+
 double PlanWalk::step(double u, double duration_s) TRN_RT {
   if (!block_) return -1;
   const auto travel = [&](double t) { return t * (rate_ + t * (slope_ / 2 + t * (u / 6))); };
@@ -124,11 +129,9 @@ double PlanWalk::step(double u, double duration_s) TRN_RT {
   const double tolerance = kRounding * (end.u_max - end.u_min) + kRounding;
   if (rate_ < 0 && rate_ > -kRoundingS) rate_ = 0;
   if (!end.legal || rate_ < 0 || u < end.u_min - tolerance || u > end.u_max + tolerance) return -1;
-  const bool at_most_planned = block_->rapid || !block_->overrides.feed;
-  if (slope_ < end.slope_min || slope_ > end.slope_max || (at_most_planned && rate_ > 1 + kRounding))
-    return -1;
+  if (slope_ < end.slope_min || slope_ > end.slope_max || goes_too_fast()) return -1;
   if (leaves) leave_segment();
-  return dt;
+  return goes_too_fast() ? -1 : dt;
 }
 
 bool PlanWalk::run(double u, double duration_s, RateStep* steps, int& count) TRN_RT {

@@ -68,6 +68,7 @@ class PlanWalk {
 
  private:
   void leave_segment() TRN_RT;
+  bool goes_too_fast() const TRN_RT;
 
   const PlanLimits* limits_;
   const MotionQueue* queue_;

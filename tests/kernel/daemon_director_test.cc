@@ -241,6 +241,11 @@ TEST(Director, NonsenseValuesAreRefused) {
   EXPECT_EQ(bench.send(command_t::OVERRIDE, "", std::nan("")).outcome, +acknowledge_t::REFUSED);
   EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 0.5).outcome, +acknowledge_t::ACCEPTED);
   EXPECT_EQ(bench.posted.back().value, 0.5);
+  EXPECT_EQ(bench.send(command_t::RAPID_OVERRIDE, "", 1.5).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::RAPID_OVERRIDE, "", 0.25).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kRapidOverride);
+  EXPECT_EQ(bench.send(command_t::SINGLE_BLOCK, "", 1).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kSingleBlock);
 }
 
 TEST(Director, EndsMotionThenDrivesThenItself) {

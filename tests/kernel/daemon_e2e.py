@@ -255,7 +255,10 @@ class DaemonTest(unittest.TestCase):
             bench.until(lambda s: s["state"] == "holding" and s["override_now"] == 0)
             first, second = bench.motion(2)
             self.assertEqual(first["q_setpoint"], second["q_setpoint"])
-            self.assertEqual(bench.client("start")[0], 5)
+            bench.ask("start")  # cycle start ends a hold too
+            bench.until(lambda s: s["state"] == "running" and s["override_now"] > 0.999)
+            bench.ask("hold")
+            bench.until(lambda s: s["state"] == "holding" and s["override_now"] == 0)
             bench.ask("resume")
             bench.ask("override", "30")
             bench.until(lambda s: s["state"] == "running" and abs(s["override_now"] - 0.3) < 1e-9)
@@ -266,6 +269,29 @@ class DaemonTest(unittest.TestCase):
             bench.ask("start", "--wait")
             self.assertAlmostEqual(bench.motion()[0]["q_setpoint"][0], 0, places=9)
             bench.ask("start", "--wait")
+            self.assertEqual(bench.end(), 0)
+
+    def test_single_block_and_the_other_overrides(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            bench.ask("step", "on")
+            bench.ask("load", bench.write("part.ngc", PROGRAM))
+            bench.ask("start")
+            lines = []
+            for again in ("start", "resume", "start"):
+                lines.append(bench.until(lambda s: s["state"] == "holding" and s["single_block"])["line"])
+                bench.ask(again)
+                bench.until(lambda s: s["line"] > lines[-1])
+            self.assertEqual(lines, [2, 4, 5])
+            bench.ask("step", "off")
+            bench.client("resume")
+            bench.until(lambda s: s["state"] == "idle")
+            bench.ask("override", "25", "--of", "rapid")
+            bench.ask("override", "80", "--of", "spindle")
+            bench.ask("mdi", "M3 S1000")
+            status = bench.until(lambda s: s["spindle_rpm"] == 800)
+            self.assertEqual((status["rapid_override"], status["override_wanted"]), (0.25, 1))
+            self.assertNotEqual(bench.client("override", "120", "--of", "rapid")[0], 0)
             self.assertEqual(bench.end(), 0)
 
     def test_mdi(self):

@@ -55,6 +55,7 @@ class PlannedMotion {
     const auto after = std::upper_bound(begin_s_.begin(), begin_s_.end(), time_s);
     std::size_t k = static_cast<std::size_t>(after - begin_s_.begin()) - (after == begin_s_.begin() ? 0 : 1);
     while (k > 0 && blocks_[k].segment_count == 0) --k;
+    while (k + 1 < blocks_.size() && blocks_[k].segment_count == 0) ++k;  // it begins with events
     double t = time_s - begin_s_[k];
     const MotionBlock& block = blocks_[k];
     int i = 0;

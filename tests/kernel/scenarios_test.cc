@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kDensity = 10;
 constexpr int kScenariosPerProgram = 20;
-constexpr int kPeriodsMax = 2500;
+constexpr int kPeriodsMax = 1500;
+constexpr int kRowsOfJudge = 4;  // that a difference takes
 
 /// Blended strokes of every word, dwells, exact stops, words for the operator's rights, around the middle.
 std::string seeded_program(const Assembly& assembly, std::uint64_t seed) {
@@ -70,10 +71,12 @@ class Scenario {
 
   /// False, with the reason in `why`, if something is not as promised.
   bool run(Tally& tally, std::string& why) {
+    cycle_.tick();  // the drives are off: it learns where they stand
     drives_.bring_up();
     for (int i = 0; i < 3; ++i) cycle_.tick();
     coarse_(cycle_.last_report().q_setpoint);
-    dense_(motion_.q(0));
+    q_between_ = motion_.q(0);
+    dense_(q_between_);
     fill();
     post(Kind::kStart, 0);
     if (chance(0.3)) post(Kind::kSingleBlock, 1);
@@ -99,11 +102,12 @@ class Scenario {
     while (pushed_ < blocks.size() && queue_.buffered_s() < motion_.assembly().planner.buffer_s &&
            queue_.push(blocks[pushed_]))
       ++pushed_;
+    queue_.look();
   }
   /// Plan time of the place where the tick is.
   double plan_time() const {
     const std::uint32_t number = queue_.number_ahead(0);
-    if (number == 0) return motion_.begin_s(static_cast<std::uint32_t>(pushed_) + 1);
+    if (number == 0) return motion_.begin_s(static_cast<std::uint32_t>(pushed_ + 1));
     const PlanPlace place = cycle_.interpolator().place();
     const MotionBlock& block = motion_.blocks()[number - 1];
     double t = motion_.begin_s(number) + place.time_s;
@@ -158,17 +162,21 @@ class Scenario {
     return true;
   }
 
-  // After a stop the queue is forgotten; the tick stands where it was.
+  // After a stop the queue is forgotten: the tick stands at the end of its last step, or where it was.
+  double plan_time_after_stop(double t0, const JointVec& q) const {
+    const double t1 = std::min(t0 + cycle_.path_rate().plan_time_at(1), motion_.rest_after(t0));
+    return (motion_.q(t1) - q).norm() < (motion_.q(t0) - q).norm() ? t1 : t0;
+  }
+
   void see_between(double t0, const CycleReport& report) {
-    if (queue_.number_ahead(0) == 0 && report.motion == MotionState::kRest &&
-        pushed_ < motion_.blocks().size())
-      gone_ = true;
-    if (report.motion == MotionState::kRest && plan_time() < t0) gone_ = true;
-    const double t1 = gone_ ? t0 : plan_time();
-    const bool moved = !gone_ && t1 > t0;
+    const bool ended = report.motion == MotionState::kRest;
+    const double t1 = ended ? plan_time_after_stop(t0, report.q_plan) : plan_time();
+    still_ = t1 > t0 ? 0 : still_ + 1;
+    if (still_ > kRowsOfJudge) return;  // it stands: nothing new to see
     for (int i = 1; i <= kDensity; ++i) {
       const double part = cycle_.path_rate().plan_time_at(static_cast<double>(i) / kDensity);
-      dense_(motion_.q(moved ? std::min(t0 + part, t1) : t0));
+      if (t1 > t0) q_between_ = motion_.q(std::min(t0 + part, t1));
+      dense_(q_between_);
     }
   }
 
@@ -193,8 +201,9 @@ class Scenario {
   Cycle cycle_;
   JointJudge coarse_, dense_;
   std::size_t pushed_ = 0;
-  int next_ = 5, planner_sleeps_ = 0;
-  bool held_ = false, gone_ = false;
+  int next_ = 5, planner_sleeps_ = 0, still_ = 0;
+  JointVec q_between_;
+  bool held_ = false;
   double sweep_ = 0, swept_ = 1;
 };
 

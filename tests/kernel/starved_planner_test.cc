@@ -102,9 +102,10 @@ class StarvedPlanner : public testing::Test {
 
 TEST_F(StarvedPlanner, SlowsOnThePathToThePlannersPaceAndNeverJerks) {
   LoopbackDrives drives(start_);
-  drives.bring_up();
   const double T = fast_.machine.period_s;
   Cycle cycle({T, fast_.machine.joints, false, 8, fast_.plan_joints}, *fast_.map, queue_, drives);
+  cycle.tick();
+  drives.bring_up();
   for (int i = 0; i < 3; ++i) cycle.tick();
   ProgramFeeder feeder(slow_, queue_, {}, {});
   feeder.load_mdi(waves(), start_);  // primed in full
