@@ -50,7 +50,7 @@ class PathRate {
 
  private:
   static constexpr int kTries = 3;
-  static constexpr int kDoneMax = 16;
+  static constexpr int kDoneMax = 2 * PlanWalk::kStepsMax;
   static constexpr int kAims = 8;        ///< walks to come to a stop at a given place
   static constexpr double kHorizon = 2;  ///< times the plan time of a stop
 
