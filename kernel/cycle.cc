@@ -291,6 +291,7 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   if (interpolator_.at_rest() && !meet_next_stretch()) return;
   off_path_ = false;
   const auto outcome = interpolator_.advance(plan_time_s);
+  report_.line = interpolator_.line();
   io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
@@ -532,7 +533,6 @@ void Cycle::write_report() TRN_RT {
       motion_ == MotionState::kJogging || settling_ ? time_scale_.rate() : path_rate_.rate();
   report_.spindle_rpm = io_.outputs().spindle_rpm * spindle_share();
   report_.single_block = single_block_;
-  if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
   report_.inputs = io_.inputs().digital;
   report_.outputs = io_.outputs().digital;
   report_.probe = io_.inputs().probe;
