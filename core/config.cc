@@ -117,16 +117,21 @@ std::shared_ptr<Node> child(Node& node, const toml::node& value, std::string_vie
   return made;
 }
 
+// A misspelt key first: what is unknown beside it may be legal with the key that was meant.
 void finish_node(const Node& node) {
+  const toml::key* stranger = nullptr;
   for (const auto& [key, value] : *node.table) {
     if (is_known(node, key.str())) continue;
+    if (!stranger) stranger = &key;
     const std::string near = nearest_word(key.str(), node.known);
-    throw error_at(node, key.source(),
-                   near.empty()
-                       ? fmt::format("unknown key '{}'; legal here: {}", dotted(node, key.str()),
-                                     fmt::join(node.known, ", "))
-                       : fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, key.str()), near));
+    if (!near.empty())
+      throw error_at(node, key.source(),
+                     fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, key.str()), near));
   }
+  if (stranger)
+    throw error_at(node, stranger->source(),
+                   fmt::format("unknown key '{}'; legal here: {}", dotted(node, stranger->str()),
+                               fmt::join(node.known, ", ")));
   for (const auto& [key, list] : node.children)
     for (const auto& made : list)
       if (made) finish_node(*made);

@@ -6,6 +6,7 @@ usage: workspace_command.py TRUNNION SOURCE_DIR
 import csv
 import json
 import math
+import re
 import subprocess
 import sys
 import tempfile
@@ -55,7 +56,8 @@ class Workspace(unittest.TestCase):
         code, summary, rows = workspace("mill", "--points", "9", "--tilts", "0", "10")
         self.assertEqual(code, 0)
         with open(f"{SOURCE}/configs/mill.toml", encoding="ascii") as file:
-            ranges = [float(line.split("=")[1].split("#")[0]) for line in file if line[:4] in ("min_", "max_")]
+            joints = file.read().split("[[joint]]")[1:]
+        ranges = [float(re.search(rf"^{end}_\w+ = (\S+)", joint, re.M)[1]) for joint in joints for end in ("min", "max")]
         low, high = np.array(ranges[0::2]), np.array(ranges[1::2])
         low[1], high[1] = -high[1], -low[1]  # the table carries Y
         upright = [row for row in rows if row["tilt_deg"] == "0"]
