@@ -225,8 +225,7 @@ double Cycle::way_to_line_end() TRN_RT {
   for (std::uint64_t i = 0; i < kLineBlocks && way < path_rate_.stop_horizon_s(); ++i) {
     const MotionBlock* block = queue_.ahead(i);
     if (!block || block->segment_count == 0) return PathRate::kNoStop;
-    if (i > 0 && queue_.number_ahead(i) > step_number_ && block->line != step_line_)
-      return std::max(way, 0.0);
+    if (queue_.number_ahead(i) > step_number_ && block->line != step_line_) return std::max(way, 0.0);
     for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
       way += block->segments[static_cast<std::size_t>(k)].duration_s;
     if (block->ends_at_rest) return PathRate::kNoStop;
@@ -234,20 +233,13 @@ double Cycle::way_to_line_end() TRN_RT {
   return PathRate::kNoStop;
 }
 
-// Single block: the released line ends too soon to stop there; the first one that does not takes its place.
-void Cycle::pass_near_lines() TRN_RT {
-  const PlanPlace place = interpolator_.place();
-  double way = -place.time_s;
-  const double least = path_rate_.least_stop_s() + config_.period_s;
-  for (std::uint64_t i = 0; i < kLineBlocks; ++i) {
-    const MotionBlock* block = queue_.ahead(i);
-    if (!block || block->segment_count == 0) return;
-    step_line_ = block->line;
-    step_number_ = queue_.number_ahead(i);
-    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
-      way += block->segments[static_cast<std::size_t>(k)].duration_s;
-    if (way > least || block->ends_at_rest) return;
-  }
+// Single block: the released line ended too soon to stop there; the one that has begun takes its place.
+void Cycle::release_line_passed() TRN_RT {
+  const MotionBlock* front = queue_.front();
+  if (!single_block_ || !front || front->segment_count == 0 || front->line == step_line_) return;
+  if (queue_.number_ahead(0) <= step_number_ || interpolator_.place().time_s < kLineEndS) return;
+  step_line_ = front->line;
+  step_number_ = queue_.number_ahead(0);
 }
 
 // The rate falls with what is left in the queue: a planner that is late slows the machine down to its own
@@ -273,9 +265,9 @@ void Cycle::follow_path() TRN_RT {
   const double target = std::min(wanted, most);
   if (interpolator_.at_rest()) path_rate_.restart(target);
   passed_s_ = path_rate_.step(queue_, interpolator_.place(), target, way_to_line_end());
-  if (path_rate_.missed_stop()) pass_near_lines();
   drive(passed_s_);
   const bool stands = path_rate_.standing() || interpolator_.at_rest();
+  if (!stands) release_line_passed();
   if (contact_ && stands) end_probe();
   if (!stopping_ || !stands) return;
   io_.all_off();

@@ -54,7 +54,7 @@ class Cycle final : public TickPort {
   const MotionBlock* block_here(std::uint64_t& index) TRN_RT;
   bool pause_between_lines() TRN_RT;
   double way_to_line_end() TRN_RT;
-  void pass_near_lines() TRN_RT;
+  void release_line_passed() TRN_RT;
   void drive(double plan_time_s) TRN_RT;
   bool meet_next_stretch() TRN_RT;
   void begin_settling(const JointVec& way) TRN_RT;

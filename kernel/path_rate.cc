@@ -21,7 +21,10 @@ constexpr double kStopReserve = 2;      // plan time of a stop over the time of 
 constexpr double kNearS = 1e-12, kNear = 1e-9;
 constexpr double kFarPeriods = 20;  // before the last one to stop: look again in the next period
 constexpr double kRest = 1e-9;      // of the rate: no difference
-constexpr double kAimS = 1e-8;      // of plan time, before the place of a stop
+constexpr int kMends = 3;
+constexpr double kApproach = 0.5;  // of stop_s: the time in which the way to a stop becomes 1/e
+constexpr double kSlowest = 0.02;  // of the rate, towards a stop
+constexpr double kAimS = 1e-8;     // of plan time, before the place of a stop
 
 // How long u < 0 may go on until `ease` is what brings rate and slope to 0 together: (w + u t)^2 =
 // 2 ease (r + w t + u t^2 / 2). So the end of a stop does not hang on where a walk's steps begin.
@@ -58,61 +61,34 @@ double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double t
                       double stop_in_s) TRN_RT {
   target_ = target;
   begin_period();
-  missed_stop_ = false;
-  const bool near = stop_in_s <= stop_horizon_s(), another = stop_in_s > stop_in_s_;
-  stop_in_s_ = stop_in_s;
-  if (!near || another || standing()) cap_ = kNoCap;
-  if (near) return step_towards(queue, place, stop_in_s);
+  if (stop_in_s <= stop_horizon_s()) return step_towards(queue, place, stop_in_s);
   stopping_ = false;
   choose(queue, place);
   return follow(period_s_);
 }
 
-// Goes on as asked for if a stop behind that still comes in time. If not, follows the stop that was found
-// last; where that ends much too soon, as no stop was found from farther on at this rate, it goes on again as
-// soon as one is found at a lower rate.
+// Slows down as the way to the stop becomes shorter. Goes on as long as a stop behind the period comes in
+// time; then the last one that does is followed. Where none is found from behind the period, one from here is
+// taken if it loses little.
 double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT {
   stopping_ = stopping_ && next_ < way_.count;
-  const bool committed =
-      stopping_ && stop_in_s - stop_left_s_ <= kFarPeriods * std::max(rate_, 0.1) * period_s_;
-  if (committed) return follow_stop(period_s_);
-  if (stopping_) cap_ = rate_;
-  target_ = std::min(target_, cap_);
-  if (stopping_) {
-    before_ = way_;
-    before_next_ = next_;
-    before_spent_s_ = spent_s_;
-  }
-  const double now = stopping_ ? stop_left_s_ : stop_after(queue, place, 0);
+  if (stopping_) return follow(period_s_);
+  target_ = std::min(target_, std::max(kSlowest, stop_in_s / (kApproach * stop_s_)));
+  const double now = stop_after(queue, place, 0);
   choose(queue, place);
   const double whole = stop_after(queue, place, period_s_);
-  if (whole >= 0 && whole <= stop_in_s) {
-    stopping_ = false;
+  const bool in_time = now >= 0 && now <= stop_in_s;
+  const bool loses_little = stop_in_s - now <= kFarPeriods * rate_ * period_s_;
+  if (!in_time || (whole < 0 && !loses_little) || (whole >= 0 && whole <= stop_in_s))
     return follow(period_s_);
-  }
-  if (stopping_) {
-    way_ = before_;
-    next_ = before_next_;
-    spent_s_ = before_spent_s_;
-    return follow_stop(period_s_);
-  }
-  least_stop_s_ = now;
-  missed_stop_ = now < 0 || now > stop_in_s;
-  if (missed_stop_) return follow(period_s_);
   const double longest = whole < 0 ? 0 : time_to_stop(queue, place, {now, whole}, stop_in_s);
   const double gone = longest > 0 ? follow(longest) : 0;
   PlanWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
-  stop_left_s_ = find_stop(walk) - gone;
+  find_stop(walk);
   adopt();
   stopping_ = true;
-  return gone + follow_stop(period_s_ - longest);
-}
-
-double PathRate::follow_stop(double duration_s) TRN_RT {
-  const double gone = follow(duration_s);
-  stop_left_s_ -= gone;
-  return gone;
+  return gone + follow(period_s_ - longest);
 }
 
 // The longest part of the period that may go on as chosen, so that a stop behind it comes in time; `travel`:
@@ -158,12 +134,33 @@ double PathRate::find_stop(PlanWalk walk) TRN_RT {
     if (w == 0 && r <= kRest) return walk.passed_s();
     const RateBounds bounds = walk.bounds();
     if (trial_.count == PlanWalk::kStepsMax || !bounds.legal) return -1;
-    const double u = brake(walk, bounds, 0);
-    const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
-    const double gone = walk.step(u, std::min(to_turn, time_to_ease(r, w, u, kEarlyTurn * bounds.u_max)));
+    double u = brake(walk, bounds, 0);
+    const double gone = step_mended(walk, u, 0, kEarlyTurn * bounds.u_max);
     if (gone < 0) return -1;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
-    if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
+  }
+  return -1;
+}
+
+// One step down towards a rate, at most to where r' has become 0 or `ease` is what brings both there. Where u
+// breaks a bound at the end of the step, that bound is taken into account.
+double PathRate::step_mended(PlanWalk& walk, double& u, double to, double ease) const TRN_RT {
+  const double w = walk.slope();
+  for (int i = 0; i < kMends; ++i) {
+    const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
+    PlanWalk tried = walk;
+    const double gone = tried.step(u, std::min(to_turn, time_to_ease(walk.rate() - to, w, u, ease)));
+    if (gone >= 0) {
+      walk = tried;
+      if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
+      return gone;
+    }
+    const RateBounds end = tried.bounds();
+    const double margin = range_margin(end, kWayMargin);
+    if (!end.legal || end.u_max < end.u_min) return -1;
+    const double to_slope = (0.98 * end.slope_min - w) / limits_.step_s_max;
+    u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
+                   end.u_max - margin);
   }
   return -1;
 }
@@ -192,7 +189,7 @@ void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
   const double distance = target_ - rate_;
   const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope_ != 0 ? 1 : 0, slope_);
   const bool landing = next_ < way_.landing && way_target_ == target_;
-  const double u_old = next_ < way_.count ? way_.steps[static_cast<std::size_t>(next_)].u : 0;
+  const double u_old = mean_u();
   const double turn_old = next_ < way_.count ? way_.turn_rate : rate_;
   const double u_most = direction == 0 ? 0 : fastest(walk, direction);
   share_ = std::min(1.0, share_ / kShrink);
@@ -210,6 +207,19 @@ void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
     const double share = (target_ - turn_old) / (trial_.turn_rate - turn_old);
     u = u_old + std::clamp(0.98 * share, 0.0, 0.98) * (u - u_old);
   }
+}
+
+// Mean u of the next period, if the way is followed.
+double PathRate::mean_u() const TRN_RT {
+  double slope = 0, left_s = period_s_, spent_s = spent_s_;
+  for (int i = next_; i < way_.count && left_s > 0; ++i) {
+    const RateStep& step = way_.steps[static_cast<std::size_t>(i)];
+    const double dt = std::min(left_s, step.duration_s - spent_s);
+    slope += step.u * dt;
+    left_s -= dt;
+    spent_s = 0;
+  }
+  return slope / period_s_;
 }
 
 // The greatest u in a direction that the bounds here and one period ahead allow.

@@ -30,13 +30,9 @@ class PathRate {
   static constexpr double kNoStop = 1e9;
 
   /// One period from `place` with this target, 0 to 2; returns the plan time that passes in it, s. With
-  /// `stop_in_s` the motion comes to rest after that plan time; if that is too near, `missed_stop` is true
-  /// and it goes on.
+  /// `stop_in_s` the motion slows down and comes to rest after that plan time, or passes if that is too near.
   double step(const MotionQueue& queue, const PlanPlace& place, double target,
               double stop_in_s = kNoStop) TRN_RT;
-  /// The last step's stop was too near; `least_stop_s` is what would not have been.
-  bool missed_stop() const TRN_RT { return missed_stop_; }
-  double least_stop_s() const TRN_RT { return least_stop_s_; }
   /// Farther away a stop need not be known yet, s of plan time.
   double stop_horizon_s() const TRN_RT { return kHorizon * stop_s_ * std::max(rate_, 1.0); }
 
@@ -75,11 +71,12 @@ class PathRate {
   double step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT;
   double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
                       double stop_in_s) TRN_RT;
-  double follow_stop(double duration_s) TRN_RT;
   double find_stop(PlanWalk walk) TRN_RT;
+  double step_mended(PlanWalk& walk, double& u, double to, double ease) const TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;
   void return_to(const Moment& moment) TRN_RT;
+  double mean_u() const TRN_RT;
   double fastest(const PlanWalk& walk, double direction) const TRN_RT;
   Verdict try_push(PlanWalk walk, double direction, double u) TRN_RT;
   bool try_landing(PlanWalk walk) TRN_RT;
@@ -94,15 +91,7 @@ class PathRate {
   double period_s_, stop_s_ = 0;
   double rate_ = 1, slope_ = 0, target_ = 1;
   Way way_, trial_;
-  bool stopping_ = false;  ///< way_ leads to a stop at a given place
-  bool missed_stop_ = false;
-  double least_stop_s_ = 0;
-  static constexpr double kNoCap = 2;
-  double stop_in_s_ = kNoStop, stop_left_s_ = 0;  ///< wanted; of the way that is followed
-  double cap_ = kNoCap;                           ///< of the rate, while a stop is near
-  Way before_;                                    ///< the way to that stop, while another is tried
-  int before_next_ = 0;
-  double before_spent_s_ = 0;
+  bool stopping_ = false;                ///< way_ leads to a stop at a given place
   int next_ = 0;                         ///< step of way_
   double spent_s_ = 0;                   ///< of that step
   double share_ = 1;                     ///< of the fastest push, that is tried first

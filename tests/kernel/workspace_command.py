@@ -57,7 +57,8 @@ class Workspace(unittest.TestCase):
         self.assertEqual(code, 0)
         with open(f"{SOURCE}/configs/mill.toml", encoding="ascii") as file:
             joints = file.read().split("[[joint]]")[1:]
-        ranges = [float(re.search(rf"^{end}_\w+ = (\S+)", joint, re.M)[1]) for joint in joints for end in ("min", "max")]
+        ranges = [
+            float(re.search(rf"^{end}_\w+ = (\S+)", joint, re.M)[1]) for joint in joints for end in ("min", "max")]
         low, high = np.array(ranges[0::2]), np.array(ranges[1::2])
         low[1], high[1] = -high[1], -low[1]  # the table carries Y
         upright = [row for row in rows if row["tilt_deg"] == "0"]
