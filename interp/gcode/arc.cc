@@ -64,7 +64,7 @@ double Executor::arc_tolerance_mm(double radius_mm) const {
 void Executor::arc(const Block& b, bool clockwise) {
   const PlaneAxes& axes = plane_axes(s_.modal.plane);
   const std::string_view name = clockwise ? "G2" : "G3";
-  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::uint32_t column = b.motion_column();
   check_feed(b, name);
   if (left_contour_)
     fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is an arc", "a straight move");

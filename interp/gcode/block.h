@@ -114,6 +114,7 @@ struct Block {
   std::int16_t code(MGroup group) const { return m[static_cast<std::size_t>(group)]; }
   std::uint32_t at(GGroup group) const { return g_column[static_cast<std::size_t>(group)]; }
   std::uint32_t at(MGroup group) const { return m_column[static_cast<std::size_t>(group)]; }
+  std::uint32_t motion_column() const { return code(GGroup::kMotion) >= 0 ? at(GGroup::kMotion) : 1; }
   bool has_axis_word() const { return (present & (kAxisLetters | kPolarLetters)) != 0; }
   bool has_polar() const { return (present & kPolarLetters) != 0; }
   void clear();

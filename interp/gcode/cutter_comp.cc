@@ -272,12 +272,8 @@ void CutterComp::pass(const CanonCommand& command, std::uint32_t line, CanonSink
   Element e;
   e.command = command;
   e.line = line;
-  const auto keep = [&](auto& text) {  // the text must outlive the call
-    e.text = std::string(text.text);
-  };
-  if (auto* message = std::get_if<canon::Message>(&e.command)) keep(*message);
-  if (auto* comment = std::get_if<canon::Comment>(&e.command)) keep(*comment);
-  if (auto* print = std::get_if<canon::Print>(&e.command)) keep(*print);
+  // The text must outlive the call.
+  if (const auto* comment = std::get_if<canon::Comment>(&command)) e.text = std::string(comment->text);
   waiting_.push_back(std::move(e));
 }
 
@@ -296,9 +292,7 @@ void CutterComp::release(CanonSink& sink) {
 void CutterComp::emit(const Element& e, CanonSink& sink) {
   CanonCommand command = e.command;
   if (e.shape == Shape::kOther) {
-    if (auto* message = std::get_if<canon::Message>(&command)) message->text = e.text;
     if (auto* comment = std::get_if<canon::Comment>(&command)) comment->text = e.text;
-    if (auto* print = std::get_if<canon::Print>(&command)) print->text = e.text;
     return sink.put(command, e.line);
   }
   AxisValues& to = target_of(command);

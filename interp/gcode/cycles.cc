@@ -10,19 +10,21 @@ namespace trn {
 
 namespace {
 
-struct CycleAxes {
-  int first, second, depth;
-};
-
-CycleAxes cycle_axes(Plane plane) {
-  return plane == Plane::kXY   ? CycleAxes{kX, kY, kZ}
-         : plane == Plane::kXZ ? CycleAxes{kX, kZ, kY}
-                               : CycleAxes{kY, kZ, kX};
-}
+constexpr double kRepeatsMax = 1e6;
 
 bool needs_dwell(int motion) { return motion == 820 || motion == 860 || motion == 880 || motion == 890; }
 
 }  // namespace
+
+struct Executor::CycleAxes {
+  int first, second, depth;
+};
+
+Executor::CycleAxes Executor::cycle_axes(Plane plane) {
+  return plane == Plane::kXY   ? CycleAxes{kX, kY, kZ}
+         : plane == Plane::kXZ ? CycleAxes{kX, kZ, kY}
+                               : CycleAxes{kY, kZ, kX};
+}
 
 struct Executor::Hole {
   CycleAxes axes;
@@ -40,79 +42,54 @@ void Executor::check_cycle_spindle(int motion, std::uint32_t column) const {
     fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
 }
 
-// Words given now, or kept from the block before when the same cycle goes on.
+// A word given now, or kept from the block before when the same cycle goes on.
+void Executor::cycle_word(const Block& b, int motion, char letter, double& kept) {
+  if (b.has(letter))
+    kept = b[letter];
+  else if (s_.motion != motion)
+    fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), fmt::format("a word {}", letter));
+}
+
+// What one of the cycles needs beside the hole: dwell, peck, way of the back boring tool.
 void Executor::cycle_words(const Block& b, int motion) {
-  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
-  const std::string name = g_name(motion);
-  const bool goes_on = s_.motion == motion;
-  const char depth_word = kWordLetters[cycle_axes(s_.modal.plane).depth];
-  const auto take = [&](char letter, double& kept, bool needed) {
-    if (b.has(letter))
-      kept = b[letter];
-    else if (needed && !goes_on)
-      fail(GcodeErrorCode::kMissingWord, column, name, fmt::format("a word {}", letter));
-  };
-  take('R', s_.cycle.r, true);
-  take(depth_word, s_.cycle.bottom, true);
-  take('P', s_.cycle.p, needs_dwell(motion));
+  if (needs_dwell(motion))
+    cycle_word(b, motion, 'P', s_.cycle.p);
+  else
+    s_.cycle.p = b.get('P', s_.cycle.p);
   if (b.has('P') && b['P'] < 0)
-    fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], name, "a dwell of 0 or more seconds");
-  if (motion == 730 || motion == 830) {
-    take('Q', s_.cycle.q, true);
-    if (s_.cycle.q <= 0)
-      fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', s_.cycle.q, name, "a peck greater than 0");
-  }
+    fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], g_name(motion), "a dwell of 0 or more seconds");
+  if (motion == 730 || motion == 830) cycle_word(b, motion, 'Q', s_.cycle.q);
+  if (b.has('Q') && b['Q'] < 0) bad_peck(b, motion);
   if (motion != 870) return;
-  take('I', s_.cycle.i, true);
-  take('J', s_.cycle.j, true);
-  take('K', s_.cycle.k, true);
+  cycle_word(b, motion, 'I', s_.cycle.i);
+  cycle_word(b, motion, 'J', s_.cycle.j);
+  cycle_word(b, motion, 'K', s_.cycle.k);
+}
+
+void Executor::bad_peck(const Block& b, int motion) const {
+  fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], g_name(motion), "a peck greater than 0");
 }
 
 void Executor::cycle(const Block& b, int motion) {
-  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::uint32_t column = b.motion_column();
   const std::string name = g_name(motion);
   if (motion == 760) return threading_cycle(b);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, name, "G93");
   check_feed(b, name);
-  for (const char letter : {'A', 'B', 'C'})
-    if (b.has(letter))
-      fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", name), "X Y Z");
   const double repeats = b.get('L', 1);
-  if (repeats < 1 || repeats != std::round(repeats) || repeats > 1e6)
+  if (repeats < 1 || repeats > kRepeatsMax)
     fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', repeats, name, "a whole number of repeats from 1");
-  cycle_words(b, motion);
-  check_cycle_spindle(motion, column);
   const CycleAxes axes = cycle_axes(s_.modal.plane);
-  const char first_word = kWordLetters[axes.first], second_word = kWordLetters[axes.second];
-  const bool incremental = s_.modal.incremental;
+  cycle_word(b, motion, 'R', s_.cycle.r);
+  cycle_word(b, motion, kWordLetters[axes.depth], s_.cycle.bottom);
   if (s_.motion < 730 || s_.motion == 800) s_.cycle.initial = s_.position[axes.depth];
-  double height = s_.position[axes.depth];
-  Hole hole{axes,
-            s_.position[axes.first],
-            s_.position[axes.second],
-            s_.cycle.r,
-            s_.cycle.bottom,
-            0,
-            s_.cycle.k,
-            s_.position};
-  if (incremental) {
-    hole.r += s_.cycle.initial;
-    hole.bottom += hole.r;
-    hole.middle += hole.bottom;
-  }
-  if (b.has_polar()) {
-    const AxisValues to = target(b);
-    hole.first = to[axes.first];
-    hole.second = to[axes.second];
-  } else if (!incremental) {
-    hole.first = b.get(first_word, hole.first);
-    hole.second = b.get(second_word, hole.second);
-  }
+  Hole hole = first_hole(b, axes);
   if (hole.bottom > hole.r)
     fail(GcodeErrorCode::kCycle, column,
          fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
          "R above the bottom");
+  double height = s_.position[axes.depth];
   if (s_.modal.retract_to_start) height = std::max(s_.cycle.initial, height);
   if (height < hole.r || s_.cycle.initial < hole.r) {
     cycle_to(hole, s_.position[axes.first], s_.position[axes.second], hole.r, true);
@@ -121,22 +98,50 @@ void Executor::cycle(const Block& b, int motion) {
   hole.clear = s_.modal.retract_to_start ? std::max(s_.cycle.initial, hole.r) : hole.r;
   const bool was_exact = s_.modal.path == MotionControl::kExactPath;
   if (!was_exact) put(canon::SetMotionControlMode{MotionControl::kExactPath, 0, 0});
-  for (int i = 0; i < static_cast<int>(repeats); ++i) {
-    if (incremental) {
-      hole.first += b.get(first_word, 0);
-      hole.second += b.get(second_word, 0);
+  cycle_words(b, motion);
+  hole.middle = s_.modal.incremental ? hole.bottom + s_.cycle.k : s_.cycle.k;
+  drill(b, motion, hole, height, static_cast<int>(repeats));
+  if (was_exact) return;
+  put_path();
+  if (s_.modal.path != MotionControl::kContinuous) put(canon::SetNaivecamTolerance{s_.modal.naive_tolerance});
+}
+
+// The hole that the words mean; in G91 before the first step.
+Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const {
+  Hole hole{axes,       s_.position[axes.first], s_.position[axes.second], s_.cycle.r, s_.cycle.bottom, 0, 0,
+            s_.position};
+  if (s_.modal.incremental) {
+    hole.r += s_.cycle.initial;
+    hole.bottom += hole.r;
+  }
+  if (b.has_polar()) {
+    const AxisValues to = target(b);
+    hole.first = to[axes.first];
+    hole.second = to[axes.second];
+  } else if (!s_.modal.incremental) {
+    hole.first = b.get(kWordLetters[axes.first], hole.first);
+    hole.second = b.get(kWordLetters[axes.second], hole.second);
+  }
+  return hole;
+}
+
+void Executor::drill(const Block& b, int motion, Hole& hole, double height, int repeats) {
+  const CycleAxes axes = hole.axes;
+  for (int i = 0; i < repeats; ++i) {
+    if (s_.modal.incremental && !b.has_polar()) {
+      hole.first += b.get(kWordLetters[axes.first], 0);
+      hole.second += b.get(kWordLetters[axes.second], 0);
     }
     cycle_to(hole, hole.first, hole.second, height, true);
     if (height != hole.r) cycle_to(hole, hole.first, hole.second, hole.r, true);
+    check_cycle_spindle(motion, b.motion_column());
+    if ((motion == 730 || motion == 830) && s_.cycle.q <= 0) bad_peck(b, motion);
     cycle_hole(b, motion, hole);
     height = hole.clear;
   }
   s_.position[axes.first] = hole.first;
   s_.position[axes.second] = hole.second;
   s_.position[axes.depth] = hole.clear;
-  if (was_exact) return;
-  put_path();
-  if (s_.modal.path != MotionControl::kContinuous) put(canon::SetNaivecamTolerance{s_.modal.naive_tolerance});
 }
 
 void Executor::cycle_to(const Hole& hole, double first, double second, double depth, bool traverse) {
@@ -252,7 +257,7 @@ void Executor::back_bore(const Hole& hole) {
 // hole is straight whatever the machine does. Modal: later blocks with axis words drill the same hole
 // elsewhere.
 void Executor::tilted_drilling(const Block& b) {
-  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::uint32_t column = b.motion_column();
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G183");
   if (s_.modal.feed_mode == FeedMode::kInverseTime)
     fail(GcodeErrorCode::kFeedModeCycle, column, "G183", "G93");

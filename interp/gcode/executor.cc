@@ -120,6 +120,20 @@ std::string_view who_uses(char letter) {
   }
 }
 
+void check_cycle_words(const Block& b, int motion) {
+  const bool cycle = motion >= 730 && motion <= 890 && motion != 800;
+  if ((cycle || motion >= 382) && motion <= 890 && motion != 800 && !b.has_axis_word())
+    fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "axis words");
+  if (!cycle) return;
+  for (const char letter : {'A', 'B', 'C'})
+    if (b.has(letter))
+      fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", g_name(motion)),
+           "X Y Z");
+  if (motion != 760 && b.has('L') && (b['L'] < 0 || b['L'] != std::round(b['L'])))
+    fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', b['L'], g_name(motion),
+         "a whole number of repeats from 1");
+}
+
 // Words without which a code means nothing, and values no code takes: before anything of the block is done.
 void check_words(const Block& b, int motion) {
   if (b.has('F') && b['F'] < 0)
@@ -140,6 +154,7 @@ void check_words(const Block& b, int motion) {
   if ((motion == 20 || motion == 30) && b.has('P') &&
       (b['P'] < 1 || b['P'] > 1e6 || b['P'] != std::round(b['P'])))
     fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
+  check_cycle_words(b, motion);
   if ((b.code(GGroup::kMotion) == 330 || b.code(GGroup::kMotion) == 331) && !b.has('K'))
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kMotion), g_name(motion), "a K word");
 }
@@ -155,8 +170,11 @@ void Executor::put(const CanonCommand& command) {
   if (comp_.active())
     comp_.pass(command, line_, parts_.sink);
   else
-    parts_.sink.put(command, line_);
+    put_now(command);
 }
+
+// Does not wait for the move that cutter compensation holds back.
+void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, line_); }
 
 void Executor::begin(const AxisValues& start) {
   line_ = 0;
@@ -346,25 +364,25 @@ void Executor::comment(const Block& b) {
       put(canon::Comment{text});
       break;
     case CommentKind::kMessage:
-      put(canon::Message{text});
+      put_now(canon::Message{text});
       break;
     case CommentKind::kDebug:
-      put(canon::Message{expand_message(text)});
+      put_now(canon::Message{expand_message(text)});
       break;
     case CommentKind::kPrint:
-      put(canon::Print{expand_message(text)});
+      put_now(canon::Print{expand_message(text)});
       break;
     case CommentKind::kLog:
-      put(canon::Log{fmt::format("LOG(\"{}\")", expand_message(text))});
+      put_now(canon::Log{fmt::format("LOG(\"{}\")", expand_message(text))});
       break;
     case CommentKind::kLogOpen:
-      put(canon::Log{fmt::format("LOGOPEN(\"{}\")", text)});
+      put_now(canon::Log{fmt::format("LOGOPEN(\"{}\")", text)});
       break;
     case CommentKind::kLogAppend:
-      put(canon::Log{fmt::format("LOGAPPEND(\"{}\")", text)});
+      put_now(canon::Log{fmt::format("LOGAPPEND(\"{}\")", text)});
       break;
     case CommentKind::kLogClose:
-      put(canon::Log{"LOGCLOSE()"});
+      put_now(canon::Log{"LOGCLOSE()"});
       break;
     case CommentKind::kAbort:
       fail(GcodeErrorCode::kAbort, 1, expand_message(text));
@@ -407,7 +425,12 @@ std::string Executor::expand_message(const std::string& text) const {
         const char* const start = p;
         for (p = lexer.mark(); p > start && (p[-1] == ' ' || p[-1] == '\t');) --p;
         continue;
-      } catch (const BlockError&) {  // not a parameter with a value: shown as it is written
+      } catch (const BlockError& error) {  // not a parameter: shown as it is written
+        if (error.code == GcodeErrorCode::kUnknownParameter) {
+          out += "######";
+          p = lexer.mark();
+          continue;
+        }
       }
     }
     out += *p++;

@@ -90,6 +90,7 @@ class Executor : public StateValues {
   double predefined_mode(int index) const;
   std::string expand_message(const std::string& text) const;
   void put(const CanonCommand& command);
+  void put_now(const CanonCommand& command);
   void put(PlainCanon what) { put(canon::Plain{what}); }
   void note(std::string_view text) { put(canon::Comment{text}); }
 
@@ -201,8 +202,14 @@ class Executor : public StateValues {
 
   // cycles.cc
   void cycle(const Block& b, int motion);
-  void cycle_words(const Block& b, int motion);
+  struct CycleAxes;
+  static CycleAxes cycle_axes(Plane plane);
   struct Hole;
+  void cycle_word(const Block& b, int motion, char letter, double& kept);
+  void cycle_words(const Block& b, int motion);
+  [[noreturn]] void bad_peck(const Block& b, int motion) const;
+  Hole first_hole(const Block& b, const CycleAxes& axes) const;
+  void drill(const Block& b, int motion, Hole& hole, double height, int repeats);
   void cycle_hole(const Block& b, int motion, const Hole& hole);
   void cycle_to(const Hole& hole, double first, double second, double depth, bool traverse);
   void peck(const Hole& hole, bool full_retract);

@@ -38,7 +38,7 @@ void Executor::tool_select(const Block& b) {
   if (tool != 0 && !parts_.tools.tools().empty() && !parts_.tools.find(tool))
     fail(GcodeErrorCode::kUnknownTool, b.at('T'), tool);
   s_.selected_tool = tool;
-  put(canon::SelectTool{tool});
+  put_now(canon::SelectTool{tool});
 }
 
 int Executor::slot_of(int number) const {
@@ -53,7 +53,7 @@ void Executor::tool_change(const Block& b) {
   if (code == 61) {
     if (!b.has('Q')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M61", "a Q word");
     s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
-    put(canon::ChangeToolNumber{slot_of(s_.current_tool)});
+    put_now(canon::ChangeToolNumber{slot_of(s_.current_tool)});
   } else {
     put(PlainCanon::kStartChange);
     stop_spindle();

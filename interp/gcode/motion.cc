@@ -68,8 +68,7 @@ AxisValues Executor::machine_target(const Block& b) const {
 }
 
 void Executor::check_feed(const Block& b, std::string_view what) const {
-  const std::uint32_t column = b.at(GGroup::kMotion);
-  const std::uint32_t at = b.code(GGroup::kMotion) >= 0 ? column : 1;
+  const std::uint32_t at = b.motion_column();
   switch (s_.modal.feed_mode) {
     case FeedMode::kInverseTime:
       if (!b.has('F') || b['F'] == 0) fail(GcodeErrorCode::kInverseFeedMissing, at, what);
@@ -127,7 +126,6 @@ void Executor::probe(const Block& b, int motion) {
   if (s_.modal.feed_mode != FeedMode::kPerMinute)
     fail(GcodeErrorCode::kFeedModeCycle, column, g_name(motion),
          s_.modal.feed_mode == FeedMode::kInverseTime ? "G93" : "G95");
-  if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "axis words");
   const AxisValues to = target(b);
   if (to == s_.position) fail(GcodeErrorCode::kProbe, column, "ends where it starts");
   put(PlainCanon::kTurnProbeOn);

@@ -72,7 +72,7 @@ void Executor::quadratic_spline(const Block& b) {
 
 void Executor::control_point(const Block& b) {
   if (!b.has_axis_word()) return;
-  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::uint32_t column = b.motion_column();
   if (!b.has('X') || !b.has('Y'))
     fail(GcodeErrorCode::kMissingWord, column, "a control point of G5.2", "both X and Y");
   if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "a control point of G5.2", "a weight P");
@@ -112,7 +112,7 @@ void Executor::nurbs(const Block& b, int motion) {
 // G6.2 (other controls' NURBS): the first line has the order P, each line a knot K and a control point with
 // its weight R, the first of them where the tool stands; as many lines as the order have a knot only.
 void Executor::rational_spline(const Block& b) {
-  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  const std::uint32_t column = b.motion_column();
   if (!b.has('K')) fail(GcodeErrorCode::kMissingWord, column, "G6.2", "a K word, the knot");
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G6.2");
   if (b.code(GGroup::kMotion) == 62 && !in_rational_) {

@@ -14,10 +14,6 @@ namespace {
 constexpr double kPassesMax = 10000;
 constexpr int kEntryTaper = 1, kExitTaper = 2;  // bits of L
 
-std::uint32_t motion_column(const Block& b) {
-  return b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
-}
-
 }  // namespace
 
 /// One G76, in program units; X runs towards the full depth, Z towards the end.
@@ -34,7 +30,7 @@ struct Executor::Thread {
 
 // G33 and G33.1: a straight move geared to the spindle, K units a turn.
 void Executor::spindle_synchronous(const Block& b, int motion) {
-  const std::uint32_t column = motion_column(b);
+  const std::uint32_t column = b.motion_column();
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   if (!b.has('K')) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "a K word");
   if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "axis words");
@@ -51,7 +47,7 @@ void Executor::spindle_synchronous(const Block& b, int motion) {
 }
 
 Executor::Thread Executor::thread_of(const Block& b) const {
-  const std::uint32_t column = motion_column(b);
+  const std::uint32_t column = b.motion_column();
   for (const char letter : {'Z', 'I', 'J', 'K', 'P'})
     if (!b.has(letter)) fail(GcodeErrorCode::kMissingWord, column, "G76", fmt::format("a word {}", letter));
   for (const char letter : {'A', 'B', 'C'})
@@ -84,7 +80,7 @@ Executor::Thread Executor::thread_of(const Block& b) const {
 
 // Depths grow with the R-th root of the pass' number, so that R of 2 takes away the same area in each.
 void Executor::threading_cycle(const Block& b) {
-  const std::uint32_t column = motion_column(b);
+  const std::uint32_t column = b.motion_column();
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G76");
   if (s_.modal.turn == SpindleTurn::kStopped) fail(GcodeErrorCode::kNoSpindle, column, "G76");
   const Thread thread = thread_of(b);

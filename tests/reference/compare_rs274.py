@@ -110,14 +110,15 @@ def compare(name, text, args):
         write(folder, "our.tbl", TOOLS)
         write(folder, "ref.tbl", re.sub(r"([XYZD])([-+.\d]+)", lambda m: f"{m[1]}{float(m[2]) / 25.4:+.12f}", TOOLS))
         write(folder, "ref.var", "")
-        theirs, their_error = of_reference(args.reference, folder, "p.ngc")
         ours, our_error = of_ours(args.trunnion, folder, "p.ngc")
+        for _ in range(3):  # what it does without a tool in the spindle changes from run to run
+            theirs, their_error = of_reference(args.reference, folder, "p.ngc")
+            if (our_error is None) == (their_error is None) and first_difference(ours, theirs) is None:
+                return None
     if (our_error is None) != (their_error is None):
         kind = "only ours stops" if our_error else "only the reference stops"
     else:
         at = first_difference(ours, theirs)
-        if at is None:
-            return None
         kind = f"line {at + 1}: ours '{(ours + ['nothing'])[at]}', reference '{(theirs + ['nothing'])[at]}'"
     report = [f"{name}: {kind}"]
     if our_error:
