@@ -11,11 +11,13 @@ namespace {
 
 constexpr double kFactorMin = 0.3, kFactorMax = 3;  // a model that is further off is wrong in another way
 constexpr double kCold_K = 1e-3;
+constexpr double kSmooth_s = 30;  // time constant of what the sensor changes: its place warms in bursts
 
-/// 0 to 1 with three derivatives zero at both ends.
-double fade(double t) TRN_RT {
-  const double x = std::clamp(t, 0.0, 1.0);
-  return x * x * x * x * (35 + x * (-84 + x * (70 - 20 * x)));
+/// Weights of the uniform cubic B-spline at t of 0 to 1 behind the last profile: what grows evenly is
+/// followed evenly, anything else with two continuous derivatives.
+std::array<double, 4> spline_weights(double t) TRN_RT {
+  const double x = std::clamp(t, 0.0, 1.0), y = 1 - x;
+  return {y * y * y / 6, (4 + x * x * (3 * x - 6)) / 6, (1 + x * (3 + x * (3 - 3 * x))) / 6, x * x * x / 6};
 }
 
 /// Second derivatives of the natural cubic spline on equally spaced nodes.
@@ -70,15 +72,18 @@ unsigned ScrewCorrection::joint_mask() const {
 const char* ScrewCorrection::warning() const TRN_RT { return warning_.load(std::memory_order_relaxed); }
 
 double ScrewCorrection::displacement(const Nut& nut, double x_mm) const TRN_RT {
-  const double w = fade(time_s_ / config_.update_s);
-  return (1 - w) * nut.from.at(x_mm, nut.spacing_mm) + w * nut.to.at(x_mm, nut.spacing_mm);
+  const std::array<double, 4> weights = spline_weights(time_s_ / config_.update_s);
+  double sum = 0;
+  for (std::size_t k = 0; k < weights.size(); ++k)
+    sum += weights[k] * nut.profiles_now[k].at(x_mm, nut.spacing_mm);
+  return sum;
 }
 
 void ScrewCorrection::next_profile(Nut& nut) TRN_RT {
   nut.ways->try_push(nut.way);
   nut.way = {};
-  nut.from = nut.to;
-  nut.profiles->try_pop(nut.to);
+  std::move(nut.profiles_now.begin() + 1, nut.profiles_now.end(), nut.profiles_now.begin());
+  nut.profiles->try_pop(nut.profiles_now.back());
 }
 
 void ScrewCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN_RT {
@@ -127,6 +132,7 @@ void ScrewCorrection::use_temperatures(std::size_t screw) {
   Worker& worker = workers_[screw];
   const std::vector<double>& model = worker.model.rise_K();
   double rise = 0;
+  const bool first = !worker.heard;
   const bool heard = config.sensor.channel >= 0 && read_sensor(screw, rise);
   if (config.sensor.channel >= 0 && !heard && config.sensor.hold_on_dropout) return;
   // The sensor says how warm, the model where. What no factor of the model explains is the whole screw's: the
@@ -135,8 +141,11 @@ void ScrewCorrection::use_temperatures(std::size_t screw) {
   const auto at =
       static_cast<std::size_t>(std::clamp(std::round(config.sensor.at_mm / spacing), 0.0, kNodes - 1.0));
   if (heard) {
-    worker.factor = model[at] > kCold_K ? std::clamp(rise / model[at], kFactorMin, kFactorMax) : 1;
-    worker.uniform_K = rise - worker.factor * model[at];
+    const double factor = model[at] > kCold_K ? std::clamp(rise / model[at], kFactorMin, kFactorMax) : 1;
+    const double uniform_K = rise - factor * model[at];
+    const double share = first ? 1 : std::min(1.0, config_.update_s / kSmooth_s);
+    worker.factor += share * (factor - worker.factor);
+    worker.uniform_K += share * (uniform_K - worker.uniform_K);
   }
   const double most = config_.slope_max / config.alpha_per_K;
   for (std::size_t i = 0; i < kNodes; ++i)

@@ -36,7 +36,7 @@ struct ScrewConfig {
 struct ScrewCorrectionConfig {
   std::vector<ScrewConfig> screws;
   double period_s = 0.001;
-  double update_s = 1;       ///< of the heat model; the tick fades from one profile to the next in this time
+  double update_s = 0.5;     ///< of the heat model; a spline in time leads from profile to profile
   double slope_max = 5e-4;   ///< greatest growth per length
   double rate_mm_s = 0.005;  ///< greatest change of the offset at a place
 };
@@ -74,7 +74,7 @@ class ScrewCorrection final : public SetpointCorrection {
     double direction = 1, length_mm = 0, spacing_mm = 1, last_mm = 0;
     bool seen = false;
     Way way;
-    Profile from, to;
+    std::array<Profile, 4> profiles_now;  ///< the last four, oldest first
     std::unique_ptr<Ring<Way>> ways;
     std::unique_ptr<Ring<Profile>> profiles;
   };
