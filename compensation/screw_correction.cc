@@ -79,7 +79,8 @@ double ScrewCorrection::displacement(const Nut& nut, double x_mm) const TRN_RT {
   return sum;
 }
 
-void ScrewCorrection::next_profile(Nut& nut) TRN_RT {
+void ScrewCorrection::next_profile(Nut& nut, int channel) TRN_RT {
+  if (channel >= 0) nut.way.sensor = board_.heard(channel);
   nut.ways->try_push(nut.way);
   nut.way = {};
   std::move(nut.profiles_now.begin() + 1, nut.profiles_now.end(), nut.profiles_now.begin());
@@ -93,7 +94,7 @@ void ScrewCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN
   for (std::size_t k = 0; k < nuts_.size(); ++k) {
     const ScrewConfig& screw = config_.screws[k];
     Nut& nut = nuts_[k];
-    if (due) next_profile(nut);
+    if (due) next_profile(nut, screw.sensor.channel);
     const double x = nut.direction * (input.q[screw.joint] - screw.fixed_bearing_mm);
     if (nut.seen) {
       const double node = std::clamp(std::round(x / nut.spacing_mm), 0.0, static_cast<double>(kNodes - 1));
@@ -116,7 +117,7 @@ void ScrewCorrection::advance(std::size_t screw, const Way& way) {
   const ScrewConfig& config = config_.screws[screw];
   Worker& worker = workers_[screw];
   worker.model.step(config_.update_s, way.mm);
-  use_temperatures(screw);
+  use_temperatures(screw, way.sensor);
   const std::vector<double> u = screw_displacement(config.mounting, config.alpha_per_K, config.stretch_mm,
                                                    worker.model.places_mm(), worker.used_K);
   Profile profile;
@@ -127,13 +128,13 @@ void ScrewCorrection::advance(std::size_t screw, const Way& way) {
   nuts_[screw].profiles->try_push(profile);
 }
 
-void ScrewCorrection::use_temperatures(std::size_t screw) {
+void ScrewCorrection::use_temperatures(std::size_t screw, const SensorBoard::Heard& sensor) {
   const ScrewConfig& config = config_.screws[screw];
   Worker& worker = workers_[screw];
   const std::vector<double>& model = worker.model.rise_K();
   double rise = 0;
   const bool first = !worker.heard;
-  const bool heard = config.sensor.channel >= 0 && read_sensor(screw, rise);
+  const bool heard = config.sensor.channel >= 0 && read_sensor(screw, sensor, rise);
   if (config.sensor.channel >= 0 && !heard && config.sensor.hold_on_dropout) return;
   // The sensor says how warm, the model where. What no factor of the model explains is the whole screw's: the
   // air has become warmer.
@@ -152,11 +153,10 @@ void ScrewCorrection::use_temperatures(std::size_t screw) {
     worker.used_K[i] = std::clamp(worker.factor * model[i] + worker.uniform_K, -most, most);
 }
 
-bool ScrewCorrection::read_sensor(std::size_t screw, double& rise_K) {
+bool ScrewCorrection::read_sensor(std::size_t screw, const SensorBoard::Heard& heard, double& rise_K) {
   const ScrewSensor& sensor = config_.screws[screw].sensor;
   Worker& worker = workers_[screw];
-  const std::uint32_t count = board_.count(sensor.channel);
-  const double value = board_.value(sensor.channel);
+  const auto [count, value] = heard;
   worker.silent_s = count == worker.count ? worker.silent_s + config_.update_s : 0;
   worker.count = count;
   const bool silent = worker.silent_s >= sensor.timeout_s;

@@ -64,6 +64,7 @@ class ScrewCorrection final : public SetpointCorrection {
  private:
   struct Way {
     std::array<double, kNodes> mm{};
+    SensorBoard::Heard sensor;
   };
   struct Profile {
     std::array<double, kNodes> u{}, m{};  ///< displacement and its second derivative, mm
@@ -89,10 +90,10 @@ class ScrewCorrection final : public SetpointCorrection {
   };
 
   double displacement(const Nut& nut, double x_mm) const TRN_RT;
-  void next_profile(Nut& nut) TRN_RT;
+  void next_profile(Nut& nut, int channel) TRN_RT;
   void advance(std::size_t screw, const Way& way);
-  bool read_sensor(std::size_t screw, double& rise_K);
-  void use_temperatures(std::size_t screw);
+  bool read_sensor(std::size_t screw, const SensorBoard::Heard& sensor, double& rise_K);
+  void use_temperatures(std::size_t screw, const SensorBoard::Heard& sensor);
 
   ScrewCorrectionConfig config_;
   const SensorBoard& board_;

@@ -120,8 +120,8 @@ std::vector<SwitchCode> read_switches(const ConfigTable& root, const ProgramConf
 
 Corrections read_corrections(const Machine& machine) {
   Corrections out;
-  out.setpoint = std::make_unique<SetpointChain>(machine.joints, machine.period_s);
   out.sensors = std::make_unique<SensorBoard>();
+  out.setpoint = std::make_unique<SetpointChain>(machine.joints, machine.period_s, out.sensors.get());
   const std::optional<ConfigTable> section = machine.root.table_if("corrections");
   if (!section) return out;
   for (const CorrectionKind& kind : kKinds)

@@ -446,6 +446,7 @@ void Cycle::abandon_motion() TRN_RT {
 void Cycle::correct_setpoints() TRN_RT {
   if (corrections_ && (corrections_->size() > 0 || corrections_->takes_up_jumps())) {
     corrections_->step({q_, feedback_});
+    report_.sensor = corrections_->heard();
     offset_ = corrections_->offset();
   }
   q_sent_ = q_ + offset_;

@@ -110,6 +110,8 @@ class Replay {
       if (entry.kind == Kind::kCommand) cycle_.post(entry.command);
       if (entry.kind == Kind::kStands) drives_.stand(entry.program.q, DriveState::kEnabled);
       if (entry.kind == Kind::kInputs) io_.set(entry.inputs);
+      if (entry.kind == Kind::kSensor)
+        assembly_.corrections.sensors->publish(entry.sensor.channel, entry.sensor.value);
       if (entry.kind == Kind::kFault) drives_.report_fault(entry.fault, entry.joint);
     }
   }

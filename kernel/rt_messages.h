@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "compensation/sensor_board.h"
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/motion.h"
@@ -69,6 +70,7 @@ struct CycleReport {
   std::uint64_t period = 0;
   JointVec q_plan, q_setpoint, q_measured;  ///< mm or rad; the setpoint is the plan with corrections
   std::array<CorrectionReport, kMaxSetpointCorrections> corrections;  ///< as many as the chain has
+  SensorSample sensor;  ///< the reading that corrections heard in this period, if any
   ToolLoadReport tool_load;
   JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
   Words y = Words::Zero();            ///< path point, as in PathPiece

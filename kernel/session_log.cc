@@ -13,7 +13,8 @@ using Json = nlohmann::json;
 using Kind = SessionEntry::Kind;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low", "stands", "fault", "inputs", "answer"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",
+                                       "fault",   "inputs",  "answer", "sensor"};
 constexpr const char* kCommandNames[] = {
     "start",       "hold",           "resume",           "stop",           "override",
     "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
@@ -59,6 +60,10 @@ Json to_json(const SessionEntry& entry) {
     if (entry.answer.probe) json["contact"] = numbers(entry.answer.q_contact);
     if (entry.answer.probe) json["stands"] = numbers(entry.answer.y_stand);
   }
+  if (entry.kind == Kind::kSensor) {
+    json["channel"] = entry.sensor.channel;
+    json["value"] = entry.sensor.value;
+  }
   if (entry.kind != Kind::kCommand) return json;
   json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
   json["value"] = entry.command.value;
@@ -100,6 +105,11 @@ SessionEntry from_json(const Json& json) {
     entry.inputs.spindle_turns = json.at("turns");
   }
   if (entry.kind == Kind::kAnswer) entry.answer = answer_from(json);
+  if (entry.kind == Kind::kSensor) {
+    entry.sensor = {json.at("channel"), json.at("value")};
+    if (entry.sensor.channel < 0 || entry.sensor.channel >= SensorBoard::kMax)
+      throw std::runtime_error("no such channel");
+  }
   if (entry.kind != Kind::kCommand) return entry;
   entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
   entry.command.value = json.at("value");
@@ -171,6 +181,9 @@ void SessionLog::report_io(const CycleReport& report) {
   entry.kind = Kind::kAnswer;
   entry.answer = report.answer;
   if (report.answered) write(entry);
+  entry.kind = Kind::kSensor;
+  entry.sensor = report.sensor;
+  if (entry.sensor.channel >= 0) write(entry);
 }
 
 void SessionLog::write(const SessionEntry& entry) { out_ << to_json(entry).dump() << std::endl; }

@@ -23,6 +23,7 @@ struct SessionEntry {
     kFault,    ///< the drives reported `fault`
     kInputs,   ///< the inputs are now `inputs`
     kAnswer,   ///< the program was given `answer`
+    kSensor,   ///< the corrections heard `sensor`
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -33,6 +34,7 @@ struct SessionEntry {
   int joint = -1;
   IoInputs inputs;  ///< digital, probe, spindle_ready
   ProgramAnswer answer;
+  SensorSample sensor;
 };
 
 /// What a session was made with; paths as given.

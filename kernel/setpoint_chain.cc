@@ -117,6 +117,7 @@ void SetpointChain::forget_program() TRN_RT {
 
 void SetpointChain::step(const CorrectionInput& input) TRN_RT {
   sum_.setZero();
+  if (board_) heard_ = board_->listen();
   for (Link& link : links_) {
     step(link, input);
     sum_ += link.offset;

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compensation/offset_filter.h"
+#include "compensation/sensor_board.h"
 #include "core/machine.h"
 #include "core/ports.h"
 
@@ -28,7 +29,9 @@ struct SetpointBudget {
 class SetpointChain {
  public:
   static constexpr int kMax = kMaxSetpointCorrections;
-  SetpointChain(const Joints& joints, double period_s) : joints_(joints), period_s_(period_s) {}
+  /// `board`: the readings that corrections go by; null: none. It must outlive the chain.
+  SetpointChain(const Joints& joints, double period_s, SensorBoard* board = nullptr)
+      : joints_(joints), period_s_(period_s), board_(board) {}
 
   /// At most kMax, in the order in which they act.
   void append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction);
@@ -52,6 +55,8 @@ class SetpointChain {
 
   /// One period: offsets from the plan's joints.
   void step(const CorrectionInput& input) TRN_RT;
+  /// The reading that was heard in it, if any.
+  const SensorSample& heard() const TRN_RT { return heard_; }
   /// Switches for good, and forgets what the program has asked for.
   void enable(int i, bool on) TRN_RT;
   /// A program's switch of all with one of `bits`, until `forget_program`. The time until that has come in or
@@ -81,6 +86,8 @@ class SetpointChain {
 
   Joints joints_;
   double period_s_;
+  SensorBoard* board_;
+  SensorSample heard_;
   std::vector<Link> links_;
   const DeflectionCorrection* deflection_ = nullptr;
   int deflection_link_ = 0;
