@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kFactorMin = 0.3, kFactorMax = 3;  // a model that is further off is wrong in another way
 constexpr double kCold_K = 1e-3;
+constexpr double kJudge_s = 0.5;  // the least time over which a change is judged: a sensor has steps
 constexpr double kSmooth_s = 30;  // time constant of what the sensor changes: its place warms in bursts
 
 /// Weights of the uniform cubic B-spline at t of 0 to 1 behind the last profile: what grows evenly is
@@ -157,6 +158,7 @@ bool ScrewCorrection::read_sensor(std::size_t screw, const SensorBoard::Heard& h
   const ScrewSensor& sensor = config_.screws[screw].sensor;
   Worker& worker = workers_[screw];
   const auto [count, value] = heard;
+  const double since_s = std::max(kJudge_s, worker.silent_s + config_.update_s);
   worker.silent_s = count == worker.count ? worker.silent_s + config_.update_s : 0;
   worker.count = count;
   const bool silent = worker.silent_s >= sensor.timeout_s;
@@ -166,7 +168,7 @@ bool ScrewCorrection::read_sensor(std::size_t screw, const SensorBoard::Heard& h
     return false;
   }
   const bool in_range = value >= sensor.min_C && value <= sensor.max_C;
-  const bool jumps = worker.heard && std::abs(value - worker.last_C) > sensor.rate_max_K_s * config_.update_s;
+  const bool jumps = worker.heard && std::abs(value - worker.last_C) > sensor.rate_max_K_s * since_s;
   if (!in_range || jumps) {
     // A new level that stays is believed after the time-out.
     worker.absurd_s += config_.update_s;

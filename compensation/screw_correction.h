@@ -36,7 +36,7 @@ struct ScrewConfig {
 struct ScrewCorrectionConfig {
   std::vector<ScrewConfig> screws;
   double period_s = 0.001;
-  double update_s = 0.5;     ///< of the heat model; a spline in time leads from profile to profile
+  double update_s = 0.1;     ///< of the heat model; a spline in time leads from profile to profile
   double slope_max = 5e-4;   ///< greatest growth per length
   double rate_mm_s = 0.005;  ///< greatest change of the offset at a place
 };
