@@ -18,6 +18,7 @@ constexpr double kTiny = 1e-9;
 // Of a lathe's tool by its orientation, from the centre, in Z and X and in radii.
 const Point kControlledPoint[] = {{0, 0}, {1, -1}, {-1, -1}, {-1, 1}, {1, 1},
                                   {1, 0}, {0, -1}, {-1, 0},  {0, 1},  {0, 0}};
+constexpr double kReversal_rad = 1e-6;
 constexpr double kStraight_rad = 0.05;  // corners flatter than this are no corners (the dialect's own bound)
 
 double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -155,8 +156,7 @@ void CutterComp::offset(Element& e) const {
 }
 
 // Where the offset curves of two neighbours meet, near their corner.
-CutterComp::Point CutterComp::meet(const Element& before, const Element& after) const {
-  const Point corner = before.to;
+CutterComp::Point CutterComp::meet(const Element& before, const Element& after, const Point& near) const {
   Point out;
   bool found = false;
   if (before.shape == Shape::kLine && after.shape == Shape::kLine) {
@@ -165,11 +165,11 @@ CutterComp::Point CutterComp::meet(const Element& before, const Element& after) 
     found = std::fabs(c) > kTiny;
     if (found) out = before.b + t1 * (cross(after.a - before.b, t2) / c);
   } else if (before.shape == Shape::kLine) {
-    found = line_circle(before.b, tangent(before, true), after.centre, after.radius, corner, out);
+    found = line_circle(before.b, tangent(before, true), after.centre, after.radius, near, out);
   } else if (after.shape == Shape::kLine) {
-    found = line_circle(after.a, tangent(after, false), before.centre, before.radius, corner, out);
+    found = line_circle(after.a, tangent(after, false), before.centre, before.radius, near, out);
   } else {
-    found = circle_circle(before.centre, before.radius, after.centre, after.radius, corner, out);
+    found = circle_circle(before.centre, before.radius, after.centre, after.radius, near, out);
   }
   if (!found) gouge(after, before.line);
   return out;
@@ -178,15 +178,23 @@ CutterComp::Point CutterComp::meet(const Element& before, const Element& after) 
 void CutterComp::corner(Element& before, Element& after) const {
   const Point t1 = tangent(before, true), t2 = tangent(after, false);
   const double turn = std::atan2(cross(t1, t2), t1.dot(t2));
-  const double towards_tool = left_ ? turn : -turn;
+  const bool reversal = std::fabs(turn) > kPi - kReversal_rad;
+  // Where the contour turns back into itself, curvature says on which side of it the tool is.
+  const double bend = reversal ? -curvature(before) - curvature(after) : turn;
+  const double towards_tool = left_ ? bend : -bend;
   if (std::fabs(turn) < kStraight_rad) {
     after.a = before.b;
-  } else if (towards_tool < 0 || std::fabs(turn) > kPi - kTiny) {
+  } else if (towards_tool <= 0) {
     before.rounded = true;
     before.round_to = after.a;
   } else {
-    before.b = after.a = meet(before, after);
+    before.b = after.a = meet(before, after, reversal ? Point(before.to - radius_ * t1) : before.to);
   }
+}
+
+// Signed, positive to the left.
+double CutterComp::curvature(const Element& e) {
+  return e.shape == Shape::kArc ? e.turn / (e.to - e.centre).norm() : 0.0;
 }
 
 void CutterComp::gouge(const Element& e, std::uint32_t other_line) const {

@@ -54,7 +54,8 @@ class CutterComp {
   Point tangent(const Element& e, bool at_end) const;
   Point side_normal(const Point& tangent) const;
   void corner(Element& before, Element& after) const;
-  Point meet(const Element& before, const Element& after) const;
+  Point meet(const Element& before, const Element& after, const Point& near) const;
+  static double curvature(const Element& e);
   void check_direction(const Element& e, std::uint32_t other_line) const;
   void check_contour(const Element& e);
   void entry_too_short(double length) const;

@@ -235,7 +235,7 @@ void Executor::tap(const Hole& hole, bool right_hand, std::uint32_t) {
 void Executor::back_bore(const Hole& hole) {
   const SpindleTurn turn = s_.modal.turn;
   const double side_first = hole.first + s_.cycle.i, side_second = hole.second + s_.cycle.j;
-  const int direction = turn == SpindleTurn::kClockwise ? 2 : 1;
+  const int direction = turn == SpindleTurn::kClockwise ? 2 : 3;  // as the canonical functions number them
   cycle_to(hole, side_first, side_second, hole.r, true);
   stop_spindle();
   put(canon::OrientSpindle{0, direction});

@@ -33,6 +33,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"not_supported", "{} is not built into this control: {}", "see docs/gcode.md"},
     {"group_conflict", "{} and {} are of one modal group", "one of them a line"},
     {"repeated_word", "the word {} is given twice", "once a line"},
+    {"too_many_words", "more than {} {} on one line", "split the line"},
     {"unused_word", "nothing on this line uses the word {}: {}", ""},
     {"missing_word", "{} needs {}", "add the word"},
     {"bad_value", "{} = {} is not legal for {}: {}", ""},
@@ -40,7 +41,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
 
     {"unknown_parameter", "parameter {} has no value yet", "assign it first, or ask EXISTS[#<name>]"},
     {"read_only_parameter", "parameter {} is read-only", "assign another one"},
-    {"parameter_range", "there is no parameter number {}", "an integer from 1 to 5602"},
+    {"parameter_range", "there is no parameter number {}", "an integer from 1 to 5601"},
     {"divide_by_zero", "division by zero", "a divisor other than 0"},
     {"domain", "{} of {} is not defined", "an argument inside the function's range"},
     {"not_integer", "{} = {} is not an integer", "an integer"},

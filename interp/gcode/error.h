@@ -34,6 +34,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kNotSupported,
   kGroupConflict,
   kRepeatedWord,
+  kTooManyWords,
   kUnusedWord,
   kMissingWord,
   kBadValue,

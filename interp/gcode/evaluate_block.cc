@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kCodeTolerance = 1e-3;
 constexpr int kCancelMotion = 800;
+constexpr int kMWordsMax = 4;  // of a line (RS274/NGC section 3.3.1)
 
 int to_code(double value, double scale, std::uint32_t column, char letter) {
   const double scaled = value * scale;
@@ -78,11 +79,13 @@ void Block::clear() {
 void evaluate_block(const ParsedBlock& parsed, Evaluator& evaluator, const ModalTable& table, Block& out) {
   out.clear();
   out.parsed = &parsed;
+  int m_words = 0;
   for (const ParsedWord& word : parsed.words) {
     const double value = word.expression < 0 ? word.value : evaluator.run(parsed.code, word.expression);
     if (word.letter == 'G') {
       add_g(table, value, word.column, out);
     } else if (word.letter == 'M') {
+      if (++m_words > kMWordsMax) fail(GcodeErrorCode::kTooManyWords, word.column, kMWordsMax, "M codes");
       add_m(table, value, word.column, out);
     } else {
       if (out.has(word.letter))

@@ -122,14 +122,23 @@ std::string_view who_uses(char letter) {
 
 void check_cycle_words(const Block& b, int motion) {
   const bool cycle = motion >= 730 && motion <= 890 && motion != 800;
-  if ((cycle || motion >= 382) && motion <= 890 && motion != 800 && !b.has_axis_word())
+  const bool thread = motion == 330 || motion == 331;
+  if ((cycle || thread || motion == 51 || (motion >= 382 && motion <= 385)) && !b.has_axis_word())
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "axis words");
-  if (!cycle) return;
+  if (thread && !b.has('K'))
+    fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "a K word");
+  if (thread && b.has('F'))
+    fail(GcodeErrorCode::kUnusedWord, b.at('F'), 'F', "the spindle gives the feed of G33 and G33.1");
+  if (motion == 760)
+    for (const char letter : {'Z', 'I', 'J', 'K', 'P'})
+      if (!b.has(letter))
+        fail(GcodeErrorCode::kMissingWord, b.motion_column(), "G76", fmt::format("a word {}", letter));
+  if (!cycle || motion == 760) return;
   for (const char letter : {'A', 'B', 'C'})
     if (b.has(letter))
       fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", g_name(motion)),
            "X Y Z");
-  if (motion != 760 && b.has('L') && (b['L'] < 0 || b['L'] != std::round(b['L'])))
+  if (b.has('L') && (b['L'] < 0 || b['L'] != std::round(b['L'])))
     fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', b['L'], g_name(motion),
          "a whole number of repeats from 1");
 }
@@ -140,6 +149,7 @@ void check_words(const Block& b, int motion) {
     fail(GcodeErrorCode::kBadValue, b.at('F'), 'F', b['F'], "a feed rate", "F of 0 or more");
   if (b.has('S') && b['S'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
+  if (motion > 30) check_cycle_words(b, motion);
   if (!b.any_g) return;
   const int code = b.code(GGroup::kNonModal);
   const std::uint32_t column = b.at(GGroup::kNonModal);
@@ -149,14 +159,9 @@ void check_words(const Block& b, int motion) {
     fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
   if (code == 530 && motion != 0 && motion != 10)
     fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
-  if (code == 530 && !b.has_axis_word())
-    fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
   if ((motion == 20 || motion == 30) && b.has('P') &&
       (b['P'] < 1 || b['P'] > 1e6 || b['P'] != std::round(b['P'])))
     fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
-  check_cycle_words(b, motion);
-  if ((b.code(GGroup::kMotion) == 330 || b.code(GGroup::kMotion) == 331) && !b.has('K'))
-    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kMotion), g_name(motion), "a K word");
 }
 
 }  // namespace
@@ -181,8 +186,7 @@ void Executor::begin(const AxisValues& start) {
   s_.modal.path = parts_.config.path_mode;
   put(canon::UseLengthUnits{false});
   load_system(static_cast<int>(parts_.parameters[parameter::kSystem]));
-  if (parts_.parameters[parameter::kG92Active] != 0)
-    for (int i = 0; i < 6; ++i) s_.g92[i] = parts_.parameters[parameter::kG92 + i];
+  if (parts_.parameters[parameter::kG92Active] != 0) s_.g92 = stored(parameter::kG92);
   put(canon::SetG5xOffset{s_.modal.work_offset, s_.g5x});
   put(canon::SetG92Offset{s_.g92});
   put(canon::SetXyRotation{s_.rotation_deg});
@@ -235,6 +239,9 @@ void Executor::check_unused(const Block& b, int motion) const {
     for (char letter = 'A'; letter <= 'Z'; ++letter)
       if (unused & Block::bit(letter))
         fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));
+  if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800)
+    fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
+         "another code of the line");
   if (!b.has_axis_word()) return;
   for (int axis = 0; axis < 6; ++axis)
     if (b.has(kWordLetters[axis]) && !has_axis(axis))
@@ -243,14 +250,10 @@ void Executor::check_unused(const Block& b, int motion) const {
     fail(GcodeErrorCode::kPolar, b.at(b.has(kPolarRadius) ? kPolarRadius : kPolarAngle),
          fmt::format("goes with {}", b.code(GGroup::kNonModal) >= 0 ? g_name(b.code(GGroup::kNonModal))
                                                                     : "a code that is no motion"));
-  if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800)
-    fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
-         "another code of the line");
 }
 
 bool Executor::execute(const Block& b) {
   line_ = b.line;
-  if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   const int motion = motion_of(b);
   if (b.code(GGroup::kNonModal) == 530) check_g53(b);
   check_unused(b, motion);
@@ -262,6 +265,7 @@ bool Executor::execute(const Block& b) {
                                                                    : 1);
   }
   check_words(b, motion);
+  if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   if (b.any_g) {
     if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
     if (b.code(GGroup::kSpindleMode) >= 0) spindle_mode(b);
@@ -289,11 +293,7 @@ void Executor::g_codes(const Block& b) {
   if (b.code(GGroup::kPlane) >= 0) plane(b);
   if (b.code(GGroup::kUnits) >= 0) units(b);
   const int diameter = b.code(GGroup::kDiameter);
-  if (diameter >= 0 && (diameter == 70) != s_.modal.diameter) {
-    s_.modal.diameter = diameter == 70;
-    note(s_.modal.diameter ? "interpreter: Lathe diameter mode changed to diameter"
-                           : "interpreter: Lathe diameter mode changed to radius");
-  }
+  if (diameter >= 0 && (diameter == 70) != s_.modal.diameter) set_diameter(diameter == 70);
   if (b.code(GGroup::kCutterComp) >= 0) cutter_comp(b);
   if (b.code(GGroup::kToolLength) >= 0) tool_length(b);
   if (b.code(GGroup::kWorkOffset) >= 0) work_offset(b);
@@ -438,6 +438,19 @@ std::string Executor::expand_message(const std::string& text) const {
   return out;
 }
 
+// Six words from this parameter on, in mm and degrees.
+AxisValues Executor::stored(int parameter) const {
+  AxisValues mm;
+  for (int i = 0; i < 6; ++i)
+    mm[i] = parts_.parameters[parameter + i] * (i < 3 ? parts_.config.parameter_unit_mm : 1);
+  return mm;
+}
+
+void Executor::store(int parameter, const AxisValues& mm) {
+  for (int i = 0; i < 6; ++i)
+    parts_.parameters[parameter + i] = mm[i] / (i < 3 ? parts_.config.parameter_unit_mm : 1);
+}
+
 AxisValues Executor::to_mm(const AxisValues& v) const {
   AxisValues mm = v;
   if (s_.modal.inch) mm.head<3>() *= kMmPerInch;
@@ -488,7 +501,7 @@ double Executor::predefined(int index) const {
     case 53:
       return parts_.parameters[parameter::kToolDiameter];
     case 54:
-      return to_mm(s_.tool_offset)[kZ];
+      return to_mm(s_.tool_offset)[kZ] / parts_.config.parameter_unit_mm;
     case 55:
       return s_.rtcp;
     case 56:

@@ -96,6 +96,7 @@ class Executor : public StateValues {
 
   // modes.cc: settings that move nothing
   void feed_mode(const Block& b);
+  void set_feed_mode(FeedMode mode);
   void feed(const Block& b);
   void spindle_mode(const Block& b);
   void speed(const Block& b);
@@ -106,26 +107,37 @@ class Executor : public StateValues {
   void set_path(MotionControl mode, double tolerance, double naive, double orientation_deg);
   void put_path();
   void distance(const Block& b);
+  void set_incremental(bool incremental);
+  void set_arc_absolute(bool absolute);
+  void set_diameter(bool diameter);
   void retract(const Block& b);
+  void set_retract(bool to_start);
   void dwell(const Block& b);
 
   // mcodes.cc
   void m_codes(const Block& b);
   void tool_select(const Block& b);
   void tool_change(const Block& b);
+  void check_tool(int number, std::uint32_t column) const;
   int slot_of(int number) const;
   void spindle(const Block& b);
   void start_spindle(SpindleTurn turn);
   void stop_spindle();
   void coolant(const Block& b);
   void overrides(const Block& b);
-  void resume_overrides(const ModalState& kept);
   void output(const Block& b);
   void modal_state(const Block& b);
   void restore_modal(const ModalState& kept);
-  void restore_machine(const ModalState& kept);
+  void restore_feed(const ModalState& kept);
+  void restore_geometry(const ModalState& kept);
+  void restore_spindle(SpindleTurn turn);
+  void restore_coolant(const ModalState& kept);
+  void restore_overrides(const ModalState& kept);
+  void restore_tool_length(const Settings& kept);
   void user_m(const Block& b);
   void restore_switches(const Settings& kept);
+  struct Kept;
+  void restore(const Kept& kept);
   void retract_to_safe_height();
   bool stop(const Block& b);
   void reset_at_end();
@@ -224,6 +236,8 @@ class Executor : public StateValues {
   void flush_comp();
 
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
+  AxisValues stored(int parameter) const;
+  void store(int parameter, const AxisValues& mm);
   double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
   double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
   AxisValues to_mm(const AxisValues& v) const;
@@ -234,8 +248,8 @@ class Executor : public StateValues {
   Settings s_;
   std::uint32_t line_ = 0;
   struct Kept {
-    ModalState state;
-    bool valid = false, restore_on_return = false;
+    Settings state;
+    bool valid = false, restore_on_return = false, compensated = false;
   };
   std::vector<Kept> kept_;
   CutterComp comp_;

@@ -312,7 +312,9 @@ void Flow::obey_if(const ParsedBlock& block, std::int32_t label) {
 }
 
 void Flow::skip_definition(std::int32_t label) {
-  file().subs.emplace(label, next_.at);
+  const auto [at, fresh] = file().subs.emplace(label, next_.at);
+  if (!fresh && at->second.line != next_.at.line)
+    fail(GcodeErrorCode::kSubRepeated, 1, "o" + labels_.name(label), at->second.line - 1);
   skip_to(label, {FlowKind::kEndSub});
 }
 

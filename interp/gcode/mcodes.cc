@@ -35,10 +35,15 @@ void Executor::m_codes(const Block& b) {
 
 void Executor::tool_select(const Block& b) {
   const int tool = whole_word(b, 'T', 0, kMaxTool, "a tool number");
-  if (tool != 0 && !parts_.tools.tools().empty() && !parts_.tools.find(tool))
-    fail(GcodeErrorCode::kUnknownTool, b.at('T'), tool);
+  check_tool(tool, b.at('T'));
   s_.selected_tool = tool;
   put_now(canon::SelectTool{tool});
+}
+
+// Without any table every number will do.
+void Executor::check_tool(int number, std::uint32_t column) const {
+  if (number != 0 && !parts_.tools.tools().empty() && !parts_.tools.find(number))
+    fail(GcodeErrorCode::kUnknownTool, column, number);
 }
 
 int Executor::slot_of(int number) const {
@@ -53,6 +58,7 @@ void Executor::tool_change(const Block& b) {
   if (code == 61) {
     if (!b.has('Q')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M61", "a Q word");
     s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
+    check_tool(s_.current_tool, b.at('Q'));
     put_now(canon::ChangeToolNumber{slot_of(s_.current_tool)});
   } else {
     put(PlainCanon::kStartChange);
@@ -65,8 +71,8 @@ void Executor::tool_change(const Block& b) {
   const Tool none;
   if (!tool) tool = &none;
   parts_.parameters[parameter::kTool] = s_.current_tool;
-  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kToolOffset + i] = tool->offset[i];
-  parts_.parameters[parameter::kToolDiameter] = tool->diameter;
+  store(parameter::kToolOffset, tool->offset);
+  parts_.parameters[parameter::kToolDiameter] = tool->diameter / parts_.config.parameter_unit_mm;
   parts_.parameters[5411] = tool->front_deg;
   parts_.parameters[5412] = tool->back_deg;
   parts_.parameters[5413] = tool->orientation;
@@ -96,7 +102,8 @@ void Executor::spindle(const Block& b) {
   if (!b.has('R') && !b.has('P') && !b.has('Q')) return;
   if (b.get('R', 0) < 0 || b.get('R', 0) > 360)
     fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', b['R'], "M19", "an angle from 0 to 360 degrees");
-  put(canon::OrientSpindle{b.get('R', 0), b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});
+  if (b.has('R') || b.has('P'))
+    put(canon::OrientSpindle{b.get('R', 0), b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});
   if (!b.has('Q')) return;
   if (b['Q'] <= 0) fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "M19", "a time greater than 0, s");
   put(canon::WaitOrient{b['Q']});
@@ -177,36 +184,63 @@ void Executor::modal_state(const Block& b) {
   Kept& kept = kept_[level];
   switch (b.code(MGroup::kState)) {
     case 70:
-      kept = {s_.modal, true, false};
+      kept = {s_, true, false, comp_.active()};
       break;
     case 71:
       kept.valid = kept.restore_on_return = false;
       break;
     case 73:
-      kept = {s_.modal, true, true};
+      kept = {s_, true, true, comp_.active()};
       break;
     default:
       if (!kept.valid)
         fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kState), "M72", "M70 or M73 at this level first");
-      restore_modal(kept.state);
+      restore(kept);
   }
 }
 
 void Executor::on_return(int level) {
   if (static_cast<std::size_t>(level) >= kept_.size()) return;
   Kept& kept = kept_[static_cast<std::size_t>(level)];
-  if (kept.valid && kept.restore_on_return) restore_modal(kept.state);
+  if (kept.valid && kept.restore_on_return) restore(kept);
   kept.valid = kept.restore_on_return = false;
 }
 
+// In the dialect's order of execution, and only what differs: a line of everything but M codes, with the
+// first M code in it, then a line for each further M code.
 void Executor::restore_modal(const ModalState& kept) {
   ModalState& m = s_.modal;
+  restore_feed(kept);
+  bool first = true;
+  const auto next_m = [&](bool differs) {
+    if (differs && !first) restore_geometry(kept);
+    first = first && !differs;
+    return differs;
+  };
+  if (next_m(kept.turn != m.turn)) restore_spindle(kept.turn);
+  if (next_m(kept.mist != m.mist || kept.flood != m.flood)) restore_coolant(kept);
+  if (next_m(kept.feed_override != m.feed_override || kept.speed_override != m.speed_override))
+    restore_overrides(kept);
+  if (next_m(kept.adaptive_feed != m.adaptive_feed))
+    put(kept.adaptive_feed ? PlainCanon::kEnableAdaptiveFeed : PlainCanon::kDisableAdaptiveFeed);
+  if (next_m(kept.feed_hold != m.feed_hold))
+    put(kept.feed_hold ? PlainCanon::kEnableFeedHold : PlainCanon::kDisableFeedHold);
+  m.adaptive_feed = kept.adaptive_feed;
+  m.feed_hold = kept.feed_hold;
+  restore_geometry(kept);
+}
+
+void Executor::restore_feed(const ModalState& kept) {
+  ModalState& m = s_.modal;
   if (kept.inch != m.inch) set_units(kept.inch);
-  if (kept.feed_mode != m.feed_mode) {
-    m.feed_mode = kept.feed_mode;
-    put(canon::SetFeedMode{m.feed_mode == FeedMode::kPerRevolution});
+  const bool other_feed = kept.feed != m.feed;
+  if (kept.feed_mode != m.feed_mode) set_feed_mode(kept.feed_mode);  // which forgets the feed
+  if (kept.css != m.css || kept.css_max != m.css_max) {
+    m.css = kept.css;
+    m.css_max = kept.css_max;
+    put(canon::SetSpindleMode{m.css_max});
   }
-  if (kept.feed != m.feed) {
+  if (other_feed || kept.feed != m.feed) {
     m.feed = kept.feed;
     if (m.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{m.feed});
   }
@@ -214,57 +248,84 @@ void Executor::restore_modal(const ModalState& kept) {
     m.speed = kept.speed;
     put(canon::SetSpindleSpeed{m.speed});
   }
+}
+
+void Executor::restore_spindle(SpindleTurn turn) {
+  if (turn == SpindleTurn::kStopped)
+    stop_spindle();
+  else
+    start_spindle(turn);
+}
+
+void Executor::restore_geometry(const ModalState& kept) {
+  ModalState& m = s_.modal;
   if (kept.plane != m.plane) {
     m.plane = kept.plane;
     put(canon::SelectPlane{m.plane});
   }
-  if (kept.incremental != m.incremental) {
-    m.incremental = kept.incremental;
-    note(m.incremental ? "interpreter: distance mode changed to incremental"
-                       : "interpreter: distance mode changed to absolute");
-  }
-  m.arc_absolute = kept.arc_absolute;
-  m.diameter = kept.diameter;
-  m.retract_to_start = kept.retract_to_start;
-  restore_machine(kept);
-}
-
-void Executor::restore_machine(const ModalState& kept) {
-  ModalState& m = s_.modal;
+  if (kept.diameter != m.diameter) set_diameter(kept.diameter);
   if (kept.work_offset != m.work_offset) {
     keep_machine([&] { load_system(kept.work_offset); });
     put_system(true);
   }
   if (kept.path != m.path || kept.path_tolerance != m.path_tolerance)
     set_path(kept.path, kept.path_tolerance, kept.naive_tolerance, kept.orientation_deg);
-  if (kept.turn != m.turn) {
-    if (kept.turn == SpindleTurn::kStopped)
-      stop_spindle();
-    else
-      start_spindle(kept.turn);
+  if (kept.incremental != m.incremental) set_incremental(kept.incremental);
+  if (kept.arc_absolute != m.arc_absolute) set_arc_absolute(kept.arc_absolute);
+  if (kept.retract_to_start != m.retract_to_start) set_retract(kept.retract_to_start);
+}
+
+void Executor::restore_coolant(const ModalState& kept) {
+  ModalState& m = s_.modal;
+  if (!kept.mist && !kept.flood) {
+    put(PlainCanon::kMistOff);
+    put(PlainCanon::kFloodOff);
+  } else {
+    if (kept.mist != m.mist) put(kept.mist ? PlainCanon::kMistOn : PlainCanon::kMistOff);
+    if (kept.flood != m.flood) put(kept.flood ? PlainCanon::kFloodOn : PlainCanon::kFloodOff);
   }
-  if (kept.mist != m.mist) put(kept.mist ? PlainCanon::kMistOn : PlainCanon::kMistOff);
-  if (kept.flood != m.flood) put(kept.flood ? PlainCanon::kFloodOn : PlainCanon::kFloodOff);
   m.mist = kept.mist;
   m.flood = kept.flood;
 }
 
-void Executor::resume_overrides(const ModalState& kept) {
+// As M48 or M49 where both are alike.
+void Executor::restore_overrides(const ModalState& kept) {
   ModalState& m = s_.modal;
+  const bool alike = kept.feed_override == kept.speed_override && kept.feed_override != m.feed_override;
+  if (kept.feed_override != m.feed_override)
+    put(kept.feed_override ? PlainCanon::kEnableFeedOverride : PlainCanon::kDisableFeedOverride);
+  if (alike || kept.speed_override != m.speed_override)
+    put(kept.speed_override ? PlainCanon::kEnableSpeedOverride : PlainCanon::kDisableSpeedOverride);
   m.feed_override = kept.feed_override;
   m.speed_override = kept.speed_override;
-  m.adaptive_feed = kept.adaptive_feed;
-  m.feed_hold = kept.feed_hold;
-  if (!m.feed_override) put(PlainCanon::kDisableFeedOverride);
-  if (!m.speed_override) put(PlainCanon::kDisableSpeedOverride);
-  if (m.adaptive_feed) put(PlainCanon::kEnableAdaptiveFeed);
-  if (!m.feed_hold) put(PlainCanon::kDisableFeedHold);
+}
+
+// Tool-centre-point control is left as it stands.
+void Executor::restore_tool_length(const Settings& kept) {
+  if (s_.rtcp || kept.rtcp || kept.tool_offset == s_.tool_offset) return;
+  set_tool_offset(kept.tool_offset, kept.tool_length_code);
+}
+
+// M72, and the return from a sub-program with M73.
+void Executor::restore(const Kept& kept) {
+  if (comp_.active() && !kept.compensated) {
+    flush_comp();
+    note("interpreter: cutter radius compensation off");
+  }
+  if (kept.state.modal.inch != s_.modal.inch) set_units(kept.state.modal.inch);
+  restore_tool_length(kept.state);
+  const AxisValues& g92 = kept.state.g92;  // in the units that are back in force
+  if (g92 != s_.g92) {
+    s_.position += s_.g92 - g92;
+    s_.g92 = g92;
+    put(canon::SetG92Offset{g92});
+  }
+  restore_modal(kept.state.modal);
 }
 
 void Executor::resume(const Settings& kept) {
   restore_switches(kept);
   restore_modal(kept.modal);
-  resume_overrides(kept.modal);
   s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
   s_.selected_tool = kept.selected_tool;
   s_.current_tool = kept.current_tool;

@@ -7,9 +7,12 @@ namespace trn {
 
 void Executor::feed_mode(const Block& b) {
   const int code = b.code(GGroup::kFeedMode);
-  const FeedMode mode = code == 930   ? FeedMode::kInverseTime
-                        : code == 940 ? FeedMode::kPerMinute
-                                      : FeedMode::kPerRevolution;
+  set_feed_mode(code == 930   ? FeedMode::kInverseTime
+                : code == 940 ? FeedMode::kPerMinute
+                              : FeedMode::kPerRevolution);
+}
+
+void Executor::set_feed_mode(FeedMode mode) {
   s_.modal.feed_mode = mode;
   note(mode == FeedMode::kInverseTime ? "interpreter: feed mode set to inverse time"
        : mode == FeedMode::kPerMinute ? "interpreter: feed mode set to units per minute"
@@ -97,24 +100,38 @@ void Executor::put_path() {
 
 void Executor::distance(const Block& b) {
   const int code = b.code(GGroup::kDistance);
-  if (code >= 0 && (code == 910) != s_.modal.incremental) {
-    s_.modal.incremental = code == 910;
-    note(s_.modal.incremental ? "interpreter: distance mode changed to incremental"
-                              : "interpreter: distance mode changed to absolute");
-  }
+  if (code >= 0 && (code == 910) != s_.modal.incremental) set_incremental(code == 910);
   const int arc_code = b.code(GGroup::kArcDistance);
-  if (arc_code < 0 || (arc_code == 901) == s_.modal.arc_absolute) return;
-  s_.modal.arc_absolute = arc_code == 901;
-  note(s_.modal.arc_absolute ? "interpreter: IJK distance mode changed to absolute"
-                             : "interpreter: IJK distance mode changed to incremental");
+  if (arc_code >= 0 && (arc_code == 901) != s_.modal.arc_absolute) set_arc_absolute(arc_code == 901);
+}
+
+void Executor::set_incremental(bool incremental) {
+  s_.modal.incremental = incremental;
+  note(incremental ? "interpreter: distance mode changed to incremental"
+                   : "interpreter: distance mode changed to absolute");
+}
+
+void Executor::set_arc_absolute(bool absolute) {
+  s_.modal.arc_absolute = absolute;
+  note(absolute ? "interpreter: IJK distance mode changed to absolute"
+                : "interpreter: IJK distance mode changed to incremental");
+}
+
+void Executor::set_diameter(bool diameter) {
+  s_.modal.diameter = diameter;
+  note(diameter ? "interpreter: Lathe diameter mode changed to diameter"
+                : "interpreter: Lathe diameter mode changed to radius");
 }
 
 void Executor::retract(const Block& b) {
   if (comp_.active())
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kRetract), g_name(b.code(GGroup::kRetract)));
-  s_.modal.retract_to_start = b.code(GGroup::kRetract) == 980;
-  note(s_.modal.retract_to_start ? "interpreter: retract mode set to old_z"
-                                 : "interpreter: retract mode set to r_plane");
+  set_retract(b.code(GGroup::kRetract) == 980);
+}
+
+void Executor::set_retract(bool to_start) {
+  s_.modal.retract_to_start = to_start;
+  note(to_start ? "interpreter: retract mode set to old_z" : "interpreter: retract mode set to r_plane");
 }
 
 void Executor::dwell(const Block& b) {

@@ -52,6 +52,7 @@ AxisValues Executor::polar_target(const Block& b) const {
   if (radius == 0 && !b.has(kPolarAngle))
     fail(GcodeErrorCode::kPolar, column, "stands at the origin without ^");
   const bool more = s_.modal.incremental;
+  if (radius == 0 && more) fail(GcodeErrorCode::kPolar, column, "stands at the origin in G91");
   if (b.has(kPolarRadius)) radius = b[kPolarRadius] + (more ? radius : 0);
   if (b.has(kPolarAngle)) angle_deg = b[kPolarAngle] + (more ? angle_deg : 0);
   to[kX] = radius * std::cos(rad_from_deg(angle_deg));
@@ -148,8 +149,7 @@ AxisValues Executor::short_of(const AxisValues& to) const {
 
 void Executor::probed(const MachineAnswer& answer) {
   s_.position = answer.stands;
-  const AxisValues mm = to_mm(answer.contact);
-  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kProbe + i] = mm[i];
+  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kProbe + i] = answer.contact[i];
   parts_.parameters[parameter::kProbeSuccess] = answer.value;
 }
 

@@ -33,9 +33,7 @@ WorkFrame Executor::frame() const {
 
 void Executor::load_system(int index) {
   const int base = system_base(index);
-  AxisValues offset;
-  for (int i = 0; i < 6; ++i) offset[i] = parts_.parameters[base + i];
-  s_.g5x = from_mm(offset);
+  s_.g5x = from_mm(stored(base));
   s_.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
   s_.modal.work_offset = index;
   parts_.parameters[parameter::kSystem] = index;
@@ -137,6 +135,8 @@ void Executor::g10_tool(const Block& b, int l) {
     fail(GcodeErrorCode::kUnknownTool, b.at('P'), number);
   if (b.has('Q') && (b['Q'] != std::round(b['Q']) || b['Q'] < 0 || b['Q'] > 9))
     fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "G10 L1", "an orientation from 0 to 9");
+  if (!b.has_axis_word() && (l != 1 || !(b.has('R') || b.has('I') || b.has('J') || b.has('Q'))))
+    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), fmt::format("G10 L{}", l), "axis words");
   Tool& tool = parts_.tools.at_or_new(number);
   double turn_deg = 0;
   AxisValues here = AxisValues::Zero();  // where a tool of no length would stand, mm
@@ -146,7 +146,7 @@ void Executor::g10_tool(const Block& b, int l) {
   } else if (l == 11) {
     WorkFrame fixture;
     const int base = system_base(9);
-    for (int i = 0; i < 6; ++i) fixture.g5x[i] = parts_.parameters[base + i];
+    fixture.g5x = stored(base);
     turn_deg = fixture.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
     here = fixture.to_program(frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset));
   }
@@ -162,7 +162,9 @@ void Executor::g10_tool(const Block& b, int l) {
   if (b.has('I')) tool.front_deg = b['I'];
   if (b.has('J')) tool.back_deg = b['J'];
   if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
-  canon::SetToolTableEntry entry{tool.slot,      number,        tool.offset,     tool.diameter,
+  AxisValues shown = tool.offset;
+  shown.head<3>() /= parts_.config.parameter_unit_mm;
+  canon::SetToolTableEntry entry{tool.slot,      number,        shown,           tool.diameter,
                                  tool.front_deg, tool.back_deg, tool.orientation};
   put(entry);
   if (tool.slot != spindle_slot_) return;
@@ -185,8 +187,7 @@ void Executor::g10_system(const Block& b, int l) {
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
   const AxisValues machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
-  AxisValues old_offset;
-  for (int i = 0; i < 6; ++i) old_offset[i] = parameters[base + i];
+  const AxisValues old_offset = stored(base);
   AxisValues here = machine, offset = old_offset;
   if (l == 20) {
     here = turned(machine, -rotation);
@@ -200,7 +201,7 @@ void Executor::g10_system(const Block& b, int l) {
     offset[i] = l == 2 ? word : here[i] - word - g92_mm[i];
   }
   if (l == 20) offset = turned(offset, rotation);
-  for (int i = 0; i < 6; ++i) parameters[base + i] = offset[i];
+  store(base, offset);
   parameters[base + parameter::kOffsetRotation] = rotation;
   if (index != s_.modal.work_offset) return note("interpreter: setting coordinate system origin");
   keep_machine([&] { load_system(index); });
@@ -221,17 +222,12 @@ void Executor::g92(const Block& b) {
       s_.position[i] = b[kWordLetters[i]];
     }
   } else {
-    AxisValues offset = AxisValues::Zero();
-    if (code == 923)
-      for (int i = 0; i < 6; ++i) offset[i] = parameters[parameter::kG92 + i];
-    const AxisValues wanted = from_mm(offset);
+    const AxisValues wanted = code == 923 ? from_mm(stored(parameter::kG92)) : AxisValues::Zero().eval();
     s_.position += s_.g92 - wanted;
     s_.g92 = wanted;
   }
   parameters[parameter::kG92Active] = code == 920 || code == 923 ? 1 : 0;
-  const AxisValues mm = to_mm(s_.g92);
-  if (code != 922)
-    for (int i = 0; i < 6; ++i) parameters[parameter::kG92 + i] = mm[i];
+  if (code != 922) store(parameter::kG92, to_mm(s_.g92));
   put(canon::SetG92Offset{s_.g92});
 }
 
@@ -244,8 +240,7 @@ void Executor::g52(const Block& b) {
     s_.position[i] += s_.g92[i] - b[kWordLetters[i]];
     s_.g92[i] = b[kWordLetters[i]];
   }
-  const AxisValues mm = to_mm(s_.g92);
-  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kG92 + i] = mm[i];
+  store(parameter::kG92, to_mm(s_.g92));
   parts_.parameters[parameter::kG92Active] = 1;
   put(canon::SetG92Offset{s_.g92});
 }
@@ -254,12 +249,9 @@ void Executor::g52(const Block& b) {
 void Executor::home_position(const Block& b, int code10) {
   const int base = code10 < 300 ? parameter::kG28 : parameter::kG30;
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  Parameters& parameters = parts_.parameters;
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code10));
   if (code10 % 10 == 1) {
-    const AxisValues machine = machine_now(column);
-    for (int i = 0; i < 6; ++i) parameters[base + i] = machine[i];
-    return;
+    return store(base, machine_now(column));
   }
   if (s_.tilted)
     fail(GcodeErrorCode::kTiltedPlane, column, g_name(code10) + " in a tilted plane", "G69 first");
@@ -267,9 +259,7 @@ void Executor::home_position(const Block& b, int code10) {
   put(canon::StraightTraverse{by_way});
   s_.position = by_way;
   suspend_rtcp(b, [&] {
-    AxisValues home;
-    for (int i = 0; i < 6; ++i) home[i] = parameters[base + i];
-    AxisValues to = from_mm(frame().to_program(home - to_mm(s_.tool_offset)));
+    AxisValues to = from_mm(frame().to_program(stored(base) - to_mm(s_.tool_offset)));
     if (b.has_axis_word())
       for (int i = 0; i < 6; ++i)
         if (!b.has(kWordLetters[i])) to[i] = s_.position[i];

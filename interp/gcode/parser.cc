@@ -142,6 +142,8 @@ void Parser::segments(Lexer& lexer, ParsedBlock& out) {
       continue;
     } else if (is_word_letter(c)) {
       word(lexer, c, out);
+    } else if (c == '$') {
+      spindle_number(lexer);
     } else if (c == 'u' || c == 'v' || c == 'w') {
       fail(GcodeErrorCode::kNoSuchAxis, lexer.column(), static_cast<char>(c - 32));
     } else if (c == 'n') {
@@ -155,8 +157,16 @@ void Parser::segments(Lexer& lexer, ParsedBlock& out) {
   }
 }
 
+// $0 and $-1: the one spindle, and all of them.
+void Parser::spindle_number(Lexer& lexer) {
+  const std::uint32_t column = lexer.column();
+  lexer.skip();
+  const double number = lexer.number();
+  if (number != 0 && number != -1) fail(GcodeErrorCode::kBadValue, column, '$', number, "a spindle", "$0");
+}
+
 void Parser::word(Lexer& lexer, char letter, ParsedBlock& out) {
-  if (out.words.size() == kMaxWords) fail(GcodeErrorCode::kTooDeep, lexer.column(), kMaxWords);
+  if (out.words.size() == kMaxWords) fail(GcodeErrorCode::kTooManyWords, lexer.column(), kMaxWords, "words");
   ParsedWord parsed;
   parsed.letter = letter == '@' ? kPolarRadius : letter == '^' ? kPolarAngle : static_cast<char>(letter - 32);
   parsed.column = lexer.column();
@@ -223,7 +233,9 @@ void Parser::comment(Lexer& lexer, ParsedBlock& out) {
   Lexer inner(text);
   out.comment_kind = CommentKind::kPlain;
   for (const CommentName& name : kCommentNames) {
-    if (!inner.accept_word(name.text)) continue;
+    if (text.size() < name.text.size() || text.find_first_of(" \t") < name.text.size() ||
+        !inner.accept_word(name.text))
+      continue;
     out.comment_kind = name.kind;
     break;
   }

@@ -25,6 +25,7 @@ class Parser {
 
  private:
   void segments(Lexer& lexer, ParsedBlock& out);
+  static void spindle_number(Lexer& lexer);
   void word(Lexer& lexer, char letter, ParsedBlock& out);
   void assignment(Lexer& lexer, ParsedBlock& out);
   void comment(Lexer& lexer, ParsedBlock& out);

@@ -40,6 +40,7 @@ struct UserCode {
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
+  double parameter_unit_mm = 1;                          ///< of lengths in numbered parameters
   double tolerance_mm = 0.01;                            ///< of G64 without P
   double tolerance_deg = 0.05;                           ///< tool axis, of G64 without R
   double arc_tolerance_mm = 0.0283;    ///< start and end radius of an arc may differ by this, or

@@ -24,7 +24,7 @@ struct Executor::Thread {
   double pitch, slope, taper;
   bool entry, exit;
   double into() const { return peak < 0 ? -1 : 1; }
-  double along() const { return z_end < z ? -1 : 1; }
+  double along() const { return z_end > z ? 1 : -1; }
   double taper_pitch() const { return pitch * std::hypot(taper, depth) / taper; }
 };
 
@@ -32,8 +32,6 @@ struct Executor::Thread {
 void Executor::spindle_synchronous(const Block& b, int motion) {
   const std::uint32_t column = b.motion_column();
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
-  if (!b.has('K')) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "a K word");
-  if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "axis words");
   if (s_.modal.turn == SpindleTurn::kStopped) fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
   const AxisValues to = target(b);
   put(canon::StartFeedSync{b['K'], false});
@@ -47,9 +45,6 @@ void Executor::spindle_synchronous(const Block& b, int motion) {
 }
 
 Executor::Thread Executor::thread_of(const Block& b) const {
-  const std::uint32_t column = b.motion_column();
-  for (const char letter : {'Z', 'I', 'J', 'K', 'P'})
-    if (!b.has(letter)) fail(GcodeErrorCode::kMissingWord, column, "G76", fmt::format("a word {}", letter));
   for (const char letter : {'A', 'B', 'C'})
     if (b.has(letter)) fail(GcodeErrorCode::kCycle, b.at(letter), "G76 moves no rotary axis", "X Y Z");
   const auto value = [&](char letter, bool good, std::string_view legal) {

@@ -87,7 +87,7 @@ Tool& ToolTable::at_or_new(int number) {
   return tool;
 }
 
-ToolTable ToolTable::parse(std::string_view text, const std::string& name) {
+ToolTable ToolTable::parse(std::string_view text, const std::string& name, double unit_mm) {
   ToolTable table;
   std::istringstream stream{std::string(text)};
   std::string line;
@@ -98,6 +98,8 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name) {
       if (!read_tool(line, tool)) continue;
       if (table.tools_.count(tool.number))
         fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
+      tool.offset.head<3>() *= unit_mm;
+      tool.diameter *= unit_mm;
       tool.slot = static_cast<int>(table.tools_.size()) + 1;
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {
@@ -107,7 +109,9 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name) {
   return table;
 }
 
-ToolTable ToolTable::load(const std::string& path) { return parse(read_text_file(path), path); }
+ToolTable ToolTable::load(const std::string& path, double unit_mm) {
+  return parse(read_text_file(path), path, unit_mm);
+}
 
 std::string ToolTable::to_text() const {
   std::string text;

@@ -27,8 +27,9 @@ class ToolTable {
   const std::map<int, Tool>& tools() const { return tools_; }
 
   /// ProgramError "file:line:column: message" for a line that is not of this form.
-  static ToolTable load(const std::string& path);
-  static ToolTable parse(std::string_view text, const std::string& name);
+  /// A length of 1 in the file is `unit_mm`.
+  static ToolTable load(const std::string& path, double unit_mm = 1);
+  static ToolTable parse(std::string_view text, const std::string& name, double unit_mm = 1);
   std::string to_text() const;
   void save(const std::string& path) const;
 

@@ -7,6 +7,7 @@
 
 #include "core/config.h"
 #include "core/machine.h"
+#include "core/units.h"
 #include "interp/gcode/canon_printer.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
@@ -20,7 +21,7 @@ namespace trn {
 namespace {
 
 struct InterpretOptions {
-  std::string program, machine, tools, variables;
+  std::string program, machine, tools, variables, units;
   bool canon = false, block_delete = false, save_variables = false;
   int max_errors = 20;
 };
@@ -62,11 +63,18 @@ Outcome run_program(Interpreter& interpreter, int max_errors, const std::functio
   }
 }
 
+// Without a machine: what the stand-alone interpreters of the family have when they are given no tool table.
+ToolTable sample_tools() {
+  return ToolTable::parse(
+      "T1 P1 Z0.511 D0.125\nT2 P2 Z0.1 D0.0625\nT3 P3 Z1.273 D0.201\nT99999 P99999 Z0.1\n", "sample tools",
+      kMmPerInch);
+}
+
 int interpret(const InterpretOptions& options, const ProgramConfig& config, const Kinematics* kinematics) {
   Parameters parameters;
-  ToolTable tools;
+  ToolTable tools = options.machine.empty() ? sample_tools() : ToolTable();
   if (!options.variables.empty()) load_parameters(options.variables, parameters);
-  if (!options.tools.empty()) tools = ToolTable::load(options.tools);
+  if (!options.tools.empty()) tools = ToolTable::load(options.tools, config.parameter_unit_mm);
   MoveCounter counter;
   CanonPrinter printer(stdout);
   Lowering lowering(config, kinematics, counter);
@@ -108,6 +116,8 @@ Exit run(const InterpretOptions& options) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadConfig;
   }
+  if (options.units == "inch" || (options.units.empty() && options.machine.empty()))
+    config.parameter_unit_mm = kMmPerInch;
   if (options.block_delete) config.block_delete = true;
   try {
     return interpret(options, config, kinematics.get()) == 0 ? Exit::kDone : Exit::kBadProgram;
@@ -134,6 +144,12 @@ void add_interpret(CLI::App& app, Exit& exit) {
       ->add_flag("--save-vars", options->save_variables,
                  "write the variables back after a program without errors")
       ->needs(command->get_option("--vars"));
+  command
+      ->add_option(
+          "--units", options->units,
+          "of lengths in tool table, variables and numbered parameters: mm, the default with --machine, "
+          "or inch, the default without, as the dialect's stand-alone interpreters have it")
+      ->check(CLI::IsMember({"mm", "inch"}));
   command->add_flag("--block-delete", options->block_delete, "skip lines that begin with '/'");
   command->add_option("--max-errors", options->max_errors, "give up after this many errors")
       ->check(CLI::PositiveNumber);

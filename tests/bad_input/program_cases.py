@@ -167,7 +167,7 @@ PROGRAMS = [
             message="{file}:2:5: parameter #<width> has no value yet: '#<width>'; legal: assign it first, or ask "
                     "EXISTS[#<name>]"),
     Program("parameter_number_too_large", START + "#9999 = 3\nM2\n",
-            message="{file}:2:2: there is no parameter number 9999: '9999'; legal: an integer from 1 to 5602"),
+            message="{file}:2:2: there is no parameter number 9999: '9999'; legal: an integer from 1 to 5601"),
     Program("parameter_not_whole", START + "#[1.5] = 3\nM2\n",
             message="{file}:2:1: the parameter number = 1.5 is not an integer: '#[1.5]'; legal: an integer"),
     Program("nested_too_deep", START + "G1 X" + "[" * 5000 + "1" + "]" * 5000 + "\nM2\n",

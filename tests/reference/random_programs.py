@@ -80,7 +80,7 @@ def offsets(rng):
         lambda: "G0 " + axes(rng, "XYZABC"),
         lambda: "G1 " + axes(rng, "XYZABC"),
         lambda: "G53 G0 " + axes(rng, "XYZ"),
-        lambda: "(DEBUG,#5220 #5230 #5210 #5400 #5420 #5421 #5422)",
+        lambda: "(DEBUG,#5220 #5230 #5210 #5420 #5421 #5422)",
     ]
     for _ in range(rng.randint(3, 10)):
         lines.append(rng.choice(pieces)())
@@ -91,8 +91,8 @@ def cycles(rng):
     lines = [rng.choice(["G17", "G17", "G18", "G19"]) + rng.choice([" G90", " G90", " G91"]) + " G21 F100 S100 M3"]
     lines.append("G0 " + axes(rng, "XYZ"))
     for _ in range(rng.randint(1, 4)):
-        code = rng.choice(["G81", "G82", "G83", "G73", "G84", "G85", "G86", "G89", "G81", "G88"])
-        words = axes(rng, "XYZ")
+        code = rng.choice(["G81", "G82", "G83", "G73", "G84", "G85", "G86", "G89", "G81", "G88", "G87"])
+        words = axes(rng, "XYZ") + (" I.5 J-.5 K-1" if code == "G87" else "")
         words += rng.choice(["", f" R{number(rng, 0, 9)}"]) + rng.choice(["", " P1"]) + rng.choice(["", " Q1.3"])
         words += rng.choice(["", "", " L2", " L3"])
         lines.append(rng.choice(["", "", "G98 ", "G99 "]) + rng.choice([code + " ", code + " ", ""]) + words)
@@ -164,7 +164,7 @@ def flow(rng):
 
 def damage(rng):
     """A sound program with one token changed: mostly an error, and both must see it."""
-    lines = rng.choice([motion, offsets, cycles, compensation])(rng)
+    lines = rng.choice([motion, offsets, cycles, compensation, modes, splines])(rng)
     at = rng.randrange(len(lines) - 1)
     tokens = lines[at].split()
     if not tokens:
@@ -179,8 +179,42 @@ def damage(rng):
     return lines
 
 
-TOPICS = {"comp": compensation, "motion": motion, "offset": offsets, "cycle": cycles, "expr": expressions,
-          "flow": flow, "damage": damage}
+def modes(rng):
+    """Settings kept and brought back, in sub-programs too."""
+    words = ["G20", "G21", "G90", "G91", "G17", "G18", "G19", "G93", "G94", "G95", "F12", "F7", "S50", "S80", "M3",
+             "M4",
+             "M5", "M7", "M8", "M9", "M48", "M49", "G54", "G55", "G59.1",
+             "G61", "G61.1", "G64", "G64 P0.1 Q0.2", "G90.1", "G91.1", "G7", "G8", "G98", "G99", "G49", "G0 X1 Y2",
+             "G92 X3", "G92.1", "G10 L2 P1 X1 R10", "G4 P1", "(MSG, word)", "(DEBUG,#<_metric> #<_feed> #5220)"]
+    def some(most):
+        return [rng.choice(words) for _ in range(rng.randint(1, most))]
+
+    sub = ["o1 sub", rng.choice(["M70", "M73", "M73", ""]), *some(5), rng.choice(["M72", "", "M71"]), "o1 endsub"]
+    inner = rng.choice([["o1 call"], ["M70", *some(4), "M72"], ["M70", *some(4), "M72", "o1 call"]])
+    return [*sub, *some(6), *inner, "G0 X1 Y1 Z1", "G2 X3 R4", "M2"]
+
+
+def splines(rng):
+    lines = ["G21 G90 F100 " + rng.choice(["", "G17", "G20"])]
+    pieces = [
+        lambda: f"G5 X{number(rng)} Y{number(rng)} I{number(rng)} J{number(rng)} P{number(rng)} Q{number(rng)}",
+        lambda: f"G5 X{number(rng)} Y{number(rng)} P{number(rng)} Q{number(rng)}",
+        lambda: f"G5.1 X{number(rng)} Y{number(rng)} I{number(rng)} J{number(rng)}",
+        lambda: f"G5.1 X{number(rng)} Y{number(rng)} J{number(rng)}",
+        lambda: "G1 " + axes(rng), lambda: rng.choice(["G91", "G90", "G90.1", "G91.1", "G20", "G21"]),
+        lambda: "G5.2 P1 L3\n" + "\n".join(f"X{number(rng)} Y{number(rng)} P{rng.randint(1, 4)}" for _ in range(4))
+        + "\nG5.3",
+        lambda: f"G0 @{number(rng, 1, 9)} ^{number(rng, 0, 360)}", lambda: f"G1 ^{number(rng, 0, 360)} Z1",
+        lambda: "G33 " + axes(rng) + " K1.5", lambda: "S100 M3\nG33.1 Z-5 K1",
+        lambda: "S100 M3\nG76 P1 Z-30 I-1 J.3 K1 R1.5 Q29.5 H1 E.3 L" + str(rng.randint(0, 3))]
+    probes = [lambda: "G38.2 Z-30\n(DEBUG,#5061 #5062 #5063 #5070)", lambda: "G38.3 X-30", lambda: "G0 X0 Z0",
+              lambda: rng.choice(["G91", "G90", "G20", "G92 X3", "G43 H1"])]
+    pieces = rng.choice([pieces, pieces, probes])
+    return lines + [rng.choice(pieces)() for _ in range(rng.randint(2, 7))] + ["M2"]
+
+
+TOPICS = {"modes": modes, "spline": splines, "comp": compensation, "motion": motion, "offset": offsets, "cycle": cycles,
+          "expr": expressions, "flow": flow, "damage": damage}
 
 
 def make(count, seed):
