@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kernel/micromill/feature_meter.h"
 #include "kernel/pipeline.h"
 #include "kernel/rt_messages.h"
 
@@ -23,6 +24,7 @@ struct SessionEntry {
     kFault,    ///< the drives reported `fault`
     kInputs,   ///< the inputs are now `inputs`
     kAnswer,   ///< the program was given `answer`
+    kFeatures  ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -33,6 +35,7 @@ struct SessionEntry {
   int joint = -1;
   IoInputs inputs;  ///< digital, probe, spindle_ready
   ProgramAnswer answer;
+  std::vector<FeatureDeflection> features;
 };
 
 /// What a session was made with; paths as given.
@@ -53,6 +56,8 @@ class SessionLog {
   /// Every command, before the tick can have it, and every report: from one thread.
   void posted(const RtCommand& command);
   void report(const CycleReport& report);
+  /// From the same thread, behind the report with the program's end.
+  void features(const std::vector<FeatureDeflection>& features);
 
  private:
   void write(const SessionEntry& entry);
