@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "core/units.h"
+#include "kernel/micromill/feature_report.h"
 
 namespace trn {
 
@@ -61,42 +62,6 @@ nlohmann::json corrections_json(const SimulationResult& r) {
                    {"left_tip_mm", c.left_tip_mm},
                    {"left_axis_rad", c.left_axis_rad},
                    {"warning", c.warning}});
-  return out;
-}
-
-std::string features_text(const std::vector<FeatureDeflection>& features) {
-  constexpr std::size_t kShownMax = 20;
-  std::string out;
-  for (std::size_t i = 0; i < std::min(features.size(), kShownMax); ++i) {
-    const FeatureDeflection& f = features[i];
-    if (out.empty()) out = "  what the tool's bending makes of the program\n";
-    const std::string lines = f.last_line > f.line ? fmt::format("lines {}-{}", f.line, f.last_line)
-                                                   : fmt::format("line {}", f.line);
-    if (f.circle)
-      out += fmt::format("    {:<14} circle {:9.4f} mm   bends {:+.4f} mm outward   predicted {:9.4f} mm",
-                         lines, f.size_mm, f.bending_mm, f.predicted_mm());
-    else
-      out += fmt::format("    {:<14} cut    {:9.4f} mm   bends {:+.4f} mm to the left   off by {:+.4f} mm",
-                         lines, f.size_mm, f.bending_mm, f.offset_mm);
-    if (f.unknown > 0) out += fmt::format("   ({:.0f} % of it unknown)", 100 * f.unknown);
-    out += "\n";
-  }
-  if (features.size() > kShownMax)
-    out += fmt::format("    and {} more (--json)\n", features.size() - kShownMax);
-  return out;
-}
-
-nlohmann::json features_json(const std::vector<FeatureDeflection>& features) {
-  nlohmann::json out = nlohmann::json::array();
-  for (const FeatureDeflection& f : features)
-    out.push_back({{"line", f.line},
-                   {"last_line", f.last_line},
-                   {"feature", f.circle ? "circle" : "cut"},
-                   {"size_mm", f.size_mm},
-                   {"bending_mm", f.bending_mm},
-                   {"offset_mm", f.offset_mm},
-                   {"predicted_mm", f.predicted_mm()},
-                   {"unknown_share", f.unknown}});
   return out;
 }
 

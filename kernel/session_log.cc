@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "kernel/micromill/feature_report.h"
+
 namespace trn {
 
 namespace {
@@ -13,8 +15,8 @@ using Json = nlohmann::json;
 using Kind = SessionEntry::Kind;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",
-                                       "fault",   "inputs",  "answer", "sensor"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",  "fault",
+                                       "inputs",  "answer",  "sensor", "features"};
 constexpr const char* kCommandNames[] = {
     "start",       "hold",           "resume",           "stop",           "override",
     "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
@@ -64,6 +66,7 @@ Json to_json(const SessionEntry& entry) {
     json["channel"] = entry.sensor.channel;
     json["value"] = entry.sensor.value;
   }
+  if (entry.kind == Kind::kFeatures) json["features"] = features_json(entry.features);
   if (entry.kind != Kind::kCommand) return json;
   json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
   json["value"] = entry.command.value;
@@ -110,6 +113,7 @@ SessionEntry from_json(const Json& json) {
     if (entry.sensor.channel < 0 || entry.sensor.channel >= SensorBoard::kMax)
       throw std::runtime_error("no such channel");
   }
+  if (entry.kind == Kind::kFeatures) entry.features = features_from(json.at("features"));
   if (entry.kind != Kind::kCommand) return entry;
   entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
   entry.command.value = json.at("value");
@@ -184,6 +188,15 @@ void SessionLog::report_io(const CycleReport& report) {
   entry.kind = Kind::kSensor;
   entry.sensor = report.sensor;
   if (entry.sensor.channel >= 0) write(entry);
+}
+
+void SessionLog::features(const std::vector<FeatureDeflection>& features) {
+  const std::lock_guard lock(mutex_);
+  SessionEntry entry;
+  entry.period = last_.period;
+  entry.kind = Kind::kFeatures;
+  entry.features = features;
+  write(entry);
 }
 
 void SessionLog::write(const SessionEntry& entry) { out_ << to_json(entry).dump() << std::endl; }

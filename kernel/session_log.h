@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "kernel/micromill/feature_meter.h"
 #include "kernel/pipeline.h"
 #include "kernel/rt_messages.h"
 
@@ -24,6 +25,7 @@ struct SessionEntry {
     kInputs,   ///< the inputs are now `inputs`
     kAnswer,   ///< the program was given `answer`
     kSensor,   ///< the corrections heard `sensor`
+    kFeatures  ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -35,6 +37,7 @@ struct SessionEntry {
   IoInputs inputs;  ///< digital, probe, spindle_ready
   ProgramAnswer answer;
   SensorSample sensor;
+  std::vector<FeatureDeflection> features;
 };
 
 /// What a session was made with; paths as given.
@@ -55,6 +58,8 @@ class SessionLog {
   /// Every command, before the tick can have it, and every report: from one thread.
   void posted(const RtCommand& command);
   void report(const CycleReport& report);
+  /// From the same thread, behind the report with the program's end.
+  void features(const std::vector<FeatureDeflection>& features);
 
  private:
   void write(const SessionEntry& entry);

@@ -273,6 +273,7 @@ class Simulation {
     result_.deviation = meter_.report();
     if (assembly_.screws) result_.screws = assembly_.screws->reports();
     result_.features = features_.features();
+    if (options_.log && !result_.features.empty()) options_.log->features(result_.features);
     result_.lines = pipeline_->line();
     result_.speed = pipeline_->speed_stats();
     result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;

@@ -61,12 +61,15 @@ CorrectionMargins correction_margins(const DeflectionCorrection::Config& config,
                                      double servo_rad_s, double process) {
   const LoadObserver observer(config.estimator.axes[static_cast<std::size_t>(axis)].observer);
   CorrectionMargins out;
+  out.phase_margin_rad = std::numeric_limits<double>::infinity();
   const std::complex<double> w(servo_rad_s), one(1);
   for (double omega = 0.1; omega < 3 / config.period_s; omega *= 1.01) {  // up to half the tick's rate
     const std::complex<double> s(0, omega);
     const std::complex<double> servo = w * (3.0 * s * s + 3.0 * w * s + w * w) / std::pow(s + w, 3);
     const std::complex<double> filter = 1.0 / ((one + s * config.lag_s) * std::pow(one + s * smoothing_s, 3));
-    const double gain = process * config.gain * std::abs(filter * observer.load_response(omega) * servo);
+    const std::complex<double> L = process * config.gain * filter * observer.load_response(omega) * servo;
+    const double gain = std::abs(L);
+    if (gain >= 1) out.phase_margin_rad = std::min(out.phase_margin_rad, std::abs(std::arg(L)));
     if (gain <= out.loop_gain_max) continue;
     out.loop_gain_max = gain;
     out.worst_rad_s = omega;
@@ -85,7 +88,7 @@ DeflectionCorrection::Config read_deflection(const ConfigTable& table, double pe
   if (stiffness.size() != 2 || *std::min_element(stiffness.begin(), stiffness.end()) <= 0)
     throw table.error("stiffness_N_mm",
                       "'stiffness_N_mm' must be two numbers above zero: along X and along Y");
-  const double alarm = table.number("innovation_alarm", 10, Range{1, 1e6});
+  const double alarm = table.number("innovation_alarm", kInnovationAlarm, Range{1, 1e6});
   const auto every = static_cast<int>(table.integer("measure_every", 1, Range{1, 100}));
   const std::string file = table.text("networks", "");
   config.trained = !file.empty();

@@ -12,6 +12,8 @@
 #include "core/units.h"
 #include "kernel/commands/commands.h"
 #include "kernel/daemon/command_client.h"
+#include "kernel/daemon/telemetry.h"
+#include "kernel/micromill/feature_report.h"
 
 namespace trn {
 
@@ -199,6 +201,8 @@ Json json_of(const status_t& status) {
       {"warnings", status.warnings},
       {"bus_health", status.bus_health},
       {"corrections", corrections_json(status)},
+      {"features", features_json(features_of(status))},
+      {"features_more", status.features_more},
       {"joints", joints}};
 }
 
@@ -233,6 +237,7 @@ void print_status(const status_t& status) {
   fmt::print("duration  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.tick_us_p50,
              status.tick_us_p999, status.tick_us_max);
   if (!status.bus_health.empty()) fmt::print("bus       {}\n", status.bus_health);
+  fmt::print("{}", features_text(features_of(status), static_cast<std::size_t>(status.features_more)));
   for (const std::string& warning : status.warnings) fmt::print("WARNING   {}\n", warning);
 }
 

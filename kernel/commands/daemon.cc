@@ -56,8 +56,11 @@ void run_machine(const DaemonOptions& options) {
   if (!options.log.empty())
     log =
         std::make_unique<SessionLog>(options.log, SessionHead{options.machine, options.tools, options.vars});
+  FeatureBook book;
+  FeatureBook* const features = assembly.corrections.setpoint->deflection() ? &book : nullptr;
   ProgramFeeder feeder(assembly, queue, parameters_of(options),
-                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get());
+                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get(),
+                       features);
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
@@ -66,7 +69,7 @@ void run_machine(const DaemonOptions& options) {
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
-              assembly.io.get()});
+              assembly.io.get(), features});
   if (assembly.io) assembly.io->shut_down();
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());

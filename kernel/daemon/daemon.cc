@@ -14,6 +14,7 @@
 #include "kernel/daemon/director.h"
 #include "kernel/daemon/process_lock.h"
 #include "kernel/daemon/tick_thread.h"
+#include "kernel/micromill/feature_report.h"
 
 namespace trn {
 
@@ -71,6 +72,13 @@ class ServiceNotifier {
   bool watched_ = false;
 };
 
+// A program has ended.
+void tell_features(const DaemonParts& parts) {
+  const std::vector<FeatureDeflection> features = parts.features->last();
+  if (parts.log) parts.log->features(features);
+  spdlog::info("{}", features_text(features));
+}
+
 void drain_reports(const DaemonParts& parts, Director& director) {
   CycleReport report;
   while (parts.tick.next_report(report)) {
@@ -81,6 +89,7 @@ void drain_reports(const DaemonParts& parts, Director& director) {
     if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
     if (parts.log) parts.log->report(report);
     if (parts.on_report) parts.on_report(report);
+    if (parts.features && parts.features->report(report)) tell_features(parts);
     director.report(report);
   }
 }
@@ -143,7 +152,7 @@ void run_daemon(const DaemonParts& parts) {
     tick.tick();
   });
   Director director({parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs,
-                     thread.statistics(), parts.log, parts.map, parts.chain, parts.io},
+                     thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features},
                     collect_warnings(parts.realtime, memory_refused, thread));
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);

@@ -11,6 +11,7 @@
 #include "kernel/daemon/motion_port.h"
 #include "kernel/daemon/realtime.h"
 #include "kernel/joint_map.h"
+#include "kernel/micromill/feature_book.h"
 #include "kernel/session_log.h"
 #include "kernel/setpoint_chain.h"
 
@@ -32,6 +33,7 @@ struct DaemonParts {
   std::vector<std::function<void()>> background = {};      ///< called many times a second outside the tick
   std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
   const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
+  FeatureBook* features = nullptr;                         ///< see Director::Parts; hears of every period
 };
 
 /// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this

@@ -454,6 +454,7 @@ void Director::publish_status() {
   trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
   status.bus_health = parts_.drives.health();
   add_corrections(status);
+  if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();
   status.count = ++status_count_;
   parts_.link.publish(parts_.lcm.status_channel(), status);

@@ -18,6 +18,7 @@
 #include "kernel/daemon/telemetry.h"
 #include "kernel/daemon/worker.h"
 #include "kernel/joint_map.h"
+#include "kernel/micromill/feature_book.h"
 #include "kernel/session_log.h"
 #include "kernel/setpoint_chain.h"
 
@@ -37,7 +38,8 @@ class Director {
     SessionLog* log = nullptr;             ///< hears of every command
     const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
     const SetpointChain* chain = nullptr;
-    const MachineIo* io = nullptr;  ///< null: none; only for the text of its fault
+    const MachineIo* io = nullptr;          ///< null: none; only for the text of its fault
+    const FeatureBook* features = nullptr;  ///< null: the machine knows nothing of the tool's bending
   };
 
   Director(const Parts& parts, std::vector<std::string> warnings);

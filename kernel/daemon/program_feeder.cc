@@ -14,12 +14,13 @@ void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 }  // namespace
 
 ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
-                             ToolTable tools, SessionLog* log)
+                             ToolTable tools, SessionLog* log, FeatureBook* features)
     : assembly_(assembly),
       queue_(queue),
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
       log_(log),
+      features_(features),
       corrections_off_(assembly.corrections.planned_off) {}
 
 ProgramFeeder::~ProgramFeeder() {
@@ -56,7 +57,7 @@ ProgramSummary ProgramFeeder::begin(ProgramStart start) {
   start.corrections_off = corrections_off_;
   const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {});
   wait_until_cleared();
-  auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, PipelineObservers{});
+  auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
   if (log_) log_->program(start);
   queue_.begin_generation();
   ended_ = waits_ = false;
@@ -68,6 +69,14 @@ ProgramSummary ProgramFeeder::begin(ProgramStart start) {
   });
   wait_until_primed();
   return summary;
+}
+
+PipelineObservers ProgramFeeder::observers() {
+  PipelineObservers observers;
+  if (!features_) return observers;
+  features_->begin();
+  observers.move = [this](const ProgramMove& move) { features_->programmed(move); };
+  return observers;
 }
 
 // The tick lets dropped blocks go while it stands; a second is thousands of periods.

@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "kernel/daemon/motion_port.h"
+#include "kernel/micromill/feature_book.h"
 #include "kernel/motion_queue.h"
 #include "kernel/pipeline.h"
 #include "kernel/session_log.h"
@@ -19,7 +20,7 @@ namespace trn {
 class ProgramFeeder final : public ProgramSource {
  public:
   ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
-                SessionLog* log = nullptr);
+                SessionLog* log = nullptr, FeatureBook* features = nullptr);
   ~ProgramFeeder() override;
 
   void load(const std::string& path, const JointVec& q) override;
@@ -35,6 +36,7 @@ class ProgramFeeder final : public ProgramSource {
 
  private:
   ProgramSummary begin(ProgramStart start);
+  PipelineObservers observers();
   void wait_until_cleared();
   void wait_until_primed();
   /// False if the program failed or was abandoned.
@@ -49,6 +51,7 @@ class ProgramFeeder final : public ProgramSource {
   Parameters parameters_;
   ToolTable tools_;
   SessionLog* log_;
+  FeatureBook* features_;
   std::atomic<bool> abandoned_ = false, ended_ = true;
   std::atomic<std::uint8_t> corrections_off_;
   std::atomic<bool> waits_ = false;  ///< for the machine's answer

@@ -68,6 +68,38 @@ trunnion::status_t make_status(const Machine& machine, const DaemonView& view, c
   return status;
 }
 
+void add_features(const std::vector<FeatureDeflection>& features, trunnion::status_t& status) {
+  constexpr std::size_t kToldMax = 20;
+  const std::size_t told = std::min(features.size(), kToldMax);
+  status.feature_count = static_cast<std::int32_t>(told);
+  status.features_more = static_cast<std::int32_t>(features.size() - told);
+  for (std::size_t i = 0; i < told; ++i) {
+    const FeatureDeflection& f = features[i];
+    status.feature_line.push_back(static_cast<std::int32_t>(f.line));
+    status.feature_last_line.push_back(static_cast<std::int32_t>(f.last_line));
+    status.feature_circle.push_back(f.circle);
+    status.feature_size_mm.push_back(f.size_mm);
+    status.feature_bending_mm.push_back(f.bending_mm);
+    status.feature_offset_mm.push_back(f.offset_mm);
+    status.feature_predicted_mm.push_back(f.predicted_mm());
+    status.feature_unknown.push_back(f.unknown);
+  }
+}
+
+std::vector<FeatureDeflection> features_of(const trunnion::status_t& status) {
+  std::vector<FeatureDeflection> out(status.feature_line.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i].line = static_cast<std::uint32_t>(status.feature_line[i]);
+    out[i].last_line = static_cast<std::uint32_t>(status.feature_last_line[i]);
+    out[i].circle = status.feature_circle[i] != 0;
+    out[i].size_mm = status.feature_size_mm[i];
+    out[i].bending_mm = status.feature_bending_mm[i];
+    out[i].offset_mm = status.feature_offset_mm[i];
+    out[i].unknown = status.feature_unknown[i];
+  }
+  return out;
+}
+
 trunnion::motion_t make_motion(const CycleReport& report) {
   trunnion::motion_t motion{};
   motion.period = static_cast<std::int64_t>(report.period);

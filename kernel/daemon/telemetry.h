@@ -8,6 +8,7 @@
 #include "hal/lcm_messages.h"
 #include "kernel/daemon/realtime.h"
 #include "kernel/daemon/supervisor.h"
+#include "kernel/micromill/feature_meter.h"
 #include "kernel/rt_messages.h"
 
 namespace trn {
@@ -28,6 +29,10 @@ std::int64_t unix_time_us();
 /// status_t and motion_t (hal/lcm) from what the daemon knows; time_us and count are left to the caller.
 trunnion::status_t make_status(const Machine& machine, const DaemonView& view, const CycleReport& report,
                                const LoopStatistics& statistics);
+/// The first twenty features of a program into its status.
+void add_features(const std::vector<FeatureDeflection>& features, trunnion::status_t& status);
+/// The way back, of a client.
+std::vector<FeatureDeflection> features_of(const trunnion::status_t& status);
 trunnion::motion_t make_motion(const CycleReport& report);
 
 }  // namespace trn

@@ -17,7 +17,10 @@ struct PartResult {
   double corrected_mm[2] = {0, 0};  ///< measured after the same cut with the path correction
   double force_N = 0;               ///< true, mean magnitude along the contour
   double force_error_N = 0;         ///< root mean square of estimate less truth, both averaged over 0.25 s
+  double bias_N = 0;                ///< magnitude of the same difference averaged over the whole contour
   bool stable = true;  ///< with the correction: no fault, in the limits, no larger bending than without
+  bool alarm = false;  ///< in any period of the cuts
+  double innovation_ratio = 0;  ///< largest mean innovation of the cuts, times that of the training runs
 
   /// Percent of the predicted deflection (the paper's definition).
   double error_percent(int i) const;
@@ -41,19 +44,28 @@ struct ExperimentOptions {
   bool test_cut = true;       ///< one square part, not counted, is cut and measured first
   TrainChoice training;
   std::string pictures;  ///< folder; empty: none. Of the first plant.
-  std::function<void(const std::string&)> progress;
+  std::function<void(const std::string& doing, double done)> progress;  ///< done: share of the whole
+  std::function<void(const PlantResult&)> finished;  ///< hears of every plant as it is done
+};
+
+/// A deflection error in percent, over all parts of all plants.
+struct ErrorFigures {
+  double mean = 0, worst_plant = 0, worst_part = 0;  ///< worst_plant: the largest mean over one plant's parts
 };
 
 /// What a mean over all plants and parts says.
 struct ExperimentSummary {
-  double round_percent = 0, square_percent = 0;  ///< deflection error
-  double round_worst_percent = 0, square_worst_percent = 0;
-  double round_pressed_percent = 0, square_pressed_percent = 0;  ///< without the test cut
-  double explained_worst = 1, explained_mean = 0;                ///< variance share on unseen runs
-  double size_error_mm = 0, corrected_error_mm = 0;  ///< mean |measured - nominal|, without and with
-  double reduction_worst = 0;                        ///< the smallest ratio of the two over the plants
-  double force_error_percent = 0;
-  int unstable = 0, cuts = 0;
+  ErrorFigures round, square;                      ///< predicted with the test cut, if there was one
+  ErrorFigures round_pressed, square_pressed;      ///< predicted as in the paper, by the pressing test alone
+  double explained_worst = 1, explained_mean = 0;  ///< variance share on unseen runs
+  double size_error_mm = 0, corrected_error_mm = 0;         ///< mean |measured - nominal|, without and with
+  double reduction_worst = 0;                               ///< the smallest ratio of the two over the plants
+  double corrected_worst_mm = 0;                            ///< the largest |measured - nominal| of one part
+  double force_error_percent = 0, force_worst_percent = 0;  ///< along the contour; mean and worst part
+  double pressed_force_error_N = 0, pressed_force_worst_N = 0;  ///< in the pressing test
+  double stiffness_percent = 0, stiffness_worst_percent = 0;    ///< error of k_t
+  double innovation_ratio = 0;                                  ///< largest of all parts
+  int unstable = 0, alarms = 0, cuts = 0;                       ///< cuts: pairs, without and with correction
 };
 
 /// Trains, validates, presses and cuts on every plant (spec.md section 5).
@@ -64,8 +76,9 @@ ExperimentSummary summarize(const std::vector<PlantResult>& plants);
 void predict_sizes(const StageRun& run, PartSurface::Shape shape, const Eigen::Vector2d& share,
                    double predicted_mm[2]);
 
-/// Reports, for people and for programs.
-std::string experiment_text(const ExperimentOptions& options, const std::vector<PlantResult>& plants);
+/// Reports, for people (each plant, then what they have in common) and for programs.
+std::string plant_text(const ExperimentOptions& options, const PlantResult& plant);
+std::string summary_text(const ExperimentOptions& options, const std::vector<PlantResult>& plants);
 std::string experiment_json(const ExperimentOptions& options, const std::vector<PlantResult>& plants);
 
 /// Pictures of one plant, as SVG files in a folder that exists or is made.

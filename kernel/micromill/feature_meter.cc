@@ -31,7 +31,7 @@ void FeatureMeter::arc(const ProgramMove& move) {
 void FeatureMeter::programmed(const ProgramMove& move) {
   const Vec3 way = (move.to - move.from).head<3>();
   const bool flat = std::abs(way.z()) < 1e-9;
-  if (!flat || move.kind == ProgramMove::Kind::kTraverse) return;
+  if (!flat || features_.size() >= kFeaturesMax || move.kind == ProgramMove::Kind::kTraverse) return;
   if (move.kind == ProgramMove::Kind::kArc) {
     if (std::abs(move.arc_axis.z()) > 0.999) arc(move);
     return;

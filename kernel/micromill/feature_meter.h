@@ -26,7 +26,8 @@ struct FeatureDeflection {
 /// Averages the estimated deflection over every feature of a program (spec.md section 5).
 class FeatureMeter {
  public:
-  static constexpr double kLengthMin = 1;  ///< of a straight cut, mm
+  static constexpr double kLengthMin = 1;               ///< of a straight cut, mm
+  static constexpr std::size_t kFeaturesMax = 100'000;  ///< of one program; later ones are not measured
 
   void programmed(const ProgramMove& move);
   void sample(const CycleReport& report);

@@ -57,7 +57,10 @@ std::string part_text(const PartResult& part, int number, bool corrected) {
   return out;
 }
 
-std::string plant_text(const PlantResult& plant, bool corrected) {
+}  // namespace
+
+std::string plant_text(const ExperimentOptions& options, const PlantResult& plant) {
+  const bool corrected = options.gain > 0;
   std::string out = fmt::format("Plant {}\n", plant.seed) + learning_text(plant);
   out += fmt::format(
       "  part      no   predicted mm measured mm error %  {} paper: predicted, measured, error %\n",
@@ -67,6 +70,8 @@ std::string plant_text(const PlantResult& plant, bool corrected) {
     out += part_text(part, part.shape == Shape::kRound ? ++round : ++square, corrected);
   return out;
 }
+
+namespace {
 
 double smoothing_s(const StageLab& lab, const std::string& machine) {
   const Machine read = read_machine(load_config(machine));
@@ -102,56 +107,87 @@ double bandwidth_hz(const LoadObserver& observer) {
   return omega / (2 * kPi);
 }
 
-}  // namespace
+std::string error_line(const char* shape, const char* way, const ErrorFigures& error, double paper) {
+  return fmt::format(
+      "  deflection error, {:<6} {:<22} {:.1f} % (worst plant {:.1f} %, worst part {:.1f} %); paper {:.0f} "
+      "%\n",
+      shape, way, error.mean, error.worst_plant, error.worst_part, paper);
+}
 
-std::string experiment_text(const ExperimentOptions& options, const std::vector<PlantResult>& plants) {
-  const bool corrected = options.gain > 0;
-  std::string out;
-  for (const PlantResult& plant : plants) out += plant_text(plant, corrected);
-  const ExperimentSummary s = summarize(plants);
-  const StageLab lab(options.machine, options.first_seed);
-  out += fmt::format("Mean over {} plants, {} cuts\n", plants.size(), s.cuts);
-  const auto line = [](const char* shape, double mean, double worst, double pressed, double paper) {
-    return fmt::format(
-        "  deflection error, {:<7} {:.1f} % (worst part {:.1f} %); by the pressing test alone {:.1f} %; "
-        "paper "
-        "{:.0f} %\n",
-        shape, mean, worst, pressed, paper);
-  };
-  out += line("round", s.round_percent, s.round_worst_percent, s.round_pressed_percent, 22);
-  out += line("square", s.square_percent, s.square_worst_percent, s.square_pressed_percent, 17);
-  out += fmt::format("  friction and ripple explained on unseen runs  {:.1f} % (worst axis {:.1f} %)\n",
-                     100 * s.explained_mean, 100 * s.explained_worst);
-  out += fmt::format(
-      "  force along the contour   {:.1f} % rms of the true force; filter's bandwidth X {:.0f} Hz, Y {:.0f} "
-      "Hz\n",
-      s.force_error_percent, bandwidth_hz(LoadObserver(lab.nominal().estimator.axes[0].observer)),
-      bandwidth_hz(LoadObserver(lab.nominal().estimator.axes[1].observer)));
-  if (!corrected) return out;
-  out += fmt::format(
-      "  size error                {:.4f} mm; with the path correction {:.4f} mm: {:.1f} times less (worst "
-      "plant {:.1f} times)\n",
-      s.size_error_mm, s.corrected_error_mm, s.size_error_mm / s.corrected_error_mm, s.reduction_worst);
+std::string error_text(const ExperimentOptions& options, const ExperimentSummary& s) {
+  std::string out = error_line("round", "by the pressing test:", s.round_pressed, 22) +
+                    error_line("square", "by the pressing test:", s.square_pressed, 17);
+  if (options.test_cut)
+    out += error_line("round", "with the test cut:", s.round, 22) +
+           error_line("square", "with the test cut:", s.square, 17);
+  return out;
+}
+
+std::string correction_text(const ExperimentOptions& options, const ExperimentSummary& s) {
+  std::string out = fmt::format(
+      "  size error                {:.4f} mm; with the path correction {:.4f} mm (worst {:.4f}): {:.1f} "
+      "times "
+      "less (worst plant {:.1f} times)\n",
+      s.size_error_mm, s.corrected_error_mm, s.corrected_worst_mm, s.size_error_mm / s.corrected_error_mm,
+      s.reduction_worst);
   out += fmt::format("  unstable with correction  {} of {} cuts\n", s.unstable, s.cuts);
   return out + margin_text(options);
 }
+
+}  // namespace
+
+std::string summary_text(const ExperimentOptions& options, const std::vector<PlantResult>& plants) {
+  const ExperimentSummary s = summarize(plants);
+  const StageLab lab(options.machine, options.first_seed);
+  std::string out = fmt::format("Mean over {} plants, {} parts\n", plants.size(), s.cuts);
+  out += error_text(options, s);
+  out += fmt::format("  friction and ripple explained on unseen runs  {:.1f} % (worst axis {:.1f} %)\n",
+                     100 * s.explained_mean, 100 * s.explained_worst);
+  out += fmt::format(
+      "  tool stiffness by pressing  off by {:.1f} % (worst {:.1f} %); force while creeping off by {:.2f} N "
+      "rms (worst {:.2f})\n",
+      s.stiffness_percent, s.stiffness_worst_percent, s.pressed_force_error_N, s.pressed_force_worst_N);
+  out += fmt::format(
+      "  force along the contour   {:.1f} % rms of the true force (worst part {:.1f} %); filter's bandwidth "
+      "X {:.0f} Hz, Y {:.0f} Hz\n",
+      s.force_error_percent, s.force_worst_percent,
+      bandwidth_hz(LoadObserver(lab.nominal().estimator.axes[0].observer)),
+      bandwidth_hz(LoadObserver(lab.nominal().estimator.axes[1].observer)));
+  out += fmt::format(
+      "  alarms                    in {} of {} parts; innovation at most {:.1f} times the training's\n",
+      s.alarms, s.cuts, s.innovation_ratio);
+  return options.gain > 0 ? out + correction_text(options, s) : out;
+}
+
+namespace {
+
+nlohmann::ordered_json figures_json(const ErrorFigures& error) {
+  return {{"mean", error.mean}, {"worst_plant", error.worst_plant}, {"worst_part", error.worst_part}};
+}
+
+}  // namespace
 
 std::string experiment_json(const ExperimentOptions& options, const std::vector<PlantResult>& plants) {
   using Json = nlohmann::ordered_json;
   const ExperimentSummary s = summarize(plants);
   Json out = {{"machine", options.machine},
               {"gain", options.gain},
-              {"round_error_percent", s.round_percent},
-              {"square_error_percent", s.square_percent},
-              {"round_error_pressed_percent", s.round_pressed_percent},
-              {"square_error_pressed_percent", s.square_pressed_percent},
-              {"round_worst_percent", s.round_worst_percent},
-              {"square_worst_percent", s.square_worst_percent},
+              {"round_error_percent", figures_json(s.round)},
+              {"square_error_percent", figures_json(s.square)},
+              {"round_error_pressed_percent", figures_json(s.round_pressed)},
+              {"square_error_pressed_percent", figures_json(s.square_pressed)},
               {"explained_mean", s.explained_mean},
               {"explained_worst", s.explained_worst},
               {"force_error_percent", s.force_error_percent},
+              {"force_worst_percent", s.force_worst_percent},
+              {"pressed_force_error_N", s.pressed_force_error_N},
+              {"stiffness_percent", s.stiffness_percent},
+              {"stiffness_worst_percent", s.stiffness_worst_percent},
+              {"alarms", s.alarms},
+              {"innovation_ratio", s.innovation_ratio},
               {"size_error_mm", s.size_error_mm},
               {"corrected_error_mm", s.corrected_error_mm},
+              {"corrected_worst_mm", s.corrected_worst_mm},
               {"reduction_worst", s.reduction_worst},
               {"unstable", s.unstable},
               {"plants", Json::array()}};
@@ -168,12 +204,17 @@ std::string experiment_json(const ExperimentOptions& options, const std::vector<
              {"error_percent", part.error_percent(i)},
              {"force_N", part.force_N},
              {"force_error_N", part.force_error_N},
+             {"force_bias_N", part.bias_N},
+             {"innovation_ratio", part.innovation_ratio},
+             {"alarm", part.alarm},
              {"stable", part.stable}});
     Json axes = Json::array();
     for (std::size_t i = 0; i < 2; ++i)
       axes.push_back({{"explained_validation", plant.networks.record[i].explained_validation},
                       {"stiffness_N_mm", plant.stiffness[i].fit.stiffness_N_mm},
-                      {"stiffness_true_N_mm", plant.stiffness[i].true_N_mm}});
+                      {"stiffness_true_N_mm", plant.stiffness[i].true_N_mm},
+                      {"pressed_force_error_N", plant.stiffness[i].force_error_N},
+                      {"surface_share", plant.surface_share[static_cast<Eigen::Index>(i)]}});
     out["plants"].push_back({{"seed", plant.seed}, {"axes", axes}, {"parts", parts}});
   }
   return out.dump(2) + "\n";

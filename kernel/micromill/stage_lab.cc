@@ -1,6 +1,9 @@
 #include "kernel/micromill/stage_lab.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 #include "kernel/assembly.h"
 #include "kernel/simulation.h"
@@ -9,8 +12,6 @@
 namespace trn {
 
 namespace {
-
-constexpr double kAlarm = 10;  // times the innovation of the training runs
 
 /// Notes every period of a run.
 class Recorder final : public ReportSink {
@@ -31,6 +32,7 @@ class Recorder final : public ReportSink {
     row.force_N = estimate.force_N;
     row.deflection_mm = estimate.deflection_mm;
     row.innovation_rms_mm = estimate.innovation_rms_mm;
+    row.alarm = estimate.alarm;
     row.true_force_N = plant_.tool_force_N();
     row.true_disturbance_N = plant_.disturbance_N();
     row.true_deflection_mm = plant_.deflection_mm();
@@ -76,10 +78,12 @@ DeflectionCorrection::Config untrained(DeflectionCorrection::Config config) {
 
 }  // namespace
 
-StageLab::StageLab(std::string config_path, std::uint64_t seed)
-    : config_path_(std::move(config_path)), seed_(seed) {
+StageLab::StageLab(std::string config_path, std::optional<std::uint64_t> seed)
+    : config_path_(std::move(config_path)) {
   const Machine machine = read_machine(load_config(config_path_));
-  plant_ = micro_mill_plant(seed, machine.period_s);
+  const auto drives = machine.root.table("drives");
+  seed_ = seed ? *seed : static_cast<std::uint64_t>(drives.integer("seed", 0, Range{0, 1e9}));
+  plant_ = micro_mill_plant(seed_, machine.period_s);
   nominal_ = read_deflection(deflection_section(machine.root), machine.period_s);
 }
 
@@ -124,12 +128,13 @@ TrainingSet training_set(const StageRun& run, const LoadObserver::Config& observ
   DelayLine::Taps taps;
   std::vector<double> inputs, targets;
   double sum = 0;
-  int count = 0;
+  int count = 0, since = 0;
   for (const StageRow& row : run.rows) {
     const double position_mm = row.measured_mm[axis];
     filter.step(row.current_A[axis], position_mm, state);
     DelayLine::step(position_mm, delays);
-    if (!row.counts) continue;
+    since = row.counts ? since + 1 : 0;
+    if (since <= line.delays * line.spacing) continue;  // taps of what came before, a rapid move
     sum += state.innovation_mm * state.innovation_mm;
     if (count++ % stride != 0) continue;
     DelayLine::read(line, position_mm, delays, taps);
@@ -146,20 +151,25 @@ TrainingSet training_set(const StageRun& run, const LoadObserver::Config& observ
 
 StageNetworks train_stage(const StageLab& lab, const StageRun& sines, const StageRun& validation,
                           const TrainChoice& choice) {
-  constexpr int kStride = 40, kStrideJudged = 10;
+  constexpr int kStrideMost = 40, kStrideJudged = 10, kSamplesPerWeight = 12;
+  const auto rows =
+      std::count_if(sines.rows.begin(), sines.rows.end(), [](const auto& r) { return r.counts; });
+  const auto fits = static_cast<int>(rows) / (kSamplesPerWeight * choice.shape.weight_count());
+  const int stride = std::clamp(fits, 4, kStrideMost);  // large networks want more samples
   StageNetworks out;
   for (int axis = 0; axis < 2; ++axis) {
     const auto i = static_cast<std::size_t>(axis);
     const LoadObserver::Config& observer = lab.nominal().estimator.axes[i].observer;
     const DelayLine::Config& line = choice.shape.line;
     double innovation_mm = 0;
-    const TrainingSet data = training_set(sines, observer, line, axis, kStride, &innovation_mm);
+    const TrainingSet data = training_set(sines, observer, line, axis, stride, &innovation_mm);
     // Starts are compared on other samples of the same sines; the validation runs stay unseen.
-    const TrainingSet others = training_set(sines, observer, line, axis, kStride - 3);
+    const TrainingSet others = training_set(sines, observer, line, axis, stride - 3);
     out.network[i] = train_network(choice.shape, data, others, choice.options, out.record[i]);
     const NetworkError unseen =
         network_error(out.network[i], training_set(validation, observer, line, axis, kStrideJudged));
-    out.record[i].data = "sines by the kernel on the simulated stage; validation on other sines and on ramps";
+    out.record[i].data = fmt::format(
+        "sines by the kernel on the simulated stage {}; validation on other sines and on ramps", lab.seed());
     out.record[i].rms_validation_N = unseen.rms_N;
     out.record[i].explained_validation = unseen.explained;
     out.record[i].innovation_rms_mm = innovation_mm;
@@ -176,7 +186,7 @@ DeflectionCorrection::Config learnt(const StageLab& lab, const StageNetworks& ne
     DeflectionEstimator::Axis& axis = config.estimator.axes[i];
     axis.network = networks.network[i];
     axis.stiffness_N_mm = stiffness_N_mm[static_cast<Eigen::Index>(i)];
-    axis.innovation_rms_max_mm = kAlarm * networks.record[i].innovation_rms_mm;
+    axis.innovation_rms_max_mm = kInnovationAlarm * networks.record[i].innovation_rms_mm;
   }
   return config;
 }
@@ -187,13 +197,16 @@ PressingResult press(const StageLab& lab, const StageNetworks& networks, int axi
   const DeflectionCorrection::Config config = learnt(lab, networks, {1, 1}, 0);
   const StageRun run = lab.run(pressing_program(axis, block_mm, kDepthMm), {{}, 0, true}, &config);
   std::vector<double> position_mm, force_N;
+  double error = 0;
   for (const StageRow& row : run.rows) {
     const double x = row.measured_mm[axis];
     if (!row.counts || x < block_mm + kAfterContactMm || x > block_mm + kDepthMm - kBeforeEndMm) continue;
     position_mm.push_back(x);
     force_N.push_back(-row.force_N[axis]);
+    error += std::pow(row.force_N[axis] - row.true_force_N[axis], 2);
   }
-  return {fit_stiffness(position_mm, force_N), lab.plant().cutter.stiffness_N_mm[axis]};
+  const double n = static_cast<double>(force_N.size());
+  return {fit_stiffness(position_mm, force_N), lab.plant().cutter.stiffness_N_mm[axis], std::sqrt(error / n)};
 }
 
 }  // namespace trn

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,7 @@ struct StageRow {
   Eigen::Vector2d load_N, friction_N, force_N, deflection_mm, innovation_rms_mm;  ///< estimates
   Eigen::Vector2d true_force_N, true_disturbance_N, true_deflection_mm;
   std::uint32_t line = 0;
+  bool alarm = false;   ///< the estimator's
   bool counts = false;  ///< its line is one of the program's that count
 };
 
@@ -41,18 +43,23 @@ struct StageSetup {
 class StageLab {
  public:
   /// ConfigError if the config has no such section or cannot be used.
-  StageLab(std::string config_path, std::uint64_t seed);
+  /// `seed` picks the stage; without one it is the config's own.
+  explicit StageLab(std::string config_path, std::optional<std::uint64_t> seed = std::nullopt);
 
   /// Runs a program with `correction` in the tick; null: only loads are estimated there.
   StageRun run(const LabProgram& program, const StageSetup& setup,
                const DeflectionCorrection::Config* correction) const;
 
+  /// Something happens to the stage: from now on it is another one than training saw.
+  void change_plant(const MicroMillPlant::Config& plant) { plant_ = plant; }
+
   const DeflectionCorrection::Config& nominal() const { return nominal_; }
   const MicroMillPlant::Config& plant() const { return plant_; }
+  std::uint64_t seed() const { return seed_; }
 
  private:
   std::string config_path_;
-  std::uint64_t seed_;
+  std::uint64_t seed_ = 0;
   MicroMillPlant::Config plant_;
   DeflectionCorrection::Config nominal_;
 };
@@ -75,6 +82,7 @@ StageNetworks train_stage(const StageLab& lab, const StageRun& sines, const Stag
 struct PressingResult {
   StiffnessFit fit;
   double true_N_mm = 0;
+  double force_error_N = 0;  ///< rms of estimated less true force; creeping, friction's direction is unknown
 };
 PressingResult press(const StageLab& lab, const StageNetworks& networks, int axis);
 

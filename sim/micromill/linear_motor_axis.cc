@@ -11,7 +11,10 @@ constexpr double kMmPerM = 1000;
 }
 
 LinearMotorAxis::LinearMotorAxis(const Config& config)
-    : config_(config), friction_(config.friction), noise_(config.seed) {}
+    : config_(config), friction_(config.friction), noise_(config.seed) {
+  for (std::size_t k = 0; k < kHarmonics; ++k)
+    ripple_[k] = std::polar(config.ripple_N[k], config.ripple_phase_rad[k]);
+}
 
 void LinearMotorAxis::place(double x_mm) {
   x_ = target_ = measured_before_ = x_mm;
@@ -70,10 +73,14 @@ void LinearMotorAxis::drive_loop(double dt_s) TRN_RT {
 }
 
 double LinearMotorAxis::ripple_N(double x_mm) const TRN_RT {
-  const double angle = 2 * kPi * x_mm / config_.magnet_pitch_mm;
+  const std::complex<double> turn = std::polar(1.0, 2 * kPi * x_mm / config_.magnet_pitch_mm);
+  std::complex<double> harmonic = turn;
   double sum = 0;
-  for (std::size_t k = 0; k < kHarmonics; ++k)
-    sum += config_.ripple_N[k] * std::sin(static_cast<double>(k + 1) * angle + config_.ripple_phase_rad[k]);
+  for (const std::complex<double>& ripple : ripple_) {
+    sum += ripple.real() * harmonic.imag() + ripple.imag() * harmonic.real();
+    harmonic = {harmonic.real() * turn.real() - harmonic.imag() * turn.imag(),
+                harmonic.real() * turn.imag() + harmonic.imag() * turn.real()};
+  }
   return sum;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <cstdint>
 
 #include "core/realtime.h"
@@ -67,6 +68,7 @@ class LinearMotorAxis {
   Config config_;
   GuideFriction friction_;
   NoiseSource noise_;
+  std::array<std::complex<double>, kHarmonics> ripple_;  ///< amplitude and phase
   double x_ = 0, v_ = 0;
   double target_ = 0, target_slope_ = 0, slope_before_ = 0, target_curve_ = 0;
   double integral_ = 0, measured_before_ = 0, v_measured_ = 0;

@@ -13,6 +13,7 @@ MillingCutter::MillingCutter(const Config& config) : config_(config) {
   for (int tooth = 0; tooth < kTeeth; ++tooth)
     tooth_radius_mm_[static_cast<std::size_t>(tooth)] =
         config.radius_mm + config.runout_mm * std::cos(config.runout_angle_rad + 2 * kPi * tooth / kTeeth);
+  helix_lag_rad_mm_ = std::tan(config.helix_rad) / config.radius_mm;
   steps_per_tooth_ = 2 * kPi / (kTeeth * config.spindle_rad_s * config.step_s);
   centres_.assign(static_cast<std::size_t>(std::ceil(kTeeth * steps_per_tooth_)) + 2, Vector2d::Zero());
 }
@@ -29,19 +30,19 @@ Vector2d MillingCutter::centre_before(int teeth) const TRN_RT {
 
 Vector2d MillingCutter::tooth_force(int tooth, int slice, const Vector2d& centre, double edge_mm,
                                     PartSurface& part) TRN_RT {
-  const double lag = (slice + 0.5) * edge_mm * std::tan(config_.helix_rad) / config_.radius_mm;
+  const double lag = (slice + 0.5) * edge_mm * helix_lag_rad_mm_;
   const double angle = angle_rad_ - 2 * kPi * tooth / kTeeth + lag;  // the spindle turns clockwise
   const Vector2d out(std::cos(angle), std::sin(angle));
   const double radius = tooth_radius_mm_[static_cast<std::size_t>(tooth)];
   double chip = std::numeric_limits<double>::infinity();
   for (int before = 1; before <= kTeeth; ++before) {
     const auto leader = static_cast<std::size_t>((tooth + kTeeth - before % kTeeth) % kTeeth);
-    chip = std::min(chip, radius - tooth_radius_mm_[leader] + (centre - centre_before(before)).dot(out));
+    chip = std::min(
+        chip, radius - tooth_radius_mm_[leader] + advance_[static_cast<std::size_t>(before - 1)].dot(out));
   }
   if (chip <= 0) return Vector2d::Zero();
   const Vector2d tip = centre + radius * out;
-  if (!part.has_material(tip)) return Vector2d::Zero();
-  part.cut(tip);
+  if (!part.cut(tip)) return Vector2d::Zero();
   const double engaged = std::min(1.0, chip / config_.edge_ramp_mm);
   const double tangential =
       edge_mm * (config_.tangential_N_mm2 * chip + config_.edge_tangential_N_mm * engaged);
@@ -52,7 +53,7 @@ Vector2d MillingCutter::tooth_force(int tooth, int slice, const Vector2d& centre
 
 Vector2d MillingCutter::step(const Vector2d& holder_mm, double depth_mm, PartSurface& part) TRN_RT {
   const Vector2d centre = holder_mm + deflection_mm_;
-  if (depth_mm <= 0 || !cutting_) std::fill(centres_.begin(), centres_.end(), centre);
+  if (depth_mm > 0 && !cutting_) std::fill(centres_.begin(), centres_.end(), centre);
   cutting_ = depth_mm > 0;
   newest_ = (newest_ + 1) % centres_.size();
   centres_[newest_] = centre;
@@ -60,6 +61,8 @@ Vector2d MillingCutter::step(const Vector2d& holder_mm, double depth_mm, PartSur
   Vector2d force = Vector2d::Zero();
   if (cutting_) {
     const double edge_mm = depth_mm / kSlices;
+    for (int before = 1; before <= kTeeth; ++before)
+      advance_[static_cast<std::size_t>(before - 1)] = centre - centre_before(before);
     for (int tooth = 0; tooth < kTeeth; ++tooth)
       for (int slice = 0; slice < kSlices; ++slice) force += tooth_force(tooth, slice, centre, edge_mm, part);
     part.settle(centre);

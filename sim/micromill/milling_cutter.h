@@ -51,6 +51,8 @@ class MillingCutter {
   std::array<double, kTeeth> tooth_radius_mm_{};
   std::vector<Eigen::Vector2d> centres_;  ///< of the last steps, a ring
   std::size_t newest_ = 0;
+  std::array<Eigen::Vector2d, kTeeth> advance_;  ///< of the middle since the 1st, 2nd.. tooth before
+  double helix_lag_rad_mm_ = 0;                  ///< an edge's lag over its height
   double steps_per_tooth_ = 0;
   double angle_rad_ = 0;
   Eigen::Vector2d deflection_mm_ = Eigen::Vector2d::Zero();

@@ -32,17 +32,13 @@ int PartSurface::bin_of(const Eigen::Vector2d& p_mm) const TRN_RT {
   return std::clamp(bin, 0, config_.bins - 1);
 }
 
-bool PartSurface::has_material(const Eigen::Vector2d& p_mm) const TRN_RT {
+bool PartSurface::cut(const Eigen::Vector2d& p_mm) TRN_RT {
   const auto bin = static_cast<std::size_t>(bin_of(p_mm));
   const double distance = distance_mm(p_mm);
-  return distance < settled_nearest_[bin] || distance > settled_farthest_[bin];
-}
-
-void PartSurface::cut(const Eigen::Vector2d& p_mm) TRN_RT {
-  const auto bin = static_cast<std::size_t>(bin_of(p_mm));
-  const double distance = distance_mm(p_mm);
+  if (distance >= settled_nearest_[bin] && distance <= settled_farthest_[bin]) return false;
   nearest_[bin] = std::min(nearest_[bin], distance);
   farthest_[bin] = std::max(farthest_[bin], distance);
+  return true;
 }
 
 void PartSurface::settle(const Eigen::Vector2d& centre_mm) TRN_RT {

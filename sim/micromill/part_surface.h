@@ -27,10 +27,9 @@ class PartSurface {
 
   /// Distance of a point by the part's measure, mm.
   double distance_mm(const Eigen::Vector2d& p_mm) const TRN_RT;
-  /// Whether the plate still has material there. What is cut counts as gone once the tool is past it.
-  bool has_material(const Eigen::Vector2d& p_mm) const TRN_RT;
-  /// A tooth has passed here.
-  void cut(const Eigen::Vector2d& p_mm) TRN_RT;
+  /// A tooth passes here. False if the plate has no material there any more; what is cut counts as gone once
+  /// the tool is past it.
+  bool cut(const Eigen::Vector2d& p_mm) TRN_RT;
   /// The tool's centre is here: what lies well behind it is settled.
   void settle(const Eigen::Vector2d& centre_mm) TRN_RT;
 

@@ -151,8 +151,44 @@ TEST(CorrectionMargins, AreStated) {
   EXPECT_GT(margins.loop_gain_max, 0.49);
   EXPECT_LT(margins.loop_gain_max, 0.56);
   EXPECT_NEAR(margins.gain_margin * margins.loop_gain_max, 1, 1e-12);
+  EXPECT_TRUE(std::isinf(margins.phase_margin_rad));
   full.gain = 0;
   EXPECT_TRUE(std::isinf(correction_margins(full, 0, 0.02, 250, 0.5).gain_margin));
+  full.gain = 1.2;  // more than infinitely stiff work bears
+  const CorrectionMargins beyond = correction_margins(full, 0, 0.02, 250, 1);
+  EXPECT_LT(beyond.gain_margin, 1);
+  EXPECT_LT(beyond.phase_margin_rad, 0.05);
+}
+
+// The cutting process closes the loop: the tool dips by `process` of what the path goes deeper. Below the
+// margin the depth settles at the sum of the geometric series, beyond it the depth grows without end.
+TEST(CorrectionMargins, TheLoopIsStableBelowAndUnstableBeyond) {
+  constexpr double kDepthMm = 0.01, kStiffness = 50;
+  for (const double process : {0.5, 0.9, 1.0}) {
+    for (const double gain : {0.5, 0.9, 1.05, 1.2}) {
+      DeflectionCorrection::Config closed = config();
+      closed.gain = gain;
+      closed.rate_mm_s = 1e6;
+      closed.estimator.axes[0].innovation_rms_max_mm = 1e9;  // the alarm would end it
+      DeflectionCorrection correction(closed);
+      Standing stage;
+      double depth_mm = kDepthMm, before_mm = 0;
+      for (int k = 0; k < 6000; ++k) {
+        before_mm = depth_mm;
+        depth_mm = kDepthMm - stage.offset[0];
+        stage.run(correction, process * kStiffness * depth_mm, 0, 1);
+      }
+      const CorrectionMargins margins = correction_margins(closed, 0, 0, 1e6, process);
+      if (process * gain < 1) {
+        EXPECT_GT(margins.gain_margin, 1);
+        EXPECT_NEAR(depth_mm, kDepthMm / (1 - process * gain), 0.01 * kDepthMm) << process << " " << gain;
+      } else {
+        EXPECT_LT(margins.gain_margin, 1);
+        EXPECT_GT(depth_mm, 10 * kDepthMm) << process << " " << gain;
+        EXPECT_GT(depth_mm, before_mm);  // and still grows
+      }
+    }
+  }
 }
 
 TEST(DeflectionConfig, SaysWhatIsWrong) {

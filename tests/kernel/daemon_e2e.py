@@ -115,18 +115,23 @@ class Bench:
 
     count = 0
 
-    def __init__(self, drives="", extra=""):
+    def __init__(self, drives="", extra="", machine=None):
         Bench.count += 1
         self.name = f"e2e{os.getpid()}-{Bench.count}"
         self.folder = tempfile.TemporaryDirectory()
-        with open(os.path.join(SOURCE, "configs/cradle.toml")) as file:
+        with open(os.path.join(SOURCE, f"configs/{machine or 'cradle'}.toml")) as file:
             text = file.read()
+        self.process = None
+        if machine:  # as it is shipped
+            text = text.replace(f'name = "{machine}"', f'name = "{self.name}"')
+            text = text.replace('networks = "', f'networks = "{os.path.join(SOURCE, "configs")}/')
+            self.config = self.write("machine.toml", text + "\n[realtime]\nlate_periods_max = 0\n")
+            return
         text = text.replace('name = "cradle"', f'name = "{self.name}"')
         head, tail = text.split("[drives]\n")
         kept = "".join("[" + part for part in tail.split("\n[")[1:])
         self.config = self.write("machine.toml", head + '[drives]\ntype = "simulated"\n' + drives + "\n" + kept +
                                  "\n[realtime]\nlate_periods_max = 0\n" + extra)
-        self.process = None
 
     def write(self, name, text):
         path = os.path.join(self.folder.name, name)
@@ -311,6 +316,24 @@ class DaemonTest(unittest.TestCase):
             code, _, err = bench.client("load", "/nonexistent.ngc")
             self.assertEqual(code, 2)
             self.assertIn("/nonexistent.ngc", err)
+
+    def test_micro_stage_tells_what_the_bending_makes_of_a_circle(self):
+        with Bench(machine="micro_stage") as bench:
+            log = os.path.join(bench.folder.name, "session.log")
+            bench.start_daemon("--log", log)
+            self.assertEqual(bench.status()["features"], [])
+            bench.ask("load", bench.write("ring.ngc", "G21 G90 G17\nG0 X-2 Z1\nG2 X-2 I2 J0 F900\nM2\n"))
+            bench.ask("start", "--wait")
+            feature, = bench.status()["features"]
+            self.assertEqual((feature["line"], feature["feature"]), (3, "circle"))
+            self.assertAlmostEqual(feature["size_mm"], 4, places=9)
+            self.assertLess(abs(feature["predicted_mm"] - 4), 0.1)
+            self.assertIn("predicted", bench.ask("status"))
+            self.assertIn("predicted", bench.log_text())
+            self.assertEqual(bench.end(), 0)
+            with open(log) as file:
+                told = [entry for entry in map(json.loads, file) if entry.get("entry") == "features"]
+            self.assertEqual(told[0]["features"], [feature])
 
     def test_jog_and_home(self):
         with Bench(drives="homed = false\n[[drives.joint]]\nname = \"X\"\nstart_mm = 20\n") as bench:
