@@ -28,7 +28,7 @@ double spacing(const Joints& joints, double wanted) {
   if (wanted > 0) return wanted;
   double ramp = 0.064;
   for (const Joint& j : joints) ramp = std::min(ramp, j.limit.acceleration / j.limit.jerk);
-  return std::max(ramp / 16, 1e-4);
+  return std::max(ramp / 10, 1e-4);
 }
 
 double brake_time(const Joints& joints) {
