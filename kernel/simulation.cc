@@ -67,7 +67,7 @@ class Simulation {
         cycle_({period_s_, assembly.machine.joints, false, 8, assembly.plan_joints}, *assembly.map, queue_,
                *assembly.drives, assembly.corrections.setpoint.get()),
         judge_(assembly.machine.joints, period_s_),
-        meter_(*assembly.kinematics),
+        meter_(*assembly.kinematics, options.histograms),
         clock_(assembly.machine.joints, period_s_) {}
 
   SimulationResult run() {

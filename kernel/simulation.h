@@ -16,6 +16,7 @@ struct SimulationOptions {
   std::string program;
   std::uint32_t from_line = 0;  ///< as ProgramStart::from_line
   ReportSink* trace = nullptr;
+  bool histograms = false;  ///< of the deviations
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
   std::function<void(const Diagnostic&)> on_warning;
