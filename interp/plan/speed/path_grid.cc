@@ -175,8 +175,8 @@ double PathGrid::pending_time() const {
   return sum;
 }
 
-void PathGrid::lay(bool to_end, bool force) {
-  if (pending_.empty() || (!to_end && !force && pending_time_s_ < 2 * lookahead_s_)) return;
+bool PathGrid::lay(bool to_end, bool force) {
+  if (pending_.empty() || (!to_end && !force && pending_time_s_ < 2 * lookahead_s_)) return false;
   estimate(to_end);
   double time_s = pending_time();
   const bool whole = to_end && intervals_.empty();  // a stretch short enough to be seen at once
@@ -194,6 +194,7 @@ void PathGrid::lay(bool to_end, bool force) {
     pending_.pop_front();
   }
   pending_time_s_ = time_s;
+  return true;
 }
 
 // Where the piece is after a time of its estimated motion; constant acceleration between its places.

@@ -61,8 +61,8 @@ class PathGrid {
   /// Appends a piece. Throws ProgramError as PathSampler; the grid so far stays valid.
   void add(const PlanPiece& piece);
   /// Lays the grid over all pieces whose future is known well enough; all when `to_end`, half when
-  /// `force`.
-  void lay(bool to_end, bool force);
+  /// `force`. False: nothing was laid.
+  bool lay(bool to_end, bool force);
 
   std::deque<GridInterval>& intervals() { return intervals_; }
   double length() const { return s_end_; }

@@ -124,7 +124,8 @@ void SpeedPlanner::finish() {
 
 // Lays the grid as far as the future is known and plans windows while there is enough of it.
 void SpeedPlanner::advance(bool to_end) {
-  grid_.lay(to_end, emitter_.piece_count() > options_.buffered_pieces_max);
+  const bool crowded = emitter_.piece_count() > options_.buffered_pieces_max;
+  if (!grid_.lay(to_end, crowded) && !crowded && !to_end) return;
   headroom_.resize(grid_.intervals().size(), kFreshHeadroom);
   while (!grid_.intervals().empty()) {
     double time_s = 0;
