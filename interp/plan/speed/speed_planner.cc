@@ -14,7 +14,7 @@ constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990,
 constexpr double kAccelerationAccept = 0.9995,
                  kJerkAccept = 0.998;  // margin for what lies between the samples
 constexpr double kVelocityAccept = 0.99999;
-constexpr InteriorPointOptions kFirstSolve{60, 3e-3, 0.02}, kNextSolve{30, 3e-3, 3e-4};
+constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.05}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;
 constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
 constexpr double kGuess = 0.85;                  // of the b that the grid estimates
