@@ -1,6 +1,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+#include <stdexcept>
 
 #include "compensation/geometric.h"
 #include "core/units.h"
@@ -20,14 +22,18 @@ int joint_of(const Machine& machine, const ConfigTable& table) {
 }
 
 Spline read_column(const ConfigTable& table, const std::string& key, double unit,
-                   const std::vector<double>& places) {
+                   const std::vector<double>& places, bool periodic) {
   if (!table.has(key)) return {};
   std::vector<double> values = table.numbers(key);
   if (values.size() != places.size())
     throw table.error(key,
                       fmt::format("{} values, but the table has {} places", values.size(), places.size()));
   for (double& value : values) value *= unit;
-  return {places, values};
+  try {
+    return periodic ? Spline::periodic(places, values) : Spline(places, values);
+  } catch (const std::invalid_argument& bad) {
+    throw table.error(key, bad.what());
+  }
 }
 
 ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
@@ -38,10 +44,13 @@ ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
   if (places.empty() ||
       std::adjacent_find(places.begin(), places.end(), std::greater_equal<>()) != places.end())
     throw table.error(at, "the places of a table must rise");
+  const bool periodic = rotary && table.boolean("periodic", false);
+  if (periodic && std::abs(places.back() - places.front() - 2 * kPi) > 1e-9)
+    throw table.error(at, "the places of a periodic table must span 360 degrees");
   ErrorTables out;
   for (std::size_t i = 0; i < 3; ++i) {
-    out.offset[i] = read_column(table, fmt::format("e{}_mm", kAxes[i]), 1, places);
-    out.tilt[i] = read_column(table, fmt::format("e{}_arcsec", kTurns[i]), kRadPerArcsec, places);
+    out.offset[i] = read_column(table, fmt::format("e{}_mm", kAxes[i]), 1, places, periodic);
+    out.tilt[i] = read_column(table, fmt::format("e{}_arcsec", kTurns[i]), kRadPerArcsec, places, periodic);
   }
   return out;
 }

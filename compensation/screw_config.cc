@@ -42,7 +42,9 @@ ScrewHeat read_heat(const ConfigTable& table) {
   return heat;
 }
 
-ScrewConfig read_screw(const Machine& machine, const ConfigTable& table, SensorBoard& board) {
+}  // namespace
+
+ScrewConfig read_screw(const Machine& machine, const ConfigTable& table) {
   ScrewConfig screw;
   screw.joint = linear_joint(machine, table);
   screw.fixed_bearing_mm = table.number("fixed_bearing_mm");
@@ -59,11 +61,8 @@ ScrewConfig read_screw(const Machine& machine, const ConfigTable& table, SensorB
       screw.mounting == ScrewMounting::kFixedPreload ? table.number("stretch_mm", Range{0, 1}) : 0;
   screw.alpha_per_K = table.number("alpha_per_K", screw.alpha_per_K, Range{1e-7, 1e-4});
   screw.heat = read_heat(table);
-  screw.sensor = read_sensor(table, high - low, board);
   return screw;
 }
-
-}  // namespace
 
 ScrewCorrectionConfig read_screws(const Machine& machine, const ConfigTable& section, SensorBoard& board) {
   ScrewCorrectionConfig config;
@@ -73,10 +72,11 @@ ScrewCorrectionConfig read_screws(const Machine& machine, const ConfigTable& sec
   config.rate_mm_s = section.number("rate_um_s", 1000 * config.rate_mm_s, Range{0.01, 100}) / 1000;
   for (const ConfigTable& table : section.tables("axis")) {
     const bool rotary = table.choice("encoder", {"rotary", "linear"}, "rotary") == "rotary";
-    const ScrewConfig screw = read_screw(machine, table, board);
+    ScrewConfig screw = read_screw(machine, table);
+    screw.sensor = read_sensor(table, std::abs(screw.far_bearing_mm - screw.fixed_bearing_mm), board);
     for (const ScrewConfig& other : config.screws)
       if (other.joint == screw.joint) throw table.error("joint", "this joint has its screw already");
-    if (rotary) config.screws.push_back(screw);  // a linear scale does not see the screw
+    if (rotary) config.screws.push_back(std::move(screw));  // a linear scale does not see the screw
   }
   return config;
 }

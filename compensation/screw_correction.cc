@@ -9,9 +9,8 @@ namespace trn {
 
 namespace {
 
-constexpr double kTrustLeast_K =
-    1;  // a model that is warmer than this gives its shape to the sensor's reading
-constexpr double kTrustMin = 0.3, kTrustMax = 3;
+constexpr double kFactorMin = 0.3, kFactorMax = 3;  // a model that is further off is wrong in another way
+constexpr double kCold_K = 1e-3;
 
 /// 0 to 1 with three derivatives zero at both ends.
 double fade(double t) TRN_RT {
@@ -53,8 +52,7 @@ ScrewCorrection::ScrewCorrection(const ScrewCorrectionConfig& config, const Sens
     nut.profiles = std::make_unique<Ring<Profile>>(64);
     nuts_.push_back(std::move(nut));
     workers_.push_back({ScrewHeatModel(nuts_.back().length_mm, screw.heat, kNodes),
-                        std::vector<double>(kNodes, 0.0), std::vector<double>(kNodes, 0.0), 0, 0, 0, 1, 0,
-                        false});
+                        std::vector<double>(kNodes, 0.0), std::vector<double>(kNodes, 0.0)});
     const std::string& name = screw.sensor.name;
     const char* then =
         screw.sensor.hold_on_dropout ? "the last growth is held" : "the heat model goes on alone";
@@ -131,17 +129,18 @@ void ScrewCorrection::use_temperatures(std::size_t screw) {
   double rise = 0;
   const bool heard = config.sensor.channel >= 0 && read_sensor(screw, rise);
   if (config.sensor.channel >= 0 && !heard && config.sensor.hold_on_dropout) return;
-  // The sensor says how warm, the model where; a cold model knows no shape.
+  // The sensor says how warm, the model where. What no factor of the model explains is the whole screw's: the
+  // air has become warmer.
   const double spacing = nuts_[screw].spacing_mm;
   const auto at =
       static_cast<std::size_t>(std::clamp(std::round(config.sensor.at_mm / spacing), 0.0, kNodes - 1.0));
-  const bool shaped = model[at] > kTrustLeast_K;
-  if (heard && shaped) worker.trust_factor = std::clamp(rise / model[at], kTrustMin, kTrustMax);
-  const double most = config_.slope_max / config.alpha_per_K;
-  for (std::size_t i = 0; i < kNodes; ++i) {
-    const double value = heard && !shaped ? rise : worker.trust_factor * model[i];
-    worker.used_K[i] = std::clamp(value, -most, most);
+  if (heard) {
+    worker.factor = model[at] > kCold_K ? std::clamp(rise / model[at], kFactorMin, kFactorMax) : 1;
+    worker.uniform_K = rise - worker.factor * model[at];
   }
+  const double most = config_.slope_max / config.alpha_per_K;
+  for (std::size_t i = 0; i < kNodes; ++i)
+    worker.used_K[i] = std::clamp(worker.factor * model[i] + worker.uniform_K, -most, most);
 }
 
 bool ScrewCorrection::read_sensor(std::size_t screw, double& rise_K) {
@@ -151,9 +150,10 @@ bool ScrewCorrection::read_sensor(std::size_t screw, double& rise_K) {
   const double value = board_.value(sensor.channel);
   worker.silent_s = count == worker.count ? worker.silent_s + config_.update_s : 0;
   worker.count = count;
-  if (worker.silent_s >= sensor.timeout_s || count == 0) {
+  const bool silent = worker.silent_s >= sensor.timeout_s;
+  if (silent || count == 0) {
     worker.heard = false;
-    warning_ = silent_texts_[screw].c_str();
+    if (silent) warning_ = silent_texts_[screw].c_str();
     return false;
   }
   const bool in_range = value >= sensor.min_C && value <= sensor.max_C;

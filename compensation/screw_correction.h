@@ -82,7 +82,8 @@ class ScrewCorrection final : public SetpointCorrection {
   struct Worker {
     ScrewHeatModel model;
     std::vector<double> used_K, u_mm;
-    double last_C = 0, silent_s = 0, absurd_s = 0, trust_factor = 1;
+    double last_C = 0, silent_s = 0, absurd_s = 0;
+    double factor = 1, uniform_K = 0;  ///< temperature = factor * model + uniform
     std::uint32_t count = 0;
     bool heard = false;
   };
@@ -101,6 +102,9 @@ class ScrewCorrection final : public SetpointCorrection {
   std::atomic<const char*> warning_{""};
   double time_s_ = 0;
 };
+
+/// A table that describes a screw: joint, bearings, mounting and heat; not its sensor.
+ScrewConfig read_screw(const Machine& machine, const ConfigTable& table);
 
 /// Section [corrections.screw].
 ScrewCorrectionConfig read_screws(const Machine& machine, const ConfigTable& section, SensorBoard& board);

@@ -9,7 +9,9 @@
 
 namespace trn {
 
-/// Named readings that somebody outside the tick refreshes (a bus, a test) and others look at; wait-free.
+/// Named readings that somebody outside the tick refreshes and others look at; wait-free. Corrections name
+/// the channels they want (`sensor` in the config); whoever has a reading of that name publishes each new
+/// one.
 class SensorBoard {
  public:
   static constexpr int kMax = 16;
@@ -20,6 +22,12 @@ class SensorBoard {
     if (found == names_.end()) names_.push_back(name);
     return static_cast<int>(std::find(names_.begin(), names_.end(), name) - names_.begin());
   }
+  /// Number of the channel `name`; -1: nobody wants it.
+  int find(const std::string& name) const {
+    const auto found = std::find(names_.begin(), names_.end(), name);
+    return found == names_.end() ? -1 : static_cast<int>(found - names_.begin());
+  }
+  /// From one thread a channel.
   void publish(int channel, double value) noexcept {
     Slot& slot = slots_[static_cast<std::size_t>(channel)];
     slot.value.store(value, std::memory_order_relaxed);

@@ -1,5 +1,6 @@
 #include "compensation/spline.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
@@ -24,6 +25,34 @@ Spline::Spline(std::vector<double> x, std::vector<double> y)
   for (std::size_t i = n - 2; i > 0; --i) m_[i] = right[i] - upper[i] * m_[i + 1];
 }
 
+Spline Spline::periodic(std::vector<double> x, std::vector<double> y) {
+  Spline out(std::move(x), std::move(y));
+  const std::size_t n = out.x_.size();
+  if (n < 4 || out.y_.front() != out.y_.back())
+    throw std::invalid_argument(
+        "a periodic table has at least four places, and ends with the value it begins with");
+  out.period_ = out.x_.back() - out.x_.front();
+  const auto k = static_cast<Eigen::Index>(n - 1);
+  Eigen::MatrixXd A = Eigen::MatrixXd::Zero(k, k);
+  Eigen::VectorXd b(k);
+  for (Eigen::Index i = 0; i < k; ++i) {
+    const auto at = static_cast<std::size_t>(i), before = at == 0 ? n - 2 : at - 1;
+    const double h0 = out.x_[before + 1] - out.x_[before], h1 = out.x_[at + 1] - out.x_[at];
+    A(i, (i + k - 1) % k) += h0;
+    A(i, i) += 2 * (h0 + h1);
+    A(i, (i + 1) % k) += h1;
+    b[i] = 6 * ((out.y_[at + 1] - out.y_[at]) / h1 - (out.y_[before + 1] - out.y_[before]) / h0);
+  }
+  const Eigen::VectorXd m = A.partialPivLu().solve(b);
+  for (std::size_t i = 0; i < n; ++i) out.m_[i] = m[static_cast<Eigen::Index>(i) % k];
+  return out;
+}
+
+double Spline::placed(double x) const TRN_RT {
+  if (period_ > 0) x -= period_ * std::floor((x - x_.front()) / period_);
+  return std::clamp(x, x_.front(), x_.back());
+}
+
 std::size_t Spline::cell(double x) const TRN_RT {
   const auto above = std::upper_bound(x_.begin() + 1, x_.end() - 1, x);
   return static_cast<std::size_t>(above - x_.begin()) - 1;
@@ -31,17 +60,17 @@ std::size_t Spline::cell(double x) const TRN_RT {
 
 double Spline::at(double x) const TRN_RT {
   if (x_.size() < 2) return x_.empty() ? 0.0 : y_[0];
-  const double inside = std::clamp(x, x_.front(), x_.back());
+  const double inside = placed(x);
   const std::size_t i = cell(inside);
   const double h = x_[i + 1] - x_[i], b = (inside - x_[i]) / h, a = 1 - b;
   const double y =
       a * y_[i] + b * y_[i + 1] + h * h / 6 * (a * (a * a - 1) * m_[i] + b * (b * b - 1) * m_[i + 1]);
-  return y + (x == inside ? 0.0 : (x - inside) * slope(inside));
+  return y + (x == inside || period_ > 0 ? 0.0 : (x - inside) * slope(inside));
 }
 
 double Spline::slope(double x) const TRN_RT {
   if (x_.size() < 2) return 0;
-  const double inside = std::clamp(x, x_.front(), x_.back());
+  const double inside = placed(x);
   const std::size_t i = cell(inside);
   const double h = x_[i + 1] - x_[i], b = (inside - x_[i]) / h, a = 1 - b;
   return (y_[i + 1] - y_[i]) / h + h / 6 * ((3 * b * b - 1) * m_[i + 1] - (3 * a * a - 1) * m_[i]);

@@ -57,6 +57,10 @@ constexpr std::array<FaultInfo, static_cast<std::size_t>(Fault::kCount)> kFaults
      "check its supply, wiring, address and bit rate, then reset"},
     {"device_fault", Reaction::kPathStop, "a Modbus device reports a fault or impossible values",
      "read the device's error, clear its cause, then reset"},
+    {"probe", Reaction::kPathStop, "a probe move met no contact, or began where it should have ended",
+     "check the probe, its battery and the move's end, then reset"},
+    {"spindle", Reaction::kPathStop, "the spindle is not at its speed or place in time",
+     "check its drive and io.spindle_timeout_s, then reset"},
 }};
 }  // namespace
 

@@ -39,6 +39,8 @@ enum class Fault : std::uint8_t {
   kForeignMaster,   ///< somebody else sends SYNC, setpoints or the master's heartbeat
   kDeviceLost,      ///< a Modbus device does not answer
   kDeviceFault,     ///< a Modbus device reports a fault, or values that cannot be
+  kProbe,           ///< a probe move met nothing, or began where it should have ended
+  kSpindle,         ///< not at its speed or place in time
   kCount
 };
 

@@ -8,15 +8,21 @@
 
 namespace trn {
 
+/// The corrections inside the plan, as bits; the bits above them number those behind it
+/// (kernel/corrections.cc).
+inline constexpr std::uint8_t kGeometricBit = 1, kJointTableBit = 2;
+inline constexpr std::uint8_t kPlannedBits = kGeometricBit | kJointTableBit;
+
 /// What a path piece means to the joints: constant along a piece, never changes inside a stretch.
 struct MapContext {
-  bool rtcp = false;                ///< y is the tip in B (on) or the machine's own axes (off)
-  Vec3 tool_offset = Vec3::Zero();  ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
-  Pose X_WB;                        ///< table in work frame, for reports of the tip in W
+  bool rtcp = false;                 ///< y is the tip in B (on) or the machine's own axes (off)
+  Vec3 tool_offset = Vec3::Zero();   ///< gauge point to tip, (0, 0, L) for a plain tool length L, mm
+  Pose X_WB;                         ///< table in work frame, for reports of the tip in W
+  std::uint8_t corrections_off = 0;  ///< of kPlannedBits: these do not act
 
   bool operator==(const MapContext& other) const TRN_RT {
     return rtcp == other.rtcp && tool_offset == other.tool_offset && X_WB.R == other.X_WB.R &&
-           X_WB.p == other.X_WB.p;
+           X_WB.p == other.X_WB.p && corrections_off == other.corrections_off;
   }
 };
 
@@ -38,6 +44,15 @@ struct JointMotion {
   std::array<float, kMaxJoints> v{}, a{}, a_end{}, j_min{}, j_max{};
 };
 
+/// What the program leaves to the operator (M48 to M53).
+struct OverrideMode {
+  bool feed = true, spindle = true;  ///< their overrides act; off: 100 %
+  bool adaptive = false;             ///< the adaptive feed acts
+  bool feed_hold = true;             ///< a hold acts at once; off: where it is allowed again
+
+  bool operator==(const OverrideMode&) const = default;
+};
+
 /// Something that happens between motions, with the machine at rest, in program order.
 struct QueueEvent {
   enum class Kind : std::uint8_t {
@@ -50,11 +65,84 @@ struct QueueEvent {
     kOptionalStop,
     kProgramStop,
     kProgramEnd,
-    kUser
+    kUser,
+    kCorrection,
+    kSpindleOrient,  ///< waits until the spindle stands there
+    kDigitalOutput,
+    kAnalogOutput,
+    kWaitInput,   ///< waits for an input; the program's planning waits for its value
+    kProbeStart,  ///< the motion up to kProbeEnd ends where the probe changes
+    kProbeEnd,    ///< the program's planning waits for where that was
+    kGearStart,   ///< spindle and path run geared up to kGearEnd
+    kGearEnd
   };
   Kind kind = Kind::kNone;
-  double value = 0;           ///< dwell: s; spindle: rpm, signed (+ clockwise)
-  std::int32_t argument = 0;  ///< tool number; coolant bits (1 mist, 2 flood); message number; user M-code
+  /// Dwell: s; spindle: rpm, signed (+ clockwise); orient: degrees; output: its value; wait: time limit, s;
+  /// gear: the turns a second that the plan was made for (kSpindleLeads), turns a mm of tip path, signed
+  /// (kPathLeads); user: P; corrections: 1 on, 0 off.
+  double value = 0;
+  /// Tool number; coolant bits (1 mist, 2 flood); message number; user M-code; number of the output; input
+  /// (input_argument); ProbeMode; GearMode; corrections.
+  std::int32_t argument = 0;
+  OverrideMode overrides = {};  ///< in force when it happens
+};
+
+/// What M66 waits for. kNow: nothing, the value is taken as it is.
+enum class InputWait : std::uint8_t { kNow, kRise, kFall, kHigh, kLow };
+
+/// G38.2 to G38.5: until contact or until it is lost; failing is a fault or not.
+enum class ProbeMode : std::uint8_t { kContact = 2, kTryContact, kRelease, kTryRelease };
+
+/// Which of the two leads while spindle and path are geared.
+enum class GearMode : std::uint8_t { kSpindleLeads, kPathLeads };
+
+/// kWaitInput's argument: number of the input, what to wait for, and whether it is an analog one.
+struct InputArgument {
+  int index = 0;
+  InputWait wait = InputWait::kNow;
+  bool analog = false;
+
+  std::int32_t packed() const { return index | static_cast<int>(wait) << 8 | (analog ? 1 << 16 : 0); }
+  static InputArgument unpack(std::int32_t argument) TRN_RT {
+    return {argument & 0xFF, static_cast<InputWait>(argument >> 8 & 0xFF), (argument >> 16 & 1) != 0};
+  }
+};
+
+/// Outputs that change where a motion begins, without a stop (M62, M63, M67).
+struct OutputChanges {
+  static constexpr int kAnalogMax = 4;
+  struct Analog {
+    std::uint8_t index = 0;
+    double value = 0;
+  };
+  std::uint64_t set = 0, clear = 0;  ///< bit i: digital output i
+  std::array<Analog, kAnalogMax> analog{};
+  std::uint8_t analog_count = 0;
+
+  bool any() const TRN_RT { return (set | clear) != 0 || analog_count != 0; }
+  void put(int index, bool on) TRN_RT {
+    const std::uint64_t bit = std::uint64_t{1} << index;
+    set = on ? set | bit : set & ~bit;
+    clear = on ? clear & ~bit : clear | bit;
+  }
+  /// False if there is no room for one more analog output.
+  bool put(int index, double value) TRN_RT {
+    int i = 0;
+    while (i < analog_count && analog[static_cast<std::size_t>(i)].index != index) ++i;
+    if (i == kAnalogMax) return false;
+    if (i == analog_count) ++analog_count;
+    analog[static_cast<std::size_t>(i)] = {static_cast<std::uint8_t>(index), value};
+    return true;
+  }
+  /// These, then `later` ones.
+  void add(const OutputChanges& later) TRN_RT {
+    set = (set & ~later.clear) | later.set;
+    clear = (clear & ~later.set) | later.clear;
+    for (int i = 0; i < later.analog_count; ++i) {
+      const Analog& a = later.analog[static_cast<std::size_t>(i)];
+      put(a.index, a.value);
+    }
+  }
 };
 
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,
@@ -69,8 +157,10 @@ struct MotionBlock {
   std::uint8_t segment_count = 0;                ///< 0: an event
   bool ends_at_rest = false;                     ///< the last segment ends with v = a = 0
   bool rapid = false;                            ///< G0: feed override does not act, rapid override does
-  std::uint32_t line = 0;                        ///< source line, 1-based
+  OverrideMode overrides;
+  std::uint32_t line = 0;  ///< source line, 1-based
   QueueEvent event;
+  OutputChanges outputs;  ///< act where the block begins
 };
 
 }  // namespace trn

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -127,6 +129,54 @@ struct Feedback {
 struct CorrectionInput {
   const JointVec& q;         ///< the plan's joints in this period, mm or rad
   const Feedback& feedback;  ///< of the last period
+};
+
+/// The most digital and the most analog inputs and outputs of each kind.
+inline constexpr int kMaxIo = 64;
+
+/// What the devices beside the drives are told, once a period.
+struct IoOutputs {
+  std::uint64_t digital = 0;            ///< bit i: output i (M62 to M65)
+  std::array<double, kMaxIo> analog{};  ///< M67, M68
+  double spindle_rpm = 0;               ///< signed, + clockwise
+  bool spindle_orients = false;         ///< M19: stand at spindle_deg
+  double spindle_deg = 0;
+  bool spindle_geared = false;  ///< follow spindle_turns at once (rigid tapping)
+  double spindle_turns = 0;     ///< since the gear was closed
+  int coolant = 0;              ///< bits: 1 mist, 2 flood
+};
+
+/// What they answer.
+struct IoInputs {
+  std::uint64_t digital = 0;            ///< bit i: input i (M66 P)
+  std::array<double, kMaxIo> analog{};  ///< M66 E
+  bool probe = false;                   ///< contact
+  bool spindle_ready = true;            ///< turns as told, or stands as told
+  double spindle_turns = 0;             ///< the encoder, + clockwise; whole numbers at the index pulse
+  Fault fault = Fault::kOk;
+};
+
+/// Where the machine is, for simulated devices; real ones know it without being told.
+struct IoPlace {
+  const JointVec& q;        ///< measured joints of the same period, mm or rad
+  const Vec3& tool_offset;  ///< as in MapContext
+};
+
+/// Inputs and outputs of the machine beside its drives, real or simulated: what M62 to M68 and G38 mean, the
+/// spindle and its encoder, coolant.
+class MachineIo {
+ public:
+  virtual ~MachineIo() = default;
+  /// Outside the tick; may take seconds; throw std::runtime_error with the device and the remedy.
+  virtual void bring_up() {}
+  /// Everything off.
+  virtual void shut_down() noexcept {}
+  /// In the tick, once a period behind the drives' exchange, bounded. Devices that take longer than a period
+  /// work in a thread of their own; the inputs are then the last known ones.
+  virtual void exchange(const IoOutputs& outputs, const IoPlace& place, IoInputs& inputs) TRN_RT = 0;
+  /// Any thread: as Drives::explain_fault and Drives::health.
+  virtual std::string explain_fault() const;
+  virtual std::string health() const;
 };
 
 /// Servo drives, real or simulated.

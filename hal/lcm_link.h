@@ -19,6 +19,7 @@ struct LcmConfig {
   std::string command_channel() const { return machine + ".command"; }
   std::string acknowledge_channel() const { return machine + ".acknowledge"; }
   std::string status_channel() const { return machine + ".status"; }
+  std::string sensor_channel() const { return machine + ".sensor"; }
   std::string motion_channel() const { return machine + ".motion"; }
 };
 

@@ -7,4 +7,5 @@
 #include "lcm_types/trunnion/acknowledge_t.hpp"
 #include "lcm_types/trunnion/command_t.hpp"
 #include "lcm_types/trunnion/motion_t.hpp"
+#include "lcm_types/trunnion/sensor_t.hpp"
 #include "lcm_types/trunnion/status_t.hpp"

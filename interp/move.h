@@ -8,12 +8,14 @@
 // What the interpreter hands to the planner: programmed motion in absolute terms, in program order.
 namespace trn {
 
-/// Upper bounds on speed that the program asks for; infinite where it does not.
+/// Upper bounds on speed that the program asks for; infinite where it does not. And whether the operator may
+/// change it.
 struct FeedLimit {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double tip_mm_s = kNone;      ///< speed of the tip in the work
   double rotary_rad_s = kNone;  ///< norm of the rotary words' speed; moves without X Y Z motion
   double path_units_s = kNone;  ///< ds/dt of the move itself; inverse time: length / time
+  OverrideMode overrides;
 };
 
 enum class PathMode : unsigned char {
@@ -41,6 +43,7 @@ struct ProgramMove {
   PathMode mode = PathMode::kContinuous;
   double tolerance_mm = 0;   ///< kContinuous: tip from the programmed path
   double tolerance_rad = 0;  ///< kContinuous: tool axis (or any rotary word) from the programmed one
+  OutputChanges outputs;     ///< act where the move begins
   SourceLine source;
 };
 

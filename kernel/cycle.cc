@@ -3,18 +3,25 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/micromill/deflection_correction.h"
+
 namespace trn {
 
 namespace {
 constexpr double kRounding = 1e-6;          // of a position limit and, relatively, of a step: mm, rad
 constexpr PlanShares kJogShares{0.9, 0.8};  // of a jog's limits; the rest stops it at any moment
-constexpr double kLowFactor = 3;  // of the plan time needed: below, what is seen may decide something
+constexpr double kQueueFactor = 1.5;        // of the plan time of a stop: with less the motion slows down
+constexpr double kLowFactor = 2;            // of that: below, what is seen may decide something
 constexpr double kOverrideMax = 2;
+constexpr double kLineEndS = 1e-6;           // of plan time before the end of a line: there
+constexpr std::uint64_t kLineBlocks = 1024;  // are looked at for the end of a line
+constexpr double kSettled = 1e-9;            // mm, rad
+constexpr double kFast = 1e12;
 constexpr double kJogShare = 0.1;  // of the velocity limit when a jog names no speed
 }  // namespace
 
 Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
-             SetpointChain* corrections)
+             SetpointChain* corrections, MachineIo* io)
     : config_(config),
       map_(map),
       queue_(queue),
@@ -25,10 +32,12 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
                   config.period_s),
       path_rate_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.period_s),
       interpolator_(queue),
+      io_(io, config.period_s, config.spindle_timeout_s),
       corrections_(corrections) {
   if (config_.plan_joints.empty()) config_.plan_joints = config_.joints;
   const auto n = static_cast<Eigen::Index>(config.joints.size());
-  for (JointVec* v : {&q_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd, &feedback_.q})
+  for (JointVec* v : {&q_, &jog_from_, &jog_way_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd,
+                      &feedback_.q, &q_contact_})
     v->setZero(n);
   report_.q_plan = report_.q_setpoint = report_.q_measured = q_;
 }
@@ -43,6 +52,7 @@ void Cycle::tick() TRN_RT {
   setpoints_.q = q_sent_;
   drives_.exchange(setpoints_, feedback_);
   watch_drives();
+  exchange_io();
   write_report();
   q_last_ = q_sent_;
 }
@@ -62,20 +72,34 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   switch (command.kind) {
     case Kind::kStart:
       if (standing && fault_ == Fault::kOk) motion_ = MotionState::kMoving;
+      step_begins_ = step_begins_ || standing;
       break;
     case Kind::kHold:
       if (on_path) motion_ = MotionState::kHeld;
       break;
     case Kind::kResume:
-      if (motion_ == MotionState::kPaused) interpolator_.pass_event();
-      if (motion_ == MotionState::kHeld || motion_ == MotionState::kPaused) motion_ = MotionState::kMoving;
+      resume();
       break;
     case Kind::kStop:
+      if (motion_ == MotionState::kPaused) io_.all_off();
       if (standing || motion_ == MotionState::kPaused) abandon_motion();
       stopping_ = motion_ != MotionState::kRest && motion_ != MotionState::kHoming;
       break;
     case Kind::kOverride:
       override_ = std::clamp(command.value, 0.0, kOverrideMax);
+      break;
+    case Kind::kRapidOverride:
+      rapid_override_ = std::clamp(command.value, 0.0, 1.0);
+      break;
+    case Kind::kSpindleOverride:
+      spindle_override_ = std::clamp(command.value, 0.0, kOverrideMax);
+      break;
+    case Kind::kAdaptiveFeed:
+      adaptive_feed_ = std::clamp(command.value, 0.0, 1.0);
+      break;
+    case Kind::kSingleBlock:
+      step_begins_ = step_begins_ || !single_block_;
+      single_block_ = command.value != 0;
       break;
     case Kind::kJog:
       if (standing && fault_ == Fault::kOk) begin_jog(command);
@@ -85,6 +109,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       break;
     case Kind::kQuickStop:
       drives_.quick_stop();
+      io_.all_off();
       abandon_motion();
       break;
     case Kind::kCorrection:
@@ -93,6 +118,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       break;
     case Kind::kEmergencyStop:
       drives_.quick_stop();
+      io_.all_off();
       abandon_motion();
       latch(Fault::kEmergencyStop, -1);
       break;
@@ -103,17 +129,27 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   }
 }
 
+void Cycle::resume() TRN_RT {
+  if (motion_ != MotionState::kPaused && motion_ != MotionState::kHeld) return;
+  if (motion_ == MotionState::kPaused) step_begins_ = true;
+  if (motion_ == MotionState::kPaused && paused_by_program_) interpolator_.pass_event();
+  paused_by_program_ = false;
+  motion_ = MotionState::kMoving;
+}
+
 void Cycle::begin_jog(const RtCommand& command) TRN_RT {
   const auto joint = static_cast<std::size_t>(command.joint);
   if (joint >= config_.joints.size()) return;
   const JointLimit& limit = config_.plan_joints[joint].limit;
-  jog_joint_ = command.joint;
-  jog_from_ = q_[command.joint];
+  jog_from_ = q_;
+  jog_way_.setZero();
+  jog_way_[command.joint] = 1;
+  const double from = q_[command.joint];
   const double target =
-      std::clamp(jog_from_ + command.value, std::min(limit.min, jog_from_), std::max(limit.max, jog_from_));
+      std::clamp(from + command.value, std::min(limit.min, from), std::max(limit.max, from));
   const double speed = command.speed > 0 ? command.speed : kJogShare * limit.velocity;
-  jog_ = SCurve(target - jog_from_, std::min(speed, limit.velocity),
-                kJogShares.acceleration * limit.acceleration, kJogShares.jerk * limit.jerk);
+  jog_ = SCurve(target - from, std::min(speed, limit.velocity), kJogShares.acceleration * limit.acceleration,
+                kJogShares.jerk * limit.jerk);
   jog_time_s_ = 0;
   time_scale_.set_target(override_);
   time_scale_.restart();
@@ -130,33 +166,120 @@ void Cycle::begin_homing(int joint) TRN_RT {
 
 void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
+  report_.answered = false;
   report_.blocks_when_low = 0;
   if (!synchronised_)
     q_ = feedback_.q - offset_;  // drives without power: follow them, so that they start without a jump
   if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
   if (motion_ == MotionState::kHoming) return follow_homing();
-  const bool stand = stopping_ || motion_ == MotionState::kHeld;
-  motion_ == MotionState::kJogging ? follow_jog(stand ? 0.0 : override_)
-                                   : follow_path(stand ? 0.0 : override_);
+  motion_ == MotionState::kJogging ? follow_jog(stopping_ ? 0.0 : override_) : follow_path();
 }
 
-bool Cycle::queue_is_short() TRN_RT {
-  if (queue_.sees_stop()) return false;
-  const double needed = plan_time_needed();
-  if (queue_.seen_s() < kLowFactor * needed) report_.blocks_when_low = queue_.seen_number();
-  return queue_.seen_s() < (waiting_ || interpolator_.at_rest() ? 2 * needed : needed);
+// What the operator asks for, as far as the program lets him; the spindle's pace in a thread, whose end a
+// hold waits for.
+double Cycle::target_rate() TRN_RT {
+  if (stopping_ || contact_) return 0;
+  if (io_.geared()) return std::min(io_.gear_rate(passed_s_), kOverrideMax);
+  const MotionBlock* block = queue_.front();
+  const OverrideMode mode = block ? block->overrides : OverrideMode{};
+  if (motion_ == MotionState::kHeld && (mode.feed_hold || interpolator_.at_rest())) return 0;
+  if (block && block->rapid) return rapid_override_;
+  return (mode.feed ? override_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0);
 }
 
-void Cycle::follow_path(double target) TRN_RT {
-  const bool is_short = queue_is_short();
-  if (is_short && !waiting_ && !interpolator_.at_rest()) ++report_.starvations;
-  waiting_ = is_short;
-  if (waiting_) target = 0;
+// The block that motion goes on with: the front, or the next one where the front is as good as done.
+const MotionBlock* Cycle::block_here(std::uint64_t& index) TRN_RT {
+  index = 0;
+  const MotionBlock* front = queue_.front();
+  if (!front || front->segment_count == 0 || interpolator_.at_rest()) return front;
+  const PlanPlace place = interpolator_.place();
+  double left = -place.time_s;
+  for (int k = place.segment; k < front->segment_count; ++k)
+    left += front->segments[static_cast<std::size_t>(k)].duration_s;
+  if (left > kLineEndS || front->ends_at_rest) return front;
+  return queue_.ahead(++index);
+}
+
+// Single block: true if the machine stands at the end of the line that was released.
+bool Cycle::pause_between_lines() TRN_RT {
+  std::uint64_t index = 0;
+  const MotionBlock* here = block_here(index);
+  if (!single_block_ || !here) return false;
+  if (step_begins_) {
+    step_begins_ = false;
+    step_line_ = here->line;
+    step_number_ = queue_.number_ahead(index);
+  }
+  if (dwell_left_s_ > 0 || !(path_rate_.standing() || interpolator_.at_rest())) return false;
+  if (queue_.number_ahead(index) <= step_number_ || here->line == step_line_) return false;
+  motion_ = MotionState::kPaused;
+  return true;
+}
+
+// Single block: plan time to the end of the released line, if that is in the middle of a stretch and near.
+double Cycle::way_to_line_end() TRN_RT {
+  if (!single_block_ || interpolator_.at_rest() || stopping_) return PathRate::kNoStop;
+  const PlanPlace place = interpolator_.place();
+  double way = -place.time_s;
+  for (std::uint64_t i = 0; i < kLineBlocks && way < path_rate_.stop_horizon_s(); ++i) {
+    const MotionBlock* block = queue_.ahead(i);
+    if (!block || block->segment_count == 0) return PathRate::kNoStop;
+    if (i > 0 && queue_.number_ahead(i) > step_number_ && block->line != step_line_)
+      return std::max(way, 0.0);
+    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
+      way += block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (block->ends_at_rest) return PathRate::kNoStop;
+  }
+  return PathRate::kNoStop;
+}
+
+// Single block: the released line ends too soon to stop there; the first one that does not takes its place.
+void Cycle::pass_near_lines() TRN_RT {
+  const PlanPlace place = interpolator_.place();
+  double way = -place.time_s;
+  const double least = path_rate_.least_stop_s() + config_.period_s;
+  for (std::uint64_t i = 0; i < kLineBlocks; ++i) {
+    const MotionBlock* block = queue_.ahead(i);
+    if (!block || block->segment_count == 0) return;
+    step_line_ = block->line;
+    step_number_ = queue_.number_ahead(i);
+    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
+      way += block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (way > least || block->ends_at_rest) return;
+  }
+}
+
+// The rate falls with what is left in the queue: a planner that is late slows the machine down to its own
+// pace, one that is gone lets it run out smoothly, and at any moment a hold is shorter than what is left.
+double Cycle::rate_by_queue(double wanted) TRN_RT {
+  if (queue_.sees_stop()) return kOverrideMax;
+  const double usable_s = std::max(0.0, queue_.seen_s() - 2 * config_.period_s);
+  const double full_s = kQueueFactor * path_rate_.stop_s();
+  if (usable_s < kLowFactor * full_s * std::max(wanted, path_rate_.rate()))
+    report_.blocks_when_low = queue_.seen_number();
+  return usable_s / full_s;
+}
+
+void Cycle::follow_path() TRN_RT {
+  const double wanted = target_rate();
+  if (settling_) return settle(wanted);
+  const double most = rate_by_queue(wanted);
+  const bool late = most < wanted && !interpolator_.at_rest();
+  if (late && !waiting_) ++report_.starvations;
+  waiting_ = late;
+  watch_probe();
+  if (!stopping_ && pause_between_lines()) return;
+  const double target = std::min(wanted, most);
   if (interpolator_.at_rest()) path_rate_.restart(target);
-  const double plan_time_s = path_rate_.step(queue_, interpolator_.place(), target);
-  drive(plan_time_s);
-  if (stopping_ && (path_rate_.standing() || interpolator_.at_rest())) abandon_motion();
+  passed_s_ = path_rate_.step(queue_, interpolator_.place(), target, way_to_line_end());
+  if (path_rate_.missed_stop()) pass_near_lines();
+  drive(passed_s_);
+  const bool stands = path_rate_.standing() || interpolator_.at_rest();
+  if (contact_ && stands) end_probe();
+  if (!stopping_ || !stands) return;
+  io_.all_off();
+  abandon_motion();
 }
 
 void Cycle::drive(double plan_time_s) TRN_RT {
@@ -165,11 +288,14 @@ void Cycle::drive(double plan_time_s) TRN_RT {
     return;
   }
   if (plan_time_s <= 0) return;
-  if (!take_up_jump()) return latch(Fault::kSetpointJump, -1);
+  if (interpolator_.at_rest() && !meet_next_stretch()) return;
+  off_path_ = false;
   const auto outcome = interpolator_.advance(plan_time_s);
+  io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
   if (interpolator_.has_position()) {
+    overrides_ = interpolator_.overrides();
     JointVec q;
     if (map_.map(interpolator_.y(), interpolator_.context(), q) != KinStatus::kOk)
       return latch(Fault::kKinematics, -1);
@@ -178,37 +304,125 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   if (outcome == Interpolator::Outcome::kAtEvent) pass_event();
 }
 
-// Where the next stretch reads the place in another way (another tool), the corrections of the bracket may
-// differ a little though nothing moves.
-bool Cycle::take_up_jump() TRN_RT {
-  if (!corrections_ || !corrections_->takes_up_jumps() || !interpolator_.at_rest()) return true;
+// Where the next stretch reads the place in another way, the corrections of the bracket may differ though
+// nothing moves: a little after a change of tools, which the chain takes up; more after a switch of
+// corrections, and then the joints go there. False: not yet there.
+bool Cycle::meet_next_stretch() TRN_RT {
+  const bool takes_up = corrections_ && corrections_->takes_up_jumps();
+  if (!switched_ && !takes_up) return true;
   const MotionBlock* next = queue_.front();
   if (!next || next->segment_count == 0) return true;
   JointVec q;
   if (map_.map(next->piece.at(next->segments[0].s), next->context, q) != KinStatus::kOk) return true;
-  const JointVec jump = q_ - q;
-  return jump.isZero(0) || corrections_->take_up(jump);
+  const JointVec way = q - q_;
+  if (switched_ && way.lpNorm<Eigen::Infinity>() > kSettled) {
+    begin_settling(way);
+    return false;
+  }
+  switched_ = false;
+  if (!takes_up || way.isZero(0) || corrections_->take_up(-way)) return true;
+  latch(Fault::kSetpointJump, -1);
+  return false;
+}
+
+void Cycle::begin_settling(const JointVec& way) TRN_RT {
+  double velocity = kFast, acceleration = kFast, jerk = kFast;
+  for (std::size_t i = 0; i < config_.plan_joints.size(); ++i) {
+    const JointLimit& limit = config_.plan_joints[i].limit;
+    const double part = std::abs(way[static_cast<Eigen::Index>(i)]) + kSettled;
+    velocity = std::min(velocity, limit.velocity / part);
+    acceleration = std::min(acceleration, kJogShares.acceleration * limit.acceleration / part);
+    jerk = std::min(jerk, kJogShares.jerk * limit.jerk / part);
+  }
+  jog_ = SCurve(1, velocity, acceleration, jerk);
+  jog_from_ = q_;
+  jog_way_ = way;
+  jog_time_s_ = 0;
+  time_scale_.set_target(std::min(1.0, override_));
+  time_scale_.restart();
+  switched_ = false;
+  settling_ = off_path_ = true;
+}
+
+void Cycle::settle(double target) TRN_RT {
+  time_scale_.set_target(std::min(1.0, target));
+  jog_time_s_ += time_scale_.step();
+  q_ = jog_from_ + jog_.at(jog_time_s_) * jog_way_;
+  settling_ = jog_time_s_ < jog_.duration_s();
+  if (stopping_ && (!settling_ || time_scale_.rate() == 0)) abandon_motion();
+}
+
+// Behind the plan the correction comes or goes while the machine waits; inside it the joints go to where the
+// next stretch has them.
+void Cycle::switch_corrections(const QueueEvent& event) TRN_RT {
+  if (corrections_) dwell_left_s_ = corrections_->switch_by_program(event.argument, event.value != 0);
+  switched_ |= (event.argument & kPlannedBits) != 0;
 }
 
 void Cycle::pass_event() TRN_RT {
   using Kind = QueueEvent::Kind;
   const QueueEvent event = interpolator_.event().event;
+  const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
+  if (event.kind == Kind::kProbeEnd && (contact_ || io_.probe_found())) return end_probe();
+  const auto outcome = io_.obey(event);
+  if (outcome == IoDesk::Outcome::kWaits) return;
   report_.event = event;
   report_.line = interpolator_.event().line;
-  const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
+  if (outcome == IoDesk::Outcome::kFailed) return latch(io_.failure(), -1);
   if (stop && config_.pause_at_program_stop) {
     motion_ = MotionState::kPaused;  // the event stays in front until kResume
+    paused_by_program_ = true;
     return;
   }
   if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
+  overrides_ = event.overrides;
+  if (event.kind == Kind::kCorrection) switch_corrections(event);
+  end_of_event(event);
   interpolator_.pass_event();
   if (event.kind == Kind::kProgramEnd) come_to_rest();
+}
+
+// What the program's planning waits for.
+void Cycle::end_of_event(const QueueEvent& event) TRN_RT {
+  if (event.kind == QueueEvent::Kind::kWaitInput) answer({io_.input_value(), false, {}, {}});
+  if (event.kind == QueueEvent::Kind::kProbeEnd) answer({0, true, feedback_.q, interpolator_.y()});
+}
+
+void Cycle::answer(const ProgramAnswer& answer) TRN_RT {
+  queue_.answer(answer);
+  report_.answered = true;
+  report_.answer = answer;
+}
+
+// Both the joints and the probe were last heard at the end of the period before.
+void Cycle::watch_probe() TRN_RT {
+  if (contact_ || interpolator_.at_rest() || !io_.probe_found()) return;
+  contact_ = true;
+  q_contact_ = feedback_.q;
+}
+
+// The machine stands behind the contact; the rest of the probe move is left out.
+void Cycle::end_probe() TRN_RT {
+  if (!contact_) q_contact_ = feedback_.q;
+  contact_ = true;
+  if (!interpolator_.skip_to_event()) return;
+  contact_ = false;
+  io_.end_probe(true);
+  report_.event = interpolator_.event().event;
+  report_.line = interpolator_.event().line;
+  answer({1, true, q_contact_, interpolator_.y()});
+  interpolator_.pass_event();
+}
+
+void Cycle::exchange_io() TRN_RT {
+  const Fault fault = io_.exchange({feedback_.q, interpolator_.context().tool_offset}, spindle_share());
+  if (fault != Fault::kOk) latch(fault, -1);
 }
 
 void Cycle::follow_jog(double target) TRN_RT {
   time_scale_.set_target(target);
   jog_time_s_ += time_scale_.step();
-  q_[jog_joint_] = jog_from_ + jog_.at(jog_time_s_);
+  q_ = jog_from_ + jog_.at(jog_time_s_) * jog_way_;
   if (jog_time_s_ >= jog_.duration_s() || (stopping_ && time_scale_.rate() == 0)) come_to_rest();
 }
 
@@ -224,8 +438,11 @@ void Cycle::follow_homing() TRN_RT {
 
 void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
-  stopping_ = waiting_ = false;
+  stopping_ = waiting_ = paused_by_program_ = settling_ = off_path_ = switched_ = false;
+  overrides_ = {};
   dwell_left_s_ = 0;
+  if (corrections_) corrections_->forget_program();
+  contact_ = false;
 }
 
 void Cycle::abandon_motion() TRN_RT {
@@ -277,6 +494,7 @@ void Cycle::latch(Fault fault, int joint) TRN_RT {
   if (reaction == Reaction::kPathStop && motion_ != MotionState::kRest) stopping_ = true;
   if (reaction == Reaction::kQuickStop) {
     drives_.quick_stop();
+    io_.all_off();
     abandon_motion();
   }
 }
@@ -289,20 +507,39 @@ void Cycle::report_corrections() TRN_RT {
   }
 }
 
+void Cycle::report_tool_load() TRN_RT {
+  const DeflectionCorrection* source = corrections_ ? corrections_->deflection() : nullptr;
+  if (!source) return;
+  const DeflectionEstimator::Output& estimate = source->estimate();
+  report_.tool_load = {estimate.force_N, estimate.deflection_mm, corrections_->deflection_shift_mm(),
+                       estimate.known && source->config().trained, estimate.alarm};
+}
+
 void Cycle::write_report() TRN_RT {
   report_.period = period_++;
   report_.q_plan = q_;
   report_.q_setpoint = q_sent_;
   report_corrections();
+  report_tool_load();
   report_.q_measured = feedback_.q;
   report_.current_A = feedback_.current_A;
   report_.y = interpolator_.y();
   report_.context = interpolator_.context();
-  report_.on_path = interpolator_.has_position();
+  report_.on_path = interpolator_.has_position() && !off_path_;
   report_.speed_mm_s = (report_.y - y_last_).head<3>().norm() / config_.period_s;
   y_last_ = report_.y;
-  report_.override_now = motion_ == MotionState::kJogging ? time_scale_.rate() : path_rate_.rate();
+  report_.override_now =
+      motion_ == MotionState::kJogging || settling_ ? time_scale_.rate() : path_rate_.rate();
+  report_.spindle_rpm = io_.outputs().spindle_rpm * spindle_share();
+  report_.single_block = single_block_;
   if (report_.event.kind == QueueEvent::Kind::kNone) report_.line = interpolator_.line();
+  report_.inputs = io_.inputs().digital;
+  report_.outputs = io_.outputs().digital;
+  report_.probe = io_.inputs().probe;
+  report_.spindle_ready = io_.inputs().spindle_ready;
+  report_.reads_encoder = io_.reads_encoder();
+  report_.gear_lag_s = io_.geared() ? io_.gear_lag_s() : 0;
+  report_.spindle_turns = io_.inputs().spindle_turns;
   report_.homed_mask = feedback_.homed_mask;
   report_.limit_switch_mask = feedback_.limit_switch_mask;
   report_.fault = fault_;

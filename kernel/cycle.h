@@ -5,6 +5,7 @@
 #include "core/ring.h"
 #include "kernel/daemon/motion_port.h"
 #include "kernel/interpolator.h"
+#include "kernel/io_desk.h"
 #include "kernel/jog.h"
 #include "kernel/path_rate.h"
 #include "kernel/setpoint_chain.h"
@@ -17,15 +18,17 @@ struct CycleConfig {
   Joints joints;
   bool pause_at_program_stop = true;  ///< M0, M1 wait for kResume; false: they pass
   std::size_t report_capacity = 4096;
-  Joints plan_joints = {};  ///< limits of the planned motion; empty: those of `joints`
+  Joints plan_joints = {};        ///< limits of the planned motion; empty: those of `joints`
+  double spindle_timeout_s = 10;  ///< for its speed or place
 };
 
 /// The tick. Read `tick` first: everything that happens in a period stands there in order.
 class Cycle final : public TickPort {
  public:
-  /// All references must outlive the cycle. `corrections` may be null: the plan goes to the drives as it is.
+  /// All references must outlive the cycle. `corrections` may be null: the plan goes to the drives as it is;
+  /// `io` too: there are no devices beside the drives.
   Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue, Drives& drives,
-        SetpointChain* corrections = nullptr);
+        SetpointChain* corrections = nullptr, MachineIo* io = nullptr);
 
   void tick() TRN_RT override;
   void latch(Fault fault) TRN_RT override { latch(fault, -1); }
@@ -35,32 +38,47 @@ class Cycle final : public TickPort {
   /// The report of the last tick, for whoever runs in the tick's own thread.
   const CycleReport& last_report() const TRN_RT { return report_; }
   const PathRate& path_rate() const TRN_RT { return path_rate_; }
-  /// Plan time that the queue must hold, unless it holds a stop, for the motion to go on undisturbed, s.
-  double plan_time_needed() const TRN_RT { return path_rate_.plan_time_to_stop() + 2 * config_.period_s; }
+  const Interpolator& interpolator() const TRN_RT { return interpolator_; }
 
  private:
   static constexpr int kCommandsPerTick = 8;
 
   void take_commands() TRN_RT;
   void obey(const RtCommand& command) TRN_RT;
+  void resume() TRN_RT;
   void begin_jog(const RtCommand& command) TRN_RT;
   void begin_homing(int joint) TRN_RT;
   void move() TRN_RT;
-  void follow_path(double target) TRN_RT;
+  void follow_path() TRN_RT;
+  double target_rate() TRN_RT;
+  const MotionBlock* block_here(std::uint64_t& index) TRN_RT;
+  bool pause_between_lines() TRN_RT;
+  double way_to_line_end() TRN_RT;
+  void pass_near_lines() TRN_RT;
   void drive(double plan_time_s) TRN_RT;
-  bool take_up_jump() TRN_RT;
+  bool meet_next_stretch() TRN_RT;
+  void begin_settling(const JointVec& way) TRN_RT;
+  void settle(double target) TRN_RT;
+  void switch_corrections(const QueueEvent& event) TRN_RT;
   void follow_jog(double target) TRN_RT;
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;
+  void end_of_event(const QueueEvent& event) TRN_RT;
+  void watch_probe() TRN_RT;
+  void end_probe() TRN_RT;
+  void answer(const ProgramAnswer& answer) TRN_RT;
+  void exchange_io() TRN_RT;
   void come_to_rest() TRN_RT;
   void correct_setpoints() TRN_RT;
   void check_setpoints() TRN_RT;
   void watch_drives() TRN_RT;
   void report_corrections() TRN_RT;
+  void report_tool_load() TRN_RT;
   void write_report() TRN_RT;
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
-  bool queue_is_short() TRN_RT;
+  double rate_by_queue(double wanted) TRN_RT;
+  double spindle_share() const TRN_RT { return overrides_.spindle ? spindle_override_ : 1.0; }
 
   CycleConfig config_;
   const JointMap& map_;
@@ -73,12 +91,23 @@ class Cycle final : public TickPort {
   Interpolator interpolator_;
   MotionState motion_ = MotionState::kRest;
   bool stopping_ = false;  ///< slows down to forget the motion
-  bool waiting_ = false;   ///< starved: slows down until the planner is ahead again
-  double override_ = 1, dwell_left_s_ = 0, jog_time_s_ = 0;
+  bool waiting_ = false;   ///< slower than asked for, because the planner is late
+  double override_ = 1, rapid_override_ = 1, spindle_override_ = 1, adaptive_feed_ = 1;
+  OverrideMode overrides_;  ///< in force
+  bool single_block_ = false, step_begins_ = false;
+  bool paused_by_program_ = false;                 ///< kPaused: an event waits in front
+  std::uint32_t step_line_ = 0, step_number_ = 0;  ///< the line that was released; its last block passed
+  double dwell_left_s_ = 0, jog_time_s_ = 0;
   SCurve jog_;
-  int jog_joint_ = 0;
-  double jog_from_ = 0;
+  JointVec jog_from_, jog_way_;  ///< joints = from + way * curve
+  bool switched_ = false;        ///< the next stretch begins with other corrections than the last one ended
+  bool settling_ = false;        ///< the joints go over to those corrections
+  bool off_path_ = false;        ///< from then on until the next stretch begins
   unsigned homing_mask_ = 0, homing_seen_ = 0;
+  IoDesk io_;
+  double passed_s_ = 0;   ///< plan time of the last period
+  bool contact_ = false;  ///< slows down behind the place where the probe changed
+  JointVec q_contact_;
   SetpointChain* corrections_;
   JointVec q_, offset_;       ///< of the plan; what the corrections add to it
   JointVec q_sent_, q_last_;  ///< their sum; the same in the last period

@@ -1,5 +1,7 @@
 #include "kernel/interpolator.h"
 
+#include <utility>
+
 namespace trn {
 
 Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
@@ -17,7 +19,7 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
       if (block) return Outcome::kAtEvent;
       return at_rest_ ? Outcome::kAtRest : Outcome::kStarved;
     }
-    queue_.begin_front();
+    begin_front(*block);
     while (segment_ < block->segment_count) {
       const double duration = block->segments[static_cast<std::size_t>(segment_)].duration_s;
       if (time_s_ < duration) {
@@ -36,13 +38,37 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
     time_s_ = rest;
     segment_ = 0;
     queue_.pop();
+    begun_ = false;
   }
   return Outcome::kBroken;
+}
+
+void Interpolator::begin_front(const MotionBlock& block) TRN_RT {
+  queue_.begin_front();
+  if (!begun_ && block.outputs.any()) outputs_.add(block.outputs);
+  begun_ = true;
+}
+
+OutputChanges Interpolator::take_outputs() TRN_RT { return std::exchange(outputs_, {}); }
+
+bool Interpolator::skip_to_event() TRN_RT {
+  time_s_ = 0;
+  segment_ = 0;
+  at_rest_ = true;
+  begun_ = false;
+  for (int blocks = 0; blocks < kBlocksPerTick; ++blocks) {
+    const MotionBlock* block = queue_.front();
+    if (!block) return false;
+    if (block->segment_count == 0) return true;
+    queue_.pop();
+  }
+  return false;
 }
 
 void Interpolator::evaluate(const MotionBlock& block) TRN_RT {
   y_ = block.piece.at(block.segments[static_cast<std::size_t>(segment_)].s_at(time_s_));
   context_ = block.context;
+  overrides_ = block.overrides;
   line_ = block.line;
   at_rest_ = false;
   has_position_ = true;
@@ -53,6 +79,8 @@ void Interpolator::abandon() TRN_RT {
   time_s_ = 0;
   segment_ = 0;
   at_rest_ = true;
+  begun_ = false;
+  outputs_ = {};
   has_position_ = false;  // the joints may go elsewhere before the next program
 }
 

@@ -18,36 +18,46 @@ class Interpolator {
     kBroken,   ///< more blocks ended in one period than any plan has: a defect
   };
 
-  /// Lets `plan_time_s` pass; stops in front of an event.
+  /// Lets `plan_time_s` pass; stops at the end of a stretch and in front of an event.
   Outcome advance(double plan_time_s) TRN_RT;
 
   /// Where the motion is; valid after the first block.
   const Words& y() const TRN_RT { return y_; }
   const MapContext& context() const TRN_RT { return context_; }
   std::uint32_t line() const TRN_RT { return line_; }
+  const OverrideMode& overrides() const TRN_RT { return overrides_; }
   bool has_position() const TRN_RT { return has_position_; }
   bool at_rest() const TRN_RT { return at_rest_; }
   /// Where in the queue's plan that is.
   PlanPlace place() const TRN_RT { return {0, segment_, time_s_}; }
 
+  /// Output changes of the blocks that have begun since the last call.
+  OutputChanges take_outputs() TRN_RT;
   /// The event in front; call `pass_event` to go on behind it.
   const MotionBlock& event() const TRN_RT { return *queue_.front(); }
   void pass_event() TRN_RT { queue_.pop(); }
 
+  /// Stands here, in the middle of the path: leaves out the blocks up to the next event, at most
+  /// kBlocksPerTick. True when that stands in front.
+  bool skip_to_event() TRN_RT;
   /// Stands still here and forgets the rest of the queue.
   void abandon() TRN_RT;
 
  private:
   static constexpr int kBlocksPerTick = 256;
 
+  void begin_front(const MotionBlock& block) TRN_RT;
   void evaluate(const MotionBlock& block) TRN_RT;
 
   MotionQueue& queue_;
   double time_s_ = 0;  ///< in the segment
   int segment_ = 0;
   bool at_rest_ = true, has_position_ = false;
+  bool begun_ = false;  ///< the front block's outputs are taken
+  OutputChanges outputs_;
   Words y_ = Words::Zero();
   MapContext context_;
+  OverrideMode overrides_;
   std::uint32_t line_ = 0;
 };
 

@@ -9,9 +9,9 @@ namespace trn {
 KinStatus MachineJointMap::map(const Words& y, const MapContext& context, JointVec& q) const TRN_RT {
   Pose X_BS;
   KinStatus status = nominal(y, context, q, X_BS);
-  if (const auto* p = pose(); p && status == KinStatus::kOk)
+  if (const auto* p = pose(context.corrections_off); p && status == KinStatus::kOk)
     status = p->correct(X_BS, context.tool_offset, q);
-  if (const auto* j = joint(); j && status == KinStatus::kOk) j->correct(q);
+  if (const auto* j = joint(context.corrections_off); j && status == KinStatus::kOk) j->correct(q);
   return status;
 }
 
@@ -22,7 +22,7 @@ KinStatus MachineJointMap::nominal(const Words& y, const MapContext& context, Jo
     Words axes = y;
     axes.head<3>() += context.tool_offset;
     const KinStatus status = kinematics_.joints_from_words(axes, q);
-    return status == KinStatus::kOk && pose() ? kinematics_.forward(q, X_BS) : status;
+    return status == KinStatus::kOk && pose(context.corrections_off) ? kinematics_.forward(q, X_BS) : status;
   }
   // The rotary words are the seed, so a serial machine's rotary joints are the programmed ones to the bit.
   JointVec seed;
@@ -33,16 +33,18 @@ KinStatus MachineJointMap::nominal(const Words& y, const MapContext& context, Jo
   return kinematics_.inverse(X_BS, seed, q);
 }
 
-KinStatus MachineJointMap::words_at(const JointVec& q, Words& words) const {
+KinStatus MachineJointMap::words_at(const JointVec& q, std::uint8_t corrections_off, Words& words) const {
   KinStatus status = kinematics_.words_from_joints(q, words);
-  if (!corrects()) return status;
+  if (!pose(corrections_off) && !joint(corrections_off)) return status;
+  MapContext context;
+  context.corrections_off = corrections_off;
   // The map differs little from the nominal one: a few simple corrections of the words find its inverse.
   constexpr int kSteps = 30;
   const Words nominal_words = words;
   for (int i = 0; i < kSteps && status == KinStatus::kOk; ++i) {
     JointVec q_now;
     Words now;
-    status = map(words, {}, q_now);
+    status = map(words, context, q_now);
     if (status == KinStatus::kOk) status = kinematics_.words_from_joints(q_now, now);
     words += nominal_words - now;
     if ((nominal_words - now).isZero(0)) break;
@@ -50,10 +52,11 @@ KinStatus MachineJointMap::words_at(const JointVec& q, Words& words) const {
   return status;
 }
 
-KinStatus MachineJointMap::reached(const JointVec& q, Pose& X_BS) const {
+KinStatus MachineJointMap::reached(const JointVec& q, std::uint8_t corrections_off, Pose& X_BS) const {
   JointVec joints = q;
-  if (joint()) joint()->undo(joints);
-  return pose() ? pose()->actual(joints, X_BS) : kinematics_.forward(joints, X_BS);
+  if (const auto* j = joint(corrections_off)) j->undo(joints);
+  const auto* p = pose(corrections_off);
+  return p ? p->actual(joints, X_BS) : kinematics_.forward(joints, X_BS);
 }
 
 KinStatus MachineJointMap::parts(const Words& y, const MapContext& context, Parts& parts) const {
@@ -64,10 +67,10 @@ KinStatus MachineJointMap::parts(const Words& y, const MapContext& context, Part
   KinStatus status = nominal(y, context, q, X_BS);
   if (status != KinStatus::kOk) return status;
   q_pose = q;
-  if (pose()) {
-    status = pose()->correct(X_BS, context.tool_offset, q_pose);
+  if (const auto* p = pose(context.corrections_off)) {
+    status = p->correct(X_BS, context.tool_offset, q_pose);
     Pose X;
-    pose()->actual(q_pose, X);
+    p->actual(q_pose, X);
     parts.left_tip_mm =
         (tip_from_spindle(X, context.tool_offset) - tip_from_spindle(X_BS, context.tool_offset)).norm();
     const Vec3 u = X.R.col(2), wanted = X_BS.R.col(2);
@@ -75,7 +78,7 @@ KinStatus MachineJointMap::parts(const Words& y, const MapContext& context, Part
   }
   parts.pose = q_pose - q;
   q = q_pose;
-  if (joint()) joint()->correct(q);
+  if (const auto* j = joint(context.corrections_off)) j->correct(q);
   parts.joint = q - q_pose;
   return status;
 }
@@ -102,7 +105,7 @@ KinStatus tool_pose(const Kinematics& kinematics, const JointVec& q, const MapCo
 KinStatus tool_pose(const MachineJointMap& map, const JointVec& q, const MapContext& context,
                     ToolPose& pose) {
   Pose X_BS;
-  const KinStatus status = map.reached(q, X_BS);
+  const KinStatus status = map.reached(q, context.corrections_off, X_BS);
   if (status == KinStatus::kOk) fill(X_BS, context, pose);
   return status;
 }

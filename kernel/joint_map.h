@@ -1,7 +1,5 @@
 #pragma once
 
-#include <atomic>
-
 #include "core/ports.h"
 
 namespace trn {
@@ -19,26 +17,21 @@ class MachineJointMap final : public JointMap {
   KinStatus map(const Words& y, const MapContext& context, JointVec& q) const TRN_RT override;
 
   /// The machine's own axes (RTCP off, no tool) at joints q: the inverse of `map`.
-  KinStatus words_at(const JointVec& q, Words& words) const;
-  /// Where the machine really stands at joints q, as far as the corrections know its errors.
-  KinStatus reached(const JointVec& q, Pose& X_BS) const;
+  KinStatus words_at(const JointVec& q, std::uint8_t corrections_off, Words& words) const;
+  /// Where the machine really stands at joints q, as far as the corrections at work know its errors.
+  KinStatus reached(const JointVec& q, std::uint8_t corrections_off, Pose& X_BS) const;
   /// What the corrections inside the plan add at this place, mm or rad; zero where there are none.
   struct Parts {
     JointVec pose, joint;
     double left_tip_mm = 0, left_axis_rad = 0;  ///< what `pose` could not put right
   };
   KinStatus parts(const Words& y, const MapContext& context, Parts& parts) const;
-  bool corrects() const TRN_RT { return pose() || joint(); }
   bool has_pose() const { return pose_ != nullptr; }
   bool has_joint() const { return joint_ != nullptr; }
-  /// Switches a correction that the machine has; with the machine at rest and nothing planned.
-  void enable_pose(bool on) { pose_on_ = on; }
-  void enable_joint(bool on) { joint_on_ = on; }
-  const PoseCorrection* pose() const TRN_RT {
-    return pose_on_.load(std::memory_order_relaxed) ? pose_ : nullptr;
-  }
-  const JointCorrection* joint() const TRN_RT {
-    return joint_on_.load(std::memory_order_relaxed) ? joint_ : nullptr;
+  /// The corrections at work; null: none.
+  const PoseCorrection* pose(std::uint8_t off) const TRN_RT { return off & kGeometricBit ? nullptr : pose_; }
+  const JointCorrection* joint(std::uint8_t off) const TRN_RT {
+    return off & kJointTableBit ? nullptr : joint_;
   }
 
  private:
@@ -47,7 +40,6 @@ class MachineJointMap final : public JointMap {
   const Kinematics& kinematics_;
   const PoseCorrection* pose_;
   const JointCorrection* joint_;
-  std::atomic<bool> pose_on_{true}, joint_on_{true};
 };
 
 /// Where the tool really is, judged from joints by the forward kinematics.

@@ -4,6 +4,7 @@
 #include <exception>
 
 #include "kernel/commands/commands.h"
+#include "kernel/commands/micromill.h"
 
 int main(int argc, char** argv) {
   CLI::App app{
@@ -22,10 +23,12 @@ int main(int argc, char** argv) {
   trn::add_kin(app, exit);
   trn::add_workspace(app, exit);
   trn::add_check_trace(app, exit);
+  trn::add_micromill(app, exit);
   trn::add_daemon(app, exit);
   trn::add_ballbar(app, exit);
   trn::add_joint_table(app, exit);
   trn::add_clients(app, exit);
+  trn::add_sensor(app, exit);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);
   trn::add_replay(app, exit);

@@ -8,6 +8,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <exception>
@@ -20,13 +21,17 @@
 #include "sim/canopen/emulated_can.h"
 #include "sim/canopen/fault_script.h"
 
-// The drives of a machine as a program of its own: emulated CANopen nodes on real CAN interfaces.
+// The field of a machine as a program of its own: emulated CANopen nodes on real CAN interfaces, emulated
+// Modbus devices on TCP ports and pseudo-terminals.
 namespace trn {
 namespace {
+
+constexpr std::int64_t kCabinetStep = 10'000'000;  // ns
 
 struct Options {
   std::string machine, faults;
   std::vector<std::string> interfaces;
+  std::vector<int> without;
   int priority = 0;
 };
 
@@ -60,10 +65,25 @@ void serve(Line& line, std::int64_t now_ns) {
   send_all(line, now_ns);
 }
 
+bool is_left_out(const Options& options, int id) {
+  return std::find(options.without.begin(), options.without.end(), id) != options.without.end();
+}
+
+bool is_on_can(const Machine& machine) {
+  return machine.root.table("drives").choice("type", {"loopback", "simulated", "canopen"}) == "canopen";
+}
+
+std::unique_ptr<EmulatedCabinet> make_cabinet(const Machine& machine) {
+  const ModbusIoConfig config = read_modbus_io(machine.root);
+  if (config.devices.devices.empty()) return nullptr;
+  for (const ModbusConfig::Line& line : config.devices.lines)
+    fmt::print("{}: {}\n", line.name, line.address.text());
+  return std::make_unique<EmulatedCabinet>(config, read_emulated_values(machine.root, config.devices));
+}
+
 std::vector<Line> make_lines(const Options& options, const Machine& machine) {
+  if (!is_on_can(machine)) return {};
   const ConfigTable section = machine.root.table("drives");
-  if (section.choice("type", {"loopback", "simulated", "canopen"}) != "canopen")
-    throw section.error("type", "these drives are on no CAN bus; 'type' must be \"canopen\"");
   const CanDrivesConfig config = read_can_drives(machine, section);
   auto nodes = make_emulated_nodes(machine, config, section);
   if (!options.interfaces.empty() && options.interfaces.size() != nodes.size())
@@ -72,12 +92,18 @@ std::vector<Line> make_lines(const Options& options, const Machine& machine) {
   std::vector<Line> lines;
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::string name = options.interfaces.empty() ? config.buses[i].interface : options.interfaces[i];
+    std::erase_if(nodes[i], [&](const auto& node) { return is_left_out(options, node->id()); });
     for (auto& node : nodes[i]) node->no_answer_delay();
     lines.push_back({std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
     fmt::print("{}: {} drives\n", name, lines.back().nodes.size());
   }
-  std::fflush(stdout);
   return lines;
+}
+
+std::int64_t monotonic_ns() {
+  timespec now;
+  clock_gettime(CLOCK_MONOTONIC, &now);
+  return now.tv_sec * 1'000'000'000LL + now.tv_nsec;
 }
 
 int termination_fd() {
@@ -101,14 +127,27 @@ void run(const Options& options) {
   FaultScript script;
   if (!options.faults.empty()) script = read_fault_script(options.faults);
   std::vector<Line> lines = make_lines(options, machine);
-  const int stop = termination_fd();
+  const int stop = termination_fd();  // before threads: they inherit what is blocked
+  const std::unique_ptr<EmulatedCabinet> cabinet = make_cabinet(machine);
+  if (lines.empty() && !cabinet)
+    throw machine.root.table("drives").error(
+        "type",
+        "nothing to emulate: the drives are on no CAN bus ('type' = \"canopen\"), and there is no "
+        "[modbus]");
+  std::fflush(stdout);
   make_realtime(options.priority);
   std::vector<pollfd> waiting = {{stop, POLLIN, 0}};
   for (const Line& line : lines) waiting.push_back({line.socket->fd(), POLLIN, 0});
-  const std::int64_t begin_ns = lines[0].socket->now_ns();
-  const timespec slice{0, 500'000};
+  const std::int64_t begin_ns = monotonic_ns();
+  std::int64_t cabinet_ns = begin_ns;
+  const timespec slice{0, lines.empty() ? 10'000'000 : 500'000};
   while (!(waiting[0].revents & POLLIN)) {
-    const std::int64_t now_ns = lines[0].socket->now_ns();
+    const std::int64_t now_ns = monotonic_ns();
+    if (cabinet && now_ns - cabinet_ns >= kCabinetStep) {
+      script.run(*cabinet, now_ns - begin_ns);
+      cabinet->step(1e-9 * static_cast<double>(now_ns - cabinet_ns));
+      cabinet_ns = now_ns;
+    }
     for (std::size_t i = 0; i < lines.size(); ++i) {
       script.run(lines[i].nodes, i, now_ns - begin_ns, now_ns);
       serve(lines[i], now_ns);
@@ -124,7 +163,9 @@ void run(const Options& options) {
 
 int main(int argc, char** argv) {
   CLI::App app{
-      "Emulated CiA 402 drives on real CAN interfaces, for rehearsals without a machine.\n"
+      "Emulated CiA 402 drives on real CAN interfaces, and the Modbus devices of the same config on TCP "
+      "ports\n"
+      "and pseudo-terminals, for rehearsals without a machine.\n"
       "Example: ip link add dev vcan0 type vcan; ip link set vcan0 up\n"
       "         trunnion-drives --can vcan0 --machine configs/cradle_can.toml",
       "trunnion-drives"};
@@ -134,6 +175,7 @@ int main(int argc, char** argv) {
                  "Interfaces, one for each bus of the config, instead of those it names");
   app.add_option("--faults", options.faults,
                  "Script of what goes wrong and when (TOML, [[fault]]: at_s, node, kind, value)");
+  app.add_option("--without", options.without, "Node ids that somebody else plays");
   app.add_option("--priority", options.priority, "SCHED_FIFO priority; 0: none")->check(CLI::Range(0, 98));
   app.footer("Exit codes: 0 ended by a signal, 3 bad config or script, 4 no such interface, 5 usage.");
   try {

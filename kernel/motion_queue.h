@@ -5,8 +5,17 @@
 #include <vector>
 
 #include "core/motion.h"
+#include "core/ring.h"
 
 namespace trn {
+
+/// What the machine answers to an event that the program's planning waits for, in the events' order.
+struct ProgramAnswer {
+  double value = 0;               ///< kWaitInput: the input, -1: not in time; kProbeEnd: 1 contact, 0 none
+  bool probe = false;             ///< kProbeEnd:
+  JointVec q_contact;             ///< measured where the probe changed, mm or rad
+  Words y_stand = Words::Zero();  ///< where the path now ends, as in PathPiece
+};
 
 /// The ring between planner and tick, with what both must know of its content: how much motion it holds, and
 /// whether a stop is among it. Blocks belong to a generation (a program); those of a dropped one are skipped.
@@ -14,7 +23,7 @@ namespace trn {
 /// front, and sees what was there when it last called `look`: all it decides in a period rests on that count.
 class MotionQueue {
  public:
-  explicit MotionQueue(std::size_t capacity) : items_(capacity) {}
+  explicit MotionQueue(std::size_t capacity) : items_(capacity), answers_(kAnswersMax) {}
 
   // Planner's side.
   /// False if the ring is full.
@@ -30,9 +39,13 @@ class MotionQueue {
   }
   /// What is pushed from now on belongs to a new program.
   void begin_generation() {
+    ProgramAnswer old;
+    while (answers_.try_pop(old)) continue;
     number_ = 0;
     generation_.fetch_add(1, std::memory_order_acq_rel);
   }
+  /// The next answer that the program waits for; false if it has not come yet.
+  bool take_answer(ProgramAnswer& answer) { return answers_.try_pop(answer); }
   /// Plan time behind the block that is being driven.
   double buffered_s() const {
     return 1e-9 * static_cast<double>(pushed_ns_.load(std::memory_order_acquire) -
@@ -43,6 +56,7 @@ class MotionQueue {
   }
 
   // Tick's side.
+  void answer(const ProgramAnswer& answer) TRN_RT { answers_.try_push(answer); }
   /// Takes notice of what has been pushed by now.
   void look() TRN_RT {
     const std::uint64_t tail = tail_.load(std::memory_order_acquire);
@@ -59,6 +73,10 @@ class MotionQueue {
   /// The block `index` places behind the front; null if it is not seen yet.
   const MotionBlock* ahead(std::uint64_t index) const TRN_RT {
     return sees(index) && item(index).generation > dropped_ ? &item(index).block : nullptr;
+  }
+  /// Its place in its program, from 1; 0 if it is not seen yet.
+  std::uint32_t number_ahead(std::uint64_t index) const TRN_RT {
+    return ahead(index) ? item(index).number : 0;
   }
   /// The front is being driven: its time no longer counts as ahead.
   void begin_front() TRN_RT {
@@ -92,6 +110,7 @@ class MotionQueue {
     std::int64_t end_ns = 0, stops = 0;  ///< pushed up to and with this one
   };
   static constexpr int kDropsPerTick = 64;
+  static constexpr std::size_t kAnswersMax = 8;  ///< a block of the program asks at most twice
 
   bool sees(std::uint64_t index) const TRN_RT {
     return head_.load(std::memory_order_relaxed) + index < seen_;
@@ -109,6 +128,7 @@ class MotionQueue {
   }
 
   std::vector<Item> items_;
+  Ring<ProgramAnswer> answers_;
   std::atomic<std::uint64_t> head_{0}, tail_{0};  ///< counts of all blocks popped and pushed
   std::atomic<std::uint64_t> generation_{1};
   std::atomic<std::int64_t> pushed_ns_{0}, begun_ns_{0};

@@ -19,6 +19,9 @@ constexpr double kClimbFrom = 0.98;     // from this rate a push towards more th
 constexpr int kPushPeriods = 8;         // many periods, or the rate would tremble where there is no room
 constexpr double kStopReserve = 2;      // plan time of a stop over the time of a joint's shortest stop
 constexpr double kNearS = 1e-12;
+constexpr double kFarPeriods = 20;  // before the last one to stop: look again in the next period
+constexpr double kRest = 1e-9;      // a rate that counts as 0
+constexpr double kAimS = 1e-8;      // of plan time, before the place of a stop
 
 double range_margin(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
 
@@ -37,13 +40,101 @@ void PathRate::restart(double rate) TRN_RT {
   slope_ = 0;
   way_.count = way_.landing = next_ = 0;
   spent_s_ = 0;
+  stopping_ = false;
 }
 
-double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double target) TRN_RT {
+double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double target,
+                      double stop_in_s) TRN_RT {
   target_ = target;
+  begin_period();
+  missed_stop_ = false;
+  stopping_ = stopping_ && stop_in_s < kNoStop && next_ < way_.count;
+  if (stopping_) return follow(period_s_);
   const bool arrived = slope_ == 0 && rate_ == target_ && rate_ <= 1;
   if (!arrived) choose(queue, place);
-  return follow();
+  return stop_in_s < stop_horizon_s() ? step_towards(queue, place, stop_in_s) : follow(period_s_);
+}
+
+// Goes on as chosen if a stop behind that still comes in time. If not, goes on for the part of the period
+// behind which the stop comes just in time.
+double PathRate::step_towards(const MotionQueue& queue, PlanPlace place, double stop_in_s) TRN_RT {
+  double longest = 0, travel = stop_after(queue, place, 0);
+  least_stop_s_ = travel;
+  const double whole = stop_after(queue, place, period_s_);
+  if (whole >= 0 && whole <= stop_in_s) return follow(period_s_);
+  const bool far = travel >= 0 && stop_in_s - travel > kFarPeriods * rate_ * period_s_;
+  if (whole < 0 && far) return follow(period_s_);
+  missed_stop_ = travel < 0 || travel > stop_in_s;
+  if (missed_stop_) return follow(period_s_);
+  double low = travel, high = whole >= 0 ? whole : travel + 2 * rate_ * period_s_, shortest = period_s_;
+  for (int i = 0; i < kAims && stop_in_s - low > kAimS; ++i) {
+    // Chord and middle in turn: what a push gives grows with its time, from rest with the third power.
+    const double chord = (stop_in_s - low) / (high - low);
+    const double part = i % 2 == 1 ? 0.5 : std::clamp(rate_ > 0 ? chord : std::cbrt(chord), 0.02, 0.98);
+    const double duration_s = longest + part * (shortest - longest);
+    travel = stop_after(queue, place, duration_s);
+    const bool in_time = travel >= 0 && travel <= stop_in_s;
+    (in_time ? longest : shortest) = duration_s;
+    if (travel >= 0) (in_time ? low : high) = travel;
+  }
+  const double gone = longest > 0 ? follow(longest) : 0;
+  PlanWalk walk(limits_, queue, place, rate_, slope_);
+  walk.skip(gone);
+  find_stop(walk);
+  adopt();
+  stopping_ = true;
+  return gone + follow(period_s_ - longest);
+}
+
+// Plan time from here to rest, if the chosen way is followed for this long and then a stop; negative: none is
+// found.
+double PathRate::stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT {
+  const Moment before = moment();
+  const double gone = duration_s > 0 ? follow(duration_s) : 0;
+  PlanWalk walk(limits_, queue, place, rate_, slope_);
+  walk.skip(gone);
+  const double travel = find_stop(walk);
+  return_to(before);
+  return travel;
+}
+
+// The way down to rest in trial_; plan time from where the walk began, negative if a limit would break.
+double PathRate::find_stop(PlanWalk walk) TRN_RT {
+  trial_.count = trial_.landing = 0;
+  trial_.turn_rate = trial_.end_rate = 0;
+  for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
+    const double r = walk.rate(), w = walk.slope();
+    if (walk.ended()) {
+      trial_.end_rate = std::min(r, 1.0);
+      return walk.passed_s();
+    }
+    if (w == 0 && r <= kRest) return walk.passed_s();
+    const RateBounds bounds = walk.bounds();
+    if (trial_.count == PlanWalk::kStepsMax || !bounds.legal) return -1;
+    const double u = brake(walk, bounds, 0);
+    const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
+    const double gone = walk.step(u, to_turn);
+    if (gone < 0) return -1;
+    trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
+    if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
+  }
+  return -1;
+}
+
+PathRate::Moment PathRate::moment() const TRN_RT {
+  return {rate_, slope_, spent_s_, done_rate_, done_slope_, next_, way_.count, way_.landing, done_count_};
+}
+
+void PathRate::return_to(const Moment& m) TRN_RT {
+  rate_ = m.rate;
+  slope_ = m.slope;
+  spent_s_ = m.spent_s;
+  done_rate_ = m.done_rate;
+  done_slope_ = m.done_slope;
+  next_ = m.next;
+  way_.count = m.way_count;
+  way_.landing = m.way_landing;
+  done_count_ = m.done_count;
 }
 
 void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
@@ -132,7 +223,7 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
     const RateBounds bounds = walk.bounds();
     if (!bounds.legal) return false;
     const double margin = range_margin(bounds, kWayMargin);
-    const double u = turned ? brake(walk, bounds) : w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
+    const double u = turned ? brake(walk, bounds, 1) : w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
     if (u > 0 && r - w * w / (2 * u) < 0) {
       trial_.turn_rate = std::min(trial_.turn_rate, r - w * w / (2 * u));
@@ -146,9 +237,9 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
   return false;
 }
 
-// Above rate 1: down as fast as it goes, and in time off the brake.
-double PathRate::brake(const PlanWalk& walk, const RateBounds& bounds) const TRN_RT {
-  const double above = walk.rate() - 1, w = walk.slope(), margin = range_margin(bounds, kWayMargin);
+// Down to a rate as fast as it goes, and in time off the brake.
+double PathRate::brake(const PlanWalk& walk, const RateBounds& bounds, double to) const TRN_RT {
+  const double above = walk.rate() - to, w = walk.slope(), margin = range_margin(bounds, kWayMargin);
   if (w < 0 && w * w >= 2 * above * kEarlyTurn * bounds.u_max) {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
     return std::min(bounds.u_max - margin, exact);
@@ -168,11 +259,14 @@ void PathRate::adopt() TRN_RT {
   spent_s_ = 0;
 }
 
-double PathRate::follow() TRN_RT {
+void PathRate::begin_period() TRN_RT {
   done_rate_ = rate_;
   done_slope_ = slope_;
   done_count_ = 0;
-  double left_s = period_s_, passed = 0;
+}
+
+double PathRate::follow(double left_s) TRN_RT {
+  double passed = 0;
   while (left_s > kNearS && next_ < way_.count) {
     const RateStep& step = way_.steps[static_cast<std::size_t>(next_)];
     const double dt = std::min(left_s, step.duration_s - spent_s_);

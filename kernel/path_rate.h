@@ -27,20 +27,32 @@ class PathRate {
 
   /// The plan is at rest: begin with this rate (at most 1), without a ramp; the plan's own start is the ramp.
   void restart(double rate) TRN_RT;
-  /// One period from `place` with this target, 0 to 2; returns the plan time that passes in it, s.
-  double step(const MotionQueue& queue, const PlanPlace& place, double target) TRN_RT;
+  static constexpr double kNoStop = 1e9;
+
+  /// One period from `place` with this target, 0 to 2; returns the plan time that passes in it, s. With
+  /// `stop_in_s` the motion comes to rest after that plan time; if that is too near, `missed_stop` is true
+  /// and it goes on.
+  double step(const MotionQueue& queue, const PlanPlace& place, double target,
+              double stop_in_s = kNoStop) TRN_RT;
+  /// The last step's stop was too near; `least_stop_s` is what would not have been.
+  bool missed_stop() const TRN_RT { return missed_stop_; }
+  double least_stop_s() const TRN_RT { return least_stop_s_; }
+  /// Farther away a stop need not be known yet, s of plan time.
+  double stop_horizon_s() const TRN_RT { return kHorizon * stop_s_ * std::max(rate_, 1.0); }
 
   double rate() const TRN_RT { return rate_; }
   /// Stands, and will stand.
   bool standing() const TRN_RT { return rate_ == 0 && slope_ == 0; }
-  /// Plan time that a stop from here may take, s.
-  double plan_time_to_stop() const TRN_RT { return rate_ * stop_s_; }
+  /// Plan time that a stop from rate 1 may take, s.
+  double stop_s() const TRN_RT { return stop_s_; }
   /// Plan time that passed in the first part (0 to 1) of the last period, s.
   double plan_time_at(double part) const TRN_RT;
 
  private:
   static constexpr int kTries = 3;
   static constexpr int kDoneMax = 16;
+  static constexpr int kAims = 8;        ///< walks to come to a stop at a given place
+  static constexpr double kHorizon = 2;  ///< times the plan time of a stop
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
 
@@ -53,20 +65,35 @@ class PathRate {
     double turn_rate = 0;  ///< where r' first becomes 0
   };
 
+  /// What `follow` changes.
+  struct Moment {
+    double rate, slope, spent_s, done_rate, done_slope;
+    int next, way_count, way_landing, done_count;
+  };
+
   void choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT;
+  double step_towards(const MotionQueue& queue, PlanPlace place, double stop_in_s) TRN_RT;
+  double find_stop(PlanWalk walk) TRN_RT;
+  double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
+  Moment moment() const TRN_RT;
+  void return_to(const Moment& moment) TRN_RT;
   double fastest(const PlanWalk& walk, double direction) const TRN_RT;
   Verdict try_push(PlanWalk walk, double direction, double u) TRN_RT;
   bool try_landing(PlanWalk walk) TRN_RT;
   bool settle(PlanWalk& walk, bool turned) TRN_RT;
-  double brake(const PlanWalk& walk, const RateBounds& bounds) const TRN_RT;
+  double brake(const PlanWalk& walk, const RateBounds& bounds, double to) const TRN_RT;
   void adopt() TRN_RT;
-  double follow() TRN_RT;
+  void begin_period() TRN_RT;
+  double follow(double left_s) TRN_RT;
   double pass(double u, double duration_s) TRN_RT;
 
   PlanLimits limits_;
   double period_s_, stop_s_ = 0;
   double rate_ = 1, slope_ = 0, target_ = 1;
   Way way_, trial_;
+  bool stopping_ = false;  ///< way_ leads to a stop at a given place
+  bool missed_stop_ = false;
+  double least_stop_s_ = 0;
   int next_ = 0;                         ///< step of way_
   double spent_s_ = 0;                   ///< of that step
   double share_ = 1;                     ///< of the fastest push, that is tried first

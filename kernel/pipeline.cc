@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "core/units.h"
 #include "kinematics/platform_kinematics.h"
 
@@ -9,9 +11,9 @@ namespace trn {
 
 namespace {
 
-Words start_words(const MachineJointMap& map, const JointVec& q) {
+Words start_words(const MachineJointMap& map, const ProgramStart& start) {
   Words words = Words::Zero();
-  if (map.words_at(q, words) != KinStatus::kOk)
+  if (map.words_at(start.q, start.corrections_off, words) != KinStatus::kOk)
     throw ProgramError("the machine stands where its own position has no axis words; jog it away first");
   return words;
 }
@@ -45,19 +47,46 @@ ProgramConfig for_mdi(ProgramConfig config, bool mdi) {
 }  // namespace
 
 struct Pipeline::MoveTee : MoveSink {
-  MoveTee(MoveSink& next_in, double tolerance_max, std::function<void(const ProgramMove&)> seen_in)
-      : next(next_in), tolerance_mm_max(tolerance_max), seen(std::move(seen_in)) {}
+  MoveTee(MoveSink& next_in, const Assembly& assembly_in, std::function<void(const ProgramMove&)> seen_in)
+      : next(next_in),
+        assembly(assembly_in),
+        tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
+        seen(std::move(seen_in)) {}
   void move(const ProgramMove& m) override {
     if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
       throw ProgramError(
           fmt::format("line {}: the path tolerance of {:g} mm is larger than the machine's "
                       "tolerance_mm_max of {:g} mm; give G64 a smaller P",
                       m.source.line, m.tolerance_mm, tolerance_mm_max));
+    if (geared) check_thread(m);
     if (seen) seen(m);
     next.move(m);
   }
-  void event(const QueueEvent& event, SourceLine source) override { next.event(event, source); }
+  void event(const QueueEvent& event, SourceLine source) override {
+    if (event.kind == QueueEvent::Kind::kGearStart) geared = true;
+    if (event.kind == QueueEvent::Kind::kGearEnd) geared = false;
+    next.event(event, source);
+  }
+  // A joint that cannot follow the spindle would make another pitch.
+  void check_thread(const ProgramMove& m) const {
+    JointVec from, to;
+    const double time_s = (m.to - m.from).head<3>().norm() / m.feed.tip_mm_s;
+    if (time_s <= 0 || assembly.map->map(m.from, m.context, from) != KinStatus::kOk ||
+        assembly.map->map(m.to, m.context, to) != KinStatus::kOk)
+      return;
+    for (std::size_t i = 0; i < assembly.plan_joints.size(); ++i) {
+      const Joint& joint = assembly.plan_joints[i];
+      const auto k = static_cast<Eigen::Index>(i);
+      const double share = std::abs(to[k] - from[k]) / time_s / joint.limit.velocity;
+      if (share <= 1) continue;
+      throw ProgramError(fmt::format(
+          "line {}: joint {} is too slow for this thread at this speed; {:.0f} % of S is possible",
+          m.source.line, joint.name, std::floor(100 / share)));
+    }
+  }
   MoveSink& next;
+  const Assembly& assembly;
+  bool geared = false;
   double tolerance_mm_max;
   std::function<void(const ProgramMove&)> seen;
 };
@@ -98,16 +127,17 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceTee>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
-      moves_(
-          std::make_unique<MoveTee>(geometry_, assembly.planner.tolerance_mm_max, std::move(observers.move))),
-      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start.q)),
-      interpreter_(
-          {program_, parameters, tools, assembly.kinematics.get(), lowering_, std::move(observers.warning)}) {
-  open(interpreter_, start, start_words(*assembly.map, start.q));
+      moves_(std::make_unique<MoveTee>(geometry_, assembly, std::move(observers.move))),
+      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
+                start.corrections_off),
+      interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
+                    std::move(observers.warning), true}),
+      map_(*assembly.map) {
+  open(interpreter_, start, start_words(*assembly.map, start));
 }
 
 bool Pipeline::next(MotionBlock& block) {
-  while (blocks_->items.empty() && !ended_) fill();
+  while (blocks_->items.empty() && !ended_ && !interpreter_.waiting()) fill();
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
   blocks_->items.pop_front();
@@ -117,7 +147,12 @@ bool Pipeline::next(MotionBlock& block) {
 void Pipeline::fill() {
   std::string failure;
   try {
-    if (interpreter_.step()) return;
+    const bool more = interpreter_.step();
+    if (interpreter_.waiting()) {  // all that was planned so far must be driven before the answer comes
+      geometry_.finish();
+      speed_.finish();
+    }
+    if (more) return;
   } catch (const GcodeError& error) {
     failure = error.what();  // what came before it still runs to its end
   } catch (const ProgramError& error) {
@@ -132,6 +167,32 @@ void Pipeline::fill() {
   }
   end_program();
   if (!failure.empty()) throw ProgramError(failure);
+}
+
+bool Pipeline::waiting() const { return !ended_ && blocks_->items.empty() && interpreter_.waiting(); }
+
+// The probe was heard with the joints at q_contact; they are turned as at the end of the path.
+Words Pipeline::contact_words(const ProgramAnswer& answer) const {
+  const MapContext& context = lowering_.context();
+  Words words = answer.y_stand;
+  ToolPose pose;
+  if (context.rtcp && tool_pose(map_, answer.q_contact, context, pose) == KinStatus::kOk)
+    words.head<3>() = pose.p_B;
+  if (!context.rtcp && map_.words_at(answer.q_contact, context.corrections_off, words) == KinStatus::kOk)
+    words.head<3>() -= context.tool_offset;
+  words.tail<3>() = answer.y_stand.tail<3>();
+  return words;
+}
+
+void Pipeline::answer(const ProgramAnswer& answer) {
+  MachineAnswer out;
+  out.value = answer.value;
+  if (answer.probe) {
+    lowering_.stand_at(answer.y_stand);
+    out.stands = lowering_.program_of(answer.y_stand);
+    out.contact = lowering_.program_of(contact_words(answer));
+  }
+  interpreter_.answer(out);
 }
 
 void Pipeline::end_program() {
@@ -200,22 +261,30 @@ class LimitScout : public MoveSink {
 
 }  // namespace
 
+std::string approach_text(std::uint32_t line, const std::vector<Words>& approach) {
+  std::string text = fmt::format("from line {}, in the modes the lines before it leave; approach:\n", line);
+  for (const Words& to : approach)
+    text += fmt::format("  X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} B{:.3f} C{:.3f}\n", to[kX], to[kY], to[kZ],
+                        to[kA] * kDegPerRad, to[kB] * kDegPerRad, to[kC] * kDegPerRad);
+  return text;
+}
+
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress) {
   const ProgramConfig program = for_mdi(assembly.program, start.text.has_value());
-  const Words words = start_words(*assembly.map, start.q);
+  const Words words = start_words(*assembly.map, start);
   LimitScout scout(assembly);
-  Lowering lowering(program, assembly.kinematics.get(), scout, words);
-  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}});
+  Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
+  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true});
   try {
     open(interpreter, start, words);
     std::uint64_t steps = 0;
-    while (interpreter.step())
+    while (interpreter.step() && !interpreter.waiting())
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }
-  return {interpreter.line(), scout.moves, scout.approach};
+  return {interpreter.line(), scout.moves, interpreter.waiting() ? interpreter.line() : 0, scout.approach};
 }
 
 }  // namespace trn

@@ -8,6 +8,7 @@
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 #include "kernel/assembly.h"
+#include "kernel/motion_queue.h"
 
 namespace trn {
 
@@ -18,7 +19,8 @@ struct ProgramStart {
   JointVec q;                       ///< motor joints at rest
   std::uint32_t from_line = 0;      ///< begin here instead of at the first line; 0: at the first
   std::optional<Settings> kept =
-      std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
+      std::nullopt;                  ///< MDI: the modes that the line before left, instead of the config's
+  std::uint8_t corrections_off = 0;  ///< MapContext's, where the program does not switch them itself
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -39,9 +41,15 @@ class Pipeline {
            PipelineObservers observers);
   ~Pipeline();
 
-  /// The next block; false after the last one, which is a kProgramEnd event. ProgramError "file:line:...":
-  /// the blocks handed out so far end at rest; one kProgramEnd event still follows.
+  /// The next block; false while it is `waiting`, and after the last one, which is a kProgramEnd event.
+  /// ProgramError "file:line:...": the blocks handed out so far end at rest; one kProgramEnd event still
+  /// follows.
   bool next(MotionBlock& block);
+
+  /// The program asks the machine (M66, G38): `next` gives no more before the answer has come.
+  bool waiting() const;
+  /// Answers it; from whoever drives the blocks, in the order of the events that ask.
+  void answer(const ProgramAnswer& answer);
 
   std::uint32_t line() const { return interpreter_.line(); }
   std::uint64_t blocks_read() const { return interpreter_.blocks(); }
@@ -56,6 +64,7 @@ class Pipeline {
 
   void fill();
   void end_program();
+  Words contact_words(const ProgramAnswer& answer) const;
 
   std::string name_;
   ProgramConfig program_;
@@ -66,18 +75,24 @@ class Pipeline {
   std::unique_ptr<MoveTee> moves_;
   Lowering lowering_;
   Interpreter interpreter_;
+  const MachineJointMap& map_;
   bool ended_ = false;
 };
 
 /// What a dry run of a whole program found.
 struct ProgramSummary {
   std::uint64_t lines = 0, moves = 0;
+  std::uint32_t asks_at = 0;    ///< the line that asks the machine; what follows depends on it. 0: none
   std::vector<Words> approach;  ///< ends of the moves to where a program begun further down stands
 };
 
+/// The way to where a program begun further down goes on, in words for people.
+std::string approach_text(std::uint32_t line, const std::vector<Words>& approach);
+
 /// Interprets a program to its end on copies of parameters and tools, and follows its moves through the
 /// bracket: every place must be reachable and inside the joints' position limits. Nothing moves. ProgramError
-/// for the first defect, with file, line and what would be right. `progress` is told the line now and then.
+/// for the first defect, with file, line and what would be right. Ends where the program asks the machine.
+/// `progress` is told the line now and then.
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress);
 

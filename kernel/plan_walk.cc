@@ -53,8 +53,13 @@ void PlanWalk::leave_segment() TRN_RT {
 }
 
 void PlanWalk::coast(double duration_s) TRN_RT {
-  place_.time_s += duration_s * (rate_ + duration_s * slope_ / 2);
+  skip(duration_s * (rate_ + duration_s * slope_ / 2));
   rate_ = std::max(0.0, rate_ + duration_s * slope_);
+}
+
+void PlanWalk::skip(double plan_time_s) TRN_RT {
+  place_.time_s += plan_time_s;
+  passed_s_ += plan_time_s;
   for (int i = 0; i < kStepsMax && !ended_ && block_; ++i) {
     const double beyond =
         place_.time_s - block_->segments[static_cast<std::size_t>(place_.segment)].duration_s;
@@ -114,10 +119,14 @@ double PlanWalk::step(double u, double duration_s) TRN_RT {
   rate_ += dt * (slope_ + dt * u / 2);
   slope_ += dt * u;
   place_.time_s += way;
+  passed_s_ += way;
   const RateBounds end = bounds();
   const double tolerance = kRounding * (end.u_max - end.u_min) + kRounding;
+  if (rate_ < 0 && rate_ > -kRoundingS) rate_ = 0;
   if (!end.legal || rate_ < 0 || u < end.u_min - tolerance || u > end.u_max + tolerance) return -1;
-  if (slope_ < end.slope_min || slope_ > end.slope_max || (block_->rapid && rate_ > 1 + kRounding)) return -1;
+  const bool at_most_planned = block_->rapid || !block_->overrides.feed;
+  if (slope_ < end.slope_min || slope_ > end.slope_max || (at_most_planned && rate_ > 1 + kRounding))
+    return -1;
   if (leaves) leave_segment();
   return dt;
 }

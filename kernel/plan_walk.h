@@ -47,6 +47,8 @@ class PlanWalk {
   double slope() const TRN_RT { return slope_; }
   /// The plan rests here; what follows begins in a period of its own, at any rate up to 1.
   bool ended() const TRN_RT { return ended_; }
+  /// Plan time behind the place where the walk began, s.
+  double passed_s() const TRN_RT { return passed_s_; }
 
   RateBounds bounds() const TRN_RT;
   /// Goes on with constant u for `duration_s`, or less: to the end of the segment, or a step's greatest
@@ -57,6 +59,8 @@ class PlanWalk {
   bool run(double u, double duration_s, RateStep* steps, int& count) TRN_RT;
   /// Goes on for `duration_s` at the present slope without judging anything.
   void coast(double duration_s) TRN_RT;
+  /// Goes on by this plan time, at the present rate and slope, without judging anything.
+  void skip(double plan_time_s) TRN_RT;
   void set_rate(double rate, double slope) TRN_RT {
     rate_ = rate;
     slope_ = slope;
@@ -69,7 +73,7 @@ class PlanWalk {
   const MotionQueue* queue_;
   PlanPlace place_;
   const MotionBlock* block_ = nullptr;
-  double rate_, slope_;
+  double rate_, slope_, passed_s_ = 0;
   bool ended_ = false;
 };
 

@@ -65,16 +65,16 @@ std::string polar_plot(const std::string& title, const std::vector<PolarCurve>& 
     for (const BallbarReading& r : c.trace->readings)
       peak_um = std::max(peak_um, 1000 * std::abs(r.reading_mm));
   const double scale = um_per_division(peak_um);
-  const double height = 664 + 20 * static_cast<double>(curves.size());
+  const double height = 684 + 20 * static_cast<double>(curves.size());
   std::string out = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 640 {0:g}' font-family='sans-serif'>\n"
-      "<rect width='640' height='{0:g}' fill='white'/>\n",
+      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-20 0 680 {0:g}' font-family='sans-serif'>\n"
+      "<rect x='-20' width='680' height='{0:g}' fill='white'/>\n",
       height);
   out += fmt::format("<text x='20' y='28' font-size='17'>{}</text>\n", title);
   out += fmt::format(
       "<text x='20' y='48' font-size='12'>{:g} um per division; dark circle: nominal length</text>\n", scale);
   out += grid();
-  double y = 668;
+  double y = 686;
   for (const PolarCurve& c : curves) {
     out += curve(c, scale / kDivisionPx);
     out += fmt::format("<rect x='20' y='{:g}' width='22' height='4' fill='{}'/>", y - 6, c.colour);

@@ -48,22 +48,35 @@ class RecordedDrives final : public Drives {
   int fault_joint_ = -1;
 };
 
+/// Inputs that are what the log says they were.
+class RecordedIo final : public MachineIo {
+ public:
+  void exchange(const IoOutputs&, const IoPlace&, IoInputs& inputs) TRN_RT override { inputs = inputs_; }
+  void set(const IoInputs& inputs) { inputs_ = inputs; }
+
+ private:
+  IoInputs inputs_;
+};
+
 class Replay {
  public:
   Replay(const Session& session, const Assembly& assembly, Parameters& parameters, ToolTable& tools,
          ReportSink& sink)
-      : entries_(session.entries),
+      : head_(session.head),
+        entries_(session.entries),
         assembly_(assembly),
         parameters_(parameters),
         tools_(tools),
         sink_(sink),
         drives_(static_cast<Eigen::Index>(assembly.machine.joints.size())),
         queue_(kQueueBlocks),
-        cycle_({assembly.machine.period_s, assembly.machine.joints, true, 8, assembly.plan_joints},
-               *assembly.map, queue_, drives_, assembly.corrections.setpoint.get()) {}
+        cycle_({assembly.machine.period_s, assembly.machine.joints, !session.head.run, 8,
+                assembly.plan_joints, assembly.spindle_timeout_s},
+               *assembly.map, queue_, drives_, assembly.corrections.setpoint.get(),
+               assembly.io ? &io_ : nullptr) {}
 
   ReplayResult run() {
-    const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period;
+    const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();
     const auto moving = [&] {
       const MotionState motion = cycle_.last_report().motion;
       return motion == MotionState::kMoving || motion == MotionState::kJogging;
@@ -73,9 +86,10 @@ class Replay {
       obey(period);
       fill(period);
       cycle_.tick();
+      for (const auto& work : assembly_.corrections.background) work();
       result_.periods = period + 1;
       const CycleReport& report = cycle_.last_report();
-      if (report.drives == DriveState::kEnabled) sink_.write(report);
+      if (report.drives == DriveState::kEnabled && period >= first) sink_.write(report);
     }
     result_.starvations = cycle_.last_report().starvations;
     result_.fault = cycle_.last_report().fault;
@@ -95,6 +109,7 @@ class Replay {
       if (entry.kind == Kind::kProgram) begin(entry.program);
       if (entry.kind == Kind::kCommand) cycle_.post(entry.command);
       if (entry.kind == Kind::kStands) drives_.stand(entry.program.q, DriveState::kEnabled);
+      if (entry.kind == Kind::kInputs) io_.set(entry.inputs);
       if (entry.kind == Kind::kFault) drives_.report_fault(entry.fault, entry.joint);
     }
   }
@@ -127,6 +142,7 @@ class Replay {
     }
     while (pipeline_ && !ended_ && pushed_ < most &&
            (exact || queue_.buffered_s() < assembly_.planner.buffer_s)) {
+      if (pipeline_->waiting() && !take_answer()) break;
       if (!has_block_ && !(has_block_ = next_block())) break;
       if (!queue_.push(block_)) break;
       has_block_ = false;
@@ -134,9 +150,20 @@ class Replay {
     }
   }
 
+  // The tick's answer tells when; what it was stands in the log, for the joints' measured places do not.
+  bool take_answer() {
+    ProgramAnswer answer;
+    if (!queue_.take_answer(answer)) return false;
+    while (next_answer_ < entries_.size() && entries_[next_answer_].kind != Kind::kAnswer) ++next_answer_;
+    if (next_answer_ < entries_.size()) answer = entries_[next_answer_++].answer;
+    pipeline_->answer(answer);
+    return true;
+  }
+
   bool next_block() {
     try {
       if (pipeline_->next(block_)) return true;
+      if (pipeline_->waiting()) return false;
       if (is_mdi_ && sound_) mdi_ = pipeline_->settings();
     } catch (const std::exception&) {  // the end of the program still follows, as it did
       sound_ = false;
@@ -146,6 +173,15 @@ class Replay {
     return false;
   }
 
+  // A run's trace begins with the last period at rest before its start.
+  std::uint64_t first_period() const {
+    for (const SessionEntry& entry : entries_)
+      if (head_.run && entry.kind == Kind::kCommand && entry.command.kind == RtCommand::Kind::kStart)
+        return entry.period - 1;
+    return 0;
+  }
+
+  const SessionHead& head_;
   const std::vector<SessionEntry>& entries_;
   const Assembly& assembly_;
   Parameters& parameters_;
@@ -153,13 +189,14 @@ class Replay {
   ReportSink& sink_;
   RecordedDrives drives_;
   MotionQueue queue_;
+  RecordedIo io_;
   Cycle cycle_;
   std::optional<Pipeline> pipeline_;
   std::optional<Settings> mdi_;
   MotionBlock block_;
   bool has_block_ = false, ended_ = true, is_mdi_ = false, sound_ = true;
   std::uint32_t pushed_ = 0;  ///< of the program
-  std::size_t next_ = 0;
+  std::size_t next_ = 0, next_answer_ = 0;
   ReplayResult result_;
 };
 

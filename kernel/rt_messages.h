@@ -7,6 +7,7 @@
 #include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
+#include "kernel/motion_queue.h"
 
 // What the tick and the threads beside it say to each other; plain data, through rings.
 namespace trn {
@@ -14,17 +15,21 @@ namespace trn {
 /// A command to the tick. It takes effect in the period in which the tick pops it.
 struct RtCommand {
   enum class Kind : std::uint8_t {
-    kStart,          ///< drive what the ring holds, from rest
-    kHold,           ///< slow down on the path and stand
-    kResume,         ///< go on after kHold or a program stop
-    kStop,           ///< slow down on the path, then forget the ring's content
-    kOverride,       ///< value: 0 to 2; above 1 where the joints' limits leave room, rapid moves never
-    kJog,            ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
-    kHome,           ///< joint, or -1: all
-    kQuickStop,      ///< every drive brakes by its own ramp; forget the ring's content
-    kEmergencyStop,  ///< the same, and latch the fault
-    kCorrection,     ///< joint: number in the chain; value: 1 on, 0 off
-    kResetFault,     ///< forget the latched fault
+    kStart,            ///< drive what the ring holds, from rest
+    kHold,             ///< slow down on the path and stand
+    kResume,           ///< go on after kHold or a program stop
+    kStop,             ///< slow down on the path, then forget the ring's content
+    kOverride,         ///< value: 0 to 2, of feed moves; above 1 where the joints' limits leave room
+    kJog,              ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
+    kHome,             ///< joint, or -1: all
+    kQuickStop,        ///< every drive brakes by its own ramp; forget the ring's content
+    kEmergencyStop,    ///< the same, and latch the fault
+    kCorrection,       ///< joint: number in the chain; value: 1 on, 0 off
+    kResetFault,       ///< forget the latched fault
+    kRapidOverride,    ///< value: 0 to 1, of rapid moves
+    kSpindleOverride,  ///< value: 0 to 2
+    kAdaptiveFeed,     ///< value: 0 to 1; a second override of feed moves, where M52 lets it act
+    kSingleBlock,      ///< value 1: stand at the end of every line of the program until kResume; 0: no longer
   };
   Kind kind = Kind::kStart;
   double value = 0;
@@ -38,7 +43,7 @@ enum class MotionState : std::uint8_t {
   kRest,    ///< stands, and has nothing left to do
   kMoving,  ///< drives the ring's content, or waits for the planner
   kHeld,    ///< slows down to, or stands in, a hold
-  kPaused,  ///< stands at a program stop (M0, M1)
+  kPaused,  ///< stands at a program stop (M0, M1), or behind a single block
   kJogging,
   kHoming,
 };
@@ -50,17 +55,29 @@ struct CorrectionReport {
   const char* warning = "";  ///< static text
 };
 
+/// What the tool suffers, by what the drives told in the period before; along joints X and Y (mm, N).
+struct ToolLoadReport {
+  Eigen::Vector2d force_N = Eigen::Vector2d::Zero();        ///< on the tool
+  Eigen::Vector2d deflection_mm = Eigen::Vector2d::Zero();  ///< of its tip
+  Eigen::Vector2d shift_mm = Eigen::Vector2d::Zero();       ///< of the path against it, in the setpoints
+  bool known = false;  ///< false: no estimator, no current from the drives, or beyond what was learnt
+  bool alarm = false;  ///< the load filter's model no longer fits the stage
+};
+
 /// What the tick reports, once a period.
 struct CycleReport {
   std::uint64_t period = 0;
   JointVec q_plan, q_setpoint, q_measured;  ///< mm or rad; the setpoint is the plan with corrections
   std::array<CorrectionReport, kMaxSetpointCorrections> corrections;  ///< as many as the chain has
+  ToolLoadReport tool_load;
   JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means
   bool on_path = false;               ///< y and context are those of a program's motion
   double speed_mm_s = 0;              ///< of the tip along the path
   double override_now = 1;            ///< rate of the motion
+  double spindle_rpm = 0;             ///< with the spindle override; + clockwise
+  bool single_block = false;          ///< stands at the end of every line
   std::uint32_t line = 0;             ///< source line, 1-based; 0: none
   std::uint32_t last_command_id = 0;  ///< of the last command that took effect
   std::uint32_t starvations = 0;      ///< since start
@@ -70,7 +87,15 @@ struct CycleReport {
   int fault_joint = -1;
   Fault fault = Fault::kOk;  ///< latched
   MotionState motion = MotionState::kRest;
-  QueueEvent event;  ///< the event that took effect in this period, if any
+  QueueEvent event;       ///< the event that took effect in this period, if any
+  bool answered = false;  ///< it gave the program `answer`
+  ProgramAnswer answer;
+  std::uint64_t inputs = 0, outputs = 0;  ///< digital, bit i: number i
+  bool probe = false;                     ///< contact
+  bool spindle_ready = true;
+  double spindle_turns = 0;    ///< of the encoder
+  bool reads_encoder = false;  ///< the motion follows the encoder, or waits for its index
+  double gear_lag_s = 0;       ///< of the path behind the spindle, plan time
   DriveState drives = DriveState::kOff;
 };
 

@@ -35,6 +35,23 @@ std::string correction_line(const CorrectionSummary& c) {
   return out + "\n";
 }
 
+std::string screw_line(const SimulatedScrews::Report& s, const Machine& machine) {
+  return fmt::format(
+      "  screw {:<17} {:.1f} K warm: nut off by up to {:.2f} um without correction, {:.2f} um left\n",
+      machine.joints[static_cast<std::size_t>(s.joint)].name, s.rise_K, 1000 * s.worst.without,
+      1000 * s.worst.left);
+}
+
+nlohmann::json screws_json(const SimulationResult& r, const Machine& machine) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const SimulatedScrews::Report& s : r.screws)
+    out.push_back({{"joint", machine.joints[static_cast<std::size_t>(s.joint)].name},
+                   {"rise_K", s.rise_K},
+                   {"error_without_mm", s.worst.without},
+                   {"error_left_mm", s.worst.left}});
+  return out;
+}
+
 nlohmann::json corrections_json(const SimulationResult& r) {
   nlohmann::json out = nlohmann::json::array();
   for (const CorrectionSummary& c : r.corrections)
@@ -44,6 +61,42 @@ nlohmann::json corrections_json(const SimulationResult& r) {
                    {"left_tip_mm", c.left_tip_mm},
                    {"left_axis_rad", c.left_axis_rad},
                    {"warning", c.warning}});
+  return out;
+}
+
+std::string features_text(const std::vector<FeatureDeflection>& features) {
+  constexpr std::size_t kShownMax = 20;
+  std::string out;
+  for (std::size_t i = 0; i < std::min(features.size(), kShownMax); ++i) {
+    const FeatureDeflection& f = features[i];
+    if (out.empty()) out = "  what the tool's bending makes of the program\n";
+    const std::string lines = f.last_line > f.line ? fmt::format("lines {}-{}", f.line, f.last_line)
+                                                   : fmt::format("line {}", f.line);
+    if (f.circle)
+      out += fmt::format("    {:<14} circle {:9.4f} mm   bends {:+.4f} mm outward   predicted {:9.4f} mm",
+                         lines, f.size_mm, f.bending_mm, f.predicted_mm());
+    else
+      out += fmt::format("    {:<14} cut    {:9.4f} mm   bends {:+.4f} mm to the left   off by {:+.4f} mm",
+                         lines, f.size_mm, f.bending_mm, f.offset_mm);
+    if (f.unknown > 0) out += fmt::format("   ({:.0f} % of it unknown)", 100 * f.unknown);
+    out += "\n";
+  }
+  if (features.size() > kShownMax)
+    out += fmt::format("    and {} more (--json)\n", features.size() - kShownMax);
+  return out;
+}
+
+nlohmann::json features_json(const std::vector<FeatureDeflection>& features) {
+  nlohmann::json out = nlohmann::json::array();
+  for (const FeatureDeflection& f : features)
+    out.push_back({{"line", f.line},
+                   {"last_line", f.last_line},
+                   {"feature", f.circle ? "circle" : "cut"},
+                   {"size_mm", f.size_mm},
+                   {"bending_mm", f.bending_mm},
+                   {"offset_mm", f.offset_mm},
+                   {"predicted_mm", f.predicted_mm()},
+                   {"unknown_share", f.unknown}});
   return out;
 }
 
@@ -79,6 +132,8 @@ std::string run_summary(const SimulationResult& r, const Machine& machine, const
   }
   out += fmt::format("  no joint at a limit {:.1f} % of the time\n", percent(r.free_s, r.cycle_time_s));
   for (const CorrectionSummary& c : r.corrections) out += correction_line(c);
+  for (const SimulatedScrews::Report& s : r.screws) out += screw_line(s, machine);
+  out += features_text(r.features);
   out += r.within_limits ? "  every joint within its limits\n" : "  A JOINT LEFT ITS LIMITS\n";
   return out;
 }
@@ -116,6 +171,8 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
                               {"path_mm", r.path_mm},
                               {"joints", joints},
                               {"corrections", corrections_json(r)},
+                              {"screws", screws_json(r, machine)},
+                              {"features", features_json(r.features)},
                               {"within_limits", r.within_limits},
                               {"free_of_limits_s", r.free_s},
                               {"tip_deviation_mm", d.tip_mm.value},

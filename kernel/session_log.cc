@@ -13,12 +13,16 @@ using Json = nlohmann::json;
 using Kind = SessionEntry::Kind;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low", "stands", "fault"};
-constexpr const char* kCommandNames[] = {"start",          "hold",       "resume",     "stop",
-                                         "override",       "jog",        "home",       "quick_stop",
-                                         "emergency_stop", "correction", "reset_fault"};
+constexpr const char* kEntryNames[] = {"program", "command", "low", "stands", "fault", "inputs", "answer"};
+constexpr const char* kCommandNames[] = {
+    "start",       "hold",           "resume",           "stop",           "override",
+    "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
+    "reset_fault", "rapid_override", "spindle_override", "adaptive_feed",  "single_block"};
 
-std::vector<double> numbers(const JointVec& q) { return {q.data(), q.data() + q.size()}; }
+template <typename Vector>
+std::vector<double> numbers(const Vector& q) {
+  return {q.data(), q.data() + q.size()};
+}
 
 JointVec joints(const std::vector<double>& numbers) {
   if (numbers.size() > kMaxJoints) throw std::runtime_error("more joints than a machine may have");
@@ -36,12 +40,25 @@ Json to_json(const SessionEntry& entry) {
   Json json{{"period", entry.period}, {"entry", kEntryNames[static_cast<std::size_t>(entry.kind)]}};
   if (entry.kind == Kind::kProgram) {
     json["path"] = entry.program.path;
+    if (entry.program.from_line > 1) json["from_line"] = entry.program.from_line;
     if (entry.program.text) json["text"] = *entry.program.text;
+    json["corrections_off"] = entry.program.corrections_off;
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
   if (entry.kind == Kind::kFault) json["fault"] = static_cast<int>(entry.fault);
   if (entry.kind == Kind::kFault) json["joint"] = entry.joint;
+  if (entry.kind == Kind::kInputs) {
+    json["digital"] = entry.inputs.digital;
+    json["probe"] = entry.inputs.probe;
+    json["spindle_ready"] = entry.inputs.spindle_ready;
+    json["turns"] = entry.inputs.spindle_turns;
+  }
+  if (entry.kind == Kind::kAnswer) {
+    json["value"] = entry.answer.value;
+    if (entry.answer.probe) json["contact"] = numbers(entry.answer.q_contact);
+    if (entry.answer.probe) json["stands"] = numbers(entry.answer.y_stand);
+  }
   if (entry.kind != Kind::kCommand) return json;
   json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
   json["value"] = entry.command.value;
@@ -50,18 +67,39 @@ Json to_json(const SessionEntry& entry) {
   return json;
 }
 
+ProgramAnswer answer_from(const Json& json) {
+  ProgramAnswer answer;
+  answer.value = json.at("value");
+  answer.probe = json.contains("contact");
+  if (!answer.probe) return answer;
+  answer.q_contact = joints(json.at("contact"));
+  const std::vector<double> stands = json.at("stands");
+  if (stands.size() != 6) throw std::runtime_error("a place has six words");
+  answer.y_stand = Eigen::Map<const Words>(stands.data());
+  return answer;
+}
+
 SessionEntry from_json(const Json& json) {
   SessionEntry entry;
   entry.period = json.at("period");
   entry.kind = static_cast<Kind>(index_of(kEntryNames, json.at("entry")));
   if (entry.kind == Kind::kProgram) {
     entry.program.path = json.at("path");
+    entry.program.from_line = json.value("from_line", 0U);
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
+    entry.program.corrections_off = json.value("corrections_off", std::uint8_t{0});
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
   if (entry.kind == Kind::kFault) entry.fault = static_cast<Fault>(json.at("fault").get<int>());
   if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
+  if (entry.kind == Kind::kInputs) {
+    entry.inputs.digital = json.at("digital");
+    entry.inputs.probe = json.at("probe");
+    entry.inputs.spindle_ready = json.at("spindle_ready");
+    entry.inputs.spindle_turns = json.at("turns");
+  }
+  if (entry.kind == Kind::kAnswer) entry.answer = answer_from(json);
   if (entry.kind != Kind::kCommand) return entry;
   entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
   entry.command.value = json.at("value");
@@ -74,7 +112,9 @@ SessionEntry from_json(const Json& json) {
 
 SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
-  out_ << Json{{"machine", head.machine}, {"tools", head.tools}, {"vars", head.vars}}.dump() << std::endl;
+  out_
+      << Json{{"machine", head.machine}, {"tools", head.tools}, {"vars", head.vars}, {"run", head.run}}.dump()
+      << std::endl;
 }
 
 void SessionLog::program(const ProgramStart& start) {
@@ -112,7 +152,25 @@ void SessionLog::report(const CycleReport& report) {
   entry.joint = report.fault_joint;
   if (report.fault != Fault::kOk && last_.fault == Fault::kOk && report.fault != Fault::kEmergencyStop)
     write(entry);
+  report_io(report);
   last_ = report;
+}
+
+void SessionLog::report_io(const CycleReport& report) {
+  SessionEntry entry;
+  entry.period = report.period;
+  entry.kind = Kind::kInputs;
+  entry.inputs.digital = report.inputs;
+  entry.inputs.probe = report.probe;
+  entry.inputs.spindle_ready = report.spindle_ready;
+  entry.inputs.spindle_turns = report.spindle_turns;
+  const bool turned = report.reads_encoder && report.spindle_turns != last_.spindle_turns;
+  if (turned || report.inputs != last_.inputs || report.probe != last_.probe ||
+      report.spindle_ready != last_.spindle_ready)
+    write(entry);
+  entry.kind = Kind::kAnswer;
+  entry.answer = report.answer;
+  if (report.answered) write(entry);
 }
 
 void SessionLog::write(const SessionEntry& entry) { out_ << to_json(entry).dump() << std::endl; }
@@ -126,7 +184,7 @@ Session read_session(const std::string& path) {
     try {
       const Json json = Json::parse(text);
       if (line == 1)
-        session.head = {json.at("machine"), json.at("tools"), json.at("vars")};
+        session.head = {json.at("machine"), json.at("tools"), json.at("vars"), json.value("run", false)};
       else
         session.entries.push_back(from_json(json));
     } catch (const std::exception& error) {

@@ -21,6 +21,8 @@ struct SessionEntry {
     kLow,      ///< little motion was queued: the tick saw `blocks` blocks of the program
     kStands,   ///< the drives are powered, at `program.q`
     kFault,    ///< the drives reported `fault`
+    kInputs,   ///< the inputs are now `inputs`
+    kAnswer,   ///< the program was given `answer`
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -29,11 +31,14 @@ struct SessionEntry {
   std::uint32_t blocks = 0;
   Fault fault = Fault::kOk;
   int joint = -1;
+  IoInputs inputs;  ///< digital, probe, spindle_ready
+  ProgramAnswer answer;
 };
 
 /// What a session was made with; paths as given.
 struct SessionHead {
   std::string machine, tools, vars;
+  bool run = false;  ///< of `trunnion run`: program stops are passed, the trace begins with the program
 };
 
 /// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the
@@ -51,6 +56,7 @@ class SessionLog {
 
  private:
   void write(const SessionEntry& entry);
+  void report_io(const CycleReport& report);
 
   std::mutex mutex_;
   std::ofstream out_;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "compensation/micromill/deflection_correction.h"
+
 namespace trn {
 
 namespace {
@@ -21,8 +23,11 @@ double limit_on(const SetpointBudget& budget, const SetpointCorrection& correcti
 void SetpointChain::append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction) {
   if (links_.size() == kMax) throw std::logic_error("too many corrections in the chain");
   const auto n = static_cast<Eigen::Index>(joints_.size());
-  Link link{budget, std::move(correction), {}, {}, budget.enabled, JointVec::Zero(n), JointVec::Zero(n)};
-  sum_.setZero(n);
+  Link link;
+  link.budget = budget;
+  link.correction = std::move(correction);
+  link.enabled = budget.enabled;
+  link.wanted = link.offset = sum_ = JointVec::Zero(n);
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointLimit& l = joints_[i].limit;
     const double limit = limit_on(budget, *link.correction, i, joints_[i].kind), share = budget.reserve;
@@ -35,6 +40,18 @@ void SetpointChain::append(const SetpointBudget& budget, std::unique_ptr<Setpoin
                                        share * l.jerk / unit, period_s_);
   }
   links_.push_back(std::move(link));
+}
+
+void SetpointChain::append_deflection(const SetpointBudget& budget,
+                                      std::unique_ptr<DeflectionCorrection> correction) {
+  deflection_ = correction.get();
+  deflection_link_ = size();
+  append(budget, std::move(correction));
+}
+
+Eigen::Vector2d SetpointChain::deflection_shift_mm() const TRN_RT {
+  if (!deflection_) return Eigen::Vector2d::Zero();
+  return offset(deflection_link_).head<2>();
 }
 
 void SetpointChain::take_up_jumps(double reserve) {
@@ -74,7 +91,29 @@ Joints SetpointChain::plan_joints() const {
   return out;
 }
 
-void SetpointChain::enable(int i, bool on) TRN_RT { links_[static_cast<std::size_t>(i)].enabled = on; }
+void SetpointChain::enable(int i, bool on) TRN_RT {
+  Link& link = links_[static_cast<std::size_t>(i)];
+  link.enabled = on;
+  link.switched = false;
+}
+
+double SetpointChain::switch_by_program(int bits, bool on) TRN_RT {
+  constexpr double kFadedAfter = 15;  // time constants of the three low passes
+  double tau_s = 0;
+  for (Link& link : links_) {
+    if ((link.budget.bit & bits) == 0) continue;
+    const bool was_on = link.on();
+    link.switched = true;
+    link.switched_on = on;
+    if (was_on == on) continue;
+    for (const OffsetFilter& filter : link.filters) tau_s = std::max(tau_s, filter.time_constant_s());
+  }
+  return kFadedAfter * tau_s;
+}
+
+void SetpointChain::forget_program() TRN_RT {
+  for (Link& link : links_) link.switched = false;
+}
 
 void SetpointChain::step(const CorrectionInput& input) TRN_RT {
   sum_.setZero();
@@ -93,9 +132,9 @@ void SetpointChain::step(Link& link, const CorrectionInput& input) TRN_RT {
     const double limit = link.limits[i], wanted = link.wanted[k];
     if (limit <= 0) continue;
     if (!follows)
-      link.offset[k] = link.filters[i].step(link.enabled ? wanted : 0);
+      link.offset[k] = link.filters[i].step(link.on() ? wanted : 0);
     else if (std::isfinite(wanted))
-      link.offset[k] = link.filters[i].step(link.enabled ? 1 : 0) * std::clamp(wanted, -limit, limit);
+      link.offset[k] = link.filters[i].step(link.on() ? 1 : 0) * std::clamp(wanted, -limit, limit);
   }
 }
 

@@ -10,6 +10,8 @@
 
 namespace trn {
 
+class DeflectionCorrection;
+
 /// Bounds of one correction of the chain.
 struct SetpointBudget {
   std::string name;       ///< of its section, [corrections.NAME]
@@ -17,6 +19,7 @@ struct SetpointBudget {
   double limit_mm = 0;    ///< its greatest offset on a linear joint
   double limit_rad = 0;   ///< on a rotary joint
   double reserve = 0.01;  ///< share of the joints' velocity, acceleration and jerk that it may use
+  int bit = 0;            ///< that a program's switch calls it by
 };
 
 /// The corrections behind the plan, in their one order. Each is bounded by its own limit and moves the joints
@@ -29,6 +32,12 @@ class SetpointChain {
 
   /// At most kMax, in the order in which they act.
   void append(const SetpointBudget& budget, std::unique_ptr<SetpointCorrection> correction);
+  /// The same for the one that estimates the tool's load, which `deflection` then tells.
+  void append_deflection(const SetpointBudget& budget, std::unique_ptr<DeflectionCorrection> correction);
+  /// Null: the machine does not estimate the tool's load.
+  const DeflectionCorrection* deflection() const TRN_RT { return deflection_; }
+  /// How far it shifts the first two joints, mm.
+  Eigen::Vector2d deflection_shift_mm() const TRN_RT;
   /// Lets the chain take up jumps of the plan's joints (`take_up`), with this share of the limits.
   void take_up_jumps(double reserve);
   /// At rest the plan's joints jump by -jump, because the bracket reads the same place in another way: the
@@ -43,8 +52,13 @@ class SetpointChain {
 
   /// One period: offsets from the plan's joints.
   void step(const CorrectionInput& input) TRN_RT;
+  /// Switches for good, and forgets what the program has asked for.
   void enable(int i, bool on) TRN_RT;
-  bool enabled(int i) const TRN_RT { return links_[static_cast<std::size_t>(i)].enabled; }
+  /// A program's switch of all with one of `bits`, until `forget_program`. The time until that has come in or
+  /// gone, but for 4e-5 of the limit, s.
+  double switch_by_program(int bits, bool on) TRN_RT;
+  void forget_program() TRN_RT;
+  bool enabled(int i) const TRN_RT { return links_[static_cast<std::size_t>(i)].on(); }
   /// What correction i adds in this period, mm or rad; zero before the first step.
   const JointVec& offset(int i) const TRN_RT { return links_[static_cast<std::size_t>(i)].offset; }
   /// The sum over all corrections.
@@ -59,14 +73,17 @@ class SetpointChain {
     std::unique_ptr<SetpointCorrection> correction;
     std::vector<OffsetFilter> filters;  ///< by joint; of the offset, or of the switch
     std::vector<double> limits;         ///< by joint; 0: does not act there
-    bool enabled = true;
+    bool enabled = true, switched = false, switched_on = false;
     JointVec wanted, offset;
+    bool on() const TRN_RT { return switched ? switched_on : enabled; }
   };
   void step(Link& link, const CorrectionInput& input) TRN_RT;
 
   Joints joints_;
   double period_s_;
   std::vector<Link> links_;
+  const DeflectionCorrection* deflection_ = nullptr;
+  int deflection_link_ = 0;
   std::vector<OffsetFilter> jumps_;  ///< by joint; none: jumps are not expected
   double jump_reserve_ = 0;
   JointVec sum_;

@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kAtLimit = 0.95;
 constexpr int kStartPeriodsMax = 600000;
+constexpr double kPatienceS = 10;  // with a standing machine and an operator who has nothing left to do
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -71,8 +72,9 @@ class Simulation {
         options_(options),
         period_s_(assembly.machine.period_s),
         queue_(1 << 14),
-        cycle_({period_s_, assembly.machine.joints, false, 8, assembly.plan_joints}, *assembly.map, queue_,
-               *assembly.drives, assembly.corrections.setpoint.get()),
+        cycle_(
+            {period_s_, assembly.machine.joints, false, 8, assembly.plan_joints, assembly.spindle_timeout_s},
+            *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get(), assembly.io.get()),
         judge_(assembly.machine.joints, period_s_),
         meter_(*assembly.kinematics, options.histograms),
         clock_(assembly.machine.joints, period_s_) {}
@@ -81,13 +83,16 @@ class Simulation {
     prepare_drives();
     list_corrections();
     const auto wall = std::chrono::steady_clock::now();
-    ProgramStart start{options_.program, std::nullopt, cycle_.last_report().q_plan};
+    ProgramStart start{options_.program, options_.program_text, cycle_.last_report().q_plan};
     start.from_line = options_.from_line;
+    start.corrections_off = assembly_.corrections.planned_off;
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
-        PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { meter_.programmed(move); },
+        PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { programmed(move); },
                           options_.on_piece, options_.on_stretch});
-    cycle_.post({RtCommand::Kind::kStart});
+    if (options_.log) options_.log->program(start);
+    if (options_.single_block) post({RtCommand::Kind::kSingleBlock, 1});
+    post({RtCommand::Kind::kStart});
     fill();
     watch(cycle_.last_report());  // the stream begins at rest
     drive();
@@ -97,18 +102,50 @@ class Simulation {
   }
 
  private:
+  void post(RtCommand command) {
+    command.id = ++last_id_;
+    if (options_.log) options_.log->posted(command);
+    cycle_.post(command);
+  }
+
+  void tick() {
+    cycle_.tick();
+    if (options_.log) options_.log->report(cycle_.last_report());
+  }
+
+  // What the script asks for in this period. At its end nobody is left to wake a standing machine.
+  void operate() {
+    const CycleReport& report = cycle_.last_report();
+    const double now_s = static_cast<double>(result_.periods) * period_s_;
+    for (; next_action_ < options_.script.size() && options_.script[next_action_].time_s < now_s;
+         ++next_action_)
+      post(options_.script[next_action_].command);
+    const bool paused = report.motion == MotionState::kPaused;
+    if (paused && options_.single_block) return post({RtCommand::Kind::kResume});
+    const bool stands = paused || (cycle_.path_rate().standing() && report.motion != MotionState::kRest);
+    standing_periods_ = stands ? standing_periods_ + 1 : 0;
+    if (standing_periods_ * period_s_ < kPatienceS || next_action_ < options_.script.size()) return;
+    if (options_.on_warning)
+      options_.on_warning({fmt::format("line {}: the machine stands, and the operator's script has nothing "
+                                       "more to do; the run ends here",
+                                       report.line),
+                           report.line});
+    post({RtCommand::Kind::kStop});
+    standing_periods_ = 0;
+  }
+
   void prepare_drives() {
     assembly_.drives->bring_up();
     const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
     bool asked = false;
     for (int i = 0; i < kStartPeriodsMax; ++i) {
-      cycle_.tick();
+      tick();
       const CycleReport& report = cycle_.last_report();
       const bool standing = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
       if (standing && (report.homed_mask & all) == all) return;
       if (standing && !asked) {
         asked = true;
-        cycle_.post({RtCommand::Kind::kHome, 0, 0, -1});
+        post({RtCommand::Kind::kHome, 0, 0, -1});
       }
     }
     throw std::runtime_error("the simulated drives do not get ready; check the section [drives]");
@@ -118,6 +155,7 @@ class Simulation {
   void fill() {
     const double start_s = processor_s();
     while (!planned_ && queue_.buffered_s() < assembly_.planner.buffer_s) {
+      if (pipeline_->waiting() && !take_answer()) break;
       if (!has_block_ && !(has_block_ = next_block())) break;
       if (!queue_.push(block_)) break;
       has_block_ = false;
@@ -132,21 +170,37 @@ class Simulation {
       failure_ = std::current_exception();
       if (pipeline_->next(block_)) return true;
     }
-    planned_ = true;
+    planned_ = !pipeline_->waiting();
     return false;
+  }
+
+  // Everything before the question has been driven.
+  bool take_answer() {
+    ProgramAnswer answer;
+    if (!queue_.take_answer(answer)) return false;
+    if (answer.probe) meter_.restart();
+    pipeline_->answer(answer);
+    return true;
   }
 
   void drive() {
     do {
       if (queue_.buffered_s() < assembly_.planner.buffer_s) fill();
-      cycle_.tick();
+      if (!options_.script.empty() || options_.single_block) operate();
+      tick();
       for (const auto& work : assembly_.corrections.background) work();
       watch(cycle_.last_report());
     } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
   }
 
+  void programmed(const ProgramMove& move) {
+    meter_.programmed(move);
+    if (assembly_.corrections.setpoint->deflection()) features_.programmed(move);
+  }
+
   void watch(const CycleReport& report) {
     if (options_.trace) options_.trace->write(report);
+    if (assembly_.screws) assembly_.screws->step(report.q_plan, report.q_setpoint);
     row_.t_s = static_cast<double>(result_.periods) * period_s_;
     row_.q.assign(report.q_setpoint.data(), report.q_setpoint.data() + report.q_setpoint.size());
     row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
@@ -154,6 +208,7 @@ class Simulation {
     judge_.row(row_);
     clock_.row(report.q_setpoint);
     measure(report);
+    features_.sample(report);
     ++result_.periods;
     result_.starvations = report.starvations;
     result_.fault = report.fault;
@@ -171,17 +226,18 @@ class Simulation {
 
   void measure_corrections(const CycleReport& report) {
     MachineJointMap::Parts parts;
-    if (assembly_.map->corrects() && report.on_path &&
+    if ((assembly_.map->has_pose() || assembly_.map->has_joint()) && report.on_path &&
         assembly_.map->parts(report.y, report.context, parts) == KinStatus::kOk) {
-      if (assembly_.map->pose()) {
+      if (assembly_.map->has_pose()) {
         CorrectionSummary& summary = result_.corrections[0];
         note(summary, parts.pose);
         summary.left_tip_mm = std::max(summary.left_tip_mm, parts.left_tip_mm);
         summary.left_axis_rad = std::max(summary.left_axis_rad, parts.left_axis_rad);
       }
-      if (assembly_.map->joint()) note(result_.corrections[assembly_.map->pose() ? 1 : 0], parts.joint);
+      if (assembly_.map->has_joint())
+        note(result_.corrections[assembly_.map->has_pose() ? 1 : 0], parts.joint);
     }
-    std::size_t k = (assembly_.map->pose() ? 1 : 0) + (assembly_.map->joint() ? 1 : 0);
+    std::size_t k = (assembly_.map->has_pose() ? 1 : 0) + (assembly_.map->has_joint() ? 1 : 0);
     for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i, ++k) {
       const CorrectionReport& link = report.corrections[static_cast<std::size_t>(i)];
       note(result_.corrections[k], link.offset);
@@ -190,8 +246,8 @@ class Simulation {
   }
 
   void list_corrections() {
-    if (assembly_.map->pose()) result_.corrections.push_back({"geometric", 0, 0, 0, 0, ""});
-    if (assembly_.map->joint()) result_.corrections.push_back({"joint_table", 0, 0, 0, 0, ""});
+    if (assembly_.map->has_pose()) result_.corrections.push_back({"geometric", 0, 0, 0, 0, ""});
+    if (assembly_.map->has_joint()) result_.corrections.push_back({"joint_table", 0, 0, 0, 0, ""});
     for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i)
       result_.corrections.push_back({assembly_.corrections.setpoint->budget(i).name, 0, 0, 0, 0, ""});
   }
@@ -204,7 +260,8 @@ class Simulation {
     Vec3 p = pose.p_B, u = pose.u_B;
     if (!report.context.rtcp) {
       Words words;
-      if (assembly_.map->words_at(report.q_plan, words) != KinStatus::kOk) return;
+      if (assembly_.map->words_at(report.q_plan, report.context.corrections_off, words) != KinStatus::kOk)
+        return;
       p = words.head<3>() - report.context.tool_offset;
       u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
     }
@@ -221,6 +278,8 @@ class Simulation {
     result_.at_limit = clock_.at();
     result_.free_s = clock_.free_s;
     result_.deviation = meter_.report();
+    if (assembly_.screws) result_.screws = assembly_.screws->reports();
+    result_.features = features_.features();
     result_.lines = pipeline_->line();
     result_.speed = pipeline_->speed_stats();
     result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;
@@ -236,6 +295,7 @@ class Simulation {
   Cycle cycle_;
   LimitJudge judge_;
   DeviationMeter meter_;
+  FeatureMeter features_;
   LimitClock clock_;
   std::optional<Pipeline> pipeline_;
   MotionBlock block_;
@@ -243,6 +303,9 @@ class Simulation {
   std::exception_ptr failure_;
   TraceRow row_;
   Vec3 p_last_ = Vec3::Zero();
+  std::uint32_t last_id_ = 0;
+  std::size_t next_action_ = 0;
+  int standing_periods_ = 0;
   SimulationResult result_;
 };
 

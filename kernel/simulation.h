@@ -2,19 +2,27 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "kernel/assembly.h"
 #include "kernel/check/deviation_meter.h"
 #include "kernel/check/limit_judge.h"
 #include "kernel/cycle.h"
+#include "kernel/micromill/feature_meter.h"
+#include "kernel/operator_script.h"
 #include "kernel/pipeline.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 
 struct SimulationOptions {
-  std::string program;
-  std::uint32_t from_line = 0;  ///< as ProgramStart::from_line
+  std::string program;                      ///< file; or the name that stands for `program_text`
+  std::optional<std::string> program_text;  ///< the program itself
+  std::uint32_t from_line = 0;              ///< as ProgramStart::from_line
+  std::vector<OperatorAction> script;       ///< in order of time
+  bool single_block = false;                ///< stands at the end of every line, and goes on at once
+  SessionLog* log = nullptr;
   ReportSink* trace = nullptr;
   bool histograms = false;  ///< of the deviations
   std::function<void(const PlanPiece&)> on_piece;
@@ -48,8 +56,10 @@ struct SimulationResult {
   bool within_limits = false;
   DeviationReport deviation;
   SpeedStats speed;
-  double planning_s = 0;                       ///< processor time of interpreter and planner
-  std::vector<CorrectionSummary> corrections;  ///< in the order of the chain
+  double planning_s = 0;                        ///< processor time of interpreter and planner
+  std::vector<CorrectionSummary> corrections;   ///< in the order of the chain
+  std::vector<SimulatedScrews::Report> screws;  ///< how warm they became, and what that did
+  std::vector<FeatureDeflection> features;      ///< empty unless the machine estimates the tool's load
   Fault fault = Fault::kOk;
   int fault_joint = -1;
 };

@@ -22,9 +22,10 @@ std::string correction_columns(const Machine& machine, const SetpointChain& chai
 }  // namespace
 
 TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
-                         const SetpointChain* corrections)
+                         const SetpointChain& chain, bool corrections)
     : path_(path),
       map_(map),
+      chain_(chain),
       corrections_(corrections),
       period_s_(machine.period_s),
       file_(std::fopen(path.c_str(), "w")) {
@@ -33,7 +34,8 @@ TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const 
   std::string header = "t_s";
   for (const Joint& joint : machine.joints) header += "," + joint.name;
   header += ",p_x,p_y,p_z,u_i,u_j,u_k,line";
-  if (corrections_) header += correction_columns(machine, *corrections_);
+  if (chain_.deflection()) header += ",force.X,force.Y,deflection.X,deflection.Y,load_known";
+  if (corrections_) header += correction_columns(machine, chain_);
   header += "\n";
   std::fputs(header.c_str(), file_.get());
 }
@@ -71,9 +73,16 @@ void TraceWriter::row(const CycleReport& report) {
   else
     text_ += ",0,0,0,0,0,0";
   fmt::format_to(out, ",{}", report.line);
+  if (chain_.deflection()) append_tool_load(report.tool_load);
   if (corrections_) append_corrections(report);
   text_ += '\n';
   std::fwrite(text_.data(), 1, text_.size(), file_.get());
+}
+
+void TraceWriter::append_tool_load(const ToolLoadReport& load) {
+  fmt::format_to(std::back_inserter(text_), ",{:.9g},{:.9g},{:.9g},{:.9g},{}", load.force_N.x(),
+                 load.force_N.y(), load.deflection_mm.x(), load.deflection_mm.y(),
+                 load.alarm ? 2 : (load.known ? 1 : 0));
 }
 
 void TraceWriter::append_corrections(const CycleReport& report) {
@@ -84,8 +93,7 @@ void TraceWriter::append_corrections(const CycleReport& report) {
   map_.parts(report.y, report.context, parts);
   append(parts.pose);
   append(parts.joint);
-  for (int i = 0; i < corrections_->size(); ++i)
-    append(report.corrections[static_cast<std::size_t>(i)].offset);
+  for (int i = 0; i < chain_.size(); ++i) append(report.corrections[static_cast<std::size_t>(i)].offset);
 }
 
 void TraceWriter::close() {

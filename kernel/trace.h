@@ -14,14 +14,15 @@ namespace trn {
 
 /// Writes the setpoint stream as CSV: a header, then one row a period with t_s, the motor joints by name (mm,
 /// rad), the tip p_x, p_y, p_z (mm) and tool axis u_i, u_j, u_k in the work frame, and the source line; 17
-/// significant digits; with `corrections` given, what every correction of the chain adds to every joint
-/// follows, in columns NAME.JOINT. Rows before the first motion and after the last are left out where nothing
-/// changes.
+/// significant digits. On a machine that estimates the tool's load follow force.X, force.Y (N, on the tool),
+/// deflection.X, deflection.Y (mm, of its tip) and load_known (0 or 1; 2: alarm), all along the joints; with
+/// `corrections`, what every correction of the chain adds to every joint, in columns NAME.JOINT. Rows before
+/// the first motion and after the last are left out where nothing changes.
 class TraceWriter final : public ReportSink {
  public:
   /// std::runtime_error if the file cannot be written.
   TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
-              const SetpointChain* corrections = nullptr);
+              const SetpointChain& chain, bool corrections = false);
 
   void write(const CycleReport& report) override;
   /// Flushes; std::runtime_error if anything could not be written.
@@ -33,10 +34,12 @@ class TraceWriter final : public ReportSink {
   };
   void row(const CycleReport& report);
   void append_corrections(const CycleReport& report);
+  void append_tool_load(const ToolLoadReport& load);
 
   std::string path_;
   const MachineJointMap& map_;
-  const SetpointChain* corrections_;  ///< not null: with their columns
+  const SetpointChain& chain_;
+  bool corrections_;  ///< with their columns
   double period_s_;
   std::unique_ptr<std::FILE, Close> file_;
   std::unique_ptr<CycleReport> standing_;  ///< last report while nothing moves

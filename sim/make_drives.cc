@@ -6,6 +6,7 @@
 #include "hal/can/socket_can.h"
 #include "hal/loopback.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/micromill/micro_mill_drives.h"
 #include "sim/simulated_drives.h"
 
 namespace trn {
@@ -26,9 +27,10 @@ JointVec rest_position(const Machine& machine) {
 
 std::unique_ptr<Drives> make_drives(const Machine& machine, Field field) {
   const ConfigTable drives = machine.root.table("drives");
-  const std::string type = drives.choice("type", {"loopback", "simulated", "canopen"});
+  const std::string type = drives.choice("type", {"loopback", "simulated", "canopen", "micro_mill"});
   if (type == "loopback") return std::make_unique<LoopbackDrives>(rest_position(machine));
   if (type == "simulated") return std::make_unique<SimulatedDrives>(read_simulated_drives(machine, drives));
+  if (type == "micro_mill") return std::make_unique<MicroMillDrives>(read_micro_mill_drives(machine, drives));
   if (field == Field::kEmulated) return std::make_unique<EmulatedCanDrives>(machine, drives);
   const CanDrivesConfig config = read_can_drives(machine, drives);
   make_emulated_nodes(machine, config, drives);  // knows the keys of the emulation

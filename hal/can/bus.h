@@ -32,6 +32,10 @@ class CanEndpoint {
   virtual BusState state() const TRN_RT = 0;
   /// Monotonic time of this bus, ns.
   virtual std::int64_t now_ns() const TRN_RT = 0;
+  /// When the last own frame had been transmitted, same clock; 0: not known. Needs `confirm_sends`.
+  virtual std::int64_t confirmed_ns() const TRN_RT { return 0; }
+  /// Before the first frame: has the controller tell when frames are out.
+  virtual void confirm_sends() {}
 
   /// Outside the tick: waits until a frame is there, or `timeout_ns` has passed.
   virtual void wait(std::int64_t timeout_ns) = 0;

@@ -57,6 +57,7 @@ void CanDrives::open(Bus& bus) {
   if (bus.service && trouble.empty() && bus.service->state() == BusState::kOnline) return;
   bus.service = opener_->open(interface, master.service_filters());
   bus.opened.push_back(opener_->open(interface, master.tick_filters()));
+  bus.opened.back()->confirm_sends();
   bus.offered.store(bus.opened.back().get(), std::memory_order_release);
   std::erase_if(bus.opened, [&](const auto& old) {
     return old.get() != bus.opened.back().get() && old.get() != bus.in_use.load(std::memory_order_acquire);
@@ -80,10 +81,11 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
   };
   std::array<CanFrame, 32> in;
   std::vector<CanFrame> unsent;
-  while (busy() || !unsent.empty()) {
+  while (true) {
     CanFrame frame;
     for (NodeSetup& setup : setups)
       while (setup.next_frame(frame)) unsent.push_back(frame);
+    if (!busy() && unsent.empty()) return;
     const int taken = endpoint.send(unsent);
     unsent.erase(unsent.begin(), unsent.begin() + std::max(taken, 0));
     if (endpoint.state() != BusState::kOnline) throw std::runtime_error(endpoint.recover());

@@ -43,11 +43,15 @@ void CanMaster::receive() TRN_RT {
     for (int i = 0; i < count; ++i) take(in_[static_cast<std::size_t>(i)]);
     if (count < static_cast<int>(kBatch)) break;
   }
+  const std::int64_t confirmed_ns = endpoint_->confirmed_ns();
+  if (confirmed_ns > last_sync_ns_ && last_sync_ns_ > 0)
+    statistics_->bus_latency.add(confirmed_ns - last_sync_ns_);
   watch_bus();
 }
 
 void CanMaster::take(const CanFrame& frame) TRN_RT {
   statistics_->received.fetch_add(1, std::memory_order_relaxed);
+  count_bits(frame);
   if (frame.error) {
     statistics_->error_reports.fetch_add(1, std::memory_order_relaxed);
     return;
@@ -57,6 +61,11 @@ void CanMaster::take(const CanFrame& frame) TRN_RT {
     return;
   }
   for (NodeLink& node : nodes_) node.receive(frame);
+}
+
+void CanMaster::count_bits(const CanFrame& frame) TRN_RT {
+  const int bits = worst_frame_bits(frame.remote ? 0 : frame.size, frame.extended);
+  statistics_->bits.fetch_add(static_cast<std::uint64_t>(bits), std::memory_order_relaxed);
 }
 
 // An endpoint does not hear itself: what the master alone may send comes from somebody else.
@@ -111,8 +120,8 @@ std::size_t CanMaster::collect() TRN_RT {
 
 void CanMaster::send() TRN_RT {
   if (!endpoint_) return;
-  const std::size_t count = collect();
   const std::int64_t now_ns = endpoint_->now_ns();
+  const std::size_t count = collect();
   const int taken = endpoint_->send({out_.data(), count});
   if (last_sync_ns_ > 0)
     statistics_->sync_jitter.add(
@@ -120,21 +129,30 @@ void CanMaster::send() TRN_RT {
   last_sync_ns_ = now_ns;
   statistics_->periods.fetch_add(1, std::memory_order_relaxed);
   statistics_->sent.fetch_add(static_cast<std::uint64_t>(std::max(taken, 0)), std::memory_order_relaxed);
+  for (int i = 0; i < taken; ++i) count_bits(out_[static_cast<std::size_t>(i)]);
   const bool all = taken == static_cast<int>(count);
   overloaded_ = all ? 0 : overloaded_ + 1;
   if (!all) statistics_->unsent.fetch_add(count - static_cast<std::size_t>(std::max(taken, 0)));
   if (overloaded_ > config_.overload_max && fault_ == Fault::kOk) fault_ = Fault::kBusOverload;
 }
 
+double CanMaster::measured_load() const {
+  const double span_s = static_cast<double>(statistics_->periods.load()) * config_.period_s;
+  return span_s > 0 ? static_cast<double>(statistics_->bits.load()) / (span_s * config_.bus.bitrate) : 0;
+}
+
 std::string CanMaster::health() const {
   const Statistics& now = *statistics_;
+  const auto ranks = [](const TimeHistogram& times) {
+    return fmt::format("p50 {:.0f} p99.9 {:.0f} max {:.0f} us", times.percentile_us(0.5),
+                       times.percentile_us(0.999), times.max_us());
+  };
   return fmt::format(
-      "{}: load {:.0f} %, SYNC jitter p50 {:.0f} p99.9 {:.0f} max {:.0f} us, sent {}, unsent {}, received "
-      "{}, "
-      "error reports {}",
-      config_.bus.interface, 100 * config_.bus.budget.load(), now.sync_jitter.percentile_us(0.5),
-      now.sync_jitter.percentile_us(0.999), now.sync_jitter.max_us(), now.sent.load(), now.unsent.load(),
-      now.received.load(), now.error_reports.load());
+      "{}: load {:.1f} % of {:.1f} % budgeted, SYNC jitter {}, setpoints on the bus after {}, sent {}, "
+      "unsent {}, received {}, error reports {}",
+      config_.bus.interface, 100 * measured_load(), 100 * config_.bus.budget.load(), ranks(now.sync_jitter),
+      ranks(now.bus_latency), now.sent.load(), now.unsent.load(), now.received.load(),
+      now.error_reports.load());
 }
 
 }  // namespace trn

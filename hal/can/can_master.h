@@ -26,6 +26,8 @@ class CanMaster {
   /// What other threads may know.
   struct Statistics {
     TimeHistogram sync_jitter;  ///< distance of a SYNC from one period after the last one
+    TimeHistogram bus_latency;  ///< from the setpoints' sending to the end of their last frame on the bus
+    std::atomic<std::uint64_t> bits = 0;  ///< of all frames heard and sent, at their worst length
     std::atomic<std::uint64_t> sent = 0, received = 0, unsent = 0, error_reports = 0;
     std::atomic<std::uint64_t> periods = 0;
   };
@@ -51,6 +53,8 @@ class CanMaster {
   /// Fault of the bus as a whole.
   Fault fault() const TRN_RT { return fault_; }
   std::string health() const;
+  /// Share of the bus' time that the frames heard and sent take at their worst length, since it was opened.
+  double measured_load() const;
 
  private:
   static constexpr std::size_t kBatch = 64;
@@ -58,6 +62,7 @@ class CanMaster {
   static constexpr std::size_t kFramesMax = 2 + 5 * kMaxJoints;
 
   void take(const CanFrame& frame) TRN_RT;
+  void count_bits(const CanFrame& frame) TRN_RT;
   bool is_foreign(const CanFrame& frame) const TRN_RT;
   void watch_bus() TRN_RT;
   void lose_nodes(Fault fault) TRN_RT;

@@ -52,18 +52,27 @@ std::int32_t Cia402Axis::counts(double q) const TRN_RT {
   return static_cast<std::int32_t>(std::clamp(std::nearbyint(q * config_.counts_per_unit), -kMax, kMax));
 }
 
+// A frame of somebody else may pretend anything. Of a drive that obeys setpoints, a feedback that cannot be
+// is left out; of any other drive, one that does not agree with the one before.
 void Cia402Axis::measure(const Input& input) TRN_RT {
   if (!input.fresh) return;
   const double q = input.position / config_.counts_per_unit;
-  const bool jump = std::abs(q - measured_) > config_.step_max && config_.step_max > 0;
+  const auto jumps_from = [&](double other) TRN_RT {
+    return config_.step_max > 0 && std::abs(q - other) > config_.step_max;
+  };
+  agrees_ = heard_once_ && !jumps_from(heard_);
+  heard_ = q;
+  heard_once_ = true;
   const bool watched = measured_once_ && state_ == DriveState::kEnabled;
-  implausible_ = jump && watched ? implausible_ + 1 : 0;
-  if (implausible_ > 0 && implausible_ <= kImplausibleMax) return;
+  implausible_ = watched && jumps_from(measured_) ? implausible_ + 1 : 0;
   if (implausible_ > kImplausibleMax) {
     implausible_ = 0;
     fail(Fault::kFollowingError);
+  } else if (watched ? implausible_ > 0 : !agrees_) {
+    return;
   }
   measured_ = q;
+  measured_counts_ = input.position;
   measured_once_ = true;
 }
 
@@ -156,11 +165,11 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
     if (done) homing_ = Homing::kBack;
   }
   const bool back = homing_ == Homing::kBack && input.mode == static_cast<std::int8_t>(config_.mode);
-  if (!back) return;
+  if (!back || !agrees_) return;
   homing_ = Homing::kNone;
   homed_ = true;
-  measured_once_ = false;  // the position has just jumped to what it is
-  measure(input);
+  measured_ = input.position / config_.counts_per_unit;  // it has just jumped to what it is
+  measured_counts_ = target_ = input.position;
   state_ = DriveState::kEnabled;
 }
 
@@ -169,7 +178,7 @@ void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follo
   if (follow)
     target_ = counts(q);
   else if (!holds)
-    target_ = input.position;
+    target_ = measured_counts_;
   output.position = target_;
   const double hold = target_ / config_.counts_per_unit;
   const double wanted =

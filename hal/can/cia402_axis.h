@@ -53,6 +53,7 @@ class Cia402Axis {
   Fault fault() const TRN_RT { return fault_; }
   bool homed() const TRN_RT { return homed_; }
   double measured() const TRN_RT { return measured_; }
+  bool measured_once() const TRN_RT { return measured_once_; }  ///< there has been feedback
   bool implausible() const TRN_RT { return implausible_ > 0; }  ///< the last feedback was left out
   /// Setpoint to the count, as it goes out; saturates.
   std::int32_t counts(double q) const TRN_RT;
@@ -76,10 +77,12 @@ class Cia402Axis {
   DriveState state_ = DriveState::kOff;
   Fault fault_ = Fault::kOk;
   bool homed_ = false, was_enabled_ = false, reset_wish_ = false, reset_edge_ = false, measured_once_ = false;
+  bool heard_once_ = false, agrees_ = false;  ///< the last two feedbacks are of one place
   bool acknowledged_ = true;
   int implausible_ = 0;
   std::uint32_t periods_ = 0;
-  double measured_ = 0;
+  double measured_ = 0, heard_ = 0;
+  std::int32_t measured_counts_ = 0;
   double q_history_[2] = {0, 0};
   int history_ = 0;
   std::int32_t target_ = 0, sent_target_ = 0;

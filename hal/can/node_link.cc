@@ -69,7 +69,7 @@ void NodeLink::take_state(const CanFrame& frame) TRN_RT {
     if (toggle == guard_toggle_) shared_->guard_toggle_errors.fetch_add(1, std::memory_order_relaxed);
     guard_toggle_ = toggle;
   }
-  guard_known_ = true;
+  guard_known_ = state != NmtState::kBootUp;  // the first answer after it says what the next must differ from
   if (!was_watched_) return;
   if (state == NmtState::kBootUp) {
     axis_.forget_position();

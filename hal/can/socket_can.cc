@@ -158,6 +158,11 @@ SocketCan::SocketCan(const std::string& interface, const std::vector<CanFilter>&
 
 SocketCan::~SocketCan() { close(fd_); }
 
+void SocketCan::confirm_sends() {
+  const int on = 1;
+  setsockopt(fd_, SOL_CAN_RAW, CAN_RAW_RECV_OWN_MSGS, &on, sizeof on);
+}
+
 std::int64_t SocketCan::now_ns() const TRN_RT {
   timespec now;
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -176,6 +181,9 @@ int SocketCan::send(std::span<const CanFrame> frames) TRN_RT {
     b.headers[i].msg_hdr.msg_iovlen = 1;
   }
   if (count == 0) return 0;
+  timespec real;
+  clock_gettime(CLOCK_REALTIME, &real);  // what the kernel's stamps are of
+  clock_offset_ns_ = now_ns() - (real.tv_sec * 1'000'000'000LL + real.tv_nsec);
   const int taken = sendmmsg(fd_, b.headers.data(), static_cast<unsigned>(count), MSG_DONTWAIT);
   if (taken < 0) take_errno(errno);
   return std::max(taken, 0);
@@ -197,14 +205,21 @@ int SocketCan::receive(std::span<CanFrame> frames) TRN_RT {
     take_errno(errno);
     return 0;
   }
+  std::size_t foreign = 0;
   for (int i = 0; i < count; ++i) {
     const auto k = static_cast<std::size_t>(i);
-    frames[k] = from_kernel(b.frames[k], b.headers[k].msg_len == sizeof(canfd_frame));
-    frames[k].time_ns = stamp_of(b.headers[k].msg_hdr);
-    if (frames[k].error) take_error_frame(frames[k]);
+    const std::int64_t stamp_ns = stamp_of(b.headers[k].msg_hdr);
+    if (b.headers[k].msg_hdr.msg_flags & MSG_CONFIRM) {  // an own frame, now out (Linux, can.rst, 4.1.4)
+      confirmed_ns_ = stamp_ns + clock_offset_ns_;
+      continue;
+    }
+    CanFrame& frame = frames[foreign++];
+    frame = from_kernel(b.frames[k], b.headers[k].msg_len == sizeof(canfd_frame));
+    frame.time_ns = stamp_ns;
+    if (frame.error) take_error_frame(frame);
   }
   if (count > 0 && state_ == BusState::kDown) state_ = BusState::kOnline;
-  return count;
+  return static_cast<int>(foreign);
 }
 
 void SocketCan::take_error_frame(const CanFrame& frame) TRN_RT {

@@ -32,6 +32,8 @@ class SocketCan final : public CanEndpoint {
   int receive(std::span<CanFrame> frames) TRN_RT override;
   BusState state() const TRN_RT override { return state_; }
   std::int64_t now_ns() const TRN_RT override;
+  std::int64_t confirmed_ns() const TRN_RT override { return confirmed_ns_; }
+  void confirm_sends() override;
   void wait(std::int64_t timeout_ns) override;
   std::string recover() override;
   /// For poll.
@@ -48,6 +50,7 @@ class SocketCan final : public CanEndpoint {
   int fd_ = -1;
   bool fd_frames_ = false;
   BusState state_ = BusState::kOnline;
+  std::int64_t confirmed_ns_ = 0, clock_offset_ns_ = 0;  ///< monotonic less real time, at the last send
   std::unique_ptr<Buffers> buffers_;
 };
 

@@ -1,6 +1,7 @@
 #include "hal/modbus/field_devices.h"
 
 #include <fmt/format.h>
+#include <signal.h>
 
 #include <algorithm>
 #include <chrono>
@@ -73,6 +74,12 @@ void check_budget(const ModbusConfig& config, std::size_t line, const ConfigTabl
 
 }  // namespace
 
+void leave_signals_to_others() {
+  sigset_t all;
+  sigfillset(&all);
+  pthread_sigmask(SIG_BLOCK, &all, nullptr);
+}
+
 double poll_time_s(const ModbusAddress& address, const ModbusDeviceConfig& device) {
   if (!address.host.empty()) return 0;
   const double characters = 8 + 7 + 2 * kSilence;  // request; answer with one register or byte of bits
@@ -103,7 +110,8 @@ ModbusConfig read_modbus(const ConfigTable& root) {
   return config;
 }
 
-FieldDevices::FieldDevices(const ModbusConfig& config) : config_(config), states_(config.devices.size()) {
+FieldDevices::FieldDevices(const ModbusConfig& config, Listener listener)
+    : config_(config), listener_(std::move(listener)), states_(config.devices.size()) {
   for (DeviceState& state : states_) state.heard_ns = now_ns();
   for (std::size_t line = 0; line < config_.lines.size(); ++line)
     threads_.emplace_back([this, line] { serve(line); });
@@ -119,20 +127,22 @@ FieldDevices::~FieldDevices() {
 }
 
 void FieldDevices::serve(std::size_t line) {
+  leave_signals_to_others();
   ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
   std::unique_lock lock(mutex_);
   while (!stop_) {
+    news_ = false;
     lock.unlock();
-    run_writes(link, line);
     std::int64_t next_ns = now_ns() + 1'000'000'000;
     for (std::size_t i = 0; i < config_.devices.size(); ++i) {
       if (config_.devices[i].line != line) continue;
+      run_writes(link, line);  // before each poll: what is to be done must not wait for all of them
       if (states_[i].next_ns <= now_ns()) poll(link, i);  // next_ns belongs to this thread
       next_ns = std::min(next_ns, states_[i].next_ns);
     }
     lock.lock();
     const auto pause = std::chrono::nanoseconds(std::max<std::int64_t>(next_ns - now_ns(), 1'000'000));
-    wake_.wait_for(lock, pause, [&] { return stop_ || !writes_.empty(); });
+    wake_.wait_for(lock, pause, [&] { return stop_ || news_; });
   }
 }
 
@@ -146,28 +156,35 @@ std::string FieldDevices::read_value(ModbusLink& link, const ModbusDeviceConfig&
   }
   if (!trouble.empty()) return trouble;
   const double raw = value.is_signed ? static_cast<std::int16_t>(words[0]) : words[0];
+  const double reading = raw * value.scale;
+  const bool possible = value.max <= value.min || (reading >= value.min && reading <= value.max);
+  if (listener_ && possible) listener_(value.name, reading);
   const std::lock_guard lock(mutex_);
-  samples_[value.name] = {raw * value.scale, now_ns()};
+  samples_[value.name] = {reading, now_ns()};
   return "";
 }
 
 void FieldDevices::poll(ModbusLink& link, std::size_t index) {
   const ModbusDeviceConfig& device = config_.devices[index];
   DeviceState& state = states_[index];
-  const std::int64_t begin_ns = now_ns();
-  state.next_ns = std::max(state.next_ns + ns(device.poll_s), begin_ns);
+  state.next_ns = std::max(state.next_ns + ns(device.poll_s), now_ns());
   std::string trouble;
   for (const ModbusValueConfig& value : device.values)
     if (trouble = read_value(link, device, value); !trouble.empty()) break;
+  judge(index, trouble);
+}
+
+void FieldDevices::judge(std::size_t index, const std::string& trouble) {
+  const ModbusDeviceConfig& device = config_.devices[index];
   const std::lock_guard lock(mutex_);
+  DeviceState& state = states_[index];
   if (trouble.empty()) state.heard_ns = now_ns();
-  if (!trouble.empty() && now_ns() - state.heard_ns > ns(device.stale_s)) {
-    state.lost = true;
-    state.trouble = device.name + ": " + trouble;
-  }
+  state.lost = now_ns() - state.heard_ns > ns(device.stale_s);
+  state.lies = false;
+  if (state.lost && !trouble.empty()) state.trouble = device.name + ": " + trouble;
   for (const ModbusValueConfig& value : device.values) {
     const auto sample = samples_.find(value.name);
-    const bool judged = value.max > value.min && sample != samples_.end();
+    const bool judged = value.max > value.min && sample != samples_.end() && !state.lost;
     if (!judged || (sample->second.value >= value.min && sample->second.value <= value.max)) continue;
     state.lies = true;
     state.trouble = fmt::format("{} is {:g}; {:g} to {:g} is possible", value.name, sample->second.value,
@@ -176,29 +193,46 @@ void FieldDevices::poll(ModbusLink& link, std::size_t index) {
 }
 
 void FieldDevices::run_writes(ModbusLink& link, std::size_t line) {
-  for (const ModbusDeviceConfig& device : config_.devices) {
-    if (device.line != line) continue;
+  for (std::size_t i = 0; i < config_.devices.size(); ++i) {
+    const ModbusDeviceConfig& device = config_.devices[i];
+    if (device.line != line || states_[i].write_again_ns > now_ns()) continue;
     for (const ModbusValueConfig& value : device.values) {
       double wanted = 0;
-      {
-        const std::lock_guard lock(mutex_);
-        const auto found = writes_.find(value.name);
-        if (found == writes_.end()) continue;
-        wanted = found->second;
-        writes_.erase(found);
-      }
+      if (!take_write(value, wanted)) continue;
       const auto word =
           static_cast<std::uint16_t>(static_cast<std::int32_t>(std::lround(wanted / value.scale)));
       std::string trouble;
       for (int tries = 0; tries <= device.retries; ++tries)
         if (trouble = link.write(device.unit, value.table, value.address, {word}); trouble.empty()) break;
-      if (trouble.empty()) continue;
-      const std::lock_guard lock(mutex_);
-      DeviceState& state = states_[static_cast<std::size_t>(&device - config_.devices.data())];
-      state.lost = true;
-      state.trouble = device.name + ": " + trouble;
+      finish_write(i, value, wanted, trouble);
+      if (!trouble.empty()) break;
     }
   }
+}
+
+bool FieldDevices::take_write(const ModbusValueConfig& value, double& wanted) {
+  const std::lock_guard lock(mutex_);
+  const auto found = writes_.find(value.name);
+  if (found == writes_.end()) return false;
+  wanted = found->second;
+  writes_.erase(found);
+  ++writing_;
+  return true;
+}
+
+// What a device did not take is tried again with its next poll, unless something newer is asked for.
+void FieldDevices::finish_write(std::size_t index, const ModbusValueConfig& value, double wanted,
+                                const std::string& trouble) {
+  const ModbusDeviceConfig& device = config_.devices[index];
+  const std::lock_guard lock(mutex_);
+  DeviceState& state = states_[index];
+  --writing_;
+  settled_ns_ = now_ns();
+  state.refuses = !trouble.empty();
+  if (trouble.empty()) return;
+  state.trouble = device.name + ": " + trouble;
+  state.write_again_ns = now_ns() + ns(device.poll_s);
+  writes_.emplace(value.name, wanted);
 }
 
 std::optional<FieldDevices::Value> FieldDevices::value(const std::string& name) const {
@@ -210,7 +244,7 @@ std::optional<FieldDevices::Value> FieldDevices::value(const std::string& name) 
     const auto found = samples_.find(name);
     if (found == samples_.end()) return Value{};
     const double age_s = 1e-9 * static_cast<double>(now_ns() - found->second.time_ns);
-    return Value{found->second.value, age_s, age_s > device.stale_s};
+    return Value{found->second.value, age_s, age_s > device.stale_s, found->second.time_ns};
   }
   return std::nullopt;
 }
@@ -219,27 +253,26 @@ bool FieldDevices::write(const std::string& name, double value) {
   if (!this->value(name)) return false;
   const std::lock_guard lock(mutex_);
   writes_[name] = value;
+  news_ = true;
   wake_.notify_all();
   return true;
+}
+
+std::int64_t FieldDevices::settled_ns() const {
+  const std::lock_guard lock(mutex_);
+  return writing_ > 0 || !writes_.empty() ? -1 : settled_ns_;
 }
 
 Fault FieldDevices::fault(std::string& detail) const {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < states_.size(); ++i) {
-    if (!config_.devices[i].required || (!states_[i].lost && !states_[i].lies)) continue;
-    detail = states_[i].trouble;
-    return states_[i].lost ? Fault::kDeviceLost : Fault::kDeviceFault;
+    const DeviceState& state = states_[i];
+    const bool lost = state.lost || state.refuses;
+    if (!config_.devices[i].required || (!lost && !state.lies)) continue;
+    detail = state.trouble;
+    return lost ? Fault::kDeviceLost : Fault::kDeviceFault;
   }
   return Fault::kOk;
-}
-
-void FieldDevices::reset() {
-  const std::lock_guard lock(mutex_);
-  for (DeviceState& state : states_) {
-    state.lost = state.lies = false;
-    state.heard_ns = now_ns();
-    state.trouble.clear();
-  }
 }
 
 }  // namespace trn

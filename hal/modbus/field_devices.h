@@ -3,6 +3,7 @@
 #include <atomic>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -16,6 +17,9 @@
 #include "hal/modbus/modbus_link.h"
 
 namespace trn {
+
+/// For threads beside the main one: signals must not end up with them.
+void leave_signals_to_others();
 
 /// One quantity of a device.
 struct ModbusValueConfig {
@@ -62,9 +66,12 @@ class FieldDevices {
     double value = 0;
     double age_s = 0;
     bool stale = true;
+    std::int64_t time_ns = 0;  ///< steady clock, of the answer
   };
+  /// Told of every reading, from the line's own thread.
+  using Listener = std::function<void(const std::string& name, double value)>;
 
-  explicit FieldDevices(const ModbusConfig& config);
+  explicit FieldDevices(const ModbusConfig& config, Listener listener = {});
   ~FieldDevices();
   FieldDevices(const FieldDevices&) = delete;
   FieldDevices& operator=(const FieldDevices&) = delete;
@@ -73,10 +80,11 @@ class FieldDevices {
   std::optional<Value> value(const std::string& name) const;
   /// Writes `value` (in the value's unit) with the next turn of its line; the last one asked for counts.
   bool write(const std::string& name, double value);
-  /// kDeviceLost or kDeviceFault of a required device, and which, in words.
+  /// Steady clock, ns: when the last value that had been written was acknowledged; -1: one is still on its
+  /// way, as it also is when its device does not take it.
+  std::int64_t settled_ns() const;
+  /// kDeviceLost or kDeviceFault of a required device as it is now, and which, in words.
   Fault fault(std::string& detail) const;
-  /// Devices that were lost are tried anew.
-  void reset();
 
  private:
   struct Sample {
@@ -85,22 +93,30 @@ class FieldDevices {
   };
   struct DeviceState {
     std::int64_t next_ns = 0, heard_ns = 0;
-    bool lost = false, lies = false;
+    std::int64_t write_again_ns = 0;  ///< after a failure
+    bool lost = false, refuses = false, lies = false;
     std::string trouble;
   };
 
   void serve(std::size_t line);
   void poll(ModbusLink& link, std::size_t device);
   std::string read_value(ModbusLink& link, const ModbusDeviceConfig& device, const ModbusValueConfig& value);
+  void judge(std::size_t device, const std::string& trouble);
   void run_writes(ModbusLink& link, std::size_t line);
+  bool take_write(const ModbusValueConfig& value, double& wanted);
+  void finish_write(std::size_t device, const ModbusValueConfig& value, double wanted,
+                    const std::string& trouble);
 
   ModbusConfig config_;
+  Listener listener_;
   mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::map<std::string, Sample> samples_;
   std::map<std::string, double> writes_;
   std::vector<DeviceState> states_;
-  bool stop_ = false;
+  std::int64_t settled_ns_ = 0;
+  int writing_ = 0;  ///< taken out of `writes_`, not yet acknowledged
+  bool stop_ = false, news_ = false;
   std::vector<std::thread> threads_;
 };
 

@@ -82,6 +82,7 @@ ModbusLink::ModbusLink(const ModbusAddress& address, double timeout_s)
   const auto seconds = static_cast<std::uint32_t>(timeout_s);
   const auto micros = static_cast<std::uint32_t>(std::lround((timeout_s - seconds) * 1e6)) % 1000000;
   modbus_set_response_timeout(context_.get(), seconds, seconds == 0 && micros == 0 ? 1 : micros);
+  modbus_set_byte_timeout(context_.get(), 0, 0);  // none of its own: the time is for the whole answer
 }
 
 ModbusLink::~ModbusLink() = default;
@@ -109,9 +110,9 @@ std::string ModbusLink::failure(int unit, const std::string& what) {
 
 std::string ModbusLink::read(int unit, ModbusTable table, int first, int count,
                              std::vector<std::uint16_t>& values) {
+  values.assign(static_cast<std::size_t>(count), 0);
   if (std::string trouble = open(); !trouble.empty()) return trouble;
   modbus_set_slave(context_.get(), unit);
-  values.assign(static_cast<std::size_t>(count), 0);
   std::vector<std::uint8_t> bits(static_cast<std::size_t>(count));
   int got = -1;
   if (table == ModbusTable::kCoil) got = modbus_read_bits(context_.get(), first, count, bits.data());

@@ -9,6 +9,8 @@ namespace trn {
 
 namespace {
 
+constexpr double kArcToleranceMost = 100;  // times the least
+
 /// Which words span the plane: first, second and the one along its normal; right-handed.
 struct PlaneAxes {
   int first, second, normal;
@@ -52,6 +54,13 @@ double arc_sweep(Point2 from, Point2 to, Point2 centre, int turns) {
 
 }  // namespace
 
+// A share of the radius, but within bounds; an inch program is written ten times less finely.
+double Executor::arc_tolerance_mm(double radius_mm) const {
+  const ProgramConfig& config = parts_.config;
+  const double least = config.arc_tolerance_mm * (s_.modal.inch ? kMmPerInch / 10 : 1);
+  return std::clamp(config.arc_tolerance_share * radius_mm, least, kArcToleranceMost * least);
+}
+
 void Executor::arc(const Block& b, bool clockwise) {
   const PlaneAxes& axes = plane_axes(s_.modal.plane);
   const std::string_view name = clockwise ? "G2" : "G3";
@@ -68,10 +77,7 @@ void Executor::arc(const Block& b, bool clockwise) {
     if (by_centre) fail(GcodeErrorCode::kAxisWordsConflict, b.at('R'), "R", "a centre word");
     fail(GcodeErrorCode::kArcMissing, column, axes.name, fmt::format("R nor {} nor {}", i_word, j_word));
   }
-  double turns = b.get('P', 1);
-  if (turns != std::round(turns) || turns < 1 || turns > 1e6)
-    fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', turns);
-
+  const double turns = b.get('P', 1);
   const AxisValues to = target(b);
   const Point2 from{s_.position[axes.first], s_.position[axes.second]};
   const Point2 end{to[axes.first], to[axes.second]};
@@ -86,15 +92,14 @@ void Executor::arc(const Block& b, bool clockwise) {
     const double r1 = std::hypot(from.x - centre.x, from.y - centre.y);
     const double r2 = std::hypot(end.x - centre.x, end.y - centre.y);
     const double gap_mm = to_mm(std::fabs(r1 - r2));
-    if (gap_mm > parts_.config.arc_tolerance_mm || r1 == 0 || r2 == 0)
+    if (gap_mm > arc_tolerance_mm(to_mm(r1)) || r1 == 0 || r2 == 0)
       fail(GcodeErrorCode::kArcGap, column, std::fabs(r1 - r2), r1, r2);
     if (gap_mm > 1e-3 + 1e-9)
       parts_.warn(
           column,
           fmt::format("the arc's end misses its circle by {:.4f} mm; the centre is moved to fit", gap_mm));
   } else {
-    centre =
-        centre_from_radius(from, end, b['R'], clockwise, from_mm(parts_.config.arc_tolerance_mm), b.at('R'));
+    centre = centre_from_radius(from, end, b['R'], clockwise, from_mm(arc_tolerance_mm(0)), b.at('R'));
   }
   const int signed_turns = clockwise ? -static_cast<int>(turns) : static_cast<int>(turns);
   if (s_.modal.feed_mode == FeedMode::kInverseTime) {

@@ -56,7 +56,19 @@ struct FlowWord {
   std::vector<std::int32_t> arguments;
 };
 
-enum class CommentKind : std::uint8_t { kNone, kPlain, kMessage, kDebug, kPrint, kLog, kAbort, kIgnored };
+enum class CommentKind : std::uint8_t {
+  kNone,
+  kPlain,
+  kMessage,
+  kDebug,
+  kPrint,
+  kLog,
+  kLogOpen,
+  kLogAppend,
+  kLogClose,
+  kAbort,
+  kIgnored
+};
 
 /// One line, parsed once and evaluated as often as it runs.
 struct ParsedBlock {
@@ -75,12 +87,16 @@ struct ParsedBlock {
   bool is_flow() const { return flow.kind != FlowKind::kNone; }
 };
 
+/// The words @ (distance from the origin) and ^ (angle) stand behind Z.
+inline constexpr char kPolarRadius = '[', kPolarAngle = '\\';
+
 /// The values of one line at one pass.
 struct Block {
+  static constexpr std::size_t kLetters = 28;
   std::uint32_t present = 0;  ///< bit letter - 'A'
   std::uint32_t line = 0;
-  std::array<double, 26> value;
-  std::array<std::uint32_t, 26> column;
+  std::array<double, kLetters> value;
+  std::array<std::uint32_t, kLetters> column;
   std::array<std::int16_t, kGGroupCount> g;  ///< code * 10, -1 none
   std::array<std::uint32_t, kGGroupCount> g_column;
   std::array<std::int16_t, kMGroupCount> m;  ///< -1 none
@@ -98,13 +114,15 @@ struct Block {
   std::int16_t code(MGroup group) const { return m[static_cast<std::size_t>(group)]; }
   std::uint32_t at(GGroup group) const { return g_column[static_cast<std::size_t>(group)]; }
   std::uint32_t at(MGroup group) const { return m_column[static_cast<std::size_t>(group)]; }
-  bool has_axis_word() const { return (present & kAxisLetters) != 0; }
+  bool has_axis_word() const { return (present & (kAxisLetters | kPolarLetters)) != 0; }
+  bool has_polar() const { return (present & kPolarLetters) != 0; }
   void clear();
 
   static constexpr std::uint32_t bit(char letter) { return 1U << (letter - 'A'); }
   static constexpr std::uint32_t kAxisLetters = (1U << ('A' - 'A')) | (1U << ('B' - 'A')) |
                                                 (1U << ('C' - 'A')) | (1U << ('X' - 'A')) |
                                                 (1U << ('Y' - 'A')) | (1U << ('Z' - 'A'));
+  static constexpr std::uint32_t kPolarLetters = 3U << (kPolarRadius - 'A');
 };
 
 /// Fills `out` from the parsed line: evaluates, sorts G and M codes into their groups, refuses repeated

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <string>
 #include <string_view>
 #include <variant>
 #include <vector>
@@ -42,7 +43,8 @@ enum class PlainCanon : std::uint8_t {
   kPalletShuttle,
   kProgramStop,
   kOptionalStop,
-  kProgramEnd
+  kProgramEnd,
+  kFinish  ///< the end of a program without M2 and M30
 };
 
 namespace canon {
@@ -104,8 +106,10 @@ struct ArcFeed {
 struct ManualRetract {
   AxisValues to;
 };
+/// code: 382 to 385, for G38.2 to G38.5.
 struct StraightProbe {
   AxisValues to;
+  int code = 382;
 };
 struct RigidTap {
   AxisValues to;
@@ -116,6 +120,7 @@ struct NurbsFeed {
   int control_points;
   AxisValues to;
   std::shared_ptr<const std::vector<Vec3>> bezier;
+  bool spatial = false;  ///< the hulls have Z too
 };
 struct Dwell {
   double s;
@@ -133,6 +138,9 @@ struct StopSpindle {};
 struct OrientSpindle {
   double deg;
   int direction;
+};
+struct WaitOrient {
+  double timeout_s;
 };
 struct SelectTool {
   int tool;
@@ -179,6 +187,10 @@ struct Comment {
 struct Print {
   std::string_view text;
 };
+/// A comment of the LOG kind, as it is written.
+struct Log {
+  std::string text;
+};
 /// Tool-centre-point control on or off, at rest; `to` is where the machine then stands in program
 /// coordinates.
 struct SetRtcp {
@@ -206,10 +218,10 @@ using CanonCommand =
                  canon::StraightTraverse, canon::StraightFeed, canon::ArcFeed, canon::ManualRetract,
                  canon::StraightProbe, canon::RigidTap, canon::NurbsFeed, canon::Dwell, canon::SetSpindleMode,
                  canon::SetSpindleSpeed, canon::StartSpindle, canon::StopSpindle, canon::OrientSpindle,
-                 canon::SelectTool, canon::ChangeTool, canon::ChangeToolNumber, canon::SetToolTableEntry,
-                 canon::StartFeedSync, canon::SetOutputBit, canon::SetOutputValue, canon::WaitInput,
-                 canon::Message, canon::Comment, canon::Print, canon::SetRtcp, canon::SetTiltedPlane,
-                 canon::UserM>;
+                 canon::WaitOrient, canon::SelectTool, canon::ChangeTool, canon::ChangeToolNumber,
+                 canon::SetToolTableEntry, canon::StartFeedSync, canon::SetOutputBit, canon::SetOutputValue,
+                 canon::WaitInput, canon::Message, canon::Comment, canon::Print, canon::Log, canon::SetRtcp,
+                 canon::SetTiltedPlane, canon::UserM>;
 
 /// Receives the canonical functions in program order; `line` is 1-based, 0 before the program. Text is only
 /// valid during the call.

@@ -9,7 +9,7 @@ namespace trn {
 
 namespace {
 
-constexpr std::array<std::string_view, 22> kPlainNames = {"ON_RESET()",
+constexpr std::array<std::string_view, 23> kPlainNames = {"ON_RESET()",
                                                           "SET_FEED_REFERENCE(CANON_XYZ)",
                                                           "MIST_ON()",
                                                           "MIST_OFF()",
@@ -30,7 +30,8 @@ constexpr std::array<std::string_view, 22> kPlainNames = {"ON_RESET()",
                                                           "PALLET_SHUTTLE()",
                                                           "PROGRAM_STOP()",
                                                           "OPTIONAL_PROGRAM_STOP()",
-                                                          "PROGRAM_END()"};
+                                                          "PROGRAM_END()",
+                                                          "FINISH()"};
 
 template <typename... Args>
 void add(std::string& out, fmt::format_string<Args...> format, Args&&... args) {
@@ -105,6 +106,9 @@ struct Print {
   void operator()(const canon::OrientSpindle& c) const {
     add(out, "ORIENT_SPINDLE(0, {:.4f}, {})", c.deg, c.direction);
   }
+  void operator()(const canon::WaitOrient& c) const {
+    add(out, "SPINDLE.0.WAIT_ORIENT_COMPLETE({:.4f})", c.timeout_s);
+  }
   void operator()(const canon::SelectTool& c) const { add(out, "SELECT_TOOL({})", c.tool); }
   void operator()(const canon::ChangeTool& c) const { add(out, "CHANGE_TOOL({})", c.slot); }
   void operator()(const canon::ChangeToolNumber& c) const { add(out, "CHANGE_TOOL_NUMBER({})", c.slot); }
@@ -128,6 +132,7 @@ struct Print {
   void operator()(const canon::Message& c) const { add(out, "MESSAGE(\"{}\")", c.text); }
   void operator()(const canon::Comment& c) const { add(out, "COMMENT(\"{}\")", c.text); }
   void operator()(const canon::Print& c) const { out += c.text; }
+  void operator()(const canon::Log& c) const { out += c.text; }
   void operator()(const canon::SetRtcp& c) const {
     add(out, "SET_TOOL_CENTRE_POINT_CONTROL({})", c.on ? "ON" : "OFF");
   }

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 
 #include "interp/gcode/error.h"
@@ -18,21 +19,30 @@ void Executor::cutter_comp(const Block& b) {
   if (s_.modal.plane == Plane::kYZ) fail(GcodeErrorCode::kPlane, column, name, "G19", "G17 or G18");
   if (s_.rtcp) fail(GcodeErrorCode::kCompCorner, column, "not with tool-centre-point control", "G49 first");
   double diameter = 0;
+  int orientation = 0;
   if (code == 411 || code == 421) {
     if (!b.has('D')) fail(GcodeErrorCode::kMissingWord, column, name, "a D word, the diameter");
+    if (b.has('L') && s_.modal.plane != Plane::kXZ)
+      fail(GcodeErrorCode::kPlane, b.at('L'), name + " L", "G17", "L in G18 only");
     diameter = b['D'];
+    orientation = static_cast<int>(b.get('L', 0));
+    if (b.has('L') && (orientation != b['L'] || orientation < 0 || orientation > 9))
+      fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', b['L'], name, "an orientation from 0 to 9");
   } else {
     const double number = b.get('D', s_.current_tool);
     if (number != std::round(number) || number < 0) fail(GcodeErrorCode::kNotInteger, b.at('D'), 'D', number);
     const Tool* tool = parts_.tools.find(static_cast<int>(number));
     if (!tool && number != 0) fail(GcodeErrorCode::kUnknownTool, b.has('D') ? b.at('D') : column, number);
     diameter = tool ? from_mm(tool->diameter) : 0;
+    orientation = tool ? tool->orientation : 0;
+    if (orientation % 9 != 0 && s_.modal.plane != Plane::kXZ)
+      fail(GcodeErrorCode::kPlane, column, name + " with a lathe's tool", "G17", "G18");
   }
   bool left = code == 410 || code == 411;
   if (diameter < 0) left = !left;
   note(left ? "interpreter: cutter radius compensation on left"
             : "interpreter: cutter radius compensation on right");
-  comp_.start(left, std::fabs(diameter) / 2, s_.modal.plane, s_.position);
+  comp_.start(left, std::fabs(diameter) / 2, s_.modal.plane, s_.position, std::clamp(orientation, 0, 9));
 }
 
 void Executor::comp_move(const Block&, const CanonCommand& command) {

@@ -15,19 +15,13 @@ namespace {
 using Point = Eigen::Vector2d;
 
 constexpr double kTiny = 1e-9;
+// Of a lathe's tool by its orientation, from the centre, in Z and X and in radii.
+const Point kControlledPoint[] = {{0, 0}, {1, -1}, {-1, -1}, {-1, 1}, {1, 1},
+                                  {1, 0}, {0, -1}, {-1, 0},  {0, 1},  {0, 0}};
 constexpr double kStraight_rad = 0.05;  // corners flatter than this are no corners (the dialect's own bound)
-constexpr double kTouch = 1e-3;         // of the radius: closer than the tool by this much is a gouge
-constexpr int kArcSamples = 16;
 
 double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
 Point turned_left(const Point& t) { return {-t.y(), t.x()}; }
-
-double sweep_of(const Point& centre, const Point& from, const Point& to, int turn) {
-  const Point a = from - centre, b = to - centre;
-  double angle = turn * std::atan2(cross(a, b), a.dot(b));
-  if (angle <= kTiny) angle += 2 * kPi;
-  return angle;
-}
 
 // Where a line (point, unit direction) and a circle meet, nearest to `near`; false if they do not.
 bool line_circle(const Point& p, const Point& d, const Point& centre, double radius, const Point& near,
@@ -54,41 +48,6 @@ bool circle_circle(const Point& c1, double r1, const Point& c2, double r2, const
   const Point one = foot + half * turned_left(u), two = foot - half * turned_left(u);
   out = (one - near).norm() < (two - near).norm() ? one : two;
   return true;
-}
-
-double point_segment(const Point& p, const Point& a, const Point& b) {
-  const Point d = b - a;
-  const double length2 = d.squaredNorm();
-  const double t = length2 > 0 ? std::clamp((p - a).dot(d) / length2, 0.0, 1.0) : 0;
-  return (p - a - t * d).norm();
-}
-
-bool segments_cross(const Point& a, const Point& b, const Point& c, const Point& d) {
-  const double s1 = cross(b - a, c - a), s2 = cross(b - a, d - a), s3 = cross(d - c, a - c),
-               s4 = cross(d - c, b - c);
-  return s1 * s2 < 0 && s3 * s4 < 0;
-}
-
-// Least distance of two chains of points.
-double chain_distance(const std::vector<Point>& one, const std::vector<Point>& two) {
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i + 1 < one.size(); ++i)
-    for (std::size_t k = 0; k + 1 < two.size(); ++k) {
-      if (segments_cross(one[i], one[i + 1], two[k], two[k + 1])) return 0;
-      least = std::min(
-          {least, point_segment(one[i], two[k], two[k + 1]), point_segment(one[i + 1], two[k], two[k + 1]),
-           point_segment(two[k], one[i], one[i + 1]), point_segment(two[k + 1], one[i], one[i + 1])});
-    }
-  return least;
-}
-
-std::vector<Point> chain(bool is_arc, const Point& from, const Point& to, const Point& centre, int turn) {
-  if (!is_arc) return {from, to};
-  std::vector<Point> points;
-  const double sweep = turn * sweep_of(centre, from, to, turn);
-  for (int i = 0; i <= kArcSamples; ++i)
-    points.push_back(centre + Eigen::Rotation2Dd(sweep * i / kArcSamples) * (from - centre));
-  return points;
 }
 
 bool is_motion(const CanonCommand& command) {
@@ -126,23 +85,26 @@ const AxisValues& target_of(const CanonCommand& command) {
 
 }  // namespace
 
-void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& from) {
+void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& from, int orientation) {
   active_ = true;
   left_ = left;
   radius_ = radius;
+  shift_ = radius * kControlledPoint[static_cast<std::size_t>(orientation)];
   plane_ = plane;
   first_ = plane == Plane::kXZ ? kZ : kX;
   second_ = plane == Plane::kXZ ? kX : kY;
+  normal_ = plane == Plane::kXZ ? kY : kZ;
   programmed_ = tool_ = from;
   entered_ = false;
   waiting_.clear();
-  done_.clear();
+  check_.begin(radius);
+  contour_ends_ = false;
 }
 
 AxisValues CutterComp::place(const Point& p, const AxisValues& like) const {
   AxisValues v = like;
-  v[first_] = p.x();
-  v[second_] = p.y();
+  v[first_] = p.x() + shift_.x();
+  v[second_] = p.y() + shift_.y();
   return v;
 }
 
@@ -162,6 +124,8 @@ CutterComp::Element CutterComp::make_element(const CanonCommand& command, std::u
   e.line = line;
   e.from = plane_point(programmed_);
   e.to = plane_point(target_of(command));
+  e.from_height = programmed_[normal_];
+  e.to_height = target_of(command)[normal_];
   if (const auto* arc = std::get_if<canon::ArcFeed>(&command)) {
     e.shape = Shape::kArc;
     e.centre = {arc->centre1, arc->centre2};
@@ -240,35 +204,39 @@ void CutterComp::check_direction(const Element& e, std::uint32_t other_line) con
   }
 }
 
-// The tool beside `e` against the contour before it, and the tool beside that against `e`.
-void CutterComp::check_neighbours(const Element& e) {
-  if (!e.entry && radius_ > 0) {
-    const auto own_path = chain(e.shape == Shape::kArc, e.a, e.b, e.centre, e.turn);
-    const auto own_contour = chain(e.shape == Shape::kArc, e.from, e.to, e.centre, e.turn);
-    const double least = radius_ * (1 - kTouch) - (e.shape == Shape::kArc ? radius_ * 0.02 : 0);
-    double way = (e.to - e.from).norm();
-    for (std::size_t i = done_.size(); i-- > 0;) {
-      const Element& other = done_[i];
-      if (other.entry || way > 2 * kPi * radius_) break;
-      way += (other.to - other.from).norm();
-      if (i + 1 == done_.size()) continue;  // the neighbour itself was joined at the corner
-      const bool arc = other.shape == Shape::kArc;
-      const auto path = chain(arc, other.a, other.b, other.centre, other.turn);
-      const auto contour = chain(arc, other.from, other.to, other.centre, other.turn);
-      const double bound = arc ? std::min(least, radius_ * 0.97) : least;
-      if (chain_distance(own_path, contour) < bound || chain_distance(path, own_contour) < bound)
-        gouge(e, other.line);
-    }
+// The tool along `e`, its end and corner known, against the whole contour so far.
+void CutterComp::check_contour(const Element& e) {
+  const bool rapid = std::holds_alternative<canon::StraightTraverse>(e.command);
+  if (!e.entry && !rapid && radius_ > 0) {
+    GougeCheck::Move move;
+    const int turn = e.shape == Shape::kArc ? e.turn : 0;
+    move.contour = {e.from, e.to, e.centre, turn};
+    move.path = {e.a, e.b, e.centre, turn};
+    if (e.rounded) move.corner = PlaneCurve{e.b, e.round_to, e.to, left_ ? -1 : 1};
+    move.low = std::min(e.from_height, e.to_height);
+    move.high = std::max(e.from_height, e.to_height);
+    move.line = e.line;
+    const std::uint32_t other = check_.add(move);
+    if (other != 0) gouge(e, other);
   }
-  done_.push_back(e);
-  if (done_.size() > kLookBack) done_.pop_front();
+  if (contour_ends_ || rapid) check_.begin(radius_);
+  contour_ends_ = false;
+}
+
+void CutterComp::entry_too_short(double length) const {
+  if (radius_ == 0) return;
+  fail(GcodeErrorCode::kCompCorner, 1,
+       fmt::format("the entry move is {:.4f} long, the tool's radius {:.4f}", length, radius_),
+       "a straight move longer than the tool's radius");
 }
 
 void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink& sink) {
   Element e = make_element(command, line);
+  if (e.shape == Shape::kVertical && !entered_) entry_too_short(0);
   if (e.shape == Shape::kVertical) {
     programmed_ = target_of(command);
     waiting_.push_back(std::move(e));
+    contour_ends_ = true;
     if (!entered_) release(sink);
     return;
   }
@@ -276,10 +244,7 @@ void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink
     if (e.shape == Shape::kArc)
       bend_entry(e, Point(e.to + radius_ * side_normal(tangent(e, true))), radius_);
     else if ((e.to - e.from).norm() <= radius_)
-      fail(GcodeErrorCode::kCompCorner, 1,
-           fmt::format("the entry move is {:.4f} long, the tool's radius {:.4f}", (e.to - e.from).norm(),
-                       radius_),
-           "a straight move longer than the tool's radius");
+      entry_too_short((e.to - e.from).norm());
     e.entry = true;
     entered_ = true;
   }
@@ -288,7 +253,7 @@ void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink
     Element& before = waiting_.front();
     corner(before, e);
     check_direction(before, line);
-    check_neighbours(before);
+    check_contour(before);
     const bool straight = before.rounded && std::holds_alternative<canon::StraightTraverse>(command);
     const Point round_to = before.round_to;
     if (straight) before.rounded = false;
@@ -324,7 +289,8 @@ void CutterComp::release(CanonSink& sink) {
   for (; !waiting_.empty(); waiting_.pop_front()) emit(waiting_.front(), sink);
   if (!rounded) return;  // what stood between the two moves happens before the corner
   tool_ = place(round_to, tool_);
-  sink.put(canon::ArcFeed{tool_, about.x(), about.y(), left_ ? -1 : 1, plane_, 0}, line);
+  sink.put(canon::ArcFeed{tool_, about.x() + shift_.x(), about.y() + shift_.y(), left_ ? -1 : 1, plane_, 0},
+           line);
 }
 
 void CutterComp::emit(const Element& e, CanonSink& sink) {
@@ -336,7 +302,11 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
     return sink.put(command, e.line);
   }
   AxisValues& to = target_of(command);
-  to = place(e.shape == Shape::kVertical ? plane_point(tool_) : e.b, to);
+  to = place(e.shape == Shape::kVertical ? Point(plane_point(tool_) - shift_) : e.b, to);
+  if (auto* arc = std::get_if<canon::ArcFeed>(&command)) {
+    arc->centre1 += shift_.x();
+    arc->centre2 += shift_.y();
+  }
   tool_ = to;
   sink.put(command, e.line);
 }
@@ -345,13 +315,12 @@ AxisValues CutterComp::finish(CanonSink& sink) {
   if (!waiting_.empty() && is_motion(waiting_.front().command) &&
       waiting_.front().shape != Shape::kVertical) {
     check_direction(waiting_.front(), waiting_.front().line);
-    check_neighbours(waiting_.front());
+    check_contour(waiting_.front());
   }
   release(sink);
   active_ = false;
-  const AxisValues stands = entered_ ? tool_ : programmed_;
-  done_.clear();
-  return stands;
+  check_.begin(0);
+  return entered_ ? tool_ : programmed_;
 }
 
 }  // namespace trn

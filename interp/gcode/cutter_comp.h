@@ -6,29 +6,29 @@
 #include <vector>
 
 #include "interp/gcode/canon.h"
+#include "interp/gcode/gouge_check.h"
 
 namespace trn {
 
 /// Cutter radius compensation (G41, G42 and their kind): takes programmed contour moves, gives the path of
 /// the tool's centre. A move waits until the corner after it is known; other commands wait in between.
 /// Outside corners are rounded about the corner point, inside corners end where the offset curves meet. A
-/// tool that does not fit is refused with the lines of both moves: neighbours always, others as long as they
-/// lie within kLookBack moves.
+/// tool that does not fit is refused with the lines of both moves, however many moves lie between them
+/// (GougeCheck).
 class CutterComp {
  public:
   bool active() const { return active_; }
   bool left() const { return left_; }
 
-  /// From here on; `from` is the programmed position, `radius` >= 0 in program units.
-  void start(bool left, double radius, Plane plane, const AxisValues& from);
+  /// From here on; `from` is the programmed position, `radius` >= 0 in program units; `orientation` 1 to 8 of
+  /// a lathe's tool, whose controlled point is not its centre.
+  void start(bool left, double radius, Plane plane, const AxisValues& from, int orientation = 0);
   /// The next programmed traverse, feed or arc. BlockError when the tool does not fit.
   void move(const CanonCommand& command, std::uint32_t line, CanonSink& sink);
   /// Any other command, kept in order with the moves.
   void pass(const CanonCommand& command, std::uint32_t line, CanonSink& sink);
   /// Everything that waits, then off. Returns where the tool's centre stands.
   AxisValues finish(CanonSink& sink);
-
-  static constexpr std::size_t kLookBack = 64;
 
  private:
   using Point = Eigen::Vector2d;
@@ -41,10 +41,11 @@ class CutterComp {
     std::uint32_t line = 0;
     std::string text;        ///< of a message that waits
     Point from, to, centre;  ///< programmed
-    int turn = 0;            ///< arc: +1 counterclockwise
-    double radius = 0;       ///< arc of the tool's centre
-    Point a, b;              ///< of the tool's centre, corners applied
-    bool rounded = false;    ///< an arc about `to` follows, up to `round_to`
+    double from_height = 0, to_height = 0;
+    int turn = 0;          ///< arc: +1 counterclockwise
+    double radius = 0;     ///< arc of the tool's centre
+    Point a, b;            ///< of the tool's centre, corners applied
+    bool rounded = false;  ///< an arc about `to` follows, up to `round_to`
     Point round_to;
   };
 
@@ -55,7 +56,8 @@ class CutterComp {
   void corner(Element& before, Element& after) const;
   Point meet(const Element& before, const Element& after) const;
   void check_direction(const Element& e, std::uint32_t other_line) const;
-  void check_neighbours(const Element& e);
+  void check_contour(const Element& e);
+  void entry_too_short(double length) const;
   [[noreturn]] void gouge(const Element& e, std::uint32_t other_line) const;
   void release(CanonSink& sink);
   void emit(const Element& e, CanonSink& sink);
@@ -64,12 +66,14 @@ class CutterComp {
 
   bool active_ = false, left_ = true, entered_ = false;
   double radius_ = 0;
+  Point shift_ = Point::Zero();  ///< from the tool's centre to its controlled point
   Plane plane_ = Plane::kXY;
-  int first_ = kX, second_ = kY;
+  int first_ = kX, second_ = kY, normal_ = kZ;
   AxisValues programmed_ = AxisValues::Zero();
   AxisValues tool_ = AxisValues::Zero();  ///< tool's centre as last emitted
   std::deque<Element> waiting_;           ///< the first is the last contour element, the rest come after it
-  std::deque<Element> done_;              ///< the last kLookBack contour elements
+  GougeCheck check_;
+  bool contour_ends_ = false;  ///< behind the element that waits
 };
 
 }  // namespace trn

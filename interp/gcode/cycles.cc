@@ -55,6 +55,8 @@ void Executor::cycle_words(const Block& b, int motion) {
   take('R', s_.cycle.r, true);
   take(depth_word, s_.cycle.bottom, true);
   take('P', s_.cycle.p, needs_dwell(motion));
+  if (b.has('P') && b['P'] < 0)
+    fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], name, "a dwell of 0 or more seconds");
   if (motion == 730 || motion == 830) {
     take('Q', s_.cycle.q, true);
     if (s_.cycle.q <= 0)
@@ -69,7 +71,7 @@ void Executor::cycle_words(const Block& b, int motion) {
 void Executor::cycle(const Block& b, int motion) {
   const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
   const std::string name = g_name(motion);
-  if (motion == 760) fail(GcodeErrorCode::kNotSupported, column, name, "threading cycles are a lathe's");
+  if (motion == 760) return threading_cycle(b);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, name, "G93");
   check_feed(b, name);
@@ -81,7 +83,6 @@ void Executor::cycle(const Block& b, int motion) {
     fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', repeats, name, "a whole number of repeats from 1");
   cycle_words(b, motion);
   check_cycle_spindle(motion, column);
-
   const CycleAxes axes = cycle_axes(s_.modal.plane);
   const char first_word = kWordLetters[axes.first], second_word = kWordLetters[axes.second];
   const bool incremental = s_.modal.incremental;
@@ -96,10 +97,15 @@ void Executor::cycle(const Block& b, int motion) {
             s_.cycle.k,
             s_.position};
   if (incremental) {
-    hole.r += height;
+    hole.r += s_.cycle.initial;
     hole.bottom += hole.r;
     hole.middle += hole.bottom;
-  } else {
+  }
+  if (b.has_polar()) {
+    const AxisValues to = target(b);
+    hole.first = to[axes.first];
+    hole.second = to[axes.second];
+  } else if (!incremental) {
     hole.first = b.get(first_word, hole.first);
     hole.second = b.get(second_word, hole.second);
   }
@@ -108,11 +114,11 @@ void Executor::cycle(const Block& b, int motion) {
          fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
          "R above the bottom");
   if (s_.modal.retract_to_start) height = std::max(s_.cycle.initial, height);
-  if (height < hole.r || (!incremental && s_.cycle.initial < hole.r)) {
+  if (height < hole.r || s_.cycle.initial < hole.r) {
     cycle_to(hole, s_.position[axes.first], s_.position[axes.second], hole.r, true);
     height = hole.r;
   }
-  hole.clear = s_.modal.retract_to_start ? height : hole.r;
+  hole.clear = s_.modal.retract_to_start ? std::max(s_.cycle.initial, hole.r) : hole.r;
   const bool was_exact = s_.modal.path == MotionControl::kExactPath;
   if (!was_exact) put(canon::SetMotionControlMode{MotionControl::kExactPath, 0, 0});
   for (int i = 0; i < static_cast<int>(repeats); ++i) {
@@ -128,7 +134,9 @@ void Executor::cycle(const Block& b, int motion) {
   s_.position[axes.first] = hole.first;
   s_.position[axes.second] = hole.second;
   s_.position[axes.depth] = hole.clear;
-  if (!was_exact) put_path();
+  if (was_exact) return;
+  put_path();
+  if (s_.modal.path != MotionControl::kContinuous) put(canon::SetNaivecamTolerance{s_.modal.naive_tolerance});
 }
 
 void Executor::cycle_to(const Hole& hole, double first, double second, double depth, bool traverse) {

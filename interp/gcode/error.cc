@@ -63,7 +63,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"arc_missing", "the arc in plane {} has neither {}", "centre words or R"},
     {"plane", "{} is not possible in plane {}: use {}", ""},
     {"cycle", "{}: {}", ""},
-    {"probe", "the probe move {}", "a single straight move of the linear axes that is not zero"},
+    {"probe", "the probe move {}", "a straight move that is not zero"},
     {"spline", "{}: {}", ""},
 
     {"unknown_tool", "tool {} is not in the tool table", "a tool of the table"},
@@ -89,6 +89,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"not_seekable", "the input cannot be read again for {}", "a file instead of a pipe"},
     {"from_line", "the program cannot begin at line {}: {}", "a line of the main program that is reached"},
     {"abort", "the program aborts itself: {}", "see the ABORT comment of the program"},
+    {"polar", "the polar coordinate @ or ^ {}", "@ and ^ with G0, G1, an arc or a cycle, without X and Y"},
 }};
 
 }  // namespace

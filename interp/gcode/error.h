@@ -77,6 +77,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kNotSeekable,
   kFromLine,
   kAbort,
+  kPolar,
   kCount
 };
 

@@ -10,6 +10,7 @@ namespace trn {
 namespace {
 
 constexpr double kCodeTolerance = 1e-3;
+constexpr int kCancelMotion = 800;
 
 int to_code(double value, double scale, std::uint32_t column, char letter) {
   const double scaled = value * scale;
@@ -26,10 +27,28 @@ void add_g(const ModalTable& table, double value, std::uint32_t column, Block& o
   const int group = table.g_group(code10);
   if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code10));
   std::int16_t& slot = out.g[static_cast<std::size_t>(group)];
-  if (slot >= 0) fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code10));
+  if (code10 == kCancelMotion && slot >= 0) return;  // G80 goes with any other code of its group
+  if (slot >= 0 && slot != kCancelMotion)
+    fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code10));
   slot = static_cast<std::int16_t>(code10);
   out.g_column[static_cast<std::size_t>(group)] = column;
   out.any_g = true;
+}
+
+// Groups of ours that are one in the dialect: M3 to M5 and M70 to M73, M2 and M99.
+int partner(int group) {
+  switch (static_cast<MGroup>(group)) {
+    case MGroup::kSpindle:
+      return static_cast<int>(MGroup::kState);
+    case MGroup::kState:
+      return static_cast<int>(MGroup::kSpindle);
+    case MGroup::kStop:
+      return static_cast<int>(MGroup::kSub);
+    case MGroup::kSub:
+      return static_cast<int>(MGroup::kStop);
+    default:
+      return -1;
+  }
 }
 
 void add_m(const ModalTable& table, double value, std::uint32_t column, Block& out) {
@@ -37,8 +56,11 @@ void add_m(const ModalTable& table, double value, std::uint32_t column, Block& o
   const int group = table.m_group(code);
   if (group < 0) fail(GcodeErrorCode::kUnknownM, column, fmt::format("M{}", code));
   std::int16_t& slot = out.m[static_cast<std::size_t>(group)];
-  if (slot >= 0)
-    fail(GcodeErrorCode::kGroupConflict, column, fmt::format("M{}", slot), fmt::format("M{}", code));
+  for (const int other : {group, partner(group)}) {
+    const int taken = other < 0 ? -1 : out.m[static_cast<std::size_t>(other)];
+    if (taken >= 0)
+      fail(GcodeErrorCode::kGroupConflict, column, fmt::format("M{}", taken), fmt::format("M{}", code));
+  }
   slot = static_cast<std::int16_t>(code);
   out.m_column[static_cast<std::size_t>(group)] = column;
   out.any_m = true;
@@ -63,7 +85,11 @@ void evaluate_block(const ParsedBlock& parsed, Evaluator& evaluator, const Modal
     } else if (word.letter == 'M') {
       add_m(table, value, word.column, out);
     } else {
-      if (out.has(word.letter)) fail(GcodeErrorCode::kRepeatedWord, word.column, word.letter);
+      if (out.has(word.letter))
+        fail(GcodeErrorCode::kRepeatedWord, word.column,
+             word.letter == kPolarRadius  ? '@'
+             : word.letter == kPolarAngle ? '^'
+                                          : word.letter);
       const auto i = static_cast<std::size_t>(word.letter - 'A');
       out.present |= Block::bit(word.letter);
       out.value[i] = value;

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
+
 #include "interp/gcode/error.h"
 
 namespace trn {
@@ -14,7 +16,9 @@ constexpr std::uint32_t letters(std::string_view text) {
   return mask;
 }
 
-constexpr std::uint32_t kAlways = letters("FSTXYZABC");
+constexpr double kDialectVersion = 2.9;  // of the language that #<_vmajor> asks for
+
+constexpr std::uint32_t kAlways = letters("FSTXYZABC") | Block::kPolarLetters;
 
 // Words that each code uses beside the axes and F S T.
 std::uint32_t g_letters(int code10) {
@@ -30,6 +34,8 @@ std::uint32_t g_letters(int code10) {
       return letters("IJQ");
     case 52:
       return letters("PL");
+    case 62:
+      return letters("PKR");
     case 100:
       return letters("LPQRIJ");
     case 330:
@@ -55,12 +61,13 @@ std::uint32_t g_letters(int code10) {
       return letters("IJKPQR");
     case 730:
     case 830:
-      return letters("LPQR");
+      return letters("LQR");
+    case 810:
+    case 850:
+      return letters("LR");
     case 740:
     case 840:
-    case 810:
     case 820:
-    case 850:
     case 860:
     case 880:
     case 890:
@@ -68,7 +75,7 @@ std::uint32_t g_letters(int code10) {
     case 760:
       return letters("PIJRKQHEL");
     case 870:
-      return letters("LPRIJK");
+      return letters("LRIJK");
     case 960:
       return letters("D");
     case 1830:
@@ -114,7 +121,7 @@ std::string_view who_uses(char letter) {
 }
 
 // Words without which a code means nothing, and values no code takes: before anything of the block is done.
-void check_words(const Block& b) {
+void check_words(const Block& b, int motion) {
   if (b.has('F') && b['F'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('F'), 'F', b['F'], "a feed rate", "F of 0 or more");
   if (b.has('S') && b['S'] < 0)
@@ -126,8 +133,14 @@ void check_words(const Block& b) {
   if (code == 100 && !b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
   if ((code == 520 || code == 920) && !b.has_axis_word())
     fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
-  const int motion = b.code(GGroup::kMotion);
-  if ((motion == 330 || motion == 331) && !b.has('K'))
+  if (code == 530 && motion != 0 && motion != 10)
+    fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
+  if (code == 530 && !b.has_axis_word())
+    fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
+  if ((motion == 20 || motion == 30) && b.has('P') &&
+      (b['P'] < 1 || b['P'] > 1e6 || b['P'] != std::round(b['P'])))
+    fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
+  if ((b.code(GGroup::kMotion) == 330 || b.code(GGroup::kMotion) == 331) && !b.has('K'))
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kMotion), g_name(motion), "a K word");
 }
 
@@ -166,7 +179,8 @@ int Executor::motion_of(const Block& b) const {
   if (other_axis_code(b)) return -1;
   const bool arc_only = (s_.motion == 20 || s_.motion == 30) && (b.present & letters("IJK"));
   const bool vector_only = s_.tool_vector && (b.present & letters("IJK"));
-  if (b.has_axis_word() || arc_only || vector_only) return s_.motion;
+  const bool knot_only = s_.motion == 62 && b.has('K');
+  if (b.has_axis_word() || arc_only || vector_only || knot_only) return s_.motion;
   return -1;
 }
 
@@ -207,6 +221,10 @@ void Executor::check_unused(const Block& b, int motion) const {
   for (int axis = 0; axis < 6; ++axis)
     if (b.has(kWordLetters[axis]) && !has_axis(axis))
       fail(GcodeErrorCode::kNoSuchAxis, b.at(kWordLetters[axis]), kWordLetters[axis]);
+  if (b.has_polar() && (other_axis_code(b) || b.code(GGroup::kNonModal) == 530))
+    fail(GcodeErrorCode::kPolar, b.at(b.has(kPolarRadius) ? kPolarRadius : kPolarAngle),
+         fmt::format("goes with {}", b.code(GGroup::kNonModal) >= 0 ? g_name(b.code(GGroup::kNonModal))
+                                                                    : "a code that is no motion"));
   if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800)
     fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
          "another code of the line");
@@ -225,7 +243,7 @@ bool Executor::execute(const Block& b) {
                                                                                        : 'Z')
                                                                    : 1);
   }
-  check_words(b);
+  check_words(b, motion);
   if (b.any_g) {
     if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
     if (b.code(GGroup::kSpindleMode) >= 0) spindle_mode(b);
@@ -235,7 +253,7 @@ bool Executor::execute(const Block& b) {
   if (b.has('T')) tool_select(b);
   if (b.any_m) m_codes(b);
   if (!b.parsed->keywords.empty()) keywords(b);
-  if (b.any_g) g_codes(b, motion);
+  if (b.any_g) g_codes(b);
   if (motion >= 0) motion_code(b, motion);
   return b.any_m && b.code(MGroup::kStop) >= 0 && stop(b);
 }
@@ -247,7 +265,7 @@ void Executor::check_g53(const Block& b) const {
          "G90 first");
 }
 
-void Executor::g_codes(const Block& b, int motion) {
+void Executor::g_codes(const Block& b) {
   const int plain = b.code(GGroup::kNonModal);
   if (plain == 40) dwell(b);
   if (b.code(GGroup::kPlane) >= 0) plane(b);
@@ -287,10 +305,6 @@ void Executor::g_codes(const Block& b, int motion) {
     case 923:
       g92(b);
       break;
-    case 530:
-      if (motion != 0 && motion != 10)
-        fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G53", "G0 or G1 and axis words");
-      break;
     default:
       break;
   }
@@ -299,11 +313,15 @@ void Executor::g_codes(const Block& b, int motion) {
 void Executor::motion_code(const Block& b, int motion) {
   if (in_nurbs_ && motion != 52 && motion != 53)
     fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G5.2 block is open", "G5.3 first");
+  if (in_rational_ && motion != 62)
+    fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G6.2 curve is open", "its last knots first");
   if (motion != 50) spline_chained_ = false;
   if (motion == 0 || motion == 10) {
     straight(b, motion);
   } else if (motion == 20 || motion == 30) {
     arc(b, motion == 20);
+  } else if (motion == 62) {
+    rational_spline(b);
   } else if (motion == 800) {
     note("interpreter: motion mode set to none");
   } else if (motion == 1830) {
@@ -317,14 +335,15 @@ void Executor::motion_code(const Block& b, int motion) {
   } else {
     spline(b, motion);
   }
-  s_.motion = motion;
+  if (motion == 50 || motion == 51) return;  // splines are not modal
+  s_.motion = motion == 53 ? 800 : motion;
 }
 
 void Executor::comment(const Block& b) {
   const std::string& text = b.parsed->comment;
   switch (b.parsed->comment_kind) {
     case CommentKind::kPlain:
-      if (!text.empty()) put(canon::Comment{text});
+      put(canon::Comment{text});
       break;
     case CommentKind::kMessage:
       put(canon::Message{text});
@@ -334,6 +353,18 @@ void Executor::comment(const Block& b) {
       break;
     case CommentKind::kPrint:
       put(canon::Print{expand_message(text)});
+      break;
+    case CommentKind::kLog:
+      put(canon::Log{fmt::format("LOG(\"{}\")", expand_message(text))});
+      break;
+    case CommentKind::kLogOpen:
+      put(canon::Log{fmt::format("LOGOPEN(\"{}\")", text)});
+      break;
+    case CommentKind::kLogAppend:
+      put(canon::Log{fmt::format("LOGAPPEND(\"{}\")", text)});
+      break;
+    case CommentKind::kLogClose:
+      put(canon::Log{"LOGCLOSE()"});
       break;
     case CommentKind::kAbort:
       fail(GcodeErrorCode::kAbort, 1, expand_message(text));
@@ -410,7 +441,7 @@ double Executor::predefined(int index) const {
   }
   switch (index) {
     case 0:
-      return 1;
+      return kDialectVersion;
     case 2:
       return line_;
     case 3:

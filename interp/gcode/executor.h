@@ -8,6 +8,7 @@
 #include "interp/gcode/block.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/cutter_comp.h"
+#include "interp/gcode/nurbs.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
 #include "interp/gcode/tool_table.h"
@@ -23,6 +24,13 @@ struct ExecutorParts {
   const Kinematics* kinematics;  ///< may be null: no RTCP, all six words
   CanonSink& sink;
   std::function<void(std::uint32_t column, std::string_view text)> warn;
+  bool asks = false;  ///< M66 and G38 wait for `answer`; false: taken as met, contact at the move's end
+};
+
+/// What the machine answers to M66 and G38; program coordinates and units.
+struct MachineAnswer {
+  double value = 0;  ///< of the input, -1: not in time; probe: 1 contact, 0 none
+  AxisValues contact = AxisValues::Zero(), stands = AxisValues::Zero();  ///< after a probe move
 };
 
 /// Carries out one block: the dialect's order of execution, one handler a group (RS274/NGC section 3.8).
@@ -44,11 +52,18 @@ class Executor : public StateValues {
   bool execute(const Block& block);
   /// After the last block: nothing may be left waiting (cutter compensation).
   void finish();
+  /// Questions to the machine that the last block has left open: as many answers, before the next block.
+  int questions() const { return static_cast<int>(questions_.size()); }
+  /// Answers the first of them.
+  void answer(const MachineAnswer& answer);
   /// The implicit end at a closing % or at the end of the file.
   void end_program();
 
   double predefined(int index) const override;
   double position(int axis) const override;
+
+  /// The line whose expressions are about to be computed.
+  void at_line(std::uint32_t line) { line_ = line; }
 
   const Settings& settings() const { return s_; }
   /// Results of the last sub-program call, and depth, for #<_value> and its kind.
@@ -69,7 +84,7 @@ class Executor : public StateValues {
   int motion_of(const Block& b) const;
   bool other_axis_code(const Block& b) const;
   void check_g53(const Block& b) const;
-  void g_codes(const Block& b, int motion);
+  void g_codes(const Block& b);
   void motion_code(const Block& b, int motion);
   void comment(const Block& b);
   double predefined_mode(int index) const;
@@ -103,11 +118,14 @@ class Executor : public StateValues {
   void stop_spindle();
   void coolant(const Block& b);
   void overrides(const Block& b);
+  void resume_overrides(const ModalState& kept);
   void output(const Block& b);
   void modal_state(const Block& b);
   void restore_modal(const ModalState& kept);
   void restore_machine(const ModalState& kept);
   void user_m(const Block& b);
+  void restore_switches(const Settings& kept);
+  void retract_to_safe_height();
   bool stop(const Block& b);
   void reset_at_end();
   void keywords(const Block& b);
@@ -150,22 +168,36 @@ class Executor : public StateValues {
   // motion.cc
   AxisValues target(const Block& b) const;
   AxisValues machine_target(const Block& b) const;
+  AxisValues polar_target(const Block& b) const;
   double wrapped(double to, double from) const;
   void check_feed(const Block& b, std::string_view what) const;
   void straight(const Block& b, int motion);
   void put_straight(const Block& b, const AxisValues& to, bool traverse);
   void probe(const Block& b, int motion);
-  void spindle_synchronous(const Block& b, int motion);
+  void probed(const MachineAnswer& answer);
+  AxisValues short_of(const AxisValues& to) const;
   void set_motion_limits(double length, const Block& b);
   double inverse_rate(const Block& b) const;
 
+  // threading.cc: geared to the spindle
+  void spindle_synchronous(const Block& b, int motion);
+  struct Thread;
+  Thread thread_of(const Block& b) const;
+  void threading_cycle(const Block& b);
+  void thread_pass(const Thread& thread, double depth);
+
   // arc.cc
+  double arc_tolerance_mm(double radius_mm) const;
   void arc(const Block& b, bool clockwise);
   void spline(const Block& b, int motion);
   void ignore_smoothing(std::uint32_t column);
   void cubic_spline(const Block& b);
   void quadratic_spline(const Block& b);
   void nurbs(const Block& b, int motion);
+  void control_point(const Block& b);
+  void rational_spline(const Block& b);
+  void rational_point(const Block& b, bool tail, std::uint32_t column);
+  void finish_rational(std::uint32_t column);
 
   // cycles.cc
   void cycle(const Block& b, int motion);
@@ -209,6 +241,10 @@ class Executor : public StateValues {
   std::vector<NurbsPoint> nurbs_;
   bool in_nurbs_ = false;
   double nurbs_order_ = 3;
+  NurbsCurve rational_;  ///< of G6.2, as far as it is known
+  bool in_rational_ = false;
+  enum class Question : std::uint8_t { kInput, kProbe };
+  std::vector<Question> questions_;
   std::vector<bool> warned_words_;
   bool warned_smoothing_ = false;
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first

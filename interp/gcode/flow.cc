@@ -248,7 +248,7 @@ void Flow::obey_while(const ParsedBlock& block, std::int32_t label) {
 }
 
 void Flow::obey_repeat(const ParsedBlock& block, std::int32_t label) {
-  const double count = std::floor(argument(block, 0));
+  const double count = std::nearbyint(argument(block, 0));
   if (count < 1) {
     skip_to(label, {FlowKind::kEndRepeat});
     return;

@@ -37,6 +37,8 @@ class Flow {
   /// M98 P L and M99.
   void call_numbered(const Block& block);
   void return_numbered(const Block& block);
+  /// An M code that the config maps to a sub-program, with P and Q as #1 and #2.
+  void call_user(const Block& block);
 
   std::uint32_t line() const { return current_.at.line; }
   /// Line of the main program that comes next; 0 inside a sub-program.

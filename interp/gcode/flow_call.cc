@@ -62,6 +62,14 @@ void Flow::call_numbered(const Block& block) {
   enter(labels_.intern(fmt::format("{:.0f}", number)), {}, true, static_cast<std::int64_t>(repeats));
 }
 
+void Flow::call_user(const Block& block) {
+  for (const UserCode& user : config_.user_m) {
+    if (user.code != block.code(MGroup::kUser) || user.call.empty()) continue;
+    const std::array<double, 2> arguments{block.get('P', 0), block.get('Q', 0)};
+    return enter(labels_.intern(user.call), arguments, false, 0);
+  }
+}
+
 void Flow::return_numbered(const Block& block) {
   if (frames_.empty()) return executor_.warn(block.at(MGroup::kSub), "M99 outside a sub-program is ignored");
   leave(nullptr);

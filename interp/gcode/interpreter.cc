@@ -22,6 +22,12 @@ std::string offending(const std::string& line, std::uint32_t column) {
   return text;
 }
 
+// G7: every X word of the block is a diameter.
+void halve_diameter(bool diameter, Block& block) {
+  const int code = block.any_g ? block.code(GGroup::kDiameter) : -1;
+  if (block.has('X') && (code >= 0 ? code == 70 : diameter)) block.value['X' - 'A'] /= 2;
+}
+
 }  // namespace
 
 Interpreter::Interpreter(const InterpreterParts& parts)
@@ -33,12 +39,14 @@ Interpreter::Interpreter(const InterpreterParts& parts)
                      parts_.on_warning(
                          {fmt::format("{}:{}:{}: warning: {}", flow_.file_name(), flow_.line(), column, text),
                           flow_.line()});
-                 }}),
+                 },
+                 parts.asks}),
       evaluator_(parts.parameters, executor_),
       flow_(parts.config, parts.parameters, evaluator_, executor_) {
   for (const MappedWord& word : parts_.config.words)
     if (word.m_code >= 0) table_.map_m(word.m_code, MGroup::kRtcp);
-  for (const int code : parts_.config.user_m) table_.map_m(code, MGroup::kUser);
+  for (const UserCode& user : parts_.config.user_m) table_.map_m(user.code, MGroup::kUser);
+  for (const SwitchCode& code : parts_.config.switches) table_.map_m(code.m_code, MGroup::kUser);
 }
 
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
@@ -73,6 +81,12 @@ void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
           GcodeErrorCode::kFromLine, line, 0,
           fmt::format("{}:{}: the program ends before this line is reached; legal: {}", flow_.file_name(),
                       line, gcode_error_info(GcodeErrorCode::kFromLine).legal));
+    if (waiting())
+      throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
+                       fmt::format("{}:{}: line {} before it asks the machine (M66, G38), and what it would "
+                                   "answer is not known; legal: {}",
+                                   flow_.file_name(), line, flow_.line(),
+                                   gcode_error_info(GcodeErrorCode::kFromLine).legal));
   }
   gate_.open = true;
   try {
@@ -123,7 +137,9 @@ void Interpreter::assign(const ParsedBlock& parsed) {
 }
 
 void Interpreter::run_block(const ParsedBlock& parsed) {
+  executor_.at_line(flow_.line());
   evaluate_block(parsed, evaluator_, table_, block_);
+  halve_diameter(executor_.settings().modal.diameter, block_);
   block_.line = flow_.line();
   if (!parsed.assignments.empty()) assign(parsed);
   const int sub = block_.code(MGroup::kSub);
@@ -135,6 +151,8 @@ void Interpreter::run_block(const ParsedBlock& parsed) {
     flow_.call_numbered(block_);
   else if (sub == 99)
     flow_.return_numbered(block_);
+  else if (block_.any_m && block_.code(MGroup::kUser) >= 0)
+    flow_.call_user(block_);
 }
 
 bool Interpreter::step() {

@@ -25,6 +25,7 @@ struct InterpreterParts {
   const Kinematics* kinematics = nullptr;
   CanonSink& sink;
   std::function<void(const Diagnostic&)> on_warning;
+  bool asks = false;  ///< as ExecutorParts::asks
 };
 
 /// The RS274/NGC interpreter (LinuxCNC's dialect, with the five-axis words of ISO controls). Reads a program
@@ -51,6 +52,10 @@ class Interpreter {
   bool step();
   /// After an error: true if going on with a later block makes sense, to find more errors.
   bool recover();
+
+  /// The last block asks the machine (M66, G38): no step before as many answers have come.
+  bool waiting() const { return executor_.questions() > 0; }
+  void answer(const MachineAnswer& answer) { executor_.answer(answer); }
 
   std::uint32_t line() const { return flow_.line(); }
   std::uint64_t blocks() const { return blocks_; }

@@ -5,12 +5,14 @@
 #include "core/path.h"
 #include "core/units.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/modal.h"
 
 namespace trn {
 
 namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
+constexpr double kGearReserve = 1.1;  // a thread is planned for a spindle that much faster than told
 constexpr double kSplineChord_mm = 0.002;
 constexpr double kTipAtRest = 1e-9;  // mm; F then means the rotary words
 
@@ -22,13 +24,14 @@ Vec3 bezier(const Vec3* c, double t) {
 }  // namespace
 
 Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
-                   const Words& start)
+                   const Words& start, std::uint8_t corrections_off)
     : config_(config), kinematics_(kinematics), sink_(sink), words_(start) {
   move_.mode = config.path_mode == MotionControl::kExactStop   ? PathMode::kExactStop
                : config.path_mode == MotionControl::kExactPath ? PathMode::kExactPath
                                                                : PathMode::kContinuous;
   move_.tolerance_mm = config.tolerance_mm;
   move_.tolerance_rad = rad_from_deg(config.tolerance_deg);
+  move_.context.corrections_off = corrections_off;
   set_frame();
 }
 
@@ -76,9 +79,19 @@ void Lowering::limit_feed(double inverse_per_min, double path_units) {
     limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
     return;
   }
-  const double per_min = per_revolution_ ? feed_ * speed_rpm_ : feed_;
+  const double per_min = geared_           ? kGearReserve * per_turn_ * speed_rpm_
+                         : per_revolution_ ? feed_ * speed_rpm_
+                                           : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
+}
+
+AxisValues Lowering::program_of(const Words& words) const {
+  AxisValues p;
+  p.head<3>() = plain_ ? Vec3(words.head<3>() - X_TP_.p) : inverse(X_TP_) * Vec3(words.head<3>());
+  p.tail<3>() = words.tail<3>() * kDegPerRad - (frame_.g5x + frame_.g92).tail<3>();
+  if (inch_) p.head<3>() /= kMmPerInch;
+  return p;
 }
 
 void Lowering::send(const Words& to) {
@@ -86,7 +99,9 @@ void Lowering::send(const Words& to) {
   move_.to = to;
   words_ = to;
   ++moves_;
+  move_.feed.overrides = overrides_;
   sink_.move(move_);
+  move_.outputs = {};
 }
 
 void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min) {
@@ -156,13 +171,69 @@ void Lowering::spline(const canon::NurbsFeed& spline) {
       const Vec3 p = bezier(c, static_cast<double>(k) / chords);
       at[kX] = p.x();
       at[kY] = p.y();
+      if (spline.spatial) at[kZ] = p.z();
       straight(at, ProgramMove::Kind::kFeed, 0);
     }
   }
 }
 
 void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument) {
-  sink_.event(QueueEvent{kind, value, argument}, move_.source);
+  sink_.event(QueueEvent{kind, value, argument, overrides_}, move_.source);
+}
+
+// The words stay: with another set of corrections the same words are another place of the joints.
+void Lowering::switch_corrections(const SwitchCode& code) {
+  const auto planned = static_cast<std::uint8_t>(code.corrections & kPlannedBits);
+  std::uint8_t& off = move_.context.corrections_off;
+  off = static_cast<std::uint8_t>(code.on ? off & ~planned : off | planned);
+  event(QueueEvent::Kind::kCorrection, code.on ? 1 : 0, code.corrections);
+}
+
+void Lowering::probe(const canon::StraightProbe& probe) {
+  if (!config_.io)
+    fail(GcodeErrorCode::kNotSupported, 1, g_name(probe.code),
+         "no probe input is connected (the machine's config has no section [io])");
+  event(QueueEvent::Kind::kProbeStart, 0, probe.code % 10);
+  straight(probe.to, ProgramMove::Kind::kFeed, 0);
+  event(QueueEvent::Kind::kProbeEnd);
+}
+
+void Lowering::wait_input(const canon::WaitInput& wait) {
+  if (!config_.io)
+    fail(GcodeErrorCode::kNotSupported, 1, "M66",
+         "no inputs are connected (the machine's config has no section [io])");
+  const InputArgument argument{wait.index, static_cast<InputWait>(wait.type), wait.analog};
+  event(QueueEvent::Kind::kWaitInput, wait.timeout_s, argument.packed());
+}
+
+// In the tick the plan's time follows the spindle; it always has some way up, for that may turn faster.
+void Lowering::close_gear(const canon::StartFeedSync& gear) {
+  if (!config_.spindle_encoder)
+    fail(GcodeErrorCode::kNotSupported, 1, "G33",
+         "no spindle encoder is connected (the machine's config has no [io.spindle])");
+  if (speed_rpm_ <= 0 || gear.per_rev <= 0)
+    fail(GcodeErrorCode::kNoSpindle, 1, "G33 with a pitch greater than 0");
+  per_turn_ = gear.per_rev;
+  if (geared_) return;
+  geared_ = true;
+  event(QueueEvent::Kind::kGearStart, kGearReserve * speed_rpm_ / kSecondsPerMinute,
+        static_cast<std::int32_t>(GearMode::kSpindleLeads));
+}
+
+void Lowering::open_gear() {
+  if (geared_) event(QueueEvent::Kind::kGearEnd);
+  geared_ = false;
+}
+
+// With the next move, or at once, between the moves.
+void Lowering::output_bit(const canon::SetOutputBit& output) {
+  if (output.motion) return move_.outputs.put(output.index, output.on);
+  event(QueueEvent::Kind::kDigitalOutput, output.on ? 1 : 0, output.index);
+}
+
+void Lowering::output_value(const canon::SetOutputValue& output) {
+  if (output.motion && move_.outputs.put(output.index, output.value)) return;
+  event(QueueEvent::Kind::kAnalogOutput, output.value, output.index);
 }
 
 struct Lowering::Visit {
@@ -177,7 +248,20 @@ struct Lowering::Visit {
     low.coolant_ = bits;
     low.event(QueueEvent::Kind::kCoolant, 0, bits);
   }
+  // M48 to M53. Where they stand in the program they act; the machine does not stop for them.
+  void allow(PlainCanon what) const {
+    OverrideMode& mode = low.overrides_;
+    const bool feed_on = what == PlainCanon::kEnableFeedOverride;
+    const bool spindle_on = what == PlainCanon::kEnableSpeedOverride;
+    const bool adaptive_on = what == PlainCanon::kEnableAdaptiveFeed;
+    const bool hold_on = what == PlainCanon::kEnableFeedHold;
+    if (feed_on || what == PlainCanon::kDisableFeedOverride) mode.feed = feed_on;
+    if (spindle_on || what == PlainCanon::kDisableSpeedOverride) mode.spindle = spindle_on;
+    if (adaptive_on || what == PlainCanon::kDisableAdaptiveFeed) mode.adaptive = adaptive_on;
+    if (hold_on || what == PlainCanon::kDisableFeedHold) mode.feed_hold = hold_on;
+  }
   void operator()(const canon::Plain& c) const {
+    allow(c.what);
     switch (c.what) {
       case PlainCanon::kMistOn:
         return coolant(low.coolant_ | 1);
@@ -187,11 +271,14 @@ struct Lowering::Visit {
         return coolant(low.coolant_ | 2);
       case PlainCanon::kFloodOff:
         return coolant(low.coolant_ & ~2);
+      case PlainCanon::kStopFeedSync:
+        return low.open_gear();
       case PlainCanon::kProgramStop:
         return low.event(QueueEvent::Kind::kProgramStop);
       case PlainCanon::kOptionalStop:
         return low.event(QueueEvent::Kind::kOptionalStop);
       case PlainCanon::kProgramEnd:
+      case PlainCanon::kFinish:
         return low.event(QueueEvent::Kind::kProgramEnd);
       default:
         return;
@@ -239,27 +326,18 @@ struct Lowering::Visit {
   void operator()(const canon::StraightFeed& c) const {
     low.straight(c.to, ProgramMove::Kind::kFeed, c.inverse_per_min);
   }
-  // What would have to hear the machine while it moves is refused, never moved as something else.
-  void operator()(const canon::StraightProbe&) const {
-    fail(GcodeErrorCode::kNotSupported, 1, "G38", "no probe input is connected");
+  void operator()(const canon::StraightProbe& c) const { low.probe(c); }
+  void operator()(const canon::WaitInput& c) const { low.wait_input(c); }
+  void operator()(const canon::RigidTap&) const {
+    fail(GcodeErrorCode::kNotSupported, 1, "G33.1",
+         "the spindle cannot be reversed on the path of the tap; G84 with a floating holder can be");
   }
-  void operator()(const canon::RigidTap&) const { refuse_synchronous(); }
-  void operator()(const canon::StartFeedSync&) const { refuse_synchronous(); }
-  void operator()(const canon::WaitInput&) const {
-    fail(GcodeErrorCode::kNotSupported, 1, "M66", "no inputs are connected");
+  void operator()(const canon::StartFeedSync& c) const { low.close_gear(c); }
+  void operator()(const canon::SetOutputBit& c) const { low.output_bit(c); }
+  void operator()(const canon::SetOutputValue& c) const { low.output_value(c); }
+  void operator()(const canon::OrientSpindle& c) const {
+    low.event(QueueEvent::Kind::kSpindleOrient, c.deg, c.direction);
   }
-  [[noreturn]] static void refuse_synchronous() {
-    fail(GcodeErrorCode::kNotSupported, 1, "G33", "no spindle encoder is connected");
-  }
-  // Outputs travel as user events: the M code and a thousand times the output's number, with the value.
-  void output(int m_code, int index, double value) const {
-    low.event(QueueEvent::Kind::kUser, value, m_code + 1000 * index);
-  }
-  void operator()(const canon::SetOutputBit& c) const {
-    output((c.motion ? 62 : 64) + (c.on ? 0 : 1), c.index, c.on ? 1 : 0);
-  }
-  void operator()(const canon::SetOutputValue& c) const { output(c.motion ? 67 : 68, c.index, c.value); }
-  void operator()(const canon::OrientSpindle& c) const { output(19, c.direction, c.deg); }
   void operator()(const canon::ArcFeed& c) const { low.arc(c); }
   void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
   void operator()(const canon::Dwell& c) const { low.event(QueueEvent::Kind::kDwell, c.s); }
@@ -279,7 +357,10 @@ struct Lowering::Visit {
   }
   void operator()(const canon::ChangeTool& c) const { low.event(QueueEvent::Kind::kToolChange, 0, c.tool); }
   void operator()(const canon::Message&) const { low.event(QueueEvent::Kind::kMessage); }
-  void operator()(const canon::UserM& c) const { low.event(QueueEvent::Kind::kUser, c.p, c.code); }
+  void operator()(const canon::UserM& c) const {
+    const SwitchCode* code = find_switch(low.config_, c.code);
+    code ? low.switch_corrections(*code) : low.event(QueueEvent::Kind::kUser, c.p, c.code);
+  }
   void operator()(const canon::SetRtcp& c) const {
     low.rtcp_ = c.on;
     low.moved_frame(c.to);

@@ -17,13 +17,20 @@ namespace trn {
 class Lowering : public CanonSink {
  public:
   /// `kinematics` may be null for a machine without RTCP; `start` are the axis words where the machine
-  /// stands.
+  /// stands, `corrections_off` as in MapContext.
   Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
-           const Words& start = Words::Zero());
+           const Words& start = Words::Zero(), std::uint8_t corrections_off = 0);
 
   void put(const CanonCommand& command, std::uint32_t line) override;
 
   std::uint64_t moves() const { return moves_; }
+
+  /// After a probe move: the machine stands at these words (as in ProgramMove), not at the move's end.
+  void stand_at(const Words& words) { words_ = words; }
+  /// Such words in program coordinates and units.
+  AxisValues program_of(const Words& words) const;
+  /// What the words mean now.
+  const MapContext& context() const { return move_.context; }
 
  private:
   struct Visit;
@@ -37,7 +44,14 @@ class Lowering : public CanonSink {
   void send(const Words& to);
   void set_frame();
   void moved_frame(const AxisValues& program);
+  void switch_corrections(const SwitchCode& code);
   void event(QueueEvent::Kind kind, double value = 0, std::int32_t argument = 0);
+  void probe(const canon::StraightProbe& probe);
+  void wait_input(const canon::WaitInput& wait);
+  void close_gear(const canon::StartFeedSync& gear);
+  void open_gear();
+  void output_bit(const canon::SetOutputBit& output);
+  void output_value(const canon::SetOutputValue& output);
   AxisValues mm(const AxisValues& program) const;
   bool tip_in_table() const { return rtcp_ || aligned_; }
 
@@ -54,9 +68,12 @@ class Lowering : public CanonSink {
   bool per_revolution_ = false;
   double speed_rpm_ = 0;
   bool clockwise_ = true, turning_ = false;
+  bool geared_ = false;  ///< between the events that couple path and spindle
+  double per_turn_ = 0;  ///< then: units of the program a turn
   int coolant_ = 0, tool_number_ = 0;
   Words words_;  ///< where the machine stands
   ProgramMove move_;
+  OverrideMode overrides_;
   std::uint64_t moves_ = 0;
 };
 

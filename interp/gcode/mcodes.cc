@@ -93,8 +93,13 @@ void Executor::spindle(const Block& b) {
     default:
       break;
   }
-  if (!b.has('R')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kSpindle), "M19", "an R word, degrees");
-  put(canon::OrientSpindle{b['R'], b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});
+  if (!b.has('R') && !b.has('P') && !b.has('Q')) return;
+  if (b.get('R', 0) < 0 || b.get('R', 0) > 360)
+    fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', b['R'], "M19", "an angle from 0 to 360 degrees");
+  put(canon::OrientSpindle{b.get('R', 0), b.has('P') ? whole_word(b, 'P', 0, 2, "M19") : 0});
+  if (!b.has('Q')) return;
+  if (b['Q'] <= 0) fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "M19", "a time greater than 0, s");
+  put(canon::WaitOrient{b['Q']});
 }
 
 void Executor::coolant(const Block& b) {
@@ -146,14 +151,13 @@ void Executor::output(const Block& b) {
   const int code = b.code(MGroup::kOutput);
   const std::uint32_t column = b.at(MGroup::kOutput);
   const std::string name = fmt::format("M{}", code);
-  const bool in_motion = code <= 63 || code == 66 || code == 67;
-  if (in_motion && comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (code <= 65) {
     if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, name, "a P word");
     put(canon::SetOutputBit{code <= 63, code % 2 == 0, whole_word(b, 'P', 0, kMaxOutput, name)});
   } else if (code >= 67) {
     if (!b.has('E')) fail(GcodeErrorCode::kMissingWord, column, name, "an E word");
-    put(canon::SetOutputValue{code == 67, whole_word(b, 'E', 0, kMaxOutput, name), b.get('Q', 0)});
+    put(canon::SetOutputValue{code == 67, whole_word(b, 'E', 0, kMaxOutput, name), b.get('Q', -1)});
   } else {
     if (b.has('P') == b.has('E')) fail(GcodeErrorCode::kMissingWord, column, name, "either P or E");
     const int type = b.has('L') ? whole_word(b, 'L', 0, 4, name) : 0;
@@ -163,6 +167,7 @@ void Executor::output(const Block& b) {
       fail(GcodeErrorCode::kMissingWord, column, name, "a Q word greater than 0, seconds");
     const char index = b.has('P') ? 'P' : 'E';
     put(canon::WaitInput{whole_word(b, index, 0, kMaxOutput, name), b.has('E'), type, b.get('Q', 0)});
+    if (parts_.asks) questions_.push_back(Question::kInput);
   }
 }
 
@@ -244,10 +249,22 @@ void Executor::restore_machine(const ModalState& kept) {
   m.flood = kept.flood;
 }
 
+void Executor::resume_overrides(const ModalState& kept) {
+  ModalState& m = s_.modal;
+  m.feed_override = kept.feed_override;
+  m.speed_override = kept.speed_override;
+  m.adaptive_feed = kept.adaptive_feed;
+  m.feed_hold = kept.feed_hold;
+  if (!m.feed_override) put(PlainCanon::kDisableFeedOverride);
+  if (!m.speed_override) put(PlainCanon::kDisableSpeedOverride);
+  if (m.adaptive_feed) put(PlainCanon::kEnableAdaptiveFeed);
+  if (!m.feed_hold) put(PlainCanon::kDisableFeedHold);
+}
+
 void Executor::resume(const Settings& kept) {
+  restore_switches(kept);
   restore_modal(kept.modal);
-  s_.modal.feed_override = kept.modal.feed_override;
-  s_.modal.speed_override = kept.modal.speed_override;
+  resume_overrides(kept.modal);
   s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
   s_.selected_tool = kept.selected_tool;
   s_.current_tool = kept.current_tool;
@@ -259,11 +276,25 @@ void Executor::resume(const Settings& kept) {
   s_.tool_vector = kept.tool_vector;
 }
 
+// In machine coordinates, before the tool, the frame or the tilt of the program changes anything.
+void Executor::retract_to_safe_height() {
+  if (!parts_.config.safe_z_mm)
+    return parts_.warn(1,
+                       "no [program] safe_z_mm: the way to where the program goes on leads across at the "
+                       "higher of both heights, which may be inside the work");
+  AxisValues machine = frame().to_machine(to_mm(s_.position));
+  if (machine[kZ] >= *parts_.config.safe_z_mm) return;
+  machine[kZ] = *parts_.config.safe_z_mm;
+  s_.position = from_mm(frame().to_program(machine));
+  put(canon::StraightTraverse{s_.position});
+}
+
 void Executor::enter(const AxisValues& start) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
   const Settings kept = s_;
   s_ = Settings{};
   begin(start);
+  retract_to_safe_height();
   if (kept.current_tool != 0) put(canon::ChangeTool{kept.current_tool, slot_of(kept.current_tool)});
   resume(kept);
   AxisValues to = s_.position;
@@ -278,7 +309,25 @@ void Executor::enter(const AxisValues& start) {
 }
 
 void Executor::user_m(const Block& b) {
-  put(canon::UserM{b.code(MGroup::kUser), b.get('P', 0), b.get('Q', 0)});
+  const int code = b.code(MGroup::kUser);
+  if (const SwitchCode* found = find_switch(parts_.config, code)) {
+    for (const char letter : {'P', 'Q'})
+      if (b.has(letter)) fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, "no switch of a correction");
+    (found->on ? s_.switched_on : s_.switched_off) |= found->corrections;
+    (found->on ? s_.switched_off : s_.switched_on) &= ~found->corrections;
+  }
+  for (const UserCode& user : parts_.config.user_m) {
+    if (user.code != code) continue;
+    if (user.output >= 0) return put(canon::SetOutputBit{false, user.on, user.output});
+    if (!user.call.empty()) return;  // behind the block
+  }
+  put(canon::UserM{code, b.get('P', 0), b.get('Q', 0)});
+}
+
+void Executor::restore_switches(const Settings& kept) {
+  for (const SwitchCode& code : parts_.config.switches)
+    if (code.corrections & (code.on ? kept.switched_on : kept.switched_off))
+      put(canon::UserM{code.m_code, 0, 0});
 }
 
 // RTCP words and ignored words of other controls, as the config maps them.
@@ -324,7 +373,8 @@ bool Executor::stop(const Block& b) {
 
 void Executor::end_program() {
   finish();
-  put(PlainCanon::kProgramEnd);
+  s_.switched_on = s_.switched_off = 0;
+  put(PlainCanon::kFinish);
 }
 
 // What M2 and M30 reset (RS274/NGC section 3.6.1, with the dialect's additions).
@@ -352,6 +402,7 @@ void Executor::reset_at_end() {
   if (m.mist) put(PlainCanon::kMistOff);
   if (m.flood) put(PlainCanon::kFloodOff);
   m.mist = m.flood = false;
+  s_.switched_on = s_.switched_off = 0;
   s_.motion = 10;
 }
 

@@ -33,7 +33,6 @@ void Executor::spindle_mode(const Block& b) {
     fail(GcodeErrorCode::kBadValue, b.at('D'), 'D', b['D'], "G96", "D of 0 or more");
   s_.modal.css_max = s_.modal.css ? b.get('D', 1e30) : 0;
   put(canon::SetSpindleMode{s_.modal.css_max});
-  if (!b.has('S')) put(canon::SetSpindleSpeed{s_.modal.speed});
 }
 
 void Executor::speed(const Block& b) {

@@ -1,5 +1,8 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
+#include "core/units.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 
@@ -8,6 +11,7 @@ namespace trn {
 namespace {
 
 constexpr double kLeastInverseRate = 0.1;
+constexpr double kProbeBackoff_mm = 0.254;
 
 double linear_length(const AxisValues& from, const AxisValues& to) {
   const AxisValues d = to - from;
@@ -24,16 +28,34 @@ AxisValues Executor::target(const Block& b) const {
   if (b.code(GGroup::kNonModal) == 530) return machine_target(b);
   AxisValues to = s_.position;
   if (!b.has_axis_word()) return to;
+  if (b.has_polar()) to = polar_target(b);
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
-    double value = b[letter];
-    if (i == kX && s_.modal.diameter) value /= 2;
+    const double value = b[letter];
     if (s_.modal.incremental)
       to[i] += value;
     else
       to[i] = parts_.config.wrapped_mask >> i & 1U ? wrapped(value, to[i]) : value;
   }
+  return to;
+}
+
+// @ and ^: distance from the origin of XY and angle; what is not given stays as it is.
+AxisValues Executor::polar_target(const Block& b) const {
+  const std::uint32_t column = b.at(b.has(kPolarRadius) ? kPolarRadius : kPolarAngle);
+  for (const char letter : {'X', 'Y'})
+    if (b.has(letter)) fail(GcodeErrorCode::kPolar, b.at(letter), fmt::format("goes with a word {}", letter));
+  AxisValues to = s_.position;
+  double radius = std::hypot(to[kX], to[kY]);
+  double angle_deg = kDegPerRad * std::atan2(to[kY], to[kX]);
+  if (radius == 0 && !b.has(kPolarAngle))
+    fail(GcodeErrorCode::kPolar, column, "stands at the origin without ^");
+  const bool more = s_.modal.incremental;
+  if (b.has(kPolarRadius)) radius = b[kPolarRadius] + (more ? radius : 0);
+  if (b.has(kPolarAngle)) angle_deg = b[kPolarAngle] + (more ? angle_deg : 0);
+  to[kX] = radius * std::cos(rad_from_deg(angle_deg));
+  to[kY] = radius * std::sin(rad_from_deg(angle_deg));
   return to;
 }
 
@@ -102,36 +124,42 @@ void Executor::probe(const Block& b, int motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   check_feed(b, g_name(motion));
-  if (s_.modal.feed_mode == FeedMode::kInverseTime)
-    fail(GcodeErrorCode::kFeedModeCycle, column, g_name(motion), "G93");
+  if (s_.modal.feed_mode != FeedMode::kPerMinute)
+    fail(GcodeErrorCode::kFeedModeCycle, column, g_name(motion),
+         s_.modal.feed_mode == FeedMode::kInverseTime ? "G93" : "G95");
+  if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(motion), "axis words");
   const AxisValues to = target(b);
-  if ((to - s_.position).tail<3>().cwiseAbs().maxCoeff() > 0)
-    fail(GcodeErrorCode::kProbe, column, "turns a rotary axis");
-  if ((to - s_.position).norm() < from_mm(0.254))
-    fail(GcodeErrorCode::kProbe, column, "ends where it starts");
+  if (to == s_.position) fail(GcodeErrorCode::kProbe, column, "ends where it starts");
   put(PlainCanon::kTurnProbeOn);
-  put(canon::StraightProbe{to});
+  put(canon::StraightProbe{to, motion});
   put(PlainCanon::kTurnProbeOff);
-  s_.position = to;
-  const AxisValues mm = to_mm(to);
-  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kProbe + i] = mm[i];
+  if (parts_.asks)
+    questions_.push_back(Question::kProbe);
+  else
+    probed({0, to, short_of(to)});
 }
 
-// G33 and G33.1: a straight move geared to the spindle, K units a turn.
-void Executor::spindle_synchronous(const Block& b, int motion) {
-  const std::uint32_t column = b.at(GGroup::kMotion);
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
-  if (s_.modal.turn == SpindleTurn::kStopped || s_.modal.speed == 0)
-    fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
-  const AxisValues to = target(b);
-  put(canon::StartFeedSync{b['K'], false});
-  if (motion == 330) {
-    put(canon::StraightFeed{to, 0});
-    s_.position = to;
-  } else {
-    put(canon::RigidTap{to});
-  }
-  put(PlainCanon::kStopFeedSync);
+// Where the stand-alone interpreters let a probe move stop that nobody answers: a hundredth of an inch
+// (0.254 mm) before its end.
+AxisValues Executor::short_of(const AxisValues& to) const {
+  const Vec3 way = (to - s_.position).head<3>();
+  AxisValues stands = to;
+  if (way.norm() > 0) stands.head<3>() -= from_mm(kProbeBackoff_mm) * way.normalized();
+  return stands;
+}
+
+void Executor::probed(const MachineAnswer& answer) {
+  s_.position = answer.stands;
+  const AxisValues mm = to_mm(answer.contact);
+  for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kProbe + i] = mm[i];
+  parts_.parameters[parameter::kProbeSuccess] = answer.value;
+}
+
+void Executor::answer(const MachineAnswer& answer) {
+  const Question question = questions_.front();
+  questions_.erase(questions_.begin());
+  if (question == Question::kProbe) return probed(answer);
+  parts_.parameters[parameter::kInputResult] = answer.value;
 }
 
 }  // namespace trn

@@ -133,6 +133,10 @@ void Executor::g10(const Block& b) {
 void Executor::g10_tool(const Block& b, int l) {
   const int number = static_cast<int>(b['P']);
   if (number == 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', 0, "G10 L1", "a tool number");
+  if (!parts_.tools.tools().empty() && !parts_.tools.find(number))
+    fail(GcodeErrorCode::kUnknownTool, b.at('P'), number);
+  if (b.has('Q') && (b['Q'] != std::round(b['Q']) || b['Q'] < 0 || b['Q'] > 9))
+    fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "G10 L1", "an orientation from 0 to 9");
   Tool& tool = parts_.tools.at_or_new(number);
   double turn_deg = 0;
   AxisValues here = AxisValues::Zero();  // where a tool of no length would stand, mm

@@ -13,7 +13,8 @@ namespace trn {
 /// Numbered parameters of the dialect. Lengths are kept in mm, angles in degrees.
 namespace parameter {
 inline constexpr int kLocalCount = 30;  ///< #1 .. #30 belong to the sub-program
-inline constexpr int kProbe = 5061, kG28 = 5161, kG30 = 5181, kG92Active = 5210, kG92 = 5211;
+inline constexpr int kProbe = 5061, kProbeSuccess = 5070, kG28 = 5161, kG30 = 5181, kG92Active = 5210,
+                     kG92 = 5211;
 inline constexpr int kSystem = 5220, kFirstOffset = 5221, kOffsetStride = 20, kOffsetRotation = 9;
 inline constexpr int kInputResult = 5399, kTool = 5400, kToolOffset = 5401, kToolDiameter = 5410;
 inline constexpr int kPosition = 5420;

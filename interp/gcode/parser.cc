@@ -37,11 +37,10 @@ struct CommentName {
   CommentKind kind;
 };
 constexpr CommentName kCommentNames[] = {
-    {"msg,", CommentKind::kMessage},       {"debug,", CommentKind::kDebug},
-    {"print,", CommentKind::kPrint},       {"log,", CommentKind::kLog},
-    {"abort,", CommentKind::kAbort},       {"logopen,", CommentKind::kIgnored},
-    {"logappend,", CommentKind::kIgnored}, {"logclose", CommentKind::kIgnored},
-    {"probeopen", CommentKind::kIgnored},  {"probeclose", CommentKind::kIgnored}};
+    {"msg,", CommentKind::kMessage},         {"debug,", CommentKind::kDebug},
+    {"print,", CommentKind::kPrint},         {"log,", CommentKind::kLog},
+    {"abort,", CommentKind::kAbort},         {"logopen,", CommentKind::kLogOpen},
+    {"logappend,", CommentKind::kLogAppend}, {"logclose", CommentKind::kLogClose}};
 
 bool needs_argument(FlowKind kind) {
   return kind == FlowKind::kWhile || kind == FlowKind::kIf || kind == FlowKind::kElseIf ||
@@ -55,8 +54,8 @@ std::size_t most_arguments(FlowKind kind) {
 
 constexpr std::array<bool, 256> make_word_letters() {
   std::array<bool, 256> letters{};
-  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k',
-                       'l', 'm', 'p', 'q', 'r', 's', 't', 'x', 'y', 'z'})
+  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k', 'l',
+                       'm', 'p', 'q', 'r', 's', 't', 'x', 'y', 'z', '@', '^'})
     letters[static_cast<unsigned char>(c)] = true;
   return letters;
 }
@@ -159,7 +158,7 @@ void Parser::segments(Lexer& lexer, ParsedBlock& out) {
 void Parser::word(Lexer& lexer, char letter, ParsedBlock& out) {
   if (out.words.size() == kMaxWords) fail(GcodeErrorCode::kTooDeep, lexer.column(), kMaxWords);
   ParsedWord parsed;
-  parsed.letter = static_cast<char>(letter - 32);
+  parsed.letter = letter == '@' ? kPolarRadius : letter == '^' ? kPolarAngle : static_cast<char>(letter - 32);
   parsed.column = lexer.column();
   lexer.skip();
   char c = lexer.peek();
@@ -174,7 +173,8 @@ void Parser::word(Lexer& lexer, char letter, ParsedBlock& out) {
     parsed.value = lexer.number();
   } else {
     if (c == '\0' || (c != '#' && c != '[' && c != '+' && c != '-' && !Lexer::is_letter(c)))
-      fail(GcodeErrorCode::kMissingValue, parsed.column, parsed.letter);
+      fail(GcodeErrorCode::kMissingValue, parsed.column,
+           static_cast<char>(Lexer::is_letter(letter) ? letter - 32 : letter));
     ExpressionCompiler compiler(lexer, names_, out.code);
     parsed.expression = compiler.value();
   }
@@ -214,7 +214,12 @@ void Parser::assignment(Lexer& lexer, ParsedBlock& out) {
 
 void Parser::comment(Lexer& lexer, ParsedBlock& out) {
   lexer.skip();
-  const std::string_view text = lexer.comment();
+  std::string_view text = lexer.comment();
+  if (text.empty()) {
+    out.comment_kind = CommentKind::kIgnored;
+    return;
+  }
+  text.remove_prefix(std::min(text.find_first_not_of(" \t"), text.size()));
   Lexer inner(text);
   out.comment_kind = CommentKind::kPlain;
   for (const CommentName& name : kCommentNames) {

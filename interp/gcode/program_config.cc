@@ -62,21 +62,56 @@ unsigned read_wrapped(const ConfigTable& table) {
   return mask;
 }
 
-void read_user_m(const ConfigTable& table, std::vector<int>& codes) {
+int user_code(const ConfigTable& table, std::string_view key, const std::string& spelt) {
   const ModalTable standard;
-  for (const std::string& spelt : table.texts("user_m", {})) {
-    const int code = m_number(lower_case(spelt));
-    if (code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0)
-      throw table.error("user_m",
-                        fmt::format("'{}' cannot be a user code; legal: M100 to M999, unused", spelt));
+  const int code = m_number(lower_case(spelt));
+  if (code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0)
+    throw table.error(key, fmt::format("'{}' cannot be a user code; legal: M100 to M999, unused", spelt));
+  return code;
+}
+
+void read_user_m(const ConfigTable& table, std::vector<UserCode>& codes) {
+  for (const std::string& spelt : table.texts("user_m", {}))
+    codes.push_back({user_code(table, "user_m", spelt), "", -1, true});
+  for (const ConfigTable& entry : table.tables_if("m_code")) {
+    UserCode code;
+    code.code = user_code(entry, "code", entry.text("code"));
+    code.call = lower_case(entry.text("call", ""));
+    if (entry.has("output")) code.output = static_cast<int>(entry.integer("output", Range{0, 63}));
+    code.on = entry.boolean("on", true);
+    if (code.call.empty() == (code.output < 0))
+      throw entry.error("code", fmt::format("M{} needs either call or output", code.code));
     codes.push_back(code);
   }
 }
 
 }  // namespace
 
+const SwitchCode* find_switch(const ProgramConfig& config, int code) {
+  for (const SwitchCode& s : config.switches)
+    if (s.m_code == code) return &s;
+  return nullptr;
+}
+
+int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config) {
+  const ModalTable standard;
+  const std::string spelt = table.text(key);
+  const int code = m_number(lower_case(spelt));
+  bool taken = code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0;
+  for (const MappedWord& word : config.words) taken |= word.m_code == code;
+  for (const UserCode& user : config.user_m) taken |= user.code == code;
+  if (taken || find_switch(config, code))
+    throw table.error(key, fmt::format("'{}' cannot be this code; legal: M100 to M999, unused", spelt));
+  return code;
+}
+
 ProgramConfig read_program_config(const ConfigTable& root) {
   ProgramConfig config;
+  if (const auto io = root.table_if("io")) {
+    config.io = true;
+    const auto spindle = io->table_if("spindle");
+    config.spindle_encoder = spindle && spindle->boolean("encoder", true);
+  }
   const auto found = root.table_if("program");
   if (!found) return config;
   const ConfigTable& table = *found;
@@ -87,8 +122,10 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   config.tolerance_mm = table.number("tolerance_mm", config.tolerance_mm, kPositive);
   config.tolerance_deg = table.number("tolerance_deg", config.tolerance_deg, kPositive);
   config.arc_tolerance_mm = table.number("arc_tolerance_mm", config.arc_tolerance_mm, kNotNegative);
+  config.arc_tolerance_share = table.number("arc_tolerance_share", config.arc_tolerance_share, Range{0, 0.1});
   config.peck_clearance_mm = table.number("peck_clearance_mm", config.peck_clearance_mm, kNotNegative);
   config.g183_retract_mm = table.number("g183_retract_mm", config.g183_retract_mm, kNotNegative);
+  if (table.has("safe_z_mm")) config.safe_z_mm = table.number("safe_z_mm");
   config.block_delete = table.boolean("block_delete", config.block_delete);
   config.optional_stop = table.boolean("optional_stop", config.optional_stop);
   config.require_program_end = table.boolean("require_program_end", config.require_program_end);

@@ -2,7 +2,9 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/config.h"
@@ -20,24 +22,50 @@ struct MappedWord {
   WordAction action = WordAction::kIgnore;
 };
 
+/// An M code that switches corrections on or off until the program's end.
+struct SwitchCode {
+  int m_code = -1;
+  bool on = false;
+  std::int32_t corrections = 0;  ///< bits, as in QueueEvent::Kind::kCorrection
+};
+
+/// An M code of the user: calls a sub-program with P and Q, switches an output, or is handed on as an event.
+struct UserCode {
+  int code = 0;
+  std::string call;  ///< or ""
+  int output = -1;   ///< or -1
+  bool on = true;
+};
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
   double tolerance_mm = 0.01;                            ///< of G64 without P
   double tolerance_deg = 0.05;                           ///< tool axis, of G64 without R
-  double arc_tolerance_mm = 0.02;    ///< start and end radius of an arc may differ by this
-  double peck_clearance_mm = 0.254;  ///< G73 and G83 stop the rapid this far above the last depth
-  double g183_retract_mm = 2.0;      ///< R of G183 when not given
-  bool block_delete = false;         ///< lines that begin with '/' are skipped
+  double arc_tolerance_mm = 0.0283;    ///< start and end radius of an arc may differ by this, or
+  double arc_tolerance_share = 0.001;  ///< by this share of the radius, up to 100 times as much
+  double peck_clearance_mm = 0.254;    ///< G73 and G83 stop the rapid this far above the last depth
+  double g183_retract_mm = 2.0;        ///< R of G183 when not given
+  std::optional<double> safe_z_mm;     ///< machine Z to cross at when a program begins further down
+  bool block_delete = false;           ///< lines that begin with '/' are skipped
   bool optional_stop = true;
   bool require_program_end = true;  ///< a file must end with M2, M30 or %
+  bool io = false;                  ///< the machine has a section [io]: inputs and a probe
+  bool spindle_encoder = false;     ///< and [io.spindle] with an encoder
   unsigned wrapped_mask = 0;        ///< bit kA..kC: absolute words take the short way round
   std::vector<MappedWord> words = {{"cycle832", -1, WordAction::kIgnore}};
-  std::vector<int> user_m;                    ///< M codes handed on as user events
+  std::vector<UserCode> user_m;
+  std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
   std::size_t line_length_max = 65536;
   int sub_depth_max = 50;
 };
+
+/// The switch that `code` is; null if it is none.
+const SwitchCode* find_switch(const ProgramConfig& config, int code);
+
+/// Reads an M code "M421" that nothing else in `config` uses; ConfigError if there is no such.
+int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config);
 
 /// Reads [program]; ConfigError with file, line and column.
 ProgramConfig read_program_config(const ConfigTable& root);

@@ -53,6 +53,7 @@ struct Settings {
   int selected_tool = -1;
   int current_tool = 0;
   CycleWords cycle;
+  std::int32_t switched_on = 0, switched_off = 0;  ///< corrections that the program has switched, as bits
   bool rtcp = false;
   bool tool_vector = false;  ///< G43.5
   bool tilted = false, tilted_aligned = false;

@@ -4,8 +4,9 @@
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/nurbs.h"
 
-// Splines in the XY plane: G5 (cubic), G5.1 (quadratic), G5.2/G5.3 (NURBS).
+// Splines in the XY plane: G5 (cubic), G5.1 (quadratic), G5.2/G5.3 (NURBS); NURBS in space by G6.2.
 namespace trn {
 
 namespace {
@@ -15,33 +16,6 @@ Vec3 lift(double x, double y) { return {x, y, 0}; }
 // Degree elevation: the quadratic with control point q as a cubic.
 std::array<Vec3, 4> cubic_from_quadratic(const Vec3& a, const Vec3& q, const Vec3& d) {
   return {a, a + (q - a) * (2.0 / 3.0), d + (q - d) * (2.0 / 3.0), d};
-}
-
-/// Point of a NURBS curve of order `k` with clamped uniform knots at parameter u in [0, n - k + 1].
-template <typename Points>
-Vec3 nurbs_point(const Points& points, int k, double u) {
-  const int n = static_cast<int>(points.size()) - 1;
-  const auto knot = [&](int i) { return i < k ? 0.0 : i > n ? double(n - k + 2) : double(i - k + 1); };
-  std::vector<double> basis(points.size() + static_cast<std::size_t>(k), 0.0);
-  int span = k - 1;
-  while (span < n && u >= knot(span + 1)) ++span;
-  basis[static_cast<std::size_t>(span)] = 1;
-  for (int degree = 1; degree < k; ++degree)
-    for (int i = 0; i <= n; ++i) {
-      const double left = knot(i + degree) - knot(i), right = knot(i + degree + 1) - knot(i + 1);
-      const double first = left > 0 ? (u - knot(i)) / left * basis[static_cast<std::size_t>(i)] : 0;
-      const double second =
-          right > 0 ? (knot(i + degree + 1) - u) / right * basis[static_cast<std::size_t>(i) + 1] : 0;
-      basis[static_cast<std::size_t>(i)] = first + second;
-    }
-  double x = 0, y = 0, weight = 0;
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    const double w = basis[i] * points[i].weight;
-    x += w * points[i].x;
-    y += w * points[i].y;
-    weight += w;
-  }
-  return lift(x / weight, y / weight);
 }
 
 }  // namespace
@@ -72,11 +46,10 @@ void Executor::cubic_spline(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (!b.has('P') || !b.has('Q')) fail(GcodeErrorCode::kMissingWord, column, "G5", "P and Q words");
   if (b.has('I') != b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5", "both I and J, or neither");
-  if (!b.has('I') && !spline_chained_)
-    fail(GcodeErrorCode::kMissingWord, column, "the first G5", "I and J words");
   const AxisValues to = target(b);
-  const double i = b.has('I') ? b['I'] : -spline_tangent_[kX];
-  const double j = b.has('I') ? b['J'] : -spline_tangent_[kY];
+  const bool chained = !b.has('I') && spline_chained_;  // without I and J a first G5 begins in a point
+  const double i = chained ? -spline_tangent_[kX] : b.get('I', 0);
+  const double j = chained ? -spline_tangent_[kY] : b.get('J', 0);
   auto hull = std::make_shared<std::vector<Vec3>>();
   *hull = {lift(s_.position[kX], s_.position[kY]), lift(s_.position[kX] + i, s_.position[kY] + j),
            lift(to[kX] + b['P'], to[kY] + b['Q']), lift(to[kX], to[kY])};
@@ -89,12 +62,23 @@ void Executor::cubic_spline(const Block& b) {
 
 void Executor::quadratic_spline(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kMotion);
-  if (!b.has('I') && !b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5.1", "an I or a J word");
+  if (!b.has('I') || !b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5.1", "I and J words");
   const AxisValues to = target(b);
   const Vec3 from = lift(s_.position[kX], s_.position[kY]), end = lift(to[kX], to[kY]);
   const auto cubic = cubic_from_quadratic(from, from + lift(b.get('I', 0), b.get('J', 0)), end);
   put(canon::NurbsFeed{3, to, std::make_shared<std::vector<Vec3>>(cubic.begin(), cubic.end())});
   s_.position = to;
+}
+
+void Executor::control_point(const Block& b) {
+  if (!b.has_axis_word()) return;
+  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  if (!b.has('X') || !b.has('Y'))
+    fail(GcodeErrorCode::kMissingWord, column, "a control point of G5.2", "both X and Y");
+  if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "a control point of G5.2", "a weight P");
+  if (b['P'] <= 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G5.2", "a weight above 0");
+  const AxisValues to = target(b);
+  nurbs_.push_back({to[kX], to[kY], b['P']});
 }
 
 // G5.2 collects control points (X Y, weight P, order L), G5.3 runs the curve: as cubic pieces through points
@@ -107,35 +91,79 @@ void Executor::nurbs(const Block& b, int motion) {
       nurbs_order_ = b.get('L', 3);
       in_nurbs_ = true;
     }
-    if (b.has_axis_word()) {
-      const AxisValues to = target(b);
-      nurbs_.push_back({to[kX], to[kY], b.get('P', 1)});
-    }
-    if (b.get('P', 1) <= 0)
-      fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G5.2", "a weight above 0");
-    return;
+    return control_point(b);
   }
   if (!in_nurbs_) fail(GcodeErrorCode::kSpline, column, "G5.3 without G5.2", "G5.2 first");
   in_nurbs_ = false;
   const int order = static_cast<int>(nurbs_order_);
-  if (order < 2 || order != nurbs_order_ || nurbs_.size() < static_cast<std::size_t>(order))
+  if (order < 2 || order != nurbs_order_ || nurbs_.size() < static_cast<std::size_t>(std::max(3, order)))
     fail(GcodeErrorCode::kSpline, column, "G5.2 has too few control points for its order L",
          "at least as many control points as the order");
-  const double last = static_cast<double>(nurbs_.size()) - order + 1;
-  const int pieces = 16 * static_cast<int>(nurbs_.size());
-  auto hull = std::make_shared<std::vector<Vec3>>();
-  const auto at = [&](double u) { return nurbs_point(nurbs_, order, std::clamp(u, 0.0, last)); };
-  for (int i = 0; i < pieces; ++i) {
-    const double u0 = last * i / pieces, h = last / pieces, u1 = u0 + h;
-    const Vec3 p0 = at(u0), p1 = at(u1), pa = at(u0 + h / 3), pb = at(u0 + 2 * h / 3);
-    // the cubic through four points of the curve
-    hull->insert(hull->end(), {p0, (-5 * p0 + 18 * pa - 9 * pb + 2 * p1) / 6,
-                               (2 * p0 - 9 * pa + 18 * pb - 5 * p1) / 6, p1});
-  }
+  NurbsCurve curve{order, clamped_uniform_knots(nurbs_.size(), order), {}};
+  for (const NurbsPoint& p : nurbs_) curve.points.emplace_back(p.x, p.y, 0, p.weight);
+  auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(curve));
   AxisValues to = s_.position;
   to[kX] = nurbs_.back().x;
   to[kY] = nurbs_.back().y;
   put(canon::NurbsFeed{static_cast<int>(nurbs_.size()), to, hull});
+  s_.position = to;
+}
+
+// G6.2 (other controls' NURBS): the first line has the order P, each line a knot K and a control point with
+// its weight R, the first of them where the tool stands; as many lines as the order have a knot only.
+void Executor::rational_spline(const Block& b) {
+  const std::uint32_t column = b.code(GGroup::kMotion) >= 0 ? b.at(GGroup::kMotion) : 1;
+  if (!b.has('K')) fail(GcodeErrorCode::kMissingWord, column, "G6.2", "a K word, the knot");
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G6.2");
+  if (b.code(GGroup::kMotion) == 62 && !in_rational_) {
+    check_feed(b, "G6.2");
+    rational_ = {};
+    const double order = b.get('P', 4);
+    if (order != std::round(order) || order < 2 || order > 8)
+      fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', order, "G6.2", "an order from 2 to 8");
+    rational_.order = static_cast<int>(order);
+    in_rational_ = true;
+  }
+  if (!in_rational_)
+    fail(GcodeErrorCode::kSpline, column, "a curve ends before this line", "G6.2 P K X Y Z first");
+  if (!rational_.knots.empty() && b['K'] < rational_.knots.back())
+    fail(GcodeErrorCode::kBadValue, b.at('K'), 'K', b['K'], "G6.2", "knots that do not fall");
+  const bool tail = rational_.knots.size() > rational_.points.size();
+  rational_.knots.push_back(b['K']);
+  if (b.has_axis_word()) return rational_point(b, tail, column);
+  const std::size_t needed = rational_.points.size() + static_cast<std::size_t>(rational_.order);
+  if (rational_.knots.size() == needed) finish_rational(column);
+}
+
+void Executor::rational_point(const Block& b, bool tail, std::uint32_t column) {
+  for (const char letter : {'A', 'B', 'C'})
+    if (b.has(letter)) fail(GcodeErrorCode::kSpline, b.at(letter), "G6.2 turns no rotary axis", "X, Y and Z");
+  if (tail)
+    fail(GcodeErrorCode::kSpline, column, "a control point behind a line with a knot only", "knots only");
+  const double weight = b.get('R', 1);
+  if (weight <= 0) fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', weight, "G6.2", "a weight above 0");
+  AxisValues point = target(b);
+  if (rational_.points.empty() &&
+      (point - s_.position).head<3>().norm() > from_mm(parts_.config.arc_tolerance_mm))
+    fail(GcodeErrorCode::kSpline, column, "the first control point of G6.2 is not where the tool stands",
+         "a move to it first");
+  if (!rational_.points.empty() && !s_.modal.incremental) {  // words that are missing: as in the point before
+    for (int i = 0; i < 3; ++i)
+      if (!b.has(kWordLetters[i])) point[i] = rational_.points.back()[i];
+  }
+  rational_.points.emplace_back(point[kX], point[kY], point[kZ], weight);
+}
+
+void Executor::finish_rational(std::uint32_t column) {
+  in_rational_ = false;
+  if (rational_.points.size() < static_cast<std::size_t>(rational_.order) ||
+      rational_.first() >= rational_.last())
+    fail(GcodeErrorCode::kSpline, column, "G6.2 has too few control points for its order P",
+         "at least as many control points as the order, and knots that rise");
+  auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(rational_));
+  AxisValues to = s_.position;
+  to.head<3>() = hull->back();
+  put(canon::NurbsFeed{static_cast<int>(rational_.points.size()), to, hull, true});
   s_.position = to;
 }
 

@@ -17,6 +17,7 @@ struct PlanPiece {
   bool rapid = false;
   bool ends_stretch = false;  ///< the machine comes to rest at the end of this piece
   std::uint32_t line = 0;
+  OutputChanges outputs;  ///< act where the piece begins
 };
 
 /// Receives the planned path in order; an event comes only after a piece that ends a stretch.

@@ -48,6 +48,12 @@ class DeviationMeter {
   /// The next move, in program order; given before the first sample of its motion.
   void programmed(const ProgramMove& move);
 
+  /// The machine stands, and what was programmed so far is over: a probe move ended on the way.
+  void restart() {
+    legs_.clear();
+    share_ = 0;
+  }
+
   /// The next sample: p the tip in the frame of the moves' X Y Z words (mm), u the tool axis there (unit),
   /// and the source line it belongs to.
   void sample(const Vec3& p, const Vec3& u, std::uint32_t line);

@@ -51,9 +51,7 @@ ActualChain known_chain(const Machine& machine) {
 
 Assembly without_geometry(const std::string& path) {
   Assembly assembly = assemble(path);
-  assembly.map =
-      std::make_unique<MachineJointMap>(*assembly.kinematics, nullptr, assembly.corrections.joint.get());
-  assembly.corrections.pose.reset();
+  assembly.corrections.planned_off |= kGeometricBit;
   return assembly;
 }
 

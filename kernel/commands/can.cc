@@ -282,6 +282,7 @@ void add_can(CLI::App& app, Exit& exit) {
   nmt_app->add_option("node", options->nmt_node, "Node id; 0: all")->check(CLI::Range(0, kNodeIdMax));
   CLI::App* monitor_app = add("monitor", "Print every frame, decoded", monitor);
   monitor_app->add_option("--seconds", options->seconds, "End after this time; 0: with Ctrl-C");
+  add_can_faults(*can, exit);
 }
 
 }  // namespace trn

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <functional>
+#include <iostream>
 #include <nlohmann/json.hpp>
 
 #include "core/machine.h"
@@ -29,10 +30,11 @@ struct Options {
   bool wait = false;
   double patience_s = 3600;
   bool json = false;
+  bool yes = false;   // start --from: do not ask
   std::string text;   // program, MDI line, joint
   double amount = 0;  // jog: mm or deg; override: percent
   double speed = 0;   // jog: mm/s or deg/s
-  long count = 0;     // monitor: lines, 0 = no end
+  long count = 0;     // monitor: lines, 0 = no end; start: first line
 };
 
 /// A client's view of its machine: the config and the line to its daemon.
@@ -182,6 +184,11 @@ Json json_of(const status_t& status) {
       {"line", status.line},
       {"override_wanted", status.override_wanted},
       {"override_now", status.override_now},
+      {"rapid_override", status.rapid_override},
+      {"spindle_override", status.spindle_override},
+      {"adaptive_feed", status.adaptive_feed},
+      {"spindle_rpm", status.spindle_rpm},
+      {"single_block", status.single_block != 0},
       {"period_s", status.period_s},
       {"periods", status.periods},
       {"overruns", status.overruns},
@@ -190,6 +197,7 @@ Json json_of(const status_t& status) {
       {"tick_us", {{"p50", status.tick_us_p50}, {"p999", status.tick_us_p999}, {"max", status.tick_us_max}}},
       {"realtime", status.realtime != 0},
       {"warnings", status.warnings},
+      {"bus_health", status.bus_health},
       {"corrections", corrections_json(status)},
       {"joints", joints}};
 }
@@ -212,6 +220,10 @@ void print_status(const status_t& status) {
   fmt::print("program   {}, line {}\n", status.program.empty() ? "none" : status.program, status.line);
   fmt::print("override  {:.0f} % wanted, {:.0f} % now\n", 100 * status.override_wanted,
              100 * status.override_now);
+  fmt::print("          rapid {:.0f} %, spindle {:.0f} %, adaptive feed {:.0f} %\n",
+             100 * status.rapid_override, 100 * status.spindle_override, 100 * status.adaptive_feed);
+  fmt::print("spindle   {:g} rpm{}\n", status.spindle_rpm,
+             status.single_block ? "; single block: stands at the end of every line" : "");
   fmt::print("joints   {}\n", joints_line(status));
   print_corrections(status);
   fmt::print("tick      every {:g} ms, {} so far, {} overruns, {} starvations\n", 1000 * status.period_s,
@@ -220,6 +232,7 @@ void print_status(const status_t& status) {
              status.wake_us_p999, status.wake_us_max);
   fmt::print("duration  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.tick_us_p50,
              status.tick_us_p999, status.tick_us_max);
+  if (!status.bus_health.empty()) fmt::print("bus       {}\n", status.bus_health);
   for (const std::string& warning : status.warnings) fmt::print("WARNING   {}\n", warning);
 }
 
@@ -236,14 +249,27 @@ Exit show_status(const Options& options) {
 }
 
 Json json_of(const motion_t& motion) {
-  return {{"time_us", motion.time_us},
-          {"period", motion.period},
-          {"line", motion.line},
-          {"q_setpoint", motion.q_setpoint},
-          {"q_measured", motion.q_measured},
-          {"word", std::vector<double>(std::begin(motion.word), std::end(motion.word))},
-          {"speed_mm_s", motion.speed_mm_s},
-          {"override_now", motion.override_now}};
+  return {
+      {"time_us", motion.time_us},
+      {"period", motion.period},
+      {"line", motion.line},
+      {"q_setpoint", motion.q_setpoint},
+      {"q_measured", motion.q_measured},
+      {"word", std::vector<double>(std::begin(motion.word), std::end(motion.word))},
+      {"speed_mm_s", motion.speed_mm_s},
+      {"override_now", motion.override_now},
+      {"tool_load_known", motion.tool_load_known != 0},
+      {"tool_load_alarm", motion.tool_load_alarm != 0},
+      {"tool_force_N", std::vector<double>(std::begin(motion.tool_force_N), std::end(motion.tool_force_N))},
+      {"tool_deflection_mm",
+       std::vector<double>(std::begin(motion.tool_deflection_mm), std::end(motion.tool_deflection_mm))}};
+}
+
+std::string tool_load_text(const motion_t& motion) {
+  if (motion.tool_load_alarm) return "  the tool's load is unknown: the model no longer fits";
+  if (!motion.tool_load_known) return "";
+  return fmt::format("  tool {:.2f} {:.2f} N, bent {:.4f} {:.4f} mm", motion.tool_force_N[0],
+                     motion.tool_force_N[1], motion.tool_deflection_mm[0], motion.tool_deflection_mm[1]);
 }
 
 void print_motion(const Machine& machine, const motion_t& motion) {
@@ -253,8 +279,8 @@ void print_motion(const Machine& machine, const motion_t& motion) {
     joints +=
         fmt::format(" {}{:.4f}", machine.joints[i].name, (rotary ? kDegPerRad : 1) * motion.q_measured[i]);
   }
-  fmt::print("{:10} line {:6} {:9.3f} mm/s {:4.0f} % {}\n", motion.period, motion.line, motion.speed_mm_s,
-             100 * motion.override_now, joints);
+  fmt::print("{:10} line {:6} {:9.3f} mm/s {:4.0f} % {}{}\n", motion.period, motion.line, motion.speed_mm_s,
+             100 * motion.override_now, joints, tool_load_text(motion));
 }
 
 Exit monitor(const Options& options) {
@@ -337,9 +363,8 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
     std::int8_t verb;
     bool wait;
   } kPlain[] = {
-      {"start", "Start the loaded program", command_t::START, true},
       {"hold", "Slow down on the path and stand; 'resume' goes on", command_t::HOLD, false},
-      {"resume", "Go on after a hold or a program stop (M0, M1)", command_t::RESUME, false},
+      {"resume", "Go on after a hold, a program stop (M0, M1) or a single block", command_t::RESUME, false},
       {"stop", "Slow down on the path and give the program up", command_t::STOP, true},
       {"estop", "Emergency stop: every drive brakes by its own ramp, then loses power", command_t::ESTOP,
        false},
@@ -350,6 +375,41 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
     CLI::App& client = add_sender(app, exit, options, entry.name, entry.help, plain(entry.verb));
     if (entry.wait) add_wait(client, options);
   }
+}
+
+bool confirmed() {
+  fmt::print(stderr, "start? [y/N] ");
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+// From a line: the daemon prepares and tells the way there, people say yes, then it starts.
+Exit start(const Options& options) {
+  Session session(options);
+  if (options.count > 1) {
+    command_t load = text_command(command_t::LOAD, "");
+    load.value = static_cast<double>(options.count);
+    const Exit prepared = exit_of(session.client.send(load));
+    if (prepared != Exit::kDone) return prepared;
+    if (!options.yes && !confirmed()) {
+      fmt::print(stderr, "not started; the program stays prepared from line {}\n", options.count);
+      return Exit::kUsage;
+    }
+  }
+  return send(session, options, command_of(command_t::START));
+}
+
+void add_start(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  CLI::App& client = add_client(app, exit, options, "start", "Start the loaded program", start);
+  client
+      .add_option("--from", options->count,
+                  "Begin at this line: the lines before it set modes, offsets and tool; the way to where "
+                  "they end is shown, and nothing moves before you have agreed")
+      ->check(CLI::Range(2L, 100000000L));
+  client.add_flag("--yes", options->yes, "With --from: do not ask");
+  add_wait(client, options);
 }
 
 void add_joint_clients(CLI::App& app, Exit& exit) {
@@ -369,17 +429,44 @@ void add_joint_clients(CLI::App& app, Exit& exit) {
 
 void add_override(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<Options>();
-  add_sender(app, exit, options, "override", "Set the speed of all motion, now and later",
-             [](const Machine&, const Options& chosen) {
-               command_t command = command_of(command_t::OVERRIDE);
-               command.value = chosen.amount / 100;
-               return command;
-             })
+  auto what = std::make_shared<std::string>("feed");
+  CLI::App& client =
+      add_sender(app, exit, options, "override",
+                 "Set the speed of feed moves, of rapid moves or of the spindle, now and later. M49, M50 P0 "
+                 "and M51 P0 of a program take feed and spindle out of the operator's hand.",
+                 [what](const Machine&, const Options& chosen) {
+                   command_t command = command_of(*what == "rapid"      ? command_t::RAPID_OVERRIDE
+                                                  : *what == "spindle"  ? command_t::SPINDLE_OVERRIDE
+                                                  : *what == "adaptive" ? command_t::ADAPTIVE_FEED
+                                                                        : command_t::OVERRIDE);
+                   command.value = chosen.amount / 100;
+                   return command;
+                 });
+  client
       .add_option("percent", options->amount,
-                  "0 (stand) over 100 (as programmed) to 200; above 100 as far as the joints allow, "
-                  "rapid moves not at all")
+                  "0 over 100 (as programmed) to 200; feed above 100 as far as the joints allow; rapid and "
+                  "adaptive at most 100")
       ->required()
       ->check(CLI::Range(0.0, 200.0));
+  client.add_option("--of", *what, "feed (and jogs), rapid, spindle; adaptive acts where M52 lets it")
+      ->check(CLI::IsMember({"feed", "rapid", "spindle", "adaptive"}))
+      ->capture_default_str();
+}
+
+void add_step(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  auto on = std::make_shared<std::string>();
+  add_sender(app, exit, options, "step",
+             "Single block: 'on' lets the machine stand on the path at the end of every line of the program "
+             "until 'resume' or 'start'; one that comes too soon to stop there is passed",
+             [on](const Machine&, const Options&) {
+               command_t command = command_of(command_t::SINGLE_BLOCK);
+               command.value = *on == "on" ? 1 : 0;
+               return command;
+             })
+      .add_option("switch", *on, "on or off")
+      ->required()
+      ->check(CLI::IsMember({"on", "off"}));
 }
 
 void add_correction(CLI::App& app, Exit& exit) {
@@ -414,9 +501,11 @@ void add_watchers(CLI::App& app, Exit& exit) {
 
 void add_clients(CLI::App& app, Exit& exit) {
   add_program_clients(app, exit);
+  add_start(app, exit);
   add_motion_clients(app, exit);
   add_joint_clients(app, exit);
   add_override(app, exit);
+  add_step(app, exit);
   add_correction(app, exit);
   add_watchers(app, exit);
 }

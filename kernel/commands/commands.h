@@ -16,11 +16,13 @@ void add_check_trace(CLI::App& app, Exit& exit);
 void add_daemon(CLI::App& app, Exit& exit);
 void add_ballbar(CLI::App& app, Exit& exit);
 void add_joint_table(CLI::App& app, Exit& exit);
-/// can scan, sdo, nmt, monitor
+/// can scan, sdo, nmt, monitor, faults
 void add_can(CLI::App& app, Exit& exit);
+void add_can_faults(CLI::App& can, Exit& exit);
 /// modbus scan, read, write
 void add_modbus(CLI::App& app, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
+void add_sensor(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);
 

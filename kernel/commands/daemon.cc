@@ -28,6 +28,7 @@ CycleConfig cycle_config(const Assembly& assembly) {
   config.period_s = assembly.machine.period_s;
   config.joints = assembly.machine.joints;
   config.plan_joints = assembly.plan_joints;
+  config.spindle_timeout_s = assembly.spindle_timeout_s;
   return config;
 }
 
@@ -38,11 +39,19 @@ Parameters parameters_of(const DaemonOptions& options) {
   return parameters;
 }
 
+// The screws of a simulated machine warm up as it moves; real ones do so by themselves.
+std::function<void(const CycleReport&)> warm_screws(const Assembly& assembly) {
+  if (!assembly.screws) return {};
+  return [screws = assembly.screws.get()](const CycleReport& report) {
+    screws->step(report.q_plan, report.q_setpoint);
+  };
+}
+
 void run_machine(const DaemonOptions& options) {
   const Assembly assembly = assemble(options.machine, Field::kReal);
   MotionQueue queue(kQueueBlocks);
   Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
-              assembly.corrections.setpoint.get());
+              assembly.corrections.setpoint.get(), assembly.io.get());
   std::unique_ptr<SessionLog> log;
   if (!options.log.empty())
     log =
@@ -51,10 +60,14 @@ void run_machine(const DaemonOptions& options) {
                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get());
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
-    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map);
+    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
+                                           *assembly.corrections.setpoint);
+  if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
-              assembly.corrections.background});
+              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
+              assembly.io.get()});
+  if (assembly.io) assembly.io->shut_down();
   if (record) record->close();
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
 }

@@ -12,6 +12,7 @@
 #include "interp/gcode/lowering.h"
 #include "interp/gcode/parameter_file.h"
 #include "kernel/commands/commands.h"
+#include "kernel/corrections.h"
 #include "kinematics/factory.h"
 
 namespace trn {
@@ -101,6 +102,7 @@ Exit run(const InterpretOptions& options) {
       const Machine machine = read_machine(load_config(options.machine));
       kinematics = make_kinematics(machine);
       config = read_program_config(machine.root);
+      config.switches = read_switches(machine.root, config);
     }
   } catch (const ConfigError& error) {
     fmt::print(stderr, "{}\n", error.what());

@@ -3,15 +3,19 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <map>
 #include <memory>
+#include <optional>
 #include <sstream>
+#include <tuple>
 
 #include "compensation/joint_table_fit.h"
 #include "core/machine.h"
 #include "core/units.h"
 #include "kernel/commands/commands.h"
+#include "kernel/joint_measure.h"
 
 namespace trn {
 
@@ -20,6 +24,14 @@ namespace {
 struct FitOptions {
   std::string measurements, machine, write, plot;
   int table = 0;
+};
+
+struct MeasureOptions {
+  std::string machine, truth, word = "X", out = "joint-table";
+  std::optional<double> from, to;
+  int places = 25, passes = 2;
+  double noise_um = 0, resolution_um = 0;
+  unsigned seed = 1;
 };
 
 using Measured = std::map<std::string, std::vector<AxisMeasurement>>;
@@ -56,15 +68,9 @@ Measured read_measurements(const std::string& path, const Machine& machine) {
   return out;
 }
 
-struct Named {
-  std::string joint, unit;
-  const std::vector<AxisMeasurement>* measurements;
-  JointTableFit fit;
-};
-
-std::string config_section(const std::vector<Named>& fits) {
+std::string config_section(const std::vector<ErrorCurve>& fits) {
   std::string out = "[corrections.joint_table]\nenabled = true\n";
-  for (const Named& n : fits) {
+  for (const ErrorCurve& n : fits) {
     out += fmt::format("\n[[corrections.joint_table.joint]]\njoint = \"{}\"\n", n.joint);
     if (n.fit.at.empty()) {
       out += fmt::format("slope = {:.9g}\n", n.fit.slope);
@@ -79,84 +85,40 @@ std::string config_section(const std::vector<Named>& fits) {
   return out;
 }
 
-/// Error over place: one diagram a joint, points of both directions and what was fitted.
-std::string diagram(const Named& n, double top) {
-  constexpr double kLeft = 70, kWidth = 540, kHeight = 180;
-  double low = 1e300, high = -1e300, peak = 1e-9;
-  for (const AxisMeasurement& m : *n.measurements) {
-    low = std::min(low, m.commanded);
-    high = std::max(high, m.commanded);
-    peak = std::max(peak, std::abs(m.actual - m.commanded - n.fit.datum));
-  }
-  const auto x = [&](double at) { return kLeft + kWidth * (at - low) / std::max(1e-9, high - low); };
-  const auto y = [&](double e) { return top + kHeight / 2 + 20 - kHeight / 2 * e / peak; };
-  std::string out = fmt::format(
-      "<text x='{}' y='{}' font-size='13'>{}: slope {:.3g} +- {:.1g}, backlash {:.4g} {}</text>\n"
-      "<line x1='{}' y1='{:.1f}' x2='{}' y2='{:.1f}' stroke='#999'/>\n"
-      "<text x='10' y='{:.1f}' font-size='11'>{:.3g} {}</text><text x='10' y='{:.1f}' "
-      "font-size='11'>{:.3g}</text>\n",
-      kLeft, top + 12, n.joint, n.fit.slope, n.fit.slope_deviation, n.fit.backlash, n.unit, kLeft, y(0),
-      kLeft + kWidth, y(0), y(peak) + 8, peak, n.unit, y(-peak), -peak);
-  for (std::size_t i = 0; i < n.measurements->size(); ++i) {
-    const AxisMeasurement& m = (*n.measurements)[i];
-    out +=
-        fmt::format("<circle cx='{:.1f}' cy='{:.1f}' r='2' fill='{}'/>", x(m.commanded),
-                    y(m.actual - m.commanded - n.fit.datum), n.fit.direction[i] > 0 ? "#c0392b" : "#1f6fb2");
-  }
-  for (const int direction : {1, -1}) {
-    std::string points;
-    const auto& curve = direction > 0 ? n.fit.forward : n.fit.backward;
-    for (std::size_t i = 0; i < n.fit.at.size(); ++i)
-      points += fmt::format("{:.1f},{:.1f} ", x(n.fit.at[i]), y(curve[i]));
-    if (n.fit.at.empty())
-      for (const double at : {low, high})
-        points += fmt::format("{:.1f},{:.1f} ", x(at),
-                              y((1 / (1 + n.fit.slope) - 1) * at - direction * n.fit.backlash / 2));
-    out += fmt::format("\n<polyline points='{}' fill='none' stroke='{}'/>\n", points,
-                       direction > 0 ? "#c0392b" : "#1f6fb2");
-  }
-  return out;
-}
-
-std::string picture(const std::vector<Named>& fits) {
-  constexpr double kEach = 230;
-  const double height = 40 + kEach * static_cast<double>(fits.size());
-  std::string out = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 640 {:g}' font-family='sans-serif'>\n"
-      "<rect width='640' height='{:g}' fill='white'/>\n"
-      "<text x='10' y='20' font-size='14'>Error of the axis, actual less commanded: "
-      "<tspan fill='#c0392b'>forward</tspan>, <tspan fill='#1f6fb2'>backward</tspan></text>\n",
-      height, height);
-  for (std::size_t i = 0; i < fits.size(); ++i) out += diagram(fits[i], 40 + kEach * static_cast<double>(i));
-  return out + "</svg>\n";
-}
-
 void write_file(const std::string& path, const std::string& text) {
   std::ofstream out(path);
   out << text;
   if (!out.flush()) throw std::runtime_error(path + ": cannot write this file");
 }
 
-Exit fit(const FitOptions& options) {
-  const Machine machine = read_machine(load_config(options.machine));
-  const Measured measured = read_measurements(options.measurements, machine);
-  std::vector<Named> fits;
+std::string unit_of(const Joint& joint) { return joint.kind == JointKind::kRotary ? "deg" : "mm"; }
+
+/// The fit of every measured joint, and the table of them.
+std::vector<ErrorCurve> fit_all(const Machine& machine, const Measured& measured, int places,
+                                const std::string& file) {
+  std::vector<ErrorCurve> fits;
   fmt::print("joint     points  slope          +-          backlash       +-          rms left\n");
   for (const Joint& joint : machine.joints) {
     const auto found = measured.find(joint.name);
     if (found == measured.end()) continue;
     try {
-      fits.push_back({joint.name, joint.kind == JointKind::kRotary ? "deg" : "mm", &found->second,
-                      fit_joint_table(found->second, options.table)});
+      fits.push_back({joint.name, unit_of(joint), &found->second, fit_joint_table(found->second, places)});
     } catch (const std::invalid_argument& bad) {
-      throw std::runtime_error(fmt::format("{}: joint {}: {}", options.measurements, joint.name, bad.what()));
+      throw std::runtime_error(fmt::format("{}: joint {}: {}", file, joint.name, bad.what()));
     }
     const JointTableFit& f = fits.back().fit;
     fmt::print("{:<9} {:>6}  {:<14.8f} {:<11.2e} {:<14.6f} {:<11.2e} {:.6f} {}\n", joint.name,
                found->second.size(), f.slope, f.slope_deviation, f.backlash, f.backlash_deviation, f.rms,
                fits.back().unit);
   }
-  if (!options.plot.empty()) write_file(options.plot, picture(fits));
+  return fits;
+}
+
+Exit fit(const FitOptions& options) {
+  const Machine machine = read_machine(load_config(options.machine));
+  const Measured measured = read_measurements(options.measurements, machine);
+  const std::vector<ErrorCurve> fits = fit_all(machine, measured, options.table, options.measurements);
+  if (!options.plot.empty()) write_file(options.plot, error_curves(fits));
   if (!options.write.empty())
     write_file(options.write, config_section(fits));
   else
@@ -164,9 +126,85 @@ Exit fit(const FitOptions& options) {
   return Exit::kDone;
 }
 
-Exit guarded(const FitOptions& options) {
+int word_named(const Assembly& assembly, const std::string& name) {
+  std::string legal;
+  for (int word = kX; word <= kC; ++word) {
+    if ((assembly.kinematics->word_mask() >> word & 1u) == 0) continue;
+    if (name.size() == 1 && name[0] == kWordLetters[word]) return word;
+    legal += fmt::format(" {}", kWordLetters[word]);
+  }
+  throw CLI::ValidationError("--word", fmt::format("no word '{}'; the machine has{}", name, legal));
+}
+
+/// In mm and degrees, by joint name.
+Measured by_name(const Machine& machine, const JointMeasurements& measurements) {
+  Measured out;
+  for (std::size_t i = 0; i < measurements.size(); ++i) {
+    const double unit = machine.joints[i].kind == JointKind::kRotary ? kDegPerRad : 1;
+    for (const AxisMeasurement& m : measurements[i])
+      out[machine.joints[i].name].push_back({unit * m.commanded, unit * m.actual});
+  }
+  return out;
+}
+
+void write_measurements(const std::string& path, const Measured& measured) {
+  std::string text = "joint,commanded,actual\n";
+  for (const auto& [joint, points] : measured)
+    for (const AxisMeasurement& m : points)
+      text += fmt::format("{},{:.9f},{:.9f}\n", joint, m.commanded, m.actual);
+  write_file(path, text);
+}
+
+std::vector<JointTable> read_truth(const Machine& machine, const std::string& path) {
+  const ConfigTable root = load_config(path);
+  return read_joint_tables(machine, root.table("corrections").table("joint_table"));
+}
+
+Exit measure(const MeasureOptions& options) {
+  Assembly plain = assemble(options.machine), corrected = assemble(options.machine);
+  const Machine& machine = plain.machine;
+  const std::vector<JointTable> truth = read_truth(machine, options.truth);
+  JointMeasureConfig config;
+  config.word = word_named(plain, options.word);
+  const double unit = config.word < kA ? 1 : kRadPerDeg;
+  std::tie(config.from, config.to) = word_range(plain, config.word);
+  if (options.from) config.from = unit * *options.from;
+  if (options.to) config.to = unit * *options.to;
+  if (!(config.to > config.from))
+    throw CLI::ValidationError("--from", "the way must rise from --from to --to");
+  config.places = options.places;
+  config.passes = options.passes;
+  config.noise = options.noise_um / 1000;
+  config.resolution = options.resolution_um / 1000;
+  config.seed = options.seed;
+  std::filesystem::create_directories(options.out);
+  const std::string program = options.out + "/measure.ngc";
+  const Measured before = by_name(machine, measure_joints(plain, truth, config, false, program));
+  write_measurements(options.out + "/before.csv", before);
+  std::vector<ErrorCurve> fits = fit_all(machine, before, 0, program);
+  Measured after;
+  if (corrected.map->has_joint()) {
+    config.seed += 1000;
+    after = by_name(machine, measure_joints(corrected, truth, config, true, program));
+    write_measurements(options.out + "/after.csv", after);
+    fmt::print("\njoint     error without    with correction\n");
+    for (ErrorCurve& curve : fits) {
+      curve.after = &after[curve.joint];
+      fmt::print("{:<9} {:<16.6f} {:.6f} {}\n", curve.joint, error_amplitude(*curve.measured),
+                 error_amplitude(*curve.after), curve.unit);
+    }
+  }
+  write_file(options.out + "/curves.svg", error_curves(fits));
+  fmt::print("program, measurements (CSV) and picture (SVG) are in {}/\n", options.out);
+  return Exit::kDone;
+}
+
+template <typename Options>
+Exit guarded(Exit (*work)(const Options&), const Options& options) {
   try {
-    return fit(options);
+    return work(options);
+  } catch (const CLI::Error&) {
+    throw;
   } catch (const ConfigError& error) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadConfig;
@@ -174,6 +212,36 @@ Exit guarded(const FitOptions& options) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadProgram;
   }
+}
+
+void add_measure(CLI::App& parent, Exit& exit) {
+  auto options = std::make_shared<MeasureOptions>();
+  CLI::App* app = parent.add_subcommand(
+      "measure",
+      "A there-and-back measurement through the whole kernel, on a simulated machine whose joints go "
+      "wrong: without and, where the config has joint tables, with correction; CSV and SVG");
+  app->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  app->add_option("--truth", options->truth,
+                  "the simulated machine's true errors: a file with a section [corrections.joint_table]")
+      ->required();
+  app->add_option("--word", options->word,
+                  "axis word that is driven; every joint that moves with it is measured")
+      ->capture_default_str();
+  app->add_option("--from", options->from, "mm or deg; default: as far as the machine goes");
+  app->add_option("--to", options->to, "mm or deg");
+  app->add_option("--places", options->places, "where it stops on the way")
+      ->check(CLI::Range(3, 1000))
+      ->capture_default_str();
+  app->add_option("--passes", options->passes, "there and back")
+      ->check(CLI::Range(1, 100))
+      ->capture_default_str();
+  app->add_option("--noise-um", options->noise_um, "standard deviation of a reading")
+      ->check(CLI::NonNegativeNumber);
+  app->add_option("--resolution-um", options->resolution_um, "of the scales")->check(CLI::NonNegativeNumber);
+  app->add_option("--seed", options->seed, "of the noise");
+  app->add_option("--out", options->out, "folder for program, measurements and picture")
+      ->capture_default_str();
+  app->callback([options, &exit] { exit = guarded(&measure, *options); });
 }
 
 }  // namespace
@@ -193,7 +261,8 @@ void add_joint_table(CLI::App& app, Exit& exit) {
       ->check(CLI::Range(2, 200));
   fit_app->add_option("--write", options->write, "write the config section to this file");
   fit_app->add_option("--plot", options->plot, "draw errors and fit (SVG)");
-  fit_app->callback([options, &exit] { exit = guarded(*options); });
+  fit_app->callback([options, &exit] { exit = guarded(&fit, *options); });
+  add_measure(*command, exit);
 }
 
 }  // namespace trn

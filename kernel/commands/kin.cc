@@ -214,6 +214,7 @@ class KinServer {
     MapContext context;
     context.rtcp = true;
     context.tool_offset = tool_of(request);
+    context.corrections_off = corrections_.planned_off;
     Words y;
     KinStatus status = words_at(request, y);
     JointVec q;

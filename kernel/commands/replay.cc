@@ -27,7 +27,7 @@ Exit replay_session(const ReplayOptions& options) {
   ToolTable tools = tool_file.empty() ? ToolTable() : ToolTable::load(tool_file);
   Parameters parameters;
   if (!options.vars.empty()) load_parameters(options.vars, parameters);
-  TraceWriter trace(options.trace, assembly.machine, *assembly.map);
+  TraceWriter trace(options.trace, assembly.machine, *assembly.map, *assembly.corrections.setpoint);
   const ReplayResult result = replay(session, assembly, parameters, tools, trace);
   trace.close();
   fmt::print("{} entries, {} periods, {} starvations, fault {}: {}\n", session.entries.size(), result.periods,
@@ -53,14 +53,16 @@ void add_replay(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ReplayOptions>();
   CLI::App* command = app.add_subcommand(
       "replay",
-      "Run a daemon's session again from its log (daemon --log), without drives and clock; the "
+      "Run a session again from its log (daemon --log, run --log), without drives and clock; the "
       "setpoints are the same bits");
   command->add_option("log", options->log, "the session's log")->required();
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)")->required();
   command->add_option("--machine", options->machine, "config, if it is not where the log says");
   command->add_option("--tools", options->tools, "tool table, if it is not where the log says");
   command->add_option("--vars", options->vars, "variables as they were when the session began");
-  command->footer("Compare: the daemon's own --record of that session and the trace are equal files.");
+  command->footer(
+      "Compare: the daemon's own --record of that session, or the run's --trace, and the trace are equal "
+      "files.");
   command->callback([options, &exit] { exit = run(*options); });
 }
 

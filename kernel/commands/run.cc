@@ -19,9 +19,9 @@ namespace trn {
 namespace {
 
 struct RunOptions {
-  std::string program, machine, trace, path, stretches, pictures, tools, variables;
+  std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log;
   int trace_density = 1;
-  bool json = false, trace_corrections = false;
+  bool json = false, trace_corrections = false, single_block = false;
   std::uint32_t from_line = 0;
 };
 
@@ -114,14 +114,6 @@ JointVec standing_joints(Assembly& assembly) {
   return feedback.q;
 }
 
-// Where the machine goes before the program goes on; words of the axes, or of the tip with RTCP on.
-void show_approach(std::uint32_t line, const std::vector<Words>& approach) {
-  fmt::print(stderr, "from line {}, in the modes the lines before it leave; approach:\n", line);
-  for (const Words& to : approach)
-    fmt::print(stderr, "  X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} B{:.3f} C{:.3f}\n", to[kX], to[kY], to[kZ],
-               to[kA] * kDegPerRad, to[kB] * kDegPerRad, to[kC] * kDegPerRad);
-}
-
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
@@ -131,18 +123,29 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   // The whole program is judged before anything moves.
   ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
   start.from_line = options.from_line;
+  start.corrections_off = assembly.corrections.planned_off;
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
-  if (options.from_line > 1) show_approach(options.from_line, checked.approach);
+  if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
+  if (checked.asks_at != 0)
+    fmt::print(stderr, "checked up to line {}: what follows depends on what the machine answers there\n",
+               checked.asks_at);
 
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;
   std::optional<PathExport> path;
   if (!options.trace.empty())
-    trace.emplace(options.trace, assembly.machine, *assembly.map,
-                  options.trace_corrections ? assembly.corrections.setpoint.get() : nullptr);
+    trace.emplace(options.trace, assembly.machine, *assembly.map, *assembly.corrections.setpoint,
+                  options.trace_corrections);
   if (!options.path.empty() || !options.stretches.empty())
     path.emplace(options.path, options.stretches, assembly);
+  std::unique_ptr<SessionLog> log;
+  if (!options.log.empty())
+    log = std::make_unique<SessionLog>(options.log,
+                                       SessionHead{options.machine, options.tools, options.variables, true});
   SimulationOptions simulation;
+  if (!options.script.empty()) simulation.script = read_operator_script(options.script);
+  simulation.single_block = options.single_block;
+  simulation.log = log.get();
   simulation.program = options.program;
   simulation.from_line = options.from_line;
   Watchers watchers;
@@ -221,9 +224,15 @@ void add_run(CLI::App& app, Exit& exit) {
   command
       ->add_option("--from", options->from_line,
                    "begin at this line of the program: the lines before it set modes, offsets and tool "
-                   "without moving, the machine goes to where they end (away, across, down), then the "
-                   "program goes on")
+                   "without moving, the machine goes to where they end (up to [program] safe_z_mm, across, "
+                   "down), then the program goes on")
       ->check(CLI::PositiveNumber);
+  command->add_option("--operator", options->script,
+                      "what the operator does: lines of SECONDS ACTION [VALUE] with hold, resume, stop, "
+                      "override, rapid, spindle, adaptive (percent), step on|off; # begins a comment");
+  command->add_flag("--step", options->single_block,
+                    "single block: stand on the path at the end of every line, then go on at once");
+  command->add_option("--log", options->log, "write the session to this file, for 'trunnion replay'");
   command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
   command->callback([options, &exit] { exit = run(*options); });
 }

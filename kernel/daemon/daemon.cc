@@ -8,6 +8,7 @@
 
 #include <chrono>
 #include <optional>
+#include <set>
 #include <stdexcept>
 
 #include "kernel/daemon/director.h"
@@ -79,9 +80,31 @@ void drain_reports(const DaemonParts& parts, Director& director) {
     // without power the setpoint only follows the drives
     if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
     if (parts.log) parts.log->report(report);
+    if (parts.on_report) parts.on_report(report);
     director.report(report);
   }
 }
+
+/// Hands readings on to the corrections that want them; who sends others is told once.
+class SensorReceiver {
+ public:
+  explicit SensorReceiver(SensorBoard& board) : board_(board) {}
+  void receive(const trunnion::sensor_t& readings) {
+    for (std::size_t i = 0; i < readings.name.size(); ++i) {
+      const int channel = board_.find(readings.name[i]);
+      if (channel >= 0)
+        board_.publish(channel, readings.value[i]);
+      else if (unknown_.size() < kUnknownMax && unknown_.insert(readings.name[i]).second)
+        spdlog::warn("sensor '{}': no correction asks for it; they ask for: {}", readings.name[i],
+                     board_.names().empty() ? "none" : fmt::format("{}", fmt::join(board_.names(), ", ")));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kUnknownMax = 100;
+  SensorBoard& board_;
+  std::set<std::string> unknown_;
+};
 
 void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
            Director& director) {
@@ -120,10 +143,16 @@ void run_daemon(const DaemonParts& parts) {
     tick.tick();
   });
   Director director({parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs,
-                     thread.statistics(), parts.log, parts.map, parts.chain},
+                     thread.statistics(), parts.log, parts.map, parts.chain, parts.io},
                     collect_warnings(parts.realtime, memory_refused, thread));
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);
+  std::optional<SensorReceiver> receiver;
+  if (parts.sensors) {
+    receiver.emplace(*parts.sensors);
+    link.subscribe<trunnion::sensor_t>(parts.lcm.sensor_channel(),
+                                       [&receiver](const auto& readings) { receiver->receive(readings); });
+  }
   serve(parts, link, thread, signals, director);
   if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
   spdlog::info("ended in good order");

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/sensor_board.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/lcm_link.h"
@@ -25,9 +26,12 @@ struct DaemonParts {
   ProgramSource& programs;
   ReportSink* record = nullptr;
   SessionLog* log = nullptr;
-  MachineJointMap* map = nullptr;  ///< see Director::Parts
+  const MachineJointMap* map = nullptr;  ///< see Director::Parts
   const SetpointChain* chain = nullptr;
-  std::vector<std::function<void()>> background = {};  ///< called many times a second outside the tick
+  SensorBoard* sensors = nullptr;  ///< readings that come over LCM go there; null: nobody wants any
+  std::vector<std::function<void()>> background = {};      ///< called many times a second outside the tick
+  std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
+  const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
 };
 
 /// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this

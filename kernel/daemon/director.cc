@@ -3,8 +3,11 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <thread>
+#include <utility>
 
 namespace trn {
 
@@ -16,9 +19,10 @@ using trunnion::command_t;
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime = std::chrono::seconds(15);
+constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
 
-bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::CORRECTION; }
+bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK; }
 
 Event event_of(std::int8_t verb) {
   switch (verb) {
@@ -45,6 +49,8 @@ Event event_of(std::int8_t verb) {
   }
 }
 
+bool obeys_always(std::int8_t verb) { return verb == command_t::OVERRIDE || verb > command_t::CORRECTION; }
+
 CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
 CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
 
@@ -63,6 +69,7 @@ Director::Director(const Parts& parts, std::vector<std::string> warnings)
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }) {
   view_.warnings = std::move(warnings);
+  warned_.fill("");
 }
 
 void Director::begin() { machine_event(Event::kReset); }
@@ -91,7 +98,7 @@ CommandDesk::Answer Director::check_values(const command_t& command) const {
 CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
-  if (command.verb == command_t::OVERRIDE) return obey_override(command.value);
+  if (obeys_always(command.verb)) return obey_setting(command.verb, command.value);
   if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
   const MachineState before = supervisor_.state();
   const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
@@ -103,12 +110,31 @@ CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticke
   return act_on_command(decision.actions, command, ticket);
 }
 
-CommandDesk::Answer Director::obey_override(double value) {
-  if (value < 0 || value > 2)
-    return refused(fmt::format("override {} is out of range: 0 to 2 is legal", value));
-  view_.override_wanted = value;
-  status_due_ = true;
-  post({RtCommand::Kind::kOverride, value});
+// Overrides and single block, legal in every state.
+CommandDesk::Answer Director::obey_setting(std::int8_t verb, double value) {
+  using Kind = RtCommand::Kind;
+  const struct {
+    std::int8_t verb;
+    const char* name;
+    double max;
+    Kind kind;
+    double* shown;
+  } kSettings[] = {
+      {command_t::OVERRIDE, "override", 2, Kind::kOverride, &view_.override_wanted},
+      {command_t::RAPID_OVERRIDE, "rapid override", 1, Kind::kRapidOverride, &view_.rapid_override},
+      {command_t::SPINDLE_OVERRIDE, "spindle override", 2, Kind::kSpindleOverride, &view_.spindle_override},
+      {command_t::ADAPTIVE_FEED, "adaptive feed", 1, Kind::kAdaptiveFeed, &view_.adaptive_feed},
+      {command_t::SINGLE_BLOCK, "single block", 1, Kind::kSingleBlock, nullptr},
+  };
+  for (const auto& setting : kSettings) {
+    if (setting.verb != verb) continue;
+    if (value < 0 || value > setting.max)
+      return refused(
+          fmt::format("{} {} is out of range: 0 to {:g} is legal", setting.name, value, setting.max));
+    if (setting.shown) *setting.shown = value;
+    status_due_ = true;
+    post({setting.kind, value});
+  }
   return accepted();
 }
 
@@ -133,9 +159,23 @@ CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
         "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
   parts_.programs.abandon();
   prepared_at_.reset();
-  pose ? parts_.map->enable_pose(on) : parts_.map->enable_joint(on);
+  const int bit = pose ? kGeometricBit : kJointTableBit, off = parts_.programs.corrections_off();
+  parts_.programs.set_corrections_off(static_cast<std::uint8_t>(on ? off & ~bit : off | bit));
   status_due_ = true;
   return accepted();
+}
+
+void Director::hear_corrections(const CycleReport& report) {
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
+    const char* warning = report.corrections[static_cast<std::size_t>(i)].warning;
+    const char*& last = warned_[static_cast<std::size_t>(i)];
+    if (std::strcmp(warning, last) == 0) continue;
+    last = warning;
+    status_due_ = true;
+    const std::string& name = parts_.chain->budget(i).name;
+    *warning ? spdlog::warn("correction '{}': {}", name, warning)
+             : spdlog::info("correction '{}': all is well again", name);
+  }
 }
 
 void Director::add_corrections(trunnion::status_t& status) const {
@@ -145,8 +185,10 @@ void Director::add_corrections(trunnion::status_t& status) const {
     status.correction_offset.push_back(offset);
     status.correction_warning.emplace_back(warning);
   };
-  if (parts_.map && parts_.map->has_pose()) add("geometric", parts_.map->pose() != nullptr, 0, "");
-  if (parts_.map && parts_.map->has_joint()) add("joint_table", parts_.map->joint() != nullptr, 0, "");
+  const bool in_program = report_.on_path && report_.motion != MotionState::kRest;
+  const int off = in_program ? report_.context.corrections_off : parts_.programs.corrections_off();
+  if (parts_.map && parts_.map->has_pose()) add("geometric", (off & kGeometricBit) == 0, 0, "");
+  if (parts_.map && parts_.map->has_joint()) add("joint_table", (off & kJointTableBit) == 0, 0, "");
   for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
     const CorrectionReport& link = report_.corrections[static_cast<std::size_t>(i)];
     const double offset = link.offset.size() > 0 ? link.offset.cwiseAbs().maxCoeff() : 0;
@@ -159,7 +201,10 @@ void Director::add_corrections(trunnion::status_t& status) const {
 CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const command_t& command,
                                              const Ticket& ticket) {
   act(actions);
-  if (actions & kDoLoad) return load(command.text, ticket);
+  if (actions & kDoLoad)
+    return command.value > 1
+               ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
+               : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
   if (actions & kDoMdi) return mdi(command.text, ticket);
   if (actions & kDoJog) post({RtCommand::Kind::kJog, command.value, command.speed, command.joint});
@@ -181,7 +226,8 @@ void Director::enter_state(MachineState before) {
   if (now == MachineState::kFault) {
     const FaultInfo& fault = fault_info(report_.fault);
     spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
-    const std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
     if (!detail.empty()) {
       spdlog::error("{}", detail);
       view_.message = detail;
@@ -241,14 +287,36 @@ void Director::bring_up(bool reset_faults) {
 void Director::shut_down() {
   if (shutting_down_) return;
   shutting_down_ = true;
+  power_off_by_ = Clock::now() + kPowerOffTime;
   worker_.post([this] {
     parts_.drives.shut_down();
     return Worker::Done([] { spdlog::info("drives are off"); });
   });
 }
 
+// From a line: the answer tells the approach, and a start in another place than here is refused.
+CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, const Ticket& ticket) {
+  if (path.empty()) path = program_path_;
+  if (path.empty()) return refused("no program is loaded; load one first");
+  program_path_.clear();
+  const JointVec q = report_.q_plan;
+  const auto approach = std::make_shared<std::string>();
+  run_job(
+      ticket,
+      clear_then([this, path, q, line, approach] { *approach = parts_.programs.load_from(path, q, line); }),
+      [this, path, q, line, approach] {
+        program_path_ = view_.program = path;
+        prepared_at_ = q;
+        from_line_ = line;
+        job_message_ = *approach;
+      },
+      false);
+  return {acknowledge_t::WORKING, ""};
+}
+
 CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
+  from_line_ = 0;
   const JointVec q = report_.q_plan;
   run_job(
       ticket, clear_then([this, path, q] { parts_.programs.load(path, q); }),
@@ -263,6 +331,10 @@ CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket
 CommandDesk::Answer Director::start(const Ticket& ticket) {
   const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
+  if (!prepared && from_line_ > 1) {
+    machine_event(Event::kMotionDone);
+    return refused("the machine has moved since the way to the line was shown; show it again");
+  }
   const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
   const std::function<void()> nothing = [] {};
   run_job(
@@ -320,9 +392,10 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
     then();
     if (starts_motion) {
       prepared_at_.reset();
+      from_line_ = 0;
       post({RtCommand::Kind::kStart});
     }
-    return desk_.finish(ticket, accepted());
+    return desk_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
   view_.message = error;
   if (starts_motion) machine_event(Event::kMotionDone);
@@ -332,6 +405,7 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
 void Director::report(const CycleReport& report) {
   report_ = report;
   heard_id_ = report.last_command_id;
+  hear_corrections(report);
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;
@@ -343,9 +417,15 @@ void Director::report(const CycleReport& report) {
   if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
 }
 
+// A drive in fault, or one that is gone, will never report that it is off.
+bool Director::powerless(DriveState drives) const {
+  const bool silent = drives == DriveState::kFault || drives == DriveState::kLost;
+  return drives == DriveState::kOff || (silent && shutting_down_ && Clock::now() > power_off_by_);
+}
+
 void Director::events_from(const CycleReport& report) {
   if (report.drives == DriveState::kEnabled) machine_event(Event::kDrivesReady);
-  if (report.drives == DriveState::kOff) machine_event(Event::kDrivesOff);
+  if (powerless(report.drives)) machine_event(Event::kDrivesOff);
   if (report.motion == MotionState::kPaused) machine_event(Event::kPaused);
   if (report.motion == MotionState::kRest && !drives_at_work(report.drives))
     machine_event(Event::kMotionDone);
@@ -372,6 +452,7 @@ void Director::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  status.bus_health = parts_.drives.health();
   add_corrections(status);
   status.time_us = unix_time_us();
   status.count = ++status_count_;

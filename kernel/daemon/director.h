@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <chrono>
 #include <cstdint>
@@ -33,9 +34,10 @@ class Director {
     TickPort& tick;
     ProgramSource& programs;
     const LoopStatistics& statistics;
-    SessionLog* log = nullptr;       ///< hears of every command
-    MachineJointMap* map = nullptr;  ///< its corrections may be switched; null: there are none
+    SessionLog* log = nullptr;             ///< hears of every command
+    const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
     const SetpointChain* chain = nullptr;
+    const MachineIo* io = nullptr;  ///< null: none; only for the text of its fault
   };
 
   Director(const Parts& parts, std::vector<std::string> warnings);
@@ -59,9 +61,10 @@ class Director {
   using Ticket = CommandDesk::Ticket;
 
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
-  Answer obey_override(double value);
+  Answer obey_setting(std::int8_t verb, double value);
   Answer obey_correction(const std::string& name, bool on);
   Answer switch_planned(const std::string& name, bool on);
+  void hear_corrections(const CycleReport& report);
   void add_corrections(trunnion::status_t& status) const;
   Answer check_values(const trunnion::command_t& command) const;
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
@@ -73,6 +76,7 @@ class Director {
   void bring_up(bool reset_faults);
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
+  Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket);
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
@@ -81,6 +85,7 @@ class Director {
   void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
                   bool starts_motion);
 
+  bool powerless(DriveState drives) const;
   void events_from(const CycleReport& report);
   void publish_status();
   void publish_motion();
@@ -90,18 +95,22 @@ class Director {
   Supervisor supervisor_;
   DaemonView view_;
   CycleReport report_;
+  std::array<const char*, kMaxSetpointCorrections>
+      warned_;  ///< what each correction behind the plan last said
   Fault last_fault_ = Fault::kOk;
   std::uint32_t last_id_ = 0;                ///< of the commands to the tick
   std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard
   int jobs_ = 0;                             ///< posted to the worker and not yet finished
   std::uint64_t generation_ = 0;             ///< counts what makes a job's outcome void
   std::string program_path_;
+  std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
+  std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
   bool shutting_down_ = false;
   bool done_ = false;
   std::int64_t status_count_ = 0;
   bool status_due_ = true;
-  Clock::time_point next_status_, next_motion_, closing_until_;
+  Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_;
   CommandDesk desk_;
   Worker worker_;
 };

@@ -15,7 +15,12 @@ class ProgramSource {
   /// Prepares a program from its start, as far ahead as the ring goes, for a machine that stands at q (mm,
   /// rad). The tick has been told to forget the last one. ProgramError if the program cannot run.
   virtual void load(const std::string& path, const JointVec& q) = 0;
+  /// The same from a line of it (> 1); returns the way to where it goes on there, in words.
+  virtual std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) = 0;
   virtual void load_mdi(const std::string& text, const JointVec& q) = 0;
+  /// Corrections that are off (MapContext) in all programs loaded from now on, unless they switch themselves.
+  virtual void set_corrections_off(std::uint8_t off) = 0;
+  virtual std::uint8_t corrections_off() const = 0;
   /// Ends the preparation; from any thread, at once.
   virtual void abandon() = 0;
   /// The message of an error that came later, once; "" if there was none.

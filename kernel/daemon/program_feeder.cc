@@ -19,7 +19,8 @@ ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Param
       queue_(queue),
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
-      log_(log) {}
+      log_(log),
+      corrections_off_(assembly.corrections.planned_off) {}
 
 ProgramFeeder::~ProgramFeeder() {
   abandoned_ = true;
@@ -38,20 +39,27 @@ const Parameters& ProgramFeeder::settle() {
 
 void ProgramFeeder::load(const std::string& path, const JointVec& q) { begin({path, std::nullopt, q}); }
 
+std::string ProgramFeeder::load_from(const std::string& path, const JointVec& q, std::uint32_t line) {
+  ProgramStart start{path, std::nullopt, q};
+  start.from_line = line;
+  return approach_text(line, begin(start).approach);
+}
+
 void ProgramFeeder::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
 
-void ProgramFeeder::begin(ProgramStart start) {
+ProgramSummary ProgramFeeder::begin(ProgramStart start) {
   abandoned_ = true;
   join();
   abandoned_ = false;
   take_failure();
   if (start.text) start.kept = mdi_;
-  check_program(assembly_, parameters_, tools_, start, {});
+  start.corrections_off = corrections_off_;
+  const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {});
   wait_until_cleared();
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, PipelineObservers{});
   if (log_) log_->program(start);
   queue_.begin_generation();
-  ended_ = false;
+  ended_ = waits_ = false;
   if (!start.text) mdi_.reset();
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
@@ -59,6 +67,7 @@ void ProgramFeeder::begin(ProgramStart start) {
     ended_ = true;
   });
   wait_until_primed();
+  return summary;
 }
 
 // The tick lets dropped blocks go while it stands; a second is thousands of periods.
@@ -72,7 +81,7 @@ void ProgramFeeder::wait_until_cleared() {
 }
 
 void ProgramFeeder::wait_until_primed() {
-  while (!ended_ && !abandoned_ && queue_.buffered_s() < assembly_.planner.buffer_s) doze();
+  while (!ended_ && !waits_ && !abandoned_ && queue_.buffered_s() < assembly_.planner.buffer_s) doze();
   const std::string failure = take_failure();
   if (!failure.empty()) throw ProgramError(failure);
 }
@@ -84,6 +93,7 @@ bool ProgramFeeder::feed(Pipeline& pipeline) {
     try {
       more = pipeline.next(block);
       if (more) push(block);
+      if (!more && pipeline.waiting()) more = wait_for_answer(pipeline);
     } catch (const std::exception& error) {  // the end of the program still follows
       const std::lock_guard lock(mutex_);
       failure_ = error.what();
@@ -91,6 +101,15 @@ bool ProgramFeeder::feed(Pipeline& pipeline) {
     }
   }
   return sound && !abandoned_;
+}
+
+bool ProgramFeeder::wait_for_answer(Pipeline& pipeline) {
+  ProgramAnswer answer;
+  waits_ = true;
+  while (!abandoned_ && !queue_.take_answer(answer)) doze();
+  waits_ = false;
+  if (!abandoned_) pipeline.answer(answer);
+  return !abandoned_;
 }
 
 void ProgramFeeder::push(const MotionBlock& block) {

@@ -23,7 +23,10 @@ class ProgramFeeder final : public ProgramSource {
   ~ProgramFeeder() override;
 
   void load(const std::string& path, const JointVec& q) override;
+  std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
   void abandon() override { abandoned_ = true; }
   std::string take_failure() override;
 
@@ -31,12 +34,14 @@ class ProgramFeeder final : public ProgramSource {
   const Parameters& settle();
 
  private:
-  void begin(ProgramStart start);
+  ProgramSummary begin(ProgramStart start);
   void wait_until_cleared();
   void wait_until_primed();
   /// False if the program failed or was abandoned.
   bool feed(Pipeline& pipeline);
   void push(const MotionBlock& block);
+  /// The program asks the machine. False if it was abandoned meanwhile.
+  bool wait_for_answer(Pipeline& pipeline);
   void join();
 
   const Assembly& assembly_;
@@ -45,6 +50,8 @@ class ProgramFeeder final : public ProgramSource {
   ToolTable tools_;
   SessionLog* log_;
   std::atomic<bool> abandoned_ = false, ended_ = true;
+  std::atomic<std::uint8_t> corrections_off_;
+  std::atomic<bool> waits_ = false;  ///< for the machine's answer
   std::mutex mutex_;
   std::string failure_;  ///< guarded by mutex_
   std::optional<Settings>

@@ -55,6 +55,7 @@ constexpr auto kTable = std::to_array<Transition>({
 
     {S::kHolding, E::kHold, S::kHolding, kDoNothing},
     {S::kHolding, E::kResume, S::kRunning, kDoResume},
+    {S::kHolding, E::kStart, S::kRunning, kDoResume},
     {S::kHolding, E::kStop, S::kStopping, kDoAbandon},
     {S::kHolding, E::kMotionDone, S::kIdle, kDoNothing},
     {S::kHolding, E::kEstop, S::kEstop, kDoEmergency},
@@ -120,7 +121,7 @@ std::string refuse_by_state(S state, E event) {
   std::string help;
   if (state == S::kFault || state == S::kEstop) help = "; clear it with 'reset'";
   if (state == S::kOff) help = "; bring the drives up with 'reset'";
-  if (state == S::kHolding) help = "; 'resume' goes on, 'stop' gives the program up";
+  if (state == S::kHolding) help = "; 'resume' or 'start' goes on, 'stop' gives the program up";
   return fmt::format("the machine is in state '{}'; '{}' is legal in: {}{}", to_string(state),
                      to_string(event), fmt::join(legal, ", "), help);
 }

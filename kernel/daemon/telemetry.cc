@@ -52,6 +52,11 @@ trunnion::status_t make_status(const Machine& machine, const DaemonView& view, c
   status.program = view.program;
   status.line = static_cast<std::int32_t>(report.line);
   status.override_wanted = view.override_wanted;
+  status.rapid_override = view.rapid_override;
+  status.spindle_override = view.spindle_override;
+  status.adaptive_feed = view.adaptive_feed;
+  status.spindle_rpm = report.spindle_rpm;
+  status.single_block = report.single_block;
   status.override_now = report.override_now;
   status.period_s = machine.period_s;
   status.starvations = report.starvations;
@@ -73,6 +78,13 @@ trunnion::motion_t make_motion(const CycleReport& report) {
   std::copy(report.y.begin(), report.y.end(), motion.word);
   motion.speed_mm_s = report.speed_mm_s;
   motion.override_now = report.override_now;
+  const ToolLoadReport& load = report.tool_load;
+  motion.tool_load_known = load.known;
+  motion.tool_load_alarm = load.alarm;
+  for (int i = 0; i < 2; ++i) {
+    motion.tool_force_N[i] = load.force_N[i];
+    motion.tool_deflection_mm[i] = load.deflection_mm[i];
+  }
   return motion;
 }
 

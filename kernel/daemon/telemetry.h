@@ -18,7 +18,7 @@ struct DaemonView {
   std::string program;  ///< path, "mdi" or ""
   std::string message;  ///< last message of the program or the planner
   bool program_failed = false;
-  double override_wanted = 1;
+  double override_wanted = 1, rapid_override = 1, spindle_override = 1, adaptive_feed = 1;
   std::vector<std::string> warnings;
 };
 

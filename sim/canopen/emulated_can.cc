@@ -48,16 +48,23 @@ class EmulatedCanDrives::Opener final : public CanOpener {
 EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& drives)
     : config_(read_can_drives(machine, drives)),
       nodes_(make_emulated_nodes(machine, config_, drives)),
-      period_ns_(std::llround(machine.period_s * 1e9)) {
+      period_ns_(std::llround(machine.period_s * 1e9)),
+      standing_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     buses_.push_back(std::make_unique<VirtualBus>(config_.buses[i].bitrate));
-    for (auto& node : nodes_[i]) buses_.back()->add(*node);
+    for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
+      buses_.back()->add(*nodes_[i][k]);
+      standing_[config_.buses[i].nodes[k].link.joint] = nodes_[i][k]->drive().joint().measured();
+    }
   }
   master_ = std::make_unique<CanDrives>(config_, std::make_unique<Opener>(*this));
 }
 
 void EmulatedCanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
   master_->exchange(setpoints, feedback);
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    for (const NodeLink& link : master_->master(i).nodes())
+      if (!link.axis().measured_once()) feedback.q[link.config().joint] = standing_[link.config().joint];
   for (auto& bus : buses_) bus->run_until(bus->now_ns() + period_ns_);
 }
 

@@ -44,6 +44,7 @@ class EmulatedCanDrives final : public Drives {
   std::vector<std::vector<std::unique_ptr<EmulatedNode>>> nodes_;
   std::unique_ptr<CanDrives> master_;
   std::int64_t period_ns_;
+  JointVec standing_;  ///< at power-on; what is known before the drives have said anything
 };
 
 }  // namespace trn

@@ -45,6 +45,8 @@ class VirtualBus::Endpoint final : public CanEndpoint {
     return state() == BusState::kOnline ? "" : "the virtual bus is off";
   }
 
+  std::int64_t confirmed_ns() const TRN_RT override { return confirmed_ns_; }
+  void confirm() { confirmed_ns_ = bus_->now_ns_; }
   void hear(const CanFrame& frame) {
     const bool wanted = std::any_of(filters_.begin(), filters_.end(), [&](const CanFilter& filter) {
       return (frame.id & filter.mask) == (filter.id & filter.mask) && !frame.extended;
@@ -61,6 +63,7 @@ class VirtualBus::Endpoint final : public CanEndpoint {
 
  private:
   VirtualBus* bus_;
+  std::int64_t confirmed_ns_ = 0;
   std::vector<CanFilter> filters_;
   FrameQueue in_{kQueueMax};
 };
@@ -109,15 +112,14 @@ bool VirtualBus::pick(CanFrame& frame, Endpoint*& sender) {
   return true;
 }
 
-void VirtualBus::deliver(const CanFrame& frame, const Endpoint* sender) {
+void VirtualBus::deliver(const CanFrame& frame, Endpoint* sender) {
   CanFrame heard = frame;
   heard.time_ns = now_ns_;
   ++frames_;
   if (listener_) listener_(heard);
   for (EmulatedNode* node : nodes_) node->receive(heard, now_ns_);
   if (state_ != BusState::kOnline) return;
-  for (Endpoint* endpoint : endpoints_)
-    if (endpoint != sender) endpoint->hear(heard);
+  for (Endpoint* endpoint : endpoints_) endpoint == sender ? endpoint->confirm() : endpoint->hear(heard);
 }
 
 void VirtualBus::poll_nodes() {

@@ -42,7 +42,7 @@ class VirtualBus {
   struct Sender;
 
   bool pick(CanFrame& frame, Endpoint*& sender);
-  void deliver(const CanFrame& frame, const Endpoint* sender);
+  void deliver(const CanFrame& frame, Endpoint* sender);
   void poll_nodes();
 
   double bit_ns_;

@@ -191,14 +191,17 @@ def judge(case, work, build):
     console, place = (work / "console.log").read_text(), work / "fs/work"
     drives, period_s = bus_log.drives_of(place / "machine.toml")
     frames = bus_log.read_log(work / "bus.log")
-    health = re.findall(r"can\d: load.*", (work / "daemon.log").read_text())
-    print("  daemon:", *health)
+    daemon_log = (work / "daemon.log").read_text()
+    print("  daemon:", *re.findall(r"can\d: load.*", daemon_log))
     good = "daemon exit 0" in console and '"state":"idle"' in console
     if case.faults:
         told = re.findall(r"^fault +(\w+)", console, re.M)
         print(f"  faults told: {told}")
         return good and (case.faults == ("",) or tuple(told) == case.faults)
     good &= console.count("\nexit 0") == 4
+    loads = [float(a) / float(b) for a, b in re.findall(r"load ([\d.]+) % of ([\d.]+) % budgeted", daemon_log)]
+    print("  load over budget:", *(f"{ratio:.4f}" for ratio in loads))
+    good &= bool(loads) and all(abs(ratio - 1) < 0.02 for ratio in loads)
     good &= bus_log.judge_frames(work / "bus.log", frames, drives)
     bus_log.report_sync(frames, period_s)
     subprocess.run([build / "trunnion", "run", place / "part.ngc", "--machine", place / "machine.toml", "--tools",

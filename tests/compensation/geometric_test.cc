@@ -1,66 +1,29 @@
 #include "compensation/geometric.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <random>
 
 #include "core/units.h"
+#include "tests/compensation/true_machine.h"
 #include "tests/kinematics/machines.h"
 
-// Geometric errors against the worked numbers and against matrix products written down here.
+// Geometric errors against the worked numbers and against matrix products (true_machine.h).
 namespace trn {
 namespace {
 
-using Mat4 = Eigen::Matrix4d;
-
-struct Pige {
-  double ey0a = 0, ez0a = 0, ty0a = 0, tz0a = 0, ex0c = 0, ey0c = 0, tx0c = 0, ty0c = 0;
-};
+using test::angle_between;
+using test::cradle;
+using test::head;
+using test::Mat4;
+using test::Pige;
+using test::TipAxis;
 
 Pige pige_of(const nlohmann::json& j) {
   return {j.at("ey0a"), j.at("ez0a"), j.at("ty0a"), j.at("tz0a"),
           j.at("ex0c"), j.at("ey0c"), j.at("tx0c"), j.at("ty0c")};
-}
-
-Mat4 E(double ex, double ey, double ez, double tx, double ty, double tz) {
-  Mat4 m;
-  m << 1, -tz, ty, ex, tz, 1, -tx, ey, -ty, tx, 1, ez, 0, 0, 0, 1;
-  return m;
-}
-
-Mat4 turn(int axis, double angle) {
-  const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-  Mat4 m = Mat4::Identity();
-  m(i, i) = m(j, j) = std::cos(angle);
-  m(j, i) = std::sin(angle);
-  m(i, j) = -m(j, i);
-  return m;
-}
-
-Mat4 shift(double x, double y, double z) {
-  Mat4 m = Mat4::Identity();
-  m.topRightCorner<3, 1>() << x, y, z;
-  return m;
-}
-
-struct TipAxis {
-  Vec3 tip, axis;
-};
-
-/// spec.md section 1, word by word.
-TipAxis cradle(const Pige& e, const JointVec& q, double tool) {
-  const Mat4 X_RW = E(0, e.ey0a, e.ez0a, 0, e.ty0a, e.tz0a) * turn(0, q[3]) *
-                    E(e.ex0c, e.ey0c, 0, e.tx0c, e.ty0c, 0) * shift(0, 0, -75) * turn(2, q[4]);
-  const Mat4 X_WR = X_RW.inverse();
-  return {(X_WR * Eigen::Vector4d(q[0], q[1], q[2] - tool, 1)).head<3>(),
-          (X_WR * Eigen::Vector4d(0, 0, 1, 0)).head<3>()};
-}
-
-/// An A/C head: the tool branch X Y Z C A with errors of C and A; the table stands.
-TipAxis head(const Mat4& E_C, const Mat4& E_A, const JointVec& q, double tool) {
-  const Mat4 X = shift(q[0], q[1], q[2]) * E_C * turn(2, q[4]) * E_A * turn(0, q[3]);
-  return {(X * Eigen::Vector4d(0, 0, -tool, 1)).head<3>(), (X * Eigen::Vector4d(0, 0, 1, 0)).head<3>()};
 }
 
 void set_pige(ActualChain& chain, const Pige& e) {
@@ -74,8 +37,6 @@ Pose nominal_pose(const Kinematics& kinematics, const JointVec& q) {
   EXPECT_EQ(kinematics.forward(q, X), KinStatus::kOk);
   return X;
 }
-
-double angle(const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); }
 
 Pige random_pige(std::mt19937& rng) {
   std::uniform_real_distribution<double> mm(-0.06, 0.06), rad(-2e-4, 2e-4);
@@ -120,7 +81,7 @@ TEST(Geometric, FullModeReachesThePoseOnTheCradle) {
               KinStatus::kOk);
     const TipAxis wanted = cradle({}, q, tool), got = cradle(e, corrected, tool);
     EXPECT_LT((got.tip - wanted.tip).norm(), 1e-6);
-    EXPECT_LT(angle(got.axis, wanted.axis), 1e-9);
+    EXPECT_LT(angle_between(got.axis, wanted.axis), 1e-9);
   }
 }
 
@@ -139,8 +100,8 @@ TEST(Geometric, FullModeReachesThePoseOnAHead) {
       const double* v = e[k];
       find_axis(config.chain, k == 0 ? 4 : 3)->location = {{v[0], v[1], v[2]}, {v[3], v[4], v[5]}};
     }
-    const Mat4 E_C = E(e[0][0], e[0][1], e[0][2], e[0][3], e[0][4], e[0][5]);
-    const Mat4 E_A = E(e[1][0], e[1][1], e[1][2], e[1][3], e[1][4], e[1][5]);
+    const Mat4 E_C = test::error_matrix(e[0][0], e[0][1], e[0][2], e[0][3], e[0][4], e[0][5]);
+    const Mat4 E_A = test::error_matrix(e[1][0], e[1][1], e[1][2], e[1][3], e[1][4], e[1][5]);
     const GeometricCorrection correction(config);
     JointVec q(5);
     q << mm(rng), mm(rng), mm(rng), (i % 2 ? 1 : -1) * a(rng), c(rng);
@@ -150,7 +111,7 @@ TEST(Geometric, FullModeReachesThePoseOnAHead) {
     const TipAxis wanted = head(Mat4::Identity(), Mat4::Identity(), q, 120),
                   got = head(E_C, E_A, corrected, 120);
     EXPECT_LT((got.tip - wanted.tip).norm(), 1e-6);
-    EXPECT_LT(angle(got.axis, wanted.axis), 1e-9);
+    EXPECT_LT(angle_between(got.axis, wanted.axis), 1e-9);
   }
 }
 
@@ -196,8 +157,8 @@ TEST(Geometric, FullModeStaysBoundedAtThePole) {
     // The tip is right everywhere; the axis error left is told, never larger than without correction.
     const TipAxis wanted = cradle({}, q, 100), got = cradle(e, corrected, 100), before = cradle(e, q, 100);
     EXPECT_LT((got.tip - wanted.tip).norm(), 1e-6);
-    const double left = angle(got.axis, wanted.axis);
-    EXPECT_LE(left, angle(before.axis, wanted.axis) * (1 + 1e-3) + 1e-9);
+    const double left = angle_between(got.axis, wanted.axis);
+    EXPECT_LE(left, angle_between(before.axis, wanted.axis) * (1 + 1e-3) + 1e-9);
     EXPECT_NEAR(correction.residual(X, {0, 0, 100}, corrected).axis_rad, left, 1e-12);
     if (q[3] > correction.pole_zone_rad() * 1.01) {
       EXPECT_LT(left, 1e-9);
@@ -270,6 +231,90 @@ TEST(Geometric, TablesOfALinearAxisActAtTheMovingPoint) {
   const Pose wanted = nominal_pose(*machine.kinematics, q);
   ASSERT_EQ(correction.correct(wanted, {0, 0, 100}, q), KinStatus::kOk);
   EXPECT_LT(correction.residual(wanted, {0, 0, 100}, q).tip_mm, 1e-9);
+}
+
+/// Six errors of an axis that rise with its position (mm, rad): e(q) = at zero + slope q.
+struct LinearErrors {
+  double zero[6], slope[6];
+  Mat4 at(double q) const {
+    double e[6];
+    for (int k = 0; k < 6; ++k) e[k] = zero[k] + slope[k] * q;
+    return test::error_matrix(e[0], e[1], e[2], e[3], e[4], e[5]);
+  }
+};
+
+std::string six_tables(const char* joint, bool rotary, const LinearErrors& e) {
+  static constexpr const char* kKeys[] = {"ex_mm", "ey_mm", "ez_mm", "ea_arcsec", "eb_arcsec", "ec_arcsec"};
+  std::string out = fmt::format("[[corrections.geometric.axis]]\njoint = \"{}\"\n", joint);
+  out += "[corrections.geometric.axis.table]\n";
+  out += rotary ? "at_deg = [-200.0, 30.0, 200.0]\n" : "at_mm = [-400.0, 50.0, 500.0]\n";
+  for (int k = 0; k < 6; ++k) {
+    const double unit = k < 3 ? 1 : kDegPerRad * 3600;
+    const auto value = [&](double at) {
+      return unit * (e.zero[k] + e.slope[k] * (rotary ? at * kRadPerDeg : at));
+    };
+    out +=
+        rotary
+            ? fmt::format("{} = [{:.17g}, {:.17g}, {:.17g}]\n", kKeys[k], value(-200), value(30), value(200))
+            : fmt::format("{} = [{:.17g}, {:.17g}, {:.17g}]\n", kKeys[k], value(-400), value(50), value(500));
+  }
+  return out;
+}
+
+// The full set of ISO 230-1: six position-dependent errors of every axis, from the config.
+TEST(Geometric, SixTablesOfEveryAxisAreCorrected) {
+  std::mt19937 rng(11);
+  std::uniform_real_distribution<double> one(-1, 1), mm(-200, 200), a(0.3, 1.5);
+  LinearErrors e[5];
+  std::string text = "[corrections.geometric]\nmode = \"full\"\n";
+  for (int i = 0; i < 5; ++i) {
+    for (int k = 0; k < 6; ++k) {
+      e[i].zero[k] = (k < 3 ? 0.02 : 1e-4) * one(rng);
+      e[i].slope[k] = (k < 3 ? 0.02 : 1e-4) * one(rng) / (i < 3 ? 300 : 2);
+    }
+    const std::string name(1, "XYZAC"[i]);
+    text += six_tables(name.c_str(), i > 2, e[i]);
+  }
+  const LoadedMachine machine = load_machine("cradle");
+  const ConfigTable root = parse_config(text, "t");
+  const GeometricCorrection correction(
+      read_geometric(machine.machine, root.table("corrections").table("geometric")));
+  const auto truth = [&](const JointVec& q, double tool) {
+    const Mat4 X_MS = test::shift(q[0], 0, 0) * e[0].at(q[0]) * test::shift(0, q[1], 0) * e[1].at(q[1]) *
+                      test::shift(0, 0, q[2]) * e[2].at(q[2]);
+    const Mat4 X_MB =
+        e[3].at(q[3]) * test::turn(0, q[3]) * test::shift(0, 0, -75) * e[4].at(q[4]) * test::turn(2, q[4]);
+    const Mat4 X_BS = X_MB.inverse() * X_MS;
+    return TipAxis{(X_BS * Eigen::Vector4d(0, 0, -tool, 1)).head<3>(),
+                   (X_BS * Eigen::Vector4d(0, 0, 1, 0)).head<3>()};
+  };
+  for (int i = 0; i < 500; ++i) {
+    JointVec q(5);
+    q << mm(rng), mm(rng), mm(rng), (i % 2 ? 1 : -1) * a(rng), 3 * one(rng);
+    JointVec corrected = q;
+    ASSERT_EQ(correction.correct(nominal_pose(*machine.kinematics, q), {0, 0, 100}, corrected),
+              KinStatus::kOk);
+    const TipAxis wanted = cradle({}, q, 100), got = truth(corrected, 100), before = truth(q, 100);
+    EXPECT_GT((before.tip - wanted.tip).norm(), 1e-4);
+    EXPECT_LT((got.tip - wanted.tip).norm(), 1e-6);
+    EXPECT_LT(angle_between(got.axis, wanted.axis), 1e-9);
+  }
+}
+
+// A full turn of C: the table goes on behind its end as it began, smoothly.
+TEST(Geometric, APeriodicTableGoesOnTurnAfterTurn) {
+  std::vector<double> at, value;
+  for (int i = 0; i <= 24; ++i) {
+    at.push_back(2 * kPi * i / 24 - 1);
+    value.push_back(0.01 * std::sin(at.back()) + 0.003 * std::cos(2 * at.back()));
+  }
+  value.back() = value.front();
+  const Spline table = Spline::periodic(at, value);
+  for (double x = -20; x < 20; x += 0.037) {
+    EXPECT_NEAR(table.at(x), 0.01 * std::sin(x) + 0.003 * std::cos(2 * x), 3e-6);
+    EXPECT_NEAR(table.slope(x), 0.01 * std::cos(x) - 0.006 * std::sin(2 * x), 3e-5);
+  }
+  EXPECT_THROW(Spline::periodic({0, 1, 2, 3}, {0, 1, 2, 1}), std::invalid_argument);
 }
 
 constexpr char kConfig[] = R"(

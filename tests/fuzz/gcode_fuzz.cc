@@ -25,15 +25,18 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   using namespace trn;
   ProgramConfig config;
   config.sub_path.clear();
+  config.io = config.spindle_encoder = true;
   Parameters parameters;
   ToolTable tools;
   Drop drop;
   Lowering lowering(config, nullptr, drop);
-  Interpreter interpreter({config, parameters, tools, nullptr, lowering, {}});
+  const bool asks = size % 2 != 0;
+  Interpreter interpreter({config, parameters, tools, nullptr, lowering, {}, asks});
   interpreter.open_text(std::string(reinterpret_cast<const char*>(data), size), "fuzz.ngc");
   int errors = 0;
   for (int i = 0; i < kMaxSteps; ++i) {
     try {
+      while (interpreter.waiting()) interpreter.answer({1, AxisValues::Ones(), AxisValues::Ones()});
       if (!interpreter.step()) break;
     } catch (const GcodeError&) {
       if (++errors > kMaxErrors || !interpreter.recover()) break;

@@ -10,14 +10,20 @@
 #include "core/units.h"
 #include "kernel/ballbar_run.h"
 #include "kernel/simulation.h"
+#include "tests/compensation/true_machine.h"
 #include "tests/support/paths.h"
 
-// The corrections through the whole kernel. What the machine really does is worked out here from the
-// setpoints, with matrices that share nothing with the corrections.
+// The corrections through the whole kernel. What the machine really does is worked out from the setpoints,
+// with matrices that share nothing with the corrections.
 namespace trn {
 namespace {
 
-using Mat4 = Eigen::Matrix4d;
+using test::angle_between;
+using test::cradle;
+using test::Mat4;
+using test::measured_pige;
+using test::TipAxis;
+using test::turn;
 
 std::string config(const std::string& name) { return source_dir() + "/configs/" + name + ".toml"; }
 
@@ -31,34 +37,6 @@ std::string extended(const std::string& name, const std::string& text) {
   return path;
 }
 
-Mat4 turn(int axis, double angle) {
-  const int i = (axis + 1) % 3, j = (axis + 2) % 3;
-  Mat4 m = Mat4::Identity();
-  m(i, i) = m(j, j) = std::cos(angle);
-  m(j, i) = std::sin(angle);
-  m(i, j) = -m(j, i);
-  return m;
-}
-
-/// Errors of the paper's second run: e, tilt in arcsec.
-Mat4 error_matrix(const Vec3& e, const Vec3& arcsec) {
-  const Vec3 t = arcsec * kRadPerDeg / 3600;
-  Mat4 m;
-  m << 1, -t.z(), t.y(), e.x(), t.z(), 1, -t.x(), e.y(), -t.y(), t.x(), 1, e.z(), 0, 0, 0, 1;
-  return m;
-}
-
-/// Tip in B and tool axis of the measured cradle, its true geometry by spec.md section 1.
-void measured_cradle(const JointVec& q, const Vec3& tool, Vec3& tip, Vec3& axis) {
-  Mat4 down = Mat4::Identity();
-  down(2, 3) = -75;
-  const Mat4 X_RW = error_matrix({0, 0.0335, -0.0356}, {0, 7.23, 2.94}) * turn(0, q[3]) *
-                    error_matrix({0.0014, -0.0513, 0}, {-26.03, -14.38, 0}) * down * turn(2, q[4]);
-  const Mat4 X_WR = X_RW.inverse();
-  tip = (X_WR * Eigen::Vector4d(q[0] - tool[0], q[1] - tool[1], q[2] - tool[2], 1)).head<3>();
-  axis = (X_WR * Eigen::Vector4d(0, 0, 1, 0)).head<3>().normalized();
-}
-
 /// Worst distance between the tip (and axis) that the planned path asks for and the true one, under RTCP.
 class TruthMeter final : public ReportSink {
  public:
@@ -66,11 +44,10 @@ class TruthMeter final : public ReportSink {
   void write(const CycleReport& report) override {
     if (!report.on_path || !report.context.rtcp || report.motion != MotionState::kMoving) return;
     if (report.line < kSettled) return;
-    Vec3 tip, axis;
-    measured_cradle(report.q_setpoint, report.context.tool_offset, tip, axis);
+    const TipAxis is = cradle(measured_pige(), report.q_setpoint, report.context.tool_offset);
     const Vec3 wanted = kinematics_.orientation(report.y.tail<3>()).col(2);
-    tip_mm = std::max(tip_mm, (tip - report.y.head<3>()).norm());
-    axis_rad = std::max(axis_rad, std::atan2(axis.cross(wanted).norm(), axis.dot(wanted)));
+    tip_mm = std::max(tip_mm, (is.tip - report.y.head<3>()).norm());
+    axis_rad = std::max(axis_rad, angle_between(is.axis, wanted));
     ++samples;
   }
   double tip_mm = 0, axis_rad = 0;
@@ -137,7 +114,7 @@ TEST(Corrections, ProgramsBeginWhereTheMachineStands) {
     JointVec q(5), back;
     q << 30, -40, 50, a, 2.2;
     Words words;
-    ASSERT_EQ(assembly.map->words_at(q, words), KinStatus::kOk);
+    ASSERT_EQ(assembly.map->words_at(q, 0, words), KinStatus::kOk);
     ASSERT_EQ(assembly.map->map(words, {}, back), KinStatus::kOk);
     EXPECT_LT((back - q).lpNorm<Eigen::Infinity>(), 1e-12);
   }

@@ -36,11 +36,20 @@ struct FakePrograms final : ProgramSource {
     if (path == "bad.ngc") throw ProgramError("bad.ngc:3:7: no such word");
     ++loads;
   }
+  std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override {
+    load(path, q);
+    from_line = line;
+    return "approach";
+  }
   void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
+  std::uint8_t corrections_off_ = 0;
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }
   std::atomic<int> loads = 0, mdis = 0;
   int abandoned = 0;
+  std::uint32_t from_line = 0;
   std::string failure;
 };
 
@@ -156,6 +165,24 @@ TEST(Director, BadProgramIsToldAndNothingStarts) {
   EXPECT_EQ(answer.message, "bad.ngc:3:7: no such word");
   EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::REFUSED);
   for (const RtCommand& command : bench.posted) EXPECT_NE(command.kind, Kind::kStart);
+}
+
+// The way to the line is shown first; the start that follows drives that way and no other.
+TEST(Director, AStartFromALineIsPreparedFromWhereTheMachineStands) {
+  Bench bench;
+  EXPECT_EQ(bench.send(command_t::LOAD, "", 12).outcome, +acknowledge_t::REFUSED) << "nothing is loaded";
+  bench.send(command_t::LOAD, "part.ngc");
+  const acknowledge_t shown = bench.send(command_t::LOAD, "", 12);
+  EXPECT_EQ(shown.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(shown.message, "approach");
+  EXPECT_EQ(bench.programs.from_line, 12U);
+  bench.now.q_plan = JointVec::Constant(1, 5.0);
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::REFUSED) << "the machine has moved";
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.send(command_t::LOAD, "", 12);
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kStart);
 }
 
 TEST(Director, HoldResumeStop) {

@@ -63,7 +63,7 @@ TEST(Supervisor, ObeysExactlyTheseCommands) {
       {S::kIdle,
        {E::kLoad, E::kStart, E::kMdi, E::kJog, E::kHome, E::kStop, E::kReset, E::kEstop, E::kTerminate}},
       {S::kRunning, {E::kHold, E::kResume, E::kStop, E::kEstop, E::kTerminate}},
-      {S::kHolding, {E::kHold, E::kResume, E::kStop, E::kEstop, E::kTerminate}},
+      {S::kHolding, {E::kHold, E::kResume, E::kStart, E::kStop, E::kEstop, E::kTerminate}},
       {S::kStopping, {E::kStop, E::kEstop, E::kTerminate}},
       {S::kJogging, {E::kStop, E::kEstop, E::kTerminate}},
       {S::kHoming, {E::kStop, E::kEstop, E::kTerminate}},

@@ -53,7 +53,11 @@ class Recorder : public ReportSink {
  public:
   Recorder(const Kinematics& kinematics, MachineRun& run) : kinematics_(kinematics), run_(run) {}
   void write(const CycleReport& report) override {
-    if (!report.on_path) return;
+    if (!report.on_path) {
+      // The program begins where the drives stood at last: an encoder's readings need not agree to the digit.
+      if (run_.samples.empty()) run_.start.q = report.q_setpoint;
+      return;
+    }
     if (run_.samples.empty()) run_.start = sample(run_.start.q, report);
     run_.samples.push_back(sample(report.q_setpoint, report));
   }

@@ -45,31 +45,12 @@ class DenseJudge {
       : motion_(motion), judge_(motion.joints(), motion.assembly().machine.period_s / kDensity) {
     (*this)(0);
   }
-  void operator()(double plan_time_s) {
-    const JointVec q = motion_.q(plan_time_s);
-    row_.t_s = static_cast<double>(judge_.rows()) * motion_.assembly().machine.period_s / kDensity;
-    row_.q.assign(q.data(), q.data() + q.size());
-    row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
-    judge_.row(row_);
-  }
-  /// The worst ratio of velocity, acceleration and jerk, without what rounding alone can do.
-  double worst(std::string* where = nullptr) const {
-    double worst = 0;
-    for (std::size_t i = 0; i < motion_.joints().size(); ++i)
-      for (const Quantity quantity : {Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk}) {
-        const Peak& peak = judge_.verdicts()[i].peak(quantity);
-        if (peak.ratio <= worst) continue;
-        worst = peak.ratio;
-        if (where)
-          *where = motion_.joints()[i].name + " " + to_string(quantity) + " at " + std::to_string(peak.t_s);
-      }
-    return worst;
-  }
+  void operator()(double plan_time_s) { judge_(motion_.q(plan_time_s)); }
+  double worst(std::string* where = nullptr) const { return judge_.worst(where); }
 
  private:
   const PlannedMotion& motion_;
-  LimitJudge judge_;
-  TraceRow row_;
+  JointJudge judge_;
 };
 
 /// The shortest time in which one joint can come from v, a to rest: jerk to a peak, stay, jerk back.

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "kernel/check/limit_judge.h"
 #include "kernel/interpolator.h"
 #include "kernel/path_rate.h"
 #include "kernel/pipeline.h"
@@ -44,6 +45,10 @@ class PlannedMotion {
     const auto rest = std::upper_bound(rests_s_.begin(), rests_s_.end(), time_s + 1e-9);
     return rest == rests_s_.end() ? length_s_ : *rest;
   }
+  /// Plan time at the beginning of the block with this number, from 1; the end's behind the last.
+  double begin_s(std::uint32_t number) const {
+    return number - 1 < begin_s_.size() ? begin_s_[number - 1] : length_s_;
+  }
 
   /// The joints at a plan time; the end's behind the end.
   JointVec q(double time_s) const {
@@ -66,6 +71,37 @@ class PlannedMotion {
   std::vector<MotionBlock> blocks_;
   std::vector<double> begin_s_, rests_s_;
   double length_s_ = 0;
+};
+
+/// The judge of a stream of joints, row by row, at rest before the first.
+class JointJudge {
+ public:
+  JointJudge(const Joints& joints, double step_s)
+      : joints_(joints), step_s_(step_s), judge_(joints, step_s) {}
+  void operator()(const JointVec& q) {
+    row_.t_s = static_cast<double>(judge_.rows()) * step_s_;
+    row_.q.assign(q.data(), q.data() + q.size());
+    row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
+    judge_.row(row_);
+  }
+  /// The worst ratio of velocity, acceleration and jerk.
+  double worst(std::string* where = nullptr) const {
+    double worst = 0;
+    for (std::size_t i = 0; i < joints_.size(); ++i)
+      for (const Quantity quantity : {Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk}) {
+        const Peak& peak = judge_.verdicts()[i].peak(quantity);
+        if (peak.ratio <= worst) continue;
+        worst = peak.ratio;
+        if (where) *where = joints_[i].name + " " + to_string(quantity) + " at " + std::to_string(peak.t_s);
+      }
+    return worst;
+  }
+
+ private:
+  const Joints& joints_;
+  double step_s_;
+  LimitJudge judge_;
+  TraceRow row_;
 };
 
 /// The tick's motion alone: queue, interpolator and rate, with the plan time they have reached.

@@ -1,3 +1,5 @@
+#include "tests/sim/can_field.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -6,77 +8,11 @@
 #include <random>
 
 #include "core/units.h"
-#include "sim/canopen/emulated_can.h"
 #include "tests/support/allocation_counter.h"
-#include "tests/support/paths.h"
 
 // The real master against emulated nodes on a virtual bus: every row of the fault table, timed in periods.
 namespace trn {
 namespace {
-
-constexpr int kReady = 200;  // periods until everything must be enabled
-
-/// A machine on buses in memory, driven tick by tick.
-class Field {
- public:
-  explicit Field(const std::string& config)
-      : machine_(read_machine(load_config(source_dir() + "/configs/" + config))),
-        drives(machine_, machine_.root.table("drives")) {
-    const auto n = static_cast<Eigen::Index>(machine_.joints.size());
-    setpoints.q = setpoints.qd = feedback.q = JointVec::Zero(n);
-  }
-
-  void tick() {
-    ++period;
-    if (feedback.state != DriveState::kEnabled) setpoints.q = feedback.q;
-    setpoints.q += setpoints.qd * machine_.period_s;
-    if (feedback.state != DriveState::kEnabled) setpoints.qd.setZero();
-    drives.exchange(setpoints, feedback);
-  }
-  /// Periods until `done`, at most `limit`; -1 if it does not come.
-  int until(const std::function<bool()>& done, int limit) {
-    for (int i = 0; i <= limit; ++i) {
-      if (done()) return i;
-      tick();
-    }
-    return -1;
-  }
-  bool enabled() const { return feedback.state == DriveState::kEnabled; }
-  void start() {
-    drives.bring_up();
-    ASSERT_GE(until([&] { return enabled(); }, kReady), 0) << drives.explain_fault(-1);
-  }
-  void home() {
-    const unsigned all = (1u << machine_.joints.size()) - 1;
-    drives.request_home(all);
-    tick();
-    ASSERT_GE(until([&] { return enabled() && feedback.homed_mask == all; }, 40000), 0)
-        << drives.explain_fault(-1);
-    settle();
-  }
-  void settle() {
-    for (int i = 0; i < 300; ++i) tick();
-  }
-  /// As the daemon's reset.
-  void reset() {
-    drives.reset_faults();
-    drives.bring_up();
-  }
-  EmulatedNode& node(int index) { return drives.node(0, static_cast<std::size_t>(index)); }
-  VirtualBus& bus() { return drives.bus(0); }
-  void trouble(int index, EmulatedNode::Trouble kind, std::int64_t value) {
-    node(index).trouble(kind, value, bus().now_ns());
-  }
-
- private:
-  Machine machine_;
-
- public:
-  EmulatedCanDrives drives;
-  Setpoints setpoints;
-  Feedback feedback;
-  int period = 0;
-};
 
 TEST(CanField, ComesUpHomesAndFollowsToTheCount) {
   Field field("cradle_can.toml");

@@ -22,7 +22,8 @@ constexpr double kFeedSpread = 1.03;  // moves whose feeds differ by less share 
 
 bool is_run_material(const PathItem& item) {
   return item.mode == PathMode::kContinuous && item.piece.kind == PathPiece::Kind::kLine &&
-         item.tolerance_mm > 0 && (item.tolerance_rad > 0 || item.piece.c[1].tail<3>().isZero(0));
+         !item.outputs.any() && item.tolerance_mm > 0 &&
+         (item.tolerance_rad > 0 || item.piece.c[1].tail<3>().isZero(0));
 }
 
 // A corner at which the vertex blend uses its whole tolerance without coming near the next vertices.
@@ -44,12 +45,12 @@ bool alike(double a, double b) { return a == b || (a <= b * kFeedSpread && b <= 
 
 bool alike(const FeedLimit& a, const FeedLimit& b) {
   return alike(a.tip_mm_s, b.tip_mm_s) && alike(a.rotary_rad_s, b.rotary_rad_s) &&
-         alike(a.path_units_s, b.path_units_s);
+         alike(a.path_units_s, b.path_units_s) && a.overrides == b.overrides;
 }
 
 FeedLimit lower(const FeedLimit& a, const FeedLimit& b) {
   return {std::min(a.tip_mm_s, b.tip_mm_s), std::min(a.rotary_rad_s, b.rotary_rad_s),
-          std::min(a.path_units_s, b.path_units_s)};
+          std::min(a.path_units_s, b.path_units_s), a.overrides};
 }
 
 }  // namespace

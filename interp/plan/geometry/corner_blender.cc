@@ -66,15 +66,16 @@ void CornerBlender::resolve_junction(double span_after_next) {
   second_.reset();
 }
 
-void CornerBlender::emit_remainder(const PathItem& item, double from, double to) {
+void CornerBlender::emit_remainder(PathItem& item, double from, double to) {
   if (to - from < kRemainderMin) return;
   const bool whole = from == 0 && to == item.piece.length;
   emit(item, whole ? item.piece : cut(item.piece, from, to), item.line);
 }
 
-void CornerBlender::emit(const PathItem& item, const PathPiece& piece, std::uint32_t line) {
+void CornerBlender::emit(PathItem& item, const PathPiece& piece, std::uint32_t line) {
   if (held_) sink_.piece(*held_);
-  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, line};
+  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, line, item.outputs};
+  item.outputs = {};  // with its first piece
 }
 
 void CornerBlender::end_stretch() {

@@ -19,8 +19,8 @@ class CornerBlender {
 
  private:
   void resolve_junction(double span_after_next);
-  void emit_remainder(const PathItem& item, double from, double to);
-  void emit(const PathItem& item, const PathPiece& piece, std::uint32_t line);
+  void emit_remainder(PathItem& item, double from, double to);
+  void emit(PathItem& item, const PathPiece& piece, std::uint32_t line);
   void end_stretch();
 
   PieceSink& sink_;

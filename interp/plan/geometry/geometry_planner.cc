@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 namespace trn {
 
@@ -70,8 +71,10 @@ void GeometryPlanner::move(const ProgramMove& move) {
   end_ = from;
   context_ = move.context;
   at_rest_ = false;
+  outputs_.add(move.outputs);
   if (length_of(move, from) < kMoveMin) return;
-  const PathItem item = item_of(move, from);
+  PathItem item = item_of(move, from);
+  item.outputs = std::exchange(outputs_, {});
   options_.compress ? compressor_.add(item) : blender_.add(item);
   end_ = move.to;
 }

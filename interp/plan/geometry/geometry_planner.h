@@ -37,7 +37,8 @@ class GeometryPlanner : public MoveSink {
   Compressor compressor_;
   std::optional<Words> end_;  ///< of the last move, in the frame of context_
   MapContext context_;
-  bool at_rest_ = true;  ///< no move since the last event
+  OutputChanges outputs_;  ///< of moves that vanished
+  bool at_rest_ = true;    ///< no move since the last event
 };
 
 }  // namespace trn

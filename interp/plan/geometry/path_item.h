@@ -16,6 +16,7 @@ struct PathItem {
   bool joins_next = false;      ///< the next item continues this one with three derivatives, by construction
   std::uint32_t line = 0;       ///< where it starts
   std::uint32_t last_line = 0;  ///< where it ends: a curve stands for many moves
+  OutputChanges outputs;        ///< act where it starts: in the middle of the blend, if there is one
 };
 
 /// True when both contexts mean the same to the joints.

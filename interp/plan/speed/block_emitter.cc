@@ -1,8 +1,18 @@
 #include "interp/plan/speed/block_emitter.h"
 
 #include <cmath>
+#include <utility>
 
 namespace trn::speed {
+
+namespace {
+
+OutputChanges join(OutputChanges first, const OutputChanges& later) {
+  first.add(later);
+  return first;
+}
+
+}  // namespace
 
 void BlockEmitter::begin_stretch() { pieces_.clear(); }
 
@@ -19,7 +29,9 @@ void BlockEmitter::segment(const LawSegment& segment, const std::deque<GridInter
     if (t_border > t) append(segment, grid, t, t_border);
     t = t_border;
     flush(at_rest && t >= segment.duration_s);
+    const OutputChanges left = pieces_[0].plan.outputs;  // of a piece that no time was left for
     pieces_.pop_front();
+    if (left.any()) pieces_[0].plan.outputs = join(left, pieces_[0].plan.outputs);
   }
   if (t < segment.duration_s) append(segment, grid, t, segment.duration_s);
   if (at_rest) flush(true);
@@ -36,10 +48,12 @@ void BlockEmitter::append(const LawSegment& segment, const std::deque<GridInterv
 
 void BlockEmitter::flush(bool at_rest) {
   if (block_.segment_count == 0) return;
-  const PlanPiece& plan = pieces_.front().plan;
+  PlanPiece& plan = pieces_.front().plan;
+  block_.outputs = std::exchange(plan.outputs, {});
   block_.piece = plan.piece;
   block_.context = plan.context;
   block_.rapid = plan.rapid;
+  block_.overrides = plan.feed.overrides;
   block_.line = plan.line;
   block_.ends_at_rest = at_rest;
   out_.block(block_);
@@ -50,6 +64,7 @@ void BlockEmitter::flush(bool at_rest) {
 void BlockEmitter::event(const QueueEvent& event, std::uint32_t line) {
   MotionBlock block{};
   block.event = event;
+  block.overrides = event.overrides;
   block.line = line;
   block.ends_at_rest = true;
   out_.block(block);

@@ -91,6 +91,7 @@ void SpeedPlanner::piece(const PlanPiece& piece) {
       const double length = piece.piece.length;
       if (parts > 1) part.piece = cut(piece.piece, length * i / parts, length * (i + 1) / parts);
       part.ends_stretch = piece.ends_stretch && i + 1 == parts;
+      if (i > 0) part.outputs = {};
       accept(part);
     }
   } catch (const ProgramError&) {

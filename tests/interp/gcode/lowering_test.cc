@@ -1,8 +1,10 @@
 #include <cmath>
 #include <filesystem>
+#include <random>
 
 #include "core/path.h"
 #include "core/units.h"
+#include "interp/gcode/nurbs.h"
 #include "interp/gcode/parameter_file.h"
 #include "tests/interp/gcode/run_program.h"
 #include "tests/support/paths.h"
@@ -223,16 +225,56 @@ TEST(Tables, OffsetsAreWrittenToTheVariables) {
   EXPECT_DOUBLE_EQ(session.parameters[5211], 3 * 25.4);
 }
 
-TEST(Lowering, OutputsAreEventsInOrder) {
-  const test::MoveList list = Session().moves("M62 P3\nG0 X1\nM65 P4\nM68 E2 Q1.5\nM19 R90\nM2\n");
+TEST(Lowering, OutputsAreEventsOrPartOfTheNextMove) {
+  const test::MoveList list =
+      Session().moves("M62 P3\nM67 E1 Q2.5\nM63 P3\nM62 P63\nG0 X1\nM65 P4\nM68 E2 Q1.5\nM19 R90\nX2\nM2\n");
   using Kind = QueueEvent::Kind;
-  ASSERT_EQ(list.events.size(), 5U);
-  const std::pair<int, double> expected[] = {{3062, 1}, {4065, 0}, {2068, 1.5}, {19, 90}};
+  ASSERT_EQ(list.events.size(), 4U);
+  const QueueEvent expected[] = {
+      {Kind::kDigitalOutput, 0, 4}, {Kind::kAnalogOutput, 1.5, 2}, {Kind::kSpindleOrient, 90, 0}};
   for (std::size_t i = 0; i < std::size(expected); ++i) {
-    EXPECT_EQ(list.events[i].kind, Kind::kUser);
-    EXPECT_EQ(list.events[i].argument, expected[i].first);
-    EXPECT_EQ(list.events[i].value, expected[i].second);
+    EXPECT_EQ(list.events[i].kind, expected[i].kind);
+    EXPECT_EQ(list.events[i].argument, expected[i].argument);
+    EXPECT_EQ(list.events[i].value, expected[i].value);
   }
+  ASSERT_EQ(list.moves.size(), 2U);
+  const OutputChanges& first = list.moves[0].outputs;
+  EXPECT_EQ(first.set, std::uint64_t{1} << 63);
+  EXPECT_EQ(first.clear, 8U);
+  ASSERT_EQ(first.analog_count, 1);
+  EXPECT_EQ(first.analog[0].index, 1);
+  EXPECT_EQ(first.analog[0].value, 2.5);
+  EXPECT_FALSE(list.moves[1].outputs.any());
+}
+
+// More analog changes than a move carries: the rest acts before it, at rest.
+TEST(Lowering, NoSynchronisedOutputIsLost) {
+  std::string program;
+  for (int i = 0; i < 6; ++i) program += fmt::format("M67 E{} Q{}\n", i, i + 0.5);
+  const test::MoveList list = Session().moves(program + "M67 E2 Q9\nG0 X1\nM2\n");
+  ASSERT_EQ(list.moves.at(0).outputs.analog_count, 4);
+  EXPECT_EQ(list.moves[0].outputs.analog[2].value, 9);
+  EXPECT_EQ(list.events.at(0).value, 4.5);
+  EXPECT_EQ(list.events.at(1).value, 5.5);
+}
+
+TEST(Lowering, ProbeMovesAndInputsAreBracketedByEvents) {
+  Session session;
+  session.config.io = true;
+  const test::MoveList list = session.moves("F60 G38.5 Z-5\nM66 P7 L3 Q2\nM66 E1\nM2\n");
+  using Kind = QueueEvent::Kind;
+  ASSERT_GE(list.events.size(), 4U);
+  EXPECT_EQ(list.events[0].kind, Kind::kProbeStart);
+  EXPECT_EQ(static_cast<ProbeMode>(list.events[0].argument), ProbeMode::kTryRelease);
+  EXPECT_EQ(list.events[1].kind, Kind::kProbeEnd);
+  ASSERT_EQ(list.moves.size(), 1U);
+  EXPECT_EQ(list.moves[0].feed.tip_mm_s, 1);
+  EXPECT_EQ(list.events[2].value, 2);
+  const InputArgument digital = InputArgument::unpack(list.events[2].argument);
+  EXPECT_EQ(digital.index, 7);
+  EXPECT_EQ(digital.wait, InputWait::kHigh);
+  EXPECT_FALSE(digital.analog);
+  EXPECT_TRUE(InputArgument::unpack(list.events[3].argument).analog);
 }
 
 // What needs to hear the machine is refused where it would move, and never becomes a plain feed.
@@ -246,12 +288,62 @@ TEST(Lowering, WhatNeedsInputsIsRefusedByName) {
     return {};
   };
   EXPECT_EQ(refusal("F9 G38.2 X5").substr(0, 76),
-            "p.ngc:1:1: G38 is not built into this control: no probe input is connected: ");
+            "p.ngc:1:1: G38.2 is not built into this control: no probe input is connected");
   EXPECT_EQ(refusal("S9 M3\nG33 Z5 K1").substr(0, 79),
-            "p.ngc:2:1: G33 is not built into this control: no spindle encoder is connected:");
+            "p.ngc:2:1: G33 is not built into this control: no spindle encoder is connected ");
   EXPECT_EQ(refusal("S9 M3\nG33.1 Z5 K1").substr(0, 14), "p.ngc:2:1: G33");
   EXPECT_EQ(refusal("M66 P1 L3 Q1").substr(0, 72),
-            "p.ngc:1:1: M66 is not built into this control: no inputs are connected: ");
+            "p.ngc:1:1: M66 is not built into this control: no inputs are connected (");
+}
+
+// A rational quadratic with these weights is a quarter of a circle.
+TEST(Lowering, NurbsInSpaceAreTheirCurve) {
+  const test::MoveList list = Session().moves(
+      "G0 X10 Y0 Z3\nF100 G6.2 P3 K0 X10 Y0 Z3\nK0 X10 Y10 R[SQRT[0.5]]\nK0 X0 Y10\nK1\nK1\nK1\nM2\n");
+  ASSERT_GT(list.moves.size(), 20U);
+  for (const ProgramMove& move : list.moves) {
+    EXPECT_NEAR(std::hypot(move.to[0], move.to[1]), 10, 2e-3);
+    EXPECT_NEAR(move.to[2], 3, 1e-12);
+  }
+  EXPECT_NEAR(list.moves.back().to[1], 10, 1e-9);
+}
+
+// Basis functions by their recursive definition (Cox), weighted and summed.
+double basis(const std::vector<double>& knots, std::size_t i, int order, double u) {
+  if (order == 1) return knots[i] <= u && u < knots[i + 1] ? 1 : 0;
+  const auto p = static_cast<std::size_t>(order) - 1;
+  const double left = knots[i + p] - knots[i], right = knots[i + p + 1] - knots[i + 1];
+  return (left > 0 ? (u - knots[i]) / left * basis(knots, i, order - 1, u) : 0) +
+         (right > 0 ? (knots[i + p + 1] - u) / right * basis(knots, i + 1, order - 1, u) : 0);
+}
+
+TEST(Nurbs, PointsAreThoseOfTheBasisFunctions) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<double> place(-5, 5), weight(0.2, 3), step(0, 1);
+  for (int order = 2; order <= 5; ++order) {
+    NurbsCurve curve;
+    curve.order = order;
+    for (int i = 0; i < 7; ++i) curve.points.emplace_back(place(rng), place(rng), place(rng), weight(rng));
+    double knot = 0;
+    for (int i = 0; i < 7 + order; ++i) curve.knots.push_back(knot += i % 3 == 1 ? 0 : step(rng));
+    for (int k = 0; k < 50; ++k) {
+      const double u = curve.first() + (curve.last() - curve.first()) * k / 50;
+      Eigen::Vector4d sum = Eigen::Vector4d::Zero();
+      for (std::size_t i = 0; i < 7; ++i) {
+        const double w = basis(curve.knots, i, order, u) * curve.points[i][3];
+        sum += w * Eigen::Vector4d(curve.points[i][0], curve.points[i][1], curve.points[i][2], 1);
+      }
+      EXPECT_LT((curve.at(u) - Vec3(sum.head<3>() / sum[3])).norm(), 1e-9) << order << " " << u;
+    }
+  }
+}
+
+TEST(UserCodes, CallSubProgramsAndSwitchOutputs) {
+  Session session;
+  session.config.user_m = {{111, "touch", -1, true}, {112, "", 5, false}, {113, "", -1, true}};
+  EXPECT_EQ(
+      session.canon("o<touch> sub\nG0 X#1 Y#2\no<touch> endsub\nM111 P3 Q4\nM112\nM113 P1"),
+      test::moves({"T 3 4 0", "CLEAR_AUX_OUTPUT_BIT(5)", "USER_DEFINED_FUNCTION(113, 1.000000, 0.000000)"}));
 }
 
 }  // namespace

@@ -1,0 +1,26 @@
+#include "compensation/micromill/tool_stiffness.h"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <stdexcept>
+
+namespace trn {
+
+StiffnessFit fit_stiffness(const std::vector<double>& position_mm, const std::vector<double>& force_N) {
+  const auto n = static_cast<Eigen::Index>(position_mm.size());
+  if (n < 3 || force_N.size() != position_mm.size())
+    throw std::invalid_argument("a stiffness needs three samples of position and force at least");
+  const Eigen::Map<const Eigen::ArrayXd> x(position_mm.data(), n), f(force_N.data(), n);
+  const Eigen::ArrayXd dx = x - x.mean();
+  const double spread = dx.square().sum();
+  if (spread <= 0) throw std::invalid_argument("a stiffness needs samples at different positions");
+  StiffnessFit fit;
+  fit.stiffness_N_mm = (dx * f).sum() / spread;
+  fit.contact_mm = x.mean() - f.mean() / fit.stiffness_N_mm;
+  const Eigen::ArrayXd left = f - f.mean() - fit.stiffness_N_mm * dx;
+  fit.rms_N = std::sqrt(left.square().mean());
+  fit.sigma_N_mm = std::sqrt(left.square().sum() / static_cast<double>(n - 2) / spread);
+  return fit;
+}
+
+}  // namespace trn

@@ -1,0 +1,151 @@
+#include "kernel/io_desk.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn {
+
+namespace {
+constexpr double kGearGain_s = 40;      // 1/s
+constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
+}  // namespace
+
+Fault IoDesk::exchange(const IoPlace& place, double spindle_override) TRN_RT {
+  if (!io_) return Fault::kOk;
+  IoOutputs outputs = outputs_;
+  outputs.spindle_rpm *= spindle_override;
+  io_->exchange(outputs, place, inputs_);
+  return inputs_.fault;
+}
+
+void IoDesk::apply(const OutputChanges& changes) TRN_RT {
+  outputs_.digital = (outputs_.digital & ~changes.clear) | changes.set;
+  for (int i = 0; i < changes.analog_count; ++i) {
+    const OutputChanges::Analog& analog = changes.analog[static_cast<std::size_t>(i)];
+    outputs_.analog[analog.index % kMaxIo] = analog.value;
+  }
+}
+
+void IoDesk::all_off() TRN_RT {
+  outputs_ = {};
+  looks_ = 0;
+  probing_ = geared_ = awaits_index_ = false;
+}
+
+IoDesk::Outcome IoDesk::obey(const QueueEvent& event) TRN_RT {
+  using Kind = QueueEvent::Kind;
+  const std::uint64_t bit = std::uint64_t{1} << (event.argument & (kMaxIo - 1));
+  switch (event.kind) {
+    case Kind::kSpindle:
+      outputs_.spindle_rpm = event.value;
+      outputs_.spindle_orients = false;
+      return event.value == 0 ? Outcome::kDone : wait_spindle();
+    case Kind::kSpindleOrient:
+      outputs_.spindle_rpm = 0;
+      outputs_.spindle_orients = true;
+      outputs_.spindle_deg = event.value;
+      return wait_spindle();
+    case Kind::kCoolant:
+      outputs_.coolant = event.argument;
+      return Outcome::kDone;
+    case Kind::kDigitalOutput:
+      outputs_.digital = event.value != 0 ? outputs_.digital | bit : outputs_.digital & ~bit;
+      return Outcome::kDone;
+    case Kind::kAnalogOutput:
+      outputs_.analog[static_cast<std::size_t>(event.argument & (kMaxIo - 1))] = event.value;
+      return Outcome::kDone;
+    case Kind::kWaitInput:
+      return wait_input(event);
+    case Kind::kGearStart:
+      return await_index(event);
+    case Kind::kGearEnd:
+      geared_ = false;
+      return Outcome::kDone;
+    case Kind::kProbeStart:
+      return begin_probe(static_cast<ProbeMode>(event.argument));
+    case Kind::kProbeEnd:
+      return static_cast<double>(looks_++) * period_s_ < kProbeSettle_s ? Outcome::kWaits : end_probe(false);
+    default:
+      return Outcome::kDone;
+  }
+}
+
+// The devices hear of the command at the end of this period, and answer in the next.
+IoDesk::Outcome IoDesk::wait_spindle() TRN_RT {
+  if (!io_) return Outcome::kDone;
+  if (looks_++ < 1) return Outcome::kWaits;
+  if (!inputs_.spindle_ready) {
+    if (static_cast<double>(looks_) * period_s_ > spindle_timeout_s_) return fail(Fault::kSpindle);
+    return Outcome::kWaits;
+  }
+  looks_ = 0;
+  return Outcome::kDone;
+}
+
+// Every pass of a thread begins at the index pulse, so that all meet the same groove. A session's log has the
+// encoder from the first look on, so that only later ones may compare.
+IoDesk::Outcome IoDesk::await_index(const QueueEvent& event) TRN_RT {
+  const double now = turns(), index = std::floor(now);
+  const bool passed = looks_ >= 2 && index > std::floor(turns_before_);
+  turns_before_ = now;
+  awaits_index_ = !passed;
+  if (!passed) {
+    if (static_cast<double>(++looks_) * period_s_ > spindle_timeout_s_) return fail(Fault::kSpindle);
+    return Outcome::kWaits;
+  }
+  looks_ = 0;
+  geared_ = true;
+  gear_turns_ = index;
+  gear_turns_s_ = event.value;
+  gear_time_s_ = gear_lag_s_ = 0;
+  return Outcome::kDone;
+}
+
+double IoDesk::gear_rate(double passed_s) TRN_RT {
+  const double now = turns(), speed = (now - turns_before_) / period_s_ / gear_turns_s_;
+  turns_before_ = now;
+  gear_time_s_ += passed_s;
+  gear_lag_s_ = (now - gear_turns_) / gear_turns_s_ - gear_time_s_;
+  return std::max(0.0, speed + kGearGain_s * gear_lag_s_);
+}
+
+IoDesk::Outcome IoDesk::wait_input(const QueueEvent& event) TRN_RT {
+  const InputArgument input = InputArgument::unpack(event.argument);
+  const auto index = static_cast<std::size_t>(input.index % kMaxIo);
+  const bool now = (inputs_.digital >> index & 1) != 0;
+  const bool before = first_look() ? now : (seen_ >> index & 1) != 0;
+  seen_ = inputs_.digital;
+  const bool met = input.wait == InputWait::kNow || (input.wait == InputWait::kRise && now && !before) ||
+                   (input.wait == InputWait::kFall && !now && before) ||
+                   (input.wait == InputWait::kHigh && now) || (input.wait == InputWait::kLow && !now);
+  const bool late = static_cast<double>(looks_) * period_s_ >= event.value;
+  if (!met && !late) {
+    ++looks_;
+    return Outcome::kWaits;
+  }
+  input_value_ = !met ? -1.0 : input.analog ? inputs_.analog[index] : now ? 1.0 : 0.0;
+  looks_ = 0;
+  return Outcome::kDone;
+}
+
+IoDesk::Outcome IoDesk::begin_probe(ProbeMode mode) TRN_RT {
+  mode_ = mode;
+  probing_ = true;
+  return probe_found() ? fail(Fault::kProbe) : Outcome::kDone;
+}
+
+IoDesk::Outcome IoDesk::end_probe(bool found) TRN_RT {
+  probing_ = false;
+  looks_ = 0;
+  const bool must = mode_ == ProbeMode::kContact || mode_ == ProbeMode::kRelease;
+  return must && !found ? fail(Fault::kProbe) : Outcome::kDone;
+}
+
+IoDesk::Outcome IoDesk::fail(Fault fault) TRN_RT {
+  failure_ = fault;
+  looks_ = 0;
+  probing_ = geared_ = awaits_index_ = false;
+  return Outcome::kFailed;
+}
+
+}  // namespace trn

@@ -1,0 +1,78 @@
+#pragma once
+
+#include "core/ports.h"
+
+namespace trn {
+
+/// The tick's side of inputs and outputs: what it tells the devices, and what the program waits for. Without
+/// devices every input is 0 and the spindle is always ready.
+class IoDesk {
+ public:
+  /// What has become of an event.
+  enum class Outcome : unsigned char { kDone, kWaits, kFailed };
+
+  IoDesk(MachineIo* io, double period_s, double spindle_timeout_s)
+      : io_(io), period_s_(period_s), spindle_timeout_s_(spindle_timeout_s) {}
+
+  /// Once a period, behind the drives' exchange; returns the devices' fault.
+  Fault exchange(const IoPlace& place, double spindle_override) TRN_RT;
+  /// The event in front, once a period until it is done. kFailed: `failure` says why.
+  Outcome obey(const QueueEvent& event) TRN_RT;
+  /// Outputs that change with the motion.
+  void apply(const OutputChanges& changes) TRN_RT;
+  /// The motion was broken off: spindle, coolant and all outputs off, nothing is waited for.
+  void all_off() TRN_RT;
+
+  /// Value of the input that was waited for, -1: not in time.
+  double input_value() const TRN_RT { return input_value_; }
+  Fault failure() const TRN_RT { return failure_; }
+  bool probing() const TRN_RT { return probing_; }
+  /// The probe has changed as the probe move wants it.
+  bool probe_found() const TRN_RT { return probing_ && inputs_.probe == seeks_contact(); }
+  /// The probe move is over; a move that must find something and has not is a failure.
+  Outcome end_probe(bool found) TRN_RT;
+
+  /// Between kGearStart and kGearEnd with the spindle in the lead: plan time follows its turns.
+  bool geared() const TRN_RT { return geared_; }
+  /// The rate of plan time that keeps the path with the spindle; `passed_s`: plan time of the last period.
+  double gear_rate(double passed_s) TRN_RT;
+  /// How far the path is behind the spindle, s of plan time.
+  double gear_lag_s() const TRN_RT { return gear_lag_s_; }
+  /// The encoder decides what happens.
+  bool reads_encoder() const TRN_RT { return geared_ || awaits_index_; }
+
+  const IoInputs& inputs() const TRN_RT { return inputs_; }
+  const IoOutputs& outputs() const TRN_RT { return outputs_; }
+
+ private:
+  bool seeks_contact() const TRN_RT {
+    return mode_ == ProbeMode::kContact || mode_ == ProbeMode::kTryContact;
+  }
+  Outcome wait_input(const QueueEvent& event) TRN_RT;
+  Outcome wait_spindle() TRN_RT;
+  Outcome begin_probe(ProbeMode mode) TRN_RT;
+  Outcome await_index(const QueueEvent& event) TRN_RT;
+  double turns() const TRN_RT {
+    return outputs_.spindle_rpm < 0 ? -inputs_.spindle_turns : inputs_.spindle_turns;
+  }
+  Outcome fail(Fault fault) TRN_RT;
+  bool first_look() const TRN_RT { return looks_ == 0; }
+
+  MachineIo* io_;
+  double period_s_, spindle_timeout_s_;
+  IoOutputs outputs_;
+  IoInputs inputs_;
+  std::uint64_t looks_ = 0;  ///< periods that the event in front has waited
+  std::uint64_t seen_ = 0;   ///< the inputs at the last look
+  double input_value_ = 0;
+  Fault failure_ = Fault::kOk;
+  bool probing_ = false;
+  ProbeMode mode_ = ProbeMode::kContact;
+  bool geared_ = false, awaits_index_ = false;
+  double turns_before_ = 0;  ///< at the last look
+  double gear_turns_ = 0;    ///< of the index pulse at which the path began
+  double gear_turns_s_ = 1;  ///< that the plan was made for
+  double gear_time_s_ = 0, gear_lag_s_ = 0;
+};
+
+}  // namespace trn

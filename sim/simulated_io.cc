@@ -1,0 +1,122 @@
+#include "sim/simulated_io.h"
+
+#include <cmath>
+
+#include "compensation/rtcp.h"
+
+namespace trn {
+
+namespace {
+
+std::uint32_t periods(double duration_s, double period_s) {
+  return static_cast<std::uint32_t>(std::ceil(duration_s / period_s - 1e-9));
+}
+
+const Range kIoNumber{0, kMaxIo - 1};
+
+// `input` and `output` are digital, `analog_input` and `analog_output` the others.
+int number_of(const ConfigTable& table, const std::string& key, bool analog) {
+  return static_cast<int>(table.integer(analog ? "analog_" + key : key, kIoNumber));
+}
+
+SimulatedIo::Wire read_wire(const Machine& machine, const ConfigTable& table) {
+  SimulatedIo::Wire wire;
+  wire.analog = table.has("analog_input");
+  wire.input = number_of(table, "input", wire.analog);
+  wire.output = number_of(table, "output", wire.analog);
+  wire.delay_periods = periods(table.number("delay_s", 0, kNotNegative), machine.period_s);
+  return wire;
+}
+
+SimulatedIo::ScriptedInput read_script(const Machine& machine, const ConfigTable& table) {
+  SimulatedIo::ScriptedInput event;
+  event.period = periods(table.number("at_s", kNotNegative), machine.period_s);
+  event.analog = table.has("analog_input");
+  event.input = number_of(table, "input", event.analog);
+  event.value = table.number("value");
+  return event;
+}
+
+SimulatedIo::Plate read_plate(const ConfigTable& table) {
+  const SimulatedIo::Plate plate{table.vec3("min_mm"), table.vec3("max_mm")};
+  if ((plate.max_mm - plate.min_mm).minCoeff() <= 0)
+    throw table.error("max_mm", "every coordinate must be greater than that of min_mm");
+  return plate;
+}
+
+SimulatedSpindle::Config read_spindle(const Machine& machine, const ConfigTable& io) {
+  SimulatedSpindle::Config config;
+  config.period_s = machine.period_s;
+  const std::optional<ConfigTable> table = io.table_if("spindle");
+  if (!table) return config;
+  config.acceleration_rpm_s = table->number("acceleration_rpm_s", 0, kNotNegative);
+  config.load_share = table->number("load_share", 0, Range{0, 0.5});
+  config.load_hz = table->number("load_hz", config.load_hz, kPositive);
+  return config;
+}
+
+}  // namespace
+
+SimulatedIo::SimulatedIo(const Config& config, const Kinematics& kinematics)
+    : kinematics_(kinematics),
+      X_MB_(inverse(kinematics.home_X_BM())),
+      script_(config.script),
+      plates_(config.plates),
+      spindle_(config.spindle) {
+  for (const Wire& wire : config.wires) wires_.push_back({wire, 0, 0});
+}
+
+void SimulatedIo::exchange(const IoOutputs& outputs, const IoPlace& place, IoInputs& inputs) TRN_RT {
+  follow_wires(outputs);
+  run_script();
+  inputs_.probe = touches(place);
+  spindle_.step(outputs, inputs_);
+  ++period_;
+  inputs = inputs_;
+}
+
+void SimulatedIo::follow_wires(const IoOutputs& outputs) TRN_RT {
+  for (LiveWire& live : wires_) {
+    const auto i = static_cast<std::size_t>(live.wire.output);
+    const double value = live.wire.analog ? outputs.analog[i] : static_cast<double>(outputs.digital >> i & 1);
+    if (value != live.value) live.since = period_;
+    live.value = value;
+    if (period_ - live.since == live.wire.delay_periods) set(live.wire.input, live.wire.analog, value);
+  }
+}
+
+void SimulatedIo::run_script() TRN_RT {
+  for (const ScriptedInput& event : script_)
+    if (event.period == period_) set(event.input, event.analog, event.value);
+}
+
+void SimulatedIo::set(int input, bool analog, double value) TRN_RT {
+  const auto i = static_cast<std::size_t>(input);
+  const std::uint64_t bit = std::uint64_t{1} << i;
+  if (analog)
+    inputs_.analog[i] = value;
+  else
+    inputs_.digital = value != 0 ? inputs_.digital | bit : inputs_.digital & ~bit;
+}
+
+bool SimulatedIo::touches(const IoPlace& place) const TRN_RT {
+  if (plates_.empty()) return false;
+  Pose X_BS;
+  if (kinematics_.forward(place.q, X_BS) != KinStatus::kOk) return false;
+  const Vec3 p = X_MB_ * tip_from_spindle(X_BS, place.tool_offset);
+  for (const Plate& plate : plates_)
+    if ((p - plate.min_mm).minCoeff() >= 0 && (plate.max_mm - p).minCoeff() >= 0) return true;
+  return false;
+}
+
+SimulatedIo::Config read_simulated_io(const Machine& machine, const ConfigTable& io) {
+  SimulatedIo::Config config;
+  for (const ConfigTable& table : io.tables_if("wire")) config.wires.push_back(read_wire(machine, table));
+  for (const ConfigTable& table : io.tables_if("script"))
+    config.script.push_back(read_script(machine, table));
+  for (const ConfigTable& table : io.tables_if("plate")) config.plates.push_back(read_plate(table));
+  config.spindle = read_spindle(machine, io);
+  return config;
+}
+
+}  // namespace trn

@@ -1,0 +1,71 @@
+#pragma once
+
+#include <vector>
+
+#include "core/machine.h"
+#include "core/ports.h"
+#include "core/units.h"
+#include "sim/simulated_spindle.h"
+
+namespace trn {
+
+/// Devices beside the drives, stepped once an exchange; deterministic: inputs wired to outputs, inputs that
+/// change by a script, a probe that touches plates on the table, and a spindle.
+class SimulatedIo final : public MachineIo {
+ public:
+  /// Input `input` follows output `output`, `delay` periods later.
+  struct Wire {
+    int output = 0, input = 0;
+    std::uint32_t delay_periods = 0;
+    bool analog = false;
+  };
+  /// An input changes in a given period.
+  struct ScriptedInput {
+    std::uint64_t period = 0;
+    int input = 0;
+    bool analog = false;
+    double value = 0;
+  };
+  /// A block on the table that closes the probe's contact when the tip is inside; corners in M as it lies
+  /// with every axis at zero (program coordinates without offsets), mm.
+  struct Plate {
+    Vec3 min_mm, max_mm;
+  };
+  struct Config {
+    std::vector<Wire> wires;
+    std::vector<ScriptedInput> script;
+    std::vector<Plate> plates;
+    SimulatedSpindle::Config spindle;
+  };
+
+  /// `kinematics` must outlive this.
+  SimulatedIo(const Config& config, const Kinematics& kinematics);
+
+  void exchange(const IoOutputs& outputs, const IoPlace& place, IoInputs& inputs) TRN_RT override;
+
+ private:
+  /// A wire, and since when its output has had its present value.
+  struct LiveWire {
+    Wire wire;
+    double value = 0;
+    std::uint64_t since = 0;
+  };
+  void follow_wires(const IoOutputs& outputs) TRN_RT;
+  void run_script() TRN_RT;
+  void set(int input, bool analog, double value) TRN_RT;
+  bool touches(const IoPlace& place) const TRN_RT;
+
+  const Kinematics& kinematics_;
+  Pose X_MB_;  ///< table in M, at zero
+  std::vector<LiveWire> wires_;
+  std::vector<ScriptedInput> script_;
+  std::vector<Plate> plates_;
+  SimulatedSpindle spindle_;
+  IoInputs inputs_;
+  std::uint64_t period_ = 0;
+};
+
+/// Reads the keys of `io` (the section [io]); ConfigError as ConfigTable.
+SimulatedIo::Config read_simulated_io(const Machine& machine, const ConfigTable& io);
+
+}  // namespace trn

@@ -1,0 +1,245 @@
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <filesystem>
+#include <random>
+
+#include "hal/loopback.h"
+#include "kernel/cycle.h"
+#include "tests/kernel/planned_motion.h"
+#include "tests/support/paths.h"
+
+// The operator at any tick: overrides of feed and rapid, adaptive feed, hold, resume, single block, stop, and
+// a planner that is late. The joints are judged twice by a judge that shares no code with the law: the
+// setpoints with all corrections by the period's differences, and the plan's joints on samples ten times
+// denser. TRN_LONG=10000: so many scenarios over all configs.
+namespace trn {
+namespace {
+
+constexpr int kDensity = 10;
+constexpr int kScenariosPerProgram = 20;
+constexpr int kPeriodsMax = 2500;
+
+/// Blended strokes of every word, dwells, exact stops, words for the operator's rights, around the middle.
+std::string seeded_program(const Assembly& assembly, std::uint64_t seed) {
+  std::mt19937_64 rng(seed);
+  std::uniform_real_distribution<double> u(-1, 1);
+  std::string program = "G21 G94 G64 P0.02\n";
+  const bool tilts = assembly.kinematics->joint_count() == 5 && assembly.machine.name.rfind("cradle", 0) == 0;
+  if (tilts && u(rng) < 0.2) program += "M428\n";
+  program += "G91\n";
+  const unsigned mask = assembly.kinematics->word_mask();
+  const char* kWords[] = {"M49\n",    "M48\n",    "M50 P0\n",   "M50 P1\n", "M53 P0\n",    "M53 P1\n",
+                          "M52 P1\n", "M52 P0\n", "G4 P0.03\n", "G61.1\n",  "G64 P0.02\n", "M3 S900\n"};
+  std::uniform_int_distribution<std::size_t> word(0, std::size(kWords) - 1);
+  Words at = Words::Zero();
+  for (int i = 0; i < 14; ++i) {
+    if (u(rng) > 0.3) program += kWords[word(rng)];
+    const int feed = u(rng) < 0 ? 1500 : u(rng) < 0 ? 6000 : 30000;
+    program += u(rng) > 0.7 ? "G0" : "G1 F" + std::to_string(feed);
+    for (int k = 0; k < 6; ++k) {
+      if (!(mask >> k & 1) || u(rng) < -0.4) continue;
+      const double range = k < 3 ? 12 : 2.5, to = range * u(rng);
+      program += std::string(" ") + kWordLetters[k] + std::to_string(to - at[k]);
+      at[k] = to;
+    }
+    program += "\n";
+  }
+  return program + "M2\n";
+}
+
+struct Tally {
+  long scenarios = 0, periods = 0, steps = 0, holds = 0, stops = 0, starvations = 0;
+  std::vector<double> worst;  ///< of each scenario
+};
+
+/// One program under one operator.
+class Scenario {
+ public:
+  Scenario(const PlannedMotion& motion, std::uint64_t seed)
+      : motion_(motion),
+        rng_(seed),
+        period_s_(motion.assembly().machine.period_s),
+        corrections_(read_corrections(motion.assembly().machine)),
+        queue_(motion.blocks().size() + 1),
+        drives_(motion.q(0)),
+        cycle_({period_s_, motion.assembly().machine.joints, false, 8, motion.joints()},
+               *motion.assembly().map, queue_, drives_, corrections_.setpoint.get()),
+        coarse_(motion.assembly().machine.joints, period_s_),
+        dense_(motion.joints(), period_s_ / kDensity) {}
+
+  /// False, with the reason in `why`, if something is not as promised.
+  bool run(Tally& tally, std::string& why) {
+    drives_.bring_up();
+    for (int i = 0; i < 3; ++i) cycle_.tick();
+    coarse_(cycle_.last_report().q_setpoint);
+    dense_(motion_.q(0));
+    fill();
+    post(Kind::kStart, 0);
+    if (chance(0.3)) post(Kind::kSingleBlock, 1);
+    for (int i = 0; i < kPeriodsMax && (i < 3 || cycle_.last_report().motion != MotionState::kRest); ++i)
+      if (!one_period(tally, why)) return false;
+    ++tally.scenarios;
+    tally.starvations += cycle_.last_report().starvations;
+    std::string where;
+    const double worst = std::max(coarse_.worst(&where), dense_.worst(&where));
+    tally.worst.push_back(worst);
+    why = where;
+    return worst <= LimitJudge::kRatioMax;
+  }
+
+ private:
+  using Kind = RtCommand::Kind;
+
+  bool chance(double p) { return std::uniform_real_distribution<double>(0, 1)(rng_) < p; }
+  double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(rng_); }
+  void post(Kind kind, double value) { cycle_.post({kind, value}); }
+  void fill() {
+    const auto& blocks = motion_.blocks();
+    while (pushed_ < blocks.size() && queue_.buffered_s() < motion_.assembly().planner.buffer_s &&
+           queue_.push(blocks[pushed_]))
+      ++pushed_;
+  }
+  /// Plan time of the place where the tick is.
+  double plan_time() const {
+    const std::uint32_t number = queue_.number_ahead(0);
+    if (number == 0) return motion_.length_s();
+    const PlanPlace place = cycle_.interpolator().place();
+    const MotionBlock& block = motion_.blocks()[number - 1];
+    double t = motion_.begin_s(number) + place.time_s;
+    for (int k = 0; k < place.segment; ++k) t += block.segments[static_cast<std::size_t>(k)].duration_s;
+    return t;
+  }
+
+  void operate(Tally& tally) {
+    if (--next_ > 0) return;
+    next_ = 1 + static_cast<int>(chance(0.3) ? between(0, 20) : between(0, 300));
+    const double kind = between(0, 1);
+    if (kind < 0.2)
+      post(Kind::kHold, 0), ++tally.holds, held_ = true;
+    else if (kind < 0.5)
+      post(Kind::kOverride, chance(0.3) ? 2 : chance(0.2) ? 0 : between(0, 2)), sweep_ = 0;
+    else if (kind < 0.6)
+      sweep_ = between(-0.02, 0.02), swept_ = between(0, 2);
+    else if (kind < 0.7)
+      post(Kind::kRapidOverride, between(0.05, 1));
+    else if (kind < 0.75)
+      post(Kind::kAdaptiveFeed, between(0, 1));
+    else if (kind < 0.9)
+      post(Kind::kSingleBlock, chance(0.6) ? 1 : 0);
+    else if (kind < 0.93)
+      post(Kind::kStop, 0), ++tally.stops;
+    else
+      planner_sleeps_ = static_cast<int>(between(0, 600));
+    if (held_ && chance(0.7)) post(Kind::kResume, 0), held_ = false;
+  }
+
+  bool one_period(Tally& tally, std::string& why) {
+    operate(tally);
+    if (sweep_ != 0) post(Kind::kOverride, swept_ = std::clamp(swept_ + sweep_, 0.0, 2.0));
+    if (--planner_sleeps_ < 0) fill();
+    const bool was_paused = cycle_.last_report().motion == MotionState::kPaused;
+    if (was_paused && chance(0.05)) post(Kind::kResume, 0);
+    const double t0 = plan_time();
+    cycle_.tick();
+    ++tally.periods;
+    const CycleReport& report = cycle_.last_report();
+    if (report.fault != Fault::kOk) {
+      why = "fault " + std::string(fault_info(report.fault).name);
+      return false;
+    }
+    coarse_(report.q_setpoint);
+    see_between(t0, report);
+    if (report.motion == MotionState::kPaused && !was_paused) {
+      ++tally.steps;
+      return stands_at_line_end(why);
+    }
+    return true;
+  }
+
+  // After a stop the queue is forgotten; the tick stands where it was.
+  void see_between(double t0, const CycleReport& report) {
+    if (queue_.number_ahead(0) == 0 && report.motion == MotionState::kRest &&
+        pushed_ < motion_.blocks().size())
+      gone_ = true;
+    if (report.motion == MotionState::kRest && plan_time() < t0) gone_ = true;
+    const double t1 = gone_ ? t0 : plan_time();
+    const bool moved = !gone_ && t1 > t0;
+    for (int i = 1; i <= kDensity; ++i) {
+      const double part = cycle_.path_rate().plan_time_at(static_cast<double>(i) / kDensity);
+      dense_(motion_.q(moved ? std::min(t0 + part, t1) : t0));
+    }
+  }
+
+  // A single block ends between two lines, to a thousandth of a period.
+  bool stands_at_line_end(std::string& why) const {
+    const double t = plan_time();
+    for (std::size_t i = 1; i < motion_.blocks().size(); ++i) {
+      const auto number = static_cast<std::uint32_t>(i + 1);
+      if (motion_.blocks()[i].line == motion_.blocks()[i - 1].line) continue;
+      if (std::abs(motion_.begin_s(number) - t) <= 1.01e-6) return true;
+    }
+    why = "a single block ends within a line, at " + std::to_string(t) + " of the plan";
+    return false;
+  }
+
+  const PlannedMotion& motion_;
+  std::mt19937_64 rng_;
+  double period_s_;
+  Corrections corrections_;
+  MotionQueue queue_;
+  LoopbackDrives drives_;
+  Cycle cycle_;
+  JointJudge coarse_, dense_;
+  std::size_t pushed_ = 0;
+  int next_ = 5, planner_sleeps_ = 0;
+  bool held_ = false, gone_ = false;
+  double sweep_ = 0, swept_ = 1;
+};
+
+std::vector<std::string> shipped_configs() {
+  std::vector<std::string> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
+    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
+  std::sort(paths.begin(), paths.end());
+  return paths;
+}
+
+class Operator : public testing::TestWithParam<std::string> {};
+
+TEST_P(Operator, MayDoAnythingAtAnyTick) {
+  const char* count = std::getenv("TRN_LONG");
+  const auto configs = static_cast<int>(shipped_configs().size());
+  const int scenarios = count ? std::max(1, (std::atoi(count) + configs - 1) / configs) : 12;
+  std::optional<PlannedMotion> motion;
+  Tally tally;
+  int failures = 0;
+  for (int i = 0; i < scenarios; ++i) {
+    if (i % kScenariosPerProgram == 0) {
+      const auto seed = static_cast<std::uint64_t>(i / kScenariosPerProgram) + 1;
+      motion.emplace(GetParam(), seeded_program(assemble(GetParam()), seed));
+    }
+    std::string why;
+    Scenario scenario(*motion, static_cast<std::uint64_t>(i) + 1);
+    if (!scenario.run(tally, why) && ++failures <= 5)
+      ADD_FAILURE() << "scenario " << i << ": " << (tally.worst.empty() ? 0 : tally.worst.back()) << " "
+                    << why;
+  }
+  std::sort(tally.worst.begin(), tally.worst.end());
+  const auto at = [&](double part) {
+    return tally.worst[static_cast<std::size_t>(part * static_cast<double>(tally.worst.size() - 1))];
+  };
+  std::printf(
+      "%d scenarios, %ld periods, %ld holds, %ld stops, %ld single blocks, %ld starvations; worst ratio: "
+      "median "
+      "%.6f, 90 %% %.6f, 99 %% %.6f, worst %.7f; failures %d\n",
+      scenarios, tally.periods, tally.holds, tally.stops, tally.steps, tally.starvations, at(0.5), at(0.9),
+      at(0.99), at(1), failures);
+}
+
+INSTANTIATE_TEST_SUITE_P(Configs, Operator, testing::ValuesIn(shipped_configs()), [](const auto& config) {
+  return std::filesystem::path(config.param).stem().string();
+});
+
+}  // namespace
+}  // namespace trn

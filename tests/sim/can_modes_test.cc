@@ -1,0 +1,109 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/units.h"
+#include "tests/sim/can_field.h"
+
+// Other modes than cyclic position, guarding instead of heartbeats, homing by method: the real master against
+// emulated drives.
+namespace trn {
+namespace {
+
+/// Every node of the cradle in this mode.
+Edits in_mode(const std::string& mode) {
+  return {{"homing_method = 5", "homing_method = 5\nmode = \"" + mode + "\""}};
+}
+
+/// Greatest distance of a drive from the setpoint that it has had two periods for, during a ramp.
+double lag(Field& field, int periods) {
+  double worst = 0;
+  JointVec before = field.setpoints.q, last = before;
+  for (int i = 0; i < periods; ++i) {
+    field.tick();
+    for (int k = 0; k < 5; ++k)
+      worst = std::max(worst, std::abs(field.node(k).drive().joint().measured() - before[k]));
+    before = last;
+    last = field.setpoints.q;
+  }
+  return worst;
+}
+
+class Modes : public testing::TestWithParam<const char*> {};
+
+TEST_P(Modes, ComeUpHomeFollowAndStand) {
+  Field field("cradle_can.toml", in_mode(GetParam()));
+  field.start();
+  field.home();
+  field.setpoints.qd = JointVec::Constant(5, 0.3);
+  const double while_moving = lag(field, 500);
+  ASSERT_TRUE(field.enabled()) << field.drives.explain_fault(-1);
+  field.setpoints.qd.setZero();
+  field.settle();
+  for (int i = 0; i < 5; ++i) {
+    const double scale = i < 3 ? 10000 : 10000 * kDegPerRad;
+    EXPECT_NEAR(field.node(i).drive().joint().measured(), field.setpoints.q[i], 3 / scale) << "joint " << i;
+  }
+  EXPECT_EQ(field.feedback.fault, Fault::kOk);
+  printf("    %s: %.4f mm or rad from the setpoint at 0.3 a second, at most\n", GetParam(), while_moving);
+  EXPECT_LT(while_moving, 0.1);
+}
+
+// A lost setpoint stream must not leave a velocity behind.
+TEST_P(Modes, StandAfterTheMasterFallsSilent) {
+  Field field("cradle_can.toml", in_mode(GetParam()));
+  field.start();
+  field.home();
+  field.setpoints.qd = JointVec::Constant(5, 0.3);
+  for (int i = 0; i < 200; ++i) field.tick();
+  field.bus().set_state(BusState::kDown);
+  for (int i = 0; i < 300; ++i) field.tick();
+  const double before = field.node(0).drive().joint().measured();
+  for (int i = 0; i < 300; ++i) field.tick();
+  EXPECT_NEAR(field.node(0).drive().joint().measured(), before, 1e-9);
+}
+
+INSTANTIATE_TEST_SUITE_P(Of402, Modes, testing::Values("csp", "csv", "ip", "pp"),
+                         [](const auto& param) { return std::string(param.param); });
+
+const Edits kGuarding = {{"heartbeat_ms = 50 ", "heartbeat_ms = 0\nguarding_ms = 20 "}};
+
+TEST(NodeGuarding, TogglesAndFindsNothingWrong) {
+  Field field("cradle_can.toml", kGuarding);
+  field.start();
+  int answers = 0;
+  field.bus().on_frame([&](const CanFrame& frame) { answers += frame.id == 0x701 && !frame.remote; });
+  for (int i = 0; i < 500; ++i) field.tick();
+  EXPECT_NEAR(answers, 50, 2);
+  for (const NodeLink& node : field.drives.master().master(0).nodes())
+    EXPECT_EQ(node.shared().guard_toggle_errors.load(), 0u) << node.config().name;
+  EXPECT_TRUE(field.enabled()) << field.drives.explain_fault(-1);
+}
+
+TEST(NodeGuarding, SeesANodeThatLeavesTheOperationalState) {
+  Field field("cradle_can.toml", kGuarding);
+  field.start();
+  for (int i = 0; i < 100; ++i) field.tick();
+  field.trouble(2, EmulatedNode::Trouble::kPreOperational, 0);
+  EXPECT_GE(field.until([&] { return field.feedback.fault != Fault::kOk; }, 20), 0);
+  EXPECT_EQ(field.feedback.fault_joint, 2);
+}
+
+TEST(HomingMethods, HereTakesThePositionWithoutMoving) {
+  Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = 37"}});
+  field.start();
+  const double before = field.node(0).drive().joint().measured();
+  field.home();
+  EXPECT_EQ(field.node(0).drive().joint().measured(), before);
+}
+
+TEST(HomingMethods, AnUnknownOneIsAFaultThatSaysSo) {
+  Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = 17"}});
+  field.start();
+  field.drives.request_home(1);
+  EXPECT_GE(field.until([&] { return field.feedback.fault != Fault::kOk; }, 2000), 0);
+  EXPECT_EQ(field.feedback.fault, Fault::kHomingFailed);
+}
+
+}  // namespace
+}  // namespace trn
