@@ -71,6 +71,7 @@ class PathGrid {
  private:
   void estimate(bool to_end);
   static void sweep(std::vector<PendingPiece::Place*>& all, SpeedState from, bool flip);
+  void grade_from(NodeSpacing rest, bool flip);
   double wanted_spacing(const PendingPiece& pending) const;
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s);
