@@ -3,11 +3,12 @@
 
     docs/make_planner_pictures.py build/release/trunnion
 
-Writes planner_corner.svg (a corner inside its tolerance) and planner_pass.svg (chords and the curve that is driven)
-beside itself.
+Writes planner_profile.svg (speed, acceleration, jerk, coloured by the joint at a limit), planner_corner.svg (a corner
+inside its tolerance) and planner_pass.svg (chords and the curve that is driven) beside itself.
 """
 import math
 import pathlib
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -23,6 +24,17 @@ def run(binary, text, folder, *options):
     program = folder / "program.ngc"
     program.write_text(text)
     subprocess.run([binary, "run", program, "--machine", MACHINE, *options], check=True, stdout=subprocess.DEVNULL)
+
+
+def profile_program():
+    """A pass over a ball, the tool along the normal, from one side close by the pole to the other."""
+    text = START + "G64 P0.01 R0.1\nG0 X20 Y-28 Z30 A30 C20\nM428\n"
+    for i in range(160):
+        t = i / 159
+        y, tilt = -28 + 56 * t, 32 - 30 * math.sin(math.pi * t)
+        turn = 20 + 150 / (1 + math.exp(-(t - 0.5) * 18))
+        text += f"G1 X{20 * math.cos(2 * t):.4f} Y{y:.4f} Z{30 - y * y / 60:.4f} A{tilt:.4f} C{turn:.4f} F6000\n"
+    return text + "M2\n"
 
 
 def trace(folder):
@@ -103,6 +115,8 @@ def main():
     binary = pathlib.Path(sys.argv[1]).resolve()
     with tempfile.TemporaryDirectory() as temporary:
         folder = pathlib.Path(temporary)
+        run(binary, profile_program(), folder, "--report", folder / "report")
+        shutil.copy(folder / "report/speed.svg", HERE / "planner_profile.svg")
         corner(binary, folder)
         compressed_pass(binary, folder)
 

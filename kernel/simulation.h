@@ -24,6 +24,7 @@ struct SimulationOptions {
   bool single_block = false;                ///< stands at the end of every line, and goes on at once
   SessionLog* log = nullptr;
   ReportSink* trace = nullptr;
+  bool histograms = false;  ///< of the deviations
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
   std::function<void(const Diagnostic&)> on_warning;

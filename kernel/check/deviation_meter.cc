@@ -21,6 +21,11 @@ constexpr double kWindowMm = 0.1;
 constexpr double kWindowTolerances = 50;
 constexpr double kWindowSteps = 8;
 
+void count(DeviationHistogram& histogram, double share) {
+  const double bin = std::min(share * (DeviationHistogram().size() - 1), DeviationHistogram().size() - 1.0);
+  ++histogram[static_cast<std::size_t>(bin)];
+}
+
 void keep_worst(WorstDeviation& worst, double value, std::uint32_t line) {
   if (value > worst.value) worst = {value, line};
 }
@@ -103,7 +108,9 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
   found.tip_ratio = place.distance_mm / (found.tip_exact ? kRoundingMm : leg.tolerance_mm());
   found.tip_fits = place.distance_mm <= allowed_mm;
   const double worst_ratio_deg = report_.axis_ratio.value * allowed_deg;
-  const double enough_deg = found.axis_exact ? report_.axis_exact_deg.value : worst_ratio_deg;
+  const double enough_deg = histograms_        ? kNothingDeg
+                            : found.axis_exact ? report_.axis_exact_deg.value
+                                               : worst_ratio_deg;
   const double enough = std::max(kNothingDeg, std::min(report_.axis_deg.value, enough_deg));
   found.axis_deg = angle_deg(u, leg.axis(place.share));
   if (leg.turn_rad() > 0 && found.axis_deg > enough) {
@@ -118,7 +125,7 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
 
 // True when this candidate alone shows that the sample makes no worst figure worse.
 bool DeviationMeter::settled(const Candidate& candidate) const {
-  if (!candidate.tip_fits || candidate.axis_ratio > 1) return false;
+  if (histograms_ || !candidate.tip_fits || candidate.axis_ratio > 1) return false;
   const bool tip_settled = candidate.tip_exact ? candidate.tip_mm <= report_.tip_exact_mm.value
                                                : candidate.tip_ratio <= report_.tip_ratio.value;
   const bool axis_settled = candidate.axis_exact ? candidate.axis_deg <= report_.axis_exact_deg.value
@@ -154,6 +161,8 @@ void DeviationMeter::record(std::uint32_t line) {
     keep_worst(report_.tip_exact_mm, tip_ratio->tip_mm, line);
   else
     keep_worst(report_.tip_ratio, tip_ratio->tip_ratio, line);
+  if (histograms_ && !tip_ratio->tip_exact) count(report_.tip_histogram, tip_ratio->tip_ratio);
+  if (histograms_ && !axis_ratio->axis_exact) count(report_.axis_histogram, axis_ratio->axis_ratio);
   if (axis_ratio->axis_exact)
     keep_worst(report_.axis_exact_deg, axis_ratio->axis_deg, line);
   else

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <vector>
@@ -14,12 +15,16 @@ struct WorstDeviation {
   std::uint32_t line = 0;
 };
 
+/// Samples by their share of the tolerance, 5 % each; the last bin holds those beyond it.
+using DeviationHistogram = std::array<std::uint64_t, 21>;
+
 struct DeviationReport {
   WorstDeviation tip_mm, axis_deg;              ///< over everything
   WorstDeviation tip_ratio, axis_ratio;         ///< to the active tolerance, where there is one
   WorstDeviation tip_exact_mm, axis_exact_deg;  ///< in the exact modes (G61, G61.1)
   std::uint64_t samples = 0;
   std::uint64_t lost = 0;  ///< samples so far off that the place on the path had to be found anew
+  DeviationHistogram tip_histogram{}, axis_histogram{};  ///< empty unless asked for; no exact modes
 };
 
 /// Measures how far the motion leaves the programmed path, on the stream of setpoints and apart from the
@@ -36,7 +41,9 @@ struct DeviationReport {
 /// Moves that no sample can meet any more are dropped: memory is bounded by how far the moves run ahead.
 class DeviationMeter {
  public:
-  explicit DeviationMeter(const Kinematics& kinematics) : kinematics_(kinematics) {}
+  /// `histograms`: look for the best place of every sample, which takes longer.
+  explicit DeviationMeter(const Kinematics& kinematics, bool histograms = false)
+      : kinematics_(kinematics), histograms_(histograms) {}
 
   /// The next move, in program order; given before the first sample of its motion.
   void programmed(const ProgramMove& move);
@@ -79,6 +86,7 @@ class DeviationMeter {
   void find_anew(const Vec3& p, const Vec3& u);
 
   const Kinematics& kinematics_;
+  bool histograms_;
   std::deque<Entry> legs_;
   double share_ = 0;  // earliest allowed place on legs_.front()
   bool rtcp_last_ = false;

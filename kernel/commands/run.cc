@@ -9,6 +9,7 @@
 #include "interp/gcode/parameter_file.h"
 #include "interp/plan/speed/sample_stretch.h"
 #include "kernel/commands/commands.h"
+#include "kernel/run_pictures.h"
 #include "kernel/run_report.h"
 #include "kernel/simulation.h"
 #include "kernel/trace.h"
@@ -18,7 +19,7 @@ namespace trn {
 namespace {
 
 struct RunOptions {
-  std::string program, machine, trace, path, stretches, tools, variables, script, log;
+  std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log;
   int trace_density = 1;
   bool json = false, trace_corrections = false, single_block = false;
   std::uint32_t from_line = 0;
@@ -67,6 +68,19 @@ class PathExport {
   const JointMap& map_;
   std::vector<PlanPiece> stretch_;
   std::uint64_t count_ = 0;
+};
+
+/// Hands every report to those that want it.
+class Watchers final : public ReportSink {
+ public:
+  void add(ReportSink& sink) { sinks_.push_back(&sink); }
+  bool any() const { return !sinks_.empty(); }
+  void write(const CycleReport& report) override {
+    for (ReportSink* sink : sinks_) sink->write(report);
+  }
+
+ private:
+  std::vector<ReportSink*> sinks_;
 };
 
 /// One line on a terminal, rewritten in place.
@@ -134,13 +148,20 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   simulation.log = log.get();
   simulation.program = options.program;
   simulation.from_line = options.from_line;
-  if (trace) simulation.trace = &*trace;
+  Watchers watchers;
+  RunRecorder recorder(assembly.machine, *assembly.map);
+  if (trace) watchers.add(*trace);
+  if (!options.pictures.empty()) watchers.add(recorder);
+  if (watchers.any()) simulation.trace = &watchers;
+  simulation.histograms = !options.pictures.empty();
   if (path) simulation.on_piece = [&](const PlanPiece& piece) { path->piece(piece); };
   if (path) simulation.on_stretch = [&](double time_s) { path->planned(time_s); };
   simulation.on_warning = [](const Diagnostic& warning) { fmt::print(stderr, "{}\n", warning.text); };
   simulation.progress = [&](std::uint32_t line, double time_s) { progress.show(line, time_s); };
   const SimulationResult result = simulate(assembly, parameters, tools, simulation);
   if (trace) trace->close();
+  if (!options.pictures.empty())
+    write_run_pictures(options.pictures, options.program, assembly.machine, recorder.bins(), result);
   if (!options.variables.empty()) save_parameters(options.variables, parameters);
 
   const auto report = options.json ? run_json : run_summary;
@@ -193,6 +214,10 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_option(
       "--stretches", options->stretches,
       "write the stretches between full stops: planned time, length of tip path at each feed (CSV)");
+  command->add_option(
+      "--report", options->pictures,
+      "write pictures of the run into this folder: report.html, which needs nothing else, and each as "
+      "SVG: speed, joints, path, deviation");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables,
                       "variables (.var), read before and written after the run");

@@ -4,14 +4,9 @@
 #include <span>
 
 #include "interp/plan/geometry/quintic_spline.h"
+#include "interp/plan/geometry/run_vertex.h"
 
 namespace trn {
-
-/// A vertex of the programmed polyline; u is the path parameter along the polyline.
-struct RunVertex {
-  double u = 0;
-  Words y;  ///< relative to an origin near by
-};
 
 /// What is given at one end of the curve to be fitted.
 enum class RunEnd : unsigned char {
@@ -42,9 +37,9 @@ struct RunFit {
   size_t worst_vertex = 0;    ///< !ok: the one nearest to the worst place
 };
 
-/// Fits a quintic spline to the polyline: as few spans as the tolerances allow, so that it is as smooth as
-/// the curve that the vertices were taken from. Deviation is measured at equal parameters, hence an upper
-/// bound of the distance.
+/// Fits a quintic spline to the polyline: the smoothest (least integral of |y'''|^2) in the tube of the
+/// tolerances, whatever the density of the vertices. Deviation is measured at equal parameters, hence an
+/// upper bound of the distance.
 RunFit fit_run(const RunRequest& request);
 
 }  // namespace trn

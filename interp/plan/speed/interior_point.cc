@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kToBoundary = 0.99;  // share of the way to the nearest boundary that a step may go
 constexpr double kMuCut = 0.15;
+constexpr double kMuLeast = 0.03;    // of what the gap asks for
 constexpr double kStartSlack = 0.1;  // least slack at the start, of the row's room
 constexpr double kResumeSlack = 1e-3;
 constexpr double kResidual = 5e-4;  // greatest violation of a row in a result, of its room
@@ -18,6 +19,8 @@ constexpr double kResidual = 5e-4;  // greatest violation of a row in a result, 
 InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const InteriorPointOptions& options,
                                          Doubles& c) {
   set_start(problem, c);
+  state_.dip_scale.assign(state_.root.size(), 1 / state_.x.back());  // stays, as the rows' slacks go by it
+  for (size_t k = 0; k < n_; ++k) state_.dip_scale[k] = 1 / c[k];
   const double mu = options.start_mu * total_time() / static_cast<double>(n_);
   start_rows(state_, mu, kStartSlack);
   return search(mu, options, c);
@@ -42,26 +45,7 @@ void InteriorPoint::set_start(const SpeedProblem& problem, const Doubles& c) {
   if (problem.first_fixed) state_.x[1] = problem.first_c;
   for (Doubles* v : {&state_.mean, &state_.left, &state_.right, &state_.taken}) v->assign(padded, 1);
   state_.root.assign(padded, 1 / std::sqrt(beyond));
-  state_.dip_scale.assign(padded, 1 / beyond);
-  for (size_t k = 0; k < n_; ++k) state_.dip_scale[k] = 1 / c[k];
-  update_places();
-}
-
-// Speeds at the ends and in the mean over the time, as the law of constant jerk has them, over sqrt(c).
-void InteriorPoint::update_places() {
-  const SpeedProblem& p = *state_.problem;
-  const auto sane = [](double ratio) { return std::min(std::max(ratio, 0.5), 1.6); };
-  const double* x = state_.x.data();
-  for (size_t k = 0; k < n_; ++k) {
-    const double root = 1 / std::sqrt(x[k + 1]);
-    const double b0 = p.node_b0[k] * x[k] + p.node_b1[k] * x[k + 1];
-    const double b1 = p.node_b0[k + 1] * x[k + 1] + p.node_b1[k + 1] * x[k + 2];
-    const double v0 = std::sqrt(b0), end = std::sqrt(std::max(0.0, (2 * (x[k + 1] + b1) - b0) / 3));
-    state_.root[k] = root;
-    state_.left[k] = sane(v0 * root);
-    state_.right[k] = sane(std::sqrt(b1) * root);
-    state_.mean[k] = sane((v0 + end) / 2 * root);
-  }
+  update_places(state_);
 }
 
 InteriorPointResult InteriorPoint::search(double mu, const InteriorPointOptions& options, Doubles& c) {
@@ -86,7 +70,8 @@ InteriorPointResult InteriorPoint::search(double mu, const InteriorPointOptions&
           step.alpha * step.alpha_dual * sums.steps;
     const double quality = std::min(step.alpha, step.alpha_dual);
     step.mu = gap / rows * (quality > 0.7 ? kMuCut : quality > 0.3 ? 0.5 : 1.0);
-    update_places();
+    step.mu = std::max(step.mu, kMuLeast * options.gap * result.time_s / rows);
+    update_places(state_);
   }
   c.assign(state_.x.begin() + 1, state_.x.begin() + 1 + static_cast<std::ptrdiff_t>(n_));
   return result;

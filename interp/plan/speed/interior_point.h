@@ -30,7 +30,6 @@ class InteriorPoint {
  private:
   void set_start(const SpeedProblem& problem, const Doubles& c);
   InteriorPointResult search(double mu, const InteriorPointOptions& options, Doubles& c);
-  void update_places();
   void add_time();
   bool factor_and_solve();
   double primal_step(double worst) const;

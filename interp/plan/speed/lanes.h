@@ -8,11 +8,13 @@ namespace trn::speed {
 
 using Doubles = std::vector<double>;
 
-/// Eight neighbouring places, computed at once. One result on every processor: only lane-wise operations.
-constexpr size_t kLanes = 8;
-using Lanes = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(kLanes * sizeof(double))));
+/// Sixteen neighbouring places, computed at once. One result on every processor: only lane-wise operations.
+constexpr size_t kLanes = 16;
+using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(kLanes * sizeof(float))));
+/// The same with the digits that differences of neighbouring places need.
+using Wide = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(64)));
 
-/// Groups of eight that hold `count` places.
+/// Groups of sixteen that hold `count` places.
 constexpr size_t lane_groups(size_t count) { return (count + kLanes - 1) / kLanes; }
 
 }  // namespace trn::speed

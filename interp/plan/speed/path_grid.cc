@@ -51,6 +51,9 @@ NodeSpacing rest_spacing(const LocalBound& bound) {
   return {half_ramp_s / 8, 2 * half_ramp_s};
 }
 
+// Spacing at a time away from nodes that are closer.
+double near(NodeSpacing n, double t) { return n.spacing_s + kGrading * std::max(0.0, t - n.plateau_s); }
+
 LocalBound least(const LocalBound& a, const LocalBound& b) {
   return {std::min(a.b, b.b), std::min(a.acceleration, b.acceleration), std::min(a.jerk, b.jerk)};
 }
@@ -156,6 +159,19 @@ void PathGrid::estimate(bool to_end) {
   const SpeedState after = to_end ? SpeedState{} : SpeedState{1e12, 0};
   sweep(all, after, true);
   for (PendingPiece& p : pending_) p.spacing_s = wanted_spacing(p);
+  if (pending_.front().s == 0) grade_from(rest_spacing(pending_.front().places.front().bound), false);
+  if (to_end) grade_from(rest_spacing(pending_.back().places.back().bound), true);
+}
+
+// Tiny pieces next to a standstill: there, spacing grows with the distance from it. `flip`: from the end.
+void PathGrid::grade_from(NodeSpacing rest, bool flip) {
+  double t = 0;
+  for (size_t i = 0; i < pending_.size() && near(rest, t) < spacing_s_; ++i) {
+    PendingPiece& p = pending_[flip ? pending_.size() - 1 - i : i];
+    const double time_s = piece_time(p);
+    if (time_s < spacing_s_) p.spacing_s = std::min(p.spacing_s, near(rest, t));
+    t += time_s;
+  }
 }
 
 // Time between nodes that the piece's own curvature asks for.
@@ -175,8 +191,8 @@ double PathGrid::pending_time() const {
   return sum;
 }
 
-void PathGrid::lay(bool to_end, bool force) {
-  if (pending_.empty() || (!to_end && !force && pending_time_s_ < 2 * lookahead_s_)) return;
+bool PathGrid::lay(bool to_end, bool force) {
+  if (pending_.empty() || (!to_end && !force && pending_time_s_ < 2 * lookahead_s_)) return false;
   estimate(to_end);
   double time_s = pending_time();
   const bool whole = to_end && intervals_.empty();  // a stretch short enough to be seen at once
@@ -194,6 +210,7 @@ void PathGrid::lay(bool to_end, bool force) {
     pending_.pop_front();
   }
   pending_time_s_ = time_s;
+  return true;
 }
 
 // Where the piece is after a time of its estimated motion; constant acceleration between its places.
@@ -211,9 +228,6 @@ static double place_after(const PendingPiece& pending, double t) {
 static std::vector<double> node_times(double time_s, double spacing_s, NodeSpacing before,
                                       NodeSpacing after) {
   std::vector<double> times{0};
-  const auto near = [](NodeSpacing n, double t) {
-    return n.spacing_s + kGrading * std::max(0.0, t - n.plateau_s);
-  };
   while (times.back() < time_s) {
     const double t = times.back();
     const double step = std::min(spacing_s, near(before, t));
@@ -227,15 +241,15 @@ static std::vector<double> node_times(double time_s, double spacing_s, NodeSpaci
 // A tiny piece is merged with its neighbours into one interval; any other gets borders of its own.
 void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last) {
   const double time_s = piece_time(pending);
-  if (time_s < 0.5 * spacing_s && !(last && !merge_open_)) {
+  const double wanted_s = std::min(spacing_s, pending.spacing_s);
+  if (time_s < 0.5 * wanted_s && !(last && !merge_open_)) {
     extend_interval(pending, time_s);
-    if (intervals_.back().time_est_s >= 0.75 * spacing_s) merge_open_ = false;
+    if (intervals_.back().time_est_s >= 0.75 * wanted_s) merge_open_ = false;
     spacing_before_ = {intervals_.back().time_est_s, 0};
     return;
   }
   merge_open_ = false;
-  const std::vector<double> times =
-      node_times(time_s, std::min(spacing_s, pending.spacing_s) * (1 + 1e-9), spacing_before_, after);
+  const std::vector<double> times = node_times(time_s, wanted_s * (1 + 1e-9), spacing_before_, after);
   const double s_end = pending.s + pending.plan.piece.length;
   double s0 = pending.s, t0 = 0;
   for (size_t i = 1; i < times.size(); ++i) {

@@ -3,6 +3,7 @@
 #include <deque>
 #include <vector>
 
+#include "interp/plan/speed/lanes.h"
 #include "interp/plan/speed/path_sampler.h"
 
 namespace trn::speed {
@@ -10,6 +11,12 @@ namespace trn::speed {
 /// b = (ds/dt)^2 and a = d2s/dt2 at one place.
 struct SpeedState {
   double b = 0, a = 0;
+};
+
+/// What a sample says about the joints' acceleration and jerk, over their limits; one lane a joint.
+struct JudgeRow {
+  Lanes a1, a2, j1, j2, j3;
+  double b_max;
 };
 
 /// One interval of the grid on which the time law is sought: path parameter [s, s + h] of the stretch, with
@@ -20,6 +27,7 @@ struct GridInterval {
   double b_est = 0;       ///< roughly (ds/dt)^2 in its middle
   LocalBound bound;       ///< the least over its samples
   std::vector<PathSample> samples;
+  std::vector<JudgeRow> rows;  ///< of the samples, as far as they have been judged
 };
 
 /// Time between nodes, and how long it stays so before it may grow.
@@ -53,8 +61,8 @@ class PathGrid {
   /// Appends a piece. Throws ProgramError as PathSampler; the grid so far stays valid.
   void add(const PlanPiece& piece);
   /// Lays the grid over all pieces whose future is known well enough; all when `to_end`, half when
-  /// `force`.
-  void lay(bool to_end, bool force);
+  /// `force`. False: nothing was laid.
+  bool lay(bool to_end, bool force);
 
   std::deque<GridInterval>& intervals() { return intervals_; }
   double length() const { return s_end_; }
@@ -63,6 +71,7 @@ class PathGrid {
  private:
   void estimate(bool to_end);
   static void sweep(std::vector<PendingPiece::Place*>& all, SpeedState from, bool flip);
+  void grade_from(NodeSpacing rest, bool flip);
   double wanted_spacing(const PendingPiece& pending) const;
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s);

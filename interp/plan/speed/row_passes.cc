@@ -1,6 +1,7 @@
 #include "interp/plan/speed/row_passes.h"
 
 #include <algorithm>
+#include <cmath>
 
 namespace trn::speed {
 
@@ -8,42 +9,48 @@ namespace {
 
 constexpr size_t kSingles = 3;
 
-TRN_VECTOR_INLINE void load(const double* from, Lanes& to) { std::memcpy(&to, from, sizeof to); }
-TRN_VECTOR_INLINE void add_to(double* at, const Lanes& what) {
-  Lanes sum;
+TRN_VECTOR_INLINE void load(const double* from, Wide& to) { std::memcpy(&to, from, sizeof to); }
+TRN_VECTOR_INLINE void add_to(double* at, const Wide& what) {
+  Wide sum;
   load(at, sum);
   sum += what;
   std::memcpy(at, &sum, sizeof sum);
 }
+// Forms are differences of neighbouring places and need the digits; what is made of them does not.
+TRN_VECTOR_INLINE void narrow(const Wide& from, Lanes& to) { to = __builtin_convertvector(from, Lanes); }
+TRN_VECTOR_INLINE void widen(const Lanes& from, Wide& to) { to = __builtin_convertvector(from, Wide); }
 TRN_VECTOR_INLINE void raise(Lanes& to, const Lanes& by) { to = by > to ? by : to; }
 
 /// A linear form of the coefficients before, of and after a place.
 struct Form {
-  Lanes before{}, own{}, after{};
+  Wide before{}, own{}, after{};
 };
 /// Values of x (or dx) before, at and after a place.
 struct Window {
-  Lanes before, own, after;
+  Wide before, own, after;
 };
 TRN_VECTOR_INLINE void window(const Doubles& x, size_t place, Window& w) {
   load(&x[place], w.before);
   load(&x[place + 1], w.own);
   load(&x[place + 2], w.after);
 }
-TRN_VECTOR_INLINE void apply(const Form& f, const Window& w, Lanes& value) {
+TRN_VECTOR_INLINE void apply(const Form& f, const Window& w, Wide& value) {
   value = f.before * w.before + f.own * w.own + f.after * w.after;
 }
+TRN_VECTOR_INLINE void apply_narrow(const Form& f, const Window& w, Lanes& value) {
+  narrow(f.before * w.before + f.own * w.own + f.after * w.after, value);
+}
 
-/// The forms that joints share at eight intervals: of the row's d1, d2, d3, at each end.
+/// The forms that joints share at a group of intervals: of the row's d1, d2, d3, at each end.
 struct IntervalForms {
   Form of[2][3];
   Form dip[2];
-  Lanes root, slope;  ///< 1 / sqrt(c), minus its derivative by c
+  Wide root, slope;  ///< 1 / sqrt(c), minus its derivative by c
 };
 
 TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t place, IntervalForms& f) {
   const SpeedProblem& p = *state.problem;
-  Lanes a0, a1, b0, b1, a0_next, a1_next, b0_next, b1_next, h, c, mean, left, right, scale;
+  Wide a0, a1, b0, b1, a0_next, a1_next, b0_next, b1_next, h, c, mean, left, right, scale;
   load(&p.node_a0[place], a0);
   load(&p.node_a1[place], a1);
   load(&p.node_b0[place], b0);
@@ -59,8 +66,8 @@ TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t place, IntervalF
   load(&state.left[place], left);
   load(&state.right[place], right);
   load(&state.dip_scale[place], scale);
-  const Lanes by_h = mean / h, zero{};
-  Lanes dip;
+  const Wide by_h = mean / h, zero{};
+  Wide dip;
   load(&p.dip[place], dip);
   f.slope = 0.5 * f.root / c;
   f.of[0][0] = f.of[1][0] = {-a0 * by_h, (a0_next - a1) * by_h, a1_next * by_h};
@@ -74,8 +81,13 @@ TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t place, IntervalF
 
 /// Sums over the joints of one end: weights times products of d1, d2, d3, and the parts of the room.
 struct JerkSums {
-  Lanes m11{}, m12{}, m13{}, m22{}, m23{}, m33{}, e1{}, e2{}, e3{}, y1{}, y2{}, y3{};
-  Lanes weight{}, force{}, dual{};
+  Wide m11{}, m12{}, m13{}, m22{}, m23{}, m33{}, e1{}, e2{}, e3{}, weight{};
+  Lanes y1{}, y2{}, y3{}, force{}, dual{};
+};
+
+/// PassStep as the rows use it.
+struct LaneStep {
+  float mu, alpha, alpha_dual;
 };
 
 /// What one inequality gives to the matrix and the right side.
@@ -84,7 +96,7 @@ struct Pull {
 };
 
 // The step taken; slack that the row really has is never left unused.
-TRN_VECTOR_INLINE void take(RowState& r, const Lanes& g, const PassStep& step, Lanes& worst, Pull& pull) {
+TRN_VECTOR_INLINE void take(RowState& r, const Lanes& g, const LaneStep& step, Lanes& worst, Pull& pull) {
   Lanes slack = r.slack + step.alpha * r.slack_step;
   slack = slack > -g ? slack : -g;
   r.slack = slack;
@@ -96,22 +108,28 @@ TRN_VECTOR_INLINE void take(RowState& r, const Lanes& g, const PassStep& step, L
 }
 
 TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const Lanes& room, TwoSided& state,
-                                    const PassStep& step, Lanes& worst, JerkSums& s) {
+                                    const LaneStep& step, Lanes& worst, JerkSums& s) {
   const Lanes v = d.d1 * value[0] + d.d2 * value[1] + d.d3 * value[2];
   Pull up, low;
   take(state[0], v - room, step, worst, up);
   take(state[1], -v - room, step, worst, low);
-  const Lanes w = up.weight + low.weight, e = up.weight - low.weight, y = low.force - up.force;
-  const Lanes w1 = w * d.d1, w2 = w * d.d2;
-  s.m11 += w1 * d.d1;
-  s.m12 += w1 * d.d2;
-  s.m13 += w1 * d.d3;
-  s.m22 += w2 * d.d2;
-  s.m23 += w2 * d.d3;
-  s.m33 += w * d.d3 * d.d3;
-  s.e1 += e * d.d1;
-  s.e2 += e * d.d2;
-  s.e3 += e * d.d3;
+  const Lanes y = low.force - up.force;
+  Wide w, e, d1, d2, d3;  // the matrix is near singular across an active row: its parts must fit each other
+  widen(up.weight + low.weight, w);
+  widen(up.weight - low.weight, e);
+  widen(d.d1, d1);
+  widen(d.d2, d2);
+  widen(d.d3, d3);
+  const Wide w1 = w * d1, w2 = w * d2;
+  s.m11 += w1 * d1;
+  s.m12 += w1 * d2;
+  s.m13 += w1 * d3;
+  s.m22 += w2 * d2;
+  s.m23 += w2 * d3;
+  s.m33 += w * d3 * d3;
+  s.e1 += e * d1;
+  s.e2 += e * d2;
+  s.e3 += e * d3;
   s.y1 += y * d.d1;
   s.y2 += y * d.d2;
   s.y3 += y * d.d3;
@@ -120,9 +138,9 @@ TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const 
   s.dual += state[0].dual + state[1].dual;
 }
 
-/// Part of the Newton matrix that belongs to eight places and their neighbours.
+/// Part of the Newton matrix that belongs to a group of places and their neighbours.
 struct Part {
-  Lanes bb{}, bo{}, ba{}, oo{}, oa{}, aa{}, rb{}, ro{}, ra{};
+  Wide bb{}, bo{}, ba{}, oo{}, oa{}, aa{}, rb{}, ro{}, ra{};
 };
 
 TRN_VECTOR_INLINE void add_product(const Form& f, const Form& g, Part& p) {  // f g^T, symmetric half
@@ -133,40 +151,48 @@ TRN_VECTOR_INLINE void add_product(const Form& f, const Form& g, Part& p) {  // 
   p.oa += f.own * g.after;
   p.aa += f.after * g.after;
 }
-TRN_VECTOR_INLINE void add_force(const Form& f, const Lanes& y, Part& p) {
+TRN_VECTOR_INLINE void add_force(const Form& f, const Lanes& narrow_y, Part& p) {
+  Wide y;
+  widen(narrow_y, y);
   p.rb += f.before * y;
   p.ro += f.own * y;
   p.ra += f.after * y;
 }
-TRN_VECTOR_INLINE void mix(const Form* f, const Lanes& w0, const Lanes& w1, const Lanes& w2, Form& out) {
+TRN_VECTOR_INLINE void mix(const Form* f, const Wide& w0, const Wide& w1, const Wide& w2, Form& out) {
   out.before = w0 * f[0].before + w1 * f[1].before + w2 * f[2].before;
   out.own = w0 * f[0].own + w1 * f[1].own + w2 * f[2].own;
   out.after = w0 * f[0].after + w1 * f[1].after + w2 * f[2].after;
 }
 
-TRN_VECTOR_INLINE void add_jerk_sums(const Form* f, const JerkSums& s, const Lanes& slope, Part& p) {
+TRN_VECTOR_INLINE void add_jerk_sums(const Form* f, const JerkSums& s, const Wide& slope, Part& p) {
   Form m;
+  Wide force;
+  widen(s.force, force);
   mix(f, s.m11, s.m12, s.m13, m);
   add_product(f[0], m, p);
   mix(f, s.m12, s.m22, s.m23, m);
   add_product(f[1], m, p);
   mix(f, s.m13, s.m23, s.m33, m);
   add_product(f[2], m, p);
-  mix(f, s.e1 * slope, s.e2 * slope, s.e3 * slope, m);
-  p.bo += m.before;
-  p.oo += 2 * m.own + slope * slope * s.weight;
-  p.oa += m.after;
+  mix(f, s.e1, s.e2, s.e3, m);
+  p.bo += slope * m.before;
+  p.oo += slope * (2 * m.own + slope * s.weight);
+  p.oa += slope * m.after;
   add_force(f[0], s.y1, p);
   add_force(f[1], s.y2, p);
   add_force(f[2], s.y3, p);
-  p.ro -= slope * s.force;
+  p.ro -= slope * force;
 }
 
-TRN_VECTOR_INLINE void add_single(const Form& f, RowState& r, const Lanes& g, const PassStep& step,
+TRN_VECTOR_INLINE void add_single(const Form& f, RowState& r, const Wide& value, const LaneStep& step,
                                   Lanes& worst, Part& p) {
   Pull pull;
+  Lanes g;
+  narrow(value, g);
   take(r, g, step, worst, pull);
-  Form weighted{f.before * pull.weight, f.own * pull.weight, f.after * pull.weight};
+  Wide weight;
+  widen(pull.weight, weight);
+  Form weighted{f.before * weight, f.own * weight, f.after * weight};
   add_product(f, weighted, p);
   add_force(f, -pull.force, p);
 }
@@ -184,13 +210,13 @@ TRN_VECTOR_INLINE void store(const Part& p, size_t place, PassState& state) {
 }
 
 TRN_VECTOR_INLINE void bound_form(const PassState& state, size_t place, Form& f) {
-  Lanes c_max;
+  Wide c_max;
   load(&state.problem->c_max[place], c_max);
   f = Form{};
   f.own = 1 / c_max;
 }
 
-TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const PassStep& step, size_t group,
+TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const LaneStep& step, size_t group,
                                           Lanes& worst) {
   const size_t joints = state.problem->joints, place = group * kLanes;
   IntervalForms f;
@@ -198,34 +224,39 @@ TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const PassStep& step
   Window w;
   window(state.x, place, w);
   Part part;
-  Lanes dual{}, worst_jerk{};
+  Lanes dual{}, worst_jerk{}, root;
+  narrow(f.root, root);
   for (size_t end = 0; end < 2; ++end) {
     Lanes value[3];
-    for (size_t i = 0; i < 3; ++i) apply(f.of[end][i], w, value[i]);
+    for (size_t i = 0; i < 3; ++i) apply_narrow(f.of[end][i], w, value[i]);
     const size_t at = (2 * group + end) * joints;
     JerkSums sums;
     for (size_t j = 0; j < joints; ++j)
-      add_jerk_row(state.problem->jerk[at + j], value, f.root, state.jerk[at + j], step, worst_jerk, sums);
+      add_jerk_row(state.problem->jerk[at + j], value, root, state.jerk[at + j], step, worst_jerk, sums);
     add_jerk_sums(f.of[end], sums, f.slope, part);
     dual += sums.dual;
   }
-  raise(worst, worst_jerk * w.own * f.root);
+  Lanes speed;
+  narrow(w.own * f.root, speed);
+  raise(worst, worst_jerk * speed);
   RowState* single = &state.single[group * kSingles];
   Form bound;
   bound_form(state, place, bound);
   add_single(bound, single[0], w.own * bound.own - 1, step, worst, part);
   for (size_t end = 0; end < 2; ++end) {
-    Lanes value;
+    Wide value;
     apply(f.dip[end], w, value);
     add_single(f.dip[end], single[1 + end], value, step, worst, part);
   }
   store(part, place, state);
-  std::memcpy(&state.taken[place], &dual, sizeof dual);
+  Wide taken;
+  widen(dual, taken);
+  std::memcpy(&state.taken[place], &taken, sizeof taken);
 }
 
-/// The forms of a = b'/2 and b at eight nodes, of the coefficients before and after.
+/// The forms of a = b'/2 and b at a group of nodes, of the coefficients before and after.
 struct NodeForms {
-  Lanes a0, a1, b0, b1;
+  Wide a0, a1, b0, b1;
 };
 TRN_VECTOR_INLINE void set_forms(const SpeedProblem& p, size_t node, NodeForms& f) {
   load(&p.node_a0[node], f.a0);
@@ -234,14 +265,17 @@ TRN_VECTOR_INLINE void set_forms(const SpeedProblem& p, size_t node, NodeForms& 
   load(&p.node_b1[node], f.b1);
 }
 
-TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const PassStep& step, size_t group, Lanes& worst) {
+TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const LaneStep& step, size_t group, Lanes& worst) {
   const size_t joints = state.problem->joints, node = group * kLanes;
   NodeForms f;
   set_forms(*state.problem, node, f);
-  Lanes before, after, m11{}, m12{}, m22{}, y1{}, y2{};
+  Wide before, after;
   load(&state.x[node], before);
   load(&state.x[node + 1], after);
-  const Lanes a = f.a0 * before + f.a1 * after, b = f.b0 * before + f.b1 * after;
+  Lanes a, b, z1{}, z2{};
+  Wide m11{}, m12{}, m22{}, y1, y2;
+  narrow(f.a0 * before + f.a1 * after, a);
+  narrow(f.b0 * before + f.b1 * after, b);
   for (size_t j = 0; j < joints; ++j) {
     const AccelerationRow& d = state.problem->acceleration[group * joints + j];
     TwoSided& row = state.acceleration[group * joints + j];
@@ -249,15 +283,21 @@ TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const PassStep& step, si
     Pull up, low;
     take(row[0], v - 1, step, worst, up);
     take(row[1], -v - 1, step, worst, low);
-    const Lanes w = up.weight + low.weight, y = low.force - up.force;
-    m11 += w * d.d1 * d.d1;
-    m12 += w * d.d1 * d.d2;
-    m22 += w * d.d2 * d.d2;
-    y1 += y * d.d1;
-    y2 += y * d.d2;
+    const Lanes y = low.force - up.force;
+    Wide w, d1, d2;
+    widen(up.weight + low.weight, w);
+    widen(d.d1, d1);
+    widen(d.d2, d2);
+    m11 += w * d1 * d1;
+    m12 += w * d1 * d2;
+    m22 += w * d2 * d2;
+    z1 += y * d.d1;
+    z2 += y * d.d2;
   }
-  const Lanes ma0 = m11 * f.a0 + m12 * f.b0, ma1 = m11 * f.a1 + m12 * f.b1;
-  const Lanes mb0 = m12 * f.a0 + m22 * f.b0, mb1 = m12 * f.a1 + m22 * f.b1;
+  widen(z1, y1);
+  widen(z2, y2);
+  const Wide ma0 = m11 * f.a0 + m12 * f.b0, ma1 = m11 * f.a1 + m12 * f.b1;
+  const Wide mb0 = m12 * f.a0 + m22 * f.b0, mb1 = m12 * f.a1 + m22 * f.b1;
   add_to(&state.diag[node], f.a0 * ma0 + f.b0 * mb0);
   add_to(&state.off1[node], f.a0 * ma1 + f.b0 * mb1);
   add_to(&state.diag[node + 1], f.a1 * ma1 + f.b1 * mb1);
@@ -271,7 +311,7 @@ struct LaneSums {
 };
 
 // g: value of the inequality now; change: along dx.
-TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, double mu, LaneSums& s) {
+TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, float mu, LaneSums& s) {
   const Lanes both = 1 / (r.slack * r.dual), slack_inverse = both * r.dual;
   const Lanes step = -(g + r.slack) - change;
   const Lanes dual_step = (mu - r.dual * step) * slack_inverse - r.dual;
@@ -285,52 +325,59 @@ TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& chang
   s.steps += step * dual_step;
 }
 
-TRN_VECTOR_INLINE void step_intervals(PassState& state, double mu, size_t group, LaneSums& sums) {
+TRN_VECTOR_INLINE void step_intervals(PassState& state, float mu, size_t group, LaneSums& sums) {
   const size_t joints = state.problem->joints, place = group * kLanes;
   IntervalForms f;
   set_forms(state, place, f);
   Window w, dw;
   window(state.x, place, w);
   window(state.dx, place, dw);
-  const Lanes room_change = f.slope * dw.own;
+  Lanes room_change, root;
+  narrow(f.slope * dw.own, room_change);
+  narrow(f.root, root);
   for (size_t end = 0; end < 2; ++end) {
     Lanes value[3], change[3];
     for (size_t i = 0; i < 3; ++i) {
-      apply(f.of[end][i], w, value[i]);
-      apply(f.of[end][i], dw, change[i]);
+      apply_narrow(f.of[end][i], w, value[i]);
+      apply_narrow(f.of[end][i], dw, change[i]);
     }
     const size_t at = (2 * group + end) * joints;
     for (size_t j = 0; j < joints; ++j) {
       const JerkRow& d = state.problem->jerk[at + j];
       const Lanes v = d.d1 * value[0] + d.d2 * value[1] + d.d3 * value[2];
       const Lanes dv = d.d1 * change[0] + d.d2 * change[1] + d.d3 * change[2];
-      find_step(state.jerk[at + j][0], v - f.root, dv + room_change, mu, sums);
-      find_step(state.jerk[at + j][1], -v - f.root, room_change - dv, mu, sums);
+      find_step(state.jerk[at + j][0], v - root, dv + room_change, mu, sums);
+      find_step(state.jerk[at + j][1], -v - root, room_change - dv, mu, sums);
     }
   }
   RowState* single = &state.single[group * kSingles];
   Form bound;
   bound_form(state, place, bound);
-  find_step(single[0], w.own * bound.own - 1, dw.own * bound.own, mu, sums);
+  Lanes g, dg;
+  narrow(w.own * bound.own - 1, g);
+  narrow(dw.own * bound.own, dg);
+  find_step(single[0], g, dg, mu, sums);
   for (size_t end = 0; end < 2; ++end) {
-    Lanes value, change;
-    apply(f.dip[end], w, value);
-    apply(f.dip[end], dw, change);
-    find_step(single[1 + end], value, change, mu, sums);
+    apply_narrow(f.dip[end], w, g);
+    apply_narrow(f.dip[end], dw, dg);
+    find_step(single[1 + end], g, dg, mu, sums);
   }
 }
 
-TRN_VECTOR_INLINE void step_nodes(PassState& state, double mu, size_t group, LaneSums& sums) {
+TRN_VECTOR_INLINE void step_nodes(PassState& state, float mu, size_t group, LaneSums& sums) {
   const size_t joints = state.problem->joints, node = group * kLanes;
   NodeForms f;
   set_forms(*state.problem, node, f);
-  Lanes before, after, step_before, step_after;
+  Wide before, after, step_before, step_after;
   load(&state.x[node], before);
   load(&state.x[node + 1], after);
   load(&state.dx[node], step_before);
   load(&state.dx[node + 1], step_after);
-  const Lanes a = f.a0 * before + f.a1 * after, b = f.b0 * before + f.b1 * after;
-  const Lanes da = f.a0 * step_before + f.a1 * step_after, db = f.b0 * step_before + f.b1 * step_after;
+  Lanes a, b, da, db;
+  narrow(f.a0 * before + f.a1 * after, a);
+  narrow(f.b0 * before + f.b1 * after, b);
+  narrow(f.a0 * step_before + f.a1 * step_after, da);
+  narrow(f.b0 * step_before + f.b1 * step_after, db);
   for (size_t j = 0; j < joints; ++j) {
     const AccelerationRow& d = state.problem->acceleration[group * joints + j];
     const Lanes v = d.d1 * a + d.d2 * b, dv = d.d1 * da + d.d2 * db;
@@ -340,7 +387,7 @@ TRN_VECTOR_INLINE void step_nodes(PassState& state, double mu, size_t group, Lan
 }
 
 double largest(const Lanes& v) {
-  double out = v[0];
+  float out = v[0];
   for (size_t i = 1; i < kLanes; ++i) out = std::max(out, v[i]);
   return out;
 }
@@ -350,10 +397,25 @@ double total(const Lanes& v) {
   return out;
 }
 
-void start_row(RowState& r, double mu, const Lanes& least) {
+void start_row(RowState& r, float mu, const Lanes& least) {
   r = RowState{};
   r.slack = least;
   r.dual = mu / least;
+}
+
+// 1 / sqrt(c) of a group: the room of its jerk rows.
+TRN_VECTOR_INLINE void room_of(const PassState& state, size_t group, Lanes& root) {
+  Wide wide;
+  load(&state.root[group * kLanes], wide);
+  narrow(wide, root);
+}
+
+TRN_VECTOR_INLINE void centre(RowState& r, const Lanes& least, float mu) {
+  r.slack = r.slack > least ? r.slack : least;
+  const Lanes centred = mu / r.slack, low = 0.1F * centred, high = 10 * centred;
+  r.dual = r.dual > low ? r.dual : low;
+  r.dual = r.dual < high ? r.dual : high;
+  r.slack_step = r.dual_step = Lanes{};
 }
 
 }  // namespace
@@ -365,33 +427,51 @@ void start_rows(PassState& state, double mu, double least) {
   state.jerk.resize(2 * intervals * p.joints);
   state.single.resize(kSingles * intervals);
   const Lanes zero{};
+  const auto mu_row = static_cast<float>(mu), least_row = static_cast<float>(least);
   // Slack at the start is the room that the row has, and at least a share of it: assemble_rows raises it.
   for (TwoSided& row : state.acceleration)
-    for (RowState& side : row) start_row(side, mu, zero + least);
-  for (RowState& row : state.single) start_row(row, mu, zero + least);
+    for (RowState& side : row) start_row(side, mu_row, zero + least_row);
+  for (RowState& row : state.single) start_row(row, mu_row, zero + least_row);
   for (size_t i = 0; i < state.jerk.size(); ++i) {
     Lanes root;
-    load(&state.root[i / (2 * p.joints) * kLanes], root);
-    for (RowState& side : state.jerk[i]) start_row(side, mu, least * root);
+    room_of(state, i / (2 * p.joints), root);
+    for (RowState& side : state.jerk[i]) start_row(side, mu_row, least_row * root);
   }
 }
 
-void centre_rows(PassState& state, double mu, double least) {
-  const auto centre = [&](RowState& r, const Lanes& room) {
-    for (size_t i = 0; i < kLanes; ++i) {
-      r.slack[i] = std::max(r.slack[i], least * room[i]);
-      r.dual[i] = std::clamp(r.dual[i], 0.1 * mu / r.slack[i], 10 * mu / r.slack[i]);
-    }
-    r.slack_step = r.dual_step = Lanes{};
-  };
-  const Lanes one = Lanes{} + 1;
+TRN_VECTOR_CLONES void centre_rows(PassState& state, double mu, double least) {
+  const auto mu_row = static_cast<float>(mu), least_row = static_cast<float>(least);
   for (TwoSided& row : state.acceleration)
-    for (RowState& side : row) centre(side, one);
-  for (RowState& row : state.single) centre(row, one);
+    for (RowState& side : row) centre(side, Lanes{} + least_row, mu_row);
+  for (RowState& row : state.single) centre(row, Lanes{} + least_row, mu_row);
   for (size_t i = 0; i < state.jerk.size(); ++i) {
     Lanes root;
-    load(&state.root[i / (2 * state.problem->joints) * kLanes], root);
-    for (RowState& side : state.jerk[i]) centre(side, root);
+    room_of(state, i / (2 * state.problem->joints), root);
+    for (RowState& side : state.jerk[i]) centre(side, least_row * root, mu_row);
+  }
+}
+
+// Speeds at the ends and in the mean over the time, as the law of constant jerk has them, over sqrt(c).
+TRN_VECTOR_CLONES void update_places(PassState& state) {
+  const SpeedProblem& p = *state.problem;
+  const double *const x = state.x.data(), *const b0 = p.node_b0.data(), *const b1 = p.node_b1.data();
+  double *const root = state.root.data(), *const left = state.left.data(), *const right = state.right.data(),
+                *const mean = state.mean.data();
+  const auto sane = [](double ratio) {
+    const double up = ratio > 0.5 ? ratio : 0.5;
+    return up < 1.6 ? up : 1.6;
+  };
+#pragma GCC ivdep
+  for (size_t k = 0; k < p.intervals; ++k) {
+    const double r = 1 / std::sqrt(x[k + 1]);
+    const double first = b0[k] * x[k] + b1[k] * x[k + 1];
+    const double last = b0[k + 1] * x[k + 1] + b1[k + 1] * x[k + 2];
+    const double end = (2 * (x[k + 1] + last) - first) / 3;
+    const double v0 = std::sqrt(first);
+    root[k] = r;
+    left[k] = sane(v0 * r);
+    right[k] = sane(std::sqrt(last) * r);
+    mean[k] = sane((v0 + std::sqrt(end > 0 ? end : 0)) / 2 * r);
   }
 }
 
@@ -399,16 +479,18 @@ TRN_VECTOR_CLONES double assemble_rows(PassState& state, PassStep step) {
   for (Doubles* v : {&state.diag, &state.off1, &state.off2, &state.rhs}) v->assign(state.x.size(), 0);
   const size_t n = state.problem->intervals;
   Lanes worst{};
-  for (size_t g = 0; g < lane_groups(n); ++g) assemble_intervals(state, step, g, worst);
-  for (size_t g = 0; g < lane_groups(n + 1); ++g) assemble_nodes(state, step, g, worst);
+  const LaneStep lane{static_cast<float>(step.mu), static_cast<float>(step.alpha),
+                      static_cast<float>(step.alpha_dual)};
+  for (size_t g = 0; g < lane_groups(n); ++g) assemble_intervals(state, lane, g, worst);
+  for (size_t g = 0; g < lane_groups(n + 1); ++g) assemble_nodes(state, lane, g, worst);
   return largest(worst);
 }
 
 TRN_VECTOR_CLONES StepSums find_row_steps(PassState& state, double mu) {
   const size_t n = state.problem->intervals;
   LaneSums s;
-  for (size_t g = 0; g < lane_groups(n); ++g) step_intervals(state, mu, g, s);
-  for (size_t g = 0; g < lane_groups(n + 1); ++g) step_nodes(state, mu, g, s);
+  for (size_t g = 0; g < lane_groups(n); ++g) step_intervals(state, static_cast<float>(mu), g, s);
+  for (size_t g = 0; g < lane_groups(n + 1); ++g) step_nodes(state, static_cast<float>(mu), g, s);
   return {largest(s.worst),         largest(s.worst_dual),    total(s.slack_dual),
           total(s.slack_dual_step), total(s.slack_step_dual), total(s.steps)};
 }

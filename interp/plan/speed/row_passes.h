@@ -6,14 +6,14 @@
 
 namespace trn::speed {
 
-/// Slack and multiplier of inequalities g(x) + slack = 0 at eight places, and the step found for them.
+/// Slack and multiplier of inequalities g(x) + slack = 0 at a group of places, and the step found for them.
 struct RowState {
   Lanes slack, dual, slack_step, dual_step;
 };
 /// Both sides of |value| <= room.
 using TwoSided = std::array<RowState, 2>;
 
-/// What the interior-point method works on; places padded to groups of eight, padding inert.
+/// What the interior-point method works on; places padded to whole groups, padding inert.
 struct PassState {
   const SpeedProblem* problem = nullptr;
   Doubles x, dx;              ///< c and its step at [1 + place], with one value in front and some behind
@@ -36,6 +36,9 @@ struct StepSums {
   double worst = 0, worst_dual = 0;
   double slack_dual = 0, slack_dual_step = 0, slack_step_dual = 0, steps = 0;
 };
+
+/// Brings root, mean, left and right up to date with x.
+void update_places(PassState& state);
 
 /// Slacks as large as the start allows and at least `least` of the row's room, multipliers mu / slack.
 void start_rows(PassState& state, double mu, double least);

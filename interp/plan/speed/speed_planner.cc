@@ -14,7 +14,7 @@ constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990,
 constexpr double kAccelerationAccept = 0.9995,
                  kJerkAccept = 0.998;  // margin for what lies between the samples
 constexpr double kVelocityAccept = 0.99999;
-constexpr InteriorPointOptions kFirstSolve{60, 3e-3, 0.02}, kNextSolve{30, 3e-3, 3e-4};
+constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.05}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;
 constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
 constexpr double kGuess = 0.85;                  // of the b that the grid estimates
@@ -28,7 +28,7 @@ double spacing(const Joints& joints, double wanted) {
   if (wanted > 0) return wanted;
   double ramp = 0.064;
   for (const Joint& j : joints) ramp = std::min(ramp, j.limit.acceleration / j.limit.jerk);
-  return std::max(ramp / 16, 1e-4);
+  return std::max(ramp / 10, 1e-4);
 }
 
 double brake_time(const Joints& joints) {
@@ -125,7 +125,8 @@ void SpeedPlanner::finish() {
 
 // Lays the grid as far as the future is known and plans windows while there is enough of it.
 void SpeedPlanner::advance(bool to_end) {
-  grid_.lay(to_end, emitter_.piece_count() > options_.buffered_pieces_max);
+  const bool crowded = emitter_.piece_count() > options_.buffered_pieces_max;
+  if (!grid_.lay(to_end, crowded) && !crowded && !to_end) return;
   headroom_.resize(grid_.intervals().size(), kFreshHeadroom);
   while (!grid_.intervals().empty()) {
     double time_s = 0;

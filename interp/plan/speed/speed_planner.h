@@ -2,6 +2,7 @@
 
 #include "interp/plan/speed/block_emitter.h"
 #include "interp/plan/speed/interior_point.h"
+#include "interp/plan/speed/limit_use.h"
 
 namespace trn {
 

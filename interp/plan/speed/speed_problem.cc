@@ -74,8 +74,8 @@ void set_acceleration_rows(const std::deque<GridInterval>& grid, size_t first, c
     AccelerationRow* rows = &p.acceleration[k / kLanes * joints.size()];
     for (size_t i = 0; i < joints.size(); ++i) {
       const double scale = 1 / (rates.acceleration[joints[i]] * share);
-      rows[i].d1[k % kLanes] = scale * at.d1[joints[i]];
-      rows[i].d2[k % kLanes] = scale * at.d2[joints[i]];
+      rows[i].d1[k % kLanes] = static_cast<float>(scale * at.d1[joints[i]]);
+      rows[i].d2[k % kLanes] = static_cast<float>(scale * at.d2[joints[i]]);
     }
   }
 }
@@ -91,9 +91,9 @@ void set_jerk_rows(const std::deque<GridInterval>& grid, size_t first, const Joi
       const PathSample& at = right ? g.samples.back() : g.samples.front();
       for (const size_t joint : joints) {
         const double scale = 1 / (rates.jerk[joint] * headroom[first + k].jerk);
-        row->d1[k % kLanes] = scale * at.d1[joint];
-        row->d2[k % kLanes] = scale * at.d2[joint];
-        row->d3[k % kLanes] = scale * end_d3(g, joint, right);
+        row->d1[k % kLanes] = static_cast<float>(scale * at.d1[joint]);
+        row->d2[k % kLanes] = static_cast<float>(scale * at.d2[joint]);
+        row->d3[k % kLanes] = static_cast<float>(scale * end_d3(g, joint, right));
         ++row;
       }
     }

@@ -16,7 +16,7 @@ struct PlanEnd {
   SpeedState state;        ///< moving
 };
 
-/// Derivatives of one joint by s at eight places, over the joint's limit.
+/// Derivatives of one joint by s at a group of places, over the joint's limit.
 struct AccelerationRow {
   Lanes d1, d2;
 };
@@ -41,7 +41,7 @@ struct SpeedProblem {
   size_t intervals = 0, joints = 0;  ///< joints: those that move
   bool first_fixed = false;          ///< moving start: c_0 follows from the state
   double first_c = 0;
-  Doubles h, c_max, dip;                       ///< per interval, padded to groups of eight
+  Doubles h, c_max, dip;                       ///< per interval, padded to whole groups
   Doubles node_b0, node_b1, node_a0, node_a1;  ///< per node, padded
   std::vector<AccelerationRow> acceleration;   ///< [group of nodes][joint]
   std::vector<JerkRow> jerk;                   ///< [group of intervals][end][joint]

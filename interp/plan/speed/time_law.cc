@@ -7,7 +7,6 @@ namespace trn::speed {
 
 namespace {
 
-constexpr double kJudged = 1e-4;     // of a segment's duration: how close a moment is hit to judge it
 constexpr double kCorrection = 0.5;  // of the speed's deviation taken back at the next node
 
 // Time to cover h from v with acceleration running linearly from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
@@ -35,32 +34,14 @@ double stopping_acceleration(double h, const PathState& from, double a1, double 
   return a1;
 }
 
-void use_of(const PathSample& p, const PathState& at, double jerk, const JointRates& rates, LimitUse& use) {
-  const double v = at.v, vv = v * v, vvv = vv * v, va3 = 3 * v * at.a;
-  const double velocity = vv / p.b_max;
-  double acceleration = 0, third = 0;
-  for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
-    const double qdd = p.d1[j] * at.a + p.d2[j] * vv;
-    const double qddd = p.d1[j] * jerk + p.d2[j] * va3 + p.d3[j] * vvv;
-    acceleration = std::max(acceleration, std::abs(qdd) * rates.acceleration_inverse[j]);
-    third = std::max(third, std::abs(qddd) * rates.jerk_inverse[j]);
-  }
-  use.velocity_squared = std::max(use.velocity_squared, velocity);
-  use.acceleration = std::max(use.acceleration, acceleration);
-  use.jerk = std::max(use.jerk, third);
-}
-
 }  // namespace
-
-PathState LawSegment::at(double t) const {
-  return {from.s + t * (from.v + t * (from.a / 2 + t * (jerk / 6))), from.v + t * (from.a + t * (jerk / 2)),
-          from.a + t * jerk};
-}
 
 double LawSegment::time_at(double s) const { return time_at(s, 1e-12); }
 
 double LawSegment::time_at(double s, double accuracy) const {
-  double low = 0, high = duration_s, t = from.v > 0 ? std::min((s - from.s) / from.v, high) : high / 2;
+  const double reached = from.v * from.v + 2 * from.a * (s - from.s);  // (ds/dt)^2 there, without jerk
+  double low = 0, high = duration_s, t = high / 2;
+  if (reached > 0) t = std::min(2 * (s - from.s) / (from.v + std::sqrt(reached)), high);
   for (int i = 0; i < 60; ++i) {  // Newton, kept inside the bracket
     const PathState p = at(t);
     const double error = p.s - s;
@@ -116,46 +97,6 @@ PathSample between(const PathSample* p, double s, int count) {
     out.d3[j] = w0 * p[0].d3[j] + w1 * p[1].d3[j] + w2 * p[2].d3[j];
   }
   return out;
-}
-
-LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, const JointRates& rates) {
-  LimitUse use;
-  const double s_end = segment.end().s, rounding = 1e-9 * (s_end - segment.from.s);
-  const auto judge = [&](const PathSample& p) {
-    if (p.s < segment.from.s - rounding || p.s > s_end + rounding) return;
-    double t = segment.duration_s;
-    if (p.s < s_end - rounding) t = p.s > segment.from.s + rounding ? segment.time_at(p.s, kJudged) : 0;
-    use_of(p, segment.at(t), segment.jerk, rates, use);
-  };
-  const auto& samples = interval.samples;
-  for (size_t i = 0; i < samples.size(); ++i) {
-    judge(samples[i]);
-    if (i + 1 == samples.size() || samples[i + 1].s <= samples[i].s) continue;
-    const size_t first = i > 0 && samples[i - 1].s < samples[i].s ? i - 1 : i;
-    if (first + 2 >= samples.size() || samples[first + 2].s <= samples[first + 1].s) continue;
-    for (const double u : {0.25, 0.5, 0.75})
-      judge(between(&samples[first], samples[i].s + u * (samples[i + 1].s - samples[i].s), rates.count));
-  }
-  return use;
-}
-
-double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t last, const JointRates& rates,
-                  const std::deque<Headroom>& headroom, bool start) {
-  const double s0 = grid[first].s, length = grid[last - 1].s + grid[last - 1].h - s0;
-  LawSegment unit = rest_start(grid, first, last, 1);
-  if (!start) unit = rest_stop(grid, first, last, {s0, 1, 0});
-  double b = 1e12;
-  for (size_t k = first; k < last; ++k) {
-    for (const PathSample& p : grid[k].samples) {
-      const double t = unit.time_at(std::clamp(p.s, s0, s0 + length));
-      LimitUse use;
-      use_of(p, unit.at(t), unit.jerk, rates, use);
-      if (use.velocity_squared > 0) b = std::min(b, headroom[k].velocity / use.velocity_squared);
-      if (use.acceleration > 0) b = std::min(b, headroom[k].acceleration / use.acceleration);
-      if (use.jerk > 0) b = std::min(b, std::cbrt(std::pow(headroom[k].jerk / use.jerk, 2)));
-    }
-  }
-  return b;
 }
 
 }  // namespace trn::speed

@@ -15,7 +15,10 @@ struct LawSegment {
   double jerk = 0, duration_s = 0;
   size_t first = 0, last = 0;  ///< indices into the grid
 
-  PathState at(double t) const;
+  PathState at(double t) const {
+    return {from.s + t * (from.v + t * (from.a / 2 + t * (jerk / 6))), from.v + t * (from.a + t * (jerk / 2)),
+            from.a + t * jerk};
+  }
   PathState end() const { return at(duration_s); }
   /// Time in [0, duration] at which the parameter passes s.
   double time_at(double s) const;
@@ -37,15 +40,5 @@ LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t 
 
 /// The sample at s on the parabola through three samples.
 PathSample between(const PathSample* p, double s, int count);
-
-/// Greatest share of the limits that the segment uses at the samples of its intervals.
-struct LimitUse {
-  double velocity_squared = 0, acceleration = 0, jerk = 0;  ///< the first: b / b_max, feed included
-};
-LimitUse limit_use(const LawSegment& segment, const GridInterval& interval, const JointRates& rates);
-
-/// Greatest b at the moving end of the rest segment over [first, last) that keeps all limits.
-double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t last, const JointRates& rates,
-                  const std::deque<Headroom>& headroom, bool start);
 
 }  // namespace trn::speed

@@ -103,7 +103,7 @@ TEST(GeometryCompression, SampledCurvesComeOutAsTheCurve) {
       EXPECT_EQ(stretches(pieces), 1u);
       const Shape shape = shape_of(pieces);
       EXPECT_LT(shape.max_d3, 1.8 * truth) << "chord " << chord;
-      EXPECT_LT(shape.pieces, shape.length / 0.6) << "chord " << chord;
+      EXPECT_LT(shape.pieces, shape.length / 0.45) << "chord " << chord;
     }
   }
 }

@@ -1,0 +1,26 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "interp/plan/geometry/run_vertex.h"
+
+namespace trn {
+
+/// The longest span that a spline may have at u.
+struct SpanLimit {
+  double u = 0, span = 0;
+};
+
+struct SpanMeshRequest {
+  std::span<const RunVertex> vertices;  ///< at least two
+  double start = 0, end = 0;            ///< range of u, inside that of the vertices
+  double tolerance_mm = 0, tolerance_rad = 0;
+  std::vector<SpanLimit> limits;  ///< ascending in u; spans grow with the distance from these places
+};
+
+/// Breaks from start to end, both included, whose distances follow what a quintic spline needs to follow the
+/// polyline well inside the tolerances. The same places come out for the polyline run backwards.
+std::vector<double> mesh_breaks(const SpanMeshRequest& request);
+
+}  // namespace trn

@@ -1,0 +1,144 @@
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+
+#include "interp/plan/geometry/geometry_planner.h"
+#include "tests/interp/plan/speed_support.h"
+
+// Passes over seeded freeform surfaces, the tool along the normal: how finely a pass is cut into moves, in
+// which direction it goes and where its vertices happen to lie must not matter.
+namespace trn::speed_test {
+namespace {
+
+constexpr double kLength = 60, kTolerance_mm = 0.01, kTolerance_rad = 0.1 * kRadPerDeg, kFeed = 150;
+
+/// A profile z(x) of sines whose radius of curvature stays above 6 mm, and a tool that follows its normal.
+struct Surface {
+  double amplitude[4], wave[4], phase[4];
+  bool five_axes;
+
+  Surface(unsigned seed, bool tool_turns) : five_axes(tool_turns) {
+    std::mt19937_64 rng(seed);
+    std::uniform_real_distribution<double> u(0, 1);
+    for (int i = 0; i < 4; ++i) {
+      wave[i] = 6 * std::pow(8.0, u(rng));
+      amplitude[i] = (0.02 + 0.02 * u(rng)) * std::pow(wave[i] / 6, 2) * 1.5;
+      phase[i] = 2 * kPi * u(rng);
+    }
+  }
+  Words at(double x) const {
+    Words y = Words::Zero();
+    double z = 0, slope = 0;
+    for (int i = 0; i < 4; ++i) {
+      const double w = 2 * kPi / wave[i];
+      z += amplitude[i] * std::sin(w * x + phase[i]);
+      slope += amplitude[i] * w * std::cos(w * x + phase[i]);
+    }
+    y.head<3>() << x, 0.1 * x, z;
+    if (five_axes) {
+      y[kA] = 0.4 + 0.3 * std::atan(slope);
+      y[kC] = 0.2 + 0.4 * std::atan(slope);
+    }
+    return y;
+  }
+};
+
+/// Vertices `chord` apart, the first inner one after `shift` of it; rounded as CAM programs are.
+std::vector<Words> vertices(const Surface& surface, double chord, double shift, bool backwards) {
+  std::vector<Words> out{surface.at(0)};
+  for (double x = shift * chord; x < kLength; x += chord)
+    if (x > 0.2 * chord && x < kLength - 0.2 * chord) out.push_back(surface.at(x));
+  out.push_back(surface.at(kLength));
+  for (Words& y : out) {
+    for (int i = 0; i < 3; ++i) y[i] = std::round(y[i] * 1e4) / 1e4;
+    for (int i = 3; i < 6; ++i) y[i] = std::round(y[i] * kDegPerRad * 1e4) / 1e4 * kRadPerDeg;
+  }
+  if (backwards) std::reverse(out.begin(), out.end());
+  return out;
+}
+
+struct Pass {
+  double time_s = 0;
+  std::vector<double> speed;  ///< of the tip along X, at each millimetre
+};
+
+/// Forwards or backwards, speeds by place.
+Pass drive(const std::vector<Words>& points, bool five_axes) {
+  static const IdentityMap xyz({kX, kY, kZ});
+  static const TrunnionMap trunnion;
+  const JointMap& map = five_axes ? static_cast<const JointMap&>(trunnion) : xyz;
+  const Joints joints = five_axes ? cradle_joints() : linear_joints(3);
+  Collector out;
+  SpeedPlanner speed(joints, map, full_shares(), out);
+  GeometryPlanner geometry({}, speed);
+  for (size_t i = 1; i < points.size(); ++i) {
+    ProgramMove m;
+    m.kind = ProgramMove::Kind::kFeed;
+    m.from = points[i - 1];
+    m.to = points[i];
+    m.context.rtcp = true;
+    m.feed.tip_mm_s = kFeed;
+    m.tolerance_mm = kTolerance_mm;
+    m.tolerance_rad = kTolerance_rad;
+    m.source.line = static_cast<std::uint32_t>(i);
+    geometry.move(m);
+  }
+  geometry.finish();
+  speed.finish();
+  Pass pass;
+  pass.speed.assign(static_cast<size_t>(kLength) + 1, 0);
+  for (const MotionBlock& b : out.blocks)
+    for (int i = 0; i < b.segment_count; ++i) {
+      const TimeSegment& g = b.segments[static_cast<size_t>(i)];
+      pass.time_s += g.duration_s;
+      const double x0 = b.piece.at(g.s)[kX], x1 = b.piece.at(g.s_at(g.duration_s))[kX];
+      for (double x = std::ceil(std::min(x0, x1)); x <= std::max(x0, x1); ++x) {
+        const double share = x1 != x0 ? (x - x0) / (x1 - x0) : 0, t = share * g.duration_s;
+        pass.speed[static_cast<size_t>(x)] = std::abs(b.piece.derivatives(g.s_at(t)).d1[kX] * g.v_at(t));
+      }
+    }
+  return pass;
+}
+
+/// Greatest difference of the speeds away from the ends, over the speed there.
+double apart(const Pass& a, const Pass& b) {
+  double worst = 0;
+  for (size_t i = 5; i + 5 < a.speed.size(); ++i)
+    worst = std::max(worst, std::abs(a.speed[i] - b.speed[i]) / std::max(a.speed[i], b.speed[i]));
+  return worst;
+}
+
+TEST(SurfacePass, CutFinelyOrCoarselyForwardsOrBackwards) {
+  const char* wanted = std::getenv("TRN_LONG");
+  const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 4;
+  double coarse_worst = 0, back_worst = 0, shift_worst = 0, back_apart = 0, shift_apart = 0;
+  for (unsigned seed = 0; seed < count; ++seed)
+    for (const bool five : {false}) {
+      SCOPED_TRACE(fmt::format("seed {}, {} axes", seed, five ? 5 : 3));
+      const Surface surface(seed, five);
+      const Pass fine = drive(vertices(surface, 0.05, 1, false), five);
+      const Pass coarse = drive(vertices(surface, 0.5, 1, false), five);
+      const Pass back = drive(vertices(surface, 0.5, 1, true), five);
+      const Pass shifted = drive(vertices(surface, 0.5, 0.5, false), five);
+      const auto off = [](double a, double b) { return std::abs(a / b - 1); };
+      const double c = off(coarse.time_s, fine.time_s), k = off(back.time_s, coarse.time_s),
+                   s = off(shifted.time_s, coarse.time_s);
+      std::printf(
+          "seed %u, %d axes: fine %.3f s; coarse %+.2f %%, back %.2f %%, shifted %.2f %%; speeds apart %.1f "
+          "%%, %.1f %%\n",
+          seed, five ? 5 : 3, fine.time_s, 100 * (coarse.time_s / fine.time_s - 1), 100 * k, 100 * s,
+          100 * apart(back, coarse), 100 * apart(shifted, coarse));
+      coarse_worst = std::max(coarse_worst, c);
+      back_worst = std::max(back_worst, k);
+      shift_worst = std::max(shift_worst, s);
+      back_apart = std::max(back_apart, apart(back, coarse));
+      shift_apart = std::max(shift_apart, apart(shifted, coarse));
+    }
+  EXPECT_LT(coarse_worst, 0.02);
+  EXPECT_LT(back_worst, 0.01);
+  EXPECT_LT(shift_worst, 0.01);
+}
+
+}  // namespace
+}  // namespace trn::speed_test
