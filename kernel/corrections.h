@@ -18,8 +18,8 @@ namespace trn {
 struct Corrections {
   std::unique_ptr<PoseCorrection> pose;
   std::unique_ptr<JointCorrection> joint;
-  std::uint8_t planned_off = 0;  ///< of `pose` and `joint`: bits of those off at start (MapContext)
-  std::unique_ptr<SensorBoard> sensors;     ///< never null; the channels that corrections look at
+  std::uint8_t planned_off = 0;          ///< of `pose` and `joint`: bits of those off at start (MapContext)
+  std::unique_ptr<SensorBoard> sensors;  ///< never null; the channels that corrections look at
   std::unique_ptr<SetpointChain> setpoint;  ///< never null; may have no links
   /// To be called outside the tick, always by one thread, several times a second.
   std::vector<std::function<void()>> background;

@@ -92,10 +92,14 @@ std::string margin_text(const ExperimentOptions& options) {
   std::string out;
   for (const double process : {1.0, 0.5}) {
     const CorrectionMargins m = correction_margins(config, 0, smoothing, kServoRadS, process);
+    const std::string phase = std::isinf(m.phase_margin_rad)
+                                  ? "stable at any phase"
+                                  : fmt::format("phase margin {:.1f} deg", m.phase_margin_rad * kDegPerRad);
     out += fmt::format(
-        "  loop gain of the correction, when a deeper cut bends the tool by {:.1f} of its depth: {:.2f}, "
-        "gain margin {:.2f}\n",
-        process, m.loop_gain_max, m.gain_margin);
+        "  loop gain of the correction, when a deeper cut bends the tool by {:.1f} of its depth: {:.3f}, "
+        "gain "
+        "margin {:.2f}, {}\n",
+        process, m.loop_gain_max, m.gain_margin, phase);
   }
   return out;
 }
