@@ -3,7 +3,7 @@
 
     bench/compare_interpreters.py build/release/trunnion [--other 'rs274 -g'] [--lines 200000]
 
-Times are processor seconds of the whole process, best of three, canonical output thrown away.
+Times are processor seconds of the whole process, best of five in turns, canonical output thrown away.
 """
 import argparse
 import os
@@ -23,13 +23,10 @@ def programs(n):
 
 
 def cpu_seconds(command, folder):
-    best = float("inf")
-    for _ in range(3):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        best = min(best, after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return best
+    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    after = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
 def main():
@@ -48,11 +45,14 @@ def main():
             with open(path, "w", encoding="ascii") as file:
                 file.write("\n".join(["G21 G90 G1 F1000", *lines, "M2", ""]))
             size = os.path.getsize(path) / 1e6
-            mine = cpu_seconds([ours, "interpret", path, "--machine", os.path.abspath(args.machine)], folder)
-            text = f"{name}: {args.lines / mine / 1e3:.0f}k a second, {size / mine:.0f} MB/s"
+            commands = [[ours, "interpret", path, "--machine", os.path.abspath(args.machine)]]
             if has_other:
-                theirs = cpu_seconds([*other, path], folder)
-                text += f"; {other[0]} {args.lines / theirs / 1e3:.0f}k; ratio {theirs / mine:.1f}"
+                commands.append([*other, path])
+            rounds = [[cpu_seconds(command, folder) for command in commands] for _ in range(5)]
+            mine, *theirs = (min(times) for times in zip(*rounds))
+            text = f"{name}: {args.lines / mine / 1e3:.0f}k a second, {size / mine:.0f} MB/s"
+            if theirs:
+                text += f"; {other[0]} {args.lines / theirs[0] / 1e3:.0f}k; ratio {theirs[0] / mine:.1f}"
             print(text)
 
 

@@ -20,15 +20,19 @@ constexpr double kNumberLimit = 1e15;  // longer ones have lost their last digit
 bool parse_short(const char* first, const char* last, double& value, const char** stop) {
   constexpr std::ptrdiff_t kExactDigits = 15;
   std::uint64_t digits = 0;
+  const char* point = last;
   const char* p = first;
-  for (; p != last && Lexer::is_digit(*p); ++p) digits = digits * 10 + static_cast<std::uint64_t>(*p - '0');
-  const char* const point = p;
-  if (p != last && *p == '.') {
-    ++p;
-    for (; p != last && Lexer::is_digit(*p); ++p) digits = digits * 10 + static_cast<std::uint64_t>(*p - '0');
+  for (; p != last; ++p) {
+    const unsigned digit = static_cast<unsigned char>(*p) - static_cast<unsigned>('0');
+    if (digit <= 9)
+      digits = digits * 10 + digit;
+    else if (*p == '.' && point == last)
+      point = p;
+    else
+      break;
   }
   const std::ptrdiff_t after_point = p > point ? p - point - 1 : 0;
-  const std::ptrdiff_t count = (point - first) + after_point;
+  const std::ptrdiff_t count = (p - first) - (p > point ? 1 : 0);
   if (count == 0 || count > kExactDigits) return false;
   value = static_cast<double>(digits) / kPowersOfTen[static_cast<std::size_t>(after_point)];
   *stop = p;

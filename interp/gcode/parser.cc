@@ -61,6 +61,13 @@ constexpr std::array<bool, 256> make_word_letters() {
 }
 constexpr std::array<bool, 256> kWordLetters256 = make_word_letters();
 
+// Behind the letter that comes next, white space left out: the second letter of a keyword.
+bool letter_follows(const Lexer& lexer) {
+  const std::string_view rest = lexer.rest();
+  const std::size_t at = rest.find_first_not_of(" \t", 1);
+  return at != std::string_view::npos && Lexer::is_letter(rest[at]);
+}
+
 bool is_word_letter(char c) { return kWordLetters256[static_cast<unsigned char>(c)]; }
 
 }  // namespace
@@ -138,7 +145,8 @@ void Parser::segments(Lexer& lexer, ParsedBlock& out) {
       lexer.to_end();
     } else if (c == '#') {
       assignment(lexer, out);
-    } else if (begins_keyword_[static_cast<unsigned char>(c)] && keyword(lexer, c, out)) {
+    } else if (begins_keyword_[static_cast<unsigned char>(c)] && letter_follows(lexer) &&
+               keyword(lexer, c, out)) {
       continue;
     } else if (is_word_letter(c)) {
       word(lexer, c, out);

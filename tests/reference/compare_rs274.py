@@ -72,7 +72,7 @@ def of_reference(command, folder, name):
 
 def of_ours(trunnion, folder, name):
     code, out, err = run([trunnion, "interpret", "--canon", "--tools", "tools.tbl", name], folder)
-    error = None if code == 0 else (err.strip() or f"exit code {code}")
+    error = None if code == 0 else (f"exit code {code}" if code < 0 else err.strip() or f"exit code {code}")
     return [line.rstrip() for line in out.splitlines()], error
 
 
@@ -106,9 +106,12 @@ def compare(name, text, args):
         ours, our_error = of_ours(args.trunnion, folder, "p.ngc")
         for _ in range(3):  # what it does without a tool in the spindle changes from run to run
             theirs, their_error = of_reference(args.reference, folder, "p.ngc")
-            if (our_error is None) == (their_error is None) and first_difference(ours, theirs) is None:
+            crashed = our_error and our_error.startswith("exit code -")
+            if not crashed and (our_error is None) == (their_error is None) and first_difference(ours, theirs) is None:
                 return None
-    if (our_error is None) != (their_error is None):
+    if our_error and our_error.startswith("exit code -"):
+        kind = "ours crashes"
+    elif (our_error is None) != (their_error is None):
         kind = "only ours stops" if our_error else "only the reference stops"
     else:
         at = first_difference(ours, theirs)
