@@ -8,6 +8,7 @@ namespace trn {
 namespace {
 
 constexpr double kCornerCos = 0.82;     // 35 degrees: never a part of a curve
+constexpr double kStandingTip = 1e-6;   // mm per mm or degree of path
 constexpr double kLongLine = 12.0;      // mm (degrees): stays a line but for its ends
 constexpr double kLineTail = 4.0;       // that much of a long line's end belongs to the curve beside it
 constexpr double kIsolatedShare = 0.2;  // a blend wanting less of its sides than this stands alone
@@ -33,6 +34,16 @@ bool is_isolated(const Words& turn, double length_before, double length_after, d
   const double span = kIsolatedShare * std::min(length_before, length_after);
   return kLineMiss * span * turn.head<3>().norm() >= tol_mm ||
          (tol_rad > 0 && kLineMiss * span * turn.tail<3>().norm() >= tol_rad);
+}
+
+// A sharp turn of the path, and of the tip's way where the tip moves: how fast the rotary words turn against
+// the tip changes within few moves wherever a surface bends, and where they are quick the tip may turn at
+// ease.
+bool is_sharp(const Words& before, const Words& after) {
+  if (path_dot(before, after) >= kCornerCos) return false;
+  const Vec3 tip0 = before.head<3>(), tip1 = after.head<3>();
+  const double sizes = tip0.norm() * tip1.norm();
+  return sizes < kStandingTip || tip0.dot(tip1) < kCornerCos * sizes;
 }
 
 PathItem part_of(const PathItem& line, double from, double to) {
@@ -78,7 +89,7 @@ bool Compressor::continues_run(const PathItem& item) const {
   if (!same_context(pattern_.context, item.context) || pattern_.rapid != item.rapid ||
       pattern_.tolerance_mm != item.tolerance_mm || pattern_.tolerance_rad != item.tolerance_rad)
     return false;
-  if (path_dot(direction_, item.piece.c[1]) < kCornerCos) return false;
+  if (is_sharp(direction_, item.piece.c[1])) return false;
   return !is_isolated(item.piece.c[1] - direction_, last_length_, item.piece.length, item.tolerance_mm,
                       item.tolerance_rad);
 }

@@ -12,9 +12,10 @@ namespace {
 
 constexpr double kTube = 0.93;           // of the tolerance: leaves room for what lies between the samples
 constexpr double kUsageMax = 0.98;       // of an accepted curve
-constexpr double kTubeAtCorner = 0.1;    // of the tolerance: the rest belongs to the blend
+constexpr double kNearlyAll = 0.9;       // looked at more closely
+constexpr double kTubeAtCorner = 0.05;   // of the tolerance: the rest belongs to the blend
 constexpr double kCornerReach = 20;      // tolerances: how far from a corner its blend may come
-constexpr double kCornerSpan = 10;       // tolerances: longest span beside a corner
+constexpr double kCornerSpan = 5;        // tolerances: longest span beside a corner
 constexpr double kSamplesOfSpan = 4;     // at least
 constexpr double kSpanOfChordMin = 0.1;  // shorter spans follow the corners, not the curve
 constexpr int kAttempts = 6;
@@ -25,7 +26,10 @@ constexpr size_t kSpansOfVertexMax = 16;
 
 class RunFitter {
  public:
-  explicit RunFitter(const RunRequest& request) : request_(request), end_(request.vertices.back().u) {
+  explicit RunFitter(const RunRequest& request)
+      : request_(request),
+        target_(request.vertices, request.tolerance_mm, request.tolerance_rad),
+        end_(request.vertices.back().u) {
     start_ = request.head ? request.head->knots[5] : request.vertices.front().u;
   }
 
@@ -60,8 +64,8 @@ class RunFitter {
   double mesh_start() const { return request_.head ? request_.head->knots[10] : start_; }
 
   void place_knots(QuinticSpline& spline) {
-    const std::vector<double> breaks = mesh_breaks(
-        {request_.vertices, mesh_start(), end_, request_.tolerance_mm, request_.tolerance_rad, limits_});
+    const std::vector<double> breaks =
+        mesh_breaks({target_, mesh_start(), end_, request_.tolerance_mm, request_.tolerance_rad, limits_});
     auto& t = spline.knots;
     if (request_.head)
       t.assign(request_.head->knots.begin(), request_.head->knots.end());
@@ -125,11 +129,18 @@ class RunFitter {
     return part;
   }
 
-  void add_sample(double u, const Words& y) {
+  void add_sample(size_t chord, double share) {
     TubeSample& sample = samples_.emplace_back();
+    const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
+    const double u = a.u + (b.u - a.u) * share;
     const double part = tube(u);
     sample.u = u;
-    sample.y = y;
+    const Words middle = a.y + (b.y - a.y) * share, slope = (b.y - a.y) / (b.u - a.u);
+    sample.target = target_.at(chord, share);
+    // The target's place on the chord: being early or late on it is no deviation.
+    const double early =
+        place_along(sample.target - middle, slope, request_.tolerance_mm, request_.tolerance_rad);
+    sample.y = middle + slope * early;
     sample.radius_mm = part * request_.tolerance_mm;
     sample.radius_rad = part * std::max(request_.tolerance_rad, 1e-15);
   }
@@ -146,13 +157,16 @@ class RunFitter {
       while (k + 1 < spans && spline.knots[k + 6] <= v[i].u) ++k;
       const double step = (spline.knots[k + 6] - spline.knots[k + 5]) / kSamplesOfSpan;
       if (v[i].u < start_ - chord) continue;
-      if (v[i].u >= start_ && v[i].u - last >= 0.7 * step) add_sample(last = v[i].u, v[i].y);
+      const auto add = [&](double u, double share) {
+        if (u < start_) return;
+        add_sample(i, share);
+        last = u;
+      };
+      if (v[i].u - last >= 0.7 * step) add(v[i].u, 0);
       const int parts = std::max(1, static_cast<int>(chord / step));
-      for (int p = 1; p < parts; ++p)
-        if (const double u = v[i].u + p * chord / parts; u >= start_)
-          add_sample(last = u, v[i].y + (v[i + 1].y - v[i].y) * (1.0 * p / parts));
+      for (int p = 1; p < parts; ++p) add(v[i].u + p * chord / parts, 1.0 * p / parts);
     }
-    add_sample(v.back().u, v.back().y);
+    add_sample(v.size() - 2, 1);
     const size_t n = samples_.size();
     for (size_t i = 0; i < n; ++i)
       samples_[i].weight = (samples_[std::min(i + 1, n - 1)].u - samples_[i - std::min<size_t>(i, 1)].u) / 2;
@@ -175,7 +189,7 @@ class RunFitter {
       from = to;
       while (i + 2 < v.size() && v[i + 1].u <= u0) ++i;
       for (size_t c = i; c + 1 < v.size() && v[c].u < u1; ++c) {
-        const double used = chord_usage(piece, u0, u1, v[c], v[c + 1]);
+        const double used = chord_usage(piece, u0, u1, c);
         fit.usage[k] = std::max(fit.usage[k], used);
         if (used <= worst) continue;
         worst = used;
@@ -185,18 +199,43 @@ class RunFitter {
     fit.ok = worst <= kUsageMax;
   }
 
-  double chord_usage(const PathPiece& piece, double u0, double u1, const RunVertex& a,
-                     const RunVertex& b) const {
+  double chord_usage(const PathPiece& piece, double u0, double u1, size_t chord) const {
+    const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
     const double from = std::max(a.u, u0), to = std::min(b.u, u1), step_max = (u1 - u0) / 8;
     const int parts =
         b.u - a.u < step_max / 4 ? 1 : std::max(2, static_cast<int>(std::ceil((to - from) / step_max)));
-    const Words slope = (b.y - a.y) / (b.u - a.u);
     double worst = 0;
     for (int p = 0; p <= parts; ++p) {
       const double u = from + (to - from) * p / parts;
-      worst = std::max(worst, usage(piece.at(u - u0) - a.y - slope * (u - a.u)));
+      const double used = usage_at(piece.at(u - u0), u, chord);
+      worst = std::max(worst, used);
+      if (used < kNearlyAll || parts == 1) continue;
+      for (const double beside : {-0.5, -0.25, 0.25, 0.5}) {  // the peak may lie between
+        const double at = std::clamp(u + beside * (to - from) / parts, from, to);
+        worst = std::max(worst, usage_at(piece.at(at - u0), at, chord));
+      }
     }
     return worst;
+  }
+
+  // Of y against the nearest place of the chord, or of its neighbour when that lies beyond its end.
+  double usage_at(const Words& y, double u, size_t chord) const {
+    const double length = request_.vertices[chord + 1].u - request_.vertices[chord].u;
+    double place = 0;
+    const double used = usage_on(y, u, chord, place);
+    double beside = 0;
+    if (place <= 0 && chord > 0) return std::min(used, usage_on(y, u, chord - 1, beside));
+    if (place >= length && chord + 2 < request_.vertices.size())
+      return std::min(used, usage_on(y, u, chord + 1, beside));
+    return used;
+  }
+
+  double usage_on(const Words& y, double u, size_t chord, double& place) const {
+    const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
+    const Words slope = (b.y - a.y) / (b.u - a.u), e = y - a.y - slope * (u - a.u);
+    place = u - a.u + place_along(e, slope, request_.tolerance_mm, request_.tolerance_rad);
+    place = std::clamp(place, 0.0, b.u - a.u);
+    return usage(y - a.y - slope * place);
   }
 
   size_t vertex_before(double u) const {
@@ -232,6 +271,7 @@ class RunFitter {
   }
 
   const RunRequest& request_;
+  const RunTarget target_;
   double start_ = 0, end_ = 0;
   std::vector<SpanLimit> limits_;  // ascending in u
   std::vector<TubeSample> samples_;

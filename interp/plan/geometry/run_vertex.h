@@ -15,6 +15,18 @@ struct RunVertex {
 /// Shortest span of a fitted spline, mm and degrees.
 inline constexpr double kSpanMin = 1e-3;
 
+/// Where along a line y = slope * t a deviation from it is least, position and rotary words weighed by their
+/// tolerances: who is off by `deviation` is off by deviation - slope * t from another place of the line.
+inline double place_along(const Words& deviation, const Words& slope, double tolerance_mm,
+                          double tolerance_rad) {
+  const double mm = 1 / (tolerance_mm * tolerance_mm);
+  const double rad = tolerance_rad > 0 ? 1 / (tolerance_rad * tolerance_rad) : 0;
+  const double squared = mm * slope.head<3>().squaredNorm() + rad * slope.tail<3>().squaredNorm();
+  const double product =
+      mm * slope.head<3>().dot(deviation.head<3>()) + rad * slope.tail<3>().dot(deviation.tail<3>());
+  return squared > 0 ? product / squared : 0;
+}
+
 /// Deviation over tolerance, the worse of position and rotary words.
 inline double tube_usage(const Words& deviation, double tolerance_mm, double tolerance_rad) {
   const auto part = [](double d, double tol) { return d <= 1e-12 ? 0 : (tol > 0 ? d / tol : 1e9); };

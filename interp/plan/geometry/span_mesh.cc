@@ -40,19 +40,20 @@ class SpanMesh {
 
  private:
   Words at(double u) {
-    const auto& v = r_.vertices;
+    const auto v = r_.target.vertices();
     while (i_ > 0 && v[i_].u > u) --i_;
     while (i_ + 2 < v.size() && v[i_ + 1].u < u) ++i_;
-    const double part = (u - v[i_].u) / (v[i_ + 1].u - v[i_].u);
-    return v[i_].y + (v[i_ + 1].y - v[i_].y) * part;
+    return r_.target.at(i_, (u - v[i_].u) / (v[i_ + 1].u - v[i_].u));
   }
 
-  // Sixth difference of the polyline: what a spline of span h cannot follow.
+  // Sixth difference of the target: what a spline of span h cannot follow.
   double roughness(double u, double h) {
     constexpr double kBinomial[7] = {1, -6, 15, -20, 15, -6, 1};
     const double first = std::max(r_.start, std::min(u - 3 * h, r_.end - 6 * h));
     Words sum = Words::Zero();
     for (int k = 0; k < 7; ++k) sum += kBinomial[k] * at(std::min(first + k * h, r_.end));
+    const Words along = at(std::min(u + h, r_.end)) - at(std::max(u - h, r_.start));
+    sum -= along * place_along(sum, along, r_.tolerance_mm, r_.tolerance_rad);
     return tube_usage(sum, r_.tolerance_mm, r_.tolerance_rad) / kRoughnessScale;
   }
 

@@ -1,9 +1,8 @@
 #pragma once
 
-#include <span>
 #include <vector>
 
-#include "interp/plan/geometry/run_vertex.h"
+#include "interp/plan/geometry/run_target.h"
 
 namespace trn {
 
@@ -13,14 +12,14 @@ struct SpanLimit {
 };
 
 struct SpanMeshRequest {
-  std::span<const RunVertex> vertices;  ///< at least two
-  double start = 0, end = 0;            ///< range of u, inside that of the vertices
+  const RunTarget& target;
+  double start = 0, end = 0;  ///< range of u, inside that of the target's vertices
   double tolerance_mm = 0, tolerance_rad = 0;
   std::vector<SpanLimit> limits;  ///< ascending in u; spans grow with the distance from these places
 };
 
 /// Breaks from start to end, both included, whose distances follow what a quintic spline needs to follow the
-/// polyline well inside the tolerances. The same places come out for the polyline run backwards.
+/// target well inside the tolerances. The same places come out for the target run backwards.
 std::vector<double> mesh_breaks(const SpanMeshRequest& request);
 
 }  // namespace trn

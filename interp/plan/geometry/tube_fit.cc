@@ -117,7 +117,7 @@ void TubeFit::Group::assemble() {
       weight_of_span = std::pow(length_[span], -6);
     }
     const double weight = weight_of_span * s.weight;
-    const Vec3 y = s.y.segment<3>(first_word_);
+    const Vec3 y = s.target.segment<3>(first_word_);
     for (size_t i = 0; i < 6; ++i) {
       const double w = weight * s.row[i];
       Row& band = band_[s.span + i];

@@ -11,6 +11,7 @@ struct TubeSample {
   double u = 0;
   double weight = 0;  ///< length of path that it stands for
   Words y;            ///< middle of the tube
+  Words target;       ///< in the tube: what the curve is drawn to
   double radius_mm = 0, radius_rad = 0;
   size_t span = 0;            ///< set by locate_samples
   std::array<double, 6> row;  ///< set by locate_samples: the basis functions of the span at u
@@ -21,7 +22,7 @@ void locate_samples(const QuinticSpline& spline, std::vector<TubeSample>& sample
 
 /// Fits a spline with given knots into a tube, position and rotary words separately.
 ///
-/// A smoothing spline minimises the integral of |y'''|^2 + (|y - middle| / l^3)^2: it is smooth over the
+/// A smoothing spline minimises the integral of |y'''|^2 + (|y - target| / l^3)^2: it is smooth over the
 /// length l. Where the tube is wide against what the path does, l may be long; the fit looks, span by span,
 /// for the longest l that leaves the deviation just inside the tube. Deviation grows with l (with l itself at
 /// a corner, with its sixth power on a smooth curve), so this is a root to be found, by a damped iteration.
@@ -35,7 +36,7 @@ class TubeFit {
   /// Both must outlive the fit; the samples are located on the spline.
   TubeFit(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free);
 
-  /// Follows the middle of the tube closely.
+  /// Follows the target closely.
   void follow();
 
   /// After follow(): as smooth as the tube allows, at the samples.

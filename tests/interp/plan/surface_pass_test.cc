@@ -114,7 +114,7 @@ TEST(SurfacePass, CutFinelyOrCoarselyForwardsOrBackwards) {
   const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 4;
   double coarse_worst = 0, back_worst = 0, shift_worst = 0, back_apart = 0, shift_apart = 0;
   for (unsigned seed = 0; seed < count; ++seed)
-    for (const bool five : {false}) {
+    for (const bool five : {false, true}) {
       SCOPED_TRACE(fmt::format("seed {}, {} axes", seed, five ? 5 : 3));
       const Surface surface(seed, five);
       const Pass fine = drive(vertices(surface, 0.05, 1, false), five);
