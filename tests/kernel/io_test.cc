@@ -92,8 +92,8 @@ TEST(Io, TheContactIsInProgramCoordinates) {
             "G38.3 Z-2\n#1=#5063 #2=#5070 #3=#5061\nM2\n");
   EXPECT_EQ(run.result.fault, Fault::kOk);
   EXPECT_EQ(run.parameters[5070], 1);
-  EXPECT_NEAR(run.parameters[5063], -20.5 + 8, 0.02);  // kept in mm
-  EXPECT_NEAR(run.parameters[5061], 2.54, 1e-6);
+  EXPECT_NEAR(run.parameters[5063], (-20.5 + 8) / 25.4, 0.02 / 25.4);
+  EXPECT_NEAR(run.parameters[5061], 0.1, 1e-7);
 }
 
 TEST(Io, AMoveThatMustMeetSomethingAndDoesNotIsAFault) {
