@@ -175,7 +175,7 @@ TEST(SingleBlock, SwitchedOnInMotionStandsAtTheFirstEndThatCanBeReached) {
   }
   desk.post(Kind::kSingleBlock, 1);
   const std::uint32_t first = desk.run().back().line;
-  EXPECT_GT(first, 90u);
+  EXPECT_GE(first, 90u);
   EXPECT_LT(first, 100u) << "1 mm lines at 100 mm/s: a stop takes a few of them";
   desk.post(Kind::kResume);
   desk.tick();
