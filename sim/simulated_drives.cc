@@ -1,29 +1,10 @@
 #include "sim/simulated_drives.h"
 
+#include "hal/drive_severity.h"
+
 namespace trn {
 
 namespace {
-
-// How much a joint's state says about the whole machine; the worst one is reported.
-int severity(DriveState state) TRN_RT {
-  switch (state) {
-    case DriveState::kEnabled:
-      return 0;
-    case DriveState::kHoming:
-      return 1;
-    case DriveState::kStarting:
-      return 2;
-    case DriveState::kOff:
-      return 3;
-    case DriveState::kQuickStop:
-      return 4;
-    case DriveState::kFault:
-      return 5;
-    case DriveState::kLost:
-      return 6;
-  }
-  return 6;
-}
 
 void apply(SimulatedDrives::ScriptedEvent::Kind kind, SimulatedJoint& joint) TRN_RT {
   using Kind = SimulatedDrives::ScriptedEvent::Kind;

@@ -2,8 +2,6 @@
 
 #include <cmath>
 
-#include "compensation/rtcp.h"
-
 namespace trn {
 
 namespace {
@@ -37,13 +35,6 @@ SimulatedIo::ScriptedInput read_script(const Machine& machine, const ConfigTable
   return event;
 }
 
-SimulatedIo::Plate read_plate(const ConfigTable& table) {
-  const SimulatedIo::Plate plate{table.vec3("min_mm"), table.vec3("max_mm")};
-  if ((plate.max_mm - plate.min_mm).minCoeff() <= 0)
-    throw table.error("max_mm", "every coordinate must be greater than that of min_mm");
-  return plate;
-}
-
 SimulatedSpindle::Config read_spindle(const Machine& machine, const ConfigTable& io) {
   SimulatedSpindle::Config config;
   config.period_s = machine.period_s;
@@ -58,18 +49,14 @@ SimulatedSpindle::Config read_spindle(const Machine& machine, const ConfigTable&
 }  // namespace
 
 SimulatedIo::SimulatedIo(const Config& config, const Kinematics& kinematics)
-    : kinematics_(kinematics),
-      X_MB_(inverse(kinematics.home_X_BM())),
-      script_(config.script),
-      plates_(config.plates),
-      spindle_(config.spindle) {
+    : script_(config.script), plates_(config.plates, kinematics), spindle_(config.spindle) {
   for (const Wire& wire : config.wires) wires_.push_back({wire, 0, 0});
 }
 
 void SimulatedIo::exchange(const IoOutputs& outputs, const IoPlace& place, IoInputs& inputs) TRN_RT {
   follow_wires(outputs);
   run_script();
-  inputs_.probe = touches(place);
+  inputs_.probe = plates_.touches(place.q, place.tool_offset);
   spindle_.step(outputs, inputs_);
   ++period_;
   inputs = inputs_;
@@ -99,22 +86,12 @@ void SimulatedIo::set(int input, bool analog, double value) TRN_RT {
     inputs_.digital = value != 0 ? inputs_.digital | bit : inputs_.digital & ~bit;
 }
 
-bool SimulatedIo::touches(const IoPlace& place) const TRN_RT {
-  if (plates_.empty()) return false;
-  Pose X_BS;
-  if (kinematics_.forward(place.q, X_BS) != KinStatus::kOk) return false;
-  const Vec3 p = X_MB_ * tip_from_spindle(X_BS, place.tool_offset);
-  for (const Plate& plate : plates_)
-    if ((p - plate.min_mm).minCoeff() >= 0 && (plate.max_mm - p).minCoeff() >= 0) return true;
-  return false;
-}
-
 SimulatedIo::Config read_simulated_io(const Machine& machine, const ConfigTable& io) {
   SimulatedIo::Config config;
   for (const ConfigTable& table : io.tables_if("wire")) config.wires.push_back(read_wire(machine, table));
   for (const ConfigTable& table : io.tables_if("script"))
     config.script.push_back(read_script(machine, table));
-  for (const ConfigTable& table : io.tables_if("plate")) config.plates.push_back(read_plate(table));
+  config.plates = read_plates(io);
   config.spindle = read_spindle(machine, io);
   return config;
 }

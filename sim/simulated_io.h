@@ -6,6 +6,7 @@
 #include "core/ports.h"
 #include "core/units.h"
 #include "sim/simulated_spindle.h"
+#include "sim/touch_plates.h"
 
 namespace trn {
 
@@ -26,15 +27,10 @@ class SimulatedIo final : public MachineIo {
     bool analog = false;
     double value = 0;
   };
-  /// A block on the table that closes the probe's contact when the tip is inside; corners in M as it lies
-  /// with every axis at zero (program coordinates without offsets), mm.
-  struct Plate {
-    Vec3 min_mm, max_mm;
-  };
   struct Config {
     std::vector<Wire> wires;
     std::vector<ScriptedInput> script;
-    std::vector<Plate> plates;
+    std::vector<TouchPlates::Plate> plates;
     SimulatedSpindle::Config spindle;
   };
 
@@ -53,13 +49,10 @@ class SimulatedIo final : public MachineIo {
   void follow_wires(const IoOutputs& outputs) TRN_RT;
   void run_script() TRN_RT;
   void set(int input, bool analog, double value) TRN_RT;
-  bool touches(const IoPlace& place) const TRN_RT;
 
-  const Kinematics& kinematics_;
-  Pose X_MB_;  ///< table in M, at zero
   std::vector<LiveWire> wires_;
   std::vector<ScriptedInput> script_;
-  std::vector<Plate> plates_;
+  TouchPlates plates_;
   SimulatedSpindle spindle_;
   IoInputs inputs_;
   std::uint64_t period_ = 0;

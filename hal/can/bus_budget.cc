@@ -93,7 +93,7 @@ double BusBudget::smallest_period_s() const {
     longer.period_s = 1e-3 * ms;
     for (std::size_t i = 0; i < items.size(); ++i)
       longer.items[i].cycle_s =
-          items[i].cycle_s * (items[i].cycle_s < 10 * period_s ? longer.period_s / period_s : 1);
+          items[i].cycle_s * (items[i].cycle_s < 10.5 * period_s ? longer.period_s / period_s : 1);
     if (longer.fits()) return longer.period_s;
   }
   return 0;

@@ -14,9 +14,15 @@ namespace trn {
 
 namespace {
 
+// Periods between PDOs that need not be fast; these are behind setpoints and feedback in priority.
+constexpr int kSlowPeriods = 10;
+constexpr int kTouchPeriods = kSlowPeriods + 5;
+
 struct Timing {
   int heartbeat_ms = 0, heartbeat_timeout_ms = 0, guard_ms = 0, missed_max = 0, master_id = 127;
   int sdo_timeout_ms = 0, boot_timeout_ms = 0, retries = 0;
+  bool touch = false;            ///< the touch probe is on the drives' own inputs
+  unsigned touch_input_bit = 0;  ///< of 0x60FD
   double enable_timeout_s = 0, homing_timeout_s = 0, period_s = 0;
 };
 
@@ -38,6 +44,8 @@ Timing read_timing(const ConfigTable& drives, double period_s) {
   t.retries = static_cast<int>(drives.integer("sdo_retries", 1, Range{0, 10}));
   t.enable_timeout_s = drives.number("enable_timeout_s", 2.0, kPositive);
   t.homing_timeout_s = drives.number("homing_timeout_s", 120.0, kPositive);
+  t.touch = drives.choice("probe", {"none", "drive"}, "none") == "drive";
+  t.touch_input_bit = static_cast<unsigned>(drives.integer("probe_input_bit", 16, Range{0, 31}));
   return t;
 }
 
@@ -140,7 +148,9 @@ class NodeReader {
   }
 
   void plan(CanNodeConfig& node) {
-    std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}, {0x6061, 0}};
+    std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}};
+    if (timing_.touch) in.push_back({0x60B9, 0});
+    in.push_back({0x6061, 0});
     const Cia402Mode mode = node.link.axis.mode;
     if (mode == Cia402Mode::kCyclicVelocity)
       out.push_back({0x60FF, 0});
@@ -148,15 +158,20 @@ class NodeReader {
       out.push_back({0x60C1, 1});
     else
       out.push_back({0x607A, 0});
+    if (timing_.touch) out.push_back({0x60B8, 0});
     out.push_back({0x6060, 0});
-    if (table_.boolean("limit_switches", false)) in.push_back({0x60FD, 0});
+    if (timing_.touch) in.insert(in.end(), {{0x60BA, 0}, {0x60BB, 0}});
+    node.link.limit_switches = table_.boolean("limit_switches", false);
+    node.link.touch_input_bit = timing_.touch_input_bit;
+    if (timing_.touch || node.link.limit_switches) in.push_back({0x60FD, 0});
     try {
       node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id);
       node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id);
     } catch (const EdsError& error) {
       throw table_.error("eds", error.what());
     }
-    for (std::size_t i = 1; i < node.link.tpdos.size(); ++i) node.link.tpdos[i].transmission = 10;
+    for (std::size_t i = 1; i < node.link.tpdos.size(); ++i) node.link.tpdos[i].transmission = kSlowPeriods;
+    for (std::size_t i = 1; i < node.link.rpdos.size(); ++i) node.link.rpdos[i].every = kSlowPeriods;
   }
 
   DriveSetup read_setup(CanNodeConfig& node) {
@@ -232,7 +247,8 @@ void fill_budget(CanBusConfig& bus, const Timing& timing, int sync_bytes) {
   add_item(budget, "SYNC", 1, sync_bytes, timing.period_s);
   for (const CanNodeConfig& node : bus.nodes) {
     for (const Pdo& pdo : node.link.rpdos)
-      add_item(budget, fmt::format("setpoints of node {}", node.link.id), 1, pdo.size(), timing.period_s);
+      add_item(budget, fmt::format("setpoints of node {}", node.link.id), 1, pdo.size(),
+               timing.period_s * pdo.every);
     for (const Pdo& pdo : node.link.tpdos)
       add_item(budget, fmt::format("feedback of node {}", node.link.id), 1, pdo.size(),
                timing.period_s * pdo.transmission);
@@ -268,6 +284,12 @@ void check_node(const CanDrivesConfig& config, const CanBusConfig& bus, const Ca
 
 }  // namespace
 
+int CanDrivesConfig::joint_of(std::size_t bus, int id) const {
+  for (const CanNodeConfig& node : buses[bus].nodes)
+    if (node.link.id == id) return node.link.joint;
+  return -1;
+}
+
 CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drives) {
   const Timing timing = read_timing(drives, machine.period_s);
   CanDrivesConfig config;
@@ -276,6 +298,7 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
   config.sync_counter = static_cast<int>(drives.integer("sync_counter", 0, Range{0, 240}));
   if (config.sync_counter == 1)
     throw drives.error("sync_counter", "'sync_counter' is 0, or 2 to 240 (CiA 301, 7.5.2.22)");
+  if (timing.touch) config.touch_periods = kTouchPeriods;
   config.overload_max = static_cast<std::uint32_t>(drives.integer("overload_max", 3, Range{1, 1000}));
   if (timing.heartbeat_ms > 0)
     config.heartbeat_periods = periods(1e-3 * timing.heartbeat_ms, machine.period_s);

@@ -34,7 +34,11 @@ struct CanDrivesConfig {
   int sync_counter = 0;                 ///< overflow of the SYNC counter; 0: SYNC without one
   std::uint32_t heartbeat_periods = 0;  ///< of the master's own heartbeat; 0: none
   std::uint32_t overload_max = 3;       ///< periods in a row in which frames could not be sent
+  int touch_periods = 0;                ///< as TouchDrives::touch_periods
   std::vector<CanBusConfig> buses;
+
+  /// The joint that a node drives; -1: there is no such node.
+  int joint_of(std::size_t bus, int id) const;
 };
 
 /// Reads the section, the data sheets it names (beside the config file), computes the PDOs and the bus

@@ -7,32 +7,13 @@
 #include <array>
 #include <stdexcept>
 
+#include "hal/drive_severity.h"
+
 namespace trn {
 
 namespace {
 
 constexpr std::int64_t kSlice = 1'000'000;  // ns between looks at the bus during bring-up
-
-// How much a node's state says about the whole machine; the worst one is reported.
-int severity(DriveState state) TRN_RT {
-  switch (state) {
-    case DriveState::kEnabled:
-      return 0;
-    case DriveState::kHoming:
-      return 1;
-    case DriveState::kStarting:
-      return 2;
-    case DriveState::kOff:
-      return 3;
-    case DriveState::kQuickStop:
-      return 4;
-    case DriveState::kFault:
-      return 5;
-    case DriveState::kLost:
-      return 6;
-  }
-  return 6;
-}
 
 CanMaster::Config master_config(const CanDrivesConfig& config, const CanBusConfig& bus) {
   return {config.period_s,          config.master_id,    config.sync_counter,
@@ -203,11 +184,24 @@ void CanDrives::quick_stop() TRN_RT {
     for (NodeLink& node : bus->master->nodes()) node.axis().quick_stop();
 }
 
+int CanDrives::touch_periods() const TRN_RT { return config_.touch_periods; }
+
+void CanDrives::arm_touch(bool contact) TRN_RT {
+  for (auto& bus : buses_)
+    for (NodeLink& node : bus->master->nodes()) node.touch().arm(contact);
+}
+
+void CanDrives::disarm_touch() TRN_RT {
+  for (auto& bus : buses_)
+    for (NodeLink& node : bus->master->nodes()) node.touch().disarm();
+}
+
 void CanDrives::report(Feedback& feedback) TRN_RT {
   feedback.state = DriveState::kEnabled;
   feedback.fault = Fault::kOk;
   feedback.fault_joint = -1;
   feedback.homed_mask = feedback.limit_switch_mask = 0;
+  touch_ = {false, true, 0, feedback.q};
   for (auto& bus : buses_) {
     for (const NodeLink& node : bus->master->nodes()) report_node(node, feedback);
     const Fault fault = bus->master->fault();
@@ -217,13 +211,23 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
   }
 }
 
-void CanDrives::report_node(const NodeLink& node, Feedback& feedback) const TRN_RT {
+void CanDrives::report_touch(const NodeLink& node) TRN_RT {
+  const int joint = node.config().joint;
+  touch_.contact |= node.touch_contact();
+  touch_.armed &= node.touch().armed();
+  if (!node.touch().latched()) return;
+  touch_.latched_mask |= 1u << joint;
+  touch_.q[joint] = node.touch().counts() / node.config().axis.counts_per_unit;
+}
+
+void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   const int joint = node.config().joint;
   const Cia402Axis& axis = node.axis();
   feedback.q[joint] = axis.measured();
   if (axis.homed()) feedback.homed_mask |= 1u << joint;
   if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
-  if (severity(node.state()) > severity(feedback.state)) feedback.state = node.state();
+  if (config_.touch_periods > 0) report_touch(node);
+  feedback.state = worst(feedback.state, node.state());
   const Fault fault = node.fault();
   const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
   if (fault == Fault::kOk || (feedback.fault != Fault::kOk && !worse)) return;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/ports.h"
+#include "core/touch_probe.h"
 #include "hal/can/can_master.h"
 
 namespace trn {
@@ -13,7 +14,7 @@ namespace trn {
 /// CiA 402 drives on one or several CAN buses. A setpoint is sent in its period, acts with the SYNC after it,
 /// and is measured with the one after that; feedback is of the SYNC before. The tick uses an endpoint of its
 /// own; bring-up and SDO use another one, from the thread that calls bring_up.
-class CanDrives final : public Drives {
+class CanDrives final : public Drives, public TouchDrives {
  public:
   CanDrives(const CanDrivesConfig& config, std::unique_ptr<CanOpener> opener);
 
@@ -26,6 +27,10 @@ class CanDrives final : public Drives {
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
   void request_home(unsigned joint_mask) TRN_RT override;
   void quick_stop() TRN_RT override;
+  int touch_periods() const TRN_RT override;
+  void arm_touch(bool contact) TRN_RT override;
+  void disarm_touch() TRN_RT override;
+  const TouchProbe& touch() const TRN_RT override { return touch_; }
 
   const CanMaster& master(std::size_t bus) const { return *buses_[bus]->master; }
 
@@ -48,13 +53,15 @@ class CanDrives final : public Drives {
 
   void take_requests() TRN_RT;
   void report(Feedback& feedback) TRN_RT;
-  void report_node(const NodeLink& node, Feedback& feedback) const TRN_RT;
+  void report_node(const NodeLink& node, Feedback& feedback) TRN_RT;
+  void report_touch(const NodeLink& node) TRN_RT;
 
   CanDrivesConfig config_;
   std::unique_ptr<CanOpener> opener_;
   std::vector<std::unique_ptr<Bus>> buses_;
   std::atomic<unsigned> requests_ = 0;
   std::atomic<bool> powered_ = false;
+  TouchProbe touch_;
   bool follow_ = false;  ///< all drives stood enabled in the last period: they obey the setpoints
 };
 

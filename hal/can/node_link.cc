@@ -9,7 +9,8 @@ namespace trn {
 namespace {
 constexpr ObjectKey kControlword{0x6040, 0}, kStatusword{0x6041, 0}, kModes{0x6060, 0},
     kModesDisplay{0x6061, 0}, kActualPosition{0x6064, 0}, kTargetPosition{0x607A, 0},
-    kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1};
+    kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1},
+    kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0}, kTouchFall{0x60BB, 0};
 }  // namespace
 
 NodeLink::Place NodeLink::place(const std::vector<Pdo>& pdos, ObjectKey key) {
@@ -28,11 +29,15 @@ NodeLink::NodeLink(const Config& config)
       position_(place(config.tpdos, kActualPosition)),
       mode_display_(place(config.tpdos, kModesDisplay)),
       digital_inputs_(place(config.tpdos, kDigitalInputs)),
+      touch_status_(place(config.tpdos, kTouchStatus)),
+      touch_rise_(place(config.tpdos, kTouchRise)),
+      touch_fall_(place(config.tpdos, kTouchFall)),
       control_(place(config.rpdos, kControlword)),
       target_(place(config.rpdos, config.axis.mode == Cia402Mode::kInterpolatedPosition ? kInterpolationData
                                                                                         : kTargetPosition)),
       velocity_(place(config.rpdos, kTargetVelocity)),
       mode_(place(config.rpdos, kModes)),
+      touch_function_(place(config.rpdos, kTouchFunction)),
       shared_(std::make_unique<Shared>()) {}
 
 void NodeLink::receive(const CanFrame& frame) TRN_RT {
@@ -56,6 +61,9 @@ void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
   if (position_.pdo == pdo) input_.position = static_cast<std::int32_t>(value(position_));
   if (mode_display_.pdo == pdo) input_.mode = static_cast<std::int8_t>(value(mode_display_));
   if (digital_inputs_.pdo == pdo) inputs_ = static_cast<unsigned>(value(digital_inputs_));
+  if (touch_status_.pdo == pdo) touch_.take_status(static_cast<std::uint16_t>(value(touch_status_)));
+  if (touch_rise_.pdo == pdo) touch_.take_position(true, static_cast<std::int32_t>(value(touch_rise_)));
+  if (touch_fall_.pdo == pdo) touch_.take_position(false, static_cast<std::int32_t>(value(touch_fall_)));
   fresh_ |= position_.pdo == pdo;
 }
 
@@ -158,6 +166,16 @@ void NodeLink::put(const Place& at, std::uint64_t value, std::array<CanFrame, 5>
   put_le(frames[static_cast<std::size_t>(at.pdo)].data.data() + at.byte, at.bits / 8, value);
 }
 
+bool NodeLink::touch_contact() const TRN_RT {
+  const bool closed = inputs_ >> config_.touch_input_bit & 1u;
+  return touch_.contact_wanted() ? closed || touch_.triggered() : closed && !touch_.triggered();
+}
+
+// Slow PDOs of different nodes leave in different periods.
+bool NodeLink::is_due(const Pdo& pdo) const TRN_RT {
+  return (periods_ + static_cast<std::uint32_t>(config_.id)) % static_cast<std::uint32_t>(pdo.every) == 0;
+}
+
 int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
   const std::size_t count = std::min<std::size_t>(config_.rpdos.size(), 4);
   for (std::size_t i = 0; i < count; ++i) {
@@ -169,11 +187,17 @@ int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
   put(target_, static_cast<std::uint32_t>(output_.position), frames);
   put(velocity_, static_cast<std::uint32_t>(output_.velocity), frames);
   put(mode_, static_cast<std::uint8_t>(output_.mode), frames);
+  put(touch_function_, touch_.function(), frames);
+  ++periods_;
+  std::size_t due = 0;
+  for (std::size_t i = 0; i < count; ++i)
+    if (is_due(config_.rpdos[i])) frames[due++] = frames[i];
   const bool guards = config_.watch.guard_periods > 0 && ++since_guard_ >= config_.watch.guard_periods;
-  if (!guards) return static_cast<int>(count);
-  since_guard_ = 0;
-  frames[count] = guard_request(config_.id);
-  return static_cast<int>(count) + 1;
+  if (guards) {
+    since_guard_ = 0;
+    frames[due++] = guard_request(config_.id);
+  }
+  return static_cast<int>(due);
 }
 
 std::string NodeLink::explain() const {

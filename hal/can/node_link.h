@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "hal/can/cia402_axis.h"
+#include "hal/can/cia402_touch.h"
 #include "hal/can/nmt.h"
 #include "hal/can/pdo.h"
 
@@ -29,6 +30,8 @@ class NodeLink {
     std::vector<Pdo> rpdos, tpdos;
     NodeWatchConfig watch;
     Cia402Axis::Config axis;
+    bool limit_switches = true;    ///< 0x60FD, bits 0 and 1
+    unsigned touch_input_bit = 0;  ///< of 0x60FD: the touch probe is closed
   };
   /// What other threads may know; written by the tick.
   struct Shared {
@@ -59,7 +62,12 @@ class NodeLink {
   DriveState state() const TRN_RT;
   /// Of the node or its drive, whichever asks for more.
   Fault fault() const TRN_RT;
-  unsigned limit_switches() const TRN_RT { return inputs_ & 3u; }  ///< 0x60FD: bit 0 negative, bit 1 positive
+  /// 0x60FD: bit 0 negative, bit 1 positive.
+  unsigned limit_switches() const TRN_RT { return config_.limit_switches ? inputs_ & 3u : 0; }
+  Cia402Touch& touch() TRN_RT { return touch_; }
+  const Cia402Touch& touch() const TRN_RT { return touch_; }
+  /// The touch probe is closed, as far as this drive knows: its input is slow, what it has latched is not.
+  bool touch_contact() const TRN_RT;
   std::int32_t target_counts() const TRN_RT { return output_.position; }
   const Config& config() const TRN_RT { return config_; }
   Shared& shared() { return *shared_; }
@@ -77,6 +85,7 @@ class NodeLink {
   void take_state(const CanFrame& frame) TRN_RT;
   void take_emergency(const CanFrame& frame) TRN_RT;
   void watch() TRN_RT;
+  bool is_due(const Pdo& pdo) const TRN_RT;
   void fail(Fault fault, bool needs_setup) TRN_RT;
   void put(const Place& place, std::uint64_t value, std::array<CanFrame, 5>& frames) const TRN_RT;
 
@@ -84,12 +93,13 @@ class NodeLink {
   Cia402Axis axis_;
   Cia402Axis::Input input_;
   Cia402Axis::Output output_;
-  Place status_, position_, mode_display_, digital_inputs_;
-  Place control_, target_, velocity_, mode_;
+  Cia402Touch touch_;
+  Place status_, position_, mode_display_, digital_inputs_, touch_status_, touch_rise_, touch_fall_;
+  Place control_, target_, velocity_, mode_, touch_function_;
   std::unique_ptr<Shared> shared_;
   Fault fault_ = Fault::kOk;
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
-  std::uint32_t setups_seen_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
+  std::uint32_t setups_seen_ = 0, periods_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
 };
 

@@ -24,6 +24,7 @@ struct Pdo {
   std::uint32_t id = 0;
   std::uint16_t number = 0;       ///< 0 to 3; communication record 0x1400 (0x1800) + number
   std::uint8_t transmission = 1;  ///< 1: with every SYNC (CiA 301, 7.5.2.35); 255: on an event
+  int every = 1;                  ///< of an RPDO: sent once in so many periods
   std::vector<PdoField> fields;
 
   int size() const;

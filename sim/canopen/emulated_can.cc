@@ -21,11 +21,11 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       plant.start_up_periods = 0;
       plant.homed = node.link.axis.absolute;
       plant.home = node.home - plant.index_distance;
-      out.back().push_back(std::make_unique<EmulatedNode>(
-          EmulatedNode::Config{node.link.id,
-                               node.dictionary,
-                               {plant, node.link.axis.counts_per_unit, machine.period_s},
-                               sync_max}));
+      out.back().push_back(std::make_unique<EmulatedNode>(EmulatedNode::Config{
+          node.link.id,
+          node.dictionary,
+          {plant, node.link.axis.counts_per_unit, machine.period_s, node.link.touch_input_bit},
+          sync_max}));
     }
   }
   return out;
@@ -49,11 +49,13 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
     : config_(read_can_drives(machine, drives)),
       nodes_(make_emulated_nodes(machine, config_, drives)),
       period_ns_(std::llround(machine.period_s * 1e9)),
-      standing_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))) {
+      standing_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
+      probe_(machine, drives) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
     buses_.push_back(std::make_unique<VirtualBus>(config_.buses[i].bitrate));
     for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
       buses_.back()->add(*nodes_[i][k]);
+      probe_.wire(*nodes_[i][k], config_.buses[i].nodes[k].link.joint);
       standing_[config_.buses[i].nodes[k].link.joint] = nodes_[i][k]->drive().joint().measured();
     }
   }
@@ -66,6 +68,7 @@ void EmulatedCanDrives::exchange(const Setpoints& setpoints, Feedback& feedback)
     for (const NodeLink& link : master_->master(i).nodes())
       if (!link.axis().measured_once()) feedback.q[link.config().joint] = standing_[link.config().joint];
   for (auto& bus : buses_) bus->run_until(bus->now_ns() + period_ns_);
+  probe_.step();
 }
 
 }  // namespace trn

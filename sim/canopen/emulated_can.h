@@ -6,6 +6,7 @@
 
 #include "core/machine.h"
 #include "hal/can/can_drives.h"
+#include "sim/canopen/emulated_probe.h"
 #include "sim/canopen/virtual_bus.h"
 
 namespace trn {
@@ -18,7 +19,7 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
 
 /// The whole field in one process: real master, virtual buses, emulated nodes, a virtual clock that an
 /// exchange moves on by a period. Deterministic; for simulation and tests, one thread.
-class EmulatedCanDrives final : public Drives {
+class EmulatedCanDrives final : public Drives, public TouchDrives {
  public:
   EmulatedCanDrives(const Machine& machine, const ConfigTable& drives);
 
@@ -30,6 +31,10 @@ class EmulatedCanDrives final : public Drives {
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
   void request_home(unsigned joint_mask) TRN_RT override { master_->request_home(joint_mask); }
   void quick_stop() TRN_RT override { master_->quick_stop(); }
+  int touch_periods() const TRN_RT override { return master_->touch_periods(); }
+  void arm_touch(bool contact) TRN_RT override { master_->arm_touch(contact); }
+  void disarm_touch() TRN_RT override { master_->disarm_touch(); }
+  const TouchProbe& touch() const TRN_RT override { return master_->touch(); }
 
   CanDrives& master() { return *master_; }
   VirtualBus& bus(std::size_t index) { return *buses_[index]; }
@@ -45,6 +50,7 @@ class EmulatedCanDrives final : public Drives {
   std::unique_ptr<CanDrives> master_;
   std::int64_t period_ns_;
   JointVec standing_;  ///< at power-on; what is known before the drives have said anything
+  EmulatedProbe probe_;
 };
 
 }  // namespace trn

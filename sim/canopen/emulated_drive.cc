@@ -36,7 +36,11 @@ EmulatedDrive::EmulatedDrive(const Config& config, ObjectStore& store)
       target_position_(store, {0x607A, 0}),
       target_velocity_(store, {0x60FF, 0}),
       interpolation_(store, {0x60C1, 1}),
-      inputs_(store, {0x60FD, 0}) {
+      inputs_(store, {0x60FD, 0}),
+      touch_function_(store, {0x60B8, 0}),
+      touch_status_(store, {0x60B9, 0}),
+      touch_rise_(store, {0x60BA, 0}),
+      touch_fall_(store, {0x60BB, 0}) {
   q_before_ = q_target_ = joint_.measured();
   report();
 }
@@ -89,6 +93,7 @@ void EmulatedDrive::step() {
   q_before_ = joint_.measured();
   joint_.step(q_target_);
   follow_joint();
+  step_touch();
   control_before_ = control;
   report();
 }
@@ -153,14 +158,22 @@ void EmulatedDrive::follow_joint() {
 }
 
 double EmulatedDrive::target() {
-  if (mode_now_ == mode_number(Cia402Mode::kCyclicPosition))
-    return counts_to_unit(static_cast<double>(target_position_.get()));
+  if (mode_now_ == mode_number(Cia402Mode::kCyclicPosition)) return cyclic_target();
   if (mode_now_ == mode_number(Cia402Mode::kCyclicVelocity))
     return q_target_ + counts_to_unit(static_cast<double>(target_velocity_.get())) * config_.period_s;
   if (mode_now_ == mode_number(Cia402Mode::kInterpolatedPosition) && (control_.get() & controlword::kBit4))
     return counts_to_unit(static_cast<double>(interpolation_.get()));
   if (mode_now_ == mode_number(Cia402Mode::kProfilePosition)) return profile_target();
   return q_target_;
+}
+
+// A straight line to the last target, over the time until the next one
+double EmulatedDrive::cyclic_target() {
+  const double goal = counts_to_unit(static_cast<double>(target_position_.get()));
+  if (goal != cyclic_goal_) steps_left_ = config_.interpolation_steps;
+  cyclic_goal_ = goal;
+  if (steps_left_ <= 1) return goal;
+  return q_target_ + (goal - q_target_) / steps_left_--;
 }
 
 // Profile position, one setpoint at a time (CiA 402-2, 9.2): a trapezoid towards the last accepted target
@@ -196,6 +209,22 @@ void EmulatedDrive::step_homing(std::uint16_t control) {
   }
 }
 
+// Switched off it forgets, switched on it waits (CiA 402-2, objects 0x60B8 and 0x60B9)
+void EmulatedDrive::step_touch() {
+  const bool on = touch_function_.get() & 1;
+  if (!on || !(touch_status_.get() & 1)) touch_status_.set(on ? 1 : 0);
+}
+
+void EmulatedDrive::touch(bool contact, double q) {
+  if (contact == contact_) return;
+  contact_ = contact;
+  const std::int64_t function = touch_function_.get(), status = touch_status_.get();
+  const std::int64_t wanted = contact ? 1 << 4 : 1 << 5, stored = contact ? 1 << 1 : 1 << 2;
+  if (!(status & 1) || !(function & wanted) || (status & stored)) return;
+  (contact ? touch_rise_ : touch_fall_).set(std::llround(q * config_.counts_per_unit));
+  touch_status_.set(status | stored);
+}
+
 void EmulatedDrive::report() {
   std::uint16_t status = cia402_status_bits(state_) | statusword::kRemote | statusword::kVoltage;
   if (state_ == Cia402State::kSwitchOnDisabled) status &= static_cast<std::uint16_t>(~0x20);
@@ -218,7 +247,8 @@ void EmulatedDrive::report() {
   position_.set(std::llround(q * config_.counts_per_unit));
   velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit));
   const bool positive = config_.counts_per_unit > 0 ? q > 0 : q < 0;
-  inputs_.set(joint_.on_limit_switch() ? (positive ? 2 : 1) : 0);
+  const std::int64_t touch = contact_ ? std::int64_t{1} << config_.touch_input_bit : 0;
+  inputs_.set((joint_.on_limit_switch() ? (positive ? 2 : 1) : 0) | touch);
 }
 
 }  // namespace trn

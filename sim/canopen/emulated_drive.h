@@ -16,6 +16,8 @@ class EmulatedDrive {
     SimulatedJoint::Config joint;
     double counts_per_unit = 1;  ///< per mm or rad
     double period_s = 0.001;
+    unsigned touch_input_bit = 16;  ///< of 0x60FD
+    int interpolation_steps = 1;    ///< periods of its own between two cyclic targets (0x60C2)
   };
 
   EmulatedDrive(const Config& config, ObjectStore& store);
@@ -32,6 +34,9 @@ class EmulatedDrive {
   void drop();
   /// Code of a new emergency since the last call, or -1; 0 means that all errors are gone.
   int take_emergency();
+
+  /// The input of the touch probe has changed when the encoder stood at `q`, mm or rad.
+  void touch(bool contact, double q);
 
   SimulatedJoint& joint() { return joint_; }
   Cia402State state() const { return state_; }
@@ -51,8 +56,10 @@ class EmulatedDrive {
   void obey_controlword(std::uint16_t control);
   void follow_joint();
   double target();
+  double cyclic_target();
   double profile_target();
   void step_homing(std::uint16_t control);
+  void step_touch();
   void report();
   double counts_to_unit(double counts) const { return counts / config_.counts_per_unit; }
   void raise(std::uint16_t code);
@@ -61,11 +68,14 @@ class EmulatedDrive {
   ObjectStore& store_;
   SimulatedJoint joint_;
   Cell control_, status_, mode_, mode_display_, position_, velocity_, target_position_, target_velocity_,
-      interpolation_, inputs_;
+      interpolation_, inputs_, touch_function_, touch_status_, touch_rise_, touch_fall_;
   Cia402State state_ = Cia402State::kSwitchOnDisabled;
   std::uint16_t control_before_ = 0;
   std::int64_t mode_now_ = 0;
   double q_target_ = 0, q_before_ = 0, profile_goal_ = 0, profile_speed_ = 0;
+  bool contact_ = false;
+  double cyclic_goal_ = 0;
+  int steps_left_ = 0;  ///< to it
   bool homing_ = false, attained_ = false, homing_error_ = false, acknowledge_ = false;
   int emergency_ = -1;
   std::uint16_t error_code_ = 0;

@@ -90,6 +90,20 @@ std::uint16_t EmulatedLine::get(int unit, ModbusTable table, int address) const 
   return found == units_.end() ? std::uint16_t{0} : found->second.device.get(table, address);
 }
 
+void EmulatedLine::set_block(int unit, ModbusTable table, int first,
+                             const std::vector<std::uint16_t>& values) {
+  const std::lock_guard lock(mutex_);
+  for (std::size_t i = 0; i < values.size(); ++i)
+    units_[unit].device.set(table, first + static_cast<int>(i), values[i]);
+}
+
+std::vector<std::uint16_t> EmulatedLine::block(int unit, ModbusTable table, int first, int count) const {
+  const std::lock_guard lock(mutex_);
+  std::vector<std::uint16_t> out;
+  for (int i = 0; i < count; ++i) out.push_back(units_.at(unit).device.get(table, first + i));
+  return out;
+}
+
 void EmulatedLine::trouble(int unit, const Trouble& trouble) {
   const std::lock_guard lock(mutex_);
   units_[unit].trouble = trouble;

@@ -35,6 +35,9 @@ class EmulatedLine {
 
   void set(int unit, ModbusTable table, int address, std::uint16_t value);
   std::uint16_t get(int unit, ModbusTable table, int address) const;
+  /// Several registers in a row, as one request has them.
+  void set_block(int unit, ModbusTable table, int first, const std::vector<std::uint16_t>& values);
+  std::vector<std::uint16_t> block(int unit, ModbusTable table, int first, int count) const;
   void trouble(int unit, const Trouble& trouble);
   /// From now on every answer is made of random bytes, often behind a header that fits the request.
   void noise(std::uint32_t seed);

@@ -122,6 +122,36 @@ TEST(SdoClient, BlockUploadSurvivesALostSegment) {
   EXPECT_EQ(client.data(), all);
 }
 
+// CiA 301, 7.2.4.3.7 to 7.2.4.3.9: the node takes sub-blocks of four segments, and loses two of the first.
+TEST(SdoClient, BlockDownloadSendsAgainWhatWasLost) {
+  Bytes all(70);
+  std::iota(all.begin(), all.end(), std::uint8_t{0});
+  const auto segment = [&](int number, std::size_t from) {
+    Bytes bytes{static_cast<std::uint8_t>(number)};
+    bytes.insert(bytes.end(), all.begin() + static_cast<std::ptrdiff_t>(from),
+                 all.begin() + static_cast<std::ptrdiff_t>(from) + 7);
+    return bytes;
+  };
+  SdoClient client = client_of_node_5();
+  client.write({0x2000, 0}, all, 0);
+  EXPECT_EQ(sent(client), (Bytes{0xC6, 0x00, 0x20, 0x00, 70, 0, 0, 0}));
+  answer(client, {0xA4, 0x00, 0x20, 0x00, 4, 0, 0, 0});
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(sent(client), segment(i + 1, static_cast<std::size_t>(7 * i)));
+  EXPECT_EQ(sent(client), Bytes{});
+  answer(client, {0xA2, 2, 4, 0, 0, 0, 0, 0});
+  for (int i = 0; i < 4; ++i) EXPECT_EQ(sent(client), segment(i + 1, static_cast<std::size_t>(14 + 7 * i)));
+  answer(client, {0xA2, 4, 127, 0, 0, 0, 0, 0});
+  for (int i = 0; i < 4; ++i)
+    EXPECT_EQ(sent(client), segment(i == 3 ? 0x84 : i + 1, static_cast<std::size_t>(42 + 7 * i)));
+  answer(client, {0xA2, 4, 127, 0, 0, 0, 0, 0});
+  const std::uint16_t crc = sdo_crc(all);
+  EXPECT_EQ(sent(client), (Bytes{0xC1, static_cast<std::uint8_t>(crc), static_cast<std::uint8_t>(crc >> 8), 0,
+                                 0, 0, 0, 0}));
+  EXPECT_EQ(client.state(), SdoClient::State::kBusy);
+  answer(client, {0xA1, 0, 0, 0, 0, 0, 0, 0});
+  EXPECT_EQ(client.state(), SdoClient::State::kDone);
+}
+
 TEST(Sdo, CrcOfTheStandardsExample) {
   const std::string text =
       "123456789";  // check value of this polynomial with start 0: 0x31C3 (CRC-16/XMODEM)

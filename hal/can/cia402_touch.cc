@@ -1,0 +1,38 @@
+#include "hal/can/cia402_touch.h"
+
+namespace trn {
+
+namespace {
+// 0x60B8: on, first event only, from the input; which edge. 0x60B9: on, position of an edge stored.
+constexpr std::uint16_t kOn = 1u << 0, kAtRise = 1u << 4, kAtFall = 1u << 5;
+constexpr std::uint16_t kIsOn = 1u << 0, kRoseAt = 1u << 1, kFellAt = 1u << 2;
+}  // namespace
+
+// What an earlier use has left is cleared first: a drive forgets it when it is switched off.
+void Cia402Touch::arm(bool contact) TRN_RT {
+  contact_ = contact;
+  phase_ = Phase::kClearing;
+}
+
+std::uint16_t Cia402Touch::function() const TRN_RT {
+  if (phase_ <= Phase::kClearing) return 0;
+  return static_cast<std::uint16_t>(kOn | (contact_ ? kAtRise : kAtFall));
+}
+
+void Cia402Touch::take_status(std::uint16_t status) TRN_RT {
+  const bool on = status & kIsOn, stored = status & (contact_ ? kRoseAt : kFellAt);
+  if (phase_ == Phase::kClearing && !on)
+    phase_ = Phase::kArming;
+  else if (phase_ == Phase::kArming && on && !stored)
+    phase_ = Phase::kArmed;
+  else if (phase_ == Phase::kArmed && on && stored)
+    phase_ = Phase::kTriggered;
+}
+
+void Cia402Touch::take_position(bool contact, std::int32_t counts) TRN_RT {
+  if (contact != contact_ || phase_ != Phase::kTriggered) return;
+  counts_ = counts;
+  phase_ = Phase::kLatched;
+}
+
+}  // namespace trn

@@ -1,0 +1,56 @@
+#include "sim/canopen/emulated_probe.h"
+
+#include "kinematics/factory.h"
+
+namespace trn {
+
+namespace {
+
+std::vector<TouchPlates::Plate> plates_of(const ConfigTable& drives) {
+  const auto emulation = drives.table_if("emulation");
+  return emulation ? read_plates(*emulation) : std::vector<TouchPlates::Plate>{};
+}
+
+double length_of(const ConfigTable& drives) {
+  const auto emulation = drives.table_if("emulation");
+  return emulation ? emulation->number("probe_length_mm", 0.0, kNotNegative) : 0;
+}
+
+}  // namespace
+
+EmulatedProbe::EmulatedProbe(const Machine& machine, const ConfigTable& drives)
+    : kinematics_(make_kinematics(machine)),
+      plates_(plates_of(drives), *kinematics_),
+      tool_offset_(0, 0, length_of(drives)),
+      q_before_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))) {}
+
+JointVec EmulatedProbe::where() const TRN_RT {
+  JointVec q = q_before_;
+  for (const auto& [node, joint] : nodes_) q[joint] = node->drive().joint().measured();
+  return q;
+}
+
+// Halved to a millionth of a millionth of the period's way.
+double EmulatedProbe::share_at_change(const JointVec& q) const TRN_RT {
+  double low = 0, high = 1;
+  for (int i = 0; i < 40; ++i) {
+    const double middle = 0.5 * (low + high);
+    const JointVec there = q_before_ + middle * (q - q_before_);
+    (plates_.touches(there, tool_offset_) == contact_ ? low : high) = middle;
+  }
+  return high;
+}
+
+void EmulatedProbe::step() TRN_RT {
+  if (plates_.empty()) return;
+  const JointVec q = where();
+  if (plates_.touches(q, tool_offset_) != contact_) {
+    const double share = share_at_change(q);
+    contact_ = !contact_;
+    for (const auto& [node, joint] : nodes_)
+      node->drive().touch(contact_, q_before_[joint] + share * (q[joint] - q_before_[joint]));
+  }
+  q_before_ = q;
+}
+
+}  // namespace trn

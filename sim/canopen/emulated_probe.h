@@ -1,0 +1,36 @@
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "sim/canopen/emulated_node.h"
+#include "sim/touch_plates.h"
+
+namespace trn {
+
+/// A touch probe whose signal goes to the fast inputs of all emulated drives: it meets the plates of
+/// [[drives.emulation.plate]], and every drive is told where it stood at that moment between two periods.
+class EmulatedProbe {
+ public:
+  /// `drives`: section [drives]; [drives.emulation] may have plates and the probe's length. ConfigError as
+  /// ConfigTable.
+  EmulatedProbe(const Machine& machine, const ConfigTable& drives);
+
+  /// `node` must outlive this.
+  void wire(EmulatedNode& node, int joint) { nodes_.emplace_back(&node, joint); }
+  /// The drives have moved.
+  void step() TRN_RT;
+
+ private:
+  JointVec where() const TRN_RT;
+  double share_at_change(const JointVec& q) const TRN_RT;
+
+  std::unique_ptr<Kinematics> kinematics_;
+  TouchPlates plates_;
+  Vec3 tool_offset_ = Vec3::Zero();
+  std::vector<std::pair<EmulatedNode*, int>> nodes_;
+  JointVec q_before_;
+  bool contact_ = false;
+};
+
+}  // namespace trn
