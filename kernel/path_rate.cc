@@ -135,7 +135,7 @@ double PathRate::find_stop(PlanWalk walk) TRN_RT {
     const RateBounds bounds = walk.bounds();
     if (trial_.count == PlanWalk::kStepsMax || !bounds.legal) return -1;
     double u = brake(walk, bounds, 0);
-    const double gone = step_mended(walk, u, 0, kEarlyTurn * bounds.u_max);
+    const double gone = step_mended(walk, bounds, u, 0);
     if (gone < 0) return -1;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
   }
@@ -143,9 +143,10 @@ double PathRate::find_stop(PlanWalk walk) TRN_RT {
 }
 
 // One step down towards a rate, at most to where r' has become 0 or `ease` is what brings both there. Where u
-// breaks a bound at the end of the step, that bound is taken into account.
-double PathRate::step_mended(PlanWalk& walk, double& u, double to, double ease) const TRN_RT {
-  const double w = walk.slope();
+// breaks a bound at the end of the step, that bound is taken into account, within the bounds here.
+double PathRate::step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT {
+  const double w = walk.slope(), ease = kEarlyTurn * here.u_max,
+               margin_here = range_margin(here, kPushMargin);
   for (int i = 0; i < kMends; ++i) {
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
     PlanWalk tried = walk;
@@ -161,6 +162,7 @@ double PathRate::step_mended(PlanWalk& walk, double& u, double to, double ease) 
     const double to_slope = (0.98 * end.slope_min - w) / limits_.step_s_max;
     u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
                    end.u_max - margin);
+    if (u < here.u_min + margin_here || u > here.u_max - margin_here) return -1;
   }
   return -1;
 }

@@ -72,7 +72,7 @@ class PathRate {
   double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
                       double stop_in_s) TRN_RT;
   double find_stop(PlanWalk walk) TRN_RT;
-  double step_mended(PlanWalk& walk, double& u, double to, double ease) const TRN_RT;
+  double step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;
   void return_to(const Moment& moment) TRN_RT;
