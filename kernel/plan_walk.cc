@@ -80,18 +80,21 @@ RateBounds PlanWalk::bounds() const TRN_RT {
     const double a0 = joints.a[i], da = joints.a_end[i] - a0;
     const double a = a0 + 2 * half * da, v = joints.v[i] + t * (a0 + half * da);
     const double a_error = duration * (joints.j_max[i] - joints.j_min[i]) / 4;  // off its chord
-    const double speed = std::abs(v) + kSpeedError * limits_->velocity[i] + duration * a_error;
+    const double speed_error = kSpeedError * limits_->velocity[i] + duration * a_error;
+    const double speed = std::abs(v) + speed_error;
     const double jerk_use = kJerkUse - std::abs(rw3) * a_error;
     const double up = jerk_use - (joints.j_max[i] * rrr + rw3 * a);
     const double down = jerk_use + (joints.j_min[i] * rrr + rw3 * a);
     const double A = kAccelerationUse * limits_->acceleration[i] - a_error * rr, held = a * rr;
     if (speed * r > kVelocityUse * limits_->velocity[i] && r > 1) out.legal = false;
-    const double inverse = 1 / speed;
+    // What is left of a limit is divided by the greatest speed, what is lacking by the least.
+    const double most = 1 / speed, least = 1 / std::max(std::abs(v) - speed_error, kRounding * speed_error);
+    const auto bound = [&](double left) { return left * (left < 0 ? least : most); };
     const bool forward = v > 0;
-    out.u_max = std::min(out.u_max, (forward ? up : down) * inverse);
-    out.u_min = std::max(out.u_min, -(forward ? down : up) * inverse);
-    out.slope_max = std::min(out.slope_max, (forward ? A - held : A + held) * inverse);
-    out.slope_min = std::max(out.slope_min, -(forward ? A + held : A - held) * inverse);
+    out.u_max = std::min(out.u_max, bound(forward ? up : down));
+    out.u_min = std::max(out.u_min, -bound(forward ? down : up));
+    out.slope_max = std::min(out.slope_max, bound(forward ? A - held : A + held));
+    out.slope_min = std::max(out.slope_min, -bound(forward ? A + held : A - held));
   }
   return out;
 }

@@ -84,11 +84,11 @@ class Scenario {
       if (!one_period(tally, why)) return false;
     ++tally.scenarios;
     tally.starvations += cycle_.last_report().starvations;
-    std::string where;
-    const double worst = std::max(coarse_.worst(&where), dense_.worst(&where));
-    tally.worst.push_back(worst);
-    why = where;
-    return worst <= LimitJudge::kRatioMax;
+    std::string at_setpoint, at_plan;
+    const double setpoints = coarse_.worst(&at_setpoint), plan = dense_.worst(&at_plan);
+    tally.worst.push_back(std::max(setpoints, plan));
+    why = plan > setpoints ? "of the plan's samples: " + at_plan : "of the setpoints: " + at_setpoint;
+    return tally.worst.back() <= LimitJudge::kRatioMax;
   }
 
  private:
