@@ -11,7 +11,7 @@
 
 namespace trn {
 
-/// A new reading; channel -1: none.
+/// A new reading, in the sensor's own unit (degrees Celsius for a screw); channel -1: none.
 struct SensorSample {
   int channel = -1;
   double value = 0;

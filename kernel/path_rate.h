@@ -20,7 +20,8 @@ namespace trn {
 /// period and a new way back behind it; what verifies is taken, otherwise the old way back is followed until
 /// something does. When the way back just reaches the target, a constant u leads exactly there.
 ///
-/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments.
+/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments;
+/// with a stop to come to, kAims + 3 walks down more, whose steps are tried kMends times.
 class PathRate {
  public:
   PathRate(const Joints& joints, double period_s);
