@@ -50,6 +50,15 @@ class Kinematics {
   /// joint angle).
   virtual KinStatus inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT = 0;
 
+  /// RTCP on: the rotary words abc (rad), the tip p_BT and the tool offset (mm) -> the spindle's pose and the
+  /// joints, as orientation, X_BS = {R, p_BT + R tool_offset} and inverse from `seed` in turn.
+  virtual KinStatus joints_at_tip(const Vec3& abc, const Vec3& p_BT, const Vec3& tool_offset,
+                                  const JointVec& seed, Pose& X_BS, JointVec& q) const TRN_RT {
+    const Mat3 R = orientation(abc);
+    X_BS = {R, p_BT + R * tool_offset};
+    return inverse(X_BS, seed, q);
+  }
+
   /// RTCP off: the machine's own axes, as words (mm, rad; no tool), to joints and back. Serial machines:
   /// joint by joint through each axis' sense. Parallel machines: pose of the platform.
   virtual KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT = 0;

@@ -28,9 +28,7 @@ KinStatus MachineJointMap::nominal(const Words& y, const MapContext& context, Jo
   JointVec seed;
   const KinStatus seeded = kinematics_.joints_from_words(y, seed);
   if (seeded != KinStatus::kOk) seed.setZero(kinematics_.joint_count());
-  const Mat3 R_BT = kinematics_.orientation(y.tail<3>());
-  X_BS = spindle_from_tip(y.head<3>(), R_BT, context.tool_offset);
-  return kinematics_.inverse(X_BS, seed, q);
+  return kinematics_.joints_at_tip(y.tail<3>(), y.head<3>(), context.tool_offset, seed, X_BS, q);
 }
 
 KinStatus MachineJointMap::words_at(const JointVec& q, std::uint8_t corrections_off, Words& words) const {

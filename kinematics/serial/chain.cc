@@ -14,26 +14,51 @@ Mat3 rotation_about(const Vec3& axis, double angle_rad) TRN_RT {
   return R;
 }
 
+namespace {
+
+int principal_axis(const Vec3& axis) {
+  for (int i = 0; i < 3; ++i)
+    if (std::abs(axis[i]) == 1) return i;
+  return -1;
+}
+
+/// R <- R * rotation about the step's axis; along x, y or z only two columns change.
+void turn(Mat3& R, const ChainStep& step, double angle_rad) TRN_RT {
+  if (step.principal < 0) {
+    R = (R * rotation_about(step.axis, angle_rad)).eval();
+    return;
+  }
+  const double c = std::cos(angle_rad), s = step.axis[step.principal] * std::sin(angle_rad);
+  const int i = (step.principal + 1) % 3, j = (step.principal + 2) % 3;
+  const Vec3 before = R.col(i);
+  R.col(i) = c * before + s * R.col(j);
+  R.col(j) = c * R.col(j) - s * before;
+}
+
+/// The step's axis, seen from where R leads.
+Vec3 direction(const Mat3& R, const ChainStep& step) TRN_RT {
+  return step.principal < 0 ? Vec3(R * step.axis) : Vec3(step.axis[step.principal] * R.col(step.principal));
+}
+
+}  // namespace
+
 void SerialChain::append_offset(const Vec3& offset_mm) {
   (count_ == 0 ? start_ : steps_[count_ - 1].offset) += offset_mm;
 }
 
 void SerialChain::append_joint(int joint, JointKind kind, const Vec3& axis) {
-  steps_[count_++] = {joint, kind, axis, Vec3::Zero()};
+  steps_[count_++] = {joint, kind, axis, principal_axis(axis), Vec3::Zero()};
 }
 
 SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
   Sweep out{Mat3::Identity(), start_, Mat3::Zero()};
   int column = 0;
-  bool turned = false;  // the product with the identity is left out
   for (int i = 0; i < count_; ++i) {
     const ChainStep& step = steps_[i];
     if (step.kind == JointKind::kRotary) {
-      const Mat3 turn = rotation_about(step.axis, q[step.joint]);
-      out.R = turned ? Mat3(out.R * turn) : turn;
-      turned = true;
+      turn(out.R, step, q[step.joint]);
     } else if (column < 3) {
-      out.columns.col(column++) = out.R * step.axis;
+      out.columns.col(column++) = direction(out.R, step);
     }
     out.p += out.R * step.offset;
   }
@@ -43,8 +68,7 @@ SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
 Mat3 SerialChain::rotation(const JointVec& q) const TRN_RT {
   Mat3 R = Mat3::Identity();
   for (int i = 0; i < count_; ++i)
-    if (steps_[i].kind == JointKind::kRotary)
-      R = (R * rotation_about(steps_[i].axis, q[steps_[i].joint])).eval();
+    if (steps_[i].kind == JointKind::kRotary) turn(R, steps_[i], q[steps_[i].joint]);
   return R;
 }
 
@@ -53,10 +77,10 @@ Pose SerialChain::pose(const JointVec& q) const TRN_RT {
   for (int i = 0; i < count_; ++i) {
     const ChainStep& step = steps_[i];
     if (step.kind == JointKind::kRotary) {
-      X.R = (X.R * rotation_about(step.axis, q[step.joint])).eval();
+      turn(X.R, step, q[step.joint]);
       X.p += X.R * step.offset;
     } else {
-      X.p += X.R * (step.offset + q[step.joint] * step.axis);
+      X.p += X.R * step.offset + q[step.joint] * direction(X.R, step);
     }
   }
   return X;
@@ -69,10 +93,10 @@ Pose SerialChain::pose_and_jacobian(const JointVec& q, Jacobian& J) const TRN_RT
   for (int i = 0; i < count_; ++i) {
     const ChainStep& step = steps_[i];
     place[i] = X.p;
-    axis_B[i] = X.R * step.axis;
-    if (step.kind == JointKind::kRotary) X.R = (X.R * rotation_about(step.axis, q[step.joint])).eval();
+    axis_B[i] = direction(X.R, step);
+    if (step.kind == JointKind::kRotary) turn(X.R, step, q[step.joint]);
     const double travel = step.kind == JointKind::kLinear ? q[step.joint] : 0.0;
-    X.p += X.R * (step.offset + travel * step.axis);
+    X.p += X.R * step.offset + travel * axis_B[i];
   }
   for (int i = 0; i < count_; ++i) {
     const bool rotary = steps_[i].kind == JointKind::kRotary;

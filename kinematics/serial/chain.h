@@ -16,6 +16,7 @@ struct ChainStep {
   int joint = 0;
   JointKind kind = JointKind::kLinear;
   Vec3 axis = Vec3::UnitZ();   ///< unit; the sign of the branch is in it
+  int principal = -1;          ///< 0 to 2: the axis lies along x, y or z; -1: anywhere
   Vec3 offset = Vec3::Zero();  ///< mm, in the frame behind the joint
 };
 

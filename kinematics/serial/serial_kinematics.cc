@@ -139,11 +139,28 @@ KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const 
     for (int i = 0; i <= last; ++i) q[rotary_joint_[i]] = found.angles[second ? 1 : 0][i];
     at = config_.chain.sweep(q);
   }
+  return linear_joints(at, X_BS.p, q);
+}
+
+// The linear joints that bring the spindle to p_BS, the rotary ones being as in the sweep.
+KinStatus SerialKinematics::linear_joints(const SerialChain::Sweep& at, const Vec3& p_BS,
+                                          JointVec& q) const TRN_RT {
   Vec3 linear;
-  if (!solve3(at.columns, X_BS.p - at.p, linear)) return KinStatus::kSingular;
+  if (!solve3(at.columns, p_BS - at.p, linear)) return KinStatus::kSingular;
   if (!std::isfinite(linear.sum())) return KinStatus::kUnreachable;
   for (int i = 0; i < 3; ++i) q[linear_joint_[i]] = linear[i];
   return KinStatus::kOk;
+}
+
+// The words are the rotary joints, so one sweep serves the pose and the answer.
+KinStatus SerialKinematics::joints_at_tip(const Vec3& abc, const Vec3& p_BT, const Vec3& tool_offset,
+                                          const JointVec& seed, Pose& X_BS, JointVec& q) const TRN_RT {
+  if (!closed_form_) return Kinematics::joints_at_tip(abc, p_BT, tool_offset, seed, X_BS, q);
+  q = joints_of(abc);
+  if (!abc.allFinite() || !p_BT.allFinite()) return KinStatus::kUnreachable;
+  const SerialChain::Sweep at = config_.chain.sweep(q);
+  X_BS = {at.R, p_BT + at.R * tool_offset};
+  return linear_joints(at, X_BS.p, q);
 }
 
 KinStatus SerialKinematics::joints_from_words(const Words& words, JointVec& q) const TRN_RT {

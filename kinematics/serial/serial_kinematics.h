@@ -32,6 +32,8 @@ class SerialKinematics final : public Kinematics {
   KinStatus words_for_axis(const Vec3& u_B, const Vec3& seed_abc, Vec3& abc) const TRN_RT override;
   KinStatus forward(const JointVec& q, Pose& X_BS) const TRN_RT override;
   KinStatus inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT override;
+  KinStatus joints_at_tip(const Vec3& abc, const Vec3& p_BT, const Vec3& tool_offset, const JointVec& seed,
+                          Pose& X_BS, JointVec& q) const TRN_RT override;
   KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT override;
   KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT override;
 
@@ -40,6 +42,7 @@ class SerialKinematics final : public Kinematics {
 
  private:
   JointVec joints_of(const Vec3& abc) const TRN_RT;
+  KinStatus linear_joints(const SerialChain::Sweep& at, const Vec3& p_BS, JointVec& q) const TRN_RT;
   KinStatus inverse_closed(const Pose& X_BS, JointVec& q) const TRN_RT;
   double overtravel(const RotaryAxes::Angles& angles) const TRN_RT;
   void into_limits(RotaryAxes::Angles& angles) const TRN_RT;
