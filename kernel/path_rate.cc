@@ -158,7 +158,7 @@ double PathRate::step_mended(PlanWalk& walk, const RateBounds& here, double& u, 
     }
     const RateBounds end = tried.bounds();
     const double margin = range_margin(end, kWayMargin);
-    if (!end.legal || end.u_max < end.u_min) return -1;
+    if (!end.legal) return -1;
     const double to_slope = (0.98 * end.slope_min - w) / limits_.step_s_max;
     u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
                    end.u_max - margin);

@@ -96,6 +96,7 @@ RateBounds PlanWalk::bounds() const TRN_RT {
     out.slope_max = std::min(out.slope_max, bound(forward ? A - held : A + held));
     out.slope_min = std::max(out.slope_min, -bound(forward ? A + held : A - held));
   }
+  if (out.u_min > out.u_max) out.legal = false;  // what one joint needs breaks another's limit
   return out;
 }
 
