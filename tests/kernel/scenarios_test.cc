@@ -247,6 +247,26 @@ TEST_P(Operator, MayDoAnythingAtAnyTick) {
       at(0.99), at(1), failures);
 }
 
+// What the operator changes rests on: the plan of each program alone, as it is driven at 100 %.
+TEST_P(Operator, FindsAPlanWithinTheLimits) {
+  const char* count = std::getenv("TRN_LONG");
+  const int programs = count ? std::max(1, std::atoi(count) / kScenariosPerProgram) : 6;
+  double worst = 0;
+  for (int seed = 1; seed <= programs; ++seed) {
+    const PlannedMotion motion(GetParam(),
+                               seeded_program(assemble(GetParam()), static_cast<std::uint64_t>(seed)));
+    const double step_s = motion.assembly().machine.period_s / kDensity;
+    JointJudge judge(motion.joints(), step_s);
+    const auto rows = static_cast<long>(motion.length_s() / step_s);
+    for (long i = 0; i <= rows; ++i) judge(motion.q(static_cast<double>(i) * step_s));
+    std::string where;
+    const double ratio = judge.worst(&where);
+    worst = std::max(worst, ratio);
+    EXPECT_LE(ratio, LimitJudge::kRatioMax) << "program " << seed << ": " << where;
+  }
+  std::printf("%d plans; worst ratio %.7f\n", programs, worst);
+}
+
 INSTANTIATE_TEST_SUITE_P(Configs, Operator, testing::ValuesIn(shipped_configs()), [](const auto& config) {
   return std::filesystem::path(config.param).stem().string();
 });

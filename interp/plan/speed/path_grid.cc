@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interp/plan/speed/time_law.h"
+
 namespace trn::speed {
 
 namespace {
@@ -13,6 +15,9 @@ constexpr double kVariationPerInterval = 0.35;  // of a limit, by curvature or i
 constexpr double kGrading = 0.5;                // growth of the spacing per time, away from a closer one
 constexpr int kIntervalsPerStretchMin = 32;
 constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its third derivative is no parabola
+constexpr double kTold = 1e-3;       // of a limit: how well parabolas must tell what lies between samples
+constexpr double kFasterThanEstimate = 2;  // the true (ds/dt)^2 against the estimated
+constexpr int kHalvingsMax = 3;
 
 // Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
 double ramp_time(double h, double v, double a, double jerk) {
@@ -43,6 +48,12 @@ double change(const PerJoint& a, const PerJoint& b, const PerJoint& limit, int c
   for (size_t i = 0; i < static_cast<size_t>(count); ++i)
     worst = std::max(worst, std::abs(b[i] - a[i]) / limit[i]);
   return worst;
+}
+
+// Largest difference of a joint's acceleration or jerk at (ds/dt)^2 = b by two samples, over its limit.
+double difference(const PathSample& p, const PathSample& q, double b, const JointRates& rates) {
+  return std::max(b * change(p.d2, q.d2, rates.acceleration, rates.count),
+                  b * std::sqrt(b) * change(p.d3, q.d3, rates.jerk, rates.count));
 }
 
 // Spacing next to a standstill that resolves the jerk-limited ramp to the speed bound.
@@ -280,7 +291,29 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
     const LocalBound bound = sampler_.bound(g.samples.back());
     g.bound = i == 0 ? bound : least(g.bound, bound);
   }
+  refine(pending, g);
   intervals_.push_back(std::move(g));
+}
+
+// Halves the samples' distances until parabolas through three of them tell what lies between.
+void PathGrid::refine(const PendingPiece& pending, GridInterval& g) const {
+  const JointRates& rates = sampler_.rates();
+  const double b = std::min(g.bound.b, kFasterThanEstimate * g.b_est);
+  for (int halving = 0; halving < kHalvingsMax; ++halving) {
+    std::vector<PathSample> finer;
+    bool differs = false;
+    for (size_t i = 0; i + 1 < g.samples.size(); ++i) {
+      const double s = (g.samples[i].s + g.samples[i + 1].s) / 2;
+      const PathSample told = between(&g.samples[i > 0 ? i - 1 : 0], s, rates.count);
+      finer.push_back(g.samples[i]);
+      finer.push_back(sampler_.sample(pending.plan, s - pending.s, s, s - g.samples[i].s));
+      differs = differs || difference(told, finer.back(), b, rates) > kTold;
+    }
+    if (!differs) return;
+    finer.push_back(g.samples.back());
+    g.samples = std::move(finer);
+    for (const PathSample& sample : g.samples) g.bound = least(g.bound, sampler_.bound(sample));
+  }
 }
 
 void PathGrid::extend_interval(const PendingPiece& pending, double time_s) {

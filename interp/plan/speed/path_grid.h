@@ -75,6 +75,7 @@ class PathGrid {
   double wanted_spacing(const PendingPiece& pending) const;
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s);
+  void refine(const PendingPiece& pending, GridInterval& g) const;
   void extend_interval(const PendingPiece& pending, double time_s);
   double pending_time() const;
 
