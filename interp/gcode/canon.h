@@ -205,6 +205,10 @@ struct SetTiltedPlane {
   Mat3 R;
   AxisValues to;
 };
+/// With RTCP on, straight feeds turn the tool axis on a great circle, or the rotary words evenly.
+struct SetOrientationPath {
+  bool great_circle;
+};
 struct UserM {
   int code;
   double p, q;
@@ -221,7 +225,7 @@ using CanonCommand =
                  canon::WaitOrient, canon::SelectTool, canon::ChangeTool, canon::ChangeToolNumber,
                  canon::SetToolTableEntry, canon::StartFeedSync, canon::SetOutputBit, canon::SetOutputValue,
                  canon::WaitInput, canon::Message, canon::Comment, canon::Print, canon::Log, canon::SetRtcp,
-                 canon::SetTiltedPlane, canon::UserM>;
+                 canon::SetTiltedPlane, canon::SetOrientationPath, canon::UserM>;
 
 /// Receives the canonical functions in program order; `line` is 1-based, 0 before the program. Text is only
 /// valid during the call.

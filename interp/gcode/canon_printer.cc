@@ -147,6 +147,9 @@ struct Print {
           c.origin.z(), z.x(), z.y(), z.z());
     }
   }
+  void operator()(const canon::SetOrientationPath& c) const {
+    add(out, "SET_ORIENTATION_PATH({})", c.great_circle ? "GREAT_CIRCLE" : "AXES");
+  }
   void operator()(const canon::UserM& c) const {
     add(out, "USER_DEFINED_FUNCTION({}, {:.6f}, {:.6f})", c.code, c.p, c.q);
   }

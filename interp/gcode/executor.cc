@@ -184,6 +184,7 @@ void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, l
 void Executor::begin(const AxisValues& start) {
   line_ = 0;
   s_.modal.path = parts_.config.path_mode;
+  s_.modal.great_circle = parts_.config.great_circle;
   put(canon::UseLengthUnits{false});
   load_system(static_cast<int>(parts_.parameters[parameter::kSystem]));
   if (parts_.parameters[parameter::kG92Active] != 0) s_.g92 = stored(parameter::kG92);

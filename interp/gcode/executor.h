@@ -104,6 +104,7 @@ class Executor : public StateValues {
   void units(const Block& b);
   void set_units(bool inch);
   void path_mode(const Block& b);
+  void set_great_circle(bool on);
   void set_path(MotionControl mode, double tolerance, double naive, double orientation_deg);
   void put_path();
   void distance(const Block& b);

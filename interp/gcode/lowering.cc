@@ -14,11 +14,29 @@ namespace {
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kGearReserve = 1.1;  // a thread is planned for a spindle that much faster than told
 constexpr double kSplineChord_mm = 0.002;
+constexpr double kAxisChord_rad = 5e-5;  // tool axis of a chord from its great circle
+constexpr int kAxisChordsMax = 512;
+constexpr double kSameWords_rad = 1e-4;
 constexpr double kTipAtRest = 1e-9;  // mm; F then means the rotary words
 
 Vec3 bezier(const Vec3* c, double t) {
   const double s = 1 - t;
   return s * s * s * c[0] + 3 * s * s * t * c[1] + 3 * s * t * t * c[2] + t * t * t * c[3];
+}
+
+// Unit vector a share t of the angle between a and b from a.
+Vec3 slerp(const Vec3& a, const Vec3& b, double t) {
+  const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
+  return (std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle);
+}
+
+double length_of(Words from, const std::vector<Words>& way) {
+  double length = 0;
+  for (const Words& to : way) {
+    length += path_norm(to - from);
+    from = to;
+  }
+  return length;
 }
 
 }  // namespace
@@ -29,6 +47,7 @@ Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, Mo
   move_.mode = config.path_mode == MotionControl::kExactStop   ? PathMode::kExactStop
                : config.path_mode == MotionControl::kExactPath ? PathMode::kExactPath
                                                                : PathMode::kContinuous;
+  great_circle_ = config.great_circle;
   move_.tolerance_mm = config.tolerance_mm;
   move_.tolerance_rad = rad_from_deg(config.tolerance_deg);
   move_.context.corrections_off = corrections_off;
@@ -108,12 +127,56 @@ void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inv
   const Words words = words_of(to);
   if (words == words_) return;
   move_.kind = kind;
-  if (kind == ProgramMove::Kind::kTraverse)
+  const bool tip_rests = (words - words_).head<3>().norm() <= kTipAtRest;
+  const std::vector<Words> way =
+      kind == ProgramMove::Kind::kFeed ? great_circle(words) : std::vector<Words>();
+  if (kind == ProgramMove::Kind::kTraverse) {
     move_.feed = FeedLimit{};
-  else
-    limit_feed(inverse_per_min, inverse_per_min > 0 ? path_norm(words - words_) : 0);
-  if ((words - words_).head<3>().norm() > kTipAtRest) move_.feed.rotary_rad_s = FeedLimit::kNone;
-  send(words);
+  } else {
+    double length = 0;
+    if (inverse_per_min > 0) length = way.empty() ? path_norm(words - words_) : length_of(words_, way);
+    limit_feed(inverse_per_min, length);
+  }
+  if (!tip_rests) move_.feed.rotary_rad_s = FeedLimit::kNone;
+  if (way.empty()) return send(words);
+  for (const Words& next : way) send(next);
+}
+
+// Places on the great circle to `to`, it being the last, as many as its chords ask for. None where the words
+// go evenly: where they are told to, where one chord will do, where a chord's end would be a stop, and where
+// the words of the great circle do not lead to the programmed ones (through a pole, or more than half a turn
+// of a table).
+std::vector<Words> Lowering::great_circle(const Words& to) const {
+  std::vector<Words> way;
+  if (!great_circle_ || !rtcp_ || !kinematics_ || move_.mode != PathMode::kContinuous) return way;
+  if ((to - words_).tail<3>().norm() < kSameWords_rad) return way;
+  bool found = false;
+  for (int parts = 1; parts <= kAxisChordsMax && !found; parts *= 2) found = on_great_circle(to, parts, way);
+  if (!found || way.size() == 1) way.clear();
+  return way;
+}
+
+bool Lowering::on_great_circle(const Words& to, int parts, std::vector<Words>& way) const {
+  const auto axis = [&](const Vec3& abc) { return Vec3(kinematics_->orientation(abc).col(2)); };
+  const Vec3 from_u = axis(words_.tail<3>()), to_u = axis(to.tail<3>());
+  if (from_u.cross(to_u).norm() < kSameWords_rad) return false;
+  way.clear();
+  Vec3 before = words_.tail<3>();
+  for (int k = 1; k <= parts; ++k) {
+    const double t = static_cast<double>(k) / parts;
+    Vec3 abc;
+    if (kinematics_->words_for_axis(slerp(from_u, to_u, t), before, abc) != KinStatus::kOk) return false;
+    if (k == parts) {
+      if ((abc - Vec3(to.tail<3>())).norm() > kSameWords_rad) return false;
+      abc = to.tail<3>();
+    }
+    if ((axis((before + abc) / 2) - slerp(from_u, to_u, t - 0.5 / parts)).norm() > kAxisChord_rad)
+      return false;
+    Words& next = way.emplace_back(words_ + (to - words_) * t);
+    next.tail<3>() = before = abc;
+  }
+  way.back() = to;
+  return true;
 }
 
 void Lowering::arc(const canon::ArcFeed& arc) {
@@ -365,6 +428,7 @@ struct Lowering::Visit {
     low.rtcp_ = c.on;
     low.moved_frame(c.to);
   }
+  void operator()(const canon::SetOrientationPath& c) const { low.great_circle_ = c.great_circle; }
   void operator()(const canon::SetTiltedPlane& c) const {
     low.frame_.tilted = c.on;
     low.frame_.origin = low.inch_ ? Vec3(c.origin * kMmPerInch) : c.origin;

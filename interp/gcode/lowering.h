@@ -37,6 +37,8 @@ class Lowering : public CanonSink {
 
   Words words_of(const AxisValues& program) const;
   Vec3 point_of(const Vec3& program) const;
+  std::vector<Words> great_circle(const Words& to) const;
+  bool on_great_circle(const Words& to, int parts, std::vector<Words>& way) const;
   void straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min);
   void arc(const canon::ArcFeed& arc);
   void spline(const canon::NurbsFeed& spline);
@@ -64,6 +66,7 @@ class Lowering : public CanonSink {
   bool inch_ = false;
   AxisValues tool_ = AxisValues::Zero();  ///< mm
   bool rtcp_ = false, aligned_ = false;
+  bool great_circle_ = false;
   double feed_ = 0;  ///< units of the program per minute, or per revolution
   bool per_revolution_ = false;
   double speed_rpm_ = 0;

@@ -270,6 +270,7 @@ void Executor::restore_geometry(const ModalState& kept) {
   }
   if (kept.path != m.path || kept.path_tolerance != m.path_tolerance)
     set_path(kept.path, kept.path_tolerance, kept.naive_tolerance, kept.orientation_deg);
+  set_great_circle(kept.great_circle);
   if (kept.incremental != m.incremental) set_incremental(kept.incremental);
   if (kept.arc_absolute != m.arc_absolute) set_arc_absolute(kept.arc_absolute);
   if (kept.retract_to_start != m.retract_to_start) set_retract(kept.retract_to_start);
@@ -391,10 +392,13 @@ void Executor::restore_switches(const Settings& kept) {
       put(canon::UserM{code.m_code, 0, 0});
 }
 
-// RTCP words and ignored words of other controls, as the config maps them.
+// RTCP words, words for the way of the tool axis and ignored words of other controls, as the config maps
+// them.
 void Executor::keywords(const Block& b) {
   const auto act = [&](std::size_t index, std::uint32_t column) {
     const MappedWord& word = parts_.config.words[index];
+    if (word.action == WordAction::kGreatCircle || word.action == WordAction::kAxisPath)
+      return set_great_circle(word.action == WordAction::kGreatCircle);
     if (word.action != WordAction::kIgnore)
       return set_rtcp(word.action == WordAction::kRtcpOn, s_.tool_offset, column, word.text);
     if (!warned_words_[index])
@@ -449,6 +453,7 @@ void Executor::reset_at_end() {
     m.plane = Plane::kXY;
     put(canon::SelectPlane{Plane::kXY});
   }
+  set_great_circle(parts_.config.great_circle);
   m.incremental = false;
   m.arc_absolute = false;
   m.feed_mode = FeedMode::kPerMinute;

@@ -92,6 +92,12 @@ void Executor::set_path(MotionControl mode, double tolerance, double naive, doub
   put_path();
 }
 
+void Executor::set_great_circle(bool on) {
+  if (s_.modal.great_circle == on) return;
+  s_.modal.great_circle = on;
+  put(canon::SetOrientationPath{on});
+}
+
 void Executor::put_path() {
   const ModalState& m = s_.modal;
   put(canon::SetMotionControlMode{m.path, m.path_tolerance, m.orientation_deg});

@@ -118,7 +118,8 @@ void Parser::parse(std::string_view line, ParsedBlock& out) {
     line_number(lexer);
     c = lexer.peek();
   }
-  if (c == 'o') return flow(lexer, out);
+  const bool word = c == 'o' && begins_keyword_['o'] && letter_follows(lexer) && keyword(lexer, c, out);
+  if (c == 'o' && !word) return flow(lexer, out);
   segments(lexer, out);
 }
 

@@ -130,9 +130,12 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   config.optional_stop = table.boolean("optional_stop", config.optional_stop);
   config.require_program_end = table.boolean("require_program_end", config.require_program_end);
   config.wrapped_mask = read_wrapped(table);
+  config.great_circle = table.boolean("great_circle", config.great_circle);
   config.words.clear();
   read_words(table, "rtcp_on", {}, WordAction::kRtcpOn, config.words);
   read_words(table, "rtcp_off", {}, WordAction::kRtcpOff, config.words);
+  read_words(table, "great_circle_on", {"ORIVECT"}, WordAction::kGreatCircle, config.words);
+  read_words(table, "great_circle_off", {"ORIAXES"}, WordAction::kAxisPath, config.words);
   read_words(table, "ignored", {"CYCLE832"}, WordAction::kIgnore, config.words);
   read_user_m(table, config.user_m);
   config.sub_path = table.texts("sub_path", config.sub_path);

@@ -13,7 +13,7 @@
 namespace trn {
 
 /// What a word of another control's language means here.
-enum class WordAction : std::uint8_t { kRtcpOn, kRtcpOff, kIgnore };
+enum class WordAction : std::uint8_t { kRtcpOn, kRtcpOff, kGreatCircle, kAxisPath, kIgnore };
 
 /// A word such as TRAORI, mapped by the config; M words ("M428") carry their number.
 struct MappedWord {
@@ -54,7 +54,10 @@ struct ProgramConfig {
   bool io = false;                  ///< the machine has a section [io]: inputs and a probe
   bool spindle_encoder = false;     ///< and [io.spindle] with an encoder
   unsigned wrapped_mask = 0;        ///< bit kA..kC: absolute words take the short way round
-  std::vector<MappedWord> words = {{"cycle832", -1, WordAction::kIgnore}};
+  bool great_circle = false;  ///< at program start: the tool axis goes the shortest way, not the rotary words
+  std::vector<MappedWord> words = {{"orivect", -1, WordAction::kGreatCircle},
+                                   {"oriaxes", -1, WordAction::kAxisPath},
+                                   {"cycle832", -1, WordAction::kIgnore}};
   std::vector<UserCode> user_m;
   std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own

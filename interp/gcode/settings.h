@@ -31,7 +31,8 @@ struct ModalState {
   double path_tolerance = 0;  ///< program units
   double naive_tolerance = 0;
   double orientation_deg = 0;
-  int work_offset = 1;  ///< 1: G54 .. 9: G59.3
+  bool great_circle = false;  ///< the tool axis goes the shortest way with RTCP on
+  int work_offset = 1;        ///< 1: G54 .. 9: G59.3
 };
 
 /// Words of a canned cycle that stay in force while the same cycle goes on.

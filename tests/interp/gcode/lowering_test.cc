@@ -88,6 +88,42 @@ TEST(Lowering, WordsOfOtherControls) {
   }
 }
 
+// The tool axis of the moves' chords stays on the plane through its programmed ends, and advances evenly.
+TEST(Lowering, ToolAxisOnAGreatCircle) {
+  Session session = cradle();
+  const MoveList list = session.moves(
+      "G0 X20 Y30 Z100 A20 C0\nTRAORI\nORIVECT\nG1 F1000 X40 A50 C70\nORIAXES\nX20 A20 C0\nM2\n");
+  const auto axis = [&](const Words& words) {
+    return Vec3(session.kinematics->orientation(words.tail<3>()).col(2));
+  };
+  std::vector<ProgramMove> out(list.moves.begin() + 1, list.moves.end() - 1);
+  ASSERT_GT(out.size(), 8u);
+  EXPECT_TRUE(list.moves.back().to.isApprox(out.front().from)) << "ORIAXES: one move";
+  const Vec3 from = axis(out.front().from), to = axis(out.back().to), normal = from.cross(to).normalized();
+  const double angle = std::acos(from.dot(to));
+  for (const ProgramMove& move : out)
+    for (const double part : {0.25, 0.5, 0.75, 1.0}) {
+      const Words at = move.from + part * (move.to - move.from);
+      EXPECT_LT(std::abs(axis(at).dot(normal)), 5e-5);
+      const double share = (at[kX] - out.front().from[kX]) / (out.back().to[kX] - out.front().from[kX]);
+      EXPECT_NEAR(std::acos(from.dot(axis(at))), share * angle, 1e-4);
+    }
+  EXPECT_NEAR(out.back().to[kC], out.front().from[kC] + 70 * kRadPerDeg, 1e-12);
+  expect_continuous(session, list);
+}
+
+// Through the pole the great circle ends on the other branch: the words go evenly, as programmed.
+TEST(Lowering, GreatCircleKeepsTheProgrammedWords) {
+  Session session = cradle();
+  session.config.great_circle = true;
+  const MoveList list =
+      session.moves("G0 X20 Y30 Z100 A20 C0\nTRAORI\nG1 F1000 A20 C180\nA30 C180\nG61\nA20 C90\nM2\n");
+  ASSERT_GE(list.moves.size(), 4u);
+  EXPECT_NEAR(list.moves[1].to[kC], 180 * kRadPerDeg, 1e-12);
+  EXPECT_NEAR(list.moves.back().from[kC], 180 * kRadPerDeg, 1e-12) << "G61: one move";
+  EXPECT_NEAR(list.moves.back().to[kC], 90 * kRadPerDeg, 1e-12);
+}
+
 TEST(Lowering, ToolVectors) {
   Session session = cradle();
   const MoveList list = session.moves("G43.5 H1\nG1 F100 X0 Y0 Z0 I0.3 J0.2 K0.9\nM2\n");
