@@ -230,7 +230,7 @@ std::vector<PathItem> Compressor::items_of(const RunFit& fit, int from, int to) 
     end.y += origin_;
     const double u0 = fit.spline.at_break(k);
     append_parts(make_hermite(start, end, fit.spline.at_break(k + 1) - u0), u0,
-                 fit.usage[static_cast<size_t>(k)], items);
+                 fit.usage[static_cast<size_t>(k)].worst(), items);
     start = end;
   }
   return items;

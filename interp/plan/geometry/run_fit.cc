@@ -20,7 +20,7 @@ constexpr double kSamplesOfSpan = 4;     // at least
 constexpr double kSpanOfChordMin = 0.1;  // shorter spans follow the corners, not the curve
 constexpr int kAttempts = 6;
 constexpr double kRefine = 0.5;                     // of a span outside
-constexpr int kDrawIns = 24, kDrawInsPerReach = 4;  // the place that must give way may lie beside the worst
+constexpr int kDrawIns = 48, kDrawInsPerReach = 8;  // the place that must give way may lie beside the worst
 constexpr double kSpanGrowth = 1.5;                 // beside given knots
 constexpr size_t kSpansOfVertexMax = 16;
 
@@ -51,8 +51,6 @@ class RunFitter {
   }
 
  private:
-  double usage(const Words& e) const { return tube_usage(e, request_.tolerance_mm, request_.tolerance_rad); }
-
   void limit_at_ends() {
     const double span = kCornerSpan * std::max(request_.tolerance_mm, 1e-3);
     if (request_.head)
@@ -176,7 +174,7 @@ class RunFitter {
   // Looks at every chord at its ends and in between, in each span it crosses.
   void judge(RunFit& fit) {
     const size_t spans = static_cast<size_t>(fit.spline.span_count());
-    fit.usage.assign(spans, 0);
+    fit.usage.assign(spans, TubeUse{});
     double worst = 0;
     const auto& v = request_.vertices;
     size_t i = vertex_before(start_);
@@ -189,53 +187,53 @@ class RunFitter {
       from = to;
       while (i + 2 < v.size() && v[i + 1].u <= u0) ++i;
       for (size_t c = i; c + 1 < v.size() && v[c].u < u1; ++c) {
-        const double used = chord_usage(piece, u0, u1, c);
-        fit.usage[k] = std::max(fit.usage[k], used);
-        if (used <= worst) continue;
-        worst = used;
+        const TubeUse used = chord_usage(piece, u0, u1, c);
+        fit.usage[k].raise(used);
+        if (used.worst() <= worst) continue;
+        worst = used.worst();
         fit.worst_vertex = c;
       }
     }
     fit.ok = worst <= kUsageMax;
   }
 
-  double chord_usage(const PathPiece& piece, double u0, double u1, size_t chord) const {
+  TubeUse chord_usage(const PathPiece& piece, double u0, double u1, size_t chord) const {
     const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
     const double from = std::max(a.u, u0), to = std::min(b.u, u1), step_max = (u1 - u0) / 8;
     const int parts =
         b.u - a.u < step_max / 4 ? 1 : std::max(2, static_cast<int>(std::ceil((to - from) / step_max)));
-    double worst = 0;
+    TubeUse worst;
     for (int p = 0; p <= parts; ++p) {
       const double u = from + (to - from) * p / parts;
-      const double used = usage_at(piece.at(u - u0), u, chord);
-      worst = std::max(worst, used);
-      if (used < kNearlyAll || parts == 1) continue;
+      const TubeUse used = usage_at(piece.at(u - u0), u, chord);
+      worst.raise(used);
+      if (used.worst() < kNearlyAll || parts == 1) continue;
       for (const double beside : {-0.5, -0.25, 0.25, 0.5}) {  // the peak may lie between
         const double at = std::clamp(u + beside * (to - from) / parts, from, to);
-        worst = std::max(worst, usage_at(piece.at(at - u0), at, chord));
+        worst.raise(usage_at(piece.at(at - u0), at, chord));
       }
     }
     return worst;
   }
 
   // Of y against the nearest place of the chord, or of its neighbour when that lies beyond its end.
-  double usage_at(const Words& y, double u, size_t chord) const {
+  TubeUse usage_at(const Words& y, double u, size_t chord) const {
     const double length = request_.vertices[chord + 1].u - request_.vertices[chord].u;
     double place = 0;
-    const double used = usage_on(y, u, chord, place);
-    double beside = 0;
-    if (place <= 0 && chord > 0) return std::min(used, usage_on(y, u, chord - 1, beside));
-    if (place >= length && chord + 2 < request_.vertices.size())
-      return std::min(used, usage_on(y, u, chord + 1, beside));
-    return used;
+    const TubeUse used = usage_on(y, u, chord, place);
+    const bool before = place <= 0 && chord > 0,
+               after = place >= length && chord + 2 < request_.vertices.size();
+    if (!before && !after) return used;
+    const TubeUse beside = usage_on(y, u, before ? chord - 1 : chord + 1, place);
+    return beside.worst() < used.worst() ? beside : used;
   }
 
-  double usage_on(const Words& y, double u, size_t chord, double& place) const {
+  TubeUse usage_on(const Words& y, double u, size_t chord, double& place) const {
     const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
     const Words slope = (b.y - a.y) / (b.u - a.u), e = y - a.y - slope * (u - a.u);
     place = u - a.u + place_along(e, slope, request_.tolerance_mm, request_.tolerance_rad);
     place = std::clamp(place, 0.0, b.u - a.u);
-    return usage(y - a.y - slope * place);
+    return tube_use(y - a.y - slope * place, request_.tolerance_mm, request_.tolerance_rad);
   }
 
   size_t vertex_before(double u) const {
@@ -258,7 +256,7 @@ class RunFitter {
     for (size_t k = 0; k < spans; ++k) {
       const double u0 = fit.spline.at_break(static_cast<int>(k)),
                    h = fit.spline.at_break(static_cast<int>(k + 1)) - u0;
-      const bool over = fit.usage[k] > kUsageMax;
+      const bool over = fit.usage[k].worst() > kUsageMax;
       if (request_.head && k < 5) {  // these knots are given
         if (over) return false;
         continue;

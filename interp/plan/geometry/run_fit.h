@@ -32,9 +32,9 @@ struct RunRequest {
 
 struct RunFit {
   QuinticSpline spline;
-  std::vector<double> usage;  ///< per span: deviation over tolerance
-  bool ok = false;            ///< inside the tolerances everywhere
-  size_t worst_vertex = 0;    ///< !ok: the one nearest to the worst place
+  std::vector<TubeUse> usage;  ///< per span
+  bool ok = false;             ///< inside the tolerances everywhere
+  size_t worst_vertex = 0;     ///< !ok: the one nearest to the worst place
 };
 
 /// Fits a quintic spline to the polyline: the smoothest (least integral of |y'''|^2) in the tube of the

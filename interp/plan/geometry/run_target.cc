@@ -32,7 +32,7 @@ RunTarget::RunTarget(std::span<const RunVertex> vertices, double tolerance_mm, d
     const Words away = (from_[i] - to_[i]) / 8, along = slope(i);  // in the chord's middle
     const Words across = away - along * place_along(away, along, tolerance_mm, tolerance_rad);
     const double over =
-        std::max({1.0, tube_usage(across, tolerance_mm, tolerance_rad) / kAwayMax,
+        std::max({1.0, tube_use(across, tolerance_mm, tolerance_rad).worst() / kAwayMax,
                   path_norm(from_[i]) / (kSlopeMax * length), path_norm(to_[i]) / (kSlopeMax * length)});
     from_[i] /= over;
     to_[i] /= over;

@@ -27,11 +27,19 @@ inline double place_along(const Words& deviation, const Words& slope, double tol
   return squared > 0 ? product / squared : 0;
 }
 
-/// Deviation over tolerance, the worse of position and rotary words.
-inline double tube_usage(const Words& deviation, double tolerance_mm, double tolerance_rad) {
+/// Deviation over tolerance, of position and of the rotary words.
+struct TubeUse {
+  double linear = 0, rotary = 0;
+  double worst() const { return std::max(linear, rotary); }
+  void raise(const TubeUse& by) {
+    linear = std::max(linear, by.linear);
+    rotary = std::max(rotary, by.rotary);
+  }
+};
+
+inline TubeUse tube_use(const Words& deviation, double tolerance_mm, double tolerance_rad) {
   const auto part = [](double d, double tol) { return d <= 1e-12 ? 0 : (tol > 0 ? d / tol : 1e9); };
-  return std::max(part(deviation.head<3>().norm(), tolerance_mm),
-                  part(deviation.tail<3>().norm(), tolerance_rad));
+  return {part(deviation.head<3>().norm(), tolerance_mm), part(deviation.tail<3>().norm(), tolerance_rad)};
 }
 
 }  // namespace trn

@@ -13,6 +13,7 @@ constexpr double kSpansMax = 8192;      // bounds the memory
 constexpr double kSpansMin = 6;         // a curve wants some freedom
 constexpr double kRoughnessScale = 60;  // sixth difference at step h over the deviation of a spline of span h
 constexpr double kRoughnessMax = 0.1;   // of the tolerance; the rest is the spline's freedom
+constexpr double kDensity = 1.5;        // spans for one that is asked for: where they lie shall not matter
 constexpr double kShrink = 0.8;
 constexpr double kGrading = 0.3;  // growth of the spans with the distance
 
@@ -54,7 +55,7 @@ class SpanMesh {
     for (int k = 0; k < 7; ++k) sum += kBinomial[k] * at(std::min(first + k * h, r_.end));
     const Words along = at(std::min(u + h, r_.end)) - at(std::max(u - h, r_.start));
     sum -= along * place_along(sum, along, r_.tolerance_mm, r_.tolerance_rad);
-    return tube_usage(sum, r_.tolerance_mm, r_.tolerance_rad) / kRoughnessScale;
+    return tube_use(sum, r_.tolerance_mm, r_.tolerance_rad).worst() / kRoughnessScale;
   }
 
   double span_at(double u) {
@@ -99,7 +100,7 @@ class SpanMesh {
     for (size_t i = 1; i < nodes_.size(); ++i)
       sum[i] =
           sum[i - 1] + (nodes_[i].u - nodes_[i - 1].u) * (1 / nodes_[i].span + 1 / nodes_[i - 1].span) / 2;
-    const int count = std::max(1, static_cast<int>(std::ceil(sum.back() - 1e-6)));
+    const int count = std::max(1, static_cast<int>(std::ceil(kDensity * sum.back() - 1e-6)));
     std::vector<double> breaks{r_.start};
     size_t i = 1;
     for (int k = 1; k < count; ++k) {

@@ -16,8 +16,9 @@ constexpr double kEnough = 1.02;
 constexpr double kGrow = 1.2, kShrink = 0.6;  // of the smoothing length in a round
 constexpr double kExponent = 0.25;  // the deviation goes with the length itself or up to its power of 6
 constexpr double kDrawIn = 0.82;
-constexpr int kRounds = 16;
-constexpr int kRoundsBack = 12;  // to come inside, after these
+constexpr double kDrawInMost = 0.9, kDrawInLeast = 0.98;  // the judge's, in a round
+constexpr int kRounds = 32, kWholeRounds = 12;             // then calmer and calmer
+constexpr int kRoundsBack = 12;                           // to come inside, after these
 
 bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {
   return std::any_of(samples.begin(), samples.end(),
@@ -54,8 +55,9 @@ void TubeFit::Group::follow() {
 void TubeFit::Group::smooth() {
   double worst = measure();
   for (int round = 0; round < kRounds; ++round) {
+    const double exponent = kExponent * std::min(1.0, static_cast<double>(kWholeRounds) / (round + 1));
     for (size_t k = 0; k < span_.size(); ++k)
-      length_[k] *= std::clamp(std::pow(kAim / std::max(usage_[k], 1e-9), kExponent), kShrink, kGrow);
+      length_[k] *= std::clamp(std::pow(kAim / std::max(usage_[k], 1e-9), exponent), kShrink, kGrow);
     bound_lengths();
     solve();
     worst = measure();
@@ -70,14 +72,17 @@ void TubeFit::Group::smooth() {
   hand_back();
 }
 
-void TubeFit::Group::draw_in(const std::vector<double>& usage, double usage_max, size_t reach) {
+void TubeFit::Group::draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
   const size_t n = span_.size();
-  std::vector<bool> shorter(n, false);
-  for (size_t k = 0; k < n; ++k)
-    for (size_t i = k - std::min(k, reach); usage[k] > usage_max && i < std::min(n, k + reach + 1); ++i)
-      shorter[i] = true;
-  for (size_t k = 0; k < n; ++k)
-    if (shorter[k]) length_[k] *= kDrawIn;
+  std::vector<double> factor(n, 1);
+  for (size_t k = 0; k < n; ++k) {
+    const double used = rotary_ ? usage[k].rotary : usage[k].linear;
+    if (used <= usage_max) continue;
+    const double shorter = std::clamp(std::pow(usage_max / used, kExponent), kDrawInMost, kDrawInLeast);
+    for (size_t i = k - std::min(k, reach); i < std::min(n, k + reach + 1); ++i)
+      factor[i] = std::min(factor[i], shorter);
+  }
+  for (size_t k = 0; k < n; ++k) length_[k] *= factor[k];
   bound_lengths();
   solve();
   hand_back();
@@ -196,7 +201,7 @@ void TubeFit::smooth() {
   for (Group& group : groups_) group.smooth();
 }
 
-void TubeFit::draw_in(const std::vector<double>& usage, double usage_max, size_t reach) {
+void TubeFit::draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
   for (Group& group : groups_) group.draw_in(usage, usage_max, reach);
 }
 

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "interp/plan/geometry/quintic_spline.h"
+#include "interp/plan/geometry/run_vertex.h"
 
 namespace trn {
 
@@ -44,7 +45,7 @@ class TubeFit {
 
   /// After smooth(): a bit less smooth where the spans' usage exceeds the given one, and `reach` spans
   /// around.
-  void draw_in(const std::vector<double>& usage, double usage_max, size_t reach);
+  void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
  private:
   class Group {
@@ -52,7 +53,7 @@ class TubeFit {
     Group(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free, bool rotary);
     void follow();
     void smooth();
-    void draw_in(const std::vector<double>& usage, double usage_max, size_t reach);
+    void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
    private:
     using Row = std::array<double, 6>;

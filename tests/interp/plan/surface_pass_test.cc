@@ -111,7 +111,7 @@ double apart(const Pass& a, const Pass& b) {
 
 TEST(SurfacePass, CutFinelyOrCoarselyForwardsOrBackwards) {
   const char* wanted = std::getenv("TRN_LONG");
-  const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 4;
+  const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 8;
   double coarse_worst = 0, back_worst = 0, shift_worst = 0, back_apart = 0, shift_apart = 0;
   for (unsigned seed = 0; seed < count; ++seed)
     for (const bool five : {false, true}) {
