@@ -18,6 +18,7 @@ constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its th
 constexpr double kTold = 1e-3;       // of a limit: how well parabolas must tell what lies between samples
 constexpr double kFasterThanEstimate = 2;  // the true (ds/dt)^2 against the estimated
 constexpr int kHalvingsMax = 3;
+constexpr double kTiny = 0.2;  // of the wanted spacing
 
 // Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
 double ramp_time(double h, double v, double a, double jerk) {
@@ -209,7 +210,11 @@ bool PathGrid::lay(bool to_end, bool force) {
   const bool whole = to_end && intervals_.empty();  // a stretch short enough to be seen at once
   const double spacing_s = whole ? std::min(spacing_s_, time_s / kIntervalsPerStretchMin) : spacing_s_;
   const size_t keep = pending_.size() / 2;
-  while (!pending_.empty() && (to_end || time_s > lookahead_s_ || (force && pending_.size() > keep))) {
+  merge_open_ = false;  // what was laid before may be planned by now
+  const auto goes_on = [&] {
+    return to_end || time_s > lookahead_s_ || (force && pending_.size() > keep) || merge_open_;
+  };
+  while (!pending_.empty() && goes_on()) {
     const PendingPiece& front = pending_.front();
     time_s -= piece_time(front);
     before_ = {front.places.back().b_est, front.places.back().a_est};
@@ -255,10 +260,14 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
   const double wanted_s = std::min(spacing_s, pending.spacing_s);
   if (time_s < 0.5 * wanted_s && !(last && !merge_open_)) {
     extend_interval(pending, time_s);
-    if (intervals_.back().time_est_s >= 0.75 * wanted_s) merge_open_ = false;
-    spacing_before_ = {intervals_.back().time_est_s, 0};
+    const double so_far_s = intervals_.back().time_est_s;
+    if (so_far_s >= 0.75 * wanted_s) merge_open_ = false;
+    if (so_far_s >= kTiny * wanted_s) spacing_before_ = {so_far_s, 0};
     return;
   }
+  // Between longer ones a tiny one gets no interval of its own: there, what is off by rounding would have to
+  // be made good within microseconds.
+  bool merge = merge_open_ && intervals_.back().time_est_s < kTiny * wanted_s;
   merge_open_ = false;
   const std::vector<double> times = node_times(time_s, wanted_s * (1 + 1e-9), spacing_before_, after);
   const double s_end = pending.s + pending.plan.piece.length;
@@ -267,14 +276,15 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
     const bool at_end = i + 1 == times.size();
     const double s1 = at_end ? s_end : place_after(pending, times[i]);
     if (!at_end && (s1 - s0 < 1e-7 * pending.plan.piece.length || s1 >= s_end)) continue;
-    append_interval(pending, s0, s1, times[i] - t0);
+    append_interval(pending, s0, s1, times[i] - t0, merge);
+    merge = false;
     s0 = s1;
     t0 = times[i];
   }
   spacing_before_ = {intervals_.back().time_est_s, 0};
 }
 
-void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1, double time_s) {
+void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge) {
   GridInterval g;
   g.s = s0;
   g.h = s1 - s0;
@@ -292,7 +302,10 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
     g.bound = i == 0 ? bound : least(g.bound, bound);
   }
   refine(pending, g);
-  intervals_.push_back(std::move(g));
+  if (merge)
+    extend_interval(g);
+  else
+    intervals_.push_back(std::move(g));
 }
 
 // Halves the samples' distances until parabolas through three of them tell what lies between.
@@ -316,16 +329,29 @@ void PathGrid::refine(const PendingPiece& pending, GridInterval& g) const {
   }
 }
 
-void PathGrid::extend_interval(const PendingPiece& pending, double time_s) {
-  if (!merge_open_) intervals_.emplace_back().s = pending.s;
+// The last interval takes in what follows it.
+void PathGrid::extend_interval(const GridInterval& by) {
   GridInterval& g = intervals_.back();
-  if (!merge_open_) g.bound = pending.places.front().bound;
-  merge_open_ = true;
-  for (const Place& place : pending.places) g.bound = least(g.bound, place.bound);
-  g.samples.insert(g.samples.end(), pending.samples.begin(), pending.samples.end());
-  g.h += pending.plan.piece.length;
-  g.time_est_s += time_s;
+  g.bound = least(g.bound, by.bound);
+  g.samples.insert(g.samples.end(), by.samples.begin(), by.samples.end());
+  g.h += by.h;
+  g.time_est_s += by.time_est_s;
   g.b_est = (g.h / g.time_est_s) * (g.h / g.time_est_s);
+}
+
+void PathGrid::extend_interval(const PendingPiece& pending, double time_s) {
+  if (!merge_open_) {
+    intervals_.emplace_back().s = pending.s;
+    intervals_.back().bound = pending.places.front().bound;
+  }
+  merge_open_ = true;
+  GridInterval by;
+  by.h = pending.plan.piece.length;
+  by.time_est_s = time_s;
+  by.bound = pending.places.front().bound;
+  for (const Place& place : pending.places) by.bound = least(by.bound, place.bound);
+  by.samples = pending.samples;
+  extend_interval(by);
 }
 
 }  // namespace trn::speed

@@ -74,9 +74,10 @@ class PathGrid {
   void grade_from(NodeSpacing rest, bool flip);
   double wanted_spacing(const PendingPiece& pending) const;
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
-  void append_interval(const PendingPiece& pending, double s0, double s1, double time_s);
+  void append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge);
   void refine(const PendingPiece& pending, GridInterval& g) const;
   void extend_interval(const PendingPiece& pending, double time_s);
+  void extend_interval(const GridInterval& by);
   double pending_time() const;
 
   const PathSampler& sampler_;
