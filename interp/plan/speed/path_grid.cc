@@ -11,7 +11,7 @@ namespace {
 
 using Place = PendingPiece::Place;
 
-constexpr double kVariationPerInterval = 0.35;  // of a limit, by curvature or its change
+constexpr double kVariationPerInterval = 0.12;  // of a limit, by curvature or its change
 constexpr double kGrading = 0.5;                // growth of the spacing per time, away from a closer one
 constexpr int kIntervalsPerStretchMin = 32;
 constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its third derivative is no parabola
