@@ -116,6 +116,11 @@ CanField make_field(const Options& options, const Machine& machine) {
     }
     field.lines.push_back(
         {std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
+    if (config.buses[i].fd && !field.lines.back().socket->carries_fd())
+      throw std::runtime_error(
+          fmt::format("{0}: no CAN FD here; ip link set {0} mtu 72 (virtual), or ip link set {0} "
+                      "type can bitrate .. dbitrate .. fd on",
+                      name));
     fmt::print("{}: {} drives\n", name, field.lines.back().nodes.size());
   }
   return field;

@@ -31,6 +31,14 @@ class StepList {
     if (!entry || !entry->writable || bits_of(entry->type) == 0) return;
     write(key, value, bits_of(entry->type) / 8, remedy, Kind::kWriteIfThere);
   }
+  /// What a DCF sets. Communication objects (0x1000 to 0x1FFF) follow from the config.
+  void write_configured() {
+    for (const auto& [key, entry] : dictionary_.entries)
+      if (!entry.configured.empty() && entry.writable && key.index >= 0x2000)
+        steps.push_back({Kind::kWrite, key, entry.configured, entry.name,
+                         fmt::format("the drive does not take the ParameterValue of {}:{}", dictionary_.file,
+                                     entry.line)});
+  }
   void check(ObjectKey key, std::int64_t value, int bytes, std::string_view remedy) {
     write(key, value, bytes, remedy, Kind::kCheck);
   }
@@ -129,6 +137,7 @@ std::vector<SetupStep> setup_steps(const DriveSetup& setup, const ObjectDictiona
   list.check({0x1000, 0}, type, 4, "another device has this node id, or the EDS is another drive's");
   if (setup.vendor != 0) list.check({0x1018, 1}, setup.vendor, 4, "another maker's drive has this node id");
   if (setup.product != 0) list.check({0x1018, 2}, setup.product, 4, "another drive has this node id");
+  list.write_configured();
   list.write({0x1017, 0}, setup.heartbeat_ms, 2,
              "the drive cannot send heartbeats; set drives.guarding_ms instead");
   list.write({0x1016, 1}, static_cast<std::int64_t>(setup.master_id) << 16 | setup.heartbeat_timeout_ms, 4,
