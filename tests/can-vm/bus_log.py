@@ -31,7 +31,7 @@ def read_log(path):
     """(time s, interface, id, bytes) of every frame of a candump log."""
     frames = []
     for line in path.read_text().splitlines():
-        match = re.match(r"\(([\d.]+)\) (\S+) ([0-9A-F]+)#([0-9A-F]*)$", line)
+        match = re.match(r"\(([\d.]+)\) (\S+) ([0-9A-F]+)#(?:#[0-9A-F])?([0-9A-F]*)$", line)
         if match:
             frames.append((float(match[1]), match[2], int(match[3], 16), bytes.fromhex(match[4])))
     return frames
