@@ -131,7 +131,7 @@ def make_initramfs(folder, root, programs, modules, files, script):
     return archive
 
 
-def boot(work, root, archive, timeout_s=1500):
+def boot(work, root, archive, timeout_s=5400):
     """Runs the guest to its end and unpacks what it left into `work`. The two Kvaser cards hang on one bus."""
     disk = work / "out.tar"
     with open(disk, "wb") as file:

@@ -27,7 +27,7 @@ def has_virtual_can():
     return tools and subprocess.run(make, capture_output=True, check=False).returncode == 0
 
 
-def run(work, build, files, script, timeout_s=1500):
+def run(work, build, files, script, timeout_s=5400):
     """`files`, `script`: as in guest.make_initramfs; what it leaves in *.log is then in `work`."""
     place = work / "fs/work"
     shutil.rmtree(work / "fs", ignore_errors=True)
