@@ -120,8 +120,6 @@ class Stage {
 
  private:
   void make_field(const ModbusIoConfig& real) {
-    if (real.devices.devices.empty())
-      throw std::runtime_error("this machine has no Modbus devices: nothing to rehearse");
     const auto values = read_emulated_values(assembly_.machine.root, real.devices);
     const int width = static_cast<int>(real.devices.lines.size());
     for (int port = kPortFirst; !cabinet_; port += width) {
@@ -243,7 +241,10 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
 std::vector<RehearsedFault> rehearse_modbus_faults(const std::string& config,
                                                    const std::function<void(const RehearsedFault&)>& on_row) {
   std::vector<RehearsedFault> out;
-  for (const Row& row : rows(read_modbus_io(assemble(config).machine.root))) {
+  const ModbusIoConfig io = read_modbus_io(assemble(config).machine.root);
+  if (io.devices.devices.empty())
+    throw std::runtime_error("this machine has no Modbus devices ([[modbus.device]]): nothing to rehearse");
+  for (const Row& row : rows(io)) {
     out.push_back(rehearse(config, row));
     if (on_row) on_row(out.back());
   }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
+#include <utility>
 
 #include "kernel/commands/fault_rows.h"
 
@@ -18,10 +19,10 @@ struct FaultOptions {
 };
 
 Exit rehearse(const FaultOptions& options) {
-  if (!options.json) print_fault_header();
-  bool good = true;
+  bool good = true, begun = options.json;
   Json rows = Json::array(), steps = Json::array();
   for (const RehearsedFault& row : rehearse_faults(options.machine, [&](const RehearsedFault& done) {
+         if (!std::exchange(begun, true)) print_fault_header();
          if (!options.json) print_fault_row(done);
        })) {
     good &= row.good();
@@ -46,10 +47,10 @@ void add_can_faults(CLI::App& can, Exit& exit) {
   CLI::App* sub = can.add_subcommand("faults", "Rehearse everything that can go wrong on the bus, in memory");
   sub->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
   sub->add_flag("--json", options->json, "For programs");
-  sub->footer(std::string("For every row the machine of the config is brought up on emulated drives, homed "
-                          "and put in motion; "
-                          "then\nthe cause happens. ") +
-              kFaultColumns);
+  sub->footer(
+      std::string("For every row the machine of the config is brought up on emulated drives, homed and put\n"
+                  "in motion; then the cause happens.\n") +
+      kFaultColumns);
   sub->callback([&exit, options] {
     exit = guard_rehearsal("trunnion can faults", [&] { return rehearse(*options); });
   });

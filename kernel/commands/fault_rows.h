@@ -16,9 +16,8 @@ Exit guard_rehearsal(const char* name, const std::function<Exit()>& command);
 
 /// What the columns mean.
 inline constexpr const char* kFaultColumns =
-    "fault: periods from cause to latched fault; rest: until no drive moves; creeps: way in the second "
-    "after\n"
-    "that (mm, rad); place: position kept; recover: periods from 'reset' to enabled.\n"
+    "fault: periods from cause to latched fault; rest: until no drive moves; creeps: way in the\n"
+    "second after that (mm, rad); place: position kept; recover: periods from 'reset' to enabled.\n"
     "Exit codes: 0 every row is as it should be, 3 bad config, 4 a row is not, 5 usage.";
 
 }  // namespace trn

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "kernel/commands/fault_rows.h"
 #include "kernel/modbus_rehearsal.h"
@@ -16,10 +17,10 @@ struct FaultOptions {
 };
 
 Exit rehearse(const FaultOptions& options) {
-  if (!options.json) print_fault_header();
-  bool good = true;
+  bool good = true, begun = options.json;
   auto rows = nlohmann::ordered_json::array();
   for (const RehearsedFault& row : rehearse_modbus_faults(options.machine, [&](const RehearsedFault& done) {
+         if (!std::exchange(begun, true)) print_fault_header();
          if (!options.json) print_fault_row(done);
        })) {
     good &= row.good();
@@ -39,10 +40,9 @@ void add_modbus_faults(CLI::App& modbus, Exit& exit) {
   sub->add_flag("--json", options->json, "For programs");
   sub->footer(
       std::string(
-          "For every row the machine of the config, with simulated drives and its devices emulated on "
-          "loopback "
-          "TCP and\npseudo-terminals, is put in motion with the spindle on, in real time; then the cause "
-          "happens. ") +
+          "For every row the machine of the config, with simulated drives and its devices emulated\n"
+          "on loopback TCP and pseudo-terminals, is put in motion with the spindle on, in real time;\n"
+          "then the cause happens.\n") +
       kFaultColumns);
   sub->callback([&exit, options] {
     exit = guard_rehearsal("trunnion modbus faults", [&] { return rehearse(*options); });
