@@ -21,6 +21,7 @@ constexpr int kTouchPeriods = kSlowPeriods + 5;
 struct Timing {
   int heartbeat_ms = 0, heartbeat_timeout_ms = 0, guard_ms = 0, missed_max = 0, master_id = 127;
   int sdo_timeout_ms = 0, boot_timeout_ms = 0, retries = 0;
+  int sync_counter = 0;
   bool touch = false;            ///< the touch probe is on the drives' own inputs
   unsigned touch_input_bit = 0;  ///< of 0x60FD
   double enable_timeout_s = 0, homing_timeout_s = 0, period_s = 0;
@@ -44,6 +45,9 @@ Timing read_timing(const ConfigTable& drives, double period_s) {
   t.retries = static_cast<int>(drives.integer("sdo_retries", 1, Range{0, 10}));
   t.enable_timeout_s = drives.number("enable_timeout_s", 2.0, kPositive);
   t.homing_timeout_s = drives.number("homing_timeout_s", 120.0, kPositive);
+  t.sync_counter = static_cast<int>(drives.integer("sync_counter", 0, Range{0, 240}));
+  if (t.sync_counter == 1)
+    throw drives.error("sync_counter", "'sync_counter' is 0, or 2 to 240 (CiA 301, 7.5.2.22)");
   t.touch = drives.choice("probe", {"none", "drive"}, "none") == "drive";
   t.touch_input_bit = static_cast<unsigned>(drives.integer("probe_input_bit", 16, Range{0, 31}));
   return t;
@@ -187,6 +191,7 @@ class NodeReader {
     setup.master_id = timing_.master_id;
     setup.heartbeat_ms = timing_.heartbeat_ms;
     setup.heartbeat_timeout_ms = timing_.heartbeat_timeout_ms;
+    setup.sync_counter = timing_.sync_counter;
     const double scale = node.link.axis.counts_per_unit;
     const double home = std::clamp(0.0, limit.min, limit.max);
     node.home =
@@ -316,9 +321,7 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
   CanDrivesConfig config;
   config.period_s = machine.period_s;
   config.master_id = timing.master_id;
-  config.sync_counter = static_cast<int>(drives.integer("sync_counter", 0, Range{0, 240}));
-  if (config.sync_counter == 1)
-    throw drives.error("sync_counter", "'sync_counter' is 0, or 2 to 240 (CiA 301, 7.5.2.22)");
+  config.sync_counter = timing.sync_counter;
   if (timing.touch) config.touch_periods = kTouchPeriods;
   config.overload_max = static_cast<std::uint32_t>(drives.integer("overload_max", 3, Range{1, 1000}));
   if (timing.heartbeat_ms > 0)

@@ -142,6 +142,11 @@ std::vector<SetupStep> setup_steps(const DriveSetup& setup, const ObjectDictiona
              "the drive cannot send heartbeats; set drives.guarding_ms instead");
   list.write({0x1016, 1}, static_cast<std::int64_t>(setup.master_id) << 16 | setup.heartbeat_timeout_ms, 4,
              "the drive cannot watch the master's heartbeat");
+  if (setup.sync_counter > 0) {  // changes only while there is no SYNC period (CiA 301, 7.5.2.22)
+    list.write_if({0x1006, 0}, 0, "the drive cannot follow this SYNC period");
+    list.write_if({0x1019, 0}, setup.sync_counter,
+                  "the drive knows no counter in SYNC; leave sync_counter out");
+  }
   list.write_if({0x1006, 0}, std::lround(1e6 * setup.period_s), "the drive cannot follow this SYNC period");
   add_pdos(list, rpdos, tpdos);
   add_drive(list, setup);

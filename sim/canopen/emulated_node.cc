@@ -116,7 +116,9 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
   if (nmt_ == NmtState::kStopped) return;
   for (sdo_.receive(frame, answers_); !answers_.empty(); answers_.pop()) put(answers_.front(), now_ns);
   if (nmt_ != NmtState::kOperational) return;
-  if (frame.id == cob::kSync && frame.size <= 1) on_sync(now_ns);
+  const bool counts =
+      store_.integer({0x1019, 0}) > 1;  // a SYNC of another length is none (CiA 301, 7.5.2.22)
+  if (frame.id == cob::kSync && frame.size == (counts ? 1 : 0)) on_sync(now_ns);
   take_rpdo(frame);
 }
 
