@@ -33,7 +33,9 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
       path_rate_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.period_s),
       interpolator_(queue),
       io_(io, config.period_s, config.spindle_timeout_s),
+      touch_drives_(dynamic_cast<TouchDrives*>(&drives)),
       corrections_(corrections) {
+  if (touch_drives_ && touch_drives_->touch_periods() == 0) touch_drives_ = nullptr;
   if (config_.plan_joints.empty()) config_.plan_joints = config_.joints;
   const auto n = static_cast<Eigen::Index>(config.joints.size());
   for (JointVec* v : {&q_, &jog_from_, &jog_way_, &offset_, &q_sent_, &q_last_, &setpoints_.q, &setpoints_.qd,
@@ -357,6 +359,7 @@ void Cycle::pass_event() TRN_RT {
   const QueueEvent event = interpolator_.event().event;
   const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
   if (event.kind == Kind::kProbeEnd && (contact_ || io_.probe_found())) return end_probe();
+  if (arms_touch(event)) return;
   const auto outcome = io_.obey(event);
   if (outcome == IoDesk::Outcome::kWaits) return;
   report_.event = event;
@@ -387,6 +390,31 @@ void Cycle::answer(const ProgramAnswer& answer) TRN_RT {
   report_.answer = answer;
 }
 
+// A touch probe on the drives is armed before the motion towards it begins; the wait is always the same one.
+bool Cycle::arms_touch(const QueueEvent& event) TRN_RT {
+  if (event.kind != QueueEvent::Kind::kProbeStart || !touch_drives_) return false;
+  if (touch_wait_ == 0) touch_drives_->arm_touch(seeks_contact(static_cast<ProbeMode>(event.argument)));
+  if (++touch_wait_ <= touch_drives_->touch_periods()) return true;
+  touch_wait_ = 0;
+  if (!touch_drives_->touch().armed) latch(Fault::kProbe, -1);
+  return false;
+}
+
+// The drives tell late where they were at the contact. False: they have had their time.
+bool Cycle::awaits_touch() TRN_RT {
+  if (!touch_drives_ || touch_taken_) return false;
+  if (++touch_wait_ <= touch_drives_->touch_periods()) return true;
+  touch_wait_ = 0;
+  const unsigned all = (1u << config_.joints.size()) - 1;
+  if ((touch_drives_->touch().latched_mask & all) == all)
+    q_contact_ = touch_drives_->touch().q;
+  else
+    latch(Fault::kProbe, -1);
+  touch_drives_->disarm_touch();
+  touch_taken_ = true;  // the rest of the move may take further periods to be skipped
+  return false;
+}
+
 // Both the joints and the probe were last heard at the end of the period before.
 void Cycle::watch_probe() TRN_RT {
   if (contact_ || interpolator_.at_rest() || !io_.probe_found()) return;
@@ -398,8 +426,8 @@ void Cycle::watch_probe() TRN_RT {
 void Cycle::end_probe() TRN_RT {
   if (!contact_) q_contact_ = feedback_.q;
   contact_ = true;
-  if (!interpolator_.skip_to_event()) return;
-  contact_ = false;
+  if (awaits_touch() || !interpolator_.skip_to_event()) return;
+  contact_ = touch_taken_ = false;
   io_.end_probe(true);
   report_.event = interpolator_.event().event;
   report_.line = interpolator_.event().line;
@@ -408,7 +436,8 @@ void Cycle::end_probe() TRN_RT {
 }
 
 void Cycle::exchange_io() TRN_RT {
-  const Fault fault = io_.exchange({feedback_.q, interpolator_.context().tool_offset}, spindle_share());
+  const IoPlace place{feedback_.q, interpolator_.context().tool_offset};
+  const Fault fault = io_.exchange(place, spindle_share(), touch_drives_ && touch_drives_->touch().contact);
   if (fault != Fault::kOk) latch(fault, -1);
 }
 
@@ -435,7 +464,8 @@ void Cycle::come_to_rest() TRN_RT {
   overrides_ = {};
   dwell_left_s_ = 0;
   if (corrections_) corrections_->forget_program();
-  contact_ = false;
+  contact_ = touch_taken_ = false;
+  touch_wait_ = 0;
 }
 
 void Cycle::abandon_motion() TRN_RT {

@@ -3,6 +3,7 @@
 #include "core/machine.h"
 #include "core/ports.h"
 #include "core/ring.h"
+#include "core/touch_probe.h"
 #include "kernel/daemon/motion_port.h"
 #include "kernel/interpolator.h"
 #include "kernel/io_desk.h"
@@ -65,6 +66,8 @@ class Cycle final : public TickPort {
   void pass_event() TRN_RT;
   void end_of_event(const QueueEvent& event) TRN_RT;
   void watch_probe() TRN_RT;
+  bool arms_touch(const QueueEvent& event) TRN_RT;
+  bool awaits_touch() TRN_RT;
   void end_probe() TRN_RT;
   void answer(const ProgramAnswer& answer) TRN_RT;
   void exchange_io() TRN_RT;
@@ -108,6 +111,9 @@ class Cycle final : public TickPort {
   double passed_s_ = 0;   ///< plan time of the last period
   bool contact_ = false;  ///< slows down behind the place where the probe changed
   JointVec q_contact_;
+  TouchDrives* touch_drives_;  ///< null: no touch probe on the drives
+  bool touch_taken_ = false;   ///< the contact's latched positions
+  int touch_wait_ = 0;         ///< periods that the drives' touch probe has had
   SetpointChain* corrections_;
   JointVec q_, offset_;       ///< of the plan; what the corrections add to it
   JointVec q_sent_, q_last_;  ///< their sum; the same in the last period

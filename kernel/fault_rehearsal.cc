@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <set>
 #include <stdexcept>
 
 #include "kernel/cycle.h"
@@ -169,6 +170,8 @@ std::vector<Row> rows() {
        nothing},
       {"second master: a setpoint", Fault::kForeignMaster, foreign_setpoint, nothing},
       {"bus-off", Fault::kBusOff, bus_state(BusState::kBusOff), nothing},
+      {"the interface's queue is full", Fault::kBusOverload, [](Stage& s) { s.bus().jam(true); },
+       [](Stage& s) { s.bus().jam(false); }},
       {"interface down and up", Fault::kBusDown, bus_state(BusState::kDown), bus_state(BusState::kOnline)},
   };
 }
@@ -212,6 +215,15 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   return out;
 }
 
+// Every object that a bring-up reads or writes.
+std::set<int> objects_of(const std::string& config) {
+  const Stage stage(config);
+  std::set<int> out;
+  for (const SetupStep& step : stage.bus_config().nodes[static_cast<std::size_t>(stage.victim)].setup.steps)
+    out.insert(step.key.index);
+  return out;
+}
+
 }  // namespace
 
 bool RehearsedFault::good() const {
@@ -231,7 +243,7 @@ std::vector<RehearsedFault> rehearse_faults(const std::string& config,
 
 std::vector<RefusedStep> rehearse_refusals(const std::string& config) {
   std::vector<RefusedStep> out;
-  for (const int index : {0x1000, 0x1017, 0x1016, 0x1400, 0x1600, 0x1800, 0x1A00, 0x6060, 0x60C2, 0x6098}) {
+  for (const int index : objects_of(config)) {
     Stage stage(config);
     stage.tick();
     stage.trouble(T::kRefuse, index);

@@ -10,11 +10,16 @@ constexpr double kGearGain_s = 40;      // 1/s
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
-Fault IoDesk::exchange(const IoPlace& place, double spindle_override) TRN_RT {
-  if (!io_) return Fault::kOk;
+Fault IoDesk::exchange(const IoPlace& place, double spindle_override, bool drives_touch) TRN_RT {
+  if (!io_) {
+    inputs_.probe = drives_touch;
+    return Fault::kOk;
+  }
   IoOutputs outputs = outputs_;
   outputs.spindle_rpm *= spindle_override;
+  inputs_.probe = false;
   io_->exchange(outputs, place, inputs_);
+  inputs_.probe |= drives_touch;
   return inputs_.fault;
 }
 

@@ -4,6 +4,10 @@
 
 namespace trn {
 
+inline bool seeks_contact(ProbeMode mode) TRN_RT {
+  return mode == ProbeMode::kContact || mode == ProbeMode::kTryContact;
+}
+
 /// The tick's side of inputs and outputs: what it tells the devices, and what the program waits for. Without
 /// devices every input is 0 and the spindle is always ready.
 class IoDesk {
@@ -14,8 +18,9 @@ class IoDesk {
   IoDesk(MachineIo* io, double period_s, double spindle_timeout_s)
       : io_(io), period_s_(period_s), spindle_timeout_s_(spindle_timeout_s) {}
 
-  /// Once a period, behind the drives' exchange; returns the devices' fault.
-  Fault exchange(const IoPlace& place, double spindle_override) TRN_RT;
+  /// Once a period, behind the drives' exchange; returns the devices' fault. `drives_touch`: contact of a
+  /// probe on the drives' own inputs.
+  Fault exchange(const IoPlace& place, double spindle_override, bool drives_touch) TRN_RT;
   /// The event in front, once a period until it is done. kFailed: `failure` says why.
   Outcome obey(const QueueEvent& event) TRN_RT;
   /// Outputs that change with the motion.
@@ -28,7 +33,7 @@ class IoDesk {
   Fault failure() const TRN_RT { return failure_; }
   bool probing() const TRN_RT { return probing_; }
   /// The probe has changed as the probe move wants it.
-  bool probe_found() const TRN_RT { return probing_ && inputs_.probe == seeks_contact(); }
+  bool probe_found() const TRN_RT { return probing_ && inputs_.probe == seeks_contact(mode_); }
   /// The probe move is over; a move that must find something and has not is a failure.
   Outcome end_probe(bool found) TRN_RT;
 
@@ -45,9 +50,6 @@ class IoDesk {
   const IoOutputs& outputs() const TRN_RT { return outputs_; }
 
  private:
-  bool seeks_contact() const TRN_RT {
-    return mode_ == ProbeMode::kContact || mode_ == ProbeMode::kTryContact;
-  }
   Outcome wait_input(const QueueEvent& event) TRN_RT;
   Outcome wait_spindle() TRN_RT;
   Outcome begin_probe(ProbeMode mode) TRN_RT;

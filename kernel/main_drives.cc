@@ -15,11 +15,13 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "hal/can/socket_can.h"
 #include "sim/canopen/emulated_can.h"
 #include "sim/canopen/fault_script.h"
+#include "sim/modbus/emulated_positioner.h"
 
 // The field of a machine as a program of its own: emulated CANopen nodes on real CAN interfaces, emulated
 // Modbus devices on TCP ports and pseudo-terminals.
@@ -40,6 +42,11 @@ struct Line {
   std::unique_ptr<SocketCan> socket;
   std::vector<std::unique_ptr<EmulatedNode>> nodes;
   std::vector<CanFrame> unsent;
+};
+
+struct CanField {
+  std::vector<Line> lines;
+  std::unique_ptr<EmulatedProbe> probe;
 };
 
 void send_all(Line& line, std::int64_t now_ns) {
@@ -69,8 +76,9 @@ bool is_left_out(const Options& options, int id) {
   return std::find(options.without.begin(), options.without.end(), id) != options.without.end();
 }
 
-bool is_on_can(const Machine& machine) {
-  return machine.root.table("drives").choice("type", {"loopback", "simulated", "canopen"}) == "canopen";
+std::string drives_type(const Machine& machine) {
+  return machine.root.table("drives").choice("type",
+                                             {"loopback", "simulated", "canopen", "modbus", "micro_mill"});
 }
 
 std::unique_ptr<EmulatedCabinet> make_cabinet(const Machine& machine) {
@@ -81,23 +89,41 @@ std::unique_ptr<EmulatedCabinet> make_cabinet(const Machine& machine) {
   return std::make_unique<EmulatedCabinet>(config, read_emulated_values(machine.root, config.devices));
 }
 
-std::vector<Line> make_lines(const Options& options, const Machine& machine) {
-  if (!is_on_can(machine)) return {};
+std::unique_ptr<EmulatedPositioners> make_positioners(const Machine& machine) {
+  if (drives_type(machine) != "modbus") return nullptr;
+  const ConfigTable section = machine.root.table("drives");
+  const ModbusDrivesConfig config = read_modbus_drives(machine, section);
+  for (const ModbusConfig::Line& line : config.lines)
+    fmt::print("{}: {}, drives\n", line.name, line.address.text());
+  return std::make_unique<EmulatedPositioners>(machine, config, section);
+}
+
+CanField make_field(const Options& options, const Machine& machine) {
+  if (drives_type(machine) != "canopen") return {};
   const ConfigTable section = machine.root.table("drives");
   const CanDrivesConfig config = read_can_drives(machine, section);
   auto nodes = make_emulated_nodes(machine, config, section);
   if (!options.interfaces.empty() && options.interfaces.size() != nodes.size())
     throw std::runtime_error(
         fmt::format("the machine has {} buses; name as many interfaces with --can", nodes.size()));
-  std::vector<Line> lines;
+  CanField field{{}, std::make_unique<EmulatedProbe>(machine, section)};
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     const std::string name = options.interfaces.empty() ? config.buses[i].interface : options.interfaces[i];
     std::erase_if(nodes[i], [&](const auto& node) { return is_left_out(options, node->id()); });
-    for (auto& node : nodes[i]) node->no_answer_delay();
-    lines.push_back({std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
-    fmt::print("{}: {} drives\n", name, lines.back().nodes.size());
+    for (auto& node : nodes[i]) {
+      node->no_answer_delay();
+      field.probe->wire(*node, config.joint_of(i, node->id()));
+    }
+    field.lines.push_back(
+        {std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
+    if (config.buses[i].fd && !field.lines.back().socket->carries_fd())
+      throw std::runtime_error(
+          fmt::format("{0}: no CAN FD here; ip link set {0} mtu 72 (virtual), or ip link set {0} "
+                      "type can bitrate .. dbitrate .. fd on",
+                      name));
+    fmt::print("{}: {} drives\n", name, field.lines.back().nodes.size());
   }
-  return lines;
+  return field;
 }
 
 std::int64_t monotonic_ns() {
@@ -126,21 +152,23 @@ void run(const Options& options) {
   const Machine machine = read_machine(load_config(options.machine));
   FaultScript script;
   if (!options.faults.empty()) script = read_fault_script(options.faults);
-  std::vector<Line> lines = make_lines(options, machine);
+  CanField field = make_field(options, machine);
+  std::vector<Line>& lines = field.lines;
   const int stop = termination_fd();  // before threads: they inherit what is blocked
   const std::unique_ptr<EmulatedCabinet> cabinet = make_cabinet(machine);
-  if (lines.empty() && !cabinet)
+  const std::unique_ptr<EmulatedPositioners> positioners = make_positioners(machine);
+  if (lines.empty() && !cabinet && !positioners)
     throw machine.root.table("drives").error(
         "type",
-        "nothing to emulate: the drives are on no CAN bus ('type' = \"canopen\"), and there is no "
-        "[modbus]");
+        "nothing to emulate: the drives are neither on CAN ('type' = \"canopen\") nor on Modbus "
+        "(\"modbus\"), and there is no [modbus]");
   std::fflush(stdout);
   make_realtime(options.priority);
   std::vector<pollfd> waiting = {{stop, POLLIN, 0}};
   for (const Line& line : lines) waiting.push_back({line.socket->fd(), POLLIN, 0});
   const std::int64_t begin_ns = monotonic_ns();
-  std::int64_t cabinet_ns = begin_ns;
-  const timespec slice{0, lines.empty() ? 10'000'000 : 500'000};
+  std::int64_t cabinet_ns = begin_ns, positioners_ns = begin_ns;
+  const timespec slice{0, lines.empty() && !positioners ? 10'000'000 : 500'000};
   while (!(waiting[0].revents & POLLIN)) {
     const std::int64_t now_ns = monotonic_ns();
     if (cabinet && now_ns - cabinet_ns >= kCabinetStep) {
@@ -148,11 +176,14 @@ void run(const Options& options) {
       cabinet->step(1e-9 * static_cast<double>(now_ns - cabinet_ns));
       cabinet_ns = now_ns;
     }
+    if (positioners)
+      positioners->step(1e-9 * static_cast<double>(now_ns - std::exchange(positioners_ns, now_ns)));
     for (std::size_t i = 0; i < lines.size(); ++i) {
       script.run(lines[i].nodes, i, now_ns - begin_ns, now_ns);
       serve(lines[i], now_ns);
       if (lines[i].socket->state() == BusState::kDown) lines[i].socket->recover();
     }
+    if (field.probe) field.probe->step();
     ppoll(waiting.data(), waiting.size(), &slice, nullptr);
   }
   close(stop);

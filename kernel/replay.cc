@@ -13,9 +13,10 @@ constexpr std::size_t kQueueBlocks = 8192;
 constexpr std::uint64_t kPeriodsAfterMax = 100'000'000;
 
 /// Drives that do what the log says they did.
-class RecordedDrives final : public Drives {
+class RecordedDrives final : public Drives, public TouchDrives {
  public:
-  explicit RecordedDrives(Eigen::Index joints) : q_(JointVec::Zero(joints)) {}
+  RecordedDrives(Eigen::Index joints, int touch_periods)
+      : q_(JointVec::Zero(joints)), touch_periods_(touch_periods) {}
   void bring_up() override {}
   void shut_down() noexcept override {}
   void reset_faults() override {}
@@ -27,15 +28,24 @@ class RecordedDrives final : public Drives {
     feedback.homed_mask = ~0u;
     feedback.fault = fault_;
     feedback.fault_joint = fault_joint_;
+    touch_ = {contact_, true, ~0u, q_};
     fault_ = Fault::kOk;
   }
-  void request_home(unsigned) TRN_RT override { state_ = DriveState::kHoming; }
+  void request_home(unsigned) TRN_RT override {
+    if (homes_) state_ = DriveState::kHoming;
+  }
   void quick_stop() TRN_RT override { state_ = DriveState::kQuickStop; }
+  int touch_periods() const TRN_RT override { return touch_periods_; }
+  void arm_touch(bool) TRN_RT override {}
+  void disarm_touch() TRN_RT override {}
+  const TouchProbe& touch() const TRN_RT override { return touch_; }
 
   void stand(const JointVec& q, DriveState state) {
     q_ = q;
     state_ = state;
   }
+  void set_contact(bool contact) { contact_ = contact; }
+  void set_homes(bool homes) { homes_ = homes; }
   void report_fault(Fault fault, int joint) {
     fault_ = fault;
     fault_joint_ = joint;
@@ -46,6 +56,9 @@ class RecordedDrives final : public Drives {
   DriveState state_ = DriveState::kOff;
   Fault fault_ = Fault::kOk;
   int fault_joint_ = -1;
+  int touch_periods_;
+  bool contact_ = false, homes_ = true;
+  TouchProbe touch_;
 };
 
 /// Inputs that are what the log says they were.
@@ -58,6 +71,11 @@ class RecordedIo final : public MachineIo {
   IoInputs inputs_;
 };
 
+int touch_periods_of(const Drives& drives) {
+  const auto* touch = dynamic_cast<const TouchDrives*>(&drives);
+  return touch ? touch->touch_periods() : 0;
+}
+
 class Replay {
  public:
   Replay(const Session& session, const Assembly& assembly, Parameters& parameters, ToolTable& tools,
@@ -68,7 +86,8 @@ class Replay {
         parameters_(parameters),
         tools_(tools),
         sink_(sink),
-        drives_(static_cast<Eigen::Index>(assembly.machine.joints.size())),
+        drives_(static_cast<Eigen::Index>(assembly.machine.joints.size()),
+                touch_periods_of(*assembly.drives)),
         queue_(kQueueBlocks),
         cycle_({assembly.machine.period_s, assembly.machine.joints, !session.head.run, 8,
                 assembly.plan_joints, assembly.spindle_timeout_s},
@@ -107,13 +126,26 @@ class Replay {
     for (; next_ < entries_.size() && entries_[next_].period <= period; ++next_) {
       const SessionEntry& entry = entries_[next_];
       if (entry.kind == Kind::kProgram) begin(entry.program);
-      if (entry.kind == Kind::kCommand) cycle_.post(entry.command);
+      if (entry.kind == Kind::kCommand) {
+        drives_.set_homes(shows_homing());
+        cycle_.post(entry.command);
+      }
       if (entry.kind == Kind::kStands) drives_.stand(entry.program.q, DriveState::kEnabled);
-      if (entry.kind == Kind::kInputs) io_.set(entry.inputs);
+      if (entry.kind == Kind::kInputs) {
+        io_.set(entry.inputs);
+        drives_.set_contact(entry.inputs.probe);
+      }
       if (entry.kind == Kind::kSensor)
         assembly_.corrections.sensors->publish(entry.sensor.channel, entry.sensor.value);
       if (entry.kind == Kind::kFault) drives_.report_fault(entry.fault, entry.joint);
     }
+  }
+
+  // Drives that always know their position do not leave for homing: the log then has no return of theirs.
+  bool shows_homing() const {
+    for (std::size_t i = next_ + 1; i < entries_.size() && entries_[i].kind != Kind::kProgram; ++i)
+      if (entries_[i].kind == Kind::kStands || entries_[i].kind == Kind::kFault) return true;
+    return false;
   }
 
   void begin(ProgramStart start) {

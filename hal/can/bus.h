@@ -34,6 +34,8 @@ class CanEndpoint {
   virtual std::int64_t now_ns() const TRN_RT = 0;
   /// When the last own frame had been transmitted, same clock; 0: not known. Needs `confirm_sends`.
   virtual std::int64_t confirmed_ns() const TRN_RT { return 0; }
+  /// It carries CAN FD frames.
+  virtual bool carries_fd() const { return true; }
   /// Before the first frame: has the controller tell when frames are out.
   virtual void confirm_sends() {}
 

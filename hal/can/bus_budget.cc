@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace trn {
@@ -43,7 +44,7 @@ constexpr int kUnstuffedTail = 10 + 3;  // CRC delimiter, acknowledge, end of fr
 
 }  // namespace
 
-int worst_frame_bits(int bytes, bool extended) {
+int worst_frame_bits(int bytes, bool extended) TRN_RT {
   const int data = 8 * bytes;
   return extended ? data + 67 + (54 + data - 1) / 4 : data + 47 + (34 + data - 1) / 4;
 }
@@ -68,7 +69,7 @@ int frame_bits(const CanFrame& frame) {
   return counter.bits() + kUnstuffedTail;
 }
 
-double worst_fd_frame_s(int bytes, double bitrate, double data_bitrate) {
+double worst_fd_frame_s(int bytes, double bitrate, double data_bitrate) TRN_RT {
   const int crc = bytes <= 16 ? 17 : 21;
   const int slow_head = 17 + 17 / 4;    // start, identifier, r1, IDE, FDF, res, BRS
   const int slow_tail = 12 + 3;         // CRC delimiter, acknowledge, end of frame; pause
@@ -78,14 +79,29 @@ double worst_fd_frame_s(int bytes, double bitrate, double data_bitrate) {
   return (slow_head + slow_tail) / bitrate + (fast_data + fast_data / 4 + fast_crc) / data_bitrate;
 }
 
+double worst_frame_s(const CanFrame& frame, double bitrate, double data_bitrate) TRN_RT {
+  if (frame.fd && data_bitrate > 0) return worst_fd_frame_s(frame.size, bitrate, data_bitrate);
+  return worst_frame_bits(frame.remote ? 0 : frame.size, frame.extended) / bitrate;
+}
+
+double BusBudget::frame_s(const Item& item) const {
+  return item.fd ? worst_fd_frame_s(item.bytes, bitrate, data_bitrate)
+                 : worst_frame_bits(item.bytes) / bitrate;
+}
+
+double BusBudget::longest_frame_s() const {
+  double longest = worst_frame_bits(8) / bitrate;
+  for (const Item& item : items) longest = std::max(longest, frame_s(item));
+  return longest;
+}
+
 double BusBudget::cyclic_s() const {
   double sum = 0;
-  for (const Item& item : items)
-    sum += item.frames * worst_frame_bits(item.bytes) / bitrate * (period_s / item.cycle_s);
+  for (const Item& item : items) sum += item.frames * frame_s(item) * (period_s / item.cycle_s);
   return sum;
 }
 
-double BusBudget::needed_s() const { return cyclic_s() + worst_frame_bits(8) / bitrate; }
+double BusBudget::needed_s() const { return cyclic_s() + longest_frame_s(); }
 
 double BusBudget::smallest_period_s() const {
   BusBudget longer = *this;
@@ -102,17 +118,16 @@ double BusBudget::smallest_period_s() const {
 std::string BusBudget::arithmetic() const {
   std::string text;
   for (const Item& item : items) {
-    const int bits = worst_frame_bits(item.bytes);
+    const double time_us = 1e6 * item.frames * frame_s(item);
+    const std::string size = item.fd ? fmt::format("{:>2} bytes FD", item.bytes)
+                                     : fmt::format("{:>3} bits    ", worst_frame_bits(item.bytes));
     const bool every_period = std::abs(item.cycle_s - period_s) < 1e-9;
-    text +=
-        fmt::format("  {:<34} {:>2} x {:>3} bits = {:>6.1f} us{}\n", item.what, item.frames, bits,
-                    1e6 * item.frames * bits / bitrate,
-                    every_period ? ""
-                                 : fmt::format(" every {:g} ms: {:.1f} us a period", 1000 * item.cycle_s,
-                                               1e6 * item.frames * bits / bitrate * period_s / item.cycle_s));
+    text += fmt::format("  {:<34} {:>2} x {} = {:>6.1f} us{}\n", item.what, item.frames, size, time_us,
+                        every_period ? ""
+                                     : fmt::format(" every {:g} ms: {:.1f} us a period", 1000 * item.cycle_s,
+                                                   time_us * period_s / item.cycle_s));
   }
-  text += fmt::format("  one longest frame in the way        1 x {:>3} bits = {:>6.1f} us\n",
-                      worst_frame_bits(8), 1e6 * worst_frame_bits(8) / bitrate);
+  text += fmt::format("  {:<53} = {:>6.1f} us\n", "one longest frame in the way", 1e6 * longest_frame_s());
   return text + fmt::format("  together {:.1f} us of {:g} us ({:.1f} %)", 1e6 * needed_s(), 1e6 * period_s,
                             100 * needed_s() / period_s);
 }

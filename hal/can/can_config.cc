@@ -21,6 +21,7 @@ constexpr int kTouchPeriods = kSlowPeriods + 5;
 struct Timing {
   int heartbeat_ms = 0, heartbeat_timeout_ms = 0, guard_ms = 0, missed_max = 0, master_id = 127;
   int sdo_timeout_ms = 0, boot_timeout_ms = 0, retries = 0;
+  int sync_counter = 0;
   bool touch = false;            ///< the touch probe is on the drives' own inputs
   unsigned touch_input_bit = 0;  ///< of 0x60FD
   double enable_timeout_s = 0, homing_timeout_s = 0, period_s = 0;
@@ -44,6 +45,9 @@ Timing read_timing(const ConfigTable& drives, double period_s) {
   t.retries = static_cast<int>(drives.integer("sdo_retries", 1, Range{0, 10}));
   t.enable_timeout_s = drives.number("enable_timeout_s", 2.0, kPositive);
   t.homing_timeout_s = drives.number("homing_timeout_s", 120.0, kPositive);
+  t.sync_counter = static_cast<int>(drives.integer("sync_counter", 0, Range{0, 240}));
+  if (t.sync_counter == 1)
+    throw drives.error("sync_counter", "'sync_counter' is 0, or 2 to 240 (CiA 301, 7.5.2.22)");
   t.touch = drives.choice("probe", {"none", "drive"}, "none") == "drive";
   t.touch_input_bit = static_cast<unsigned>(drives.integer("probe_input_bit", 16, Range{0, 31}));
   return t;
@@ -67,13 +71,13 @@ class NodeReader {
   NodeReader(const Machine& machine, const Timing& timing, const ConfigTable& table)
       : machine_(machine), timing_(timing), table_(table) {}
 
-  CanNodeConfig read(const std::string& interface) {
+  CanNodeConfig read(const CanBusConfig& bus) {
     CanNodeConfig node;
     read_joint(node);
-    node.link.name = fmt::format("{} node {} (joint {})", interface, node.link.id, joint().name);
+    node.link.name = fmt::format("{} node {} (joint {})", bus.interface, node.link.id, joint().name);
     read_axis(node);
     read_dictionary(node);
-    plan(node);
+    plan(node, bus.fd);
     DriveSetup setup = read_setup(node);
     node.setup.id = node.link.id;
     node.setup.name = node.link.name;
@@ -145,9 +149,13 @@ class NodeReader {
     } catch (const EdsError& error) {
       throw table_.error("eds", error.what());
     }
+    const int of = node.dictionary.node_id.value_or(node.link.id);
+    if (of != node.link.id)
+      throw table_.error("eds",
+                         fmt::format("this DCF is of node {}, the drive here is node {}", of, node.link.id));
   }
 
-  void plan(CanNodeConfig& node) {
+  void plan(CanNodeConfig& node, bool fd) {
     std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}};
     if (timing_.touch) in.push_back({0x60B9, 0});
     in.push_back({0x6061, 0});
@@ -165,8 +173,8 @@ class NodeReader {
     node.link.touch_input_bit = timing_.touch_input_bit;
     if (timing_.touch || node.link.limit_switches) in.push_back({0x60FD, 0});
     try {
-      node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id);
-      node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id);
+      node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id, fd);
+      node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id, fd);
     } catch (const EdsError& error) {
       throw table_.error("eds", error.what());
     }
@@ -183,6 +191,7 @@ class NodeReader {
     setup.master_id = timing_.master_id;
     setup.heartbeat_ms = timing_.heartbeat_ms;
     setup.heartbeat_timeout_ms = timing_.heartbeat_timeout_ms;
+    setup.sync_counter = timing_.sync_counter;
     const double scale = node.link.axis.counts_per_unit;
     const double home = std::clamp(0.0, limit.min, limit.max);
     node.home =
@@ -235,23 +244,25 @@ class NodeReader {
   std::size_t joint_ = 0;
 };
 
-void add_item(BusBudget& budget, const std::string& what, int frames, int bytes, double cycle_s) {
-  if (frames > 0) budget.items.push_back({what, frames, bytes, cycle_s});
+void add_item(BusBudget& budget, const std::string& what, int frames, int bytes, double cycle_s,
+              bool fd = false) {
+  if (frames > 0) budget.items.push_back({what, frames, bytes, cycle_s, fd});
 }
 
 void fill_budget(CanBusConfig& bus, const Timing& timing, int sync_bytes) {
   BusBudget& budget = bus.budget;
   budget.bus = bus.interface;
   budget.bitrate = bus.bitrate;
+  budget.data_bitrate = bus.data_bitrate;
   budget.period_s = timing.period_s;
   add_item(budget, "SYNC", 1, sync_bytes, timing.period_s);
   for (const CanNodeConfig& node : bus.nodes) {
     for (const Pdo& pdo : node.link.rpdos)
-      add_item(budget, fmt::format("setpoints of node {}", node.link.id), 1, pdo.size(),
-               timing.period_s * pdo.every);
+      add_item(budget, fmt::format("setpoints of node {}", node.link.id), 1, pdo.frame_size(),
+               timing.period_s * pdo.every, pdo.fd);
     for (const Pdo& pdo : node.link.tpdos)
-      add_item(budget, fmt::format("feedback of node {}", node.link.id), 1, pdo.size(),
-               timing.period_s * pdo.transmission);
+      add_item(budget, fmt::format("feedback of node {}", node.link.id), 1, pdo.frame_size(),
+               timing.period_s * pdo.transmission, pdo.fd);
   }
   if (timing.heartbeat_ms > 0)
     add_item(budget, "heartbeats", static_cast<int>(bus.nodes.size()) + 1, 1, 1e-3 * timing.heartbeat_ms);
@@ -265,9 +276,24 @@ void check_budget(const CanBusConfig& bus, const ConfigTable& table) {
       "interface",
       fmt::format("bus {} at {:g} kbit/s cannot carry {} drives in a period of {:g} ms:\n{}\n"
                   "  the smallest period that would do: machine.period_s = {:g}; or share the drives "
-                  "out over two buses",
+                  "out over two buses{}",
                   bus.interface, bus.bitrate / 1000, bus.nodes.size(), 1000 * bus.budget.period_s,
-                  bus.budget.arithmetic(), bus.budget.smallest_period_s()));
+                  bus.budget.arithmetic(), bus.budget.smallest_period_s(),
+                  bus.fd ? "" : "; or CAN FD (fd = true), if drives and interface have it"));
+}
+
+CanBusConfig read_bus(const ConfigTable& table) {
+  CanBusConfig bus;
+  bus.interface = table.text("interface");
+  bus.bitrate = static_cast<double>(table.integer("bitrate", 1000000, Range{10000, 1000000}));
+  bus.fd = table.boolean("fd", false);
+  const auto data_bitrate =
+      static_cast<double>(table.integer("data_bitrate", 2000000, Range{10000, 8000000}));
+  if (bus.fd && data_bitrate < bus.bitrate)
+    throw table.error("data_bitrate",
+                      fmt::format("'data_bitrate' must not be less than bitrate ({:g})", bus.bitrate));
+  if (bus.fd) bus.data_bitrate = data_bitrate;
+  return bus;
 }
 
 void check_node(const CanDrivesConfig& config, const CanBusConfig& bus, const CanNodeConfig& node,
@@ -295,9 +321,7 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
   CanDrivesConfig config;
   config.period_s = machine.period_s;
   config.master_id = timing.master_id;
-  config.sync_counter = static_cast<int>(drives.integer("sync_counter", 0, Range{0, 240}));
-  if (config.sync_counter == 1)
-    throw drives.error("sync_counter", "'sync_counter' is 0, or 2 to 240 (CiA 301, 7.5.2.22)");
+  config.sync_counter = timing.sync_counter;
   if (timing.touch) config.touch_periods = kTouchPeriods;
   config.overload_max = static_cast<std::uint32_t>(drives.integer("overload_max", 3, Range{1, 1000}));
   if (timing.heartbeat_ms > 0)
@@ -305,9 +329,7 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
   const std::vector<ConfigTable> buses = drives.tables("bus");
   std::vector<std::string> names;
   for (const ConfigTable& table : buses) {
-    CanBusConfig bus;
-    bus.interface = table.text("interface");
-    bus.bitrate = static_cast<double>(table.integer("bitrate", 1000000, Range{10000, 1000000}));
+    CanBusConfig bus = read_bus(table);
     if (std::find(names.begin(), names.end(), bus.interface) != names.end())
       throw table.error("interface", fmt::format("interface '{}' is there already", bus.interface));
     names.push_back(bus.interface);
@@ -319,7 +341,7 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
         names.size() == 1 ? table.choice("bus", names, names[0]) : table.choice("bus", names);
     CanBusConfig& bus =
         config.buses[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
-    CanNodeConfig node = NodeReader(machine, timing, table).read(name);
+    CanNodeConfig node = NodeReader(machine, timing, table).read(bus);
     check_node(config, bus, node, table);
     bus.nodes.push_back(std::move(node));
   }

@@ -23,6 +23,8 @@ struct CanNodeConfig {
 struct CanBusConfig {
   std::string interface;
   double bitrate = 1e6;
+  bool fd = false;          ///< PDOs in CAN FD frames
+  double data_bitrate = 0;  ///< of their data; 0: no FD
   std::vector<CanNodeConfig> nodes;
   BusBudget budget;
 };

@@ -20,6 +20,14 @@ CanMaster::Config master_config(const CanDrivesConfig& config, const CanBusConfi
           config.heartbeat_periods, config.overload_max, bus};
 }
 
+std::string no_fd_text(const std::string& interface, const CanBusConfig& bus) {
+  return fmt::format(
+      "{0}: the config wants CAN FD, the interface carries classic frames; ip link set {0} down; ip link set "
+      "{0} up "
+      "type can bitrate {1} dbitrate {2} fd on (a virtual one: ip link set {0} mtu 72)",
+      interface, bus.bitrate, bus.data_bitrate);
+}
+
 }  // namespace
 
 CanDrives::CanDrives(const CanDrivesConfig& config, std::unique_ptr<CanOpener> opener)
@@ -30,13 +38,25 @@ CanDrives::CanDrives(const CanDrivesConfig& config, std::unique_ptr<CanOpener> o
   }
 }
 
+// True if the endpoints are as good as new ones. What the controller said of itself meanwhile, also that it
+// was restarted, waits in the service's endpoint.
+bool CanDrives::restore(Bus& bus) {
+  if (!bus.service) return false;
+  const bool lost = bus.lost.exchange(false);
+  std::array<CanFrame, 64> in;
+  for (int batch = 0; batch < 1000 && bus.service->receive(in) > 0;) ++batch;
+  if (bus.service->state() == BusState::kOnline) return !lost;
+  bus.service->recover();
+  return false;
+}
+
 void CanDrives::open(Bus& bus) {
   CanMaster& master = *bus.master;
   const std::string& interface = master.config().bus.interface;
-  std::string trouble;
-  if (bus.service && bus.service->state() != BusState::kOnline) trouble = bus.service->recover();
-  if (bus.service && trouble.empty() && bus.service->state() == BusState::kOnline) return;
+  if (restore(bus)) return;
   bus.service = opener_->open(interface, master.service_filters());
+  if (master.config().bus.fd && !bus.service->carries_fd())
+    throw std::runtime_error(no_fd_text(interface, master.config().bus));
   bus.opened.push_back(opener_->open(interface, master.tick_filters()));
   bus.opened.back()->confirm_sends();
   bus.offered.store(bus.opened.back().get(), std::memory_order_release);
@@ -69,7 +89,13 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
     if (!busy() && unsent.empty()) return;
     const int taken = endpoint.send(unsent);
     unsent.erase(unsent.begin(), unsent.begin() + std::max(taken, 0));
-    if (endpoint.state() != BusState::kOnline) throw std::runtime_error(endpoint.recover());
+    if (endpoint.state() != BusState::kOnline) {
+      const std::string trouble = endpoint.recover();
+      throw std::runtime_error(trouble.empty()
+                                   ? "the CAN interface went off while the drives were set up; check "
+                                     "cable, termination and bit rate, then reset"
+                                   : trouble);
+    }
     endpoint.wait(kSlice);
     const int count = endpoint.receive(in);
     for (NodeSetup& setup : setups) {
@@ -144,7 +170,9 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
   for (auto& bus : buses_) {
     CanEndpoint* offered = bus->offered.exchange(nullptr, std::memory_order_acq_rel);
     if (offered) {
+      const bool again = bus->master->endpoint() != nullptr;
       bus->master->attach(offered);
+      if (again) bus->master->reset();  // what was wrong was the one before
       bus->in_use.store(offered, std::memory_order_release);
     }
     bus->master->receive();
@@ -206,6 +234,7 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
     for (const NodeLink& node : bus->master->nodes()) report_node(node, feedback);
     const Fault fault = bus->master->fault();
     bus->fault.store(fault, std::memory_order_relaxed);
+    if (fault == Fault::kBusOff || fault == Fault::kBusDown) bus->lost.store(true);
     const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
     if (fault != Fault::kOk && (feedback.fault == Fault::kOk || worse)) feedback.fault = fault;
   }

@@ -43,8 +43,10 @@ class CanDrives final : public Drives, public TouchDrives {
     std::atomic<CanEndpoint*> offered = nullptr;
     std::atomic<CanEndpoint*> in_use = nullptr;
     std::atomic<Fault> fault = Fault::kOk;
+    std::atomic<bool> lost = false;  ///< by the tick: its endpoint is of no use any more
   };
 
+  static bool restore(Bus& bus);
   void open(Bus& bus);
   std::vector<NodeSetup> make_setups(Bus& bus) const;
   void set_up(Bus& bus);

@@ -51,7 +51,7 @@ void CanMaster::receive() TRN_RT {
 
 void CanMaster::take(const CanFrame& frame) TRN_RT {
   statistics_->received.fetch_add(1, std::memory_order_relaxed);
-  count_bits(frame);
+  count_time(frame);
   if (frame.error) {
     statistics_->error_reports.fetch_add(1, std::memory_order_relaxed);
     return;
@@ -63,9 +63,9 @@ void CanMaster::take(const CanFrame& frame) TRN_RT {
   for (NodeLink& node : nodes_) node.receive(frame);
 }
 
-void CanMaster::count_bits(const CanFrame& frame) TRN_RT {
-  const int bits = worst_frame_bits(frame.remote ? 0 : frame.size, frame.extended);
-  statistics_->bits.fetch_add(static_cast<std::uint64_t>(bits), std::memory_order_relaxed);
+void CanMaster::count_time(const CanFrame& frame) TRN_RT {
+  const double time_s = worst_frame_s(frame, config_.bus.bitrate, config_.bus.data_bitrate);
+  statistics_->wire_ns.fetch_add(static_cast<std::uint64_t>(time_s * 1e9 + 0.5), std::memory_order_relaxed);
 }
 
 // An endpoint does not hear itself: what the master alone may send comes from somebody else.
@@ -129,7 +129,7 @@ void CanMaster::send() TRN_RT {
   last_sync_ns_ = now_ns;
   statistics_->periods.fetch_add(1, std::memory_order_relaxed);
   statistics_->sent.fetch_add(static_cast<std::uint64_t>(std::max(taken, 0)), std::memory_order_relaxed);
-  for (int i = 0; i < taken; ++i) count_bits(out_[static_cast<std::size_t>(i)]);
+  for (int i = 0; i < taken; ++i) count_time(out_[static_cast<std::size_t>(i)]);
   const bool all = taken == static_cast<int>(count);
   overloaded_ = all ? 0 : overloaded_ + 1;
   if (!all) statistics_->unsent.fetch_add(count - static_cast<std::size_t>(std::max(taken, 0)));
@@ -138,14 +138,14 @@ void CanMaster::send() TRN_RT {
 
 double CanMaster::measured_load() const {
   const double span_s = static_cast<double>(statistics_->periods.load()) * config_.period_s;
-  return span_s > 0 ? static_cast<double>(statistics_->bits.load()) / (span_s * config_.bus.bitrate) : 0;
+  return span_s > 0 ? 1e-9 * static_cast<double>(statistics_->wire_ns.load()) / span_s : 0;
 }
 
 std::string CanMaster::health() const {
   const Statistics& now = *statistics_;
   const auto ranks = [](const TimeHistogram& times) {
-    return fmt::format("p50 {:.0f} p99.9 {:.0f} max {:.0f} us", times.percentile_us(0.5),
-                       times.percentile_us(0.999), times.max_us());
+    return fmt::format("p50 {:.0f} p99 {:.0f} p99.9 {:.0f} max {:.0f} us", times.percentile_us(0.5),
+                       times.percentile_us(0.99), times.percentile_us(0.999), times.max_us());
   };
   return fmt::format(
       "{}: load {:.1f} % of {:.1f} % budgeted, SYNC jitter {}, setpoints on the bus after {}, sent {}, "

@@ -27,7 +27,7 @@ class CanMaster {
   struct Statistics {
     TimeHistogram sync_jitter;  ///< distance of a SYNC from one period after the last one
     TimeHistogram bus_latency;  ///< from the setpoints' sending to the end of their last frame on the bus
-    std::atomic<std::uint64_t> bits = 0;  ///< of all frames heard and sent, at their worst length
+    std::atomic<std::uint64_t> wire_ns = 0;  ///< of all frames heard and sent, at their worst length
     std::atomic<std::uint64_t> sent = 0, received = 0, unsent = 0, error_reports = 0;
     std::atomic<std::uint64_t> periods = 0;
   };
@@ -62,7 +62,7 @@ class CanMaster {
   static constexpr std::size_t kFramesMax = 2 + 5 * kMaxJoints;
 
   void take(const CanFrame& frame) TRN_RT;
-  void count_bits(const CanFrame& frame) TRN_RT;
+  void count_time(const CanFrame& frame) TRN_RT;
   bool is_foreign(const CanFrame& frame) const TRN_RT;
   void watch_bus() TRN_RT;
   void lose_nodes(Fault fault) TRN_RT;

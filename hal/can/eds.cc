@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cctype>
 #include <charconv>
 #include <fstream>
@@ -118,19 +119,14 @@ class DictionaryReader {
       out_.product = text(section, "productname");
       return;
     }
-    static const std::vector<std::string> kKnown = {"fileinfo",
-                                                    "deviceinfo",
-                                                    "dummyusage",
-                                                    "comments",
-                                                    "mandatoryobjects",
-                                                    "optionalobjects",
-                                                    "manufacturerobjects",
-                                                    "devicecomissioning",
-                                                    "devicecommissioning",
-                                                    "tools",
-                                                    "standarddatatypes",
-                                                    "supportedmodules",
-                                                    "dynamicchannels"};
+    if (section.name == "devicecomissioning" || section.name == "devicecommissioning") {
+      if (const auto id = number(section, "nodeid"); id && *id > 0) out_.node_id = static_cast<int>(*id);
+      return;
+    }
+    static const std::vector<std::string> kKnown = {
+        "fileinfo",          "deviceinfo",       "dummyusage",          "comments",
+        "mandatoryobjects",  "optionalobjects",  "manufacturerobjects", "tools",
+        "standarddatatypes", "supportedmodules", "dynamicchannels"};
     if (std::find(kKnown.begin(), kKnown.end(), section.name) != kKnown.end()) return;
     warn(section.line, fmt::format("section [{}] is not known; left out", section.name));
   }
@@ -231,23 +227,40 @@ class DictionaryReader {
     if (!access.empty() && !entry.writable && access != "ro" && access != "const" && access != "wo")
       warn(section.line, fmt::format("AccessType '{}' is not known; taken as ro", access));
     entry.mappable = number(section, "pdomapping").value_or(0) != 0;
-    const std::string key = text(section, "parametervalue").empty() ? "defaultvalue" : "parametervalue";
-    if (bits_of(entry.type) == 0) {
-      const std::string words = text(section, key);
-      entry.value.assign(words.begin(), words.end());
-      return;
+    const bool real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
+    if (!real && bits_of(entry.type) != 0) {
+      entry.low = number(section, "lowlimit");
+      entry.high = number(section, "highlimit");
     }
-    entry.low = number(section, "lowlimit");
-    entry.high = number(section, "highlimit");
-    if (entry.type == DataType::kReal32 || entry.type == DataType::kReal64) {
-      entry.value.assign(static_cast<std::size_t>(bits_of(entry.type) / 8), 0);
-      return;
-    }
+    entry.value = encoded(section, "defaultvalue", entry.type);
+    if (!text(section, "parametervalue").empty())
+      entry.configured = encoded(section, "parametervalue", entry.type);
+  }
+
+  std::vector<std::uint8_t> encoded(const Section& section, const std::string& key, DataType type) const {
+    const std::string words = text(section, key);
+    if (bits_of(type) == 0) return {words.begin(), words.end()};
+    if (type == DataType::kReal32 || type == DataType::kReal64) return encoded_real(section, key, type);
     const std::int64_t value = number(section, key).value_or(0);
-    entry.value = encode_integer(entry.type, value);
-    if (entry.value.empty())
-      fail(section.keys.at(key).number,
-           fmt::format("{} does not fit into {} bits", value, bits_of(entry.type)));
+    std::vector<std::uint8_t> bytes = encode_integer(type, value);
+    if (bytes.empty())
+      fail(section.keys.at(key).number, fmt::format("{} does not fit into {} bits", value, bits_of(type)));
+    return bytes;
+  }
+
+  // IEEE 754, little-endian (CiA 301, 7.1.4.5)
+  std::vector<std::uint8_t> encoded_real(const Section& section, const std::string& key,
+                                         DataType type) const {
+    const std::string words = text(section, key);
+    double value = 0;
+    const auto [end, error] = std::from_chars(words.data(), words.data() + words.size(), value);
+    if (!words.empty() && (error != std::errc() || end != words.data() + words.size()))
+      fail(section.keys.at(key).number, fmt::format("'{}' is no number; legal: 1.5, -2e3", words));
+    std::vector<std::uint8_t> bytes(static_cast<std::size_t>(bits_of(type) / 8));
+    put_le(bytes.data(), static_cast<int>(bytes.size()),
+           type == DataType::kReal64 ? std::bit_cast<std::uint64_t>(value)
+                                     : std::bit_cast<std::uint32_t>(static_cast<float>(value)));
+    return bytes;
   }
 
   // CompactSubObj=n: sub-objects 1 to n like the parent, sub-object 0 their number (CiA 306-1, 4.6.3)

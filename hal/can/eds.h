@@ -45,7 +45,8 @@ struct DictionaryEntry {
   std::string name;
   DataType type = DataType::kUnknown;
   bool readable = true, writable = false, mappable = false;
-  std::vector<std::uint8_t> value;  ///< default, or the DCF's ParameterValue; node id already added
+  std::vector<std::uint8_t> value;       ///< default; node id already added
+  std::vector<std::uint8_t> configured;  ///< the DCF's ParameterValue; empty: none
   std::optional<std::int64_t> low, high;
   int line = 0;  ///< of its section
 };
@@ -54,6 +55,7 @@ struct DictionaryEntry {
 struct ObjectDictionary {
   std::string file, vendor, product;
   std::map<ObjectKey, DictionaryEntry> entries;
+  std::optional<int> node_id;         ///< of a DCF, [DeviceComissioning]
   std::vector<std::string> warnings;  ///< "file:line: what was strange, and how it was taken"
 
   const DictionaryEntry* find(ObjectKey key) const;

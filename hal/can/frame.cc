@@ -34,6 +34,12 @@ std::int64_t get_le_signed(const std::uint8_t* bytes, int size) TRN_RT {
   return static_cast<std::int64_t>(get_le(bytes, size) << unused) >> unused;
 }
 
+int fd_size(int bytes) TRN_RT {
+  for (const int size : {12, 16, 20, 24, 32, 48})
+    if (bytes > 8 && bytes <= size) return size;
+  return bytes <= 8 ? bytes : 64;
+}
+
 std::string to_string(const CanFrame& frame) {
   std::string text = frame.extended ? fmt::format("{:08X}#", frame.id) : fmt::format("{:03X}#", frame.id);
   if (frame.remote) return text + "R";

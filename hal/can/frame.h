@@ -34,6 +34,10 @@ void put_le(std::uint8_t* bytes, int size, std::uint64_t value) TRN_RT;
 /// The same as two's complement.
 std::int64_t get_le_signed(const std::uint8_t* bytes, int size) TRN_RT;
 
+/// The shortest legal length of an FD frame that holds so many bytes (ISO 11898-1: 0 to 8, 12, 16, 20, 24,
+/// 32, 48, 64).
+int fd_size(int bytes) TRN_RT;
+
 /// "181#37 02 10" and the like, for messages.
 std::string to_string(const CanFrame& frame);
 

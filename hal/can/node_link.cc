@@ -50,7 +50,7 @@ void NodeLink::receive(const CanFrame& frame) TRN_RT {
 }
 
 void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
-  if (frame.size != config_.tpdos[number].size()) {
+  if (frame.size != config_.tpdos[number].frame_size()) {
     shared_->wrong_length.fetch_add(1, std::memory_order_relaxed);
     return;  // not the mapping that was asked for: no measurement
   }
@@ -181,7 +181,8 @@ int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
   for (std::size_t i = 0; i < count; ++i) {
     frames[i] = CanFrame{};
     frames[i].id = config_.rpdos[i].id;
-    frames[i].size = static_cast<std::uint8_t>(config_.rpdos[i].size());
+    frames[i].size = static_cast<std::uint8_t>(config_.rpdos[i].frame_size());
+    frames[i].fd = config_.rpdos[i].fd;
   }
   put(control_, output_.controlword, frames);
   put(target_, static_cast<std::uint32_t>(output_.position), frames);

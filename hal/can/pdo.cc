@@ -8,7 +8,7 @@ namespace trn {
 
 namespace {
 
-constexpr int kBytes = 8, kPdoMax = 4;
+constexpr int kBytes = 8, kFdBytes = 64, kPdoMax = 4;
 
 const DictionaryEntry& mappable(const ObjectDictionary& dictionary, ObjectKey key, bool receive) {
   const DictionaryEntry* entry = dictionary.find(key);
@@ -28,15 +28,16 @@ const DictionaryEntry& mappable(const ObjectDictionary& dictionary, ObjectKey ke
 
 }  // namespace
 
-int Pdo::size() const { return fields.empty() ? 0 : fields.back().byte + fields.back().bits / 8; }
+int Pdo::size() const TRN_RT { return fields.empty() ? 0 : fields.back().byte + fields.back().bits / 8; }
 
 std::vector<Pdo> plan_pdos(const ObjectDictionary& dictionary, const std::vector<ObjectKey>& objects,
-                           bool receive, int node) {
+                           bool receive, int node, bool fd) {
   std::vector<Pdo> pdos;
   for (const ObjectKey key : objects) {
     const int bits = bits_of(mappable(dictionary, key, receive).type);
-    if (pdos.empty() || pdos.back().size() + bits / 8 > kBytes) {
+    if (pdos.empty() || pdos.back().size() + bits / 8 > (fd ? kFdBytes : kBytes)) {
       Pdo pdo;
+      pdo.fd = fd;
       pdo.number = static_cast<std::uint16_t>(pdos.size());
       pdo.id = (receive ? cob::kRpdo1 : cob::kTpdo1) + 0x100u * pdo.number + static_cast<unsigned>(node);
       pdos.push_back(pdo);

@@ -31,6 +31,14 @@ class StepList {
     if (!entry || !entry->writable || bits_of(entry->type) == 0) return;
     write(key, value, bits_of(entry->type) / 8, remedy, Kind::kWriteIfThere);
   }
+  /// What a DCF sets. Communication objects (0x1000 to 0x1FFF) follow from the config.
+  void write_configured() {
+    for (const auto& [key, entry] : dictionary_.entries)
+      if (!entry.configured.empty() && entry.writable && key.index >= 0x2000)
+        steps.push_back({Kind::kWrite, key, entry.configured, entry.name,
+                         fmt::format("the drive does not take the ParameterValue of {}:{}", dictionary_.file,
+                                     entry.line)});
+  }
   void check(ObjectKey key, std::int64_t value, int bytes, std::string_view remedy) {
     write(key, value, bytes, remedy, Kind::kCheck);
   }
@@ -129,10 +137,16 @@ std::vector<SetupStep> setup_steps(const DriveSetup& setup, const ObjectDictiona
   list.check({0x1000, 0}, type, 4, "another device has this node id, or the EDS is another drive's");
   if (setup.vendor != 0) list.check({0x1018, 1}, setup.vendor, 4, "another maker's drive has this node id");
   if (setup.product != 0) list.check({0x1018, 2}, setup.product, 4, "another drive has this node id");
+  list.write_configured();
   list.write({0x1017, 0}, setup.heartbeat_ms, 2,
              "the drive cannot send heartbeats; set drives.guarding_ms instead");
   list.write({0x1016, 1}, static_cast<std::int64_t>(setup.master_id) << 16 | setup.heartbeat_timeout_ms, 4,
              "the drive cannot watch the master's heartbeat");
+  if (setup.sync_counter > 0) {  // changes only while there is no SYNC period (CiA 301, 7.5.2.22)
+    list.write_if({0x1006, 0}, 0, "the drive cannot follow this SYNC period");
+    list.write_if({0x1019, 0}, setup.sync_counter,
+                  "the drive knows no counter in SYNC; leave sync_counter out");
+  }
   list.write_if({0x1006, 0}, std::lround(1e6 * setup.period_s), "the drive cannot follow this SYNC period");
   add_pdos(list, rpdos, tpdos);
   add_drive(list, setup);

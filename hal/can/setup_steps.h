@@ -16,6 +16,7 @@ struct DriveSetup {
   double period_s = 0;
   Cia402Mode mode = Cia402Mode::kCyclicPosition;
   int master_id = 127, heartbeat_ms = 0, heartbeat_timeout_ms = 0;
+  int sync_counter = 0;  ///< overflow of the counter in SYNC; 0: none
   bool homes = true;
   int homing_method = 5;
   std::int64_t home_counts = 0, search_counts_s = 0, index_counts_s = 0, acceleration_counts_s2 = 0,

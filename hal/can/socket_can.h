@@ -34,6 +34,7 @@ class SocketCan final : public CanEndpoint {
   std::int64_t now_ns() const TRN_RT override;
   std::int64_t confirmed_ns() const TRN_RT override { return confirmed_ns_; }
   void confirm_sends() override;
+  bool carries_fd() const override { return fd_frames_; }
   void wait(std::int64_t timeout_ns) override;
   std::string recover() override;
   /// For poll.

@@ -36,28 +36,38 @@ std::vector<std::uint16_t> registers_of(std::uint64_t packed) {
 
 ModbusDrives::ModbusDrives(const ModbusDrivesConfig& config) : config_(config) {
   for (const ModbusAxisConfig& axis : config.axes) axes_.push_back(std::make_unique<Axis>(axis));
+  for (std::size_t line = 0; line < config.lines.size(); ++line) lines_.push_back(std::make_unique<Line>());
 }
 
-ModbusDrives::~ModbusDrives() { stop_lines(); }
-
-void ModbusDrives::stop_lines() {
-  stop_ = true;
-  for (std::thread& thread : threads_) thread.join();
-  threads_.clear();
-  stop_ = false;
+ModbusDrives::~ModbusDrives() {
+  for (auto& line : lines_) stop(*line);
 }
 
+void ModbusDrives::stop(Line& line) {
+  line.stop = true;
+  if (line.thread.joinable()) line.thread.join();
+  line.stop = false;
+}
+
+// A line on which all is well goes on: its drives may be enabled, and must not miss a period.
 void ModbusDrives::bring_up() {
-  stop_lines();
-  for (std::size_t line = 0; line < config_.lines.size(); ++line) {
-    ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
-    for (const auto& axis : axes_)
-      if (axis->config.line == line) check(link, *axis);
-  }
-  for (auto& axis : axes_) axis->answer = 0;  // what it said before means nothing any more
-  for (std::size_t line = 0; line < config_.lines.size(); ++line)
-    threads_.emplace_back([this, line] { serve(line); });
+  for (std::size_t line = 0; line < lines_.size(); ++line)
+    if (std::any_of(axes_.begin(), axes_.end(), [&](const auto& axis) {
+          return axis->config.line == line && axis->needs_setup.load(std::memory_order_acquire);
+        }))
+      set_up(line);
   requests_.fetch_or(kEnable);
+}
+
+void ModbusDrives::set_up(std::size_t line) {
+  stop(*lines_[line]);
+  ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
+  for (auto& axis : axes_) {
+    if (axis->config.line != line) continue;
+    check(link, *axis);
+    if (axis->needs_setup.exchange(false)) axis->answer = 0;
+  }
+  lines_[line]->thread = std::thread([this, line] { serve(line); });
 }
 
 void ModbusDrives::check(ModbusLink& link, const Axis& axis) const {
@@ -77,7 +87,7 @@ void ModbusDrives::serve(std::size_t line) {
   leave_signals_to_others();
   ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
   std::uint32_t seen = ticks_;
-  while (!stop_) {
+  while (!lines_[line]->stop) {
     const std::uint32_t now = ticks_.load(std::memory_order_acquire);
     if (now == seen) {
       std::this_thread::sleep_for(kLook);
@@ -137,6 +147,8 @@ void ModbusDrives::step(Axis& axis, const Setpoints& setpoints) TRN_RT {
   axis.command.store(pack(out.controlword, out.mode, out.position, 0), std::memory_order_relaxed);
   axis.statusword.store(axis.input.statusword, std::memory_order_relaxed);
   axis.fault.store(axis.drive.fault(), std::memory_order_relaxed);
+  if (fault_info(axis.drive.fault()).reaction == Reaction::kQuickStop)
+    axis.needs_setup.store(true, std::memory_order_release);
 }
 
 void ModbusDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {

@@ -78,10 +78,17 @@ class ModbusDrives final : public Drives {
     std::atomic<std::uint64_t> answers = 0, failures = 0;
     std::atomic<Fault> fault = Fault::kOk;
     std::atomic<std::uint16_t> statusword = 0;
-    std::string trouble;  ///< guarded by mutex_
+    std::atomic<bool> needs_setup = true;  ///< by the tick: what it said before means nothing any more
+    std::string trouble;                   ///< guarded by mutex_
   };
 
-  void stop_lines();
+  struct Line {
+    std::thread thread;
+    std::atomic<bool> stop = false;
+  };
+
+  static void stop(Line& line);
+  void set_up(std::size_t line);
   void check(ModbusLink& link, const Axis& axis) const;
   void serve(std::size_t line);
   void turn(ModbusLink& link, Axis& axis);
@@ -93,9 +100,8 @@ class ModbusDrives final : public Drives {
   std::vector<std::unique_ptr<Axis>> axes_;
   std::atomic<unsigned> requests_ = 0;
   std::atomic<std::uint32_t> ticks_ = 0;
-  std::atomic<bool> stop_ = false;
   mutable std::mutex mutex_;
-  std::vector<std::thread> threads_;
+  std::vector<std::unique_ptr<Line>> lines_;
   bool follow_ = false;  ///< all drives stood enabled in the last period: they obey the setpoints
 };
 

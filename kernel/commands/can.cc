@@ -192,7 +192,31 @@ Exit nmt(const CanOptions& options) {
   return Exit::kUsage;
 }
 
-std::string describe(const CanFrame& frame) {
+// CiA 301, 7.2.4.3: what begins or ends a transfer names its object.
+std::string describe_sdo(const CanFrame& frame, const ObjectDictionary* eds) {
+  const unsigned node = frame.id & 0x7F, command = frame.data[0] >> 5;
+  const bool request = (frame.id & 0x780) == cob::kSdoRequest;
+  if (frame.size < 8) return "";
+  const ObjectKey key{static_cast<std::uint16_t>(get_le(frame.data.data() + 1, 2)), frame.data[3]};
+  const std::string object = to_string(key) + (eds && eds->find(key) ? " " + eds->name_of(key) : "");
+  if (command == 4) {
+    const auto code = static_cast<std::uint32_t>(get_le(frame.data.data() + 4, 4));
+    return fmt::format("SDO node {}: {} aborted: 0x{:08X} ({})", node, object, code, sdo_abort_text(code));
+  }
+  const bool carries = (frame.data[0] & 2) != 0 && command == (request ? 1u : 2u);  // expedited
+  const int unused = frame.data[0] & 1 ? frame.data[0] >> 2 & 3 : 0;
+  const std::string value =
+      carries ? " = " + show_value(key, eds ? eds->find(key) : nullptr,
+                                   {frame.data.begin() + 4, frame.data.begin() + 8 - unused})
+              : "";
+  if (request && command == 1) return fmt::format("SDO node {}: write {}{}", node, object, value);
+  if (request && command == 2) return fmt::format("SDO node {}: read {}", node, object);
+  if (!request && command == 3) return fmt::format("SDO node {}: {} written", node, object);
+  if (!request && command == 2) return fmt::format("SDO node {}: {}{}", node, object, value);
+  return fmt::format("SDO {} node {}, goes on", request ? "to" : "of", node);
+}
+
+std::string describe(const CanFrame& frame, const ObjectDictionary* eds) {
   const unsigned node = frame.id & 0x7F, function = frame.id & 0x780;
   if (frame.error) return "error report of the controller";
   if (frame.extended) return "";
@@ -211,22 +235,25 @@ std::string describe(const CanFrame& frame) {
   if (function == cob::kRpdo1 && frame.size >= 2)
     return fmt::format("node {} setpoint: {}", node,
                        describe_controlword(static_cast<std::uint16_t>(get_le(frame.data.data(), 2))));
-  if (function == cob::kSdoAnswer) return fmt::format("SDO answer of node {}", node);
-  if (function == cob::kSdoRequest) return fmt::format("SDO request to node {}", node);
+  if (function == cob::kSdoAnswer || function == cob::kSdoRequest) return describe_sdo(frame, eds);
   return "";
 }
 
 Exit monitor(const CanOptions& options) {
+  std::optional<ObjectDictionary> eds;
+  if (!options.eds.empty()) eds = load_eds(options.eds, options.node);
   SocketCan bus(options.interface, {});
   const std::int64_t begin_ns = bus.now_ns();
+  std::int64_t first_ns = 0;  // the kernel's stamp of reception
   std::array<CanFrame, 64> in;
   while (options.seconds <= 0 || static_cast<double>(bus.now_ns() - begin_ns) < options.seconds * 1e9) {
     bus.wait(100 * kMs);
     const int count = bus.receive(in);
     for (int i = 0; i < count; ++i) {
       const CanFrame& frame = in[static_cast<std::size_t>(i)];
-      fmt::print("{:.6f}  {:<32}  {}\n", static_cast<double>(bus.now_ns() - begin_ns) * 1e-9,
-                 to_string(frame), describe(frame));
+      if (first_ns == 0) first_ns = frame.time_ns;
+      fmt::print("{:.6f}  {:<32}  {}\n", static_cast<double>(frame.time_ns - first_ns) * 1e-9,
+                 to_string(frame), describe(frame, eds ? &*eds : nullptr));
     }
     std::fflush(stdout);
   }
@@ -281,6 +308,9 @@ void add_can(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember({"start", "stop", "pre-operational", "reset-node", "reset-communication"}));
   nmt_app->add_option("node", options->nmt_node, "Node id; 0: all")->check(CLI::Range(0, kNodeIdMax));
   CLI::App* monitor_app = add("monitor", "Print every frame, decoded", monitor);
+  monitor_app
+      ->add_option("--eds", options->eds, "Data sheet of the nodes: names of the objects in SDO transfers")
+      ->check(CLI::ExistingFile);
   monitor_app->add_option("--seconds", options->seconds, "End after this time; 0: with Ctrl-C");
   add_can_faults(*can, exit);
 }

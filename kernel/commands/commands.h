@@ -19,8 +19,9 @@ void add_joint_table(CLI::App& app, Exit& exit);
 /// can scan, sdo, nmt, monitor, faults
 void add_can(CLI::App& app, Exit& exit);
 void add_can_faults(CLI::App& can, Exit& exit);
-/// modbus scan, read, write
+/// modbus scan, read, write, faults
 void add_modbus(CLI::App& app, Exit& exit);
+void add_modbus_faults(CLI::App& modbus, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset

@@ -109,6 +109,7 @@ void add_modbus(CLI::App& app, Exit& exit) {
   read_app->add_option("--count", options->count, "How many")->check(CLI::Range(1, 120));
   read_app->add_flag("--json", options->json, "For programs");
   write_app->add_option("values", options->values, "Numbers, 0 to 65535")->required();
+  add_modbus_faults(*modbus, exit);
 }
 
 }  // namespace trn

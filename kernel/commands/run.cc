@@ -166,9 +166,13 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
 
   const auto report = options.json ? run_json : run_summary;
   fmt::print("{}", report(result, assembly.machine, options.program));
+  const std::string health = assembly.drives->health();
+  if (!options.json && !health.empty()) fmt::print("  bus              {}\n", health);
   if (result.fault == Fault::kOk) return Exit::kDone;
   const FaultInfo& fault = fault_info(result.fault);
   fmt::print(stderr, "fault {}: {}; {}\n", fault.name, fault.meaning, fault.remedy);
+  const std::string detail = assembly.drives->explain_fault(-1);
+  if (!detail.empty()) fmt::print(stderr, "{}\n", detail);
   return Exit::kMachineFault;
 }
 

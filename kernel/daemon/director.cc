@@ -402,6 +402,12 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
   desk_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
 }
 
+void Director::fault_event(Fault fault) {
+  const Reaction reaction = fault_info(fault).reaction;
+  if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
+  if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
+}
+
 void Director::report(const CycleReport& report) {
   report_ = report;
   heard_id_ = report.last_command_id;
@@ -409,9 +415,7 @@ void Director::report(const CycleReport& report) {
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;
-    const Reaction reaction = fault_info(report.fault).reaction;
-    if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
-    if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
+    fault_event(report.fault);
   }
   // before the tick has heard the last command, what it reports is of the past
   if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
@@ -424,6 +428,8 @@ bool Director::powerless(DriveState drives) const {
 }
 
 void Director::events_from(const CycleReport& report) {
+  // one that comes back in the very period of the reset has no edge
+  if (supervisor_.state() == MachineState::kStarting) fault_event(report.fault);
   if (report.drives == DriveState::kEnabled) machine_event(Event::kDrivesReady);
   if (powerless(report.drives)) machine_event(Event::kDrivesOff);
   if (report.motion == MotionState::kPaused) machine_event(Event::kPaused);

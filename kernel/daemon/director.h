@@ -88,6 +88,7 @@ class Director {
                   bool starts_motion);
 
   bool powerless(DriveState drives) const;
+  void fault_event(Fault fault);
   void events_from(const CycleReport& report);
   void publish_status();
   void publish_motion();

@@ -25,7 +25,8 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
           node.link.id,
           node.dictionary,
           {plant, node.link.axis.counts_per_unit, machine.period_s, node.link.touch_input_bit},
-          sync_max}));
+          sync_max,
+          bus.fd}));
     }
   }
   return out;
@@ -52,7 +53,7 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
       standing_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
       probe_(machine, drives) {
   for (std::size_t i = 0; i < nodes_.size(); ++i) {
-    buses_.push_back(std::make_unique<VirtualBus>(config_.buses[i].bitrate));
+    buses_.push_back(std::make_unique<VirtualBus>(config_.buses[i].bitrate, config_.buses[i].data_bitrate));
     for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
       buses_.back()->add(*nodes_[i][k]);
       probe_.wire(*nodes_[i][k], config_.buses[i].nodes[k].link.joint);

@@ -11,7 +11,7 @@ constexpr std::uint16_t kHeartbeatCode = 0x8130, kSyncCode = 0x8700, kPdoLengthC
 
 EmulatedNode::EmulatedNode(const Config& config)
     : config_(config),
-      store_(config.dictionary),
+      store_(config.dictionary, config.fd ? 64 : 8),
       drive_(config.drive, store_),
       sdo_(config.id, store_, [](ObjectKey) {}) {}
 
@@ -68,20 +68,20 @@ void EmulatedNode::obey_nmt(NmtCommand command, std::int64_t now_ns) {
   next_beat_ns_ = std::min(next_beat_ns_, now_ns);  // tell at once
 }
 
-EmulatedNode::MappedPdo EmulatedNode::map_pdo(ObjectStore& store, std::uint16_t record) {
+EmulatedNode::MappedPdo EmulatedNode::map_pdo(std::uint16_t record) {
   MappedPdo pdo;
-  const auto id = static_cast<std::uint32_t>(store.integer({record, 1}));
-  if (!store.has({record, 1}) || (id & 0x80000000u)) return pdo;
+  const auto id = static_cast<std::uint32_t>(store_.integer({record, 1}));
+  if (!store_.has({record, 1}) || (id & 0x80000000u)) return pdo;
   pdo.id = id & 0x7FF;
-  pdo.transmission = static_cast<unsigned>(store.integer({record, 2})) & 0xFF;
+  pdo.transmission = static_cast<unsigned>(store_.integer({record, 2})) & 0xFF;
   const auto mapping = static_cast<std::uint16_t>(record + 0x200);
-  const std::int64_t count = store.integer({mapping, 0});
+  const std::int64_t count = store_.integer({mapping, 0});
   for (std::int64_t sub = 1; sub <= count; ++sub) {
-    const std::int64_t entry = store.integer({mapping, static_cast<std::uint8_t>(sub)});
+    const std::int64_t entry = store_.integer({mapping, static_cast<std::uint8_t>(sub)});
     auto* bytes =
-        store.bytes({static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)});
+        store_.bytes({static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)});
     const unsigned size = static_cast<unsigned>(entry & 0xFF) / 8;
-    if (!bytes || bytes->size() != size || pdo.size + size > 8) continue;
+    if (!bytes || bytes->size() != size || pdo.size + size > (config_.fd ? 64 : 8)) continue;
     pdo.fields.emplace_back(bytes, size);
     pdo.size += size;
   }
@@ -92,8 +92,8 @@ void EmulatedNode::map_pdos() {
   rpdos_.clear();
   tpdos_.clear();
   for (std::uint16_t i = 0; i < 4; ++i) {
-    rpdos_.push_back(map_pdo(store_, static_cast<std::uint16_t>(0x1400 + i)));
-    tpdos_.push_back(map_pdo(store_, static_cast<std::uint16_t>(0x1800 + i)));
+    rpdos_.push_back(map_pdo(static_cast<std::uint16_t>(0x1400 + i)));
+    tpdos_.push_back(map_pdo(static_cast<std::uint16_t>(0x1800 + i)));
   }
 }
 
@@ -116,7 +116,9 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
   if (nmt_ == NmtState::kStopped) return;
   for (sdo_.receive(frame, answers_); !answers_.empty(); answers_.pop()) put(answers_.front(), now_ns);
   if (nmt_ != NmtState::kOperational) return;
-  if (frame.id == cob::kSync && frame.size <= 1) on_sync(now_ns);
+  const bool counts =
+      store_.integer({0x1019, 0}) > 1;  // a SYNC of another length is none (CiA 301, 7.5.2.22)
+  if (frame.id == cob::kSync && frame.size == (counts ? 1 : 0)) on_sync(now_ns);
   take_rpdo(frame);
 }
 
@@ -127,7 +129,7 @@ void EmulatedNode::take_rpdo(const CanFrame& frame) {
       drive_.fail(kPdoLengthCode);
       continue;
     }
-    std::copy_n(frame.data.begin(), 8, pdo.data.begin());
+    pdo.data = frame.data;
     pdo.pending = true;
   }
 }
@@ -160,7 +162,9 @@ void EmulatedNode::send_tpdo(MappedPdo& pdo, std::int64_t now_ns) {
   if (lie_ != 0 && frame.size >= 6)
     put_le(frame.data.data() + 2, 4,
            static_cast<std::uint64_t>(get_le_signed(frame.data.data() + 2, 4) + lie_));
-  if (short_ && frame.size > 0) --frame.size;
+  frame.fd = config_.fd;
+  if (frame.fd) frame.size = static_cast<std::uint8_t>(fd_size(frame.size));
+  if (short_ && frame.size > 0) frame.size = static_cast<std::uint8_t>(std::min(frame.size - 1, 8));
   if (reorder_) std::swap(frame, held_back_);
   if (reorder_ && frame.id == 0) return;
   put(frame, now_ns);

@@ -23,6 +23,7 @@ class EmulatedNode {
     ObjectDictionary dictionary;
     EmulatedDrive::Config drive;
     unsigned sync_periods_max = 5;  ///< without SYNC: the drive faults
+    bool fd = false;                ///< PDOs in CAN FD frames
     std::int64_t answer_delay_ns =
         20'000;  ///< from a SYNC or a request to the frame's way into the controller
   };
@@ -66,7 +67,7 @@ class EmulatedNode {
     std::uint32_t id = 0;
     unsigned transmission = 1, size = 0, count = 0;
     bool pending = false;
-    std::array<std::uint8_t, 8> data{};
+    std::array<std::uint8_t, 64> data{};
     std::vector<std::pair<std::vector<std::uint8_t>*, unsigned>> fields;  // value, bytes
   };
 
@@ -74,7 +75,7 @@ class EmulatedNode {
   void obey_nmt(NmtCommand command, std::int64_t now_ns);
   void boot(std::int64_t now_ns, bool power);
   void map_pdos();
-  static MappedPdo map_pdo(ObjectStore& store, std::uint16_t record);
+  MappedPdo map_pdo(std::uint16_t record);
   void take_rpdo(const CanFrame& frame);
   void on_sync(std::int64_t now_ns);
   void send_tpdo(MappedPdo& pdo, std::int64_t now_ns);

@@ -10,7 +10,10 @@ bool is_receive(std::uint16_t index) { return index < 0x1800; }
 
 }  // namespace
 
-ObjectStore::ObjectStore(const ObjectDictionary& dictionary) : dictionary_(dictionary) { restore(false); }
+ObjectStore::ObjectStore(const ObjectDictionary& dictionary, int pdo_bytes)
+    : dictionary_(dictionary), pdo_bytes_(pdo_bytes) {
+  restore(false);
+}
 
 void ObjectStore::restore(bool communication_only) {
   for (const auto& [key, entry] : dictionary_.entries)
@@ -87,7 +90,7 @@ std::uint32_t ObjectStore::check_mapping_length(ObjectKey key, std::int64_t coun
     if (!has(object)) return sdo_abort::kValueHigh;
     bits += integer(object) & 0xFF;
   }
-  return bits > 64 ? sdo_abort::kPdoLength : 0;
+  return bits > 8 * pdo_bytes_ ? sdo_abort::kPdoLength : 0;
 }
 
 }  // namespace trn

@@ -13,7 +13,8 @@ namespace trn {
 /// The object dictionary of an emulated node: values, with the access rules of its data sheet.
 class ObjectStore {
  public:
-  explicit ObjectStore(const ObjectDictionary& dictionary);
+  /// `pdo_bytes`: what fits into a PDO, 8, over CAN FD 64.
+  explicit ObjectStore(const ObjectDictionary& dictionary, int pdo_bytes = 8);
 
   /// As an SDO: 0, or the abort code (CiA 301, table 22).
   std::uint32_t read(ObjectKey key, std::vector<std::uint8_t>& bytes) const;
@@ -34,6 +35,7 @@ class ObjectStore {
   std::uint32_t check_mapping_length(ObjectKey key, std::int64_t count) const;
 
   ObjectDictionary dictionary_;
+  int pdo_bytes_;
   std::map<ObjectKey, std::vector<std::uint8_t>> values_;
 };
 

@@ -22,7 +22,7 @@ class VirtualBus::Endpoint final : public CanEndpoint {
   Endpoint& operator=(const Endpoint&) = delete;
 
   int send(std::span<const CanFrame> frames) TRN_RT override {
-    if (state() != BusState::kOnline) return 0;
+    if (state() != BusState::kOnline || bus_->jammed_) return 0;
     int count = 0;
     for (const CanFrame& frame : frames) {
       if (!out.push(frame)) break;
@@ -122,6 +122,13 @@ void VirtualBus::deliver(const CanFrame& frame, Endpoint* sender) {
   for (Endpoint* endpoint : endpoints_) endpoint == sender ? endpoint->confirm() : endpoint->hear(heard);
 }
 
+// FD frames at their longest.
+std::int64_t VirtualBus::duration_ns(const CanFrame& frame) const {
+  const double time_s =
+      frame.fd ? worst_frame_s(frame, bitrate_, data_bitrate_) : frame_bits(frame) / bitrate_;
+  return std::llround(time_s * 1e9);
+}
+
 void VirtualBus::poll_nodes() {
   for (EmulatedNode* node : nodes_) node->poll(now_ns_);
   next_poll_ns_ = now_ns_ + kPollNs;
@@ -132,9 +139,9 @@ void VirtualBus::run_until(std::int64_t time_ns) {
     if (now_ns_ >= next_poll_ns_) poll_nodes();
     if (!in_flight_ && pick(current_, current_sender_)) {
       in_flight_ = true;
-      const auto duration_ns = static_cast<std::int64_t>(std::lround(frame_bits(current_) * bit_ns_));
-      end_ns_ = now_ns_ + duration_ns;
-      busy_ns_ += duration_ns;
+      const std::int64_t takes_ns = duration_ns(current_);
+      end_ns_ = now_ns_ + takes_ns;
+      busy_ns_ += takes_ns;
     }
     // idle: nodes may get ready with their answers
     const std::int64_t next_ns = in_flight_ ? end_ns_ : std::min(next_poll_ns_, now_ns_ + 10'000);

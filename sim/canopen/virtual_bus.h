@@ -15,7 +15,8 @@ namespace trn {
 /// its bits take. Deterministic; one thread.
 class VirtualBus {
  public:
-  explicit VirtualBus(double bitrate) : bit_ns_(1e9 / bitrate) {}
+  explicit VirtualBus(double bitrate, double data_bitrate = 0)
+      : bitrate_(bitrate), data_bitrate_(data_bitrate) {}
   ~VirtualBus();
   VirtualBus(const VirtualBus&) = delete;
   VirtualBus& operator=(const VirtualBus&) = delete;
@@ -31,6 +32,8 @@ class VirtualBus {
   /// The master's controller goes off the bus, or its interface down, and stays so until `kOnline`.
   /// `repairable`: a reset brings it back.
   void set_state(BusState state, bool repairable = false);
+  /// The controller's queue is full and stays so: nothing is taken, as by a driver that says ENOBUFS.
+  void jam(bool jammed) { jammed_ = jammed; }
   /// Called with every frame that was transmitted, at its end.
   void on_frame(std::function<void(const CanFrame&)> listener) { listener_ = std::move(listener); }
 
@@ -43,9 +46,10 @@ class VirtualBus {
 
   bool pick(CanFrame& frame, Endpoint*& sender);
   void deliver(const CanFrame& frame, Endpoint* sender);
+  std::int64_t duration_ns(const CanFrame& frame) const;
   void poll_nodes();
 
-  double bit_ns_;
+  double bitrate_, data_bitrate_;
   std::int64_t now_ns_ = 0, busy_ns_ = 0, end_ns_ = 0, next_poll_ns_ = 0;
   std::uint64_t frames_ = 0;
   std::vector<EmulatedNode*> nodes_;
@@ -54,7 +58,7 @@ class VirtualBus {
   FrameQueue foreign_{4096};
   CanFrame current_;
   Endpoint* current_sender_ = nullptr;
-  bool in_flight_ = false, repairable_ = false;
+  bool in_flight_ = false, repairable_ = false, jammed_ = false;
   BusState state_ = BusState::kOnline;
   std::function<void(const CanFrame&)> listener_;
 };

@@ -163,13 +163,19 @@ void EmulatedLine::noise(std::uint32_t seed) {
   noise_.emplace(seed);
 }
 
-bool EmulatedLine::make_noise(const ModbusRequest& request, std::vector<std::uint8_t>& bytes) {
+void EmulatedLine::no_noise() {
+  const std::lock_guard lock(mutex_);
+  noise_.reset();
+}
+
+bool EmulatedLine::make_noise(const ModbusRequest& request, const EmulatedDevice::Pdu& truth,
+                              std::vector<std::uint8_t>& bytes) {
   const std::lock_guard lock(mutex_);
   if (!noise_) return false;
   std::mt19937& random = *noise_;
-  EmulatedDevice::Pdu pdu(1 + random() % 40);
-  for (std::uint8_t& byte : pdu) byte = static_cast<std::uint8_t>(random());
   const unsigned kind = random() % 8;  // 0: nothing fits; 1 to 7: ever more does
+  EmulatedDevice::Pdu pdu(kind == 7 && !truth.empty() ? truth.size() : 1 + random() % 40);
+  for (std::uint8_t& byte : pdu) byte = static_cast<std::uint8_t>(random());
   if (kind >= 2) pdu[0] = static_cast<std::uint8_t>(request.pdu[0] | (random() % 4 == 0 ? 0x80 : 0));
   if (kind >= 4 && pdu.size() > 1) pdu[1] = static_cast<std::uint8_t>(pdu.size() - 2);
   bytes = tcp_ ? tcp_answer(request, pdu) : rtu_answer(request, pdu);
@@ -182,9 +188,9 @@ bool EmulatedLine::make_noise(const ModbusRequest& request, std::vector<std::uin
 void EmulatedLine::answer(int fd, const ModbusRequest& request) {
   ++requests_;
   std::vector<std::uint8_t> bytes;
-  if (!make_noise(request, bytes)) {
-    Trouble trouble;
-    const EmulatedDevice::Pdu pdu = answer_of(request, trouble);
+  Trouble trouble;
+  const EmulatedDevice::Pdu pdu = answer_of(request, trouble);
+  if (!make_noise(request, pdu, bytes)) {
     if (pdu.empty() || trouble.silent) return;
     if (trouble.late_ms > 0) std::this_thread::sleep_for(std::chrono::milliseconds(trouble.late_ms));
     bytes = tcp_ ? tcp_answer(request, pdu) : rtu_answer(request, pdu);

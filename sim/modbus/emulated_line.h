@@ -39,8 +39,10 @@ class EmulatedLine {
   void set_block(int unit, ModbusTable table, int first, const std::vector<std::uint16_t>& values);
   std::vector<std::uint16_t> block(int unit, ModbusTable table, int first, int count) const;
   void trouble(int unit, const Trouble& trouble);
-  /// From now on every answer is made of random bytes, often behind a header that fits the request.
+  /// From now on every answer is made of random bytes, often behind a header that fits the request; what is
+  /// asked for is done all the same.
   void noise(std::uint32_t seed);
+  void no_noise();
   std::uint64_t requests() const { return requests_; }
 
  private:
@@ -59,7 +61,8 @@ class EmulatedLine {
   void accept_client();
   bool read_from(Client& client);
   void answer(int fd, const ModbusRequest& request);
-  bool make_noise(const ModbusRequest& request, std::vector<std::uint8_t>& bytes);
+  bool make_noise(const ModbusRequest& request, const EmulatedDevice::Pdu& truth,
+                  std::vector<std::uint8_t>& bytes);
   EmulatedDevice::Pdu answer_of(const ModbusRequest& request, Trouble& trouble);
 
   bool tcp_;

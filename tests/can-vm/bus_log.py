@@ -31,7 +31,7 @@ def read_log(path):
     """(time s, interface, id, bytes) of every frame of a candump log."""
     frames = []
     for line in path.read_text().splitlines():
-        match = re.match(r"\(([\d.]+)\) (\S+) ([0-9A-F]+)#([0-9A-F]*)$", line)
+        match = re.match(r"\(([\d.]+)\) (\S+) ([0-9A-F]+)#(?:#[0-9A-F])?([0-9A-F]*)$", line)
         if match:
             frames.append((float(match[1]), match[2], int(match[3], 16), bytes.fromhex(match[4])))
     return frames
@@ -75,16 +75,16 @@ def targets_of_trace(path, drives, first_line):
                 for row in table if int(row["line"]) >= first_line]
 
 
-def judge_setpoints(frames, drives, trace, first_line):
+def judge_setpoints(frames, drives, trace, first_line, name):
     wanted = changing(targets_of_trace(trace, drives, first_line))
     seen = changing(targets_on_bus(frames, drives))
     starts = [i for i in range(len(seen)) if seen[i:i + 4] == wanted[:4]]
     start = starts[-1] if starts else 0
     same = len(wanted) > 100 and bool(starts) and seen[start:start + len(wanted)] == wanted
-    print(f"  setpoints: {len(wanted)} rows of `run`, {len(seen)} on the bus, the same to the count: {same}")
+    print(f"  setpoints: {len(wanted)} rows of `{name}`, {len(seen)} on the bus, the same to the count: {same}")
     if not same:
         first = next((i for i, (a, b) in enumerate(zip(seen[start:], wanted)) if a != b), None)
-        print(f"    from row {start} of the bus, first difference at {first} of `run`")
+        print(f"    from row {start} of the bus, first difference at {first} of `{name}`")
     return same
 
 

@@ -12,7 +12,7 @@ import tarfile
 
 PACKAGE = "linux-image-rt-amd64"
 MODULES = ["virtio_pci", "virtio_blk", "can-raw"]  # and what they depend on
-TOOLS = ["qemu-system-x86_64", "cpio", "busybox", "candump", "ip"]
+TOOLS = ["qemu-system-x86_64", "cpio", "busybox", "candump", "cansend", "ip"]
 APPLETS = "sh mount insmod sleep grep seq kill tar dd sync poweroff mkdir cat head tail sed"
 # The shell prefers its own applets to a program of the same name; hence /bin/ip.
 INIT = """#!/bin/sh
@@ -109,7 +109,7 @@ def make_initramfs(folder, root, programs, modules, files, script):
     shutil.rmtree(folder, ignore_errors=True)
     for name in ("bin", "lib", "lib64", "modules", "work", "proc", "sys", "dev", "tmp", "run"):
         (folder / name).mkdir(parents=True)
-    for program in [*programs, shutil.which("candump"), shutil.which("ip")]:
+    for program in [*programs, *map(shutil.which, ("candump", "cansend", "ip"))]:
         shutil.copy(program, folder / "bin")
         add_libraries(folder, program)
     if any(name.endswith(".py") for name in files):
@@ -131,7 +131,7 @@ def make_initramfs(folder, root, programs, modules, files, script):
     return archive
 
 
-def boot(work, root, archive, timeout_s=1500):
+def boot(work, root, archive, timeout_s=5400):
     """Runs the guest to its end and unpacks what it left into `work`. The two Kvaser cards hang on one bus."""
     disk = work / "out.tar"
     with open(disk, "wb") as file:

@@ -6,9 +6,11 @@ usage: modbus_daemon.py TRUNNION SOURCE_DIR
 Starts itself again in a network of its own (LCM); exit code 77 (skipped) where the kernel does not allow that, or
 without pymodbus.
 """
+import collections
 import json
 import os
 import pathlib
+import shutil
 import socket
 import subprocess
 import sys
@@ -71,6 +73,12 @@ class Cabinet(unittest.TestCase):
         text = text.replace('name = "mill_modbus"', f'name = "modbus{os.getpid()}"')
         cls.config = cls.write("machine.toml", text + "\n[realtime]\nlate_periods_max = 0\n")
         cls.start_field()
+        cls.capture = os.path.join(cls.folder.name, "modbus.pcapng")
+        cls.recorder = None
+        if shutil.which("dumpcap"):
+            cls.recorder = subprocess.Popen(["dumpcap", "-q", "-i", "lo", "-f", f"tcp port {cls.port}",
+                                             "-w", cls.capture],
+                                            stderr=subprocess.DEVNULL)
         cls.log = open(os.path.join(cls.folder.name, "daemon.log"), "w", encoding="utf-8")
         cls.daemon = subprocess.Popen([BINARY, "daemon", "--machine", cls.config], stderr=cls.log, stdout=cls.log)
         until(lambda: cls.status()["state"] == "idle")
@@ -80,6 +88,9 @@ class Cabinet(unittest.TestCase):
     def tearDownClass(cls):
         cls.daemon.terminate()
         cls.daemon.wait(20)
+        if cls.recorder and cls.recorder.poll() is None:
+            cls.recorder.terminate()
+            cls.recorder.wait(20)
         cls.field.terminate()
         cls.field.wait(20)
         cls.log.close()
@@ -150,6 +161,26 @@ class Cabinet(unittest.TestCase):
         self.assertEqual(peer.read_input_registers(100, 1, slave=1).exception_code, 2)
         self.assertEqual(peer.read_coils(0, 1, slave=2).bits[0], False)
         self.assertEqual(peer.write_registers(50, [1, 2], slave=1).exception_code, 2)
+
+    def test_every_frame_is_sound_to_tshark(self):
+        if not self.recorder or not shutil.which("tshark"):
+            self.skipTest("tshark is not here")
+        self.mdi("S4000 M3")
+        self.mdi("M5")
+        time.sleep(1)
+        # what was asked for and answered so far, at any order of tests
+        done = subprocess.run(["tshark", "-r", self.capture, "-d", f"tcp.port=={self.port},mbtcp", "-T", "fields", "-e",
+                               "frame.protocols", "-e", "modbus.func_code", "-e", "_ws.malformed", "-e",
+                               "modbus.exception_code"], capture_output=True, text=True, check=False)
+        rows = [line.split("\t") for line in done.stdout.splitlines()]
+        frames = [row for row in rows if "modbus" in row[0]]
+        functions = collections.Counter(code for row in frames for code in row[1].split(","))
+        malformed = [row for row in rows if "malformed" in row[0] or row[2]]
+        print(f"tshark: {len(frames)} Modbus frames, {len(malformed)} malformed, functions {dict(functions)}")
+        self.assertGreater(len(frames), 100, done.stderr)
+        self.assertEqual(malformed, [])
+        for code in ("1", "2", "4", "5", "6"):  # coils, discrete inputs, input registers; a coil, a register
+            self.assertIn(code, functions)
 
     def test_unplugged_cabinet_is_a_fault_that_reset_clears(self):
         self.field.kill()

@@ -6,9 +6,12 @@ usage: modbus_peers.py TRUNNION
 import json
 import os
 import pty
+import shutil
 import socket
+import struct
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import tty
@@ -37,22 +40,44 @@ def free_port():
         return probe.getsockname()[1]
 
 
-def relay(one, other):
-    while True:
-        try:
-            os.write(other, os.read(one, 256))
-        except OSError:
-            return
+class Wire:
+    """Two terminals that are joined, and what went over: bytes of one direction without a pause are a frame."""
+    PAUSE_S = 0.05
 
+    def __init__(self):
+        ends = [pty.openpty() for _ in range(2)]
+        for _, slave in ends:
+            tty.setraw(slave)
+        self.names = [os.ttyname(slave) for _, slave in ends]
+        self.lock, self.frames, self.last = threading.Lock(), [], (None, 0.0)
+        for a, b in ((0, 1), (1, 0)):
+            threading.Thread(target=self.relay, args=(ends[a][0], ends[b][0]), daemon=True).start()
 
-def serial_pair():
-    """Names of two terminals that are joined."""
-    ends = [pty.openpty() for _ in range(2)]
-    for _, slave in ends:
-        tty.setraw(slave)
-    for a, b in ((0, 1), (1, 0)):
-        threading.Thread(target=relay, args=(ends[a][0], ends[b][0]), daemon=True).start()
-    return [os.ttyname(slave) for _, slave in ends]
+    def relay(self, one, other):
+        while True:
+            try:
+                chunk = os.read(one, 256)
+                self.record(one, chunk)
+                os.write(other, chunk)
+            except OSError:
+                return
+
+    def record(self, direction, chunk):
+        with self.lock:
+            before, at = self.last
+            now = time.monotonic()
+            if before == direction and now - at < self.PAUSE_S:
+                self.frames[-1] += chunk
+            else:
+                self.frames.append(chunk)
+            self.last = (direction, now)
+
+    def save(self, path):
+        """As a capture file of link type USER0."""
+        with open(path, "wb") as file, self.lock:
+            file.write(struct.pack("<IHHiIII", 0xa1b2c3d4, 2, 4, 0, 0, 65535, 147))
+            for number, frame in enumerate(self.frames):
+                file.write(struct.pack("<IIII", number, 0, len(frame), len(frame)) + frame)
 
 
 def trunnion(*arguments):
@@ -64,7 +89,8 @@ class Peers(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
         port = free_port()
-        here, there = serial_pair()
+        cls.wire = Wire()
+        here, there = cls.wire.names
         # no parity: a pseudo-terminal has none
         threading.Thread(target=StartTcpServer, kwargs={"context": device(), "address": ("127.0.0.1", port)},
                          daemon=True).start()
@@ -103,6 +129,24 @@ class Peers(unittest.TestCase):
     def test_scan_finds_the_unit(self):
         code, out, _ = trunnion("scan", self.addresses[1], "--last", "5", "--timeout", "0.2", "--json")
         self.assertEqual((code, json.loads(out)), (0, [3]))
+
+    def test_what_went_over_the_serial_line_is_sound_to_tshark(self):
+        if not shutil.which("tshark"):
+            self.skipTest("tshark is not here")
+        for table in ("holding", "input", "coil", "discrete"):
+            trunnion("read", self.addresses[1], "--unit", "3", "--table", table, "--first", "0", "--count", "7")
+        trunnion("write", self.addresses[1], "--unit", "3", "--first", "30", "1", "2", "3")
+        with tempfile.TemporaryDirectory() as folder:
+            path = os.path.join(folder, "wire.pcap")
+            self.wire.save(path)
+            done = subprocess.run(["tshark", "-r", path, "-o", 'uat:user_dlts:"User 0 (DLT=147)","mbrtu","0","","0",""',
+                                   "-o", "mbrtu.crc_verification:TRUE", "-T", "fields", "-e", "frame.protocols", "-e",
+                                   "modbus.func_code", "-e", "_ws.malformed", "-e", "mbrtu.crc16.status"],
+                                  capture_output=True, text=True, check=False)
+        rows = [line.split("\t") for line in done.stdout.splitlines()]
+        print(f"tshark: {len(rows)} Modbus RTU frames")
+        self.assertGreaterEqual(len(rows), 10, done.stderr)
+        self.assertEqual([row for row in rows if "modbus" not in row[0] or row[2] or row[3] != "1"], [])
 
     def test_bad_address_says_what_is_legal(self):
         code, _, err = trunnion("read", "udp:1.2.3.4")

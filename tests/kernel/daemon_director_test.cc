@@ -223,6 +223,19 @@ TEST(Director, QuickFaultStopsTheDrivesAndNamesTheJoint) {
   EXPECT_EQ(bench.director.state(), MachineState::kIdle);
 }
 
+TEST(Director, AFaultThatIsBackInThePeriodOfTheResetIsAFault) {
+  Bench bench;
+  bench.now.fault = Fault::kBusOff;
+  bench.now.drives = DriveState::kLost;
+  bench.tick();
+  ASSERT_EQ(bench.director.state(), MachineState::kFault);
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  ASSERT_EQ(bench.director.state(), MachineState::kStarting);
+  bench.until([&] { return bench.last() == Kind::kResetFault; });
+  bench.tick();  // no report without it in between
+  EXPECT_EQ(bench.director.state(), MachineState::kFault) << "else no command would ever be legal again";
+}
+
 TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
   Bench bench;
   bench.start_program();

@@ -91,6 +91,8 @@ std::vector<Row> rows() {
        true},
       {"interface_down", [](Field& f) { f.bus().set_state(BusState::kDown, true); }, Fault::kBusDown, 2,
        nothing, true},
+      {"queue_full", [](Field& f) { f.bus().jam(true); }, Fault::kBusOverload, 5,
+       [](Field& f) { f.bus().jam(false); }, true},
       {"second_master", [](Field& f) { f.bus().inject(sync_frame(0)); }, Fault::kForeignMaster, 3, nothing,
        true},
       {"foreign_setpoints",

@@ -68,6 +68,23 @@ INSTANTIATE_TEST_SUITE_P(Of402, Modes, testing::Values("csp", "csv", "ip", "pp")
 
 const Edits kGuarding = {{"heartbeat_ms = 50 ", "heartbeat_ms = 0\nguarding_ms = 20 "}};
 
+TEST(SyncCounter, RunsFromOneToItsOverflowAndDrivesKnowIt) {
+  Field field("cradle_can.toml", {{"missed_max = 3 ", "sync_counter = 10\nmissed_max = 3 "}});
+  std::vector<int> counts;
+  field.start();
+  field.bus().on_frame([&](const CanFrame& frame) {
+    if (frame.id == cob::kSync) counts.push_back(frame.size == 1 ? frame.data[0] : -1);
+  });
+  for (int i = 0; i < 100; ++i) field.tick();
+  ASSERT_GE(counts.size(), 99u);
+  for (std::size_t i = 1; i < counts.size(); ++i) ASSERT_EQ(counts[i], counts[i - 1] % 10 + 1) << i;
+  EXPECT_EQ(field.node(3).store().integer({0x1019, 0}), 10);
+  EXPECT_EQ(field.feedback.fault, Fault::kOk) << field.drives.explain_fault(-1);
+  field.reset();  // writes both objects again while SYNC runs
+  field.tick();
+  EXPECT_GE(field.until([&] { return field.enabled(); }, 400), 0) << field.drives.explain_fault(-1);
+}
+
 TEST(NodeGuarding, TogglesAndFindsNothingWrong) {
   Field field("cradle_can.toml", kGuarding);
   field.start();

@@ -154,14 +154,16 @@ TEST(ModbusLink, RandomAnswersAreRefusedOrWellFormed) {
   ModbusLink link(bench.config.lines[0].address, 0.0004);
   std::vector<std::uint16_t> values;
   long good = 0;
-  for (long i = 0; i < wanted; ++i) {
+  const auto answered = [&] { return static_cast<long>(bench.line->requests()); };
+  for (long i = 0; i < 2 * wanted && answered() < wanted; ++i) {
     const int count = 1 + static_cast<int>(i % 5);
     const std::string trouble =
         link.read(3, i % 2 ? ModbusTable::kInput : ModbusTable::kCoil, 0, count, values);
     good += trouble.empty();
     ASSERT_EQ(values.size(), static_cast<std::size_t>(count));
   }
-  printf("    %ld random answers, %ld of them well formed by chance\n", wanted, good);
+  EXPECT_GE(answered(), wanted);
+  printf("    %ld random answers, %ld of them well formed by chance\n", answered(), good);
 }
 
 }  // namespace
