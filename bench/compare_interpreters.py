@@ -55,7 +55,8 @@ def main():
             middle, *others = (statistics.median(times) for times in zip(*rounds))
             text = f"{name}: {args.lines / mine / 1e3:.0f}k a second, {size / mine:.0f} MB/s"
             if theirs:
-                text += f"; {other[0]} {args.lines / theirs[0] / 1e3:.0f}k; ratio {theirs[0] / mine:.1f} ({others[0] / middle:.1f})"
+                text += f"; {other[0]} {args.lines / theirs[0] / 1e3:.0f}k"
+                text += f"; ratio {theirs[0] / mine:.1f} ({others[0] / middle:.1f})"
             print(text)
 
 
