@@ -3,13 +3,15 @@
 
     bench/compare_interpreters.py build/release/trunnion [--other 'rs274 -g'] [--lines 200000]
 
-Times are processor seconds of the whole process, best of five in turns, canonical output thrown away.
+Times are processor seconds of the whole process, five in turns, canonical output thrown away: the ratio of the
+best ones, and of the median ones in brackets.
 """
 import argparse
 import os
 import resource
 import shlex
 import shutil
+import statistics
 import subprocess
 import tempfile
 
@@ -50,9 +52,11 @@ def main():
                 commands.append([*other, path])
             rounds = [[cpu_seconds(command, folder) for command in commands] for _ in range(5)]
             mine, *theirs = (min(times) for times in zip(*rounds))
+            middle, *others = (statistics.median(times) for times in zip(*rounds))
             text = f"{name}: {args.lines / mine / 1e3:.0f}k a second, {size / mine:.0f} MB/s"
             if theirs:
-                text += f"; {other[0]} {args.lines / theirs[0] / 1e3:.0f}k; ratio {theirs[0] / mine:.1f}"
+                text += f"; {other[0]} {args.lines / theirs[0] / 1e3:.0f}k"
+                text += f"; ratio {theirs[0] / mine:.1f} ({others[0] / middle:.1f})"
             print(text)
 
 

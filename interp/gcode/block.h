@@ -89,6 +89,10 @@ struct ParsedBlock {
 
 /// The words @ (distance from the origin) and ^ (angle) stand behind Z.
 inline constexpr char kPolarRadius = '[', kPolarAngle = '\\';
+/// A word's letter as it stands in the program.
+constexpr char shown_letter(char letter) {
+  return letter == kPolarRadius ? '@' : letter == kPolarAngle ? '^' : letter;
+}
 
 /// The values of one line at one pass.
 struct Block {

@@ -88,11 +88,7 @@ void evaluate_block(const ParsedBlock& parsed, Evaluator& evaluator, const Modal
       if (++m_words > kMWordsMax) fail(GcodeErrorCode::kTooManyWords, word.column, kMWordsMax, "M codes");
       add_m(table, value, word.column, out);
     } else {
-      if (out.has(word.letter))
-        fail(GcodeErrorCode::kRepeatedWord, word.column,
-             word.letter == kPolarRadius  ? '@'
-             : word.letter == kPolarAngle ? '^'
-                                          : word.letter);
+      if (out.has(word.letter)) fail(GcodeErrorCode::kRepeatedWord, word.column, shown_letter(word.letter));
       const auto i = static_cast<std::size_t>(word.letter - 'A');
       out.present |= Block::bit(word.letter);
       out.value[i] = value;

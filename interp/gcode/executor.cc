@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/lexer.h"
 
 namespace trn {
 

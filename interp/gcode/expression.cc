@@ -6,6 +6,7 @@
 
 #include "core/units.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/lexer.h"
 
 namespace trn {
 

@@ -4,10 +4,11 @@
 #include <cstdint>
 #include <vector>
 
-#include "interp/gcode/lexer.h"
 #include "interp/gcode/parameters.h"
 
 namespace trn {
+
+class Lexer;
 
 /// Operations of a compiled expression, in postfix order.
 enum class Op : std::uint8_t {

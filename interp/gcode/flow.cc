@@ -35,7 +35,7 @@ void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::strin
 }
 
 const ParsedBlock* Flow::next() {
-  while (!ended_) {
+  for (int words = 0; !ended_;) {
     const ParsedBlock* block = fetch();
     if (!block) {
       at_file_end();
@@ -48,6 +48,7 @@ const ParsedBlock* Flow::next() {
     }
     if (!block->is_flow()) return block;
     obey(*block);
+    if (++words == kMaxWordsAtOnce) return &nothing_;
   }
   return nullptr;
 }

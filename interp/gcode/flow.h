@@ -31,7 +31,8 @@ class Flow {
   /// Starts at the beginning of `source`; `name` for messages, `folder` to look for sub-program files.
   void load(std::unique_ptr<ByteSource> source, std::string name, std::string folder);
 
-  /// The next block to carry out, O-words already obeyed; null at the end of the program. BlockError.
+  /// The next block to carry out, O-words already obeyed; null at the end of the program. After many O-words
+  /// in a row an empty block, so that an endless loop of them does not keep the caller. BlockError.
   const ParsedBlock* next();
 
   /// M98 P L and M99.
@@ -56,6 +57,8 @@ class Flow {
 
   /// Blocks kept in compiled form before the store is emptied.
   static constexpr std::size_t kMaxKept = 50'000;
+  /// O-words obeyed in one call of `next`.
+  static constexpr int kMaxWordsAtOnce = 1000;
 
  private:
   struct File {
@@ -139,6 +142,7 @@ class Flow {
   Parser parser_;
   std::vector<std::unique_ptr<File>> files_;
   ParsedBlock scratch_, skipped_;
+  const ParsedBlock nothing_{};
   std::deque<Node> store_;
   std::unordered_map<std::uint64_t, std::int32_t> kept_at_;
   std::vector<Loop> loops_;

@@ -10,38 +10,10 @@ namespace trn {
 
 namespace {
 
-constexpr std::array<double, 19> kPowersOfTen = {1e0,  1e1,  1e2,  1e3,  1e4,  1e5,  1e6,  1e7,  1e8, 1e9,
-                                                 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17, 1e18};
-
 constexpr double kNumberLimit = 1e15;  // longer ones have lost their last digit before the point
-
-// The usual short number: all digits fit exactly into a double, so that one division rounds right (Clinger
-// 1990). False for anything longer; `stop` is then not set.
-bool parse_short(const char* first, const char* last, double& value, const char** stop) {
-  constexpr std::ptrdiff_t kExactDigits = 15;
-  std::uint64_t digits = 0;
-  const char* point = last;
-  const char* p = first;
-  for (; p != last; ++p) {
-    const unsigned digit = static_cast<unsigned char>(*p) - static_cast<unsigned>('0');
-    if (digit <= 9)
-      digits = digits * 10 + digit;
-    else if (*p == '.' && point == last)
-      point = p;
-    else
-      break;
-  }
-  const std::ptrdiff_t after_point = p > point ? p - point - 1 : 0;
-  const std::ptrdiff_t count = (p - first) - (p > point ? 1 : 0);
-  if (count == 0 || count > kExactDigits) return false;
-  value = static_cast<double>(digits) / kPowersOfTen[static_cast<std::size_t>(after_point)];
-  *stop = p;
-  return true;
-}
 
 double parse_digits(const char* first, const char* last, std::uint32_t column, const char** stop) {
   double value = 0;
-  if (parse_short(first, last, value, stop)) return value;
   const auto result = fast_float::from_chars(first, last, value, fast_float::chars_format::fixed);
   if (result.ec != std::errc() || !(value < kNumberLimit)) fail(GcodeErrorCode::kBadNumber, column);
   *stop = result.ptr;
@@ -62,7 +34,30 @@ bool Lexer::accept_word(std::string_view word) {
   return true;
 }
 
+ShortDecimal Lexer::decimal(const char* p) const {
+  constexpr int kExactDigits = 15;
+  ShortDecimal found;
+  int digits = 0;
+  bool point = false;
+  const char* const first = p;
+  for (; p != end_; ++p) {
+    if (is_digit(*p)) {
+      found.digits = found.digits * 10 + static_cast<unsigned>(*p - '0');
+      ++digits;
+      found.decimals += point;
+    } else if (*p == '.' && !point) {
+      point = true;
+    } else {
+      break;
+    }
+  }
+  if (digits > 0 && digits <= kExactDigits) found.length = static_cast<int>(p - first);
+  return found;
+}
+
 double Lexer::number() {
+  double usual = 0;
+  if (short_number(usual)) return usual;
   bool negative = false;
   char c = peek();
   if (c == '+' || c == '-') {
@@ -72,9 +67,13 @@ double Lexer::number() {
   }
   if (!is_digit(c) && c != '.') fail(GcodeErrorCode::kBadNumber, column());
   const char* start = p_;
-  const double value = parse_digits(p_, end_, column(), &p_);
-  c = peek();
-  if (is_digit(c) || c == '.') return spaced_number(start, negative);
+  const auto of_number = [](char byte) { return is_digit(byte) || byte == '.'; };
+  while (p_ != end_ && of_number(*p_)) ++p_;
+  if (of_number(peek())) return spaced_number(start, negative);
+  p_ = start;
+  const std::uint32_t at = column();
+  const double value = parse_digits(start, end_, at, &p_);
+  if (of_number(peek())) fail(GcodeErrorCode::kBadNumber, at);  // a second point
   return negative ? -value : value;
 }
 

@@ -76,17 +76,21 @@ std::unique_ptr<ByteSource> text_source(std::string text) {
 }
 
 LineReader::LineReader(std::unique_ptr<ByteSource> source, std::size_t line_length_max)
-    : source_(std::move(source)), line_length_max_(line_length_max), buffer_(line_length_max + kChunk) {}
+    : source_(std::move(source)),
+      line_length_max_(line_length_max),
+      buffer_size_(line_length_max + kChunk),
+      buffer_(new char[buffer_size_]) {}
 
 // Moves what is left to the front and reads on; false when nothing new came.
 bool LineReader::refill() {
   if (source_ended_) return false;
-  std::memmove(buffer_.data(), buffer_.data() + at_, end_ - at_);
+  std::memmove(buffer_.get(), buffer_.get() + at_, end_ - at_);
   buffer_offset_ += at_;
   end_ -= at_;
   at_ = 0;
-  const std::size_t got = source_->read(buffer_.data() + end_, buffer_.size() - end_);
+  const std::size_t got = source_->read(buffer_.get() + end_, buffer_size_ - end_);
   if (got == 0) source_ended_ = true;
+  has_zero_ = (has_zero_ && end_ > 0) || std::memchr(buffer_.get() + end_, '\0', got) != nullptr;
   end_ += got;
   return got > 0;
 }
@@ -114,7 +118,7 @@ bool LineReader::next(std::string_view& line) {
   if (buffer_offset_ == 0 && at_ == 0) check_start();
   std::size_t searched = 0;
   for (;;) {
-    const char* start = buffer_.data() + at_;
+    const char* start = buffer_.get() + at_;
     const auto* found = static_cast<const char*>(std::memchr(start + searched, '\n', end_ - at_ - searched));
     if (found) return finish_line(static_cast<std::size_t>(found - start), 1, line);
     searched = end_ - at_;
@@ -125,11 +129,12 @@ bool LineReader::next(std::string_view& line) {
 }
 
 bool LineReader::finish_line(std::size_t length, std::size_t step, std::string_view& line) {
-  line = std::string_view(buffer_.data() + at_, length);
+  line = std::string_view(buffer_.get() + at_, length);
   at_ += length + step;
   ++line_;
   if (length > line_length_max_) fail(GcodeErrorCode::kLineTooLong, 1, line_length_max_);
   if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  if (!has_zero_) return true;
   const std::size_t zero = line.find('\0');
   if (zero != std::string_view::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
   return true;
@@ -138,9 +143,9 @@ bool LineReader::finish_line(std::size_t length, std::size_t step, std::string_v
 // The rest of the line is read and thrown away, so that the next call goes on behind it.
 void LineReader::overlong() {
   for (;;) {
-    const char* start = buffer_.data() + at_;
+    const char* start = buffer_.get() + at_;
     const auto* found = static_cast<const char*>(std::memchr(start, '\n', end_ - at_));
-    at_ = found ? static_cast<std::size_t>(found - buffer_.data()) + 1 : end_;
+    at_ = found ? static_cast<std::size_t>(found - buffer_.get()) + 1 : end_;
     if (found || !refill()) break;
   }
   ++line_;

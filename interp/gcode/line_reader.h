@@ -4,7 +4,6 @@
 #include <memory>
 #include <string>
 #include <string_view>
-#include <vector>
 
 namespace trn {
 
@@ -50,11 +49,13 @@ class LineReader {
 
   std::unique_ptr<ByteSource> source_;
   std::size_t line_length_max_;
-  std::vector<char> buffer_;
+  std::size_t buffer_size_;
+  std::unique_ptr<char[]> buffer_;
   std::uint64_t buffer_offset_ = 0;  ///< of buffer_[0] in the source
   std::size_t at_ = 0, end_ = 0;
   std::uint32_t line_ = 1;
   bool source_ended_ = false;
+  bool has_zero_ = false;  ///< somewhere in the buffer
 };
 
 }  // namespace trn

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/lexer.h"
 
 namespace trn {
 
@@ -52,23 +53,24 @@ std::size_t most_arguments(FlowKind kind) {
   return needs_argument(kind) || kind == FlowKind::kReturn || kind == FlowKind::kEndSub ? 1 : 0;
 }
 
-constexpr std::array<bool, 256> make_word_letters() {
-  std::array<bool, 256> letters{};
-  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k', 'l',
-                       'm', 'p', 'q', 'r', 's', 't', 'x', 'y', 'z', '@', '^'})
-    letters[static_cast<unsigned char>(c)] = true;
-  return letters;
+// What the words are called by the first letter in the program; 0: no word begins so.
+constexpr std::array<char, 256> make_word_names() {
+  std::array<char, 256> names{};
+  for (const char c : {'a', 'b', 'c', 'd', 'e', 'f', 'g', 'h', 'i', 'j', 'k',
+                       'l', 'm', 'p', 'q', 'r', 's', 't', 'x', 'y', 'z'})
+    names[static_cast<unsigned char>(c)] = static_cast<char>(c - 32);
+  names['@'] = kPolarRadius;
+  names['^'] = kPolarAngle;
+  return names;
 }
-constexpr std::array<bool, 256> kWordLetters256 = make_word_letters();
+constexpr std::array<char, 256> kWordNames = make_word_names();
 
 // Behind the letter that comes next, white space left out: the second letter of a keyword.
 bool letter_follows(const Lexer& lexer) {
-  const std::string_view rest = lexer.rest();
-  const std::size_t at = rest.find_first_not_of(" \t", 1);
-  return at != std::string_view::npos && Lexer::is_letter(rest[at]);
+  Lexer behind = lexer;
+  behind.skip();
+  return Lexer::is_letter(behind.peek());
 }
-
-bool is_word_letter(char c) { return kWordLetters256[static_cast<unsigned char>(c)]; }
 
 }  // namespace
 
@@ -140,29 +142,36 @@ void Parser::parse_flow_only(std::string_view line, ParsedBlock& out) {
 
 void Parser::segments(Lexer& lexer, ParsedBlock& out) {
   for (char c = lexer.peek(); c != '\0'; c = lexer.peek()) {
-    if (c == '(') {
-      comment(lexer, out);
-    } else if (c == ';') {
-      lexer.to_end();
-    } else if (c == '#') {
-      assignment(lexer, out);
-    } else if (begins_keyword_[static_cast<unsigned char>(c)] && letter_follows(lexer) &&
-               keyword(lexer, c, out)) {
-      continue;
-    } else if (is_word_letter(c)) {
-      word(lexer, c, out);
-    } else if (c == '$') {
-      spindle_number(lexer);
-    } else if (c == 'u' || c == 'v' || c == 'w') {
+    const auto byte = static_cast<unsigned char>(c);
+    if (begins_keyword_[byte] && letter_follows(lexer) && keyword(lexer, c, out)) continue;
+    if (kWordNames[byte])
+      word(lexer, kWordNames[byte], out);
+    else
+      other_segment(lexer, c, out);
+  }
+}
+
+void Parser::other_segment(Lexer& lexer, char c, ParsedBlock& out) {
+  switch (c) {
+    case '(':
+      return comment(lexer, out);
+    case ';':
+      return lexer.to_end();
+    case '#':
+      return assignment(lexer, out);
+    case '$':
+      return spindle_number(lexer);
+    case 'u':
+    case 'v':
+    case 'w':
       fail(GcodeErrorCode::kNoSuchAxis, lexer.column(), static_cast<char>(c - 32));
-    } else if (c == 'n') {
+    case 'n':
       fail(GcodeErrorCode::kLineNumber, lexer.column(), "in the middle of the line");
-    } else if (c == 'o') {
+    case 'o':
       fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "not at the beginning of the line",
            "the O-word first on its line");
-    } else {
+    default:
       fail(GcodeErrorCode::kBadCharacter, lexer.column(), show_byte(c));
-    }
   }
 }
 
@@ -174,12 +183,17 @@ void Parser::spindle_number(Lexer& lexer) {
   if (number != 0 && number != -1) fail(GcodeErrorCode::kBadValue, column, '$', number, "a spindle", "$0");
 }
 
-void Parser::word(Lexer& lexer, char letter, ParsedBlock& out) {
+void Parser::word(Lexer& lexer, char name, ParsedBlock& out) {
   if (out.words.size() == kMaxWords) fail(GcodeErrorCode::kTooManyWords, lexer.column(), kMaxWords, "words");
-  ParsedWord parsed;
-  parsed.letter = letter == '@' ? kPolarRadius : letter == '^' ? kPolarAngle : static_cast<char>(letter - 32);
+  ParsedWord& parsed = out.words.emplace_back();
+  parsed.letter = name;
   parsed.column = lexer.column();
   lexer.skip();
+  if (!lexer.short_number(parsed.value)) word_value(lexer, parsed, out);
+}
+
+// Any value but the usual number.
+void Parser::word_value(Lexer& lexer, ParsedWord& parsed, ParsedBlock& out) {
   char c = lexer.peek();
   if (c == '+' || c == '-') {  // a sign before an expression negates it
     const char* mark = lexer.mark();
@@ -190,14 +204,12 @@ void Parser::word(Lexer& lexer, char letter, ParsedBlock& out) {
   }
   if (Lexer::is_digit(c) || c == '.') {
     parsed.value = lexer.number();
-  } else {
-    if (c == '\0' || (c != '#' && c != '[' && c != '+' && c != '-' && !Lexer::is_letter(c)))
-      fail(GcodeErrorCode::kMissingValue, parsed.column,
-           static_cast<char>(Lexer::is_letter(letter) ? letter - 32 : letter));
-    ExpressionCompiler compiler(lexer, names_, out.code);
-    parsed.expression = compiler.value();
+    return;
   }
-  out.words.push_back(parsed);
+  if (c == '\0' || (c != '#' && c != '[' && c != '+' && c != '-' && !Lexer::is_letter(c)))
+    fail(GcodeErrorCode::kMissingValue, parsed.column, shown_letter(parsed.letter));
+  ExpressionCompiler compiler(lexer, names_, out.code);
+  parsed.expression = compiler.value();
 }
 
 void Parser::assignment(Lexer& lexer, ParsedBlock& out) {

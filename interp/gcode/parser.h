@@ -26,7 +26,9 @@ class Parser {
  private:
   void segments(Lexer& lexer, ParsedBlock& out);
   static void spindle_number(Lexer& lexer);
-  void word(Lexer& lexer, char letter, ParsedBlock& out);
+  void other_segment(Lexer& lexer, char c, ParsedBlock& out);
+  void word(Lexer& lexer, char name, ParsedBlock& out);
+  void word_value(Lexer& lexer, ParsedWord& parsed, ParsedBlock& out);
   void assignment(Lexer& lexer, ParsedBlock& out);
   void comment(Lexer& lexer, ParsedBlock& out);
   bool keyword(Lexer& lexer, char letter, ParsedBlock& out);

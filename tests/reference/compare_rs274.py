@@ -102,9 +102,9 @@ def compare(name, text, args):
     with tempfile.TemporaryDirectory() as folder:
         write(folder, "p.ngc", text)
         write(folder, "tools.tbl", TOOLS)
-        write(folder, "ref.var", "")
         ours, our_error = of_ours(args.trunnion, folder, "p.ngc")
         for _ in range(3):  # what it does without a tool in the spindle changes from run to run
+            write(folder, "ref.var", "")  # it leaves its parameters there
             theirs, their_error = of_reference(args.reference, folder, "p.ngc")
             crashed = our_error and our_error.startswith("exit code -")
             if not crashed and (our_error is None) == (their_error is None) and first_difference(ours, theirs) is None:

@@ -7,6 +7,7 @@
 
 #include "core/units.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/lexer.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Expressions against a second evaluator that builds and folds the tree while the text is made.
@@ -28,6 +29,31 @@ double evaluate(const std::string& text) {
   const std::int32_t start = compiler.value();
   EXPECT_EQ(lexer.peek(), '\0') << text;
   return Evaluator(parameters, state).run(code, start);
+}
+
+// All ways a number may be read (eight bytes at once, digit by digit, white space inside) give what strtod
+// gives for the same digits.
+TEST(Lexer, NumbersAreTheNearestDoubles) {
+  std::mt19937_64 random(5);
+  for (int i = 0; i < 20000; ++i) {
+    std::string digits;
+    const std::size_t count = 1 + random() % 17, point = random() % (count + 2);
+    for (std::size_t k = 0; k < count; ++k) {
+      if (k == point) digits += '.';
+      digits += static_cast<char>('0' + random() % 10);
+    }
+    if (point == count) digits += '.';
+    const double truth = std::strtod(digits.c_str(), nullptr);
+    if (truth >= 1e15) continue;
+    const std::string text = (i % 2 ? "-" : "") + digits;
+    std::string spaced = text;
+    spaced.insert(1 + random() % spaced.size(), "  ");
+    for (const std::string& form : {text, " " + text + " ", text + "Y12345678", text + " Y1", spaced}) {
+      Lexer lexer(form);
+      EXPECT_EQ(lexer.number(), i % 2 ? -truth : truth) << form;
+      EXPECT_TRUE(lexer.peek() == '\0' || lexer.peek() == 'y') << form;
+    }
+  }
 }
 
 TEST(Expression, PrecedenceAndAssociation) {

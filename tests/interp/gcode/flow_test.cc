@@ -113,6 +113,16 @@ TEST(Flow, SubProgramFiles) {
   std::filesystem::remove_all(folder);
 }
 
+TEST(Flow, AnEndlessLoopOfOWordsLetsTheCallerGo) {
+  Session session;
+  test::CanonText sink;
+  Interpreter interpreter({session.config, session.parameters, session.tools, nullptr, sink, {}});
+  interpreter.open_text("o1 while [1]\no1 endwhile\nM2\n", "p.ngc");
+  const std::string start = sink.text;
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(interpreter.step());
+  EXPECT_EQ(sink.text, start);
+}
+
 TEST(Flow, LongLoopsKeepBoundedMemory) {
   // more blocks inside one loop than the store keeps: emptied and filled again, same result
   std::string program = "o1 repeat [2]\n";
