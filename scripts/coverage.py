@@ -48,9 +48,11 @@ def main():
     parser.add_argument("--folder", default="interp/gcode")
     parser.add_argument("--target", default="test_interp_gcode")
     parser.add_argument("--build", default=os.path.join(ROOT, "build", "coverage"))
+    parser.add_argument("--filter", default="*", help="tests to run")
     args = parser.parse_args()
     build(args.build, args.target)
-    subprocess.run([os.path.join(args.build, args.target)], check=True, stdout=subprocess.DEVNULL)
+    command = [os.path.join(args.build, args.target), "--gtest_filter=" + args.filter]
+    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
     files = counts(args.build, args.folder)
     for name, (lines, reached, branches, taken) in sorted(files.items()):
         print(f"{name:24} lines {100 * reached / lines:5.1f} %  branches {100 * taken / max(1, branches):5.1f} %")

@@ -128,9 +128,9 @@ class Executor : public StateValues {
   void overrides(const Block& b);
   void output(const Block& b);
   void modal_state(const Block& b);
-  void restore_modal(const ModalState& kept);
+  void restore_modal(const Settings& state);
   void restore_feed(const ModalState& kept);
-  void restore_geometry(const ModalState& kept);
+  void restore_geometry(const Settings& state);
   void restore_spindle(SpindleTurn turn);
   void restore_coolant(const ModalState& kept);
   void restore_overrides(const ModalState& kept);

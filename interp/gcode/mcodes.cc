@@ -208,12 +208,13 @@ void Executor::on_return(int level) {
 
 // In the dialect's order of execution, and only what differs: a line of everything but M codes, with the
 // first M code in it, then a line for each further M code.
-void Executor::restore_modal(const ModalState& kept) {
+void Executor::restore_modal(const Settings& state) {
+  const ModalState& kept = state.modal;
   ModalState& m = s_.modal;
   restore_feed(kept);
   bool first = true;
   const auto next_m = [&](bool differs) {
-    if (differs && !first) restore_geometry(kept);
+    if (differs && !first) restore_geometry(state);
     first = first && !differs;
     return differs;
   };
@@ -227,7 +228,7 @@ void Executor::restore_modal(const ModalState& kept) {
     put(kept.feed_hold ? PlainCanon::kEnableFeedHold : PlainCanon::kDisableFeedHold);
   m.adaptive_feed = kept.adaptive_feed;
   m.feed_hold = kept.feed_hold;
-  restore_geometry(kept);
+  restore_geometry(state);
 }
 
 void Executor::restore_feed(const ModalState& kept) {
@@ -257,7 +258,8 @@ void Executor::restore_spindle(SpindleTurn turn) {
     start_spindle(turn);
 }
 
-void Executor::restore_geometry(const ModalState& kept) {
+void Executor::restore_geometry(const Settings& state) {
+  const ModalState& kept = state.modal;
   ModalState& m = s_.modal;
   if (kept.plane != m.plane) {
     m.plane = kept.plane;
@@ -274,6 +276,10 @@ void Executor::restore_geometry(const ModalState& kept) {
   if (kept.incremental != m.incremental) set_incremental(kept.incremental);
   if (kept.arc_absolute != m.arc_absolute) set_arc_absolute(kept.arc_absolute);
   if (kept.retract_to_start != m.retract_to_start) set_retract(kept.retract_to_start);
+  if (state.g92 == s_.g92) return;
+  s_.position += s_.g92 - state.g92;
+  s_.g92 = state.g92;
+  put(canon::SetG92Offset{s_.g92});
 }
 
 void Executor::restore_coolant(const ModalState& kept) {
@@ -315,18 +321,12 @@ void Executor::restore(const Kept& kept) {
   }
   if (kept.state.modal.inch != s_.modal.inch) set_units(kept.state.modal.inch);
   restore_tool_length(kept.state);
-  const AxisValues& g92 = kept.state.g92;  // in the units that are back in force
-  if (g92 != s_.g92) {
-    s_.position += s_.g92 - g92;
-    s_.g92 = g92;
-    put(canon::SetG92Offset{g92});
-  }
-  restore_modal(kept.state.modal);
+  restore_modal(kept.state);
 }
 
 void Executor::resume(const Settings& kept) {
   restore_switches(kept);
-  restore_modal(kept.modal);
+  restore_modal(kept);
   s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
   s_.selected_tool = kept.selected_tool;
   s_.current_tool = kept.current_tool;
