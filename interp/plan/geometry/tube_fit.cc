@@ -17,7 +17,7 @@ constexpr double kGrow = 1.2, kShrink = 0.6;  // of the smoothing length in a ro
 constexpr double kExponent = 0.25;  // the deviation goes with the length itself or up to its power of 6
 constexpr double kDrawIn = 0.82;
 constexpr double kDrawInMost = 0.9, kDrawInLeast = 0.98;  // the judge's, in a round
-constexpr int kRounds = 32, kWholeRounds = 12;             // then calmer and calmer
+constexpr int kRounds = 32, kWholeRounds = 12;            // then calmer and calmer
 constexpr int kRoundsBack = 12;                           // to come inside, after these
 
 bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {

@@ -4,8 +4,8 @@
 #include "tests/interp/plan/speed_support.h"
 
 // Steps between sharp corners, so short that neighbouring blends meet. Rounded to the four decimals of a
-// program they leave lines of some ten nanometres between blends; that must not cost time. (The steps themselves
-// turn by up to 0.3 degrees.)
+// program they leave lines of some ten nanometres between blends; that must not cost time. (The steps
+// themselves turn by up to 0.3 degrees.)
 namespace trn::speed_test {
 namespace {
 
