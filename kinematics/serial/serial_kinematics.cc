@@ -156,8 +156,10 @@ KinStatus SerialKinematics::linear_joints(const SerialChain::Sweep& at, const Ve
 KinStatus SerialKinematics::joints_at_tip(const Vec3& abc, const Vec3& p_BT, const Vec3& tool_offset,
                                           const JointVec& seed, Pose& X_BS, JointVec& q) const TRN_RT {
   if (!closed_form_) return Kinematics::joints_at_tip(abc, p_BT, tool_offset, seed, X_BS, q);
+  q = JointVec::Zero(joint_count_);
+  X_BS = {};
+  if (!abc.allFinite() || !p_BT.allFinite() || !tool_offset.allFinite()) return KinStatus::kUnreachable;
   q = joints_of(abc);
-  if (!abc.allFinite() || !p_BT.allFinite()) return KinStatus::kUnreachable;
   const SerialChain::Sweep at = config_.chain.sweep(q);
   X_BS = {at.R, p_BT + at.R * tool_offset};
   return linear_joints(at, X_BS.p, q);

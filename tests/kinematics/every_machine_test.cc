@@ -162,6 +162,28 @@ TEST_P(EveryMachine, HomeWordsAreThePoseTheProgramIsWrittenIn) {
   EXPECT_LT((kin_.orientation(Vec3::Zero()) - Mat3::Identity()).norm(), kRad);
 }
 
+TEST_P(EveryMachine, JointsAtTheTipAreThoseOfOrientationSpindleAndInverse) {
+  Sampler sampler(loaded_, 8);
+  for (int round = 0; round < 5000 && !HasFailure(); ++round) {
+    JointVec seed = sampler.joints(), q, wanted;
+    Words words;
+    ASSERT_EQ(kin_.words_from_joints(seed, words), KinStatus::kOk);
+    const Vec3 abc = words.tail<3>(),
+               tool(sampler.uniform(-5, 5), sampler.uniform(-5, 5), sampler.uniform(0, 200));
+    Pose X, X_reached;
+    kin_.forward(seed, X);
+    const Mat3 R = kin_.orientation(abc);
+    const Vec3 p_BT = X.p - R * tool;
+    const KinStatus status = kin_.inverse({R, p_BT + R * tool}, seed, wanted);
+    ASSERT_EQ(kin_.joints_at_tip(abc, p_BT, tool, seed, X, q), status);
+    if (status != KinStatus::kOk) continue;
+    EXPECT_LT((q - wanted).lpNorm<Eigen::Infinity>(), kMm) << words.transpose();
+    EXPECT_LT((X.R - R).norm(), kRad);
+    ASSERT_EQ(kin_.forward(q, X_reached), KinStatus::kOk);
+    EXPECT_LT((X_reached.p - R * tool - p_BT).norm(), kMm);
+  }
+}
+
 TEST_P(EveryMachine, GarbageInIsAStatusNeverANan) {
   Sampler sampler(loaded_, 6);
   for (int round = 0, n = rounds(20000); round < n && !HasFailure(); ++round) {
@@ -188,6 +210,8 @@ TEST_P(EveryMachine, GarbageInIsAStatusNeverANan) {
     Vec3 abc;
     kin_.words_for_axis(words.head<3>(), words.tail<3>(), abc);
     EXPECT_TRUE(abc.allFinite());
+    kin_.joints_at_tip(words.tail<3>(), X.p, Vec3(0, 0, some(100)), seed, X_out, out);
+    EXPECT_TRUE(out.size() == kin_.joint_count() && out.allFinite());
   }
 }
 
@@ -207,6 +231,7 @@ TEST_P(EveryMachine, NothingAllocatesAndNothingRemembers) {
     kin_.joints_from_words(words, out);
     kin_.words_for_axis(X.R.col(2), Vec3(0.1, 0.2, 0.3), abc);
     kin_.orientation(abc);
+    kin_.joints_at_tip(abc, X.p, Vec3(0, 0, 100), seed, X_again, out);
     kin_.inverse(X, seed, out);
     EXPECT_EQ(allocation_count(), before);
     other.kinematics->forward(q, X_again);
