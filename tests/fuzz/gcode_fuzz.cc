@@ -16,7 +16,7 @@ class Drop : public trn::MoveSink {
   void event(const trn::QueueEvent&, trn::SourceLine) override {}
 };
 
-constexpr int kMaxSteps = 2000;
+constexpr int kMaxSteps = 250;  // a loop shows what it does soon
 constexpr int kMaxErrors = 3;
 constexpr std::size_t kRecoversEvery = 4;  // an error costs more than the rest of a run together
 

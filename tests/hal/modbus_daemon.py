@@ -18,6 +18,9 @@ import tempfile
 import time
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from own_network import enter_own_network  # noqa: E402
+
 try:
     from pymodbus.client import ModbusTcpClient
 except ImportError:
@@ -36,17 +39,6 @@ M65 P0
 M5
 M2
 """
-
-
-def enter_own_network():
-    if os.environ.get("TRN_OWN_NETWORK"):
-        return
-    if subprocess.run(["unshare", "-rn", "true"], capture_output=True, check=False).returncode:
-        print("skipped: 'unshare -rn' is not allowed here")
-        sys.exit(77)
-    script = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
-    os.execvpe("unshare", ["unshare", "-rn", "sh", "-c", script, "sh", sys.executable, *sys.argv],
-               dict(os.environ, TRN_OWN_NETWORK="1", XDG_RUNTIME_DIR=tempfile.mkdtemp()))
 
 
 def until(what, limit_s=20):

@@ -20,6 +20,9 @@ import tempfile
 import time
 import unittest
 
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+from own_network import enter_own_network  # noqa: E402
+
 BINARY, SOURCE = "", ""
 GROUP, PORT = "239.255.76.67", 7667
 
@@ -96,18 +99,6 @@ def five_axis_program():
     return "\n".join(head + small + tail) + "\n"
 
 
-
-
-def enter_own_network():
-    if os.environ.get("TRN_OWN_NETWORK"):
-        return
-    probe = subprocess.run(["unshare", "-rn", "true"], capture_output=True)
-    if probe.returncode != 0:
-        print("skipped: 'unshare -rn' is not allowed here:", probe.stderr.decode().strip())
-        sys.exit(77)
-    script = 'ip link set lo up multicast on && ip route add 224.0.0.0/4 dev lo && exec "$@"'
-    os.execvpe("unshare", ["unshare", "-rn", "sh", "-c", script, "sh", sys.executable, *sys.argv],
-               dict(os.environ, TRN_OWN_NETWORK="1", XDG_RUNTIME_DIR=tempfile.mkdtemp()))
 
 
 class Bench:
