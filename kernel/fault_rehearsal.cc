@@ -6,8 +6,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "kernel/cycle.h"
-#include "kernel/pipeline.h"
+#include "kernel/rehearsal_stage.h"
 #include "sim/canopen/emulated_can.h"
 
 namespace trn {
@@ -19,98 +18,60 @@ using T = EmulatedNode::Trouble;
 constexpr double kStill = 1e-6;  // mm, rad: what a standing plant may do in a period
 constexpr const char* kMotion = "G21 G91 G94\nG1 X40 F1500\n";
 
-/// A whole machine on emulated drives, driven tick by tick.
-class Stage {
+/// A machine on emulated CAN drives; at rest is what the plants say.
+class Stage : public RehearsalStage {
  public:
   explicit Stage(const std::string& config)
-      : assembly_(assemble(config, Field::kEmulated)),
-        queue_(1 << 12),
-        cycle_({assembly_.machine.period_s, assembly_.machine.joints, false, 8, assembly_.plan_joints},
-               *assembly_.map, queue_, *assembly_.drives, assembly_.corrections.setpoint.get()),
+      : RehearsalStage(assemble(config, Field::kEmulated)),
         field_(dynamic_cast<EmulatedCanDrives*>(assembly_.drives.get())) {
     if (!field_)
       throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
-    const CanBusConfig& bus = field_->config().buses[0];
-    victim = static_cast<int>(bus.nodes.size()) / 2;
+    const CycleConfig tick{assembly_.machine.period_s, assembly_.machine.joints, false, 8,
+                           assembly_.plan_joints};
+    cycle_ = std::make_unique<Cycle>(tick, *assembly_.map, queue_, *assembly_.drives,
+                                     assembly_.corrections.setpoint.get());
+    victim = static_cast<int>(bus_config().nodes.size()) / 2;
   }
 
   EmulatedCanDrives& field() { return *field_; }
   VirtualBus& bus() { return field_->bus(0); }
   const CanBusConfig& bus_config() const { return field_->config().buses[0]; }
-  const CycleReport& report() const { return cycle_.last_report(); }
   double period_s() const { return assembly_.machine.period_s; }
-  int periods(double time_s) const { return static_cast<int>(std::ceil(time_s / period_s())); }
   void trouble(T kind, std::int64_t value) {
     field_->node(0, static_cast<std::size_t>(victim)).trouble(kind, value, bus().now_ns());
-  }
-  void tick(int count = 1) {
-    for (int i = 0; i < count; ++i) cycle_.tick();
-  }
-  /// Periods until `done`; -1 if it does not come.
-  int until(const std::function<bool()>& done, int limit) {
-    for (int i = 0; i <= limit; ++i) {
-      if (done()) return i;
-      tick();
-    }
-    return -1;
-  }
-  bool enabled() const { return report().drives == DriveState::kEnabled; }
-  bool homed() const {
-    const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
-    return (report().homed_mask & all) == all;
   }
   void bring_up() { field_->bring_up(); }
   void start() {
     bring_up();
     require(until([&] { return enabled(); }, periods(10)) >= 0);
-    if (!homed()) cycle_.post({RtCommand::Kind::kHome, 0, 0, -1});
-    require(until([&] { return enabled() && homed() && report().motion == MotionState::kRest; },
-                  periods(300)) >= 0);
+    home();
     tick(periods(0.5));
   }
-  /// A move along X, planned to its end, well on its way.
+  /// A move along X, well on its way.
   void move() {
-    Parameters parameters;
-    ToolTable tools;
-    Pipeline pipeline(assembly_, parameters, tools, {"rehearsal", kMotion, report().q_plan},
-                      PipelineObservers{});
-    queue_.begin_generation();
-    MotionBlock block;
-    while (pipeline.next(block))
-      if (!queue_.push(block)) throw std::runtime_error("the rehearsal's motion does not fit into the queue");
-    cycle_.post({RtCommand::Kind::kStart});
+    start_program(kMotion);
     tick(periods(0.4));
   }
   void reset() {
     field_->reset_faults();
     field_->bring_up();
-    cycle_.post({RtCommand::Kind::kResetFault});
+    cycle_->post({RtCommand::Kind::kResetFault});
     tick();
   }
-  JointVec plants() {
+  JointVec places() const override {
     JointVec q = JointVec::Zero(static_cast<Eigen::Index>(assembly_.machine.joints.size()));
     for (std::size_t b = 0; b < field_->config().buses.size(); ++b)
       for (std::size_t i = 0; i < field_->config().buses[b].nodes.size(); ++i)
         q[field_->config().buses[b].nodes[i].link.joint] = field_->node(b, i).drive().joint().measured();
     return q;
   }
-  double moves_in(int count) {
-    const JointVec before = plants();
-    tick(count);
-    return (plants() - before).cwiseAbs().maxCoeff();
-  }
 
   int victim = 0;  ///< number of the node on the first bus to which things happen
 
  private:
-  void require(bool good) const {
-    if (!good)
-      throw std::runtime_error("the emulated machine does not get ready: " + field_->explain_fault(-1));
-  }
+  void one_period() override { cycle_->tick(); }
+  std::string explain() const override { return field_->explain_fault(-1); }
 
-  Assembly assembly_;
-  MotionQueue queue_;
-  Cycle cycle_;
   EmulatedCanDrives* field_;
 };
 
@@ -176,17 +137,6 @@ std::vector<Row> rows() {
   };
 }
 
-// Periods until nothing moves, from the cause; the motion may also end as planned.
-int wait_for_rest(Stage& stage, const Row& row, int limit) {
-  int still = 0;
-  for (int i = 1; i <= limit; ++i) {
-    if (row.each_period) row.each_period(stage);
-    still = stage.moves_in(1) < kStill ? still + 1 : 0;
-    if (still == 20) return i - still;
-  }
-  return -1;
-}
-
 RehearsedFault rehearse(const std::string& config, const Row& row) {
   Stage stage(config);
   stage.start();
@@ -198,7 +148,9 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   row.happen(stage);
   const int limit = row.fault == Fault::kOk ? 0 : stage.periods(2);
   out.to_fault = stage.until([&] { return stage.report().fault != Fault::kOk; }, limit);
-  const int rest = wait_for_rest(stage, row, stage.periods(20));
+  const int rest = stage.wait_for_rest(kStill, [&] {
+    if (row.each_period) row.each_period(stage);
+  });
   out.to_rest = rest < 0 ? -1 : rest + std::max(out.to_fault, 0);
   out.fault = stage.report().fault;
   out.message = stage.field().explain_fault(stage.report().fault_joint);
@@ -206,11 +158,10 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   row.mend(stage);
   stage.tick(stage.periods(0.2));
   stage.reset();
-  const int wait =
-      stage.until([&] { return stage.enabled() && stage.report().fault == Fault::kOk; }, stage.periods(10));
+  const int wait = stage.until([&] { return stage.ready(); }, stage.periods(10));
   out.to_recover = wait < 0 ? -1 : wait + 1;
   stage.tick(stage.periods(0.1));
-  const double apart = (stage.report().q_measured - stage.plants()).cwiseAbs().maxCoeff();
+  const double apart = (stage.report().q_measured - stage.places()).cwiseAbs().maxCoeff();
   out.kept_position = stage.homed() && apart < 1e-3;
   return out;
 }

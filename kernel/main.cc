@@ -36,9 +36,8 @@ int main(int argc, char** argv) {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? 0 : static_cast<int>(trn::Exit::kUsage);
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return static_cast<int>(trn::Exit::kMachineFault);
+  } catch (const std::exception&) {
+    exit = trn::tell_exception(trn::Exit::kMachineFault);
   }
   return static_cast<int>(exit);
 }

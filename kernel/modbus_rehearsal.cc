@@ -11,8 +11,7 @@
 #include <thread>
 
 #include "hal/modbus/modbus_io.h"
-#include "kernel/cycle.h"
-#include "kernel/pipeline.h"
+#include "kernel/rehearsal_stage.h"
 #include "sim/modbus/emulated_cabinet.h"
 
 namespace trn {
@@ -42,10 +41,10 @@ ModbusIoConfig localised(ModbusIoConfig config, int port) {
   return config;
 }
 
-/// A whole machine with its cabinet, driven tick by tick in real time.
-class Stage {
+/// A machine with its cabinet, in real time; at rest is what the setpoints say.
+class Stage : public RehearsalStage {
  public:
-  explicit Stage(const std::string& config) : assembly_(assemble(config)), queue_(1 << 12) {
+  explicit Stage(const std::string& config) : RehearsalStage(assemble(config)) {
     make_field(read_modbus_io(assembly_.machine.root));
     const CycleConfig tick{assembly_.machine.period_s, assembly_.machine.joints,   false, 8,
                            assembly_.plan_joints,      assembly_.spindle_timeout_s};
@@ -55,70 +54,36 @@ class Stage {
   }
 
   int count() const { return count_; }
-  const CycleReport& report() const { return cycle_->last_report(); }
   const ModbusIoConfig& config() const { return config_; }
   EmulatedCabinet& cabinet() { return *cabinet_; }
-  std::string explain() const { return io_->explain_fault(); }
-  int periods(double time_s) const {
-    return static_cast<int>(std::ceil(time_s / assembly_.machine.period_s));
-  }
-
-  void tick(int count = 1) {
-    for (int i = 0; i < count; ++i) {
-      next_ += std::chrono::nanoseconds(std::llround(1e9 * assembly_.machine.period_s));
-      std::this_thread::sleep_until(next_);
-      next_ = std::max(next_, Clock::now() - kLateMax);  // a period that was missed is not made up for
-      ++count_;
-      cabinet_->step(assembly_.machine.period_s);
-      cycle_->tick();
-    }
-  }
-  /// Periods until `done`; -1 if it does not come.
-  int until(const std::function<bool()>& done, int limit) {
-    for (int i = 0; i <= limit; ++i) {
-      if (done()) return i;
-      tick();
-    }
-    return -1;
-  }
-  bool ready() const { return report().drives == DriveState::kEnabled && report().fault == Fault::kOk; }
-  bool homed() const {
-    const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
-    return (report().homed_mask & all) == all;
-  }
+  std::string explain() const override { return io_->explain_fault(); }
   void start() {
     io_->bring_up();
     assembly_.drives->bring_up();
-    require(until([&] { return report().drives == DriveState::kEnabled; }, periods(5)) >= 0);
+    require(until([&] { return enabled(); }, periods(5)) >= 0);
     reset();
     require(until([&] { return ready(); }, periods(5)) >= 0);
-    if (!homed()) cycle_->post({RtCommand::Kind::kHome, 0, 0, -1});
-    require(until([&] { return ready() && homed() && report().motion == MotionState::kRest; },
-                  periods(300)) >= 0);
+    home();
   }
   /// Spindle on and a move along X, well on its way.
   void move() {
-    Parameters parameters;
-    ToolTable tools;
-    Pipeline pipeline(assembly_, parameters, tools, {"rehearsal", kMotion, report().q_plan},
-                      PipelineObservers{});
-    queue_.begin_generation();
-    MotionBlock block;
-    while (pipeline.next(block))
-      if (!queue_.push(block)) throw std::runtime_error("the rehearsal's motion does not fit into the queue");
-    cycle_->post({RtCommand::Kind::kStart});
+    start_program(kMotion);
     require(until([&] { return report().speed_mm_s > 20; }, periods(20)) >= 0);
     tick(periods(0.1));
   }
   void reset() { cycle_->post({RtCommand::Kind::kResetFault}); }
-  double moves_in(int count) {
-    const JointVec before = report().q_setpoint;
-    tick(count);
-    return (report().q_setpoint - before).cwiseAbs().maxCoeff();
-  }
   double apart() const { return (report().q_measured - report().q_setpoint).cwiseAbs().maxCoeff(); }
 
  private:
+  void one_period() override {
+    next_ += std::chrono::nanoseconds(std::llround(1e9 * assembly_.machine.period_s));
+    std::this_thread::sleep_until(next_);
+    next_ = std::max(next_, Clock::now() - kLateMax);  // a period that was missed is not made up for
+    ++count_;
+    cabinet_->step(assembly_.machine.period_s);
+    cycle_->tick();
+  }
+  JointVec places() const override { return report().q_setpoint; }
   void make_field(const ModbusIoConfig& real) {
     const auto values = read_emulated_values(assembly_.machine.root, real.devices);
     const int width = static_cast<int>(real.devices.lines.size());
@@ -132,16 +97,10 @@ class Stage {
     }
     io_ = std::make_unique<ModbusIo>(config_);
   }
-  void require(bool good) const {
-    if (!good) throw std::runtime_error("the emulated machine does not get ready: " + explain());
-  }
 
-  Assembly assembly_;
-  MotionQueue queue_;
   ModbusIoConfig config_;
   std::unique_ptr<EmulatedCabinet> cabinet_;
   std::unique_ptr<ModbusIo> io_;
-  std::unique_ptr<Cycle> cycle_;
   Clock::time_point next_;
   int count_ = 0;  ///< periods so far
 };
@@ -192,15 +151,6 @@ double patience_s(const ModbusIoConfig& config, const Row& row) {
   return 5;
 }
 
-int wait_for_rest(Stage& stage, int limit) {
-  int still = 0;
-  for (int i = 1; i <= limit; ++i) {
-    still = stage.moves_in(1) < kStill ? still + 1 : 0;
-    if (still == 20) return i - still;
-  }
-  return -1;
-}
-
 // A device that is back is heard by its next polls; who resets before that is told again, and resets again.
 int recover(Stage& stage) {
   const int from = stage.count();
@@ -226,7 +176,7 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   const int limit = stage.periods(patience_s(stage.config(), row));
   out.to_fault = stage.until([&] { return stage.report().fault != Fault::kOk; }, limit);
   if (out.to_fault >= 0) out.message = stage.explain();
-  const int rest = wait_for_rest(stage, stage.periods(20));
+  const int rest = stage.wait_for_rest(kStill);
   out.to_rest = rest < 0 ? -1 : rest + std::max(out.to_fault, 0);
   out.fault = stage.report().fault;
   out.crept = stage.moves_in(stage.periods(0.5));

@@ -260,20 +260,6 @@ Exit monitor(const CanOptions& options) {
   return Exit::kDone;
 }
 
-Exit guarded(const CanOptions& options, const std::function<Exit(const CanOptions&)>& command) {
-  try {
-    return command(options);
-  } catch (const CLI::ParseError&) {
-    throw;
-  } catch (const EdsError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "trunnion can: {}\n", error.what());
-    return Exit::kMachineFault;
-  }
-}
-
 }  // namespace
 
 void add_can(CLI::App& app, Exit& exit) {
@@ -283,7 +269,7 @@ void add_can(CLI::App& app, Exit& exit) {
   const auto add = [&](const std::string& name, const std::string& help, Exit (*command)(const CanOptions&)) {
     CLI::App* sub = can->add_subcommand(name, help);
     sub->add_option("--can", options->interface, "Interface")->capture_default_str();
-    sub->callback([&exit, options, command] { exit = guarded(*options, command); });
+    sub->callback([&exit, options, command] { exit = command(*options); });
     return sub;
   };
   const auto add_common = [&](CLI::App* sub) {

@@ -41,18 +41,6 @@ Exit judge(const CheckTraceOptions& options) {
   return verdict.within_limits ? Exit::kDone : Exit::kMachineFault;
 }
 
-Exit check_trace_command(const CheckTraceOptions& options) {
-  try {
-    return judge(options);
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const TraceError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadProgram;
-  }
-}
-
 }  // namespace
 
 void add_check_trace(CLI::App& app, Exit& exit) {
@@ -64,7 +52,7 @@ void add_check_trace(CLI::App& app, Exit& exit) {
   command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
   command->add_flag("--json", options->json, "the verdict as JSON (mm, rad, s)");
   command->footer(kFooter);
-  command->callback([options, &exit] { exit = check_trace_command(*options); });
+  command->callback([options, &exit] { exit = judge(*options); });
 }
 
 }  // namespace trn

@@ -48,20 +48,6 @@ struct Session {
   CommandClient client;
 };
 
-Exit guarded(const std::function<Exit()>& work) {
-  try {
-    return work();
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const CLI::Error&) {
-    throw;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "trunnion: {}\n", error.what());
-    return Exit::kMachineFault;
-  }
-}
-
 Exit exit_of(const acknowledge_t& answer) {
   if (!answer.message.empty()) fmt::print(stderr, "{}\n", answer.message);
   switch (answer.outcome) {
@@ -317,7 +303,7 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<Options>& 
   client->footer(
       "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault or no daemon, 5 not legal in this state or "
       "usage.");
-  client->callback([&exit, options, work] { exit = guarded([&] { return work(*options); }); });
+  client->callback([&exit, options, work] { exit = work(*options); });
   return *client;
 }
 

@@ -7,6 +7,10 @@ namespace trn {
 /// What the process returns; documented in `trunnion --help`.
 enum class Exit : int { kDone = 0, kBadProgram = 2, kBadConfig = 3, kMachineFault = 4, kUsage = 5 };
 
+/// In a handler: prints what was thrown and gives the exit code of its kind, `otherwise` if it is of none.
+/// Errors of the command line go on to whoever parsed it.
+Exit tell_exception(Exit otherwise);
+
 /// Each adds one sub-command; its callback sets `exit` (kDone unless something failed).
 void add_run(CLI::App& app, Exit& exit);
 void add_interpret(CLI::App& app, Exit& exit);

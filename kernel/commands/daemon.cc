@@ -75,22 +75,6 @@ void run_machine(const DaemonOptions& options) {
   if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
 }
 
-Exit run(const DaemonOptions& options) {
-  try {
-    run_machine(options);
-    return Exit::kDone;
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const ProgramError& error) {  // tool table, variables
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadProgram;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "trunnion daemon: {}\n", error.what());
-    return Exit::kMachineFault;
-  }
-}
-
 }  // namespace
 
 void add_daemon(CLI::App& app, Exit& exit) {
@@ -108,7 +92,10 @@ void add_daemon(CLI::App& app, Exit& exit) {
       "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (no LCM, already "
       "running,\n"
       "drives), 5 usage.");
-  daemon->callback([&exit, options] { exit = run(*options); });
+  daemon->callback([&exit, options] {
+    run_machine(*options);
+    exit = Exit::kDone;
+  });
 }
 
 }  // namespace trn

@@ -45,16 +45,4 @@ void print_fault_header() {
              "fault", "reaction", "fault", "rest", "creeps", "place", "recover");
 }
 
-Exit guard_rehearsal(const char* name, const std::function<Exit()>& command) {
-  try {
-    return command();
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}: {}\n", name, error.what());
-    return Exit::kMachineFault;
-  }
-}
-
 }  // namespace trn

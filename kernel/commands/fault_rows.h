@@ -11,8 +11,6 @@ namespace trn {
 nlohmann::ordered_json json_of(const RehearsedFault& row);
 void print_fault_header();
 void print_fault_row(const RehearsedFault& row);
-/// Runs `command`; what it throws becomes a message of `name` and an exit code.
-Exit guard_rehearsal(const char* name, const std::function<Exit()>& command);
 
 /// What the columns mean.
 inline constexpr const char* kFaultColumns =

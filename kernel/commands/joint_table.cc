@@ -199,18 +199,13 @@ Exit measure(const MeasureOptions& options) {
   return Exit::kDone;
 }
 
+// What is thrown here without a kind of its own is about the measurements.
 template <typename Options>
 Exit guarded(Exit (*work)(const Options&), const Options& options) {
   try {
     return work(options);
-  } catch (const CLI::Error&) {
-    throw;
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const std::exception& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadProgram;
+  } catch (const std::exception&) {
+    return tell_exception(Exit::kBadProgram);
   }
 }
 

@@ -258,15 +258,6 @@ Exit serve(const KinOptions& options) {
   return exit;
 }
 
-Exit kin_command(const KinOptions& options) {
-  try {
-    return serve(options);
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  }
-}
-
 }  // namespace
 
 void add_kin(CLI::App& app, Exit& exit) {
@@ -278,7 +269,7 @@ void add_kin(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember({"forward", "inverse", "setpoint"}));
   command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
   command->footer(kFooter);
-  command->callback([options, &exit] { exit = kin_command(*options); });
+  command->callback([options, &exit] { exit = serve(*options); });
 }
 
 }  // namespace trn

@@ -44,9 +44,7 @@ void add_modbus_faults(CLI::App& modbus, Exit& exit) {
           "on loopback TCP and pseudo-terminals, is put in motion with the spindle on, in real time;\n"
           "then the cause happens.\n") +
       kFaultColumns);
-  sub->callback([&exit, options] {
-    exit = guard_rehearsal("trunnion modbus faults", [&] { return rehearse(*options); });
-  });
+  sub->callback([&exit, options] { exit = rehearse(*options); });
 }
 
 }  // namespace trn

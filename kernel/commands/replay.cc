@@ -35,18 +35,6 @@ Exit replay_session(const ReplayOptions& options) {
   return Exit::kDone;
 }
 
-Exit run(const ReplayOptions& options) {
-  try {
-    return replay_session(options);
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  } catch (const ProgramError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadProgram;
-  }
-}
-
 }  // namespace
 
 void add_replay(CLI::App& app, Exit& exit) {
@@ -63,7 +51,7 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->footer(
       "Compare: the daemon's own --record of that session, or the run's --trace, and the trace are equal "
       "files.");
-  command->callback([options, &exit] { exit = run(*options); });
+  command->callback([options, &exit] { exit = replay_session(*options); });
 }
 
 }  // namespace trn

@@ -177,22 +177,9 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
 }
 
 Exit run(const RunOptions& options) {
-  std::optional<Assembly> assembly;
-  try {
-    assembly.emplace(assemble(options.machine));
-    if (options.trace_density > 1) {
-      set_period(*assembly, assembly->machine.period_s / options.trace_density);
-    }
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  }
-  try {
-    return simulate_program(options, *assembly);
-  } catch (const ProgramError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadProgram;
-  }
+  Assembly assembly = assemble(options.machine);
+  if (options.trace_density > 1) set_period(assembly, assembly.machine.period_s / options.trace_density);
+  return simulate_program(options, assembly);
 }
 
 }  // namespace

@@ -45,17 +45,7 @@ void add_sensor(CLI::App& app, Exit& exit) {
   command->add_option("--machine", options->machine, "config of the machine whose daemon runs")->required();
   command->add_option("--every", options->every_s, "go on, with one reading every so many seconds")
       ->check(CLI::PositiveNumber);
-  command->callback([options, &exit] {
-    try {
-      exit = send_reading(*options);
-    } catch (const ConfigError& error) {
-      fmt::print(stderr, "{}\n", error.what());
-      exit = Exit::kBadConfig;
-    } catch (const std::exception& error) {
-      fmt::print(stderr, "trunnion sensor: {}\n", error.what());
-      exit = Exit::kMachineFault;
-    }
-  });
+  command->callback([options, &exit] { exit = send_reading(*options); });
 }
 
 }  // namespace trn

@@ -108,23 +108,18 @@ void write_file(const std::string& path, const std::string& text) {
 }
 
 Exit workspace_command(const WorkspaceFiles& files) {
-  try {
-    const Assembly assembly = assemble(files.machine);
-    const bool terminal = isatty(STDERR_FILENO) != 0;
-    const auto progress = [&](double share) {
-      if (terminal) fmt::print(stderr, "\r{:3.0f} %", 100 * share);
-    };
-    const Workspace workspace =
-        survey_workspace(assembly.machine, *assembly.kinematics, *assembly.map, files.options, progress);
-    if (terminal) fmt::print(stderr, "\r\033[K");
-    write_file(files.csv, workspace_csv(workspace));
-    write_file(files.svg, workspace_svg(workspace, fmt::format("Workspace of {}", assembly.machine.name)));
-    fmt::print("{}", files.json ? json_of(workspace) : table_of(workspace));
-    return Exit::kDone;
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
-  }
+  const Assembly assembly = assemble(files.machine);
+  const bool terminal = isatty(STDERR_FILENO) != 0;
+  const auto progress = [&](double share) {
+    if (terminal) fmt::print(stderr, "\r{:3.0f} %", 100 * share);
+  };
+  const Workspace workspace =
+      survey_workspace(assembly.machine, *assembly.kinematics, *assembly.map, files.options, progress);
+  if (terminal) fmt::print(stderr, "\r\033[K");
+  write_file(files.csv, workspace_csv(workspace));
+  write_file(files.svg, workspace_svg(workspace, fmt::format("Workspace of {}", assembly.machine.name)));
+  fmt::print("{}", files.json ? json_of(workspace) : table_of(workspace));
+  return Exit::kDone;
 }
 
 }  // namespace

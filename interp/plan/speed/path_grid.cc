@@ -259,7 +259,7 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
   const double time_s = piece_time(pending);
   const double wanted_s = std::min(spacing_s, pending.spacing_s);
   if (time_s < 0.5 * wanted_s && !(last && !merge_open_)) {
-    extend_interval(pending, time_s);
+    put_short(pending, time_s);
     const double so_far_s = intervals_.back().time_est_s;
     if (so_far_s >= 0.75 * wanted_s) merge_open_ = false;
     if (so_far_s >= kTiny * wanted_s) spacing_before_ = {so_far_s, 0};
@@ -302,10 +302,7 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
     g.bound = i == 0 ? bound : least(g.bound, bound);
   }
   refine(pending, g);
-  if (merge)
-    extend_interval(g);
-  else
-    intervals_.push_back(std::move(g));
+  put_interval(std::move(g), merge);
 }
 
 // Halves the samples' distances until parabolas through three of them tell what lies between.
@@ -329,8 +326,12 @@ void PathGrid::refine(const PendingPiece& pending, GridInterval& g) const {
   }
 }
 
-// The last interval takes in what follows it.
-void PathGrid::extend_interval(const GridInterval& by) {
+// One interval more, or, merged, the last one longer by it.
+void PathGrid::put_interval(GridInterval&& by, bool merge) {
+  if (!merge) {
+    intervals_.push_back(std::move(by));
+    return;
+  }
   GridInterval& g = intervals_.back();
   g.bound = least(g.bound, by.bound);
   g.samples.insert(g.samples.end(), by.samples.begin(), by.samples.end());
@@ -339,19 +340,18 @@ void PathGrid::extend_interval(const GridInterval& by) {
   g.b_est = (g.h / g.time_est_s) * (g.h / g.time_est_s);
 }
 
-void PathGrid::extend_interval(const PendingPiece& pending, double time_s) {
-  if (!merge_open_) {
-    intervals_.emplace_back().s = pending.s;
-    intervals_.back().bound = pending.places.front().bound;
-  }
+// A piece too short for an interval of its own.
+void PathGrid::put_short(const PendingPiece& pending, double time_s) {
+  GridInterval g;
+  g.s = pending.s;
+  g.h = pending.plan.piece.length;
+  g.time_est_s = time_s;
+  g.b_est = (g.h / time_s) * (g.h / time_s);
+  g.bound = pending.places.front().bound;
+  for (const Place& place : pending.places) g.bound = least(g.bound, place.bound);
+  g.samples = pending.samples;
+  put_interval(std::move(g), merge_open_);
   merge_open_ = true;
-  GridInterval by;
-  by.h = pending.plan.piece.length;
-  by.time_est_s = time_s;
-  by.bound = pending.places.front().bound;
-  for (const Place& place : pending.places) by.bound = least(by.bound, place.bound);
-  by.samples = pending.samples;
-  extend_interval(by);
 }
 
 }  // namespace trn::speed

@@ -76,8 +76,8 @@ class PathGrid {
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge);
   void refine(const PendingPiece& pending, GridInterval& g) const;
-  void extend_interval(const PendingPiece& pending, double time_s);
-  void extend_interval(const GridInterval& by);
+  void put_interval(GridInterval&& by, bool merge);
+  void put_short(const PendingPiece& pending, double time_s);
   double pending_time() const;
 
   const PathSampler& sampler_;

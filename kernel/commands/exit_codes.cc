@@ -1,0 +1,40 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+
+#include "core/config.h"
+#include "hal/can/eds.h"
+#include "interp/move.h"
+#include "kernel/check/trace_reader.h"
+#include "kernel/commands/commands.h"
+
+namespace trn {
+
+namespace {
+
+Exit told(const std::exception& error, Exit exit) {
+  fmt::print(stderr, "{}\n", error.what());
+  return exit;
+}
+
+}  // namespace
+
+Exit tell_exception(Exit otherwise) {
+  try {
+    throw;
+  } catch (const CLI::ParseError&) {
+    throw;
+  } catch (const ConfigError& error) {
+    return told(error, Exit::kBadConfig);
+  } catch (const EdsError& error) {
+    return told(error, Exit::kBadConfig);
+  } catch (const ProgramError& error) {
+    return told(error, Exit::kBadProgram);
+  } catch (const TraceError& error) {
+    return told(error, Exit::kBadProgram);
+  } catch (const std::exception& error) {
+    return told(error, otherwise);
+  }
+}
+
+}  // namespace trn
