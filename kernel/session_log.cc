@@ -136,7 +136,7 @@ void SessionLog::program(const ProgramStart& start) {
   entry.kind = Kind::kProgram;
   entry.program = start;
   const std::lock_guard lock(mutex_);
-  entry.period = last_.period;
+  entry.period = next_period_;
   write(entry);
 }
 
@@ -168,6 +168,7 @@ void SessionLog::report(const CycleReport& report) {
     write(entry);
   report_io(report);
   last_ = report;
+  next_period_ = report.period + 1;
 }
 
 void SessionLog::report_io(const CycleReport& report) {

@@ -17,7 +17,7 @@ namespace trn {
 /// One thing that reached the tick from outside, in the period in which it did.
 struct SessionEntry {
   enum class Kind : std::uint8_t {
-    kProgram,  ///< `program` was prepared
+    kProgram,  ///< `program` was prepared, before the tick of its period
     kCommand,  ///< `command` took effect
     kLow,      ///< little motion was queued: the tick saw `blocks` blocks of the program
     kStands,   ///< the drives are powered, at `program.q`
@@ -69,6 +69,7 @@ class SessionLog {
   std::ofstream out_;
   std::deque<RtCommand> open_;  ///< posted, not yet obeyed
   CycleReport last_;
+  std::uint64_t next_period_ = 0;  ///< the first one of which no report has come
 };
 
 /// Reads a log as a whole. ProgramError "file:line: what" where it is not one.

@@ -74,7 +74,8 @@ class SessionBench {
   }
   void begin() {
     post({RtCommand::Kind::kStop});
-    for (int i = 0; i < 30; ++i) tick();
+    do tick();
+    while (queue_.holds_stop() || queue_.buffered_s() > 0);  // often at once, in the period of the stop
     const ProgramStart start{
         "mdi", "G21 G94 G64 P0.02\nG91\nG1 F4000 X20\nY20 A5\nX-20 C10\nF900 Y-20 A-5\nX5 C-10\nX-5\n",
         cycle_.last_report().q_setpoint};
