@@ -108,7 +108,8 @@ def drive(program, done, seconds):
             if message:
                 raise Refused(message[1].strip())
             time.sleep(0.02)
-        raise Refused(f"no {text} within {limit:g} s")
+        raise Refused(f"no {text} within {limit:g} s: at line {state.motion_line}, {state.current_vel:.3g} units/s, "
+                      f"{state.distance_to_go:.3g} to go, in position {state.inpos}, queue {state.queue}")
 
     try:
         command.state(linuxcnc.STATE_ESTOP_RESET)
@@ -152,7 +153,8 @@ def run_linuxcnc(program, joints, tools, seconds):
         done = place / "done"
         verdict = done.read_text() if done.exists() else "did not start:\n" + log[-1500:]
         if verdict != "done":
-            raise Refused(verdict)
+            with open(place / "samples", encoding="utf-8") as samples:
+                raise Refused(f"{verdict}, after {sum(1 for _ in samples) * PERIOD_S:.1f} s of its own")
         rows = np.loadtxt(place / "samples", comments="overrun")
         if np.any(np.diff(rows[:, 0]) != 1):
             raise Refused("samples lost")
