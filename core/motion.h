@@ -85,6 +85,7 @@ struct QueueEvent {
   /// (input_argument); ProbeMode; GearMode; corrections.
   std::int32_t argument = 0;
   OverrideMode overrides = {};  ///< in force when it happens
+  double per_turn_mm = 0;       ///< gear, kSpindleLeads: tip path of a turn
 };
 
 /// What M66 waits for. kNow: nothing, the value is taken as it is.

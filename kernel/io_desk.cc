@@ -7,6 +7,7 @@ namespace trn {
 
 namespace {
 constexpr double kGearGain_s = 40;      // 1/s
+constexpr double kOnThread = 0.002;     // so near the planned speed is to the pitch's
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
@@ -102,15 +103,20 @@ IoDesk::Outcome IoDesk::await_index(const QueueEvent& event) TRN_RT {
   geared_ = true;
   gear_turns_ = index;
   gear_turns_s_ = event.value;
-  gear_time_s_ = gear_lag_s_ = 0;
+  gear_per_turn_mm_ = event.per_turn_mm;
+  gear_path_turns_ = gear_lag_s_ = 0;
   return Outcome::kDone;
 }
 
-double IoDesk::gear_rate(double passed_s) TRN_RT {
+// On the thread itself the tip's own path says which turn it stands for: the planned speed lies a little
+// below the one asked for, and plan time alone would make the pitch as much too short. In the run-in and the
+// run-out it is plan time, the same in every pass.
+double IoDesk::gear_rate(double passed_s, double passed_mm) TRN_RT {
   const double now = turns(), speed = (now - turns_before_) / period_s_ / gear_turns_s_;
   turns_before_ = now;
-  gear_time_s_ += passed_s;
-  gear_lag_s_ = (now - gear_turns_) / gear_turns_s_ - gear_time_s_;
+  const double by_time = passed_s * gear_turns_s_, by_path = passed_mm / gear_per_turn_mm_;
+  gear_path_turns_ += std::abs(by_path - by_time) < kOnThread * by_time ? by_path : by_time;
+  gear_lag_s_ = (now - gear_turns_ - gear_path_turns_) / gear_turns_s_;
   return std::max(0.0, speed + kGearGain_s * gear_lag_s_);
 }
 

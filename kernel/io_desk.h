@@ -39,8 +39,9 @@ class IoDesk {
 
   /// Between kGearStart and kGearEnd with the spindle in the lead: plan time follows its turns.
   bool geared() const TRN_RT { return geared_; }
-  /// The rate of plan time that keeps the path with the spindle; `passed_s`: plan time of the last period.
-  double gear_rate(double passed_s) TRN_RT;
+  /// The rate of plan time that keeps the path with the spindle; `passed_s` and `passed_mm`: plan time and
+  /// tip path of the last period.
+  double gear_rate(double passed_s, double passed_mm) TRN_RT;
   /// How far the path is behind the spindle, s of plan time.
   double gear_lag_s() const TRN_RT { return gear_lag_s_; }
   /// The encoder decides what happens.
@@ -74,7 +75,9 @@ class IoDesk {
   double turns_before_ = 0;  ///< at the last look
   double gear_turns_ = 0;    ///< of the index pulse at which the path began
   double gear_turns_s_ = 1;  ///< that the plan was made for
-  double gear_time_s_ = 0, gear_lag_s_ = 0;
+  double gear_per_turn_mm_ = 1;
+  double gear_path_turns_ = 0;  ///< where the path is, in turns of the spindle that it stands for
+  double gear_lag_s_ = 0;
 };
 
 }  // namespace trn

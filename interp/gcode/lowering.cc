@@ -279,8 +279,11 @@ void Lowering::close_gear(const canon::StartFeedSync& gear) {
   per_turn_ = gear.per_rev;
   if (geared_) return;
   geared_ = true;
-  event(QueueEvent::Kind::kGearStart, kGearReserve * speed_rpm_ / kSecondsPerMinute,
-        static_cast<std::int32_t>(GearMode::kSpindleLeads));
+  const double turns_s = kGearReserve * speed_rpm_ / kSecondsPerMinute;
+  const double per_turn_mm = inch_ ? per_turn_ * kMmPerInch : per_turn_;
+  sink_.event(QueueEvent{QueueEvent::Kind::kGearStart, turns_s,
+                         static_cast<std::int32_t>(GearMode::kSpindleLeads), overrides_, per_turn_mm},
+              move_.source);
 }
 
 void Lowering::open_gear() {

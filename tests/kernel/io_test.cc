@@ -201,7 +201,7 @@ TEST(Io, AThreadFollowsTheSpindle) {
   ASSERT_GT(count, 4000U);
   for (const auto& turns : phase) {
     const auto [least, most] = std::minmax_element(turns.begin(), turns.end());
-    EXPECT_LT(*most - *least, 0.012) << "little more than the spindle turns in a period";
+    EXPECT_LT(*most - *least, 0.001) << "a tenth of what the spindle turns in a period";
   }
   const double apart = phase[1].front() - phase[0].front();
   EXPECT_NEAR(apart, std::round(apart), 0.012) << "the second pass meets the groove of the first";
