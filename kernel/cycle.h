@@ -81,7 +81,7 @@ class Cycle final : public TickPort {
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
   double rate_by_queue(double wanted) TRN_RT;
-  double spindle_share() const TRN_RT { return overrides_.spindle ? spindle_override_ : 1.0; }
+  double spindle_share() const TRN_RT { return overrides_.spindle && !io_.taps() ? spindle_override_ : 1.0; }
 
   CycleConfig config_;
   const JointMap& map_;
