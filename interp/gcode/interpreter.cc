@@ -76,6 +76,11 @@ void Interpreter::open_text(std::string text, std::string name, const AxisValues
 void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
   gate_.open = false;
   while (flow_.next_main_line() < line) {
+    if (loops_long())
+      throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
+                       fmt::format("{}:{}: a loop at line {} before it goes on, perhaps for ever; legal: {}",
+                                   flow_.file_name(), line, flow_.line(),
+                                   gcode_error_info(GcodeErrorCode::kFromLine).legal));
     if (!step())
       throw GcodeError(
           GcodeErrorCode::kFromLine, line, 0,
