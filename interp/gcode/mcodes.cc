@@ -234,7 +234,7 @@ void Executor::restore_modal(const Settings& state) {
 void Executor::restore_feed(const ModalState& kept) {
   ModalState& m = s_.modal;
   if (kept.inch != m.inch) set_units(kept.inch);
-  const bool other_feed = kept.feed != m.feed;
+  const bool other_feed = kept.feed != m.feed && m.feed_mode != FeedMode::kInverseTime;
   if (kept.feed_mode != m.feed_mode) set_feed_mode(kept.feed_mode);  // which forgets the feed
   if (kept.css != m.css || kept.css_max != m.css_max) {
     m.css = kept.css;
@@ -276,10 +276,7 @@ void Executor::restore_geometry(const Settings& state) {
   if (kept.incremental != m.incremental) set_incremental(kept.incremental);
   if (kept.arc_absolute != m.arc_absolute) set_arc_absolute(kept.arc_absolute);
   if (kept.retract_to_start != m.retract_to_start) set_retract(kept.retract_to_start);
-  if (state.g92 == s_.g92) return;
-  s_.position += s_.g92 - state.g92;
-  s_.g92 = state.g92;
-  put(canon::SetG92Offset{s_.g92});
+  restore_g92(state.g92_active);
 }
 
 void Executor::restore_coolant(const ModalState& kept) {

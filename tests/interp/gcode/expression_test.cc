@@ -78,6 +78,10 @@ TEST(Expression, Functions) {
   EXPECT_EQ(evaluate("abs[-2]"), 2);
   EXPECT_DOUBLE_EQ(evaluate("ln[exp[2]]"), 2);
   EXPECT_EQ(evaluate("exists[#<nothing>]"), 0);
+  EXPECT_EQ(evaluate("exists[#7]"), 1);
+  EXPECT_EQ(evaluate("exists[#99999]"), 0);
+  EXPECT_EQ(evaluate("exists[#[3+4]]"), 1);
+  EXPECT_EQ(evaluate("exists[#[-1]]"), 0);
   EXPECT_EQ(evaluate("#7"), 3.5);
   EXPECT_EQ(evaluate("#[3.5 * 2]"), 3.5);
   EXPECT_EQ(evaluate("#5421"), 1);
