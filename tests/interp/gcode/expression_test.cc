@@ -176,6 +176,7 @@ TEST(Expression, AgreesWithTheNaiveEvaluator) {
 }
 
 TEST(Expression, AssignmentsTakeEffectAfterTheLine) {
+  EXPECT_EQ(test::canon("#1=3 #2=8\n#1=4 ##1=5\nG0 X#1 Y#3"), test::moves({"T 4 5 0"})) << "indices too";
   EXPECT_EQ(test::canon("#1=5 #2=#1\n#1=7 G0 X#1\nG0 Y#1 Z#2"), test::moves({"T 5 0 0", "T 5 7 0"}));
 }
 
