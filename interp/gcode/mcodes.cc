@@ -234,7 +234,7 @@ void Executor::restore_modal(const Settings& state) {
 void Executor::restore_feed(const ModalState& kept) {
   ModalState& m = s_.modal;
   if (kept.inch != m.inch) set_units(kept.inch);
-  const bool other_feed = kept.feed != m.feed && m.feed_mode != FeedMode::kInverseTime;
+  const bool other_feed = kept.feed != m.feed;
   if (kept.feed_mode != m.feed_mode) set_feed_mode(kept.feed_mode);  // which forgets the feed
   if (kept.css != m.css || kept.css_max != m.css_max) {
     m.css = kept.css;
