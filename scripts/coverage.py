@@ -3,9 +3,9 @@
 
     scripts/coverage.py [--folder interp/gcode] [--tests REGEX] [--build build/coverage]
 
-Builds the release with this folder's files alone unoptimised and counted by gcov, runs the tests (ctest, in
-their short form, or the long one with TRN_LONG) and sums up each file. The two sides of a call that may throw
-are no decision of the source and do not count as branches.
+Compiles this folder's files alone, unoptimised and counted by gcov, and links them with what the release has
+of the rest; then runs the tests (ctest, in their short form, or the long one with TRN_LONG) and sums up each
+file. The two sides of a call that may throw are no decision of the source and do not count as branches.
 """
 import argparse
 import glob
@@ -15,14 +15,25 @@ import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+RELEASE = os.path.join(ROOT, "build", "release")
+LIBRARIES = {"interp/gcode": "trn_gcode"}
 TARGETS = ["test_interp_gcode", "gcode_fuzz_replay", "expression_fuzz_replay", "trunnion"]
 TESTS = "^(test_interp_gcode|rs274_comparison|bad_input|gcode_fuzz_corpus|expression_fuzz_corpus)$"
 
 
+def run(*command, **more):
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, **more).stdout
+
+
 def build(build_folder, folder):
-    subprocess.run(["cmake", "-S", ROOT, "-B", build_folder, "-GNinja", "-DCMAKE_BUILD_TYPE=Release",
-                    "-DTRN_COVERAGE=" + folder], check=True, stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", build_folder, "--target", *TARGETS], check=True, stdout=subprocess.DEVNULL)
+    library = LIBRARIES[folder]
+    for where, targets, option in ((RELEASE, TARGETS, ""), (build_folder, [library], folder)):
+        run("cmake", "-S", ROOT, "-B", where, "-GNinja", "-DCMAKE_BUILD_TYPE=Release", "-DTRN_COVERAGE=" + option)
+        run("cmake", "--build", where, "--target", *targets)
+    for target in TARGETS:
+        link = run("ninja", "-C", RELEASE, "-t", "commands", target).splitlines()[-1]
+        link = link.replace(f"lib{library}.a", os.path.join(build_folder, f"lib{library}.a") + " --coverage")
+        run("sh", "-c", link.replace(f"-o {target} ", f"-o {os.path.join(build_folder, target)} "), cwd=RELEASE)
 
 
 def decisions(branches):
@@ -55,7 +66,7 @@ def counts(build_folder, folder):
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", default="interp/gcode")
+    parser.add_argument("--folder", default="interp/gcode", choices=LIBRARIES)
     parser.add_argument("--tests", default=TESTS, help="as for ctest -R")
     parser.add_argument("--build", default=os.path.join(ROOT, "build", "coverage"), type=os.path.abspath)
     args = parser.parse_args()
