@@ -70,21 +70,23 @@ struct QueueEvent {
     kSpindleOrient,  ///< waits until the spindle stands there
     kDigitalOutput,
     kAnalogOutput,
-    kWaitInput,   ///< waits for an input; the program's planning waits for its value
-    kProbeStart,  ///< the motion up to kProbeEnd ends where the probe changes
-    kProbeEnd,    ///< the program's planning waits for where that was
-    kGearStart,   ///< spindle and path run geared up to kGearEnd
+    kWaitInput,    ///< waits for an input; the program's planning waits for its value
+    kProbeStart,   ///< the motion up to kProbeEnd ends where the probe changes
+    kProbeEnd,     ///< the program's planning waits for where that was
+    kGearStart,    ///< spindle and path run geared up to kGearEnd
+    kGearReverse,  ///< kPathLeads: the path goes back when the spindle stands where it belongs
     kGearEnd
   };
   Kind kind = Kind::kNone;
   /// Dwell: s; spindle: rpm, signed (+ clockwise); orient: degrees; output: its value; wait: time limit, s;
-  /// gear: the turns a second that the plan was made for (kSpindleLeads), turns a mm of tip path, signed
-  /// (kPathLeads); user: P; corrections: 1 on, 0 off.
+  /// gear: the turns a second that the plan was made for, signed with kPathLeads; user: P; corrections: 1 on,
+  /// 0 off.
   double value = 0;
   /// Tool number; coolant bits (1 mist, 2 flood); message number; user M-code; number of the output; input
   /// (input_argument); ProbeMode; GearMode; corrections.
   std::int32_t argument = 0;
   OverrideMode overrides = {};  ///< in force when it happens
+  double per_turn_mm = 0;       ///< gear: tip path of a turn
 };
 
 /// What M66 waits for. kNow: nothing, the value is taken as it is.

@@ -150,9 +150,7 @@ struct IoOutputs {
   double spindle_rpm = 0;               ///< signed, + clockwise
   bool spindle_orients = false;         ///< M19: stand at spindle_deg
   double spindle_deg = 0;
-  bool spindle_geared = false;  ///< follow spindle_turns at once (rigid tapping)
-  double spindle_turns = 0;     ///< since the gear was closed
-  int coolant = 0;              ///< bits: 1 mist, 2 flood
+  int coolant = 0;  ///< bits: 1 mist, 2 flood
 };
 
 /// What they answer.

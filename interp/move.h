@@ -16,6 +16,7 @@ struct FeedLimit {
   double rotary_rad_s = kNone;  ///< norm of the rotary words' speed; moves without X Y Z motion
   double path_units_s = kNone;  ///< ds/dt of the move itself; inverse time: length / time
   OverrideMode overrides;
+  double tip_mm_s2 = kNone;  ///< acceleration of the tip, about; exact stops only
 };
 
 enum class PathMode : unsigned char {

@@ -182,7 +182,7 @@ void Cycle::move() TRN_RT {
 // hold waits for.
 double Cycle::target_rate() TRN_RT {
   if (stopping_ || contact_) return 0;
-  if (io_.geared()) return std::min(io_.gear_rate(passed_s_), kOverrideMax);
+  if (io_.geared()) return std::min(io_.gear_rate(passed_s_, passed_mm_), kOverrideMax);
   const MotionBlock* block = queue_.front();
   const OverrideMode mode = block ? block->overrides : OverrideMode{};
   if (motion_ == MotionState::kHeld && (mode.feed_hold || interpolator_.at_rest())) return 0;
@@ -284,7 +284,10 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   if (plan_time_s <= 0) return;
   if (interpolator_.at_rest() && !meet_next_stretch()) return;
   off_path_ = false;
+  const Vec3 tip_before = interpolator_.y().head<3>();
   const auto outcome = interpolator_.advance(plan_time_s);
+  passed_mm_ = (interpolator_.y().head<3>() - tip_before).norm();
+  io_.follow_tip(interpolator_.y().head<3>());
   report_.line = interpolator_.line();
   io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);

@@ -81,7 +81,7 @@ class Cycle final : public TickPort {
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
   double rate_by_queue(double wanted) TRN_RT;
-  double spindle_share() const TRN_RT { return overrides_.spindle ? spindle_override_ : 1.0; }
+  double spindle_share() const TRN_RT { return overrides_.spindle && !io_.taps() ? spindle_override_ : 1.0; }
 
   CycleConfig config_;
   const JointMap& map_;
@@ -109,6 +109,7 @@ class Cycle final : public TickPort {
   unsigned homing_mask_ = 0, homing_seen_ = 0;
   IoDesk io_;
   double passed_s_ = 0;   ///< plan time of the last period
+  double passed_mm_ = 0;  ///< tip path (chord) of the last one that moved
   bool contact_ = false;  ///< slows down behind the place where the probe changed
   JointVec q_contact_;
   TouchDrives* touch_drives_;  ///< null: no touch probe on the drives

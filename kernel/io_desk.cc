@@ -7,6 +7,7 @@ namespace trn {
 
 namespace {
 constexpr double kGearGain_s = 40;      // 1/s
+constexpr double kOnThread = 0.002;     // so near the planned speed is to the pitch's
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
@@ -15,12 +16,14 @@ Fault IoDesk::exchange(const IoPlace& place, double spindle_override, bool drive
     inputs_.probe = drives_touch;
     return Fault::kOk;
   }
+  const bool lost = tap_.lost(inputs_.spindle_turns);
+  if (tap_.active()) outputs_.spindle_rpm = tap_.spindle_rpm(inputs_.spindle_turns);
   IoOutputs outputs = outputs_;
   outputs.spindle_rpm *= spindle_override;
   inputs_.probe = false;
   io_->exchange(outputs, place, inputs_);
   inputs_.probe |= drives_touch;
-  return inputs_.fault;
+  return lost && inputs_.fault == Fault::kOk ? Fault::kSpindle : inputs_.fault;
 }
 
 void IoDesk::apply(const OutputChanges& changes) TRN_RT {
@@ -34,6 +37,7 @@ void IoDesk::apply(const OutputChanges& changes) TRN_RT {
 void IoDesk::all_off() TRN_RT {
   outputs_ = {};
   looks_ = 0;
+  tap_.end();
   probing_ = geared_ = awaits_index_ = false;
 }
 
@@ -62,8 +66,12 @@ IoDesk::Outcome IoDesk::obey(const QueueEvent& event) TRN_RT {
     case Kind::kWaitInput:
       return wait_input(event);
     case Kind::kGearStart:
-      return await_index(event);
+      return event.argument == static_cast<std::int32_t>(GearMode::kPathLeads) ? begin_tap(event)
+                                                                               : await_index(event);
+    case Kind::kGearReverse:
+      return settle_tap(false);
     case Kind::kGearEnd:
+      if (tap_.active()) return settle_tap(true);
       geared_ = false;
       return Outcome::kDone;
     case Kind::kProbeStart:
@@ -102,15 +110,41 @@ IoDesk::Outcome IoDesk::await_index(const QueueEvent& event) TRN_RT {
   geared_ = true;
   gear_turns_ = index;
   gear_turns_s_ = event.value;
-  gear_time_s_ = gear_lag_s_ = 0;
+  gear_per_turn_mm_ = event.per_turn_mm;
+  gear_path_turns_ = gear_lag_s_ = 0;
   return Outcome::kDone;
 }
 
-double IoDesk::gear_rate(double passed_s) TRN_RT {
+// The log's encoder, as for a thread.
+IoDesk::Outcome IoDesk::begin_tap(const QueueEvent& event) TRN_RT {
+  awaits_index_ = looks_ < 2;
+  if (looks_++ < 2) return Outcome::kWaits;
+  looks_ = 0;
+  outputs_.spindle_orients = false;
+  tap_.begin(inputs_.spindle_turns, event.value, event.per_turn_mm);
+  return Outcome::kDone;
+}
+
+IoDesk::Outcome IoDesk::settle_tap(bool ends) TRN_RT {
+  if (!tap_.settled(inputs_.spindle_turns)) {
+    if (static_cast<double>(++looks_) * period_s_ > spindle_timeout_s_) return fail(Fault::kSpindle);
+    return Outcome::kWaits;
+  }
+  looks_ = 0;
+  if (ends) tap_.end();
+  return Outcome::kDone;
+}
+
+// On the thread itself the tip's own path says which turn it stands for: the planned speed lies a little
+// below the one asked for, and plan time alone would make the pitch as much too short. In the run-in and the
+// run-out it is plan time, the same in every pass.
+double IoDesk::gear_rate(double passed_s, double passed_mm) TRN_RT {
+  if (tap_.active()) return tap_.rate(inputs_.spindle_turns);
   const double now = turns(), speed = (now - turns_before_) / period_s_ / gear_turns_s_;
   turns_before_ = now;
-  gear_time_s_ += passed_s;
-  gear_lag_s_ = (now - gear_turns_) / gear_turns_s_ - gear_time_s_;
+  const double by_time = passed_s * gear_turns_s_, by_path = passed_mm / gear_per_turn_mm_;
+  gear_path_turns_ += std::abs(by_path - by_time) < kOnThread * by_time ? by_path : by_time;
+  gear_lag_s_ = (now - gear_turns_ - gear_path_turns_) / gear_turns_s_;
   return std::max(0.0, speed + kGearGain_s * gear_lag_s_);
 }
 
@@ -149,6 +183,7 @@ IoDesk::Outcome IoDesk::end_probe(bool found) TRN_RT {
 IoDesk::Outcome IoDesk::fail(Fault fault) TRN_RT {
   failure_ = fault;
   looks_ = 0;
+  tap_.end();
   probing_ = geared_ = awaits_index_ = false;
   return Outcome::kFailed;
 }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/ports.h"
+#include "kernel/tap_gear.h"
 
 namespace trn {
 
@@ -16,7 +17,7 @@ class IoDesk {
   enum class Outcome : unsigned char { kDone, kWaits, kFailed };
 
   IoDesk(MachineIo* io, double period_s, double spindle_timeout_s)
-      : io_(io), period_s_(period_s), spindle_timeout_s_(spindle_timeout_s) {}
+      : io_(io), period_s_(period_s), spindle_timeout_s_(spindle_timeout_s), tap_(period_s) {}
 
   /// Once a period, behind the drives' exchange; returns the devices' fault. `drives_touch`: contact of a
   /// probe on the drives' own inputs.
@@ -37,14 +38,19 @@ class IoDesk {
   /// The probe move is over; a move that must find something and has not is a failure.
   Outcome end_probe(bool found) TRN_RT;
 
-  /// Between kGearStart and kGearEnd with the spindle in the lead: plan time follows its turns.
-  bool geared() const TRN_RT { return geared_; }
-  /// The rate of plan time that keeps the path with the spindle; `passed_s`: plan time of the last period.
-  double gear_rate(double passed_s) TRN_RT;
+  /// Between kGearStart and kGearEnd: plan time follows the spindle's turns.
+  bool geared() const TRN_RT { return geared_ || tap_.active(); }
+  /// And the spindle the path: its speed is nobody else's.
+  bool taps() const TRN_RT { return tap_.active(); }
+  /// Where the path has the tip in this period.
+  void follow_tip(const Vec3& tip) TRN_RT { tap_.follow_tip(tip); }
+  /// The rate of plan time that keeps the path with the spindle; `passed_s` and `passed_mm`: plan time and
+  /// tip path of the last period.
+  double gear_rate(double passed_s, double passed_mm) TRN_RT;
   /// How far the path is behind the spindle, s of plan time.
   double gear_lag_s() const TRN_RT { return gear_lag_s_; }
   /// The encoder decides what happens.
-  bool reads_encoder() const TRN_RT { return geared_ || awaits_index_; }
+  bool reads_encoder() const TRN_RT { return geared() || awaits_index_; }
 
   const IoInputs& inputs() const TRN_RT { return inputs_; }
   const IoOutputs& outputs() const TRN_RT { return outputs_; }
@@ -54,6 +60,8 @@ class IoDesk {
   Outcome wait_spindle() TRN_RT;
   Outcome begin_probe(ProbeMode mode) TRN_RT;
   Outcome await_index(const QueueEvent& event) TRN_RT;
+  Outcome begin_tap(const QueueEvent& event) TRN_RT;
+  Outcome settle_tap(bool ends) TRN_RT;
   double turns() const TRN_RT {
     return outputs_.spindle_rpm < 0 ? -inputs_.spindle_turns : inputs_.spindle_turns;
   }
@@ -74,7 +82,10 @@ class IoDesk {
   double turns_before_ = 0;  ///< at the last look
   double gear_turns_ = 0;    ///< of the index pulse at which the path began
   double gear_turns_s_ = 1;  ///< that the plan was made for
-  double gear_time_s_ = 0, gear_lag_s_ = 0;
+  double gear_per_turn_mm_ = 1;
+  double gear_path_turns_ = 0;  ///< where the path is, in turns of the spindle that it stands for
+  double gear_lag_s_ = 0;
+  TapGear tap_;
 };
 
 }  // namespace trn

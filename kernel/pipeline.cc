@@ -136,8 +136,9 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
   open(interpreter_, start, start_words(*assembly.map, start));
 }
 
-bool Pipeline::next(MotionBlock& block) {
-  while (blocks_->items.empty() && !ended_ && !interpreter_.waiting()) fill();
+bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned) {
+  const auto goes_on = [&] { return !ended_ && !interpreter_.waiting() && !(abandoned && *abandoned); };
+  while (blocks_->items.empty() && goes_on()) fill();
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
   blocks_->items.pop_front();
@@ -261,6 +262,15 @@ class LimitScout : public MoveSink {
 
 }  // namespace
 
+std::string remark_on(const ProgramSummary& summary) {
+  if (summary.asks_at != 0)
+    return fmt::format("checked up to line {}: what follows depends on what the machine answers there\n",
+                       summary.asks_at);
+  if (summary.endless == 0) return "";
+  return fmt::format("checked the first {} lines that it runs: a loop at line {} goes on, perhaps for ever\n",
+                     summary.endless, summary.lines);
+}
+
 std::string approach_text(std::uint32_t line, const std::vector<Words>& approach) {
   std::string text = fmt::format("from line {}, in the modes the lines before it leave; approach:\n", line);
   for (const Words& to : approach)
@@ -276,15 +286,16 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   LimitScout scout(assembly);
   Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
   Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true});
+  std::uint64_t steps = 0;
   try {
     open(interpreter, start, words);
-    std::uint64_t steps = 0;
-    while (interpreter.step() && !interpreter.waiting())
+    while (!interpreter.loops_long() && interpreter.step() && !interpreter.waiting())
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }
-  return {interpreter.line(), scout.moves, interpreter.waiting() ? interpreter.line() : 0, scout.approach};
+  return {interpreter.line(), scout.moves, interpreter.waiting() ? interpreter.line() : 0,
+          interpreter.loops_long() ? interpreter.lines_run() : 0, scout.approach};
 }
 
 }  // namespace trn

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <deque>
 #include <functional>
 #include <optional>
@@ -41,10 +42,11 @@ class Pipeline {
            PipelineObservers observers);
   ~Pipeline();
 
-  /// The next block; false while it is `waiting`, and after the last one, which is a kProgramEnd event.
+  /// The next block; false while it is `waiting`, after the last one, which is a kProgramEnd event, and when
+  /// `abandoned` has become true, in a program that loops without end or motion.
   /// ProgramError "file:line:...": the blocks handed out so far end at rest; one kProgramEnd event still
   /// follows.
-  bool next(MotionBlock& block);
+  bool next(MotionBlock& block, const std::atomic<bool>* abandoned = nullptr);
 
   /// The program asks the machine (M66, G38): `next` gives no more before the answer has come.
   bool waiting() const;
@@ -82,17 +84,22 @@ class Pipeline {
 /// What a dry run of a whole program found.
 struct ProgramSummary {
   std::uint64_t lines = 0, moves = 0;
-  std::uint32_t asks_at = 0;    ///< the line that asks the machine; what follows depends on it. 0: none
+  std::uint32_t asks_at = 0;  ///< the line that asks the machine; what follows depends on it. 0: none
+  std::uint64_t endless = 0;  ///< lines that were run when the check gave up in a loop. 0: it came to the end
   std::vector<Words> approach;  ///< ends of the moves to where a program begun further down stands
 };
+
+/// How far the check came if not to the end, in words for people; "" if it did.
+std::string remark_on(const ProgramSummary& summary);
 
 /// The way to where a program begun further down goes on, in words for people.
 std::string approach_text(std::uint32_t line, const std::vector<Words>& approach);
 
 /// Interprets a program to its end on copies of parameters and tools, and follows its moves through the
 /// bracket: every place must be reachable and inside the joints' position limits. Nothing moves. ProgramError
-/// for the first defect, with file, line and what would be right. Ends where the program asks the machine.
-/// `progress` is told the line now and then.
+/// for the first defect, with file, line and what would be right. Ends where the program asks the machine,
+/// and in a loop that goes on for very long (Interpreter::loops_long). `progress` is told the line now and
+/// then.
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress);
 

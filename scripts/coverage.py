@@ -1,58 +1,79 @@
 #!/usr/bin/env python3
 """Lines and branches of a folder that its tests reach.
 
-    scripts/coverage.py [--folder interp/gcode] [--target test_interp_gcode] [--build build/coverage]
+    scripts/coverage.py [--folder interp/gcode] [--tests REGEX] [--build build/coverage]
 
-Builds the test program without optimisation and with gcov's counters, runs it and sums up each file.
+Compiles this folder's files alone, unoptimised and counted by gcov, and links them with what the release has
+of the rest; then runs the tests (ctest, in their short form, or the long one with TRN_LONG) and sums up each
+file. The two sides of a call that may throw are no decision of the source and do not count as branches.
 """
 import argparse
 import glob
+import json
 import os
-import re
 import subprocess
 import sys
 
 ROOT = os.path.dirname(os.path.dirname(os.path.abspath(__file__)))
+RELEASE = os.path.join(ROOT, "build", "release")
+LIBRARIES = {"interp/gcode": "trn_gcode"}
+TARGETS = ["test_interp_gcode", "gcode_fuzz_replay", "expression_fuzz_replay", "trunnion"]
+TESTS = "^(test_interp_gcode|rs274_comparison|bad_input|gcode_fuzz_corpus|expression_fuzz_corpus)$"
 
 
-def build(folder, target):
-    flags = "--coverage -O0 -g0 -fprofile-update=atomic"
-    subprocess.run(["cmake", "-S", ROOT, "-B", folder, "-GNinja", "-DCMAKE_BUILD_TYPE=None", "-DTRN_NO_PCH=ON",
-                    "-DCMAKE_CXX_FLAGS=" + flags, "-DCMAKE_EXE_LINKER_FLAGS=--coverage"], check=True,
-                   stdout=subprocess.DEVNULL)
-    subprocess.run(["cmake", "--build", folder, "--target", target], check=True, stdout=subprocess.DEVNULL)
+def run(*command, **more):
+    return subprocess.run(command, check=True, stdout=subprocess.PIPE, text=True, **more).stdout
+
+
+def build(build_folder, folder):
+    library = LIBRARIES[folder]
+    for where, targets, option in ((RELEASE, TARGETS, ""), (build_folder, [library], folder)):
+        run("cmake", "-S", ROOT, "-B", where, "-GNinja", "-DCMAKE_BUILD_TYPE=Release", "-DTRN_COVERAGE=" + option)
+        run("cmake", "--build", where, "--target", *targets)
+    for target in TARGETS:
+        link = run("ninja", "-C", RELEASE, "-t", "commands", target).splitlines()[-1]
+        link = link.replace(f"lib{library}.a", os.path.join(build_folder, f"lib{library}.a") + " --coverage")
+        run("sh", "-c", link.replace(f"-o {target} ", f"-o {os.path.join(build_folder, target)} "), cwd=RELEASE)
+
+
+def decisions(branches):
+    """Counts of the branches that are no sides of a call that may throw."""
+    sides = set()
+    for i, branch in enumerate(branches):
+        if branch["throw"]:
+            sides |= {i, i - 1} if i > 0 and branches[i - 1]["fallthrough"] else {i}
+    return [branch["count"] for i, branch in enumerate(branches) if i not in sides]
 
 
 def counts(build_folder, folder):
     """{source: (lines, lines reached, branches, branches taken)} of the folder's files."""
     result = {}
-    objects = glob.glob(os.path.join(build_folder, "CMakeFiles", "*.dir", folder, "*.gcda"))
-    for data in sorted(objects):
-        text = subprocess.run(["gcov", "-b", "-n", data], capture_output=True, text=True, check=True,
+    for data in sorted(glob.glob(os.path.join(build_folder, "CMakeFiles", "*.dir", folder, "*.gcda"))):
+        text = subprocess.run(["gcov", "-b", "-j", "-t", data], capture_output=True, text=True, check=True,
                               cwd=build_folder).stdout
-        for block in text.split("\n\n"):
-            name = re.search(r"File '(.*)'", block)
-            lines = re.search(r"Lines executed:([\d.]+)% of (\d+)", block)
-            taken = re.search(r"Taken at least once:([\d.]+)% of (\d+)", block)
-            if not name or not lines or not name[1].endswith(".cc") or f"/{folder}/" not in name[1]:
+        for file in json.loads(text)["files"]:
+            name = os.path.normpath(os.path.join(build_folder, file["file"]))
+            if not name.startswith(os.path.join(ROOT, folder)) or not name.endswith(".cc"):
                 continue
-            total, branches = int(lines[2]), int(taken[2]) if taken else 0
-            reached = round(total * float(lines[1]) / 100)
-            result[name[1].split(f"/{folder}/")[1]] = (total, reached, branches,
-                                                       round(branches * float(taken[1]) / 100) if taken else 0)
+            reached, branches = {}, []
+            for line in file["lines"]:
+                reached[line["line_number"]] = reached.get(line["line_number"], 0) + line["count"]
+                branches += decisions(line["branches"])
+            result[os.path.basename(name)] = (len(reached), sum(count > 0 for count in reached.values()),
+                                              len(branches), sum(count > 0 for count in branches))
     return result
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--folder", default="interp/gcode")
-    parser.add_argument("--target", default="test_interp_gcode")
-    parser.add_argument("--build", default=os.path.join(ROOT, "build", "coverage"))
-    parser.add_argument("--filter", default="*", help="tests to run")
+    parser.add_argument("--folder", default="interp/gcode", choices=LIBRARIES)
+    parser.add_argument("--tests", default=TESTS, help="as for ctest -R")
+    parser.add_argument("--build", default=os.path.join(ROOT, "build", "coverage"), type=os.path.abspath)
     args = parser.parse_args()
-    build(args.build, args.target)
-    command = [os.path.join(args.build, args.target), "--gtest_filter=" + args.filter]
-    subprocess.run(command, check=True, stdout=subprocess.DEVNULL)
+    build(args.build, args.folder)
+    for data in glob.glob(os.path.join(args.build, "CMakeFiles", "**", "*.gcda"), recursive=True):
+        os.remove(data)  # of an earlier run
+    subprocess.run(["ctest", "--test-dir", args.build, "-R", args.tests, "--output-on-failure"], check=True)
     files = counts(args.build, args.folder)
     for name, (lines, reached, branches, taken) in sorted(files.items()):
         print(f"{name:24} lines {100 * reached / lines:5.1f} %  branches {100 * taken / max(1, branches):5.1f} %")

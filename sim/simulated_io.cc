@@ -41,6 +41,7 @@ SimulatedSpindle::Config read_spindle(const Machine& machine, const ConfigTable&
   const std::optional<ConfigTable> table = io.table_if("spindle");
   if (!table) return config;
   config.acceleration_rpm_s = table->number("acceleration_rpm_s", 0, kNotNegative);
+  config.lag_s = table->number("lag_s", 0, kNotNegative);
   config.load_share = table->number("load_share", 0, Range{0, 0.5});
   config.load_hz = table->number("load_hz", config.load_hz, kPositive);
   return config;

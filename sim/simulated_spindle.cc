@@ -15,24 +15,25 @@ constexpr double kDegPerTurn = 360;
 constexpr double kDegAtPlace = 1e-6;
 }  // namespace
 
+SimulatedSpindle::SimulatedSpindle(const Config& config)
+    : config_(config), follows_(config.lag_s > 0 ? -std::expm1(-config.period_s / config.lag_s) : 1) {}
+
 void SimulatedSpindle::step(const IoOutputs& outputs, IoInputs& inputs) TRN_RT {
   time_s_ += config_.period_s;
-  if (outputs.spindle_geared) {
-    inputs.spindle_ready = gear(outputs.spindle_turns);
-  } else if (outputs.spindle_orients) {
+  if (outputs.spindle_orients) {
     inputs.spindle_ready = orient(outputs.spindle_deg);
   } else {
     turn(outputs.spindle_rpm);
     inputs.spindle_ready =
         std::abs(rpm_ - outputs.spindle_rpm) <= kReadyShare * std::abs(outputs.spindle_rpm);
   }
-  geared_ = outputs.spindle_geared;
   inputs.spindle_turns = turns_;
 }
 
 void SimulatedSpindle::turn(double rpm) TRN_RT {
   const double step = config_.acceleration_rpm_s * config_.period_s;
-  rpm_ = step > 0 ? std::clamp(rpm, rpm_ - step, rpm_ + step) : rpm;
+  aim_rpm_ = step > 0 ? std::clamp(rpm, aim_rpm_ - step, aim_rpm_ + step) : rpm;
+  rpm_ += follows_ * (aim_rpm_ - rpm_);
   const double wave = config_.load_share * std::sin(2 * kPi * config_.load_hz * time_s_);
   turns_ += rpm_ * (1 + wave) / kSecondsPerMinute * config_.period_s;
 }
@@ -46,17 +47,8 @@ bool SimulatedSpindle::orient(double deg) TRN_RT {
   const double to_go = std::remainder(deg - kDegPerTurn * turns_, kDegPerTurn) / kDegPerTurn;
   const double step = kOrientRpm / kSecondsPerMinute * config_.period_s;
   turns_ += std::clamp(to_go, -step, step);
-  rpm_ = 0;
+  rpm_ = aim_rpm_ = 0;
   return std::abs(to_go) * kDegPerTurn <= kDegAtPlace;
-}
-
-// A servo: follows the turns it is told without lag.
-bool SimulatedSpindle::gear(double turns) TRN_RT {
-  if (!geared_) geared_from_ = turns_ - turns;
-  const double before = turns_;
-  turns_ = geared_from_ + turns;
-  rpm_ = (turns_ - before) / config_.period_s * kSecondsPerMinute;
-  return true;
 }
 
 }  // namespace trn

@@ -161,6 +161,7 @@ struct SetToolTableEntry {
 struct StartFeedSync {
   double per_rev;
   bool velocity;
+  bool tap = false;  ///< a RigidTap follows
 };
 struct SetOutputBit {
   bool motion;

@@ -239,6 +239,11 @@ void CutterComp::entry_too_short(double length) const {
 }
 
 void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink& sink) {
+  if (radius_ == 0) {  // the path is the programmed one: nothing to wait for
+    programmed_ = tool_ = target_of(command);
+    entered_ = true;
+    return sink.put(command, line);
+  }
   Element e = make_element(command, line);
   if (e.shape == Shape::kVertical && !entered_) entry_too_short(0);
   if (e.shape == Shape::kVertical) {

@@ -124,7 +124,9 @@ std::string_view who_uses(char letter) {
 void check_cycle_words(const Block& b, int motion) {
   const bool cycle = motion >= 730 && motion <= 890 && motion != 800;
   const bool thread = motion == 330 || motion == 331;
-  if ((cycle || thread || motion == 51 || (motion >= 382 && motion <= 385)) && !b.has_axis_word())
+  const bool smoothing = motion == 51 && b.has('Q') && !b.has('I');  // G05.1 Q of other controls
+  if ((cycle || thread || (motion == 51 && !smoothing) || (motion >= 382 && motion <= 385)) &&
+      !b.has_axis_word())
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "axis words");
   if (thread && !b.has('K'))
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "a K word");
@@ -188,7 +190,8 @@ void Executor::begin(const AxisValues& start) {
   s_.modal.great_circle = parts_.config.great_circle;
   put(canon::UseLengthUnits{false});
   load_system(static_cast<int>(parts_.parameters[parameter::kSystem]));
-  if (parts_.parameters[parameter::kG92Active] != 0) s_.g92 = stored(parameter::kG92);
+  s_.g92_active = parts_.parameters[parameter::kG92Active] != 0;
+  if (s_.g92_active) s_.g92 = stored(parameter::kG92);
   put(canon::SetG5xOffset{s_.modal.work_offset, s_.g5x});
   put(canon::SetG92Offset{s_.g92});
   put(canon::SetXyRotation{s_.rotation_deg});
@@ -369,7 +372,7 @@ void Executor::comment(const Block& b) {
       put_now(canon::Message{text});
       break;
     case CommentKind::kDebug:
-      put_now(canon::Message{expand_message(text)});
+      if (parts_.parameters[parameter::kDebugOutput] > 0) put_now(canon::Message{expand_message(text)});
       break;
     case CommentKind::kPrint:
       put_now(canon::Print{expand_message(text)});

@@ -154,6 +154,8 @@ class Executor : public StateValues {
   void g10_system(const Block& b, int l);
   void g92(const Block& b);
   void g52(const Block& b);
+  void set_g92_active(bool active);
+  void restore_g92(bool active);
   void home_position(const Block& b, int code10);
   void load_system(int index);
   void put_system(bool with_g92);

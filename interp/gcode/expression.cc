@@ -246,6 +246,11 @@ void ExpressionCompiler::binary(int least_precedence) {
 void ExpressionCompiler::exists(std::uint32_t column) {
   expect('[');
   if (!lexer_.accept('#')) fail(GcodeErrorCode::kBadName, lexer_.column());
+  if (lexer_.peek() != '<') {
+    operand();
+    emit(Op::kExistsIndirect, column);
+    return expect(']');
+  }
   const Reference r = reference();
   switch (r.op) {
     case Op::kLocal:
@@ -254,14 +259,8 @@ void ExpressionCompiler::exists(std::uint32_t column) {
     case Op::kGlobal:
       emit_index(Op::kExistsGlobal, column, r.index);
       break;
-    case Op::kPredefined:
-      emit_index(Op::kExistsPredefined, column, r.index);
-      break;
-    case Op::kNumbered:
-      emit_index(Op::kExistsNumbered, column, r.index);
-      break;
     default:
-      fail(GcodeErrorCode::kBadName, column);
+      emit_index(Op::kExistsPredefined, column, r.index);
   }
   expect(']');
 }
@@ -296,6 +295,13 @@ int Evaluator::parameter_number(double value, std::uint32_t column) {
   return static_cast<int>(rounded);
 }
 
+bool Evaluator::exists(double value, std::uint32_t column) {
+  const double rounded = std::round(value);
+  if (!(std::fabs(value - rounded) <= kIntegerTolerance))
+    fail(GcodeErrorCode::kNotInteger, column, "the parameter number", value);
+  return rounded >= 1 && rounded <= parameter::kMax;
+}
+
 double Evaluator::numbered(int number, std::uint32_t column) const {
   if (number < 1 || number > parameter::kMax) fail(GcodeErrorCode::kParameterRange, column, number);
   if (number >= parameter::kPosition && number < parameter::kPosition + 6)
@@ -319,8 +325,9 @@ double Evaluator::load(const Instruction& i, double top) const {
     case Op::kPredefined:
       return state_.predefined(i.index);
     case Op::kExistsPredefined:
-    case Op::kExistsNumbered:
       return 1.0;
+    case Op::kExistsIndirect:
+      return truth(exists(top, i.column));
     case Op::kExistsLocal:
     case Op::kExistsGlobal:
       return truth(named(i) != nullptr);
@@ -338,7 +345,7 @@ double Evaluator::run(const std::vector<Instruction>& code, std::int32_t start) 
   std::size_t top = 0;
   for (const Instruction* i = code.data() + start; i->op != Op::kEnd; ++i) {
     if (i->op < Op::kNegate) {
-      if (i->op == Op::kIndirect) {
+      if (i->op == Op::kIndirect || i->op == Op::kExistsIndirect) {
         stack[top - 1] = load(*i, stack[top - 1]);
       } else {
         stack[top++] = load(*i, 0);

@@ -18,7 +18,7 @@ enum class Op : std::uint8_t {
   kLocal,
   kGlobal,
   kPredefined,
-  kExistsNumbered,
+  kExistsIndirect,
   kExistsLocal,
   kExistsGlobal,
   kExistsPredefined,
@@ -110,6 +110,8 @@ class Evaluator {
   double numbered(int number, std::uint32_t column) const;
   /// Checks that `value` is a parameter number.
   static int parameter_number(double value, std::uint32_t column);
+  /// EXISTS of a numbered parameter: there is one of this number.
+  static bool exists(double value, std::uint32_t column);
 
   const Parameters& parameters() const { return parameters_; }
 

@@ -37,6 +37,7 @@ void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::strin
 const ParsedBlock* Flow::next() {
   for (int words = 0; !ended_;) {
     const ParsedBlock* block = fetch();
+    ++lines_run_;
     if (!block) {
       at_file_end();
       continue;

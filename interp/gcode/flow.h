@@ -43,6 +43,8 @@ class Flow {
 
   std::uint32_t line() const { return current_.at.line; }
   /// Line of the main program that comes next; 0 inside a sub-program.
+  /// Lines run so far, every pass of a loop counted.
+  std::uint64_t lines_run() const { return lines_run_; }
   std::uint32_t next_main_line() const { return frames_.empty() ? next_.at.line : 0; }
   /// At the program's end: every loop and branch that is open must be closed further down. BlockError.
   void check_closed();
@@ -58,6 +60,7 @@ class Flow {
   /// Blocks kept in compiled form before the store is emptied.
   static constexpr std::size_t kMaxKept = 50'000;
   /// O-words obeyed in one call of `next`.
+  std::uint64_t lines_run_ = 0;
   static constexpr int kMaxWordsAtOnce = 1000;
 
  private:

@@ -76,6 +76,11 @@ void Interpreter::open_text(std::string text, std::string name, const AxisValues
 void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
   gate_.open = false;
   while (flow_.next_main_line() < line) {
+    if (loops_long())
+      throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
+                       fmt::format("{}:{}: a loop at line {} before it goes on, perhaps for ever; legal: {}",
+                                   flow_.file_name(), line, flow_.line(),
+                                   gcode_error_info(GcodeErrorCode::kFromLine).legal));
     if (!step())
       throw GcodeError(
           GcodeErrorCode::kFromLine, line, 0,
@@ -109,30 +114,35 @@ GcodeError Interpreter::located(const BlockError& error) {
 }
 
 void Interpreter::assign(const ParsedBlock& parsed) {
-  values_.clear();
-  for (const Assignment& a : parsed.assignments) values_.push_back(evaluator_.run(parsed.code, a.value));
+  values_.clear();  // index and value of each: none of them sees what the line assigns
+  for (const Assignment& a : parsed.assignments) {
+    const bool computed = a.target == Assignment::Target::kExpression;
+    values_.push_back(computed ? evaluator_.run(parsed.code, a.index) : a.index);
+    values_.push_back(evaluator_.run(parsed.code, a.value));
+  }
   for (std::size_t i = 0; i < parsed.assignments.size(); ++i) {
     const Assignment& a = parsed.assignments[i];
+    const double value = values_[2 * i + 1];
     int number = a.index;
     switch (a.target) {
       case Assignment::Target::kLocal:
-        parts_.parameters.set_local(a.index, values_[i]);
+        parts_.parameters.set_local(a.index, value);
         continue;
       case Assignment::Target::kGlobal:
-        parts_.parameters.set_global(a.index, values_[i]);
+        parts_.parameters.set_global(a.index, value);
         continue;
       case Assignment::Target::kReadOnly:
         fail(GcodeErrorCode::kReadOnlyParameter, a.column,
              fmt::format("#<{}>", predefined_names()[static_cast<std::size_t>(a.index)]));
       case Assignment::Target::kExpression:
-        number = Evaluator::parameter_number(evaluator_.run(parsed.code, a.index), a.column);
+        number = Evaluator::parameter_number(values_[2 * i], a.column);
         break;
       default:
         break;
     }
     if (Parameters::is_read_only(number))
       fail(GcodeErrorCode::kReadOnlyParameter, a.column, fmt::format("#{}", number));
-    parts_.parameters[number] = values_[i];
+    parts_.parameters[number] = value;
   }
 }
 

@@ -58,6 +58,12 @@ class Interpreter {
   void answer(const MachineAnswer& answer) { executor_.answer(answer); }
 
   std::uint32_t line() const { return flow_.line(); }
+  /// Lines run so far, every pass of a loop counted.
+  std::uint64_t lines_run() const { return flow_.lines_run(); }
+  /// So many of them were run again in loops and sub-programs that the end may never come.
+  bool loops_long() const { return lines_run() > kLoopedLinesMax + line(); }
+  static constexpr std::uint64_t kLoopedLinesMax = 10'000'000;
+
   std::uint64_t blocks() const { return blocks_; }
   const Settings& settings() const { return executor_.settings(); }
 

@@ -113,7 +113,6 @@ std::string Lexer::name(char close) {
     if (c == '\0') fail(GcodeErrorCode::kMissingBracket, at, close);
     ++p_;
     if (c == close) break;
-    if (c == '(' || c == '#' || c == '[') fail(GcodeErrorCode::kBadName, at);
     text += c;
   }
   if (text.empty()) fail(GcodeErrorCode::kBadName, at);

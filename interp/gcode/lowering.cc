@@ -1,6 +1,7 @@
 #include "interp/gcode/lowering.h"
 
 #include <cmath>
+#include <utility>
 
 #include "core/path.h"
 #include "core/units.h"
@@ -13,6 +14,7 @@ namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
 constexpr double kGearReserve = 1.1;  // a thread is planned for a spindle that much faster than told
+constexpr double kTapShare = 0.8;     // of the spindle's acceleration that the path of a tap takes
 constexpr double kSplineChord_mm = 0.002;
 constexpr double kAxisChord_rad = 5e-5;  // tool axis of a chord from its great circle
 constexpr int kAxisChordsMax = 512;
@@ -277,10 +279,39 @@ void Lowering::close_gear(const canon::StartFeedSync& gear) {
   if (speed_rpm_ <= 0 || gear.per_rev <= 0)
     fail(GcodeErrorCode::kNoSpindle, 1, "G33 with a pitch greater than 0");
   per_turn_ = gear.per_rev;
-  if (geared_) return;
+  if (geared_ || gear.tap) return;
   geared_ = true;
-  event(QueueEvent::Kind::kGearStart, kGearReserve * speed_rpm_ / kSecondsPerMinute,
-        static_cast<std::int32_t>(GearMode::kSpindleLeads));
+  gear_event(GearMode::kSpindleLeads, kGearReserve * speed_rpm_ / kSecondsPerMinute);
+}
+
+void Lowering::gear_event(GearMode mode, double turns_s) {
+  const double per_turn_mm = inch_ ? per_turn_ * kMmPerInch : per_turn_;
+  const auto argument = static_cast<std::int32_t>(mode);
+  sink_.event({QueueEvent::Kind::kGearStart, turns_s, argument, overrides_, per_turn_mm}, move_.source);
+}
+
+// From the spindle's standstill at its mark, so that a second tap meets the groove of the first, to its
+// standstill at the depth, and back; the path is no faster than the spindle can follow.
+void Lowering::tap(const canon::RigidTap& tap) {
+  const Words top = words_, bottom = words_of(tap.to);
+  if ((bottom - top).head<3>().norm() <= kTipAtRest)
+    fail(GcodeErrorCode::kNotSupported, 1, "G33.1", "the tip goes nowhere: a depth in X, Y or Z is needed");
+  const double turns_s = (clockwise_ ? speed_rpm_ : -speed_rpm_) / kSecondsPerMinute;
+  const double per_turn_mm = inch_ ? per_turn_ * kMmPerInch : per_turn_;
+  event(QueueEvent::Kind::kSpindleOrient);
+  gear_event(GearMode::kPathLeads, turns_s);
+  const PathMode mode = std::exchange(move_.mode, PathMode::kExactStop);
+  move_.kind = ProgramMove::Kind::kFeed;
+  move_.feed = FeedLimit{};
+  move_.feed.tip_mm_s = per_turn_mm * std::abs(turns_s);
+  if (config_.spindle_rpm_s > 0)
+    move_.feed.tip_mm_s2 = kTapShare * config_.spindle_rpm_s / kSecondsPerMinute * per_turn_mm;
+  send(bottom);
+  event(QueueEvent::Kind::kGearReverse);
+  send(top);
+  event(QueueEvent::Kind::kGearEnd);
+  event(QueueEvent::Kind::kSpindle, turns_s * kSecondsPerMinute);
+  move_.mode = mode;
 }
 
 void Lowering::open_gear() {
@@ -391,10 +422,7 @@ struct Lowering::Visit {
   }
   void operator()(const canon::StraightProbe& c) const { low.probe(c); }
   void operator()(const canon::WaitInput& c) const { low.wait_input(c); }
-  void operator()(const canon::RigidTap&) const {
-    fail(GcodeErrorCode::kNotSupported, 1, "G33.1",
-         "the spindle cannot be reversed on the path of the tap; G84 with a floating holder can be");
-  }
+  void operator()(const canon::RigidTap& c) const { low.tap(c); }
   void operator()(const canon::StartFeedSync& c) const { low.close_gear(c); }
   void operator()(const canon::SetOutputBit& c) const { low.output_bit(c); }
   void operator()(const canon::SetOutputValue& c) const { low.output_value(c); }

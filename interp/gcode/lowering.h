@@ -52,6 +52,8 @@ class Lowering : public CanonSink {
   void wait_input(const canon::WaitInput& wait);
   void close_gear(const canon::StartFeedSync& gear);
   void open_gear();
+  void tap(const canon::RigidTap& tap);
+  void gear_event(GearMode mode, double turns_s);
   void output_bit(const canon::SetOutputBit& output);
   void output_value(const canon::SetOutputValue& output);
   AxisValues mm(const AxisValues& program) const;

@@ -276,10 +276,7 @@ void Executor::restore_geometry(const Settings& state) {
   if (kept.incremental != m.incremental) set_incremental(kept.incremental);
   if (kept.arc_absolute != m.arc_absolute) set_arc_absolute(kept.arc_absolute);
   if (kept.retract_to_start != m.retract_to_start) set_retract(kept.retract_to_start);
-  if (state.g92 == s_.g92) return;
-  s_.position += s_.g92 - state.g92;
-  s_.g92 = state.g92;
-  put(canon::SetG92Offset{s_.g92});
+  restore_g92(state.g92_active);
 }
 
 void Executor::restore_coolant(const ModalState& kept) {

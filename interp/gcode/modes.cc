@@ -23,9 +23,11 @@ void Executor::set_feed_mode(FeedMode mode) {
   put(canon::SetFeedRate{0});
 }
 
+// In G93 the word belongs to its line.
 void Executor::feed(const Block& b) {
+  if (s_.modal.feed_mode == FeedMode::kInverseTime) return;
   s_.modal.feed = b['F'];
-  if (s_.modal.feed_mode != FeedMode::kInverseTime) put(canon::SetFeedRate{b['F']});
+  put(canon::SetFeedRate{b['F']});
 }
 
 void Executor::spindle_mode(const Block& b) {

@@ -211,7 +211,6 @@ void Executor::g10_system(const Block& b, int l) {
 
 void Executor::g92(const Block& b) {
   const int code = b.code(GGroup::kNonModal);
-  Parameters& parameters = parts_.parameters;
   const std::uint32_t column = b.at(GGroup::kNonModal);
   if (comp_.active() && !(code != 920 && s_.g92.isZero(0)))
     fail(GcodeErrorCode::kCompState, column, g_name(code));
@@ -227,8 +226,23 @@ void Executor::g92(const Block& b) {
     s_.position += s_.g92 - wanted;
     s_.g92 = wanted;
   }
-  parameters[parameter::kG92Active] = code == 920 || code == 923 ? 1 : 0;
+  set_g92_active(code == 920 || code == 923);
   if (code != 922) store(parameter::kG92, to_mm(s_.g92));
+  put(canon::SetG92Offset{s_.g92});
+}
+
+void Executor::set_g92_active(bool active) {
+  s_.g92_active = active;
+  parts_.parameters[parameter::kG92Active] = active ? 1 : 0;
+}
+
+// As G92.3 or G92.2: M70 to M73 keep whether the offset acts, not what it is.
+void Executor::restore_g92(bool active) {
+  if (active == s_.g92_active) return;
+  const AxisValues wanted = active ? from_mm(stored(parameter::kG92)) : AxisValues::Zero().eval();
+  s_.position += s_.g92 - wanted;
+  s_.g92 = wanted;
+  set_g92_active(active);
   put(canon::SetG92Offset{s_.g92});
 }
 
@@ -242,7 +256,7 @@ void Executor::g52(const Block& b) {
     s_.g92[i] = b[kWordLetters[i]];
   }
   store(parameter::kG92, to_mm(s_.g92));
-  parts_.parameters[parameter::kG92Active] = 1;
+  set_g92_active(true);
   put(canon::SetG92Offset{s_.g92});
 }
 

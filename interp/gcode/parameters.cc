@@ -100,6 +100,7 @@ void Parameters::Named::set(std::int32_t id, double v) {
 
 Parameters::Parameters() : numbered_(parameter::kMax + 1, 0.0), frames_(1) {
   numbered_[parameter::kSystem] = 1;
+  numbered_[parameter::kDebugOutput] = 1;
 }
 
 void Parameters::push_frame(std::span<const double> arguments) {

@@ -18,6 +18,7 @@ inline constexpr int kProbe = 5061, kProbeSuccess = 5070, kG28 = 5161, kG30 = 51
 inline constexpr int kSystem = 5220, kFirstOffset = 5221, kOffsetStride = 20, kOffsetRotation = 9;
 inline constexpr int kInputResult = 5399, kTool = 5400, kToolOffset = 5401, kToolDiameter = 5410;
 inline constexpr int kPosition = 5420;
+inline constexpr int kDebugOutput = 5599;  ///< (DEBUG,...) speaks where it is above 0
 inline constexpr int kMax = 5601;
 }  // namespace parameter
 

@@ -111,6 +111,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
     config.io = true;
     const auto spindle = io->table_if("spindle");
     config.spindle_encoder = spindle && spindle->boolean("encoder", true);
+    if (config.spindle_encoder) config.spindle_rpm_s = spindle->number("acceleration_rpm_s", 0, kNotNegative);
   }
   const auto found = root.table_if("program");
   if (!found) return config;

@@ -48,6 +48,7 @@ struct Settings {
   AxisValues position = AxisValues::Zero();  ///< program coordinates
   AxisValues g5x = AxisValues::Zero();
   AxisValues g92 = AxisValues::Zero();
+  bool g92_active = false;  ///< as #5210
   double rotation_deg = 0;
   AxisValues tool_offset = AxisValues::Zero();
   int tool_length_code = 490;

@@ -22,12 +22,12 @@ std::array<Vec3, 4> cubic_from_quadratic(const Vec3& a, const Vec3& q, const Vec
 
 void Executor::spline(const Block& b, int motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
+  if (motion == 51 && b.has('Q') && !b.has_axis_word() && !b.has('I')) return ignore_smoothing(column);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   if (left_contour_)
     fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is a spline", "a straight move");
   if (s_.modal.plane != Plane::kXY)
     fail(GcodeErrorCode::kPlane, column, g_name(motion), s_.modal.plane == Plane::kXZ ? "G18" : "G19", "G17");
-  if (motion == 51 && b.has('Q') && !b.has_axis_word() && !b.has('I')) return ignore_smoothing(column);
   if (motion != 53) check_feed(b, g_name(motion));
   for (const char letter : {'Z', 'A', 'B', 'C'})
     if (b.has(letter)) fail(GcodeErrorCode::kSpline, b.at(letter), "a spline stays in XY", "X and Y");

@@ -34,7 +34,7 @@ void Executor::spindle_synchronous(const Block& b, int motion) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   if (s_.modal.turn == SpindleTurn::kStopped) fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
   const AxisValues to = target(b);
-  put(canon::StartFeedSync{b['K'], false});
+  put(canon::StartFeedSync{b['K'], false, motion != 330});
   if (motion == 330) {
     put(canon::StraightFeed{to, 0});
     s_.position = to;

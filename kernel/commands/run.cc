@@ -126,9 +126,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   start.corrections_off = assembly.corrections.planned_off;
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
   if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
-  if (checked.asks_at != 0)
-    fmt::print(stderr, "checked up to line {}: what follows depends on what the machine answers there\n",
-               checked.asks_at);
+  fmt::print(stderr, "{}", remark_on(checked));
 
   ProgressLine progress(checked.lines);
   std::optional<TraceWriter> trace;

@@ -318,11 +318,13 @@ CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket
   program_path_.clear();
   from_line_ = 0;
   const JointVec q = report_.q_plan;
+  const auto remark = std::make_shared<std::string>();
   run_job(
-      ticket, clear_then([this, path, q] { parts_.programs.load(path, q); }),
-      [this, path, q] {
+      ticket, clear_then([this, path, q, remark] { *remark = parts_.programs.load(path, q); }),
+      [this, path, q, remark] {
         program_path_ = view_.program = path;
         prepared_at_ = q;
+        job_message_ = *remark;
       },
       false);
   return {acknowledge_t::WORKING, ""};

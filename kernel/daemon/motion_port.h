@@ -13,8 +13,9 @@ class ProgramSource {
  public:
   virtual ~ProgramSource() = default;
   /// Prepares a program from its start, as far ahead as the ring goes, for a machine that stands at q (mm,
-  /// rad). The tick has been told to forget the last one. ProgramError if the program cannot run.
-  virtual void load(const std::string& path, const JointVec& q) = 0;
+  /// rad). The tick has been told to forget the last one. Returns a remark for people, or "". ProgramError if
+  /// the program cannot run.
+  virtual std::string load(const std::string& path, const JointVec& q) = 0;
   /// The same from a line of it (> 1); returns the way to where it goes on there, in words.
   virtual std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) = 0;
   virtual void load_mdi(const std::string& text, const JointVec& q) = 0;

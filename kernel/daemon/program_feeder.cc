@@ -38,12 +38,15 @@ const Parameters& ProgramFeeder::settle() {
   return parameters_;
 }
 
-void ProgramFeeder::load(const std::string& path, const JointVec& q) { begin({path, std::nullopt, q}); }
+std::string ProgramFeeder::load(const std::string& path, const JointVec& q) {
+  return remark_on(begin({path, std::nullopt, q}));
+}
 
 std::string ProgramFeeder::load_from(const std::string& path, const JointVec& q, std::uint32_t line) {
   ProgramStart start{path, std::nullopt, q};
   start.from_line = line;
-  return approach_text(line, begin(start).approach);
+  const ProgramSummary summary = begin(start);
+  return approach_text(line, summary.approach) + remark_on(summary);
 }
 
 void ProgramFeeder::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
@@ -89,8 +92,11 @@ void ProgramFeeder::wait_until_cleared() {
   }
 }
 
+// A program may calculate for long before its first motion, or for ever.
 void ProgramFeeder::wait_until_primed() {
-  while (!ended_ && !waits_ && !abandoned_ && queue_.buffered_s() < assembly_.planner.buffer_s) doze();
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  const auto primed = [&] { return ended_ || waits_ || queue_.buffered_s() >= assembly_.planner.buffer_s; };
+  while (!primed() && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
   const std::string failure = take_failure();
   if (!failure.empty()) throw ProgramError(failure);
 }
@@ -100,7 +106,7 @@ bool ProgramFeeder::feed(Pipeline& pipeline) {
   bool sound = true;
   for (bool more = true; more && !abandoned_;) {
     try {
-      more = pipeline.next(block);
+      more = pipeline.next(block, &abandoned_);
       if (more) push(block);
       if (!more && pipeline.waiting()) more = wait_for_answer(pipeline);
     } catch (const std::exception& error) {  // the end of the program still follows

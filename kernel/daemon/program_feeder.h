@@ -23,7 +23,7 @@ class ProgramFeeder final : public ProgramSource {
                 SessionLog* log = nullptr, FeatureBook* features = nullptr);
   ~ProgramFeeder() override;
 
-  void load(const std::string& path, const JointVec& q) override;
+  std::string load(const std::string& path, const JointVec& q) override;
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
   void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }

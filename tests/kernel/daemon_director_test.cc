@@ -32,9 +32,10 @@ jerk_mm_s3 = 20000
 )";
 
 struct FakePrograms final : ProgramSource {
-  void load(const std::string& path, const JointVec&) override {
+  std::string load(const std::string& path, const JointVec&) override {
     if (path == "bad.ngc") throw ProgramError("bad.ngc:3:7: no such word");
     ++loads;
+    return "";
   }
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override {
     load(path, q);

@@ -89,7 +89,18 @@ PathSample PathSampler::sample(const PlanPiece& piece, double s_piece, double s,
     out.d2[k] = d.d2[i];
     out.d3[k] = d.d3[i];
   }
+  if (std::isfinite(piece.feed.tip_mm_s2)) weigh(piece, s_piece, out);
   return out;
+}
+
+// Where the program asks for less acceleration than the joints have, they count as so much weaker, in jerk
+// too.
+void PathSampler::weigh(const PlanPiece& piece, double s_piece, PathSample& out) const {
+  const double tip = piece.piece.derivatives(s_piece).d1.head<3>().norm();
+  const double weaker = bound(out).acceleration * tip / piece.feed.tip_mm_s2;
+  if (!(weaker > 1)) return;
+  for (PerJoint* d : {&out.d1, &out.d2, &out.d3})
+    for (double& value : *d) value *= weaker;
 }
 
 LocalBound PathSampler::bound(const PathSample& sample) const {

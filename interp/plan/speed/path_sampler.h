@@ -38,6 +38,7 @@ class PathSampler {
  private:
   void check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const;
   double speed_bound(const PlanPiece& piece, const JointDerivatives& d) const;
+  void weigh(const PlanPiece& piece, double s_piece, PathSample& out) const;
 
   const Joints& joints_;
   const JointMap& map_;

@@ -78,6 +78,10 @@ TEST(Expression, Functions) {
   EXPECT_EQ(evaluate("abs[-2]"), 2);
   EXPECT_DOUBLE_EQ(evaluate("ln[exp[2]]"), 2);
   EXPECT_EQ(evaluate("exists[#<nothing>]"), 0);
+  EXPECT_EQ(evaluate("exists[#7]"), 1);
+  EXPECT_EQ(evaluate("exists[#99999]"), 0);
+  EXPECT_EQ(evaluate("exists[#[3+4]]"), 1);
+  EXPECT_EQ(evaluate("exists[#[-1]]"), 0);
   EXPECT_EQ(evaluate("#7"), 3.5);
   EXPECT_EQ(evaluate("#[3.5 * 2]"), 3.5);
   EXPECT_EQ(evaluate("#5421"), 1);
@@ -172,6 +176,7 @@ TEST(Expression, AgreesWithTheNaiveEvaluator) {
 }
 
 TEST(Expression, AssignmentsTakeEffectAfterTheLine) {
+  EXPECT_EQ(test::canon("#1=3 #2=8\n#1=4 ##1=5\nG0 X#1 Y#3"), test::moves({"T 4 5 0"})) << "indices too";
   EXPECT_EQ(test::canon("#1=5 #2=#1\n#1=7 G0 X#1\nG0 Y#1 Z#2"), test::moves({"T 5 0 0", "T 5 7 0"}));
 }
 

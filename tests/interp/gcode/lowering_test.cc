@@ -313,6 +313,35 @@ TEST(Lowering, ProbeMovesAndInputsAreBracketedByEvents) {
   EXPECT_TRUE(InputArgument::unpack(list.events[3].argument).analog);
 }
 
+// Spindle to its mark, gear closed, down, both at rest, up, gear open, spindle as before; no faster than the
+// spindle can follow: 0.8 of 3000 rpm/s at 0.05 inch a turn.
+TEST(Lowering, ATapGoesDownAndBackWithTheSpindle) {
+  Session session;
+  session.config.io = session.config.spindle_encoder = true;
+  session.config.spindle_rpm_s = 3000;
+  const test::MoveList list = session.moves("G20 G64 P1 S600 M4\nG0 X1\nG33.1 Z-0.5 K0.05\nG0 X2\nM2\n");
+  using Kind = QueueEvent::Kind;
+  std::vector<Kind> kinds;
+  for (const QueueEvent& event : list.events) kinds.push_back(event.kind);
+  EXPECT_EQ(kinds,
+            (std::vector<Kind>{Kind::kSpindle, Kind::kSpindleOrient, Kind::kGearStart, Kind::kGearReverse,
+                               Kind::kGearEnd, Kind::kSpindle, Kind::kSpindle, Kind::kProgramEnd}));
+  EXPECT_EQ(list.events[2].value, -10) << "turns a second, M4";
+  EXPECT_EQ(static_cast<GearMode>(list.events[2].argument), GearMode::kPathLeads);
+  EXPECT_DOUBLE_EQ(list.events[2].per_turn_mm, 1.27);
+  EXPECT_EQ(list.events[5].value, -600);
+  ASSERT_EQ(list.moves.size(), 4U);
+  EXPECT_DOUBLE_EQ(list.moves[1].to[2], -12.7);
+  EXPECT_EQ(list.moves[2].to, list.moves[0].to);
+  for (const std::size_t i : {1U, 2U}) {
+    EXPECT_EQ(list.moves[i].mode, PathMode::kExactStop);
+    EXPECT_DOUBLE_EQ(list.moves[i].feed.tip_mm_s, 12.7);
+    EXPECT_DOUBLE_EQ(list.moves[i].feed.tip_mm_s2, 0.8 * 50 * 1.27);
+  }
+  EXPECT_EQ(list.moves[3].mode, PathMode::kContinuous);
+  EXPECT_EQ(list.moves[3].feed.tip_mm_s2, FeedLimit::kNone);
+}
+
 // What needs to hear the machine is refused where it would move, and never becomes a plain feed.
 TEST(Lowering, WhatNeedsInputsIsRefusedByName) {
   const auto refusal = [](const std::string& program) -> std::string {
