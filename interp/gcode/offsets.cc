@@ -92,8 +92,9 @@ void Executor::tool_length(const Block& b) {
       offset = table_offset(number, b.has('H') ? b.at('H') : column);
   }
   if (code == 434 || code == 435) {
+    set_rtcp(true, offset, column, g_name(code));
     s_.tool_vector = code == 435;
-    return set_rtcp(true, offset, column, g_name(code));
+    return;
   }
   s_.tool_vector = false;
   set_tool_offset(offset, code);

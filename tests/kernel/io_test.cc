@@ -292,8 +292,9 @@ TEST(Io, ATapIsNoFasterThanItsSpindleCanFollow) {
   EXPECT_LT(taps_of(run, 5, 1.25, 1).turns_off, 1e-4);
   double most = 0;
   const std::vector<CycleReport>& all = run.reports.all;
-  for (std::size_t i = 2; i < all.size(); ++i) {
-    if (all[i].q_setpoint[2] > 4.999 || all[i - 2].q_setpoint[2] > 4.999) continue;
+  std::size_t i = 0;
+  while (all[i].event.kind != QueueEvent::Kind::kGearStart) ++i;
+  for (i += 2; i < all.size(); ++i) {
     const double second = all[i].q_setpoint[2] - 2 * all[i - 1].q_setpoint[2] + all[i - 2].q_setpoint[2];
     most = std::max(most, std::abs(second) / 1e-6);
   }
