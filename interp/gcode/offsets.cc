@@ -93,7 +93,7 @@ void Executor::tool_length(const Block& b) {
   }
   if (code == 434 || code == 435) {
     set_rtcp(true, offset, column, g_name(code));
-    s_.tool_vector = code == 435;  // not before: a machine that cannot refuses, and the reading goes on
+    s_.tool_vector = code == 435;
     return;
   }
   s_.tool_vector = false;

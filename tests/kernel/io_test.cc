@@ -283,6 +283,26 @@ TEST(Io, ARigidTapKeepsItsPitchThroughTheReversal) {
   EXPECT_TRUE(dwell->spindle_ready);
 }
 
+// The path's own acceleration is 0.8 of what the spindle can do: without lag nothing has to wait for
+// anything.
+TEST(Io, ATapIsNoFasterThanItsSpindleCanFollow) {
+  const IoRun run(machine_with("[io.spindle]\nacceleration_rpm_s = 2000\n"),
+                  "G21 G90 S600 M3\nG0 X10 Z5\nG33.1 Z-20 K1.25\nM2\n");
+  EXPECT_EQ(run.result.fault, Fault::kOk);
+  EXPECT_LT(taps_of(run, 5, 1.25, 1).turns_off, 1e-4);
+  double most = 0;
+  const std::vector<CycleReport>& all = run.reports.all;
+  std::size_t i = 0;
+  while (all[i].event.kind != QueueEvent::Kind::kGearStart) ++i;
+  for (i += 2; i < all.size(); ++i) {
+    const double second = all[i].q_setpoint[2] - 2 * all[i - 1].q_setpoint[2] + all[i - 2].q_setpoint[2];
+    most = std::max(most, std::abs(second) / 1e-6);
+  }
+  const double bound = 0.8 * 2000 / 60 * 1.25;
+  EXPECT_LT(most, 1.001 * bound);
+  EXPECT_GT(most, 0.95 * bound);
+}
+
 TEST(Io, ALeftHandTapTurnsTheOtherWay) {
   const IoRun run(machine_with(kTapSpindle), "G20 G90 S300 M4\nG0 Z0.1\nG33.1 Z-0.5 K0.05\nM2\n");
   EXPECT_EQ(run.result.fault, Fault::kOk);

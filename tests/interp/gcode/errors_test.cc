@@ -291,6 +291,20 @@ TEST(Errors, AllOfAFileAreTold) {
 }
 
 // Thirty programs with something broken: each is refused with a place, none crashes or hangs.
+// What is refused leaves nothing behind that a later block could trip over.
+TEST(Errors, ARefusedToolVectorIsNotInForce) {
+  Session session;
+  struct Nothing : CanonSink {
+    void put(const CanonCommand&, std::uint32_t) override {}
+  } nothing;
+  Interpreter interpreter(
+      {session.config, session.parameters, session.tools, nullptr, nothing, [](const Diagnostic&) {}});
+  interpreter.open_text("G43.5 H1\nG0 K1\nM2\n", "p.ngc");
+  EXPECT_THROW(interpreter.step(), GcodeError);
+  ASSERT_TRUE(interpreter.recover());
+  EXPECT_THROW(interpreter.step(), GcodeError) << "K without G43.5";
+}
+
 TEST(Errors, ThirtyDamagedPrograms) {
   const char* const damaged[] = {"G0 X1 Y",
                                  "G1 X1 F",
