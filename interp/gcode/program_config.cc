@@ -110,7 +110,10 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   if (const auto io = root.table_if("io")) {
     config.io = true;
     const auto spindle = io->table_if("spindle");
-    config.spindle_encoder = spindle && spindle->boolean("encoder", true);
+    const bool modbus = io->text("type", "simulated") == "modbus";
+    config.spindle_encoder = spindle && spindle->boolean("encoder", !modbus);
+    if (modbus && config.spindle_encoder)
+      throw spindle->error("encoder", "an inverter on Modbus gives no angle that a thread could follow");
     if (config.spindle_encoder) config.spindle_rpm_s = spindle->number("acceleration_rpm_s", 0, kNotNegative);
   }
   const auto found = root.table_if("program");

@@ -67,6 +67,8 @@ on = false
   EXPECT_EQ(config.line_length_max, 100U);
   EXPECT_EQ(config_of("[program]\npath_mode = \"G61\"\n").path_mode, MotionControl::kExactPath);
   EXPECT_FALSE(config_of("[io]\n[io.spindle]\nencoder = false\n").spindle_encoder);
+  EXPECT_FALSE(config_of("[io]\ntype = \"modbus\"\n[io.spindle]\n").spindle_encoder);
+  EXPECT_THROW(config_of("[io]\ntype = \"modbus\"\n[io.spindle]\nencoder = true\n"), ConfigError);
 }
 
 TEST(ProgramConfig, WhatCannotBeIsRefused) {
