@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <fstream>
 #include <sstream>
 
@@ -19,11 +20,32 @@ namespace {
 
 constexpr int kTicks = 20000;
 
-void ticks_of_impeller(benchmark::State& state) {
+/// What the operator does in every period.
+using Operator = void (*)(Cycle&, int tick);
+
+void nobody(Cycle&, int) {}
+void sweeps_override(Cycle& cycle, int tick) {
+  if (tick % 50 == 0) cycle.post({RtCommand::Kind::kOverride, 1 + std::sin(0.001 * tick)});
+}
+void steps(Cycle& cycle, int tick) {
+  if (tick == 0) cycle.post({RtCommand::Kind::kSingleBlock, 1});
+  if (cycle.last_report().motion == MotionState::kPaused) cycle.post({RtCommand::Kind::kResume});
+}
+
+/// Lines of 10 to 40 mm with blends between them, three axes.
+std::string zigzag_text() {
+  std::ostringstream text;
+  text << "G21 G90 G94 G64 P0.02\nF6000\n";
+  for (int i = 0; i < 300; ++i) text << "G1 X" << 7 * i % 40 << " Y" << 3 * i % 20 << "\n";
+  return text.str() + "M2\n";
+}
+
+void ticks(benchmark::State& state, Operator acts, const std::string& config,
+           const std::optional<std::string>& text) {
   const std::string source = source_dir();
   std::vector<double> ns;
   for (auto _ : state) {
-    Assembly assembly = assemble(source + "/configs/cradle.toml");
+    Assembly assembly = assemble(source + "/configs/" + config);
     Parameters parameters;
     ToolTable tools = ToolTable::load(source + "/examples/tools.tbl");
     MotionQueue queue(1 << 14);
@@ -32,11 +54,12 @@ void ticks_of_impeller(benchmark::State& state) {
     assembly.drives->bring_up();
     while (cycle.last_report().drives != DriveState::kEnabled) cycle.tick();
     Pipeline pipeline(assembly, parameters, tools,
-                      {source + "/examples/impeller.ngc", std::nullopt, cycle.last_report().q_plan}, {});
+                      {source + "/examples/impeller.ngc", text, cycle.last_report().q_plan}, {});
     cycle.post({RtCommand::Kind::kStart});
     MotionBlock block;
     for (int i = 0; i < kTicks; ++i) {
       while (queue.buffered_s() < assembly.planner.buffer_s && pipeline.next(block)) queue.push(block);
+      acts(cycle, i);
       const auto start = std::chrono::steady_clock::now();
       cycle.tick();
       ns.push_back(
@@ -52,7 +75,15 @@ void ticks_of_impeller(benchmark::State& state) {
   state.counters["p99_9_ns"] = at(0.999);
   state.counters["max_ns"] = ns.back();
 }
-BENCHMARK(ticks_of_impeller)->Unit(benchmark::kMillisecond);
+
+void impeller(benchmark::State& state, Operator acts) { ticks(state, acts, "cradle.toml", std::nullopt); }
+void zigzag(benchmark::State& state, Operator acts) { ticks(state, acts, "mill.toml", zigzag_text()); }
+BENCHMARK_CAPTURE(impeller, ticks, nobody)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(impeller, ticks_override_sweep, sweeps_override)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(impeller, ticks_single_block, steps)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(zigzag, ticks, nobody)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(zigzag, ticks_override_sweep, sweeps_override)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(zigzag, ticks_single_block, steps)->Unit(benchmark::kMillisecond);
 
 /// A config with further sections at its end.
 ConfigTable extended(const std::string& name, const std::string& more) {
