@@ -286,8 +286,8 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   off_path_ = false;
   const Vec3 tip_before = interpolator_.y().head<3>();
   const auto outcome = interpolator_.advance(plan_time_s);
-  passed_mm_ = (interpolator_.y().head<3>() - tip_before).norm();
-  io_.follow_tip(interpolator_.y().head<3>());
+  passed_mm_ = io_.geared() ? (interpolator_.y().head<3>() - tip_before).norm() : 0;
+  if (io_.taps()) io_.follow_tip(interpolator_.y().head<3>());
   report_.line = interpolator_.line();
   io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);

@@ -109,7 +109,7 @@ class Cycle final : public TickPort {
   unsigned homing_mask_ = 0, homing_seen_ = 0;
   IoDesk io_;
   double passed_s_ = 0;   ///< plan time of the last period
-  double passed_mm_ = 0;  ///< tip path (chord) of the last one that moved
+  double passed_mm_ = 0;  ///< tip path (chord) of the last one that moved geared to the spindle
   bool contact_ = false;  ///< slows down behind the place where the probe changed
   JointVec q_contact_;
   TouchDrives* touch_drives_;  ///< null: no touch probe on the drives
