@@ -69,7 +69,7 @@ FeedLimit lower(const FeedLimit& a, const FeedLimit& b) {
 void Compressor::add(const PathItem& item) {
   if (!is_run_material(item)) {
     fit_all(RunEnd::kCorner);
-    next_.add(item);
+    pass(item);
     return;
   }
   const bool is_long = item.piece.length > kLongLine;
@@ -83,7 +83,10 @@ void Compressor::add(const PathItem& item) {
   if (moves_.size() >= window_) fit_next(false, RunEnd::kPoint);
 }
 
-void Compressor::flush() { fit_all(RunEnd::kPoint); }
+void Compressor::flush() {
+  fit_all(RunEnd::kPoint);
+  at_rest_ = true;
+}
 
 bool Compressor::continues_run(const PathItem& item) const {
   if (!same_context(pattern_.context, item.context) || pattern_.rapid != item.rapid ||
@@ -157,7 +160,8 @@ void Compressor::fit_next(bool last, RunEnd end) {
 RunFit Compressor::fit_front(size_t count, RunEnd end) const {
   RunRequest request;
   request.vertices = {vertices_.data(), count + 1};
-  request.start = head_ ? RunEnd::kFrozen : (lead_ ? RunEnd::kOnLine : RunEnd::kCorner);
+  const RunEnd start = at_rest_ ? RunEnd::kPoint : RunEnd::kCorner;
+  request.start = head_ ? RunEnd::kFrozen : (lead_ ? RunEnd::kOnLine : start);
   request.end = end;
   request.head = head_ ? &*head_ : nullptr;
   request.tolerance_mm = pattern_.tolerance_mm;
@@ -204,7 +208,7 @@ void Compressor::hand_on_lines(size_t count) {
       item.piece = lead_->piece;
     else
       item.piece = make_line(origin_ + vertices_[i].y, origin_ + vertices_[i + 1].y);
-    next_.add(item);
+    pass(item);
   }
   lead_.reset();
   drop_front(count);
@@ -217,7 +221,7 @@ void Compressor::hand_on_lead() {
   if (!lead_) return;
   PathItem line = part_of(*lead_, 0, lead_->piece.length - kLineTail);
   line.joins_next = true;
-  next_.add(line);
+  pass(line);
   lead_.reset();
 }
 
@@ -271,8 +275,13 @@ void Compressor::hand_on(const std::vector<PathItem>& items, bool joins_next) {
   for (size_t i = 0; i < items.size(); ++i) {
     PathItem item = items[i];
     item.joins_next = joins_next || i + 1 < items.size();
-    next_.add(item);
+    pass(item);
   }
+}
+
+void Compressor::pass(const PathItem& item) {
+  next_.add(item);
+  at_rest_ = false;
 }
 
 void Compressor::freeze(const RunFit& fit, int at) {

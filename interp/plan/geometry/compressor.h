@@ -47,6 +47,7 @@ class Compressor {
   size_t move_at(double u) const;
   void append_parts(const PathPiece& piece, double u0, double usage, std::vector<PathItem>& out) const;
   void hand_on(const std::vector<PathItem>& items, bool joins_next);
+  void pass(const PathItem& item);
   void freeze(const RunFit& fit, int at);
   void drop_front(size_t count);
   bool in_run() const { return !moves_.empty(); }
@@ -64,6 +65,7 @@ class Compressor {
   size_t way_out_end_ = 0;
   size_t window_ = 0;           ///< moves that the next fit takes, at most
   bool cut_at_window_ = false;  ///< the next fit ends its part of the run: nothing fitted further
+  bool at_rest_ = true;         ///< nothing handed on since the last stop: no blend joins the run's start
 };
 
 }  // namespace trn

@@ -127,20 +127,19 @@ class RunFitter {
     return part;
   }
 
+  // Where the vertices lie on the curve shall not matter. Outside of its chords the tolerance leaves it their
+  // sag less, inside all of it, at the vertices: so half the sag is what the tube's middle is off the target
+  // and its radius off the tolerance.
   void add_sample(size_t chord, double share) {
     TubeSample& sample = samples_.emplace_back();
     const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
-    const double u = a.u + (b.u - a.u) * share;
-    const double part = tube(u);
-    sample.u = u;
-    const Words middle = a.y + (b.y - a.y) * share, slope = (b.y - a.y) / (b.u - a.u);
+    const Words half_sag = target_.sag(chord, share) / 2;
+    sample.u = a.u + (b.u - a.u) * share;
     sample.target = target_.at(chord, share);
-    // The target's place on the chord: being early or late on it is no deviation.
-    const double early =
-        place_along(sample.target - middle, slope, request_.tolerance_mm, request_.tolerance_rad);
-    sample.y = middle + slope * early;
-    sample.radius_mm = part * request_.tolerance_mm;
-    sample.radius_rad = part * std::max(request_.tolerance_rad, 1e-15);
+    sample.middle = sample.target - half_sag;
+    const double part = tube(sample.u);
+    sample.radius_mm = part * (request_.tolerance_mm - half_sag.head<3>().norm());
+    sample.radius_rad = part * std::max(request_.tolerance_rad - half_sag.tail<3>().norm(), 1e-15);
   }
 
   // The vertices, but no more of them than the spline can tell apart, and places on longer chords.

@@ -3,71 +3,140 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interp/plan/speed/lanes.h"
+
 namespace trn {
 
 namespace {
-
 constexpr double kFollow = 0.4;    // smoothing length of follow(), in spans
-constexpr double kLongest = 6;     // spans; keeps the system well conditioned
+constexpr double kBarrier = 0.05;  // the barrier's weight over what |y'''|^2 is around
+constexpr double kBlur = 2;        // smoothing lengths that are around
+constexpr double kWall = 0.05;     // 1 - (deviation over radius)^2 from which on the barrier is a parabola
+constexpr double kLongest = 6;     // smoothing length in spans; keeps the system well conditioned
 constexpr double kShortest = 0.2;  // spans
 constexpr double kSlope = 0.6;     // of the smoothing length along the path, at most
-constexpr double kAim = 0.95;      // deviation over radius
-constexpr double kEnough = 1.02;
-constexpr double kGrow = 1.2, kShrink = 0.6;  // of the smoothing length in a round
-constexpr double kExponent = 0.25;  // the deviation goes with the length itself or up to its power of 6
-constexpr double kDrawIn = 0.82;
-constexpr double kDrawInMost = 0.9, kDrawInLeast = 0.98;  // the judge's, in a round
-constexpr int kRounds = 32, kWholeRounds = 12;            // then calmer and calmer
-constexpr int kRoundsBack = 12;                           // to come inside, after these
+constexpr double kGrow = 3;        // of the smoothing length in a round
+constexpr int kRounds = 16;
+constexpr double kSettled = 0.05, kSettledLength = 1.03;  // no more rounds: radii moved, change of l
+constexpr double kToWall = 0.95;                          // share of the way to the wall that a step may go
+constexpr double kLeastStep = 0.05;
+constexpr double kStepGrowth = 1.5;  // of the step's share from a coefficient to the next
+constexpr double kDrawInMost = 0.9, kDrawInLeast = 0.98;  // of the radius, for the judge
+constexpr int kStepsOfDrawIn = 2;
 
 bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {
   return std::any_of(samples.begin(), samples.end(),
-                     [&](const TubeSample& s) { return !s.y.segment<3>(first_word).isZero(0); });
+                     [&](const TubeSample& s) { return !s.middle.segment<3>(first_word).isZero(0); });
+}
+
+template <typename Triple>
+TRN_VECTOR_INLINE double dot(const Triple& a, const Triple& b) {
+  const Triple product = a * b;
+  return product[0] + product[1] + product[2];
+}
+
+// The curve at the places, from the tube's middle.
+template <typename Place, typename Point>
+TRN_VECTOR_CLONES void find_off(const std::vector<Place>& places, const std::vector<Point>& coefficients,
+                                std::vector<Point>& off) {
+  for (size_t s = 0; s < places.size(); ++s) {
+    const Place& p = places[s];
+    const Point* c = &coefficients[p.span];
+    auto y = p.row[0] * c[0].w;
+    for (size_t i = 1; i < 6; ++i) y += p.row[i] * c[i].w;
+    off[s].w = y - p.middle;
+  }
+}
+
+// Adds the squares of pull * (y - aim), summed by span, times the span's weight.
+template <typename Place, typename Point, typename Row>
+TRN_VECTOR_CLONES void add_pulls(const std::vector<Place>& places, const std::vector<double>& weight,
+                                 std::vector<Row>& band, std::vector<Point>& rhs) {
+  for (size_t s = 0; s < places.size();) {
+    const size_t span = places[s].span;
+    decltype(Place::row) square[6] = {};
+    Point right[6] = {};
+    for (; s < places.size() && places[s].span == span; ++s) {
+      const Place& p = places[s];
+      const auto row = p.pull * p.row;
+      for (size_t i = 0; i < 6; ++i) {
+        square[i] += row[i] * p.row;
+        right[i].w += row[i] * p.aim;
+      }
+    }
+    for (size_t i = 0; i < 6; ++i) {
+      square[i] *= weight[span];
+      rhs[span + i].w += weight[span] * right[i].w;
+      for (size_t j = i; j < 6; ++j) band[span + i][j - i] += square[i][j];
+    }
+  }
 }
 
 }  // namespace
 
 TubeFit::Group::Group(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free, bool rotary)
     : spline_(spline),
-      samples_(samples),
       first_word_(rotary ? 3 : 0),
       rotary_(rotary),
       from_(free.from),
       to_(free.to),
       penalty_(spline.coefficients.size(), Row{}),
       inverse_(spline.coefficients.size(), 0.0),
-      rhs_(spline.coefficients.size(), Vec3::Zero()),
-      y_(spline.coefficients.size(), Vec3::Zero()) {
-  for (size_t i = 0; i < y_.size(); ++i) y_[i] = spline.coefficients[i].segment<3>(first_word_);
+      rhs_(spline.coefficients.size(), Point{}),
+      y_(rhs_),
+      share_(inverse_) {
+  for (size_t i = 0; i < y_.size(); ++i)
+    for (int k = 0; k < 3; ++k) y_[i].w[k] = spline.coefficients[i][first_word_ + k];
   for (size_t k = 0; k < static_cast<size_t>(spline.span_count()); ++k)
     span_.push_back(spline.knots[k + 6] - spline.knots[k + 5]);
-  usage_.resize(span_.size());
+  weight_ = energy_ = blurred_ = span_;
   add_penalty();
+  add_third_rows();
+  take_places(samples);
+}
+
+void TubeFit::Group::take_places(const std::vector<TubeSample>& samples) {
+  radius_.assign(span_.size(), 1e300);
+  places_.resize(samples.size());
+  next_off_.resize(samples.size());
+  for (size_t s = 0; s < samples.size(); ++s) {
+    const TubeSample& from = samples[s];
+    Place& to = places_[s];
+    to.row = Six{};
+    for (int i = 0; i < 6; ++i) to.row[i] = from.row[static_cast<size_t>(i)];
+    to.middle = to.target = Triple{};
+    for (int i = 0; i < 3; ++i) {
+      to.middle[i] = from.middle[first_word_ + i];
+      to.target[i] = from.target[first_word_ + i];
+    }
+    const double radius = rotary_ ? from.radius_rad : from.radius_mm;
+    to.radius_power = 1 / (radius * radius);
+    to.length = from.weight;
+    to.span = from.span;
+    radius_[to.span] = std::min(radius_[to.span], radius);
+  }
+  for (size_t k = 1; k < radius_.size(); ++k)
+    if (radius_[k] > 1e299) radius_[k] = radius_[k - 1];
 }
 
 void TubeFit::Group::follow() {
   length_ = span_;
   for (double& l : length_) l *= kFollow;
+  for (size_t k = 0; k < span_.size(); ++k) weight_[k] = std::pow(length_[k], -6);
+  for (Place& p : places_) {
+    p.aim = p.target;
+    p.pull = p.length;
+  }
   solve();
+  find_off(places_, y_, next_off_);
+  accept_step();
   hand_back();
 }
 
 void TubeFit::Group::smooth() {
-  double worst = measure();
   for (int round = 0; round < kRounds; ++round) {
-    const double exponent = kExponent * std::min(1.0, static_cast<double>(kWholeRounds) / (round + 1));
-    for (size_t k = 0; k < span_.size(); ++k)
-      length_[k] *= std::clamp(std::pow(kAim / std::max(usage_[k], 1e-9), exponent), kShrink, kGrow);
-    bound_lengths();
-    solve();
-    worst = measure();
-  }
-  for (int round = 0; round < kRoundsBack && worst > kEnough; ++round) {
-    for (size_t k = 0; k < span_.size(); ++k)
-      if (usage_[k] > 1) length_[k] *= kDrawIn;
-    bound_lengths();
-    solve();
-    worst = measure();
+    const bool settled = set_lengths();
+    if (step() < kSettled && settled) break;
   }
   hand_back();
 }
@@ -75,17 +144,78 @@ void TubeFit::Group::smooth() {
 void TubeFit::Group::draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
   const size_t n = span_.size();
   std::vector<double> factor(n, 1);
+  bool over = false;
   for (size_t k = 0; k < n; ++k) {
     const double used = rotary_ ? usage[k].rotary : usage[k].linear;
     if (used <= usage_max) continue;
-    const double shorter = std::clamp(std::pow(usage_max / used, kExponent), kDrawInMost, kDrawInLeast);
+    over = true;
+    const double narrower = std::clamp(usage_max / used, kDrawInMost, kDrawInLeast);
     for (size_t i = k - std::min(k, reach); i < std::min(n, k + reach + 1); ++i)
-      factor[i] = std::min(factor[i], shorter);
+      factor[i] = std::min(factor[i], narrower);
   }
-  for (size_t k = 0; k < n; ++k) length_[k] *= factor[k];
-  bound_lengths();
-  solve();
+  if (!over) return;
+  for (Place& p : places_) p.radius_power /= factor[p.span] * factor[p.span];
+  for (int i = 0; i < kStepsOfDrawIn; ++i) step();
   hand_back();
+}
+
+// The barrier's weight as a smoothing length: m = radius^2 / (2 l^6), so that l is what a curve that is
+// pulled to the middle is smooth over. False: some have still to grow.
+bool TubeFit::Group::set_lengths() {
+  blur_energy();
+  double growth = 1;
+  for (size_t k = 0; k < span_.size(); ++k) {
+    const double wanted =
+        std::cbrt(radius_[k] * std::sqrt(1 / (2 * kBarrier * std::max(blurred_[k], 1e-30))));
+    const double before = length_[k];
+    length_[k] = std::min(wanted, before * kGrow);
+    blurred_[k] = before;
+  }
+  bound_lengths();
+  for (size_t k = 0; k < span_.size(); ++k)
+    growth = std::max({growth, length_[k] / blurred_[k], blurred_[k] / length_[k]});
+  set_weights();
+  return growth < kSettledLength;
+}
+
+// Means of |y'''|^2 with weights that fall off over some smoothing lengths.
+void TubeFit::Group::blur_energy() {
+  const size_t n = span_.size();
+  const auto square = [&](size_t i) {
+    const auto& w = third_[i];
+    const Triple d = w[0] * y_[i].w + w[1] * y_[i + 1].w + w[2] * y_[i + 2].w + w[3] * y_[i + 3].w;
+    return dot(d, d);
+  };
+  double a = square(0), b = square(1);
+  for (size_t k = 0; k < n; ++k) {
+    const double c = square(k + 2);
+    energy_[k] = (a + b + c) / 3 * span_[k];
+    a = b;
+    b = c;
+  }
+  const auto kept = [&](size_t k, size_t beside) {
+    return kBlur * length_[k] / (kBlur * length_[k] + (span_[k] + span_[beside]) / 2);
+  };
+  double energy = 0, length = 0;
+  for (size_t k = 0; k < n; ++k) {
+    const double f = k > 0 ? kept(k, k - 1) : 0;
+    blurred_[k] = energy = energy * f + energy_[k];
+    share_[k] = length = length * f + span_[k];
+  }
+  energy = length = 0;
+  for (size_t k = n; k-- > 0;) {
+    const double f = k + 1 < n ? kept(k, k + 1) : 0;
+    blurred_[k] = (blurred_[k] + energy * f) / (share_[k] + length * f);
+    energy = energy * f + energy_[k];
+    length = length * f + span_[k];
+  }
+}
+
+void TubeFit::Group::set_weights() {
+  for (size_t k = 0; k < span_.size(); ++k) {
+    const double cube = length_[k] * length_[k] * length_[k];
+    weight_[k] = 1 / (cube * cube);
+  }
 }
 
 void TubeFit::Group::bound_lengths() {
@@ -96,6 +226,68 @@ void TubeFit::Group::bound_lengths() {
     length_[k] = std::min(length_[k], length_[k - 1] + kSlope * (span_[k] + span_[k - 1]) / 2);
   for (size_t k = n - 1; k-- > 0;)
     length_[k] = std::min(length_[k], length_[k + 1] + kSlope * (span_[k] + span_[k + 1]) / 2);
+}
+
+// A Newton step; returns the farthest that a place has moved, over the radius.
+double TubeFit::Group::step() {
+  aim_inside();
+  last_ = y_;
+  solve();
+  find_off(places_, y_, next_off_);
+  if (!bound_step()) {
+    for (size_t i = from_; i < to_; ++i) y_[i].w = last_[i].w + share_[i] * (y_[i].w - last_[i].w);
+    find_off(places_, y_, next_off_);
+  }
+  return accept_step();
+}
+
+double TubeFit::Group::accept_step() {
+  double farthest = 0;
+  for (size_t s = 0; s < places_.size(); ++s) {
+    Place& p = places_[s];
+    const Triple moved = next_off_[s].w - p.off;
+    farthest = std::max(farthest, dot(moved, moved) * p.radius_power);
+    p.off = next_off_[s].w;
+  }
+  return std::sqrt(farthest);
+}
+
+// How much of the step each coefficient may take so that no place meets the wall: less where it is near, and
+// gradually more around. True: all of it.
+bool TubeFit::Group::bound_step() {
+  bool whole = true;
+  for (size_t s = 0; s < places_.size(); ++s) {
+    const Place& p = places_[s];
+    const double used = dot(p.off, p.off) * p.radius_power;
+    if (used >= 1 || dot(next_off_[s].w, next_off_[s].w) * p.radius_power < 1) continue;
+    if (whole) std::fill(share_.begin(), share_.end(), 1.0);
+    whole = false;
+    const Triple d = next_off_[s].w - p.off;
+    const double dd = dot(d, d) * p.radius_power, od = dot(p.off, d) * p.radius_power;
+    const double to_wall = (std::sqrt(od * od + dd * (1 - used)) - od) / dd;
+    const double share = std::max(kLeastStep, kToWall * to_wall);
+    for (size_t i = p.span; i < p.span + 6; ++i) share_[i] = std::min(share_[i], share);
+  }
+  if (whole) return true;
+  for (size_t i = 1; i < share_.size(); ++i) share_[i] = std::min(share_[i], kStepGrowth * share_[i - 1]);
+  for (size_t i = share_.size() - 1; i-- > 0;) share_[i] = std::min(share_[i], kStepGrowth * share_[i + 1]);
+  return false;
+}
+
+// The barrier's slope and curvature as a pull to an aim. Across the deviation it has less curvature; taking
+// the same for all directions leaves one matrix for the three words.
+void TubeFit::Group::aim_inside() {
+  for (Place& p : places_) {
+    const double used = dot(p.off, p.off) * p.radius_power, room = 1 - used;
+    double slope = 1 / room, curvature = slope * slope;
+    if (room < kWall) {
+      slope = (2 - room / kWall) / kWall;
+      curvature = 1 / (kWall * kWall);
+    }
+    const double both = slope + 2 * curvature * used;
+    p.pull = p.length * both;
+    p.aim = p.middle + (1 - slope / both) * p.off;
+  }
 }
 
 void TubeFit::Group::add_penalty() {
@@ -111,29 +303,34 @@ void TubeFit::Group::add_penalty() {
   }
 }
 
-void TubeFit::Group::assemble() {
-  band_ = penalty_;
-  std::fill(rhs_.begin(), rhs_.end(), Vec3::Zero());
-  size_t span = ~size_t{0};
-  double weight_of_span = 0;
-  for (const TubeSample& s : samples_) {
-    if (s.span != span) {
-      span = s.span;
-      weight_of_span = std::pow(length_[span], -6);
-    }
-    const double weight = weight_of_span * s.weight;
-    const Vec3 y = s.target.segment<3>(first_word_);
-    for (size_t i = 0; i < 6; ++i) {
-      const double w = weight * s.row[i];
-      Row& band = band_[s.span + i];
-      for (size_t j = i; j < 6; ++j) band[j - i] += w * s.row[j];
-      rhs_[s.span + i] += w * y;
-    }
+// Each derivative's coefficients are the differences of those before over the knots that they reach between.
+void TubeFit::Group::add_third_rows() {
+  const auto over = [&](size_t i, size_t order) {
+    return static_cast<double>(6 - order) / (spline_.knots[i + 6] - spline_.knots[i + order]);
+  };
+  for (size_t i = 0; i + 3 < y_.size(); ++i) {
+    const double a = over(i, 1), b = over(i + 1, 1), c = over(i + 2, 1), d = over(i, 2), e = over(i + 1, 2),
+                 f = over(i, 3);
+    third_.push_back({-f * d * a, f * (e * b + d * (a + b)), -f * (e * (b + c) + d * b), f * e * c});
   }
+}
+
+void TubeFit::Group::solve() {
+  band_ = penalty_;
+  std::fill(rhs_.begin(), rhs_.end(), Point{});
+  add_pulls(places_, weight_, band_, rhs_);
   for (size_t i = from_ - std::min<size_t>(from_, 5); i < from_; ++i)
-    for (size_t k = from_ - i; k < 6 && i + k < to_; ++k) rhs_[i + k] -= band_[i][k] * y_[i];
+    for (size_t k = from_ - i; k < 6 && i + k < to_; ++k) rhs_[i + k].w -= band_[i][k] * y_[i].w;
   for (size_t j = to_; j < std::min(y_.size(), to_ + 5); ++j)
-    for (size_t k = j - to_ + 1; k < 6 && k <= j; ++k) rhs_[j - k] -= band_[j - k][k] * y_[j];
+    for (size_t k = j - to_ + 1; k < 6 && k <= j; ++k) rhs_[j - k].w -= band_[j - k][k] * y_[j].w;
+  factorise();
+  for (size_t i = from_; i < to_; ++i)
+    for (size_t k = 1; k < 6 && i + k < to_; ++k) rhs_[i + k].w -= band_[i][k] * rhs_[i].w;
+  for (size_t i = to_; i-- > from_;) {
+    Triple y = rhs_[i].w * inverse_[i];
+    for (size_t k = 1; k < 6 && i + k < to_; ++k) y -= band_[i][k] * y_[i + k].w;
+    y_[i].w = y;
+  }
 }
 
 // L D L': afterwards band_[i][k], k > 0, is L(i + k, i).
@@ -148,34 +345,9 @@ void TubeFit::Group::factorise() {
   }
 }
 
-void TubeFit::Group::solve() {
-  assemble();
-  factorise();
-  for (size_t i = from_; i < to_; ++i)
-    for (size_t k = 1; k < 6 && i + k < to_; ++k) rhs_[i + k] -= band_[i][k] * rhs_[i];
-  for (size_t i = to_; i-- > from_;) {
-    Vec3 y = rhs_[i] * inverse_[i];
-    for (size_t k = 1; k < 6 && i + k < to_; ++k) y -= band_[i][k] * y_[i + k];
-    y_[i] = y;
-  }
-}
-
-// Worst deviation over radius, by span and of all.
-double TubeFit::Group::measure() {
-  std::fill(usage_.begin(), usage_.end(), 0.0);
-  double worst = 0;
-  for (const TubeSample& s : samples_) {
-    Vec3 e = -s.y.segment<3>(first_word_);
-    for (size_t i = 0; i < 6; ++i) e += s.row[i] * y_[s.span + i];
-    const double used = e.norm() / (rotary_ ? s.radius_rad : s.radius_mm);
-    usage_[s.span] = std::max(usage_[s.span], used);
-    worst = std::max(worst, used);
-  }
-  return worst;
-}
-
 void TubeFit::Group::hand_back() {
-  for (size_t i = from_; i < to_; ++i) spline_.coefficients[i].segment<3>(first_word_) = y_[i];
+  for (size_t i = from_; i < to_; ++i)
+    for (int k = 0; k < 3; ++k) spline_.coefficients[i][first_word_ + k] = y_[i].w[k];
 }
 
 void locate_samples(const QuinticSpline& spline, std::vector<TubeSample>& samples) {

@@ -11,8 +11,8 @@ namespace trn {
 struct TubeSample {
   double u = 0;
   double weight = 0;  ///< length of path that it stands for
-  Words y;            ///< middle of the tube
-  Words target;       ///< in the tube: what the curve is drawn to
+  Words middle;       ///< of the tube
+  Words target;       ///< in the tube: what the curve is first drawn to
   double radius_mm = 0, radius_rad = 0;
   size_t span = 0;            ///< set by locate_samples
   std::array<double, 6> row;  ///< set by locate_samples: the basis functions of the span at u
@@ -21,12 +21,13 @@ struct TubeSample {
 /// Finds each sample's span and basis functions; samples ascend in u.
 void locate_samples(const QuinticSpline& spline, std::vector<TubeSample>& samples);
 
-/// Fits a spline with given knots into a tube, position and rotary words separately.
+/// Fits a spline with given knots into a tube, position and rotary words separately: the minimum of
 ///
-/// A smoothing spline minimises the integral of |y'''|^2 + (|y - target| / l^3)^2: it is smooth over the
-/// length l. Where the tube is wide against what the path does, l may be long; the fit looks, span by span,
-/// for the longest l that leaves the deviation just inside the tube. Deviation grows with l (with l itself at
-/// a corner, with its sixth power on a smooth curve), so this is a root to be found, by a damped iteration.
+///     integral of |y'''|^2 - m log(1 - |y - middle|^2 / radius^2) du
+///
+/// by Newton steps, with m a fixed share of what |y'''|^2 is around. The problem is convex, so what comes out
+/// depends on the tube alone, not on the way there. Whoever leaves the tube meets the barrier's parabola; so
+/// any start will do, and no narrow place stalls the others: each takes the step that it can.
 class TubeFit {
  public:
   /// The coefficients that the fit may change: from .. to - 1.
@@ -34,7 +35,7 @@ class TubeFit {
     size_t from = 0, to = 0;
   };
 
-  /// Both must outlive the fit; the samples are located on the spline.
+  /// The spline must outlive the fit; the samples are located on it.
   TubeFit(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free);
 
   /// Follows the target closely.
@@ -43,11 +44,33 @@ class TubeFit {
   /// After follow(): as smooth as the tube allows, at the samples.
   void smooth();
 
-  /// After smooth(): a bit less smooth where the spans' usage exceeds the given one, and `reach` spans
+  /// After smooth(): in a narrower tube where the spans' usage exceeds the given one, and `reach` spans
   /// around.
   void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
  private:
+  using Row = std::array<double, 6>;
+  using Triple = double __attribute__((vector_size(32), aligned(32)));  // three words, a lane idle
+  using Six = double __attribute__((vector_size(64), aligned(64)));     // functions of a span, two idle
+
+  /// Keeps the alignment in a vector.
+  struct Point {
+    Triple w;
+  };
+
+  /// A sample as a group sees it.
+  struct Place {
+    Six row;
+    Triple middle, target;
+    Triple off{};  ///< the curve, from the middle
+    Triple aim;    ///< what the step draws the curve to, and how strongly
+    double pull = 0;
+    double length = 0;        ///< of path
+    double radius_power = 0;  ///< radius^-2
+    size_t span = 0;
+  };
+
+  /// The position words or the rotary words.
   class Group {
    public:
     Group(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free, bool rotary);
@@ -56,26 +79,35 @@ class TubeFit {
     void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
    private:
-    using Row = std::array<double, 6>;
-
+    void take_places(const std::vector<TubeSample>& samples);
     void add_penalty();
+    void add_third_rows();
+    bool set_lengths();
+    void blur_energy();
     void bound_lengths();
-    void assemble();
-    void factorise();
+    void set_weights();
+    double step();
+    bool bound_step();
+    double accept_step();
+    void aim_inside();
     void solve();
-    double measure();
+    void factorise();
     void hand_back();
 
     QuinticSpline& spline_;
-    const std::vector<TubeSample>& samples_;
     Eigen::Index first_word_;
     bool rotary_;
     size_t from_, to_;
-    std::vector<Row> penalty_;  // symmetric: penalty_[i][k] = A(i, i + k)
+    std::vector<Place> places_;
+    std::vector<Point> next_off_;  // by place: after the whole step
+    std::vector<Row> penalty_;     // symmetric: penalty_[i][k] = A(i, i + k)
     std::vector<Row> band_;
-    std::vector<double> inverse_;  // of D
-    std::vector<Vec3> rhs_, y_;
-    std::vector<double> span_, length_, usage_;  // by span: itself, the smoothing length, what it uses
+    std::vector<double> inverse_;                    // of D
+    std::vector<std::array<double, 4>> third_;       // the coefficients of y''', of those of y
+    std::vector<Point> rhs_, y_, last_;              // coefficients
+    std::vector<double> share_;                      // of the step that a coefficient may take
+    std::vector<double> span_, length_, weight_;     // by span: itself, the smoothing length l, l^-6
+    std::vector<double> radius_, energy_, blurred_;  // by span: least radius, |y'''|^2 of itself and around
   };
 
   std::vector<Group> groups_;

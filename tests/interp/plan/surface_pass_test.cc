@@ -109,35 +109,66 @@ double apart(const Pass& a, const Pass& b) {
   return worst;
 }
 
+/// How much one thing differs, over the seeds.
+struct Spread {
+  double worst = 0, sum = 0;
+  int count = 0;
+  void add(double difference) {
+    worst = std::max(worst, difference);
+    sum += difference;
+    ++count;
+  }
+  double mean() const { return sum / count; }
+};
+
+struct Spreads {
+  Spread coarse_time, back_time, shift_time, back_speed, shift_speed;
+};
+
+void drive_surface(unsigned seed, bool five, Spreads& all) {
+  const Surface surface(seed, five);
+  const Pass fine = drive(vertices(surface, 0.05, 1, false), five);
+  const Pass coarse = drive(vertices(surface, 0.5, 1, false), five);
+  const Pass back = drive(vertices(surface, 0.5, 1, true), five);
+  const Pass shifted = drive(vertices(surface, 0.5, 0.5, false), five);
+  const auto off = [](double a, double b) { return std::abs(a / b - 1); };
+  const double k = off(back.time_s, coarse.time_s), s = off(shifted.time_s, coarse.time_s);
+  const double back_apart = apart(back, coarse), shift_apart = apart(shifted, coarse);
+  std::printf(
+      "seed %u, %d axes: fine %.3f s; coarse %+.2f %%, back %.2f %%, shifted %.2f %%; speeds apart %.1f "
+      "%%, %.1f %%\n",
+      seed, five ? 5 : 3, fine.time_s, 100 * (coarse.time_s / fine.time_s - 1), 100 * k, 100 * s,
+      100 * back_apart, 100 * shift_apart);
+  all.coarse_time.add(off(coarse.time_s, fine.time_s));
+  all.back_time.add(k);
+  all.shift_time.add(s);
+  all.back_speed.add(back_apart);
+  all.shift_speed.add(shift_apart);
+}
+
 TEST(SurfacePass, CutFinelyOrCoarselyForwardsOrBackwards) {
   const char* wanted = std::getenv("TRN_LONG");
   const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 8;
-  double coarse_worst = 0, back_worst = 0, shift_worst = 0, back_apart = 0, shift_apart = 0;
-  for (unsigned seed = 0; seed < count; ++seed)
-    for (const bool five : {false, true}) {
-      SCOPED_TRACE(fmt::format("seed {}, {} axes", seed, five ? 5 : 3));
-      const Surface surface(seed, five);
-      const Pass fine = drive(vertices(surface, 0.05, 1, false), five);
-      const Pass coarse = drive(vertices(surface, 0.5, 1, false), five);
-      const Pass back = drive(vertices(surface, 0.5, 1, true), five);
-      const Pass shifted = drive(vertices(surface, 0.5, 0.5, false), five);
-      const auto off = [](double a, double b) { return std::abs(a / b - 1); };
-      const double c = off(coarse.time_s, fine.time_s), k = off(back.time_s, coarse.time_s),
-                   s = off(shifted.time_s, coarse.time_s);
-      std::printf(
-          "seed %u, %d axes: fine %.3f s; coarse %+.2f %%, back %.2f %%, shifted %.2f %%; speeds apart %.1f "
-          "%%, %.1f %%\n",
-          seed, five ? 5 : 3, fine.time_s, 100 * (coarse.time_s / fine.time_s - 1), 100 * k, 100 * s,
-          100 * apart(back, coarse), 100 * apart(shifted, coarse));
-      coarse_worst = std::max(coarse_worst, c);
-      back_worst = std::max(back_worst, k);
-      shift_worst = std::max(shift_worst, s);
-      back_apart = std::max(back_apart, apart(back, coarse));
-      shift_apart = std::max(shift_apart, apart(shifted, coarse));
-    }
-  EXPECT_LT(coarse_worst, 0.02);
-  EXPECT_LT(back_worst, 0.01);
-  EXPECT_LT(shift_worst, 0.01);
+  for (const bool five : {false, true}) {
+    SCOPED_TRACE(five ? "five axes" : "three axes");
+    Spreads all;
+    for (unsigned seed = 0; seed < count; ++seed) drive_surface(seed, five, all);
+    std::printf("%d axes, mean and worst difference:", five ? 5 : 3);
+    const auto tell = [](const char* what, const Spread& s) {
+      std::printf(" %s %.2f %% %.2f %%;", what, 100 * s.mean(), 100 * s.worst);
+    };
+    tell("times: coarse", all.coarse_time);
+    tell("back", all.back_time);
+    tell("shifted", all.shift_time);
+    tell("speeds: back", all.back_speed);
+    tell("shifted", all.shift_speed);
+    std::printf("\n");
+    EXPECT_LT(all.coarse_time.worst, 0.005);
+    EXPECT_LT(all.back_time.worst, 0.01);
+    EXPECT_LT(all.shift_time.worst, 0.005);
+    EXPECT_LT(all.back_speed.mean(), 0.01);
+    EXPECT_LT(all.shift_speed.mean(), five ? 0.04 : 0.01);  // chords of 0.5 mm hide much of five axes' curve
+  }
 }
 
 }  // namespace
