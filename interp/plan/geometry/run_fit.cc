@@ -129,15 +129,19 @@ class RunFitter {
 
   // Where the vertices lie on the curve shall not matter. Outside of its chords the tolerance leaves it their
   // sag less, inside all of it, at the vertices: so half the sag is what the tube's middle is off the target
-  // and its radius off the tolerance.
+  // and its radius off the tolerance. Beside a corner, however, the curve keeps to the chord.
   void add_sample(size_t chord, double share) {
     TubeSample& sample = samples_.emplace_back();
     const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
-    const Words half_sag = target_.sag(chord, share) / 2;
     sample.u = a.u + (b.u - a.u) * share;
     sample.target = target_.at(chord, share);
-    sample.middle = sample.target - half_sag;
-    const double part = tube(sample.u);
+    const Words on_chord = a.y + (b.y - a.y) * share, slope = (b.y - a.y) / (b.u - a.u);
+    const double early =
+        place_along(sample.target - on_chord, slope, request_.tolerance_mm, request_.tolerance_rad);
+    const double part = tube(sample.u), freedom = part / kTube;
+    const Words half_sag = freedom * target_.sag(chord, share) / 2;
+    sample.middle =
+        on_chord + slope * early * (1 - freedom) + freedom * (sample.target - on_chord) - half_sag;
     sample.radius_mm = part * (request_.tolerance_mm - half_sag.head<3>().norm());
     sample.radius_rad = part * std::max(request_.tolerance_rad - half_sag.tail<3>().norm(), 1e-15);
   }
@@ -232,7 +236,15 @@ class RunFitter {
     const Words slope = (b.y - a.y) / (b.u - a.u), e = y - a.y - slope * (u - a.u);
     place = u - a.u + place_along(e, slope, request_.tolerance_mm, request_.tolerance_rad);
     place = std::clamp(place, 0.0, b.u - a.u);
-    return tube_use(y - a.y - slope * place, request_.tolerance_mm, request_.tolerance_rad);
+    TubeUse used = tube_use(y - a.y - slope * place, request_.tolerance_mm, request_.tolerance_rad);
+    if (used.worst() <= kUsageMax) return used;
+    // What serves both words together need not serve the worse of them.
+    for (const double share : {0.25, 0.5, 0.75, 1.0}) {
+      const double other = place + share * (std::clamp(u - a.u, 0.0, b.u - a.u) - place);
+      const TubeUse there = tube_use(y - a.y - slope * other, request_.tolerance_mm, request_.tolerance_rad);
+      if (there.worst() < used.worst()) used = there;
+    }
+    return used;
   }
 
   size_t vertex_before(double u) const {

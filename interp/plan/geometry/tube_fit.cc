@@ -3,9 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "interp/plan/speed/lanes.h"
-
 namespace trn {
+
+using tube::dot, tube::find_off, tube::add_pulls;
+using tube::Six, tube::Triple;
 
 namespace {
 constexpr double kFollow = 0.4;    // smoothing length of follow(), in spans
@@ -17,7 +18,7 @@ constexpr double kShortest = 0.2;  // spans
 constexpr double kSlope = 0.6;     // of the smoothing length along the path, at most
 constexpr double kGrow = 3;        // of the smoothing length in a round
 constexpr int kRounds = 16;
-constexpr double kSettled = 0.05, kSettledLength = 1.03;  // no more rounds: radii moved, change of l
+constexpr double kSettled = 0.01, kSettledLength = 1.01;  // no more rounds: radii moved, change of l
 constexpr double kToWall = 0.95;                          // share of the way to the wall that a step may go
 constexpr double kLeastStep = 0.05;
 constexpr double kStepGrowth = 1.5;  // of the step's share from a coefficient to the next
@@ -27,49 +28,6 @@ constexpr int kStepsOfDrawIn = 2;
 bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {
   return std::any_of(samples.begin(), samples.end(),
                      [&](const TubeSample& s) { return !s.middle.segment<3>(first_word).isZero(0); });
-}
-
-template <typename Triple>
-TRN_VECTOR_INLINE double dot(const Triple& a, const Triple& b) {
-  const Triple product = a * b;
-  return product[0] + product[1] + product[2];
-}
-
-// The curve at the places, from the tube's middle.
-template <typename Place, typename Point>
-TRN_VECTOR_CLONES void find_off(const std::vector<Place>& places, const std::vector<Point>& coefficients,
-                                std::vector<Point>& off) {
-  for (size_t s = 0; s < places.size(); ++s) {
-    const Place& p = places[s];
-    const Point* c = &coefficients[p.span];
-    auto y = p.row[0] * c[0].w;
-    for (size_t i = 1; i < 6; ++i) y += p.row[i] * c[i].w;
-    off[s].w = y - p.middle;
-  }
-}
-
-// Adds the squares of pull * (y - aim), summed by span, times the span's weight.
-template <typename Place, typename Point, typename Row>
-TRN_VECTOR_CLONES void add_pulls(const std::vector<Place>& places, const std::vector<double>& weight,
-                                 std::vector<Row>& band, std::vector<Point>& rhs) {
-  for (size_t s = 0; s < places.size();) {
-    const size_t span = places[s].span;
-    decltype(Place::row) square[6] = {};
-    Point right[6] = {};
-    for (; s < places.size() && places[s].span == span; ++s) {
-      const Place& p = places[s];
-      const auto row = p.pull * p.row;
-      for (size_t i = 0; i < 6; ++i) {
-        square[i] += row[i] * p.row;
-        right[i].w += row[i] * p.aim;
-      }
-    }
-    for (size_t i = 0; i < 6; ++i) {
-      square[i] *= weight[span];
-      rhs[span + i].w += weight[span] * right[i].w;
-      for (size_t j = i; j < 6; ++j) band[span + i][j - i] += square[i][j];
-    }
-  }
 }
 
 }  // namespace

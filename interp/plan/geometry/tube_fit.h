@@ -4,6 +4,7 @@
 
 #include "interp/plan/geometry/quintic_spline.h"
 #include "interp/plan/geometry/run_vertex.h"
+#include "interp/plan/geometry/tube_places.h"
 
 namespace trn {
 
@@ -49,27 +50,6 @@ class TubeFit {
   void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
  private:
-  using Row = std::array<double, 6>;
-  using Triple = double __attribute__((vector_size(32), aligned(32)));  // three words, a lane idle
-  using Six = double __attribute__((vector_size(64), aligned(64)));     // functions of a span, two idle
-
-  /// Keeps the alignment in a vector.
-  struct Point {
-    Triple w;
-  };
-
-  /// A sample as a group sees it.
-  struct Place {
-    Six row;
-    Triple middle, target;
-    Triple off{};  ///< the curve, from the middle
-    Triple aim;    ///< what the step draws the curve to, and how strongly
-    double pull = 0;
-    double length = 0;        ///< of path
-    double radius_power = 0;  ///< radius^-2
-    size_t span = 0;
-  };
-
   /// The position words or the rotary words.
   class Group {
    public:
@@ -79,6 +59,10 @@ class TubeFit {
     void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
    private:
+    using Point = tube::Point;
+    using Place = tube::Place;
+    using Row = tube::BandRow;
+
     void take_places(const std::vector<TubeSample>& samples);
     void add_penalty();
     void add_third_rows();
