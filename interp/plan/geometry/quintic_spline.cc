@@ -50,20 +50,4 @@ Row basis_row(const QuinticSpline& spline, size_t span, double u) {
   return basis(spline.knots.data() + span + 5, u)[5];
 }
 
-Row third_derivative_row(const QuinticSpline& spline, size_t span, double u) {
-  const double* t = spline.knots.data() + span;
-  const BasisTable n = basis(t + 5, u);
-  double m[6][6] = {};
-  for (int i = 0; i < 6; ++i) m[i][i] = 1;
-  for (int order = 1; order <= 3; ++order)
-    for (int i = 0; i < 6 - order; ++i) {
-      const double scale = (6 - order) / (t[i + 6] - t[i + order]);
-      for (int j = 0; j < 6; ++j) m[i][j] = (m[i + 1][j] - m[i][j]) * scale;
-    }
-  Row row{};
-  for (int j = 0; j < 6; ++j)
-    row[static_cast<size_t>(j)] = n[2][0] * m[0][j] + n[2][1] * m[1][j] + n[2][2] * m[2][j];
-  return row;
-}
-
 }  // namespace trn

@@ -23,7 +23,4 @@ struct QuinticSpline {
 /// + 5.
 std::array<double, 6> basis_row(const QuinticSpline& spline, size_t span, double u);
 
-/// The same for the third derivative.
-std::array<double, 6> third_derivative_row(const QuinticSpline& spline, size_t span, double u);
-
 }  // namespace trn

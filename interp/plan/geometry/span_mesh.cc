@@ -40,15 +40,17 @@ class SpanMesh {
   }
 
  private:
-  Words at(double u) {
+  Words at(double u) const {
     const auto v = r_.target.vertices();
-    while (i_ > 0 && v[i_].u > u) --i_;
-    while (i_ + 2 < v.size() && v[i_ + 1].u < u) ++i_;
-    return r_.target.at(i_, (u - v[i_].u) / (v[i_ + 1].u - v[i_].u));
+    const auto after =
+        std::upper_bound(v.begin() + 1, v.end() - 1, u,
+                         [](double place, const RunVertex& vertex) { return place < vertex.u; });
+    const auto i = static_cast<size_t>(after - v.begin()) - 1;
+    return r_.target.at(i, (u - v[i].u) / (v[i + 1].u - v[i].u));
   }
 
   // Sixth difference of the target: what a spline of span h cannot follow.
-  double roughness(double u, double h) {
+  double roughness(double u, double h) const {
     constexpr double kBinomial[7] = {1, -6, 15, -20, 15, -6, 1};
     const double first = std::max(r_.start, std::min(u - 3 * h, r_.end - 6 * h));
     Words sum = Words::Zero();
@@ -58,7 +60,7 @@ class SpanMesh {
     return tube_use(sum, r_.tolerance_mm, r_.tolerance_rad).worst() / kRoughnessScale;
   }
 
-  double span_at(double u) {
+  double span_at(double u) const {
     double h = span_max_;
     while (h > span_min_ && roughness(u, h) > kRoughnessMax) h *= kShrink;
     return std::max(h, span_min_);
@@ -118,7 +120,6 @@ class SpanMesh {
   const SpanMeshRequest& r_;
   double span_max_ = 0, span_min_ = 0;
   std::vector<SpanLimit> nodes_;
-  size_t i_ = 0;  // the vertex last asked for
 };
 
 }  // namespace

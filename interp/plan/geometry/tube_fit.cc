@@ -6,7 +6,7 @@
 namespace trn {
 
 using tube::dot, tube::find_off, tube::add_pulls;
-using tube::Six, tube::Triple;
+using tube::Four, tube::Triple;
 
 namespace {
 constexpr double kFollow = 0.4;    // smoothing length of follow(), in spans
@@ -32,13 +32,43 @@ bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {
 
 }  // namespace
 
-TubeFit::Group::Group(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free, bool rotary)
+// Each derivative's coefficients are the differences of those before over the knots that they reach between.
+// The third derivative is a spline of degree 2, so that its square's integral is exact by Gauss' three
+// places.
+TubeFit::Roughness::Roughness(const QuinticSpline& spline) : integral(spline.coefficients.size()) {
+  const auto over = [&](size_t i, size_t order) {
+    return static_cast<double>(6 - order) / (spline.knots[i + 6] - spline.knots[i + order]);
+  };
+  for (size_t i = 0; i + 3 < integral.size(); ++i) {
+    const double a = over(i, 1), b = over(i + 1, 1), c = over(i + 2, 1), d = over(i, 2), e = over(i + 1, 2),
+                 f = over(i, 3);
+    third.push_back({-f * d * a, f * (e * b + d * (a + b)), -f * (e * (b + c) + d * b), f * e * c});
+  }
+  constexpr double kNode[3] = {-0.7745966692414834, 0, 0.7745966692414834}, kWeight[3] = {5, 8, 5};
+  for (size_t k = 0; k + 5 < integral.size(); ++k) {
+    const double* t = spline.knots.data() + k + 5;
+    const double h = t[1] - t[0];
+    for (int g = 0; g < 3; ++g) {
+      const double u = h * (0.5 + 0.5 * kNode[g]), to = h - u;
+      const double left = to / h / (t[1] - t[-1]), right = u / h / (t[2] - t[0]);
+      const double n[3] = {left * to, left * (u + t[0] - t[-1]) + right * (t[2] - t[0] - u), right * u};
+      tube::BandRow row{};
+      for (size_t j = 0; j < 3; ++j)
+        for (size_t i = 0; i < 4; ++i) row[j + i] += n[j] * third[k + j][i];
+      for (size_t i = 0; i < 6; ++i)
+        for (size_t j = i; j < 6; ++j) integral[k + i][j - i] += h * kWeight[g] / 18 * row[i] * row[j];
+    }
+  }
+}
+
+TubeFit::Group::Group(QuinticSpline& spline, const std::vector<TubeSample>& samples,
+                      const Roughness& roughness, Free free, bool rotary)
     : spline_(spline),
+      roughness_(roughness),
       first_word_(rotary ? 3 : 0),
       rotary_(rotary),
       from_(free.from),
       to_(free.to),
-      penalty_(spline.coefficients.size(), Row{}),
       inverse_(spline.coefficients.size(), 0.0),
       rhs_(spline.coefficients.size(), Point{}),
       y_(rhs_),
@@ -48,8 +78,6 @@ TubeFit::Group::Group(QuinticSpline& spline, const std::vector<TubeSample>& samp
   for (size_t k = 0; k < static_cast<size_t>(spline.span_count()); ++k)
     span_.push_back(spline.knots[k + 6] - spline.knots[k + 5]);
   weight_ = energy_ = blurred_ = span_;
-  add_penalty();
-  add_third_rows();
   take_places(samples);
 }
 
@@ -60,8 +88,8 @@ void TubeFit::Group::take_places(const std::vector<TubeSample>& samples) {
   for (size_t s = 0; s < samples.size(); ++s) {
     const TubeSample& from = samples[s];
     Place& to = places_[s];
-    to.row = Six{};
-    for (int i = 0; i < 6; ++i) to.row[i] = from.row[static_cast<size_t>(i)];
+    to.front = Four{from.row[0], from.row[1], from.row[2], from.row[3]};
+    to.back = Four{from.row[4], from.row[5], 0, 0};
     to.middle = to.target = Triple{};
     for (int i = 0; i < 3; ++i) {
       to.middle[i] = from.middle[first_word_ + i];
@@ -140,7 +168,7 @@ bool TubeFit::Group::set_lengths() {
 void TubeFit::Group::blur_energy() {
   const size_t n = span_.size();
   const auto square = [&](size_t i) {
-    const auto& w = third_[i];
+    const auto& w = roughness_.third[i];
     const Triple d = w[0] * y_[i].w + w[1] * y_[i + 1].w + w[2] * y_[i + 2].w + w[3] * y_[i + 3].w;
     return dot(d, d);
   };
@@ -248,33 +276,8 @@ void TubeFit::Group::aim_inside() {
   }
 }
 
-void TubeFit::Group::add_penalty() {
-  constexpr double kNode[3] = {-0.7745966692414834, 0, 0.7745966692414834};  // Gauss, exact for y'''^2
-  constexpr double kWeight[3] = {5.0 / 18, 8.0 / 18, 5.0 / 18};
-  for (size_t k = 0; k < span_.size(); ++k) {
-    const double* t = spline_.knots.data() + k;
-    for (int g = 0; g < 3; ++g) {
-      const Row row = third_derivative_row(spline_, k, t[5] + span_[k] * (0.5 + 0.5 * kNode[g]));
-      for (size_t i = 0; i < 6; ++i)
-        for (size_t j = i; j < 6; ++j) penalty_[k + i][j - i] += span_[k] * kWeight[g] * row[i] * row[j];
-    }
-  }
-}
-
-// Each derivative's coefficients are the differences of those before over the knots that they reach between.
-void TubeFit::Group::add_third_rows() {
-  const auto over = [&](size_t i, size_t order) {
-    return static_cast<double>(6 - order) / (spline_.knots[i + 6] - spline_.knots[i + order]);
-  };
-  for (size_t i = 0; i + 3 < y_.size(); ++i) {
-    const double a = over(i, 1), b = over(i + 1, 1), c = over(i + 2, 1), d = over(i, 2), e = over(i + 1, 2),
-                 f = over(i, 3);
-    third_.push_back({-f * d * a, f * (e * b + d * (a + b)), -f * (e * (b + c) + d * b), f * e * c});
-  }
-}
-
 void TubeFit::Group::solve() {
-  band_ = penalty_;
+  band_ = roughness_.integral;
   std::fill(rhs_.begin(), rhs_.end(), Point{});
   add_pulls(places_, weight_, band_, rhs_);
   for (size_t i = from_ - std::min<size_t>(from_, 5); i < from_; ++i)
@@ -319,8 +322,9 @@ void locate_samples(const QuinticSpline& spline, std::vector<TubeSample>& sample
 }
 
 TubeFit::TubeFit(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free) {
+  const Roughness roughness(spline);
   for (const bool rotary : {false, true})
-    if (moves(samples, rotary ? 3 : 0)) groups_.emplace_back(spline, samples, free, rotary);
+    if (moves(samples, rotary ? 3 : 0)) groups_.emplace_back(spline, samples, roughness, free, rotary);
 }
 
 void TubeFit::follow() {

@@ -50,10 +50,18 @@ class TubeFit {
   void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
 
  private:
+  /// What |y'''|^2 is made of.
+  struct Roughness {
+    explicit Roughness(const QuinticSpline& spline);
+    std::vector<std::array<double, 4>> third;  ///< the coefficients of y''', of those of y
+    std::vector<tube::BandRow> integral;       ///< of |y'''|^2
+  };
+
   /// The position words or the rotary words.
   class Group {
    public:
-    Group(QuinticSpline& spline, const std::vector<TubeSample>& samples, Free free, bool rotary);
+    Group(QuinticSpline& spline, const std::vector<TubeSample>& samples, const Roughness& roughness,
+          Free free, bool rotary);
     void follow();
     void smooth();
     void draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach);
@@ -64,8 +72,6 @@ class TubeFit {
     using Row = tube::BandRow;
 
     void take_places(const std::vector<TubeSample>& samples);
-    void add_penalty();
-    void add_third_rows();
     bool set_lengths();
     void blur_energy();
     void bound_lengths();
@@ -79,15 +85,14 @@ class TubeFit {
     void hand_back();
 
     QuinticSpline& spline_;
+    Roughness roughness_;
     Eigen::Index first_word_;
     bool rotary_;
     size_t from_, to_;
     std::vector<Place> places_;
-    std::vector<Point> next_off_;  // by place: after the whole step
-    std::vector<Row> penalty_;     // symmetric: penalty_[i][k] = A(i, i + k)
-    std::vector<Row> band_;
+    std::vector<Point> next_off_;                    // by place: after the whole step
+    std::vector<Row> band_;                          // symmetric: band_[i][k] = A(i, i + k)
     std::vector<double> inverse_;                    // of D
-    std::vector<std::array<double, 4>> third_;       // the coefficients of y''', of those of y
     std::vector<Point> rhs_, y_, last_;              // coefficients
     std::vector<double> share_;                      // of the step that a coefficient may take
     std::vector<double> span_, length_, weight_;     // by span: itself, the smoothing length l, l^-6

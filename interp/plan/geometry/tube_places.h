@@ -5,12 +5,12 @@
 
 #include "interp/plan/speed/lanes.h"
 
-// The sums over a tube's samples, where a fit spends its time: three words and six functions at once.
+// The sums over a tube's samples, where a fit spends its time: four numbers at once.
 namespace trn::tube {
 
-using Triple = double __attribute__((vector_size(32), aligned(32)));  ///< three words, a lane idle
-using Six = double __attribute__((vector_size(64), aligned(64)));     ///< functions of a span, two idle
-using BandRow = std::array<double, 6>;                                ///< row[k] = A(i, i + k)
+using Four = double __attribute__((vector_size(32), aligned(32)));
+using Triple = Four;                    ///< three words, a lane idle
+using BandRow = std::array<double, 6>;  ///< row[k] = A(i, i + k)
 
 /// Keeps the alignment in a vector.
 struct Point {
@@ -19,7 +19,7 @@ struct Point {
 
 /// A sample as the position words or the rotary words see it.
 struct Place {
-  Six row;  ///< the functions of its span there
+  Four front, back;  ///< the functions of its span there: four, and two
   Triple middle, target;
   Triple off{};             ///< the curve, from the middle
   Triple aim;               ///< what a step draws the curve to
