@@ -1,10 +1,14 @@
 #pragma once
 
-#include "interp/plan/speed/block_emitter.h"
-#include "interp/plan/speed/interior_point.h"
-#include "interp/plan/speed/limit_use.h"
+#include <memory>
+
+#include "interp/plan/stages.h"
 
 namespace trn {
+
+namespace speed {
+class WindowPlanner;
+}
 
 /// How the speed stage works; constant.
 struct SpeedOptions {
@@ -34,61 +38,17 @@ class SpeedPlanner : public PieceSink {
  public:
   /// All references must outlive the planner.
   SpeedPlanner(const Joints& joints, const JointMap& map, const SpeedOptions& options, BlockSink& out);
+  ~SpeedPlanner() override;
 
   void piece(const PlanPiece& piece) override;
   void event(const QueueEvent& event, std::uint32_t line) override;
   /// Ends the stretch that is open, if any, at the end of its last piece.
   void finish();
 
-  const SpeedStats& stats() const { return stats_; }
+  const SpeedStats& stats() const;
 
  private:
-  /// Where the next window begins.
-  struct Start {
-    bool at_rest = true;
-    speed::PathState state;  ///< the true motion
-    speed::SpeedState plan;  ///< the solution's
-  };
-  void accept(const PlanPiece& piece);
-  void advance(bool to_end);
-  void plan_window(bool final);
-  bool try_window(bool final);
-  bool try_shorter(size_t count);
-  void adopt();
-  size_t segments_within(double time_s) const;
-  bool solve_window(size_t head, size_t tail);
-  void guess(size_t head, size_t tail);
-  void damp_undershoot(size_t head);
-  bool make_law(size_t head, size_t tail);
-  bool verify(int round);
-  void slow_place(size_t interval, const speed::LawSegment& segment, double excess);
-  bool slow_down(size_t head, size_t tail);
-  void creep();
-  void commit(size_t segments, size_t head);
-  void drop_intervals(size_t count);
-  void emit_rest();
-  double law_time() const;
-
-  SpeedOptions options_;
-  speed::PathSampler sampler_;
-  speed::PathGrid grid_;
-  speed::BlockEmitter emitter_;
-  speed::InteriorPoint solver_;
-  double brake_s_ = 0;
-  SpeedStats stats_;
-
-  bool open_ = false;  ///< a stretch has begun and its end is not planned
-  double s_next_ = 0;
-  PlanPiece last_;
-  Start start_;
-  std::deque<speed::Headroom> headroom_;  ///< per interval of the grid
-  std::vector<speed::LawSegment> law_;    ///< verified, from start_ to rest
-  std::vector<speed::LawSegment> candidate_;
-  speed::SpeedProblem problem_;
-  speed::PlanEnd head_end_, tail_end_;
-  speed::Doubles c_, c_before_;  ///< of the window; of the verified plan, from the grid's first interval
-  std::vector<speed::SpeedState> nodes_before_;  ///< of the verified plan, at the left ends of c_before_
-  int retries_ = 0;                              ///< since the last window that was found
+  std::unique_ptr<speed::WindowPlanner> windows_;
 };
 
 }  // namespace trn

@@ -1,0 +1,428 @@
+#include "interp/plan/speed/window_planner.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace trn::speed {
+
+namespace {
+
+constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990,
+                                  1.6};  // margin for what lies between the solver's rows
+constexpr double kAccelerationAccept = 0.9995,
+                 kJerkAccept = 0.998;  // margin for what lies between the samples
+constexpr double kVelocityAccept = 0.99999;
+constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.05}, kNextSolve{30, 5e-3, 3e-4};
+constexpr int kRoundsMax = 10;
+constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
+constexpr double kGuess = 0.85;                  // of the b that the grid estimates
+constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
+constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
+constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
+constexpr size_t kDecided = 4;        // intervals behind a moving start whose rows are not tightened
+constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
+
+double spacing(const Joints& joints, double wanted) {
+  if (wanted > 0) return wanted;
+  double ramp = 0.064;
+  for (const Joint& j : joints) ramp = std::min(ramp, j.limit.acceleration / j.limit.jerk);
+  return std::max(ramp / 10, 1e-4);
+}
+
+double brake_time(const Joints& joints) {
+  double t = 0;
+  for (const Joint& j : joints)
+    t = std::max(t, j.limit.velocity / j.limit.acceleration + j.limit.acceleration / j.limit.jerk);
+  return std::min(t, 2.0);
+}
+
+SpeedOptions completed(SpeedOptions options, const Joints& joints) {
+  options.node_spacing_s = spacing(joints, options.node_spacing_s);
+  options.window_s = std::max(options.window_s, kWindow * brake_time(joints));
+  return options;
+}
+
+// Intervals to merge into the constant-jerk segment next to a standstill, so that the others are short
+// against their distance from it. `from_end`: counted from the end of the grid.
+size_t rest_intervals(const std::deque<GridInterval>& grid, bool from_end) {
+  const size_t n = grid.size();
+  const auto h = [&](size_t i) { return grid[from_end ? n - 1 - i : i].h; };
+  size_t merged = 1;
+  double distance = 0;
+  for (size_t i = 0; i < std::min<size_t>(n, 60); ++i) {
+    if (i > 0 && h(i) > kRestGrading * distance) merged = i + 1;
+    distance += h(i);
+  }
+  return std::min(merged, n / 3);
+}
+
+}  // namespace
+
+WindowPlanner::WindowPlanner(const Joints& joints, const JointMap& map, const SpeedOptions& options,
+                             BlockSink& out)
+    : options_(completed(options, joints)),
+      sampler_(joints, map, joint_rates(joints, options.acceleration_share, options.jerk_share)),
+      grid_(sampler_, options_.node_spacing_s, 1.5 * brake_time(joints)),
+      emitter_(joint_rates(joints, 1, 1), out),
+      brake_s_(brake_time(joints)) {}
+
+void WindowPlanner::piece(const PlanPiece& piece) {
+  if (!open_) {
+    grid_.begin_stretch();
+    emitter_.begin_stretch();
+    headroom_.clear();
+    law_.clear();
+    c_before_.clear();
+    start_ = Start{};
+    retries_ = 0;
+    s_next_ = 0;
+    open_ = true;
+  }
+  ++stats_.pieces;
+  last_ = piece;
+  try {
+    const PathSample middle = sampler_.sample(piece, piece.piece.length / 2, 0, 0);
+    const double time_s = piece.piece.length / std::sqrt(middle.b_max), part_s = 0.6 * brake_s_;
+    const int parts = std::max(1, static_cast<int>(std::ceil(time_s / part_s)));
+    for (int i = 0; i < parts; ++i) {
+      PlanPiece part = piece;
+      const double length = piece.piece.length;
+      if (parts > 1) part.piece = cut(piece.piece, length * i / parts, length * (i + 1) / parts);
+      part.ends_stretch = piece.ends_stretch && i + 1 == parts;
+      if (i > 0) part.outputs = {};
+      accept(part);
+    }
+  } catch (const ProgramError&) {
+    emit_rest();
+    throw;
+  }
+  if (piece.ends_stretch) {
+    advance(true);
+    open_ = false;
+  }
+}
+
+void WindowPlanner::accept(const PlanPiece& piece) {
+  grid_.add(piece);
+  emitter_.add_piece(piece, s_next_);
+  s_next_ += piece.piece.length;
+  if (!piece.ends_stretch) advance(false);
+}
+
+void WindowPlanner::event(const QueueEvent& event, std::uint32_t line) {
+  finish();
+  emitter_.event(event, line);
+  stats_.blocks = emitter_.block_count();
+}
+
+void WindowPlanner::finish() {
+  if (!open_) return;
+  advance(true);
+  open_ = false;
+}
+
+// Lays the grid as far as the future is known and plans windows while there is enough of it.
+void WindowPlanner::advance(bool to_end) {
+  const bool crowded = emitter_.piece_count() > options_.buffered_pieces_max;
+  if (!grid_.lay(to_end, crowded) && !crowded && !to_end) return;
+  headroom_.resize(grid_.intervals().size(), kFreshHeadroom);
+  while (!grid_.intervals().empty()) {
+    double time_s = 0;
+    for (const GridInterval& g : grid_.intervals()) time_s += g.time_est_s;
+    const bool full = time_s > options_.window_s || grid_.intervals().size() > 6000 ||
+                      emitter_.piece_count() > options_.buffered_pieces_max;
+    if (!to_end && (!full || grid_.intervals().size() < 40)) return;
+    plan_window(to_end);
+  }
+}
+
+double WindowPlanner::law_time() const {
+  double t = 0;
+  for (const LawSegment& segment : law_) t += segment.duration_s;
+  return t;
+}
+
+void WindowPlanner::plan_window(bool final) {
+  if (try_window(final)) return;
+  const double least = start_.at_rest ? 0 : static_cast<double>(law_.size());
+  for (const double share : {0.6, 0.3, 0.12})
+    if (try_shorter(
+            static_cast<size_t>(least + share * (static_cast<double>(grid_.intervals().size()) - least))))
+      return;
+  ++retries_;
+  if (!start_.at_rest && law_.size() > 4) return commit(segments_within(law_time() / 6), 0);
+  const size_t head = rest_intervals(grid_.intervals(), false),
+               tail = rest_intervals(grid_.intervals(), true);
+  if (!start_.at_rest) {
+    ++stats_.fallbacks;
+  } else if (grid_.intervals().size() >= kIntervalsMin &&
+             (solve_window(head, tail) || slow_down(head, tail))) {
+    adopt();
+  } else {
+    creep();
+  }
+  retries_ = 0;
+  emit_rest();
+}
+
+// Plans the grid as it is, emits the first half of the plan, or all when `final`. False: found none.
+bool WindowPlanner::try_window(bool final) {
+  const auto& grid = grid_.intervals();
+  ++stats_.windows;
+  const size_t head = start_.at_rest ? rest_intervals(grid, false) : 0, tail = rest_intervals(grid, true);
+  const bool enough = grid.size() >= kIntervalsMin && (head > 0) == start_.at_rest && tail > 0;
+  if (!enough || !solve_window(head, tail)) return false;
+  adopt();
+  retries_ = 0;
+  if (final) {
+    emit_rest();
+  } else {
+    commit(segments_within(std::max(law_time() / 2, law_time() - kProvisional * brake_s_)), head);
+  }
+  return true;
+}
+
+// The same with the first `count` intervals only, from fresh headroom; the rest of the grid stands aside.
+bool WindowPlanner::try_shorter(size_t count) {
+  auto& grid = grid_.intervals();
+  if (count < kShortWindowMin || count >= grid.size()) return false;
+  const auto cut = grid.begin() + static_cast<std::ptrdiff_t>(count);
+  std::vector<GridInterval> aside(std::make_move_iterator(cut), std::make_move_iterator(grid.end()));
+  grid.erase(cut, grid.end());
+  headroom_.assign(count, kFreshHeadroom);
+  const bool found = try_window(false);
+  grid.insert(grid.end(), std::make_move_iterator(aside.begin()), std::make_move_iterator(aside.end()));
+  headroom_.resize(grid.size(), kFreshHeadroom);
+  return found;
+}
+
+// The candidate is verified: it is the plan from now on.
+void WindowPlanner::adopt() {
+  law_ = candidate_;
+  c_before_ = c_;
+  nodes_before_.clear();
+  for (size_t k = 0; k < problem_.intervals; ++k) nodes_before_.push_back(problem_.at_node(c_, k));
+}
+
+// Segments of the plan that begin within `time_s`, leaving the end of it.
+size_t WindowPlanner::segments_within(double time_s) const {
+  size_t count = 0;
+  for (double t = 0; count < law_.size() && t < time_s; ++count) t += law_[count].duration_s;
+  return std::clamp<size_t>(count, start_.at_rest ? 2 : 1, law_.size() - 2);
+}
+
+// Solves, turns into a law, verifies; tightens and solves again where the law exceeds a limit.
+bool WindowPlanner::solve_window(size_t head, size_t tail) {
+  guess(head, tail);
+  const auto& grid = grid_.intervals();
+  const size_t n = grid.size() - head - tail;
+  bool fresh = true;
+  Doubles found;  // the last solution
+  for (int round = 0; round < kRoundsMax; ++round) {
+    ++stats_.rounds;
+    head_end_.at_rest = start_.at_rest;
+    head_end_.state = start_.plan;
+    if (start_.at_rest) {
+      head_end_.rest_length = grid[head].s - grid[0].s;
+      head_end_.b_max = rest_bound(grid, 0, head, sampler_.rates(), headroom_, true);
+    }
+    tail_end_.rest_length = grid.back().s + grid.back().h - grid[head + n].s;
+    tail_end_.b_max = rest_bound(grid, head + n, grid.size(), sampler_.rates(), headroom_, false);
+    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, problem_);
+    const InteriorPointResult result =
+        fresh ? solver_.solve(problem_, kFirstSolve, c_) : solver_.resume(problem_, kNextSolve, c_);
+    stats_.iterations += static_cast<std::uint64_t>(result.iterations);
+    if (result.feasible) found = c_;
+    if (result.feasible && make_law(head, tail)) {
+      if (verify(round)) return true;
+      fresh = false;
+    } else {
+      if (fresh && !result.feasible) return false;
+      if (result.feasible) damp_undershoot(head);
+      c_ = found;  // with fresh slacks and multipliers
+      fresh = true;
+    }
+  }
+  return false;
+}
+
+// The spline dips so sharply in the interval where the law ended that constant jerk would turn back there.
+void WindowPlanner::damp_undershoot(size_t head) {
+  const size_t at = head + candidate_.size() - (start_.at_rest ? 1 : 0);
+  for (size_t k = at > 0 ? at - 1 : 0; k < std::min(at + 2, headroom_.size()); ++k)
+    headroom_[k].dip = std::max(0.6, headroom_[k].dip * kUndershoot);
+}
+
+// A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow
+// and smooth profile from the grid's estimate.
+void WindowPlanner::guess(size_t head, size_t tail) {
+  const auto& grid = grid_.intervals();
+  const size_t n = grid.size() - head - tail;
+  size_t keep = 0;
+  double left_s = 0;
+  for (size_t k = c_before_.size(); k-- > 0;) {
+    left_s += grid[k].h / std::sqrt(c_before_[k]);
+    if (left_s > 0.7 * brake_s_ + 8 * options_.node_spacing_s) {
+      keep = k + 1;
+      break;
+    }
+  }
+  if (!start_.at_rest) keep = std::max<size_t>(keep, 1);
+  keep = std::min({keep, n, std::max<size_t>(c_before_.size(), 1)});
+  if (start_.at_rest) keep = 0;
+  Doubles b(n);
+  const double s_start = grid[0].s, s_stop = grid.back().s + grid.back().h;
+  for (size_t k = 0; k < n; ++k) {
+    const GridInterval& g = grid[head + k];
+    const double mid = g.s + g.h / 2, to_stop = s_stop - mid, from_start = mid - s_start;
+    b[k] = kGuess * std::pow(0.7, std::min(retries_, 6)) * std::min(g.b_est, g.bound.b);
+    b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * to_stop * to_stop, 2)));
+    if (start_.at_rest)
+      b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * from_start * from_start, 2)));
+  }
+  if (!start_.at_rest) {
+    const double first_c = start_.plan.b + start_.plan.a * grid[0].h;
+    for (size_t k = 0; k < keep; ++k) b[k] = k < c_before_.size() ? c_before_[k] : first_c;
+  }
+  for (size_t k = std::max<size_t>(keep, 1); k < n; ++k)
+    b[k] = std::min(b[k], b[k - 1] + grid[head + k].bound.acceleration * grid[head + k].h);
+  for (size_t k = n - 1; k-- > keep;)
+    b[k] = std::min(b[k], b[k + 1] + grid[head + k].bound.acceleration * grid[head + k].h);
+  constexpr size_t kHalf = 5;  // least of the neighbours, then their mean: smooth and never above
+  const Doubles sharp = b;
+  Doubles low = b;
+  for (size_t k = keep; k < n; ++k)
+    for (size_t i = std::max(keep, k > kHalf ? k - kHalf : 0); i < std::min(n, k + kHalf + 1); ++i)
+      low[k] = std::min(low[k], sharp[i]);
+  for (size_t k = keep; k < n; ++k) {
+    const size_t reach = std::min({kHalf, k - keep, n - 1 - k});
+    double sum = 0;
+    for (size_t i = k - reach; i <= k + reach; ++i) sum += low[i];
+    b[k] = sum / static_cast<double>(2 * reach + 1);
+  }
+  c_ = b;
+}
+
+bool WindowPlanner::make_law(size_t head, size_t tail) {
+  const auto& grid = grid_.intervals();
+  candidate_.clear();
+  PathState from = start_.state;
+  if (start_.at_rest) {
+    const SpeedState first = problem_.at_node(c_, 0);
+    candidate_.push_back(rest_start(grid, 0, head, first.b));
+    from = {grid[head].s, std::sqrt(first.b), first.a};
+  }
+  if (!make_time_law(grid, head, problem_, c_, from, tail_end_.rest_length, candidate_)) return false;
+  const PathState end = candidate_.back().end();
+  const size_t first = grid.size() - tail;
+  candidate_.push_back(rest_stop(grid, first, grid.size(), {grid[first].s, end.v, end.a}));
+  return true;
+}
+
+// Judges the candidate at every sample; lowers the headroom where it exceeds a limit, further in later
+// rounds; `round` < 0: judges only.
+bool WindowPlanner::verify(int round) {
+  bool good = true;
+  for (const LawSegment& segment : candidate_) {
+    for (size_t k = segment.first; k < segment.last; ++k) {
+      const LimitUse use = limit_use(segment, grid_.intervals()[k], sampler_.rates());
+      const double velocity = std::sqrt(use.velocity_squared) / kVelocityAccept,
+                   acceleration = use.acceleration / kAccelerationAccept, jerk = use.jerk / kJerkAccept;
+      if (!(velocity > 1) && !(acceleration > 1) && !(jerk > 1)) continue;
+      good = false;
+      if (round < 0) return false;
+      const double extra = 1 + 0.001 * (1 << std::min(round, 5));  // and somewhat more than it exceeds
+      if (!start_.at_rest && k < kDecided) continue;
+      Headroom& room = headroom_[k];
+      if (velocity > 1) room.velocity /= velocity * velocity * 1.0001;
+      if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
+      if (jerk > 1) room.jerk /= std::pow(jerk, 1.3) * extra;
+      if (jerk > 1 && round >= kSlowerFrom) slow_place(k, segment, jerk);
+    }
+  }
+  return good;
+}
+
+// Jerk grows with the third power of speed, whatever of it the rows do not see.
+void WindowPlanner::slow_place(size_t interval, const LawSegment& segment, double excess) {
+  const double v = std::max(segment.from.v, segment.end().v);
+  double b_max = 1e30;
+  for (const PathSample& sample : grid_.intervals()[interval].samples) b_max = std::min(b_max, sample.b_max);
+  double& room = headroom_[interval].velocity;
+  room = std::min(room, v * v / b_max / std::pow(excess, 0.8) * 0.99);
+}
+
+// The whole window from rest to rest, slower and slower until it keeps all limits.
+bool WindowPlanner::slow_down(size_t head, size_t tail) {
+  ++stats_.slowed;
+  for (int i = 0; i < 60; ++i) {
+    for (double& c : c_) c *= 0.9;
+    if (make_law(head, tail) && verify(-1)) return true;
+  }
+  return false;
+}
+
+// A very short stretch, or the last resort from rest: four segments of equal jerk, slow enough.
+void WindowPlanner::creep() {
+  const auto& grid = grid_.intervals();
+  const double s0 = grid[0].s, length = grid.back().s + grid.back().h - s0;
+  double jerk = 1e12;
+  for (const GridInterval& g : grid) jerk = std::min(jerk, g.bound.jerk);
+  do {
+    const double T = std::cbrt(length / (2 * jerk));
+    candidate_.clear();
+    PathState from{s0, 0, 0};
+    for (const double sign : {1.0, -1.0, -1.0, 1.0}) {
+      LawSegment segment{from, sign * jerk, T, 0, grid.size()};
+      from = segment.end();
+      candidate_.push_back(segment);
+    }
+    jerk *= 0.8;
+  } while (!verify(-1));
+  law_ = candidate_;
+}
+
+void WindowPlanner::commit(size_t segments, size_t head) {
+  const size_t offset = start_.at_rest ? 1 : 0;  // the rest segment has no coefficient
+  const size_t regular = segments - offset;
+  for (size_t i = 0; i < segments; ++i) {
+    emitter_.segment(law_[i], grid_.intervals(), false);
+    stats_.time_s += law_[i].duration_s;
+  }
+  start_.state = law_[segments].from;
+  start_.plan = nodes_before_[regular];
+  start_.at_rest = false;
+  c_before_.erase(c_before_.begin(), c_before_.begin() + static_cast<std::ptrdiff_t>(regular));
+  nodes_before_.erase(nodes_before_.begin(), nodes_before_.begin() + static_cast<std::ptrdiff_t>(regular));
+  law_.erase(law_.begin(), law_.begin() + static_cast<std::ptrdiff_t>(segments));
+  drop_intervals(head + regular);
+  stats_.blocks = emitter_.block_count();
+}
+
+void WindowPlanner::drop_intervals(size_t count) {
+  stats_.intervals += count;
+  auto& grid = grid_.intervals();
+  grid.erase(grid.begin(), grid.begin() + static_cast<std::ptrdiff_t>(count));
+  headroom_.erase(headroom_.begin(), headroom_.begin() + static_cast<std::ptrdiff_t>(count));
+  for (LawSegment& segment : law_) {
+    segment.first -= count;
+    segment.last -= count;
+  }
+}
+
+// Emits the verified plan to its standstill.
+void WindowPlanner::emit_rest() {
+  if (law_.empty()) return;
+  for (size_t i = 0; i < law_.size(); ++i) {
+    emitter_.segment(law_[i], grid_.intervals(), i + 1 == law_.size());
+    stats_.time_s += law_[i].duration_s;
+  }
+  const size_t count = law_.back().last;
+  law_.clear();
+  c_before_.clear();
+  drop_intervals(count);
+  start_ = Start{};
+  stats_.blocks = emitter_.block_count();
+}
+
+}  // namespace trn::speed

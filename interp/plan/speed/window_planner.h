@@ -1,0 +1,71 @@
+#pragma once
+
+#include "interp/plan/speed/block_emitter.h"
+#include "interp/plan/speed/interior_point.h"
+#include "interp/plan/speed/limit_use.h"
+#include "interp/plan/speed/speed_planner.h"
+
+namespace trn::speed {
+
+/// The work of SpeedPlanner: plans each stretch in windows.
+class WindowPlanner {
+ public:
+  WindowPlanner(const Joints& joints, const JointMap& map, const SpeedOptions& options, BlockSink& out);
+
+  void piece(const PlanPiece& piece);
+  void event(const QueueEvent& event, std::uint32_t line);
+  /// Ends the stretch that is open, if any, at the end of its last piece.
+  void finish();
+
+  const SpeedStats& stats() const { return stats_; }
+
+ private:
+  /// Where the next window begins.
+  struct Start {
+    bool at_rest = true;
+    PathState state;  ///< the true motion
+    SpeedState plan;  ///< the solution's
+  };
+  void accept(const PlanPiece& piece);
+  void advance(bool to_end);
+  void plan_window(bool final);
+  bool try_window(bool final);
+  bool try_shorter(size_t count);
+  void adopt();
+  size_t segments_within(double time_s) const;
+  bool solve_window(size_t head, size_t tail);
+  void guess(size_t head, size_t tail);
+  void damp_undershoot(size_t head);
+  bool make_law(size_t head, size_t tail);
+  bool verify(int round);
+  void slow_place(size_t interval, const LawSegment& segment, double excess);
+  bool slow_down(size_t head, size_t tail);
+  void creep();
+  void commit(size_t segments, size_t head);
+  void drop_intervals(size_t count);
+  void emit_rest();
+  double law_time() const;
+
+  SpeedOptions options_;
+  PathSampler sampler_;
+  PathGrid grid_;
+  BlockEmitter emitter_;
+  InteriorPoint solver_;
+  double brake_s_ = 0;
+  SpeedStats stats_;
+
+  bool open_ = false;  ///< a stretch has begun and its end is not planned
+  double s_next_ = 0;
+  PlanPiece last_;
+  Start start_;
+  std::deque<Headroom> headroom_;  ///< per interval of the grid
+  std::vector<LawSegment> law_;    ///< verified, from start_ to rest
+  std::vector<LawSegment> candidate_;
+  SpeedProblem problem_;
+  PlanEnd head_end_, tail_end_;
+  Doubles c_, c_before_;  ///< of the window; of the verified plan, from the grid's first interval
+  std::vector<SpeedState> nodes_before_;  ///< of the verified plan, at the left ends of c_before_
+  int retries_ = 0;                       ///< since the last window that was found
+};
+
+}  // namespace trn::speed
