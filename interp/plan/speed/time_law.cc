@@ -7,7 +7,8 @@ namespace trn::speed {
 
 namespace {
 
-constexpr double kCorrection = 0.5;  // of the speed's deviation taken back at the next node
+constexpr double kJerkToCorrect = 0.2;  // share of the jerk that a change of the correction may take
+constexpr double kCorrection = 0.5;     // of the speed's deviation taken back at the next node
 
 // Time to cover h from v with acceleration running linearly from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
 double crossing_time(double h, double v, double a0, double a1) {
@@ -57,11 +58,17 @@ double LawSegment::time_at(double s, double accuracy) const {
 bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
                    const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law) {
   const size_t n = problem.intervals;
+  double correction = from.a - problem.at_node(c, 0).a;
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[first + k];
     const double s_next = g.s + g.h, h = s_next - from.s;
     const SpeedState target = problem.at_node(c, k + 1);
-    double a1 = target.a + kCorrection * (target.b - end_b(h, from, target.a)) / h;
+    const double wanted = kCorrection * (target.b - end_b(h, from, target.a)) / h;
+    const double T_about = std::max(crossing_time(h, from.v, from.a, target.a), 0.0);
+    const double change =
+        kJerkToCorrect * g.bound.jerk * T_about;  // a short interval would need all the jerk
+    correction = std::clamp(wanted, correction - change, correction + change);
+    double a1 = target.a + correction;
     if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);
     const double T = crossing_time(h, from.v, from.a, a1);
     LawSegment segment{from, (a1 - from.a) / T, T, first + k, first + k + 1};

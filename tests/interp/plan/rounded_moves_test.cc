@@ -55,7 +55,7 @@ TEST(RoundedMoves, CostNoTime) {
   for (unsigned seed = 1; seed <= 6; ++seed) {
     const double exact = drive(staircase(seed, false)), rounded = drive(staircase(seed, true));
     std::printf("seed %u: %.3f s, rounded %.3f s\n", seed, exact, rounded);
-    EXPECT_LT(rounded, 1.05 * exact) << "seed " << seed;
+    EXPECT_LT(rounded, 1.02 * exact) << "seed " << seed;
   }
 }
 
