@@ -25,14 +25,6 @@ double sampling_step(const PathPoint& p) {
   return h;
 }
 
-double feed_speed(const PlanPiece& piece, const Words& d1) {
-  double speed = piece.feed.path_units_s;
-  const double tip = d1.head<3>().norm(), rotary = d1.tail<3>().norm();
-  if (tip > 1e-9) speed = std::min(speed, piece.feed.tip_mm_s / tip);
-  if (rotary > 1e-12) speed = std::min(speed, piece.feed.rotary_rad_s / rotary);
-  return speed;
-}
-
 }  // namespace
 
 KinStatus joint_derivatives(const JointMap& map, const PlanPiece& piece, double s, JointDerivatives& out) {
@@ -47,8 +39,30 @@ KinStatus joint_derivatives(const JointMap& map, const PlanPiece& piece, double 
   out.d1 = (8 * (q[3] - q[1]) - (q[4] - q[0])) / (12 * h);
   out.d2 = (16 * (q[3] + q[1]) - (q[4] + q[0]) - 30 * q[2]) / (12 * h * h);
   out.d3 = ((q[4] - q[0]) - 2 * (q[3] - q[1])) / (2 * h * h * h);
-  out.feed_speed = feed_speed(piece, p.d1);
   return KinStatus::kOk;
+}
+
+// Of the words [First, First + 3).
+template <int First>
+static double tangent(const PathPiece& piece, double s) {
+  if (piece.kind != PathPiece::Kind::kPolynomial) return piece.derivatives(s).d1.segment<3>(First).norm();
+  const double u = s / piece.length;
+  Vec3 d1 = 7 * piece.c[7].segment<3>(First);
+  for (int k = 6; k > 0; --k) d1 = d1 * u + k * piece.c[static_cast<size_t>(k)].segment<3>(First);
+  return d1.norm() / piece.length;
+}
+
+double feed_speed(const PlanPiece& piece, double s) {
+  double speed = piece.feed.path_units_s;
+  if (std::isfinite(piece.feed.tip_mm_s)) {
+    const double tip = tangent<0>(piece.piece, s);
+    if (tip > 1e-9) speed = std::min(speed, piece.feed.tip_mm_s / tip);
+  }
+  if (std::isfinite(piece.feed.rotary_rad_s)) {
+    const double rotary = tangent<3>(piece.piece, s);
+    if (rotary > 1e-12) speed = std::min(speed, piece.feed.rotary_rad_s / rotary);
+  }
+  return speed;
 }
 
 }  // namespace trn

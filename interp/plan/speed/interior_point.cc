@@ -10,7 +10,7 @@ namespace {
 constexpr double kToBoundary = 0.99;  // share of the way to the nearest boundary that a step may go
 constexpr double kMuCut = 0.15;
 constexpr double kMuLeast = 0.03;    // of what the gap asks for
-constexpr double kStartSlack = 0.1;  // least slack at the start, of the row's room
+constexpr double kStartSlack = 0.5;  // least slack at the start, of the row's room
 constexpr double kResumeSlack = 1e-3;
 constexpr double kResidual = 5e-4;  // greatest violation of a row in a result, of its room
 

@@ -8,6 +8,7 @@ namespace trn::speed {
 namespace {
 
 constexpr double kSamePlace = 1e-9;      // of the segment's length
+constexpr double kMoment = 1e-6;         // of the segment's duration
 constexpr float kJerkVerified = 0.999F;  // more the plan never has, between its samples neither
 
 /// What the joints do at one moment, mm or rad.
@@ -34,7 +35,7 @@ class Part {
   void begin(const PathSample& p, double t) {
     const PerJoint j = enter(p, t);
     for (size_t i = 0; i < count(); ++i) {
-      motion_.v[i] = static_cast<float>(v_[i] / rates_.jerk[i]);
+      motion_.v[i] = static_cast<float>(v_[i] * rates_.jerk_inverse[i]);
       motion_.a[i] = motion_.a_end[i];
       motion_.j_min[i] = motion_.j_max[i] = static_cast<float>(j[i]);
     }
@@ -64,8 +65,8 @@ class Part {
     const Moment m = moment_at(p, segment_.at(t), segment_.jerk, rates_.count);
     PerJoint j{};
     for (size_t i = 0; i < count(); ++i) {
-      motion_.a_end[i] = static_cast<float>(m.a[i] / rates_.jerk[i]);
-      j[i] = m.j[i] / rates_.jerk[i];
+      motion_.a_end[i] = static_cast<float>(m.a[i] * rates_.jerk_inverse[i]);
+      j[i] = m.j[i] * rates_.jerk_inverse[i];
     }
     v_ = m.v;
     return j;
@@ -99,7 +100,7 @@ JointMotion joint_motion(const LawSegment& segment, const std::deque<GridInterva
   part.begin(sample_at(grid[first].samples, s0, same, rates.count), from_s);
   for (size_t k = first; k < last; ++k)
     for (const PathSample& p : grid[k].samples)
-      if (p.s > s0 + same && p.s < s1 - same) part.pass(p, segment.time_at(p.s));
+      if (p.s > s0 + same && p.s < s1 - same) part.pass(p, segment.time_at(p.s, kMoment));
   part.pass(sample_at(grid[last - 1].samples, s1, same, rates.count), to_s);
   return part.motion();
 }

@@ -13,7 +13,7 @@ using PerJoint = std::array<double, kMaxJoints>;
 struct JointRates {
   int count = 0;
   PerJoint velocity{}, acceleration{}, jerk{};
-  PerJoint acceleration_inverse{}, jerk_inverse{};
+  PerJoint velocity_inverse{}, acceleration_inverse{}, jerk_inverse{};
 };
 
 /// The limits of `joints`, acceleration and jerk multiplied by their shares.

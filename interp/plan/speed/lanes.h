@@ -13,6 +13,8 @@ constexpr size_t kLanes = 16;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(kLanes * sizeof(float))));
 /// The same with the digits that differences of neighbouring places need.
 using Wide = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(64)));
+/// Eight motor joints, computed at once.
+using Eight = double __attribute__((vector_size(8 * sizeof(double)), aligned(64)));
 
 /// Groups of sixteen that hold `count` places.
 constexpr size_t lane_groups(size_t count) { return (count + kLanes - 1) / kLanes; }

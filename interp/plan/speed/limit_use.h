@@ -9,8 +9,8 @@ struct LimitUse {
   double velocity_squared = 0, acceleration = 0, jerk = 0;  ///< the first: b / b_max, feed included
 };
 
-/// Of the segment at the samples of one of its intervals, and between them where parabolas tell. Keeps in the
-/// interval what the next call needs again.
+/// Of the segment at the judged places of one of its intervals. Keeps in the interval what the next call
+/// needs again.
 LimitUse limit_use(const LawSegment& segment, GridInterval& interval, const JointRates& rates);
 
 /// Greatest b at the moving end of the rest segment over [first, last) that keeps all limits.

@@ -11,20 +11,22 @@ namespace {
 
 using Place = PendingPiece::Place;
 
-constexpr double kVariationPerInterval = 0.12;  // of a limit, by curvature or its change
+constexpr double kVariationPerInterval = 0.08;  // of a limit, by curvature or its change
 constexpr double kGrading = 0.5;                // growth of the spacing per time, away from a closer one
 constexpr int kIntervalsPerStretchMin = 32;
 constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its third derivative is no parabola
 constexpr double kTold = 1e-3;       // of a limit: how well parabolas must tell what lies between samples
 constexpr double kFasterThanEstimate = 2;  // the true (ds/dt)^2 against the estimated
 constexpr int kHalvingsMax = 3;
-constexpr double kTiny = 0.2;  // of the wanted spacing
+constexpr size_t kSpareMax = 1024;  // intervals whose storage is kept
+constexpr double kTiny = 0.2;       // of the wanted spacing
 
 // Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
 double ramp_time(double h, double v, double a, double jerk) {
-  double t = std::cbrt(6 * h / jerk);  // never too short
-  if (v > 0) t = std::min(t, h / v);
-  for (int i = 0; i < 4; ++i) {
+  const double even = v > 0 ? h / v : 1e30;  // never too short, nor is that from rest
+  const bool rolls = even * even * even * jerk < 6 * h;
+  double t = rolls ? even : std::cbrt(6 * h / jerk);
+  for (int i = 0; i < (rolls ? 2 : 4); ++i) {
     const double error = t * (v + t * (a / 2 + t * jerk / 6)) - h, slope = v + t * (a + t * jerk / 2);
     if (slope > 0) t -= error / slope;
   }
@@ -91,12 +93,13 @@ static std::vector<double> coarse_positions(const PlanPiece& piece, double time_
   const double length = piece.piece.length;
   int n = std::max(2, static_cast<int>(std::ceil(time_s / (3 * spacing_s))));
   if (piece.piece.kind == PathPiece::Kind::kPolynomial)
-    n = std::max(n, time_s > spacing_s / 4 ? 12 : time_s > spacing_s / 10 ? 6 : 3);
+    n = std::max(n, time_s > spacing_s / 4 ? 8 : time_s > spacing_s / 10 ? 5 : 3);
   std::vector<double> at;
+  at.reserve(static_cast<size_t>(n) + 16);
   for (int i = 0; i <= n; ++i) at.push_back(length * i / n);
   const double graded = std::min(length / 2, rest_length);
   for (int i = 1; i < 8; ++i) {
-    const double d = graded * std::pow(i / 8.0, 3);
+    const double d = graded * (i * i * i / 512.0);
     if (starts) at.push_back(d);
     if (piece.ends_stretch) at.push_back(length - d);
   }
@@ -107,20 +110,23 @@ static std::vector<double> coarse_positions(const PlanPiece& piece, double time_
   return at;
 }
 
-void PathGrid::add(const PlanPiece& piece) {
+void PathGrid::add(const PlanPiece& piece, JointCurve curve) {
   const double length = piece.piece.length;
-  PendingPiece pending{piece, s_end_, 0, 0, 0, {}, {}};
-  const PathSample first = sampler_.sample(piece, 0, s_end_, length / 2);
-  const LocalBound mid = sampler_.bound(sampler_.sample(piece, length / 2, s_end_, 0));
+  PendingPiece pending{piece, std::move(curve), s_end_, 0, 0, 0, {}, {}};
+  const PathSample first = sampler_.sample(piece, pending.curve, 0, s_end_, length / 2);
+  const LocalBound mid = sampler_.bound(sampler_.sample(piece, pending.curve, length / 2, s_end_, 0));
   const double time_s = length / std::sqrt(std::max(mid.b, sampler_.bound(first).b));
   const double ramp = std::min(mid.acceleration / mid.jerk, 16 * spacing_s_);
   const std::vector<double> at =
       coarse_positions(piece, time_s, spacing_s_, s_end_ == 0, mid.jerk * ramp * ramp * ramp);
   const JointRates& rates = sampler_.rates();
+  pending.places.reserve(at.size());
+  pending.samples.reserve(at.size());
   PathSample before = first;
   for (size_t i = 0; i < at.size(); ++i) {
     const double reach = i + 1 < at.size() ? at[i + 1] - at[i] : 0;
-    const PathSample sample = i == 0 ? first : sampler_.sample(piece, at[i], s_end_ + at[i], reach);
+    const PathSample sample =
+        i == 0 ? first : sampler_.sample(piece, pending.curve, at[i], s_end_ + at[i], reach);
     pending.variation2 += change(before.d2, sample.d2, rates.acceleration, rates.count);
     pending.variation3 += change(before.d3, sample.d3, rates.jerk, rates.count);
     pending.places.push_back({sample.s, sampler_.bound(sample), 0, 0});
@@ -284,8 +290,22 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
   spacing_before_ = {intervals_.back().time_est_s, 0};
 }
 
+void PathGrid::drop_front(size_t count) {
+  for (size_t i = 0; i < count && spare_.size() < kSpareMax; ++i) spare_.push_back(std::move(intervals_[i]));
+  intervals_.erase(intervals_.begin(), intervals_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+GridInterval PathGrid::fresh_interval() {
+  if (spare_.empty()) return {};
+  GridInterval g = std::move(spare_.back());
+  spare_.pop_back();
+  g.samples.clear();
+  g.judged.clear();
+  return g;
+}
+
 void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge) {
-  GridInterval g;
+  GridInterval g = fresh_interval();
   g.s = s0;
   g.h = s1 - s0;
   g.time_est_s = time_s;
@@ -293,11 +313,12 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
   const PathPiece& piece = pending.plan.piece;
   const bool bends = piece.kind == PathPiece::Kind::kPolynomial && g.h > piece.length * kLargePart;
   const int parts = bends ? 4 : 2;
+  g.samples.reserve(static_cast<size_t>(parts) + 1);
   for (int i = 0; i <= parts; ++i) {
     const double s = i == parts ? s1 : s0 + g.h * i / parts;
     const bool shared = i == 0 && s0 > pending.s && !intervals_.empty();
     g.samples.push_back(shared ? intervals_.back().samples.back()
-                               : sampler_.sample(pending.plan, s - pending.s, s, g.h / parts));
+                               : sampler_.sample(pending.plan, pending.curve, s - pending.s, s, g.h / parts));
     const LocalBound bound = sampler_.bound(g.samples.back());
     g.bound = i == 0 ? bound : least(g.bound, bound);
   }
@@ -306,22 +327,22 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
 }
 
 // Halves the samples' distances until parabolas through three of them tell what lies between.
-void PathGrid::refine(const PendingPiece& pending, GridInterval& g) const {
+void PathGrid::refine(const PendingPiece& pending, GridInterval& g) {
   const JointRates& rates = sampler_.rates();
   const double b = std::min(g.bound.b, kFasterThanEstimate * g.b_est);
   for (int halving = 0; halving < kHalvingsMax; ++halving) {
-    std::vector<PathSample> finer;
+    finer_.clear();
     bool differs = false;
     for (size_t i = 0; i + 1 < g.samples.size(); ++i) {
       const double s = (g.samples[i].s + g.samples[i + 1].s) / 2;
       const PathSample told = between(&g.samples[i > 0 ? i - 1 : 0], s, rates.count);
-      finer.push_back(g.samples[i]);
-      finer.push_back(sampler_.sample(pending.plan, s - pending.s, s, s - g.samples[i].s));
-      differs = differs || difference(told, finer.back(), b, rates) > kTold;
+      finer_.push_back(g.samples[i]);
+      finer_.push_back(sampler_.sample(pending.plan, pending.curve, s - pending.s, s, s - g.samples[i].s));
+      differs = differs || difference(told, finer_.back(), b, rates) > kTold;
     }
     if (!differs) return;
-    finer.push_back(g.samples.back());
-    g.samples = std::move(finer);
+    finer_.push_back(g.samples.back());
+    g.samples.swap(finer_);
     for (const PathSample& sample : g.samples) g.bound = least(g.bound, sampler_.bound(sample));
   }
 }
@@ -335,6 +356,7 @@ void PathGrid::put_interval(GridInterval&& by, bool merge) {
   GridInterval& g = intervals_.back();
   g.bound = least(g.bound, by.bound);
   g.samples.insert(g.samples.end(), by.samples.begin(), by.samples.end());
+  g.judged.clear();
   g.h += by.h;
   g.time_est_s += by.time_est_s;
   g.b_est = (g.h / g.time_est_s) * (g.h / g.time_est_s);
@@ -342,7 +364,7 @@ void PathGrid::put_interval(GridInterval&& by, bool merge) {
 
 // A piece too short for an interval of its own.
 void PathGrid::put_short(const PendingPiece& pending, double time_s) {
-  GridInterval g;
+  GridInterval g = fresh_interval();
   g.s = pending.s;
   g.h = pending.plan.piece.length;
   g.time_est_s = time_s;

@@ -13,10 +13,14 @@ struct SpeedState {
   double b = 0, a = 0;
 };
 
-/// What a sample says about the joints' acceleration and jerk, over their limits; one lane a joint.
+/// Sixteen places of an interval at which the law is judged: their shares of it, and the bound on b.
+struct JudgedPlaces {
+  Lanes share, b_max;
+};
+
+/// What a joint does there: q', q'' over its limit of acceleration, q''' over that of jerk.
 struct JudgeRow {
-  Lanes a1, a2, j1, j2, j3;
-  double b_max;
+  Lanes d1, d2, d3;
 };
 
 /// One interval of the grid on which the time law is sought: path parameter [s, s + h] of the stretch, with
@@ -27,7 +31,8 @@ struct GridInterval {
   double b_est = 0;       ///< roughly (ds/dt)^2 in its middle
   LocalBound bound;       ///< the least over its samples
   std::vector<PathSample> samples;
-  std::vector<JudgeRow> rows;  ///< of the samples, as far as they have been judged
+  std::vector<JudgedPlaces> judged;  ///< empty before the first judgement
+  std::vector<JudgeRow> judge;       ///< [group of places][joint]
 };
 
 /// Time between nodes, and how long it stays so before it may grow.
@@ -38,6 +43,7 @@ struct NodeSpacing {
 /// A piece waiting for its grid.
 struct PendingPiece {
   PlanPiece plan;
+  JointCurve curve;
   double s = 0;                           ///< of its start in the stretch
   double spacing_s = 0;                   ///< time between nodes that it wants
   double variation2 = 0, variation3 = 0;  ///< how much the joints' d2, d3 change along it, over their limits
@@ -58,13 +64,15 @@ class PathGrid {
   PathGrid(const PathSampler& sampler, double spacing_s, double lookahead_s);
 
   void begin_stretch();
-  /// Appends a piece. Throws ProgramError as PathSampler; the grid so far stays valid.
-  void add(const PlanPiece& piece);
+  /// Appends a piece with its curve. Throws ProgramError as PathSampler; the grid so far stays valid.
+  void add(const PlanPiece& piece, JointCurve curve);
   /// Lays the grid over all pieces whose future is known well enough; all when `to_end`, half when
   /// `force`. False: nothing was laid.
   bool lay(bool to_end, bool force);
 
   std::deque<GridInterval>& intervals() { return intervals_; }
+  /// The first `count` intervals are done with.
+  void drop_front(size_t count);
   double length() const { return s_end_; }
   size_t pending_count() const { return pending_.size(); }
 
@@ -75,7 +83,8 @@ class PathGrid {
   double wanted_spacing(const PendingPiece& pending) const;
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge);
-  void refine(const PendingPiece& pending, GridInterval& g) const;
+  GridInterval fresh_interval();
+  void refine(const PendingPiece& pending, GridInterval& g);
   void put_interval(GridInterval&& by, bool merge);
   void put_short(const PendingPiece& pending, double time_s);
   double pending_time() const;
@@ -84,6 +93,8 @@ class PathGrid {
   double spacing_s_, lookahead_s_;
   std::deque<PendingPiece> pending_;
   std::deque<GridInterval> intervals_;
+  std::vector<GridInterval> spare_;  ///< done with: their storage is used again
+  std::vector<PathSample> finer_;
   double s_end_ = 0;
   double pending_time_s_ = 0;   ///< of pending_, at least
   NodeSpacing spacing_before_;  ///< of the interval laid last

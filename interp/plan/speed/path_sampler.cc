@@ -11,7 +11,10 @@ namespace trn::speed {
 
 namespace {
 
-constexpr double kTiny = 1e-12;  // a derivative below this (mm or rad per unit of s) does not move the joint
+constexpr double kCurveTold = 5e-4;   // of a limit: how well polynomials must tell the joints' bracket
+constexpr double kCurveFaster = 1.5;  // the (ds/dt)^2 that is possible, against the bounds at three places
+constexpr int kHalvingsMax = 3;       // of a piece into panels
+constexpr double kTiny = 1e-12;       // share of a limit below which nothing moves
 
 [[noreturn]] void fail_position(const PlanPiece& piece, const Joint& joint, double q) {
   const bool high = q > joint.limit.max;
@@ -33,6 +36,7 @@ JointRates joint_rates(const Joints& joints, double acceleration_share, double j
     rates.velocity[i] = joints[i].limit.velocity;
     rates.acceleration[i] = joints[i].limit.acceleration * acceleration_share;
     rates.jerk[i] = joints[i].limit.jerk * jerk_share;
+    rates.velocity_inverse[i] = 1 / rates.velocity[i];
     rates.acceleration_inverse[i] = 1 / rates.acceleration[i];
     rates.jerk_inverse[i] = 1 / rates.jerk[i];
   }
@@ -42,35 +46,69 @@ JointRates joint_rates(const Joints& joints, double acceleration_share, double j
 PathSampler::PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates)
     : joints_(joints), map_(map), rates_(rates) {}
 
-void PathSampler::check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const {
-  for (int i = 0; i < rates_.count; ++i) {
-    const JointLimit& limit = joints_[static_cast<size_t>(i)].limit;
+JointCurve PathSampler::curve(const PlanPiece& piece) const {
+  JointCurve out;
+  add_panels(piece, 0, piece.piece.length, kHalvingsMax, out);
+  return out;
+}
+
+void PathSampler::add_panels(const PlanPiece& piece, double s0, double s1, int halvings,
+                             JointCurve& curve) const {
+  JointPanel& panel = curve.emplace_back();
+  const bool found = panel.interpolate(map_, piece, s0, s1);
+  if (found && tells(piece, panel)) return;
+  const bool shorter = halvings > 0 && found && !panel.rounding();
+  curve.pop_back();
+  if (!shorter) return;
+  const double middle = (s0 + s1) / 2;
+  add_panels(piece, s0, middle, halvings - 1, curve);
+  add_panels(piece, middle, s1, halvings - 1, curve);
+}
+
+// What the panel may be off by is little against the limits, as fast as the machine may be.
+bool PathSampler::tells(const PlanPiece& piece, const JointPanel& panel) const {
+  double b = 0;
+  for (const double s : {panel.s0(), (panel.s0() + panel.s1()) / 2, panel.s1()}) {
+    Bracket d;
+    panel.at(s, d);
+    b = std::max(b, bound({s, speed_bound(piece, d, s), d.d1, d.d2, d.d3}).b);
+  }
+  b *= kCurveFaster;
+  for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
+    if (!(b * panel.error2()[i] <= kCurveTold * rates_.acceleration[i])) return false;
+    if (!(b * std::sqrt(b) * panel.error3()[i] <= kCurveTold * rates_.jerk[i])) return false;
+  }
+  return true;
+}
+
+void PathSampler::check_position(const PlanPiece& piece, const Bracket& d, double reach) const {
+  for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
+    const JointLimit& limit = joints_[i].limit;
     double low = d.q[i], high = d.q[i];
-    const double to_turn = std::abs(d.d2[i]) > kTiny ? -d.d1[i] / d.d2[i] : reach;
-    if (std::abs(to_turn) < reach) {  // the joint turns back between this sample and the next
-      const double q_turn = d.q[i] + d.d1[i] * to_turn / 2;
+    if (std::abs(d.d1[i]) < reach * std::abs(d.d2[i])) {  // the joint turns back before the next sample
+      const double q_turn = d.q[i] - d.d1[i] * d.d1[i] / d.d2[i] / 2;
       low = std::min(low, q_turn);
       high = std::max(high, q_turn);
     }
     const double rounding = 1e-9;
-    if (high > limit.max + rounding) fail_position(piece, joints_[static_cast<size_t>(i)], high);
-    if (low < limit.min - rounding) fail_position(piece, joints_[static_cast<size_t>(i)], low);
+    if (high > limit.max + rounding) fail_position(piece, joints_[i], high);
+    if (low < limit.min - rounding) fail_position(piece, joints_[i], low);
   }
 }
 
-double PathSampler::speed_bound(const PlanPiece& piece, const JointDerivatives& d) const {
-  double speed = d.feed_speed;
+double PathSampler::speed_bound(const PlanPiece& piece, const Bracket& d, double s_piece) const {
+  double speed = feed_speed(piece, s_piece);
   if (!(speed > 0))
     throw ProgramError(fmt::format("line {}: the feed is zero; give a positive F word", piece.line));
-  for (int i = 0; i < rates_.count; ++i) {
-    const double d1 = std::abs(d.d1[i]);
-    if (d1 > kTiny) speed = std::min(speed, rates_.velocity[static_cast<size_t>(i)] / d1);
-  }
-  if (!std::isfinite(speed)) speed = 1e6;  // nothing moves and nothing binds
+  double share = 1 / speed;
+  for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i)
+    share = std::max(share, std::abs(d.d1[i]) * rates_.velocity_inverse[i]);
+  speed = share > kTiny ? 1 / share : 1e6;  // then nothing moves and nothing binds
   return speed * speed;
 }
 
-PathSample PathSampler::sample(const PlanPiece& piece, double s_piece, double s, double reach) const {
+// By the joint map itself.
+Bracket PathSampler::ask(const PlanPiece& piece, double s_piece) const {
   JointDerivatives d;
   const KinStatus status = joint_derivatives(map_, piece, s_piece, d);
   if (status != KinStatus::kOk) {
@@ -79,16 +117,26 @@ PathSample PathSampler::sample(const PlanPiece& piece, double s_piece, double s,
         "line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}", piece.line,
         y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad, y[kC] * kDegPerRad, to_string(status)));
   }
-  check_position(piece, d, reach);
-  PathSample out;
-  out.s = s;
-  out.b_max = speed_bound(piece, d);
+  Bracket out;
   for (int i = 0; i < rates_.count; ++i) {
     const auto k = static_cast<size_t>(i);
+    out.q[k] = d.q[i];
     out.d1[k] = d.d1[i];
     out.d2[k] = d.d2[i];
     out.d3[k] = d.d3[i];
   }
+  return out;
+}
+
+PathSample PathSampler::sample(const PlanPiece& piece, const JointCurve& curve, double s_piece, double s,
+                               double reach) const {
+  Bracket d;
+  if (const JointPanel* panel = panel_at(curve, s_piece))
+    panel->at(s_piece, d);
+  else
+    d = ask(piece, s_piece);
+  check_position(piece, d, reach);
+  PathSample out{s, speed_bound(piece, d, s_piece), d.d1, d.d2, d.d3};
   if (std::isfinite(piece.feed.tip_mm_s2)) weigh(piece, s_piece, out);
   return out;
 }
@@ -104,17 +152,16 @@ void PathSampler::weigh(const PlanPiece& piece, double s_piece, PathSample& out)
 }
 
 LocalBound PathSampler::bound(const PathSample& sample) const {
-  LocalBound out{sample.b_max, 1e12, 1e15};
+  double a1 = 1e-12, a2 = 1 / sample.b_max, j1 = 1e-15, j3 = 0;
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
-    const double d1 = std::abs(sample.d1[i]), d2 = std::abs(sample.d2[i]), d3 = std::abs(sample.d3[i]);
-    if (d1 > kTiny) {
-      out.acceleration = std::min(out.acceleration, rates_.acceleration[i] / d1);
-      out.jerk = std::min(out.jerk, rates_.jerk[i] / d1);
-    }
-    if (d2 * out.b > rates_.acceleration[i]) out.b = rates_.acceleration[i] / d2;
-    if (d3 * out.b * std::sqrt(out.b) > rates_.jerk[i]) out.b = std::pow(rates_.jerk[i] / d3, 2.0 / 3.0);
+    const double d1 = std::abs(sample.d1[i]);
+    a1 = std::max(a1, d1 * rates_.acceleration_inverse[i]);
+    j1 = std::max(j1, d1 * rates_.jerk_inverse[i]);
+    a2 = std::max(a2, std::abs(sample.d2[i]) * rates_.acceleration_inverse[i]);
+    j3 = std::max(j3, std::abs(sample.d3[i]) * rates_.jerk_inverse[i]);
   }
-  return out;
+  const double b = 1 / a2;
+  return {j3 * b * std::sqrt(b) > 1 ? 1 / std::cbrt(j3 * j3) : b, 1 / a1, 1 / j1};
 }
 
 }  // namespace trn::speed

@@ -2,8 +2,7 @@
 
 #include <vector>
 
-#include "interp/plan/speed/joint_rates.h"
-#include "interp/plan/stages.h"
+#include "interp/plan/speed/joint_curve.h"
 
 namespace trn::speed {
 
@@ -28,16 +27,22 @@ class PathSampler {
  public:
   PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates);
 
+  /// The joints along the piece, where polynomials tell them.
+  JointCurve curve(const PlanPiece& piece) const;
   /// At `s_piece` of the piece; `s` is the place in the stretch. Joints are judged within `reach` of s_piece
   /// too, as far as a parabola tells.
-  PathSample sample(const PlanPiece& piece, double s_piece, double s, double reach) const;
+  PathSample sample(const PlanPiece& piece, const JointCurve& curve, double s_piece, double s,
+                    double reach) const;
   LocalBound bound(const PathSample& sample) const;
 
   const JointRates& rates() const { return rates_; }
 
  private:
-  void check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const;
-  double speed_bound(const PlanPiece& piece, const JointDerivatives& d) const;
+  void add_panels(const PlanPiece& piece, double s0, double s1, int halvings, JointCurve& curve) const;
+  bool tells(const PlanPiece& piece, const JointPanel& panel) const;
+  Bracket ask(const PlanPiece& piece, double s_piece) const;
+  void check_position(const PlanPiece& piece, const Bracket& d, double reach) const;
+  double speed_bound(const PlanPiece& piece, const Bracket& d, double s_piece) const;
   void weigh(const PlanPiece& piece, double s_piece, PathSample& out) const;
 
   const Joints& joints_;

@@ -9,6 +9,25 @@ namespace {
 
 constexpr double kStill = 1e-12;  // a derivative below this share of a limit moves nothing
 
+/// What the rows of an interval are made of: the least b_max and the range of d3 of its samples.
+struct SampleRange {
+  double b_max = 1e300;
+  PerJoint d3_min{}, d3_max{};
+};
+
+SampleRange range_of(const std::vector<PathSample>& samples) {
+  SampleRange out;
+  out.d3_min = out.d3_max = samples.front().d3;
+  for (const PathSample& p : samples) {
+    out.b_max = std::min(out.b_max, p.b_max);
+    for (size_t j = 0; j < kMaxJoints; ++j) {
+      out.d3_min[j] = std::min(out.d3_min[j], p.d3[j]);
+      out.d3_max[j] = std::max(out.d3_max[j], p.d3[j]);
+    }
+  }
+  return out;
+}
+
 // Joints that move anywhere on the grid's intervals [first, first + n).
 std::vector<size_t> moving_joints(const std::deque<GridInterval>& grid, size_t first, size_t n,
                                   const JointRates& rates) {
@@ -22,17 +41,6 @@ std::vector<size_t> moving_joints(const std::deque<GridInterval>& grid, size_t f
     if (moves) out.push_back(j);
   }
   return out;
-}
-
-// The derivatives used at one end of an interval: those of the end's own sample, but the widest d3 of all
-// samples of the interval, so that a peak inside is seen.
-double end_d3(const GridInterval& g, size_t joint, bool right) {
-  const double own = (right ? g.samples.back() : g.samples.front()).d3[joint];
-  const double other = (right ? g.samples.front() : g.samples.back()).d3[joint];
-  const bool upper = own > other || (own == other && right);
-  double d3 = own;
-  for (const PathSample& p : g.samples) d3 = upper ? std::max(d3, p.d3[joint]) : std::min(d3, p.d3[joint]);
-  return d3;
 }
 
 void set_nodes(const PlanEnd& start, const PlanEnd& end, SpeedProblem& p) {
@@ -61,43 +69,57 @@ void set_nodes(const PlanEnd& start, const PlanEnd& end, SpeedProblem& p) {
   p.node_a0[n] = -rate * p.node_b0[n];
 }
 
-void set_acceleration_rows(const std::deque<GridInterval>& grid, size_t first, const JointRates& rates,
-                           const std::vector<size_t>& joints, const std::deque<Headroom>& headroom,
-                           SpeedProblem& p) {
-  const size_t n = p.intervals;
-  p.acceleration.assign(lane_groups(n + 1) * joints.size(), AccelerationRow{});
-  for (size_t k = p.first_fixed ? 1 : 0; k <= n; ++k) {
-    const GridInterval& g = grid[first + std::min(k, n - 1)];
-    const PathSample& at = k < n ? g.samples.front() : g.samples.back();
-    double share = headroom[first + std::min(k, n - 1)].acceleration;
-    if (k > 0) share = std::min(share, headroom[first + k - 1].acceleration);
-    AccelerationRow* rows = &p.acceleration[k / kLanes * joints.size()];
-    for (size_t i = 0; i < joints.size(); ++i) {
-      const double scale = 1 / (rates.acceleration[joints[i]] * share);
-      rows[i].d1[k % kLanes] = static_cast<float>(scale * at.d1[joints[i]]);
-      rows[i].d2[k % kLanes] = static_cast<float>(scale * at.d2[joints[i]]);
-    }
+void set_acceleration_row(const std::deque<GridInterval>& grid, size_t first, size_t k,
+                          const JointRates& rates, const std::deque<Headroom>& headroom, SpeedProblem& p) {
+  const size_t n = p.intervals, joints = p.joints;
+  const GridInterval& g = grid[first + std::min(k, n - 1)];
+  const PathSample& at = k < n ? g.samples.front() : g.samples.back();
+  double share = headroom[first + std::min(k, n - 1)].acceleration;
+  if (k > 0) share = std::min(share, headroom[first + k - 1].acceleration);
+  AccelerationRow* rows = &p.acceleration[k / kLanes * joints];
+  const double by_share = 1 / share;
+  for (size_t i = 0; i < joints; ++i) {
+    const size_t j = p.moving[i];
+    const double scale = rates.acceleration_inverse[j] * by_share;
+    rows[i].d1[k % kLanes] = static_cast<float>(scale * at.d1[j]);
+    rows[i].d2[k % kLanes] = static_cast<float>(scale * at.d2[j]);
   }
 }
 
-void set_jerk_rows(const std::deque<GridInterval>& grid, size_t first, const JointRates& rates,
-                   const std::vector<size_t>& joints, const std::deque<Headroom>& headroom, SpeedProblem& p) {
-  const size_t n = p.intervals;
-  p.jerk.assign(lane_groups(n) * 2 * joints.size(), JerkRow{});
-  for (size_t k = 0; k < n; ++k) {
-    const GridInterval& g = grid[first + k];
-    JerkRow* row = &p.jerk[k / kLanes * 2 * joints.size()];
-    for (const bool right : {false, true}) {
-      const PathSample& at = right ? g.samples.back() : g.samples.front();
-      for (const size_t joint : joints) {
-        const double scale = 1 / (rates.jerk[joint] * headroom[first + k].jerk);
-        row->d1[k % kLanes] = static_cast<float>(scale * at.d1[joint]);
-        row->d2[k % kLanes] = static_cast<float>(scale * at.d2[joint]);
-        row->d3[k % kLanes] = static_cast<float>(scale * end_d3(g, joint, right));
-        ++row;
-      }
-    }
+// The derivatives used at one end of an interval: those of the end's own sample, but the widest d3 of all its
+// samples, so that a peak inside is seen.
+void set_jerk_rows(const GridInterval& g, const SampleRange& range, const JointRates& rates, double share,
+                   size_t k, SpeedProblem& p) {
+  const std::vector<size_t>& joints = p.moving;
+  const size_t lane = k % kLanes;
+  JerkRow* const row = &p.jerk[k / kLanes * 2 * joints.size()];
+  const PathSample &left = g.samples.front(), &right = g.samples.back();
+  const double by_share = 1 / share;
+  for (size_t i = 0; i < joints.size(); ++i) {
+    const size_t j = joints[i];
+    const double scale = rates.jerk_inverse[j] * by_share;
+    const bool rising = right.d3[j] >= left.d3[j];
+    const auto put = [&](JerkRow& to, const PathSample& at, double d3) {
+      to.d1[lane] = static_cast<float>(scale * at.d1[j]);
+      to.d2[lane] = static_cast<float>(scale * at.d2[j]);
+      to.d3[lane] = static_cast<float>(scale * d3);
+    };
+    put(row[i], left, rising ? range.d3_min[j] : range.d3_max[j]);
+    put(row[i + joints.size()], right, rising ? range.d3_max[j] : range.d3_min[j]);
   }
+}
+
+void lay_out(const std::deque<GridInterval>& grid, size_t first, size_t n, const JointRates& rates,
+             SpeedProblem& p) {
+  p.intervals = n;
+  p.moving = moving_joints(grid, first, n, rates);
+  p.joints = p.moving.size();
+  p.h.assign(lane_groups(n + 1) * kLanes, 1);
+  for (size_t k = 0; k < n; ++k) p.h[k] = grid[first + k].h;
+  p.c_max.resize(lane_groups(n + 1) * kLanes);
+  p.dip.assign(lane_groups(n + 1) * kLanes, 1);
+  p.jerk.assign(lane_groups(n) * 2 * p.joints, JerkRow{});
+  p.acceleration.assign(lane_groups(n + 1) * p.joints, AccelerationRow{});
 }
 
 }  // namespace
@@ -109,30 +131,30 @@ SpeedState SpeedProblem::at_node(const Doubles& c, size_t k) const {
 
 void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n, const JointRates& rates,
                    const std::deque<Headroom>& headroom, const PlanEnd& start, const PlanEnd& end,
-                   SpeedProblem& p) {
-  const std::vector<size_t> joints = moving_joints(grid, first, n, rates);
-  p.intervals = n;
-  p.joints = joints.size();
-  p.h.assign(lane_groups(n + 1) * kLanes, 1);
-  p.c_max.resize(lane_groups(n + 1) * kLanes);
-  p.dip.assign(lane_groups(n + 1) * kLanes, 1);
+                   const std::vector<bool>& changed, SpeedProblem& p) {
+  const bool all = changed.empty();
+  const auto is_new = [&](size_t k) { return all || changed[first + k] || k == 0 || k + 1 == n; };
+  if (all) lay_out(grid, first, n, rates, p);
   for (size_t k = 0; k < n; ++k) {
+    if (!is_new(k)) continue;
     const GridInterval& g = grid[first + k];
-    p.h[k] = g.h;
-    double b_max = g.samples.front().b_max;
-    for (const PathSample& sample : g.samples) b_max = std::min(b_max, sample.b_max);
+    const Headroom& room = headroom[first + k];
+    const SampleRange range = range_of(g.samples);
+    double b_max = range.b_max;
     if (k > 0) b_max = std::min(b_max, grid[first + k - 1].samples.back().b_max);
     if (k + 1 < n) b_max = std::min(b_max, grid[first + k + 1].samples.front().b_max);
-    p.c_max[k] = b_max * headroom[first + k].velocity;
-    p.dip[k] = headroom[first + k].dip;
+    p.c_max[k] = b_max * room.velocity;
+    p.dip[k] = room.dip;
+    set_jerk_rows(g, range, rates, room.jerk, k, p);
   }
   set_nodes(start, end, p);
   if (start.at_rest) p.c_max[0] = std::min(p.c_max[0], start.b_max / p.node_b1[0]);
   p.c_max[n - 1] = std::min(p.c_max[n - 1], end.b_max / p.node_b0[n]);
   std::fill(p.c_max.begin() + static_cast<std::ptrdiff_t>(n), p.c_max.end(), 2 * p.c_max[n - 1]);
   if (p.first_fixed) p.c_max[0] = 2 * p.first_c;  // decided before, no longer a choice
-  set_acceleration_rows(grid, first, rates, joints, headroom, p);
-  set_jerk_rows(grid, first, rates, joints, headroom, p);
+  for (size_t k = p.first_fixed ? 1 : 0; k <= n; ++k)
+    if ((k < n && is_new(k)) || (k > 0 && is_new(k - 1)))
+      set_acceleration_row(grid, first, k, rates, headroom, p);
 }
 
 }  // namespace trn::speed

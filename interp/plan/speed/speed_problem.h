@@ -39,6 +39,7 @@ struct JerkRow {
 /// goes.
 struct SpeedProblem {
   size_t intervals = 0, joints = 0;  ///< joints: those that move
+  std::vector<size_t> moving;        ///< which they are
   bool first_fixed = false;          ///< moving start: c_0 follows from the state
   double first_c = 0;
   Doubles h, c_max, dip;                       ///< per interval, padded to whole groups
@@ -55,9 +56,10 @@ struct Headroom {
   double dip = 1.6;  ///< see SpeedProblem; below 2
 };
 
-/// Sets up the problem on grid[first, first + n).
+/// Sets up the problem on grid[first, first + n). `changed`: only the headroom is other than when it was set
+/// up last, and that where this says so; empty: all is new.
 void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n, const JointRates& rates,
                    const std::deque<Headroom>& headroom, const PlanEnd& start, const PlanEnd& end,
-                   SpeedProblem& problem);
+                   const std::vector<bool>& changed, SpeedProblem& problem);
 
 }  // namespace trn::speed

@@ -12,10 +12,9 @@ constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990,
 constexpr double kAccelerationAccept = 0.9995,
                  kJerkAccept = 0.998;  // margin for what lies between the samples
 constexpr double kVelocityAccept = 0.99999;
-constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.05}, kNextSolve{30, 5e-3, 3e-4};
+constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;
-constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
-constexpr double kGuess = 0.85;                  // of the b that the grid estimates
+constexpr double kWindow = 5, kProvisional = 1.2;  // brake times planned at once, and of these left open
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
 constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
@@ -40,6 +39,12 @@ SpeedOptions completed(SpeedOptions options, const Joints& joints) {
   options.node_spacing_s = spacing(joints, options.node_spacing_s);
   options.window_s = std::max(options.window_s, kWindow * brake_time(joints));
   return options;
+}
+
+// (ds/dt)^2 at a distance from a standstill, at constant jerk.
+double from_rest_b(double jerk, double distance) {
+  const double v_cubed = 1.5 * jerk * distance * distance;
+  return std::cbrt(v_cubed * v_cubed);
 }
 
 // Intervals to merge into the constant-jerk segment next to a standstill, so that the others are short
@@ -81,7 +86,8 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   ++stats_.pieces;
   last_ = piece;
   try {
-    const PathSample middle = sampler_.sample(piece, piece.piece.length / 2, 0, 0);
+    JointCurve curve = sampler_.curve(piece);
+    const PathSample middle = sampler_.sample(piece, curve, piece.piece.length / 2, 0, 0);
     const double time_s = piece.piece.length / std::sqrt(middle.b_max), part_s = 0.6 * brake_s_;
     const int parts = std::max(1, static_cast<int>(std::ceil(time_s / part_s)));
     for (int i = 0; i < parts; ++i) {
@@ -90,7 +96,8 @@ void WindowPlanner::piece(const PlanPiece& piece) {
       if (parts > 1) part.piece = cut(piece.piece, length * i / parts, length * (i + 1) / parts);
       part.ends_stretch = piece.ends_stretch && i + 1 == parts;
       if (i > 0) part.outputs = {};
-      accept(part);
+      if (parts > 1) curve = sampler_.curve(part);
+      accept(part, std::move(curve));
     }
   } catch (const ProgramError&) {
     emit_rest();
@@ -102,8 +109,8 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   }
 }
 
-void WindowPlanner::accept(const PlanPiece& piece) {
-  grid_.add(piece);
+void WindowPlanner::accept(const PlanPiece& piece, JointCurve curve) {
+  grid_.add(piece, std::move(curve));
   emitter_.add_piece(piece, s_next_);
   s_next_ += piece.piece.length;
   if (!piece.ends_stretch) advance(false);
@@ -218,6 +225,7 @@ bool WindowPlanner::solve_window(size_t head, size_t tail) {
   const size_t n = grid.size() - head - tail;
   bool fresh = true;
   Doubles found;  // the last solution
+  changed_.clear();
   for (int round = 0; round < kRoundsMax; ++round) {
     ++stats_.rounds;
     head_end_.at_rest = start_.at_rest;
@@ -228,7 +236,8 @@ bool WindowPlanner::solve_window(size_t head, size_t tail) {
     }
     tail_end_.rest_length = grid.back().s + grid.back().h - grid[head + n].s;
     tail_end_.b_max = rest_bound(grid, head + n, grid.size(), sampler_.rates(), headroom_, false);
-    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, problem_);
+    build_problem(grid, head, n, sampler_.rates(), headroom_, head_end_, tail_end_, changed_, problem_);
+    changed_.assign(grid.size(), false);
     const InteriorPointResult result =
         fresh ? solver_.solve(problem_, kFirstSolve, c_) : solver_.resume(problem_, kNextSolve, c_);
     stats_.iterations += static_cast<std::uint64_t>(result.iterations);
@@ -250,7 +259,7 @@ bool WindowPlanner::solve_window(size_t head, size_t tail) {
 void WindowPlanner::damp_undershoot(size_t head) {
   const size_t at = head + candidate_.size() - (start_.at_rest ? 1 : 0);
   for (size_t k = at > 0 ? at - 1 : 0; k < std::min(at + 2, headroom_.size()); ++k)
-    headroom_[k].dip = std::max(0.6, headroom_[k].dip * kUndershoot);
+    lower(k).dip = std::max(0.6, headroom_[k].dip * kUndershoot);
 }
 
 // A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow
@@ -270,15 +279,15 @@ void WindowPlanner::guess(size_t head, size_t tail) {
   if (!start_.at_rest) keep = std::max<size_t>(keep, 1);
   keep = std::min({keep, n, std::max<size_t>(c_before_.size(), 1)});
   if (start_.at_rest) keep = 0;
+  const double slower = std::pow(0.7, std::min(retries_, 6));
   Doubles b(n);
   const double s_start = grid[0].s, s_stop = grid.back().s + grid.back().h;
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[head + k];
     const double mid = g.s + g.h / 2, to_stop = s_stop - mid, from_start = mid - s_start;
-    b[k] = kGuess * std::pow(0.7, std::min(retries_, 6)) * std::min(g.b_est, g.bound.b);
-    b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * to_stop * to_stop, 2)));
-    if (start_.at_rest)
-      b[k] = std::min(b[k], std::cbrt(std::pow(1.5 * g.bound.jerk * from_start * from_start, 2)));
+    b[k] = slower * std::min(g.b_est, g.bound.b);
+    b[k] = std::min(b[k], from_rest_b(g.bound.jerk, to_stop));
+    if (start_.at_rest) b[k] = std::min(b[k], from_rest_b(g.bound.jerk, from_start));
   }
   if (!start_.at_rest) {
     const double first_c = start_.plan.b + start_.plan.a * grid[0].h;
@@ -288,19 +297,11 @@ void WindowPlanner::guess(size_t head, size_t tail) {
     b[k] = std::min(b[k], b[k - 1] + grid[head + k].bound.acceleration * grid[head + k].h);
   for (size_t k = n - 1; k-- > keep;)
     b[k] = std::min(b[k], b[k + 1] + grid[head + k].bound.acceleration * grid[head + k].h);
-  constexpr size_t kHalf = 5;  // least of the neighbours, then their mean: smooth and never above
-  const Doubles sharp = b;
-  Doubles low = b;
+  c_ = b;  // least of the neighbours, then their mean: smooth and hardly above
   for (size_t k = keep; k < n; ++k)
-    for (size_t i = std::max(keep, k > kHalf ? k - kHalf : 0); i < std::min(n, k + kHalf + 1); ++i)
-      low[k] = std::min(low[k], sharp[i]);
-  for (size_t k = keep; k < n; ++k) {
-    const size_t reach = std::min({kHalf, k - keep, n - 1 - k});
-    double sum = 0;
-    for (size_t i = k - reach; i <= k + reach; ++i) sum += low[i];
-    b[k] = sum / static_cast<double>(2 * reach + 1);
-  }
-  c_ = b;
+    for (const size_t i : {std::max(k, keep + 1) - 1, std::min(k + 1, n - 1)}) c_[k] = std::min(c_[k], b[i]);
+  b = c_;
+  for (size_t k = keep + 1; k + 1 < n; ++k) c_[k] = (b[k - 1] + b[k] + b[k + 1]) / 3;
 }
 
 bool WindowPlanner::make_law(size_t head, size_t tail) {
@@ -333,7 +334,7 @@ bool WindowPlanner::verify(int round) {
       if (round < 0) return false;
       const double extra = 1 + 0.001 * (1 << std::min(round, 5));  // and somewhat more than it exceeds
       if (!start_.at_rest && k < kDecided) continue;
-      Headroom& room = headroom_[k];
+      Headroom& room = lower(k);
       if (velocity > 1) room.velocity /= velocity * velocity * 1.0001;
       if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
       if (jerk > 1) room.jerk /= std::pow(jerk, 1.3) * extra;
@@ -341,6 +342,12 @@ bool WindowPlanner::verify(int round) {
     }
   }
   return good;
+}
+
+// The headroom of an interval, to be lowered.
+Headroom& WindowPlanner::lower(size_t interval) {
+  changed_[interval] = true;
+  return headroom_[interval];
 }
 
 // Jerk grows with the third power of speed, whatever of it the rows do not see.
@@ -401,8 +408,7 @@ void WindowPlanner::commit(size_t segments, size_t head) {
 
 void WindowPlanner::drop_intervals(size_t count) {
   stats_.intervals += count;
-  auto& grid = grid_.intervals();
-  grid.erase(grid.begin(), grid.begin() + static_cast<std::ptrdiff_t>(count));
+  grid_.drop_front(count);
   headroom_.erase(headroom_.begin(), headroom_.begin() + static_cast<std::ptrdiff_t>(count));
   for (LawSegment& segment : law_) {
     segment.first -= count;

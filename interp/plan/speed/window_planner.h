@@ -26,7 +26,7 @@ class WindowPlanner {
     PathState state;  ///< the true motion
     SpeedState plan;  ///< the solution's
   };
-  void accept(const PlanPiece& piece);
+  void accept(const PlanPiece& piece, JointCurve curve);
   void advance(bool to_end);
   void plan_window(bool final);
   bool try_window(bool final);
@@ -39,6 +39,7 @@ class WindowPlanner {
   bool make_law(size_t head, size_t tail);
   bool verify(int round);
   void slow_place(size_t interval, const LawSegment& segment, double excess);
+  Headroom& lower(size_t interval);
   bool slow_down(size_t head, size_t tail);
   void creep();
   void commit(size_t segments, size_t head);
@@ -59,6 +60,7 @@ class WindowPlanner {
   PlanPiece last_;
   Start start_;
   std::deque<Headroom> headroom_;  ///< per interval of the grid
+  std::vector<bool> changed_;      ///< headroom since the problem was set up
   std::vector<LawSegment> law_;    ///< verified, from start_ to rest
   std::vector<LawSegment> candidate_;
   SpeedProblem problem_;

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <vector>
+
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/lanes.h"
+#include "interp/plan/stages.h"
+
+namespace trn::speed {
+
+/// Derivatives of the motor joints by the path parameter, mm or rad.
+struct Bracket {
+  PerJoint q{}, d1{}, d2{}, d3{};
+};
+
+/// The motor joints over a part of a piece as polynomials of the path parameter: Chebyshev interpolation
+/// (Trefethen, Approximation Theory and Approximation Practice, chapters 3 and 7) on a range a quarter longer
+/// than the part, so that derivatives hold up to its ends. One evaluation of the joint map a node.
+class JointPanel {
+ public:
+  static constexpr int kNodes = 10;
+
+  /// Over [s0, s1] of the piece. False: the map fails somewhere.
+  bool interpolate(const JointMap& map, const PlanPiece& piece, double s0, double s1);
+  /// At s in [s0, s1].
+  void at(double s, Bracket& out) const;
+
+  double s0() const { return s0_; }
+  double s1() const { return s1_; }
+  /// How far second and third derivatives may be off, by joint: as if the first term left out were as large
+  /// as the last one kept.
+  const PerJoint& error2() const { return error2_; }
+  const PerJoint& error3() const { return error3_; }
+  /// The errors are the rounding of the joints' values; shorter panels have more of it.
+  bool rounding() const { return rounding_; }
+
+ private:
+  void put_row(int joint, const std::array<double, kNodes>& values, double rounding);
+
+  double s0_ = 0, s1_ = 0, middle_ = 0, inverse_ = 0;  ///< x = (s - middle) inverse
+  int count_ = 0;
+  bool rounding_ = true;
+  PerJoint error2_{}, error3_{};
+  Eight power_[2][kNodes] = {};  ///< coefficients of x^k; eight joints, then the rest
+};
+
+/// Panels of one piece, ascending; where none lies, the joints are to be asked themselves.
+using JointCurve = std::vector<JointPanel>;
+
+/// The panel at s, or none.
+const JointPanel* panel_at(const JointCurve& curve, double s);
+
+}  // namespace trn::speed
