@@ -12,7 +12,10 @@ namespace {
 using Place = PendingPiece::Place;
 
 constexpr double kVariationPerInterval = 0.08;  // of a limit, by curvature or its change
-constexpr double kGrading = 0.5;                // growth of the spacing per time, away from a closer one
+constexpr double kOwnInterval =
+    0.5;                          // of the intervals that its variation asks for: worth one for a short piece
+constexpr double kClosest = 40;   // nodes in a spacing, at most
+constexpr double kGrading = 0.5;  // growth of the spacing per time, away from a closer one
 constexpr int kIntervalsPerStretchMin = 32;
 constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its third derivative is no parabola
 constexpr double kTold = 1e-3;       // of a limit: how well parabolas must tell what lies between samples
@@ -194,13 +197,12 @@ void PathGrid::grade_from(NodeSpacing rest, bool flip) {
 
 // Time between nodes that the piece's own curvature asks for.
 double PathGrid::wanted_spacing(const PendingPiece& pending) const {
-  const double time_s = piece_time(pending);
-  if (time_s < 0.5 * spacing_s_) return spacing_s_;
+  const double time_s = piece_time(pending), calm = time_s / spacing_s_;
   const double v = pending.plan.piece.length / time_s, b = v * v;
   const double variation = pending.variation2 * b + pending.variation3 * b * v;
-  const double n =
-      std::max(time_s / spacing_s_, std::min(variation / kVariationPerInterval, 24 + time_s / spacing_s_));
-  return time_s / std::max(1.0, n);
+  const double bent = variation / kVariationPerInterval;
+  if (calm < 0.5 && bent < kOwnInterval) return spacing_s_;
+  return time_s / std::max({1.0, calm, std::min({bent, 24 + calm, kClosest * calm})});
 }
 
 double PathGrid::pending_time() const {
