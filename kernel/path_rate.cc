@@ -122,8 +122,10 @@ double PathRate::stop_after(const MotionQueue& queue, const PlanPlace& place, do
 }
 
 // The way down to rest in trial_; plan time from where the walk began, negative if a limit would break.
-double PathRate::find_stop(PlanWalk walk) TRN_RT {
-  trial_.count = trial_.landing = 0;
+double PathRate::find_stop(PlanWalk walk, int behind) TRN_RT {
+  trial_.stops = true;
+  trial_.count = behind;
+  trial_.landing = 0;
   trial_.turn_rate = trial_.end_rate = 0;
   for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
     const double r = walk.rate(), w = walk.slope();
@@ -239,6 +241,7 @@ double PathRate::fastest(const PlanWalk& walk, double direction) const TRN_RT {
 
 PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) TRN_RT {
   trial_.count = trial_.landing = 0;
+  trial_.stops = false;
   trial_.turn_rate = rate_;
   const bool climbs = direction > 0 && target_ > 1 && rate_ > kClimbFrom;
   const double time_s = climbs ? kPushPeriods * period_s_ : period_s_;
@@ -248,6 +251,13 @@ PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) 
     return Verdict::kBeyondTarget;
   }
   if (!walk.run(u, time_s, trial_.steps.data(), trial_.count)) return Verdict::kBreaks;
+  if (target_ == 0) {
+    const int pushed = trial_.count;
+    if (find_stop(walk, pushed) >= 0) return Verdict::kSafe;
+    if (way_.stops && next_ < way_.count) return Verdict::kBreaks;
+    trial_.count = pushed;
+    trial_.stops = false;
+  }
   const bool safe = settle(walk, false);
   if (direction * (trial_.turn_rate - target_) > 0) return Verdict::kBeyondTarget;
   return safe ? Verdict::kSafe : Verdict::kBreaks;
@@ -315,6 +325,7 @@ void PathRate::adopt() TRN_RT {
   std::copy_n(trial_.steps.begin(), trial_.count, way_.steps.begin());
   way_.count = trial_.count;
   way_.landing = trial_.landing;
+  way_.stops = trial_.stops;
   way_.end_rate = trial_.end_rate;
   way_.turn_rate = trial_.turn_rate;
   way_target_ = target_;

@@ -60,6 +60,7 @@ class PathRate {
     int landing = 0;       ///< steps that lead to the target; 0: it does not go there
     double end_rate = 0;   ///< constant from there on
     double turn_rate = 0;  ///< where r' first becomes 0
+    bool stops = false;    ///< leads to rest
   };
 
   /// What `follow` changes.
@@ -72,7 +73,7 @@ class PathRate {
   double step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT;
   double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
                       double stop_in_s) TRN_RT;
-  double find_stop(PlanWalk walk) TRN_RT;
+  double find_stop(PlanWalk walk, int behind = 0) TRN_RT;
   double step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;
