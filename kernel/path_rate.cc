@@ -37,6 +37,11 @@ double time_to_ease(double r, double w, double u, double ease) {
   return t > 0 ? t : never;
 }
 
+// What brings r' to 0 in the end, on the way down to a rate. Where 3 r r' a helps it does so less and less.
+double ease_of(const RateBounds& bounds, double to) {
+  return kEarlyTurn * (to > 0 ? bounds.u_max : std::min(bounds.u_max, bounds.u_still));
+}
+
 double range_margin(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
 
 }  // namespace
@@ -147,8 +152,7 @@ double PathRate::find_stop(PlanWalk walk, int behind) TRN_RT {
 // One step down towards a rate, at most to where r' has become 0 or `ease` is what brings both there. Where u
 // breaks a bound at the end of the step, that bound is taken into account, within the bounds here.
 double PathRate::step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT {
-  const double w = walk.slope(), ease = kEarlyTurn * here.u_max,
-               margin_here = range_margin(here, kPushMargin);
+  const double w = walk.slope(), ease = ease_of(here, to), margin_here = range_margin(here, kPushMargin);
   for (int i = 0; i < kMends; ++i) {
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
     PlanWalk tried = walk;
@@ -300,8 +304,8 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
       trial_.turn_rate = std::min(trial_.turn_rate, r - w * w / (2 * u));
       return false;
     }
-    const double to_ease = turned ? time_to_ease(r - 1, w, u, kEarlyTurn * bounds.u_max)
-                                  : std::numeric_limits<double>::infinity();
+    const double to_ease =
+        turned ? time_to_ease(r - 1, w, u, ease_of(bounds, 1)) : std::numeric_limits<double>::infinity();
     const double gone = walk.step(u, std::min(to_turn, to_ease));
     if (gone < 0) return false;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
@@ -313,7 +317,8 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
 // Down to a rate as fast as it goes, and in time off the brake.
 double PathRate::brake(const PlanWalk& walk, const RateBounds& bounds, double to) const TRN_RT {
   const double above = walk.rate() - to, w = walk.slope(), margin = range_margin(bounds, kWayMargin);
-  if (w < 0 && w * w >= 2 * above * kEarlyTurn * bounds.u_max * (1 - kNear)) {
+  const double ease = ease_of(bounds, to);
+  if (w < 0 && ease > 0 && w * w >= 2 * above * ease * (1 - kNear)) {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
     return std::min(bounds.u_max - margin, exact);
   }

@@ -71,7 +71,7 @@ void PlanWalk::skip(double plan_time_s) TRN_RT {
 
 RateBounds PlanWalk::bounds() const TRN_RT {
   const double r = rate_, w = slope_, rr = r * r, rrr = rr * r, rw3 = 3 * r * w;
-  RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr};
+  RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr, limits_->u_max};
   if (!block_) return out;
   const auto k = static_cast<std::size_t>(place_.segment);
   const JointMotion& joints = block_->joints[k];
@@ -89,6 +89,7 @@ RateBounds PlanWalk::bounds() const TRN_RT {
     if (speed * r > kVelocityUse * limits_->velocity[i] && r > 1) out.legal = false;
     // What is left of a limit is divided by the greatest speed, what is lacking by the least.
     const double most = 1 / speed, least = 1 / std::max(std::abs(v) - speed_error, kRounding * speed_error);
+    out.u_still = std::min(out.u_still, kJerkUse * most);
     const auto bound = [&](double left) { return left * (left < 0 ? least : most); };
     const bool forward = v > 0;
     out.u_max = std::min(out.u_max, bound(forward ? up : down));

@@ -32,7 +32,8 @@ struct RateStep {
 /// What the joints' limits leave to the rate at one place: bounds of u and of r' there.
 struct RateBounds {
   double u_min, u_max, slope_min, slope_max;
-  bool legal;  ///< false: too fast, or no u serves all joints
+  bool legal;      ///< false: too fast, or no u serves all joints
+  double u_still;  ///< bound of |u| with the rate at 0 here
 };
 
 /// Runs ahead over the queue's segments with a given u, step by step, and judges every step.
