@@ -8,12 +8,14 @@
 
 #include "kernel/check/limit_judge.h"
 #include "tests/kernel/planned_motion.h"
+#include "tests/kernel/shortest_stop.h"
 #include "tests/support/paths.h"
 
 namespace trn {
 namespace {
 
 constexpr int kDensity = 10;
+constexpr double kReach = 1.05;  // of plan time in a time: a stop never goes faster than that
 
 std::string config(const std::string& name) { return source_dir() + "/configs/" + name + ".toml"; }
 
@@ -125,12 +127,14 @@ void print_spread(const char* what, std::vector<double>& values) {
 struct Hold {
   double least_s = 0, took_s = 0;
   double waited_s = 0;  ///< until the rate was below 0.95
+  double at_s = 0;      ///< of the plan, where it began
 };
 
 Hold hold_at(const PlannedMotion& motion, double plan_time_s, DenseJudge& judge) {
   RateBench bench(motion, motion.blocks().size() + 1);
   while (bench.time_s() < plan_time_s) bench.tick(1, kDensity, [&](double t) { judge(t); });
   Hold hold{shortest_stop(motion, bench.time_s())};
+  hold.at_s = bench.time_s();
   const double T = motion.assembly().machine.period_s;
   for (int i = 0; i < 3000 && !bench.rate().standing() && !bench.interpolator().at_rest(); ++i) {
     bench.tick(0, kDensity, [&](double t) { judge(t); });
@@ -165,6 +169,40 @@ TEST_P(EveryMachine, HoldIsNearTheShortestStop) {
     std::printf("  slowest: %.3f s, shortest %.3f s; %.3f s until the rate was below 95 %%\n",
                 holds[i].took_s, holds[i].least_s, holds[i].waited_s);
   EXPECT_LT(ratios[ratios.size() / 2], 1.10);
+}
+
+// A joint's own shortest stop is no stop of the machine: all joints move on one path. Where a hold takes
+// longer than that, the reference is the shortest stop on the path.
+TEST_P(EveryMachine, HoldIsNearTheShortestStopOnThePath) {
+  constexpr double kAsTheJoint = 1.15, kMost = 2;
+  const int looked_at_most = std::getenv("TRN_LONG") ? std::max(2, std::atoi(std::getenv("TRN_LONG"))) : 2;
+  std::vector<double> ratios, over_joint;
+  int not_found = 0;
+  for (int program = 0; program < programs(); ++program) {
+    const PlannedMotion motion(GetParam(),
+                               strokes(assemble(GetParam()), 5 + static_cast<std::uint64_t>(program), 20));
+    for (int n = 1; n < 30 && static_cast<int>(ratios.size()) + not_found < looked_at_most; ++n) {
+      DenseJudge judge(motion);
+      const Hold hold = hold_at(motion, motion.length_s() * n / 30, judge);
+      if (hold.least_s <= 0.02 || hold.took_s < kAsTheJoint * hold.least_s) continue;
+      const double shortest =
+          ShortestStop(motion, hold.at_s, kReach * hold.took_s, ShortestStop::Grid()).driven(1, 0);
+      if (std::isinf(shortest)) {
+        ++not_found;
+        continue;
+      }
+      ratios.push_back(hold.took_s / shortest);
+      over_joint.push_back(hold.took_s / hold.least_s);
+      std::printf("  hold at %.4f s: %.3f s, on the path %.4f s, the slowest joint alone %.3f s\n", hold.at_s,
+                  hold.took_s, shortest, hold.least_s);
+    }
+  }
+  std::printf("%d more where the reference's grid finds none\n", not_found);
+  if (ratios.empty()) return;
+  print_spread("slow holds over the slowest joint's shortest stop", over_joint);
+  print_spread("of them over the shortest stop on the path", ratios);
+  EXPECT_GT(ratios.front(), 0.85) << "nothing is faster than the shortest";
+  EXPECT_LT(ratios.back(), kMost);
 }
 
 // From a change of the override until the rate has gone a hundredth of the way, at any place of the path.
