@@ -16,11 +16,13 @@ namespace trn {
 ///
 /// Safe for ever is a constant rate of at most 1, because the plan itself keeps the limits. So the law always
 /// owns a way back: a sequence of constant u, verified against the three bounds on the segments ahead, that
-/// ends at a constant rate of at most 1. Each period it tries the fastest u towards the target for that
-/// period and a new way back behind it; what verifies is taken, otherwise the old way back is followed until
-/// something does. When the way back just reaches the target, a constant u leads exactly there.
+/// ends at a constant rate of at most 1; towards a target of 0, one that ends at rest if there is one. Each
+/// period it tries the fastest u towards the target for that period and a new way back behind it; what
+/// verifies is taken, otherwise the old way back is followed until something does. When the way back just
+/// reaches the target, a constant u leads exactly there.
 ///
-/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments;
+/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments,
+/// and as many again towards a target of 0;
 /// with a stop to come to, kAims + 3 walks down more, whose steps are tried kMends times.
 class PathRate {
  public:
