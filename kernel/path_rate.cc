@@ -196,7 +196,8 @@ void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
   if (walk.ended()) return;
   const double distance = target_ - rate_;
   const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope_ != 0 ? 1 : 0, slope_);
-  const bool landing = next_ < way_.landing && way_target_ == target_;
+  const bool stops = way_.stops && target_ == 0 && next_ < way_.count;
+  const bool landing = stops || (next_ < way_.landing && way_target_ == target_);
   const double u_old = mean_u();
   const double turn_old = next_ < way_.count ? way_.turn_rate : rate_;
   const double u_most = direction == 0 ? 0 : fastest(walk, direction);
