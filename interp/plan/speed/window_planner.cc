@@ -14,7 +14,7 @@ constexpr double kAccelerationAccept = 0.9995,
 constexpr double kVelocityAccept = 0.99999;
 constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;
-constexpr double kWindow = 5, kProvisional = 1.2;  // brake times planned at once, and of these left open
+constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
 constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
@@ -37,7 +37,6 @@ double brake_time(const Joints& joints) {
 
 SpeedOptions completed(SpeedOptions options, const Joints& joints) {
   options.node_spacing_s = spacing(joints, options.node_spacing_s);
-  options.window_s = std::max(options.window_s, kWindow * brake_time(joints));
   return options;
 }
 
@@ -81,8 +80,11 @@ void WindowPlanner::piece(const PlanPiece& piece) {
     start_ = Start{};
     retries_ = 0;
     s_next_ = 0;
+    stretch_brake_s_ = brake_s_;
     open_ = true;
   }
+  if (std::isfinite(piece.feed.tip_mm_s) && std::isfinite(piece.feed.tip_mm_s2))
+    stretch_brake_s_ = std::max(stretch_brake_s_, brake_s_ + piece.feed.tip_mm_s / piece.feed.tip_mm_s2);
   ++stats_.pieces;
   last_ = piece;
   try {
@@ -136,7 +138,8 @@ void WindowPlanner::advance(bool to_end) {
   while (!grid_.intervals().empty()) {
     double time_s = 0;
     for (const GridInterval& g : grid_.intervals()) time_s += g.time_est_s;
-    const bool full = time_s > options_.window_s || grid_.intervals().size() > 6000 ||
+    const bool full = time_s > std::max(options_.window_s, kWindow * stretch_brake_s_) ||
+                      grid_.intervals().size() > 6000 ||
                       emitter_.piece_count() > options_.buffered_pieces_max;
     if (!to_end && (!full || grid_.intervals().size() < 40)) return;
     plan_window(to_end);
@@ -184,7 +187,7 @@ bool WindowPlanner::try_window(bool final) {
   if (final) {
     emit_rest();
   } else {
-    commit(segments_within(std::max(law_time() / 2, law_time() - kProvisional * brake_s_)), head);
+    commit(segments_within(std::max(law_time() / 2, law_time() - kProvisional * stretch_brake_s_)), head);
   }
   return true;
 }
@@ -271,7 +274,7 @@ void WindowPlanner::guess(size_t head, size_t tail) {
   double left_s = 0;
   for (size_t k = c_before_.size(); k-- > 0;) {
     left_s += grid[k].h / std::sqrt(c_before_[k]);
-    if (left_s > 0.7 * brake_s_ + 8 * options_.node_spacing_s) {
+    if (left_s > 0.7 * stretch_brake_s_ + 8 * options_.node_spacing_s) {
       keep = k + 1;
       break;
     }

@@ -52,7 +52,8 @@ class WindowPlanner {
   PathGrid grid_;
   BlockEmitter emitter_;
   InteriorPoint solver_;
-  double brake_s_ = 0;
+  double brake_s_ = 0;          ///< in which the slowest joint stops
+  double stretch_brake_s_ = 0;  ///< the same where the program asks for less acceleration
   SpeedStats stats_;
 
   bool open_ = false;  ///< a stretch has begun and its end is not planned
