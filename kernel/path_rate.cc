@@ -255,6 +255,8 @@ PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) 
     trial_.turn_rate = 2 * end_rate - target_ - 1e-3;
     return Verdict::kBeyondTarget;
   }
+  const double to_turn = slope_ < 0 && u > 0 ? std::min(time_s, -slope_ / u) : time_s;
+  if (rate_ + to_turn * (slope_ + to_turn * u / 2) < 0) return Verdict::kBreaks;  // never backwards
   if (!walk.run(u, time_s, trial_.steps.data(), trial_.count)) return Verdict::kBreaks;
   if (target_ == 0) {
     const int pushed = trial_.count;
