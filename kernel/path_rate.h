@@ -22,8 +22,8 @@ namespace trn {
 /// reaches the target, a constant u leads exactly there.
 ///
 /// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments,
-/// and as many again towards a target of 0;
-/// with a stop to come to, kAims + 3 walks down more, whose steps are tried kMends times.
+/// or towards a target of 0 twice that; with a stop to come to, kAims + 3 walks down more. Steps of walks
+/// down are tried kMends times.
 class PathRate {
  public:
   PathRate(const Joints& joints, double period_s);

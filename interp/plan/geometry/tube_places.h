@@ -3,7 +3,7 @@
 #include <array>
 #include <vector>
 
-#include "interp/plan/speed/lanes.h"
+#include "interp/plan/lanes.h"
 
 // The sums over a tube's samples, where a fit spends its time: four numbers at once.
 namespace trn::tube {

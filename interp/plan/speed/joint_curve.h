@@ -2,8 +2,8 @@
 
 #include <vector>
 
+#include "interp/plan/lanes.h"
 #include "interp/plan/speed/joint_rates.h"
-#include "interp/plan/speed/lanes.h"
 #include "interp/plan/stages.h"
 
 namespace trn::speed {

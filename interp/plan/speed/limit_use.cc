@@ -98,12 +98,6 @@ void put_rows(const std::vector<Place>& places, const JointRates& rates, GridInt
 }
 
 TRN_VECTOR_INLINE void size_of(const Lanes& v, Lanes& size) { size = v > -v ? v : -v; }
-TRN_VECTOR_INLINE void raise(Lanes& to, const Lanes& by) { to = by > to ? by : to; }
-TRN_VECTOR_INLINE float largest(const Lanes& v) {
-  float out = v[0];
-  for (size_t i = 1; i < kLanes; ++i) out = v[i] > out ? v[i] : out;
-  return out;
-}
 
 /// Shares of a segment's way that shares of its time make: x = rate t + bend t^2 + turn t^3.
 struct Course {

@@ -3,7 +3,7 @@
 #include <deque>
 #include <vector>
 
-#include "interp/plan/speed/lanes.h"
+#include "interp/plan/lanes.h"
 #include "interp/plan/speed/path_sampler.h"
 
 namespace trn::speed {

@@ -19,7 +19,6 @@ TRN_VECTOR_INLINE void add_to(double* at, const Wide& what) {
 // Forms are differences of neighbouring places and need the digits; what is made of them does not.
 TRN_VECTOR_INLINE void narrow(const Wide& from, Lanes& to) { to = __builtin_convertvector(from, Lanes); }
 TRN_VECTOR_INLINE void widen(const Lanes& from, Wide& to) { to = __builtin_convertvector(from, Wide); }
-TRN_VECTOR_INLINE void raise(Lanes& to, const Lanes& by) { to = by > to ? by : to; }
 
 /// A linear form of the coefficients before, of and after a place.
 struct Form {
@@ -386,11 +385,6 @@ TRN_VECTOR_INLINE void step_nodes(PassState& state, float mu, size_t group, Lane
   }
 }
 
-double largest(const Lanes& v) {
-  float out = v[0];
-  for (size_t i = 1; i < kLanes; ++i) out = std::max(out, v[i]);
-  return out;
-}
 double total(const Lanes& v) {
   double out = 0;
   for (size_t i = 0; i < kLanes; ++i) out += v[i];

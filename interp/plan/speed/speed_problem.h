@@ -2,7 +2,7 @@
 
 #include <vector>
 
-#include "interp/plan/speed/lanes.h"
+#include "interp/plan/lanes.h"
 #include "interp/plan/speed/path_grid.h"
 
 namespace trn::speed {
