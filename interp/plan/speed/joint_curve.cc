@@ -14,6 +14,9 @@ constexpr double kInner = 0.8;  // of the range that is interpolated, the part t
 // Greatest second and third derivatives of the Chebyshev polynomials of degree 0 to kNodes on |x| <= kInner.
 constexpr double kBend2[kNodes + 1] = {0, 0, 4, 19.2, 45.4, 67.8, 60.6, 85.7, 138.7, 214.3, 269};
 constexpr double kBend3[kNodes + 1] = {0, 0, 0, 24, 153.6, 494.4, 1044.5, 1540.2, 1436.2, 1882.5, 3364};
+// The same of the fifth and sixth.
+constexpr double kBend5[kNodes] = {0, 0, 0, 0, 0, 1920, 18432, 89780, 292946, 708314};
+constexpr double kBend6[kNodes] = {0, 0, 0, 0, 0, 0, 23040, 258048, 1467190, 5604800};
 constexpr double kRounding = 5e-16;     // of a joint's value, about: hides what lies below
 constexpr double kAllRounding = 2e-15;  // of the largest joint's: the map's own arithmetic
 
@@ -37,6 +40,15 @@ struct Basis {
   }
 };
 
+// Into the first eight joints, or the rest; a size known beforehand needs no call.
+TRN_VECTOR_INLINE void put_part(const Eight& from, size_t part, PerJoint& to) {
+  static_assert(kMaxJoints >= 8 && kMaxJoints <= 16);
+  if (part == 0)
+    std::memcpy(to.data(), &from, sizeof from);
+  else
+    std::memcpy(to.data() + 8, &from, (kMaxJoints - 8) * sizeof(double));
+}
+
 const Basis& basis() {
   static const Basis basis;
   return basis;
@@ -58,6 +70,7 @@ bool JointPanel::interpolate(const JointMap& map, const PlanPiece& piece, double
   double size = 0;
   for (const JointVec& at : q) size = std::max(size, at.cwiseAbs().maxCoeff());
   rounding_ = true;
+  terms_ = 1;
   for (int j = 0; j < count_; ++j) {
     std::array<double, kNodes> values;
     for (size_t i = 0; i < kNodes; ++i) values[i] = q[i][j];
@@ -86,6 +99,15 @@ void JointPanel::put_row(int joint, const std::array<double, kNodes>& values, do
   if (kept == kNodes) omitted = std::max(std::abs(c[kNodes - 1]), 0.2 * std::abs(c[kNodes - 2]));
   if (omitted > std::max(hidden, rounding)) rounding_ = false;
   const auto at = static_cast<size_t>(joint);
+  double bend5 = 0, bend6 = 0;
+  for (size_t k = 5; k < kept; ++k) {
+    bend5 += kBend5[k] * std::abs(c[k]);
+    bend6 += kBend6[k] * std::abs(c[k]);
+  }
+  const double inverse_2 = inverse_ * inverse_, inverse_5 = inverse_2 * inverse_2 * inverse_;
+  bend5_[at] = bend5 * inverse_5;
+  bend6_[at] = bend6 * inverse_5 * inverse_;
+  terms_ = std::max(terms_, kept);
   error2_[at] = omitted * kBend2[kept] * inverse_ * inverse_;
   error3_[at] = omitted * kBend3[kept] * inverse_ * inverse_ * inverse_;
   for (size_t m = 0; m < kNodes; ++m) power_[at / 8][m][at % 8] = powers[m];
@@ -96,8 +118,8 @@ TRN_VECTOR_CLONES void JointPanel::at(double s, Bracket& out) const {
   const double by2 = 2 * inverse_ * inverse_, by3 = 6 * inverse_ * inverse_ * inverse_;
   for (size_t part = 0; part * 8 < static_cast<size_t>(count_); ++part) {
     const Eight* const c = power_[part];
-    Eight q = c[kNodes - 1], d1{}, d2{}, d3{};
-    for (size_t k = kNodes - 1; k-- > 0;) {  // Horner on value and derivatives; d_n holds d^n / n!
+    Eight q = c[terms_ - 1], d1{}, d2{}, d3{};
+    for (size_t k = terms_ - 1; k-- > 0;) {  // Horner on value and derivatives; d_n holds d^n / n!
       d3 = d3 * x + d2;
       d2 = d2 * x + d1;
       d1 = d1 * x + q;
@@ -106,11 +128,10 @@ TRN_VECTOR_CLONES void JointPanel::at(double s, Bracket& out) const {
     d1 *= inverse_;
     d2 *= by2;
     d3 *= by3;
-    const size_t joints = std::min<size_t>(8, static_cast<size_t>(count_) - 8 * part);
-    std::memcpy(&out.q[8 * part], &q, joints * sizeof(double));
-    std::memcpy(&out.d1[8 * part], &d1, joints * sizeof(double));
-    std::memcpy(&out.d2[8 * part], &d2, joints * sizeof(double));
-    std::memcpy(&out.d3[8 * part], &d3, joints * sizeof(double));
+    put_part(q, part, out.q);
+    put_part(d1, part, out.d1);
+    put_part(d2, part, out.d2);
+    put_part(d3, part, out.d3);
   }
 }
 

@@ -31,6 +31,9 @@ class JointPanel {
   /// as the last one kept.
   const PerJoint& error2() const { return error2_; }
   const PerJoint& error3() const { return error3_; }
+  /// Bounds of the fifth and sixth derivatives over the panel, by joint.
+  const PerJoint& bend5() const { return bend5_; }
+  const PerJoint& bend6() const { return bend6_; }
   /// The errors are the rounding of the joints' values; shorter panels have more of it.
   bool rounding() const { return rounding_; }
 
@@ -39,8 +42,9 @@ class JointPanel {
 
   double s0_ = 0, s1_ = 0, middle_ = 0, inverse_ = 0;  ///< x = (s - middle) inverse
   int count_ = 0;
+  size_t terms_ = 1;  ///< coefficients that any joint has
   bool rounding_ = true;
-  PerJoint error2_{}, error3_{};
+  PerJoint error2_{}, error3_{}, bend5_{}, bend6_{};
   Eight power_[2][kNodes] = {};  ///< coefficients of x^k; eight joints, then the rest
 };
 

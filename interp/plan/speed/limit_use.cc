@@ -1,7 +1,9 @@
 #include "interp/plan/speed/limit_use.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace trn::speed {
 
@@ -13,19 +15,86 @@ constexpr float kJudged = 1e-4F;   // of a segment's duration: how close a momen
 
 double power_2_3(double x) { return std::cbrt(x * x); }
 
-/// A place of an interval to be judged: a sample, or between, on the parabola through three.
-struct Place {
-  double s;
-  const PathSample* first;  ///< of the three samples
-  double weight[3];         ///< of each
+/// Sixteen places of an interval to be judged by what each takes of the samples: all of one, or, between two,
+/// what the parabola through three has of each.
+struct PlaceGroup {
+  Lanes share;                 ///< of the interval
+  size_t first = 0, used = 0;  ///< samples that are taken from
+  Wide weight[kLanes + 4];     ///< of each
+};
+
+TRN_VECTOR_CLONES void put_group(const PlaceGroup& group, const PathSample* samples, const JointRates& rates,
+                                 JudgedPlaces& places, JudgeRow* rows) {
+  const PathSample* const p = samples + group.first;
+  places.share = group.share;
+  Wide b_max{};
+  for (size_t i = 0; i < group.used; ++i) b_max += group.weight[i] * p[i].b_max;
+  places.b_max = __builtin_convertvector(b_max, Lanes);
+  for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
+    Wide d1{}, d2{}, d3{};
+    for (size_t i = 0; i < group.used; ++i) {
+      const Wide& weight = group.weight[i];
+      d1 += weight * p[i].d1[j];
+      d2 += weight * p[i].d2[j];
+      d3 += weight * p[i].d3[j];
+    }
+    rows[j].d1 = __builtin_convertvector(d1 * rates.acceleration_inverse[j], Lanes);
+    rows[j].d2 = __builtin_convertvector(d2 * rates.acceleration_inverse[j], Lanes);
+    rows[j].d3 = __builtin_convertvector(d3 * rates.jerk_inverse[j], Lanes);
+  }
+}
+
+/// Puts the places of an interval into groups, and these into its rows.
+class RowWriter {
+ public:
+  RowWriter(const JointRates& rates, GridInterval& g) : rates_(rates), g_(g) {}
+
+  /// A place at s that takes these weights of the samples from `first` on. A place's first sample is at most
+  /// one before that of the place put before it.
+  void put(double s, size_t first, std::span<const double> weights) {
+    if (lane_ == 0) {
+      group_.first = first > 0 ? first - 1 : 0;
+      group_.used = 0;
+    }
+    const size_t at = first - group_.first;
+    while (group_.used < at + weights.size()) group_.weight[group_.used++] = Wide{};
+    for (size_t i = 0; i < weights.size(); ++i) group_.weight[at + i][lane_] = weights[i];
+    group_.share[lane_] = static_cast<float>((s - g_.s) / g_.h);
+    if (++lane_ == kLanes) flush();
+  }
+
+  /// The last place fills up the group.
+  void finish() {
+    if (lane_ == 0) return;
+    for (size_t lane = lane_; lane < kLanes; ++lane) {
+      group_.share[lane] = group_.share[lane_ - 1];
+      for (size_t i = 0; i < group_.used; ++i) group_.weight[i][lane] = group_.weight[i][lane_ - 1];
+    }
+    flush();
+  }
+
+ private:
+  void flush() {
+    const size_t joints = static_cast<size_t>(rates_.count);
+    JudgedPlaces& places = g_.judged.emplace_back();
+    g_.judge.resize(g_.judged.size() * joints);
+    put_group(group_, g_.samples.data(), rates_, places, &g_.judge[g_.judge.size() - joints]);
+    lane_ = 0;
+  }
+
+  const JointRates& rates_;
+  GridInterval& g_;
+  PlaceGroup group_;
+  size_t lane_ = 0;
 };
 
 // The samples, and a third and two thirds of the way between them, where there are three samples.
-std::vector<Place> places_of(const std::vector<PathSample>& p) {
-  std::vector<Place> out;
-  out.reserve(3 * p.size());
+void put_rows(const JointRates& rates, GridInterval& g) {
+  const std::vector<PathSample>& p = g.samples;
+  g.judge.clear();
+  RowWriter rows(rates, g);
   for (size_t i = 0; i < p.size(); ++i) {
-    out.push_back({p[i].s, &p[i], {1, 0, 0}});
+    rows.put(p[i].s, i, std::array{1.0});
     if (i + 1 == p.size() || p[i + 1].s <= p[i].s) continue;
     const size_t k = i > 0 && p[i - 1].s < p[i].s ? i - 1 : i;
     if (k + 2 >= p.size() || p[k + 2].s <= p[k + 1].s) continue;
@@ -33,68 +102,10 @@ std::vector<Place> places_of(const std::vector<PathSample>& p) {
     for (const double part : {1.0 / 3, 2.0 / 3}) {
       const double s = p[i].s + part * (p[i + 1].s - p[i].s);
       const double a = s - p[k].s, b = s - p[k + 1].s, c = s - p[k + 2].s;
-      out.push_back({s, &p[k], {b * c / (ab * ac), -a * c / (ab * bc), a * b / (ac * bc)}});
+      rows.put(s, k, std::array{b * c / (ab * ac), -a * c / (ab * bc), a * b / (ac * bc)});
     }
   }
-  return out;
-}
-
-/// Sixteen places' values of what the rows are made of, [joint][place].
-struct PlaceValues {
-  double d1[kMaxJoints][kLanes], d2[kMaxJoints][kLanes], d3[kMaxJoints][kLanes], b_max[kLanes];
-};
-
-void put_place(const Place& place, size_t joints, size_t lane, PlaceValues& out) {
-  const PathSample& p = place.first[0];
-  if (place.weight[0] == 1) {
-    out.b_max[lane] = p.b_max;
-    for (size_t j = 0; j < joints; ++j) {
-      out.d1[j][lane] = p.d1[j];
-      out.d2[j][lane] = p.d2[j];
-      out.d3[j][lane] = p.d3[j];
-    }
-    return;
-  }
-  const PathSample &q = place.first[1], &r = place.first[2];
-  const double u = place.weight[0], v = place.weight[1], w = place.weight[2];
-  out.b_max[lane] = u * p.b_max + v * q.b_max + w * r.b_max;
-  for (size_t j = 0; j < joints; ++j) {
-    out.d1[j][lane] = u * p.d1[j] + v * q.d1[j] + w * r.d1[j];
-    out.d2[j][lane] = u * p.d2[j] + v * q.d2[j] + w * r.d2[j];
-    out.d3[j][lane] = u * p.d3[j] + v * q.d3[j] + w * r.d3[j];
-  }
-}
-
-TRN_VECTOR_INLINE void scaled(const double* values, double scale, Lanes& to) {
-  Wide wide;
-  std::memcpy(&wide, values, sizeof wide);
-  to = __builtin_convertvector(wide * scale, Lanes);
-}
-
-TRN_VECTOR_CLONES void put_group(const PlaceValues& values, const JointRates& rates, JudgedPlaces& places,
-                                 JudgeRow* rows) {
-  scaled(values.b_max, 1, places.b_max);
-  for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
-    scaled(values.d1[j], rates.acceleration_inverse[j], rows[j].d1);
-    scaled(values.d2[j], rates.acceleration_inverse[j], rows[j].d2);
-    scaled(values.d3[j], rates.jerk_inverse[j], rows[j].d3);
-  }
-}
-
-void put_rows(const std::vector<Place>& places, const JointRates& rates, GridInterval& g) {
-  const size_t groups = lane_groups(places.size()), joints = static_cast<size_t>(rates.count);
-  g.judged.resize(groups);
-  g.judge.resize(groups * joints);
-  for (size_t group = 0; group < groups; ++group) {
-    PlaceValues values;
-    for (size_t lane = 0; lane < kLanes; ++lane) {
-      const Place& place =
-          places[std::min(group * kLanes + lane, places.size() - 1)];  // the last one fills up
-      g.judged[group].share[lane] = static_cast<float>((place.s - g.s) / g.h);
-      put_place(place, joints, lane, values);
-    }
-    put_group(values, rates, g.judged[group], &g.judge[group * joints]);
-  }
+  rows.finish();
 }
 
 TRN_VECTOR_INLINE void size_of(const Lanes& v, Lanes& size) { size = v > -v ? v : -v; }
@@ -153,7 +164,7 @@ TRN_VECTOR_INLINE void use_group(const JudgedPlaces& places, const JudgeRow* row
 }  // namespace
 
 TRN_VECTOR_CLONES LimitUse limit_use(const LawSegment& segment, GridInterval& g, const JointRates& rates) {
-  if (g.judged.empty()) put_rows(places_of(g.samples), rates, g);
+  if (g.judged.empty()) put_rows(rates, g);
   const size_t joints = static_cast<size_t>(rates.count);
   const double length = segment.end().s - segment.from.s;
   const Course course = course_of(segment, length);

@@ -21,8 +21,10 @@ constexpr double kLargePart = 0.12;  // of a polynomial, in one interval: its th
 constexpr double kTold = 1e-3;       // of a limit: how well parabolas must tell what lies between samples
 constexpr double kFasterThanEstimate = 2;  // the true (ds/dt)^2 against the estimated
 constexpr int kHalvingsMax = 3;
-constexpr size_t kSpareMax = 1024;  // intervals whose storage is kept
-constexpr double kTiny = 0.2;       // of the wanted spacing
+constexpr size_t kSpareMax = 1024;             // intervals, and pieces, whose storage is kept
+constexpr int kBentParts = 8, kCalmParts = 4;  // of a polynomial between its coarse places
+constexpr double kCalm = 5e-4;  // of a limit: how well parabolas must tell the joints of a calm one
+constexpr double kTiny = 0.2;   // of the wanted spacing
 
 // Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
 double ramp_time(double h, double v, double a, double jerk) {
@@ -89,16 +91,17 @@ void PathGrid::begin_stretch() {
   merge_open_ = false;
 }
 
-// Coarse places: one each three spacings, more on a polynomial so that no wave of it hides between them;
-// finer towards a rest.
-static std::vector<double> coarse_positions(const PlanPiece& piece, double time_s, double spacing_s,
-                                            bool starts, double rest_length) {
+// Coarse places: one each three spacings, more on a polynomial, unless it is calm, so that no wave of it
+// hides between them; finer towards a rest.
+static void coarse_positions(const PlanPiece& piece, double time_s, double spacing_s, bool calm, bool starts,
+                             double rest_length, std::vector<double>& at) {
   const double length = piece.piece.length;
   int n = std::max(2, static_cast<int>(std::ceil(time_s / (3 * spacing_s))));
   if (piece.piece.kind == PathPiece::Kind::kPolynomial)
-    n = std::max(n, time_s > spacing_s / 4 ? 8 : time_s > spacing_s / 10 ? 5 : 3);
-  std::vector<double> at;
-  at.reserve(static_cast<size_t>(n) + 16);
+    n = std::max(n, time_s > spacing_s / 4    ? (calm ? kCalmParts : kBentParts)
+                    : time_s > spacing_s / 10 ? 5
+                                              : 3);
+  at.clear();
   for (int i = 0; i <= n; ++i) at.push_back(length * i / n);
   const double graded = std::min(length / 2, rest_length);
   for (int i = 1; i < 8; ++i) {
@@ -110,21 +113,21 @@ static std::vector<double> coarse_positions(const PlanPiece& piece, double time_
   const auto close = [&](double a, double b) { return b - a < 1e-6 * length; };
   at.erase(std::unique(at.begin(), at.end(), close), at.end());
   at.back() = length;
-  return at;
 }
 
-void PathGrid::add(const PlanPiece& piece, JointCurve curve) {
+void PathGrid::add(const PlanPiece& piece, JointCurve& curve) {
   const double length = piece.piece.length;
-  PendingPiece pending{piece, std::move(curve), s_end_, 0, 0, 0, {}, {}};
+  std::unique_ptr<PendingPiece> taken = fresh_piece(piece, curve);
+  PendingPiece& pending = *taken;
   const PathSample first = sampler_.sample(piece, pending.curve, 0, s_end_, length / 2);
   const LocalBound mid = sampler_.bound(sampler_.sample(piece, pending.curve, length / 2, s_end_, 0));
   const double time_s = length / std::sqrt(std::max(mid.b, sampler_.bound(first).b));
   const double ramp = std::min(mid.acceleration / mid.jerk, 16 * spacing_s_);
-  const std::vector<double> at =
-      coarse_positions(piece, time_s, spacing_s_, s_end_ == 0, mid.jerk * ramp * ramp * ramp);
+  const bool calm = sampler_.parabolas_tell(piece, pending.curve, 0, length, length / kCalmParts,
+                                            std::max(mid.b, sampler_.bound(first).b), kCalm);
+  std::vector<double>& at = scratch_;
+  coarse_positions(piece, time_s, spacing_s_, calm, s_end_ == 0, mid.jerk * ramp * ramp * ramp, at);
   const JointRates& rates = sampler_.rates();
-  pending.places.reserve(at.size());
-  pending.samples.reserve(at.size());
   PathSample before = first;
   for (size_t i = 0; i < at.size(); ++i) {
     const double reach = i + 1 < at.size() ? at[i + 1] - at[i] : 0;
@@ -139,7 +142,7 @@ void PathGrid::add(const PlanPiece& piece, JointCurve curve) {
   for (Place& place : pending.places) place.b_est = place.bound.b;
   pending_time_s_ += piece_time(pending);
   s_end_ += length;
-  pending_.push_back(std::move(pending));
+  pending_.push_back(std::move(taken));
 }
 
 // Forward pass: from place to place with jerk and acceleration limited, under the local bounds. `flip`:
@@ -171,24 +174,24 @@ void PathGrid::sweep(std::vector<Place*>& all, SpeedState from, bool flip) {
 // future counts as no obstacle.
 void PathGrid::estimate(bool to_end) {
   std::vector<Place*> all;
-  for (PendingPiece& p : pending_)
-    for (Place& place : p.places) {
+  for (const auto& p : pending_)
+    for (Place& place : p->places) {
       place.b_est = place.bound.b;
       all.push_back(&place);
     }
   sweep(all, before_, false);
   const SpeedState after = to_end ? SpeedState{} : SpeedState{1e12, 0};
   sweep(all, after, true);
-  for (PendingPiece& p : pending_) p.spacing_s = wanted_spacing(p);
-  if (pending_.front().s == 0) grade_from(rest_spacing(pending_.front().places.front().bound), false);
-  if (to_end) grade_from(rest_spacing(pending_.back().places.back().bound), true);
+  for (const auto& p : pending_) p->spacing_s = wanted_spacing(*p);
+  if (pending_.front()->s == 0) grade_from(rest_spacing(pending_.front()->places.front().bound), false);
+  if (to_end) grade_from(rest_spacing(pending_.back()->places.back().bound), true);
 }
 
 // Tiny pieces next to a standstill: there, spacing grows with the distance from it. `flip`: from the end.
 void PathGrid::grade_from(NodeSpacing rest, bool flip) {
   double t = 0;
   for (size_t i = 0; i < pending_.size() && near(rest, t) < spacing_s_; ++i) {
-    PendingPiece& p = pending_[flip ? pending_.size() - 1 - i : i];
+    PendingPiece& p = *pending_[flip ? pending_.size() - 1 - i : i];
     const double time_s = piece_time(p);
     if (time_s < spacing_s_) p.spacing_s = std::min(p.spacing_s, near(rest, t));
     t += time_s;
@@ -207,7 +210,7 @@ double PathGrid::wanted_spacing(const PendingPiece& pending) const {
 
 double PathGrid::pending_time() const {
   double sum = 0;
-  for (const PendingPiece& p : pending_) sum += piece_time(p);
+  for (const auto& p : pending_) sum += piece_time(*p);
   return sum;
 }
 
@@ -223,14 +226,15 @@ bool PathGrid::lay(bool to_end, bool force) {
     return to_end || time_s > lookahead_s_ || (force && pending_.size() > keep) || merge_open_;
   };
   while (!pending_.empty() && goes_on()) {
-    const PendingPiece& front = pending_.front();
+    const PendingPiece& front = *pending_.front();
     time_s -= piece_time(front);
     before_ = {front.places.back().b_est, front.places.back().a_est};
     const bool last = pending_.size() == 1;
-    NodeSpacing after{last ? spacing_s : pending_[1].spacing_s, 0};
+    NodeSpacing after{last ? spacing_s : pending_[1]->spacing_s, 0};
     if (last && to_end) after = rest_spacing(front.places.back().bound);
     if (front.s == 0) spacing_before_ = rest_spacing(front.places.front().bound);
     lay_piece(front, spacing_s, after, to_end && last);
+    if (spare_pieces_.size() < kSpareMax) spare_pieces_.push_back(std::move(pending_.front()));
     pending_.pop_front();
   }
   pending_time_s_ = time_s;
@@ -249,9 +253,9 @@ static double place_after(const PendingPiece& pending, double t) {
 }
 
 // Moments of the nodes inside a piece: `spacing_s` apart, closer towards neighbours whose nodes are closer.
-static std::vector<double> node_times(double time_s, double spacing_s, NodeSpacing before,
-                                      NodeSpacing after) {
-  std::vector<double> times{0};
+static void node_times(double time_s, double spacing_s, NodeSpacing before, NodeSpacing after,
+                       std::vector<double>& times) {
+  times.assign(1, 0);
   while (times.back() < time_s) {
     const double t = times.back();
     const double step = std::min(spacing_s, near(before, t));
@@ -259,7 +263,6 @@ static std::vector<double> node_times(double time_s, double spacing_s, NodeSpaci
   }
   const double excess = times.back() / time_s;  // spread, rather than leaving a short last one
   for (double& t : times) t /= excess;
-  return times;
 }
 
 // A tiny piece is merged with its neighbours into one interval; any other gets borders of its own.
@@ -277,7 +280,8 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
   // be made good within microseconds.
   bool merge = merge_open_ && intervals_.back().time_est_s < kTiny * wanted_s;
   merge_open_ = false;
-  const std::vector<double> times = node_times(time_s, wanted_s * (1 + 1e-9), spacing_before_, after);
+  std::vector<double>& times = scratch_;
+  node_times(time_s, wanted_s * (1 + 1e-9), spacing_before_, after, times);
   const double s_end = pending.s + pending.plan.piece.length;
   double s0 = pending.s, t0 = 0;
   for (size_t i = 1; i < times.size(); ++i) {
@@ -295,6 +299,23 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
 void PathGrid::drop_front(size_t count) {
   for (size_t i = 0; i < count && spare_.size() < kSpareMax; ++i) spare_.push_back(std::move(intervals_[i]));
   intervals_.erase(intervals_.begin(), intervals_.begin() + static_cast<std::ptrdiff_t>(count));
+}
+
+std::unique_ptr<PendingPiece> PathGrid::fresh_piece(const PlanPiece& piece, JointCurve& curve) {
+  std::unique_ptr<PendingPiece> out;
+  if (spare_pieces_.empty()) {
+    out = std::make_unique<PendingPiece>();
+  } else {
+    out = std::move(spare_pieces_.back());
+    spare_pieces_.pop_back();
+  }
+  out->plan = piece;
+  out->curve.swap(curve);
+  out->s = s_end_;
+  out->spacing_s = out->variation2 = out->variation3 = 0;
+  out->places.clear();
+  out->samples.clear();
+  return out;
 }
 
 GridInterval PathGrid::fresh_interval() {
@@ -331,7 +352,9 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
 // Halves the samples' distances until parabolas through three of them tell what lies between.
 void PathGrid::refine(const PendingPiece& pending, GridInterval& g) {
   const JointRates& rates = sampler_.rates();
-  const double b = std::min(g.bound.b, kFasterThanEstimate * g.b_est);
+  const double b = std::min(g.bound.b, kFasterThanEstimate * g.b_est), s0 = g.s - pending.s;
+  const double step = g.h / static_cast<double>(g.samples.size() - 1);
+  if (sampler_.parabolas_tell(pending.plan, pending.curve, s0, s0 + g.h, step, b, kTold)) return;
   for (int halving = 0; halving < kHalvingsMax; ++halving) {
     finer_.clear();
     bool differs = false;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <deque>
+#include <memory>
 #include <vector>
 
 #include "interp/plan/lanes.h"
@@ -64,8 +65,9 @@ class PathGrid {
   PathGrid(const PathSampler& sampler, double spacing_s, double lookahead_s);
 
   void begin_stretch();
-  /// Appends a piece with its curve. Throws ProgramError as PathSampler; the grid so far stays valid.
-  void add(const PlanPiece& piece, JointCurve curve);
+  /// Appends a piece with its curve, which is taken. Throws ProgramError as PathSampler; the grid so far
+  /// stays valid.
+  void add(const PlanPiece& piece, JointCurve& curve);
   /// Lays the grid over all pieces whose future is known well enough; all when `to_end`, half when
   /// `force`. False: nothing was laid.
   bool lay(bool to_end, bool force);
@@ -84,6 +86,7 @@ class PathGrid {
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge);
   GridInterval fresh_interval();
+  std::unique_ptr<PendingPiece> fresh_piece(const PlanPiece& piece, JointCurve& curve);
   void refine(const PendingPiece& pending, GridInterval& g);
   void put_interval(GridInterval&& by, bool merge);
   void put_short(const PendingPiece& pending, double time_s);
@@ -91,10 +94,12 @@ class PathGrid {
 
   const PathSampler& sampler_;
   double spacing_s_, lookahead_s_;
-  std::deque<PendingPiece> pending_;
+  std::deque<std::unique_ptr<PendingPiece>> pending_;
   std::deque<GridInterval> intervals_;
-  std::vector<GridInterval> spare_;  ///< done with: their storage is used again
+  std::vector<std::unique_ptr<PendingPiece>> spare_pieces_;  ///< done with: their storage is used again
+  std::vector<GridInterval> spare_;                          ///< the same
   std::vector<PathSample> finer_;
+  std::vector<double> scratch_;  ///< places or moments in a piece
   double s_end_ = 0;
   double pending_time_s_ = 0;   ///< of pending_, at least
   NodeSpacing spacing_before_;  ///< of the interval laid last

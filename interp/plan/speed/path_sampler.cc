@@ -46,10 +46,9 @@ JointRates joint_rates(const Joints& joints, double acceleration_share, double j
 PathSampler::PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates)
     : joints_(joints), map_(map), rates_(rates) {}
 
-JointCurve PathSampler::curve(const PlanPiece& piece) const {
-  JointCurve out;
+void PathSampler::curve(const PlanPiece& piece, JointCurve& out) const {
+  out.clear();
   add_panels(piece, 0, piece.piece.length, kHalvingsMax, out);
-  return out;
 }
 
 void PathSampler::add_panels(const PlanPiece& piece, double s0, double s1, int halvings,
@@ -139,6 +138,20 @@ PathSample PathSampler::sample(const PlanPiece& piece, const JointCurve& curve, 
   PathSample out{s, speed_bound(piece, d, s_piece), d.d1, d.d2, d.d3};
   if (std::isfinite(piece.feed.tip_mm_s2)) weigh(piece, s_piece, out);
   return out;
+}
+
+bool PathSampler::parabolas_tell(const PlanPiece& piece, const JointCurve& curve, double s0, double s1,
+                                 double step, double b, double share) const {
+  const JointPanel* const panel = panel_at(curve, (s0 + s1) / 2);
+  if (panel == nullptr || s0 < panel->s0() || s1 > panel->s1() || std::isfinite(piece.feed.tip_mm_s2))
+    return false;
+  // Lagrange's remainder: the third derivative over 6, times step / 2, step / 2 and 3 step / 2.
+  const double off = b * step * step * step / 16, off3 = off * std::sqrt(b);
+  for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i)
+    if (off * panel->bend5()[i] > share * rates_.acceleration[i] ||
+        off3 * panel->bend6()[i] > share * rates_.jerk[i])
+      return false;
+  return true;
 }
 
 // Where the program asks for less acceleration than the joints have, they count as so much weaker, in jerk

@@ -28,12 +28,17 @@ class PathSampler {
   PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates);
 
   /// The joints along the piece, where polynomials tell them.
-  JointCurve curve(const PlanPiece& piece) const;
+  void curve(const PlanPiece& piece, JointCurve& out) const;
   /// At `s_piece` of the piece; `s` is the place in the stretch. Joints are judged within `reach` of s_piece
   /// too, as far as a parabola tells.
   PathSample sample(const PlanPiece& piece, const JointCurve& curve, double s_piece, double s,
                     double reach) const;
   LocalBound bound(const PathSample& sample) const;
+  /// Parabolas through three samples `step` apart tell the joints' second and third derivatives over [s0, s1]
+  /// of the piece, halfway between the samples, to this share of the limits at (ds/dt)^2 = b, as far as
+  /// bounds of the curve show.
+  bool parabolas_tell(const PlanPiece& piece, const JointCurve& curve, double s0, double s1, double step,
+                      double b, double share) const;
 
   const JointRates& rates() const { return rates_; }
 

@@ -95,23 +95,41 @@ struct Pull {
 };
 
 // The step taken; slack that the row really has is never left unused.
-TRN_VECTOR_INLINE void take(RowState& r, const Lanes& g, const LaneStep& step, Lanes& worst, Pull& pull) {
-  Lanes slack = r.slack + step.alpha * r.slack_step;
-  slack = slack > -g ? slack : -g;
-  r.slack = slack;
+TRN_VECTOR_INLINE void move_on(RowState& r, const Lanes& g, const LaneStep& step) {
+  const Lanes slack = r.slack + step.alpha * r.slack_step;
+  r.slack = slack > -g ? slack : -g;
   r.dual += step.alpha_dual * r.dual_step;
-  const Lanes residual = g + slack, inverse = 1 / slack;
+}
+
+TRN_VECTOR_INLINE void pull_of(const RowState& r, const Lanes& g, const Lanes& inverse, const LaneStep& step,
+                               Lanes& worst, Pull& pull) {
+  const Lanes residual = g + r.slack;
   raise(worst, residual);
   pull.weight = r.dual * inverse;
   pull.force = step.mu * inverse + pull.weight * residual;
+}
+
+TRN_VECTOR_INLINE void take(RowState& r, const Lanes& g, const LaneStep& step, Lanes& worst, Pull& pull) {
+  move_on(r, g, step);
+  pull_of(r, g, 1 / r.slack, step, worst, pull);
+}
+
+// Both sides of a row, v <= room and -v <= room, by one division.
+TRN_VECTOR_INLINE void take(TwoSided& r, const Lanes& v, const Lanes& room, const LaneStep& step,
+                            Lanes& worst, Pull& up, Pull& low) {
+  const Lanes above = v - room, below = -v - room;
+  move_on(r[0], above, step);
+  move_on(r[1], below, step);
+  const Lanes both = 1 / (r[0].slack * r[1].slack);
+  pull_of(r[0], above, both * r[1].slack, step, worst, up);
+  pull_of(r[1], below, both * r[0].slack, step, worst, low);
 }
 
 TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const Lanes& room, TwoSided& state,
                                     const LaneStep& step, Lanes& worst, JerkSums& s) {
   const Lanes v = d.d1 * value[0] + d.d2 * value[1] + d.d3 * value[2];
   Pull up, low;
-  take(state[0], v - room, step, worst, up);
-  take(state[1], -v - room, step, worst, low);
+  take(state, v, room, step, worst, up, low);
   const Lanes y = low.force - up.force;
   Wide w, e, d1, d2, d3;  // the matrix is near singular across an active row: its parts must fit each other
   widen(up.weight + low.weight, w);
@@ -280,8 +298,7 @@ TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const LaneStep& step, si
     TwoSided& row = state.acceleration[group * joints + j];
     const Lanes v = d.d1 * a + d.d2 * b;
     Pull up, low;
-    take(row[0], v - 1, step, worst, up);
-    take(row[1], -v - 1, step, worst, low);
+    take(row, v, Lanes{} + 1, step, worst, up, low);
     const Lanes y = low.force - up.force;
     Wide w, d1, d2;
     widen(up.weight + low.weight, w);
@@ -309,9 +326,10 @@ struct LaneSums {
   Lanes worst{}, worst_dual{}, slack_dual{}, slack_dual_step{}, slack_step_dual{}, steps{};
 };
 
-// g: value of the inequality now; change: along dx.
-TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, float mu, LaneSums& s) {
-  const Lanes both = 1 / (r.slack * r.dual), slack_inverse = both * r.dual;
+// g: value of the inequality now; change: along dx; both: 1 / (slack dual).
+TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, const Lanes& both,
+                                 float mu, LaneSums& s) {
+  const Lanes slack_inverse = both * r.dual;
   const Lanes step = -(g + r.slack) - change;
   const Lanes dual_step = (mu - r.dual * step) * slack_inverse - r.dual;
   r.slack_step = step;
@@ -322,6 +340,18 @@ TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& chang
   s.slack_dual_step += r.slack * dual_step;
   s.slack_step_dual += step * r.dual;
   s.steps += step * dual_step;
+}
+
+TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, float mu, LaneSums& s) {
+  find_step(r, g, change, 1 / (r.slack * r.dual), mu, s);
+}
+
+// Both sides, v <= room and -v <= room; dv, -less_room: how v and room change along dx.
+TRN_VECTOR_INLINE void find_steps(TwoSided& r, const Lanes& v, const Lanes& room, const Lanes& dv,
+                                  const Lanes& less_room, float mu, LaneSums& s) {
+  const Lanes up = r[0].slack * r[0].dual, low = r[1].slack * r[1].dual, both = 1 / (up * low);
+  find_step(r[0], v - room, dv + less_room, both * low, mu, s);
+  find_step(r[1], -v - room, less_room - dv, both * up, mu, s);
 }
 
 TRN_VECTOR_INLINE void step_intervals(PassState& state, float mu, size_t group, LaneSums& sums) {
@@ -345,8 +375,7 @@ TRN_VECTOR_INLINE void step_intervals(PassState& state, float mu, size_t group, 
       const JerkRow& d = state.problem->jerk[at + j];
       const Lanes v = d.d1 * value[0] + d.d2 * value[1] + d.d3 * value[2];
       const Lanes dv = d.d1 * change[0] + d.d2 * change[1] + d.d3 * change[2];
-      find_step(state.jerk[at + j][0], v - root, dv + room_change, mu, sums);
-      find_step(state.jerk[at + j][1], -v - root, room_change - dv, mu, sums);
+      find_steps(state.jerk[at + j], v, root, dv, room_change, mu, sums);
     }
   }
   RowState* single = &state.single[group * kSingles];
@@ -380,8 +409,7 @@ TRN_VECTOR_INLINE void step_nodes(PassState& state, float mu, size_t group, Lane
   for (size_t j = 0; j < joints; ++j) {
     const AccelerationRow& d = state.problem->acceleration[group * joints + j];
     const Lanes v = d.d1 * a + d.d2 * b, dv = d.d1 * da + d.d2 * db;
-    find_step(state.acceleration[group * joints + j][0], v - 1, dv, mu, sums);
-    find_step(state.acceleration[group * joints + j][1], -v - 1, -dv, mu, sums);
+    find_steps(state.acceleration[group * joints + j], v, Lanes{} + 1, dv, Lanes{}, mu, sums);
   }
 }
 

@@ -86,10 +86,9 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   if (std::isfinite(piece.feed.tip_mm_s) && std::isfinite(piece.feed.tip_mm_s2))
     stretch_brake_s_ = std::max(stretch_brake_s_, brake_s_ + piece.feed.tip_mm_s / piece.feed.tip_mm_s2);
   ++stats_.pieces;
-  last_ = piece;
   try {
-    JointCurve curve = sampler_.curve(piece);
-    const PathSample middle = sampler_.sample(piece, curve, piece.piece.length / 2, 0, 0);
+    sampler_.curve(piece, curve_);
+    const PathSample middle = sampler_.sample(piece, curve_, piece.piece.length / 2, 0, 0);
     const double time_s = piece.piece.length / std::sqrt(middle.b_max), part_s = 0.6 * brake_s_;
     const int parts = std::max(1, static_cast<int>(std::ceil(time_s / part_s)));
     for (int i = 0; i < parts; ++i) {
@@ -98,8 +97,8 @@ void WindowPlanner::piece(const PlanPiece& piece) {
       if (parts > 1) part.piece = cut(piece.piece, length * i / parts, length * (i + 1) / parts);
       part.ends_stretch = piece.ends_stretch && i + 1 == parts;
       if (i > 0) part.outputs = {};
-      if (parts > 1) curve = sampler_.curve(part);
-      accept(part, std::move(curve));
+      if (parts > 1) sampler_.curve(part, curve_);
+      accept(part);
     }
   } catch (const ProgramError&) {
     emit_rest();
@@ -111,8 +110,8 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   }
 }
 
-void WindowPlanner::accept(const PlanPiece& piece, JointCurve curve) {
-  grid_.add(piece, std::move(curve));
+void WindowPlanner::accept(const PlanPiece& piece) {
+  grid_.add(piece, curve_);
   emitter_.add_piece(piece, s_next_);
   s_next_ += piece.piece.length;
   if (!piece.ends_stretch) advance(false);

@@ -2,7 +2,7 @@
 
 #include <complex>
 
-#include "interp/plan/speed/path_sampler.h"
+#include "interp/plan/speed/time_law.h"
 #include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {
@@ -76,7 +76,8 @@ TEST(JointCurve, LeavesOutWhatNoPolynomialTells) {
   Words from = Words::Zero(), to = Words::Zero();
   from[kX] = 0.1;
   to[kX] = 8.1;
-  const JointCurve curve = sampler.curve(plan(make_line(from, to), 100));
+  JointCurve curve;
+  sampler.curve(plan(make_line(from, to), 100), curve);
   ASSERT_FALSE(curve.empty()) << "between the kinks a line is a line";
   for (const double kink : {3.0, 6.0}) EXPECT_EQ(speed::panel_at(curve, kink - 0.1), nullptr);
   double covered = 0;
@@ -84,19 +85,25 @@ TEST(JointCurve, LeavesOutWhatNoPolynomialTells) {
   EXPECT_GE(covered, 3.0);
 }
 
+// Five axes between two random states, 1.5 long.
+PlanPiece random_piece(std::mt19937_64& rng) {
+  std::uniform_real_distribution<double> u(-1, 1);
+  PathPoint ends[2];
+  for (PathPoint& end : ends)
+    for (Words* w : {&end.y, &end.d1, &end.d2, &end.d3})
+      for (int k = 0; k < 6; ++k) (*w)[k] = u(rng) * (k < 3 ? 1 : 0.017) * (w == &end.y ? 1 : 0.3);
+  return plan(make_hermite(ends[0], ends[1], 1.5), 100);
+}
+
 TEST(JointCurve, TheSamplerAgreesWithTheMapItself) {
   const TrunnionMap map;
   const Joints joints = cradle_joints();
   const PathSampler sampler(joints, map, speed::joint_rates(joints, 1, 1));
   std::mt19937_64 rng(7);
-  std::uniform_real_distribution<double> u(-1, 1);
   for (int i = 0; i < 200; ++i) {
-    PathPoint ends[2];
-    for (PathPoint& end : ends)
-      for (Words* w : {&end.y, &end.d1, &end.d2, &end.d3})
-        for (int k = 0; k < 6; ++k) (*w)[k] = u(rng) * (k < 3 ? 1 : 0.017) * (w == &end.y ? 1 : 0.3);
-    const PlanPiece piece = plan(make_hermite(ends[0], ends[1], 1.5), 100);
-    const JointCurve curve = sampler.curve(piece);
+    const PlanPiece piece = random_piece(rng);
+    JointCurve curve;
+    sampler.curve(piece, curve);
     for (const double s : {0.0, 0.4, 1.1, 1.5}) {
       const speed::PathSample told = sampler.sample(piece, curve, s, s, 0),
                               asked = sampler.sample(piece, {}, s, s, 0);
@@ -109,6 +116,44 @@ TEST(JointCurve, TheSamplerAgreesWithTheMapItself) {
       }
     }
   }
+}
+
+// Where the bound says so, the parabola through three samples is as close as it says; and for short steps it
+// does say so.
+TEST(JointCurve, ParabolasTellWhereTheBoundSaysSo) {
+  const TrunnionMap map;
+  const Joints joints = cradle_joints();
+  const PathSampler sampler(joints, map, speed::joint_rates(joints, 1, 1));
+  std::mt19937_64 rng(11);
+  int told = 0, not_told = 0;
+  for (int i = 0; i < 200; ++i) {
+    const PlanPiece piece = random_piece(rng);
+    JointCurve curve;
+    sampler.curve(piece, curve);
+    const double b = sampler.bound(sampler.sample(piece, curve, 0.75, 0.75, 0)).b;
+    for (const double step : {0.02, 0.1, 0.3}) {
+      for (double s0 = 0; s0 + 2 * step <= 1.5; s0 += 2 * step) {
+        const double share = 1e-3;
+        const bool says = sampler.parabolas_tell(piece, curve, s0, s0 + 2 * step, step, b, share);
+        (says ? told : not_told) += 1;
+        if (!says) continue;
+        speed::PathSample three[3];
+        for (int k = 0; k < 3; ++k) three[k] = sampler.sample(piece, curve, s0 + k * step, s0 + k * step, 0);
+        for (const double s : {s0 + step / 2, s0 + 3 * step / 2}) {
+          const speed::PathSample truth = sampler.sample(piece, curve, s, s, 0),
+                                  parabola = speed::between(three, s, 5);
+          for (size_t j = 0; j < 5; ++j) {
+            const JointLimit& limit = joints[j].limit;
+            EXPECT_LE(std::abs(truth.d2[j] - parabola.d2[j]) * b, 1.001 * share * limit.acceleration) << i;
+            EXPECT_LE(std::abs(truth.d3[j] - parabola.d3[j]) * b * std::sqrt(b), 1.001 * share * limit.jerk)
+                << i;
+          }
+        }
+      }
+    }
+  }
+  EXPECT_GT(told, 1000);
+  EXPECT_GT(not_told, 100);
 }
 
 }  // namespace
