@@ -14,11 +14,10 @@ constexpr double kAccelerationAccept = 0.9995,
 constexpr double kVelocityAccept = 0.99999;
 constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;
-constexpr double kWindow = 5, kProvisional = 2;  // brake times planned at once, and of these left open
+constexpr double kWindow = 3, kProvisional = 1.5;  // brake times planned at once, and of these left open
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
 constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
-constexpr size_t kDecided = 4;        // intervals behind a moving start whose rows are not tightened
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
 double spacing(const Joints& joints, double wanted) {
@@ -335,7 +334,6 @@ bool WindowPlanner::verify(int round) {
       good = false;
       if (round < 0) return false;
       const double extra = 1 + 0.001 * (1 << std::min(round, 5));  // and somewhat more than it exceeds
-      if (!start_.at_rest && k < kDecided) continue;
       Headroom& room = lower(k);
       if (velocity > 1) room.velocity /= velocity * velocity * 1.0001;
       if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
