@@ -22,6 +22,7 @@ constexpr double kNearS = 1e-12, kNear = 1e-9;
 constexpr double kFarPeriods = 20;  // before the last one to stop: look again in the next period
 constexpr double kRest = 1e-9;      // of the rate: no difference
 constexpr int kMends = 3;
+constexpr int kLooksAhead = 2;
 constexpr double kApproach = 0.5;  // of stop_s: the time in which the way to a stop becomes 1/e
 constexpr double kSlowest = 0.02;  // of the rate, towards a stop
 constexpr double kAimS = 1e-8;     // of plan time, before the place of a stop
@@ -90,7 +91,7 @@ double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, 
   const double gone = longest > 0 ? follow(longest) : 0;
   PlanWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
-  find_stop(walk);
+  find_way_down(walk, 0, 0);
   adopt();
   stopping_ = true;
   return gone + follow(period_s_ - longest);
@@ -121,28 +122,33 @@ double PathRate::stop_after(const MotionQueue& queue, const PlanPlace& place, do
   const double gone = duration_s > 0 ? follow(duration_s) : 0;
   PlanWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
-  const double travel = find_stop(walk);
+  const double travel = find_way_down(walk, 0, 0);
   return_to(before);
   return travel;
 }
 
-// The way down to rest in trial_; plan time from where the walk began, negative if a limit would break.
-double PathRate::find_stop(PlanWalk walk, int behind) TRN_RT {
-  trial_.stops = true;
+// The way down to a rate, 0 to stop, in trial_ behind so many steps; plan time from where the walk began,
+// negative if a limit would break.
+double PathRate::find_way_down(PlanWalk walk, int behind, double to) TRN_RT {
+  trial_.stops = to == 0;
   trial_.count = behind;
   trial_.landing = 0;
-  trial_.turn_rate = trial_.end_rate = 0;
+  trial_.turn_rate = trial_.end_rate = to;
   for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
     const double r = walk.rate(), w = walk.slope();
     if (walk.ended()) {
       trial_.end_rate = std::min(r, 1.0);
       return walk.passed_s();
     }
-    if (w == 0 && r <= kRest) return walk.passed_s();
+    if (w == 0 && r <= to + kRest) {
+      if (to == 0) return walk.passed_s();
+      trial_.landing = trial_.count;
+      return r < to - kRest ? -1 : walk.passed_s();  // not from below
+    }
     const RateBounds bounds = walk.bounds();
     if (trial_.count == PlanWalk::kStepsMax || !bounds.legal) return -1;
-    double u = brake(walk, bounds, 0);
-    const double gone = step_mended(walk, bounds, u, 0);
+    double u = brake(walk, bounds, to);
+    const double gone = step_mended(walk, bounds, u, to);
     if (gone < 0) return -1;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
   }
@@ -231,17 +237,23 @@ double PathRate::mean_u() const TRN_RT {
   return slope / period_s_;
 }
 
-// The greatest u in a direction that the bounds here and one period ahead allow.
+// The greatest u in a direction that the bounds here and one period ahead allow, where they are looked for
+// first as if nothing pushed, then where the push leads.
 double PathRate::fastest(const PlanWalk& walk, double direction) const TRN_RT {
   const RateBounds here = walk.bounds();
-  PlanWalk later = walk;
-  later.coast(period_s_);
-  const RateBounds there = later.ended() ? here : later.bounds();
-  const double u_max = std::min(here.u_max, there.u_max) - range_margin(here, kPushMargin);
-  const double u_min = std::max(here.u_min, there.u_min) + range_margin(here, kPushMargin);
-  const double to_max = (kSlopeUse * there.slope_max - slope_) / period_s_;
-  const double to_min = (kSlopeUse * there.slope_min - slope_) / period_s_;
-  return direction > 0 ? std::max(u_min, std::min(u_max, to_max)) : std::min(u_max, std::max(u_min, to_min));
+  const double margin = range_margin(here, kPushMargin);
+  double u_max = here.u_max - margin, u_min = here.u_min + margin, u = 0;
+  for (int i = 0; i < kLooksAhead; ++i) {
+    PlanWalk later = walk;
+    later.coast(period_s_, u);
+    const RateBounds there = later.ended() ? here : later.bounds();
+    u_max = std::min(u_max, there.u_max - margin);
+    u_min = std::max(u_min, there.u_min + margin);
+    const double to_max = (kSlopeUse * there.slope_max - slope_) / period_s_;
+    const double to_min = (kSlopeUse * there.slope_min - slope_) / period_s_;
+    u = direction > 0 ? std::max(u_min, std::min(u_max, to_max)) : std::min(u_max, std::max(u_min, to_min));
+  }
+  return u;
 }
 
 PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) TRN_RT {
@@ -258,16 +270,20 @@ PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) 
   const double to_turn = slope_ < 0 && u > 0 ? std::min(time_s, -slope_ / u) : time_s;
   if (rate_ + to_turn * (slope_ + to_turn * u / 2) < 0) return Verdict::kBreaks;  // never backwards
   if (!walk.run(u, time_s, trial_.steps.data(), trial_.count)) return Verdict::kBreaks;
+  const int pushed = trial_.count;
   if (target_ == 0) {
-    const int pushed = trial_.count;
-    if (find_stop(walk, pushed) >= 0) return Verdict::kSafe;
+    if (find_way_down(walk, pushed, 0) >= 0) return Verdict::kSafe;
     if (way_.stops && next_ < way_.count) return Verdict::kBreaks;
     trial_.count = pushed;
     trial_.stops = false;
   }
-  const bool safe = settle(walk, false);
+  PlanWalk settling = walk;
+  const bool safe = settle(settling, false);
   if (direction * (trial_.turn_rate - target_) > 0) return Verdict::kBeyondTarget;
-  return safe ? Verdict::kSafe : Verdict::kBreaks;
+  if (safe) return Verdict::kSafe;
+  // Where r' cannot come back to 0 soon, it may farther down.
+  const bool down = direction < 0 && target_ > 0 && target_ <= 1 && walk.slope() < 0;
+  return down && find_way_down(walk, pushed, target_) >= 0 ? Verdict::kSafe : Verdict::kBreaks;
 }
 
 bool PathRate::try_landing(PlanWalk walk) TRN_RT {

@@ -16,13 +16,14 @@ namespace trn {
 ///
 /// Safe for ever is a constant rate of at most 1, because the plan itself keeps the limits. So the law always
 /// owns a way back: a sequence of constant u, verified against the three bounds on the segments ahead, that
-/// ends at a constant rate of at most 1; towards a target of 0, one that ends at rest if there is one. Each
-/// period it tries the fastest u towards the target for that period and a new way back behind it; what
-/// verifies is taken, otherwise the old way back is followed until something does. When the way back just
-/// reaches the target, a constant u leads exactly there.
+/// ends at a constant rate of at most 1; towards a target of 0, one that ends at rest if there is one; on the
+/// way down to another target, at that where r' cannot come back to 0 sooner. Each period it tries the
+/// fastest u towards the target for that period and a new way back behind it; what verifies is taken,
+/// otherwise the old way back is followed until something does. When the way back just reaches the target, a
+/// constant u leads exactly there.
 ///
 /// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments,
-/// or towards a target of 0 twice that; with a stop to come to, kAims + 3 walks down more. Steps of walks
+/// or on the way down twice that; with a stop to come to, kAims + 3 walks down more. Steps of walks
 /// down are tried kMends times.
 class PathRate {
  public:
@@ -75,7 +76,7 @@ class PathRate {
   double step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT;
   double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
                       double stop_in_s) TRN_RT;
-  double find_stop(PlanWalk walk, int behind = 0) TRN_RT;
+  double find_way_down(PlanWalk walk, int behind, double to) TRN_RT;
   double step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;

@@ -52,9 +52,10 @@ void PlanWalk::leave_segment() TRN_RT {
   block_ = queue_->ahead(++place_.block);
 }
 
-void PlanWalk::coast(double duration_s) TRN_RT {
-  skip(duration_s * (rate_ + duration_s * slope_ / 2));
-  rate_ = std::max(0.0, rate_ + duration_s * slope_);
+void PlanWalk::coast(double duration_s, double u) TRN_RT {
+  skip(std::max(0.0, duration_s * (rate_ + duration_s * (slope_ / 2 + duration_s * u / 6))));
+  rate_ = std::max(0.0, rate_ + duration_s * (slope_ + duration_s * u / 2));
+  slope_ += duration_s * u;
 }
 
 void PlanWalk::skip(double plan_time_s) TRN_RT {

@@ -58,8 +58,8 @@ class PlanWalk {
   /// Goes on for the whole of `duration_s`; records the steps. False as `step`, or when it has taken too
   /// many.
   bool run(double u, double duration_s, RateStep* steps, int& count) TRN_RT;
-  /// Goes on for `duration_s` at the present slope without judging anything.
-  void coast(double duration_s) TRN_RT;
+  /// Goes on for `duration_s` with constant u without judging anything.
+  void coast(double duration_s, double u) TRN_RT;
   /// Goes on by this plan time, at the present rate and slope, without judging anything.
   void skip(double plan_time_s) TRN_RT;
   void set_rate(double rate, double slope) TRN_RT {

@@ -228,10 +228,7 @@ TEST_P(EveryMachine, OverrideActsSoonAnywhere) {
     }
   }
   print_spread("changes of the override, s until one acts", latencies);
-  const auto late = std::count_if(latencies.begin(), latencies.end(), [](double s) { return s > 0.05; });
-  std::printf("%.1f %% of them later than 50 ms\n",
-              100 * static_cast<double>(late) / static_cast<double>(latencies.size()));
-  EXPECT_LE(latencies[latencies.size() / 2], 0.05);
+  EXPECT_LE(latencies.back(), 0.05 + 1e-9);
 }
 
 // A slow straight stroke leaves every joint room: 200 % is twice the speed, and each change acts at once.
