@@ -2,7 +2,7 @@
 """Cycle times beside the time-optimal motion on the same path, and beside a tolerance reference.
 
     tests/oracle/compare_optimum.py build/release/trunnion [CASE|PROGRAM.ngc ...] [--machine CFG] [--offset X,Y,Z]
-                                    [--share 0.999]
+                                    [--share 0.999] [--check-period 0.001]
 
 Without names: the short form (line lcorner square circle). `all`: every case of the reference's generator. A file:
 this program on --machine; each of its stretches between full stops is judged by itself.
@@ -10,6 +10,8 @@ this program on --machine; each of its stretches between full stops is judged by
 The reference is a stand-alone solver (--oracle): `topp.py path` gives for the joint path that `trunnion run --path`
 wrote a certified lower bound (T3_lb) and a feasible optimum (T3_feas) under the limits of the machine and the feed;
 `topp.py poly` gives a good time for any path within the tolerance. Columns: our time, those three, the ratios.
+The feasible optimum's own differences over --check-period are inside the limits; where the path bends within less
+than that, its jerk is not, so that a shorter period shows what a motion inside the limits at every moment can reach.
 On another machine than the cradle, --offset puts the part where it can be reached.
 Exit: 0, 1 when a ratio is above --limit or --limit-poly, 77 when the reference is not there.
 """
@@ -105,7 +107,7 @@ def warped_tip(rows, feeds):
     return out
 
 
-def path_optimum(topp, stretch, header, joints, folder):
+def path_optimum(topp, stretch, header, joints, period, folder):
     rows, feeds = stretch["rows"], stretch["feeds"]
     keep = moving(rows, joints)
     if not keep:
@@ -123,7 +125,8 @@ def path_optimum(topp, stretch, header, joints, folder):
     columns = ",".join(["s"] + [names[1 + i] for i in keep] + ["tip"])
     np.savetxt(folder / "one.csv", table, delimiter=",", header=columns, comments="", fmt="%.17g")
     (folder / "one.json").write_text(json.dumps(limits))
-    call([PYTHON, topp, "path", folder / "one.csv", "--limits", folder / "one.json", "--json", folder / "out.json"])
+    call([PYTHON, topp, "path", folder / "one.csv", "--limits", folder / "one.json", "--check-period", period, "--json",
+          folder / "out.json"])
     return json.load(open(folder / "out.json"))[0]
 
 
@@ -152,7 +155,7 @@ def judge(binary, topp, name, args, folder):
     for stretch in stretches:
         if stretch["line"] < begins:
             continue
-        best = path_optimum(topp, stretch, header, joints, folder)
+        best = path_optimum(topp, stretch, header, joints, args.check_period, folder)
         if best is None:
             continue
         ours, lower = ours + stretch["time_s"], lower + best["T3_lb"]
@@ -177,6 +180,7 @@ def main():
     parser.add_argument("--offset", help="of the part, mm, for the cases without rotary words")
     parser.add_argument("--oracle", type=pathlib.Path, default=ROOT / "../shared/oracle")
     parser.add_argument("--share", type=float, help="of acceleration and jerk for the planner")
+    parser.add_argument("--check-period", type=float, default=1e-3, help="of the feasible optimum, s")
     parser.add_argument("--limit", type=float, default=1.03, help="of our time over the optimum on our path")
     parser.add_argument("--limit-poly", type=float, default=1.05, help="of our time over the tolerance reference")
     parser.add_argument("--no-poly", action="store_true")
