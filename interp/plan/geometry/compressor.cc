@@ -79,7 +79,8 @@ void Compressor::add(const PathItem& item) {
     return;
   }
   if (!in_run()) start_run(item);
-  append(item, item.piece.length);
+  const double length = item.piece.length;
+  append(item, length, run_length(length * item.piece.c[1]));
   if (moves_.size() >= window_) fit_next(false, RunEnd::kPoint);
 }
 
@@ -109,20 +110,20 @@ void Compressor::start_run(const PathItem& item) {
   cut_at_window_ = false;
 }
 
-void Compressor::append(const PathItem& item, double length) {
-  const RunVertex& from = vertices_.back();
-  const Words end = item.piece.at(length) - origin_;
-  vertices_.push_back({from.u + length, end});
+// The first `length` of a line, which counts as `u` in the run's parameter.
+void Compressor::append(const PathItem& item, double length, double u) {
+  vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_});
   moves_.push_back({item.feed, item.line});
   direction_ = item.piece.c[1];
   last_length_ = item.piece.length;
 }
 
-// A long line: its start ends the run before it, its end may begin another.
+// A long line: its start ends the run before it, its end may begin another. Where the curve meets the line,
+// its parameter is the line's own.
 void Compressor::add_long_line(const PathItem& line) {
   PathItem rest = line;
   if (moves_.size() + 1 >= kRunMin) {
-    append(line, kLineTail);
+    append(line, kLineTail, kLineTail);
     fit_all(RunEnd::kOnLine);
     rest = part_of(line, kLineTail, line.piece.length);
   } else if (in_run()) {
@@ -130,7 +131,7 @@ void Compressor::add_long_line(const PathItem& line) {
   }
   const PathItem tail = part_of(rest, rest.piece.length - kLineTail, rest.piece.length);
   start_run(tail);
-  append(tail, kLineTail);
+  append(tail, kLineTail, kLineTail);
   last_length_ = line.piece.length;
   lead_ = rest;
 }

@@ -34,7 +34,7 @@ class Compressor {
 
   bool continues_run(const PathItem& item) const;
   void start_run(const PathItem& item);
-  void append(const PathItem& item, double length);
+  void append(const PathItem& item, double length, double u);
   void add_long_line(const PathItem& line);
   void fit_all(RunEnd end);
   void fit_next(bool last, RunEnd end);

@@ -1,12 +1,23 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/path.h"
 
 namespace trn {
 
-/// A vertex of the programmed polyline; u is the path parameter along the polyline.
+/// Weight of a rotation against a length in a run's parameter: a degree counts as 0.3 mm. Where a
+/// tool turns by several degrees a millimetre, to and fro, a curve bends sharply by its length in the path
+/// norm, and samples tell the less of it; by the tip's way it does not.
+inline constexpr double kMmPerRadInRun = 0.3 * kMmPerRadInPath;
+
+/// Length of a chord in a run's parameter.
+inline double run_length(const Words& chord) {
+  return std::hypot(chord.head<3>().norm(), kMmPerRadInRun * chord.tail<3>().norm());
+}
+
+/// A vertex of the programmed polyline; u is the run's parameter along the polyline.
 struct RunVertex {
   double u = 0;
   Words y;  ///< relative to an origin near by

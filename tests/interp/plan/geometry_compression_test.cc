@@ -46,7 +46,22 @@ struct Shape {
   double pieces = 0, length = 0, max_d3 = 0;
 };
 
-/// Largest |y'''| away from the ends.
+/// Words whose plain norm is the path norm.
+Words scaled(const Words& y) {
+  Words out = y;
+  out.tail<3>() *= kMmPerRadInPath;
+  return out;
+}
+
+/// |y'''| by arc length in the path norm, whatever the parameter.
+double d3_by_length(const PathPoint& p) {
+  const Words d1 = scaled(p.d1), d2 = scaled(p.d2), d3 = scaled(p.d3);
+  const double v = d1.norm(), v1 = d1.dot(d2) / v, v2 = (d2.squaredNorm() + d1.dot(d3) - v1 * v1) / v;
+  const Words by1 = d1 / v, by2 = (d2 - v1 * by1) / (v * v);
+  return ((d3 - 3 * v * v1 * by2 - v2 * by1) / (v * v * v)).norm();
+}
+
+/// Largest |y'''| by arc length away from the ends.
 Shape shape_of(const std::vector<PlanPiece>& pieces) {
   Shape shape;
   for (const auto& p : pieces) shape.length += p.piece.length;
@@ -55,7 +70,7 @@ Shape shape_of(const std::vector<PlanPiece>& pieces) {
     for (int k = 0; k <= 16; ++k) {
       const double at = s + p.piece.length * k / 16;
       if (at < 0.04 * shape.length || at > 0.96 * shape.length) continue;
-      shape.max_d3 = std::max(shape.max_d3, path_norm(p.piece.derivatives(p.piece.length * k / 16).d3));
+      shape.max_d3 = std::max(shape.max_d3, d3_by_length(p.piece.derivatives(p.piece.length * k / 16)));
     }
     s += p.piece.length;
   }
