@@ -2,6 +2,7 @@
 #include <functional>
 #include <random>
 
+#include "core/units.h"
 #include "geometry_check.h"
 
 namespace trn {
@@ -181,6 +182,27 @@ TEST(GeometryCompression, LongLinesStayLinesAndJoinCurvesSmoothly) {
   EXPECT_EQ(pieces.back().piece.kind, PathPiece::Kind::kLine);
   EXPECT_LT(pieces.size(), 120u);
   EXPECT_LT(shape_of(pieces).max_d3, 0.2);  // curvature 1/20 within some mm
+}
+
+// A degree counts less along the curve than along the lines that it joins: there their parameters meet.
+TEST(GeometryCompression, LongLinesThatTurnTheToolJoinCurvesSmoothly) {
+  for (const double turn_deg : {5.0, 40.0, 400.0}) {  // in a line of 30 mm
+    SCOPED_TRACE(turn_deg);
+    const double per_mm = turn_deg / 30 * kRadPerDeg;
+    std::vector<Words> points{words(-30, 20, 0, 0, 0, -30 * per_mm)};
+    for (int i = 0; i <= 60; ++i) {
+      const double angle = kPi * i / 60;
+      points.push_back(words(20 * std::sin(angle), 20 * std::cos(angle), 0, 0, 0, 20 * angle * per_mm));
+    }
+    points.push_back(words(-30, -20, 0, 0, 0, (20 * kPi + 30) * per_mm));
+    const auto moves = polyline(points, 0.05, 0.005);
+    const auto pieces = plan(moves);
+    expect_sound(moves, pieces);
+    EXPECT_EQ(stretches(pieces), 1u);
+    EXPECT_EQ(pieces.front().piece.kind, PathPiece::Kind::kLine);
+    EXPECT_EQ(pieces.back().piece.kind, PathPiece::Kind::kLine);
+    EXPECT_LT(pieces.size(), 150u);
+  }
 }
 
 TEST(GeometryCompression, FeedsStayWithTheirMoves) {
