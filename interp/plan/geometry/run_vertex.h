@@ -7,12 +7,12 @@
 
 namespace trn {
 
-/// Weight of a rotation against a length in a run's parameter: a degree counts as 0.3 mm. Where a
-/// tool turns by several degrees a millimetre, to and fro, a curve bends sharply by its length in the path
-/// norm, and samples tell the less of it; by the tip's way it does not.
+/// Weight of a rotation against a length in a run's parameter, mm per rad: a degree counts as 0.3 mm. Where a
+/// tool turns to and fro by several degrees a millimetre, a curve bends sharply over its length in the path
+/// norm, so that samples tell little of it; over the tip's way it does not.
 inline constexpr double kMmPerRadInRun = 0.3 * kMmPerRadInPath;
 
-/// Length of a chord in a run's parameter.
+/// Length of a chord (mm and rad) in a run's parameter, mm.
 inline double run_length(const Words& chord) {
   return std::hypot(chord.head<3>().norm(), kMmPerRadInRun * chord.tail<3>().norm());
 }

@@ -31,7 +31,7 @@ class JointPanel {
   /// as the last one kept.
   const PerJoint& error2() const { return error2_; }
   const PerJoint& error3() const { return error3_; }
-  /// Bounds of the fifth and sixth derivatives over the panel, by joint.
+  /// Bounds of the fifth and sixth derivatives by s over the panel, by joint, mm or rad.
   const PerJoint& bend5() const { return bend5_; }
   const PerJoint& bend6() const { return bend6_; }
   /// The errors are the rounding of the joints' values; shorter panels have more of it.

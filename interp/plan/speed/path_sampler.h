@@ -27,7 +27,7 @@ class PathSampler {
  public:
   PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates);
 
-  /// The joints along the piece, where polynomials tell them.
+  /// Puts the joints along the piece, where polynomials tell them, into `out`.
   void curve(const PlanPiece& piece, JointCurve& out) const;
   /// At `s_piece` of the piece; `s` is the place in the stretch. Joints are judged within `reach` of s_piece
   /// too, as far as a parabola tells.
