@@ -27,6 +27,10 @@ void nobody(Cycle&, int) {}
 void sweeps_override(Cycle& cycle, int tick) {
   if (tick % 50 == 0) cycle.post({RtCommand::Kind::kOverride, 1 + std::sin(0.001 * tick)});
 }
+void holds(Cycle& cycle, int tick) {
+  if (tick % 300 == 100) cycle.post({RtCommand::Kind::kHold});
+  if (tick % 300 == 250) cycle.post({RtCommand::Kind::kResume});
+}
 void steps(Cycle& cycle, int tick) {
   if (tick == 0) cycle.post({RtCommand::Kind::kSingleBlock, 1});
   if (cycle.last_report().motion == MotionState::kPaused) cycle.post({RtCommand::Kind::kResume});
@@ -80,9 +84,11 @@ void impeller(benchmark::State& state, Operator acts) { ticks(state, acts, "crad
 void zigzag(benchmark::State& state, Operator acts) { ticks(state, acts, "mill.toml", zigzag_text()); }
 BENCHMARK_CAPTURE(impeller, ticks, nobody)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(impeller, ticks_override_sweep, sweeps_override)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(impeller, ticks_hold, holds)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(impeller, ticks_single_block, steps)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(zigzag, ticks, nobody)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(zigzag, ticks_override_sweep, sweeps_override)->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(zigzag, ticks_hold, holds)->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(zigzag, ticks_single_block, steps)->Unit(benchmark::kMillisecond);
 
 /// A config with further sections at its end.

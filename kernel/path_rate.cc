@@ -13,41 +13,26 @@ constexpr double kPushMargin = 0.003;  // of the range of u within a period
 constexpr double kSlopeUse = 0.9995;
 constexpr double kShrink = 0.25;        // of a push that broke a limit, for the next try
 constexpr double kShareMin = 1e-3;      // of the fastest push
-constexpr double kEarlyTurn = 0.6;      // of the greatest u: when braking for rate 1 ends
+constexpr double kEarlyTurn = 0.6;      // of the greatest u: when braking ends
+constexpr double kLateTurn = 0.85;      // the same, where that finds no stop
 constexpr double kGentleLanding = 0.3;  // of the greatest u: below, pushing on is faster
 constexpr double kClimbFrom = 0.98;     // from this rate a push towards more than 1 must last so
 constexpr int kPushPeriods = 8;         // many periods, or the rate would tremble where there is no room
 constexpr double kStopReserve = 2;      // plan time of a stop over the time of a joint's shortest stop
-constexpr double kNearS = 1e-12, kNear = 1e-9;
+constexpr double kNearS = 1e-12;
 constexpr double kFarPeriods = 20;  // before the last one to stop: look again in the next period
 constexpr double kRest = 1e-9;      // of the rate: no difference
-constexpr int kMends = 3;
 constexpr int kLooksAhead = 2;
 constexpr double kApproach = 0.5;  // of stop_s: the time in which the way to a stop becomes 1/e
 constexpr double kSlowest = 0.02;  // of the rate, towards a stop
 constexpr double kAimS = 1e-8;     // of plan time, before the place of a stop
 
-// How long u < 0 may go on until `ease` is what brings rate and slope to 0 together: (w + u t)^2 =
-// 2 ease (r + w t + u t^2 / 2). So the end of a stop does not hang on where a walk's steps begin.
-double time_to_ease(double r, double w, double u, double ease) {
-  const double never = std::numeric_limits<double>::infinity();
-  if (u >= 0 || ease <= 0) return never;
-  const double p = w / u, q = (w * w - 2 * ease * r) / (u * (u - ease)), root = p * p - q;
-  if (root < 0) return never;
-  const double t = -p + std::sqrt(root);
-  return t > 0 ? t : never;
-}
-
-// What brings r' to 0 in the end, on the way down to a rate. Where 3 r r' a helps it does so less and less.
-double ease_of(const RateBounds& bounds, double to) {
-  return kEarlyTurn * (to > 0 ? bounds.u_max : std::min(bounds.u_max, bounds.u_still));
-}
-
 double range_margin(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
 
 }  // namespace
 
-PathRate::PathRate(const Joints& joints, double period_s) : limits_(joints, period_s), period_s_(period_s) {
+PathRate::PathRate(const Joints& joints, double period_s)
+    : limits_(joints, period_s), way_down_(limits_.step_s_max), period_s_(period_s) {
   for (const Joint& joint : joints) {
     const JointLimit& limit = joint.limit;
     stop_s_ = std::max(stop_s_, limit.velocity / limit.acceleration + limit.acceleration / limit.jerk);
@@ -67,6 +52,7 @@ double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double t
                       double stop_in_s) TRN_RT {
   target_ = target;
   begin_period();
+  work_left_ = kWorkMost;
   if (stop_in_s <= stop_horizon_s()) return step_towards(queue, place, stop_in_s);
   stopping_ = false;
   choose(queue, place);
@@ -91,7 +77,7 @@ double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, 
   const double gone = longest > 0 ? follow(longest) : 0;
   PlanWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
-  find_way_down(walk, 0, 0);
+  find_stop(walk);
   adopt();
   stopping_ = true;
   return gone + follow(period_s_ - longest);
@@ -122,61 +108,33 @@ double PathRate::stop_after(const MotionQueue& queue, const PlanPlace& place, do
   const double gone = duration_s > 0 ? follow(duration_s) : 0;
   PlanWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
-  const double travel = find_way_down(walk, 0, 0);
+  const double travel = find_stop(walk);
   return_to(before);
   return travel;
 }
 
-// The way down to a rate, 0 to stop, in trial_ behind so many steps; plan time from where the walk began,
-// negative if a limit would break.
-double PathRate::find_way_down(PlanWalk walk, int behind, double to) TRN_RT {
-  trial_.stops = to == 0;
-  trial_.count = behind;
-  trial_.landing = 0;
-  trial_.turn_rate = trial_.end_rate = to;
-  for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
-    const double r = walk.rate(), w = walk.slope();
-    if (walk.ended()) {
-      trial_.end_rate = std::min(r, 1.0);
-      return walk.passed_s();
-    }
-    if (w == 0 && r <= to + kRest) {
-      if (to == 0) return walk.passed_s();
-      trial_.landing = trial_.count;
-      return r < to - kRest ? -1 : walk.passed_s();  // not from below
-    }
-    const RateBounds bounds = walk.bounds();
-    if (trial_.count == PlanWalk::kStepsMax || !bounds.legal) return -1;
-    double u = brake(walk, bounds, to);
-    const double gone = step_mended(walk, bounds, u, to);
-    if (gone < 0) return -1;
-    trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
-  }
-  return -1;
+double PathRate::find_stop(const PlanWalk& walk) TRN_RT {
+  int work = PlanWalk::kStepsMax;
+  trial_.count = 0;
+  return find_way_down(walk, 0, kEarlyTurn, work);
 }
 
-// One step down towards a rate, at most to where r' has become 0 or `ease` is what brings both there. Where u
-// breaks a bound at the end of the step, that bound is taken into account, within the bounds here.
-double PathRate::step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT {
-  const double w = walk.slope(), ease = ease_of(here, to), margin_here = range_margin(here, kPushMargin);
-  for (int i = 0; i < kMends; ++i) {
-    const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
-    PlanWalk tried = walk;
-    const double gone = tried.step(u, std::min(to_turn, time_to_ease(walk.rate() - to, w, u, ease)));
-    if (gone >= 0) {
-      walk = tried;
-      if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
-      return gone;
-    }
-    const RateBounds end = tried.bounds();
-    const double margin = range_margin(end, kWayMargin);
-    if (!end.legal) return -1;
-    const double to_slope = (0.98 * end.slope_min - w) / limits_.step_s_max;
-    u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
-                   end.u_max - margin);
-    if (u < here.u_min + margin_here || u > here.u_max - margin_here) return -1;
-  }
-  return -1;
+// Behind a push: a search leaves some work for the next tries of this period.
+bool PathRate::comes_down(const PlanWalk& walk, double to, double early) TRN_RT {
+  const int most = std::min(to > 0 ? kWorkOfAnOverride : kWorkOfAStop, work_left_);
+  int left = most;
+  const bool found = find_way_down(walk, to, early, left) >= 0;
+  work_left_ -= most - left;
+  return found;
+}
+
+// The way down to a rate, 0 to stop, in trial_ behind its steps; plan time from where the walk began,
+// negative if none is found.
+double PathRate::find_way_down(const PlanWalk& walk, double to, double early, int& work) TRN_RT {
+  trial_.landing = 0;
+  const double passed_s = way_down_.find(walk, to, early, work, trial_);
+  if (to > 0 && passed_s >= 0 && trial_.end_rate == to) trial_.landing = trial_.count;
+  return passed_s;
 }
 
 PathRate::Moment PathRate::moment() const TRN_RT {
@@ -202,8 +160,7 @@ void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
   if (walk.ended()) return;
   const double distance = target_ - rate_;
   const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope_ != 0 ? 1 : 0, slope_);
-  const bool stops = way_.stops && target_ == 0 && next_ < way_.count;
-  const bool landing = stops || (next_ < way_.landing && way_target_ == target_);
+  const bool landing = (target_ == 0 && has_stop()) || (next_ < way_.landing && way_target_ == target_);
   const double u_old = mean_u();
   const double turn_old = next_ < way_.count ? way_.turn_rate : rate_;
   const double u_most = direction == 0 ? 0 : fastest(walk, direction);
@@ -272,18 +229,33 @@ PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) 
   if (!walk.run(u, time_s, trial_.steps.data(), trial_.count)) return Verdict::kBreaks;
   const int pushed = trial_.count;
   if (target_ == 0) {
-    if (find_way_down(walk, pushed, 0) >= 0) return Verdict::kSafe;
-    if (way_.stops && next_ < way_.count) return Verdict::kBreaks;
+    if (try_stop(walk)) return Verdict::kSafe;
+    if (has_stop()) return Verdict::kBreaks;
     trial_.count = pushed;
     trial_.stops = false;
   }
   PlanWalk settling = walk;
-  const bool safe = settle(settling, false);
+  const bool safe = settle(settling);
   if (direction * (trial_.turn_rate - target_) > 0) return Verdict::kBeyondTarget;
   if (safe) return Verdict::kSafe;
   // Where r' cannot come back to 0 soon, it may farther down.
   const bool down = direction < 0 && target_ > 0 && target_ <= 1 && walk.slope() < 0;
-  return down && find_way_down(walk, pushed, target_) >= 0 ? Verdict::kSafe : Verdict::kBreaks;
+  if (!down) return Verdict::kBreaks;
+  trial_.count = pushed;
+  return comes_down(walk, target_, kEarlyTurn) ? Verdict::kSafe : Verdict::kBreaks;
+}
+
+bool PathRate::has_stop() const TRN_RT { return way_.stops && next_ < way_.count; }
+
+// A stop behind the push in trial_, sooner than the one that there is.
+bool PathRate::try_stop(const PlanWalk& walk) TRN_RT {
+  const double most_s = has_stop() ? way_.time_s(next_) - spent_s_ : std::numeric_limits<double>::infinity();
+  const int pushed = trial_.count;
+  for (const double early : {kEarlyTurn, kLateTurn}) {
+    trial_.count = pushed;
+    if (comes_down(walk, 0, early) && trial_.time_s(0) < most_s) return true;
+  }
+  return false;
 }
 
 bool PathRate::try_landing(PlanWalk walk) TRN_RT {
@@ -300,32 +272,29 @@ bool PathRate::try_landing(PlanWalk walk) TRN_RT {
   trial_.landing = trial_.count;
   trial_.turn_rate = trial_.end_rate = target_;
   walk.set_rate(target_, 0);
-  return walk.ended() || settle(walk, true);
+  return walk.ended() || target_ <= 1 + kRest || return_to_one(walk);
 }
 
 // The rest of a way back: first r' to 0, then, above rate 1, down to it.
-bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
+bool PathRate::settle(PlanWalk& walk) TRN_RT {
   for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
     const double r = walk.rate(), w = walk.slope();
-    if (!turned && (w == 0 || walk.ended())) {
-      trial_.turn_rate = r;
-      turned = true;
-    }
     trial_.end_rate = std::min(r, 1.0);
-    if (walk.ended() || (w == 0 && r <= 1 + kRest)) return true;
+    if (w == 0 || walk.ended()) {
+      trial_.turn_rate = r;
+      return walk.ended() || r <= 1 + kRest || return_to_one(walk);
+    }
     if (trial_.count == PlanWalk::kStepsMax) return false;
     const RateBounds bounds = walk.bounds();
     if (!bounds.legal) return false;
     const double margin = range_margin(bounds, kWayMargin);
-    const double u = turned ? brake(walk, bounds, 1) : w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
+    const double u = w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
     if (u > 0 && r - w * w / (2 * u) < 0) {
       trial_.turn_rate = std::min(trial_.turn_rate, r - w * w / (2 * u));
       return false;
     }
-    const double to_ease =
-        turned ? time_to_ease(r - 1, w, u, ease_of(bounds, 1)) : std::numeric_limits<double>::infinity();
-    const double gone = walk.step(u, std::min(to_turn, to_ease));
+    const double gone = walk.step(u, to_turn);
     if (gone < 0) return false;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
     if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
@@ -333,16 +302,13 @@ bool PathRate::settle(PlanWalk& walk, bool turned) TRN_RT {
   return false;
 }
 
-// Down to a rate as fast as it goes, and in time off the brake.
-double PathRate::brake(const PlanWalk& walk, const RateBounds& bounds, double to) const TRN_RT {
-  const double above = walk.rate() - to, w = walk.slope(), margin = range_margin(bounds, kWayMargin);
-  const double ease = ease_of(bounds, to);
-  if (w < 0 && ease > 0 && w * w >= 2 * above * ease * (1 - kNear)) {
-    const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
-    return std::min(bounds.u_max - margin, exact);
-  }
-  const double to_slope = (0.98 * bounds.slope_min - w) / limits_.step_s_max;
-  return std::min(bounds.u_max - margin, std::max(bounds.u_min + margin, to_slope));
+// From a constant rate above 1 to one that is safe for ever.
+bool PathRate::return_to_one(const PlanWalk& walk) TRN_RT {
+  int work = kWorkOfAnOverride;
+  const double turn_rate = trial_.turn_rate;
+  const bool down = way_down_.find(walk, 1, kEarlyTurn, work, trial_) >= 0;
+  trial_.turn_rate = turn_rate;
+  return down;
 }
 
 void PathRate::adopt() TRN_RT {

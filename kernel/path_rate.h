@@ -4,7 +4,7 @@
 
 #include "core/axes.h"
 #include "core/realtime.h"
-#include "kernel/plan_walk.h"
+#include "kernel/way_down.h"
 
 namespace trn {
 
@@ -22,9 +22,12 @@ namespace trn {
 /// otherwise the old way back is followed until something does. When the way back just reaches the target, a
 /// constant u leads exactly there.
 ///
-/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments,
-/// or on the way down twice that; with a stop to come to, kAims + 3 walks down more. Steps of walks
-/// down are tried kMends times.
+/// Towards 0 a push is taken with the quickest stop that WayDown finds behind it, and once there is a stop,
+/// only one that is sooner.
+///
+/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments;
+/// and kWorkMost steps of searches for the way down, and kWorkOfAnOverride where a try has to come down to
+/// rate 1. With a stop to come to, kAims + 3 searches more, of kStepsMax steps.
 class PathRate {
  public:
   PathRate(const Joints& joints, double period_s);
@@ -50,21 +53,13 @@ class PathRate {
 
  private:
   static constexpr int kTries = 3;
+  /// Steps of the searches of a period, of one for a stop and of one for the way to an override.
+  static constexpr int kWorkMost = 800, kWorkOfAStop = 640, kWorkOfAnOverride = 120;
   static constexpr int kDoneMax = 2 * PlanWalk::kStepsMax;
   static constexpr int kAims = 8;        ///< walks to come to a stop at a given place
   static constexpr double kHorizon = 2;  ///< times the plan time of a stop
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
-
-  /// A verified sequence of constant u.
-  struct Way {
-    std::array<RateStep, PlanWalk::kStepsMax> steps;
-    int count = 0;
-    int landing = 0;       ///< steps that lead to the target; 0: it does not go there
-    double end_rate = 0;   ///< constant from there on
-    double turn_rate = 0;  ///< where r' first becomes 0
-    bool stops = false;    ///< leads to rest
-  };
 
   /// What `follow` changes.
   struct Moment {
@@ -76,8 +71,9 @@ class PathRate {
   double step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT;
   double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
                       double stop_in_s) TRN_RT;
-  double find_way_down(PlanWalk walk, int behind, double to) TRN_RT;
-  double step_mended(PlanWalk& walk, const RateBounds& here, double& u, double to) const TRN_RT;
+  double find_way_down(const PlanWalk& walk, double to, double early, int& work) TRN_RT;
+  double find_stop(const PlanWalk& walk) TRN_RT;
+  bool comes_down(const PlanWalk& walk, double to, double early) TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;
   void return_to(const Moment& moment) TRN_RT;
@@ -85,17 +81,21 @@ class PathRate {
   double fastest(const PlanWalk& walk, double direction) const TRN_RT;
   Verdict try_push(PlanWalk walk, double direction, double u) TRN_RT;
   bool try_landing(PlanWalk walk) TRN_RT;
-  bool settle(PlanWalk& walk, bool turned) TRN_RT;
-  double brake(const PlanWalk& walk, const RateBounds& bounds, double to) const TRN_RT;
+  bool try_stop(const PlanWalk& walk) TRN_RT;
+  bool has_stop() const TRN_RT;
+  bool settle(PlanWalk& walk) TRN_RT;
+  bool return_to_one(const PlanWalk& walk) TRN_RT;
   void adopt() TRN_RT;
   void begin_period() TRN_RT;
   double follow(double left_s) TRN_RT;
   double pass(double u, double duration_s) TRN_RT;
 
   PlanLimits limits_;
+  WayDown way_down_;
   double period_s_, stop_s_ = 0;
   double rate_ = 1, slope_ = 0, target_ = 1;
   Way way_, trial_;
+  int work_left_ = 0;                    ///< steps of searches in this period
   bool stopping_ = false;                ///< way_ leads to a stop at a given place
   int next_ = 0;                         ///< step of way_
   double spent_s_ = 0;                   ///< of that step

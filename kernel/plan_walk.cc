@@ -46,6 +46,7 @@ PlanWalk::PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const Pla
 
 void PlanWalk::leave_segment() TRN_RT {
   place_.time_s = 0;
+  judged_ = false;
   if (++place_.segment < block_->segment_count) return;
   ended_ = block_->ends_at_rest;
   place_.segment = 0;
@@ -56,9 +57,11 @@ void PlanWalk::coast(double duration_s, double u) TRN_RT {
   skip(std::max(0.0, duration_s * (rate_ + duration_s * (slope_ / 2 + duration_s * u / 6))));
   rate_ = std::max(0.0, rate_ + duration_s * (slope_ + duration_s * u / 2));
   slope_ += duration_s * u;
+  judged_ = false;
 }
 
 void PlanWalk::skip(double plan_time_s) TRN_RT {
+  judged_ = false;
   place_.time_s += plan_time_s;
   passed_s_ += plan_time_s;
   for (int i = 0; i < kStepsMax && !ended_ && block_; ++i) {
@@ -70,7 +73,7 @@ void PlanWalk::skip(double plan_time_s) TRN_RT {
   }
 }
 
-RateBounds PlanWalk::bounds() const TRN_RT {
+RateBounds PlanWalk::judge() const TRN_RT {
   const double r = rate_, w = slope_, rr = r * r, rrr = rr * r, rw3 = 3 * r * w;
   RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr, limits_->u_max};
   if (!block_) return out;
@@ -91,7 +94,7 @@ RateBounds PlanWalk::bounds() const TRN_RT {
     // What is left of a limit is divided by the greatest speed, what is lacking by the least.
     const double most = 1 / speed, least = 1 / std::max(std::abs(v) - speed_error, kRounding * speed_error);
     out.u_still = std::min(out.u_still, kJerkUse * most);
-    const auto bound = [&](double left) { return left * (left < 0 ? least : most); };
+    const auto bound = [&](double left) { return std::min(left * most, left * least); };
     const bool forward = v > 0;
     out.u_max = std::min(out.u_max, bound(forward ? up : down));
     out.u_min = std::max(out.u_min, -bound(forward ? down : up));
@@ -131,7 +134,9 @@ double PlanWalk::step(double u, double duration_s) TRN_RT {
   slope_ += dt * u;
   place_.time_s += way;
   passed_s_ += way;
-  const RateBounds end = bounds();
+  here_ = judge();
+  judged_ = true;
+  const RateBounds end = here_;
   const double tolerance = kRounding * (end.u_max - end.u_min) + kRounding;
   if (rate_ < 0 && rate_ > -kRoundingS) rate_ = 0;
   if (!end.legal || rate_ < 0 || u < end.u_min - tolerance || u > end.u_max + tolerance) return -1;

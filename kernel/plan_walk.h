@@ -39,8 +39,9 @@ struct RateBounds {
 /// Runs ahead over the queue's segments with a given u, step by step, and judges every step.
 class PlanWalk {
  public:
-  static constexpr int kStepsMax = 160;
+  static constexpr int kStepsMax = 240;
 
+  PlanWalk() = default;
   PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
            double slope) TRN_RT;
 
@@ -51,7 +52,7 @@ class PlanWalk {
   /// Plan time behind the place where the walk began, s.
   double passed_s() const TRN_RT { return passed_s_; }
 
-  RateBounds bounds() const TRN_RT;
+  RateBounds bounds() const TRN_RT { return judged_ ? here_ : judge(); }
   /// Goes on with constant u for `duration_s`, or less: to the end of the segment, or a step's greatest
   /// length. Returns the time gone; negative if a limit would break or nothing is known of what follows.
   double step(double u, double duration_s) TRN_RT;
@@ -65,18 +66,22 @@ class PlanWalk {
   void set_rate(double rate, double slope) TRN_RT {
     rate_ = rate;
     slope_ = slope;
+    judged_ = false;
   }
 
  private:
+  RateBounds judge() const TRN_RT;
   void leave_segment() TRN_RT;
   bool goes_too_fast() const TRN_RT;
 
-  const PlanLimits* limits_;
-  const MotionQueue* queue_;
+  const PlanLimits* limits_ = nullptr;
+  const MotionQueue* queue_ = nullptr;
   PlanPlace place_;
   const MotionBlock* block_ = nullptr;
-  double rate_, slope_, passed_s_ = 0;
+  double rate_ = 0, slope_ = 0, passed_s_ = 0;
   bool ended_ = false;
+  bool judged_ = false;  ///< here_ holds
+  RateBounds here_{};
 };
 
 }  // namespace trn
