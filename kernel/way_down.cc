@@ -141,7 +141,7 @@ double WayDown::brake(const PlanWalk& walk, const RateBounds& bounds) const TRN_
   const double ease = ease_of(bounds);
   if (w < 0 && ease > 0 && w * w >= 2 * above * ease * (1 - kNear)) {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
-    return std::min(bounds.u_max - margin, exact);
+    return std::min(bounds.u_max - margin, std::max(bounds.u_min + margin, exact));
   }
   const double to_slope = (kSlopeUse * bounds.slope_min - w) / step_s_max_;
   return std::min(bounds.u_max - margin, std::max(bounds.u_min + margin, to_slope));
