@@ -8,7 +8,6 @@ namespace trn {
 
 namespace {
 
-constexpr double kWayMargin = 0.015;   // of the range of u: a way back must hold when its turn comes
 constexpr double kPushMargin = 0.003;  // of the range of u within a period
 constexpr double kSlopeUse = 0.9995;
 constexpr double kShrink = 0.25;        // of a push that broke a limit, for the next try
@@ -26,8 +25,6 @@ constexpr int kLooksAhead = 2;
 constexpr double kApproach = 0.5;  // of stop_s: the time in which the way to a stop becomes 1/e
 constexpr double kSlowest = 0.02;  // of the rate, towards a stop
 constexpr double kAimS = 1e-8;     // of plan time, before the place of a stop
-
-double range_margin(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
 
 }  // namespace
 
@@ -198,7 +195,7 @@ double PathRate::mean_u() const TRN_RT {
 // first as if nothing pushed, then where the push leads.
 double PathRate::fastest(const PlanWalk& walk, double direction) const TRN_RT {
   const RateBounds here = walk.bounds();
-  const double margin = range_margin(here, kPushMargin);
+  const double margin = here.margin(kPushMargin);
   double u_max = here.u_max - margin, u_min = here.u_min + margin, u = 0;
   for (int i = 0; i < kLooksAhead; ++i) {
     PlanWalk later = walk;
@@ -287,7 +284,7 @@ bool PathRate::settle(PlanWalk& walk) TRN_RT {
     if (trial_.count == PlanWalk::kStepsMax) return false;
     const RateBounds bounds = walk.bounds();
     if (!bounds.legal) return false;
-    const double margin = range_margin(bounds, kWayMargin);
+    const double margin = bounds.margin(Way::kMargin);
     const double u = w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
     if (u > 0 && r - w * w / (2 * u) < 0) {

@@ -34,6 +34,9 @@ struct RateBounds {
   double u_min, u_max, slope_min, slope_max;
   bool legal;      ///< false: too fast, or no u serves all joints
   double u_still;  ///< bound of |u| with the rate at 0 here
+
+  /// A share of the range of u, 1/s^2.
+  double margin(double share) const { return share * (u_max - u_min); }
 };
 
 /// Runs ahead over the queue's segments with a given u, step by step, and judges every step.

@@ -8,7 +8,6 @@ namespace trn {
 
 namespace {
 
-constexpr double kWayMargin = 0.015;   // of the range of u: a way must hold when its turn comes
 constexpr double kHereMargin = 0.003;  // of the range of u, where a mended step begins
 constexpr double kSlopeUse = 0.98;
 constexpr int kMends = 3;
@@ -18,8 +17,6 @@ constexpr double kLackShare = 0.08;  // of what r' is too low by, made up for in
 constexpr double kLackMin = 1e-6;
 constexpr int kSlopes = 8;        // looked at for the r' that a place bears
 constexpr double kLowRate = 0.1;  // below, r' must come to 0 before the rate does
-
-double margin_of(const RateBounds& bounds, double share) { return share * (bounds.u_max - bounds.u_min); }
 
 // How long u < 0 may go on until `ease` is what brings rate and slope to 0 together: (w + u t)^2 =
 // 2 ease (r + w t + u t^2 / 2). So the end of a stop does not hang on where a walk's steps begin.
@@ -34,7 +31,7 @@ double time_to_ease(double r, double w, double u, double ease) {
 
 // Off the brake: r' comes back to 0.
 double release(const PlanWalk& walk, const RateBounds& bounds) {
-  const double most = bounds.u_max - margin_of(bounds, kWayMargin);
+  const double most = bounds.u_max - bounds.margin(Way::kMargin);
   return walk.slope() < 0 ? most : std::min(0.0, most);
 }
 
@@ -96,7 +93,7 @@ double WayDown::find(const PlanWalk& from, double to, double early, int& work, W
 // the end of the step, that bound is taken into account, within the bounds here.
 bool WayDown::go_on(const PlanWalk& here, const RateBounds& bounds, bool off_the_brake, RateStep& step,
                     PlanWalk& next) const TRN_RT {
-  const double w = here.slope(), ease = ease_of(bounds), margin_here = margin_of(bounds, kHereMargin);
+  const double w = here.slope(), ease = ease_of(bounds), margin_here = bounds.margin(kHereMargin);
   double u = off_the_brake ? release(here, bounds) : brake(here, bounds);
   for (int i = 0; i < kMends; ++i) {
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
@@ -108,7 +105,7 @@ bool WayDown::go_on(const PlanWalk& here, const RateBounds& bounds, bool off_the
       return true;
     }
     const RateBounds end = next.bounds();
-    const double margin = margin_of(end, kWayMargin);
+    const double margin = end.margin(Way::kMargin);
     if (!end.legal) return false;
     const double to_slope = (kSlopeUse * end.slope_min - w) / step_s_max_;
     u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
@@ -137,7 +134,7 @@ bool WayDown::go_back(int behind, const Way& way) TRN_RT {
 
 // Down as fast as it goes, and in time off the brake.
 double WayDown::brake(const PlanWalk& walk, const RateBounds& bounds) const TRN_RT {
-  const double above = walk.rate() - to_, w = walk.slope(), margin = margin_of(bounds, kWayMargin);
+  const double above = walk.rate() - to_, w = walk.slope(), margin = bounds.margin(Way::kMargin);
   const double ease = ease_of(bounds);
   if (w < 0 && ease > 0 && w * w >= 2 * above * ease * (1 - kNear)) {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;

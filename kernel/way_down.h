@@ -10,6 +10,7 @@ namespace trn {
 /// A sequence of constant u over the segments ahead, verified against the joints' limits, that ends at a
 /// constant rate.
 struct Way {
+  static constexpr double kMargin = 0.015;  ///< of the range of u: a way must hold when its turn comes
   std::array<RateStep, PlanWalk::kStepsMax> steps;
   int count = 0;
   int landing = 0;       ///< steps that lead to the target; 0: it does not go there
@@ -27,7 +28,7 @@ struct Way {
 /// brake sooner until that place is passed, as often as it takes.
 class WayDown {
  public:
-  /// `step_s_max`: of a walk's step.
+  /// `step_s_max`: longest step of a walk, s.
   explicit WayDown(double step_s_max) : step_s_max_(step_s_max) {}
 
   /// Appends the way to the first way.count steps, behind which `from` stands, and sets the rest of `way` but

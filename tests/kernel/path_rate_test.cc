@@ -203,6 +203,7 @@ TEST_P(EveryMachine, HoldIsNearTheShortestStopOnThePath) {
   print_spread("slow holds over the slowest joint's shortest stop", over_joint);
   print_spread("of them over the shortest stop on the path", ratios);
   std::printf("least %.3f: such a hold is the better reference\n", ratios.front());
+  EXPECT_GT(ratios.front(), 0.75) << "a reference that long says nothing";  // the least known is 0.817
   EXPECT_LT(ratios.back(), kMost);
 }
 
