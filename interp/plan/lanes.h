@@ -17,15 +17,17 @@ namespace trn {
 
 using Doubles = std::vector<double>;
 
-/// Sixteen neighbouring places, computed at once. One result on every processor: only lane-wise operations.
-constexpr size_t kLanes = 16;
+/// Four neighbouring places, computed at once: as many as every vector unit takes. Of comparisons of longer
+/// vectors than its own the compiler makes one for each lane. One result on every processor: only lane-wise
+/// operations.
+constexpr size_t kLanes = 4;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(kLanes * sizeof(float))));
 /// The same with the digits that differences of neighbouring places need.
-using Wide = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(64)));
+using Wide = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(kLanes * sizeof(double))));
 /// Eight motor joints, computed at once.
 using Eight = double __attribute__((vector_size(8 * sizeof(double)), aligned(64)));
 
-/// Groups of sixteen that hold `count` places.
+/// Groups of lanes that hold `count` places.
 constexpr size_t lane_groups(size_t count) { return (count + kLanes - 1) / kLanes; }
 
 TRN_VECTOR_INLINE void raise(Lanes& to, const Lanes& by) { to = by > to ? by : to; }

@@ -15,8 +15,8 @@ constexpr float kJudged = 1e-4F;   // of a segment's duration: how close a momen
 
 double power_2_3(double x) { return std::cbrt(x * x); }
 
-/// Sixteen places of an interval to be judged by what each takes of the samples: all of one, or, between two,
-/// what the parabola through three has of each.
+/// A group of places of an interval to be judged by what each takes of the samples: all of one, or, between
+/// two, what the parabola through three has of each.
 struct PlaceGroup {
   Lanes share;                 ///< of the interval
   size_t first = 0, used = 0;  ///< samples that are taken from
@@ -141,7 +141,7 @@ struct LaneUse {
   Lanes velocity_squared{}, acceleration{}, jerk{};
 };
 
-/// The path parameter's motion at sixteen moments.
+/// The path parameter's motion at a group of moments.
 struct Moments {
   Lanes v, a, jerk;
 };
