@@ -116,9 +116,9 @@ double PathRate::find_stop(const PlanWalk& walk) TRN_RT {
   return find_way_down(walk, 0, kEarlyTurn, work);
 }
 
-// Behind a push: a search leaves some work for the next tries of this period.
+// Behind a push or none, with the work that this period has left.
 bool PathRate::comes_down(const PlanWalk& walk, double to, double early) TRN_RT {
-  const int most = std::min(to > 0 ? kWorkOfAnOverride : kWorkOfAStop, work_left_);
+  const int most = to > 0 ? std::min(kWorkOfAnOverride, work_left_) : work_left_;
   int left = most;
   const bool found = find_way_down(walk, to, early, left) >= 0;
   work_left_ -= most - left;
@@ -155,6 +155,10 @@ void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
   if (arrived) return;
   const PlanWalk walk(limits_, queue, place, rate_, slope_);
   if (walk.ended()) return;
+  if (target_ == 0) {  // a push lasts the whole period, and may so be weaker than what a part of it allows
+    trial_.count = trial_.landing = 0;
+    if (try_stop(walk)) adopt();
+  }
   const double distance = target_ - rate_;
   const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope_ != 0 ? 1 : 0, slope_);
   const bool landing = (target_ == 0 && has_stop()) || (next_ < way_.landing && way_target_ == target_);
@@ -244,7 +248,7 @@ PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) 
 
 bool PathRate::has_stop() const TRN_RT { return way_.stops && next_ < way_.count; }
 
-// A stop behind the push in trial_, sooner than the one that there is.
+// A stop behind what is in trial_, sooner than the one that there is.
 bool PathRate::try_stop(const PlanWalk& walk) TRN_RT {
   const double most_s = has_stop() ? way_.time_s(next_) - spent_s_ : std::numeric_limits<double>::infinity();
   const int pushed = trial_.count;

@@ -22,8 +22,8 @@ namespace trn {
 /// otherwise the old way back is followed until something does. When the way back just reaches the target, a
 /// constant u leads exactly there.
 ///
-/// Towards 0 a push is taken with the quickest stop that WayDown finds behind it, and once there is a stop,
-/// only one that is sooner.
+/// Towards 0 the quickest stop that WayDown finds from here is taken, or that behind a push; and once there
+/// is a stop, only one that is sooner.
 ///
 /// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments;
 /// and kWorkMost steps of searches for the way down, and kWorkOfAnOverride where a try has to come down to
@@ -53,8 +53,8 @@ class PathRate {
 
  private:
   static constexpr int kTries = 3;
-  /// Steps of the searches of a period, of one for a stop and of one for the way to an override.
-  static constexpr int kWorkMost = 800, kWorkOfAStop = 640, kWorkOfAnOverride = 120;
+  /// Steps of the searches of a period, and of one for the way to an override.
+  static constexpr int kWorkMost = 800, kWorkOfAnOverride = 120;
   static constexpr int kDoneMax = 2 * PlanWalk::kStepsMax;
   static constexpr int kAims = 8;        ///< walks to come to a stop at a given place
   static constexpr double kHorizon = 2;  ///< times the plan time of a stop
