@@ -13,7 +13,7 @@ constexpr double kSpansMax = 8192;      // bounds the memory
 constexpr double kSpansMin = 6;         // a curve wants some freedom
 constexpr double kRoughnessScale = 60;  // sixth difference at step h over the deviation of a spline of span h
 constexpr double kRoughnessMax = 0.1;   // of the tolerance; the rest is the spline's freedom
-constexpr double kDensity = 1.5;        // spans for one that is asked for: where they lie shall not matter
+constexpr double kDensity = 1.6;        // spans for one that is asked for: where they lie shall not matter
 constexpr double kShrink = 0.8;
 constexpr double kGrading = 0.3;  // growth of the spans with the distance
 

@@ -11,7 +11,8 @@ namespace {
 
 using Place = PendingPiece::Place;
 
-constexpr double kVariationPerInterval = 0.08;  // of a limit, by curvature or its change
+constexpr double kVariationPerInterval = 0.08;  // of a joint's jerk, over its limit
+constexpr double kOfThird = 0.3;                // share of what d3 alone changes it by: it goes with d2
 constexpr double kOwnInterval =
     0.5;                          // of the intervals that its variation asks for: worth one for a short piece
 constexpr double kClosest = 40;   // nodes in a spacing, at most
@@ -67,7 +68,7 @@ double difference(const PathSample& p, const PathSample& q, double b, const Join
 // Spacing next to a standstill that resolves the jerk-limited ramp to the speed bound.
 NodeSpacing rest_spacing(const LocalBound& bound) {
   const double half_ramp_s = std::sqrt(std::sqrt(bound.b) / bound.jerk);
-  return {half_ramp_s / 8, 2 * half_ramp_s};
+  return {half_ramp_s / 16, 2 * half_ramp_s};
 }
 
 // Spacing at a time away from nodes that are closer.
@@ -129,15 +130,19 @@ void PathGrid::add(const PlanPiece& piece, JointCurve& curve) {
   coarse_positions(piece, time_s, spacing_s_, calm, s_end_ == 0, mid.jerk * ramp * ramp * ramp, at);
   const JointRates& rates = sampler_.rates();
   PathSample before = first;
+  LocalBound bound_before = sampler_.bound(first);
   for (size_t i = 0; i < at.size(); ++i) {
     const double reach = i + 1 < at.size() ? at[i + 1] - at[i] : 0;
     const PathSample sample =
         i == 0 ? first : sampler_.sample(piece, pending.curve, at[i], s_end_ + at[i], reach);
-    pending.variation2 += change(before.d2, sample.d2, rates.acceleration, rates.count);
+    const LocalBound bound = sampler_.bound(sample);
+    pending.variation2 += 3 * std::min(bound.acceleration, bound_before.acceleration) *
+                          change(before.d2, sample.d2, rates.jerk, rates.count);
     pending.variation3 += change(before.d3, sample.d3, rates.jerk, rates.count);
-    pending.places.push_back({sample.s, sampler_.bound(sample), 0, 0});
+    pending.places.push_back({sample.s, bound, 0, 0});
     pending.samples.push_back(sample);
     before = sample;
+    bound_before = bound;
   }
   for (Place& place : pending.places) place.b_est = place.bound.b;
   pending_time_s_ += piece_time(pending);
@@ -198,11 +203,14 @@ void PathGrid::grade_from(NodeSpacing rest, bool flip) {
   }
 }
 
-// Time between nodes that the piece's own curvature asks for.
+// Time between nodes that the piece's own curvature asks for. With s's third derivative constant on an
+// interval a joint's jerk, q' s''' + 3 q'' s'' s' + q''' s'^3, changes along it and keeps to its limit at one
+// end only: what it falls short by costs time and, where two ways to go take nearly the same, decides between
+// them.
 double PathGrid::wanted_spacing(const PendingPiece& pending) const {
   const double time_s = piece_time(pending), calm = time_s / spacing_s_;
   const double v = pending.plan.piece.length / time_s, b = v * v;
-  const double variation = pending.variation2 * b + pending.variation3 * b * v;
+  const double variation = (pending.variation2 + kOfThird * pending.variation3 * b) * v;
   const double bent = variation / kVariationPerInterval;
   if (calm < 0.5 && bent < kOwnInterval) return spacing_s_;
   return time_s / std::max({1.0, calm, std::min({bent, 24 + calm, kClosest * calm})});

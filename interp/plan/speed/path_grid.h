@@ -14,7 +14,7 @@ struct SpeedState {
   double b = 0, a = 0;
 };
 
-/// Sixteen places of an interval at which the law is judged: their shares of it, and the bound on b.
+/// A group of places of an interval at which the law is judged: their shares of it, and the bound on b.
 struct JudgedPlaces {
   Lanes share, b_max;
 };
@@ -45,9 +45,10 @@ struct NodeSpacing {
 struct PendingPiece {
   PlanPiece plan;
   JointCurve curve;
-  double s = 0;                           ///< of its start in the stretch
-  double spacing_s = 0;                   ///< time between nodes that it wants
-  double variation2 = 0, variation3 = 0;  ///< how much the joints' d2, d3 change along it, over their limits
+  double s = 0;          ///< of its start in the stretch
+  double spacing_s = 0;  ///< time between nodes that it wants
+  /// How much 3 d2 a and d3 of the joints change along it, over their jerk; a: the greatest d2s/dt2 there.
+  double variation2 = 0, variation3 = 0;
   struct Place {
     double s = 0;
     LocalBound bound;
