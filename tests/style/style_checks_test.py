@@ -5,6 +5,7 @@ import unittest
 
 import check_form
 import check_includes
+import check_links
 from source_text import code_only, functions
 
 CODE = '''
@@ -87,6 +88,15 @@ class LinesTest(unittest.TestCase):
         self.assertEqual(check_form.check_lines("a.py", "x = 1\n"), [])
         for text in ("x = 1 \n", "\tx\n", "# TO" + "DO\n", "x" * 121 + "\n", "\n" * 601 + "x"):
             self.assertTrue(check_form.check_lines("a.py", text), text[:20])
+
+
+class LinksTest(unittest.TestCase):
+    def test_links(self):
+        there = {"docs/a.md", "docs", "README.md"}.__contains__
+        text = "[a](a.md#part) [up](../README.md)\n[web](https://example.org/x.md) ![picture](p.svg) [out](../../x)\n"
+        errors = check_links.check("docs/b.md", text, there)
+        self.assertEqual([error.split(" there")[0] for error in errors],
+                         ["docs/b.md:2:", "docs/b.md:2: '../../x' leads out of the repository"])
 
 
 if __name__ == "__main__":
