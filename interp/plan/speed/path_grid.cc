@@ -122,20 +122,20 @@ void PathGrid::add(const PlanPiece& piece, JointCurve& curve) {
   PendingPiece& pending = *taken;
   const PathSample first = sampler_.sample(piece, pending.curve, 0, s_end_, length / 2);
   const LocalBound mid = sampler_.bound(sampler_.sample(piece, pending.curve, length / 2, s_end_, 0));
-  const double time_s = length / std::sqrt(std::max(mid.b, sampler_.bound(first).b));
+  LocalBound bound_before = sampler_.bound(first);
+  const double b_most = std::max(mid.b, bound_before.b), time_s = length / std::sqrt(b_most);
   const double ramp = std::min(mid.acceleration / mid.jerk, 16 * spacing_s_);
-  const bool calm = sampler_.parabolas_tell(piece, pending.curve, 0, length, length / kCalmParts,
-                                            std::max(mid.b, sampler_.bound(first).b), kCalm);
+  const bool calm =
+      sampler_.parabolas_tell(piece, pending.curve, 0, length, length / kCalmParts, b_most, kCalm);
   std::vector<double>& at = scratch_;
   coarse_positions(piece, time_s, spacing_s_, calm, s_end_ == 0, mid.jerk * ramp * ramp * ramp, at);
   const JointRates& rates = sampler_.rates();
   PathSample before = first;
-  LocalBound bound_before = sampler_.bound(first);
   for (size_t i = 0; i < at.size(); ++i) {
     const double reach = i + 1 < at.size() ? at[i + 1] - at[i] : 0;
     const PathSample sample =
         i == 0 ? first : sampler_.sample(piece, pending.curve, at[i], s_end_ + at[i], reach);
-    const LocalBound bound = sampler_.bound(sample);
+    const LocalBound bound = i == 0 ? bound_before : sampler_.bound(sample);
     pending.variation2 += 3 * std::min(bound.acceleration, bound_before.acceleration) *
                           change(before.d2, sample.d2, rates.jerk, rates.count);
     pending.variation3 += change(before.d3, sample.d3, rates.jerk, rates.count);
