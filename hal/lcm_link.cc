@@ -1,75 +1,38 @@
 #include "hal/lcm_link.h"
 
-#include <arpa/inet.h>
 #include <fmt/format.h>
-#include <netinet/in.h>
-#include <poll.h>
-#include <sys/socket.h>
-#include <unistd.h>
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <stdexcept>
+#include <thread>
 
 namespace trn {
 
 namespace {
 
-struct Group {
-  std::string address;
-  int port = 0;
-};
+constexpr const char* kQueueUrl = "memq://";
+constexpr int kDatagramsAtOnce = 64;
 
-// "udpm://ADDRESS:PORT?..." ; an empty address stands for LCM's own default.
-Group parse_group(const std::string& url) {
-  Group group{"239.255.76.67", 7667};
-  const std::string rest = url.substr(std::strlen("udpm://"));
-  const std::string host = rest.substr(0, rest.find('?'));
-  const auto colon = host.find(':');
-  if (!host.substr(0, colon).empty()) group.address = host.substr(0, colon);
-  if (colon != std::string::npos) group.port = std::atoi(host.c_str() + colon + 1);
-  return group;
-}
+bool is_queue(const std::string& url) { return url.rfind(kQueueUrl, 0) == 0; }
 
-class Socket {
- public:
-  Socket() : fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)) {}
-  ~Socket() {
-    if (fd_ >= 0) close(fd_);
-  }
-  Socket(const Socket&) = delete;
-  Socket& operator=(const Socket&) = delete;
-  int fd() const { return fd_; }
-
- private:
-  int fd_;
-};
-
-constexpr const char* kRemedy =
-    "multicast on the loopback device is needed:\n"
-    "  ip link set lo up multicast on\n"
-    "  ip route add 224.0.0.0/4 dev lo";
-
-std::string failure(const std::string& what) {
-  return fmt::format("LCM cannot work on this host: {} ({}); {}", what, std::strerror(errno), kRemedy);
-}
-
-// Any port will do for the test: what is in question is the way of the group's datagrams.
-std::string bind_and_join(int fd, const Group& group, sockaddr_in& bound) {
-  bound = {};
-  bound.sin_family = AF_INET;
-  bound.sin_addr.s_addr = htonl(INADDR_ANY);
-  socklen_t size = sizeof bound;
-  auto* address = reinterpret_cast<sockaddr*>(&bound);
-  if (bind(fd, address, size) != 0 || getsockname(fd, address, &size) != 0) return failure("no UDP port");
-  ip_mreq member{};
-  member.imr_interface.s_addr = htonl(INADDR_ANY);
-  if (inet_pton(AF_INET, group.address.c_str(), &member.imr_multiaddr) != 1)
-    return fmt::format("the LCM url names '{}', which is not an IPv4 address", group.address);
-  if (setsockopt(fd, IPPROTO_IP, IP_ADD_MEMBERSHIP, &member, sizeof member) != 0)
-    return failure("joining " + group.address + " failed");
-  bound.sin_addr = member.imr_multiaddr;
-  return "";
+void test_group(const std::string& url) {
+  UdpAddress address = UdpAddress::parse(url);
+  address.port = 0;  // any will do: what is in question is the way of the group's datagrams
+  UdpReceiver receiver(address);
+  const UdpSender sender(address);
+  constexpr std::uint8_t kText[] = "trunnion";
+  const bool sent = sender.send(kText, receiver.port());
+  std::span<const std::uint8_t> heard;
+  WireSender from;
+  if (sent && receiver.wait(500) && receiver.receive(heard, from)) return;
+  const std::string why = sent ? "did not come back" : fmt::format("was not sent ({})", std::strerror(errno));
+  const char* remedy = address.stays_here() ? "the loopback device must be up:\n  ip link set lo up"
+                                            : "a route for multicast is needed, such as:\n"
+                                              "  ip route add 224.0.0.0/4 dev DEVICE";
+  throw std::runtime_error(
+      fmt::format("LCM cannot work on this host: a datagram to {} {}; {}", address.text(), why, remedy));
 }
 
 }  // namespace
@@ -86,43 +49,102 @@ LcmConfig read_lcm(const ConfigTable& root, const std::string& machine_name) {
 }
 
 std::string lcm_self_test(const std::string& url) {
-  if (url.rfind("udpm://", 0) != 0) return "";
-  const Group group = parse_group(url);
-  const Socket socket;
-  if (socket.fd() < 0) return failure("no UDP socket");
-  sockaddr_in target;
-  std::string bad = bind_and_join(socket.fd(), group, target);
-  if (!bad.empty()) return bad;
-  const unsigned char ttl = 0;
-  setsockopt(socket.fd(), IPPROTO_IP, IP_MULTICAST_TTL, &ttl, sizeof ttl);
-  if (sendto(socket.fd(), "trunnion", 8, 0, reinterpret_cast<sockaddr*>(&target), sizeof target) != 8)
-    return failure("sending to " + group.address + " failed");
-  pollfd waiting{socket.fd(), POLLIN, 0};
-  if (poll(&waiting, 1, 500) == 1) return "";
-  errno = ETIMEDOUT;
-  return failure("a datagram to " + group.address + " did not come back");
+  if (is_queue(url)) return "";
+  try {
+    test_group(url);
+  } catch (const std::runtime_error& error) {
+    return error.what();
+  }
+  return "";
 }
 
-LcmLink::LcmLink(const std::string& url)
-    : lcm_([&] {
-        const std::string bad = lcm_self_test(url);
-        if (!bad.empty()) throw std::runtime_error(bad);
-        return url;
-      }()) {
-  if (!lcm_.good())
-    throw std::runtime_error(
-        fmt::format("LCM cannot open '{}'; a legal url is {}", url, LcmConfig::kDefaultUrl));
+LcmLink::LcmLink(const std::string& url) {
+  if (is_queue(url)) return;
+  const std::string bad = lcm_self_test(url);
+  if (!bad.empty()) throw std::runtime_error(bad);
+  address_ = UdpAddress::parse(url);
+  out_.emplace(*address_);
+}
+
+void LcmLink::begin_receiving() {
+  if (address_ && !in_) in_ = std::make_unique<UdpReceiver>(*address_);
+}
+
+std::string LcmLink::send(const std::string& channel, int payload_bytes,
+                          const std::function<int(std::uint8_t*, int)>& encode) {
+  std::vector<std::uint8_t> datagram = datagram_head(sequence_++, channel);
+  const std::size_t head = datagram.size();
+  if (channel.size() > kChannelBytesMax || head + static_cast<std::size_t>(payload_bytes) > kDatagramBytesMax)
+    return fmt::format("a message of {} bytes is too long for '{}': {} are possible", payload_bytes, channel,
+                       kDatagramBytesMax - head);
+  datagram.resize(head + static_cast<std::size_t>(payload_bytes));
+  if (encode(datagram.data() + head, payload_bytes) != payload_bytes)
+    return fmt::format("a message for '{}' cannot be encoded: a list of it is shorter than its count",
+                       channel);
+  if (out_)
+    return out_->send(datagram, address_->port)
+               ? ""
+               : fmt::format("LCM cannot send on '{}': {}", channel, std::strerror(errno));
+  const std::lock_guard lock(mutex_);
+  queue_.push_back(std::move(datagram));
+  return "";
+}
+
+bool LcmLink::accept(std::span<const std::uint8_t> datagram) {
+  const std::optional<WireMessage> message = read_datagram(datagram);
+  if (!message) return false;
+  const auto found = handlers_.find(message->channel);
+  if (found == handlers_.end()) return false;
+  bool sound = false;
+  for (const Handler& handler : found->second) {
+    try {
+      sound = handler(message->payload) || sound;
+    } catch (const std::exception&) {  // one message must not end whoever listens
+    }
+  }
+  if (!sound) ++dropped_;
+  return sound;
+}
+
+bool LcmLink::take_queued(bool& handed_on) {
+  std::vector<std::uint8_t> datagram;
+  {
+    const std::lock_guard lock(mutex_);
+    if (queue_.empty()) return false;
+    datagram = std::move(queue_.front());
+    queue_.pop_front();
+  }
+  handed_on = accept(datagram);
+  return true;
+}
+
+// False if nothing waited.
+bool LcmLink::take_one(bool& handed_on) {
+  handed_on = false;
+  if (!address_) return take_queued(handed_on);
+  std::span<const std::uint8_t> datagram;
+  if (!in_ || !in_->receive(datagram, sender_)) return false;
+  handed_on = accept(datagram);
+  return true;
 }
 
 bool LcmLink::handle(int timeout_ms) {
-  const int outcome = lcm_.handleTimeout(timeout_ms);
-  if (outcome < 0) throw std::runtime_error("LCM stopped receiving; restart this process");
-  return outcome > 0;
-}
-
-void LcmLink::check(int outcome, const std::string& channel) {
-  if (outcome != 0)
-    throw std::runtime_error(fmt::format("LCM cannot send on '{}': {}", channel, std::strerror(errno)));
+  using Clock = std::chrono::steady_clock;
+  const auto end = Clock::now() + std::chrono::milliseconds(timeout_ms);
+  while (true) {
+    bool waited_for = true, handed_on = false;
+    for (int i = 0; i < kDatagramsAtOnce && waited_for; ++i) {
+      waited_for = take_one(handed_on);
+      if (handed_on) return true;
+    }
+    const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
+    if (left.count() <= 0) return false;
+    if (waited_for) continue;
+    if (in_)
+      in_->wait(static_cast<int>(left.count()));
+    else
+      std::this_thread::sleep_for(left);
+  }
 }
 
 }  // namespace trn

@@ -1,11 +1,22 @@
 #pragma once
 
+#include <atomic>
+#include <cstdint>
+#include <deque>
 #include <functional>
+#include <map>
 #include <memory>
+#include <mutex>
+#include <optional>
+#include <span>
 #include <string>
+#include <vector>
 
 #include "core/config.h"
 #include "hal/lcm_messages.h"
+#include "hal/udp_group.h"
+#include "hal/wire_layout.h"
+#include "lcm_types/layouts.h"
 
 namespace trn {
 
@@ -27,46 +38,72 @@ struct LcmConfig {
 LcmConfig read_lcm(const ConfigTable& root, const std::string& machine_name);
 
 /// "" if a datagram sent to the group of `url` comes back to this host; otherwise what is wrong and the
-/// commands that mend it. Takes at most 0.5 s. Other URLs than udpm:// are not tested.
+/// command that mends it. Takes at most 0.5 s. A memq:// url needs no test.
 std::string lcm_self_test(const std::string& url);
 
-/// LCM with errors as exceptions. One thread calls `handle`; publishing is open to all.
+/// Messages in LCM's wire form over UDP multicast ("udpm://...") or, for tests, within this object
+/// ("memq://"). Whatever arrives is checked whole against the layout of its type before a decoder sees it;
+/// what is not well formed, fragments among it, is dropped and counted. One thread calls `handle`; publishing
+/// is open to all.
 class LcmLink {
  public:
   /// std::runtime_error with the remedy if this host cannot do it.
   explicit LcmLink(const std::string& url);
 
+  /// std::runtime_error if the message could not be sent, or is larger than a datagram.
   template <typename Message>
   void publish(const std::string& channel, const Message& message) {
-    check(lcm_.publish(channel, &message), channel);
+    const std::string bad = try_publish(channel, message);
+    if (!bad.empty()) throw std::runtime_error(bad);
+  }
+  /// "" or why the message could not be sent.
+  template <typename Message>
+  std::string try_publish(const std::string& channel, const Message& message) {
+    return send(channel, message.getEncodedSize(),
+                [&](std::uint8_t* to, int size) { return message.encode(to, 0, size); });
   }
 
   template <typename Message>
   void subscribe(const std::string& channel, std::function<void(const Message&)> receive) {
-    handlers_.push_back(std::make_shared<Handler<Message>>(std::move(receive)));
-    auto* handler = static_cast<Handler<Message>*>(handlers_.back().get());
-    lcm_.subscribe(channel, &Handler<Message>::on_datagram, handler);
+    handlers_[channel].push_back([receive = std::move(receive)](std::span<const std::uint8_t> payload) {
+      if (!well_formed(payload, Message::getHash(), WireLayout<Message>::kFields)) return false;
+      Message message;
+      if (message.decode(payload.data(), 0, static_cast<int>(payload.size())) < 0) return false;
+      receive(message);
+      return true;
+    });
+    begin_receiving();
   }
 
-  /// Waits up to `timeout_ms` for one message and hands it on; false if none came.
+  /// Waits up to `timeout_ms` for one message and hands it on; false if none came. No exception of a handler
+  /// leaves it.
   bool handle(int timeout_ms);
+  /// Hands on what is in one datagram; false if nothing is. `handle` does this with whatever arrives.
+  bool accept(std::span<const std::uint8_t> datagram);
+
+  /// Of the message that is being handled.
+  const WireSender& sender() const { return sender_; }
+  /// Datagrams for channels of ours that were no message of theirs.
+  std::uint64_t dropped() const { return dropped_; }
 
  private:
-  // decodes by itself: a datagram that is not a Message is dropped without a word on stderr
-  template <typename Message>
-  struct Handler {
-    explicit Handler(std::function<void(const Message&)> f) : receive(std::move(f)) {}
-    void on_datagram(const lcm::ReceiveBuffer* buffer, const std::string&) {
-      Message message;
-      if (message.decode(buffer->data, 0, static_cast<int>(buffer->data_size)) >= 0) receive(message);
-    }
-    std::function<void(const Message&)> receive;
-  };
+  using Handler = std::function<bool(std::span<const std::uint8_t>)>;
 
-  static void check(int outcome, const std::string& channel);
+  std::string send(const std::string& channel, int payload_bytes,
+                   const std::function<int(std::uint8_t*, int)>& encode);
+  void begin_receiving();
+  bool take_one(bool& handed_on);
+  bool take_queued(bool& handed_on);
 
-  std::vector<std::shared_ptr<void>> handlers_;  // outlive lcm_, which calls them
-  lcm::LCM lcm_;
+  std::optional<UdpAddress> address_;  ///< nothing: messages stay in queue_
+  std::optional<UdpSender> out_;
+  std::unique_ptr<UdpReceiver> in_;  ///< from the first subscription on
+  std::mutex mutex_;
+  std::deque<std::vector<std::uint8_t>> queue_;  ///< guarded by mutex_
+  std::atomic<std::uint32_t> sequence_ = 0;
+  std::map<std::string, std::vector<Handler>, std::less<>> handlers_;
+  WireSender sender_;
+  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace trn

@@ -2,8 +2,6 @@
 #pragma once
 #pragma GCC system_header
 
-#include <lcm/lcm-cpp.hpp>
-
 #include "lcm_types/trunnion/acknowledge_t.hpp"
 #include "lcm_types/trunnion/command_t.hpp"
 #include "lcm_types/trunnion/motion_t.hpp"

@@ -39,8 +39,12 @@ std::string with_file(const std::string& file, const std::string& message) {
   return message;
 }
 
-ProgramConfig for_mdi(ProgramConfig config, bool mdi) {
-  if (mdi) config.require_program_end = false;
+ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
+  if (start.text) config.require_program_end = false;
+  if (start.open) {
+    config.open = start.open;
+    config.quote_lines = start.text.has_value();  // the operator's own words
+  }
   return config;
 }
 
@@ -122,7 +126,7 @@ Pipeline::~Pipeline() = default;
 Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& tools,
                    const ProgramStart& start, PipelineObservers observers)
     : name_(start.path),
-      program_(for_mdi(assembly.program, start.text.has_value())),
+      program_(config_for(assembly.program, start)),
       blocks_(std::make_unique<BlockQueue>()),
       speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceTee>(speed_, observers)),
@@ -280,8 +284,9 @@ std::string approach_text(std::uint32_t line, const std::vector<Words>& approach
 }
 
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
-                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress) {
-  const ProgramConfig program = for_mdi(assembly.program, start.text.has_value());
+                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress,
+                             const std::atomic<bool>* given_up) {
+  const ProgramConfig program = config_for(assembly.program, start);
   const Words words = start_words(*assembly.map, start);
   LimitScout scout(assembly);
   Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
@@ -289,8 +294,10 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   std::uint64_t steps = 0;
   try {
     open(interpreter, start, words);
-    while (!interpreter.loops_long() && interpreter.step() && !interpreter.waiting())
+    while (!interpreter.loops_long() && interpreter.step() && !interpreter.waiting()) {
+      if (given_up && *given_up) throw ProgramError(start.path + ": the check was given up");
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
+    }
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }

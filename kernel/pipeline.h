@@ -20,7 +20,9 @@ struct ProgramStart {
   JointVec q;                       ///< motor joints at rest
   std::uint32_t from_line = 0;      ///< begin here instead of at the first line; 0: at the first
   std::optional<Settings> kept =
-      std::nullopt;                  ///< MDI: the modes that the line before left, instead of the config's
+      std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
+  OpenFile open =
+      {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
   std::uint8_t corrections_off = 0;  ///< MapContext's, where the program does not switch them itself
 };
 
@@ -99,8 +101,9 @@ std::string approach_text(std::uint32_t line, const std::vector<Words>& approach
 /// bracket: every place must be reachable and inside the joints' position limits. Nothing moves. ProgramError
 /// for the first defect, with file, line and what would be right. Ends where the program asks the machine,
 /// and in a loop that goes on for very long (Interpreter::loops_long). `progress` is told the line now and
-/// then.
+/// then; the check ends with a ProgramError when `given_up` has become true.
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
-                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress);
+                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress,
+                             const std::atomic<bool>* given_up = nullptr);
 
 }  // namespace trn

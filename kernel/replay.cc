@@ -109,6 +109,7 @@ class Replay {
       result_.periods = period + 1;
       const CycleReport& report = cycle_.last_report();
       if (report.drives == DriveState::kEnabled && period >= first) sink_.write(report);
+      if (report.drives != DriveState::kEnabled) sink_.power_lost();
     }
     result_.starvations = cycle_.last_report().starvations;
     result_.fault = cycle_.last_report().fault;

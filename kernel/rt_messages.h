@@ -106,6 +106,8 @@ class ReportSink {
  public:
   virtual ~ReportSink() = default;
   virtual void write(const CycleReport& report) = 0;
+  /// Instead of a report of a period in which the drives had no power.
+  virtual void power_lost() {}
 };
 
 }  // namespace trn

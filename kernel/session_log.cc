@@ -1,7 +1,11 @@
 #include "kernel/session_log.h"
 
+#include <fcntl.h>
 #include <fmt/format.h>
+#include <unistd.h>
 
+#include <cerrno>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
@@ -13,6 +17,8 @@ namespace {
 
 using Json = nlohmann::json;
 using Kind = SessionEntry::Kind;
+
+constexpr int kLogsMax = 100'000;
 
 // In the order of the enumerations.
 constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",  "fault",
@@ -38,6 +44,9 @@ std::size_t index_of(const Names& names, const std::string& name) {
     if (name == names[i]) return i;
   throw std::runtime_error(fmt::format("'{}' is not known", name));
 }
+
+// The text of an MDI line may be any bytes.
+std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json to_json(const SessionEntry& entry) {
   Json json{{"period", entry.period}, {"entry", kEntryNames[static_cast<std::size_t>(entry.kind)]}};
@@ -124,11 +133,27 @@ SessionEntry from_json(const Json& json) {
 
 }  // namespace
 
+std::string make_log_file(const std::string& path) {
+  std::string name = path;
+  for (int number = 1; number <= kLogsMax; ++number) {
+    const int fd = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0640);
+    if (fd >= 0) {
+      close(fd);
+      return name;
+    }
+    if (errno != EEXIST)
+      throw std::runtime_error(
+          fmt::format("{}: cannot write the session's log: {}", name, std::strerror(errno)));
+    name = fmt::format("{}.{}", path, number);
+  }
+  throw std::runtime_error(fmt::format("{}: {} sessions are kept beside it; move some away", path, kLogsMax));
+}
+
 SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
-  out_
-      << Json{{"machine", head.machine}, {"tools", head.tools}, {"vars", head.vars}, {"run", head.run}}.dump()
-      << std::endl;
+  const Json json{{"machine", head.machine}, {"tools", head.tools},           {"vars", head.vars},
+                  {"run", head.run},         {"tools_text", head.tools_text}, {"vars_text", head.vars_text}};
+  out_ << one_line(json) << std::endl;
 }
 
 void SessionLog::program(const ProgramStart& start) {
@@ -200,7 +225,7 @@ void SessionLog::features(const std::vector<FeatureDeflection>& features) {
   write(entry);
 }
 
-void SessionLog::write(const SessionEntry& entry) { out_ << to_json(entry).dump() << std::endl; }
+void SessionLog::write(const SessionEntry& entry) { out_ << one_line(to_json(entry)) << std::endl; }
 
 Session read_session(const std::string& path) {
   std::ifstream in(path);
@@ -211,7 +236,12 @@ Session read_session(const std::string& path) {
     try {
       const Json json = Json::parse(text);
       if (line == 1)
-        session.head = {json.at("machine"), json.at("tools"), json.at("vars"), json.value("run", false)};
+        session.head = {json.at("machine"),
+                        json.at("tools"),
+                        json.at("vars"),
+                        json.value("run", false),
+                        json.value("tools_text", ""),
+                        json.value("vars_text", "")};
       else
         session.entries.push_back(from_json(json));
     } catch (const std::exception& error) {

@@ -44,7 +44,12 @@ struct SessionEntry {
 struct SessionHead {
   std::string machine, tools, vars;
   bool run = false;  ///< of `trunnion run`: program stops are passed, the trace begins with the program
+  std::string tools_text = {}, vars_text = {};  ///< of the files, as they were when the session began
 };
+
+/// Makes the file for a new session's log and returns its path: `path`, or, where a session is kept there,
+/// `path`.1, `path`.2 and so on: no session is written over. std::runtime_error if none can be made.
+std::string make_log_file(const std::string& path);
 
 /// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the
 /// setpoints again, bit for bit (`trunnion replay`).

@@ -22,11 +22,12 @@ std::string correction_columns(const Machine& machine, const SetpointChain& chai
 }  // namespace
 
 TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
-                         const SetpointChain& chain, bool corrections)
+                         const SetpointChain& chain, bool corrections, bool pieces)
     : path_(path),
       map_(map),
       chain_(chain),
       corrections_(corrections),
+      pieces_(pieces),
       period_s_(machine.period_s),
       file_(std::fopen(path.c_str(), "w")) {
   if (!file_)
@@ -36,6 +37,7 @@ TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const 
   header += ",p_x,p_y,p_z,u_i,u_j,u_k,line";
   if (chain_.deflection()) header += ",force.X,force.Y,deflection.X,deflection.Y,load_known";
   if (corrections_) header += correction_columns(machine, chain_);
+  if (pieces_) header += ",piece";
   header += "\n";
   std::fputs(header.c_str(), file_.get());
 }
@@ -58,13 +60,22 @@ void TraceWriter::write(const CycleReport& report) {
       row(*standing_);
     }
   }
+  if (without_power_) ++piece_;
+  without_power_ = false;
   row(report);
+}
+
+void TraceWriter::power_lost() {
+  standing_.reset();
+  if (!pieces_ || !any_ || without_power_) return;
+  without_power_ = true;
+  ++piece_;
+  emit(last_period_ + 1);
 }
 
 void TraceWriter::row(const CycleReport& report) {
   text_.clear();
   auto out = std::back_inserter(text_);
-  fmt::format_to(out, "{:.17g}", static_cast<double>(report.period - first_period_) * period_s_);
   for (const double value : report.q_setpoint) fmt::format_to(out, ",{:.17g}", value);
   ToolPose pose;
   if (tool_pose(map_, report.q_plan, report.context, pose) == KinStatus::kOk)
@@ -75,8 +86,15 @@ void TraceWriter::row(const CycleReport& report) {
   fmt::format_to(out, ",{}", report.line);
   if (chain_.deflection()) append_tool_load(report.tool_load);
   if (corrections_) append_corrections(report);
-  text_ += '\n';
-  std::fwrite(text_.data(), 1, text_.size(), file_.get());
+  emit(report.period);
+}
+
+// What stands in text_, with the time before it.
+void TraceWriter::emit(std::uint64_t period) {
+  last_period_ = period;
+  const std::string time = fmt::format("{:.17g}", static_cast<double>(period - first_period_) * period_s_);
+  const std::string end = pieces_ ? fmt::format(",{}\n", piece_) : "\n";
+  for (const std::string& part : {time, text_, end}) std::fwrite(part.data(), 1, part.size(), file_.get());
 }
 
 void TraceWriter::append_tool_load(const ToolLoadReport& load) {

@@ -17,14 +17,17 @@ namespace trn {
 /// significant digits. On a machine that estimates the tool's load follow force.X, force.Y (N, on the tool),
 /// deflection.X, deflection.Y (mm, of its tip) and load_known (0 or 1; 2: alarm), all along the joints; with
 /// `corrections`, what every correction of the chain adds to every joint, in columns NAME.JOINT. Rows before
-/// the first motion and after the last are left out where nothing changes.
+/// the first motion and after the last are left out where nothing changes. With `pieces`, a last column
+/// `piece` counts the pieces between which the drives had no power (quick stop, homing, reset): the rows of
+/// one follow each other in time, and the first one without power repeats the last setpoints.
 class TraceWriter final : public ReportSink {
  public:
   /// std::runtime_error if the file cannot be written.
   TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
-              const SetpointChain& chain, bool corrections = false);
+              const SetpointChain& chain, bool corrections = false, bool pieces = false);
 
   void write(const CycleReport& report) override;
+  void power_lost() override;
   /// Flushes; std::runtime_error if anything could not be written.
   void close();
 
@@ -33,18 +36,19 @@ class TraceWriter final : public ReportSink {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   void row(const CycleReport& report);
+  void emit(std::uint64_t period);
   void append_corrections(const CycleReport& report);
   void append_tool_load(const ToolLoadReport& load);
 
   std::string path_;
   const MachineJointMap& map_;
   const SetpointChain& chain_;
-  bool corrections_;  ///< with their columns
+  bool corrections_, pieces_;  ///< with their columns
   double period_s_;
   std::unique_ptr<std::FILE, Close> file_;
   std::unique_ptr<CycleReport> standing_;  ///< last report while nothing moves
-  std::uint64_t first_period_ = 0;
-  bool moved_ = false, any_ = false;
+  std::uint64_t first_period_ = 0, last_period_ = 0, piece_ = 0;
+  bool any_ = false, without_power_ = false;
   std::string text_;
 };
 

@@ -8,6 +8,7 @@ namespace {
 
 constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErrors{{
     {"cannot_open", "cannot read {}", "a readable file"},
+    {"not_program", "'{}' is no program: none of its first lines is G-code", "a text file of G-code"},
     {"utf16", "the file is {} text", "save it as UTF-8 or ASCII"},
     {"binary", "byte 0x{:02X} is not text",
      "a program is plain text: UTF-8, ASCII, or Windows-1252 in comments"},

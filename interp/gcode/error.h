@@ -14,6 +14,7 @@ namespace trn {
 /// Every way a program can be refused; sentence and remedy of each are in one table (error.cc).
 enum class GcodeErrorCode : std::uint8_t {
   kCannotOpen,
+  kNotProgram,
   kUtf16,
   kBinary,
   kLineTooLong,

@@ -134,12 +134,12 @@ bool Flow::open_sub_file(const std::string& name, CodePlace& place, std::int32_t
         fs::path(entry).is_absolute() ? fs::path(entry) : fs::path(files_[0]->folder) / entry;
     for (const char* ending : {".ngc", ".nc", ""}) {
       const fs::path path = folder / (name + ending);
-      std::error_code none;
-      if (!fs::is_regular_file(path, none)) continue;
+      std::unique_ptr<ByteSource> source = config_.open(path.string(), true);
+      if (!source) continue;
       auto made = std::make_unique<File>();
       made->name = path.string();
       made->folder = folder.string();
-      made->reader = std::make_unique<LineReader>(open_file(path.string()), config_.line_length_max);
+      made->reader = std::make_unique<LineReader>(std::move(source), config_.line_length_max);
       files_.push_back(std::move(made));
       index_file(files_.size() - 1);
       const File& f = *files_.back();

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cctype>
+#include <cstring>
 #include <filesystem>
 
 #include "interp/gcode/error.h"
@@ -20,6 +22,14 @@ std::string offending(const std::string& line, std::uint32_t column) {
   for (char& c : text)
     if (static_cast<unsigned char>(c) < 0x20 || static_cast<unsigned char>(c) > 0x7E) c = '?';
   return text;
+}
+
+// The G-code word at its start, if there is one: letter and number.
+std::string leading_word(const std::string& text) {
+  std::size_t end = 1;
+  while (end < std::min(text.size(), std::size_t{12}) && std::strchr("+-.0123456789", text[end])) ++end;
+  const bool word = !text.empty() && std::isalpha(static_cast<unsigned char>(text[0])) && end > 1;
+  return word ? text.substr(0, end) : "";
 }
 
 // G7: every X word of the block is a diameter.
@@ -60,7 +70,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
 void Interpreter::open(const std::string& path, const AxisValues& at) {
   std::unique_ptr<ByteSource> source;
   try {
-    source = open_file(path);
+    source = parts_.config.open(path, false);
   } catch (const BlockError& error) {
     throw GcodeError(error.code, 0, 0,
                      fmt::format("{}; legal: {}", error.what(), gcode_error_info(error.code).legal));
@@ -103,7 +113,8 @@ void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
 
 GcodeError Interpreter::located(const BlockError& error) {
   const std::string line = flow_.current_text();
-  const std::string word = offending(line, error.column);
+  const std::string text = offending(line, error.column);
+  const std::string word = parts_.config.quote_lines ? text : leading_word(text);
   std::string message =
       fmt::format("{}:{}:{}: {}", flow_.file_name(), flow_.line(), error.column, error.what());
   if (!word.empty()) message += fmt::format(": '{}'", word);

@@ -59,13 +59,15 @@ class TextSource : public ByteSource {
 
 }  // namespace
 
-std::unique_ptr<ByteSource> open_file(const std::string& path) {
+std::unique_ptr<ByteSource> open_file(const std::string& path, bool may_be_missing) {
   const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+  if (descriptor < 0 && may_be_missing && (errno == ENOENT || errno == ENOTDIR)) return nullptr;
   if (descriptor < 0)
     fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", path, std::strerror(errno)));
   struct stat info {};
   if (::fstat(descriptor, &info) == 0 && S_ISDIR(info.st_mode)) {
     ::close(descriptor);
+    if (may_be_missing) return nullptr;
     fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': it is a folder", path));
   }
   return std::make_unique<FileSource>(descriptor);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -17,8 +18,10 @@ class ByteSource {
   virtual bool seek(std::uint64_t offset) = 0;
 };
 
-/// BlockError kCannotOpen, with the reason.
-std::unique_ptr<ByteSource> open_file(const std::string& path);
+/// BlockError kCannotOpen, with the reason; null if `may_be_missing` and there is no file at `path`.
+std::unique_ptr<ByteSource> open_file(const std::string& path, bool may_be_missing = false);
+/// Whoever opens program files, in the manner of open_file.
+using OpenFile = std::function<std::unique_ptr<ByteSource>(const std::string& path, bool may_be_missing)>;
 std::unique_ptr<ByteSource> text_source(std::string text);
 
 /// Where a line begins.

@@ -9,6 +9,7 @@
 
 #include "core/config.h"
 #include "interp/gcode/canon.h"
+#include "interp/gcode/line_reader.h"
 
 namespace trn {
 
@@ -62,6 +63,9 @@ struct ProgramConfig {
   std::vector<UserCode> user_m;
   std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
+  OpenFile open = open_file;                  ///< program and sub-program files; not from [program]
+  bool quote_lines =
+      true;  ///< errors show the text of a line from their column on; else a G-code word at most
   std::size_t line_length_max = 65536;
   int sub_depth_max = 50;
 };

@@ -44,7 +44,7 @@ void LimitJudge::row(const TraceRow& row) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     History& past = history_[i];
     const double q = row.q[i];
-    if (rows_ == 0) past.q.fill(q);
+    if (fresh_) past.q.fill(q);
     past.q_abs_max = std::max(past.q_abs_max, std::abs(q));
     digits_max_.decimals = std::max(digits_max_.decimals, row.digits[i].decimals);
     digits_max_.significant = std::max(digits_max_.significant, row.digits[i].significant);
@@ -54,6 +54,7 @@ void LimitJudge::row(const TraceRow& row) {
     judge(i, q, row.t_s, row.line);
   }
   ++rows_;
+  fresh_ = false;
   t_last_s_ = row.t_s;
   line_last_ = row.line;
 }

@@ -46,6 +46,8 @@ class LimitJudge {
   LimitJudge(const Joints& joints, double step_s);
 
   void row(const TraceRow& row);
+  /// The next row begins a new piece, at rest where it is: in between the drives had no power.
+  void next_piece() { fresh_ = true; }
 
   /// Judges the stand-still after the last row, and the resolution.
   void finish();
@@ -69,6 +71,7 @@ class LimitJudge {
   std::vector<History> history_;
   std::vector<JointVerdict> verdicts_;
   std::uint64_t rows_ = 0;
+  bool fresh_ = true;  ///< no row of this piece yet
   double t_last_s_ = 0;
   std::uint32_t line_last_ = 0;
   WrittenDigits digits_max_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 namespace trn {
 
@@ -33,6 +34,13 @@ double step_of(const TraceRow& first, const TraceRow& second, double period_s, c
   return fraction ? period_s / parts : step_s;
 }
 
+// Between pieces time goes on, for as long as it takes; so does their number.
+void expect_new_piece(const TraceRow& before, const TraceRow& row, const TraceReader& reader) {
+  if (row.t_s > before.t_s && row.piece > before.piece) return;
+  throw reader.error(1, fmt::format("pieces are out of order: piece {} at {} s follows piece {} at {} s",
+                                    row.piece, row.t_s, before.piece, before.t_s));
+}
+
 void expect_step(double t_before_s, double t_s, double step_s, const TraceReader& reader) {
   const double step_here_s = t_s - t_before_s;
   if (std::abs(step_here_s - step_s) <= kStepSlack * step_s + 4 * ulp(t_s)) return;
@@ -45,21 +53,29 @@ void expect_step(double t_before_s, double t_s, double step_s, const TraceReader
 TraceVerdict check_trace(const std::string& path, const Machine& machine,
                          const std::function<void(std::uint64_t)>& progress) {
   TraceReader reader(path, joint_names(machine.joints));
-  TraceRow first, row;
-  if (!reader.next(first)) throw reader.error(1, "the trace has a header but no rows");
+  TraceRow before, row;
+  if (!reader.next(before)) throw reader.error(1, "the trace has a header but no rows");
   bool more = reader.next(row);
-  const double step_s = more ? step_of(first, row, machine.period_s, reader) : machine.period_s;
+  const bool stepped = more && row.piece == before.piece;
+  const double step_s = stepped ? step_of(before, row, machine.period_s, reader) : machine.period_s;
+  const double t_first_s = before.t_s;
+  std::uint64_t pieces = 1;
   LimitJudge judge(machine.joints, step_s);
-  judge.row(first);
-  double t_before_s = first.t_s;
+  judge.row(before);
   for (; more; more = reader.next(row)) {
-    expect_step(t_before_s, row.t_s, step_s, reader);
+    if (row.piece == before.piece) {
+      expect_step(before.t_s, row.t_s, step_s, reader);
+    } else {
+      expect_new_piece(before, row, reader);
+      judge.next_piece();
+      ++pieces;
+    }
     judge.row(row);
-    t_before_s = row.t_s;
+    std::swap(before, row);
     if (judge.rows() % kProgressRows == 0) progress(judge.rows());
   }
   judge.finish();
-  return {step_s, t_before_s - first.t_s, judge.rows(), judge.within_limits(), judge.verdicts()};
+  return {step_s, before.t_s - t_first_s, judge.rows(), pieces, judge.within_limits(), judge.verdicts()};
 }
 
 }  // namespace trn

@@ -13,14 +13,16 @@ struct TraceVerdict {
   double step_s = 0;      ///< between rows; the machine's period or a whole fraction of it
   double duration_s = 0;  ///< first to last row
   std::uint64_t rows = 0;
+  std::uint64_t pieces =
+      1;  ///< between them the drives had no power (column `piece`); each is judged by itself
   bool within_limits = false;
   std::vector<JointVerdict> joints;  ///< in the machine's order
 };
 
 /// Reads the trace at `path` ("-" is standard input) as a stream and judges it. TraceError when it is
 /// damaged: not a trace, a joint without a column, a field that is no number, rows missing (the step
-/// changes), cut off, or sampled more coarsely than the machine's period. `progress` is told the row count
-/// now and then.
+/// changes within a piece), cut off, or sampled more coarsely than the machine's period. `progress` is told
+/// the row count now and then.
 TraceVerdict check_trace(const std::string& path, const Machine& machine,
                          const std::function<void(std::uint64_t)>& progress);
 

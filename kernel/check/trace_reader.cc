@@ -118,6 +118,7 @@ void TraceReader::read_header(const std::vector<std::string>& wanted) {
     int role = kOther;
     if (name == "t_s") role = kTime;
     if (name == "line") role = kLine;
+    if (name == "piece") role = kPiece;
     if (at != wanted.end()) role = static_cast<int>(at - wanted.begin());
     if (role >= 0 && ++found[static_cast<std::size_t>(role)] > 1)
       throw error(column, fmt::format("two columns are named {}", quoted(name)));
@@ -155,6 +156,7 @@ bool TraceReader::next(TraceRow& row) {
     const std::string_view token = text.substr(0, comma);
     const double value = field(token, column);
     if (role_[i] == kTime) row.t_s = value;
+    if (role_[i] == kPiece) row.piece = value;
     if (role_[i] == kLine) row.line = static_cast<std::uint32_t>(std::clamp(value, 0.0, 4294967295.0));
     if (role_[i] >= 0) {
       row.q[static_cast<std::size_t>(role_[i])] = value;

@@ -27,6 +27,7 @@ struct TraceRow {
   std::vector<double> q;  ///< mm or rad, as recorded
   std::vector<WrittenDigits> digits;
   std::uint32_t line = 0;  ///< source line of the program; 0 where the trace has no such column
+  double piece = 0;        ///< of a recording that is in pieces; 0 where the trace has no such column
 };
 
 /// Reads a setpoint trace (CSV: a header, then one row a period) as a stream, in memory that does not grow
@@ -61,7 +62,7 @@ class TraceReader {
   std::size_t begin_ = 0, end_ = 0;
   std::uint64_t trace_line_ = 0;
   std::size_t column_count_ = 0;
-  static constexpr int kTime = -1, kLine = -2, kOther = -3;
+  static constexpr int kTime = -1, kLine = -2, kPiece = -3, kOther = -4;
   std::size_t joint_count_ = 0;
   std::vector<int> role_;  // per column: index into `wanted`, or one of the above
 };

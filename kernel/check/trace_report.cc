@@ -95,6 +95,9 @@ std::string verdict_table(const TraceVerdict& verdict, const Machine& machine, c
   std::string out =
       fmt::format("{}: {} rows, {:.6f} s, step {:g} s, machine '{}' (period {:g} s)\n\n", trace, verdict.rows,
                   verdict.duration_s, verdict.step_s, machine.name, machine.period_s);
+  if (verdict.pieces > 1)
+    out += fmt::format("{} pieces, each judged by itself: between them the drives had no power\n\n",
+                       verdict.pieces);
   out += fmt::format("{:<6} {:<12} {:>14} {:>14} {:<7} {:>11} {:>12} {:>8} {:>9}\n", "joint", "quantity",
                      "worst", "limit", "unit", "ratio", "at t_s", "line", "digits +-");
   for (std::size_t i = 0; i < machine.joints.size(); ++i)
@@ -115,6 +118,7 @@ std::string verdict_json(const TraceVerdict& verdict, const Machine& machine, co
                               {"period_s", machine.period_s},
                               {"step_s", verdict.step_s},
                               {"rows", verdict.rows},
+                              {"pieces", verdict.pieces},
                               {"duration_s", verdict.duration_s},
                               {"ratio_max", LimitJudge::kRatioMax},
                               {"within_limits", verdict.within_limits},

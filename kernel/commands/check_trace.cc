@@ -25,7 +25,8 @@ constexpr const char kFooter[] =
     "the\n"
     "machine's limits. 'digits +-' is what rounding of the recorded digits alone can do to a ratio; nothing "
     "is\n"
-    "subtracted for it. A trace may be written denser than the period.\n"
+    "subtracted for it. A trace may be written denser than the period. A daemon's recording is judged in\n"
+    "pieces, between which the drives had no power (emergency stop, homing, reset).\n"
     "Exit: 0 every ratio <= 1.000001, 2 damaged trace, 3 bad config, 4 a limit is broken, 5 usage.\n";
 
 void show_progress(std::uint64_t rows) {
@@ -47,7 +48,9 @@ void add_check_trace(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<CheckTraceOptions>();
   CLI::App* command =
       app.add_subcommand("check-trace", "judge a setpoint trace against the machine's limits");
-  command->add_option("TRACE", options->trace, "CSV written by 'run --trace', or - for standard input")
+  command
+      ->add_option("TRACE", options->trace,
+                   "CSV written by 'run --trace' or 'daemon --record', or - for standard input")
       ->required();
   command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
   command->add_flag("--json", options->json, "the verdict as JSON (mm, rad, s)");

@@ -135,6 +135,9 @@ command_t text_command(std::int8_t verb, const std::string& text) {
   return command;
 }
 
+// What came in a message may be any bytes.
+std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
 Json corrections_json(const status_t& status) {
   Json out = Json::array();
   for (std::size_t i = 0; i < status.correction_name.size(); ++i)
@@ -233,7 +236,7 @@ Exit show_status(const Options& options) {
   const auto status = session.client.wait_status(any, 2 * options.timeout_s + 1);
   if (!status) return Exit::kMachineFault;
   if (options.json)
-    fmt::print("{}\n", json_of(*status).dump());
+    fmt::print("{}\n", one_line(json_of(*status)));
   else
     print_status(*status);
   return Exit::kDone;
@@ -279,7 +282,7 @@ Exit monitor(const Options& options) {
   long shown = 0;
   session.client.watch_motion([&](const motion_t& motion) {
     if (options.json)
-      fmt::print("{}\n", json_of(motion).dump());
+      fmt::print("{}\n", one_line(json_of(motion)));
     else
       print_motion(session.machine, motion);
     std::fflush(stdout);

@@ -47,15 +47,24 @@ std::function<void(const CycleReport&)> warm_screws(const Assembly& assembly) {
   };
 }
 
+std::string text_of(const std::string& path) {
+  return path.empty() || !std::filesystem::exists(path) ? "" : read_text_file(path);
+}
+
+std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
+  const std::string path = make_log_file(options.log);
+  if (path != options.log) fmt::print(stderr, "{} has a session; this one goes to {}\n", options.log, path);
+  return std::make_unique<SessionLog>(path, SessionHead{options.machine, options.tools, options.vars, false,
+                                                        text_of(options.tools), text_of(options.vars)});
+}
+
 void run_machine(const DaemonOptions& options) {
   const Assembly assembly = assemble(options.machine, Field::kReal);
   MotionQueue queue(kQueueBlocks);
   Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
               assembly.corrections.setpoint.get(), assembly.io.get());
   std::unique_ptr<SessionLog> log;
-  if (!options.log.empty())
-    log =
-        std::make_unique<SessionLog>(options.log, SessionHead{options.machine, options.tools, options.vars});
+  if (!options.log.empty()) log = begin_log(options);
   FeatureBook book;
   FeatureBook* const features = assembly.corrections.setpoint->deflection() ? &book : nullptr;
   ProgramFeeder feeder(assembly, queue, parameters_of(options),
@@ -64,7 +73,7 @@ void run_machine(const DaemonOptions& options) {
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
-                                           *assembly.corrections.setpoint);
+                                           *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
@@ -85,7 +94,8 @@ void add_daemon(CLI::App& app, Exit& exit) {
   daemon->add_option("--vars", options->vars, "Variables (.var), read at the start and written at the end");
   daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
   daemon->add_option("--log", options->log,
-                     "Write what operator and drives did to this file, for 'trunnion replay'");
+                     "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "
+                     "session, to FILE.1, FILE.2 ...");
   daemon->footer(
       "Clients: load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset.\n"
       "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"

@@ -17,17 +17,27 @@ struct ReplayOptions {
   std::string log, machine, tools, vars, trace;
 };
 
+// As they were when the session began, unless another table is given.
+ToolTable tools_of(const ReplayOptions& options, const SessionHead& head) {
+  if (!options.tools.empty()) return ToolTable::load(options.tools);
+  if (!head.tools_text.empty()) return ToolTable::parse(head.tools_text, options.log + " (tools)");
+  return head.tools.empty() ? ToolTable() : ToolTable::load(head.tools);
+}
+
 Exit replay_session(const ReplayOptions& options) {
   const Session session = read_session(options.log);
   const auto chosen = [](const std::string& ours, const std::string& logged) {
     return ours.empty() ? logged : ours;
   };
   const Assembly assembly = assemble(chosen(options.machine, session.head.machine));
-  const std::string tool_file = chosen(options.tools, session.head.tools);
-  ToolTable tools = tool_file.empty() ? ToolTable() : ToolTable::load(tool_file);
+  ToolTable tools = tools_of(options, session.head);
   Parameters parameters;
-  if (!options.vars.empty()) load_parameters(options.vars, parameters);
-  TraceWriter trace(options.trace, assembly.machine, *assembly.map, *assembly.corrections.setpoint);
+  if (!options.vars.empty())
+    load_parameters(options.vars, parameters);
+  else
+    parse_parameters(session.head.vars_text, options.log + " (variables)", parameters);
+  TraceWriter trace(options.trace, assembly.machine, *assembly.map, *assembly.corrections.setpoint, false,
+                    !session.head.run);
   const ReplayResult result = replay(session, assembly, parameters, tools, trace);
   trace.close();
   fmt::print("{} entries, {} periods, {} starvations, fault {}: {}\n", session.entries.size(), result.periods,
@@ -47,7 +57,7 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)")->required();
   command->add_option("--machine", options->machine, "config, if it is not where the log says");
   command->add_option("--tools", options->tools, "tool table, if it is not where the log says");
-  command->add_option("--vars", options->vars, "variables as they were when the session began");
+  command->add_option("--vars", options->vars, "variables to begin with, if not those that the log kept");
   command->footer(
       "Compare: the daemon's own --record of that session, or the run's --trace, and the trace are equal "
       "files.");

@@ -37,10 +37,13 @@ std::int64_t random_client() {
 CommandClient::CommandClient(const Config& config)
     : config_(config), client_(random_client()), link_(config.lcm.url) {
   link_.subscribe<trunnion::acknowledge_t>(config.lcm.acknowledge_channel(), [this](const auto& answer) {
-    if (answer.client == client_ && answer.sequence == sequence_) answer_ = answer;
+    if (answer.client != client_ || answer.sequence != sequence_) return;
+    answer_ = answer;
+    daemon_ = link_.sender();
   });
-  link_.subscribe<trunnion::status_t>(config.lcm.status_channel(),
-                                      [this](const auto& status) { status_ = status; });
+  link_.subscribe<trunnion::status_t>(config.lcm.status_channel(), [this](const auto& status) {
+    if (!daemon_ || *daemon_ == link_.sender()) status_ = status;
+  });
   link_.subscribe<trunnion::motion_t>(config.lcm.motion_channel(),
                                       [this](const auto& motion) { motion_ = motion; });
 }

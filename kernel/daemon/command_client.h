@@ -48,6 +48,7 @@ class CommandClient {
   std::optional<trunnion::acknowledge_t> answer_;
   std::optional<trunnion::status_t> status_;
   std::optional<trunnion::motion_t> motion_;
+  std::optional<WireSender> daemon_;  ///< who answered; nobody else's status counts from then on
   LcmLink link_;
 };
 

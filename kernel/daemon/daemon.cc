@@ -7,12 +7,16 @@
 #include <unistd.h>
 
 #include <chrono>
+#include <cstdio>
+#include <cstdlib>
 #include <optional>
 #include <set>
 #include <stdexcept>
+#include <thread>
 
 #include "kernel/daemon/director.h"
 #include "kernel/daemon/process_lock.h"
+#include "kernel/daemon/second_daemon.h"
 #include "kernel/daemon/tick_thread.h"
 #include "kernel/micromill/feature_report.h"
 
@@ -21,24 +25,14 @@ namespace trn {
 namespace {
 
 constexpr int kPollMs = 5;
+constexpr int kExitMachineFault = 4;
+constexpr int kLastWaits = 100;
+constexpr auto kLastWait = std::chrono::milliseconds(10);
+constexpr int kMessagesAtOnce = 2000;  // those that are too many cost next to nothing
 
 void log_to_stderr() {
   if (!spdlog::get("trunnion")) spdlog::set_default_logger(spdlog::stderr_logger_mt("trunnion"));
   spdlog::flush_on(spdlog::level::info);
-}
-
-// The lock covers this host and folder; a daemon beyond them is heard on LCM.
-void refuse_second_daemon(const LcmConfig& config) {
-  LcmLink link(config.url);
-  std::optional<trunnion::status_t> heard;
-  link.subscribe<trunnion::status_t>(config.status_channel(), [&](const auto& status) { heard = status; });
-  const auto end =
-      std::chrono::steady_clock::now() + std::chrono::milliseconds(350);  // three status messages
-  while (!heard && std::chrono::steady_clock::now() < end) link.handle(50);
-  if (heard)
-    throw std::runtime_error(
-        fmt::format("machine '{}' is already run: process {} answers on {}; stop that one first",
-                    config.machine, heard->pid, config.url));
 }
 
 std::vector<std::string> collect_warnings(const RealtimeConfig& config, const std::string& memory_refused,
@@ -87,6 +81,7 @@ void drain_reports(const DaemonParts& parts, Director& director) {
                     report.lost_reports - director.last_report().lost_reports);
     // without power the setpoint only follows the drives
     if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
+    if (parts.record && report.drives != DriveState::kEnabled) parts.record->power_lost();
     if (parts.log) parts.log->report(report);
     if (parts.on_report) parts.on_report(report);
     if (parts.features && parts.features->report(report)) tell_features(parts);
@@ -115,6 +110,19 @@ class SensorReceiver {
   std::set<std::string> unknown_;
 };
 
+// Who hangs in a system call cannot be waited for: then the process ends from here.
+void end_with(const Director& director) {
+  const std::string bad = director.bad_ending();
+  for (int i = 0; i < kLastWaits && director.hangs(); ++i) std::this_thread::sleep_for(kLastWait);
+  if (bad.empty() && !director.hangs()) return spdlog::info("ended in good order");
+  const std::string text =
+      fmt::format("NOT ended in good order: {}", bad.empty() ? "a program or a drive does not answer" : bad);
+  if (!director.hangs()) throw std::runtime_error(text);
+  spdlog::critical("{}", text);
+  std::fflush(nullptr);
+  std::_Exit(kExitMachineFault);
+}
+
 void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
            Director& director) {
   ServiceNotifier notifier;
@@ -122,7 +130,7 @@ void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, Te
   notifier.ready();
   while (!director.done()) {
     if (link.handle(kPollMs))
-      for (int more = 0; more < 100 && link.handle(0);) ++more;
+      for (int more = 0; more < kMessagesAtOnce && link.handle(0);) ++more;
     for (const auto& work : parts.background) work();
     drain_reports(parts, director);
     if (signals.taken()) {
@@ -164,7 +172,7 @@ void run_daemon(const DaemonParts& parts) {
   }
   serve(parts, link, thread, signals, director);
   if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
-  spdlog::info("ended in good order");
+  end_with(director);
 }
 
 }  // namespace trn

@@ -18,9 +18,13 @@ using trunnion::command_t;
 
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
-constexpr auto kClosingTime = std::chrono::seconds(15);
+constexpr auto kClosingTime =
+    std::chrono::seconds(10);  // both together: less than the 15 s that are promised
+constexpr auto kSwitchOffTime = std::chrono::seconds(3);
 constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
+constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
+constexpr std::size_t kMessageBytesMax = 4000;
 
 bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK; }
 
@@ -54,6 +58,14 @@ bool obeys_always(std::int8_t verb) { return verb == command_t::OVERRIDE || verb
 CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
 CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
 
+// A second one changes nothing while the first is still on its way.
+bool says_again(const RtCommand& last, const RtCommand& next) {
+  using Kind = RtCommand::Kind;
+  const bool stops = next.kind == Kind::kQuickStop || next.kind == Kind::kEmergencyStop ||
+                     (next.kind == Kind::kOverride && next.value == 0);
+  return stops && last.kind == next.kind && last.value == next.value;
+}
+
 bool drives_at_work(DriveState state) {
   return state == DriveState::kQuickStop || state == DriveState::kHoming;
 }
@@ -67,7 +79,7 @@ Director::Director(const Parts& parts, std::vector<std::string> warnings)
       desk_(
           parts.link, parts.lcm,
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
-          [this] { return status_count_ + 1; }) {
+          [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
   view_.warnings = std::move(warnings);
   warned_.fill("");
 }
@@ -75,7 +87,9 @@ Director::Director(const Parts& parts, std::vector<std::string> warnings)
 void Director::begin() { machine_event(Event::kReset); }
 
 void Director::terminate() {
-  closing_until_ = Clock::now() + kClosingTime;
+  parts_.programs.close();
+  if (!closing_) closing_until_ = Clock::now() + kClosingTime;  // told twice is no reason to take longer
+  closing_ = true;
   machine_event(Event::kTerminate);
 }
 
@@ -154,7 +168,7 @@ CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
   const bool joint = name == "joint_table" && parts_.map && parts_.map->has_joint();
   if (!pose && !joint)
     return refused(fmt::format("the machine has no correction '{}'; trunnion status lists them", name));
-  if (supervisor_.state() != MachineState::kIdle || jobs_ > 0)
+  if (supervisor_.state() != MachineState::kIdle || jobs_ + loads_ > 0)
     return refused(fmt::format(
         "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
   parts_.programs.abandon();
@@ -251,14 +265,21 @@ void Director::act(std::uint32_t actions) {
   }
   if (actions & kDoBringUp) bring_up((actions & kDoResetFaults) != 0);
   if (actions & kDoShutDown) shut_down();
-  if (actions & kDoExit) done_ = true;
+  if (actions & kDoExit && !exit_wanted_) {
+    exit_wanted_ = true;
+    exit_by_ = Clock::now() + kSwitchOffTime;
+  }
 }
 
+// The tick has room for many more than clients may fill, so it is full only when its thread stands.
 void Director::post(RtCommand command) {
+  if (unheard() > 0 && says_again(last_posted_, command)) return;
   command.id = ++last_id_;
+  last_posted_ = command;
   if (parts_.log) parts_.log->posted(command);
-  if (!parts_.tick.post(command))
-    spdlog::critical("the tick takes no commands any more; its thread has stopped");
+  const bool taken = parts_.tick.post(command);
+  if (!taken && !told_full_) spdlog::critical("the tick has taken no command for long; its thread stands");
+  told_full_ = !taken;
 }
 
 void Director::bring_up(bool reset_faults) {
@@ -267,7 +288,7 @@ void Director::bring_up(bool reset_faults) {
     parts_.drives.bring_up();
   };
   ++jobs_;
-  worker_.post([this, prepare] {
+  drive_worker_.post([this, prepare] {
     std::string error;
     try {
       prepare();
@@ -288,10 +309,23 @@ void Director::shut_down() {
   if (shutting_down_) return;
   shutting_down_ = true;
   power_off_by_ = Clock::now() + kPowerOffTime;
-  worker_.post([this] {
+  drive_worker_.post([this] {
     parts_.drives.shut_down();
-    return Worker::Done([] { spdlog::info("drives are off"); });
+    return Worker::Done([this] {
+      drives_off_ = true;
+      spdlog::info("drives are off");
+    });
   });
+}
+
+bool Director::done() const {
+  return exit_wanted_ && (drives_off_ || !shutting_down_ || Clock::now() > exit_by_);
+}
+
+std::string Director::bad_ending() const {
+  if (shutting_down_ && !drives_off_)
+    return "the drives did not answer when they were to be switched off; they still may have power";
+  return came_to_rest_ ? "" : "the machine did not come to rest in time; the drives were made to stop";
 }
 
 // From a line: the answer tells the approach, and a start in another place than here is refused.
@@ -368,18 +402,19 @@ std::function<void()> Director::clear_then(const std::function<void()>& prepare)
 
 void Director::run_job(const Ticket& ticket, const std::function<void()>& prepare,
                        const std::function<void()>& then, bool starts_motion) {
-  ++jobs_;
+  int& open_jobs = starts_motion ? jobs_ : loads_;
+  ++open_jobs;
   view_.message.clear();
   view_.program_failed = false;
-  worker_.post([=, this, generation = generation_] {
+  program_worker_.post([=, this, &open_jobs, generation = generation_.load()] {
     std::string error;
     try {
-      prepare();
+      if (generation == generation_) prepare();
     } catch (const std::exception& failure) {
       error = failure.what();
     }
-    return Worker::Done([=, this] {
-      --jobs_;
+    return Worker::Done([=, this, &open_jobs] {
+      --open_jobs;
       if (generation != generation_)
         return desk_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
       finish_job(ticket, error, then, starts_motion);
@@ -440,7 +475,9 @@ void Director::events_from(const CycleReport& report) {
 }
 
 void Director::poll() {
-  worker_.collect();
+  drive_worker_.collect();
+  program_worker_.collect();
+  desk_.poll();
   const std::string failure = parts_.programs.take_failure();
   if (!failure.empty()) {
     spdlog::error("{}", failure);
@@ -450,6 +487,7 @@ void Director::poll() {
   const auto now = Clock::now();
   if (supervisor_.state() == MachineState::kClosing && now > closing_until_) {
     spdlog::error("the machine does not come to rest; taking the power from the drives");
+    came_to_rest_ = false;
     machine_event(Event::kTimeout);
   }
   if (status_due_ || now >= next_status_) publish_status();
@@ -460,19 +498,20 @@ void Director::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  status.message = status.message.substr(0, kMessageBytesMax);
   status.bus_health = parts_.drives.health();
   add_corrections(status);
   if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();
   status.count = ++status_count_;
-  parts_.link.publish(parts_.lcm.status_channel(), status);
+  parts_.link.try_publish(parts_.lcm.status_channel(), status);
 }
 
 void Director::publish_motion() {
   next_motion_ = Clock::now() + kMotionPeriod;
   trunnion::motion_t motion = make_motion(report_);
   motion.time_us = unix_time_us();
-  parts_.link.publish(parts_.lcm.motion_channel(), motion);
+  parts_.link.try_publish(parts_.lcm.motion_channel(), motion);
 }
 
 }  // namespace trn

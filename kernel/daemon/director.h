@@ -53,7 +53,12 @@ class Director {
   /// What is due by now: finished jobs, time limits, status and motion messages.
   void poll();
 
-  bool done() const { return done_; }
+  /// The drives are off, or the time for that is over.
+  bool done() const;
+  /// "" if the machine came to rest and the drives were switched off; otherwise what was not done.
+  std::string bad_ending() const;
+  /// A call of the drives or of a program does not come back: this object cannot be destroyed.
+  bool hangs() const { return drive_worker_.busy() || program_worker_.busy(); }
   const CycleReport& last_report() const { return report_; }
   MachineState state() const { return supervisor_.state(); }
 
@@ -75,6 +80,7 @@ class Director {
   void enter_state(MachineState before);
 
   void post(RtCommand command);
+  std::uint32_t unheard() const { return last_id_ - heard_id_; }
   void bring_up(bool reset_faults);
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
@@ -101,21 +107,24 @@ class Director {
   std::array<const char*, kMaxSetpointCorrections>
       warned_;  ///< what each correction behind the plan last said
   Fault last_fault_ = Fault::kOk;
-  std::uint32_t last_id_ = 0;                ///< of the commands to the tick
+  std::uint32_t last_id_ = 0;  ///< of the commands to the tick
+  RtCommand last_posted_;
+  bool told_full_ = false;                   ///< that the tick takes no commands
   std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard
-  int jobs_ = 0;                             ///< posted to the worker and not yet finished
-  std::uint64_t generation_ = 0;             ///< counts what makes a job's outcome void
+  int jobs_ = 0;   ///< bring-ups and starts, posted and not yet finished: reports mean nothing meanwhile
+  int loads_ = 0;  ///< the same, of programs that nothing waits for
+  std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
   std::string program_path_;
   std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
   std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
-  bool shutting_down_ = false;
-  bool done_ = false;
+  bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
+  bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
   std::int64_t status_count_ = 0;
   bool status_due_ = true;
-  Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_;
+  Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_, exit_by_;
   CommandDesk desk_;
-  Worker worker_;
+  Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
 };
 
 }  // namespace trn

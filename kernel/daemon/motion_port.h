@@ -24,6 +24,8 @@ class ProgramSource {
   virtual std::uint8_t corrections_off() const = 0;
   /// Ends the preparation; from any thread, at once.
   virtual void abandon() = 0;
+  /// The same, for good: what begins later ends at once too.
+  virtual void close() { abandon(); }
   /// The message of an error that came later, once; "" if there was none.
   virtual std::string take_failure() = 0;
 };

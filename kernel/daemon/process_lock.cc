@@ -2,23 +2,52 @@
 
 #include <fcntl.h>
 #include <fmt/format.h>
+#include <pwd.h>
 #include <sys/file.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <stdexcept>
 
 namespace trn {
 
 namespace {
 
-std::string lock_folder() {
-  const char* user_folder = std::getenv("XDG_RUNTIME_DIR");
-  if (access("/run", W_OK) == 0) return "/run";
-  if (user_folder && access(user_folder, W_OK) == 0) return user_folder;
-  return "/tmp";
+constexpr const char* kSystemFolder = "/run/trunnion";
+
+std::string of_environment(const char* name) {
+  const char* value = std::getenv(name);
+  return value ? std::string(value).substr(0, std::string_view(value).find(':')) : std::string();
+}
+
+// As the system knows it: HOME may be anything.
+std::string home_folder() {
+  const passwd* user = getpwuid(geteuid());
+  return user && user->pw_dir && user->pw_dir[0] == '/' ? user->pw_dir : "";
+}
+
+// "" if the folder is private and can be written; otherwise why not.
+std::string refuse_folder(const std::string& path) {
+  struct stat info {};
+  if (lstat(path.c_str(), &info) != 0) return std::strerror(errno);
+  if (!S_ISDIR(info.st_mode)) return "it is no folder of its own";
+  if (info.st_uid != geteuid() && info.st_uid != 0 && geteuid() != 0) return "it belongs to another user";
+  if (info.st_uid != geteuid() && path != kSystemFolder) return "it belongs to another user";
+  if (info.st_mode & (S_IWGRP | S_IWOTH)) return "others can write it";
+  return access(path.c_str(), W_OK | X_OK) == 0 ? "" : std::strerror(errno);
+}
+
+std::string make_and_judge(const std::string& path) {
+  std::error_code ignored;  // told by the judgement
+  const std::filesystem::path folder(path);
+  if (path.rfind("/tmp/", 0) != 0 && folder.has_parent_path())
+    std::filesystem::create_directories(folder.parent_path(), ignored);
+  mkdir(path.c_str(), 0750);
+  return refuse_folder(path);
 }
 
 std::string holder(int fd) {
@@ -28,13 +57,45 @@ std::string holder(int fd) {
                   : std::string("another process");
 }
 
+// Only a regular file of one name is written.
+int open_lock(const std::string& path) {
+  const int fd = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK, 0640);
+  if (fd < 0)
+    throw std::runtime_error(fmt::format("cannot open the lock file {}: {}", path, std::strerror(errno)));
+  struct stat info {};
+  if (fstat(fd, &info) == 0 && S_ISREG(info.st_mode) && info.st_nlink == 1) return fd;
+  close(fd);
+  throw std::runtime_error(fmt::format("the lock file {} is no plain file; remove it", path));
+}
+
 }  // namespace
 
-ProcessLock::ProcessLock(const std::string& machine) {
-  const std::string path = fmt::format("{}/trunnion-{}.lock", lock_folder(), machine);
-  fd_ = open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (fd_ < 0)
-    throw std::runtime_error(fmt::format("cannot open the lock file {}: {}", path, std::strerror(errno)));
+std::vector<std::string> lock_folders() {
+  std::vector<std::string> folders{of_environment("RUNTIME_DIRECTORY"), kSystemFolder,
+                                   of_environment("XDG_RUNTIME_DIR")};
+  const std::string home = home_folder();
+  folders.push_back(home.empty() ? "" : home + "/.local/state/trunnion");
+  folders.push_back(fmt::format("/tmp/trunnion-{}", geteuid()));
+  std::erase(folders, "");
+  return folders;
+}
+
+std::string private_folder(const std::vector<std::string>& folders) {
+  std::string refused;
+  for (const std::string& folder : folders) {
+    const std::string why = make_and_judge(folder);
+    if (why.empty()) return folder;
+    refused += fmt::format("\n  {}: {}", folder, why);
+  }
+  throw std::runtime_error("no private folder for the lock file of the machine; set XDG_RUNTIME_DIR to one:" +
+                           refused);
+}
+
+ProcessLock::ProcessLock(const std::string& machine) : ProcessLock(machine, lock_folders()) {}
+
+ProcessLock::ProcessLock(const std::string& machine, const std::vector<std::string>& folders) {
+  const std::string path = fmt::format("{}/trunnion-{}.lock", private_folder(folders), machine);
+  fd_ = open_lock(path);
   if (flock(fd_, LOCK_EX | LOCK_NB) != 0) {
     const std::string who = holder(fd_);
     close(fd_);
@@ -49,5 +110,15 @@ ProcessLock::ProcessLock(const std::string& machine) {
 }
 
 ProcessLock::~ProcessLock() { close(fd_); }
+
+bool is_trusted_user(uid_t user) {
+  if (user == 0 || user == geteuid()) return true;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(kSystemFolder, none)) {
+    struct stat info {};
+    if (lstat(entry.path().c_str(), &info) == 0 && S_ISDIR(info.st_mode) && info.st_uid == user) return true;
+  }
+  return false;
+}
 
 }  // namespace trn

@@ -21,10 +21,11 @@ ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Param
       tools_(std::move(tools)),
       log_(log),
       features_(features),
+      files_(abandoned_, assembly.program.words),
       corrections_off_(assembly.corrections.planned_off) {}
 
 ProgramFeeder::~ProgramFeeder() {
-  abandoned_ = true;
+  close();
   join();
 }
 
@@ -55,10 +56,14 @@ ProgramSummary ProgramFeeder::begin(ProgramStart start) {
   abandoned_ = true;
   join();
   abandoned_ = false;
+  if (closed_) abandoned_ = true;
+  start.open = [this](const std::string& path, bool may_be_missing) {
+    return files_.open(path, may_be_missing);
+  };
   take_failure();
   if (start.text) start.kept = mdi_;
   start.corrections_off = corrections_off_;
-  const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {});
+  const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
   wait_until_cleared();
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
   if (log_) log_->program(start);
@@ -111,7 +116,7 @@ bool ProgramFeeder::feed(Pipeline& pipeline) {
       if (!more && pipeline.waiting()) more = wait_for_answer(pipeline);
     } catch (const std::exception& error) {  // the end of the program still follows
       const std::lock_guard lock(mutex_);
-      failure_ = error.what();
+      if (!abandoned_) failure_ = error.what();  // else it is the reading that was given up
       sound = false;
     }
   }

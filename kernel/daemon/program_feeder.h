@@ -6,6 +6,7 @@
 #include <thread>
 
 #include "kernel/daemon/motion_port.h"
+#include "kernel/daemon/program_file.h"
 #include "kernel/micromill/feature_book.h"
 #include "kernel/motion_queue.h"
 #include "kernel/pipeline.h"
@@ -29,6 +30,10 @@ class ProgramFeeder final : public ProgramSource {
   void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
   std::uint8_t corrections_off() const override { return corrections_off_; }
   void abandon() override { abandoned_ = true; }
+  void close() override {
+    closed_ = true;
+    abandoned_ = true;
+  }
   std::string take_failure() override;
 
   /// What programs have left behind; only after `abandon` and when no load is under way.
@@ -52,7 +57,8 @@ class ProgramFeeder final : public ProgramSource {
   ToolTable tools_;
   SessionLog* log_;
   FeatureBook* features_;
-  std::atomic<bool> abandoned_ = false, ended_ = true;
+  std::atomic<bool> abandoned_ = false, closed_ = false, ended_ = true;
+  ProgramFiles files_;
   std::atomic<std::uint8_t> corrections_off_;
   std::atomic<bool> waits_ = false;  ///< for the machine's answer
   std::mutex mutex_;

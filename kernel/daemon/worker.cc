@@ -21,6 +21,11 @@ void Worker::post(Job job) {
   wake_.notify_one();
 }
 
+bool Worker::busy() const {
+  const std::lock_guard lock(mutex_);
+  return busy_;
+}
+
 void Worker::collect() {
   std::vector<Done> done;
   {
@@ -37,9 +42,11 @@ void Worker::run() {
     if (closing_) return;
     const Job job = std::move(jobs_.front());
     jobs_.pop();
+    busy_ = true;
     lock.unlock();
     Done done = job();
     lock.lock();
+    busy_ = false;
     if (done) done_.push_back(std::move(done));
   }
 }

@@ -23,17 +23,19 @@ class Worker {
   Worker& operator=(const Worker&) = delete;
 
   void post(Job job);
+  /// A job is at work. Until it is over, this cannot be destroyed.
+  bool busy() const;
   /// In the owner's thread: runs what finished jobs have left to do.
   void collect();
 
  private:
   void run();
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable wake_;
   std::queue<Job> jobs_;
   std::vector<Done> done_;
-  bool closing_ = false;
+  bool closing_ = false, busy_ = false;
   std::thread thread_;
 };
 

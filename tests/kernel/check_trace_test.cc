@@ -229,6 +229,39 @@ TEST_F(CheckTrace, DamageIsNamedByLineAndColumn) {
   }
 }
 
+// A daemon's recording in which an emergency stop took the power in motion, and a reset gave it back
+// elsewhere.
+TEST_F(CheckTrace, PiecesAreJudgedByThemselves) {
+  std::string text = "t_s,X,A,line,piece\n";
+  const auto add = [&](int k, double x, int piece) {
+    text += fmt::format("{:.17g},{:.17g},0,1,{}\n", k * kStep, x, piece);
+  };
+  for (int k = 0; k < 100; ++k) add(k, 1000 * std::pow(k * kStep, 3), 0);  // jerk 6000 exactly
+  add(100, 1000 * std::pow(99 * kStep, 3), 1);
+  for (int k = 5000; k < 5100; ++k) add(k, 7, 2);
+  write(text);
+  const TraceVerdict verdict = check();
+  EXPECT_EQ(verdict.pieces, 3u);
+  EXPECT_EQ(verdict.rows, 201u);
+  EXPECT_TRUE(verdict.within_limits);
+  EXPECT_NEAR(verdict.joints[0].peak(Quantity::kJerk).ratio, 1, 1e-6);
+  add(5100, 7.2, 2);  // inside a piece nothing is forgiven: neither a jump
+  add(5101, 7.2, 2);
+  write(text);
+  EXPECT_FALSE(check().within_limits);
+  add(5103, 7.2, 2);  // nor a row that is missing
+  write(text);
+  EXPECT_NE(failure().find("rows are missing or out of order"), std::string::npos);
+}
+
+TEST_F(CheckTrace, PiecesOutOfOrderAreDamage) {
+  const std::string header = "t_s,X,A,piece\n";
+  write(header + "0,1,1,0\n0.001,1,1,0\n0.001,1,1,1\n");
+  EXPECT_EQ(failure(), ":4:1: pieces are out of order: piece 1 at 0.001 s follows piece 0 at 0.001 s");
+  write(header + "0,1,1,5\n0.001,1,1,4\n");
+  EXPECT_EQ(failure(), ":3:1: pieces are out of order: piece 4 at 0.001 s follows piece 5 at 0 s");
+}
+
 TEST_F(CheckTrace, WindowsLineEndsAreRead) {
   write("t_s,X,A,line\r\n0,1,1,3\r\n0.001,1,1,3\r\n");
   EXPECT_TRUE(check().within_limits);

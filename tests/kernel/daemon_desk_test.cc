@@ -40,15 +40,17 @@ struct Bench {
   LcmLink link{"memq://"};
   std::vector<acknowledge_t> heard;
   std::vector<int> obeyed;
+  bool ready = true, fails = false;
   std::int8_t outcome = acknowledge_t::ACCEPTED;
   std::optional<CommandDesk::Ticket> ticket;
   CommandDesk desk{link, config,
                    [this](const command_t& c, const CommandDesk::Ticket& t) {
+                     if (fails) throw std::runtime_error("no thread");
                      obeyed.push_back(c.sequence);
                      ticket = t;
                      return CommandDesk::Answer{outcome, ""};
                    },
-                   [] { return 17; }};
+                   [] { return 17; }, [this] { return ready; }};
 };
 
 TEST(CommandDesk, ObeysOnceAndAnswersEveryCopy) {
@@ -74,6 +76,11 @@ TEST(CommandDesk, RefusesWhatHasExpired) {
   late.expires_us = unix_us() + 10'000'000;
   bench.send(late);
   EXPECT_EQ(bench.obeyed, std::vector<int>{2});
+  late.expires_us = 1;
+  late.verb = command_t::ESTOP;
+  late.sequence = 3;
+  bench.send(late);
+  EXPECT_EQ(bench.obeyed.back(), 3) << "what makes safe never expires";
 }
 
 TEST(CommandDesk, WorkingCommandsGetTheirFinalAnswerLater) {
@@ -89,6 +96,62 @@ TEST(CommandDesk, WorkingCommandsGetTheirFinalAnswerLater) {
   EXPECT_EQ(bench.heard[2].outcome, +acknowledge_t::BAD_PROGRAM);
   EXPECT_EQ(bench.heard[3].message, "a.ngc:1:1: no");
   EXPECT_EQ(bench.obeyed, std::vector<int>{5});
+}
+
+TEST(CommandDesk, AFloodIsRefusedAndNeverAcknowledgedAsObeyed) {
+  Bench bench;
+  for (int i = 1; i <= 2000; ++i) bench.link.publish(bench.config.command_channel(), bench.command(i));
+  while (bench.link.handle(0)) bench.desk.poll();
+  std::vector<int> accepted;
+  for (const acknowledge_t& answer : bench.heard)
+    if (answer.outcome == acknowledge_t::ACCEPTED) accepted.push_back(answer.sequence);
+  EXPECT_EQ(accepted, bench.obeyed);
+  EXPECT_GE(bench.obeyed.size(), 100u);
+  EXPECT_LT(bench.obeyed.size(), 2000u) << "200 a second";
+}
+
+// Whatever waits, however long the flood: the stop acts when it comes, and nothing from before it acts behind
+// it.
+TEST(CommandDesk, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
+  for (const std::int8_t stop : {command_t::ESTOP, command_t::STOP, command_t::HOLD, command_t::OVERRIDE}) {
+    Bench bench;
+    bench.ready = false;
+    for (int i = 1; i <= 300; ++i) {
+      command_t command = bench.command(i);
+      if (i == 290) command.verb = stop;
+      bench.link.publish(bench.config.command_channel(), command);
+    }
+    while (bench.link.handle(0)) bench.desk.poll();
+    EXPECT_EQ(bench.obeyed, std::vector<int>{290});
+    bench.ready = true;
+    bench.desk.poll();
+    for (const int sequence : bench.obeyed) EXPECT_GE(sequence, 290);
+  }
+}
+
+TEST(CommandDesk, ACommandThatFailsIsAnswered) {
+  Bench bench;
+  bench.fails = true;
+  bench.send(bench.command(1));
+  ASSERT_EQ(bench.heard.size(), 1u);
+  EXPECT_EQ(bench.heard[0].outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(bench.heard[0].message.find("no thread"), std::string::npos);
+}
+
+TEST(CommandGate, LimitsASenderAndAllTogether) {
+  CommandGate gate;
+  const auto start = CommandGate::Clock::now();
+  int one = 0, many = 0;
+  for (int i = 0; i < 20'000; ++i)
+    one += gate.admit({1, 1}, start + std::chrono::microseconds(50 * i)) ? 1 : 0;
+  EXPECT_NEAR(one, CommandGate::kSenderBurst + CommandGate::kSenderRate, 2);
+  EXPECT_TRUE(gate.admit({1, 2}, start + std::chrono::seconds(1))) << "another sender is heard";
+  for (int i = 0; i < 20'000; ++i)
+    many +=
+        gate.admit({2, static_cast<std::uint16_t>(i)}, start + std::chrono::microseconds(1000000 + 50 * i));
+  EXPECT_LE(many, CommandGate::kTotalBurst + CommandGate::kTotalRate + 1) << "a new port for each command";
+  EXPECT_TRUE(gate.must_tell(start));
+  EXPECT_FALSE(gate.must_tell(start + std::chrono::seconds(59)));
 }
 
 TEST(Worker, DoesJobsInOrderAndFinishesThemInTheOwnersThread) {

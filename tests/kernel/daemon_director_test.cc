@@ -1,13 +1,18 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <atomic>
+#include <chrono>
 #include <functional>
+#include <future>
 #include <optional>
+#include <random>
 #include <utility>
 
 #include "hal/loopback.h"
 #include "interp/move.h"
 #include "kernel/daemon/director.h"
+#include "tests/hal/hostile_datagrams.h"
 
 namespace trn {
 namespace {
@@ -33,6 +38,10 @@ jerk_mm_s3 = 20000
 
 struct FakePrograms final : ProgramSource {
   std::string load(const std::string& path, const JointVec&) override {
+    if (hangs.valid()) {
+      hanging = true;
+      hangs.wait();
+    }
     if (path == "bad.ngc") throw ProgramError("bad.ngc:3:7: no such word");
     ++loads;
     return "";
@@ -52,6 +61,20 @@ struct FakePrograms final : ProgramSource {
   int abandoned = 0;
   std::uint32_t from_line = 0;
   std::string failure;
+  std::shared_future<void> hangs;
+  std::atomic<bool> hanging = false;
+};
+
+/// Drives that do not answer when they are switched off.
+struct HangingDrives final : Drives {
+  explicit HangingDrives(std::shared_future<void> gate_in) : gate(std::move(gate_in)) {}
+  void bring_up() override {}
+  void shut_down() noexcept override { gate.wait(); }
+  void reset_faults() override {}
+  void exchange(const Setpoints&, Feedback&) TRN_RT override {}
+  void request_home(unsigned) TRN_RT override {}
+  void quick_stop() TRN_RT override {}
+  std::shared_future<void> gate;
 };
 
 struct FakeTick final : TickPort {
@@ -67,7 +90,8 @@ struct FakeTick final : TickPort {
 
 /// A director whose tick is played by the test: reports are made by hand, commands to the tick are kept.
 struct Bench {
-  Bench() {
+  Bench() : Bench(loopback_drives) {}
+  explicit Bench(Drives& drives_in) : drives(drives_in) {
     link.subscribe<acknowledge_t>(lcm.acknowledge_channel(),
                                   [this](const auto& answer) { answers.push_back(answer); });
     link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
@@ -118,7 +142,8 @@ struct Bench {
   Machine machine = read_machine(parse_config(kMachine, "bench.toml"));
   LcmConfig lcm{"memq://", "bench"};
   LcmLink link{lcm.url};
-  LoopbackDrives drives{JointVec::Zero(1)};
+  LoopbackDrives loopback_drives{JointVec::Zero(1)};
+  Drives& drives;
   FakePrograms programs;
   LoopStatistics statistics;
   FakeTick fake_tick;
@@ -274,7 +299,112 @@ TEST(Director, EndsMotionThenDrivesThenItself) {
   EXPECT_FALSE(bench.director.done()) << "the drives are still on";
   bench.now.drives = DriveState::kOff;
   bench.tick();
-  EXPECT_TRUE(bench.director.done());
+  bench.until([&] { return bench.director.done(); });
+  EXPECT_EQ(bench.director.bad_ending(), "");
+  EXPECT_FALSE(bench.director.hangs());
+}
+
+/// Lets go whoever waits at the gate, at the latest when the test is over.
+struct Release {
+  explicit Release(std::promise<void>& gate_in) : gate(gate_in) {}
+  ~Release() { gate.set_value(); }
+  Release(const Release&) = delete;
+  Release& operator=(const Release&) = delete;
+  std::promise<void>& gate;
+};
+
+TEST(Director, AProgramThatHangsKeepsNobodyFromTheMachine) {
+  std::promise<void> gate;
+  Bench bench;
+  const Release release(gate);
+  bench.programs.hangs = gate.get_future().share();
+  command_t load{};
+  load.client = 6;
+  load.verb = command_t::LOAD;
+  load.text = "/dead/share.ngc";
+  bench.link.publish(bench.lcm.command_channel(), load);
+  bench.until([&] { return bench.programs.hanging.load(); });
+  EXPECT_EQ(bench.send(command_t::JOG, "", 1).outcome, +acknowledge_t::ACCEPTED);
+  bench.now.motion = MotionState::kJogging;
+  bench.tick();
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.send(command_t::ESTOP).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kEmergencyStop);
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.last() == Kind::kResetFault; });
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.director.terminate();
+  bench.tick();
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  bench.until([&] { return bench.director.done(); });
+  EXPECT_EQ(bench.director.bad_ending(), "") << "the drives are off";
+  EXPECT_TRUE(bench.director.hangs()) << "and the process cannot wait for the program";
+}
+
+TEST(Director, DrivesThatDoNotSwitchOffAreToldOf) {
+  std::promise<void> gate;
+  HangingDrives drives(gate.get_future().share());
+  Bench bench(drives);
+  const Release release(gate);
+  bench.director.terminate();
+  bench.tick();
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  const auto begun = std::chrono::steady_clock::now();
+  while (!bench.director.done()) bench.director.poll();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(5));
+  EXPECT_NE(bench.director.bad_ending().find("did not answer"), std::string::npos);
+  EXPECT_TRUE(bench.director.hangs());
+}
+
+// The tick hears nothing: what is acknowledged as obeyed is what it was given, and an emergency stop has
+// room.
+TEST(Director, AFloodFillsNoRing) {
+  Bench bench;
+  const std::size_t before = bench.posted.size();
+  command_t command{};
+  command.client = 7;
+  command.verb = command_t::OVERRIDE;
+  for (command.sequence = 1; command.sequence <= 1000; ++command.sequence) {
+    command.value = command.sequence % 2 ? 0.5 : 0.6;
+    bench.link.publish(bench.lcm.command_channel(), command);
+  }
+  while (bench.link.handle(0)) bench.director.poll();
+  const auto obeyed = [&] {
+    return std::count_if(bench.answers.begin(), bench.answers.end(), [](const acknowledge_t& answer) {
+      return answer.client == 7 && answer.outcome == acknowledge_t::ACCEPTED;
+    });
+  };
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(bench.posted.size() - before), obeyed());
+  EXPECT_LE(bench.posted.size() - before, 16u);
+  for (int i = 0; i < 300; ++i) bench.send(command_t::ESTOP);
+  EXPECT_EQ(bench.last(), Kind::kEmergencyStop);
+  EXPECT_LE(bench.posted.size() - before, 17u) << "said once";
+  bench.tick();
+  bench.director.poll();
+  EXPECT_LE(obeyed(), 16) << "what waited is given up";
+}
+
+// Short: 20,000; TRN_LONG: as many as it says.
+TEST(Director, HostileDatagramsEndNothing) {
+  Bench bench;
+  std::mt19937_64 random(4);
+  for (int i = 0; i < hostile::count(); ++i) {
+    bench.link.accept(hostile::datagram(random));
+    if (i % 7 == 0) bench.tick();
+    bench.director.poll();
+    if (i % 100 == 0)
+      while (bench.link.handle(0)) bench.answers.clear();
+  }
+  while (bench.link.handle(0)) bench.answers.clear();
+  bench.until([&] { return bench.status.has_value(); });
+  bench.send(command_t::ESTOP);
+  EXPECT_EQ(bench.director.state(), MachineState::kEstop);
 }
 
 }  // namespace

@@ -1,7 +1,9 @@
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <filesystem>
 #include <fstream>
 #include <random>
 #include <thread>
@@ -10,9 +12,16 @@
 #include "kernel/daemon/acknowledge_book.h"
 #include "kernel/daemon/process_lock.h"
 #include "kernel/daemon/realtime.h"
+#include "kernel/session_log.h"
 
 namespace trn {
 namespace {
+
+mode_t current_umask() {
+  const mode_t mask = umask(0);
+  umask(mask);
+  return mask;
+}
 
 trunnion::command_t command(std::int64_t client, std::int32_t sequence) {
   trunnion::command_t out{};
@@ -72,6 +81,80 @@ TEST(ProcessLock, IsFreedByTheKernelWhenItsProcessIsKilled) {
   waitpid(child, &status, 0);
   ASSERT_TRUE(WIFSIGNALED(status));
   EXPECT_NO_THROW(ProcessLock(std::string(machine)));
+}
+
+/// A folder of the test's own, gone with it.
+class Folder {
+ public:
+  Folder() {
+    std::string name = ::testing::TempDir() + "doors-XXXXXX";
+    path = mkdtemp(name.data());
+  }
+  ~Folder() { std::filesystem::remove_all(path); }
+  Folder(const Folder&) = delete;
+  Folder& operator=(const Folder&) = delete;
+  std::string path;
+};
+
+std::string text_of(const std::string& path) {
+  std::ifstream in(path);
+  return {std::istreambuf_iterator<char>(in), {}};
+}
+
+TEST(ProcessLock, FollowsNoLinkAndWritesNoForeignFile) {
+  const Folder folder;
+  const std::string victim = folder.path + "/victim", lock = folder.path + "/trunnion-m.lock";
+  std::ofstream(victim) << "precious";
+  std::filesystem::create_symlink(victim, lock);
+  EXPECT_THROW(ProcessLock("m", {folder.path}), std::runtime_error);
+  std::filesystem::remove(lock);
+  std::filesystem::create_hard_link(victim, lock);
+  EXPECT_THROW(ProcessLock("m", {folder.path}), std::runtime_error);
+  std::filesystem::remove(lock);
+  ASSERT_EQ(mkfifo(lock.c_str(), 0600), 0);
+  EXPECT_THROW(ProcessLock("m", {folder.path}), std::runtime_error);
+  EXPECT_EQ(text_of(victim), "precious");
+}
+
+TEST(ProcessLock, TakesOnlyAFolderThatNobodyElseCanWrite) {
+  const Folder folder;
+  const std::string open = folder.path + "/open", link = folder.path + "/link", own = folder.path + "/own";
+  std::filesystem::create_directory(open);
+  std::filesystem::permissions(open, std::filesystem::perms::all);
+  std::filesystem::create_directory_symlink(open, link);
+  EXPECT_EQ(private_folder({"/nonexistent/x/y", open, link, own}), own);
+  EXPECT_THROW(private_folder({open, link}), std::runtime_error);
+  const ProcessLock lock("m", {open, own});
+  struct stat info {};
+  ASSERT_EQ(stat((own + "/trunnion-m.lock").c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777u, 0640u & ~current_umask());
+  EXPECT_THROW(ProcessLock("m", {own}), std::runtime_error) << "held";
+}
+
+TEST(ProcessLock, TrustsRootAndItself) {
+  EXPECT_TRUE(is_trusted_user(0));
+  EXPECT_TRUE(is_trusted_user(geteuid()));
+  EXPECT_FALSE(is_trusted_user(65534));
+}
+
+TEST(SessionLog, IsNeverWrittenOver) {
+  const Folder folder;
+  const std::string path = folder.path + "/log";
+  EXPECT_EQ(make_log_file(path), path);
+  std::ofstream(path) << "a session";
+  EXPECT_EQ(make_log_file(path), path + ".1");
+  EXPECT_EQ(make_log_file(path), path + ".2");
+  EXPECT_EQ(text_of(path), "a session");
+  EXPECT_THROW(make_log_file(folder.path + "/none/log"), std::runtime_error);
+}
+
+TEST(SessionLog, KeepsWhatTheSessionBeganWith) {
+  const Folder folder;
+  const std::string path = make_log_file(folder.path + "/log");
+  { const SessionLog log(path, {"m.toml", "t.tbl", "v.var", false, "T1 P1 Z+50\n", "5221\t5\n"}); }
+  const SessionHead head = read_session(path).head;
+  EXPECT_EQ(head.vars_text, "5221\t5\n");
+  EXPECT_EQ(head.tools_text, "T1 P1 Z+50\n");
 }
 
 // The percentile is the upper edge of a quarter-octave bucket: never below the truth, at most a quarter above
