@@ -6,6 +6,13 @@
 
 namespace trn {
 
+namespace {
+
+// The last digit of most programs: three decimals of a millimetre, four of an inch.
+constexpr double kRounding_mm = 1e-3, kRounding_inch = 1e-4;
+
+}  // namespace
+
 // G41 G42 (radius from the tool table), G41.1 G42.1 (diameter by D), G40.
 void Executor::cutter_comp(const Block& b) {
   const int code = b.code(GGroup::kCutterComp);
@@ -42,11 +49,12 @@ void Executor::cutter_comp(const Block& b) {
   if (diameter < 0) left = !left;
   note(left ? "interpreter: cutter radius compensation on left"
             : "interpreter: cutter radius compensation on right");
-  comp_.start(left, std::fabs(diameter) / 2, s_.modal.plane, s_.position, std::clamp(orientation, 0, 9));
+  comp_.start(left, std::fabs(diameter) / 2, s_.modal.plane, s_.position,
+              s_.modal.inch ? kRounding_inch : kRounding_mm, std::clamp(orientation, 0, 9));
 }
 
-void Executor::comp_move(const Block&, const CanonCommand& command) {
-  comp_.move(command, line_, parts_.sink);
+void Executor::comp_move(const Block& b, const CanonCommand& command) {
+  comp_.move(command, {line_, b.motion_column(), file_}, parts_.sink);
 }
 
 void Executor::flush_comp() {
@@ -57,5 +65,21 @@ void Executor::flush_comp() {
 }
 
 void Executor::finish() { flush_comp(); }
+
+// The radius is still that of the compensation that has found them.
+std::vector<GcodeReport> Executor::take_gouges() {
+  std::vector<GcodeReport> reports;
+  for (const GougeCheck::Gouge& gouge : comp_.take_gouges()) {
+    const std::string_view sentence =
+        gouge.entry
+            ? "the tool of radius {:.4f} gouges on its way in: the entry move of line {} cuts the contour "
+              "of line {}; begin on the tool's side of it"
+            : gcode_error_info(GcodeErrorCode::kCompGouge).sentence;
+    reports.push_back(
+        {gouge.place, fmt::format(fmt::runtime(sentence), comp_.radius(), gouge.place.line, gouge.other.line),
+         !gouge.entry});
+  }
+  return reports;
+}
 
 }  // namespace trn

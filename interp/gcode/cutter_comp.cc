@@ -19,6 +19,7 @@ constexpr double kTiny = 1e-9;
 const Point kControlledPoint[] = {{0, 0}, {1, -1}, {-1, -1}, {-1, 1}, {1, 1},
                                   {1, 0}, {0, -1}, {-1, 0},  {0, 1},  {0, 0}};
 constexpr double kReversal_rad = 1e-6;
+constexpr double kSweepMore_rad = 1;    // a corner that counts as none may lengthen an arc, by less than this
 constexpr double kStraight_rad = 0.05;  // corners flatter than this are no corners (the dialect's own bound)
 
 double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
@@ -86,7 +87,8 @@ const AxisValues& target_of(const CanonCommand& command) {
 
 }  // namespace
 
-void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& from, int orientation) {
+void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& from, double rounding,
+                       int orientation) {
   active_ = true;
   left_ = left;
   radius_ = radius;
@@ -96,9 +98,9 @@ void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& 
   second_ = plane == Plane::kXZ ? kX : kY;
   normal_ = plane == Plane::kXZ ? kY : kZ;
   programmed_ = tool_ = from;
-  entered_ = false;
+  entered_ = given_up_ = false;
   waiting_.clear();
-  check_.begin(radius);
+  check_.begin(radius, left, rounding);
   contour_ends_ = false;
 }
 
@@ -119,10 +121,10 @@ CutterComp::Point CutterComp::tangent(const Element& e, bool at_end) const {
   return e.turn * turned_left(spoke);
 }
 
-CutterComp::Element CutterComp::make_element(const CanonCommand& command, std::uint32_t line) const {
+CutterComp::Element CutterComp::make_element(const CanonCommand& command, const BlockPlace& at) const {
   Element e;
   e.command = command;
-  e.line = line;
+  e.place = at;
   e.from = plane_point(programmed_);
   e.to = plane_point(target_of(command));
   e.from_height = programmed_[normal_];
@@ -171,7 +173,7 @@ CutterComp::Point CutterComp::meet(const Element& before, const Element& after, 
   } else {
     found = circle_circle(before.centre, before.radius, after.centre, after.radius, near, out);
   }
-  if (!found) gouge(after, before.line);
+  if (!found) gouge(after, before.place.line);
   return out;
 }
 
@@ -184,6 +186,8 @@ void CutterComp::corner(Element& before, Element& after) const {
   const double towards_tool = left_ ? bend : -bend;
   if (std::fabs(turn) < kStraight_rad) {
     after.a = before.b;
+    before.bend_rad = std::max(before.bend_rad, std::fabs(turn));
+    after.bend_rad = std::fabs(turn);
   } else if (towards_tool <= 0) {
     before.rounded = true;
     before.round_to = after.a;
@@ -198,36 +202,38 @@ double CutterComp::curvature(const Element& e) {
 }
 
 void CutterComp::gouge(const Element& e, std::uint32_t other_line) const {
-  fail(GcodeErrorCode::kCompGouge, 1, radius_, e.line, other_line);
+  fail(GcodeErrorCode::kCompGouge, 1, radius_, e.place.line, other_line);
 }
 
-// An element whose ends have passed each other: its neighbours' corners leave no room for the tool.
-void CutterComp::check_direction(const Element& e, std::uint32_t other_line) const {
-  if (e.shape == Shape::kLine) {
-    if ((e.b - e.a).dot(e.to - e.from) < -kTiny) gouge(e, other_line);
-  } else if (!e.entry) {
-    const double programmed = sweep_of(e.centre, e.from, e.to, e.turn);
-    const double left = sweep_of(e.centre, e.a, e.b, e.turn);
-    if (left > programmed + 1e-6 && left > 2 * kPi - programmed) gouge(e, other_line);
-  }
+// An arc whose ends have passed each other would go the long way round.
+void CutterComp::check_arc(const Element& e, std::uint32_t other_line) const {
+  if (e.shape != Shape::kArc || e.entry) return;
+  const double programmed = sweep_of(e.centre, e.from, e.to, e.turn);
+  const double left = sweep_of(e.centre, e.a, e.b, e.turn);
+  if (left > programmed + kSweepMore_rad) gouge(e, other_line);
 }
 
-// The tool along `e`, its end and corner known, against the whole contour so far.
-void CutterComp::check_contour(const Element& e) {
+// The tool along `e`, its end and corner known. A rapid is no contour.
+void CutterComp::judge(const Element& e) {
+  if (!judges_) return;
   const bool rapid = std::holds_alternative<canon::StraightTraverse>(e.command);
-  if (!e.entry && !rapid && radius_ > 0) {
-    GougeCheck::Move move;
-    const int turn = e.shape == Shape::kArc ? e.turn : 0;
-    move.contour = {e.from, e.to, e.centre, turn};
-    move.path = {e.a, e.b, e.centre, turn};
-    if (e.rounded) move.corner = PlaneCurve{e.b, e.round_to, e.to, left_ ? -1 : 1};
-    move.low = std::min(e.from_height, e.to_height);
-    move.high = std::max(e.from_height, e.to_height);
-    move.line = e.line;
-    const std::uint32_t other = check_.add(move);
-    if (other != 0) gouge(e, other);
-  }
-  if (contour_ends_ || rapid) check_.begin(radius_);
+  const double gap =
+      e.shape == Shape::kArc ? std::fabs((e.from - e.centre).norm() - (e.to - e.centre).norm()) : 0;
+  const int turn = e.shape == Shape::kArc ? e.turn : 0;
+  GougeCheck::Move move;
+  move.contour = {e.from, e.to, e.centre, turn};
+  move.path = {e.a, e.b, e.centre, turn};
+  if (e.rounded) move.corner = PlaneCurve{e.b, e.round_to, e.to, left_ ? -1 : 1};
+  move.from_height = e.from_height;
+  move.to_height = e.to_height;
+  move.path_slack = radius_ * e.bend_rad * e.bend_rad + 2 * gap;
+  move.wall_slack = 2 * gap;
+  move.place = e.place;
+  if (e.entry && !rapid)
+    check_.enter(move);
+  else if (!e.entry && !rapid)
+    check_.add(move);
+  if (contour_ends_ || rapid) check_.end();
   contour_ends_ = false;
 }
 
@@ -238,13 +244,13 @@ void CutterComp::entry_too_short(double length) const {
        "a straight move longer than the tool's radius");
 }
 
-void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink& sink) {
-  if (radius_ == 0) {  // the path is the programmed one: nothing to wait for
+void CutterComp::move(const CanonCommand& command, const BlockPlace& at, CanonSink& sink) {
+  if (radius_ == 0 || given_up_) {  // the path is the programmed one: nothing to wait for
     programmed_ = tool_ = target_of(command);
     entered_ = true;
-    return sink.put(command, line);
+    return sink.put(command, at.line);
   }
-  Element e = make_element(command, line);
+  Element e = make_element(command, at);
   if (e.shape == Shape::kVertical && !entered_) entry_too_short(0);
   if (e.shape == Shape::kVertical) {
     programmed_ = target_of(command);
@@ -265,15 +271,15 @@ void CutterComp::move(const CanonCommand& command, std::uint32_t line, CanonSink
   if (!waiting_.empty()) {
     Element& before = waiting_.front();
     corner(before, e);
-    check_direction(before, line);
-    check_contour(before);
+    check_arc(before, at.line);
     const bool straight = before.rounded && std::holds_alternative<canon::StraightTraverse>(command);
     const Point round_to = before.round_to;
     if (straight) before.rounded = false;
+    judge(before);
     release(sink);
     if (straight) {  // a rapid does not follow the corner
       tool_ = place(round_to, tool_);
-      sink.put(canon::StraightTraverse{tool_}, line);
+      sink.put(canon::StraightTraverse{tool_}, at.line);
     }
   }
   programmed_ = target_of(command);
@@ -284,7 +290,7 @@ void CutterComp::pass(const CanonCommand& command, std::uint32_t line, CanonSink
   if (waiting_.empty()) return sink.put(command, line);
   Element e;
   e.command = command;
-  e.line = line;
+  e.place.line = line;
   // The text must outlive the call.
   if (const auto* comment = std::get_if<canon::Comment>(&command)) e.text = std::string(comment->text);
   waiting_.push_back(std::move(e));
@@ -294,7 +300,7 @@ void CutterComp::release(CanonSink& sink) {
   if (waiting_.empty()) return;
   const bool rounded = waiting_.front().rounded;
   const Point about = waiting_.front().to, round_to = waiting_.front().round_to;
-  const std::uint32_t line = waiting_.front().line;
+  const std::uint32_t line = waiting_.front().place.line;
   for (; !waiting_.empty(); waiting_.pop_front()) emit(waiting_.front(), sink);
   if (!rounded) return;  // what stood between the two moves happens before the corner
   tool_ = place(round_to, tool_);
@@ -306,7 +312,7 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
   CanonCommand command = e.command;
   if (e.shape == Shape::kOther) {
     if (auto* comment = std::get_if<canon::Comment>(&command)) comment->text = e.text;
-    return sink.put(command, e.line);
+    return sink.put(command, e.place.line);
   }
   AxisValues& to = target_of(command);
   to = place(e.shape == Shape::kVertical ? Point(plane_point(tool_) - shift_) : e.b, to);
@@ -315,19 +321,24 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
     arc->centre2 += shift_.y();
   }
   tool_ = to;
-  sink.put(command, e.line);
+  sink.put(command, e.place.line);
 }
 
 AxisValues CutterComp::finish(CanonSink& sink) {
   if (!waiting_.empty() && is_motion(waiting_.front().command) &&
       waiting_.front().shape != Shape::kVertical) {
-    check_direction(waiting_.front(), waiting_.front().line);
-    check_contour(waiting_.front());
+    check_arc(waiting_.front(), waiting_.front().place.line);
+    judge(waiting_.front());
+    check_.end();
   }
   release(sink);
   active_ = false;
-  check_.begin(0);
   return entered_ ? tool_ : programmed_;
+}
+
+void CutterComp::give_up() {
+  given_up_ = true;
+  waiting_.clear();
 }
 
 }  // namespace trn

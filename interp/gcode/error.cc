@@ -72,7 +72,7 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"comp_state", "{} is not possible while cutter compensation is on", "G40 first"},
     {"comp_gouge",
      "the tool of radius {:.4f} would gouge: the move of line {} does not fit beside that of line {}",
-     "a smaller tool or a wider corner"},
+     "a smaller tool or a wider corner; or [program] gouge_check"},
     {"comp_corner", "cutter compensation: {}: {}", ""},
 
     {"no_rtcp", "{}: this machine has no tool-centre-point control", "a machine with rotary axes"},

@@ -90,6 +90,20 @@ struct GcodeErrorInfo {
 };
 const GcodeErrorInfo& gcode_error_info(GcodeErrorCode code);
 
+/// Where a block stands: 1-based, `file` as the interpreter counts the program and its sub-programs' files.
+struct BlockPlace {
+  std::uint32_t line = 0, column = 0;
+  int file = 0;
+};
+
+/// Something found about an earlier block, in a sentence; `is_error`: as bad as the config has it, else a
+/// warning.
+struct GcodeReport {
+  BlockPlace place;
+  std::string sentence;
+  bool is_error = true;
+};
+
 /// An error inside one block, before the interpreter knows file and line; column is 1-based, 0 unknown.
 struct BlockError : std::runtime_error {
   BlockError(GcodeErrorCode code_in, std::uint32_t column_in, const std::string& sentence)

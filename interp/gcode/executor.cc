@@ -172,6 +172,7 @@ void check_words(const Block& b, int motion) {
 Executor::Executor(const ExecutorParts& parts)
     : parts_(parts),
       axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
+      comp_(parts.config.gouge_check != GougeCheckMode::kOff),
       warned_words_(parts.config.words.size(), false) {}
 
 void Executor::put(const CanonCommand& command) {
@@ -283,6 +284,17 @@ bool Executor::execute(const Block& b) {
   if (b.any_g) g_codes(b);
   if (motion >= 0) motion_code(b, motion);
   return b.any_m && b.code(MGroup::kStop) >= 0 && stop(b);
+}
+
+void Executor::pass_over(const Block& b) {
+  comp_.give_up();
+  const int motion = motion_of(b);
+  if (motion != 0 && motion != 10 && motion != 20 && motion != 30) return;
+  s_.motion = motion;
+  try {
+    s_.position = target(b);
+  } catch (const BlockError&) {  // there is no saying where it would have gone
+  }
 }
 
 void Executor::check_g53(const Block& b) const {

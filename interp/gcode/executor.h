@@ -56,6 +56,11 @@ class Executor : public StateValues {
   int questions() const { return static_cast<int>(questions_.size()); }
   /// Answers the first of them.
   void answer(const MachineAnswer& answer);
+  /// After a BlockError of `execute`: later blocks are read as if this one had been carried out, so that they
+  /// tell errors of their own only.
+  void pass_over(const Block& block);
+  /// The gouges of the cutter compensation that the blocks so far have told, once.
+  std::vector<GcodeReport> take_gouges();
   /// The implicit end at a closing % or at the end of the file.
   void end_program();
 
@@ -63,7 +68,10 @@ class Executor : public StateValues {
   double position(int axis) const override;
 
   /// The line whose expressions are about to be computed.
-  void at_line(std::uint32_t line) { line_ = line; }
+  void at_line(std::uint32_t line, int file) {
+    line_ = line;
+    file_ = file;
+  }
 
   const Settings& settings() const { return s_; }
   /// Results of the last sub-program call, and depth, for #<_value> and its kind.
@@ -250,6 +258,7 @@ class Executor : public StateValues {
   unsigned axis_mask_;
   Settings s_;
   std::uint32_t line_ = 0;
+  int file_ = 0;  ///< as in BlockPlace
   struct Kept {
     Settings state;
     bool valid = false, restore_on_return = false, compensated = false;

@@ -50,7 +50,10 @@ class Flow {
   void check_closed();
   /// After an error: text of the line that was last fetched (empty if it cannot be read again).
   std::string current_text();
-  const std::string& file_name() const { return files_[static_cast<std::size_t>(current_.file)]->name; }
+  /// The file of the line that was last fetched, and the name of any that was.
+  int file_number() const { return current_.file; }
+  const std::string& file_name(int file) const { return files_[static_cast<std::size_t>(file)]->name; }
+  const std::string& file_name() const { return file_name(current_.file); }
   /// "called from file:line", innermost first.
   std::vector<std::string> stack() const;
   /// After an error inside a sub-program or loop: goes on behind the outermost call or loop. False if there

@@ -1,110 +1,287 @@
 #include "interp/gcode/gouge_check.h"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace trn {
 
 namespace {
 
-constexpr double kTouch = 2e-3;   // of the radius: nearer by this much is a gouge; flat corners come near it
-constexpr double kClosed = 1e-6;  // a contour that comes back so near to one of its points is closed
-constexpr double kSameHeight = 1e-9;
+using Point = PlaneCurve::Point;
 
-PlaneBox box_of(const GougeCheck::Move& move) {
-  PlaneBox box = box_of(move.contour);
-  box.extend(box_of(move.path));
-  if (move.corner) box.extend(box_of(*move.corner));
-  return box;
+constexpr double kMargin = 1e-4;  // of the radius: nearer to a wall by so little is no gouge
+constexpr double kTouch = 1e-6;   // points so near to each other are one point
+constexpr double kSliver = 1e-3;  // of the radius: a loop thinner than this is rounding, not a part
+constexpr double kSameHeight = 1e-6;
+constexpr double kTangent_rad = 0.05;  // as flat as a corner that is none
+constexpr double kSameLap = 0.1;       // laps differ by less, of what they enclose
+constexpr double kReach = 2;  // radii: an end that stops so short of the contour ahead of it closes it
+
+PlaneBox around(const PlaneCurve& curve) {
+  const PlaneBox box = box_of(curve);
+  const auto touch = PlaneBox::VectorType::Constant(kTouch);
+  return {box.min() - touch, box.max() + touch};
+}
+
+double mix(double from, double to, double fraction) { return from + fraction * (to - from); }
+
+double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
+
+// The part of the path on which the tool is no higher than `height`; false if there is none.
+bool lower_part(const PlaneCurve& path, double from, double to, double height, PlaneCurve& part) {
+  part = path;
+  height += kSameHeight;
+  if (from <= height && to <= height) return true;
+  if (from > height && to > height) return false;
+  const double crossing = (height - from) / (to - from);
+  part = from <= height ? piece_of(path, 0, crossing) : piece_of(path, crossing, 1);
+  return true;
 }
 
 }  // namespace
 
-void GougeCheck::begin(double radius) {
+void GougeCheck::Contour::clear() {
+  moves.clear();
+  area.clear();
+  length.clear();
+  tree.clear();
+}
+
+void GougeCheck::Contour::keep(const Move& move) {
+  const bool began = !moves.empty();
+  area.push_back(began ? area.back() + swept_area(moves.back().contour) : 0);
+  length.push_back(began ? length.back() + length_of(moves.back().contour) : 0);
+  moves.push_back(move);
+  tree.add(around(move.contour));
+  first = 0;
+  last = moves.size() - 1;
+}
+
+void GougeCheck::begin(double radius, bool left, double rounding) {
   radius_ = radius;
-  moves_.clear();
-  levels_.clear();
+  least_ = std::max(0.0, radius * (1 - kMargin) - rounding);
+  left_ = left;
+  told_ = false;
+  entry_.reset();
+  contour_.clear();
+  loop_.clear();
+  tail_.reset();
+  gouges_.clear();
 }
 
-// The tool beside one against the contour of the other, where both are at one height.
-bool GougeCheck::gouges(const Move& one, const Move& two, double least) {
-  if (one.low > two.high + kSameHeight || two.low > one.high + kSameHeight) return false;
-  const auto too_near = [&](const Move& tool, const Move& wall) {
-    return distance(tool.path, wall.contour) < least ||
-           (tool.corner && distance(*tool.corner, wall.contour) < least);
+void GougeCheck::enter(const Move& move) { entry_ = move; }
+
+std::vector<GougeCheck::Gouge> GougeCheck::take() { return std::exchange(gouges_, {}); }
+
+// The tool counts where it is as deep as the wall, whose deepest point is its depth.
+bool GougeCheck::too_near(const Sweep& sweep, const Move& wall) const {
+  const double least = least_ - sweep.slack - wall.wall_slack;
+  PlaneCurve part;
+  return lower_part(sweep.path, sweep.from_height, sweep.to_height,
+                    std::min(wall.from_height, wall.to_height), part) &&
+         distance(part, wall.contour) < least;
+}
+
+std::optional<std::size_t> GougeCheck::wall_near(const Sweep& sweep, const Contour& walls) const {
+  std::optional<std::size_t> wall;
+  walls.tree.near(box_of(sweep.path), least_, [&](std::size_t i) {
+    if (i < walls.first || i > walls.last || !too_near(sweep, walls.moves[i])) return false;
+    wall = i;
+    return true;
+  });
+  return wall;
+}
+
+// The wall that the tool cuts into between two fractions of a move, its corner behind the whole of it.
+std::optional<std::size_t> GougeCheck::wall_near(const Move& move, double first, double last,
+                                                 const Contour& walls) const {
+  if (last > first) {
+    const Sweep sweep{piece_of(move.path, first, last), mix(move.from_height, move.to_height, first),
+                      mix(move.from_height, move.to_height, last), move.path_slack};
+    if (const auto wall = wall_near(sweep, walls)) return wall;
+  }
+  if (!move.corner || last < 1) return {};
+  return wall_near(Sweep{*move.corner, move.to_height, move.to_height, 0}, walls);
+}
+
+// What the contour between two of its places encloses, closed by the straight line between them, positive
+// counterclockwise; 0 for a sliver.
+double GougeCheck::enclosed(const Station& from, const Station& to) const {
+  const PlaneCurve& one = contour_.moves[from.move].contour;
+  const PlaneCurve& two = contour_.moves[to.move].contour;
+  const Point start = point_at(one, from.fraction), end = point_at(two, to.fraction);
+  double area = cross(end, start) / 2, length = (end - start).norm();
+  const auto more = [&](const PlaneCurve& piece) {
+    area += swept_area(piece);
+    length += length_of(piece);
   };
-  return too_near(one, two) || too_near(two, one);
-}
-
-template <typename Visit>
-void GougeCheck::near(const PlaneBox& box, std::size_t level, std::size_t first, std::size_t last,
-                      const Visit& visit) const {
-  for (std::size_t i = first; i < last; ++i) {
-    if (!levels_[level][i].intersects(box)) continue;
-    if (level == 0)
-      visit(i);
-    else
-      near(box, level - 1, i * kFan, std::min((i + 1) * kFan, levels_[level - 1].size()), visit);
+  if (from.move == to.move) {
+    more(piece_of(one, from.fraction, to.fraction));
+  } else {
+    more(piece_of(one, from.fraction, 1));
+    more(piece_of(two, 0, to.fraction));
+    area += contour_.area[to.move] - contour_.area[from.move + 1];
+    length += contour_.length[to.move] - contour_.length[from.move + 1];
   }
+  return std::abs(area) > kSliver * radius_ * length ? area : 0;
 }
 
-void GougeCheck::keep(const Move& move) {
-  if (moves_.size() == kMovesMax) begin(radius_);
-  std::size_t index = moves_.size();
-  moves_.push_back(move);
-  const PlaneBox box = box_of(move);
-  for (Level& level : levels_) {
-    if (index < level.size())
-      level[index].extend(box);
-    else
-      level.push_back(box);
-    index /= kFan;
-  }
-  if (levels_.empty()) levels_.push_back({box});
-  while (levels_.back().size() > kFan) add_level();
+// A contour closes between these places. Behind a closed one, what comes back to where that has closed is its
+// next lap; or it is a way out and in again, which is no part.
+bool GougeCheck::closes(const Station& from, const Station& to) const {
+  const double area = enclosed(from, to);
+  if (area == 0 || loop_.moves.empty()) return area != 0;
+  const double way =
+      contour_.length[from.move] + from.fraction * length_of(contour_.moves[from.move].contour);
+  return way > radius_ || std::abs(area - loop_area_) < kSameLap * std::abs(loop_area_);
 }
 
-void GougeCheck::add_level() {
-  Level above;
-  for (std::size_t i = 0; i < levels_.back().size(); ++i) {
-    if (i % kFan == 0) above.emplace_back();
-    above.back().extend(levels_.back()[i]);
-  }
-  levels_.push_back(std::move(above));
+// The contour's place that a way comes to first, of those that `closes_at` takes.
+template <typename Closes>
+std::optional<GougeCheck::Station> GougeCheck::ahead(const PlaneCurve& way, const Closes& closes_at) const {
+  std::optional<Station> found;
+  double least = 2;
+  const double same = kTouch / std::max(length_of(way), kTouch);
+  contour_.tree.near(box_of(way), 0, [&](std::size_t i) {
+    const Meetings meets = meetings(contour_.moves[i].contour, way, kTouch);
+    for (std::size_t k = 0; k < meets.count; ++k) {
+      const Station station{i, meets.at[k].one};
+      if (meets.at[k].two > least + same || !closes_at(station, meets.at[k].two)) continue;
+      least = std::min(least, meets.at[k].two);
+      found = station;
+    }
+    return false;
+  });
+  return found;
 }
 
-bool GougeCheck::closes(const Move& move) const {
-  return (move.contour.from - move.contour.to).norm() <= kClosed;
-}
-
-std::uint32_t GougeCheck::add(const Move& given) {
-  Move move = given;
-  bool closed = closes(move);
-  std::size_t first = closed ? moves_.size() : 0;  // of the contour
-  const auto nearly = PlaneBox::VectorType::Constant(kClosed);
-  if (!levels_.empty())
-    near(PlaneBox(move.contour.to - nearly, move.contour.to + nearly), levels_.size() - 1, 0,
-         levels_.back().size(), [&](std::size_t i) {
-           if ((moves_[i].contour.from - move.contour.to).norm() > kClosed) return;
-           closed = true;
-           first = std::max(first, i);
-         });
-  // The way into a closed contour and the way out of it, the last corner included, are not part of it.
-  if (closed) move.corner.reset();
-  PlaneBox box = box_of(move);
-  const auto reach = PlaneBox::VectorType::Constant(radius_);
-  box = PlaneBox(box.min() - reach, box.max() + reach);
-  std::uint32_t other = 0;
-  const std::size_t neighbour = moves_.size() - 1;  // was joined at the corner
-  if (!levels_.empty())
-    near(box, levels_.size() - 1, 0, levels_.back().size(), [&](std::size_t i) {
-      if (other == 0 && i != neighbour && i >= first && gouges(move, moves_[i], radius_ * (1 - kTouch)))
-        other = moves_[i].line;
-    });
-  if (closed)
-    begin(radius_);
+void GougeCheck::add(const Move& move) {
+  if (told_) return;
+  if (contour_.moves.size() == kMovesMax) end();
+  contour_.keep(move);
+  const std::size_t last = contour_.last;
+  double fraction = 1;
+  std::optional<Station> start = ahead(move.contour, [&](const Station& station, double at) {
+    if (station.move == last || !closes(station, {last, at})) return false;
+    fraction = at;
+    return true;
+  });
+  const bool full_turn = (move.contour.from - move.contour.to).norm() <= kTouch;
+  if (!start && full_turn && enclosed({last, 0}, {last, 1}) != 0) start = Station{last, 0};
+  if (start)
+    close(*start, fraction);
   else
-    keep(move);
-  return other;
+    follow(move, 0);
+}
+
+// What comes behind a closed contour. If that closes too, it may cut into the one before.
+void GougeCheck::follow(const Move& move, double first) {
+  if (loop_.moves.empty() || tail_) return;
+  if (const auto wall = wall_near(move, first, 1, loop_))
+    tail_ = Gouge{move.place, loop_.moves[*wall].place, false};
+}
+
+void GougeCheck::close(const Station& start, double fraction) {
+  loop_area_ = enclosed(start, {contour_.last, fraction});
+  const Move closing = contour_.moves.back();
+  const double at = fraction_of(closing.path, point_at(closing.contour, fraction));
+  PlaneCurve& first_wall = contour_.moves[start.move].contour;
+  PlaneCurve& last_wall = contour_.moves.back().contour;
+  contour_.first = start.move;
+  last_wall = piece_of(last_wall, 0, fraction);
+  first_wall = piece_of(first_wall, start.move == contour_.last ? 0 : start.fraction, 1);
+  contour_.moves.back().path = piece_of(closing.path, 0, at);
+  contour_.moves.back().corner.reset();
+  judge_entry();
+  judge();
+  loop_ = std::move(contour_);
+  contour_ = Contour();
+  tail_.reset();
+  Move rest = closing;
+  rest.contour = piece_of(closing.contour, fraction, 1);
+  rest.path = piece_of(closing.path, at, 1);
+  rest.from_height = mix(closing.from_height, closing.to_height, fraction);
+  const bool goes_on = length_of(rest.contour) > kTouch;
+  if (goes_on) contour_.keep(rest);
+  follow(rest, goes_on ? 0 : 1);
+}
+
+// An arc bent round the tool that touches its neighbour.
+bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
+  const PlaneCurve& arc = contour_.moves[move].contour;
+  if ((arc.turn > 0) != left_ || arc.turn == 0) return false;
+  const bool before = move < neighbour;
+  const Point one = direction_of(arc, before);
+  const Point two = direction_of(contour_.moves[neighbour].contour, !before);
+  return one.dot(two) > std::cos(kTangent_rad);
+}
+
+void GougeCheck::skip_leads() {
+  if (contour_.last > contour_.first && leads(contour_.first, contour_.first + 1)) ++contour_.first;
+  if (contour_.last > contour_.first && leads(contour_.last, contour_.last - 1)) --contour_.last;
+}
+
+// The tool along the whole contour, and on the way to it, against the moves of it that are wall.
+void GougeCheck::judge() {
+  const std::size_t count = contour_.moves.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    const auto wall = wall_near(contour_.moves[i], 0, 1, contour_);
+    if (!wall) continue;
+    const auto [earlier, later] = std::minmax(i, *wall);
+    gouges_.push_back({contour_.moves[later].place, contour_.moves[earlier].place, false});
+    told_ = true;
+    return;
+  }
+}
+
+void GougeCheck::judge_entry() {
+  if (!entry_) return;
+  if (const auto wall = wall_near(*entry_, 0, 1, contour_))
+    gouges_.push_back({entry_->place, contour_.moves[*wall].place, true});
+  entry_.reset();
+}
+
+// An end that stops a little short of the contour ahead of it closes it, and so does a beginning a little
+// behind it; no way out or in that is known for one.
+bool GougeCheck::nearly_closes() {
+  const PlaneCurve first = contour_.moves.front().contour, last = contour_.moves.back().contour;
+  const Station begin{0, 0}, end{contour_.moves.size() - 1, 1};
+  const double reach = kReach * radius_ + kTouch;
+  std::optional<Station> met;
+  if (contour_.last == end.move) {
+    const PlaneCurve way{last.to, last.to + reach * direction_of(last, true), Point::Zero(), 0};
+    met = ahead(way, [&](const Station& station, double) { return enclosed(station, end) != 0; });
+    if (met) {
+      PlaneCurve& wall = contour_.moves[met->move].contour;
+      wall = piece_of(wall, met->fraction, 1);
+      contour_.first = met->move;
+      return true;
+    }
+  }
+  if (contour_.first != 0) return false;
+  const PlaneCurve way{first.from, first.from - reach * direction_of(first, false), Point::Zero(), 0};
+  met = ahead(way, [&](const Station& station, double) { return enclosed(begin, station) != 0; });
+  if (!met) return false;
+  PlaneCurve& wall = contour_.moves[met->move].contour;
+  wall = piece_of(wall, 0, met->fraction);
+  contour_.last = met->move;
+  return true;
+}
+
+void GougeCheck::end() {
+  if (!told_ && tail_) {
+    gouges_.push_back(*tail_);
+    told_ = true;
+  } else if (!told_ && loop_.moves.empty() && !contour_.moves.empty()) {
+    skip_leads();
+    if (nearly_closes()) judge_entry();
+    judge();
+  }
+  entry_.reset();
+  contour_ = Contour();
+  loop_ = Contour();
+  tail_.reset();
 }
 
 }  // namespace trn

@@ -4,47 +4,97 @@
 #include <optional>
 #include <vector>
 
+#include "interp/gcode/box_tree.h"
+#include "interp/gcode/error.h"
 #include "interp/gcode/plane_curve.h"
 
 namespace trn {
 
-/// Watches a compensated contour: wherever the tool goes along it, no move's contour may come closer to the
-/// tool's centre than its radius. Knows every move since the contour began, whatever their number: a tree of
-/// boxes finds the few that are near. A contour ends where it closes, where the tool leaves it (a rapid, a
-/// move along the tool) or where compensation ends: one that follows may cut what an earlier one has left.
+/// Judges the path of a compensated tool against the finished contour: no wall may come closer to the tool's
+/// centre than its radius while the tool is as deep as the wall.
+///
+/// Where the contour meets itself it has closed, and what lies between the two passes is the wall of the
+/// part. The way in before that and the way out behind it are no walls, but the tool may not cut the part
+/// there either. What follows a closed contour (a second lap, an overlap, another contour) is judged on its
+/// own: it may cut what the earlier one has left. A contour that does not close is wall from end to end, but
+/// for an arc bent round the tool that leads tangentially on to it or off it. A contour ends with a rapid,
+/// with a move along the tool and with the compensation.
+///
+/// It is judged when it has closed or ended, for only then it is known what is wall.
 class GougeCheck {
  public:
   /// One move: the contour and the tool's centre beside it, with the arc about the corner behind it.
   struct Move {
     PlaneCurve contour, path;
     std::optional<PlaneCurve> corner;
-    double low = 0, high = 0;  ///< along the plane's normal
-    std::uint32_t line = 0;
+    double from_height = 0, to_height = 0;  ///< along the plane's normal
+    double path_slack = 0, wall_slack = 0;  ///< how far off the path and the contour may be
+    BlockPlace place;
+  };
+  /// The later and the earlier of the tool's move and the wall's; `entry`: the tool's is the entry move.
+  struct Gouge {
+    BlockPlace place, other;
+    bool entry = false;
   };
 
-  /// A contour begins; `radius` of the tool.
-  void begin(double radius);
-  /// The next move of it. The line of the move that it gouges, or that gouges it; 0: none.
-  std::uint32_t add(const Move& move);
+  /// A contour begins, with the tool of this radius on its left or right. `rounding`: of the program's
+  /// numbers; nearer to a wall by no more than this is no gouge.
+  void begin(double radius, bool left, double rounding);
+  /// The move on which the compensation begins: no wall.
+  void enter(const Move& move);
+  /// The next move of the contour.
+  void add(const Move& move);
+  /// The contour ends.
+  void end();
+  /// What has been found since `begin`, once.
+  std::vector<Gouge> take();
 
-  static constexpr std::size_t kMovesMax = 250'000;  ///< bounds the memory: a contour begins anew
+  static constexpr std::size_t kMovesMax = 200'000;  ///< bounds the memory: a longer contour ends there
 
  private:
-  /// Boxes of kFan things each of the level below; the lowest level has those of the moves.
-  using Level = std::vector<PlaneBox>;
-  static constexpr std::size_t kFan = 16;
+  struct Contour {
+    std::vector<Move> moves;
+    std::vector<double> area, length;  ///< swept by all moves before, and theirs
+    BoxTree tree;
+    std::size_t first = 0, last = 0;  ///< of the moves that are wall
+    void clear();
+    void keep(const Move& move);
+  };
+  /// A place on the contour.
+  struct Station {
+    std::size_t move;
+    double fraction;
+  };
+  /// What the tool's centre goes along.
+  struct Sweep {
+    PlaneCurve path;
+    double from_height, to_height, slack;
+  };
 
-  static bool gouges(const Move& one, const Move& two, double least);
-  template <typename Visit>
-  void near(const PlaneBox& box, std::size_t level, std::size_t first, std::size_t last,
-            const Visit& visit) const;
-  void keep(const Move& move);
-  void add_level();
-  bool closes(const Move& move) const;
+  bool too_near(const Sweep& sweep, const Move& wall) const;
+  std::optional<std::size_t> wall_near(const Sweep& sweep, const Contour& walls) const;
+  std::optional<std::size_t> wall_near(const Move& move, double first, double last,
+                                       const Contour& walls) const;
+  double enclosed(const Station& from, const Station& to) const;
+  bool closes(const Station& from, const Station& to) const;
+  template <typename Closes>
+  std::optional<Station> ahead(const PlaneCurve& way, const Closes& closes_at) const;
+  void close(const Station& start, double fraction);
+  void follow(const Move& move, double first);
+  bool nearly_closes();
+  void judge();
+  void judge_entry();
+  void skip_leads();
+  bool leads(std::size_t move, std::size_t neighbour) const;
 
-  double radius_ = 0;
-  std::vector<Move> moves_;
-  std::vector<Level> levels_;
+  double radius_ = 0, least_ = 0;  ///< of the tool, and the least distance from a wall
+  bool left_ = true, told_ = false;
+  std::optional<Move> entry_;
+  Contour contour_;            ///< since it has begun, or has closed
+  Contour loop_;               ///< the last one that has closed
+  double loop_area_ = 0;       ///< it encloses
+  std::optional<Gouge> tail_;  ///< of what follows it
+  std::vector<Gouge> gouges_;
 };
 
 }  // namespace trn

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <cstring>
 #include <filesystem>
@@ -62,8 +63,9 @@ Interpreter::Interpreter(const InterpreterParts& parts)
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
                         const std::string& folder, const AxisValues& at) {
   flow_.load(std::move(source), name, folder);
-  ended_ = false;
+  ended_ = block_done_ = false;
   blocks_ = 0;
+  gouges_told_.clear();
   executor_.begin(at);
 }
 
@@ -157,17 +159,41 @@ void Interpreter::assign(const ParsedBlock& parsed) {
   }
 }
 
+// A line that ends the program ends it even if something else of it is wrong.
+void Interpreter::execute() {
+  try {
+    ended_ = executor_.execute(block_);
+  } catch (const BlockError&) {
+    executor_.pass_over(block_);
+    const int stop = block_.code(MGroup::kStop);
+    ended_ = stop == 2 || stop == 30;
+    throw;
+  }
+  if (ended_) flow_.check_closed();
+}
+
+// Gouges are known when their contour has ended; the blocks have been carried out.
+void Interpreter::tell_gouges() {
+  for (const GcodeReport& gouge : executor_.take_gouges()) {
+    const bool refused = gouge.is_error && parts_.config.gouge_check == GougeCheckMode::kError;
+    std::string text = fmt::format("{}:{}:{}: {}{}", flow_.file_name(gouge.place.file), gouge.place.line,
+                                   gouge.place.column, refused ? "" : "warning: ", gouge.sentence);
+    if (refused) text += fmt::format("; legal: {}", gcode_error_info(GcodeErrorCode::kCompGouge).legal);
+    if (std::find(gouges_told_.begin(), gouges_told_.end(), text) != gouges_told_.end()) continue;
+    if (gouges_told_.size() < kGougesTold) gouges_told_.push_back(text);
+    if (refused) throw GcodeError(GcodeErrorCode::kCompGouge, gouge.place.line, gouge.place.column, text);
+    if (parts_.on_warning) parts_.on_warning({text, gouge.place.line});
+  }
+}
+
 void Interpreter::run_block(const ParsedBlock& parsed) {
-  executor_.at_line(flow_.line());
+  executor_.at_line(flow_.line(), flow_.file_number());
   evaluate_block(parsed, evaluator_, table_, block_);
   halve_diameter(executor_.settings().modal.diameter, block_);
   block_.line = flow_.line();
   if (!parsed.assignments.empty()) assign(parsed);
   const int sub = block_.code(MGroup::kSub);
-  if (executor_.execute(block_)) {
-    ended_ = true;
-    flow_.check_closed();
-  }
+  execute();
   if (sub == 98)
     flow_.call_numbered(block_);
   else if (sub == 99)
@@ -178,20 +204,23 @@ void Interpreter::run_block(const ParsedBlock& parsed) {
 
 bool Interpreter::step() {
   if (ended_) return false;
+  block_done_ = false;
   try {
     const ParsedBlock* parsed = flow_.next();
-    if (!parsed) {
+    if (parsed) {
+      ++blocks_;
+      run_block(*parsed);
+    } else {
       ended_ = true;
-      return false;
     }
-    ++blocks_;
-    run_block(*parsed);
-    return !ended_;
   } catch (const BlockError& error) {
     throw located(error);
   }
+  block_done_ = true;
+  tell_gouges();
+  return !ended_;
 }
 
-bool Interpreter::recover() { return !ended_ && flow_.recover(); }
+bool Interpreter::recover() { return !ended_ && (block_done_ || flow_.recover()); }
 
 }  // namespace trn

@@ -47,8 +47,9 @@ class Interpreter {
   /// the line is not reached, or lies inside cutter compensation.
   void begin_at(std::uint32_t line, const AxisValues& at);
 
-  /// Runs one block. False once the program has ended. GcodeError (the block has had no motion then; stepping
-  /// on is allowed after `recover`).
+  /// Runs one block. False once the program has ended. GcodeError: of this block, which has had no motion
+  /// then, or a gouge of a contour that has ended with it, at the line of its move. Stepping on is allowed
+  /// after `recover`.
   bool step();
   /// After an error: true if going on with a later block makes sense, to find more errors.
   bool recover();
@@ -72,6 +73,8 @@ class Interpreter {
              const AxisValues& at);
   void run_block(const ParsedBlock& parsed);
   void assign(const ParsedBlock& parsed);
+  void execute();
+  void tell_gouges();
   GcodeError located(const BlockError& error);
 
   /// Closed while a part of the program is passed over.
@@ -94,6 +97,9 @@ class Interpreter {
   std::vector<double> values_;  ///< of the assignments of one line
   std::uint64_t blocks_ = 0;
   bool ended_ = false;
+  bool block_done_ = false;               ///< the last block has been carried out: what failed was another
+  std::vector<std::string> gouges_told_;  ///< at most kGougesTold: a loop meets them in every pass
+  static constexpr std::size_t kGougesTold = 100;
 };
 
 }  // namespace trn

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <array>
 
 namespace trn {
 
@@ -18,6 +19,29 @@ struct PlaneCurve {
 /// Angle of an arc from one point to another about `centre`, in the sense of `turn`, in (0, 2 pi].
 double sweep_of(const PlaneCurve::Point& centre, const PlaneCurve::Point& from, const PlaneCurve::Point& to,
                 int turn);
+
+double length_of(const PlaneCurve& curve);
+/// What the ray from the origin to the curve's point sweeps over; positive counterclockwise.
+double swept_area(const PlaneCurve& curve);
+
+/// Points of a curve by the fraction of its length, 0 to 1: the point there, the fraction of the curve's
+/// point nearest to `p`, and the piece between two fractions.
+PlaneCurve::Point point_at(const PlaneCurve& curve, double fraction);
+double fraction_of(const PlaneCurve& curve, const PlaneCurve::Point& p);
+PlaneCurve piece_of(const PlaneCurve& curve, double first, double last);
+/// Unit direction at the curve's start or end.
+PlaneCurve::Point direction_of(const PlaneCurve& curve, bool at_end);
+
+/// Where two curves cross, and where an end of one lies on the other, by the fractions of both lengths.
+struct Meetings {
+  struct Fractions {
+    double one, two;
+  };
+  std::array<Fractions, 6> at;  ///< the first `count`
+  std::size_t count = 0;
+};
+/// `touch`: points nearer than this are one point.
+Meetings meetings(const PlaneCurve& one, const PlaneCurve& two, double touch);
 
 /// The least distance of a point and a curve, and of two curves; exact.
 double distance(const PlaneCurve::Point& p, const PlaneCurve& curve);

@@ -85,6 +85,13 @@ void read_user_m(const ConfigTable& table, std::vector<UserCode>& codes) {
   }
 }
 
+GougeCheckMode read_gouge_check(const ConfigTable& table) {
+  const std::string mode = table.choice("gouge_check", {"error", "warning", "off"}, "error");
+  return mode == "error"     ? GougeCheckMode::kError
+         : mode == "warning" ? GougeCheckMode::kWarning
+                             : GougeCheckMode::kOff;
+}
+
 }  // namespace
 
 const SwitchCode* find_switch(const ProgramConfig& config, int code) {
@@ -127,6 +134,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   config.tolerance_deg = table.number("tolerance_deg", config.tolerance_deg, kPositive);
   config.arc_tolerance_mm = table.number("arc_tolerance_mm", config.arc_tolerance_mm, kNotNegative);
   config.arc_tolerance_share = table.number("arc_tolerance_share", config.arc_tolerance_share, Range{0, 0.1});
+  config.gouge_check = read_gouge_check(table);
   config.peck_clearance_mm = table.number("peck_clearance_mm", config.peck_clearance_mm, kNotNegative);
   config.g183_retract_mm = table.number("g183_retract_mm", config.g183_retract_mm, kNotNegative);
   if (table.has("safe_z_mm")) config.safe_z_mm = table.number("safe_z_mm");

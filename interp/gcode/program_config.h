@@ -38,6 +38,9 @@ struct UserCode {
   bool on = true;
 };
 
+/// What becomes of a gouge of a compensated contour.
+enum class GougeCheckMode : std::uint8_t { kError, kWarning, kOff };
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
@@ -46,10 +49,11 @@ struct ProgramConfig {
   double tolerance_deg = 0.05;                           ///< tool axis, of G64 without R
   double arc_tolerance_mm = 0.0283;    ///< start and end radius of an arc may differ by this, or
   double arc_tolerance_share = 0.001;  ///< by this share of the radius, up to 100 times as much
-  double peck_clearance_mm = 0.254;    ///< G73 and G83 stop the rapid this far above the last depth
-  double g183_retract_mm = 2.0;        ///< R of G183 when not given
-  std::optional<double> safe_z_mm;     ///< machine Z to cross at when a program begins further down
-  bool block_delete = false;           ///< lines that begin with '/' are skipped
+  GougeCheckMode gouge_check = GougeCheckMode::kError;
+  double peck_clearance_mm = 0.254;  ///< G73 and G83 stop the rapid this far above the last depth
+  double g183_retract_mm = 2.0;      ///< R of G183 when not given
+  std::optional<double> safe_z_mm;   ///< machine Z to cross at when a program begins further down
+  bool block_delete = false;         ///< lines that begin with '/' are skipped
   bool optional_stop = true;
   bool require_program_end = true;  ///< a file must end with M2, M30 or %
   bool io = false;                  ///< the machine has a section [io]: inputs and a probe

@@ -18,6 +18,7 @@ std::string refusal(const std::string& text) {
 TEST(ProgramConfig, HasDefaultsOfItsOwn) {
   const ProgramConfig config = config_of("");
   EXPECT_EQ(config.path_mode, MotionControl::kContinuous);
+  EXPECT_EQ(config.gouge_check, GougeCheckMode::kError);
   EXPECT_FALSE(config.io);
   EXPECT_FALSE(config.spindle_encoder);
   const ProgramConfig empty = config_of("[program]\n");
@@ -34,6 +35,7 @@ path_mode = "G61.1"
 tolerance_mm = 0.02
 arc_tolerance_mm = 0.1
 safe_z_mm = 120
+gouge_check = "warning"
 block_delete = true
 wrapped = ["A", "C"]
 rtcp_on = ["TRAORI", "M128"]
@@ -55,6 +57,8 @@ on = false
   EXPECT_EQ(config.path_mode, MotionControl::kExactStop);
   EXPECT_EQ(config.tolerance_mm, 0.02);
   EXPECT_EQ(config.safe_z_mm, 120);
+  EXPECT_EQ(config.gouge_check, GougeCheckMode::kWarning);
+  EXPECT_EQ(config_of("[program]\ngouge_check = \"off\"\n").gouge_check, GougeCheckMode::kOff);
   EXPECT_TRUE(config.block_delete);
   EXPECT_EQ(config.wrapped_mask, 1U << kA | 1U << kC);
   ASSERT_EQ(config.words.size(), 6U);
@@ -78,6 +82,7 @@ TEST(ProgramConfig, WhatCannotBeIsRefused) {
     EXPECT_EQ(text.rfind("m.toml:", 0), 0U) << text;
   };
   expect("path_mode = \"G62\"", "G61");
+  expect("gouge_check = \"perhaps\"", "warning");
   expect("wrapped = [\"X\"]", "'X' is no rotary axis");
   expect("wrapped = [\"AB\"]", "'AB' is no rotary axis");
   expect("rtcp_on = [\"1X\"]", "'1X' is no word");
