@@ -5,7 +5,7 @@
 #include <cmath>
 
 #include "core/units.h"
-#include "kinematics/platform_kinematics.h"
+#include "kernel/limit_scout.h"
 
 namespace trn {
 
@@ -40,7 +40,7 @@ std::string with_file(const std::string& file, const std::string& message) {
 }
 
 ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
-  if (start.text) config.require_program_end = false;
+  if (start.text) config.end = ProgramEnd::kFree;
   if (start.open) {
     config.open = start.open;
     config.quote_lines = start.text.has_value();  // the operator's own words
@@ -51,17 +51,19 @@ ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
 }  // namespace
 
 struct Pipeline::MoveTee : MoveSink {
-  MoveTee(MoveSink& next_in, const Assembly& assembly_in, std::function<void(const ProgramMove&)> seen_in)
+  MoveTee(MoveSink& next_in, const Assembly& assembly_in, std::function<void(const ProgramMove&)> seen_in,
+          std::function<std::string(std::uint32_t)> place_in)
       : next(next_in),
         assembly(assembly_in),
         tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
-        seen(std::move(seen_in)) {}
+        seen(std::move(seen_in)),
+        place(std::move(place_in)) {}
   void move(const ProgramMove& m) override {
     if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
-      throw ProgramError(
-          fmt::format("line {}: the path tolerance of {:g} mm is larger than the machine's "
-                      "tolerance_mm_max of {:g} mm; give G64 a smaller P",
-                      m.source.line, m.tolerance_mm, tolerance_mm_max));
+      throw ProgramError(fmt::format(
+          "{}: the path tolerance of {:g} mm is larger than the machine's tolerance_mm_max of {:g} mm; give "
+          "G64 a smaller P",
+          place(m.source.line), m.tolerance_mm, tolerance_mm_max));
     if (geared) check_thread(m);
     if (seen) seen(m);
     next.move(m);
@@ -83,9 +85,9 @@ struct Pipeline::MoveTee : MoveSink {
       const auto k = static_cast<Eigen::Index>(i);
       const double share = std::abs(to[k] - from[k]) / time_s / joint.limit.velocity;
       if (share <= 1) continue;
-      throw ProgramError(fmt::format(
-          "line {}: joint {} is too slow for this thread at this speed; {:.0f} % of S is possible",
-          m.source.line, joint.name, std::floor(100 / share)));
+      throw ProgramError(
+          fmt::format("{}: joint {} is too slow for this thread at this speed; {:.0f} % of S is possible",
+                      place(m.source.line), joint.name, std::floor(100 / share)));
     }
   }
   MoveSink& next;
@@ -93,6 +95,7 @@ struct Pipeline::MoveTee : MoveSink {
   bool geared = false;
   double tolerance_mm_max;
   std::function<void(const ProgramMove&)> seen;
+  std::function<std::string(std::uint32_t)> place;  ///< of a line, for messages
 };
 
 struct Pipeline::PieceTee : PieceSink {
@@ -131,18 +134,24 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceTee>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
-      moves_(std::make_unique<MoveTee>(geometry_, assembly, std::move(observers.move))),
+      moves_(
+          std::make_unique<MoveTee>(geometry_, assembly, std::move(observers.move),
+                                    [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.corrections_off),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
-                    std::move(observers.warning), true}),
+                    std::move(observers.warning), true, start.ends_round}),
       map_(*assembly.map) {
   open(interpreter_, start, start_words(*assembly.map, start));
 }
 
-bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned) {
+bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std::uint64_t lines_max) {
   const auto goes_on = [&] { return !ended_ && !interpreter_.waiting() && !(abandoned && *abandoned); };
-  while (blocks_->items.empty() && goes_on()) fill();
+  const std::uint64_t lines_before = interpreter_.lines_run();
+  while (blocks_->items.empty() && goes_on()) {
+    fill();
+    if (interpreter_.lines_run() - lines_before > lines_max) give_up();
+  }
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
   blocks_->items.pop_front();
@@ -172,6 +181,15 @@ void Pipeline::fill() {
   }
   end_program();
   if (!failure.empty()) throw ProgramError(failure);
+}
+
+void Pipeline::give_up() {
+  geometry_.finish();
+  speed_.finish();
+  end_program();
+  throw ProgramError(fmt::format(
+      "{}: {} lines were run here without any motion, perhaps for ever; end the loop, or the program",
+      interpreter_.place_of(interpreter_.line(), 0), interpreter_.lines_run()));
 }
 
 bool Pipeline::waiting() const { return !ended_ && blocks_->items.empty() && interpreter_.waiting(); }
@@ -209,67 +227,12 @@ void Pipeline::end_program() {
   blocks_->block(end);
 }
 
-namespace {
-
-/// Follows moves through the bracket and judges position limits; throws at the first place outside.
-class LimitScout : public MoveSink {
- public:
-  explicit LimitScout(const Assembly& assembly)
-      : assembly_(assembly),
-        platform_(dynamic_cast<const PlatformKinematics*>(assembly.kinematics.get()) != nullptr) {}
-  void move(const ProgramMove& move) override {
-    ++moves;
-    if (move.source.line == 0) approach.push_back(move.to);
-    if (path_norm(move.to - move.from) == 0 && move.kind != ProgramMove::Kind::kArc) return;
-    const bool arc = move.kind == ProgramMove::Kind::kArc;
-    const PathPiece piece =
-        arc ? make_arc(move.from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad)
-            : make_line(move.from, move.to);
-    // With RTCP off a straight move takes a serial machine's joints straight: its end is enough. Else joints
-    // bend, and may leave their range between two good ends; places every 5 mm do.
-    const bool bends = arc || move.context.rtcp || platform_;
-    const int parts = bends ? std::clamp(static_cast<int>(piece.length / 5), 1, 200) : 1;
-    for (int i = 1; i <= parts; ++i) judge(move, piece.at(piece.length * i / parts));
-  }
-  void event(const QueueEvent&, SourceLine) override {}
-  std::uint64_t moves = 0;
-  std::vector<Words> approach;
-
- private:
-  void judge(const ProgramMove& move, const Words& y) {
-    JointVec q;
-    const KinStatus status = assembly_.map->map(y, move.context, q);
-    if (status != KinStatus::kOk)
-      throw ProgramError(
-          fmt::format("line {}: the machine cannot get there ({}): X{:.4f} Y{:.4f} Z{:.4f}; move "
-                      "the work offset or the part",
-                      move.source.line, to_string(status), y[0], y[1], y[2]));
-    for (std::size_t i = 0; i < assembly_.plan_joints.size(); ++i) {
-      const Joint& joint = assembly_.plan_joints[i];
-      const double value = q[static_cast<Eigen::Index>(i)];
-      if (value >= joint.limit.min - kRounding && value <= joint.limit.max + kRounding) continue;
-      const bool rotary = joint.kind == JointKind::kRotary;
-      const double unit = rotary ? kDegPerRad : 1.0;
-      throw ProgramError(
-          fmt::format("line {}: joint {} would go to {:.4f} {}, outside its range {:g} to {:g}; move the "
-                      "work offset or the "
-                      "part, or change the program",
-                      move.source.line, joint.name, value * unit, rotary ? "deg" : "mm",
-                      joint.limit.min * unit, joint.limit.max * unit));
-    }
-  }
-
-  static constexpr double kRounding = 1e-9;
-  const Assembly& assembly_;
-  bool platform_;
-};
-
-}  // namespace
-
 std::string remark_on(const ProgramSummary& summary) {
   if (summary.asks_at != 0)
     return fmt::format("checked up to line {}: what follows depends on what the machine answers there\n",
                        summary.asks_at);
+  if (summary.round_at != 0)
+    return fmt::format("M99 in line {} begins the program again, for ever\n", summary.round_at);
   if (summary.endless == 0) return "";
   return fmt::format("checked the first {} lines that it runs: a loop at line {} goes on, perhaps for ever\n",
                      summary.endless, summary.lines);
@@ -288,9 +251,13 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
                              const std::atomic<bool>* given_up) {
   const ProgramConfig program = config_for(assembly.program, start);
   const Words words = start_words(*assembly.map, start);
-  LimitScout scout(assembly);
+  const Interpreter* reader = nullptr;
+  LimitScout scout(assembly, [&](const RefusedMove& refused) {
+    throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
+  });
   Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
-  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true});
+  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true, true});
+  reader = &interpreter;
   std::uint64_t steps = 0;
   try {
     open(interpreter, start, words);
@@ -301,8 +268,12 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }
-  return {interpreter.line(), scout.moves, interpreter.waiting() ? interpreter.line() : 0,
-          interpreter.loops_long() ? interpreter.lines_run() : 0, scout.approach};
+  return {interpreter.line(),
+          scout.moves,
+          interpreter.waiting() ? interpreter.line() : 0,
+          interpreter.loops_long() ? interpreter.lines_run() : 0,
+          interpreter.came_round() ? interpreter.line() : 0,
+          scout.approach};
 }
 
 }  // namespace trn

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <deque>
 #include <functional>
+#include <limits>
 #include <optional>
 #include <string>
 
@@ -24,6 +25,7 @@ struct ProgramStart {
   OpenFile open =
       {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
   std::uint8_t corrections_off = 0;  ///< MapContext's, where the program does not switch them itself
+  bool ends_round = false;           ///< as InterpreterParts
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -45,10 +47,12 @@ class Pipeline {
   ~Pipeline();
 
   /// The next block; false while it is `waiting`, after the last one, which is a kProgramEnd event, and when
-  /// `abandoned` has become true, in a program that loops without end or motion.
+  /// `abandoned` has become true, in a program that loops without end or motion. ProgramError also where
+  /// `lines_max` lines have been run for this one block.
   /// ProgramError "file:line:...": the blocks handed out so far end at rest; one kProgramEnd event still
   /// follows.
-  bool next(MotionBlock& block, const std::atomic<bool>* abandoned = nullptr);
+  bool next(MotionBlock& block, const std::atomic<bool>* abandoned = nullptr,
+            std::uint64_t lines_max = std::numeric_limits<std::uint64_t>::max());
 
   /// The program asks the machine (M66, G38): `next` gives no more before the answer has come.
   bool waiting() const;
@@ -68,6 +72,7 @@ class Pipeline {
 
   void fill();
   void end_program();
+  [[noreturn]] void give_up();
   Words contact_words(const ProgramAnswer& answer) const;
 
   std::string name_;
@@ -88,6 +93,7 @@ struct ProgramSummary {
   std::uint64_t lines = 0, moves = 0;
   std::uint32_t asks_at = 0;  ///< the line that asks the machine; what follows depends on it. 0: none
   std::uint64_t endless = 0;  ///< lines that were run when the check gave up in a loop. 0: it came to the end
+  std::uint32_t round_at = 0;   ///< the line of the M99 from which it goes round for ever. 0: it does not
   std::vector<Words> approach;  ///< ends of the moves to where a program begun further down stands
 };
 

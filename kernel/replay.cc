@@ -150,6 +150,7 @@ class Replay {
   }
 
   void begin(ProgramStart start) {
+    start.ends_round = head_.run;
     if (start.text)
       start.kept = mdi_;
     else

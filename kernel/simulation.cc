@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kAtLimit = 0.95;
 constexpr int kStartPeriodsMax = 600000;
+constexpr std::uint64_t kLinesMax = 10 * Interpreter::kLoopedLinesMax;  // without any motion
 constexpr double kPatienceS = 10;  // with a standing machine and an operator who has nothing left to do
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
@@ -86,6 +87,7 @@ class Simulation {
     ProgramStart start{options_.program, options_.program_text, cycle_.last_report().q_plan};
     start.from_line = options_.from_line;
     start.corrections_off = assembly_.corrections.planned_off;
+    start.ends_round = true;
     pipeline_.emplace(
         assembly_, parameters_, tools_, start,
         PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { programmed(move); },
@@ -113,11 +115,22 @@ class Simulation {
     if (options_.log) options_.log->report(cycle_.last_report());
   }
 
+  double now_s() const { return static_cast<double>(result_.periods) * period_s_; }
+
+  void stop_early() {
+    stopped_ = true;
+    const std::uint32_t line = cycle_.last_report().line;
+    if (options_.on_warning)
+      options_.on_warning({fmt::format("line {}: the run stops here, after {:g} s of motion (--stop-after)",
+                                       line, options_.stop_after_s),
+                           line});
+    post({RtCommand::Kind::kStop});
+  }
+
   // What the script asks for in this period. At its end nobody is left to wake a standing machine.
   void operate() {
     const CycleReport& report = cycle_.last_report();
-    const double now_s = static_cast<double>(result_.periods) * period_s_;
-    for (; next_action_ < options_.script.size() && options_.script[next_action_].time_s < now_s;
+    for (; next_action_ < options_.script.size() && options_.script[next_action_].time_s < now_s();
          ++next_action_)
       post(options_.script[next_action_].command);
     const bool paused = report.motion == MotionState::kPaused;
@@ -165,7 +178,7 @@ class Simulation {
 
   bool next_block() {
     try {
-      if (pipeline_->next(block_)) return true;
+      if (pipeline_->next(block_, nullptr, kLinesMax)) return true;
     } catch (const ProgramError&) {
       failure_ = std::current_exception();
       if (pipeline_->next(block_)) return true;
@@ -187,6 +200,7 @@ class Simulation {
     do {
       if (queue_.buffered_s() < assembly_.planner.buffer_s) fill();
       if (!options_.script.empty() || options_.single_block) operate();
+      if (now_s() >= options_.stop_after_s && !stopped_) stop_early();
       tick();
       for (const auto& work : assembly_.corrections.background) work();
       watch(cycle_.last_report());
@@ -300,7 +314,7 @@ class Simulation {
   LimitClock clock_;
   std::optional<Pipeline> pipeline_;
   MotionBlock block_;
-  bool has_block_ = false, planned_ = false, measured_ = false;
+  bool has_block_ = false, planned_ = false, measured_ = false, stopped_ = false;
   std::exception_ptr failure_;
   TraceRow row_;
   Vec3 p_last_ = Vec3::Zero();

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <string>
@@ -21,7 +22,8 @@ struct SimulationOptions {
   std::optional<std::string> program_text;  ///< the program itself
   std::uint32_t from_line = 0;              ///< as ProgramStart::from_line
   std::vector<OperatorAction> script;       ///< in order of time
-  bool single_block = false;                ///< stands at the end of every line, and goes on at once
+  double stop_after_s = std::numeric_limits<double>::infinity();  ///< of motion; the run stops then
+  bool single_block = false;  ///< stands at the end of every line, and goes on at once
   SessionLog* log = nullptr;
   ReportSink* trace = nullptr;
   bool histograms = false;  ///< of the deviations

@@ -54,7 +54,7 @@ double arc_sweep(Point2 from, Point2 to, Point2 centre, int turns) {
 
 }  // namespace
 
-// A share of the radius, but within bounds; an inch program is written ten times less finely.
+// A share of the greater radius, but within bounds; an inch program is written ten times less finely.
 double Executor::arc_tolerance_mm(double radius_mm) const {
   const ProgramConfig& config = parts_.config;
   const double least = config.arc_tolerance_mm * (s_.modal.inch ? kMmPerInch / 10 : 1);
@@ -70,8 +70,9 @@ void Executor::arc(const Block& b, bool clockwise) {
     fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is an arc", "a straight move");
   const char i_word = axes.centre_words[0], j_word = axes.centre_words[1];
   for (const char letter : {'I', 'J', 'K'})
-    if (b.has(letter) && letter != i_word && letter != j_word)
+    if (b.has(letter) && letter != i_word && letter != j_word && b[letter] != 0)
       fail(GcodeErrorCode::kPlane, b.at(letter), letter, axes.name, fmt::format("{} and {}", i_word, j_word));
+  if (b.has_polar()) check_polar_plane(b);
   const bool by_centre = b.has(i_word) || b.has(j_word);
   if (by_centre == b.has('R')) {
     if (by_centre) fail(GcodeErrorCode::kAxisWordsConflict, b.at('R'), "R", "a centre word");
@@ -92,7 +93,7 @@ void Executor::arc(const Block& b, bool clockwise) {
     const double r1 = std::hypot(from.x - centre.x, from.y - centre.y);
     const double r2 = std::hypot(end.x - centre.x, end.y - centre.y);
     const double gap_mm = to_mm(std::fabs(r1 - r2));
-    if (gap_mm > arc_tolerance_mm(to_mm(r1)) || r1 == 0 || r2 == 0)
+    if (gap_mm > arc_tolerance_mm(to_mm(std::max(r1, r2))) || r1 == 0 || r2 == 0)
       fail(GcodeErrorCode::kArcGap, column, std::fabs(r1 - r2), r1, r2);
     if (gap_mm > 1e-3 + 1e-9)
       parts_.warn(

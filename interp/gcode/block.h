@@ -118,6 +118,11 @@ struct Block {
   std::int16_t code(MGroup group) const { return m[static_cast<std::size_t>(group)]; }
   std::uint32_t at(GGroup group) const { return g_column[static_cast<std::size_t>(group)]; }
   std::uint32_t at(MGroup group) const { return m_column[static_cast<std::size_t>(group)]; }
+  std::uint32_t first_g_column() const {
+    for (std::size_t i = 0; i < g.size(); ++i)
+      if (g[i] >= 0) return g_column[i];
+    return 1;
+  }
   std::uint32_t motion_column() const { return code(GGroup::kMotion) >= 0 ? at(GGroup::kMotion) : 1; }
   bool has_axis_word() const { return (present & (kAxisLetters | kPolarLetters)) != 0; }
   bool has_polar() const { return (present & kPolarLetters) != 0; }

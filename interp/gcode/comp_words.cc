@@ -39,7 +39,7 @@ void Executor::cutter_comp(const Block& b) {
     const double number = b.get('D', s_.current_tool);
     if (number != std::round(number) || number < 0) fail(GcodeErrorCode::kNotInteger, b.at('D'), 'D', number);
     const Tool* tool = parts_.tools.find(static_cast<int>(number));
-    if (!tool && number != 0) fail(GcodeErrorCode::kUnknownTool, b.has('D') ? b.at('D') : column, number);
+    if (!tool && number != 0) unknown_tool(static_cast<int>(number), b.has('D') ? b.at('D') : column);
     diameter = tool ? from_mm(tool->diameter) : 0;
     orientation = tool ? tool->orientation : 0;
     if (orientation % 9 != 0 && s_.modal.plane != Plane::kXZ)

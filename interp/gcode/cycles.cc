@@ -114,11 +114,11 @@ Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const
     hole.r += s_.cycle.initial;
     hole.bottom += hole.r;
   }
+  if (b.has_polar()) check_polar_plane(b);
+  if (s_.modal.incremental) return hole;
   if (b.has_polar()) {
-    const AxisValues to = target(b);
-    hole.first = to[axes.first];
-    hole.second = to[axes.second];
-  } else if (!s_.modal.incremental) {
+    polar(b, hole.first, hole.second);
+  } else {
     hole.first = b.get(kWordLetters[axes.first], hole.first);
     hole.second = b.get(kWordLetters[axes.second], hole.second);
   }
@@ -128,7 +128,9 @@ Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const
 void Executor::drill(const Block& b, int motion, Hole& hole, double height, int repeats) {
   const CycleAxes axes = hole.axes;
   for (int i = 0; i < repeats; ++i) {
-    if (s_.modal.incremental && !b.has_polar()) {
+    if (s_.modal.incremental && b.has_polar()) {
+      polar(b, hole.first, hole.second);
+    } else if (s_.modal.incremental) {
       hole.first += b.get(kWordLetters[axes.first], 0);
       hole.second += b.get(kWordLetters[axes.second], 0);
     }

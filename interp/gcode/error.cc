@@ -68,7 +68,9 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"probe", "the probe move {}", "a straight move that is not zero"},
     {"spline", "{}: {}", ""},
 
-    {"unknown_tool", "tool {} is not in the tool table", "a tool of the table"},
+    {"unknown_tool", "tool {} is not in {}", "a tool of the table; --tools FILE.tbl gives another table"},
+    {"no_tool_table", "tool {} is not known: no tool table was given",
+     "--tools FILE.tbl, with this tool in it"},
     {"comp_state", "{} is not possible while cutter compensation is on", "G40 first"},
     {"comp_gouge",
      "the tool of radius {:.4f} would gouge: the move of line {} does not fit beside that of line {}",
@@ -83,6 +85,8 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"flow_syntax", "bad O-word: {}: {}", ""},
     {"flow_unmatched", "{} without {}", "O-words come in pairs with one label"},
     {"flow_no_end", "no {} for o{} of line {}", "close it in the same file"},
+    {"next_program", "another program begins here, and the one before it has not ended",
+     "M30 or M99 at the end of every program"},
     {"sub_unknown", "there is no sub-program {}",
      "define it in the file, or as a file on the sub-program path"},
     {"sub_depth", "sub-programs nested more than {} deep", "no endless recursion"},
@@ -92,6 +96,15 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"from_line", "the program cannot begin at line {}: {}", "a line of the main program that is reached"},
     {"abort", "the program aborts itself: {}", "see the ABORT comment of the program"},
     {"polar", "the polar coordinate @ or ^ {}", "@ and ^ with G0, G1, an arc or a cycle, without X and Y"},
+    {"foreign_branch", "IF and THEN are other controls' words",
+     "o100 if [#1 eq 2], o100 else and o100 endif, each on a line of its own"},
+    {"foreign_loop", "{} is a word of other controls' loops",
+     "o100 while [#1 lt 5] and o100 endwhile, or o100 repeat [5] and o100 endrepeat"},
+    {"foreign_jump", "{} is another control's word, and there are no jumps",
+     "o100 if, o100 while, o100 break, or a sub-program"},
+    {"foreign_equals", "'=' behind {} is another control's form", "X10 for X=10, #1=5 for R1=5"},
+    {"foreign_word", "{} is no word of this language",
+     "a letter with a number, as X10; a word that means nothing here may stand in [program] ignored"},
 }};
 
 }  // namespace

@@ -62,6 +62,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kProbe,
   kSpline,
   kUnknownTool,
+  kNoToolTable,
   kCompState,
   kCompGouge,
   kCompCorner,
@@ -72,6 +73,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kFlowSyntax,
   kFlowUnmatched,
   kFlowNoEnd,
+  kNextProgram,
   kSubUnknown,
   kSubDepth,
   kSubArguments,
@@ -80,6 +82,11 @@ enum class GcodeErrorCode : std::uint8_t {
   kFromLine,
   kAbort,
   kPolar,
+  kForeignBranch,
+  kForeignLoop,
+  kForeignJump,
+  kForeignEquals,
+  kForeignWord,
   kCount
 };
 

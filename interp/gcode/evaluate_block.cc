@@ -29,7 +29,7 @@ void add_g(const ModalTable& table, double value, std::uint32_t column, Block& o
   if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code10));
   std::int16_t& slot = out.g[static_cast<std::size_t>(group)];
   if (code10 == kCancelMotion && slot >= 0) return;  // G80 goes with any other code of its group
-  if (slot >= 0 && slot != kCancelMotion)
+  if (slot >= 0 && slot != kCancelMotion && group != static_cast<int>(GGroup::kIgnored))
     fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code10));
   slot = static_cast<std::int16_t>(code10);
   out.g_column[static_cast<std::size_t>(group)] = column;

@@ -173,7 +173,10 @@ Executor::Executor(const ExecutorParts& parts)
     : parts_(parts),
       axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
       comp_(parts.config.gouge_check != GougeCheckMode::kOff),
-      warned_words_(parts.config.words.size(), false) {}
+      warned_words_(parts.config.words.size(), false) {
+  for (const MappedWord& word : parts_.config.words)
+    ignores_ |= word.action == WordAction::kIgnore && (word.m_code >= 0 || word.g_code10 >= 0);
+}
 
 void Executor::put(const CanonCommand& command) {
   if (comp_.active())
@@ -203,6 +206,7 @@ void Executor::begin(const AxisValues& start) {
 
 int Executor::motion_of(const Block& b) const {
   const int code = b.code(GGroup::kMotion);
+  if (only_sets_mode(b)) return -1;
   if (code >= 0) return code;
   if (other_axis_code(b)) return -1;
   const bool arc_only = (s_.motion == 20 || s_.motion == 30) && (b.present & letters("IJK"));
@@ -210,6 +214,13 @@ int Executor::motion_of(const Block& b) const {
   const bool knot_only = s_.motion == 62 && b.has('K');
   if (b.has_axis_word() || arc_only || vector_only || knot_only) return s_.motion;
   return -1;
+}
+
+// "G0 G91 G28 Z0": the axis words are those of G28 or G30, and G0 is the mode of the lines after it.
+bool Executor::only_sets_mode(const Block& b) {
+  if (!b.any_g) return false;
+  const int code = b.code(GGroup::kMotion), home = b.code(GGroup::kNonModal);
+  return (home == 280 || home == 300) && (code == 0 || code == 10 || code == 20 || code == 30);
 }
 
 // Codes outside the motion group that take the axis words for themselves.
@@ -245,7 +256,8 @@ void Executor::check_unused(const Block& b, int motion) const {
     for (char letter = 'A'; letter <= 'Z'; ++letter)
       if (unused & Block::bit(letter))
         fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));
-  if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800)
+  if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800 &&
+      !only_sets_mode(b))
     fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
          "another code of the line");
   if (!b.has_axis_word()) return;
@@ -271,6 +283,7 @@ bool Executor::execute(const Block& b) {
                                                                    : 1);
   }
   check_words(b, motion);
+  if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   if (b.any_g) {
     if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
@@ -283,6 +296,7 @@ bool Executor::execute(const Block& b) {
   if (!b.parsed->keywords.empty()) keywords(b);
   if (b.any_g) g_codes(b);
   if (motion >= 0) motion_code(b, motion);
+  if (only_sets_mode(b)) s_.motion = b.code(GGroup::kMotion);
   return b.any_m && b.code(MGroup::kStop) >= 0 && stop(b);
 }
 
@@ -345,11 +359,15 @@ void Executor::g_codes(const Block& b) {
   }
 }
 
-void Executor::motion_code(const Block& b, int motion) {
+void Executor::check_open_curve(const Block& b, int motion) const {
   if (in_nurbs_ && motion != 52 && motion != 53)
     fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G5.2 block is open", "G5.3 first");
   if (in_rational_ && motion != 62)
     fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G6.2 curve is open", "its last knots first");
+}
+
+void Executor::motion_code(const Block& b, int motion) {
+  check_open_curve(b, motion);
   if (motion != 50) spline_chained_ = false;
   if (motion == 0 || motion == 10) {
     straight(b, motion);
@@ -408,7 +426,8 @@ void Executor::comment(const Block& b) {
   }
 }
 
-// #parameters in a message become their values; %d, %f and %.Nf set how the following ones are written.
+// #parameters in a message become their values, with six decimals; %d, %f (four) and %.Nf set how the
+// following ones are written.
 std::string Executor::expand_message(const std::string& text) const {
   std::string out;
   int digits = 6;
@@ -418,7 +437,7 @@ std::string Executor::expand_message(const std::string& text) const {
   while (p != end) {
     if (*p == '%' && p + 1 != end) {
       if (p[1] == 'd' || p[1] == 'f') {
-        digits = p[1] == 'd' ? 0 : 6;
+        digits = p[1] == 'd' ? 0 : 4;
         p += 2;
         continue;
       }
@@ -487,11 +506,7 @@ double Executor::position(int axis) const {
 
 double Executor::predefined(int index) const {
   if (index >= 6 && index <= 31) return predefined_mode(index);
-  if (index >= 32 && index <= 37) return s_.position[index - 32];
-  if (index >= 38 && index <= 43) {
-    const AxisValues machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
-    return machine[index - 38];
-  }
+  if (index >= 32 && index <= 43) return predefined_place(index);
   switch (index) {
     case 0:
       return kDialectVersion;
@@ -516,9 +531,9 @@ double Executor::predefined(int index) const {
     case 50:
       return call.returned;
     case 53:
-      return parts_.parameters[parameter::kToolDiameter];
+      return from_mm(parts_.parameters[parameter::kToolDiameter] * parts_.config.parameter_unit_mm);
     case 54:
-      return to_mm(s_.tool_offset)[kZ] / parts_.config.parameter_unit_mm;
+      return s_.tool_offset[kZ];
     case 55:
       return s_.rtcp;
     case 56:
@@ -530,6 +545,13 @@ double Executor::predefined(int index) const {
     default:
       return 0;
   }
+}
+
+// #<_x> to #<_c> in the program's coordinates, #<_abs_x> to #<_abs_c> in the machine's (G53); both in the
+// program's units.
+double Executor::predefined_place(int index) const {
+  if (index <= 37) return s_.position[index - 32];
+  return from_mm(frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset))[index - 38];
 }
 
 // #<_metric> to #<_rpm>, numbers 6 to 31 of the table.

@@ -48,6 +48,10 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M) to the present place. BlockError.
   void enter(const AxisValues& start);
+  /// Gives the table the codes that the config adds.
+  void map_words(ModalTable& table) const;
+  /// Takes the words out of the block that [program] ignored passes over. BlockError.
+  void drop_ignored(Block& block);
   /// True when the program has ended (M2, M30).
   bool execute(const Block& block);
   /// After the last block: nothing may be left waiting (cutter compensation).
@@ -82,6 +86,10 @@ class Executor : public StateValues {
   };
   CallState call;
   void warn(std::uint32_t column, std::string_view text) const { parts_.warn(column, text); }
+  /// Nothing of the program is half done: no compensated contour, no open curve.
+  bool between_features() const {
+    return !comp_.active() && !in_nurbs_ && !in_rational_ && !spline_chained_ && !left_contour_;
+  }
   /// M70/M73 bookkeeping: `level` is the sub-program depth.
   void on_return(int level);
 
@@ -90,12 +98,15 @@ class Executor : public StateValues {
   void check_unused(const Block& b, int motion) const;
   std::uint32_t used_letters(const Block& b, int motion) const;
   int motion_of(const Block& b) const;
+  static bool only_sets_mode(const Block& b);
+  void check_open_curve(const Block& b, int motion) const;
   bool other_axis_code(const Block& b) const;
   void check_g53(const Block& b) const;
   void g_codes(const Block& b);
   void motion_code(const Block& b, int motion);
   void comment(const Block& b);
   double predefined_mode(int index) const;
+  double predefined_place(int index) const;
   std::string expand_message(const std::string& text) const;
   void put(const CanonCommand& command);
   void put_now(const CanonCommand& command);
@@ -127,7 +138,9 @@ class Executor : public StateValues {
   void m_codes(const Block& b);
   void tool_select(const Block& b);
   void tool_change(const Block& b);
+  void tool_parameters();
   void check_tool(int number, std::uint32_t column) const;
+  [[noreturn]] void unknown_tool(int number, std::uint32_t column) const;
   int slot_of(int number) const;
   void spindle(const Block& b);
   void start_spindle(SpindleTurn turn);
@@ -151,6 +164,9 @@ class Executor : public StateValues {
   bool stop(const Block& b);
   void reset_at_end();
   void keywords(const Block& b);
+
+  // ignored_words.cc
+  void drop_words(Block& b, std::size_t index, std::uint32_t column, std::uint32_t kept);
 
   // offsets.cc
   void tool_length(const Block& b);
@@ -192,7 +208,8 @@ class Executor : public StateValues {
   // motion.cc
   AxisValues target(const Block& b) const;
   AxisValues machine_target(const Block& b) const;
-  AxisValues polar_target(const Block& b) const;
+  void polar(const Block& b, double& x, double& y) const;
+  void check_polar_plane(const Block& b) const;
   double wrapped(double to, double from) const;
   void check_feed(const Block& b, std::string_view what) const;
   void straight(const Block& b, int motion);
@@ -279,7 +296,8 @@ class Executor : public StateValues {
   enum class Question : std::uint8_t { kInput, kProbe };
   std::vector<Question> questions_;
   std::vector<bool> warned_words_;
-  bool warned_smoothing_ = false;
+  bool warned_smoothing_ = false, warned_dwell_ = false;
+  bool ignores_ = false;  ///< the config passes over some words
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 

@@ -314,6 +314,16 @@ const double* Evaluator::named(const Instruction& i) const {
                                                         : parameters_.global(i.index);
 }
 
+void Evaluator::unknown(const Instruction& i) const {
+  const std::string& name = parameters_.names.name(i.index);
+  const bool ini = name.rfind("_ini[", 0) == 0;
+  if (ini || name.rfind("_hal[", 0) == 0)
+    fail(GcodeErrorCode::kNotSupported, i.column, "#<" + name + ">",
+         ini ? "it asks LinuxCNC's INI file, and no such file is read here"
+             : "it asks a pin of LinuxCNC's HAL, and there is none here; M66 asks an input");
+  fail(GcodeErrorCode::kUnknownParameter, i.column, "#<" + name + ">");
+}
+
 double Evaluator::load(const Instruction& i, double top) const {
   switch (i.op) {
     case Op::kConstant:
@@ -333,8 +343,7 @@ double Evaluator::load(const Instruction& i, double top) const {
       return truth(named(i) != nullptr);
     default: {
       const double* value = named(i);
-      if (!value)
-        fail(GcodeErrorCode::kUnknownParameter, i.column, "#<" + parameters_.names.name(i.index) + ">");
+      if (!value) unknown(i);
       return *value;
     }
   }

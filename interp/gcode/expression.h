@@ -118,6 +118,7 @@ class Evaluator {
  private:
   double load(const Instruction& instruction, double top) const;
   const double* named(const Instruction& instruction) const;
+  [[noreturn]] void unknown(const Instruction& instruction) const;
 
   Parameters& parameters_;
   const StateValues& state_;

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/foreign_words.h"
 
 namespace trn {
 
@@ -31,7 +32,7 @@ void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::strin
   current_ = next_ = {};
   current_node_ = next_node_ = -1;
   reader_there_ = true;
-  ended_ = false;
+  ended_ = told_again_ = false;
 }
 
 const ParsedBlock* Flow::next() {
@@ -85,8 +86,21 @@ void Flow::at_file_end() {
     fail(GcodeErrorCode::kFlowNoEnd, 1, "end", label, line);
   }
   ended_ = true;
-  if (config_.require_program_end) fail(GcodeErrorCode::kNoProgramEnd, 1);
+  const bool empty = config_.end == ProgramEnd::kExpected && !file().any;
+  if (config_.end == ProgramEnd::kRequired || empty) fail(GcodeErrorCode::kNoProgramEnd, 1);
+  if (config_.end == ProgramEnd::kExpected)
+    executor_.warn(1, fmt::format("{}; it ends here, perhaps cut off ([program] end_required)",
+                                  gcode_error_info(GcodeErrorCode::kNoProgramEnd).sentence));
   executor_.end_program();
+}
+
+// The program's place and its open loops and branches are forgotten; modes, offsets and parameters stay.
+void Flow::begin_again() {
+  File& main = *files_[0];
+  main.percent_seen = main.any = main.began = main.number_seen = false;
+  loops_.clear();
+  ifs_.clear();
+  go(CodePlace{});
 }
 
 bool Flow::read_line(std::string_view& line) {
@@ -110,13 +124,23 @@ bool Flow::read_line(std::string_view& line) {
   return more;
 }
 
+void Flow::parse(std::string_view line) {
+  parser_.parse(line, scratch_);
+  if (scratch_.code.empty()) return;
+  const ForeignParameter foreign = foreign_parameter(scratch_);
+  const auto told = std::find(told_parameters_.begin(), told_parameters_.end(), foreign.warning);
+  if (foreign.warning.empty() || told != told_parameters_.end()) return;
+  told_parameters_.push_back(foreign.warning);
+  executor_.warn(foreign.column, foreign.warning);
+}
+
 const ParsedBlock* Flow::fetch() { return keeping() ? fetch_kept() : fetch_scratch(); }
 
 const ParsedBlock* Flow::fetch_scratch() {
   std::string_view line;
   next_node_ = -1;
   if (!read_line(line)) return nullptr;
-  parser_.parse(line, scratch_);
+  parse(line);
   return &scratch_;
 }
 
@@ -133,7 +157,7 @@ const ParsedBlock* Flow::fetch_kept() {
     std::string_view line;
     const CodePlace place = next_;
     if (!read_line(line)) return nullptr;
-    parser_.parse(line, scratch_);
+    parse(line);
     node = static_cast<std::int32_t>(store_.size());
     store_.push_back(Node{scratch_, place, next_, -1, -1, -1});
     kept_at_.emplace(key, node);
@@ -221,8 +245,21 @@ void Flow::obey(const ParsedBlock& block) {
     case FlowKind::kContinue:
       return break_loop(label, true);
     default:
-      return;  // the number of a program
+      return program_number(block);
   }
+}
+
+// O1234 alone gives the program its number, once. Another one is where the next program of the file begins:
+// running on into it would carry out a sub-program that nobody has called.
+void Flow::program_number(const ParsedBlock& block) {
+  if (!frames_.empty()) {
+    const Frame& frame = frames_.back();
+    const bool found_by_file = current_.file != 0 && frame.start.at.offset == 0;  // whatever number it has
+    if (frame.numbered && !found_by_file) fail(GcodeErrorCode::kNextProgram, block.flow.column);
+    return;
+  }
+  if (file().number_seen) fail(GcodeErrorCode::kNextProgram, block.flow.column);
+  file().number_seen = true;
 }
 
 bool Flow::in_loop(FlowKind kind, std::int32_t label) const {

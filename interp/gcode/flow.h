@@ -35,9 +35,10 @@ class Flow {
   /// in a row an empty block, so that an endless loop of them does not keep the caller. BlockError.
   const ParsedBlock* next();
 
-  /// M98 P L and M99.
+  /// M98 P L and M99; M99 in the main program begins it again from its first line.
   void call_numbered(const Block& block);
-  void return_numbered(const Block& block);
+  /// True when it does so.
+  bool return_numbered(const Block& block);
   /// An M code that the config maps to a sub-program, with P and Q as #1 and #2.
   void call_user(const Block& block);
 
@@ -73,6 +74,7 @@ class Flow {
     bool indexed = false;
     bool percent_seen = false;        ///< the file began with %
     bool any = false, began = false;  ///< a line that is not empty has been read; before the present one
+    bool number_seen = false;         ///< the program's own number, as O1234
     std::unordered_map<std::int32_t, LinePlace> subs;  ///< label -> the line after its sub word
   };
   /// A kept block; next and jump are its successors in the store, -1 unknown.
@@ -108,6 +110,7 @@ class Flow {
   static std::uint64_t key_of(const CodePlace& place) {
     return static_cast<std::uint64_t>(place.file) << 48 | place.at.offset;
   }
+  void parse(std::string_view line);
   const ParsedBlock* fetch();
   const ParsedBlock* fetch_kept();
   const ParsedBlock* fetch_scratch();
@@ -116,6 +119,7 @@ class Flow {
   void go(const CodePlace& place, std::int32_t node = -1);
   File& file() { return *files_[static_cast<std::size_t>(current_.file)]; }
   void at_file_end();
+  void begin_again();
 
   void obey(const ParsedBlock& block);
   std::int32_t label_of(const ParsedBlock& block);
@@ -126,6 +130,7 @@ class Flow {
   void obey_repeat(const ParsedBlock& block, std::int32_t label);
   void end_loop(FlowKind kind, std::int32_t label);
   void break_loop(std::int32_t label, bool again);
+  void program_number(const ParsedBlock& block);
   void obey_if(const ParsedBlock& block, std::int32_t label);
   void skip_definition(std::int32_t label);
   void call(const ParsedBlock& block, std::int32_t label);
@@ -159,6 +164,8 @@ class Flow {
   std::int32_t current_node_ = -1, next_node_ = -1;
   bool reader_there_ = true;  ///< the file's reader stands at next_
   bool ended_ = false;
+  bool told_again_ = false;  ///< the warning about M99 in the main program
+  std::vector<std::string_view> told_parameters_;
 };
 
 }  // namespace trn

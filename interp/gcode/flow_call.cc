@@ -70,9 +70,16 @@ void Flow::call_user(const Block& block) {
   }
 }
 
-void Flow::return_numbered(const Block& block) {
-  if (frames_.empty()) return executor_.warn(block.at(MGroup::kSub), "M99 outside a sub-program is ignored");
-  leave(nullptr);
+bool Flow::return_numbered(const Block& block) {
+  if (!frames_.empty()) {
+    leave(nullptr);
+    return false;
+  }
+  if (!told_again_)
+    executor_.warn(block.at(MGroup::kSub), "M99 in the main program: it begins again from its first line");
+  told_again_ = true;
+  begin_again();
+  return true;
 }
 
 // A definition in the calling file, in the main program, or a file of its own on the path.

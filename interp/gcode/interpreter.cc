@@ -54,8 +54,7 @@ Interpreter::Interpreter(const InterpreterParts& parts)
                  parts.asks}),
       evaluator_(parts.parameters, executor_),
       flow_(parts.config, parts.parameters, evaluator_, executor_) {
-  for (const MappedWord& word : parts_.config.words)
-    if (word.m_code >= 0) table_.map_m(word.m_code, MGroup::kRtcp);
+  executor_.map_words(table_);
   for (const UserCode& user : parts_.config.user_m) table_.map_m(user.code, MGroup::kUser);
   for (const SwitchCode& code : parts_.config.switches) table_.map_m(code.m_code, MGroup::kUser);
 }
@@ -63,7 +62,9 @@ Interpreter::Interpreter(const InterpreterParts& parts)
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
                         const std::string& folder, const AxisValues& at) {
   flow_.load(std::move(source), name, folder);
-  ended_ = block_done_ = false;
+  ended_ = block_done_ = came_round_ = false;
+  pass_.reset();
+  passes_ = 0;
   blocks_ = 0;
   gouges_told_.clear();
   executor_.begin(at);
@@ -189,6 +190,7 @@ void Interpreter::tell_gouges() {
 void Interpreter::run_block(const ParsedBlock& parsed) {
   executor_.at_line(flow_.line(), flow_.file_number());
   evaluate_block(parsed, evaluator_, table_, block_);
+  executor_.drop_ignored(block_);
   halve_diameter(executor_.settings().modal.diameter, block_);
   block_.line = flow_.line();
   if (!parsed.assignments.empty()) assign(parsed);
@@ -196,10 +198,30 @@ void Interpreter::run_block(const ParsedBlock& parsed) {
   execute();
   if (sub == 98)
     flow_.call_numbered(block_);
-  else if (sub == 99)
-    flow_.return_numbered(block_);
+  else if (sub == 99 && flow_.return_numbered(block_) && parts_.ends_round)
+    begin_pass();
   else if (block_.any_m && block_.code(MGroup::kUser) >= 0)
     flow_.call_user(block_);
+}
+
+// What is kept is that of the pass 1, 2, 4, 8 and so on, so that a round of any number of passes is found
+// (Brent 1980) and a program that counts its passes is not copied at each.
+void Interpreter::begin_pass() {
+  const bool whole = executor_.between_features() && executor_.questions() == 0;
+  if (whole && pass_ && pass_->settings == executor_.settings() &&
+      pass_->parameters.same_values(parts_.parameters) && pass_->tools == parts_.tools.tools()) {
+    executor_.warn(
+        block_.at(MGroup::kSub),
+        "a pass begins here just as an earlier one did, so that the program goes round for ever; it is "
+        "followed up to here");
+    executor_.end_program();
+    ended_ = came_round_ = true;
+    return;
+  }
+  ++passes_;
+  if (whole && (passes_ & (passes_ - 1)) == 0)
+    pass_ =
+        std::make_unique<PassStart>(PassStart{executor_.settings(), parts_.parameters, parts_.tools.tools()});
 }
 
 bool Interpreter::step() {
@@ -219,6 +241,19 @@ bool Interpreter::step() {
   block_done_ = true;
   tell_gouges();
   return !ended_;
+}
+
+// A move of an earlier line (cutter compensation holds moves back) has lost its columns.
+std::string Interpreter::place_of(std::uint32_t line, char letter) const {
+  std::uint32_t column = 1;
+  if (block_.parsed && line == block_.line) {
+    column = block_.motion_column();
+    for (const char word : kWordLetters)
+      if (block_.has(word) && (column == block_.motion_column() || block_.at(word) < column))
+        column = block_.at(word);
+    if (letter != 0 && block_.has(letter)) column = block_.at(letter);
+  }
+  return fmt::format("{}:{}:{}", flow_.file_name(), line, column);
 }
 
 bool Interpreter::recover() { return !ended_ && (block_done_ || flow_.recover()); }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <map>
 #include <memory>
 #include <string>
 
@@ -26,6 +27,9 @@ struct InterpreterParts {
   CanonSink& sink;
   std::function<void(const Diagnostic&)> on_warning;
   bool asks = false;  ///< as ExecutorParts::asks
+  /// A program that M99 begins again in the very state in which it began a pass before goes round for ever,
+  /// and ends there. Not for a machine, which goes on.
+  bool ends_round = false;
 };
 
 /// The RS274/NGC interpreter (LinuxCNC's dialect, with the five-axis words of ISO controls). Reads a program
@@ -59,11 +63,17 @@ class Interpreter {
   void answer(const MachineAnswer& answer) { executor_.answer(answer); }
 
   std::uint32_t line() const { return flow_.line(); }
+  /// "file:line:column" of a move of this line, at its word `letter` (0: the first axis word) if it has one;
+  /// during a step.
+  std::string place_of(std::uint32_t line, char letter) const;
   /// Lines run so far, every pass of a loop counted.
   std::uint64_t lines_run() const { return flow_.lines_run(); }
   /// So many of them were run again in loops and sub-programs that the end may never come.
   bool loops_long() const { return lines_run() > kLoopedLinesMax + line(); }
   static constexpr std::uint64_t kLoopedLinesMax = 10'000'000;
+
+  /// It has ended because it goes round for ever.
+  bool came_round() const { return came_round_; }
 
   std::uint64_t blocks() const { return blocks_; }
   const Settings& settings() const { return executor_.settings(); }
@@ -75,6 +85,7 @@ class Interpreter {
   void assign(const ParsedBlock& parsed);
   void execute();
   void tell_gouges();
+  void begin_pass();
   GcodeError located(const BlockError& error);
 
   /// Closed while a part of the program is passed over.
@@ -96,10 +107,18 @@ class Interpreter {
   Block block_;
   std::vector<double> values_;  ///< of the assignments of one line
   std::uint64_t blocks_ = 0;
-  bool ended_ = false;
+  bool ended_ = false, came_round_ = false;
   bool block_done_ = false;               ///< the last block has been carried out: what failed was another
   std::vector<std::string> gouges_told_;  ///< at most kGougesTold: a loop meets them in every pass
   static constexpr std::size_t kGougesTold = 100;
+  std::uint64_t passes_ = 0;  ///< that M99 has begun
+  /// All that a pass of the program depends on, where an earlier one began.
+  struct PassStart {
+    Settings settings;
+    Parameters parameters;
+    std::map<int, Tool> tools;
+  };
+  std::unique_ptr<PassStart> pass_;
 };
 
 }  // namespace trn

@@ -135,7 +135,7 @@ bool LineReader::finish_line(std::size_t length, std::size_t step, std::string_v
   at_ += length + step;
   ++line_;
   if (length > line_length_max_) fail(GcodeErrorCode::kLineTooLong, 1, line_length_max_);
-  if (!line.empty() && line.back() == '\r') line.remove_suffix(1);
+  while (!line.empty() && line.back() == '\r') line.remove_suffix(1);  // "\r\r\n": written in text mode twice
   if (!has_zero_) return true;
   const std::size_t zero = line.find('\0');
   if (zero != std::string_view::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);

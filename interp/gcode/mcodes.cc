@@ -43,7 +43,13 @@ void Executor::tool_select(const Block& b) {
 // Without any table every number will do.
 void Executor::check_tool(int number, std::uint32_t column) const {
   if (number != 0 && !parts_.tools.tools().empty() && !parts_.tools.find(number))
-    fail(GcodeErrorCode::kUnknownTool, column, number);
+    unknown_tool(number, column);
+}
+
+void Executor::unknown_tool(int number, std::uint32_t column) const {
+  const std::string& name = parts_.tools.name();
+  if (name.empty()) fail(GcodeErrorCode::kNoToolTable, column, number);
+  fail(GcodeErrorCode::kUnknownTool, column, number, name);
 }
 
 int Executor::slot_of(int number) const {
@@ -67,6 +73,11 @@ void Executor::tool_change(const Block& b) {
     put(canon::ChangeTool{s_.current_tool, slot_of(s_.current_tool)});
   }
   spindle_slot_ = slot_of(s_.current_tool);
+  tool_parameters();
+}
+
+// #5400 to #5413: what the table says of the tool in the spindle.
+void Executor::tool_parameters() {
   const Tool* tool = parts_.tools.find(s_.current_tool);
   const Tool none;
   if (!tool) tool = &none;

@@ -53,8 +53,7 @@ ModalTable::ModalTable() {
   g_.fill(-1);
   m_.fill(-1);
   for (const GRow& row : kGRows)
-    for (const int code : row.codes10)
-      g_[static_cast<std::size_t>(code)] = static_cast<std::int8_t>(row.group);
+    for (const int code : row.codes10) map_g(code, row.group);
   for (const MRow& row : kMRows)
     for (const int code : row.codes) map_m(code, row.group);
 }

@@ -24,6 +24,7 @@ enum class GGroup : std::uint8_t {
   kSpindleMode,
   kDiameter,
   kTiltedPlane,
+  kIgnored,  ///< of the config: it means nothing here
   kCount
 };
 inline constexpr std::size_t kGGroupCount = static_cast<std::size_t>(GGroup::kCount);
@@ -57,10 +58,14 @@ class ModalTable {
     return code >= 0 && code < kMCodes ? m_[static_cast<std::size_t>(code)] : -1;
   }
 
+  /// Gives a G code (times ten) of the config a group.
+  void map_g(int code10, GGroup group) {
+    g_[static_cast<std::size_t>(code10)] = static_cast<std::int8_t>(group);
+  }
   /// Gives an M code of the config a group (RTCP words, user codes).
   void map_m(int code, MGroup group) { m_[static_cast<std::size_t>(code)] = static_cast<std::int8_t>(group); }
 
-  static constexpr int kGCodes = 2000;
+  static constexpr int kGCodes = 10000;
   static constexpr int kMCodes = 1000;
 
  private:

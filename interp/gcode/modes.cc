@@ -1,9 +1,17 @@
+#include <fmt/format.h>
+
 #include <cmath>
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 
 namespace trn {
+
+namespace {
+
+constexpr double kLongDwell_s = 100;  // more is rarely meant
+
+}  // namespace
 
 void Executor::feed_mode(const Block& b) {
   const int code = b.code(GGroup::kFeedMode);
@@ -145,6 +153,13 @@ void Executor::set_retract(bool to_start) {
 void Executor::dwell(const Block& b) {
   if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G4", "a P word, seconds");
   if (b['P'] < 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G4", "P of 0 or more seconds");
+  if (!warned_dwell_ && b['P'] >= kLongDwell_s && b['P'] == std::round(b['P'])) {
+    parts_.warn(b.at('P'),
+                fmt::format("G4 P{0:g} waits {0:g} seconds; controls that count in milliseconds mean "
+                            "G4 P{1:g}",
+                            b['P'], b['P'] / 1000));
+    warned_dwell_ = true;
+  }
   put(canon::Dwell{b['P']});
 }
 

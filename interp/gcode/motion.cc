@@ -28,7 +28,7 @@ AxisValues Executor::target(const Block& b) const {
   if (b.code(GGroup::kNonModal) == 530) return machine_target(b);
   AxisValues to = s_.position;
   if (!b.has_axis_word()) return to;
-  if (b.has_polar()) to = polar_target(b);
+  if (b.has_polar()) polar(b, to[kX], to[kY]);
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
@@ -41,23 +41,28 @@ AxisValues Executor::target(const Block& b) const {
   return to;
 }
 
-// @ and ^: distance from the origin of XY and angle; what is not given stays as it is.
-AxisValues Executor::polar_target(const Block& b) const {
+// @ and ^: distance of (x, y) from the origin and angle; what is not given stays as it is.
+void Executor::polar(const Block& b, double& x, double& y) const {
   const std::uint32_t column = b.at(b.has(kPolarRadius) ? kPolarRadius : kPolarAngle);
   for (const char letter : {'X', 'Y'})
     if (b.has(letter)) fail(GcodeErrorCode::kPolar, b.at(letter), fmt::format("goes with a word {}", letter));
-  AxisValues to = s_.position;
-  double radius = std::hypot(to[kX], to[kY]);
-  double angle_deg = kDegPerRad * std::atan2(to[kY], to[kX]);
+  double radius = std::hypot(x, y);
+  double angle_deg = kDegPerRad * std::atan2(y, x);
   if (radius == 0 && !b.has(kPolarAngle))
     fail(GcodeErrorCode::kPolar, column, "stands at the origin without ^");
   const bool more = s_.modal.incremental;
   if (radius == 0 && more) fail(GcodeErrorCode::kPolar, column, "stands at the origin in G91");
   if (b.has(kPolarRadius)) radius = b[kPolarRadius] + (more ? radius : 0);
   if (b.has(kPolarAngle)) angle_deg = b[kPolarAngle] + (more ? angle_deg : 0);
-  to[kX] = radius * std::cos(rad_from_deg(angle_deg));
-  to[kY] = radius * std::sin(rad_from_deg(angle_deg));
-  return to;
+  x = radius * std::cos(rad_from_deg(angle_deg));
+  y = radius * std::sin(rad_from_deg(angle_deg));
+}
+
+// Arcs and cycles in the other planes have no XY to which the words could belong.
+void Executor::check_polar_plane(const Block& b) const {
+  if (s_.modal.plane != Plane::kXY)
+    fail(GcodeErrorCode::kPolar, b.at(b.has(kPolarRadius) ? kPolarRadius : kPolarAngle),
+         "goes with arcs and cycles in G17 only");
 }
 
 // G53: the words are the machine's own coordinates.

@@ -60,7 +60,7 @@ void Executor::work_offset(const Block& b) {
 AxisValues Executor::table_offset(int number, std::uint32_t column) const {
   if (number == 0) return AxisValues::Zero();
   const Tool* tool = parts_.tools.find(number);
-  if (!tool) fail(GcodeErrorCode::kUnknownTool, column, number);
+  if (!tool) unknown_tool(number, column);
   return from_mm(tool->offset);
 }
 
@@ -132,8 +132,7 @@ void Executor::g10(const Block& b) {
 void Executor::g10_tool(const Block& b, int l) {
   const int number = static_cast<int>(b['P']);
   if (number == 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', 0, "G10 L1", "a tool number");
-  if (!parts_.tools.tools().empty() && !parts_.tools.find(number))
-    fail(GcodeErrorCode::kUnknownTool, b.at('P'), number);
+  if (!parts_.tools.tools().empty() && !parts_.tools.find(number)) unknown_tool(number, b.at('P'));
   if (b.has('Q') && (b['Q'] != std::round(b['Q']) || b['Q'] < 0 || b['Q'] > 9))
     fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "G10 L1", "an orientation from 0 to 9");
   if (!b.has_axis_word() && (l != 1 || !(b.has('R') || b.has('I') || b.has('J') || b.has('Q'))))
@@ -163,6 +162,7 @@ void Executor::g10_tool(const Block& b, int l) {
   if (b.has('I')) tool.front_deg = b['I'];
   if (b.has('J')) tool.back_deg = b['J'];
   if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
+  if (number == s_.current_tool) tool_parameters();
   AxisValues shown = tool.offset;
   shown.head<3>() /= parts_.config.parameter_unit_mm;
   canon::SetToolTableEntry entry{tool.slot,      number,        shown,           tool.diameter,

@@ -29,7 +29,7 @@ void parse_parameters(std::string_view text, const std::string& name, Parameters
   std::string line;
   std::int64_t last = 0;
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
+    while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
       Lexer lexer(line);
       if (lexer.peek() == '\0' || lexer.peek() == ';') continue;
@@ -75,7 +75,10 @@ std::string read_text_file(const std::string& path) {
     if (file && file.peek() == std::ifstream::traits_type::eof()) return {};
     throw ProgramError(fmt::format("{}:1:1: cannot read the file: {}", path, std::strerror(errno)));
   }
-  return text.str();
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  std::string all = text.str();
+  if (all.rfind(kByteOrderMark, 0) == 0) all.erase(0, kByteOrderMark.size());
+  return all;
 }
 
 void write_text_file(const std::string& path, std::string_view text) {

@@ -75,6 +75,10 @@ class Parameters {
   void pop_frame();
   void clear_frames();
   std::size_t depth() const { return depth_; }
+  /// Every parameter outside of sub-programs has the same value.
+  bool same_values(const Parameters& other) const {
+    return numbered_ == other.numbered_ && globals_ == other.globals_ && frames_[0] == other.frames_[0];
+  }
 
   NameTable names;
 
@@ -89,6 +93,8 @@ class Parameters {
     void set(std::int32_t id, double v);
     void clear() { known.assign(known.size(), false); }
     std::array<double, parameter::kLocalCount> caller_locals{};
+
+    bool operator==(const Named&) const = default;
   };
   std::vector<double> numbered_;
   Named globals_;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/foreign_words.h"
 #include "interp/gcode/lexer.h"
 
 namespace trn {
@@ -91,7 +92,7 @@ void ParsedBlock::clear() {
 Parser::Parser(NameTable& names, NameTable& labels, const std::vector<MappedWord>& words)
     : names_(names), labels_(labels), words_(words) {
   for (const MappedWord& word : words_)
-    if (word.m_code < 0) begins_keyword_[static_cast<unsigned char>(word.text[0])] = true;
+    if (word.is_keyword()) begins_keyword_[static_cast<unsigned char>(word.text[0])] = true;
 }
 
 void Parser::line_number(Lexer& lexer) {
@@ -103,9 +104,18 @@ void Parser::line_number(Lexer& lexer) {
   if (number > 999999999) fail(GcodeErrorCode::kLineNumber, column, number);
 }
 
-void Parser::parse(std::string_view line, ParsedBlock& out) {
+void Parser::parse(std::string_view text, ParsedBlock& out) {
   out.clear();
-  Lexer lexer(line);
+  Lexer lexer(text);
+  try {
+    line(lexer, out);
+  } catch (const BlockError& error) {
+    refuse_foreign_word(text, error);
+    throw;
+  }
+}
+
+void Parser::line(Lexer& lexer, ParsedBlock& out) {
   char c = lexer.peek();
   if (c == '%') {
     out.percent = true;
@@ -170,6 +180,10 @@ void Parser::other_segment(Lexer& lexer, char c, ParsedBlock& out) {
     case 'o':
       fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "not at the beginning of the line",
            "the O-word first on its line");
+    case '=':
+      if (!out.words.empty())
+        fail(GcodeErrorCode::kForeignEquals, lexer.column(), shown_letter(out.words.back().letter));
+      [[fallthrough]];
     default:
       fail(GcodeErrorCode::kBadCharacter, lexer.column(), show_byte(c));
   }
@@ -206,6 +220,7 @@ void Parser::word_value(Lexer& lexer, ParsedWord& parsed, ParsedBlock& out) {
     parsed.value = lexer.number();
     return;
   }
+  if (c == '=') fail(GcodeErrorCode::kForeignEquals, lexer.column(), shown_letter(parsed.letter));
   if (c == '\0' || (c != '#' && c != '[' && c != '+' && c != '-' && !Lexer::is_letter(c)))
     fail(GcodeErrorCode::kMissingValue, parsed.column, shown_letter(parsed.letter));
   ExpressionCompiler compiler(lexer, names_, out.code);
@@ -267,7 +282,7 @@ bool Parser::keyword(Lexer& lexer, char letter, ParsedBlock& out) {
   const std::uint32_t column = lexer.column();
   for (std::size_t i = 0; i < words_.size(); ++i) {
     const MappedWord& mapped = words_[i];
-    if (mapped.m_code >= 0 || mapped.text[0] != letter || !lexer.accept_word(mapped.text)) continue;
+    if (!mapped.is_keyword() || mapped.text[0] != letter || !lexer.accept_word(mapped.text)) continue;
     if (mapped.action == WordAction::kIgnore && !lexer.rest().empty() && lexer.rest()[0] == '(') {
       lexer.skip();
       lexer.comment();  // the arguments of a cycle call
@@ -329,7 +344,12 @@ void Parser::flow(Lexer& lexer, ParsedBlock& out) {
 void Parser::flow_arguments(Lexer& lexer, ParsedBlock& out) {
   const std::size_t most = most_arguments(out.flow.kind);
   ExpressionCompiler compiler(lexer, names_, out.code);
-  while (lexer.peek() == '[') {
+  for (char c = lexer.peek(); c == '[' || c == '('; c = lexer.peek()) {
+    if (c == '(') {
+      lexer.skip();
+      lexer.comment();
+      continue;
+    }
     if (out.flow.arguments.size() == most) fail(GcodeErrorCode::kSubArguments, lexer.column(), most);
     out.flow.arguments.push_back(compiler.bracketed());
   }

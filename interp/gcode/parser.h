@@ -24,6 +24,7 @@ class Parser {
   void parse_flow_only(std::string_view line, ParsedBlock& out);
 
  private:
+  void line(Lexer& lexer, ParsedBlock& out);
   void segments(Lexer& lexer, ParsedBlock& out);
   static void spindle_number(Lexer& lexer);
   void other_segment(Lexer& lexer, char c, ParsedBlock& out);

@@ -1,10 +1,13 @@
 #include "interp/gcode/program_config.h"
 
+#include <fast_float/fast_float.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cctype>
 #include <charconv>
+#include <cmath>
+#include <sstream>
 
 #include "interp/gcode/modal.h"
 
@@ -32,20 +35,66 @@ bool is_word(const std::string& text) {
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
+// "g5.1" -> 51; -1 for what is not G and a number of at most one decimal.
+int g_number10(const std::string& text) {
+  if (text.size() < 2 || text[0] != 'g') return -1;
+  double number = 0;
+  const auto result = fast_float::from_chars(text.data() + 1, text.data() + text.size(), number);
+  const double code10 = std::round(number * 10);
+  const bool whole = result.ec == std::errc() && result.ptr == text.data() + text.size();
+  return whole && std::fabs(code10 - number * 10) < 1e-6 && code10 >= 0 ? static_cast<int>(code10) : -1;
+}
+
+// "p10000" -> P and 10000.
+bool read_value(const std::string& text, std::pair<char, double>& value) {
+  constexpr std::string_view kParameterLetters = "abcdehijklpqrxyz";
+  if (text.size() < 2 || kParameterLetters.find(text[0]) == std::string_view::npos) return false;
+  value.first = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  const char* const end = text.data() + text.size();
+  const auto result = fast_float::from_chars(text.data() + 1, end, value.second);
+  return result.ec == std::errc() && result.ptr == end;
+}
+
+// An entry of `ignored` that begins with a G code: "G187", "G5 P10000". False for one that does not.
+bool read_ignored_g(const ConfigTable& table, const std::string& spelt, std::vector<MappedWord>& words) {
+  std::istringstream parts(lower_case(spelt));
+  MappedWord word{lower_case(spelt), -1, WordAction::kIgnore};
+  std::string part;
+  parts >> part;
+  word.g_code10 = g_number10(part);
+  if (word.g_code10 < 0) return false;
+  while (parts >> part)
+    if (!read_value(part, word.values.emplace_back()))
+      throw table.error("ignored", fmt::format("'{}' in '{}' is no word with a number, as P1", part, spelt));
+  if (word.g_code10 >= ModalTable::kGCodes)
+    throw table.error("ignored",
+                      fmt::format("'{}' is out of range: G0 to G{}", spelt, ModalTable::kGCodes / 10 - 1));
+  word.alone = ModalTable().g_group(word.g_code10) >= 0;
+  if (word.alone && word.values.empty())
+    throw table.error("ignored", fmt::format("'{}' already has a meaning of its own; with the words that it "
+                                             "stands with ('{} P1') only that line is ignored",
+                                             spelt, spelt));
+  words.push_back(std::move(word));
+  return true;
+}
+
 void read_words(const ConfigTable& table, const char* key, const std::vector<std::string>& fallback,
                 WordAction action, std::vector<MappedWord>& words) {
   const ModalTable standard;
   for (const std::string& spelt : table.texts(key, fallback)) {
+    for (const MappedWord& other : words)
+      if (other.text == lower_case(spelt)) throw table.error(key, fmt::format("'{}' is mapped twice", spelt));
+    if (action == WordAction::kIgnore && read_ignored_g(table, spelt, words)) continue;
     MappedWord word{lower_case(spelt), -1, action};
     word.m_code = m_number(word.text);
     if (word.m_code < 0 && !is_word(word.text))
-      throw table.error(key, fmt::format("'{}' is no word: M and a number, or at least two letters", spelt));
+      throw table.error(key,
+                        fmt::format("'{}' is no word: M and a number, or at least two letters{}", spelt,
+                                    action == WordAction::kIgnore ? ", or G, a number and its words" : ""));
     if (word.m_code >= ModalTable::kMCodes)
       throw table.error(key, fmt::format("'{}' is out of range: M0 to M{}", spelt, ModalTable::kMCodes - 1));
     if (word.m_code >= 0 && standard.m_group(word.m_code) >= 0)
       throw table.error(key, fmt::format("'{}' already has a meaning of its own", spelt));
-    for (const MappedWord& other : words)
-      if (other.text == word.text) throw table.error(key, fmt::format("'{}' is mapped twice", spelt));
     words.push_back(std::move(word));
   }
 }
@@ -140,7 +189,8 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   if (table.has("safe_z_mm")) config.safe_z_mm = table.number("safe_z_mm");
   config.block_delete = table.boolean("block_delete", config.block_delete);
   config.optional_stop = table.boolean("optional_stop", config.optional_stop);
-  config.require_program_end = table.boolean("require_program_end", config.require_program_end);
+  if (table.has("end_required"))
+    config.end = table.boolean("end_required") ? ProgramEnd::kRequired : ProgramEnd::kFree;
   config.wrapped_mask = read_wrapped(table);
   config.great_circle = table.boolean("great_circle", config.great_circle);
   config.words.clear();

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "core/config.h"
@@ -21,6 +22,18 @@ struct MappedWord {
   std::string text;  ///< lower case
   int m_code = -1;   ///< or -1
   WordAction action = WordAction::kIgnore;
+  int g_code10 = -1;  ///< or -1; kIgnore only: a G code, times ten
+  /// The values that must stand with the G code, as P10000; none: any.
+  std::vector<std::pair<char, double>> values = {};
+  bool is_keyword() const { return m_code < 0 && g_code10 < 0; }
+  bool alone = false;  ///< the G code has a meaning of its own: only these words, alone on a line
+};
+
+/// Whether a file must end with M2, M30 or a closing %.
+enum class ProgramEnd : std::uint8_t {
+  kExpected,  ///< a warning without it
+  kRequired,  ///< an error
+  kFree
 };
 
 /// An M code that switches corrections on or off until the program's end.
@@ -55,11 +68,11 @@ struct ProgramConfig {
   std::optional<double> safe_z_mm;   ///< machine Z to cross at when a program begins further down
   bool block_delete = false;         ///< lines that begin with '/' are skipped
   bool optional_stop = true;
-  bool require_program_end = true;  ///< a file must end with M2, M30 or %
-  bool io = false;                  ///< the machine has a section [io]: inputs and a probe
-  bool spindle_encoder = false;     ///< and [io.spindle] with an encoder
-  double spindle_rpm_s = 0;         ///< how fast its speed can change; 0: any speed at once
-  unsigned wrapped_mask = 0;        ///< bit kA..kC: absolute words take the short way round
+  ProgramEnd end = ProgramEnd::kExpected;
+  bool io = false;               ///< the machine has a section [io]: inputs and a probe
+  bool spindle_encoder = false;  ///< and [io.spindle] with an encoder
+  double spindle_rpm_s = 0;      ///< how fast its speed can change; 0: any speed at once
+  unsigned wrapped_mask = 0;     ///< bit kA..kC: absolute words take the short way round
   bool great_circle = false;  ///< at program start: the tool axis goes the shortest way, not the rotary words
   std::vector<MappedWord> words = {{"orivect", -1, WordAction::kGreatCircle},
                                    {"oriaxes", -1, WordAction::kAxisPath},

@@ -33,12 +33,16 @@ struct ModalState {
   double orientation_deg = 0;
   bool great_circle = false;  ///< the tool axis goes the shortest way with RTCP on
   int work_offset = 1;        ///< 1: G54 .. 9: G59.3
+
+  bool operator==(const ModalState&) const = default;
 };
 
 /// Words of a canned cycle that stay in force while the same cycle goes on.
 struct CycleWords {
   double initial = 0;  ///< height along the hole's axis where the series of cycles began
   double r = 0, bottom = 0, p = 0, q = 0, i = 0, j = 0, k = 0, h = 0, retract = 0;
+
+  bool operator==(const CycleWords&) const = default;
 };
 
 /// The whole state of the language: lengths in the current program units, angles in degrees.
@@ -61,6 +65,8 @@ struct Settings {
   bool tilted = false, tilted_aligned = false;
   Vec3 tilt_origin = Vec3::Zero();
   Mat3 R_tilt = Mat3::Identity();
+
+  bool operator==(const Settings&) const = default;
 };
 
 }  // namespace trn

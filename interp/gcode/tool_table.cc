@@ -56,10 +56,21 @@ void read_field(char letter, double value, std::uint32_t column, Tool& tool) {
   }
 }
 
+// "POC FMS LEN DIAM COMMENT": words without a number, of a table of old.
+bool is_headline(std::string_view line) {
+  const std::string_view text = line.substr(0, line.find(';'));
+  int letters = 0;
+  for (const char c : text) {
+    if (Lexer::is_digit(c)) return false;
+    letters += Lexer::is_letter(c);
+  }
+  return letters > 1;
+}
+
 // False for an empty line.
 bool read_tool(std::string_view line, Tool& tool) {
   Lexer lexer(line);
-  bool any = false;
+  bool any = false, numbered = false;
   for (char c = lexer.peek(); c != '\0' && c != ';'; c = lexer.peek()) {
     const std::uint32_t column = lexer.column();
     if (!Lexer::is_letter(c)) fail(GcodeErrorCode::kBadCharacter, column, show_byte(c));
@@ -67,9 +78,10 @@ bool read_tool(std::string_view line, Tool& tool) {
     const double value = lexer.number();
     read_field(c, value, column, tool);
     any = true;
+    numbered |= c == 't';
   }
   if (lexer.accept(';')) tool.comment = std::string(lexer.rest());
-  if (any && tool.number == 0) fail(GcodeErrorCode::kMissingWord, 1, "a tool", "T and its number");
+  if (any && !numbered) fail(GcodeErrorCode::kMissingWord, 1, "a tool", "T and its number");
   return any;
 }
 
@@ -82,25 +94,28 @@ const Tool* ToolTable::find(int number) const {
 
 Tool& ToolTable::at_or_new(int number) {
   Tool& tool = tools_[number];
-  if (tool.number == 0) tool.slot = static_cast<int>(tools_.size());
+  if (tool.number == 0) tool.slot = ++lines_;
   tool.number = number;
   return tool;
 }
 
 ToolTable ToolTable::parse(std::string_view text, const std::string& name, double unit_mm) {
   ToolTable table;
+  table.name_ = name;
   std::istringstream stream{std::string(text)};
   std::string line;
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
-    if (!line.empty() && line.back() == '\r') line.pop_back();
+    while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
       Tool tool;
+      if (table.lines_ == 0 && is_headline(line)) continue;
       if (!read_tool(line, tool)) continue;
+      tool.slot = ++table.lines_;
+      if (tool.number == 0) continue;
       if (table.tools_.count(tool.number))
         fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
       tool.offset.head<3>() *= unit_mm;
       tool.diameter *= unit_mm;
-      tool.slot = static_cast<int>(table.tools_.size()) + 1;
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {
       throw ProgramError(fmt::format("{}:{}:{}: {}", name, number, error.column, error.what()));

@@ -3,18 +3,18 @@
 #include <cstdio>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
-#include "core/config.h"
-#include "core/machine.h"
 #include "core/units.h"
 #include "interp/gcode/canon_printer.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 #include "interp/gcode/parameter_file.h"
+#include "kernel/assembly.h"
 #include "kernel/commands/commands.h"
-#include "kernel/corrections.h"
-#include "kinematics/factory.h"
+#include "kernel/limit_scout.h"
 
 namespace trn {
 
@@ -26,10 +26,12 @@ struct InterpretOptions {
   int max_errors = 20;
 };
 
-/// Counts what the planner would get.
+/// Counts what the planner would get, and hands it to the judge of the axes' ranges.
 class MoveCounter : public MoveSink {
  public:
+  explicit MoveCounter(MoveSink* judge) : judge_(judge) {}
   void move(const ProgramMove& move) override {
+    if (judge_) judge_->move(move);
     ++moves;
     if (move.kind == ProgramMove::Kind::kTraverse)
       ++traverses;
@@ -37,28 +39,50 @@ class MoveCounter : public MoveSink {
       path += (move.to - move.from).head<3>().norm();
   }
   void event(const QueueEvent&, SourceLine) override { ++events; }
+  void stop_judging() { judge_ = nullptr; }
   std::uint64_t moves = 0, traverses = 0, events = 0;
   double path = 0;  ///< chords of feeds, mm
+
+ private:
+  MoveSink* judge_;
 };
 
-struct Outcome {
-  int errors = 0, warnings = 0;
+/// Canonical functions, printed or lowered to moves or both.
+struct CanonTee : CanonSink {
+  void put(const CanonCommand& command, std::uint32_t line) override {
+    for (CanonSink* sink : sinks) sink->put(command, line);
+  }
+  std::vector<CanonSink*> sinks;
+};
+
+/// Counts and prints what is wrong with a program.
+struct Findings {
+  int errors = 0, warnings = 0, errors_max = 0;
+
+  void error(const std::string& text) {
+    ++errors;
+    if (errors <= errors_max) fmt::print(stderr, "{}\n", text);
+    if (errors == errors_max) fmt::print(stderr, "{} errors, giving up\n", errors);
+  }
+  void warning(const std::string& text) {
+    if (++warnings <= errors_max) fmt::print(stderr, "{}\n", text);
+  }
+  bool enough() const { return errors >= errors_max; }
 };
 
 // Steps to the end; an error is told and the program gone on with, where that makes sense.
-Outcome run_program(Interpreter& interpreter, int max_errors, const std::function<void()>& on_error) {
-  Outcome outcome;
-  for (;;) {
+void run_program(Interpreter& interpreter, Findings& findings, const std::function<void()>& on_error) {
+  while (!findings.enough()) {
     try {
-      if (!interpreter.step()) return outcome;
+      if (!interpreter.step()) return;
+      if (interpreter.loops_long())
+        return findings.warning(fmt::format(
+            "{}: warning: read up to here: after {} lines the program still goes round, perhaps for ever",
+            interpreter.place_of(interpreter.line(), 0), interpreter.lines_run()));
     } catch (const ProgramError& error) {
       on_error();
-      fmt::print(stderr, "{}\n", error.what());
-      if (++outcome.errors >= max_errors) {
-        fmt::print(stderr, "{} errors, giving up\n", outcome.errors);
-        return outcome;
-      }
-      if (!interpreter.recover()) return outcome;
+      findings.error(error.what());
+      if (findings.enough() || !interpreter.recover()) return;
     }
   }
 }
@@ -66,28 +90,43 @@ Outcome run_program(Interpreter& interpreter, int max_errors, const std::functio
 // Without a machine: what the stand-alone interpreters of the family have when they are given no tool table.
 ToolTable sample_tools() {
   return ToolTable::parse(
-      "T1 P1 Z0.511 D0.125\nT2 P2 Z0.1 D0.0625\nT3 P3 Z1.273 D0.201\nT99999 P99999 Z0.1\n", "sample tools",
-      kMmPerInch);
+      "T1 P1 Z0.511 D0.125\nT2 P2 Z0.1 D0.0625\nT3 P3 Z1.273 D0.201\nT99999 P99999 Z0.1\n",
+      "the sample table that stands in for the one that was not given", kMmPerInch);
 }
 
-int interpret(const InterpretOptions& options, const ProgramConfig& config, const Kinematics* kinematics) {
+// `assembly` is null without a machine: there are no ranges then.
+int interpret(const InterpretOptions& options, const ProgramConfig& config, const Assembly* assembly) {
   Parameters parameters;
-  ToolTable tools = options.machine.empty() ? sample_tools() : ToolTable();
+  ToolTable tools = assembly ? ToolTable() : sample_tools();
   if (!options.variables.empty()) load_parameters(options.variables, parameters);
   if (!options.tools.empty()) tools = ToolTable::load(options.tools, config.parameter_unit_mm);
-  MoveCounter counter;
+  Findings findings;
+  findings.errors_max = options.max_errors;
+  const Kinematics* kinematics = assembly ? assembly->kinematics.get() : nullptr;
+  const Interpreter* reader = nullptr;
   CanonPrinter printer(stdout);
+  std::optional<LimitScout> scout;
+  if (assembly)
+    scout.emplace(*assembly, [&](const RefusedMove& refused) {
+      printer.stop(true);
+      findings.error(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
+    });
+  MoveCounter counter(scout ? &*scout : nullptr);
   Lowering lowering(config, kinematics, counter);
-  int warnings = 0;
-  CanonSink* sink = &lowering;
-  if (options.canon) sink = &printer;
-  Interpreter interpreter({config, parameters, tools, kinematics, *sink, [&](const Diagnostic& warning) {
-                             ++warnings;
-                             if (warnings <= options.max_errors) fmt::print(stderr, "{}\n", warning.text);
-                           }});
+  CanonTee tee;
+  if (options.canon) tee.sinks.push_back(&printer);
+  if (!options.canon || assembly) tee.sinks.push_back(&lowering);
+  CanonSink& sink = tee.sinks.size() == 1 ? *tee.sinks.front() : tee;
+  Interpreter interpreter({config, parameters, tools, kinematics, sink,
+                           [&](const Diagnostic& warning) { findings.warning(warning.text); }, false, true});
+  reader = &interpreter;
   interpreter.open(options.program);
-  // What follows an error is only searched for more errors: its functions are not what the program means.
-  const Outcome outcome = run_program(interpreter, options.max_errors, [&] { printer.stop(true); });
+  // What follows an error is only searched for more of the kind: its functions and places are not what the
+  // program means.
+  run_program(interpreter, findings, [&] {
+    printer.stop(true);
+    counter.stop_judging();
+  });
   if (options.canon) {
     printer.stop(false);
     printer.put(canon::Plain{PlainCanon::kOnReset}, 0);
@@ -96,44 +135,33 @@ int interpret(const InterpretOptions& options, const ProgramConfig& config, cons
   } else {
     fmt::print("{}: {} lines, {} moves ({} rapid), {:.1f} mm of feed, {} events, {} warnings, {} errors\n",
                options.program, interpreter.line(), counter.moves, counter.traverses, counter.path,
-               counter.events, warnings, outcome.errors);
+               counter.events, findings.warnings, findings.errors);
   }
-  if (options.save_variables && outcome.errors == 0) save_parameters(options.variables, parameters);
-  return outcome.errors;
+  if (options.save_variables && findings.errors == 0) save_parameters(options.variables, parameters);
+  return findings.errors;
 }
 
 Exit run(const InterpretOptions& options) {
-  std::unique_ptr<Kinematics> kinematics;
+  std::optional<Assembly> assembly;
   ProgramConfig config;
-  try {
-    if (!options.machine.empty()) {
-      const Machine machine = read_machine(load_config(options.machine));
-      kinematics = make_kinematics(machine);
-      config = read_program_config(machine.root);
-      config.switches = read_switches(machine.root, config);
-    }
-  } catch (const ConfigError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadConfig;
+  if (!options.machine.empty()) {
+    assembly.emplace(assemble(options.machine));
+    config = assembly->program;
   }
   if (options.units == "inch" || (options.units.empty() && options.machine.empty()))
     config.parameter_unit_mm = kMmPerInch;
   if (options.block_delete) config.block_delete = true;
-  try {
-    return interpret(options, config, kinematics.get()) == 0 ? Exit::kDone : Exit::kBadProgram;
-  } catch (const ProgramError& error) {
-    fmt::print(stderr, "{}\n", error.what());
-    return Exit::kBadProgram;
-  }
+  return interpret(options, config, assembly ? &*assembly : nullptr) == 0 ? Exit::kDone : Exit::kBadProgram;
 }
 
 }  // namespace
 
 void add_interpret(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<InterpretOptions>();
-  CLI::App* command = app.add_subcommand("interpret",
-                                         "Read a program to its end without moving anything: all its errors, "
-                                         "or its canonical machining functions");
+  CLI::App* command =
+      app.add_subcommand("interpret",
+                         "Read a program to its end without moving anything: all its errors, with "
+                         "a machine its axes' ranges too, or its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
   command->add_option("--machine", options->machine,
                       "machine config (.toml); without it: all six words, no RTCP");

@@ -99,7 +99,27 @@ const Case kCases[] = {
     {"F9 G38.2 X0",
      "p.ngc:1:4: the probe move ends where it starts: 'G38.2'; legal: a straight move that is not zero"},
     {"G5.3", "p.ngc:1:1: G5.3 without G5.2: G5.2 first: 'G5.3'"},
-    {"T9", "p.ngc:1:1: tool 9 is not in the tool table: 'T9'; legal: a tool of the table"},
+    {"T9",
+     "p.ngc:1:1: tool 9 is not in t.tbl: 'T9'; legal: a tool of the table; --tools FILE.tbl gives another "
+     "table"},
+    {"O1\nG0 X1\nO2",
+     "p.ngc:3:1: another program begins here, and the one before it has not ended: 'O2'; legal: M30 or M99 "
+     "at "
+     "the end of every program"},
+    {"IF [#1 EQ 2] GOTO 5",
+     "p.ngc:1:1: IF and THEN are other controls' words: 'IF'; legal: o100 if [#1 eq 2], o100 else and o100 "
+     "endif, each on a line of its own"},
+    {"G0 X1\nWHILE [#1 LT 5] DO1",
+     "p.ngc:2:1: WHILE is a word of other controls' loops: 'WHILE'; legal: o100 while [#1 lt 5] and o100 "
+     "endwhile, or o100 repeat [5] and o100 endrepeat"},
+    {"N5 GOTO 10",
+     "p.ngc:1:4: GOTO is another control's word, and there are no jumps: 'GOTO'; legal: o100 if, o100 while, "
+     "o100 break, or a sub-program"},
+    {"G1 X=5", "p.ngc:1:5: '=' behind X is another control's form: '=5'; legal: X10 for X=10, #1=5 for R1=5"},
+    {"G0 X1 SUPA",
+     "p.ngc:1:7: SUPA is no word of this language: 'SUPA'; legal: a letter with a number, as X10; a word "
+     "that "
+     "means nothing here may stand in [program] ignored"},
     {"G41.1 D2\nG41.1 D2",
      "p.ngc:2:1: G41.1 is not possible while cutter compensation is on: 'G41.1'; legal: G40 first"},
     {"F9 G41.1 D10\nG1 X20\nX21\nX22 Y50\nX0 Y60", nullptr},
@@ -185,6 +205,12 @@ TEST(Errors, EveryClassIsReached) {
                                      std::string("T1 M6\nG43.5\nG1 F9 I1 J0 K-1\n")})
     reached.merge(code_of(program, five));
   reached.merge(code_of("G0 X9000 Y9000 Z9000\nG43.4 H1\n", test::shipped("rail_mill")));
+  Session none;
+  none.tools = ToolTable();
+  reached.merge(code_of("G43 H7\n", none));
+  Session strict;
+  strict.config.end = ProgramEnd::kRequired;
+  reached.merge(code_of("G0 X1\n", strict));
   try {
     Session s;
     test::CanonText sink;
@@ -247,8 +273,9 @@ TEST(Errors, EndlessRecursionIsRefused) {
 TEST(Errors, MissingEndOfProgram) {
   Session session;
   test::CanonText sink;
+  session.config.end = ProgramEnd::kRequired;
   EXPECT_THROW(session.run("G0 X1\n", sink), GcodeError);
-  session.config.require_program_end = false;
+  session.config.end = ProgramEnd::kFree;
   EXPECT_NO_THROW(session.run("G0 X1\n", sink));
   EXPECT_NO_THROW(Session().run("%\nG0 X1\n%\nthis is not read\n", sink));
 }

@@ -49,11 +49,11 @@ struct Session {
   std::vector<std::string> warnings;
   std::uint64_t blocks = 0;
 
-  void run(const std::string& program, CanonSink& sink) {
+  void run(const std::string& program, CanonSink& sink, int steps_max = 1'000'000'000) {
     Interpreter interpreter({config, parameters, tools, kinematics.get(), sink,
                              [&](const Diagnostic& warning) { warnings.push_back(warning.text); }});
     interpreter.open_text(program, "p.ngc");
-    while (interpreter.step()) {
+    while (steps_max-- > 0 && interpreter.step()) {
     }
     blocks = interpreter.blocks();
   }
