@@ -1,10 +1,11 @@
 #!/usr/bin/env python3
 """Lines per second of `trunnion interpret` beside another RS274/NGC interpreter, if one is installed.
 
-    bench/compare_interpreters.py build/release/trunnion [--other 'rs274 -g'] [--lines 200000]
+    bench/compare_interpreters.py build/release/trunnion [--other 'rs274 -g'] [--lines 200000] [--canon]
 
 Times are processor seconds of the whole process, five in turns, canonical output thrown away: the ratio of the
-best ones, and of the median ones in brackets.
+best ones, and of the median ones in brackets. --canon: ours prints its canonical functions as the other one
+does, without a machine. The other one has a HOME of its own, since it keeps its tool table there in one file.
 """
 import argparse
 import os
@@ -26,7 +27,8 @@ def programs(n):
 
 def cpu_seconds(command, folder):
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    subprocess.run(command, cwd=folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, check=False)
+    subprocess.run(command, cwd=folder, env={**os.environ, "HOME": folder}, stdout=subprocess.DEVNULL,
+                   stderr=subprocess.DEVNULL, check=False)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
@@ -37,6 +39,7 @@ def main():
     parser.add_argument("--machine", default=os.path.join(os.path.dirname(__file__), "../configs/cradle.toml"))
     parser.add_argument("--other", default="rs274 -g")
     parser.add_argument("--lines", type=int, default=200000)
+    parser.add_argument("--canon", action="store_true")
     args = parser.parse_args()
     ours = os.path.abspath(args.trunnion)
     other = shlex.split(args.other)
@@ -47,7 +50,8 @@ def main():
             with open(path, "w", encoding="ascii") as file:
                 file.write("\n".join(["G21 G90 G1 F1000", *lines, "M2", ""]))
             size = os.path.getsize(path) / 1e6
-            commands = [[ours, "interpret", path, "--machine", os.path.abspath(args.machine)]]
+            how = ["--canon"] if args.canon else ["--machine", os.path.abspath(args.machine)]
+            commands = [[ours, "interpret", path, *how]]
             if has_other:
                 commands.append([*other, path])
             rounds = [[cpu_seconds(command, folder) for command in commands] for _ in range(5)]

@@ -52,9 +52,10 @@ def load_on_purpose(path):
 
 
 def run(command, folder):
+    # The reference keeps its tool table in one file of HOME, which every rs274 that runs would share.
     try:
-        result = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.PIPE, check=False,
-                                timeout=10)
+        result = subprocess.run(command, cwd=folder, env={**os.environ, "HOME": folder}, stdout=subprocess.PIPE,
+                                stderr=subprocess.PIPE, check=False, timeout=10)
     except subprocess.TimeoutExpired:
         return 124, "", "does not end"
     return result.returncode, result.stdout.decode("latin-1"), result.stderr.decode("latin-1")

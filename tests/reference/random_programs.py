@@ -81,6 +81,7 @@ def offsets(rng):
         lambda: "G1 " + axes(rng, "XYZABC"),
         lambda: "G53 G0 " + axes(rng, "XYZ"),
         lambda: "(DEBUG,#5220 #5230 #5210 #5420 #5421 #5422)",
+        lambda: "(DEBUG,%f #<_abs_x> #<_abs_y> #<_abs_z> #<_abs_a> #<_x>)",
     ]
     for _ in range(rng.randint(3, 10)):
         lines.append(rng.choice(pieces)())
@@ -92,7 +93,9 @@ def cycles(rng):
     lines.append("G0 " + axes(rng, "XYZ"))
     for _ in range(rng.randint(1, 4)):
         code = rng.choice(["G81", "G82", "G83", "G73", "G84", "G85", "G86", "G89", "G81", "G88", "G87"])
-        words = axes(rng, "XYZ") + (" I.5 J-.5 K-1" if code == "G87" else "")
+        polar = rng.choice(["", "", "", f"@{number(rng, 1, 9)} ", f"^{number(rng, -180, 180)} ",
+                            f"@{number(rng, 1, 9)} ^{number(rng, -180, 180)} "])
+        words = (polar + axes(rng, "Z") if polar else axes(rng, "XYZ")) + (" I.5 J-.5 K-1" if code == "G87" else "")
         words += rng.choice(["", f" R{number(rng, 0, 9)}"]) + rng.choice(["", " P1"]) + rng.choice(["", " Q1.3"])
         words += rng.choice(["", "", " L2", " L3"])
         lines.append(rng.choice(["", "", "G98 ", "G99 "]) + rng.choice([code + " ", code + " ", ""]) + words)
