@@ -21,7 +21,8 @@ def tilted(v):
 
 
 def main():
-    print("(cone frustum in the manner of ISO 10791-7: half angle 15, tilted by 10 deg)")
+    print("(cone frustum in the manner of ISO 10791-7: half angle 15, tilted by 10 deg; "
+          "machine: ../configs/cradle.toml; tools: tools.tbl)")
     print("G21 G90 G94 G64 P0.005 R0.02\nT1 M6 G43 H1\nM428")
     last_c = 0.0
     for i in range(STEPS + 1):

@@ -23,7 +23,7 @@ RETRACT = 60.0                           # mm along the tool axis
 HEADER = """%
 (impeller: the channels of a seven-bladed impeller, five axes at once, written by make_impeller.py)
 (shows: RTCP with A and C moving in every block, moves of 0.7 mm kept fast by G64, rapids that turn the table)
-(machine: configs/cradle.toml; tool 1 of tools.tbl, ball nose 6 mm, 100 mm long)
+(machine: ../configs/cradle.toml; tools: tools.tbl, tool 1 is a ball nose of 6 mm, 100 mm long)
 (program zero: where A and C cross; the part stands on the table, 75 mm below)
 G21 G17 G40 G49 G80 G90 G94
 T1 M6

@@ -9,6 +9,7 @@
 #include "interp/gcode/parameter_file.h"
 #include "interp/plan/speed/sample_stretch.h"
 #include "kernel/commands/commands.h"
+#include "kernel/commands/run_inputs.h"
 #include "kernel/run_pictures.h"
 #include "kernel/run_report.h"
 #include "kernel/simulation.h"
@@ -19,13 +20,15 @@ namespace trn {
 namespace {
 
 struct RunOptions {
-  std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log;
+  std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log, project;
   int trace_density = 1;
   bool json = false, trace_corrections = false, single_block = false;
   std::uint32_t from_line = 0;
+  double stop_after_s = 0;  ///< 0: not given
 };
 
-constexpr double kPathStep = 0.05;  // of the path parameter, in --path
+constexpr double kEndlessShown_s = 3600;  // of motion, where the check has found no end
+constexpr double kPathStep = 0.05;        // of the path parameter, in --path
 
 /// Collects the pieces of a stretch, and writes its joint path and a line about it when it is planned.
 class PathExport {
@@ -143,6 +146,8 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   SimulationOptions simulation;
   if (!options.script.empty()) simulation.script = read_operator_script(options.script);
   simulation.single_block = options.single_block;
+  if (checked.endless != 0) simulation.stop_after_s = kEndlessShown_s;
+  if (options.stop_after_s > 0) simulation.stop_after_s = options.stop_after_s;
   simulation.log = log.get();
   simulation.program = options.program;
   simulation.from_line = options.from_line;
@@ -174,7 +179,15 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   return Exit::kMachineFault;
 }
 
-Exit run(const RunOptions& options) {
+Exit run(RunOptions options) {
+  const RunInputs inputs =
+      complete_inputs({options.program, options.machine, options.tools}, options.project);
+  if (inputs.program.empty()) throw CLI::RequiredError("program");
+  if (inputs.machine.empty())
+    throw CLI::RequiredError("--machine, or a comment (machine: FILE.toml) in the program's first lines,");
+  options.program = inputs.program;
+  options.machine = inputs.machine;
+  options.tools = inputs.tools;
   Assembly assembly = assemble(options.machine);
   if (options.trace_density > 1) set_period(assembly, assembly.machine.period_s / options.trace_density);
   return simulate_program(options, assembly);
@@ -188,8 +201,15 @@ void add_run(CLI::App& app, Exit& exit) {
                                          "Run a program on simulated drives, faster than real time, and tell "
                                          "how it went. The program is checked "
                                          "to its end first; with an error in it nothing moves.");
-  command->add_option("program", options->program, "G-code file")->required();
-  command->add_option("--machine", options->machine, "machine config (.toml)")->required();
+  command->add_option("program", options->program, "G-code file");
+  command->add_option(
+      "--machine", options->machine,
+      "machine config (.toml); without it the one that a comment of the program's first lines "
+      "names, relative to its folder: (machine: ../configs/mill.toml; tools: tools.tbl)");
+  command->add_option(
+      "--project", options->project,
+      "the project's folder, as run.sh gives it: files not found from here are looked for in it, "
+      "examples by their name alone; without a program its impeller, without a machine its cradle");
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)");
   command->add_flag("--trace-corrections", options->trace_corrections,
                     "in the trace, also what each correction adds to each joint");
@@ -207,7 +227,7 @@ void add_run(CLI::App& app, Exit& exit) {
       "--report", options->pictures,
       "write pictures of the run into this folder: report.html, which needs nothing else, and each as "
       "SVG: speed, joints, path, deviation");
-  command->add_option("--tools", options->tools, "tool table (.tbl)");
+  command->add_option("--tools", options->tools, "tool table (.tbl); without it as --machine");
   command->add_option("--vars", options->variables,
                       "variables (.var), read before and written after the run");
   command
@@ -215,6 +235,12 @@ void add_run(CLI::App& app, Exit& exit) {
                    "begin at this line of the program: the lines before it set modes, offsets and tool "
                    "without moving, the machine goes to where they end (up to [program] safe_z_mm, across, "
                    "down), then the program goes on")
+      ->check(CLI::PositiveNumber);
+  command
+      ->add_option(
+          "--stop-after", options->stop_after_s,
+          "stop once the motion has taken so many seconds; 3600 for a program that goes round for ever, as "
+          "with M99 at its end")
       ->check(CLI::PositiveNumber);
   command->add_option("--operator", options->script,
                       "what the operator does: lines of SECONDS ACTION [VALUE] with hold, resume, stop, "

@@ -1,0 +1,20 @@
+#pragma once
+
+#include <string>
+
+namespace trn {
+
+/// The files of a run.
+struct RunInputs {
+  std::string program, machine, tools;
+};
+
+/// Fills in what the command line has left open. `project` is the project's folder, or "": a relative path
+/// that is not found from here is looked for in it, a program also in its examples/ and without its ending;
+/// without a program its impeller runs, without a machine its cradle.
+///
+/// Machine and tools may also stand in a comment of the program's first lines, relative to its folder:
+/// "(machine: ../configs/mill.toml; tools: tools.tbl)". They count where the command line names none.
+RunInputs complete_inputs(RunInputs given, const std::string& project);
+
+}  // namespace trn
