@@ -98,12 +98,12 @@ constexpr std::array<GcodeErrorInfo, static_cast<std::size_t>(GcodeErrorCode::kC
     {"polar", "the polar coordinate @ or ^ {}", "@ and ^ with G0, G1, an arc or a cycle, without X and Y"},
     {"foreign_branch", "IF and THEN are other controls' words",
      "o100 if [#1 eq 2], o100 else and o100 endif, each on a line of its own"},
-    {"foreign_loop", "{} is a word of other controls' loops",
+    {"foreign_loop", "WHILE, DO, FOR, LOOP and their ends are other controls' words",
      "o100 while [#1 lt 5] and o100 endwhile, or o100 repeat [5] and o100 endrepeat"},
-    {"foreign_jump", "{} is another control's word, and there are no jumps",
+    {"foreign_jump", "GOTO and its kind are other controls' words, and there are no jumps",
      "o100 if, o100 while, o100 break, or a sub-program"},
     {"foreign_equals", "'=' behind {} is another control's form", "X10 for X=10, #1=5 for R1=5"},
-    {"foreign_word", "{} is no word of this language",
+    {"foreign_word", "this is no word of this language",
      "a letter with a number, as X10; a word that means nothing here may stand in [program] ignored"},
 }};
 

@@ -86,12 +86,10 @@ void refuse_foreign_word(std::string_view line, const BlockError& error) {
   for (LetterRun run = next_run(line, i); !run.text.empty(); run = next_run(line, i)) {
     if (run.text == "o") return;  // what follows is an O-word, with messages of its own
     const auto column = static_cast<std::uint32_t>(run.at) + 1;
-    std::string shown(line.substr(run.at, run.text.size()));
     for (const ForeignWord& word : kForeignWords)
-      if (word.text == run.text) fail(word.code, column, shown);
+      if (word.text == run.text) fail(word.code, column);
     const bool here = error.column >= column && error.column <= column + run.text.size();
-    if (here && run.text.size() > 1 && !run.bracket_follows)
-      fail(GcodeErrorCode::kForeignWord, column, shown);
+    if (here && run.text.size() > 1 && !run.bracket_follows) fail(GcodeErrorCode::kForeignWord, column);
   }
 }
 

@@ -9,7 +9,7 @@
 namespace trn {
 
 /// The line could not be read: throws the error that names the other control's word in it, if there is one
-/// that explains `error`; else it returns.
+/// that explains `error`; else it returns. The error's sentence quotes nothing of the line.
 void refuse_foreign_word(std::string_view line, const BlockError& error);
 
 /// A parameter of the line that other controls give a meaning that it does not have here.

@@ -89,7 +89,7 @@ PROGRAMS = [
             message="{file}:1:1: bad line number 99999999999: 'N99999999999'; legal: N and an integer from 0 to "
                     "999999999, first on the line"),
     Program("unknown_word", START + "SPINDLEON\nM2\n",
-            message="{file}:2:1: SPINDLEON is no word of this language: 'SPINDLEON'; legal: a letter with a number, as "
+            message="{file}:2:1: this is no word of this language: 'SPINDLEON'; legal: a letter with a number, as "
                     "X10; a word that means nothing here may stand in [program] ignored"),
     Program("unknown_g", START + "G12.3 X1\nM2\n",
             message="{file}:2:1: unknown G code G12.3: 'G12.3'; legal: the codes listed in docs/gcode.md"),

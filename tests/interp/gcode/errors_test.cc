@@ -110,14 +110,16 @@ const Case kCases[] = {
      "p.ngc:1:1: IF and THEN are other controls' words: 'IF'; legal: o100 if [#1 eq 2], o100 else and o100 "
      "endif, each on a line of its own"},
     {"G0 X1\nWHILE [#1 LT 5] DO1",
-     "p.ngc:2:1: WHILE is a word of other controls' loops: 'WHILE'; legal: o100 while [#1 lt 5] and o100 "
+     "p.ngc:2:1: WHILE, DO, FOR, LOOP and their ends are other controls' words: 'WHILE'; legal: o100 while "
+     "[#1 lt 5] and o100 "
      "endwhile, or o100 repeat [5] and o100 endrepeat"},
     {"N5 GOTO 10",
-     "p.ngc:1:4: GOTO is another control's word, and there are no jumps: 'GOTO'; legal: o100 if, o100 while, "
+     "p.ngc:1:4: GOTO and its kind are other controls' words, and there are no jumps: 'GOTO'; legal: o100 "
+     "if, o100 while, "
      "o100 break, or a sub-program"},
     {"G1 X=5", "p.ngc:1:5: '=' behind X is another control's form: '=5'; legal: X10 for X=10, #1=5 for R1=5"},
     {"G0 X1 SUPA",
-     "p.ngc:1:7: SUPA is no word of this language: 'SUPA'; legal: a letter with a number, as X10; a word "
+     "p.ngc:1:7: this is no word of this language: 'SUPA'; legal: a letter with a number, as X10; a word "
      "that "
      "means nothing here may stand in [program] ignored"},
     {"G41.1 D2\nG41.1 D2",
