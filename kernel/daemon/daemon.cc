@@ -89,6 +89,32 @@ void drain_reports(const DaemonParts& parts, Director& director) {
   }
 }
 
+// A name that anybody may have sent, fit for the log.
+std::string shown(const std::string& name) {
+  constexpr std::size_t kShownMax = 40;
+  std::string out = name.substr(0, kShownMax);
+  for (char& c : out)
+    if (c < ' ' || c > '~') c = '?';
+  return out;
+}
+
+/// Tells, once a minute at most, that messages were dropped.
+class DropTeller {
+ public:
+  void look(const LcmLink& link) {
+    const auto now = std::chrono::steady_clock::now();
+    if (link.dropped() == told_ || now < quiet_until_) return;
+    spdlog::warn("{} datagrams on this machine's channels were no messages and were dropped",
+                 link.dropped() - told_);
+    told_ = link.dropped();
+    quiet_until_ = now + std::chrono::minutes(1);
+  }
+
+ private:
+  std::uint64_t told_ = 0;
+  std::chrono::steady_clock::time_point quiet_until_;
+};
+
 /// Hands readings on to the corrections that want them; who sends others is told once.
 class SensorReceiver {
  public:
@@ -99,7 +125,7 @@ class SensorReceiver {
       if (channel >= 0)
         board_.publish(channel, readings.value[i]);
       else if (unknown_.size() < kUnknownMax && unknown_.insert(readings.name[i]).second)
-        spdlog::warn("sensor '{}': no correction asks for it; they ask for: {}", readings.name[i],
+        spdlog::warn("sensor '{}': no correction asks for it; they ask for: {}", shown(readings.name[i]),
                      board_.names().empty() ? "none" : fmt::format("{}", fmt::join(board_.names(), ", ")));
     }
   }
@@ -126,11 +152,13 @@ void end_with(const Director& director) {
 void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
            Director& director) {
   ServiceNotifier notifier;
+  DropTeller drops;
   director.begin();
   notifier.ready();
   while (!director.done()) {
     if (link.handle(kPollMs))
       for (int more = 0; more < kMessagesAtOnce && link.handle(0);) ++more;
+    drops.look(link);
     for (const auto& work : parts.background) work();
     drain_reports(parts, director);
     if (signals.taken()) {

@@ -35,17 +35,17 @@ std::string refuse_folder(const std::string& path) {
   struct stat info {};
   if (lstat(path.c_str(), &info) != 0) return std::strerror(errno);
   if (!S_ISDIR(info.st_mode)) return "it is no folder of its own";
-  if (info.st_uid != geteuid() && info.st_uid != 0 && geteuid() != 0) return "it belongs to another user";
-  if (info.st_uid != geteuid() && path != kSystemFolder) return "it belongs to another user";
+  const bool systems = path == kSystemFolder && (info.st_uid == 0 || geteuid() == 0);  // root made it
+  if (info.st_uid != geteuid() && !systems) return "it belongs to another user";
   if (info.st_mode & (S_IWGRP | S_IWOTH)) return "others can write it";
   return access(path.c_str(), W_OK | X_OK) == 0 ? "" : std::strerror(errno);
 }
 
 std::string make_and_judge(const std::string& path) {
   std::error_code ignored;  // told by the judgement
-  const std::filesystem::path folder(path);
-  if (path.rfind("/tmp/", 0) != 0 && folder.has_parent_path())
-    std::filesystem::create_directories(folder.parent_path(), ignored);
+  const std::string home = home_folder();
+  if (!home.empty() && path.rfind(home + "/", 0) == 0)
+    std::filesystem::create_directories(std::filesystem::path(path).parent_path(), ignored);
   mkdir(path.c_str(), 0750);
   return refuse_folder(path);
 }
