@@ -84,6 +84,8 @@ Director::Director(const Parts& parts, std::vector<std::string> warnings)
   warned_.fill("");
 }
 
+Director::~Director() { parts_.programs.close(); }
+
 void Director::begin() { machine_event(Event::kReset); }
 
 void Director::terminate() {

@@ -43,6 +43,10 @@ class Director {
   };
 
   Director(const Parts& parts, std::vector<std::string> warnings);
+  /// Gives up what programs are at; waits for a call of the drives that is under way.
+  ~Director();
+  Director(const Director&) = delete;
+  Director& operator=(const Director&) = delete;
 
   /// Power up, as after a reset.
   void begin();

@@ -12,7 +12,6 @@
 #include <condition_variable>
 #include <cstring>
 #include <mutex>
-#include <thread>
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/parser.h"
@@ -81,11 +80,34 @@ void serve(const std::shared_ptr<FileDesk>& desk) {
   if (fd >= 0) ::close(fd);
 }
 
+// A stack of its own size: in a daemon whose memory is locked, all of it is there for as long as the file is
+// open.
+void serve_in_thread(const std::shared_ptr<FileDesk>& desk) {
+  constexpr std::size_t kStackBytes = std::size_t{1} << 18;
+  auto handed = std::make_unique<std::shared_ptr<FileDesk>>(desk);
+  pthread_attr_t attributes;
+  pthread_attr_init(&attributes);
+  pthread_attr_setstacksize(&attributes, kStackBytes);
+  pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED);
+  pthread_t thread;
+  const auto run = [](void* given) -> void* {
+    const std::unique_ptr<std::shared_ptr<FileDesk>> own(static_cast<std::shared_ptr<FileDesk>*>(given));
+    serve(*own);
+    return nullptr;
+  };
+  const int error = pthread_create(&thread, &attributes, run, handed.get());
+  pthread_attr_destroy(&attributes);
+  if (error != 0)
+    fail(GcodeErrorCode::kCannotOpen, 0,
+         fmt::format("'{}': no thread to read it: {}", desk->path, std::strerror(error)));
+  static_cast<void>(handed.release());  // the thread's now
+}
+
 class WatchedFile final : public ByteSource {
  public:
   WatchedFile(std::shared_ptr<FileDesk> desk, const std::atomic<bool>& given_up, double patience_s)
       : desk_(std::move(desk)), given_up_(given_up), patience_s_(patience_s) {
-    std::thread([desk = desk_] { serve(desk); }).detach();
+    serve_in_thread(desk_);
   }
   ~WatchedFile() override { leave(); }
   WatchedFile(const WatchedFile&) = delete;
