@@ -1,6 +1,7 @@
 #include "interp/plan/geometry/corner_blend.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace trn {
@@ -10,9 +11,34 @@ namespace {
 // The blend of two lines is y' = (1 - g) t0 + g t1 with g the quintic smoothstep; it misses the corner by
 // span * |t1 - t0| times twice the integral of g over its first half.
 constexpr double kLineMiss = 0.15625;
-constexpr int kSamples = 32;         // even, so that the middle is one of them
-constexpr double kUsageAim = 0.999;  // leaves room for what lies between the samples
-constexpr double kSpeedMin = 0.03;   // |y'| of a blend; lines at 175 degrees have 0.044
+constexpr int kSamples = 32;          // even, so that the middle is one of them
+constexpr double kNearlyAll = 0.8;    // of the greatest sample: the peak may be beside it
+constexpr int kPeakSteps = 16;        // of the golden section, down to 1e-3 of the samples' distance
+constexpr double kUsageAim = 0.9999;  // leaves room for what rounding and a peak's own width hide
+constexpr double kSpeedMin = 0.03;    // |y'| of a blend; lines at 175 degrees have 0.044
+
+template <typename Function>
+double golden_peak(const Function& f, double from, double to) {
+  constexpr double kGolden = 0.6180339887498949;
+  double left = to - kGolden * (to - from), right = from + kGolden * (to - from);
+  double at_left = f(left), at_right = f(right);
+  for (int i = 0; i < kPeakSteps; ++i) {
+    if (at_left > at_right) {
+      to = right;
+      right = left;
+      at_right = at_left;
+      left = to - kGolden * (to - from);
+      at_left = f(left);
+    } else {
+      from = left;
+      left = right;
+      at_left = at_right;
+      right = from + kGolden * (to - from);
+      at_right = f(right);
+    }
+  }
+  return std::max(at_left, at_right);
+}
 
 double usage(double deviation, double tolerance) {
   if (deviation <= 1e-13) return 0;
@@ -26,6 +52,21 @@ double usage(const Words& deviation, const BlendBounds& bounds) {
 
 bool both_lines(const PathPiece& a, const PathPiece& b) {
   return a.kind == PathPiece::Kind::kLine && b.kind == PathPiece::Kind::kLine;
+}
+
+// The greatest value of `f` over [0, length], by what it is at even distances. Where the programmed path has
+// its corner, in the middle, f may have an edge: each side is searched by itself.
+template <typename Function>
+double peak(const Function& f, double length, const std::array<double, kSamples + 1>& at) {
+  const double step = length / kSamples, greatest = *std::max_element(at.begin(), at.end());
+  double best = greatest;
+  for (std::size_t k = 0; k < kSamples; ++k) {
+    const bool rises = k == 0 || k == kSamples / 2 || at[k - 1] <= at[k];
+    const bool falls = k + 2 > kSamples || k + 1 == kSamples / 2 || at[k + 2] <= at[k + 1];
+    if (std::max(at[k], at[k + 1]) < kNearlyAll * greatest || !rises || !falls) continue;
+    best = std::max(best, golden_peak(f, step * static_cast<double>(k), step * static_cast<double>(k + 1)));
+  }
+  return best;
 }
 
 // A septic follows an arc well for about a radian.
@@ -57,15 +98,17 @@ PathPiece make_blend(const PathPiece& before, const PathPiece& after, double spa
 double blend_usage(const PathPiece& before, const PathPiece& after, double span, const BlendBounds& bounds) {
   if (both_lines(before, after)) return usage(kLineMiss * span * (after.c[1] - before.c[1]), bounds);
   const PathPiece blend = make_blend(before, after, span);
-  double worst = 0;
-  for (int k = 1; k < kSamples; ++k) {
-    const double s = 2 * span * k / kSamples;
-    const PathPoint p = blend.derivatives(s);
+  const auto used = [&](double s) {
     const Words programmed = s <= span ? before.at(before.length - span + s) : after.at(s - span);
-    worst = std::max(worst, usage(p.y - programmed, bounds));
-    if (path_norm(p.d1) < kSpeedMin) return std::numeric_limits<double>::infinity();
+    return usage(blend.at(s) - programmed, bounds);
+  };
+  std::array<double, kSamples + 1> at{};
+  for (std::size_t k = 1; k < kSamples; ++k) {
+    const double s = 2 * span * static_cast<double>(k) / kSamples;
+    if (path_norm(blend.derivatives(s).d1) < kSpeedMin) return std::numeric_limits<double>::infinity();
+    at[k] = used(s);
   }
-  return worst / kUsageAim;
+  return peak(used, 2 * span, at) / kUsageAim;
 }
 
 double largest_span(const PathPiece& before, const PathPiece& after, const BlendBounds& bounds) {
