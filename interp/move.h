@@ -14,7 +14,7 @@ struct FeedLimit {
   static constexpr double kNone = std::numeric_limits<double>::infinity();
   double tip_mm_s = kNone;      ///< speed of the tip in the work
   double rotary_rad_s = kNone;  ///< norm of the rotary words' speed; moves without X Y Z motion
-  double path_units_s = kNone;  ///< ds/dt of the move itself; inverse time: length / time
+  double path_units_s = kNone;  ///< ds/dt, s being the parameter of the piece that has this limit
   OverrideMode overrides;
   double tip_mm_s2 = kNone;  ///< acceleration of the tip, about; exact stops only
 };
@@ -41,6 +41,7 @@ struct ProgramMove {
   double arc_sweep_rad = 0;       ///< signed about arc_axis, any number of turns
   MapContext context;
   FeedLimit feed;
+  double duration_s = 0;  ///< inverse time: the move takes this long, or longer; 0: the program does not say
   PathMode mode = PathMode::kContinuous;
   double tolerance_mm = 0;   ///< kContinuous: tip from the programmed path
   double tolerance_rad = 0;  ///< kContinuous: tool axis (or any rotary word) from the programmed one

@@ -121,6 +121,7 @@ struct NurbsFeed {
   AxisValues to;
   std::shared_ptr<const std::vector<Vec3>> bezier;
   bool spatial = false;  ///< the hulls have Z too
+  double inverse_per_min = 0;
 };
 struct Dwell {
   double s;

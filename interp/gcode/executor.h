@@ -291,7 +291,8 @@ class Executor : public StateValues {
   std::vector<NurbsPoint> nurbs_;
   bool in_nurbs_ = false;
   double nurbs_order_ = 3;
-  NurbsCurve rational_;  ///< of G6.2, as far as it is known
+  double curve_rate_ = 0;  ///< inverse_rate of the line that G5.2 or G6.2 stands in
+  NurbsCurve rational_;    ///< of G6.2, as far as it is known
   bool in_rational_ = false;
   enum class Question : std::uint8_t { kInput, kProbe };
   std::vector<Question> questions_;

@@ -93,13 +93,9 @@ void Lowering::moved_frame(const AxisValues& program) {
   words_.tail<3>() = abc;
 }
 
-void Lowering::limit_feed(double inverse_per_min, double path_units) {
+void Lowering::limit_feed() {
   FeedLimit& limit = move_.feed;
   limit = FeedLimit{};
-  if (inverse_per_min > 0) {
-    limit.path_units_s = path_units * inverse_per_min / kSecondsPerMinute;
-    return;
-  }
   const double per_min = geared_           ? kGearReserve * per_turn_ * speed_rpm_
                          : per_revolution_ ? feed_ * speed_rpm_
                                            : feed_;
@@ -123,6 +119,17 @@ void Lowering::send(const Words& to) {
   move_.feed.overrides = overrides_;
   sink_.move(move_);
   move_.outputs = {};
+  move_.duration_s = 0;
+}
+
+// Straight parts of one block. Each has the share of the block's time that it has of the way.
+void Lowering::send(const std::vector<Words>& way, double inverse_per_min) {
+  const double length = length_of(words_, way);
+  for (const Words& next : way) {
+    const double part = path_norm(next - words_);
+    if (inverse_per_min > 0) move_.duration_s = kSecondsPerMinute / inverse_per_min * part / length;
+    send(next);
+  }
 }
 
 void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min) {
@@ -130,18 +137,13 @@ void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inv
   if (words == words_) return;
   move_.kind = kind;
   const bool tip_rests = (words - words_).head<3>().norm() <= kTipAtRest;
-  const std::vector<Words> way =
-      kind == ProgramMove::Kind::kFeed ? great_circle(words) : std::vector<Words>();
-  if (kind == ProgramMove::Kind::kTraverse) {
-    move_.feed = FeedLimit{};
-  } else {
-    double length = 0;
-    if (inverse_per_min > 0) length = way.empty() ? path_norm(words - words_) : length_of(words_, way);
-    limit_feed(inverse_per_min, length);
-  }
+  std::vector<Words> way;
+  if (kind == ProgramMove::Kind::kFeed) way = great_circle(words);
+  if (way.empty()) way.push_back(words);
+  move_.feed = FeedLimit{};
+  if (kind == ProgramMove::Kind::kFeed && inverse_per_min == 0) limit_feed();
   if (!tip_rests) move_.feed.rotary_rad_s = FeedLimit::kNone;
-  if (way.empty()) return send(words);
-  for (const Words& next : way) send(next);
+  send(way, inverse_per_min);
 }
 
 // Places on the great circle to `to`, it being the last, as many as its chords ask for. None where the words
@@ -215,10 +217,11 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   move_.arc_axis = X_TP_.R * axis_P;
   move_.arc_sweep_rad = sign * sweep;
   const Words words = words_of(arc.to);
-  double length = 0;
+  move_.feed = FeedLimit{};
   if (arc.inverse_per_min > 0)
-    length = make_arc(words_, words, move_.arc_centre, move_.arc_axis, move_.arc_sweep_rad).length;
-  limit_feed(arc.inverse_per_min, length);
+    move_.duration_s = kSecondsPerMinute / arc.inverse_per_min;
+  else
+    limit_feed();
   move_.feed.rotary_rad_s = FeedLimit::kNone;
   send(words);
 }
@@ -227,6 +230,7 @@ void Lowering::arc(const canon::ArcFeed& arc) {
 void Lowering::spline(const canon::NurbsFeed& spline) {
   const double scale = inch_ ? kMmPerInch : 1;
   AxisValues at = spline.to;
+  std::vector<Words> way;
   const std::vector<Vec3>& hull = *spline.bezier;
   for (std::size_t i = 0; i + 3 < hull.size(); i += 4) {
     const Vec3* c = hull.data() + i;
@@ -237,9 +241,15 @@ void Lowering::spline(const canon::NurbsFeed& spline) {
       at[kX] = p.x();
       at[kY] = p.y();
       if (spline.spatial) at[kZ] = p.z();
-      straight(at, ProgramMove::Kind::kFeed, 0);
+      const Words words = words_of(at);
+      if (words != (way.empty() ? words_ : way.back())) way.push_back(words);
     }
   }
+  move_.kind = ProgramMove::Kind::kFeed;
+  move_.feed = FeedLimit{};
+  if (spline.inverse_per_min == 0) limit_feed();
+  move_.feed.rotary_rad_s = FeedLimit::kNone;
+  send(way, spline.inverse_per_min);
 }
 
 void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument) {

@@ -42,7 +42,8 @@ class Lowering : public CanonSink {
   void straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min);
   void arc(const canon::ArcFeed& arc);
   void spline(const canon::NurbsFeed& spline);
-  void limit_feed(double inverse_per_min, double path_units);
+  void limit_feed();
+  void send(const std::vector<Words>& way, double inverse_per_min);
   void send(const Words& to);
   void set_frame();
   void moved_frame(const AxisValues& program);

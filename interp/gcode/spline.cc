@@ -53,7 +53,7 @@ void Executor::cubic_spline(const Block& b) {
   auto hull = std::make_shared<std::vector<Vec3>>();
   *hull = {lift(s_.position[kX], s_.position[kY]), lift(s_.position[kX] + i, s_.position[kY] + j),
            lift(to[kX] + b['P'], to[kY] + b['Q']), lift(to[kX], to[kY])};
-  put(canon::NurbsFeed{4, to, hull});
+  put(canon::NurbsFeed{4, to, hull, false, inverse_rate(b)});
   spline_tangent_[kX] = b['P'];
   spline_tangent_[kY] = b['Q'];
   spline_chained_ = true;
@@ -66,7 +66,8 @@ void Executor::quadratic_spline(const Block& b) {
   const AxisValues to = target(b);
   const Vec3 from = lift(s_.position[kX], s_.position[kY]), end = lift(to[kX], to[kY]);
   const auto cubic = cubic_from_quadratic(from, from + lift(b.get('I', 0), b.get('J', 0)), end);
-  put(canon::NurbsFeed{3, to, std::make_shared<std::vector<Vec3>>(cubic.begin(), cubic.end())});
+  auto hull = std::make_shared<std::vector<Vec3>>(cubic.begin(), cubic.end());
+  put(canon::NurbsFeed{3, to, hull, false, inverse_rate(b)});
   s_.position = to;
 }
 
@@ -89,6 +90,7 @@ void Executor::nurbs(const Block& b, int motion) {
     if (!in_nurbs_) {
       nurbs_.assign(1, {s_.position[kX], s_.position[kY], b.get('P', 1)});
       nurbs_order_ = b.get('L', 3);
+      curve_rate_ = inverse_rate(b);
       in_nurbs_ = true;
     }
     return control_point(b);
@@ -105,7 +107,7 @@ void Executor::nurbs(const Block& b, int motion) {
   AxisValues to = s_.position;
   to[kX] = nurbs_.back().x;
   to[kY] = nurbs_.back().y;
-  put(canon::NurbsFeed{static_cast<int>(nurbs_.size()), to, hull});
+  put(canon::NurbsFeed{static_cast<int>(nurbs_.size()), to, hull, false, curve_rate_});
   s_.position = to;
 }
 
@@ -118,6 +120,7 @@ void Executor::rational_spline(const Block& b) {
   if (b.code(GGroup::kMotion) == 62 && !in_rational_) {
     check_feed(b, "G6.2");
     rational_ = {};
+    curve_rate_ = inverse_rate(b);
     const double order = b.get('P', 4);
     if (order != std::round(order) || order < 2 || order > 8)
       fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', order, "G6.2", "an order from 2 to 8");
@@ -163,7 +166,7 @@ void Executor::finish_rational(std::uint32_t column) {
   auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(rational_));
   AxisValues to = s_.position;
   to.head<3>() = hull->back();
-  put(canon::NurbsFeed{static_cast<int>(rational_.points.size()), to, hull, true});
+  put(canon::NurbsFeed{static_cast<int>(rational_.points.size()), to, hull, true, curve_rate_});
   s_.position = to;
 }
 

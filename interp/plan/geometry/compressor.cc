@@ -16,10 +16,13 @@ constexpr size_t kRunMin = 4;           // fewer moves are not worth a curve
 constexpr size_t kWindow = 1024;        // moves
 constexpr size_t kWindowMax = 32768;    // bounds the memory
 constexpr int kOverlap = 10;            // spans of a window that the next one may change
-constexpr double kShortestPart = 0.02;  // of a span; a feed's border may move by that much
+constexpr double kBorderShift = 1e-3;   // of a move's time that a moved border may cost it
 constexpr double kToleranceKept =
-    0.98;                             // of what a curve leaves of the tolerance, for the blends at its ends
-constexpr double kFeedSpread = 1.03;  // moves whose feeds differ by less share a piece
+    0.98;  // of what a curve leaves of the tolerance, for the blends at its ends
+constexpr double kInverseTimeShare = 0.998;  // for what a border is still off
+constexpr double kBorderRoom = 0.45;         // of a move: how far its border may lie from its vertex
+constexpr int kBorderSteps = 2;              // of Newton's
+constexpr double kFeedSpread = 1.005;        // moves whose feeds differ by less share a piece
 
 bool is_run_material(const PathItem& item) {
   return item.mode == PathMode::kContinuous && item.piece.kind == PathPiece::Kind::kLine &&
@@ -62,6 +65,20 @@ bool alike(const FeedLimit& a, const FeedLimit& b) {
 FeedLimit lower(const FeedLimit& a, const FeedLimit& b) {
   return {std::min(a.tip_mm_s, b.tip_mm_s), std::min(a.rotary_rad_s, b.rotary_rad_s),
           std::min(a.path_units_s, b.path_units_s), a.overrides};
+}
+
+FeedLimit higher(const FeedLimit& a, const FeedLimit& b) {
+  return {std::max(a.tip_mm_s, b.tip_mm_s), std::max(a.rotary_rad_s, b.rotary_rad_s),
+          std::max(a.path_units_s, b.path_units_s), a.overrides};
+}
+
+// Speed of the parameter at which a move takes its programmed time: `units` of its own parameter, `u` of the
+// run's.
+double speed_of(const PathItem& item, double units, double u) {
+  const Words along = item.piece.c[1] * units;
+  const FeedLimit& feed = item.feed;
+  return u / std::max({along.head<3>().norm() / feed.tip_mm_s, along.tail<3>().norm() / feed.rotary_rad_s,
+                       units / feed.path_units_s});
 }
 
 }  // namespace
@@ -113,7 +130,8 @@ void Compressor::start_run(const PathItem& item) {
 // The first `length` of a line, which counts as `u` in the run's parameter.
 void Compressor::append(const PathItem& item, double length, double u) {
   vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_});
-  moves_.push_back({item.feed, item.line});
+  Move& move = moves_.emplace_back(Move{item.feed, speed_of(item, length, u), length / u, item.line});
+  move.feed.path_units_s /= move.units_per_u;
   direction_ = item.piece.c[1];
   last_length_ = item.piece.length;
 }
@@ -204,6 +222,7 @@ void Compressor::hand_on_lines(size_t count) {
   for (size_t i = 0; i < count; ++i) {
     PathItem item = pattern_;
     item.feed = moves_[i].feed;
+    item.feed.path_units_s *= moves_[i].units_per_u;
     item.line = item.last_line = moves_[i].line;
     if (i == 0 && lead_)
       item.piece = lead_->piece;
@@ -226,49 +245,135 @@ void Compressor::hand_on_lead() {
   lead_.reset();
 }
 
-std::vector<PathItem> Compressor::items_of(const RunFit& fit, int from, int to) const {
+std::vector<PathItem> Compressor::items_of(const RunFit& fit, int from, int to) {
   std::vector<PathItem> items;
+  std::vector<PathPiece> curve;
   PathPoint start = fit.spline.derivatives_at_break(from);
   start.y += origin_;
   for (int k = from; k < to; ++k) {
     PathPoint end = fit.spline.derivatives_at_break(k + 1);
     end.y += origin_;
-    const double u0 = fit.spline.at_break(k);
-    append_parts(make_hermite(start, end, fit.spline.at_break(k + 1) - u0), u0,
-                 fit.usage[static_cast<size_t>(k)].worst(), items);
+    curve.push_back(make_hermite(start, end, fit.spline.at_break(k + 1) - fit.spline.at_break(k)));
     start = end;
   }
+  find_borders(curve, fit.spline.at_break(from));
+  for (int k = from; k < to; ++k)
+    append_parts(curve[static_cast<size_t>(k - from)], fit.spline.at_break(k),
+                 fit.usage[static_cast<size_t>(k)].worst(), items);
   return items;
 }
 
-size_t Compressor::move_at(double u) const {
-  const auto after = std::upper_bound(vertices_.begin() + 1, vertices_.end() - 1, u,
-                                      [](double at, const RunVertex& v) { return at < v.u; });
-  return static_cast<size_t>(after - vertices_.begin()) - 1;
+// Where moves have times of their own, a border lies where the curve is abreast of the vertex: it may be
+// early or late there by a share of the tolerance, which is much of a short move.
+void Compressor::find_borders(const std::vector<PathPiece>& curve, double u0) {
+  borders_.clear();
+  for (const RunVertex& v : vertices_) borders_.push_back(v.u);
+  size_t i = 1;
+  for (const PathPiece& piece : curve) {
+    for (; i + 1 < vertices_.size() && vertices_[i].u < u0 + piece.length; ++i)
+      if (vertices_[i].u >= u0 &&
+          (std::isfinite(moves_[i - 1].feed.path_units_s) || std::isfinite(moves_[i].feed.path_units_s)))
+        borders_[i] = border_of(i, piece, u0);
+    u0 += piece.length;
+  }
 }
 
-// One span of the curve, cut where the programmed feed changes.
+// In the plane that halves the angle between the moves, in the path norm; a part of a move aside at most.
+double Compressor::border_of(size_t vertex, const PathPiece& piece, double u0) const {
+  const RunVertex &before = vertices_[vertex - 1], &here = vertices_[vertex], &after = vertices_[vertex + 1];
+  const Words in = here.y - before.y, out = after.y - here.y;
+  const Words across = in / path_norm(in) + out / path_norm(out);
+  const double room = kBorderRoom * std::min(here.u - before.u, after.u - here.u);
+  double u = here.u;
+  for (int step = 0; step < kBorderSteps; ++step) {
+    const PathPoint p = piece.derivatives(u - u0);
+    const double slope = path_dot(p.d1, across);
+    if (slope <= 0) return here.u;
+    u = std::clamp(u - path_dot(p.y - origin_ - here.y, across) / slope, here.u - room, here.u + room);
+  }
+  return u;
+}
+
+// By the run's parameter, between the borders.
+FeedLimit Compressor::limit_of(size_t move) const {
+  FeedLimit limit = moves_[move].feed;
+  limit.path_units_s *=
+      kInverseTimeShare * (borders_[move + 1] - borders_[move]) / (vertices_[move + 1].u - vertices_[move].u);
+  return limit;
+}
+
+size_t Compressor::move_at(double u) const {
+  const auto after = std::upper_bound(borders_.begin() + 1, borders_.end() - 1, u);
+  return static_cast<size_t>(after - borders_.begin()) - 1;
+}
+
+// Where the programmed speed changes in a span that begins at u0.
+std::vector<Compressor::Part> Compressor::parts_of(double u0, double length) const {
+  std::vector<Part> parts;
+  size_t i = move_at(u0);
+  for (double from = 0; from < length; from = parts.back().to) {
+    Part part{from, length, i, i + 1, limit_of(i)};
+    FeedLimit highest = part.feed;
+    while (part.end < moves_.size() && borders_[part.end] - u0 < length) {
+      const FeedLimit next = limit_of(part.end);
+      if (!alike(next, part.feed) || !alike(next, highest)) {
+        part.to = borders_[part.end] - u0;
+        break;
+      }
+      part.feed = lower(part.feed, next);
+      highest = higher(highest, next);
+      ++part.end;
+    }
+    i = part.end;
+    parts.push_back(part);
+  }
+  settle_ends(length, parts);
+  return parts;
+}
+
+// A border near the end of the span would leave a part that is hardly worth its nodes. It gives way towards
+// the move that is faster there, which this slows down for a little.
+void Compressor::settle_ends(double length, std::vector<Part>& parts) const {
+  const auto settle = [&](bool front) {
+    if (parts.size() < 2) return;
+    const size_t n = parts.size();
+    Part &end = parts[front ? 0 : n - 1], &beside = parts[front ? 1 : n - 2];
+    const size_t of_end = front ? end.end - 1 : end.first, of_beside = front ? beside.first : beside.end - 1;
+    const double size = end.to - end.from;
+    if (moves_[of_end].speed < moves_[of_beside].speed) {
+      const double wanted = std::min(shift_max(of_beside, of_end), (beside.to - beside.from) / 2);
+      if (size >= wanted) return;
+      (front ? end.to : end.from) = front ? wanted : length - wanted;
+      (front ? beside.from : beside.to) = front ? wanted : length - wanted;
+    } else if (size <= shift_max(of_end, of_beside)) {
+      beside.feed = lower(beside.feed, end.feed);
+      (front ? beside.from : beside.to) = front ? 0 : length;
+      (front ? beside.first : beside.end) = front ? end.first : end.end;
+      parts.erase(front ? parts.begin() : parts.end() - 1);
+    }
+  };
+  settle(true);
+  settle(false);
+}
+
+// How much of the faster of two moves may be driven at the speed of the slower.
+double Compressor::shift_max(size_t fast, size_t slow) const {
+  const double ratio = moves_[slow].speed / moves_[fast].speed;
+  return kBorderShift * (vertices_[fast + 1].u - vertices_[fast].u) * (std::isfinite(ratio) ? ratio : 1);
+}
+
+// One span of the curve, cut where the programmed speed changes.
 void Compressor::append_parts(const PathPiece& piece, double u0, double usage,
                               std::vector<PathItem>& out) const {
-  const double shortest = kShortestPart * piece.length;
   PathItem item = pattern_;
   item.tolerance_mm *= kToleranceKept * (1 - std::min(usage, 1.0));
   item.tolerance_rad *= kToleranceKept * (1 - std::min(usage, 1.0));
-  size_t i = move_at(u0 + shortest);
-  item.line = moves_[move_at(u0)].line;
-  for (double from = 0; from < piece.length;) {
-    item.feed = moves_[i].feed;
-    double to = vertices_[++i].u - u0;
-    while (to < piece.length - shortest && (alike(item.feed, moves_[i].feed) || to - from < shortest)) {
-      item.feed = lower(item.feed, moves_[i].feed);
-      to = vertices_[++i].u - u0;
-    }
-    if (to > piece.length - shortest) to = piece.length;
-    item.last_line = moves_[i - 1].line;
-    item.piece = from == 0 && to == piece.length ? piece : cut(piece, from, to);
+  for (const Part& part : parts_of(u0, piece.length)) {
+    item.feed = part.feed;
+    item.line = moves_[part.first].line;
+    item.last_line = moves_[part.end - 1].line;
+    item.piece = part.to - part.from == piece.length ? piece : cut(piece, part.from, part.to);
     out.push_back(item);
-    item.line = moves_[std::min(i, moves_.size() - 1)].line;
-    from = to;
   }
 }
 

@@ -28,8 +28,16 @@ class Compressor {
 
  private:
   struct Move {
-    FeedLimit feed;
+    FeedLimit feed;          ///< by the run's parameter
+    double speed = 0;        ///< of that parameter, at which the move takes the time that was programmed
+    double units_per_u = 1;  ///< of the move's own parameter
     std::uint32_t line = 0;
+  };
+  /// A stretch of one span, from move `first` to before move `end`, driven under one limit.
+  struct Part {
+    double from = 0, to = 0;
+    size_t first = 0, end = 0;
+    FeedLimit feed;
   };
 
   bool continues_run(const PathItem& item) const;
@@ -43,8 +51,14 @@ class Compressor {
   void give_up(size_t count, size_t worst_vertex);
   void hand_on_lines(size_t count);
   void hand_on_lead();
-  std::vector<PathItem> items_of(const RunFit& fit, int from, int to) const;
+  std::vector<PathItem> items_of(const RunFit& fit, int from, int to);
+  void find_borders(const std::vector<PathPiece>& curve, double u0);
+  double border_of(size_t vertex, const PathPiece& piece, double u0) const;
+  FeedLimit limit_of(size_t move) const;
   size_t move_at(double u) const;
+  std::vector<Part> parts_of(double u0, double length) const;
+  void settle_ends(double length, std::vector<Part>& parts) const;
+  double shift_max(size_t fast, size_t slow) const;
   void append_parts(const PathPiece& piece, double u0, double usage, std::vector<PathItem>& out) const;
   void hand_on(const std::vector<PathItem>& items, bool joins_next);
   void pass(const PathItem& item);
@@ -58,6 +72,7 @@ class Compressor {
   Words direction_;         ///< of the last move (by the path parameter)
   double last_length_ = 0;  ///< of the last move
   std::vector<RunVertex> vertices_;
+  std::vector<double> borders_;   ///< where the curve that is handed on passes the vertices
   std::vector<Move> moves_;       ///< moves_[i] leads from vertex i to vertex i + 1
   std::optional<PathItem> lead_;  ///< a long line whose last kLineTail is the run's first chord
   std::optional<FrozenHead> head_;

@@ -41,6 +41,7 @@ PathItem item_of(const ProgramMove& move, const Words& from) {
   item.piece = piece_of(move, from);
   item.context = move.context;
   item.feed = move.feed;
+  if (move.duration_s > 0) item.feed.path_units_s = item.piece.length / move.duration_s;
   item.rapid = move.kind == ProgramMove::Kind::kTraverse;
   item.mode = move.mode;
   item.tolerance_mm = move.tolerance_mm;

@@ -176,7 +176,9 @@ TEST(Lowering, Feeds) {
   EXPECT_EQ(list.moves[0].feed.rotary_rad_s, FeedLimit::kNone) << "F is the tip's where the tip moves";
   EXPECT_NEAR(list.moves[1].feed.rotary_rad_s, 10 * kRadPerDeg, 1e-12);
   EXPECT_NEAR(list.moves[2].feed.tip_mm_s, 254.0 / 60, 1e-12);
-  EXPECT_NEAR(list.moves[3].feed.path_units_s, 25.4 * 2 / 60, 1e-12);  // 25.4 mm in half a minute
+  EXPECT_EQ(list.moves[2].duration_s, 0);
+  EXPECT_NEAR(list.moves[3].duration_s, 30, 1e-12);
+  EXPECT_EQ(list.moves[3].feed.tip_mm_s, FeedLimit::kNone);
   EXPECT_NEAR(list.moves[4].feed.tip_mm_s, 0.5 * 300 / 60, 1e-12);
   EXPECT_EQ(list.moves[5].feed.tip_mm_s, FeedLimit::kNone);
 }

@@ -127,7 +127,7 @@ TEST(GeometryCorner, HalvesOfABlendCarryTheirOwnMove) {
   auto moves = polyline({words(0, 0), words(10, 0), words(10, 10)});
   moves[0].kind = ProgramMove::Kind::kTraverse;
   moves[1].feed.tip_mm_s = 7;
-  moves[1].feed.path_units_s = 3;
+  moves[1].duration_s = 10.0 / 3;
   const auto pieces = plan(moves, kBlendOnly);
   ASSERT_EQ(pieces.size(), 4u);
   EXPECT_TRUE(pieces[1].rapid);
@@ -136,7 +136,7 @@ TEST(GeometryCorner, HalvesOfABlendCarryTheirOwnMove) {
   EXPECT_EQ(pieces[2].line, 2u);
   EXPECT_EQ(pieces[1].feed.tip_mm_s, 50);
   EXPECT_EQ(pieces[2].feed.tip_mm_s, 7);
-  EXPECT_EQ(pieces[2].feed.path_units_s, 3);
+  EXPECT_NEAR(pieces[2].feed.path_units_s, 3, 1e-12);
   EXPECT_NEAR(pieces[1].piece.length, pieces[2].piece.length, 1e-12);
 }
 
