@@ -31,7 +31,7 @@ Cycle::Cycle(const CycleConfig& config, const JointMap& map, MotionQueue& queue,
       time_scale_(config.plan_joints.empty() ? config.joints : config.plan_joints, kJogShares,
                   config.period_s),
       path_rate_(config.plan_joints.empty() ? config.joints : config.plan_joints, config.period_s),
-      interpolator_(queue),
+      interpolator_(queue, config.X_WB_idle),
       io_(io, config.period_s, config.spindle_timeout_s),
       touch_drives_(dynamic_cast<TouchDrives*>(&drives)),
       corrections_(corrections) {
@@ -50,13 +50,21 @@ void Cycle::tick() TRN_RT {
   move();
   correct_setpoints();
   check_setpoints();
-  setpoints_.qd = (q_sent_ - q_last_) / config_.period_s;
-  setpoints_.q = q_sent_;
+  tell_drives();
   drives_.exchange(setpoints_, feedback_);
   watch_drives();
   exchange_io();
   write_report();
   q_last_ = q_sent_;
+}
+
+// Drives that have dropped out are told where they stand, so that they come back without a jump.
+void Cycle::tell_drives() TRN_RT {
+  setpoints_.qd = (q_sent_ - q_last_) / config_.period_s;
+  setpoints_.q = q_sent_;
+  if (synchronised_ || !runs_out_) return;
+  setpoints_.qd.setZero();
+  setpoints_.q = feedback_.q;
 }
 
 void Cycle::take_commands() TRN_RT {
@@ -170,7 +178,7 @@ void Cycle::move() TRN_RT {
   report_.event = QueueEvent{};
   report_.answered = false;
   report_.blocks_when_low = 0;
-  if (!synchronised_)
+  if (!synchronised_ && !runs_out_)
     q_ = feedback_.q - offset_;  // drives without power: follow them, so that they start without a jump
   if (motion_ == MotionState::kRest) queue_.front();  // lets a dropped program's blocks go
   if (motion_ == MotionState::kRest || motion_ == MotionState::kPaused) return;
@@ -463,7 +471,7 @@ void Cycle::follow_homing() TRN_RT {
 
 void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
-  stopping_ = waiting_ = paused_by_program_ = settling_ = off_path_ = switched_ = false;
+  stopping_ = runs_out_ = waiting_ = paused_by_program_ = settling_ = off_path_ = switched_ = false;
   overrides_ = {};
   dwell_left_s_ = 0;
   if (corrections_) corrections_->forget_program();
@@ -499,15 +507,18 @@ void Cycle::check_setpoints() TRN_RT {
     q_sent_ = q_last_;
     q_ = q_last_ - offset_;
     drives_.quick_stop();
-    return latch(jump ? Fault::kSetpointJump : Fault::kJointLimit, static_cast<int>(i));
+    latch(jump ? Fault::kSetpointJump : Fault::kJointLimit, static_cast<int>(i));
+    return abandon_motion();
   }
 }
 
 void Cycle::watch_drives() TRN_RT {
   if (feedback_.fault != Fault::kOk) latch(feedback_.fault, feedback_.fault_joint);
+  const bool returned = !synchronised_ && feedback_.state == DriveState::kEnabled;
   synchronised_ = feedback_.state == DriveState::kEnabled;
   const bool working = synchronised_ || feedback_.state == DriveState::kHoming;
-  if (!working && motion_ != MotionState::kRest && motion_ != MotionState::kHoming) abandon_motion();
+  if (!working && motion_ != MotionState::kRest && motion_ != MotionState::kHoming) run_out();
+  if (returned && runs_out_) abandon_motion();
   if (motion_ == MotionState::kHoming && feedback_.state == DriveState::kOff) come_to_rest();
 }
 
@@ -519,11 +530,21 @@ void Cycle::latch(Fault fault, int joint) TRN_RT {
   fault_joint_ = joint;
   const Reaction reaction = fault_info(fault).reaction;
   if (reaction == Reaction::kPathStop && motion_ != MotionState::kRest) stopping_ = true;
-  if (reaction == Reaction::kQuickStop) {
-    drives_.quick_stop();
-    io_.all_off();
-    abandon_motion();
-  }
+  if (reaction != Reaction::kQuickStop) return;
+  drives_.quick_stop();
+  io_.all_off();
+  const bool of_plan =
+      fault == Fault::kSetpointJump || fault == Fault::kKinematics || fault == Fault::kAssertion;
+  of_plan ? abandon_motion() : run_out();
+}
+
+// The drives brake by themselves and do not obey any more. The plan runs out on its path meanwhile, so that
+// the setpoints never step.
+void Cycle::run_out() TRN_RT {
+  const bool moves =
+      motion_ == MotionState::kMoving || motion_ == MotionState::kHeld || motion_ == MotionState::kJogging;
+  if (!moves) return abandon_motion();
+  stopping_ = runs_out_ = true;
 }
 
 void Cycle::report_corrections() TRN_RT {

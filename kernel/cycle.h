@@ -21,6 +21,7 @@ struct CycleConfig {
   std::size_t report_capacity = 4096;
   Joints plan_joints = {};        ///< limits of the planned motion; empty: those of `joints`
   double spindle_timeout_s = 10;  ///< for its speed or place
+  Pose X_WB_idle = {};            ///< in reports before a program's first motion
 };
 
 /// The tick. Read `tick` first: everything that happens in a period stands there in order.
@@ -44,6 +45,7 @@ class Cycle final : public TickPort {
  private:
   static constexpr int kCommandsPerTick = 8;
 
+  void tell_drives() TRN_RT;
   void take_commands() TRN_RT;
   void obey(const RtCommand& command) TRN_RT;
   void resume() TRN_RT;
@@ -80,6 +82,7 @@ class Cycle final : public TickPort {
   void write_report() TRN_RT;
   void latch(Fault fault, int joint) TRN_RT;
   void abandon_motion() TRN_RT;
+  void run_out() TRN_RT;
   double rate_by_queue(double wanted) TRN_RT;
   double spindle_share() const TRN_RT { return overrides_.spindle && !io_.taps() ? spindle_override_ : 1.0; }
 
@@ -94,6 +97,7 @@ class Cycle final : public TickPort {
   Interpolator interpolator_;
   MotionState motion_ = MotionState::kRest;
   bool stopping_ = false;  ///< slows down to forget the motion
+  bool runs_out_ = false;  ///< does so while the drives brake by themselves
   bool waiting_ = false;   ///< slower than asked for, because the planner is late
   double override_ = 1, rapid_override_ = 1, spindle_override_ = 1, adaptive_feed_ = 1;
   OverrideMode overrides_;  ///< in force
