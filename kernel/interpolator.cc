@@ -16,6 +16,7 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
     }
     if (!block || block->segment_count == 0) {
       time_s_ = 0;
+      if (!has_position_) look_for_context();
       if (block) return Outcome::kAtEvent;
       return at_rest_ ? Outcome::kAtRest : Outcome::kStarved;
     }
@@ -47,6 +48,17 @@ void Interpolator::begin_front(const MotionBlock& block) TRN_RT {
   queue_.begin_front();
   if (!begun_ && block.outputs.any()) outputs_.add(block.outputs);
   begun_ = true;
+}
+
+// A machine that waits for the program's first motion is described as that will be.
+void Interpolator::look_for_context() TRN_RT {
+  for (std::uint64_t i = 0; i < kBlocksPerTick; ++i) {
+    const MotionBlock* block = queue_.ahead(i);
+    if (!block) return;
+    if (block->segment_count == 0) continue;
+    context_ = block->context;
+    return;
+  }
 }
 
 OutputChanges Interpolator::take_outputs() TRN_RT { return std::exchange(outputs_, {}); }

@@ -8,7 +8,7 @@ namespace trn {
 /// time scale's business, what to do at an event the cycle's.
 class Interpolator {
  public:
-  explicit Interpolator(MotionQueue& queue) : queue_(queue) {}
+  Interpolator(MotionQueue& queue, const Pose& X_WB_idle) : queue_(queue) { context_.X_WB = X_WB_idle; }
 
   enum class Outcome : unsigned char {
     kMoving,   ///< y() is on the way
@@ -23,6 +23,7 @@ class Interpolator {
 
   /// Where the motion is; valid after the first block.
   const Words& y() const TRN_RT { return y_; }
+  /// Of the motion; before the first block: of the first one ahead, if that is known.
   const MapContext& context() const TRN_RT { return context_; }
   std::uint32_t line() const TRN_RT { return line_; }
   const OverrideMode& overrides() const TRN_RT { return overrides_; }
@@ -47,6 +48,7 @@ class Interpolator {
   static constexpr int kBlocksPerTick = 256;
 
   void begin_front(const MotionBlock& block) TRN_RT;
+  void look_for_context() TRN_RT;
   void evaluate(const MotionBlock& block) TRN_RT;
 
   MotionQueue& queue_;

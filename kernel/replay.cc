@@ -90,7 +90,7 @@ class Replay {
                 touch_periods_of(*assembly.drives)),
         queue_(kQueueBlocks),
         cycle_({assembly.machine.period_s, assembly.machine.joints, !session.head.run, 8,
-                assembly.plan_joints, assembly.spindle_timeout_s},
+                assembly.plan_joints, assembly.spindle_timeout_s, inverse(assembly.kinematics->home_X_BM())},
                *assembly.map, queue_, drives_, assembly.corrections.setpoint.get(),
                assembly.io ? &io_ : nullptr) {}
 
