@@ -32,20 +32,25 @@ KinStatus MachineJointMap::nominal(const Words& y, const MapContext& context, Jo
 }
 
 KinStatus MachineJointMap::words_at(const JointVec& q, std::uint8_t corrections_off, Words& words) const {
-  KinStatus status = kinematics_.words_from_joints(q, words);
-  if (!pose(corrections_off) && !joint(corrections_off)) return status;
   MapContext context;
   context.corrections_off = corrections_off;
+  return words_at(q, context, words);
+}
+
+KinStatus MachineJointMap::words_at(const JointVec& q, const MapContext& context, Words& words) const {
+  KinStatus status = kinematics_.words_from_joints(q, words);
+  const Words axes = words;
+  words.head<3>() -= context.tool_offset;
+  if (!pose(context.corrections_off) && !joint(context.corrections_off)) return status;
   // The map differs little from the nominal one: a few simple corrections of the words find its inverse.
   constexpr int kSteps = 30;
-  const Words nominal_words = words;
   for (int i = 0; i < kSteps && status == KinStatus::kOk; ++i) {
     JointVec q_now;
     Words now;
     status = map(words, context, q_now);
     if (status == KinStatus::kOk) status = kinematics_.words_from_joints(q_now, now);
-    words += nominal_words - now;
-    if ((nominal_words - now).isZero(0)) break;
+    words += axes - now;
+    if ((axes - now).isZero(0)) break;
   }
   return status;
 }

@@ -18,6 +18,8 @@ class MachineJointMap final : public JointMap {
 
   /// The machine's own axes (RTCP off, no tool) at joints q: the inverse of `map`.
   KinStatus words_at(const JointVec& q, std::uint8_t corrections_off, Words& words) const;
+  /// The words of a context with RTCP off whose joints are q: its tool enters the corrections.
+  KinStatus words_at(const JointVec& q, const MapContext& context, Words& words) const;
   /// Where the machine really stands at joints q, as far as the corrections at work know its errors.
   KinStatus reached(const JointVec& q, std::uint8_t corrections_off, Pose& X_BS) const;
   /// What the corrections inside the plan add at this place, mm or rad; zero where there are none.

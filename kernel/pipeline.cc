@@ -201,8 +201,8 @@ Words Pipeline::contact_words(const ProgramAnswer& answer) const {
   ToolPose pose;
   if (context.rtcp && tool_pose(map_, answer.q_contact, context, pose) == KinStatus::kOk)
     words.head<3>() = pose.p_B;
-  if (!context.rtcp && map_.words_at(answer.q_contact, context.corrections_off, words) == KinStatus::kOk)
-    words.head<3>() -= context.tool_offset;
+  if (!context.rtcp && map_.words_at(answer.q_contact, context, words) != KinStatus::kOk)
+    words = answer.y_stand;
   words.tail<3>() = answer.y_stand.tail<3>();
   return words;
 }

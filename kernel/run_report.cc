@@ -100,6 +100,29 @@ std::string run_summary(const SimulationResult& r, const Machine& machine, const
   for (const SimulatedScrews::Report& s : r.screws) out += screw_line(s, machine);
   out += features_text(r.features);
   out += r.within_limits ? "  every joint within its limits\n" : "  A JOINT LEFT ITS LIMITS\n";
+  if (r.deviation.broken()) out += "  THE TOOL LEFT ITS TOLERANCE\n";
+  return out;
+}
+
+std::string broken_promises(const SimulationResult& r, const Machine& machine) {
+  std::string out;
+  for (std::size_t i = 0; i < machine.joints.size(); ++i)
+    for (const Quantity quantity :
+         {Quantity::kPosition, Quantity::kVelocity, Quantity::kAcceleration, Quantity::kJerk}) {
+      const Peak& peak = r.joints[i].peak(quantity);
+      if (peak.over == 0) continue;
+      out += fmt::format("line {}: joint {} went to {:.6f} of its limit of {}, at {:.3f} s\n", peak.line,
+                         machine.joints[i].name, peak.ratio, to_string(quantity), peak.t_s);
+    }
+  const DeviationReport& d = r.deviation;
+  if (d.tip_over_mm.value > 0)
+    out += fmt::format("line {}: the tool tip is {:.6f} mm farther off the programmed path than is allowed\n",
+                       d.tip_over_mm.line, d.tip_over_mm.value);
+  if (d.axis_over_deg.value > 0)
+    out +=
+        fmt::format("line {}: the tool axis is {:.6f} deg farther off the programmed one than is allowed\n",
+                    d.axis_over_deg.line, d.axis_over_deg.value);
+  if (!out.empty()) out += "this is a defect of the control: keep the program and report it\n";
   return out;
 }
 
@@ -149,6 +172,8 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
                                 {"axis_share_of_tolerance", place(d.axis_ratio)},
                                 {"tip_exact_mm", place(d.tip_exact_mm)},
                                 {"axis_exact_deg", place(d.axis_exact_deg)},
+                                {"tip_over_mm", place(d.tip_over_mm)},
+                                {"axis_over_deg", place(d.axis_over_deg)},
                                 {"samples_lost", d.lost}}},
                               {"starvations", r.starvations},
                               {"plan_stops", r.speed.fallbacks},

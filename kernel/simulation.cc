@@ -5,6 +5,8 @@
 #include <chrono>
 #include <ctime>
 
+#include "core/units.h"
+
 namespace trn {
 
 namespace {
@@ -73,9 +75,10 @@ class Simulation {
         options_(options),
         period_s_(assembly.machine.period_s),
         queue_(1 << 14),
-        cycle_(
-            {period_s_, assembly.machine.joints, false, 8, assembly.plan_joints, assembly.spindle_timeout_s},
-            *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get(), assembly.io.get()),
+        cycle_({period_s_, assembly.machine.joints, false, 8, assembly.plan_joints,
+                assembly.spindle_timeout_s, inverse(assembly.kinematics->home_X_BM())},
+               *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get(),
+               assembly.io.get()),
         judge_(assembly.machine.joints, period_s_),
         meter_(*assembly.kinematics, options.histograms),
         clock_(assembly.machine.joints, period_s_) {}
@@ -204,10 +207,17 @@ class Simulation {
       tick();
       for (const auto& work : assembly_.corrections.background) work();
       watch(cycle_.last_report());
-    } while (cycle_.last_report().motion != MotionState::kRest && result_.fault == Fault::kOk);
+    } while (goes_on());
+  }
+
+  // A fault is followed to the standstill.
+  bool goes_on() const {
+    const MotionState motion = cycle_.last_report().motion;
+    return motion != MotionState::kRest && (result_.fault == Fault::kOk || motion != MotionState::kPaused);
   }
 
   void programmed(const ProgramMove& move) {
+    if (options_.on_move) options_.on_move(move);
     meter_.programmed(move);
     if (assembly_.corrections.setpoint->deflection()) features_.programmed(move);
   }
@@ -238,7 +248,8 @@ class Simulation {
     }
   }
 
-  void measure_corrections(const CycleReport& report) {
+  // What the corrections in the plan leave of the machine's errors.
+  DeviationMeter::Left measure_corrections(const CycleReport& report) {
     MachineJointMap::Parts parts;
     if ((assembly_.map->has_pose() || assembly_.map->has_joint()) && report.on_path &&
         assembly_.map->parts(report.y, report.context, parts) == KinStatus::kOk) {
@@ -257,6 +268,8 @@ class Simulation {
       note(result_.corrections[k], link.offset);
       if (*link.warning) result_.corrections[k].warning = link.warning;
     }
+    if (!report.context.rtcp) return {};  // the words themselves are compared
+    return {parts.left_tip_mm, parts.left_axis_rad * kDegPerRad};
   }
 
   void list_corrections() {
@@ -267,19 +280,19 @@ class Simulation {
   }
 
   void measure(const CycleReport& report) {
-    measure_corrections(report);
+    const DeviationMeter::Left left = measure_corrections(report);
     if (!report.on_path) return;
     ToolPose pose;
     if (tool_pose(*assembly_.map, report.q_plan, report.context, pose) != KinStatus::kOk) return;
     Vec3 p = pose.p_B, u = pose.u_B;
     if (!report.context.rtcp) {
       Words words;
-      if (assembly_.map->words_at(report.q_plan, report.context.corrections_off, words) != KinStatus::kOk)
-        return;
-      p = words.head<3>() - report.context.tool_offset;
+      if (assembly_.map->words_at(report.q_plan, report.context, words) != KinStatus::kOk) return;
+      p = words.head<3>();
       u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
     }
-    meter_.sample(p, u, report.line);
+    meter_.enter(report.context);
+    meter_.sample(p, u, report.line, left);
     if (measured_) result_.path_mm += (pose.p_W - p_last_).norm();
     p_last_ = pose.p_W;
     measured_ = true;

@@ -27,6 +27,7 @@ struct SimulationOptions {
   SessionLog* log = nullptr;
   ReportSink* trace = nullptr;
   bool histograms = false;  ///< of the deviations
+  std::function<void(const ProgramMove&)> on_move;
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
   std::function<void(const Diagnostic&)> on_warning;

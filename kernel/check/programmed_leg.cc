@@ -1,6 +1,7 @@
 #include "kernel/check/programmed_leg.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/units.h"
@@ -11,6 +12,10 @@ namespace {
 
 constexpr double kArcPieceRad = kPi / 8;  // the distance to so short an arc has one minimum inside
 constexpr double kTurnPieceRad = 0.1;
+constexpr double kTurnPiecesMax = 256;
+constexpr double kWayOfChord = 1.05;
+constexpr int kStepsMax = 64;
+constexpr double kStepMin = 0.1;  // of the angle that is asked for
 constexpr int kNewtonSteps = 60;
 constexpr int kGoldenSteps = 50;
 constexpr int kBisections = 30;
@@ -44,6 +49,15 @@ ProgrammedLeg::ProgrammedLeg(const ProgramMove& move, const Kinematics& kinemati
   turn_ = move.to.tail<3>() - abc_;
   turn_rad_ = turn_.norm();
   axis_at_start_ = kinematics.orientation(abc_).col(2);
+  rate_deg_ = deg_from_rad(turn_.lpNorm<1>());
+  if (turn_rad_ > 0) shares_at_once_ = std::min(1.0, kTurnPieceRad * kTurnPiecesMax / turn_.lpNorm<1>());
+  const int pieces = turn_rad_ > 0 ? turn_pieces(1) : 0;
+  Vec3 before = axis_at_start_;
+  for (int i = 1; i <= pieces; ++i) {
+    const Vec3 here = axis(static_cast<double>(i) / pieces);
+    axis_way_deg_ += angle_deg(before, here);
+    before = here;
+  }
   if (move.mode != PathMode::kContinuous) return;
   tolerance_mm_ = move.tolerance_mm;
   tolerance_deg_ = deg_from_rad(move.tolerance_rad);
@@ -130,24 +144,48 @@ double ProgrammedLeg::reach(const Vec3& p, const LegPlace& place, double within_
   return inside;
 }
 
-double ProgrammedLeg::smallest_angle_deg(const Vec3& u, double from, double to, double enough_deg) const {
-  const int pieces = std::clamp(static_cast<int>(std::ceil(turn_rad_ * (to - from) / kTurnPieceRad)), 2, 256);
-  double best = angle_deg(u, axis(from));
-  int best_piece = 0;
-  for (int i = 1; i <= pieces; ++i) {
-    const double angle = angle_deg(u, axis(from + (to - from) * i / pieces));
-    if (angle >= best) continue;
-    best = angle;
-    best_piece = i;
-  }
-  if (best <= enough_deg) return best;
-  const double width = (to - from) / pieces;
-  const double centre = from + width * best_piece;
-  return std::min(
-      best, refined_angle_deg(u, std::max(from, centre - width), std::min(to, centre + width), enough_deg));
+int ProgrammedLeg::turn_pieces(double shares) const {
+  const double pieces = std::ceil(turn_.lpNorm<1>() * shares / kTurnPieceRad);
+  return static_cast<int>(std::clamp(pieces, 1.0, kTurnPiecesMax));
 }
 
-// Golden section between two shares with one minimum of the angle.
+// The axis has one nearest place on so short a piece of its way, which is hardly longer than its chord: where
+// both ends are farther away than the best place by half of it, that is not the one.
+double ProgrammedLeg::smallest_angle_deg(const Vec3& u, double from, double to, double enough_deg) const {
+  const int pieces = turn_pieces(to - from);
+  const double width = (to - from) / pieces;
+  std::array<double, static_cast<std::size_t>(kTurnPiecesMax) + 1> angle{}, way{};
+  Vec3 before = axis(from);
+  double best = angle[0] = angle_deg(u, before);
+  for (int i = 1; i <= pieces; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    const Vec3 here = axis(from + width * i);
+    angle[k] = angle_deg(u, here);
+    way[k] = kWayOfChord * angle_deg(before, here);
+    best = std::min(best, angle[k]);
+    before = here;
+  }
+  for (int i = 1; i <= pieces && best > enough_deg; ++i) {
+    const auto k = static_cast<std::size_t>(i);
+    if ((angle[k - 1] + angle[k] - way[k]) / 2 >= best) continue;
+    const double begin = from + width * (i - 1);
+    best = std::min(best, refined_angle_deg(u, begin, begin + width, enough_deg));
+  }
+  return best;
+}
+
+// Steps that cannot pass over the first such place, as the angle changes no faster than the words turn.
+double ProgrammedLeg::first_share_within(const Vec3& u, double from, double to, double within_deg) const {
+  double share = from;
+  for (int i = 0; i < kStepsMax && share < to; ++i) {
+    const double over = angle_deg(u, axis(share)) - within_deg;
+    if (over <= 0) return share;
+    share += std::max(over, kStepMin * within_deg) / rate_deg_;
+  }
+  return std::min(share, to);
+}
+
+// Golden section between two shares with one minimum of the angle, down to rounding.
 double ProgrammedLeg::refined_angle_deg(const Vec3& u, double from, double to, double enough_deg) const {
   constexpr double kGolden = 0.6180339887498949;
   double left = to - kGolden * (to - from), right = from + kGolden * (to - from);

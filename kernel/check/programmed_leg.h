@@ -26,7 +26,9 @@ class ProgrammedLeg {
   Vec3 axis(double share) const;
   Vec3 end() const { return end_; }
   double tip_length_mm() const { return tip_length_mm_; }
-  double turn_rad() const { return turn_rad_; }  ///< norm of the change of the rotary words
+  double turn_rad() const { return turn_rad_; }              ///< norm of the change of the rotary words
+  double shares_at_once() const { return shares_at_once_; }  ///< as much as one search can look at
+  double axis_way_deg() const { return axis_way_deg_; }      ///< length of the tool axis' way
   bool moves() const { return tip_length_mm_ > 0 || turn_rad_ > 0; }
 
   /// Tip and axis tolerance; 0 in the exact modes.
@@ -42,12 +44,17 @@ class ProgrammedLeg {
   double reach_at_most(const Vec3& p, const LegPlace& place, double within_mm, int direction,
                        double most) const;
 
-  /// The smallest angle (deg) between `u` and the programmed axis between the two shares; any angle not over
-  /// `enough_deg` will do.
+  /// The smallest angle (deg) between `u` and the programmed axis between the two shares, over all its
+  /// minima; any angle not over `enough_deg` will do.
   double smallest_angle_deg(const Vec3& u, double from, double to, double enough_deg) const;
+
+  /// A share between the two before which no programmed axis is within `within_deg` of `u`, nearly the last
+  /// such one: the first where one may be. `to` where none is.
+  double first_share_within(const Vec3& u, double from, double to, double within_deg) const;
 
  private:
   Vec3 tangent(double share) const;
+  int turn_pieces(double shares) const;
   double arc_minimum(const Vec3& p, double from, double to) const;
   double refined_angle_deg(const Vec3& u, double from, double to, double enough_deg) const;
 
@@ -59,6 +66,8 @@ class ProgrammedLeg {
   Vec3 abc_, turn_;
   Vec3 axis_at_start_;
   double tip_length_mm_ = 0, turn_rad_ = 0;
+  double rate_deg_ = 0;  // the tool axis goes no faster over a share
+  double axis_way_deg_ = 0, shares_at_once_ = 1;
   double tolerance_mm_ = 0, tolerance_deg_ = 0;
 };
 

@@ -171,7 +171,9 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   fmt::print("{}", report(result, assembly.machine, options.program));
   const std::string health = assembly.drives->health();
   if (!options.json && !health.empty()) fmt::print("  bus              {}\n", health);
-  if (result.fault == Fault::kOk) return Exit::kDone;
+  const std::string broken = broken_promises(result, assembly.machine);
+  fmt::print(stderr, "{}", broken);
+  if (result.fault == Fault::kOk) return broken.empty() ? Exit::kDone : Exit::kMachineFault;
   const FaultInfo& fault = fault_info(result.fault);
   fmt::print(stderr, "fault {}: {}; {}\n", fault.name, fault.meaning, fault.remedy);
   const std::string detail = assembly.drives->explain_fault(-1);
