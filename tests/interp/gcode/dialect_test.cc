@@ -220,7 +220,7 @@ TEST(Dialect, AProgramThatGoesRoundForEverEndsWhereNobodyWaits) {
   EXPECT_EQ(passes("G91 G0 X1\nG90\nM99\n"), 1000) << "it stands elsewhere at every pass";
   EXPECT_EQ(passes("#100=[#100+1]\nM99\n"), 1000) << "it counts";
   EXPECT_LT(passes("#100=[[#100+1] MOD 5]\nM99\n"), 100) << "a round of five passes";
-  EXPECT_EQ(passes("#<_n>=[EXISTS[#<_n>]+1]\nG0 X1\nM99\n"), 8);
+  EXPECT_EQ(passes("G90 #<_n>=[EXISTS[#<_n>]+1]\nG0 X1\nM99\n"), 8);
 }
 
 TEST(Dialect, ProgramsDoNotRunOnIntoTheNext) {
