@@ -186,6 +186,31 @@ class OneWay : public ByteSource {
   std::size_t at_ = 0;
 };
 
+// What only a session without tools, with a guard at its files, or with a strict config refuses.
+std::set<GcodeErrorCode> codes_of_sessions() {
+  std::set<GcodeErrorCode> reached;
+  Session none;
+  none.tools = ToolTable();
+  reached.merge(code_of("G43 H7\n", none));
+  Session guarded;  // whoever opens files for the daemon takes programs only
+  guarded.config.open = [](const std::string& path, bool) -> std::unique_ptr<ByteSource> {
+    fail(GcodeErrorCode::kNotProgram, 0, path);
+  };
+  try {
+    test::CanonText sink;
+    Interpreter interpreter({guarded.config, guarded.parameters, guarded.tools, nullptr, sink, {}});
+    interpreter.open("secrets");
+  } catch (const GcodeError& error) {
+    EXPECT_STREQ(error.what(),
+                 "'secrets' is no program: none of its first lines is G-code; legal: a text file of G-code");
+    reached.insert(error.code);
+  }
+  Session strict;
+  strict.config.end = ProgramEnd::kRequired;
+  reached.merge(code_of("G0 X1\n", strict));
+  return reached;
+}
+
 // No class of error is without a program that brings it about.
 TEST(Errors, EveryClassIsReached) {
   using Code = GcodeErrorCode;
@@ -207,12 +232,7 @@ TEST(Errors, EveryClassIsReached) {
                                      std::string("T1 M6\nG43.5\nG1 F9 I1 J0 K-1\n")})
     reached.merge(code_of(program, five));
   reached.merge(code_of("G0 X9000 Y9000 Z9000\nG43.4 H1\n", test::shipped("rail_mill")));
-  Session none;
-  none.tools = ToolTable();
-  reached.merge(code_of("G43 H7\n", none));
-  Session strict;
-  strict.config.end = ProgramEnd::kRequired;
-  reached.merge(code_of("G0 X1\n", strict));
+  reached.merge(codes_of_sessions());
   try {
     Session s;
     test::CanonText sink;
