@@ -3,11 +3,11 @@
 #include <fmt/format.h>
 
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
 #include <fstream>
 #include <sstream>
 
+#include "core/safe_file.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/lexer.h"
 
@@ -82,15 +82,11 @@ std::string read_text_file(const std::string& path) {
 }
 
 void write_text_file(const std::string& path, std::string_view text) {
-  const std::string fresh = path + ".new";
-  {
-    std::ofstream file(fresh, std::ios::binary);
-    file.write(text.data(), static_cast<std::streamsize>(text.size()));
-    if (!file.flush())
-      throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", fresh, std::strerror(errno)));
+  try {
+    write_file_safely(path, text);
+  } catch (const FileError& error) {
+    throw ProgramError(error.what());
   }
-  if (std::rename(fresh.c_str(), path.c_str()) != 0)
-    throw ProgramError(fmt::format("{}:1:1: cannot write the file: {}", path, std::strerror(errno)));
 }
 
 }  // namespace trn

@@ -14,10 +14,10 @@ void load_parameters(const std::string& path, Parameters& parameters);
 
 /// The parameters a control keeps over night (positions, offsets, user's own 31..5000 that are not 0).
 std::string parameters_text(const Parameters& parameters);
-/// Replaces the file in one step, so that a power cut leaves the old or the new one.
+/// On the disk when it returns; a power cut leaves the old or the new one (core/safe_file.h).
 void save_parameters(const std::string& path, const Parameters& parameters);
 
-/// Whole file; ProgramError if it cannot be read or written.
+/// Whole file; ProgramError if it cannot be read, or written as `write_file_safely` does.
 std::string read_text_file(const std::string& path);
 void write_text_file(const std::string& path, std::string_view text);
 
