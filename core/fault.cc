@@ -29,7 +29,9 @@ constexpr std::array<FaultInfo, static_cast<std::size_t>(Fault::kCount)> kFaults
      "check its supply and cabling, then reset"},
     {"not_homed", Reaction::kNone, "a program needs every joint homed", "home the machine"},
     {"cycle_overrun", Reaction::kPathStop, "a cycle did not finish within its period",
-     "use a real-time kernel, isolate a processor or lengthen the period, then reset"},
+     "give the process real-time rights (see the warnings), use a real-time kernel, isolate a processor, "
+     "lengthen "
+     "the period or raise realtime.late_periods_max, then reset"},
     {"assertion", Reaction::kQuickStop, "an internal check failed in the tick",
      "this is a defect of the control: keep the trace and report it"},
     {"homing_failed", Reaction::kQuickStop, "a joint did not find its home position",
@@ -65,5 +67,11 @@ constexpr std::array<FaultInfo, static_cast<std::size_t>(Fault::kCount)> kFaults
 }  // namespace
 
 const FaultInfo& fault_info(Fault fault) noexcept { return kFaults[static_cast<std::size_t>(fault)]; }
+
+const FaultInfo* find_fault(std::string_view name) noexcept {
+  for (const FaultInfo& info : kFaults)
+    if (info.name == name) return &info;
+  return nullptr;
+}
 
 }  // namespace trn

@@ -52,5 +52,7 @@ struct FaultInfo {
 };
 
 const FaultInfo& fault_info(Fault fault) noexcept;
+/// By its name; null if there is no such fault.
+const FaultInfo* find_fault(std::string_view name) noexcept;
 
 }  // namespace trn

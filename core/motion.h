@@ -53,6 +53,9 @@ struct OverrideMode {
   bool operator==(const OverrideMode&) const = default;
 };
 
+/// Who tells that the tool of a kToolChange is in: the rise of an input, by its number, or one of these.
+inline constexpr int kToolByNobody = -2, kToolByOperator = -1;
+
 /// Something that happens between motions, with the machine at rest, in program order.
 struct QueueEvent {
   enum class Kind : std::uint8_t {
@@ -60,7 +63,7 @@ struct QueueEvent {
     kDwell,
     kSpindle,
     kCoolant,
-    kToolChange,
+    kToolChange,  ///< may wait until the tool is in; then the program's planning waits for that
     kMessage,
     kOptionalStop,
     kProgramStop,
@@ -80,7 +83,7 @@ struct QueueEvent {
   Kind kind = Kind::kNone;
   /// Dwell: s; spindle: rpm, signed (+ clockwise); orient: degrees; output: its value; wait: time limit, s;
   /// gear: the turns a second that the plan was made for, signed with kPathLeads; user: P; corrections: 1 on,
-  /// 0 off.
+  /// 0 off; tool change: who confirms it (kToolByOperator).
   double value = 0;
   /// Tool number; coolant bits (1 mist, 2 flood); message number; user M-code; number of the output; input
   /// (input_argument); ProbeMode; GearMode; corrections.

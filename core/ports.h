@@ -200,6 +200,8 @@ class Drives {
   virtual std::string explain_fault(int joint) const;
   /// Any thread: one line on how the bus does, "" if there is none.
   virtual std::string health() const;
+  /// False: simulated inside this process, where nothing moves.
+  virtual bool real() const { return true; }
 
   /// In the tick, once a period, bounded. Between `home` and the homed bit the drive moves by itself and its
   /// setpoint is ignored.

@@ -14,6 +14,7 @@ class LoopbackDrives final : public Drives {
 
   void bring_up() override { state_ = DriveState::kEnabled; }
   void shut_down() noexcept override { state_ = DriveState::kOff; }
+  bool real() const override { return false; }
   void reset_faults() override {}
 
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;

@@ -13,9 +13,7 @@ constexpr PlanShares kJogShares{0.9, 0.8};  // of a jog's limits; the rest stops
 constexpr double kQueueFactor = 1.5;        // of the plan time of a stop: with less the motion slows down
 constexpr double kLowFactor = 2;            // of that: below, what is seen may decide something
 constexpr double kOverrideMax = 2;
-constexpr double kLineEndS = 1e-6;           // of plan time before the end of a line: there
-constexpr std::uint64_t kLineBlocks = 1024;  // are looked at for the end of a line
-constexpr double kSettled = 1e-9;            // mm, rad
+constexpr double kSettled = 1e-9;  // mm, rad
 constexpr double kFast = 1e12;
 constexpr double kJogShare = 0.1;  // of the velocity limit when a jog names no speed
 }  // namespace
@@ -142,7 +140,11 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
 void Cycle::resume() TRN_RT {
   if (motion_ != MotionState::kPaused && motion_ != MotionState::kHeld) return;
   if (motion_ == MotionState::kPaused) step_begins_ = true;
-  if (motion_ == MotionState::kPaused && paused_by_program_) interpolator_.pass_event();
+  if (motion_ == MotionState::kPaused && paused_by_program_) {
+    tool_confirmed_ = interpolator_.event().event.kind == QueueEvent::Kind::kToolChange;
+    if (!tool_confirmed_) interpolator_.pass_event();
+    report_.waits_at = {};
+  }
   paused_by_program_ = false;
   motion_ = MotionState::kMoving;
 }
@@ -155,8 +157,7 @@ void Cycle::begin_jog(const RtCommand& command) TRN_RT {
   jog_way_.setZero();
   jog_way_[command.joint] = 1;
   const double from = q_[command.joint];
-  const double target =
-      std::clamp(from + command.value, std::min(limit.min, from), std::max(limit.max, from));
+  const double target = jog_target(limit, from, command.value);
   const double speed = command.speed > 0 ? command.speed : kJogShare * limit.velocity;
   jog_ = SCurve(target - from, std::min(speed, limit.velocity), kJogShares.acceleration * limit.acceleration,
                 kJogShares.jerk * limit.jerk);
@@ -196,60 +197,6 @@ double Cycle::target_rate() TRN_RT {
   if (motion_ == MotionState::kHeld && (mode.feed_hold || interpolator_.at_rest())) return 0;
   if (block && block->rapid) return rapid_override_;
   return (mode.feed ? override_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0);
-}
-
-// The block that motion goes on with: the front, or the next one where the front is as good as done.
-const MotionBlock* Cycle::block_here(std::uint64_t& index) TRN_RT {
-  index = 0;
-  const MotionBlock* front = queue_.front();
-  if (!front || front->segment_count == 0 || interpolator_.at_rest()) return front;
-  const PlanPlace place = interpolator_.place();
-  double left = -place.time_s;
-  for (int k = place.segment; k < front->segment_count; ++k)
-    left += front->segments[static_cast<std::size_t>(k)].duration_s;
-  if (left > kLineEndS || front->ends_at_rest) return front;
-  return queue_.ahead(++index);
-}
-
-// Single block: true if the machine stands at the end of the line that was released.
-bool Cycle::pause_between_lines() TRN_RT {
-  std::uint64_t index = 0;
-  const MotionBlock* here = block_here(index);
-  if (!single_block_ || !here) return false;
-  if (step_begins_) {
-    step_begins_ = false;
-    step_line_ = here->line;
-    step_number_ = queue_.number_ahead(index);
-  }
-  if (dwell_left_s_ > 0 || !(path_rate_.standing() || interpolator_.at_rest())) return false;
-  if (queue_.number_ahead(index) <= step_number_ || here->line == step_line_) return false;
-  motion_ = MotionState::kPaused;
-  return true;
-}
-
-// Single block: plan time to the end of the released line, if that is in the middle of a stretch and near.
-double Cycle::way_to_line_end() TRN_RT {
-  if (!single_block_ || interpolator_.at_rest() || stopping_) return PathRate::kNoStop;
-  const PlanPlace place = interpolator_.place();
-  double way = -place.time_s;
-  for (std::uint64_t i = 0; i < kLineBlocks && way < path_rate_.stop_horizon_s(); ++i) {
-    const MotionBlock* block = queue_.ahead(i);
-    if (!block || block->segment_count == 0) return PathRate::kNoStop;
-    if (queue_.number_ahead(i) > step_number_ && block->line != step_line_) return std::max(way, 0.0);
-    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
-      way += block->segments[static_cast<std::size_t>(k)].duration_s;
-    if (block->ends_at_rest) return PathRate::kNoStop;
-  }
-  return PathRate::kNoStop;
-}
-
-// Single block: the released line ended too soon to stop there; the one that has begun takes its place.
-void Cycle::release_line_passed() TRN_RT {
-  const MotionBlock* front = queue_.front();
-  if (!single_block_ || !front || front->segment_count == 0 || front->line == step_line_) return;
-  if (queue_.number_ahead(0) <= step_number_ || interpolator_.place().time_s < kLineEndS) return;
-  step_line_ = front->line;
-  step_number_ = queue_.number_ahead(0);
 }
 
 // The rate falls with what is left in the queue: a planner that is late slows the machine down to its own
@@ -365,22 +312,38 @@ void Cycle::switch_corrections(const QueueEvent& event) TRN_RT {
   switched_ |= (event.argument & kPlannedBits) != 0;
 }
 
+// Where the program waits for the operator.
+bool Cycle::pauses_at(const QueueEvent& event) const TRN_RT {
+  if (!config_.pause_at_program_stop || tool_confirmed_) return false;
+  using Kind = QueueEvent::Kind;
+  return event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop ||
+         (event.kind == Kind::kToolChange && event.value == kToolByOperator);
+}
+
+// A run has nobody who puts a tool in: it counts as there.
+IoDesk::Outcome Cycle::obey_event(const QueueEvent& event) TRN_RT {
+  const bool passes = event.kind == QueueEvent::Kind::kToolChange && !config_.pause_at_program_stop;
+  return passes ? IoDesk::Outcome::kDone : io_.obey(event);
+}
+
 void Cycle::pass_event() TRN_RT {
   using Kind = QueueEvent::Kind;
   const QueueEvent event = interpolator_.event().event;
-  const bool stop = event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop;
   if (event.kind == Kind::kProbeEnd && (contact_ || io_.probe_found())) return end_probe();
   if (arms_touch(event)) return;
-  const auto outcome = io_.obey(event);
+  const auto outcome = obey_event(event);
+  report_.waits_at = event;
   if (outcome == IoDesk::Outcome::kWaits) return;
   report_.event = event;
   report_.line = interpolator_.event().line;
   if (outcome == IoDesk::Outcome::kFailed) return latch(io_.failure(), -1);
-  if (stop && config_.pause_at_program_stop) {
+  if (pauses_at(event)) {
     motion_ = MotionState::kPaused;  // the event stays in front until kResume
     paused_by_program_ = true;
     return;
   }
+  report_.waits_at = {};
+  tool_confirmed_ = false;
   if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
   overrides_ = event.overrides;
   if (event.kind == Kind::kCorrection) switch_corrections(event);
@@ -391,8 +354,10 @@ void Cycle::pass_event() TRN_RT {
 
 // What the program's planning waits for.
 void Cycle::end_of_event(const QueueEvent& event) TRN_RT {
-  if (event.kind == QueueEvent::Kind::kWaitInput) answer({io_.input_value(), false, {}, {}});
-  if (event.kind == QueueEvent::Kind::kProbeEnd) answer({0, true, feedback_.q, interpolator_.y()});
+  using Kind = QueueEvent::Kind;
+  if (event.kind == Kind::kWaitInput) answer({io_.input_value(), false, {}, {}});
+  if (event.kind == Kind::kToolChange && event.value != kToolByNobody) answer({1, false, {}, {}});
+  if (event.kind == Kind::kProbeEnd) answer({0, true, feedback_.q, interpolator_.y()});
 }
 
 void Cycle::answer(const ProgramAnswer& answer) TRN_RT {
@@ -471,7 +436,9 @@ void Cycle::follow_homing() TRN_RT {
 
 void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
-  stopping_ = runs_out_ = waiting_ = paused_by_program_ = settling_ = off_path_ = switched_ = false;
+  stopping_ = runs_out_ = waiting_ = paused_by_program_ = tool_confirmed_ = settling_ = off_path_ =
+      switched_ = false;
+  report_.waits_at = {};
   overrides_ = {};
   dwell_left_s_ = 0;
   if (corrections_) corrections_->forget_program();

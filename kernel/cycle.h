@@ -66,6 +66,8 @@ class Cycle final : public TickPort {
   void follow_jog(double target) TRN_RT;
   void follow_homing() TRN_RT;
   void pass_event() TRN_RT;
+  IoDesk::Outcome obey_event(const QueueEvent& event) TRN_RT;
+  bool pauses_at(const QueueEvent& event) const TRN_RT;
   void end_of_event(const QueueEvent& event) TRN_RT;
   void watch_probe() TRN_RT;
   bool arms_touch(const QueueEvent& event) TRN_RT;
@@ -103,6 +105,7 @@ class Cycle final : public TickPort {
   OverrideMode overrides_;  ///< in force
   bool single_block_ = false, step_begins_ = false;
   bool paused_by_program_ = false;                 ///< kPaused: an event waits in front
+  bool tool_confirmed_ = false;                    ///< the tool change in front may pass
   std::uint32_t step_line_ = 0, step_number_ = 0;  ///< the line that was released; its last block passed
   double dwell_left_s_ = 0, jog_time_s_ = 0;
   SCurve jog_;

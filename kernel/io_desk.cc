@@ -65,6 +65,8 @@ IoDesk::Outcome IoDesk::obey(const QueueEvent& event) TRN_RT {
       return Outcome::kDone;
     case Kind::kWaitInput:
       return wait_input(event);
+    case Kind::kToolChange:
+      return wait_tool(static_cast<int>(event.value));
     case Kind::kGearStart:
       return event.argument == static_cast<std::int32_t>(GearMode::kPathLeads) ? begin_tap(event)
                                                                                : await_index(event);
@@ -148,15 +150,28 @@ double IoDesk::gear_rate(double passed_s, double passed_mm) TRN_RT {
   return std::max(0.0, speed + kGearGain_s * gear_lag_s_);
 }
 
+bool IoDesk::sees(std::size_t input, InputWait wait) TRN_RT {
+  const bool now = (inputs_.digital >> input & 1) != 0;
+  const bool before = first_look() ? now : (seen_ >> input & 1) != 0;
+  seen_ = inputs_.digital;
+  return wait == InputWait::kNow || (wait == InputWait::kRise && now && !before) ||
+         (wait == InputWait::kFall && !now && before) || (wait == InputWait::kHigh && now) ||
+         (wait == InputWait::kLow && !now);
+}
+
+// Only a rise tells of a hand: an input that is on already may be stuck. As long as it takes.
+IoDesk::Outcome IoDesk::wait_tool(int confirm) TRN_RT {
+  if (confirm < 0) return Outcome::kDone;
+  const bool in = sees(static_cast<std::size_t>(confirm % kMaxIo), InputWait::kRise);
+  looks_ = in ? 0 : looks_ + 1;
+  return in ? Outcome::kDone : Outcome::kWaits;
+}
+
 IoDesk::Outcome IoDesk::wait_input(const QueueEvent& event) TRN_RT {
   const InputArgument input = InputArgument::unpack(event.argument);
   const auto index = static_cast<std::size_t>(input.index % kMaxIo);
   const bool now = (inputs_.digital >> index & 1) != 0;
-  const bool before = first_look() ? now : (seen_ >> index & 1) != 0;
-  seen_ = inputs_.digital;
-  const bool met = input.wait == InputWait::kNow || (input.wait == InputWait::kRise && now && !before) ||
-                   (input.wait == InputWait::kFall && !now && before) ||
-                   (input.wait == InputWait::kHigh && now) || (input.wait == InputWait::kLow && !now);
+  const bool met = sees(index, input.wait);
   const bool late = static_cast<double>(looks_) * period_s_ >= event.value;
   if (!met && !late) {
     ++looks_;

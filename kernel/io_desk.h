@@ -57,6 +57,8 @@ class IoDesk {
 
  private:
   Outcome wait_input(const QueueEvent& event) TRN_RT;
+  Outcome wait_tool(int confirm) TRN_RT;
+  bool sees(std::size_t input, InputWait wait) TRN_RT;
   Outcome wait_spindle() TRN_RT;
   Outcome begin_probe(ProbeMode mode) TRN_RT;
   Outcome await_index(const QueueEvent& event) TRN_RT;

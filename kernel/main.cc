@@ -2,9 +2,40 @@
 
 #include <cstdio>
 #include <exception>
+#include <optional>
+#include <string>
+#include <vector>
 
+#include "core/config.h"
 #include "kernel/commands/commands.h"
 #include "kernel/commands/micromill.h"
+
+namespace {
+
+const CLI::App* find_command(const CLI::App& app, const std::string& name) {
+  for (const CLI::App* command : app.get_subcommands({}))
+    if (command->get_name() == name) return command;
+  return nullptr;
+}
+
+// `trunnion help [COMMAND]`, or a word that is no command. Nothing if the line is CLI11's to read.
+std::optional<trn::Exit> explain(const CLI::App& app, int argc, char** argv) {
+  if (argc < 2 || argv[1][0] == '-' || find_command(app, argv[1])) return std::nullopt;
+  const std::string word = argv[1];
+  if (word == "help") {
+    const CLI::App* command = argc > 2 ? find_command(app, argv[2]) : &app;
+    fmt::print("{}", (command ? command : &app)->help());
+    return trn::Exit::kDone;
+  }
+  std::vector<std::string> legal = {"help"};
+  for (const CLI::App* command : app.get_subcommands({})) legal.push_back(command->get_name());
+  const std::string near = trn::nearest_word(word, legal);
+  fmt::print(stderr, "'{}' is no command{}; 'trunnion help' lists them all\n", word,
+             near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
+  return trn::Exit::kUsage;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   CLI::App app{
@@ -14,7 +45,7 @@ int main(int argc, char** argv) {
       "trunnion"};
   app.footer(
       "Exit codes: 0 done, 2 bad program, 3 bad config, 4 machine fault, 5 usage.\n"
-      "'trunnion COMMAND --help' explains a command.");
+      "'trunnion help COMMAND' explains a command.");
   app.set_version_flag("--version", TRN_VERSION);
   app.require_subcommand(1);
   trn::Exit exit = trn::Exit::kDone;
@@ -32,6 +63,7 @@ int main(int argc, char** argv) {
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);
   trn::add_replay(app, exit);
+  if (const auto explained = explain(app, argc, argv)) return static_cast<int>(*explained);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
+#include "core/safe_file.h"
 #include "core/units.h"
 #include "kernel/limit_scout.h"
 
@@ -71,6 +73,7 @@ struct Pipeline::MoveTee : MoveSink {
   void event(const QueueEvent& event, SourceLine source) override {
     if (event.kind == QueueEvent::Kind::kGearStart) geared = true;
     if (event.kind == QueueEvent::Kind::kGearEnd) geared = false;
+    had_event = true;
     next.event(event, source);
   }
   // A joint that cannot follow the spindle would make another pitch.
@@ -92,7 +95,7 @@ struct Pipeline::MoveTee : MoveSink {
   }
   MoveSink& next;
   const Assembly& assembly;
-  bool geared = false;
+  bool geared = false, had_event = false;
   double tolerance_mm_max;
   std::function<void(const ProgramMove&)> seen;
   std::function<std::string(std::uint32_t)> place;  ///< of a line, for messages
@@ -141,8 +144,18 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
                 start.corrections_off),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
                     std::move(observers.warning), true, start.ends_round}),
-      map_(*assembly.map) {
+      map_(*assembly.map),
+      line_done_(std::move(observers.line_done)) {
   open(interpreter_, start, start_words(*assembly.map, start));
+  if (start.from_line <= 1) return;
+  if (line_done_) line_done_(true);
+  if (interpreter_.waiting()) finish_stages();
+}
+
+// All that was planned so far must be driven before an answer comes, or the program ends.
+void Pipeline::finish_stages() {
+  geometry_.finish();
+  speed_.finish();
 }
 
 bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std::uint64_t lines_max) {
@@ -158,24 +171,29 @@ bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std:
   return true;
 }
 
+bool Pipeline::run_line() {
+  const bool more = interpreter_.step();
+  if (line_done_) line_done_(std::exchange(moves_->had_event, false));
+  return more;
+}
+
 void Pipeline::fill() {
   std::string failure;
   try {
-    const bool more = interpreter_.step();
-    if (interpreter_.waiting()) {  // all that was planned so far must be driven before the answer comes
-      geometry_.finish();
-      speed_.finish();
-    }
+    const bool more = run_line();
+    if (interpreter_.waiting()) finish_stages();
     if (more) return;
   } catch (const GcodeError& error) {
     failure = error.what();  // what came before it still runs to its end
+  } catch (const FileError& error) {
+    failure =
+        fmt::format("{}:{}: {}; what the line sets was not set", name_, interpreter_.line(), error.what());
   } catch (const ProgramError& error) {
     end_program();
     throw ProgramError(with_file(name_, error.what()));
   }
   try {
-    geometry_.finish();
-    speed_.finish();
+    finish_stages();
   } catch (const ProgramError& error) {
     if (failure.empty()) failure = with_file(name_, error.what());
   }
@@ -261,7 +279,13 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   std::uint64_t steps = 0;
   try {
     open(interpreter, start, words);
-    while (!interpreter.loops_long() && interpreter.step() && !interpreter.waiting()) {
+    const auto put_tool_in = [&] {
+      while (interpreter.asks_for_tool()) interpreter.answer({});
+    };
+    put_tool_in();
+    while (!interpreter.loops_long() && interpreter.step()) {
+      put_tool_in();
+      if (interpreter.waiting()) break;
       if (given_up && *given_up) throw ProgramError(start.path + ": the check was given up");
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
     }

@@ -34,6 +34,9 @@ struct PipelineObservers {
   std::function<void(const ProgramMove&)> move;
   std::function<void(const PlanPiece&)> piece;
   std::function<void(double time_s)> stretch;  ///< after its last piece: how long its motion takes
+  /// After every line, before anything that it made is handed out; `event`: there was more than motion in it.
+  /// FileError: what the line changed cannot be kept; the program ends before it.
+  std::function<void(bool event)> line_done;
 };
 
 /// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.
@@ -54,7 +57,7 @@ class Pipeline {
   bool next(MotionBlock& block, const std::atomic<bool>* abandoned = nullptr,
             std::uint64_t lines_max = std::numeric_limits<std::uint64_t>::max());
 
-  /// The program asks the machine (M66, G38): `next` gives no more before the answer has come.
+  /// The program asks the machine (M6, M66, G38): `next` gives no more before the answer has come.
   bool waiting() const;
   /// Answers it; from whoever drives the blocks, in the order of the events that ask.
   void answer(const ProgramAnswer& answer);
@@ -71,6 +74,8 @@ class Pipeline {
   struct BlockQueue;
 
   void fill();
+  bool run_line();
+  void finish_stages();
   void end_program();
   [[noreturn]] void give_up();
   Words contact_words(const ProgramAnswer& answer) const;
@@ -85,6 +90,7 @@ class Pipeline {
   Lowering lowering_;
   Interpreter interpreter_;
   const MachineJointMap& map_;
+  std::function<void(bool)> line_done_;
   bool ended_ = false;
 };
 

@@ -18,7 +18,7 @@ struct RtCommand {
   enum class Kind : std::uint8_t {
     kStart,            ///< drive what the ring holds, from rest
     kHold,             ///< slow down on the path and stand
-    kResume,           ///< go on after kHold or a program stop
+    kResume,           ///< go on after kHold or a program stop; the tool is in
     kStop,             ///< slow down on the path, then forget the ring's content
     kOverride,         ///< value: 0 to 2, of feed moves; above 1 where the joints' limits leave room
     kJog,              ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
@@ -42,9 +42,9 @@ struct RtCommand {
 /// What the motion does in a period.
 enum class MotionState : std::uint8_t {
   kRest,    ///< stands, and has nothing left to do
-  kMoving,  ///< drives the ring's content, or waits for the planner
+  kMoving,  ///< drives the ring's content, or waits for the planner, an input or the spindle
   kHeld,    ///< slows down to, or stands in, a hold
-  kPaused,  ///< stands at a program stop (M0, M1), or behind a single block
+  kPaused,  ///< stands at a program stop (M0, M1), for a tool (M6), or behind a single block
   kJogging,
   kHoming,
 };
@@ -90,7 +90,8 @@ struct CycleReport {
   Fault fault = Fault::kOk;  ///< latched
   MotionState motion = MotionState::kRest;
   QueueEvent event;       ///< the event that took effect in this period, if any
-  bool answered = false;  ///< it gave the program `answer`
+  QueueEvent waits_at;    ///< the event in front that is not done yet: a program stop, a tool, an input
+  bool answered = false;  ///< `event` gave the program `answer`
   ProgramAnswer answer;
   std::uint64_t inputs = 0, outputs = 0;  ///< digital, bit i: number i
   bool probe = false;                     ///< contact

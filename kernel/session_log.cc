@@ -6,9 +6,11 @@
 
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "interp/gcode/parameter_file.h"
 #include "kernel/micromill/feature_report.h"
 
 namespace trn {
@@ -147,6 +149,14 @@ std::string make_log_file(const std::string& path) {
     name = fmt::format("{}.{}", path, number);
   }
   throw std::runtime_error(fmt::format("{}: {} sessions are kept beside it; move some away", path, kLogsMax));
+}
+
+SessionHead session_head(const std::string& machine, const std::string& tools, const std::string& vars,
+                         bool run) {
+  const auto content = [](const std::string& file) {
+    return !file.empty() && std::filesystem::exists(file) ? read_text_file(file) : std::string();
+  };
+  return {machine, tools, vars, run, content(tools), content(vars)};
 }
 
 SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {

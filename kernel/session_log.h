@@ -51,6 +51,10 @@ struct SessionHead {
 /// `path`.1, `path`.2 and so on: no session is written over. std::runtime_error if none can be made.
 std::string make_log_file(const std::string& path);
 
+/// With what the files hold now; "": there is none.
+SessionHead session_head(const std::string& machine, const std::string& tools, const std::string& vars,
+                         bool run);
+
 /// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the
 /// setpoints again, bit for bit (`trunnion replay`).
 class SessionLog {

@@ -91,10 +91,12 @@ class Simulation {
     start.from_line = options_.from_line;
     start.corrections_off = assembly_.corrections.planned_off;
     start.ends_round = true;
-    pipeline_.emplace(
-        assembly_, parameters_, tools_, start,
-        PipelineObservers{options_.on_warning, [this](const ProgramMove& move) { programmed(move); },
-                          options_.on_piece, options_.on_stretch});
+    pipeline_.emplace(assembly_, parameters_, tools_, start,
+                      PipelineObservers{options_.on_warning,
+                                        [this](const ProgramMove& move) { programmed(move); },
+                                        options_.on_piece,
+                                        options_.on_stretch,
+                                        {}});
     if (options_.log) options_.log->program(start);
     if (options_.single_block) post({RtCommand::Kind::kSingleBlock, 1});
     post({RtCommand::Kind::kStart});
@@ -223,6 +225,9 @@ class Simulation {
   }
 
   void watch(const CycleReport& report) {
+    const QueueEvent& event = report.event;
+    if (event.kind == QueueEvent::Kind::kToolChange && event.value != kToolByNobody && options_.on_tool)
+      options_.on_tool(report.line, event.argument);
     if (options_.trace) options_.trace->write(report);
     if (assembly_.screws) assembly_.screws->step(report.q_plan, report.q_setpoint);
     row_.t_s = static_cast<double>(result_.periods) * period_s_;

@@ -31,6 +31,7 @@ struct SimulationOptions {
   std::function<void(const PlanPiece&)> on_piece;
   std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
   std::function<void(const Diagnostic&)> on_warning;
+  std::function<void(std::uint32_t line, int tool)> on_tool;  ///< a tool counts as put in that M6 waits for
   std::function<void(std::uint32_t line, double time_s)> progress;
 };
 

@@ -9,6 +9,7 @@
 
 #include "core/axes.h"
 #include "core/frames.h"
+#include "core/motion.h"
 
 // Canonical machining functions (NIST RS274/NGC, Kramer 2000, section 4) as plain structs. Coordinates are in
 // the program's own system and units: lengths mm or inch as UseLengthUnits says, angles degrees.
@@ -146,9 +147,11 @@ struct WaitOrient {
 struct SelectTool {
   int tool;
 };
-/// slot: the tool's place in the table, its number if the table does not have it.
+/// slot: the tool's place in the table, its number if the table does not have it; confirm: as in
+/// QueueEvent::Kind::kToolChange.
 struct ChangeTool {
   int tool, slot;
+  int confirm = kToolByNobody;
 };
 struct ChangeToolNumber {
   int slot;

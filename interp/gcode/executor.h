@@ -24,10 +24,10 @@ struct ExecutorParts {
   const Kinematics* kinematics;  ///< may be null: no RTCP, all six words
   CanonSink& sink;
   std::function<void(std::uint32_t column, std::string_view text)> warn;
-  bool asks = false;  ///< M66 and G38 wait for `answer`; false: taken as met, contact at the move's end
+  bool asks = false;  ///< M6, M66 and G38 wait for `answer`; false: taken as met, contact at the move's end
 };
 
-/// What the machine answers to M66 and G38; program coordinates and units.
+/// What the machine answers to M6, M66 and G38; program coordinates and units.
 struct MachineAnswer {
   double value = 0;  ///< of the input, -1: not in time; probe: 1 contact, 0 none
   AxisValues contact = AxisValues::Zero(), stands = AxisValues::Zero();  ///< after a probe move
@@ -46,18 +46,32 @@ class Executor : public StateValues {
   /// and a running canned cycle are not taken over.
   void resume(const Settings& kept);
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
-  /// where the machine really stands (mm, degrees, in M) to the present place. BlockError.
-  void enter(const AxisValues& start);
+  /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
+  /// tool, and the rest of it when `tool_wait` is over. BlockError.
+  void enter(const AxisValues& start, int in_spindle);
+  void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
   /// Takes the words out of the block that [program] ignored passes over. BlockError.
   void drop_ignored(Block& block);
-  /// True when the program has ended (M2, M30).
+  /// True when the program has ended (M2, M30). A block with M6 is carried out up to the tool while there is
+  /// a `tool_wait`, and the rest of it when that is over.
   bool execute(const Block& block);
+  bool execute_rest(const Block& block);
+  /// Until the tool is in the spindle: the machine's answer, or a call of the config's sub-program.
+  enum class ToolWait : std::uint8_t { kNone, kAnswer, kCall };
+  ToolWait tool_wait() const { return tool_wait_; }
+  int incoming_tool() const { return incoming_tool_; }
+  /// The sub-program has put it in.
+  void end_tool_call(int number);
+  /// After an error in between.
+  void forget_tool_change();
   /// After the last block: nothing may be left waiting (cutter compensation).
   void finish();
   /// Questions to the machine that the last block has left open: as many answers, before the next block.
   int questions() const { return static_cast<int>(questions_.size()); }
+  /// The first of them is whether the tool is in the spindle.
+  bool asks_for_tool() const { return !questions_.empty() && questions_.front() == Question::kTool; }
   /// Answers the first of them.
   void answer(const MachineAnswer& answer);
   /// After a BlockError of `execute`: later blocks are read as if this one had been carried out, so that they
@@ -138,7 +152,9 @@ class Executor : public StateValues {
   void m_codes(const Block& b);
   void tool_select(const Block& b);
   void tool_change(const Block& b);
-  void tool_parameters();
+  void ask_for_tool(int number);
+  void tool_is_in(int number);
+  int spindle_tool() const;
   void check_tool(int number, std::uint32_t column) const;
   [[noreturn]] void unknown_tool(int number, std::uint32_t column) const;
   int slot_of(int number) const;
@@ -294,11 +310,15 @@ class Executor : public StateValues {
   double curve_rate_ = 0;  ///< inverse_rate of the line that G5.2 or G6.2 stands in
   NurbsCurve rational_;    ///< of G6.2, as far as it is known
   bool in_rational_ = false;
-  enum class Question : std::uint8_t { kInput, kProbe };
+  enum class Question : std::uint8_t { kInput, kProbe, kTool };
   std::vector<Question> questions_;
   std::vector<bool> warned_words_;
   bool warned_smoothing_ = false, warned_dwell_ = false;
   bool ignores_ = false;  ///< the config passes over some words
+  ToolWait tool_wait_ = ToolWait::kNone;
+  int incoming_tool_ = 0;
+  bool in_tool_call_ = false;
+  Settings entered_;      ///< what `enter` goes to
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 

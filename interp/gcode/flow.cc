@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/foreign_words.h"
@@ -32,7 +33,7 @@ void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::strin
   current_ = next_ = {};
   current_node_ = next_node_ = -1;
   reader_there_ = true;
-  ended_ = told_again_ = false;
+  ended_ = told_again_ = between_over_ = false;
 }
 
 const ParsedBlock* Flow::next() {
@@ -50,6 +51,7 @@ const ParsedBlock* Flow::next() {
     }
     if (!block->is_flow()) return block;
     obey(*block);
+    if (std::exchange(between_over_, false)) return &nothing_;
     if (++words == kMaxWordsAtOnce) return &nothing_;
   }
   return nullptr;

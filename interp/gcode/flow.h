@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -41,6 +42,10 @@ class Flow {
   bool return_numbered(const Block& block);
   /// An M code that the config maps to a sub-program, with P and Q as #1 and #2.
   void call_user(const Block& block);
+  /// A sub-program in the middle of the present block: `next` gives an empty block when it is over.
+  void call_between(const std::string& name, std::array<double, 2> arguments);
+  /// Calls that are open.
+  std::size_t depth() const { return frames_.size(); }
 
   std::uint32_t line() const { return current_.at.line; }
   /// Line of the main program that comes next; 0 inside a sub-program.
@@ -105,6 +110,8 @@ class Flow {
     bool numbered = false;  ///< M98
     std::int64_t repeats_left = 0;
     CodePlace start;
+    bool between = false;  ///< goes back into the middle of the block at `called`
+    CodePlace called;
   };
 
   static std::uint64_t key_of(const CodePlace& place) {
@@ -162,7 +169,8 @@ class Flow {
   CodePlace current_;              ///< of the block last fetched
   CodePlace next_;                 ///< of the block to fetch
   std::int32_t current_node_ = -1, next_node_ = -1;
-  bool reader_there_ = true;  ///< the file's reader stands at next_
+  bool between_over_ = false;  ///< the call in the middle of a block has come back
+  bool reader_there_ = true;   ///< the file's reader stands at next_
   bool ended_ = false;
   bool told_again_ = false;  ///< the warning about M99 in the main program
   std::vector<std::string_view> told_parameters_;

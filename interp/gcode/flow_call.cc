@@ -21,7 +21,8 @@ void Flow::enter(std::int32_t label, std::span<const double> arguments, bool num
   if (frames_.size() >= static_cast<std::size_t>(config_.sub_depth_max))
     fail(GcodeErrorCode::kSubDepth, 1, config_.sub_depth_max);
   const Frame back{label,         next_,       next_node_, current_.at.line, current_.file,
-                   loops_.size(), ifs_.size(), numbered,   repeats,          {}};
+                   loops_.size(), ifs_.size(), numbered,   repeats,          {},
+                   false,         {}};
   CodePlace place;
   if (!find_sub(label, place)) {
     go(back.back, back.back_node);
@@ -46,6 +47,8 @@ void Flow::leave(const ParsedBlock* with_value) {
   loops_.resize(frame.loops, Loop{FlowKind::kNone, -1, {}, -1, 0, 0});
   ifs_.resize(std::min(ifs_.size(), frame.ifs));
   go(frame.back, frame.back_node);
+  if (frame.between) current_ = frame.called;
+  between_over_ = frame.between;
   frames_.pop_back();
   executor_.call.level = static_cast<int>(frames_.size());
 }
@@ -68,6 +71,13 @@ void Flow::call_user(const Block& block) {
     const std::array<double, 2> arguments{block.get('P', 0), block.get('Q', 0)};
     return enter(labels_.intern(user.call), arguments, false, 0);
   }
+}
+
+void Flow::call_between(const std::string& name, std::array<double, 2> arguments) {
+  const CodePlace called = current_;
+  enter(labels_.intern(name), arguments, false, 0);
+  frames_.back().between = true;
+  frames_.back().called = called;
 }
 
 bool Flow::return_numbered(const Block& block) {

@@ -67,6 +67,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   passes_ = 0;
   blocks_ = 0;
   gouges_told_.clear();
+  held_.clear();
   executor_.begin(at);
 }
 
@@ -88,7 +89,8 @@ void Interpreter::open_text(std::string text, std::string name, const AxisValues
 
 void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
   gate_.open = false;
-  while (flow_.next_main_line() < line) {
+  const int in_spindle = executor_.settings().current_tool;
+  while (flow_.next_main_line() < line || !held_.empty()) {
     if (loops_long())
       throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
                        fmt::format("{}:{}: a loop at line {} before it goes on, perhaps for ever; legal: {}",
@@ -99,6 +101,7 @@ void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
           GcodeErrorCode::kFromLine, line, 0,
           fmt::format("{}:{}: the program ends before this line is reached; legal: {}", flow_.file_name(),
                       line, gcode_error_info(GcodeErrorCode::kFromLine).legal));
+    if (asks_for_tool()) executor_.answer({});
     if (waiting())
       throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
                        fmt::format("{}:{}: line {} before it asks the machine (M66, G38), and what it would "
@@ -108,7 +111,11 @@ void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
   }
   gate_.open = true;
   try {
-    executor_.enter(at);
+    executor_.enter(at, in_spindle);
+    if (executor_.tool_wait() == Executor::ToolWait::kNone)
+      executor_.enter_rest();
+    else
+      hold_for_tool(true);
   } catch (const BlockError& error) {
     throw GcodeError(error.code, line, 0, fmt::format("{}:{}: {}", flow_.file_name(), line, error.what()));
   }
@@ -161,16 +168,15 @@ void Interpreter::assign(const ParsedBlock& parsed) {
 }
 
 // A line that ends the program ends it even if something else of it is wrong.
-void Interpreter::execute() {
+bool Interpreter::carry_out(bool rest) {
   try {
-    ended_ = executor_.execute(block_);
+    return rest ? executor_.execute_rest(block_) : executor_.execute(block_);
   } catch (const BlockError&) {
     executor_.pass_over(block_);
     const int stop = block_.code(MGroup::kStop);
     ended_ = stop == 2 || stop == 30;
     throw;
   }
-  if (ended_) flow_.check_closed();
 }
 
 // Gouges are known when their contour has ended; the blocks have been carried out.
@@ -194,8 +200,19 @@ void Interpreter::run_block(const ParsedBlock& parsed) {
   halve_diameter(executor_.settings().modal.diameter, block_);
   block_.line = flow_.line();
   if (!parsed.assignments.empty()) assign(parsed);
+  const bool program_ends = carry_out(false);
+  if (executor_.tool_wait() == Executor::ToolWait::kNone)
+    end_block(program_ends);
+  else
+    hold_for_tool(false);
+}
+
+void Interpreter::end_block(bool program_ends) {
+  if (program_ends) {
+    ended_ = true;
+    flow_.check_closed();
+  }
   const int sub = block_.code(MGroup::kSub);
-  execute();
   if (sub == 98)
     flow_.call_numbered(block_);
   else if (sub == 99 && flow_.return_numbered(block_) && parts_.ends_round)
@@ -224,12 +241,38 @@ void Interpreter::begin_pass() {
         std::make_unique<PassStart>(PassStart{executor_.settings(), parts_.parameters, parts_.tools.tools()});
 }
 
+// The flow fetches no further line before the rest has been carried out.
+void Interpreter::hold_for_tool(bool entry) {
+  Held held;
+  held.entry = entry;
+  if (!entry) held.block = block_;
+  if (!entry) held.parsed = *block_.parsed;
+  held.called = executor_.tool_wait() == Executor::ToolWait::kCall;
+  held.tool = executor_.incoming_tool();
+  held.depth = flow_.depth();
+  held_.push_back(std::move(held));
+  if (held_.back().called)
+    flow_.call_between(parts_.config.tool_call, {static_cast<double>(executor_.incoming_tool()),
+                                                 static_cast<double>(executor_.settings().current_tool)});
+}
+
+void Interpreter::run_rest() {
+  rest_ = std::move(held_.back());
+  held_.pop_back();
+  if (rest_.called) executor_.end_tool_call(rest_.tool);
+  if (rest_.entry) return executor_.enter_rest();
+  block_ = rest_.block;
+  block_.parsed = &rest_.parsed;
+  end_block(carry_out(true));
+}
+
 bool Interpreter::step() {
   if (ended_) return false;
   block_done_ = false;
   try {
-    const ParsedBlock* parsed = flow_.next();
-    if (parsed) {
+    if (!held_.empty() && flow_.depth() == held_.back().depth) {
+      run_rest();
+    } else if (const ParsedBlock* parsed = flow_.next()) {
       ++blocks_;
       run_block(*parsed);
     } else {
@@ -256,6 +299,11 @@ std::string Interpreter::place_of(std::uint32_t line, char letter) const {
   return fmt::format("{}:{}:{}", flow_.file_name(), line, column);
 }
 
-bool Interpreter::recover() { return !ended_ && (block_done_ || flow_.recover()); }
+bool Interpreter::recover() {
+  if (ended_ || block_done_) return !ended_;
+  held_.clear();
+  executor_.forget_tool_change();
+  return flow_.recover();
+}
 
 }  // namespace trn

@@ -58,8 +58,10 @@ class Interpreter {
   /// After an error: true if going on with a later block makes sense, to find more errors.
   bool recover();
 
-  /// The last block asks the machine (M66, G38): no step before as many answers have come.
+  /// The last block asks the machine (M6, M66, G38): no step before as many answers have come.
   bool waiting() const { return executor_.questions() > 0; }
+  /// What it asks is whether the tool is in the spindle (M6); the answer is known beforehand.
+  bool asks_for_tool() const { return executor_.asks_for_tool(); }
   void answer(const MachineAnswer& answer) { executor_.answer(answer); }
 
   std::uint32_t line() const { return flow_.line(); }
@@ -82,8 +84,11 @@ class Interpreter {
   void start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
              const AxisValues& at);
   void run_block(const ParsedBlock& parsed);
+  void end_block(bool program_ends);
+  void hold_for_tool(bool entry);
+  void run_rest();
   void assign(const ParsedBlock& parsed);
-  void execute();
+  bool carry_out(bool rest);
   void tell_gouges();
   void begin_pass();
   GcodeError located(const BlockError& error);
@@ -98,6 +103,15 @@ class Interpreter {
     bool open = true;
   };
 
+  /// A block, or the entry into a program further down, whose tool is not in the spindle yet.
+  struct Held {
+    ParsedBlock parsed;
+    Block block;
+    bool entry = false, called = false;
+    int tool = 0;
+    std::size_t depth = 0;  ///< of calls; deeper is the sub-program that changes the tool
+  };
+
   InterpreterParts parts_;
   Gate gate_;
   ModalTable table_;
@@ -105,6 +119,8 @@ class Interpreter {
   Evaluator evaluator_;
   Flow flow_;
   Block block_;
+  std::vector<Held> held_;      ///< the innermost last
+  Held rest_;                   ///< whose rest is being carried out
   std::vector<double> values_;  ///< of the assignments of one line
   std::uint64_t blocks_ = 0;
   bool ended_ = false, came_round_ = false;

@@ -456,7 +456,9 @@ struct Lowering::Visit {
     low.turning_ = false;
     spindle();
   }
-  void operator()(const canon::ChangeTool& c) const { low.event(QueueEvent::Kind::kToolChange, 0, c.tool); }
+  void operator()(const canon::ChangeTool& c) const {
+    low.event(QueueEvent::Kind::kToolChange, c.confirm, c.tool);
+  }
   void operator()(const canon::Message&) const { low.event(QueueEvent::Kind::kMessage); }
   void operator()(const canon::UserM& c) const {
     const SwitchCode* code = find_switch(low.config_, c.code);

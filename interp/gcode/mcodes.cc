@@ -23,8 +23,6 @@ constexpr int kMaxTool = 99999999;
 }  // namespace
 
 void Executor::m_codes(const Block& b) {
-  if (b.code(MGroup::kOutput) >= 0) output(b);
-  if (b.code(MGroup::kToolChange) >= 0) tool_change(b);
   if (b.code(MGroup::kSpindle) >= 0) spindle(b);
   if (b.code(MGroup::kState) >= 0) modal_state(b);
   if (b.code(MGroup::kCoolant) >= 0) coolant(b);
@@ -63,30 +61,15 @@ void Executor::tool_change(const Block& b) {
     fail(GcodeErrorCode::kCompState, b.at(MGroup::kToolChange), "a tool change");
   if (code == 61) {
     if (!b.has('Q')) fail(GcodeErrorCode::kMissingWord, b.at(MGroup::kToolChange), "M61", "a Q word");
-    s_.current_tool = whole_word(b, 'Q', 0, kMaxTool, "M61");
-    check_tool(s_.current_tool, b.at('Q'));
-    put_now(canon::ChangeToolNumber{slot_of(s_.current_tool)});
+    const int number = whole_word(b, 'Q', 0, kMaxTool, "M61");
+    check_tool(number, b.at('Q'));
+    put_now(canon::ChangeToolNumber{slot_of(number)});
+    tool_is_in(number);
   } else {
     put(PlainCanon::kStartChange);
     stop_spindle();
-    s_.current_tool = std::max(0, s_.selected_tool);  // without a T word: no tool
-    put(canon::ChangeTool{s_.current_tool, slot_of(s_.current_tool)});
+    ask_for_tool(std::max(0, s_.selected_tool));  // without a T word: no tool
   }
-  spindle_slot_ = slot_of(s_.current_tool);
-  tool_parameters();
-}
-
-// #5400 to #5413: what the table says of the tool in the spindle.
-void Executor::tool_parameters() {
-  const Tool* tool = parts_.tools.find(s_.current_tool);
-  const Tool none;
-  if (!tool) tool = &none;
-  parts_.parameters[parameter::kTool] = s_.current_tool;
-  store(parameter::kToolOffset, tool->offset);
-  parts_.parameters[parameter::kToolDiameter] = tool->diameter / parts_.config.parameter_unit_mm;
-  parts_.parameters[5411] = tool->front_deg;
-  parts_.parameters[5412] = tool->back_deg;
-  parts_.parameters[5413] = tool->orientation;
 }
 
 void Executor::start_spindle(SpindleTurn turn) {
@@ -337,7 +320,6 @@ void Executor::resume(const Settings& kept) {
   restore_modal(kept);
   s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
   s_.selected_tool = kept.selected_tool;
-  s_.current_tool = kept.current_tool;
   if (kept.tool_offset != s_.tool_offset || kept.tool_length_code != s_.tool_length_code)
     set_tool_offset(kept.tool_offset, kept.tool_length_code);
   if (kept.tilted) tilt(kept.tilt_origin, kept.R_tilt);
@@ -359,13 +341,19 @@ void Executor::retract_to_safe_height() {
   put(canon::StraightTraverse{s_.position});
 }
 
-void Executor::enter(const AxisValues& start) {
+void Executor::enter(const AxisValues& start, int in_spindle) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
-  const Settings kept = s_;
+  entered_ = s_;
   s_ = Settings{};
+  tool_is_in(in_spindle);
   begin(start);
   retract_to_safe_height();
-  if (kept.current_tool != 0) put(canon::ChangeTool{kept.current_tool, slot_of(kept.current_tool)});
+  tool_wait_ = ToolWait::kNone;
+  if (entered_.current_tool != in_spindle) ask_for_tool(entered_.current_tool);
+}
+
+void Executor::enter_rest() {
+  const Settings kept = entered_;
   resume(kept);
   AxisValues to = s_.position;
   to[kZ] = std::max(s_.position[kZ], kept.position[kZ]);

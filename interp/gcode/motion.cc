@@ -162,6 +162,7 @@ void Executor::answer(const MachineAnswer& answer) {
   const Question question = questions_.front();
   questions_.erase(questions_.begin());
   if (question == Question::kProbe) return probed(answer);
+  if (question == Question::kTool) return tool_is_in(incoming_tool_);
   parts_.parameters[parameter::kInputResult] = answer.value;
 }
 

@@ -162,7 +162,8 @@ void Executor::g10_tool(const Block& b, int l) {
   if (b.has('I')) tool.front_deg = b['I'];
   if (b.has('J')) tool.back_deg = b['J'];
   if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
-  if (number == s_.current_tool) tool_parameters();
+  if (number == s_.current_tool)
+    set_spindle_tool(parts_.parameters, parts_.tools, number, parts_.config.parameter_unit_mm);
   AxisValues shown = tool.offset;
   shown.head<3>() /= parts_.config.parameter_unit_mm;
   canon::SetToolTableEntry entry{tool.slot,      number,        shown,           tool.diameter,

@@ -20,7 +20,10 @@ bool is_required(int n) {
   return (n >= 5161 && n <= 5169) || (n >= 5181 && n <= 5189) || (n >= 5210 && n <= 5219) || n == 5220 ||
          (n >= 5221 && n <= 5390 && (n - 5221) % 20 <= 9);
 }
-bool is_kept(int n) { return (n > parameter::kLocalCount && n <= 5000) || (n >= 5061 && n <= 5070); }
+bool is_kept(int n) {
+  return (n >= parameter::kUserFirst && n <= parameter::kUserLast) || (n >= 5061 && n <= 5070) ||
+         n == parameter::kTool;
+}
 
 }  // namespace
 
@@ -58,7 +61,7 @@ void load_parameters(const std::string& path, Parameters& parameters) {
 
 std::string parameters_text(const Parameters& parameters) {
   std::string text;
-  for (int n = parameter::kLocalCount + 1; n <= 5400; ++n)
+  for (int n = parameter::kUserFirst; n <= parameter::kMachineLast; ++n)
     if (is_required(n) || (is_kept(n) && parameters[n] != 0))
       text += fmt::format("{}\t{}\n", n, parameters[n]);
   return text;

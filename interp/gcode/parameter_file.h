@@ -12,7 +12,8 @@ namespace trn {
 void parse_parameters(std::string_view text, const std::string& name, Parameters& parameters);
 void load_parameters(const std::string& path, Parameters& parameters);
 
-/// The parameters a control keeps over night (positions, offsets, user's own 31..5000 that are not 0).
+/// The parameters a control keeps over night (positions, offsets, the tool in the spindle, user's
+/// own 31..5000 that are not 0).
 std::string parameters_text(const Parameters& parameters);
 /// On the disk when it returns; a power cut leaves the old or the new one (core/safe_file.h).
 void save_parameters(const std::string& path, const Parameters& parameters);

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace trn {
@@ -15,11 +16,14 @@ namespace parameter {
 inline constexpr int kLocalCount = 30;  ///< #1 .. #30 belong to the sub-program
 inline constexpr int kProbe = 5061, kProbeSuccess = 5070, kG28 = 5161, kG30 = 5181, kG92Active = 5210,
                      kG92 = 5211;
-inline constexpr int kSystem = 5220, kFirstOffset = 5221, kOffsetStride = 20, kOffsetRotation = 9;
+inline constexpr int kSystem = 5220, kFirstOffset = 5221, kOffsetStride = 20, kOffsetRotation = 9,
+                     kLastOffset = 5390;
 inline constexpr int kInputResult = 5399, kTool = 5400, kToolOffset = 5401, kToolDiameter = 5410;
 inline constexpr int kPosition = 5420;
 inline constexpr int kDebugOutput = 5599;  ///< (DEBUG,...) speaks where it is above 0
 inline constexpr int kMax = 5601;
+inline constexpr int kUserFirst = kLocalCount + 1, kUserLast = 5000;  ///< free for programs, and kept
+inline constexpr int kMachineFirst = kProbe, kMachineLast = kTool;    ///< offsets, homes, tool in the spindle
 }  // namespace parameter
 
 /// Names to small numbers and back; for parameters and O-word labels.
@@ -58,11 +62,22 @@ class Parameters {
  public:
   Parameters();
 
-  double& operator[](int number) { return numbered_[static_cast<std::size_t>(number)]; }
+  double& operator[](int number) {
+    touched_ |= number > parameter::kLocalCount;
+    return numbered_[static_cast<std::size_t>(number)];
+  }
   double operator[](int number) const { return numbered_[static_cast<std::size_t>(number)]; }
   static bool is_read_only(int number) {
     return (number >= parameter::kTool && number <= 5413) ||
            (number >= parameter::kPosition && number <= 5428);
+  }
+
+  /// Whether a parameter that outlives its sub-program may have been changed since this was last asked.
+  bool take_touched() { return std::exchange(touched_, false); }
+  /// Values of #first to #last.
+  std::span<const double> values(int first, int last) const {
+    return std::span(numbered_).subspan(static_cast<std::size_t>(first),
+                                        static_cast<std::size_t>(last - first + 1));
   }
 
   const double* local(std::int32_t id) const { return frames_[depth_].find(id); }
@@ -97,6 +112,7 @@ class Parameters {
     bool operator==(const Named&) const = default;
   };
   std::vector<double> numbered_;
+  bool touched_ = false;
   Named globals_;
   std::vector<Named> frames_;
   std::size_t depth_ = 0;

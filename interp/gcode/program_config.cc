@@ -141,6 +141,30 @@ GougeCheckMode read_gouge_check(const ConfigTable& table) {
                              : GougeCheckMode::kOff;
 }
 
+// A key that belongs to another answer of `confirm` is a mistake.
+void read_tool_change(const ConfigTable& root, ProgramConfig& config) {
+  const auto table = root.table_if("tool_change");
+  if (!table) return;
+  const std::vector<std::string> answers = {"operator", "input", "sub-program", "none"};
+  const std::string confirm = table->choice("confirm", answers, answers.front());
+  for (std::size_t i = 0; i < answers.size(); ++i)
+    if (confirm == answers[i]) config.tool_confirm = static_cast<ToolConfirm>(i);
+  const struct {
+    const char* key;
+    ToolConfirm owner;
+    std::size_t answer;
+  } kOwned[] = {{"input", ToolConfirm::kInput, 1}, {"call", ToolConfirm::kSubProgram, 2}};
+  for (const auto& owned : kOwned)
+    if (table->has(owned.key) && config.tool_confirm != owned.owner)
+      throw table->error(owned.key,
+                         fmt::format("'{}' goes with confirm = \"{}\"", owned.key, answers[owned.answer]));
+  if (config.tool_confirm == ToolConfirm::kInput) {
+    config.tool_input = static_cast<int>(table->integer("input", Range{0, 63}));
+    if (!config.io) throw table->error("input", "the machine has no inputs; add a section [io]");
+  }
+  if (config.tool_confirm == ToolConfirm::kSubProgram) config.tool_call = lower_case(table->text("call"));
+}
+
 }  // namespace
 
 const SwitchCode* find_switch(const ProgramConfig& config, int code) {
@@ -172,6 +196,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
       throw spindle->error("encoder", "an inverter on Modbus gives no angle that a thread could follow");
     if (config.spindle_encoder) config.spindle_rpm_s = spindle->number("acceleration_rpm_s", 0, kNotNegative);
   }
+  read_tool_change(root, config);
   const auto found = root.table_if("program");
   if (!found) return config;
   const ConfigTable& table = *found;

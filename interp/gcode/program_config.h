@@ -54,6 +54,14 @@ struct UserCode {
 /// What becomes of a gouge of a compensated contour.
 enum class GougeCheckMode : std::uint8_t { kError, kWarning, kOff };
 
+/// Who tells that the tool M6 asks for is in the spindle: [tool_change].
+enum class ToolConfirm : std::uint8_t {
+  kOperator,    ///< with 'resume'
+  kInput,       ///< the rise of an input
+  kSubProgram,  ///< the return of a sub-program, which is given the new tool and the old one
+  kNobody       ///< M6 does not wait
+};
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
@@ -69,6 +77,9 @@ struct ProgramConfig {
   bool block_delete = false;         ///< lines that begin with '/' are skipped
   bool optional_stop = true;
   ProgramEnd end = ProgramEnd::kExpected;
+  ToolConfirm tool_confirm = ToolConfirm::kOperator;
+  int tool_input = 0;            ///< kInput: its number
+  std::string tool_call;         ///< kSubProgram: its name
   bool io = false;               ///< the machine has a section [io]: inputs and a probe
   bool spindle_encoder = false;  ///< and [io.spindle] with an encoder
   double spindle_rpm_s = 0;      ///< how fast its speed can change; 0: any speed at once
@@ -93,7 +104,7 @@ const SwitchCode* find_switch(const ProgramConfig& config, int code);
 /// Reads an M code "M421" that nothing else in `config` uses; ConfigError if there is no such.
 int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config);
 
-/// Reads [program]; ConfigError with file, line and column.
+/// Reads [program] and [tool_change]; ConfigError with file, line and column.
 ProgramConfig read_program_config(const ConfigTable& root);
 
 }  // namespace trn

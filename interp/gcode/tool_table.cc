@@ -3,7 +3,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
-#include <fstream>
+#include <cstdlib>
 #include <sstream>
 
 #include "interp/gcode/error.h"
@@ -85,6 +85,30 @@ bool read_tool(std::string_view line, Tool& tool) {
   return any;
 }
 
+// Six digits, as the form has it, or as many more as the value needs to be read again as it is.
+std::string digits(double value) {
+  constexpr int kUsual = 6, kMost = 17;
+  std::string text;
+  for (int n = kUsual; n <= kMost; ++n) {
+    text = fmt::format("{:+.{}f}", value, n);
+    if (std::strtod(text.c_str(), nullptr) == value) break;
+  }
+  return text;
+}
+
+std::string line_of(const Tool& tool) {
+  std::string text = fmt::format("T{} P{}", tool.number, tool.pocket);
+  for (std::size_t i = 0; i < kAxisLetters.size(); ++i) {
+    const double value = tool.offset[static_cast<Eigen::Index>(i)];
+    if (value != 0) text += fmt::format(" {}{}", kWordLetters[i], digits(value));
+  }
+  if (tool.diameter != 0) text += " D" + digits(tool.diameter);
+  if (tool.front_deg != 0) text += " I" + digits(tool.front_deg);
+  if (tool.back_deg != 0) text += " J" + digits(tool.back_deg);
+  if (tool.orientation != 0) text += fmt::format(" Q{}", tool.orientation);
+  return tool.comment.empty() ? text : fmt::format("{} ;{}", text, tool.comment);
+}
+
 }  // namespace
 
 const Tool* ToolTable::find(int number) const {
@@ -93,6 +117,7 @@ const Tool* ToolTable::find(int number) const {
 }
 
 Tool& ToolTable::at_or_new(int number) {
+  ++revision_;
   Tool& tool = tools_[number];
   if (tool.number == 0) tool.slot = ++lines_;
   tool.number = number;
@@ -130,19 +155,49 @@ ToolTable ToolTable::load(const std::string& path, double unit_mm) {
 
 std::string ToolTable::to_text() const {
   std::string text;
-  for (const auto& [number, tool] : tools_) {
-    text += fmt::format("T{} P{}", number, tool.pocket);
-    for (std::size_t i = 0; i < kAxisLetters.size(); ++i) {
-      const double value = tool.offset[static_cast<Eigen::Index>(i)];
-      if (value != 0) text += fmt::format(" {}{:+f}", kWordLetters[i], value);
-    }
-    if (tool.diameter != 0) text += fmt::format(" D{:+f}", tool.diameter);
-    if (tool.front_deg != 0) text += fmt::format(" I{:+f}", tool.front_deg);
-    if (tool.back_deg != 0) text += fmt::format(" J{:+f}", tool.back_deg);
-    if (tool.orientation != 0) text += fmt::format(" Q{}", tool.orientation);
-    text += tool.comment.empty() ? "\n" : fmt::format(" ;{}\n", tool.comment);
-  }
+  for (const auto& [number, tool] : tools_) text += line_of(tool) + "\n";
   return text;
+}
+
+std::string ToolTable::text_over(std::string_view old_text) const {
+  std::string text;
+  std::set<int> seen;
+  while (!old_text.empty()) {
+    const std::size_t end = std::min(old_text.find('\n'), old_text.size());
+    std::string_view line = old_text.substr(0, end);
+    old_text.remove_prefix(std::min(end + 1, old_text.size()));
+    const std::string_view ending = line.ends_with('\r') ? "\r\n" : "\n";
+    if (line.ends_with('\r')) line.remove_suffix(1);
+    const Tool* tool = changed_tool(line, seen);
+    text += tool ? line_of(*tool) : std::string(line);
+    text += ending;
+  }
+  for (const auto& [number, tool] : tools_)
+    if (!seen.contains(number)) text += line_of(tool) + "\n";
+  return text;
+}
+
+// The tool that this line of a file should have; null if it may stay.
+const Tool* ToolTable::changed_tool(std::string_view line, std::set<int>& seen) const {
+  Tool in_file;
+  try {
+    if (!read_tool(line, in_file)) return nullptr;
+  } catch (const BlockError&) {  // somebody is editing the file: not ours to mend
+    return nullptr;
+  }
+  const Tool* ours = find(in_file.number);
+  if (!ours) return nullptr;
+  seen.insert(ours->number);
+  in_file.slot = ours->slot;
+  return in_file == *ours ? nullptr : ours;
+}
+
+std::string tool_name(const ToolTable& tools, int number) {
+  if (number == 0) return "no tool";
+  const Tool* tool = tools.find(number);
+  std::string remark = tool ? tool->comment : "";
+  remark.erase(0, std::min(remark.size(), remark.find_first_not_of(" \t")));
+  return remark.empty() ? fmt::format("tool {}", number) : fmt::format("tool {} ({})", number, remark);
 }
 
 void ToolTable::save(const std::string& path) const { write_text_file(path, to_text()); }

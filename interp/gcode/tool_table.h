@@ -1,9 +1,12 @@
 #pragma once
 
 #include <map>
+#include <set>
 #include <string>
+#include <string_view>
 
 #include "interp/gcode/canon.h"
+#include "interp/gcode/parameters.h"
 
 namespace trn {
 
@@ -30,6 +33,8 @@ class ToolTable {
   const std::map<int, Tool>& tools() const { return tools_; }
   /// Where the tools come from, for messages; "" for a table that nobody has given.
   const std::string& name() const { return name_; }
+  /// Counts what may have been changed since the table was read.
+  std::uint64_t revision() const { return revision_; }
 
   /// ProgramError "file:line:column: message" for a line that is not of this form. A headline of words may
   /// stand above the first tool, as in old tables.
@@ -37,12 +42,24 @@ class ToolTable {
   static ToolTable load(const std::string& path, double unit_mm = 1);
   static ToolTable parse(std::string_view text, const std::string& name, double unit_mm = 1);
   std::string to_text() const;
+  /// `old_text`, the content of a table's file, with this table's tools: lines whose tools are the same, and
+  /// those that name none of them, stay as they are.
+  std::string text_over(std::string_view old_text) const;
   void save(const std::string& path) const;
 
  private:
+  const Tool* changed_tool(std::string_view line, std::set<int>& seen) const;
+
   std::map<int, Tool> tools_;
   std::string name_;
   int lines_ = 0;  ///< tools and T0, for the slots
+  std::uint64_t revision_ = 0;
 };
+
+/// A tool for people, with the table's remark: "tool 2 (8 mm ball)"; "no tool" for 0.
+std::string tool_name(const ToolTable& tools, int number);
+
+/// The tool in the spindle, as programs see it: #5400 to #5413. A length of 1 there is `unit_mm`.
+void set_spindle_tool(Parameters& parameters, const ToolTable& tools, int number, double unit_mm);
 
 }  // namespace trn

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -8,6 +9,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "core/fault.h"
 #include "core/machine.h"
 #include "core/units.h"
 #include "kernel/commands/commands.h"
@@ -71,6 +73,8 @@ void print_fault(const status_t& status) {
   const std::string at = status.fault_joint.empty() ? "" : fmt::format(" at joint {}", status.fault_joint);
   fmt::print(stderr, "fault: {}{}{}\n", status.fault, at,
              status.message.empty() ? "" : ": " + status.message);
+  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok")
+    fmt::print(stderr, "{}; {}\n", fault->meaning, fault->remedy);
 }
 
 // Until the command's work is over; kMachineFault if it ended in a fault.
@@ -113,10 +117,21 @@ command_t command_of(std::int8_t verb) {
   return command;
 }
 
+// By axis word, as a program means it; the daemon knows which joint moves. A joint that is called otherwise
+// moves in its own direction.
 command_t jog_command(const Machine& machine, const Options& options) {
   command_t command = command_of(command_t::JOG);
-  command.joint = joint_index(machine, options.text);
-  const bool rotary = machine.joints[static_cast<std::size_t>(command.joint)].kind == JointKind::kRotary;
+  std::string upper = options.text;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::size_t word = std::string_view(kWordLetters).find(upper);
+  const bool by_word = upper.size() == 1 && word != std::string_view::npos;
+  bool rotary = by_word && word >= static_cast<std::size_t>(kA);
+  if (by_word) {
+    command.text = upper;
+  } else {
+    command.joint = joint_index(machine, options.text);
+    rotary = machine.joints[static_cast<std::size_t>(command.joint)].kind == JointKind::kRotary;
+  }
   const double unit = rotary ? kRadPerDeg : 1;
   command.value = unit * options.amount;
   command.speed = unit * options.speed;
@@ -158,6 +173,7 @@ void print_corrections(const status_t& status) {
 }
 
 Json json_of(const status_t& status) {
+  const FaultInfo* fault = find_fault(status.fault);
   Json joints = Json::array();
   for (std::size_t i = 0; i < status.joint_name.size(); ++i)
     joints.push_back({{"name", status.joint_name[i]},
@@ -170,6 +186,9 @@ Json json_of(const status_t& status) {
       {"state", status.state},
       {"fault", status.fault},
       {"fault_joint", status.fault_joint},
+      {"fault_meaning", fault ? fault->meaning : ""},
+      {"fault_remedy", fault ? fault->remedy : ""},
+      {"waits_for", status.waits_for},
       {"message", status.message},
       {"program", status.program},
       {"line", status.line},
@@ -209,6 +228,9 @@ void print_status(const status_t& status) {
   if (status.fault != "ok")
     fmt::print("fault     {}{}{}\n", status.fault, status.fault_joint.empty() ? "" : " at joint ",
                status.fault_joint);
+  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok")
+    fmt::print("          {}\ncure      {}\n", fault->meaning, fault->remedy);
+  if (!status.waits_for.empty()) fmt::print("waits for {}\n", status.waits_for);
   if (!status.message.empty()) fmt::print("message   {}\n", status.message);
   fmt::print("program   {}, line {}\n", status.program.empty() ? "none" : status.program, status.line);
   fmt::print("override  {:.0f} % wanted, {:.0f} % now\n", 100 * status.override_wanted,
@@ -357,8 +379,12 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
     std::int8_t verb;
     bool wait;
   } kPlain[] = {
-      {"hold", "Slow down on the path and stand; 'resume' goes on", command_t::HOLD, false},
-      {"resume", "Go on after a hold, a program stop (M0, M1) or a single block", command_t::RESUME, false},
+      {"hold", "Slow down on the path and stand; 'resume' goes on. A jog is ended", command_t::HOLD, false},
+      {"resume",
+       "Cycle start: go on after a hold, a program stop (M0, M1) or a single block; after M6 it says that "
+       "the tool "
+       "is in the spindle",
+       command_t::RESUME, false},
       {"stop", "Slow down on the path and give the program up", command_t::STOP, true},
       {"estop", "Emergency stop: every drive brakes by its own ramp, then loses power", command_t::ESTOP,
        false},
@@ -408,10 +434,15 @@ void add_start(CLI::App& app, Exit& exit) {
 
 void add_joint_clients(CLI::App& app, Exit& exit) {
   auto jog = std::make_shared<Options>();
-  CLI::App& jog_app = add_sender(app, exit, jog, "jog", "Move one motor joint by a distance", jog_command);
-  jog_app.add_option("joint", jog->text, "Name of the joint, as in the config")->required();
-  jog_app.add_option("distance", jog->amount, "Signed, mm or degrees")->required();
-  jog_app.add_option("--speed", jog->speed, "mm/s or degrees/s; default: a tenth of the joint's limit")
+  CLI::App& jog_app =
+      add_sender(app, exit, jog, "jog", "Move one axis by a distance, as G91 G0 would", jog_command);
+  jog_app
+      .add_option("axis", jog->text,
+                  "X, Y, Z, A, B or C, in the word's direction; or a motor joint by its name in the config")
+      ->required();
+  jog_app.add_option("distance", jog->amount, "Signed, mm or degrees; ends at the axis' limit")->required();
+  jog_app
+      .add_option("--speed", jog->speed, "mm/s or degrees/s, up to the joint's limit; default: a tenth of it")
       ->check(CLI::PositiveNumber);
   add_wait(jog_app, jog);
   auto home = std::make_shared<Options>();

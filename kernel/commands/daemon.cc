@@ -1,6 +1,7 @@
 #include "kernel/daemon/daemon.h"
 
 #include <fmt/format.h>
+#include <spdlog/spdlog.h>
 
 #include <cstdio>
 #include <filesystem>
@@ -33,6 +34,21 @@ CycleConfig cycle_config(const Assembly& assembly) {
   return config;
 }
 
+// What cannot be kept is told now; the command that wants to change it is refused.
+void check_memory(const DaemonOptions& options) {
+  if (options.vars.empty())
+    spdlog::warn("no --vars: offsets and the tool in the spindle are lost when this ends");
+  if (options.tools.empty()) spdlog::warn("no --tools: tool lengths are lost when this ends");
+  for (const std::string& file : {options.vars, options.tools}) {
+    if (file.empty()) continue;
+    try {
+      check_file_writable(file);
+    } catch (const FileError& error) {
+      spdlog::warn("{}; whatever would change it is refused", error.what());
+    }
+  }
+}
+
 Parameters parameters_of(const DaemonOptions& options) {
   Parameters parameters;
   if (!options.vars.empty() && std::filesystem::exists(options.vars))
@@ -48,19 +64,17 @@ std::function<void(const CycleReport&)> warm_screws(const Assembly& assembly) {
   };
 }
 
-std::string text_of(const std::string& path) {
-  return path.empty() || !std::filesystem::exists(path) ? "" : read_text_file(path);
-}
-
 std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
   const std::string path = make_log_file(options.log);
   if (path != options.log) fmt::print(stderr, "{} has a session; this one goes to {}\n", options.log, path);
-  return std::make_unique<SessionLog>(path, SessionHead{options.machine, options.tools, options.vars, false,
-                                                        text_of(options.tools), text_of(options.vars)});
+  return std::make_unique<SessionLog>(path,
+                                      session_head(options.machine, options.tools, options.vars, false));
 }
 
 void run_machine(const DaemonOptions& options) {
   const Assembly assembly = assemble(options.machine, Field::kReal);
+  log_to_stderr();
+  check_memory(options);
   MotionQueue queue(kQueueBlocks);
   Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
               assembly.corrections.setpoint.get(), assembly.io.get());
@@ -70,7 +84,7 @@ void run_machine(const DaemonOptions& options) {
   FeatureBook* const features = assembly.corrections.setpoint->deflection() ? &book : nullptr;
   ProgramFeeder feeder(assembly, queue, parameters_of(options),
                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get(),
-                       features);
+                       features, {options.vars, options.tools});
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
@@ -79,10 +93,10 @@ void run_machine(const DaemonOptions& options) {
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
-              assembly.io.get(), features});
+              assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
   if (assembly.io) assembly.io->shut_down();
+  feeder.settle();
   if (record) record->close();
-  if (!options.vars.empty()) save_parameters(options.vars, feeder.settle());
 }
 
 }  // namespace
@@ -91,8 +105,11 @@ void add_daemon(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<DaemonOptions>();
   CLI::App* daemon = app.add_subcommand("daemon", "Run the machine in real time and obey the clients");
   daemon->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
-  daemon->add_option("--tools", options->tools, "Tool table (LinuxCNC .tbl)")->check(CLI::ExistingFile);
-  daemon->add_option("--vars", options->vars, "Variables (.var), read at the start and written at the end");
+  daemon->add_option("--tools", options->tools, "Tool table (LinuxCNC .tbl); G10 L1, L10 and L11 change it")
+      ->check(CLI::ExistingFile);
+  daemon->add_option("--vars", options->vars,
+                     "Variables (.var): offsets, the tool in the spindle, #31 to #5000; on disk before "
+                     "the command that changes them is answered");
   daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
   daemon->add_option("--log", options->log,
                      "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "

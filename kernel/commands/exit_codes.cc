@@ -3,6 +3,7 @@
 #include <cstdio>
 
 #include "core/config.h"
+#include "core/safe_file.h"
 #include "hal/can/eds.h"
 #include "interp/move.h"
 #include "kernel/check/trace_reader.h"
@@ -29,6 +30,8 @@ Exit tell_exception(Exit otherwise) {
   } catch (const EdsError& error) {
     return told(error, Exit::kBadConfig);
   } catch (const ProgramError& error) {
+    return told(error, Exit::kBadProgram);
+  } catch (const FileError& error) {
     return told(error, Exit::kBadProgram);
   } catch (const TraceError& error) {
     return told(error, Exit::kBadProgram);

@@ -56,8 +56,8 @@ void add_replay(CLI::App& app, Exit& exit) {
   command->add_option("log", options->log, "the session's log")->required();
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)")->required();
   command->add_option("--machine", options->machine, "config, if it is not where the log says");
-  command->add_option("--tools", options->tools, "tool table, if it is not where the log says");
-  command->add_option("--vars", options->vars, "variables to begin with, if not those that the log kept");
+  command->add_option("--tools", options->tools, "tool table instead of the one that the log has");
+  command->add_option("--vars", options->vars, "variables instead of those that the log has");
   command->footer(
       "Compare: the daemon's own --record of that session, or the run's --trace, and the trace are equal "
       "files.");

@@ -142,7 +142,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   std::unique_ptr<SessionLog> log;
   if (!options.log.empty())
     log = std::make_unique<SessionLog>(options.log,
-                                       SessionHead{options.machine, options.tools, options.variables, true});
+                                       session_head(options.machine, options.tools, options.variables, true));
   SimulationOptions simulation;
   if (!options.script.empty()) simulation.script = read_operator_script(options.script);
   simulation.single_block = options.single_block;
@@ -160,6 +160,9 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (path) simulation.on_piece = [&](const PlanPiece& piece) { path->piece(piece); };
   if (path) simulation.on_stretch = [&](double time_s) { path->planned(time_s); };
   simulation.on_warning = [](const Diagnostic& warning) { fmt::print(stderr, "{}\n", warning.text); };
+  simulation.on_tool = [&](std::uint32_t line, int number) {
+    fmt::print(stderr, "{}:{}: M6: {} counts as put in\n", options.program, line, tool_name(tools, number));
+  };
   simulation.progress = [&](std::uint32_t line, double time_s) { progress.show(line, time_s); };
   const SimulationResult result = simulate(assembly, parameters, tools, simulation);
   if (trace) trace->close();

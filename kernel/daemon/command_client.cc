@@ -5,6 +5,8 @@
 #include <chrono>
 #include <random>
 
+#include "kernel/daemon/command_desk.h"
+
 namespace trn {
 
 namespace {
@@ -22,11 +24,6 @@ int milliseconds_until(Clock::time_point moment) {
   return std::max(0, static_cast<int>(left.count()));
 }
 
-std::int64_t unix_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
 std::int64_t random_client() {
   std::random_device device;
   return static_cast<std::int64_t>((std::uint64_t{device()} << 32 | device()) >> 1) | 1;
@@ -42,7 +39,10 @@ CommandClient::CommandClient(const Config& config)
     daemon_ = link_.sender();
   });
   link_.subscribe<trunnion::status_t>(config.lcm.status_channel(), [this](const auto& status) {
-    if (!daemon_ || *daemon_ == link_.sender()) status_ = status;
+    if (daemon_ && *daemon_ != link_.sender()) return;
+    status_ = status;
+    daemon_clock_us_ = status.clock_us;
+    clock_heard_ = Clock::now();
   });
   link_.subscribe<trunnion::motion_t>(config.lcm.motion_channel(),
                                       [this](const auto& motion) { motion_ = motion; });
@@ -52,7 +52,7 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
   using trunnion::acknowledge_t;
   command.client = client_;
   command.sequence = ++sequence_;
-  command.expires_us = unix_us() + static_cast<std::int64_t>(config_.timeout_s * 1e6);
+  command.expires_us = makes_safe(command) ? 0 : expiry_us();
   answer_.reset();
   const auto asked = Clock::now();
   auto last_heard = asked;
@@ -70,6 +70,18 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
     if (working() && Clock::now() - last_heard > seconds(config_.timeout_s) + kAskAgain) no_answer();
   }
   return *answer_;
+}
+
+// Two clocks need not agree, not even on one host: the daemon's is read from its status messages.
+std::int64_t CommandClient::expiry_us() {
+  const auto asked = Clock::now();
+  const auto patience = std::max(seconds(config_.timeout_s), 5 * Clock::duration(kRepeat));
+  while (daemon_clock_us_ == 0) {
+    link_.handle(50);
+    if (daemon_clock_us_ == 0 && Clock::now() - asked > patience) no_answer();
+  }
+  const auto since = std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - clock_heard_);
+  return daemon_clock_us_ + since.count() + static_cast<std::int64_t>(config_.timeout_s * 1e6);
 }
 
 std::optional<trunnion::status_t> CommandClient::wait_status(

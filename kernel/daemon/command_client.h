@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <optional>
@@ -26,7 +27,8 @@ class CommandClient {
   /// std::runtime_error if LCM cannot work on this host.
   explicit CommandClient(const Config& config);
 
-  /// Sends, and repeats every 0.1 s until the daemon answers; then waits for its final word (outcome is not
+  /// Sends (what may not be obeyed late only once the daemon's clock is known, at most a tenth of a second),
+  /// and repeats every 0.1 s until the daemon answers; then waits for its final word (outcome is not
   /// WORKING), asking again every second in case that was lost. NoAnswer after the timeout, or when a working
   /// daemon falls silent.
   trunnion::acknowledge_t send(trunnion::command_t command);
@@ -41,6 +43,7 @@ class CommandClient {
 
  private:
   [[noreturn]] void no_answer() const;
+  std::int64_t expiry_us();
 
   Config config_;
   std::int64_t client_;
@@ -49,6 +52,8 @@ class CommandClient {
   std::optional<trunnion::status_t> status_;
   std::optional<trunnion::motion_t> motion_;
   std::optional<WireSender> daemon_;  ///< who answered; nobody else's status counts from then on
+  std::int64_t daemon_clock_us_ = 0;  ///< as the last status told it; 0: none was heard
+  std::chrono::steady_clock::time_point clock_heard_;
   LcmLink link_;
 };
 

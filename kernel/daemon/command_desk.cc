@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "hal/socket_owner.h"
+#include "kernel/daemon/telemetry.h"
 
 namespace trn {
 
@@ -16,11 +17,6 @@ using trunnion::acknowledge_t;
 using Clock = CommandGate::Clock;
 
 constexpr std::size_t kMessageBytesMax = 4000;  // a message of an error is text for people
-
-std::int64_t unix_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
 
 std::string name_of(const WireSender& sender) {
   const auto owner = owner_of_port(sender.port);
@@ -72,7 +68,7 @@ void CommandDesk::poll() {
 void CommandDesk::obey(const trunnion::command_t& command) {
   const Ticket ticket{command.client, command.sequence};
   const bool expires = command.expires_us != 0 && !makes_safe(command);  // no clock stands before a stop
-  const bool expired = expires && unix_us() > command.expires_us;
+  const bool expired = expires && monotonic_us() > command.expires_us;
   if (expired)
     return reply(ticket,
                  {acknowledge_t::REFUSED, "the command arrived too late and was not obeyed; send it again"});

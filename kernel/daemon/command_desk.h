@@ -12,9 +12,9 @@
 namespace trn {
 
 /// The daemon's side of the command channel: obeys each command once, answers every copy, refuses what has
-/// expired, and what is too much. A command is acknowledged as obeyed only when it was; what makes the
-/// machine safe is obeyed at once and ends the waiting of all others. Lives in the thread that handles the
-/// link.
+/// expired by the daemon's own clock, and what is too much. A command is acknowledged as obeyed only when it
+/// was; what makes the machine safe is obeyed at once and ends the waiting of all others. Lives in the thread
+/// that handles the link.
 class CommandDesk {
  public:
   struct Answer {

@@ -12,8 +12,18 @@ constexpr auto kTellAgain = std::chrono::minutes(1);
 
 bool makes_safe(const trunnion::command_t& command) {
   using trunnion::command_t;
-  return command.verb == command_t::ESTOP || command.verb == command_t::STOP ||
-         command.verb == command_t::HOLD || (command.verb == command_t::OVERRIDE && command.value == 0);
+  switch (command.verb) {
+    case command_t::ESTOP:
+    case command_t::STOP:
+    case command_t::HOLD:
+      return true;
+    case command_t::OVERRIDE:
+    case command_t::RAPID_OVERRIDE:
+    case command_t::ADAPTIVE_FEED:
+      return command.value == 0;
+    default:
+      return false;
+  }
 }
 
 bool CommandGate::Bucket::take(double rate, double burst, Clock::time_point now) {

@@ -30,18 +30,17 @@ constexpr int kLastWaits = 100;
 constexpr auto kLastWait = std::chrono::milliseconds(10);
 constexpr int kMessagesAtOnce = 2000;  // those that are too many cost next to nothing
 
-void log_to_stderr() {
-  if (!spdlog::get("trunnion")) spdlog::set_default_logger(spdlog::stderr_logger_mt("trunnion"));
-  spdlog::flush_on(spdlog::level::info);
-}
-
 std::vector<std::string> collect_warnings(const RealtimeConfig& config, const std::string& memory_refused,
-                                          const TickThread& thread) {
+                                          const TickThread& thread, bool late_is_fault) {
   std::vector<std::string> warnings = thread.refused();
   if (!memory_refused.empty()) warnings.push_back(memory_refused);
   if (config.priority == 0)
     warnings.emplace_back("no real-time priority: realtime.priority is 0; the tick may be late");
   for (const std::string& warning : warnings) spdlog::warn("NOT REAL TIME: {}", warning);
+  if (!warnings.empty() && !late_is_fault)
+    spdlog::warn(
+        "NOT REAL TIME: late periods are counted and are no fault here (realtime.late_periods_max); the "
+        "motion runs slower than on a machine");
   return warnings;
 }
 
@@ -175,6 +174,11 @@ void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, Te
 
 }  // namespace
 
+void log_to_stderr() {
+  if (!spdlog::get("trunnion")) spdlog::set_default_logger(spdlog::stderr_logger_mt("trunnion"));
+  spdlog::flush_on(spdlog::level::info);
+}
+
 void run_daemon(const DaemonParts& parts) {
   log_to_stderr();
   TerminationSignals signals;  // first: threads inherit what is blocked
@@ -182,14 +186,15 @@ void run_daemon(const DaemonParts& parts) {
   const ProcessLock lock(parts.machine.name);
   refuse_second_daemon(parts.lcm);
   const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
-  const int late_max = parts.realtime.late_periods_max;
+  const int late_max = parts.realtime.late_periods(parts.drives.real());
   TickThread thread(parts.realtime, parts.machine.period_s, [&tick = parts.tick, late_max](int late_periods) {
     if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
     tick.tick();
   });
-  Director director({parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs,
-                     thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features},
-                    collect_warnings(parts.realtime, memory_refused, thread));
+  Director director(
+      {parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs, thread.statistics(),
+       parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics, parts.plan_joints},
+      collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
   spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
                parts.lcm.url);
   std::optional<SensorReceiver> receiver;

@@ -34,7 +34,12 @@ struct DaemonParts {
   std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
   const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
   FeatureBook* features = nullptr;                         ///< see Director::Parts; hears of every period
+  const Kinematics* kinematics = nullptr;                  ///< see Director::Parts
+  const Joints* plan_joints = nullptr;                     ///< see Director::Parts
 };
+
+/// What the daemon tells goes to stderr from now on.
+void log_to_stderr();
 
 /// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this
 /// returns. std::runtime_error with what is wrong and how to mend it: no LCM on this host, a second daemon, a

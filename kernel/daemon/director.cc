@@ -53,6 +53,16 @@ Event event_of(std::int8_t verb) {
   }
 }
 
+std::string_view verb_name(std::int8_t verb) {
+  constexpr std::string_view kNames[] = {
+      "load",        "start",      "hold",           "resume",           "stop",
+      "mdi",         "jog",        "home",           "override",         "estop",
+      "reset",       "correction", "rapid override", "spindle override", "adaptive feed",
+      "single block"};
+  static_assert(std::size(kNames) == command_t::SINGLE_BLOCK);
+  return kNames[verb - command_t::LOAD];
+}
+
 bool obeys_always(std::int8_t verb) { return verb == command_t::OVERRIDE || verb > command_t::CORRECTION; }
 
 CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
@@ -114,9 +124,18 @@ CommandDesk::Answer Director::check_values(const command_t& command) const {
 CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
+  cause_ = fmt::format("{}, client {:x}", verb_name(command.verb), command.client);
+  const Answer answer = obey_legal(command, ticket);
+  cause_.clear();
+  return answer;
+}
+
+CommandDesk::Answer Director::obey_legal(const command_t& command, const Ticket& ticket) {
   if (obeys_always(command.verb)) return obey_setting(command.verb, command.value);
   if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
   const MachineState before = supervisor_.state();
+  if (command.verb == command_t::JOG && before == MachineState::kIdle)
+    if (const JogOrder order = order_jog(command); !order.refusal.empty()) return refused(order.refusal);
   const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
   if (!decision.refusal.empty()) {
     const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
@@ -148,6 +167,7 @@ CommandDesk::Answer Director::obey_setting(std::int8_t verb, double value) {
       return refused(
           fmt::format("{} {} is out of range: 0 to {:g} is legal", setting.name, value, setting.max));
     if (setting.shown) *setting.shown = value;
+    spdlog::info("{} {:g}: {}", setting.name, value, cause_);
     status_due_ = true;
     post({setting.kind, value});
   }
@@ -160,6 +180,7 @@ CommandDesk::Answer Director::obey_correction(const std::string& name, bool on) 
   for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i)
     if (parts_.chain->budget(i).name == name) {
       post({RtCommand::Kind::kCorrection, on ? 1.0 : 0.0, 0, i});
+      spdlog::info("correction '{}' {}: {}", name, on ? "on" : "off", cause_);
       return accepted();
     }
   return switch_planned(name, on);
@@ -173,6 +194,7 @@ CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
   if (supervisor_.state() != MachineState::kIdle || jobs_ + loads_ > 0)
     return refused(fmt::format(
         "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
+  spdlog::info("correction '{}' {}: {}", name, on ? "on" : "off", cause_);
   parts_.programs.abandon();
   prepared_at_.reset();
   const int bit = pose ? kGeometricBit : kJointTableBit, off = parts_.programs.corrections_off();
@@ -216,6 +238,7 @@ void Director::add_corrections(trunnion::status_t& status) const {
 // What needs the command's own values; the rest is the same for commands and events.
 CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const command_t& command,
                                              const Ticket& ticket) {
+  if (actions & kDoResume && stands_for_tool()) return confirm_tool(ticket);
   act(actions);
   if (actions & kDoLoad)
     return command.value > 1
@@ -223,9 +246,55 @@ CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const comman
                : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
   if (actions & kDoMdi) return mdi(command.text, ticket);
-  if (actions & kDoJog) post({RtCommand::Kind::kJog, command.value, command.speed, command.joint});
+  if (actions & (kDoJog | kDoHome)) forget_message();
+  if (actions & kDoJog) return jog(order_jog(command));
   if (actions & kDoHome) post({RtCommand::Kind::kHome, 0, 0, command.joint});
   return accepted();
+}
+
+JogOrder Director::order_jog(const command_t& command) const {
+  const Joints& joints = parts_.plan_joints ? *parts_.plan_joints : parts_.machine.joints;
+  return plan_jog({command.text, command.joint, command.value, command.speed}, parts_.kinematics, joints,
+                  report_.q_plan);
+}
+
+CommandDesk::Answer Director::jog(const JogOrder& order) {
+  post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
+  return {acknowledge_t::ACCEPTED, order.remark};
+}
+
+// What went wrong before is over when something new begins.
+void Director::forget_message() {
+  view_.message.clear();
+  view_.program_failed = false;
+}
+
+bool Director::stands_for_tool() const {
+  return report_.motion == MotionState::kPaused && report_.waits_at.kind == QueueEvent::Kind::kToolChange;
+}
+
+// The tool in the spindle is on disk before the program may go on with it.
+CommandDesk::Answer Director::confirm_tool(const Ticket& ticket) {
+  const int tool = report_.waits_at.argument;
+  run_job(
+      ticket, [this, tool] { parts_.programs.confirm_tool(tool); },
+      [this, tool] {
+        spdlog::info("{} is in the spindle", parts_.programs.tool_name(tool));
+        post({RtCommand::Kind::kResume});
+      },
+      false);
+  return {acknowledge_t::WORKING, ""};
+}
+
+void Director::hear_wait(const CycleReport& report) {
+  const QueueEvent& was = report_.waits_at;
+  const QueueEvent& is = report.waits_at;
+  if (report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument) return;
+  const std::string text = waits_text(report, [this](int tool) { return parts_.programs.tool_name(tool); });
+  if (text == view_.waits_for) return;
+  if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
+  view_.waits_for = text;
+  status_due_ = true;
 }
 
 void Director::machine_event(Event event) {
@@ -238,7 +307,7 @@ void Director::machine_event(Event event) {
 void Director::enter_state(MachineState before) {
   const MachineState now = supervisor_.state();
   if (now == before) return;
-  spdlog::info("{} -> {}", to_string(before), to_string(now));
+  spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
   if (now == MachineState::kFault) {
     const FaultInfo& fault = fault_info(report_.fault);
     spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
@@ -335,6 +404,7 @@ CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, co
   if (path.empty()) path = program_path_;
   if (path.empty()) return refused("no program is loaded; load one first");
   program_path_.clear();
+  view_.program.clear();
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
@@ -352,6 +422,7 @@ CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, co
 
 CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
+  view_.program.clear();
   from_line_ = 0;
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
@@ -406,8 +477,7 @@ void Director::run_job(const Ticket& ticket, const std::function<void()>& prepar
                        const std::function<void()>& then, bool starts_motion) {
   int& open_jobs = starts_motion ? jobs_ : loads_;
   ++open_jobs;
-  view_.message.clear();
-  view_.program_failed = false;
+  forget_message();
   program_worker_.post([=, this, &open_jobs, generation = generation_.load()] {
     std::string error;
     try {
@@ -448,6 +518,7 @@ void Director::fault_event(Fault fault) {
 }
 
 void Director::report(const CycleReport& report) {
+  hear_wait(report);
   report_ = report;
   heard_id_ = report.last_command_id;
   hear_corrections(report);
@@ -480,7 +551,8 @@ void Director::poll() {
   drive_worker_.collect();
   program_worker_.collect();
   desk_.poll();
-  const std::string failure = parts_.programs.take_failure();
+  // while a job prepares a program, its failure is the job's answer
+  const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
     spdlog::error("{}", failure);
     view_.message = failure;
@@ -505,6 +577,7 @@ void Director::publish_status() {
   add_corrections(status);
   if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();
+  status.clock_us = monotonic_us();
   status.count = ++status_count_;
   parts_.link.try_publish(parts_.lcm.status_channel(), status);
 }

@@ -13,6 +13,7 @@
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "kernel/daemon/command_desk.h"
+#include "kernel/daemon/jog_order.h"
 #include "kernel/daemon/motion_port.h"
 #include "kernel/daemon/supervisor.h"
 #include "kernel/daemon/telemetry.h"
@@ -38,8 +39,10 @@ class Director {
     SessionLog* log = nullptr;             ///< hears of every command
     const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
     const SetpointChain* chain = nullptr;
-    const MachineIo* io = nullptr;          ///< null: none; only for the text of its fault
-    const FeatureBook* features = nullptr;  ///< null: the machine knows nothing of the tool's bending
+    const MachineIo* io = nullptr;           ///< null: none; only for the text of its fault
+    const FeatureBook* features = nullptr;   ///< null: the machine knows nothing of the tool's bending
+    const Kinematics* kinematics = nullptr;  ///< for jogs by axis word; null: joints only
+    const Joints* plan_joints = nullptr;     ///< with the limits that jogs keep; null: the machine's own
   };
 
   Director(const Parts& parts, std::vector<std::string> warnings);
@@ -72,12 +75,19 @@ class Director {
   using Ticket = CommandDesk::Ticket;
 
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
+  Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_setting(std::int8_t verb, double value);
   Answer obey_correction(const std::string& name, bool on);
   Answer switch_planned(const std::string& name, bool on);
   void hear_corrections(const CycleReport& report);
   void add_corrections(trunnion::status_t& status) const;
   Answer check_values(const trunnion::command_t& command) const;
+  JogOrder order_jog(const trunnion::command_t& command) const;
+  Answer jog(const JogOrder& order);
+  void forget_message();
+  bool stands_for_tool() const;
+  Answer confirm_tool(const Ticket& ticket);
+  void hear_wait(const CycleReport& report);
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
   void machine_event(Event event);
   void act(std::uint32_t actions);
@@ -120,6 +130,7 @@ class Director {
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
   std::string program_path_;
   std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
+  std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
   bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so

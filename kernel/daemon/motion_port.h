@@ -18,6 +18,11 @@ class ProgramSource {
   virtual std::string load(const std::string& path, const JointVec& q) = 0;
   /// The same from a line of it (> 1); returns the way to where it goes on there, in words.
   virtual std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) = 0;
+  /// The operator has put the tool (0: none) into the spindle that the program waits for. On disk when this
+  /// returns; FileError if that cannot be, and then it is not taken as changed.
+  virtual void confirm_tool(int number) = 0;
+  /// Any thread: a tool for people, with the remark that the table has of it.
+  virtual std::string tool_name(int number) const = 0;
   virtual void load_mdi(const std::string& text, const JointVec& q) = 0;
   /// Corrections that are off (MapContext) in all programs loaded from now on, unless they switch themselves.
   virtual void set_corrections_off(std::uint8_t off) = 0;

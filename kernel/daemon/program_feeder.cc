@@ -14,11 +14,12 @@ void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 }  // namespace
 
 ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
-                             ToolTable tools, SessionLog* log, FeatureBook* features)
+                             ToolTable tools, SessionLog* log, FeatureBook* features, MemoryFiles files)
     : assembly_(assembly),
       queue_(queue),
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
+      memory_(parameters_, tools_, std::move(files)),
       log_(log),
       features_(features),
       files_(abandoned_, assembly.program.words),
@@ -26,17 +27,29 @@ ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Param
 
 ProgramFeeder::~ProgramFeeder() {
   close();
-  join();
+  try {
+    settle();
+  } catch (const FileError&) {  // who wants to know has called `settle`
+  }
 }
 
 void ProgramFeeder::join() {
   if (thread_.joinable()) thread_.join();
 }
 
-const Parameters& ProgramFeeder::settle() {
+void ProgramFeeder::settle() {
   abandoned_ = true;
   join();
-  return parameters_;
+  memory_.keep(true);
+}
+
+// The planner waits for the answer, and touches nothing meanwhile.
+void ProgramFeeder::confirm_tool(int number) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (!waits_ && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
+  if (abandoned_ || !waits_) throw std::runtime_error("no program waits for a tool any more");
+  set_spindle_tool(parameters_, tools_, number, assembly_.program.parameter_unit_mm);
+  memory_.keep(true);
 }
 
 std::string ProgramFeeder::load(const std::string& path, const JointVec& q) {
@@ -81,6 +94,7 @@ ProgramSummary ProgramFeeder::begin(ProgramStart start) {
 
 PipelineObservers ProgramFeeder::observers() {
   PipelineObservers observers;
+  observers.line_done = [this](bool event) { memory_.keep(event); };
   if (!features_) return observers;
   features_->begin();
   observers.move = [this](const ProgramMove& move) { features_->programmed(move); };

@@ -7,6 +7,7 @@
 
 #include "kernel/daemon/motion_port.h"
 #include "kernel/daemon/program_file.h"
+#include "kernel/machine_memory.h"
 #include "kernel/micromill/feature_book.h"
 #include "kernel/motion_queue.h"
 #include "kernel/pipeline.h"
@@ -15,18 +16,21 @@
 namespace trn {
 
 /// Keeps the tick's queue filled from one program at a time, in a thread of its own. The queue must have been
-/// cleared by the tick before each load. Owns the parameters and tools that programs change, and the modes
-/// that MDI lines hand on: a line goes on where the one before ended; a program begins with the config's
-/// modes and ends that; a line that fails or is stopped hands nothing on.
+/// cleared by the tick before each load. Owns the parameters and tools that programs change, keeps them on
+/// disk (MachineMemory), and owns the modes that MDI lines hand on: a line goes on where the one before
+/// ended; a program begins with the config's modes and ends that; a line that fails or is stopped hands
+/// nothing on.
 class ProgramFeeder final : public ProgramSource {
  public:
   ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
-                SessionLog* log = nullptr, FeatureBook* features = nullptr);
+                SessionLog* log = nullptr, FeatureBook* features = nullptr, MemoryFiles files = {});
   ~ProgramFeeder() override;
 
   std::string load(const std::string& path, const JointVec& q) override;
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
+  void confirm_tool(int number) override;
+  std::string tool_name(int number) const override { return memory_.tool_name(number); }
   void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
   std::uint8_t corrections_off() const override { return corrections_off_; }
   void abandon() override { abandoned_ = true; }
@@ -36,8 +40,8 @@ class ProgramFeeder final : public ProgramSource {
   }
   std::string take_failure() override;
 
-  /// What programs have left behind; only after `abandon` and when no load is under way.
-  const Parameters& settle();
+  /// Ends the preparation and keeps all that programs have left behind; when no load is under way. FileError.
+  void settle();
 
  private:
   ProgramSummary begin(ProgramStart start);
@@ -55,6 +59,7 @@ class ProgramFeeder final : public ProgramSource {
   MotionQueue& queue_;
   Parameters parameters_;
   ToolTable tools_;
+  MachineMemory memory_;  ///< of the two
   SessionLog* log_;
   FeatureBook* features_;
   std::atomic<bool> abandoned_ = false, closed_ = false, ended_ = true;

@@ -63,8 +63,8 @@ RealtimeConfig read_realtime(const ConfigTable& root) {
   config.priority = static_cast<int>(section->integer("priority", config.priority, Range{0, 98}));
   config.cpu = static_cast<int>(section->integer("cpu", config.cpu, Range{-1, CPU_SETSIZE - 1}));
   config.lock_memory = section->boolean("lock_memory", config.lock_memory);
-  config.late_periods_max =
-      static_cast<int>(section->integer("late_periods_max", config.late_periods_max, Range{0, 1e6}));
+  if (section->has("late_periods_max"))
+    config.late_periods_max = static_cast<int>(section->integer("late_periods_max", Range{0, 1e6}));
   return config;
 }
 

@@ -65,6 +65,7 @@ constexpr auto kTable = std::to_array<Transition>({
     {S::kHolding, E::kQuickFault, S::kFault, kDoEmergency},
 
     {S::kStopping, E::kStop, S::kStopping, kDoNothing},
+    {S::kStopping, E::kHold, S::kStopping, kDoNothing},
     {S::kStopping, E::kMotionDone, S::kIdle, kDoNothing},
     {S::kStopping, E::kEstop, S::kEstop, kDoEmergency},
     {S::kStopping, E::kTerminate, S::kClosing, kDoNothing},
@@ -73,6 +74,7 @@ constexpr auto kTable = std::to_array<Transition>({
     {S::kStopping, E::kQuickFault, S::kFault, kDoEmergency},
 
     {S::kJogging, E::kStop, S::kStopping, kDoStopOnPath},
+    {S::kJogging, E::kHold, S::kStopping, kDoStopOnPath},
     {S::kJogging, E::kMotionDone, S::kIdle, kDoNothing},
     {S::kJogging, E::kEstop, S::kEstop, kDoEmergency},
     {S::kJogging, E::kTerminate, S::kClosing, kDoAbandon},

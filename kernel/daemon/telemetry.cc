@@ -1,5 +1,6 @@
 #include "kernel/daemon/telemetry.h"
 
+#include <fmt/format.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -37,6 +38,39 @@ std::int64_t unix_time_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
+std::int64_t monotonic_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
+  using Kind = QueueEvent::Kind;
+  const QueueEvent& event = report.waits_at;
+  if (report.motion == MotionState::kHeld) return "hold: 'resume' goes on";
+  switch (event.kind) {
+    case Kind::kToolChange: {
+      const std::string tool = tool_name(event.argument);
+      const char* const do_it = event.argument == 0 ? "take the tool out of" : "put it into";
+      return event.value == kToolByOperator
+                 ? fmt::format("{}: {} the spindle, then 'resume'", tool, do_it)
+                 : fmt::format("{}: {} the spindle; input {} confirms it", tool, do_it, event.value);
+    }
+    case Kind::kProgramStop:
+      return "program stop (M0): 'resume' goes on";
+    case Kind::kOptionalStop:
+      return "optional stop (M1): 'resume' goes on";
+    case Kind::kWaitInput: {
+      const InputArgument input = InputArgument::unpack(event.argument);
+      return fmt::format("{} input {} (M66)", input.analog ? "analog" : "digital", input.index);
+    }
+    case Kind::kSpindle:
+    case Kind::kSpindleOrient:
+      return "the spindle to turn, or stand, as told";
+    default:
+      return report.motion == MotionState::kPaused ? "single block: 'resume' runs the next line" : "";
+  }
+}
+
 trunnion::status_t make_status(const Machine& machine, const DaemonView& view, const CycleReport& report,
                                const LoopStatistics& statistics) {
   trunnion::status_t status{};
@@ -48,6 +82,7 @@ trunnion::status_t make_status(const Machine& machine, const DaemonView& view, c
   if (report.fault_joint >= 0)
     status.fault_joint = machine.joints[static_cast<std::size_t>(report.fault_joint)].name;
   status.message = view.message;
+  status.waits_for = view.waits_for;
   status.program_failed = view.program_failed;
   status.program = view.program;
   status.line = static_cast<std::int32_t>(report.line);

@@ -22,6 +22,7 @@ class MicroMillDrives final : public Drives {
 
   void bring_up() override { enable_asked_ = true; }
   void shut_down() noexcept override { disable_asked_ = true; }
+  bool real() const override { return false; }
   void reset_faults() override { reset_asked_ = true; }
 
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;

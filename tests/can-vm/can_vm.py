@@ -190,7 +190,7 @@ def part_of(case, source):
 def run_case(name, case, build, source, cache):
     work = cache / name
     work.mkdir(parents=True, exist_ok=True)
-    config = (source / "configs" / case.config).read_text()
+    config = (source / "configs" / case.config).read_text() + "\n[tool_change]\nconfirm = \"none\"\n"
     for text, instead in case.edits:
         config = config.replace(text, instead)
     files = {"machine.toml": config, "part.ngc": part_of(case, source),

@@ -1,10 +1,10 @@
 #include <gtest/gtest.h>
 
 #include <atomic>
-#include <chrono>
 #include <thread>
 
 #include "kernel/daemon/command_desk.h"
+#include "kernel/daemon/telemetry.h"
 #include "kernel/daemon/worker.h"
 
 namespace trn {
@@ -12,12 +12,6 @@ namespace {
 
 using trunnion::acknowledge_t;
 using trunnion::command_t;
-
-std::int64_t unix_us() {
-  return std::chrono::duration_cast<std::chrono::microseconds>(
-             std::chrono::system_clock::now().time_since_epoch())
-      .count();
-}
 
 struct Bench {
   Bench() {
@@ -67,13 +61,13 @@ TEST(CommandDesk, ObeysOnceAndAnswersEveryCopy) {
 TEST(CommandDesk, RefusesWhatHasExpired) {
   Bench bench;
   command_t late = bench.command(1);
-  late.expires_us = unix_us() - 1;
+  late.expires_us = monotonic_us() - 1;
   bench.send(late);
   EXPECT_TRUE(bench.obeyed.empty());
   ASSERT_EQ(bench.heard.size(), 1u);
   EXPECT_EQ(bench.heard[0].outcome, +acknowledge_t::REFUSED);
   late.sequence = 2;
-  late.expires_us = unix_us() + 10'000'000;
+  late.expires_us = monotonic_us() + 10'000'000;
   bench.send(late);
   EXPECT_EQ(bench.obeyed, std::vector<int>{2});
   late.expires_us = 1;
@@ -81,6 +75,35 @@ TEST(CommandDesk, RefusesWhatHasExpired) {
   late.sequence = 3;
   bench.send(late);
   EXPECT_EQ(bench.obeyed.back(), 3) << "what makes safe never expires";
+}
+
+// A client that is hours behind or ahead must be able to stop the machine.
+TEST(CommandDesk, WhatMakesTheMachineSaferNeverExpires) {
+  const struct {
+    std::int8_t verb;
+    double value;
+    bool always;
+  } kCommands[] = {{command_t::ESTOP, 0, true},          {command_t::STOP, 0, true},
+                   {command_t::HOLD, 0, true},           {command_t::OVERRIDE, 0, true},
+                   {command_t::RAPID_OVERRIDE, 0, true}, {command_t::ADAPTIVE_FEED, 0, true},
+                   {command_t::OVERRIDE, 0.01, false},   {command_t::SPINDLE_OVERRIDE, 0, false},
+                   {command_t::RESUME, 0, false},        {command_t::START, 0, false},
+                   {command_t::JOG, 0, false},           {command_t::MDI, 0, false},
+                   {command_t::HOME, 0, false},          {command_t::RESET, 0, false},
+                   {command_t::SINGLE_BLOCK, 0, false},  {command_t::LOAD, 0, false},
+                   {command_t::CORRECTION, 0, false}};
+  Bench bench;
+  std::int32_t sequence = 0;
+  for (const auto& [verb, value, always] : kCommands)
+    for (const std::int64_t expires_us : {std::int64_t{1}, std::int64_t{-1}, monotonic_us() - 1}) {
+      command_t command = bench.command(++sequence);
+      command.verb = verb;
+      command.value = value;
+      command.expires_us = expires_us;
+      bench.obeyed.clear();
+      bench.send(command);
+      EXPECT_EQ(bench.obeyed.size(), always ? 1U : 0U) << int{verb} << " " << expires_us;
+    }
 }
 
 TEST(CommandDesk, WorkingCommandsGetTheirFinalAnswerLater) {

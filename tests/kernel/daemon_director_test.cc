@@ -52,12 +52,18 @@ struct FakePrograms final : ProgramSource {
     return "approach";
   }
   void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
+  void confirm_tool(int number) override {
+    if (disk_full) throw std::runtime_error("m.var: cannot be written: No space left on device");
+    in_spindle = number;
+  }
+  std::string tool_name(int number) const override { return "tool " + std::to_string(number) + " (ball)"; }
   void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
   std::uint8_t corrections_off() const override { return corrections_off_; }
   std::uint8_t corrections_off_ = 0;
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }
-  std::atomic<int> loads = 0, mdis = 0;
+  std::atomic<int> loads = 0, mdis = 0, in_spindle = 0;
+  std::atomic<bool> disk_full = false;
   int abandoned = 0;
   std::uint32_t from_line = 0;
   std::string failure;
@@ -271,6 +277,82 @@ TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
   bench.until([&] { return bench.status && bench.status->program_failed; });
   EXPECT_EQ(bench.status->message, "part.ngc:900:1: unknown word");
   EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, TheToolIsKeptBeforeTheProgramGoesOn) {
+  for (const std::int8_t verb : {command_t::RESUME, command_t::START}) {
+    Bench bench;
+    bench.start_program();
+    bench.now.motion = MotionState::kPaused;
+    bench.now.waits_at = {QueueEvent::Kind::kToolChange, kToolByOperator, 7, {}, 0};
+    bench.tick();
+    EXPECT_EQ(bench.director.state(), MachineState::kHolding);
+    bench.until(
+        [&] { return bench.status && bench.status->waits_for.starts_with("tool 7 (ball): put it into"); });
+    bench.programs.disk_full = true;
+    const acknowledge_t full = bench.send(verb);
+    EXPECT_NE(full.outcome, +acknowledge_t::ACCEPTED);
+    EXPECT_NE(full.message.find("No space left"), std::string::npos);
+    EXPECT_NE(bench.last(), Kind::kResume);
+    bench.tick();
+    EXPECT_EQ(bench.director.state(), MachineState::kHolding) << "it still waits";
+    bench.programs.disk_full = false;
+    EXPECT_EQ(bench.send(verb).outcome, +acknowledge_t::ACCEPTED);
+    EXPECT_EQ(bench.programs.in_spindle, 7);
+    EXPECT_EQ(bench.last(), Kind::kResume);
+    bench.now.motion = MotionState::kMoving;
+    bench.now.waits_at = {};
+    bench.tick();
+    bench.until([&] { return bench.status->waits_for.empty(); });
+    EXPECT_EQ(bench.director.state(), MachineState::kRunning);
+  }
+}
+
+TEST(Director, HoldEndsAJog) {
+  Bench bench;
+  EXPECT_EQ(bench.send(command_t::JOG, "", 10).outcome, +acknowledge_t::ACCEPTED);
+  bench.now.motion = MotionState::kJogging;
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::HOLD).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kStop);
+  EXPECT_EQ(bench.send(command_t::HOLD).outcome, +acknowledge_t::ACCEPTED) << "again, while it slows down";
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, AJogThatIsCutShortSaysSo) {
+  Bench bench;
+  bench.now.q_plan = JointVec::Constant(1, 90.0);
+  bench.tick();
+  acknowledge_t answer = bench.send(command_t::JOG, "", 25);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(answer.message, "X stops at its limit, 100.0000 mm: 10.0000 mm instead of 25.0000");
+  bench.tick();
+  bench.now.q_plan = JointVec::Constant(1, 100.0);
+  bench.tick();
+  const std::size_t before = bench.posted.size();
+  answer = bench.send(command_t::JOG, "X", 1);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(answer.message.find("stands at its limit, 100.0000 mm"), std::string::npos) << answer.message;
+  EXPECT_EQ(bench.posted.size(), before);
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.send(command_t::JOG, "X", -1).outcome, +acknowledge_t::ACCEPTED);
+}
+
+TEST(Director, AFailedLoadIsNoProgram) {
+  Bench bench;
+  bench.send(command_t::LOAD, "part.ngc");
+  bench.send(command_t::LOAD, "bad.ngc");
+  bench.status.reset();
+  bench.until([&] { return bench.status.has_value(); });
+  EXPECT_EQ(bench.status->program, "") << "as start sees it";
+  EXPECT_EQ(bench.status->message, "bad.ngc:3:7: no such word");
+  bench.send(command_t::LOAD, "part.ngc");
+  bench.status.reset();
+  bench.until([&] { return bench.status.has_value(); });
+  EXPECT_EQ(bench.status->message, "");
+  EXPECT_EQ(bench.status->program, "part.ngc");
 }
 
 TEST(Director, NonsenseValuesAreRefused) {

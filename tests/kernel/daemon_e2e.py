@@ -116,7 +116,7 @@ class Bench:
         if machine:  # as it is shipped
             text = text.replace(f'name = "{machine}"', f'name = "{self.name}"')
             text = text.replace('networks = "', f'networks = "{os.path.join(SOURCE, "configs")}/')
-            self.config = self.write("machine.toml", text + "\n[realtime]\nlate_periods_max = 0\n")
+            self.config = self.write("machine.toml", text + "\n[realtime]\nlate_periods_max = 0\n" + extra)
             return
         text = text.replace('name = "cradle"', f'name = "{self.name}"')
         head, tail = text.split("[drives]\n")
@@ -506,7 +506,11 @@ class DaemonTest(unittest.TestCase):
         self.assertEqual(run.returncode, 0, run.stderr)
         bench.start_daemon("--record", record, *options)
         bench.ask("load", program)
-        bench.ask("start", "--wait")
+        bench.ask("start")
+        while bench.until(lambda s: s["state"] in ("idle", "holding"))["state"] == "holding":
+            self.assertIn("tool 1", bench.status()["waits_for"])
+            bench.ask("resume")
+            bench.until(lambda s: s["waits_for"] == "")
         self.assertEqual(bench.end(), 0)
         simulated, sent = moving(rows(trace)), moving(rows(record))
         self.assertGreater(len(simulated), 1000)

@@ -203,6 +203,15 @@ TEST(RunPeriodic, KeepsThePeriodAndLeavesMissedDeadlinesOut) {
   EXPECT_GE(took_ms, 2.0 * static_cast<double>(50 + statistics.overruns.load()) - 2.5);
 }
 
+TEST(RealtimeConfig, LatenessIsAFaultWithRealDrivesOrWhereTheConfigSaysSo) {
+  const RealtimeConfig silent = read_realtime(parse_config("[realtime]\npriority = 50", "t"));
+  EXPECT_EQ(silent.late_periods(true), 5);
+  EXPECT_EQ(silent.late_periods(false), 0);
+  const RealtimeConfig said = read_realtime(parse_config("[realtime]\nlate_periods_max = 9", "t"));
+  EXPECT_EQ(said.late_periods(true), 9);
+  EXPECT_EQ(said.late_periods(false), 9);
+}
+
 TEST(RealtimeConfig, IsStrictAndMayBeMissing) {
   EXPECT_EQ(read_realtime(parse_config("", "t")).priority, 80);
   const ConfigTable root = parse_config("[realtime]\npriority = 50\ncpu = 1\nlock_memory = false", "t");

@@ -15,6 +15,7 @@ struct Outcome {
 
 class Modes : public testing::Test {
  protected:
+  Modes() { assembly_.program.tool_confirm = ToolConfirm::kNobody; }
   Outcome run(const std::vector<std::string>& lines, std::size_t from, std::size_t to, const JointVec& q,
               const std::optional<Settings>& kept) {
     std::string text;

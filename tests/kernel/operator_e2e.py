@@ -1,0 +1,306 @@
+#!/usr/bin/env python3
+"""What an operator relies on, with the daemon's own clients over real LCM: tool changes, commands that must get
+through, what is kept through kills, jogs, and a first daemon without real-time rights.
+
+usage: operator_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
+
+Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: that many kills.
+"""
+import os
+import random
+import re
+import signal
+import stat
+import struct
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../support"))
+import daemon_e2e  # noqa: E402
+from daemon_e2e import Bench, CommandTap, rows  # noqa: E402
+from own_network import enter_own_network  # noqa: E402
+
+BINARY = SOURCE = ""
+TABLE = "; the workshop's tools\nT1 P1 D6 Z+50 ;end mill\nT2 P2 Z+80 ;8 mm ball\n"
+TWO_TOOLS = "G21 G90\nT1 M6\nG43 H1\nG0 Z10\nG1 X50 F6000\nT2 M6\nG43 H2\nG0 Z10\nG1 X0\nM2\n"
+
+
+class Shop(Bench):
+    """The shipped mill with a tool table and a file of variables."""
+
+    def __init__(self, extra="", machine="mill"):
+        super().__init__(machine=machine, extra=extra)
+        self.vars = os.path.join(self.folder.name, "m.var")
+        self.tools = self.write("tools.tbl", TABLE)
+
+    def start(self, *options):
+        self.start_daemon("--vars", self.vars, "--tools", self.tools, *options)
+
+    def parameter(self, number):
+        if not os.path.exists(self.vars):
+            return 0.0
+        with open(self.vars) as file:
+            return dict((int(a), float(b)) for a, b in (line.split() for line in file)).get(number, 0.0)
+
+    def length(self, tool):
+        with open(self.tools) as file:
+            return float(re.search(rf"^T{tool} .*?Z([-+0-9.]+)", file.read(), re.M).group(1))
+
+    def joints(self):
+        return self.motion()[0]["q_setpoint"]
+
+    def kill(self):
+        self.process.kill()
+        self.process.wait()
+
+
+class OperatorTest(unittest.TestCase):
+    def test_m6_waits_for_the_operator(self):
+        with Shop() as shop:
+            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", TWO_TOOLS))
+            shop.ask("start")
+            for tool, name, at in ((1, "tool 1 (end mill)", 0), (2, "tool 2 (8 mm ball)", 50)):
+                status = shop.until(lambda s: name in s["waits_for"])
+                self.assertEqual(status["state"], "holding")
+                self.assertIn("'resume'", status["waits_for"])
+                self.assertIn(name, shop.ask("status"))
+                first = shop.joints()
+                self.assertAlmostEqual(first[0], at, places=6)
+                time.sleep(0.3)
+                self.assertEqual(shop.joints(), first, "it stands until it is told")
+                self.assertEqual(shop.parameter(5400), tool - 1, "the tool before is in the spindle")
+                shop.ask("resume")
+                self.assertEqual(shop.parameter(5400), tool, "on disk before the answer")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[2], 90, places=6)
+            shop.ask("mdi", "T1 M6")
+            shop.until(lambda s: "tool 1" in s["waits_for"])
+            shop.ask("stop", "--wait")
+            self.assertEqual(shop.parameter(5400), 2, "nobody has put tool 1 in")
+            shop.ask("mdi", "T1 M6")
+            shop.until(lambda s: "tool 1" in s["waits_for"])
+            shop.ask("estop")
+            shop.until(lambda s: s["state"] == "estop" and s["waits_for"] == "")
+            shop.ask("reset", "--wait")
+            shop.ask("mdi", "G0 X#5400", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 2, places=6)
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 1000)
+            self.assertEqual(first[:len(second)], second[:len(first)])
+            self.assertIn("waits for tool 2", shop.log_text())
+
+    def test_run_passes_and_says_so(self):
+        with Shop() as shop:
+            program = shop.write("part.ngc", TWO_TOOLS)
+            done = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--tools", shop.tools], text=True,
+                                  capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("part.ngc:2: M6: tool 1 (end mill) counts as put in", done.stderr)
+            self.assertIn("part.ngc:6: M6: tool 2 (8 mm ball) counts as put in", done.stderr)
+
+    def test_a_sub_program_changes_the_tool(self):
+        with Shop("[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n") as shop:
+            shop.write("change.ngc", "o<change> sub\nG53 G0 Z100\nG0 X[100+#1]\nM6\no<change> endsub\n")
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nT2 M6 G43\nG0 X[#5400] Z0\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: "tool 2" in s["waits_for"])
+            self.assertAlmostEqual(shop.joints()[0], 102, places=6)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[0], 2, places=6)
+            self.assertAlmostEqual(shop.joints()[2], 80, places=6)
+            self.assertEqual(shop.parameter(5400), 2)
+
+    def test_a_clients_clock_stops_no_command(self):
+        shifted = [["unshare", "-T", "--monotonic", shift] for shift in ("-1000", "1000000")]
+        shifted = [p for p in shifted if subprocess.run([*p, "true"], capture_output=True).returncode == 0]
+        with Shop() as shop:
+            shop.start()
+            for prefix in [[], *shifted]:
+                for arguments in (("mdi", "G91 G1 X100 F600"), ("override", "0"), ("override", "100"), ("hold",),
+                                  ("resume",), ("stop",)):
+                    done = subprocess.run([*prefix, BINARY, *arguments, "--machine", shop.config], text=True,
+                                          capture_output=True, timeout=60)
+                    self.assertEqual(done.returncode, 0, f"{prefix} {arguments}: {done.stderr}")
+                shop.until(lambda s: s["state"] == "idle")
+
+    def test_what_makes_it_safer_is_obeyed_however_late(self):
+        with Shop() as shop, CommandTap() as tap:
+            shop.start()
+            shop.ask("step", "off")
+            datagram, = tap.drain(f"{shop.name}.command")[:1]
+            fields = datagram.index(b"\0", 8) + 9  # behind the channel's name and the hash
+            sequence = 1000
+            for verb, state in ((3, "holding"), (9, "running"), (5, "idle"), (10, "estop")):  # hold, override 0, stop
+                if verb != 10:
+                    shop.ask("mdi", "G91 G1 X100 F600")
+                    shop.until(lambda s: s["state"] == "running")
+                sequence += 1
+                late = struct.pack(">qiqbidd", 99, sequence, 1, verb, 0, 0, 0)
+                tap.send(datagram[:fields] + late + datagram[fields + len(late):])
+                shop.until(lambda s: s["state"] == state and (state != "running" or s["override_now"] == 0), 5)
+                if verb != 10:
+                    shop.ask("override", "100")
+                    shop.ask("stop", "--wait")
+            tap.send(datagram[:fields] + struct.pack(">qiqbidd", 99, 2000, 1, 11, 0, 0, 0) +
+                     datagram[fields + len(late):])
+            time.sleep(0.5)
+            self.assertEqual(shop.status()["state"], "estop", "a reset that is late is none")
+
+    def test_acknowledged_means_kept_through_kills(self):
+        kills = max(10, int(os.environ.get("TRN_LONG", 10)))
+        chance = random.Random(7)
+        with Shop() as shop:
+            for round_ in range(1, kills + 1):
+                shop.start()
+                offset, length, own = (round(chance.uniform(-20, 20), 6) for _ in range(3))
+                line = chance.choice([f"G10 L2 P1 X{offset}", f"G92.1\\nG10 L20 P1 X{offset}", f"#100={own}",
+                                      f"G10 L1 P1 Z{length}", f"G10 L10 P2 Z{length}", "T1 M6",
+                                      f"G10 L2 P1 X{offset}\\nG4 P5"])
+                moves = chance.random() < 0.5
+                if "L2" in line and moves:
+                    line += "\\nG91 G1 X1 F60"
+                shop.ask("mdi", line.replace("\\n", "\n"))
+                if line == "T1 M6":
+                    shop.until(lambda s: s["waits_for"] != "")
+                    shop.ask("resume")
+                self.assertIsNotNone(shop.process)
+                x = shop.process and line.startswith("G92.1") and shop.joints()[0]
+                shop.kill()
+                told = f"kill {round_}: {line}"
+                if line.startswith("G10 L2 "):
+                    self.assertEqual(shop.parameter(5221), offset, told)
+                elif line.startswith("G92.1") and not moves:
+                    self.assertAlmostEqual(shop.parameter(5221), x - offset, places=6, msg=told)
+                elif line.startswith("#100"):
+                    self.assertEqual(shop.parameter(100), own, told)
+                elif line.startswith("G10 L1 "):
+                    self.assertEqual(shop.length(1), length, told)
+                elif line.startswith("G10 L10"):
+                    self.assertNotEqual(shop.length(2), 80, told)
+                elif line == "T1 M6":
+                    self.assertEqual(shop.parameter(5400), 1, told)
+                with open(shop.tools) as file:
+                    self.assertTrue(file.read().startswith("; the workshop's tools\n"), "the file's own lines stay")
+                self.assertFalse([n for n in os.listdir(shop.folder.name) if n.endswith(".new")], told)
+
+    def test_what_cannot_be_kept_is_refused(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("mdi", "G21 G90 G10 L2 P1 X5\nG0 X10 Z3", "--wait")
+            for path in (shop.vars, shop.tools):
+                os.chmod(path, stat.S_IRUSR)
+            for line in ("G10 L2 P1 X7", "G10 L1 P1 Z60", "G10 L20 P1 X0", "G28.1", "#31=4"):
+                code, _, err = shop.client("mdi", line)
+                self.assertEqual(code, 2, f"{line}: {err}")
+                self.assertIn("read-only", err)
+                self.assertRegex(err, r"mdi:\d: ")
+            self.assertEqual((shop.parameter(5221), shop.length(1)), (5, 50))
+            shop.ask("mdi", "G21 G90 G0 X0 Z10", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 5, places=6, msg="in memory as on disk")
+            shop.ask("mdi", "T2 M6")
+            shop.until(lambda s: s["waits_for"] != "")
+            code, _, err = shop.client("resume")
+            self.assertNotEqual(code, 0)
+            self.assertIn("read-only", err)
+            shop.until(lambda s: s["state"] == "holding" and "tool 2" in s["waits_for"])
+            os.chmod(shop.vars, stat.S_IRUSR | stat.S_IWUSR)
+            shop.ask("resume")
+            self.assertEqual(shop.parameter(5400), 2)
+            shop.until(lambda s: s["state"] == "idle" and s["message"] == "")
+
+    def test_jog_moves_in_the_words_sense(self):
+        with Shop() as shop:
+            shop.start()
+            for axis in "XYZ":
+                shop.ask("mdi", f"G21 G90 G0 {axis}10", "--wait")
+                there = shop.joints()
+                shop.ask("mdi", f"G0 {axis}0", "--wait")
+                shop.ask("jog", axis, "10", "--wait")
+                for q, expected in zip(shop.joints(), there):
+                    self.assertAlmostEqual(q, expected, places=6)
+                shop.ask("mdi", f"G0 {axis}0", "--wait")
+            shop.ask("jog", "x", "250", "--speed", "50")
+            shop.until(lambda s: s["state"] == "jogging")
+            shop.ask("hold")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertLess(shop.joints()[0], 200)
+            code, _, err = shop.client("jog", "X", "1000", "--speed", "9999")
+            self.assertEqual(code, 0)
+            self.assertIn("X stops at its limit, 300.0000 mm", err)
+            self.assertIn("limit of 400 mm/s instead of 9999", err)
+            shop.until(lambda s: s["state"] == "idle")
+            code, _, err = shop.client("jog", "X", "1")
+            self.assertEqual(code, 5)
+            self.assertIn("stands at its limit, 300.0000 mm", err)
+
+    def test_late_periods_are_no_fault_in_simulation(self):
+        with Shop() as shop:
+            with open(shop.config) as file:
+                text = file.read()
+            for late, state in (("", "idle"), ("late_periods_max = 5", "fault")):
+                shop.write("machine.toml", text.replace("late_periods_max = 0", late))
+                shop.start()
+                shop.process.send_signal(signal.SIGSTOP)
+                time.sleep(0.5)
+                shop.process.send_signal(signal.SIGCONT)
+                time.sleep(0.3)
+                status = shop.status()
+                self.assertEqual(status["state"], state, shop.log_text())
+                self.assertGreater(status["overruns"], 100)
+                if not status["realtime"]:
+                    self.assertIn("NOT REAL TIME", shop.log_text())
+                if state == "fault":
+                    told = shop.ask("status")
+                    self.assertIn("cycle_overrun", told)
+                    self.assertRegex(told, r"cure +give the process real-time rights")
+                    self.assertIn("real-time", status["fault_remedy"])
+                shop.kill()
+
+    def test_what_is_told_is_of_now(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G0 X1\nM2\n"))
+            self.assertEqual(shop.client("load", shop.write("bad.ngc", "G0 X[1+\nM2\n"))[0], 2)
+            status = shop.status()
+            self.assertEqual(status["program"], "")
+            self.assertIn("bad.ngc:1", status["message"])
+            self.assertIn("no program is loaded", shop.client("start")[2])
+            shop.ask("mdi", "G0 X2", "--wait")
+            self.assertEqual(shop.status()["message"], "")
+            shop.ask("override", "50")
+            self.assertRegex(shop.log_text(), r"idle -> running: mdi, client [0-9a-f]+")
+            self.assertRegex(shop.log_text(), r"override 0\.5: override, client [0-9a-f]+")
+
+    def test_an_unknown_command_is_explained(self):
+        for word, near in (("hlep", "help"), ("statsu", "status"), ("jgo", "jog")):
+            done = subprocess.run([BINARY, word], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 5)
+            self.assertIn(f"did you mean '{near}'?", done.stderr)
+        self.assertIn("daemon", subprocess.run([BINARY, "help"], text=True, capture_output=True).stdout)
+        self.assertIn("--speed", subprocess.run([BINARY, "help", "jog"], text=True, capture_output=True).stdout)
+
+
+def moving_xyz(trace):
+    """The joint columns, as text, from the first motion on."""
+    joints = [tuple(row[name] for name in "XYZ") for row in trace]
+    first = next(i for i, q in enumerate(joints) if any(float(value) != 0 for value in q))
+    last = next(i for i in reversed(range(len(joints))) if joints[i] != joints[-1])
+    return joints[first:last + 2]
+
+
+if __name__ == "__main__":
+    BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
+    enter_own_network()
+    names = [f"OperatorTest.{name}" for name in sys.argv[3:]] or None
+    unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)
