@@ -117,6 +117,7 @@ bool Compressor::continues_run(const PathItem& item) const {
 
 void Compressor::start_run(const PathItem& item) {
   pattern_ = item;
+  pattern_.lost = 0;
   origin_ = item.piece.c[0];
   vertices_.assign(1, {0, Words::Zero()});
   moves_.clear();
@@ -129,7 +130,7 @@ void Compressor::start_run(const PathItem& item) {
 
 // The first `length` of a line, which counts as `u` in the run's parameter.
 void Compressor::append(const PathItem& item, double length, double u) {
-  vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_});
+  vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_, item.lost});
   Move& move = moves_.emplace_back(Move{item.feed, speed_of(item, length, u), length / u, item.line});
   move.feed.path_units_s /= move.units_per_u;
   direction_ = item.piece.c[1];
@@ -224,6 +225,7 @@ void Compressor::hand_on_lines(size_t count) {
     item.feed = moves_[i].feed;
     item.feed.path_units_s *= moves_[i].units_per_u;
     item.line = item.last_line = moves_[i].line;
+    item.lost = vertices_[i + 1].lost;
     if (i == 0 && lead_)
       item.piece = lead_->piece;
     else
@@ -386,7 +388,7 @@ void Compressor::hand_on(const std::vector<PathItem>& items, bool joins_next) {
 }
 
 void Compressor::pass(const PathItem& item) {
-  next_.add(item);
+  next_.add(blend_ready(item));
   at_rest_ = false;
 }
 

@@ -31,14 +31,15 @@ double length_of(const ProgramMove& move, const Words& from) {
   return std::max(chord, std::abs(move.arc_sweep_rad) * r.cross(move.arc_axis).norm());
 }
 
-PathPiece piece_of(const ProgramMove& move, const Words& from) {
-  if (!is_arc(move)) return make_line(from, move.to);
-  return close_arc(make_arc(from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad), move.to);
+PathPiece piece_of(const ProgramMove& move) {
+  if (!is_arc(move)) return make_line(move.from, move.to);
+  return close_arc(make_arc(move.from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad), move.to);
 }
 
-PathItem item_of(const ProgramMove& move, const Words& from) {
+PathItem item_of(const JoinedMove& joined) {
+  const ProgramMove& move = joined.move;
   PathItem item;
-  item.piece = piece_of(move, from);
+  item.piece = piece_of(move);
   item.context = move.context;
   item.feed = move.feed;
   if (move.duration_s > 0) item.feed.path_units_s = item.piece.length / move.duration_s;
@@ -46,14 +47,16 @@ PathItem item_of(const ProgramMove& move, const Words& from) {
   item.mode = move.mode;
   item.tolerance_mm = move.tolerance_mm;
   item.tolerance_rad = move.tolerance_rad;
+  item.lost = joined.lost;
   item.line = item.last_line = move.source.line;
+  item.outputs = move.outputs;
   return item;
 }
 
 }  // namespace
 
 GeometryPlanner::GeometryPlanner(const GeometryOptions& options, PieceSink& sink)
-    : options_(options), sink_(sink), blender_(sink), compressor_(blender_) {}
+    : options_(options), sink_(sink), blender_(sink), compressor_(blender_), residuals_(*this) {}
 
 Words GeometryPlanner::start_of(const ProgramMove& move) const {
   if (!end_ || !same_context(context_, move.context)) return move.from;
@@ -74,10 +77,16 @@ void GeometryPlanner::move(const ProgramMove& move) {
   at_rest_ = false;
   outputs_.add(move.outputs);
   if (length_of(move, from) < kMoveMin) return;
-  PathItem item = item_of(move, from);
-  item.outputs = std::exchange(outputs_, {});
-  options_.compress ? compressor_.add(item) : blender_.add(item);
+  ProgramMove taken = move;
+  taken.from = from;
+  taken.outputs = std::exchange(outputs_, {});
+  residuals_.add(taken);
   end_ = move.to;
+}
+
+void GeometryPlanner::joined(const JoinedMove& move) {
+  const PathItem item = item_of(move);
+  options_.compress ? compressor_.add(item) : blender_.add(blend_ready(item));
 }
 
 void GeometryPlanner::event(const QueueEvent& event, SourceLine source) {
@@ -86,6 +95,7 @@ void GeometryPlanner::event(const QueueEvent& event, SourceLine source) {
 }
 
 void GeometryPlanner::finish() {
+  residuals_.flush();
   compressor_.flush();
   blender_.stop();
   at_rest_ = true;

@@ -3,6 +3,7 @@
 #include <optional>
 
 #include "interp/plan/geometry/compressor.h"
+#include "interp/plan/geometry/residual_moves.h"
 
 namespace trn {
 
@@ -17,7 +18,7 @@ struct GeometryOptions {
 /// A stop is planned at: an event; a change of context or path mode; every end in kExactStop; every junction
 /// that is not smooth in kExactPath; in kContinuous a turn of more than 175 degrees (in the path norm) and a
 /// corner for which the tolerance allows no blend (zero tolerance).
-class GeometryPlanner : public MoveSink {
+class GeometryPlanner : public MoveSink, private JoinedSink {
  public:
   GeometryPlanner(const GeometryOptions& options, PieceSink& sink);
 
@@ -29,12 +30,14 @@ class GeometryPlanner : public MoveSink {
   void finish();
 
  private:
+  void joined(const JoinedMove& move) override;
   Words start_of(const ProgramMove& move) const;
 
   GeometryOptions options_;
   PieceSink& sink_;
   CornerBlender blender_;
   Compressor compressor_;
+  ResidualMoves residuals_;
   std::optional<Words> end_;  ///< of the last move, in the frame of context_
   MapContext context_;
   OutputChanges outputs_;  ///< of moves that vanished

@@ -13,11 +13,20 @@ struct PathItem {
   PathMode mode = PathMode::kContinuous;
   double tolerance_mm = 0;  ///< what a blend at either end may still use
   double tolerance_rad = 0;
+  double lost = 0;  ///< share of the tolerances that the piece itself may be off, to be kept from its blends
   bool joins_next = false;      ///< the next item continues this one with three derivatives, by construction
   std::uint32_t line = 0;       ///< where it starts
   std::uint32_t last_line = 0;  ///< where it ends: a curve stands for many moves
   OutputChanges outputs;        ///< act where it starts: in the middle of the blend, if there is one
 };
+
+/// With the tolerances that its blends may use.
+inline PathItem blend_ready(PathItem item) {
+  item.tolerance_mm *= 1 - item.lost;
+  item.tolerance_rad *= 1 - item.lost;
+  item.lost = 0;
+  return item;
+}
 
 /// True when both contexts mean the same to the joints.
 inline bool same_context(const MapContext& a, const MapContext& b) {

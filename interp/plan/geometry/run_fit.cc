@@ -142,8 +142,9 @@ class RunFitter {
     const Words half_sag = freedom * target_.sag(chord, share) / 2;
     sample.middle =
         on_chord + slope * early * (1 - freedom) + freedom * (sample.target - on_chord) - half_sag;
-    sample.radius_mm = part * (request_.tolerance_mm - half_sag.head<3>().norm());
-    sample.radius_rad = part * std::max(request_.tolerance_rad - half_sag.tail<3>().norm(), 1e-15);
+    const double kept = 1 - b.lost;
+    sample.radius_mm = part * (kept * request_.tolerance_mm - half_sag.head<3>().norm());
+    sample.radius_rad = part * std::max(kept * request_.tolerance_rad - half_sag.tail<3>().norm(), 1e-15);
   }
 
   // The vertices, but no more of them than the spline can tell apart, and places on longer chords.
@@ -236,12 +237,18 @@ class RunFitter {
     const Words slope = (b.y - a.y) / (b.u - a.u), e = y - a.y - slope * (u - a.u);
     place = u - a.u + place_along(e, slope, request_.tolerance_mm, request_.tolerance_rad);
     place = std::clamp(place, 0.0, b.u - a.u);
-    TubeUse used = tube_use(y - a.y - slope * place, request_.tolerance_mm, request_.tolerance_rad);
+    const auto use_from = [&](double at) {
+      TubeUse from = tube_use(y - a.y - slope * at, request_.tolerance_mm, request_.tolerance_rad);
+      from.linear += b.lost;
+      from.rotary += b.lost;
+      return from;
+    };
+    TubeUse used = use_from(place);
     if (used.worst() <= kUsageMax) return used;
     // What serves both words together need not serve the worse of them.
     for (const double share : {0.25, 0.5, 0.75, 1.0}) {
       const double other = place + share * (std::clamp(u - a.u, 0.0, b.u - a.u) - place);
-      const TubeUse there = tube_use(y - a.y - slope * other, request_.tolerance_mm, request_.tolerance_rad);
+      const TubeUse there = use_from(other);
       if (there.worst() < used.worst()) used = there;
     }
     return used;

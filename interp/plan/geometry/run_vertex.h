@@ -20,7 +20,8 @@ inline double run_length(const Words& chord) {
 /// A vertex of the programmed polyline; u is the run's parameter along the polyline.
 struct RunVertex {
   double u = 0;
-  Words y;  ///< relative to an origin near by
+  Words y;          ///< relative to an origin near by
+  double lost = 0;  ///< share of the tolerances that the chord up to here is off the programmed path
 };
 
 /// Shortest span of a fitted spline, mm and degrees.

@@ -26,6 +26,12 @@ constexpr size_t kSpareMax = 1024;             // intervals, and pieces, whose s
 constexpr int kBentParts = 8, kCalmParts = 4;  // of a polynomial between its coarse places
 constexpr double kCalm = 5e-4;  // of a limit: how well parabolas must tell the joints of a calm one
 constexpr double kTiny = 0.2;   // of the wanted spacing
+constexpr double kRise = 2;     // of (ds/dt)^2 between two places, from which on the slower one is slow
+constexpr double kClimb = 0.5;  // longest interval over its end's climb
+constexpr double kNoClimb = 1e30;
+constexpr double kRoundingCubed = 2e-11;  // of jerk times time^3: see shortest_time
+// Shorter climbs are not resolved, of the path so far: rounding.
+constexpr double kClimbLeast = 1e-7, kClimbRounding = 1e-10;
 
 // Time to cover h from v and a with jerk growing the acceleration: h = v t + a t^2 / 2 + j t^3 / 6.
 double ramp_time(double h, double v, double a, double jerk) {
@@ -74,6 +80,37 @@ NodeSpacing rest_spacing(const LocalBound& bound) {
 // Spacing at a time away from nodes that are closer.
 double near(NodeSpacing n, double t) { return n.spacing_s + kGrading * std::max(0.0, t - n.plateau_s); }
 
+// The climb between two neighbouring places.
+double climb_at(const Place& p, const Place& q, double s) {
+  return std::min(p.climb + s - p.s, q.climb + q.s - s);
+}
+
+double climb_at(const PendingPiece& pending, double s) {
+  const auto& places = pending.places;
+  size_t i = 0;
+  while (i + 2 < places.size() && s > places[i + 1].s) ++i;
+  return climb_at(places[i], places[i + 1], s);
+}
+
+// The estimate is coarse next to a slow place.
+void slow_down(GridInterval& g, double climb) {
+  const double v_cubed = 1.5 * g.bound.jerk * climb * climb, b = std::cbrt(v_cubed * v_cubed);
+  if (b >= g.b_est) return;
+  g.b_est = b;
+  g.time_est_s = g.h / std::sqrt(b);
+}
+
+// Path to an interval's end so that it is no longer than its share of the climb at either end.
+double climb_step(const PendingPiece& pending, double s) {
+  const double h = kClimb * climb_at(pending, s);
+  return std::max(h / (1 + kClimb), std::min(h, kClimb * climb_at(pending, s + h)));
+}
+
+// An interval's time below which the rounding of the path behind it shows in the jerk.
+double shortest_time(const PendingPiece& pending) {
+  return std::cbrt(kRoundingCubed * pending.places.back().s / pending.places.front().bound.jerk);
+}
+
 LocalBound least(const LocalBound& a, const LocalBound& b) {
   return {std::min(a.b, b.b), std::min(a.acceleration, b.acceleration), std::min(a.jerk, b.jerk)};
 }
@@ -89,6 +126,7 @@ void PathGrid::begin_stretch() {
   s_end_ = pending_time_s_ = 0;
   before_ = {};
   spacing_before_ = {};
+  climb_before_ = kNoClimb;
   merge_open_ = false;
 }
 
@@ -139,7 +177,7 @@ void PathGrid::add(const PlanPiece& piece, JointCurve& curve) {
     pending.variation2 += 3 * std::min(bound.acceleration, bound_before.acceleration) *
                           change(before.d2, sample.d2, rates.jerk, rates.count);
     pending.variation3 += change(before.d3, sample.d3, rates.jerk, rates.count);
-    pending.places.push_back({sample.s, bound, 0, 0});
+    pending.places.push_back({sample.s, bound, 0, 0, kNoClimb});
     pending.samples.push_back(sample);
     before = sample;
     bound_before = bound;
@@ -187,9 +225,29 @@ void PathGrid::estimate(bool to_end) {
   sweep(all, before_, false);
   const SpeedState after = to_end ? SpeedState{} : SpeedState{1e12, 0};
   sweep(all, after, true);
+  find_climbs(all);
   for (const auto& p : pending_) p->spacing_s = wanted_spacing(*p);
   if (pending_.front()->s == 0) grade_from(rest_spacing(pending_.front()->places.front().bound), false);
   if (to_end) grade_from(rest_spacing(pending_.back()->places.back().bound), true);
+}
+
+// Of all places: of the slow ones their own, of the others by their distance from these.
+void PathGrid::find_climbs(std::vector<Place*>& all) const {
+  const auto own = [](const Place& p) {
+    const double v = std::sqrt(p.b_est);
+    return std::max({v * std::sqrt(2 * v / p.bound.jerk), kClimbLeast, kClimbRounding * p.s});
+  };
+  const auto much_slower = [](const Place& p, const Place& q) { return kRise * p.b_est < q.b_est; };
+  all.front()->climb = climb_before_;
+  for (size_t i = 1; i < all.size(); ++i) {
+    const Place &before = *all[i - 1], &after = *all[std::min(i + 1, all.size() - 1)];
+    Place& p = *all[i];
+    const bool valley = !much_slower(before, p) && !much_slower(after, p);
+    const bool slow = p.b_est > 0 && valley && (much_slower(p, before) || much_slower(p, after));
+    p.climb = std::min(slow ? own(p) : kNoClimb, before.climb + p.s - before.s);
+  }
+  for (size_t i = all.size() - 1; i > 0; --i)
+    all[i - 1]->climb = std::min(all[i - 1]->climb, all[i]->climb + all[i]->s - all[i - 1]->s);
 }
 
 // Tiny pieces next to a standstill: there, spacing grows with the distance from it. `flip`: from the end.
@@ -237,6 +295,7 @@ bool PathGrid::lay(bool to_end, bool force) {
     const PendingPiece& front = *pending_.front();
     time_s -= piece_time(front);
     before_ = {front.places.back().b_est, front.places.back().a_est};
+    climb_before_ = front.places.back().climb;
     const bool last = pending_.size() == 1;
     NodeSpacing after{last ? spacing_s : pending_[1]->spacing_s, 0};
     if (last && to_end) after = rest_spacing(front.places.back().bound);
@@ -260,42 +319,95 @@ static double place_after(const PendingPiece& pending, double t) {
   return std::clamp(p.s + t * (std::sqrt(p.b_est) + a * t / 2), p.s, q.s);
 }
 
-// Moments of the nodes inside a piece: `spacing_s` apart, closer towards neighbours whose nodes are closer.
-static void node_times(double time_s, double spacing_s, NodeSpacing before, NodeSpacing after,
+// The time at which it is there.
+static double time_before(const PendingPiece& pending, double s) {
+  s = std::min(s, pending.places.back().s);
+  double t = 0;
+  size_t i = 0;
+  for (; i + 2 < pending.places.size() && s > pending.places[i + 1].s; ++i)
+    t += place_time(pending.places, i);
+  const Place &p = pending.places[i], &q = pending.places[i + 1];
+  const double b = p.b_est + (q.b_est - p.b_est) * (s - p.s) / (q.s - p.s);
+  return t + travel_time(s - p.s, p.b_est, b);
+}
+
+// Somewhere in the piece a slow place asks for shorter intervals than `spacing_s` does.
+static bool is_climbing(const PendingPiece& pending, double spacing_s) {
+  double climb = kNoClimb, b = 0;
+  for (const Place& place : pending.places) {
+    climb = std::min(climb, place.climb);
+    b = std::max(b, place.b_est);
+  }
+  return kClimb * climb < spacing_s * std::sqrt(b);
+}
+
+// Time to the next node that slow places leave. What is left of the piece is not cut into a long and a short
+// interval; where it is short itself, the time goes beyond it, and the nodes before are spread.
+static double climb_time(const PendingPiece& pending, double t) {
+  const double s = place_after(pending, t), left = pending.places.back().s - s;
+  const double h = climb_step(pending, s);
+  if (1.5 * h < left) return time_before(pending, s + h) - t;
+  return (piece_time(pending) - t) * std::clamp(0.5 * h / std::max(left, 1e-300), 1.0, 1e6);
+}
+
+// Moments of the nodes inside a piece: `spacing_s` apart, closer towards neighbours whose nodes are closer,
+// and towards slow places.
+static void node_times(const PendingPiece& pending, double spacing_s, NodeSpacing before, NodeSpacing after,
                        std::vector<double>& times) {
+  const double time_s = piece_time(pending);
+  const bool climbing = is_climbing(pending, spacing_s);
+  const double shortest_s = shortest_time(pending);
   times.assign(1, 0);
-  while (times.back() < time_s) {
+  while (times.back() < time_s * (1 - 1e-9)) {
     const double t = times.back();
-    const double step = std::min(spacing_s, near(before, t));
-    times.push_back(t + std::min(step, near(after, std::max(0.0, time_s - t)) / (1 + kGrading)));
+    double step = std::min(spacing_s, near(before, t));
+    step = std::min(step, near(after, std::max(0.0, time_s - t)) / (1 + kGrading));
+    if (climbing) step = std::min(step, climb_time(pending, t));
+    times.push_back(t + std::max(step, shortest_s));
   }
   const double excess = times.back() / time_s;  // spread, rather than leaving a short last one
   for (double& t : times) t /= excess;
 }
 
+PathGrid::IntervalSize PathGrid::wanted_size(const PendingPiece& pending, double spacing_s) {
+  double climb = kNoClimb;
+  for (const Place& place : pending.places) climb = std::min(climb, place.climb);
+  const double v_mean = pending.plan.piece.length / piece_time(pending);
+  const double length = std::max(kClimb * climb, v_mean * shortest_time(pending));
+  if (length >= v_mean * spacing_s) return {spacing_s, 0};
+  return {length / v_mean, length};
+}
+
+// Of the size wanted, the share that the last interval has.
+double PathGrid::filled(const IntervalSize& wanted) const {
+  const GridInterval& g = intervals_.back();
+  return wanted.length > 0 ? g.h / wanted.length : g.time_est_s / wanted.time_s;
+}
+
 // A tiny piece is merged with its neighbours into one interval; any other gets borders of its own.
 void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last) {
   const double time_s = piece_time(pending);
-  const double wanted_s = std::min(spacing_s, pending.spacing_s);
-  if (time_s < 0.5 * wanted_s && !(last && !merge_open_)) {
+  const double wanted_s = std::max(std::min(spacing_s, pending.spacing_s), shortest_time(pending));
+  const IntervalSize size = wanted_size(pending, wanted_s);
+  if (time_s < 0.5 * size.time_s && !(last && !merge_open_)) {
     put_short(pending, time_s);
-    const double so_far_s = intervals_.back().time_est_s;
-    if (so_far_s >= 0.75 * wanted_s) merge_open_ = false;
-    if (so_far_s >= kTiny * wanted_s) spacing_before_ = {so_far_s, 0};
+    if (filled(size) >= 0.75) merge_open_ = false;
+    if (filled(size) >= kTiny) spacing_before_ = {intervals_.back().time_est_s, 0};
     return;
   }
   // Between longer ones a tiny one gets no interval of its own: there, what is off by rounding would have to
   // be made good within microseconds.
-  bool merge = merge_open_ && intervals_.back().time_est_s < kTiny * wanted_s;
+  bool merge = merge_open_ && filled(size) < kTiny;
   merge_open_ = false;
   std::vector<double>& times = scratch_;
-  node_times(time_s, wanted_s * (1 + 1e-9), spacing_before_, after, times);
+  node_times(pending, wanted_s * (1 + 1e-9), spacing_before_, after, times);
+  const double shortest = std::min(1e-7 * pending.plan.piece.length, 0.1 * kClimb * kClimbLeast);
   const double s_end = pending.s + pending.plan.piece.length;
   double s0 = pending.s, t0 = 0;
   for (size_t i = 1; i < times.size(); ++i) {
     const bool at_end = i + 1 == times.size();
     const double s1 = at_end ? s_end : place_after(pending, times[i]);
-    if (!at_end && (s1 - s0 < 1e-7 * pending.plan.piece.length || s1 >= s_end)) continue;
+    if (!at_end && (s1 - s0 < shortest || s1 >= s_end)) continue;
     append_interval(pending, s0, s1, times[i] - t0, merge);
     merge = false;
     s0 = s1;
@@ -353,6 +465,7 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
     const LocalBound bound = sampler_.bound(g.samples.back());
     g.bound = i == 0 ? bound : least(g.bound, bound);
   }
+  slow_down(g, climb_at(pending, s0 + g.h / 2));
   refine(pending, g);
   put_interval(std::move(g), merge);
 }
@@ -405,6 +518,7 @@ void PathGrid::put_short(const PendingPiece& pending, double time_s) {
   g.bound = pending.places.front().bound;
   for (const Place& place : pending.places) g.bound = least(g.bound, place.bound);
   g.samples = pending.samples;
+  slow_down(g, climb_at(pending, g.s + g.h / 2));
   put_interval(std::move(g), merge_open_);
   merge_open_ = true;
 }

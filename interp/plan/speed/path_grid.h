@@ -53,6 +53,7 @@ struct PendingPiece {
     double s = 0;
     LocalBound bound;
     double b_est = 0, a_est = 0;
+    double climb = 0;  ///< path from a slow place and what led to its speed from rest: see PathGrid
   };
   std::vector<Place> places;        ///< from start to end, coarse
   std::vector<PathSample> samples;  ///< at the places
@@ -61,6 +62,11 @@ struct PendingPiece {
 /// Lays the grid over a stretch: nodes about uniform in time at an estimated speed, more of them where the
 /// joints' derivatives change, at borders of pieces unless the pieces are tiny. Works ahead of the time law
 /// by `lookahead_s`, so that the estimate knows of slow places to come.
+///
+/// Out of a slow place the machine climbs as it does from rest: from a speed v, reached from rest over a path
+/// c = v sqrt(2 v / jerk), (ds/dt)^2 grows as (c + d)^(4/3) with the distance d. Whatever the time between
+/// nodes, no interval there is longer than a share of c + d ("climb"), or else it would hold the machine at
+/// the slow place's speed all along.
 class PathGrid {
  public:
   PathGrid(const PathSampler& sampler, double spacing_s, double lookahead_s);
@@ -82,8 +88,16 @@ class PathGrid {
  private:
   void estimate(bool to_end);
   static void sweep(std::vector<PendingPiece::Place*>& all, SpeedState from, bool flip);
+  void find_climbs(std::vector<PendingPiece::Place*>& all) const;
   void grade_from(NodeSpacing rest, bool flip);
   double wanted_spacing(const PendingPiece& pending) const;
+  /// What an interval of the piece takes at most, next to its slowest place.
+  struct IntervalSize {
+    double time_s = 0;  ///< at the piece's mean speed
+    double length = 0;  ///< where a slow place asks for it, or else 0
+  };
+  static IntervalSize wanted_size(const PendingPiece& pending, double spacing_s);
+  double filled(const IntervalSize& wanted) const;
   void lay_piece(const PendingPiece& pending, double spacing_s, NodeSpacing after, bool last);
   void append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge);
   GridInterval fresh_interval();
@@ -105,6 +119,7 @@ class PathGrid {
   double pending_time_s_ = 0;   ///< of pending_, at least
   NodeSpacing spacing_before_;  ///< of the interval laid last
   SpeedState before_;           ///< estimate at the start of pending_
+  double climb_before_ = 1e30;  ///< climb there
   bool merge_open_ = false;     ///< the last interval still takes in tiny pieces
 };
 
