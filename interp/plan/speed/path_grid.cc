@@ -362,8 +362,9 @@ static void node_times(const PendingPiece& pending, double spacing_s, NodeSpacin
     const double t = times.back();
     double step = std::min(spacing_s, near(before, t));
     step = std::min(step, near(after, std::max(0.0, time_s - t)) / (1 + kGrading));
+    step = std::max(step, shortest_s);
     if (climbing) step = std::min(step, climb_time(pending, t));
-    times.push_back(t + std::max(step, shortest_s));
+    times.push_back(t + step);
   }
   const double excess = times.back() / time_s;  // spread, rather than leaving a short last one
   for (double& t : times) t /= excess;

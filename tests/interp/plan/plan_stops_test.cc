@@ -70,7 +70,7 @@ class RandomProgram {
 };
 
 TEST(PlanStops, NoneInRandomPrograms) {
-  for (int seed = 1; seed <= cases_wanted(200); ++seed) {
+  for (int seed = 1; seed <= cases_wanted(60); ++seed) {
     const DrivenProgram driven =
         drive_program(RandomProgram(static_cast<unsigned>(seed)).moves(), seed % 10 == 0);
     EXPECT_EQ(driven.stats.fallbacks, 0U) << "seed " << seed;
