@@ -240,6 +240,7 @@ TapRecord taps_of(const IoRun& run, double top, double per_turn_mm, double sense
   bool taps = false;
   double from = 0, before = 0;
   for (const CycleReport& report : run.reports.all) {
+    if (report.fault != Fault::kOk) break;  // the drives brake by themselves from here on
     const QueueEvent& event = report.event;
     if (event.kind == QueueEvent::Kind::kGearStart) {
       taps = true;

@@ -111,7 +111,7 @@ class RateBench {
   RateBench(const PlannedMotion& motion, std::size_t capacity)
       : motion_(motion),
         queue_(capacity),
-        interpolator_(queue_),
+        interpolator_(queue_, Pose()),
         rate_(motion.joints(), motion.assembly().machine.period_s) {
     fill(1e9);
   }

@@ -49,6 +49,7 @@ class TimeBound {
     if (step.rtcp_off) context_.rtcp = false;
     if (step.kind == Step::Kind::kDwell) total_s_ += step.time_s;
     if (!step.words) return;
+    written_ |= step.words;
     Words to = at_;
     for (int k = 0; k < 6; ++k) {
       if (!(step.words >> k & 1)) continue;
@@ -64,7 +65,15 @@ class TimeBound {
   }
   double total_s() const { return total_s_ + 0.1; }
   const Words& end() const { return at_; }
+  unsigned written() const { return written_; }
   const MapContext& context() const { return context_; }
+  /// Words as the joint map takes them: with RTCP on, the tip in the table frame.
+  Words in_map(Words words) const {
+    if (!context_.rtcp) return words;
+    const Pose X_BM = assembly_.kinematics->home_X_BM();
+    words.head<3>() = X_BM.R * words.head<3>() + X_BM.p;
+    return words;
+  }
 
  private:
   double programmed_s(const Step& step, double way) const {
@@ -80,8 +89,8 @@ class TimeBound {
     JointVec q0, q1;
     double v = asked_s > 0 ? 1 / asked_s : 1e9, a = 1e12, j = 1e15;
     if (!(delta.norm() > 0)) return 0;
-    if (assembly_.map->map(at_, context_, q0) != KinStatus::kOk) return 1;
-    if (assembly_.map->map(to, context_, q1) != KinStatus::kOk) return 1;
+    if (assembly_.map->map(in_map(at_), context_, q0) != KinStatus::kOk) return 1;
+    if (assembly_.map->map(in_map(to), context_, q1) != KinStatus::kOk) return 1;
     for (Eigen::Index i = 0; i < q0.size(); ++i) {
       const JointLimit& limit = assembly_.plan_joints[static_cast<std::size_t>(i)].limit;
       const double d = std::max(1e-12, std::abs(q1[i] - q0[i]));
@@ -113,6 +122,7 @@ class TimeBound {
   Words at_ = Words::Zero();
   MapContext context_;
   bool straight_ = false;
+  unsigned written_ = 0;
   double total_s_ = 0;
 };
 
@@ -162,17 +172,22 @@ Finding deviation(const SimulationResult& result) {
   return {};
 }
 
+// Words that the program never wrote stay where the drives came up, which need not be zero to the digit.
 Finding end_point(const Assembly& assembly, const TimeBound& bound, const LastPlace& last) {
   if (last.q.size() == 0) return {};
+  const unsigned all = assembly.kinematics->word_mask();
+  if (bound.context().rtcp && (bound.written() & all) != all) return {};
+  Words words = bound.end(), standing;
+  const auto off = bound.context().corrections_off;
+  if (!bound.context().rtcp && assembly.map->words_at(last.q, off, standing) == KinStatus::kOk)
+    for (int k = 0; k < 6; ++k)
+      if (!(bound.written() >> k & 1)) words[k] = standing[k];
   JointVec q;
-  if (assembly.map->map(bound.end(), bound.context(), q) != KinStatus::kOk) return {};
+  if (assembly.map->map(bound.in_map(words), bound.context(), q) != KinStatus::kOk) return {};
   for (Eigen::Index i = 0; i < q.size(); ++i) {
-    const bool rotary = assembly.machine.joints[static_cast<std::size_t>(i)].kind == JointKind::kRotary;
-    if (std::abs(q[i] - last.q[i]) <= (rotary ? kEndRad : kEndMm)) continue;
-    return {"end",
-            fmt::format("{} ends at {:.9g}, programmed {:.9g}",
-                        assembly.machine.joints[static_cast<std::size_t>(i)].name, last.q[i], q[i]),
-            false};
+    const Joint& joint = assembly.machine.joints[static_cast<std::size_t>(i)];
+    if (std::abs(q[i] - last.q[i]) <= (joint.kind == JointKind::kRotary ? kEndRad : kEndMm)) continue;
+    return {"end", fmt::format("{} ends at {:.9g}, programmed {:.9g}", joint.name, last.q[i], q[i]), false};
   }
   return {};
 }
