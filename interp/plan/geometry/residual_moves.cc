@@ -28,7 +28,8 @@ ResidualMoves::Extent ResidualMoves::extent_of(const ProgramMove& move) {
     extent.mm += arc;
     extent.path += arc;
   }
-  extent.s = std::max(extent.mm / move.feed.tip_mm_s, extent.path / move.feed.path_units_s);
+  extent.s =
+      std::max({extent.mm / move.feed.tip_mm_s, extent.path / move.feed.path_units_s, move.duration_s});
   if (extent.mm == 0) extent.s = std::max(extent.s, extent.rad / move.feed.rotary_rad_s);
   return extent;
 }

@@ -157,9 +157,9 @@ TEST(ResidualMoves, KeepOutputsAndSlowBlocks) {
   EXPECT_EQ(with_outputs, 1U);
 
   moves[1].outputs = {};
-  moves[1].feed.path_units_s = 1e-3;  // a tenth of a second: inverse time
+  moves[1].duration_s = 0.1;  // inverse time
   const double slow_s = drive_program(moves).stats.time_s;
-  moves[1].feed.path_units_s = FeedLimit::kNone;
+  moves[1].duration_s = 0;
   EXPECT_NEAR(slow_s - drive_program(moves).stats.time_s, 0.1, 0.02);
 }
 

@@ -25,7 +25,8 @@ struct Driving {
 
 /// Runs `program` on a fresh machine of this config. Judged: joint limits at every period (LimitJudge),
 /// deviation from the programmed path (DeviationMeter), stops that the program did not ask for, where the
-/// motion ends, and that it takes no longer than a machine that stops after every move would.
+/// motion ends, that it takes no longer than a machine that stops after every move would, and no less time
+/// than dwells and inverse time ask for.
 Finding judge(const std::string& config, const Program& program, const Driving& driving);
 
 /// Fewer lines with the same kind of finding; `runs_max` programs are tried.
