@@ -282,7 +282,7 @@ CommandDesk::Answer Director::confirm_tool(const Ticket& ticket) {
         spdlog::info("{} is in the spindle", parts_.programs.tool_name(tool));
         post({RtCommand::Kind::kResume});
       },
-      false);
+      Job::kResume);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -416,7 +416,7 @@ CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, co
         from_line_ = line;
         job_message_ = *approach;
       },
-      false);
+      Job::kLoad);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -433,7 +433,7 @@ CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket
         prepared_at_ = q;
         job_message_ = *remark;
       },
-      false);
+      Job::kLoad);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -447,14 +447,15 @@ CommandDesk::Answer Director::start(const Ticket& ticket) {
   const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
   const std::function<void()> nothing = [] {};
   run_job(
-      ticket, prepared ? nothing : clear_then(load_again), [this] { view_.program = program_path_; }, true);
+      ticket, prepared ? nothing : clear_then(load_again), [this] { view_.program = program_path_; },
+      Job::kStart);
   return {acknowledge_t::WORKING, ""};
 }
 
 CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket) {
   const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
   run_job(
-      ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, true);
+      ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, Job::kStart);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -474,8 +475,8 @@ std::function<void()> Director::clear_then(const std::function<void()>& prepare)
 }
 
 void Director::run_job(const Ticket& ticket, const std::function<void()>& prepare,
-                       const std::function<void()>& then, bool starts_motion) {
-  int& open_jobs = starts_motion ? jobs_ : loads_;
+                       const std::function<void()>& then, Job kind) {
+  int& open_jobs = kind == Job::kLoad ? loads_ : jobs_;
   ++open_jobs;
   forget_message();
   program_worker_.post([=, this, &open_jobs, generation = generation_.load()] {
@@ -489,7 +490,7 @@ void Director::run_job(const Ticket& ticket, const std::function<void()>& prepar
       --open_jobs;
       if (generation != generation_)
         return desk_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
-      finish_job(ticket, error, then, starts_motion);
+      finish_job(ticket, error, then, kind == Job::kStart);
     });
   });
 }

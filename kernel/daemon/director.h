@@ -101,8 +101,10 @@ class Director {
   Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket);
+  /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
+  enum class Job { kLoad, kStart, kResume };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
-               bool starts_motion);
+               Job kind);
   std::function<void()> clear_then(const std::function<void()>& prepare);
   void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
                   bool starts_motion);
@@ -125,8 +127,9 @@ class Director {
   RtCommand last_posted_;
   bool told_full_ = false;                   ///< that the tick takes no commands
   std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard
-  int jobs_ = 0;   ///< bring-ups and starts, posted and not yet finished: reports mean nothing meanwhile
-  int loads_ = 0;  ///< the same, of programs that nothing waits for
+  int jobs_ =
+      0;  ///< bring-ups, starts and resumes, posted and not yet finished: reports mean nothing meanwhile
+  int loads_ = 0;                              ///< the same, of programs that nothing waits for
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
   std::string program_path_;
   std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
