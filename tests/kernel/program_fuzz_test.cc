@@ -59,14 +59,7 @@ TEST_P(ProgramFuzz, EveryProgramKeepsThePromises) {
   const int count = (environment("TRN_LONG", kShortPrograms) + configs - 1) / configs;
   const int first = environment("TRN_SEED", 1);
   const Assembly assembly = assemble(GetParam());
-  const JointVec q_start = [&] {
-    Setpoints setpoints;
-    Feedback feedback;
-    setpoints.q.setZero(assembly.kinematics->joint_count());
-    setpoints.qd = feedback.q = setpoints.q;
-    assembly.drives->exchange(setpoints, feedback);
-    return feedback.q;
-  }();
+  const JointVec q_start = fuzz::standing_joints(assembly);
   std::map<std::string, int> found;
   int refused = 0;
   for (int i = 0; i < count; ++i) {

@@ -20,15 +20,6 @@ constexpr double kSecondsOver = 20;  // looked at every so many seconds of motio
 /// Thrown to end a run that takes far too long.
 struct TooLong {};
 
-JointVec standing_joints(const Assembly& assembly) {
-  Setpoints setpoints;
-  Feedback feedback;
-  setpoints.q.setZero(assembly.kinematics->joint_count());
-  setpoints.qd = feedback.q = setpoints.q;
-  assembly.drives->exchange(setpoints, feedback);
-  return feedback.q;
-}
-
 /// Time of a jerk-limited move of length 1 from rest to rest, limits per unit of it.
 double rest_to_rest_s(double v, double a, double j) {
   const double to_a = a / j, accelerate = v * j >= a * a ? v / a + to_a : 2 * std::sqrt(v / j);
@@ -52,7 +43,8 @@ class TimeBound {
     if (step.kind == Step::Kind::kDwell) total_s_ += step.time_s;
     if (step.time_s > 0) least_s_ += std::max(0.0, kTimeShare * step.time_s - assembly_.machine.period_s);
     if (!step.words) return;
-    written_ |= step.words;
+    if (!step.incremental)
+      written_ |= step.words;  // where a distance leads to depends on where the drives stood
     Words to = at_;
     for (int k = 0; k < 6; ++k) {
       if (!(step.words >> k & 1)) continue;
@@ -177,7 +169,7 @@ Finding deviation(const SimulationResult& result) {
   return {};
 }
 
-// Words that the program never wrote stay where the drives came up, which need not be zero to the digit.
+// Words written as distances only lead from where the drives came up, which need not be zero to the digit.
 Finding end_point(const Assembly& assembly, const TimeBound& bound, const LastPlace& last) {
   if (last.q.size() == 0) return {};
   const unsigned all = assembly.kinematics->word_mask();
@@ -220,6 +212,15 @@ Finding judged(const Assembly& assembly, const SimulationResult& result, const P
 }
 
 }  // namespace
+
+JointVec standing_joints(const Assembly& assembly) {
+  Setpoints setpoints;
+  Feedback feedback;
+  setpoints.q.setZero(assembly.kinematics->joint_count());
+  setpoints.qd = feedback.q = setpoints.q;
+  assembly.drives->exchange(setpoints, feedback);
+  return feedback.q;
+}
 
 Finding judge(const std::string& config, const Program& program, const Driving& driving) {
   Assembly assembly = assemble(config);
