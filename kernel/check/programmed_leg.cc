@@ -17,6 +17,7 @@ constexpr double kWayOfChord = 1.05;
 constexpr int kStepsMax = 64;
 constexpr double kStepMin = 0.1;  // of the angle that is asked for
 constexpr int kNewtonSteps = 60;
+constexpr double kNoWayMm = 1e-11;
 constexpr int kGoldenSteps = 50;
 constexpr int kBisections = 30;
 
@@ -108,10 +109,10 @@ double ProgrammedLeg::arc_minimum(const Vec3& p, double from, double to) const {
     (slope < 0 ? from : to) = share;
     const Vec3 curvature = sweep_rad_ * sweep_rad_ * (start_ + along_ * share - tip(share));
     const double second = t.squaredNorm() + away.dot(curvature);
-    double next = second > 0 ? share - slope / second : from - 1;
-    if (!(next > from && next < to)) next = (from + to) / 2;
-    if (std::abs(next - share) <= 1e-16) return next;
-    share = next;
+    const double step = second > 0 ? -slope / second : 1;
+    if (std::abs(step) * tip_length_mm_ <= kNoWayMm) return share;  // before rounding alone decides the sign
+    const double next = share + step;
+    share = next > from && next < to ? next : (from + to) / 2;
   }
   return share;
 }

@@ -410,6 +410,31 @@ ProgramMove random_leg(const Words& at, std::mt19937_64& rng, double tolerance_m
   return move;
 }
 
+// Against a dense walk: an arc that is short, rises steeply, or is far from the point has its minimum too.
+TEST_F(Meter, NearestPlacesOfAnArcAreThoseOfADenseWalk) {
+  const char* count = std::getenv("TRN_LONG");
+  const int rounds = count ? std::max(1, std::atoi(count)) : 2000;
+  for (int round = 0; round < rounds; ++round) {
+    std::mt19937_64 rng(static_cast<std::uint64_t>(round));
+    std::uniform_real_distribution<double> u(-1, 1);
+    const double radius = std::pow(10, 1.5 * u(rng)), sweep = std::pow(10, 1.5 * u(rng) - 1);
+    const Words from = words(300 * Vec3(u(rng), u(rng), u(rng)));
+    const Vec3 centre = from.head<3>() + radius * rot_z(kPi * u(rng)).col(0);
+    const ProgrammedLeg leg(arc(from, centre, u(rng) < 0 ? sweep : -sweep, radius * std::pow(10, u(rng) - 1)),
+                            table_);
+    const double begin = 0.4 * (1 + u(rng)), end = begin + (1 - begin) * 0.5 * (1 + u(rng));
+    const Vec3 off = std::pow(10, -6 + 4 * u(rng)) * Vec3(u(rng), u(rng), u(rng));
+    const Vec3 p = leg.tip(begin + (end - begin) * 0.5 * (1 + u(rng))) + off;
+    std::vector<LegPlace> found;
+    leg.nearest(p, begin, end, found);
+    double best = 1e9, dense = 1e9;
+    for (const LegPlace& place : found) best = std::min(best, place.distance_mm);
+    for (int k = 0; k <= 4000; ++k)
+      dense = std::min(dense, (leg.tip(begin + (end - begin) * k / 4000) - p).norm());
+    EXPECT_LE(best, dense + 1e-10) << "seed " << round;
+  }
+}
+
 // The truth is that of all places; those of the legs around may be farther off only at a crossing.
 TEST_F(Meter, TellsTheTruthOnRandomPrograms) {
   const char* count = std::getenv("TRN_LONG");

@@ -82,6 +82,26 @@ TEST(RunPromises, WhatIsBrokenIsToldWithItsLine) {
   EXPECT_NE(text.find("line 12: the tool tip is 0.002000 mm farther off"), std::string::npos) << text;
 }
 
+// Where rounding alone decided on which side of a sample its nearest place on an arc lies, the search for
+// that place went on by halving what was left and gave up far from it.
+TEST(RunPromises, ASampleOnAnArcFarFromTheOriginIsNoDeviation) {
+  Assembly assembly = assemble(config_of("head_table"));
+  Reports reports;
+  const SimulationResult result = run(assembly,
+                                      "G21 G17 G40 G49 G90 G94\nG64 P0.01098\nM428\n"
+                                      "G1 X20.9028 B-7.0756 C9.8735 F209.028\n"
+                                      "G1 X22.9107 Y2.6321 Z-4.2057 C5.1492 F13111.791\n"
+                                      "G2 X23.1208 Y0.9387 Z-4.2057 I0.6566 J-0.7783 F2438.177\n"
+                                      "G1 Y0.6207 Z-4.6015\nG4 P0.01\n"
+                                      "G1 Z-35.9313 B-48.6586 C31.4706 F313.298\n"
+                                      "G1 Y15.7358 Z-37.2169 B-45.4121 F272.567\nG64 P0.00093\n"
+                                      "G1 X14.2813 F7993.934\n"
+                                      "G3 X14.2890 Y15.6504 Z-38.2096 I0.8081 J0.0302 F272.567\nM2\n",
+                                      reports);
+  EXPECT_LE(result.deviation.tip_ratio.value, 1);
+  EXPECT_FALSE(result.deviation.broken()) << broken_promises(result, assembly.machine);
+}
+
 TEST(RunPromises, AChangeOfToolsIsNoDeviation) {
   Assembly assembly = assemble(config_of("cradle_measured"));
   Reports reports;
