@@ -18,9 +18,9 @@ constexpr double kTangent_rad = 0.05;  // as flat as a corner that is none
 constexpr double kSameLap = 0.1;       // laps differ by less, of what they enclose
 constexpr double kReach = 2;  // radii: an end that stops so short of the contour ahead of it closes it
 
-PlaneBox around(const PlaneCurve& curve) {
+PlaneBox around(const PlaneCurve& curve, double by) {
   const PlaneBox box = box_of(curve);
-  const auto touch = PlaneBox::VectorType::Constant(kTouch);
+  const auto touch = PlaneBox::VectorType::Constant(by);
   return {box.min() - touch, box.max() + touch};
 }
 
@@ -48,19 +48,27 @@ void GougeCheck::Contour::clear() {
   tree.clear();
 }
 
-void GougeCheck::Contour::keep(const Move& move) {
+void GougeCheck::Contour::keep(const Move& move, double touch) {
   const bool began = !moves.empty();
   area.push_back(began ? area.back() + swept_area(moves.back().contour) : 0);
   length.push_back(began ? length.back() + length_of(moves.back().contour) : 0);
   moves.push_back(move);
-  tree.add(around(move.contour));
+  tree.add(around(move.contour, touch));
   first = 0;
   last = moves.size() - 1;
+}
+
+// By the walls from the start of a move to a place.
+double GougeCheck::Contour::swept(std::size_t from, const Station& to) const {
+  if (to.move < from) return 0;
+  const double piece = swept_area(piece_of(moves[to.move].contour, 0, to.fraction));
+  return to.move == from ? piece : swept_area(moves[from].contour) + area[to.move] - area[from + 1] + piece;
 }
 
 void GougeCheck::begin(double radius, bool left, double rounding) {
   radius_ = radius;
   least_ = std::max(0.0, radius * (1 - kMargin) - rounding);
+  touch_ = std::max(kTouch, rounding);
   left_ = left;
   told_ = false;
   entry_.reset();
@@ -142,9 +150,9 @@ template <typename Closes>
 std::optional<GougeCheck::Station> GougeCheck::ahead(const PlaneCurve& way, const Closes& closes_at) const {
   std::optional<Station> found;
   double least = 2;
-  const double same = kTouch / std::max(length_of(way), kTouch);
+  const double same = touch_ / std::max(length_of(way), touch_);
   contour_.tree.near(box_of(way), 0, [&](std::size_t i) {
-    const Meetings meets = meetings(contour_.moves[i].contour, way, kTouch);
+    const Meetings meets = meetings(contour_.moves[i].contour, way, touch_);
     for (std::size_t k = 0; k < meets.count; ++k) {
       const Station station{i, meets.at[k].one};
       if (meets.at[k].two > least + same || !closes_at(station, meets.at[k].two)) continue;
@@ -159,7 +167,7 @@ std::optional<GougeCheck::Station> GougeCheck::ahead(const PlaneCurve& way, cons
 void GougeCheck::add(const Move& move) {
   if (told_) return;
   if (contour_.moves.size() == kMovesMax) end();
-  contour_.keep(move);
+  contour_.keep(move, touch_);
   const std::size_t last = contour_.last;
   double fraction = 1;
   std::optional<Station> start = ahead(move.contour, [&](const Station& station, double at) {
@@ -169,10 +177,56 @@ void GougeCheck::add(const Move& move) {
   });
   const bool full_turn = (move.contour.from - move.contour.to).norm() <= kTouch;
   if (!start && full_turn && enclosed({last, 0}, {last, 1}) != 0) start = Station{last, 0};
-  if (start)
-    close(*start, fraction);
-  else
-    follow(move, 0);
+  if (start) return close(*start, fraction);
+  if (!loop_.moves.empty()) close_anew();
+  follow(move, 0);
+}
+
+// Where the walls behind the first closing come back to those of the loop, with little between the two: the
+// way in ends there.
+void GougeCheck::close_anew() {
+  if (closed_anew_ || told_) return;
+  const Move& move = contour_.moves.back();
+  std::optional<Station> met;
+  double fraction = 2;
+  loop_.tree.near(box_of(move.contour), 0, [&](std::size_t i) {
+    if (i < loop_.first || i > loop_.last) return false;
+    const Meetings meets = meetings(loop_.moves[i].contour, move.contour, touch_);
+    for (std::size_t k = 0; k < meets.count; ++k) {
+      const Station station{i, meets.at[k].one};
+      if (meets.at[k].two >= fraction || !comes_back(station, meets.at[k].two)) continue;
+      fraction = meets.at[k].two;
+      met = station;
+    }
+    return false;
+  });
+  if (!met) return;
+  closed_anew_ = true;
+  Contour whole;
+  for (const Move& wall : loop_.moves) whole.keep(wall, touch_);
+  for (const Move& wall : contour_.moves) whole.keep(wall, touch_);
+  PlaneCurve& last_wall = whole.moves.back().contour;
+  last_wall = piece_of(last_wall, 0, fraction);
+  PlaneCurve& first_wall = whole.moves[met->move].contour;
+  first_wall = piece_of(first_wall, met->fraction, 1);
+  whole.first = met->move;
+  judge(whole);
+}
+
+// At this fraction of the last move, at the same height, to a place on the arc of the way in or not far from
+// it. What lies between the two ways is no sliver, as it is on a second lap.
+bool GougeCheck::comes_back(const Station& station, double fraction) const {
+  const Move& wall = loop_.moves[station.move];
+  const Move& move = contour_.moves.back();
+  const double rise = mix(move.from_height, move.to_height, fraction) -
+                      mix(wall.from_height, wall.to_height, station.fraction);
+  const double area =
+      std::abs(loop_.swept(loop_.first, station) - contour_.swept(0, {contour_.last, fraction}));
+  const double way = contour_.length[contour_.last] + fraction * length_of(move.contour);
+  if (std::abs(rise) > kSameHeight || area <= kSliver * radius_ * way) return false;
+  if (area < kSameLap * std::abs(loop_area_)) return true;
+  return station.move == loop_.first && loop_.last > loop_.first &&
+         leads(loop_, loop_.first, loop_.first + 1);
 }
 
 // What comes behind a closed contour. If that closes too, it may cut into the one before.
@@ -194,42 +248,46 @@ void GougeCheck::close(const Station& start, double fraction) {
   contour_.moves.back().path = piece_of(closing.path, 0, at);
   contour_.moves.back().corner.reset();
   judge_entry();
-  judge();
+  judge(contour_);
   loop_ = std::move(contour_);
   contour_ = Contour();
+  closed_anew_ = false;
   tail_.reset();
   Move rest = closing;
   rest.contour = piece_of(closing.contour, fraction, 1);
   rest.path = piece_of(closing.path, at, 1);
   rest.from_height = mix(closing.from_height, closing.to_height, fraction);
   const bool goes_on = length_of(rest.contour) > kTouch;
-  if (goes_on) contour_.keep(rest);
+  if (goes_on) {
+    contour_.keep(rest, touch_);
+    close_anew();
+  }
   follow(rest, goes_on ? 0 : 1);
 }
 
 // An arc bent round the tool that touches its neighbour.
-bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
-  const PlaneCurve& arc = contour_.moves[move].contour;
+bool GougeCheck::leads(const Contour& contour, std::size_t move, std::size_t neighbour) const {
+  const PlaneCurve& arc = contour.moves[move].contour;
   if ((arc.turn > 0) != left_ || arc.turn == 0) return false;
   const bool before = move < neighbour;
   const Point one = direction_of(arc, before);
-  const Point two = direction_of(contour_.moves[neighbour].contour, !before);
+  const Point two = direction_of(contour.moves[neighbour].contour, !before);
   return one.dot(two) > std::cos(kTangent_rad);
 }
 
 void GougeCheck::skip_leads() {
-  if (contour_.last > contour_.first && leads(contour_.first, contour_.first + 1)) ++contour_.first;
-  if (contour_.last > contour_.first && leads(contour_.last, contour_.last - 1)) --contour_.last;
+  if (contour_.last > contour_.first && leads(contour_, contour_.first, contour_.first + 1)) ++contour_.first;
+  if (contour_.last > contour_.first && leads(contour_, contour_.last, contour_.last - 1)) --contour_.last;
 }
 
 // The tool along the whole contour, and on the way to it, against the moves of it that are wall.
-void GougeCheck::judge() {
-  const std::size_t count = contour_.moves.size();
+void GougeCheck::judge(const Contour& contour) {
+  const std::size_t count = contour.moves.size();
   for (std::size_t i = 0; i < count; ++i) {
-    const auto wall = wall_near(contour_.moves[i], 0, 1, contour_);
+    const auto wall = wall_near(contour.moves[i], 0, 1, contour);
     if (!wall) continue;
     const auto [earlier, later] = std::minmax(i, *wall);
-    gouges_.push_back({contour_.moves[later].place, contour_.moves[earlier].place, false});
+    gouges_.push_back({contour.moves[later].place, contour.moves[earlier].place, false});
     told_ = true;
     return;
   }
@@ -276,7 +334,7 @@ void GougeCheck::end() {
   } else if (!told_ && loop_.moves.empty() && !contour_.moves.empty()) {
     skip_leads();
     if (nearly_closes()) judge_entry();
-    judge();
+    judge(contour_);
   }
   entry_.reset();
   contour_ = Contour();

@@ -20,6 +20,9 @@ namespace trn {
 /// for an arc bent round the tool that leads tangentially on to it or off it. A contour ends with a rapid,
 /// with a move along the tool and with the compensation.
 ///
+/// A way in may run through a wall beside an inside corner. The contour then closes there at first, and soon
+/// closes anew where the wall comes back to the end of the way in. It is judged both ways.
+///
 /// It is judged when it has closed or ended, for only then it is known what is wall.
 class GougeCheck {
  public:
@@ -52,18 +55,19 @@ class GougeCheck {
   static constexpr std::size_t kMovesMax = 200'000;  ///< bounds the memory: a longer contour ends there
 
  private:
+  /// A place on the contour.
+  struct Station {
+    std::size_t move;
+    double fraction;
+  };
   struct Contour {
     std::vector<Move> moves;
     std::vector<double> area, length;  ///< swept by all moves before, and theirs
     BoxTree tree;
     std::size_t first = 0, last = 0;  ///< of the moves that are wall
     void clear();
-    void keep(const Move& move);
-  };
-  /// A place on the contour.
-  struct Station {
-    std::size_t move;
-    double fraction;
+    void keep(const Move& move, double touch);
+    double swept(std::size_t from, const Station& to) const;
   };
   /// What the tool's centre goes along.
   struct Sweep {
@@ -82,17 +86,21 @@ class GougeCheck {
   void close(const Station& start, double fraction);
   void follow(const Move& move, double first);
   bool nearly_closes();
-  void judge();
+  void close_anew();
+  bool comes_back(const Station& station, double fraction) const;
+  void judge(const Contour& contour);
   void judge_entry();
   void skip_leads();
-  bool leads(std::size_t move, std::size_t neighbour) const;
+  bool leads(const Contour& contour, std::size_t move, std::size_t neighbour) const;
 
   double radius_ = 0, least_ = 0;  ///< of the tool, and the least distance from a wall
+  double touch_ = 0;               ///< places of the contour nearer to each other are one place
   bool left_ = true, told_ = false;
   std::optional<Move> entry_;
-  Contour contour_;            ///< since it has begun, or has closed
-  Contour loop_;               ///< the last one that has closed
-  double loop_area_ = 0;       ///< it encloses
+  Contour contour_;       ///< since it has begun, or has closed
+  Contour loop_;          ///< the last one that has closed
+  double loop_area_ = 0;  ///< it encloses
+  bool closed_anew_ = false;
   std::optional<Gouge> tail_;  ///< of what follows it
   std::vector<Gouge> gouges_;
 };

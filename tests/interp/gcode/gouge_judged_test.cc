@@ -299,7 +299,7 @@ struct Judge {
 
 // A piece of the contour that the tool cannot stand beside anywhere.
 bool unreachable(const Job& job) {
-  const Judge judge(job, 1e-3 * job.radius + 1e-5);
+  const Judge judge(job, 1e-4 * job.radius + 1e-5);
   for (const PlaneCurve& curve : job.outline) {
     bool reached = false;
     for (int i = 0; i <= 40 && !reached; ++i) {
@@ -367,10 +367,10 @@ void judge(int seed, Counts& counts) {
     }
     return length;
   };
-  if (lead_crosses(job)) {  // some of these gouges are not found
-    const bool gouges = cut(0.0027 * job.radius + 1.01e-3) > 0;
-    counts.crossing_leads += gouges;
-    counts.crossing_missed += gouges && said.empty();
+  if (lead_crosses(job) && cut(0.0027 * job.radius + 1.01e-3) > 0) {
+    ++counts.crossing_leads;
+    counts.crossing_missed += said.empty();
+    EXPECT_NE(said, "") << context();
   } else if (cut(0.0027 * job.radius + 1.01e-3) > 0) {
     ++counts.true_gouges;
     counts.missed += said.empty();
