@@ -213,7 +213,7 @@ void GougeCheck::close_anew() {
   judge(whole);
 }
 
-// At this fraction of the last move, at the same height, to a place on the arc of the way in or not far from
+// At this fraction of the last move, at the same height, to a place on the move of the way in or not far from
 // it. What lies between the two ways is no sliver, as it is on a second lap.
 bool GougeCheck::comes_back(const Station& station, double fraction) const {
   const Move& wall = loop_.moves[station.move];
@@ -225,8 +225,7 @@ bool GougeCheck::comes_back(const Station& station, double fraction) const {
   const double way = contour_.length[contour_.last] + fraction * length_of(move.contour);
   if (std::abs(rise) > kSameHeight || area <= kSliver * radius_ * way) return false;
   if (area < kSameLap * std::abs(loop_area_)) return true;
-  return station.move == loop_.first && loop_.last > loop_.first &&
-         leads(loop_, loop_.first, loop_.first + 1);
+  return way_in_meets_ && station.move == loop_.first;
 }
 
 // What comes behind a closed contour. If that closes too, it may cut into the one before.
@@ -243,6 +242,7 @@ void GougeCheck::close(const Station& start, double fraction) {
   PlaneCurve& first_wall = contour_.moves[start.move].contour;
   PlaneCurve& last_wall = contour_.moves.back().contour;
   contour_.first = start.move;
+  way_in_meets_ = start.fraction > 0;
   last_wall = piece_of(last_wall, 0, fraction);
   first_wall = piece_of(first_wall, start.move == contour_.last ? 0 : start.fraction, 1);
   contour_.moves.back().path = piece_of(closing.path, 0, at);
@@ -266,18 +266,18 @@ void GougeCheck::close(const Station& start, double fraction) {
 }
 
 // An arc bent round the tool that touches its neighbour.
-bool GougeCheck::leads(const Contour& contour, std::size_t move, std::size_t neighbour) const {
-  const PlaneCurve& arc = contour.moves[move].contour;
+bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
+  const PlaneCurve& arc = contour_.moves[move].contour;
   if ((arc.turn > 0) != left_ || arc.turn == 0) return false;
   const bool before = move < neighbour;
   const Point one = direction_of(arc, before);
-  const Point two = direction_of(contour.moves[neighbour].contour, !before);
+  const Point two = direction_of(contour_.moves[neighbour].contour, !before);
   return one.dot(two) > std::cos(kTangent_rad);
 }
 
 void GougeCheck::skip_leads() {
-  if (contour_.last > contour_.first && leads(contour_, contour_.first, contour_.first + 1)) ++contour_.first;
-  if (contour_.last > contour_.first && leads(contour_, contour_.last, contour_.last - 1)) --contour_.last;
+  if (contour_.last > contour_.first && leads(contour_.first, contour_.first + 1)) ++contour_.first;
+  if (contour_.last > contour_.first && leads(contour_.last, contour_.last - 1)) --contour_.last;
 }
 
 // The tool along the whole contour, and on the way to it, against the moves of it that are wall.

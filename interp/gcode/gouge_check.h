@@ -91,15 +91,16 @@ class GougeCheck {
   void judge(const Contour& contour);
   void judge_entry();
   void skip_leads();
-  bool leads(const Contour& contour, std::size_t move, std::size_t neighbour) const;
+  bool leads(std::size_t move, std::size_t neighbour) const;
 
   double radius_ = 0, least_ = 0;  ///< of the tool, and the least distance from a wall
   double touch_ = 0;               ///< places of the contour nearer to each other are one place
   bool left_ = true, told_ = false;
   std::optional<Move> entry_;
-  Contour contour_;       ///< since it has begun, or has closed
-  Contour loop_;          ///< the last one that has closed
-  double loop_area_ = 0;  ///< it encloses
+  Contour contour_;            ///< since it has begun, or has closed
+  Contour loop_;               ///< the last one that has closed
+  double loop_area_ = 0;       ///< it encloses
+  bool way_in_meets_ = false;  ///< it has closed on the move that leads in
   bool closed_anew_ = false;
   std::optional<Gouge> tail_;  ///< of what follows it
   std::vector<Gouge> gouges_;

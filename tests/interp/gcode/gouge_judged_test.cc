@@ -301,6 +301,8 @@ struct Judge {
 bool unreachable(const Job& job) {
   const Judge judge(job, 1e-4 * job.radius + 1e-5);
   for (const PlaneCurve& curve : job.outline) {
+    const bool hollow = curve.turn != 0 && (curve.turn > 0) == job.left;
+    if (hollow && curve.radius() < job.radius) return true;
     bool reached = false;
     for (int i = 0; i <= 40 && !reached; ++i) {
       const PlaneCurve rest = piece_of(curve, 0, std::max(1e-6, i / 40.0));
