@@ -29,6 +29,9 @@ constexpr double kTiny = 0.2;   // of the wanted spacing
 constexpr double kRise = 2;     // of (ds/dt)^2 between two places, from which on the slower one is slow
 constexpr double kClimb = 0.5;  // longest interval over its end's climb
 constexpr double kNoClimb = 1e30;
+// Of a piece at one feed, in spacings: so far from its ends the spacing begins to grow, and so far it grows.
+constexpr double kEvenFrom = 500, kEvenMost = 400;
+constexpr int kCoarseMax = 1000;  // places of a piece
 constexpr double kRoundingCubed = 2e-11;  // of jerk times time^3: see shortest_time
 // Shorter climbs are not resolved, of the path so far: rounding.
 constexpr double kClimbLeast = 1e-7, kClimbRounding = 1e-10;
@@ -135,7 +138,7 @@ void PathGrid::begin_stretch() {
 static void coarse_positions(const PlanPiece& piece, double time_s, double spacing_s, bool calm, bool starts,
                              double rest_length, std::vector<double>& at) {
   const double length = piece.piece.length;
-  int n = std::max(2, static_cast<int>(std::ceil(time_s / (3 * spacing_s))));
+  int n = std::max(2, static_cast<int>(std::ceil(std::min<double>(kCoarseMax, time_s / (3 * spacing_s)))));
   if (piece.piece.kind == PathPiece::Kind::kPolynomial)
     n = std::max(n, time_s > spacing_s / 4    ? (calm ? kCalmParts : kBentParts)
                     : time_s > spacing_s / 10 ? 5
@@ -265,11 +268,12 @@ void PathGrid::grade_from(NodeSpacing rest, bool flip) {
 // interval a joint's jerk, q' s''' + 3 q'' s'' s' + q''' s'^3, changes along it and keeps to its limit at one
 // end only: what it falls short by costs time and, where two ways to go take nearly the same, decides between
 // them.
-double PathGrid::wanted_spacing(const PendingPiece& pending) const {
+double PathGrid::wanted_spacing(PendingPiece& pending) const {
   const double time_s = piece_time(pending), calm = time_s / spacing_s_;
   const double v = pending.plan.piece.length / time_s, b = v * v;
   const double variation = (pending.variation2 + kOfThird * pending.variation3 * b) * v;
   const double bent = variation / kVariationPerInterval;
+  pending.spacing_most_s = time_s / std::max(1.0, bent);
   if (calm < 0.5 && bent < kOwnInterval) return spacing_s_;
   return time_s / std::max({1.0, calm, std::min({bent, 24 + calm, kClosest * calm})});
 }
@@ -350,17 +354,28 @@ static double climb_time(const PendingPiece& pending, double t) {
   return (piece_time(pending) - t) * std::clamp(0.5 * h / std::max(left, 1e-300), 1.0, 1e6);
 }
 
+// The same bound on speed all along, as where the programmed feed decides.
+static bool is_even(const PendingPiece& pending) {
+  const double b = pending.places.front().bound.b;
+  return std::all_of(pending.places.begin(), pending.places.end(),
+                     [&](const Place& place) { return std::abs(place.bound.b - b) <= 1e-9 * b; });
+}
+
 // Moments of the nodes inside a piece: `spacing_s` apart, closer towards neighbours whose nodes are closer,
-// and towards slow places.
+// and towards slow places; farther far from the ends of a piece at one feed, which may take hours.
 static void node_times(const PendingPiece& pending, double spacing_s, NodeSpacing before, NodeSpacing after,
                        std::vector<double>& times) {
   const double time_s = piece_time(pending);
   const bool climbing = is_climbing(pending, spacing_s);
   const double shortest_s = shortest_time(pending);
+  const bool long_even = time_s > 2 * kEvenFrom * spacing_s && is_even(pending);
+  const double most_s = std::max(spacing_s, std::min(kEvenMost * spacing_s, pending.spacing_most_s));
   times.assign(1, 0);
   while (times.back() < time_s * (1 - 1e-9)) {
     const double t = times.back();
-    double step = std::min(spacing_s, near(before, t));
+    const NodeSpacing even{spacing_s, kEvenFrom * spacing_s};
+    const double largest_s = long_even ? std::min(most_s, near(even, std::min(t, time_s - t))) : spacing_s;
+    double step = std::min(largest_s, near(before, t));
     step = std::min(step, near(after, std::max(0.0, time_s - t)) / (1 + kGrading));
     step = std::max(step, shortest_s);
     if (climbing) step = std::min(step, climb_time(pending, t));

@@ -45,8 +45,9 @@ struct NodeSpacing {
 struct PendingPiece {
   PlanPiece plan;
   JointCurve curve;
-  double s = 0;          ///< of its start in the stretch
-  double spacing_s = 0;  ///< time between nodes that it wants
+  double s = 0;               ///< of its start in the stretch
+  double spacing_s = 0;       ///< time between nodes that it wants
+  double spacing_most_s = 0;  ///< and that its curvature allows far from its ends
   /// How much 3 d2 a and d3 of the joints change along it, over their jerk; a: the greatest d2s/dt2 there.
   double variation2 = 0, variation3 = 0;
   struct Place {
@@ -90,7 +91,7 @@ class PathGrid {
   static void sweep(std::vector<PendingPiece::Place*>& all, SpeedState from, bool flip);
   void find_climbs(std::vector<PendingPiece::Place*>& all) const;
   void grade_from(NodeSpacing rest, bool flip);
-  double wanted_spacing(const PendingPiece& pending) const;
+  double wanted_spacing(PendingPiece& pending) const;
   /// What an interval of the piece takes at most, next to its slowest place.
   struct IntervalSize {
     double time_s = 0;  ///< at the piece's mean speed
