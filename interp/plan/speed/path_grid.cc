@@ -30,8 +30,8 @@ constexpr double kRise = 2;     // of (ds/dt)^2 between two places, from which o
 constexpr double kClimb = 0.5;  // longest interval over its end's climb
 constexpr double kNoClimb = 1e30;
 // Of a piece at one feed, in spacings: so far from its ends the spacing begins to grow, and so far it grows.
-constexpr double kEvenFrom = 500, kEvenMost = 400;
-constexpr int kCoarseMax = 1000;  // places of a piece
+constexpr double kEvenFrom = 50, kEvenMost = 4000;
+constexpr int kCoarseMax = 1000;          // places of a piece
 constexpr double kRoundingCubed = 2e-11;  // of jerk times time^3: see shortest_time
 // Shorter climbs are not resolved, of the path so far: rounding.
 constexpr double kClimbLeast = 1e-7, kClimbRounding = 1e-10;

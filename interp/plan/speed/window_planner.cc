@@ -18,6 +18,8 @@ constexpr double kWindow = 3, kProvisional = 1.5;  // brake times planned at onc
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
 constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
+constexpr double kPartsMost = 1000;   // of a piece at one feed
+constexpr int kEvenPlaces = 64;       // looked at, to know that it is
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
 double spacing(const Joints& joints, double wanted) {
@@ -87,17 +89,17 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   ++stats_.pieces;
   try {
     sampler_.curve(piece, curve_);
-    const PathSample middle = sampler_.sample(piece, curve_, piece.piece.length / 2, 0, 0);
-    const double time_s = piece.piece.length / std::sqrt(middle.b_max), part_s = 0.6 * brake_s_;
-    const int parts = std::max(1, static_cast<int>(std::ceil(time_s / part_s)));
-    for (int i = 0; i < parts; ++i) {
+    part_ends(piece);
+    const size_t parts = part_ends_.size();
+    double from = 0;
+    for (size_t i = 0; i < parts; ++i) {
       PlanPiece part = piece;
-      const double length = piece.piece.length;
-      if (parts > 1) part.piece = cut(piece.piece, length * i / parts, length * (i + 1) / parts);
+      if (parts > 1) part.piece = cut(piece.piece, from, part_ends_[i]);
       part.ends_stretch = piece.ends_stretch && i + 1 == parts;
       if (i > 0) part.outputs = {};
       if (parts > 1) sampler_.curve(part, curve_);
       accept(part);
+      from = part_ends_[i];
     }
   } catch (const ProgramError&) {
     emit_rest();
@@ -106,6 +108,27 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   if (piece.ends_stretch) {
     advance(true);
     open_ = false;
+  }
+}
+
+// Where a piece is cut, so that no part is long against the window of the plan. What takes so long that it
+// would have thousands of parts, at one feed all along, is one part but for its ends.
+void WindowPlanner::part_ends(const PlanPiece& piece) {
+  const double length = piece.piece.length, part_s = 0.6 * brake_s_;
+  const double b = sampler_.sample(piece, curve_, length / 2, 0, 0).b_max;
+  const double parts = std::max(1.0, std::ceil(length / std::sqrt(b) / part_s));
+  const auto one_feed = [&] {
+    for (int i = 0; i <= kEvenPlaces; ++i) {
+      const double here = sampler_.sample(piece, curve_, length * i / kEvenPlaces, 0, 0).b_max;
+      if (std::abs(here - b) > 1e-9 * b) return false;
+    }
+    return true;
+  };
+  const bool even = parts > kPartsMost && one_feed();
+  part_ends_.clear();
+  for (double i = 1; i <= parts; ++i) {
+    if (even && i > kPartsMost / 4 && i <= parts - kPartsMost / 4) continue;
+    part_ends_.push_back(length * i / parts);
   }
 }
 

@@ -26,6 +26,7 @@ class WindowPlanner {
     PathState state;  ///< the true motion
     SpeedState plan;  ///< the solution's
   };
+  void part_ends(const PlanPiece& piece);
   void accept(const PlanPiece& piece);
   void advance(bool to_end);
   void plan_window(bool final);
@@ -58,7 +59,8 @@ class WindowPlanner {
 
   bool open_ = false;  ///< a stretch has begun and its end is not planned
   double s_next_ = 0;
-  JointCurve curve_;  ///< of the piece that is accepted
+  std::vector<double> part_ends_;  ///< of the piece that is cut
+  JointCurve curve_;               ///< of the piece that is accepted
   Start start_;
   std::deque<Headroom> headroom_;  ///< per interval of the grid
   std::vector<bool> changed_;      ///< headroom since the problem was set up

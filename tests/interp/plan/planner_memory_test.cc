@@ -19,12 +19,13 @@ double processor_s() {
 
 /// Notes how much memory is in use whenever a block comes, and when the first one did.
 struct Watch : BlockSink {
-  void block(const MotionBlock&) override {
+  void block(const MotionBlock& block) override {
     if (blocks++ == 0) first_s = processor_s();
+    for (std::size_t i = 0; i < block.segment_count; ++i) time_s += block.segments[i].duration_s;
     in_use = std::max(in_use, mallinfo2().uordblks);
   }
   std::size_t blocks = 0, in_use = 0;
-  double first_s = 0;
+  double first_s = 0, time_s = 0;
 };
 
 /// Five-axis passes of 0.1 mm chords over a wavy surface, in one stretch.
@@ -74,6 +75,30 @@ TEST(PlannerMemory, IsBoundedAndTheFirstBlockComesSoon) {
   EXPECT_LT(static_cast<double>(late), 1.1 * static_cast<double>(early) + 1e6);
   EXPECT_LT(late, 64u << 20);
   EXPECT_LT(out.first_s - begin_s, 0.2);
+}
+
+// A move of hours at one feed: its plan is no larger than that of one of minutes, whatever the feed.
+TEST(PlannerMemory, AMoveOfHoursCostsNoMoreThanItsEnds) {
+  const TrunnionMap map;
+  const Joints joints = cradle_joints();
+  for (const double feed_mm_s : {0.02, 1e-3, 1e-5}) {
+    for (const double c : {0.0, 2.0}) {
+      Watch out;
+      SpeedPlanner speed(joints, map, full_shares(), out);
+      GeometryPlanner geometry({}, speed);
+      ProgramMove move = surface_move(1, Words::Zero());
+      move.from = move.to;
+      move.to[kX] += 40;
+      move.to[kC] += c;
+      move.feed.tip_mm_s = feed_mm_s;
+      geometry.move(move);
+      geometry.finish();
+      speed.finish();
+      EXPECT_LT(out.in_use, 96u << 20) << feed_mm_s;
+      EXPECT_LT(out.blocks, 30000u) << feed_mm_s;
+      EXPECT_NEAR(out.time_s, 40 / feed_mm_s, 1e-3 * 40 / feed_mm_s + 3) << c;
+    }
+  }
 }
 
 }  // namespace
