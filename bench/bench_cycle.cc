@@ -10,8 +10,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/session/pipeline.h"
 #include "kernel/cycle.h"
-#include "kernel/pipeline.h"
 #include "kinematics/factory.h"
 #include "tests/support/paths.h"
 

@@ -9,7 +9,7 @@
 #include <cstdlib>
 #include <ctime>
 
-#include "kernel/pipeline.h"
+#include "app/session/pipeline.h"
 #include "tests/support/paths.h"
 
 namespace trn {

@@ -9,7 +9,7 @@
 namespace trn {
 
 /// The corrections inside the plan, as bits; the bits above them number those behind it
-/// (kernel/corrections.cc).
+/// (app/session/corrections.cc).
 inline constexpr std::uint8_t kGeometricBit = 1, kJointTableBit = 2;
 inline constexpr std::uint8_t kPlannedBits = kGeometricBit | kJointTableBit;
 

@@ -8,8 +8,8 @@
 #include <random>
 #include <sstream>
 
-#include "kernel/check/limit_judge.h"
-#include "kernel/pipeline.h"
+#include "app/check/limit_judge.h"
+#include "app/session/pipeline.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"
 

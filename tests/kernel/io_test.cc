@@ -6,9 +6,9 @@
 #include <filesystem>
 #include <fstream>
 
-#include "kernel/daemon/program_feeder.h"
-#include "kernel/replay.h"
-#include "kernel/simulation.h"
+#include "app/daemon/program_feeder.h"
+#include "app/session/replay.h"
+#include "app/session/simulation.h"
 #include "tests/support/paths.h"
 
 // Outputs, inputs and the probe through the whole kernel, on simulated devices; and again from the log.

@@ -6,7 +6,7 @@
 #include <filesystem>
 #include <random>
 
-#include "kernel/check/limit_judge.h"
+#include "app/check/limit_judge.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/kernel/shortest_stop.h"
 #include "tests/support/paths.h"

@@ -6,10 +6,10 @@
 #include <string>
 #include <vector>
 
-#include "kernel/check/limit_judge.h"
+#include "app/check/limit_judge.h"
+#include "app/session/pipeline.h"
 #include "kernel/interpolator.h"
 #include "kernel/path_rate.h"
-#include "kernel/pipeline.h"
 
 // What the tests of override and hold share: a whole program planned beforehand, and the joints it stands for
 // at any plan time.

@@ -5,9 +5,9 @@
 #include <cmath>
 #include <random>
 
-#include "kernel/check/limit_judge.h"
+#include "app/check/limit_judge.h"
+#include "app/session/pipeline.h"
 #include "kernel/cycle.h"
-#include "kernel/pipeline.h"
 #include "tests/support/paths.h"
 
 // Corrections behind the plan, whatever they ask for, keep every joint inside the machine's limits.

@@ -2,9 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "app/session/make_drives.h"
 #include "core/units.h"
 #include "hal/loopback.h"
-#include "sim/make_drives.h"
 
 namespace trn {
 namespace {

@@ -7,8 +7,9 @@ from source_text import ROOT, source_files
 
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
 
-EVERYTHING = {"core", "interp", "interp/gcode", "interp/plan", "kinematics", "compensation", "hal", "sim", "kernel",
-              "bench", "tests"}
+ENGINE = {"core", "interp", "interp/gcode", "interp/plan", "kinematics", "compensation", "hal", "sim", "kernel"}
+APP = {"app/check", "app/session", "app/daemon", "app/lab", "app/cli"}
+EVERYTHING = ENGINE | APP | {"bench", "tests"}
 ALLOWED = {
     "core": {"core"},
     "interp": {"core", "interp"},
@@ -18,7 +19,12 @@ ALLOWED = {
     "compensation": {"core", "compensation"},
     "hal": {"core", "hal"},
     "sim": {"core", "kinematics", "compensation", "hal", "sim"},
-    "kernel": EVERYTHING - {"bench", "tests"},
+    "kernel": {"core", "compensation", "kernel"},
+    "app/check": {"core", "interp", "app/check"},
+    "app/session": ENGINE | {"app/check", "app/session"},
+    "app/daemon": ENGINE | {"app/check", "app/session", "app/daemon"},
+    "app/lab": ENGINE | {"app/check", "app/session", "app/lab"},
+    "app/cli": ENGINE | APP,
     "bench": EVERYTHING,
     "tests": EVERYTHING,
     "cmake": {"core"},
@@ -26,10 +32,11 @@ ALLOWED = {
 
 # System headers that belong to some folders only: bus and operating system stay out of the mathematics.
 SYSTEM = [
-    (re.compile(r"^(lcm/|modbus|linux/|net/|sys/socket)"), {"hal", "sim", "kernel", "bench", "tests"}),
-    (re.compile(r"^(spdlog/|CLI/|systemd/|nlohmann/)"), {"kernel", "bench", "tests", "compensation", "cmake"}),
+    (re.compile(r"^(lcm/|modbus|linux/|net/|sys/socket)"),
+     {"hal", "sim", "app/session", "app/daemon", "app/cli", "bench", "tests"}),
+    (re.compile(r"^(spdlog/|CLI/|systemd/|nlohmann/)"), APP | {"bench", "tests", "compensation", "cmake"}),
     (re.compile(r"^(pthread|sched|sys/mman|sys/timerfd|thread$|mutex$|condition_variable$)"),
-     {"hal", "kernel", "sim", "bench", "tests"}),
+     APP | {"hal", "sim", "bench", "tests"}),
     (re.compile(r"^ceres/"), {"compensation", "bench", "tests"}),
     (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "bench", "cmake"}),
     (re.compile(r"^toml"), {"core", "tests"}),
@@ -53,7 +60,7 @@ def judge(own, mark, target):
                 return f"{own}/ must not include <{target}>; only {', '.join(sorted(folders))} may"
         return None
     if target.startswith("lcm_types/"):
-        return None if own in ("hal", "kernel", "tests", "bench") else f"{own}/ must not include LCM types"
+        return None if own in {"hal", "tests", "bench"} | APP else f"{own}/ must not include LCM types"
     theirs = folder_of(target)
     if not theirs:  # beside the including file, as the tests' own helpers
         return None if own in ("tests", "bench", "cmake") else f'"{target}" must be named from the top folder'

@@ -70,10 +70,15 @@ class IncludesTest(unittest.TestCase):
         for own, mark, target in (("core", '"', "interp/move.h"), ("kinematics", '"', "interp/move.h"),
                                   ("interp/gcode", '"', "interp/plan/stages.h"), ("hal", '"', "kinematics/x.h"),
                                   ("core", "<", "lcm/lcm-cpp.hpp"), ("sim", '"', "kernel/joint_map.h"),
-                                  ("interp/plan", '"', "nothing.h"), ("kernel", '"', "tests/x.h")):
+                                  ("interp/plan", '"', "nothing.h"), ("kernel", '"', "tests/x.h"),
+                                  ("kernel", '"', "interp/move.h"), ("kernel", '"', "app/lab/picture/svg_chart.h"),
+                                  ("kernel", "<", "spdlog/spdlog.h"), ("app/check", '"', "kernel/cycle.h"),
+                                  ("app/session", '"', "app/daemon/daemon.h"), ("app/daemon", '"', "app/lab/workspace.h"),
+                                  ("app/lab", '"', "app/cli/commands.h")):
             self.assertIsNotNone(judge(own, mark, target), (own, target))
         for own, mark, target in (("core", '"', "core/axes.h"), ("interp/plan", '"', "interp/move.h"),
-                                  ("kernel", '"', "interp/plan/stages.h"), ("hal", "<", "modbus/modbus.h"),
+                                  ("app/session", '"', "interp/plan/stages.h"), ("app/cli", '"', "app/daemon/daemon.h"),
+                                  ("app/check", '"', "interp/move.h"), ("hal", "<", "modbus/modbus.h"),
                                   ("core", "<", "vector")):
             self.assertIsNone(judge(own, mark, target), (own, target))
 

@@ -1,0 +1,94 @@
+#include "app/check/limit_judge.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace trn {
+
+const char* to_string(Quantity quantity) {
+  static constexpr std::array<const char*, kQuantityCount> kNames = {"position", "velocity", "acceleration",
+                                                                     "jerk"};
+  return kNames[static_cast<std::size_t>(quantity)];
+}
+
+LimitJudge::LimitJudge(const Joints& joints, double step_s)
+    : joints_(joints), step_s_(step_s), history_(joints.size()), verdicts_(joints.size()) {}
+
+void LimitJudge::offer(std::size_t joint, Quantity quantity, double value, double ratio, double t_s,
+                       std::uint32_t line) {
+  Peak& peak = verdicts_[joint].peaks[static_cast<std::size_t>(quantity)];
+  if (ratio > kRatioMax) ++peak.over;
+  if (!(ratio > peak.ratio)) return;
+  peak.value = value;
+  peak.ratio = ratio;
+  peak.t_s = t_s;
+  peak.line = line;
+}
+
+// Sums are ordered so that a joint at rest gives exactly zero.
+void LimitJudge::judge(std::size_t joint, double q, double t_s, std::uint32_t line) {
+  History& past = history_[joint];
+  const JointLimit& limit = joints_[joint].limit;
+  const double d0 = q - past.q[0], d1 = past.q[0] - past.q[1], d2 = past.q[1] - past.q[2];
+  const double velocity = d0 / step_s_;
+  const double acceleration = (d0 - d1) / (step_s_ * step_s_);
+  const double jerk = ((d0 - d1) - (d1 - d2)) / (step_s_ * step_s_ * step_s_);
+  offer(joint, Quantity::kVelocity, velocity, std::abs(velocity) / limit.velocity, t_s, line);
+  offer(joint, Quantity::kAcceleration, acceleration, std::abs(acceleration) / limit.acceleration, t_s, line);
+  offer(joint, Quantity::kJerk, jerk, std::abs(jerk) / limit.jerk, t_s, line);
+  past.q = {q, past.q[0], past.q[1]};
+}
+
+void LimitJudge::row(const TraceRow& row) {
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    History& past = history_[i];
+    const double q = row.q[i];
+    if (fresh_) past.q.fill(q);
+    past.q_abs_max = std::max(past.q_abs_max, std::abs(q));
+    digits_max_.decimals = std::max(digits_max_.decimals, row.digits[i].decimals);
+    digits_max_.significant = std::max(digits_max_.significant, row.digits[i].significant);
+    const JointLimit& limit = joints_[i].limit;
+    const double middle = (limit.max + limit.min) / 2, half = (limit.max - limit.min) / 2;
+    offer(i, Quantity::kPosition, q, std::abs(q - middle) / half, row.t_s, row.line);
+    judge(i, q, row.t_s, row.line);
+  }
+  ++rows_;
+  fresh_ = false;
+  t_last_s_ = row.t_s;
+  line_last_ = row.line;
+}
+
+// Half a unit of the last digit of the joint's largest value. Writers use a fixed number of decimals or of
+// significant digits, the same in every column; the coarser reading is the true one.
+double LimitJudge::rounding(std::size_t joint) const {
+  const double largest = history_[joint].q_abs_max;
+  if (largest == 0) return 0;
+  const double ulp = std::nextafter(largest, std::numeric_limits<double>::infinity()) - largest;
+  const double fixed = std::pow(10.0, -digits_max_.decimals);
+  const double floating = std::pow(10.0, std::floor(std::log10(largest)) + 1 - digits_max_.significant);
+  return 0.5 * std::max({ulp, fixed, floating});
+}
+
+void LimitJudge::finish() {
+  const double h = step_s_;
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    for (int k = 1; k <= 3; ++k) judge(i, history_[i].q[0], t_last_s_ + k * h, line_last_);
+    const JointLimit& limit = joints_[i].limit;
+    const double half_digit = rounding(i);
+    auto& peaks = verdicts_[i].peaks;
+    peaks[0].resolution_ratio = half_digit / ((limit.max - limit.min) / 2);
+    peaks[1].resolution_ratio = 2 * half_digit / h / limit.velocity;
+    peaks[2].resolution_ratio = 4 * half_digit / (h * h) / limit.acceleration;
+    peaks[3].resolution_ratio = 8 * half_digit / (h * h * h) / limit.jerk;
+  }
+}
+
+bool LimitJudge::within_limits() const {
+  return std::all_of(verdicts_.begin(), verdicts_.end(), [](const JointVerdict& verdict) {
+    return std::all_of(verdict.peaks.begin(), verdict.peaks.end(),
+                       [](const Peak& peak) { return peak.ratio <= kRatioMax; });
+  });
+}
+
+}  // namespace trn

@@ -1,0 +1,538 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <functional>
+#include <iostream>
+#include <nlohmann/json.hpp>
+
+#include "app/cli/commands.h"
+#include "app/daemon/command_client.h"
+#include "app/daemon/telemetry.h"
+#include "app/session/feature_report.h"
+#include "core/fault.h"
+#include "core/machine.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+using trunnion::motion_t;
+using trunnion::status_t;
+using Json = nlohmann::ordered_json;
+
+/// What every client takes, and what the single ones take besides.
+struct Options {
+  std::string machine;
+  double timeout_s = 2;
+  bool wait = false;
+  double patience_s = 3600;
+  bool json = false;
+  bool yes = false;   // start --from: do not ask
+  std::string text;   // program, MDI line, joint
+  double amount = 0;  // jog: mm or deg; override: percent
+  double speed = 0;   // jog: mm/s or deg/s
+  long count = 0;     // monitor: lines, 0 = no end; start: first line
+};
+
+/// A client's view of its machine: the config and the line to its daemon.
+struct Session {
+  explicit Session(const Options& options)
+      : machine(read_machine(load_config(options.machine))),
+        client({read_lcm(machine.root, machine.name), options.timeout_s}) {}
+  Machine machine;
+  CommandClient client;
+};
+
+Exit exit_of(const acknowledge_t& answer) {
+  if (!answer.message.empty()) fmt::print(stderr, "{}\n", answer.message);
+  switch (answer.outcome) {
+    case acknowledge_t::ACCEPTED:
+      return Exit::kDone;
+    case acknowledge_t::BAD_PROGRAM:
+      return Exit::kBadProgram;
+    case acknowledge_t::REFUSED:
+      return Exit::kUsage;
+    default:
+      return Exit::kMachineFault;
+  }
+}
+
+bool at_work(const status_t& status) {
+  return status.state != "idle" && status.state != "off" && status.state != "fault" &&
+         status.state != "estop";
+}
+
+void print_fault(const status_t& status) {
+  const std::string at = status.fault_joint.empty() ? "" : fmt::format(" at joint {}", status.fault_joint);
+  fmt::print(stderr, "fault: {}{}{}\n", status.fault, at,
+             status.message.empty() ? "" : ": " + status.message);
+  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok")
+    fmt::print(stderr, "{}; {}\n", fault->meaning, fault->remedy);
+}
+
+// Until the command's work is over; kMachineFault if it ended in a fault.
+Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, double patience_s) {
+  const auto status = client.wait_status(
+      [&](const status_t& now) { return now.count >= answer.status_count && !at_work(now); }, patience_s);
+  if (!status) {
+    fmt::print(stderr, "trunnion: the machine is still at work after {} s\n", patience_s);
+    return Exit::kMachineFault;
+  }
+  if (status->state != "idle") {
+    print_fault(*status);
+    return Exit::kMachineFault;
+  }
+  if (!status->program_failed) return Exit::kDone;
+  fmt::print(stderr, "{}\n", status->message);
+  return Exit::kBadProgram;
+}
+
+Exit send(Session& session, const Options& options, const command_t& command) {
+  const acknowledge_t answer = session.client.send(command);
+  const Exit exit = exit_of(answer);
+  if (exit != Exit::kDone || !options.wait) return exit;
+  return wait_until_rest(session.client, answer, options.patience_s);
+}
+
+int joint_index(const Machine& machine, const std::string& name) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
+    if (machine.joints[i].name == name) return static_cast<int>(i);
+    names.push_back(machine.joints[i].name);
+  }
+  throw CLI::ValidationError("JOINT", fmt::format("machine '{}' has no joint '{}'; it has {}", machine.name,
+                                                  name, fmt::join(names, ", ")));
+}
+
+command_t command_of(std::int8_t verb) {
+  command_t command{};
+  command.verb = verb;
+  return command;
+}
+
+// By axis word, as a program means it; the daemon knows which joint moves. A joint that is called otherwise
+// moves in its own direction.
+command_t jog_command(const Machine& machine, const Options& options) {
+  command_t command = command_of(command_t::JOG);
+  std::string upper = options.text;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::size_t word = std::string_view(kWordLetters).find(upper);
+  const bool by_word = upper.size() == 1 && word != std::string_view::npos;
+  bool rotary = by_word && word >= static_cast<std::size_t>(kA);
+  if (by_word) {
+    command.text = upper;
+  } else {
+    command.joint = joint_index(machine, options.text);
+    rotary = machine.joints[static_cast<std::size_t>(command.joint)].kind == JointKind::kRotary;
+  }
+  const double unit = rotary ? kRadPerDeg : 1;
+  command.value = unit * options.amount;
+  command.speed = unit * options.speed;
+  return command;
+}
+
+command_t home_command(const Machine& machine, const Options& options) {
+  command_t command = command_of(command_t::HOME);
+  command.joint = options.text.empty() ? -1 : joint_index(machine, options.text);
+  return command;
+}
+
+command_t text_command(std::int8_t verb, const std::string& text) {
+  command_t command = command_of(verb);
+  command.text = text;
+  return command;
+}
+
+// What came in a message may be any bytes.
+std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json corrections_json(const status_t& status) {
+  Json out = Json::array();
+  for (std::size_t i = 0; i < status.correction_name.size(); ++i)
+    out.push_back({{"name", status.correction_name[i]},
+                   {"on", status.correction_on[i] != 0},
+                   {"offset", status.correction_offset[i]},
+                   {"warning", status.correction_warning[i]}});
+  return out;
+}
+
+void print_corrections(const status_t& status) {
+  for (std::size_t i = 0; i < status.correction_name.size(); ++i) {
+    const std::string& warning = status.correction_warning[i];
+    fmt::print("{:<9} {} {}, {:.6f} now{}{}\n", i == 0 ? "corrects" : "", status.correction_name[i],
+               status.correction_on[i] ? "on" : "off", status.correction_offset[i],
+               warning.empty() ? "" : "; ", warning);
+  }
+}
+
+Json json_of(const status_t& status) {
+  const FaultInfo* fault = find_fault(status.fault);
+  Json joints = Json::array();
+  for (std::size_t i = 0; i < status.joint_name.size(); ++i)
+    joints.push_back({{"name", status.joint_name[i]},
+                      {"unit", status.joint_unit[i]},
+                      {"homed", status.homed[i] != 0},
+                      {"limit_switch", status.limit_switch[i] != 0}});
+  return {
+      {"machine", status.machine},
+      {"pid", status.pid},
+      {"state", status.state},
+      {"fault", status.fault},
+      {"fault_joint", status.fault_joint},
+      {"fault_meaning", fault ? fault->meaning : ""},
+      {"fault_remedy", fault ? fault->remedy : ""},
+      {"waits_for", status.waits_for},
+      {"message", status.message},
+      {"program", status.program},
+      {"line", status.line},
+      {"override_wanted", status.override_wanted},
+      {"override_now", status.override_now},
+      {"rapid_override", status.rapid_override},
+      {"spindle_override", status.spindle_override},
+      {"adaptive_feed", status.adaptive_feed},
+      {"spindle_rpm", status.spindle_rpm},
+      {"single_block", status.single_block != 0},
+      {"period_s", status.period_s},
+      {"periods", status.periods},
+      {"overruns", status.overruns},
+      {"starvations", status.starvations},
+      {"wake_us", {{"p50", status.wake_us_p50}, {"p999", status.wake_us_p999}, {"max", status.wake_us_max}}},
+      {"tick_us", {{"p50", status.tick_us_p50}, {"p999", status.tick_us_p999}, {"max", status.tick_us_max}}},
+      {"realtime", status.realtime != 0},
+      {"warnings", status.warnings},
+      {"bus_health", status.bus_health},
+      {"corrections", corrections_json(status)},
+      {"features", features_json(features_of(status))},
+      {"features_more", status.features_more},
+      {"joints", joints}};
+}
+
+std::string joints_line(const status_t& status) {
+  std::string text;
+  for (std::size_t i = 0; i < status.joint_name.size(); ++i)
+    text += fmt::format(" {}{}{}", status.joint_name[i], status.homed[i] ? "" : " (not homed)",
+                        status.limit_switch[i] ? " (on a limit switch)" : "");
+  return text;
+}
+
+void print_status(const status_t& status) {
+  fmt::print("machine   {} (process {})\n", status.machine, status.pid);
+  fmt::print("state     {}\n", status.state);
+  if (status.fault != "ok")
+    fmt::print("fault     {}{}{}\n", status.fault, status.fault_joint.empty() ? "" : " at joint ",
+               status.fault_joint);
+  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok")
+    fmt::print("          {}\ncure      {}\n", fault->meaning, fault->remedy);
+  if (!status.waits_for.empty()) fmt::print("waits for {}\n", status.waits_for);
+  if (!status.message.empty()) fmt::print("message   {}\n", status.message);
+  fmt::print("program   {}, line {}\n", status.program.empty() ? "none" : status.program, status.line);
+  fmt::print("override  {:.0f} % wanted, {:.0f} % now\n", 100 * status.override_wanted,
+             100 * status.override_now);
+  fmt::print("          rapid {:.0f} %, spindle {:.0f} %, adaptive feed {:.0f} %\n",
+             100 * status.rapid_override, 100 * status.spindle_override, 100 * status.adaptive_feed);
+  fmt::print("spindle   {:g} rpm{}\n", status.spindle_rpm,
+             status.single_block ? "; single block: stands at the end of every line" : "");
+  fmt::print("joints   {}\n", joints_line(status));
+  print_corrections(status);
+  fmt::print("tick      every {:g} ms, {} so far, {} overruns, {} starvations\n", 1000 * status.period_s,
+             status.periods, status.overruns, status.starvations);
+  fmt::print("lateness  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.wake_us_p50,
+             status.wake_us_p999, status.wake_us_max);
+  fmt::print("duration  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.tick_us_p50,
+             status.tick_us_p999, status.tick_us_max);
+  if (!status.bus_health.empty()) fmt::print("bus       {}\n", status.bus_health);
+  fmt::print("{}", features_text(features_of(status), static_cast<std::size_t>(status.features_more)));
+  for (const std::string& warning : status.warnings) fmt::print("WARNING   {}\n", warning);
+}
+
+Exit show_status(const Options& options) {
+  Session session(options);
+  const auto any = [](const status_t&) { return true; };
+  const auto status = session.client.wait_status(any, 2 * options.timeout_s + 1);
+  if (!status) return Exit::kMachineFault;
+  if (options.json)
+    fmt::print("{}\n", one_line(json_of(*status)));
+  else
+    print_status(*status);
+  return Exit::kDone;
+}
+
+Json json_of(const motion_t& motion) {
+  return {
+      {"time_us", motion.time_us},
+      {"period", motion.period},
+      {"line", motion.line},
+      {"q_setpoint", motion.q_setpoint},
+      {"q_measured", motion.q_measured},
+      {"word", std::vector<double>(std::begin(motion.word), std::end(motion.word))},
+      {"speed_mm_s", motion.speed_mm_s},
+      {"override_now", motion.override_now},
+      {"tool_load_known", motion.tool_load_known != 0},
+      {"tool_load_alarm", motion.tool_load_alarm != 0},
+      {"tool_force_N", std::vector<double>(std::begin(motion.tool_force_N), std::end(motion.tool_force_N))},
+      {"tool_deflection_mm",
+       std::vector<double>(std::begin(motion.tool_deflection_mm), std::end(motion.tool_deflection_mm))}};
+}
+
+std::string tool_load_text(const motion_t& motion) {
+  if (motion.tool_load_alarm) return "  the tool's load is unknown: the model no longer fits";
+  if (!motion.tool_load_known) return "";
+  return fmt::format("  tool {:.2f} {:.2f} N, bent {:.4f} {:.4f} mm", motion.tool_force_N[0],
+                     motion.tool_force_N[1], motion.tool_deflection_mm[0], motion.tool_deflection_mm[1]);
+}
+
+void print_motion(const Machine& machine, const motion_t& motion) {
+  std::string joints;
+  for (std::size_t i = 0; i < machine.joints.size() && i < motion.q_measured.size(); ++i) {
+    const bool rotary = machine.joints[i].kind == JointKind::kRotary;
+    joints +=
+        fmt::format(" {}{:.4f}", machine.joints[i].name, (rotary ? kDegPerRad : 1) * motion.q_measured[i]);
+  }
+  fmt::print("{:10} line {:6} {:9.3f} mm/s {:4.0f} % {}{}\n", motion.period, motion.line, motion.speed_mm_s,
+             100 * motion.override_now, joints, tool_load_text(motion));
+}
+
+Exit monitor(const Options& options) {
+  Session session(options);
+  long shown = 0;
+  session.client.watch_motion([&](const motion_t& motion) {
+    if (options.json)
+      fmt::print("{}\n", one_line(json_of(motion)));
+    else
+      print_motion(session.machine, motion);
+    std::fflush(stdout);
+    return ++shown != options.count;
+  });
+  return Exit::kDone;
+}
+
+/// One client: adds its sub-command with the options all clients share; `work` runs when it was chosen.
+CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<Options>& options,
+                     const std::string& name, const std::string& help,
+                     std::function<Exit(const Options&)> work) {
+  CLI::App* client = app.add_subcommand(name, help);
+  client
+      ->add_option("--machine", options->machine,
+                   "Config of the machine whose daemon is asked (configs/X.toml)")
+      ->required();
+  client->add_option("--timeout", options->timeout_s, "Seconds to wait for the daemon's first answer")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  client->footer(
+      "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault or no daemon, 5 not legal in this state or "
+      "usage.");
+  client->callback([&exit, options, work] { exit = work(*options); });
+  return *client;
+}
+
+/// A client that sends one command, made by `command` from config and options.
+using MakeCommand = std::function<command_t(const Machine&, const Options&)>;
+
+CLI::App& add_sender(CLI::App& app, Exit& exit, const std::shared_ptr<Options>& options,
+                     const std::string& name, const std::string& help, MakeCommand command) {
+  return add_client(app, exit, options, name, help, [command](const Options& chosen) {
+    Session session(chosen);
+    return send(session, chosen, command(session.machine, chosen));
+  });
+}
+
+void add_wait(CLI::App& client, const std::shared_ptr<Options>& options) {
+  client.add_flag("--wait", options->wait,
+                  "Return when the machine is at rest again, not when it has understood");
+  client.add_option("--patience", options->patience_s, "With --wait: at most this many seconds")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+MakeCommand plain(std::int8_t verb) {
+  return [verb](const Machine&, const Options&) { return command_of(verb); };
+}
+
+void add_program_clients(CLI::App& app, Exit& exit) {
+  auto load = std::make_shared<Options>();
+  add_sender(app, exit, load, "load", "Give the daemon a program to prepare; nothing moves yet",
+             [](const Machine&, const Options& options) {
+               return text_command(command_t::LOAD,
+                                   std::filesystem::absolute(options.text).lexically_normal());
+             })
+      .add_option("program", load->text, "G-code file, read by the daemon's host")
+      ->required();
+  auto mdi = std::make_shared<Options>();
+  CLI::App& mdi_app = add_sender(
+      app, exit, mdi, "mdi", "Run a line of G-code at once, e.g. trunnion mdi 'G0 X10' --machine ...",
+      [](const Machine&, const Options& options) { return text_command(command_t::MDI, options.text); });
+  mdi_app.add_option("line", mdi->text, "G-code, in quotes; lines are separated by \\n")->required();
+  add_wait(mdi_app, mdi);
+}
+
+void add_motion_clients(CLI::App& app, Exit& exit) {
+  const struct {
+    const char* name;
+    const char* help;
+    std::int8_t verb;
+    bool wait;
+  } kPlain[] = {
+      {"hold", "Slow down on the path and stand; 'resume' goes on. A jog is ended", command_t::HOLD, false},
+      {"resume",
+       "Cycle start: go on after a hold, a program stop (M0, M1) or a single block; after M6 it says that "
+       "the tool "
+       "is in the spindle",
+       command_t::RESUME, false},
+      {"stop", "Slow down on the path and give the program up", command_t::STOP, true},
+      {"estop", "Emergency stop: every drive brakes by its own ramp, then loses power", command_t::ESTOP,
+       false},
+      {"reset", "Clear a fault or an emergency stop and bring the drives up again", command_t::RESET, true},
+  };
+  for (const auto& entry : kPlain) {
+    auto options = std::make_shared<Options>();
+    CLI::App& client = add_sender(app, exit, options, entry.name, entry.help, plain(entry.verb));
+    if (entry.wait) add_wait(client, options);
+  }
+}
+
+bool confirmed() {
+  fmt::print(stderr, "start? [y/N] ");
+  std::string answer;
+  std::getline(std::cin, answer);
+  return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+// From a line: the daemon prepares and tells the way there, people say yes, then it starts.
+Exit start(const Options& options) {
+  Session session(options);
+  if (options.count > 1) {
+    command_t load = text_command(command_t::LOAD, "");
+    load.value = static_cast<double>(options.count);
+    const Exit prepared = exit_of(session.client.send(load));
+    if (prepared != Exit::kDone) return prepared;
+    if (!options.yes && !confirmed()) {
+      fmt::print(stderr, "not started; the program stays prepared from line {}\n", options.count);
+      return Exit::kUsage;
+    }
+  }
+  return send(session, options, command_of(command_t::START));
+}
+
+void add_start(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  CLI::App& client = add_client(app, exit, options, "start", "Start the loaded program", start);
+  client
+      .add_option("--from", options->count,
+                  "Begin at this line: the lines before it set modes, offsets and tool; the way to where "
+                  "they end is shown, and nothing moves before you have agreed")
+      ->check(CLI::Range(2L, 100000000L));
+  client.add_flag("--yes", options->yes, "With --from: do not ask");
+  add_wait(client, options);
+}
+
+void add_joint_clients(CLI::App& app, Exit& exit) {
+  auto jog = std::make_shared<Options>();
+  CLI::App& jog_app =
+      add_sender(app, exit, jog, "jog", "Move one axis by a distance, as G91 G0 would", jog_command);
+  jog_app
+      .add_option("axis", jog->text,
+                  "X, Y, Z, A, B or C, in the word's direction; or a motor joint by its name in the config")
+      ->required();
+  jog_app.add_option("distance", jog->amount, "Signed, mm or degrees; ends at the axis' limit")->required();
+  jog_app
+      .add_option("--speed", jog->speed, "mm/s or degrees/s, up to the joint's limit; default: a tenth of it")
+      ->check(CLI::PositiveNumber);
+  add_wait(jog_app, jog);
+  auto home = std::make_shared<Options>();
+  CLI::App& home_app =
+      add_sender(app, exit, home, "home", "Let the joints find their positions", home_command);
+  home_app.add_option("joint", home->text, "Name of one joint; default: all");
+  add_wait(home_app, home);
+}
+
+void add_override(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  auto what = std::make_shared<std::string>("feed");
+  CLI::App& client =
+      add_sender(app, exit, options, "override",
+                 "Set the speed of feed moves, of rapid moves or of the spindle, now and later. M49, M50 P0 "
+                 "and M51 P0 of a program take feed and spindle out of the operator's hand.",
+                 [what](const Machine&, const Options& chosen) {
+                   command_t command = command_of(*what == "rapid"      ? command_t::RAPID_OVERRIDE
+                                                  : *what == "spindle"  ? command_t::SPINDLE_OVERRIDE
+                                                  : *what == "adaptive" ? command_t::ADAPTIVE_FEED
+                                                                        : command_t::OVERRIDE);
+                   command.value = chosen.amount / 100;
+                   return command;
+                 });
+  client
+      .add_option("percent", options->amount,
+                  "0 over 100 (as programmed) to 200; feed above 100 as far as the joints allow; rapid and "
+                  "adaptive at most 100")
+      ->required()
+      ->check(CLI::Range(0.0, 200.0));
+  client.add_option("--of", *what, "feed (and jogs), rapid, spindle; adaptive acts where M52 lets it")
+      ->check(CLI::IsMember({"feed", "rapid", "spindle", "adaptive"}))
+      ->capture_default_str();
+}
+
+void add_step(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  auto on = std::make_shared<std::string>();
+  add_sender(app, exit, options, "step",
+             "Single block: 'on' lets the machine stand on the path at the end of every line of the program "
+             "until 'resume' or 'start'; one that comes too soon to stop there is passed",
+             [on](const Machine&, const Options&) {
+               command_t command = command_of(command_t::SINGLE_BLOCK);
+               command.value = *on == "on" ? 1 : 0;
+               return command;
+             })
+      .add_option("switch", *on, "on or off")
+      ->required()
+      ->check(CLI::IsMember({"on", "off"}));
+}
+
+void add_correction(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<Options>();
+  auto on = std::make_shared<std::string>();
+  CLI::App& client =
+      add_sender(app, exit, options, "correction",
+                 "Switch a correction on or off: geometric and joint_table while the machine is idle, "
+                 "the others at any time",
+                 [on](const Machine&, const Options& chosen) {
+                   command_t command = text_command(command_t::CORRECTION, chosen.text);
+                   command.value = *on == "on" ? 1 : 0;
+                   return command;
+                 });
+  client.add_option("name", options->text, "As 'trunnion status' lists it")->required();
+  client.add_option("switch", *on, "on or off")->required()->check(CLI::IsMember({"on", "off"}));
+}
+
+void add_watchers(CLI::App& app, Exit& exit) {
+  auto status = std::make_shared<Options>();
+  add_client(app, exit, status, "status", "Show the state of machine and daemon, once", show_status)
+      .add_flag("--json", status->json, "For programs: one JSON object");
+  auto watch = std::make_shared<Options>();
+  CLI::App& watch_app = add_client(app, exit, watch, "monitor",
+                                   "Show where the machine is, line by line, until Ctrl-C", monitor);
+  watch_app.add_flag("--json", watch->json, "For programs: one JSON object a line; mm and rad");
+  watch_app.add_option("--count", watch->count, "End after so many lines; 0: no end")
+      ->check(CLI::NonNegativeNumber);
+}
+
+}  // namespace
+
+void add_clients(CLI::App& app, Exit& exit) {
+  add_program_clients(app, exit);
+  add_start(app, exit);
+  add_motion_clients(app, exit);
+  add_joint_clients(app, exit);
+  add_override(app, exit);
+  add_step(app, exit);
+  add_correction(app, exit);
+  add_watchers(app, exit);
+}
+
+}  // namespace trn

@@ -1,0 +1,129 @@
+#include "app/daemon/daemon.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+
+#include "app/cli/commands.h"
+#include "app/daemon/program_feeder.h"
+#include "app/session/assembly.h"
+#include "app/session/trace.h"
+#include "interp/gcode/parameter_file.h"
+#include "kernel/cycle.h"
+
+namespace trn {
+
+namespace {
+
+struct DaemonOptions {
+  std::string machine, tools, vars, record, log;
+};
+
+constexpr std::size_t kQueueBlocks = 8192;
+
+CycleConfig cycle_config(const Assembly& assembly) {
+  CycleConfig config;
+  config.period_s = assembly.machine.period_s;
+  config.joints = assembly.machine.joints;
+  config.plan_joints = assembly.plan_joints;
+  config.spindle_timeout_s = assembly.spindle_timeout_s;
+  config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
+  return config;
+}
+
+// What cannot be kept is told now; the command that wants to change it is refused.
+void check_memory(const DaemonOptions& options) {
+  if (options.vars.empty())
+    spdlog::warn("no --vars: offsets and the tool in the spindle are lost when this ends");
+  if (options.tools.empty()) spdlog::warn("no --tools: tool lengths are lost when this ends");
+  for (const std::string& file : {options.vars, options.tools}) {
+    if (file.empty()) continue;
+    try {
+      check_file_writable(file);
+    } catch (const FileError& error) {
+      spdlog::warn("{}; whatever would change it is refused", error.what());
+    }
+  }
+}
+
+Parameters parameters_of(const DaemonOptions& options) {
+  Parameters parameters;
+  if (!options.vars.empty() && std::filesystem::exists(options.vars))
+    load_parameters(options.vars, parameters);
+  return parameters;
+}
+
+// The screws of a simulated machine warm up as it moves; real ones do so by themselves.
+std::function<void(const CycleReport&)> warm_screws(const Assembly& assembly) {
+  if (!assembly.screws) return {};
+  return [screws = assembly.screws.get()](const CycleReport& report) {
+    screws->step(report.q_plan, report.q_setpoint);
+  };
+}
+
+std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
+  const std::string path = make_log_file(options.log);
+  if (path != options.log) fmt::print(stderr, "{} has a session; this one goes to {}\n", options.log, path);
+  return std::make_unique<SessionLog>(path,
+                                      session_head(options.machine, options.tools, options.vars, false));
+}
+
+void run_machine(const DaemonOptions& options) {
+  const Assembly assembly = assemble(options.machine, Field::kReal);
+  log_to_stderr();
+  check_memory(options);
+  MotionQueue queue(kQueueBlocks);
+  Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
+              assembly.corrections.setpoint.get(), assembly.io.get());
+  std::unique_ptr<SessionLog> log;
+  if (!options.log.empty()) log = begin_log(options);
+  FeatureBook book;
+  FeatureBook* const features = assembly.corrections.setpoint->deflection() ? &book : nullptr;
+  ProgramFeeder feeder(assembly, queue, parameters_of(options),
+                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get(),
+                       features, {options.vars, options.tools});
+  std::unique_ptr<TraceWriter> record;
+  if (!options.record.empty())
+    record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
+                                           *assembly.corrections.setpoint, false, true);
+  if (assembly.io) assembly.io->bring_up();
+  run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
+              record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
+              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
+              assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
+  if (assembly.io) assembly.io->shut_down();
+  feeder.settle();
+  if (record) record->close();
+}
+
+}  // namespace
+
+void add_daemon(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<DaemonOptions>();
+  CLI::App* daemon = app.add_subcommand("daemon", "Run the machine in real time and obey the clients");
+  daemon->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
+  daemon->add_option("--tools", options->tools, "Tool table (LinuxCNC .tbl); G10 L1, L10 and L11 change it")
+      ->check(CLI::ExistingFile);
+  daemon->add_option("--vars", options->vars,
+                     "Variables (.var): offsets, the tool in the spindle, #31 to #5000; on disk before "
+                     "the command that changes them is answered");
+  daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
+  daemon->add_option("--log", options->log,
+                     "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "
+                     "session, to FILE.1, FILE.2 ...");
+  daemon->footer(
+      "Clients: load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset.\n"
+      "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
+      "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (no LCM, already "
+      "running,\n"
+      "drives), 5 usage.");
+  daemon->callback([&exit, options] {
+    run_machine(*options);
+    exit = Exit::kDone;
+  });
+}
+
+}  // namespace trn

@@ -1,0 +1,187 @@
+#include <fmt/format.h>
+
+#include <cstdio>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/cli/commands.h"
+#include "app/session/assembly.h"
+#include "app/session/limit_scout.h"
+#include "core/units.h"
+#include "interp/gcode/canon_printer.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/lowering.h"
+#include "interp/gcode/parameter_file.h"
+
+namespace trn {
+
+namespace {
+
+struct InterpretOptions {
+  std::string program, machine, tools, variables, units;
+  bool canon = false, block_delete = false, save_variables = false;
+  int max_errors = 20;
+};
+
+/// Counts what the planner would get, and hands it to the judge of the axes' ranges.
+class MoveCounter : public MoveSink {
+ public:
+  explicit MoveCounter(MoveSink* judge) : judge_(judge) {}
+  void move(const ProgramMove& move) override {
+    if (judge_) judge_->move(move);
+    ++moves;
+    if (move.kind == ProgramMove::Kind::kTraverse)
+      ++traverses;
+    else
+      path += (move.to - move.from).head<3>().norm();
+  }
+  void event(const QueueEvent&, SourceLine) override { ++events; }
+  void stop_judging() { judge_ = nullptr; }
+  std::uint64_t moves = 0, traverses = 0, events = 0;
+  double path = 0;  ///< chords of feeds, mm
+
+ private:
+  MoveSink* judge_;
+};
+
+/// Canonical functions, printed or lowered to moves or both.
+struct CanonTee : CanonSink {
+  void put(const CanonCommand& command, std::uint32_t line) override {
+    for (CanonSink* sink : sinks) sink->put(command, line);
+  }
+  std::vector<CanonSink*> sinks;
+};
+
+/// Counts and prints what is wrong with a program.
+struct Findings {
+  int errors = 0, warnings = 0, errors_max = 0;
+
+  void error(const std::string& text) {
+    ++errors;
+    if (errors <= errors_max) fmt::print(stderr, "{}\n", text);
+    if (errors == errors_max) fmt::print(stderr, "{} errors, giving up\n", errors);
+  }
+  void warning(const std::string& text) {
+    if (++warnings <= errors_max) fmt::print(stderr, "{}\n", text);
+  }
+  bool enough() const { return errors >= errors_max; }
+};
+
+// Steps to the end; an error is told and the program gone on with, where that makes sense.
+void run_program(Interpreter& interpreter, Findings& findings, const std::function<void()>& on_error) {
+  while (!findings.enough()) {
+    try {
+      if (!interpreter.step()) return;
+      if (interpreter.loops_long())
+        return findings.warning(fmt::format(
+            "{}: warning: read up to here: after {} lines the program still goes round, perhaps for ever",
+            interpreter.place_of(interpreter.line(), 0), interpreter.lines_run()));
+    } catch (const ProgramError& error) {
+      on_error();
+      findings.error(error.what());
+      if (findings.enough() || !interpreter.recover()) return;
+    }
+  }
+}
+
+// Without a machine: what the stand-alone interpreters of the family have when they are given no tool table.
+ToolTable sample_tools() {
+  return ToolTable::parse(
+      "T1 P1 Z0.511 D0.125\nT2 P2 Z0.1 D0.0625\nT3 P3 Z1.273 D0.201\nT99999 P99999 Z0.1\n",
+      "the sample table that stands in for the one that was not given", kMmPerInch);
+}
+
+// `assembly` is null without a machine: there are no ranges then.
+int interpret(const InterpretOptions& options, const ProgramConfig& config, const Assembly* assembly) {
+  Parameters parameters;
+  ToolTable tools = assembly ? ToolTable() : sample_tools();
+  if (!options.variables.empty()) load_parameters(options.variables, parameters);
+  if (!options.tools.empty()) tools = ToolTable::load(options.tools, config.parameter_unit_mm);
+  Findings findings;
+  findings.errors_max = options.max_errors;
+  const Kinematics* kinematics = assembly ? assembly->kinematics.get() : nullptr;
+  const Interpreter* reader = nullptr;
+  CanonPrinter printer(stdout);
+  std::optional<LimitScout> scout;
+  if (assembly)
+    scout.emplace(*assembly, [&](const RefusedMove& refused) {
+      printer.stop(true);
+      findings.error(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
+    });
+  MoveCounter counter(scout ? &*scout : nullptr);
+  Lowering lowering(config, kinematics, counter);
+  CanonTee tee;
+  if (options.canon) tee.sinks.push_back(&printer);
+  if (!options.canon || assembly) tee.sinks.push_back(&lowering);
+  CanonSink& sink = tee.sinks.size() == 1 ? *tee.sinks.front() : tee;
+  Interpreter interpreter({config, parameters, tools, kinematics, sink,
+                           [&](const Diagnostic& warning) { findings.warning(warning.text); }, false, true});
+  reader = &interpreter;
+  interpreter.open(options.program);
+  // What follows an error is only searched for more of the kind: its functions and places are not what the
+  // program means.
+  run_program(interpreter, findings, [&] {
+    printer.stop(true);
+    counter.stop_judging();
+  });
+  if (options.canon) {
+    printer.stop(false);
+    printer.put(canon::Plain{PlainCanon::kOnReset}, 0);
+    printer.put(canon::Plain{PlainCanon::kOnReset}, 0);
+    printer.flush();
+  } else {
+    fmt::print("{}: {} lines, {} moves ({} rapid), {:.1f} mm of feed, {} events, {} warnings, {} errors\n",
+               options.program, interpreter.line(), counter.moves, counter.traverses, counter.path,
+               counter.events, findings.warnings, findings.errors);
+  }
+  if (options.save_variables && findings.errors == 0) save_parameters(options.variables, parameters);
+  return findings.errors;
+}
+
+Exit run(const InterpretOptions& options) {
+  std::optional<Assembly> assembly;
+  ProgramConfig config;
+  if (!options.machine.empty()) {
+    assembly.emplace(assemble(options.machine));
+    config = assembly->program;
+  }
+  if (options.units == "inch" || (options.units.empty() && options.machine.empty()))
+    config.parameter_unit_mm = kMmPerInch;
+  if (options.block_delete) config.block_delete = true;
+  return interpret(options, config, assembly ? &*assembly : nullptr) == 0 ? Exit::kDone : Exit::kBadProgram;
+}
+
+}  // namespace
+
+void add_interpret(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<InterpretOptions>();
+  CLI::App* command =
+      app.add_subcommand("interpret",
+                         "Read a program to its end without moving anything: all its errors, with "
+                         "a machine its axes' ranges too, or its canonical machining functions");
+  command->add_option("program", options->program, "G-code file")->required();
+  command->add_option("--machine", options->machine,
+                      "machine config (.toml); without it: all six words, no RTCP");
+  command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
+  command->add_option("--tools", options->tools, "tool table (.tbl)");
+  command->add_option("--vars", options->variables, "variables (.var)");
+  command
+      ->add_flag("--save-vars", options->save_variables,
+                 "write the variables back after a program without errors")
+      ->needs(command->get_option("--vars"));
+  command
+      ->add_option(
+          "--units", options->units,
+          "of lengths in tool table, variables and numbered parameters: mm, the default with --machine, "
+          "or inch, the default without, as the dialect's stand-alone interpreters have it")
+      ->check(CLI::IsMember({"mm", "inch"}));
+  command->add_flag("--block-delete", options->block_delete, "skip lines that begin with '/'");
+  command->add_option("--max-errors", options->max_errors, "give up after this many errors")
+      ->check(CLI::PositiveNumber);
+  command->callback([options, &exit] { exit = run(*options); });
+}
+
+}  // namespace trn

@@ -1,0 +1,51 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <memory>
+#include <thread>
+
+#include "app/cli/commands.h"
+#include "app/daemon/telemetry.h"
+#include "core/machine.h"
+#include "hal/lcm_link.h"
+
+namespace trn {
+
+namespace {
+
+struct SensorOptions {
+  std::string machine, name;
+  double value = 0, every_s = 0;
+};
+
+Exit send_reading(const SensorOptions& options) {
+  const Machine machine = read_machine(load_config(options.machine));
+  const LcmConfig lcm = read_lcm(machine.root, machine.name);
+  LcmLink link(lcm.url);
+  trunnion::sensor_t reading;
+  reading.count = 1;
+  reading.name = {options.name};
+  reading.value = {options.value};
+  do {
+    reading.time_us = unix_time_us();
+    link.publish(lcm.sensor_channel(), reading);
+    std::this_thread::sleep_for(std::chrono::duration<double>(options.every_s));
+  } while (options.every_s > 0);
+  return Exit::kDone;
+}
+
+}  // namespace
+
+void add_sensor(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<SensorOptions>();
+  CLI::App* command = app.add_subcommand(
+      "sensor", "Give the daemon's corrections a reading, e.g. the temperature of a ball screw");
+  command->add_option("name", options->name, "as the config's corrections name it")->required();
+  command->add_option("value", options->value, "temperature in degrees Celsius")->required();
+  command->add_option("--machine", options->machine, "config of the machine whose daemon runs")->required();
+  command->add_option("--every", options->every_s, "go on, with one reading every so many seconds")
+      ->check(CLI::PositiveNumber);
+  command->callback([options, &exit] { exit = send_reading(*options); });
+}
+
+}  // namespace trn

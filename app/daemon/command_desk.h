@@ -1,0 +1,67 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <functional>
+#include <string>
+
+#include "app/daemon/acknowledge_book.h"
+#include "app/daemon/command_gate.h"
+#include "hal/lcm_link.h"
+
+namespace trn {
+
+/// The daemon's side of the command channel: obeys each command once, answers every copy, refuses what has
+/// expired by the daemon's own clock, and what is too much. A command is acknowledged as obeyed only when it
+/// was; what makes the machine safe is obeyed at once and ends the waiting of all others. Lives in the thread
+/// that handles the link.
+class CommandDesk {
+ public:
+  struct Answer {
+    std::int8_t outcome = trunnion::acknowledge_t::ACCEPTED;  ///< as in acknowledge_t
+    std::string message;
+  };
+  /// Which command an answer belongs to.
+  struct Ticket {
+    std::int64_t client = 0;
+    std::int32_t sequence = 0;
+  };
+  /// Obeys a command, or leaves it at WORKING and calls `finish` later.
+  using Obey = std::function<Answer(const trunnion::command_t&, const Ticket&)>;
+  /// Count of the next status message.
+  using StatusCount = std::function<std::int64_t()>;
+  /// True while the machine can take a command; else commands wait for `poll`.
+  using Ready = std::function<bool()>;
+
+  CommandDesk(
+      LcmLink& link, const LcmConfig& config, Obey obey, StatusCount status_count,
+      Ready ready = [] { return true; });
+
+  /// The final answer to a command that was left at WORKING.
+  void finish(const Ticket& ticket, const Answer& answer);
+  /// Obeys commands that wait, as far as the machine can take them.
+  void poll();
+
+ private:
+  static constexpr std::size_t kWaitingMax = 64;
+
+  void receive(const trunnion::command_t& command);
+  void obey(const trunnion::command_t& command);
+  void give_up_waiting();
+  void turn_away(const Ticket& ticket, bool may_answer);
+  void reply(const Ticket& ticket, const Answer& answer);
+  void send(const trunnion::acknowledge_t& message);
+  trunnion::acknowledge_t message_of(const Ticket& ticket, const Answer& answer) const;
+
+  LcmLink& link_;
+  std::string channel_;
+  Obey obey_;
+  StatusCount status_count_;
+  Ready ready_;
+  AcknowledgeBook book_;
+  CommandGate gate_, refusals_;
+  std::deque<trunnion::command_t> waiting_;
+  bool send_failed_ = false;
+};
+
+}  // namespace trn

@@ -1,0 +1,211 @@
+#include "app/daemon/daemon.h"
+
+#include <fmt/format.h>
+#include <spdlog/sinks/stdout_sinks.h>
+#include <spdlog/spdlog.h>
+#include <systemd/sd-daemon.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdio>
+#include <cstdlib>
+#include <optional>
+#include <set>
+#include <stdexcept>
+#include <thread>
+
+#include "app/daemon/director.h"
+#include "app/daemon/process_lock.h"
+#include "app/daemon/second_daemon.h"
+#include "app/daemon/tick_thread.h"
+#include "app/session/feature_report.h"
+
+namespace trn {
+
+namespace {
+
+constexpr int kPollMs = 5;
+constexpr int kExitMachineFault = 4;
+constexpr int kLastWaits = 100;
+constexpr auto kLastWait = std::chrono::milliseconds(10);
+constexpr int kMessagesAtOnce = 2000;  // those that are too many cost next to nothing
+
+std::vector<std::string> collect_warnings(const RealtimeConfig& config, const std::string& memory_refused,
+                                          const TickThread& thread, bool late_is_fault) {
+  std::vector<std::string> warnings = thread.refused();
+  if (!memory_refused.empty()) warnings.push_back(memory_refused);
+  if (config.priority == 0)
+    warnings.emplace_back("no real-time priority: realtime.priority is 0; the tick may be late");
+  for (const std::string& warning : warnings) spdlog::warn("NOT REAL TIME: {}", warning);
+  if (!warnings.empty() && !late_is_fault)
+    spdlog::warn(
+        "NOT REAL TIME: late periods are counted and are no fault here (realtime.late_periods_max); the "
+        "motion runs slower than on a machine");
+  return warnings;
+}
+
+/// Tells the service manager, if one asked, that the daemon is up and that the tick is alive.
+class ServiceNotifier {
+ public:
+  ServiceNotifier() { watched_ = sd_watchdog_enabled(0, &watchdog_us_) > 0; }
+  void ready() { sd_notify(0, "READY=1\nSTATUS=running"); }
+  void stopping() { sd_notify(0, "STOPPING=1"); }
+  void alive(std::uint64_t periods) {
+    const auto now = std::chrono::steady_clock::now();
+    if (!watched_ || periods == last_periods_ || now - last_ < std::chrono::microseconds(watchdog_us_ / 3))
+      return;
+    last_periods_ = periods;
+    last_ = now;
+    sd_notify(0, "WATCHDOG=1");
+  }
+
+ private:
+  std::uint64_t watchdog_us_ = 0, last_periods_ = 0;
+  std::chrono::steady_clock::time_point last_;
+  bool watched_ = false;
+};
+
+// A program has ended.
+void tell_features(const DaemonParts& parts) {
+  const std::vector<FeatureDeflection> features = parts.features->last();
+  if (parts.log) parts.log->features(features);
+  spdlog::info("{}", features_text(features));
+}
+
+void drain_reports(const DaemonParts& parts, Director& director) {
+  CycleReport report;
+  while (parts.tick.next_report(report)) {
+    if (report.lost_reports != director.last_report().lost_reports)
+      spdlog::error("{} periods were not seen in time: they are missing in every record of this session",
+                    report.lost_reports - director.last_report().lost_reports);
+    // without power the setpoint only follows the drives
+    if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
+    if (parts.record && report.drives != DriveState::kEnabled) parts.record->power_lost();
+    if (parts.log) parts.log->report(report);
+    if (parts.on_report) parts.on_report(report);
+    if (parts.features && parts.features->report(report)) tell_features(parts);
+    director.report(report);
+  }
+}
+
+// A name that anybody may have sent, fit for the log.
+std::string shown(const std::string& name) {
+  constexpr std::size_t kShownMax = 40;
+  std::string out = name.substr(0, kShownMax);
+  for (char& c : out)
+    if (c < ' ' || c > '~') c = '?';
+  return out;
+}
+
+/// Tells, once a minute at most, that messages were dropped.
+class DropTeller {
+ public:
+  void look(const LcmLink& link) {
+    const auto now = std::chrono::steady_clock::now();
+    if (link.dropped() == told_ || now < quiet_until_) return;
+    spdlog::warn("{} datagrams on this machine's channels were no messages and were dropped",
+                 link.dropped() - told_);
+    told_ = link.dropped();
+    quiet_until_ = now + std::chrono::minutes(1);
+  }
+
+ private:
+  std::uint64_t told_ = 0;
+  std::chrono::steady_clock::time_point quiet_until_;
+};
+
+/// Hands readings on to the corrections that want them; who sends others is told once.
+class SensorReceiver {
+ public:
+  explicit SensorReceiver(SensorBoard& board) : board_(board) {}
+  void receive(const trunnion::sensor_t& readings) {
+    for (std::size_t i = 0; i < readings.name.size(); ++i) {
+      const int channel = board_.find(readings.name[i]);
+      if (channel >= 0)
+        board_.publish(channel, readings.value[i]);
+      else if (unknown_.size() < kUnknownMax && unknown_.insert(readings.name[i]).second)
+        spdlog::warn("sensor '{}': no correction asks for it; they ask for: {}", shown(readings.name[i]),
+                     board_.names().empty() ? "none" : fmt::format("{}", fmt::join(board_.names(), ", ")));
+    }
+  }
+
+ private:
+  static constexpr std::size_t kUnknownMax = 100;
+  SensorBoard& board_;
+  std::set<std::string> unknown_;
+};
+
+// Who hangs in a system call cannot be waited for: then the process ends from here.
+void end_with(const Director& director) {
+  const std::string bad = director.bad_ending();
+  for (int i = 0; i < kLastWaits && director.hangs(); ++i) std::this_thread::sleep_for(kLastWait);
+  if (bad.empty() && !director.hangs()) return spdlog::info("ended in good order");
+  const std::string text =
+      fmt::format("NOT ended in good order: {}", bad.empty() ? "a program or a drive does not answer" : bad);
+  if (!director.hangs()) throw std::runtime_error(text);
+  spdlog::critical("{}", text);
+  std::fflush(nullptr);
+  std::_Exit(kExitMachineFault);
+}
+
+void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
+           Director& director) {
+  ServiceNotifier notifier;
+  DropTeller drops;
+  director.begin();
+  notifier.ready();
+  while (!director.done()) {
+    if (link.handle(kPollMs))
+      for (int more = 0; more < kMessagesAtOnce && link.handle(0);) ++more;
+    drops.look(link);
+    for (const auto& work : parts.background) work();
+    drain_reports(parts, director);
+    if (signals.taken()) {
+      spdlog::info("told to end: motion, drives, process");
+      notifier.stopping();
+      director.terminate();
+    }
+    director.poll();
+    notifier.alive(thread.statistics().periods);
+    if (thread.failed()) throw std::runtime_error("the clock of the tick failed; the drives were left alone");
+  }
+  drain_reports(parts, director);
+}
+
+}  // namespace
+
+void log_to_stderr() {
+  if (!spdlog::get("trunnion")) spdlog::set_default_logger(spdlog::stderr_logger_mt("trunnion"));
+  spdlog::flush_on(spdlog::level::info);
+}
+
+void run_daemon(const DaemonParts& parts) {
+  log_to_stderr();
+  TerminationSignals signals;  // first: threads inherit what is blocked
+  LcmLink link(parts.lcm.url);
+  const ProcessLock lock(parts.machine.name);
+  refuse_second_daemon(parts.lcm);
+  const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
+  const int late_max = parts.realtime.late_periods(parts.drives.real());
+  TickThread thread(parts.realtime, parts.machine.period_s, [&tick = parts.tick, late_max](int late_periods) {
+    if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
+    tick.tick();
+  });
+  Director director(
+      {parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs, thread.statistics(),
+       parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics, parts.plan_joints},
+      collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
+  spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
+               parts.lcm.url);
+  std::optional<SensorReceiver> receiver;
+  if (parts.sensors) {
+    receiver.emplace(*parts.sensors);
+    link.subscribe<trunnion::sensor_t>(parts.lcm.sensor_channel(),
+                                       [&receiver](const auto& readings) { receiver->receive(readings); });
+  }
+  serve(parts, link, thread, signals, director);
+  if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
+  end_with(director);
+}
+
+}  // namespace trn

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/daemon/realtime.h"
+#include "app/session/feature_book.h"
+#include "app/session/session_log.h"
+#include "compensation/sensor_board.h"
+#include "core/machine.h"
+#include "core/ports.h"
+#include "hal/lcm_link.h"
+#include "kernel/joint_map.h"
+#include "kernel/motion_port.h"
+#include "kernel/setpoint_chain.h"
+
+namespace trn {
+
+/// A machine put together, ready to be run in real time.
+struct DaemonParts {
+  const Machine& machine;
+  LcmConfig lcm;
+  RealtimeConfig realtime;
+  Drives& drives;
+  TickPort& tick;
+  ProgramSource& programs;
+  ReportSink* record = nullptr;
+  SessionLog* log = nullptr;
+  const MachineJointMap* map = nullptr;  ///< see Director::Parts
+  const SetpointChain* chain = nullptr;
+  SensorBoard* sensors = nullptr;  ///< readings that come over LCM go there; null: nobody wants any
+  std::vector<std::function<void()>> background = {};      ///< called many times a second outside the tick
+  std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
+  const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
+  FeatureBook* features = nullptr;                         ///< see Director::Parts; hears of every period
+  const Kinematics* kinematics = nullptr;                  ///< see Director::Parts
+  const Joints* plan_joints = nullptr;                     ///< see Director::Parts
+};
+
+/// What the daemon tells goes to stderr from now on.
+void log_to_stderr();
+
+/// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this
+/// returns. std::runtime_error with what is wrong and how to mend it: no LCM on this host, a second daemon, a
+/// dead clock. Must be called before the process has other threads.
+void run_daemon(const DaemonParts& parts);
+
+}  // namespace trn

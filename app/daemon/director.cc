@@ -1,0 +1,593 @@
+#include "app/daemon/director.h"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <thread>
+#include <utility>
+
+namespace trn {
+
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+
+constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
+constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
+constexpr auto kClosingTime =
+    std::chrono::seconds(10);  // both together: less than the 15 s that are promised
+constexpr auto kSwitchOffTime = std::chrono::seconds(3);
+constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
+constexpr auto kTickAnswers = std::chrono::seconds(5);
+constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
+constexpr std::size_t kMessageBytesMax = 4000;
+
+bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK; }
+
+Event event_of(std::int8_t verb) {
+  switch (verb) {
+    case command_t::LOAD:
+      return Event::kLoad;
+    case command_t::START:
+      return Event::kStart;
+    case command_t::HOLD:
+      return Event::kHold;
+    case command_t::RESUME:
+      return Event::kResume;
+    case command_t::STOP:
+      return Event::kStop;
+    case command_t::MDI:
+      return Event::kMdi;
+    case command_t::JOG:
+      return Event::kJog;
+    case command_t::HOME:
+      return Event::kHome;
+    case command_t::ESTOP:
+      return Event::kEstop;
+    default:
+      return Event::kReset;
+  }
+}
+
+std::string_view verb_name(std::int8_t verb) {
+  constexpr std::string_view kNames[] = {
+      "load",        "start",      "hold",           "resume",           "stop",
+      "mdi",         "jog",        "home",           "override",         "estop",
+      "reset",       "correction", "rapid override", "spindle override", "adaptive feed",
+      "single block"};
+  static_assert(std::size(kNames) == command_t::SINGLE_BLOCK);
+  return kNames[verb - command_t::LOAD];
+}
+
+bool obeys_always(std::int8_t verb) { return verb == command_t::OVERRIDE || verb > command_t::CORRECTION; }
+
+CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
+CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
+
+// A second one changes nothing while the first is still on its way.
+bool says_again(const RtCommand& last, const RtCommand& next) {
+  using Kind = RtCommand::Kind;
+  const bool stops = next.kind == Kind::kQuickStop || next.kind == Kind::kEmergencyStop ||
+                     (next.kind == Kind::kOverride && next.value == 0);
+  return stops && last.kind == next.kind && last.value == next.value;
+}
+
+bool drives_at_work(DriveState state) {
+  return state == DriveState::kQuickStop || state == DriveState::kHoming;
+}
+
+}  // namespace
+
+Director::Director(const Parts& parts, std::vector<std::string> warnings)
+    : parts_(parts),
+      next_status_(Clock::now()),
+      next_motion_(Clock::now()),
+      desk_(
+          parts.link, parts.lcm,
+          [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
+          [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
+  view_.warnings = std::move(warnings);
+  warned_.fill("");
+}
+
+Director::~Director() { parts_.programs.close(); }
+
+void Director::begin() { machine_event(Event::kReset); }
+
+void Director::terminate() {
+  parts_.programs.close();
+  if (!closing_) closing_until_ = Clock::now() + kClosingTime;  // told twice is no reason to take longer
+  closing_ = true;
+  machine_event(Event::kTerminate);
+}
+
+Conditions Director::conditions() const {
+  const unsigned all = (1u << parts_.machine.joints.size()) - 1u;
+  return {!program_path_.empty(), (report_.homed_mask & all) == all};
+}
+
+CommandDesk::Answer Director::check_values(const command_t& command) const {
+  const int joints = static_cast<int>(parts_.machine.joints.size());
+  const bool all_joints = command.verb == command_t::HOME && command.joint == -1;
+  if (!is_verb(command.verb)) return refused(fmt::format("verb {} is not known", command.verb));
+  if (!all_joints && (command.joint < 0 || command.joint >= joints))
+    return refused(fmt::format("joint {} does not exist; joints are 0 to {}", command.joint, joints - 1));
+  if (!std::isfinite(command.value) || !std::isfinite(command.speed) || command.speed < 0)
+    return refused("value and speed must be finite, and speed not negative");
+  return accepted();
+}
+
+CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
+  const Answer legal = check_values(command);
+  if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
+  cause_ = fmt::format("{}, client {:x}", verb_name(command.verb), command.client);
+  const Answer answer = obey_legal(command, ticket);
+  cause_.clear();
+  return answer;
+}
+
+CommandDesk::Answer Director::obey_legal(const command_t& command, const Ticket& ticket) {
+  if (obeys_always(command.verb)) return obey_setting(command.verb, command.value);
+  if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
+  const MachineState before = supervisor_.state();
+  if (command.verb == command_t::JOG && before == MachineState::kIdle)
+    if (const JogOrder order = order_jog(command); !order.refusal.empty()) return refused(order.refusal);
+  const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
+  if (!decision.refusal.empty()) {
+    const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
+    return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
+  }
+  enter_state(before);
+  return act_on_command(decision.actions, command, ticket);
+}
+
+// Overrides and single block, legal in every state.
+CommandDesk::Answer Director::obey_setting(std::int8_t verb, double value) {
+  using Kind = RtCommand::Kind;
+  const struct {
+    std::int8_t verb;
+    const char* name;
+    double max;
+    Kind kind;
+    double* shown;
+  } kSettings[] = {
+      {command_t::OVERRIDE, "override", 2, Kind::kOverride, &view_.override_wanted},
+      {command_t::RAPID_OVERRIDE, "rapid override", 1, Kind::kRapidOverride, &view_.rapid_override},
+      {command_t::SPINDLE_OVERRIDE, "spindle override", 2, Kind::kSpindleOverride, &view_.spindle_override},
+      {command_t::ADAPTIVE_FEED, "adaptive feed", 1, Kind::kAdaptiveFeed, &view_.adaptive_feed},
+      {command_t::SINGLE_BLOCK, "single block", 1, Kind::kSingleBlock, nullptr},
+  };
+  for (const auto& setting : kSettings) {
+    if (setting.verb != verb) continue;
+    if (value < 0 || value > setting.max)
+      return refused(
+          fmt::format("{} {} is out of range: 0 to {:g} is legal", setting.name, value, setting.max));
+    if (setting.shown) *setting.shown = value;
+    spdlog::info("{} {:g}: {}", setting.name, value, cause_);
+    status_due_ = true;
+    post({setting.kind, value});
+  }
+  return accepted();
+}
+
+// Those behind the plan fade in and out at any time; those inside it would make a plan wrong that is being
+// driven.
+CommandDesk::Answer Director::obey_correction(const std::string& name, bool on) {
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i)
+    if (parts_.chain->budget(i).name == name) {
+      post({RtCommand::Kind::kCorrection, on ? 1.0 : 0.0, 0, i});
+      spdlog::info("correction '{}' {}: {}", name, on ? "on" : "off", cause_);
+      return accepted();
+    }
+  return switch_planned(name, on);
+}
+
+CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
+  const bool pose = name == "geometric" && parts_.map && parts_.map->has_pose();
+  const bool joint = name == "joint_table" && parts_.map && parts_.map->has_joint();
+  if (!pose && !joint)
+    return refused(fmt::format("the machine has no correction '{}'; trunnion status lists them", name));
+  if (supervisor_.state() != MachineState::kIdle || jobs_ + loads_ > 0)
+    return refused(fmt::format(
+        "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
+  spdlog::info("correction '{}' {}: {}", name, on ? "on" : "off", cause_);
+  parts_.programs.abandon();
+  prepared_at_.reset();
+  const int bit = pose ? kGeometricBit : kJointTableBit, off = parts_.programs.corrections_off();
+  parts_.programs.set_corrections_off(static_cast<std::uint8_t>(on ? off & ~bit : off | bit));
+  status_due_ = true;
+  return accepted();
+}
+
+void Director::hear_corrections(const CycleReport& report) {
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
+    const char* warning = report.corrections[static_cast<std::size_t>(i)].warning;
+    const char*& last = warned_[static_cast<std::size_t>(i)];
+    if (std::strcmp(warning, last) == 0) continue;
+    last = warning;
+    status_due_ = true;
+    const std::string& name = parts_.chain->budget(i).name;
+    *warning ? spdlog::warn("correction '{}': {}", name, warning)
+             : spdlog::info("correction '{}': all is well again", name);
+  }
+}
+
+void Director::add_corrections(trunnion::status_t& status) const {
+  const auto add = [&](const std::string& name, bool on, double offset, const char* warning) {
+    status.correction_name.push_back(name);
+    status.correction_on.push_back(on);
+    status.correction_offset.push_back(offset);
+    status.correction_warning.emplace_back(warning);
+  };
+  const bool in_program = report_.on_path && report_.motion != MotionState::kRest;
+  const int off = in_program ? report_.context.corrections_off : parts_.programs.corrections_off();
+  if (parts_.map && parts_.map->has_pose()) add("geometric", (off & kGeometricBit) == 0, 0, "");
+  if (parts_.map && parts_.map->has_joint()) add("joint_table", (off & kJointTableBit) == 0, 0, "");
+  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
+    const CorrectionReport& link = report_.corrections[static_cast<std::size_t>(i)];
+    const double offset = link.offset.size() > 0 ? link.offset.cwiseAbs().maxCoeff() : 0;
+    add(parts_.chain->budget(i).name, link.enabled, offset, link.warning);
+  }
+  status.correction_count = static_cast<std::int32_t>(status.correction_name.size());
+}
+
+// What needs the command's own values; the rest is the same for commands and events.
+CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const command_t& command,
+                                             const Ticket& ticket) {
+  if (actions & kDoResume && stands_for_tool()) return confirm_tool(ticket);
+  act(actions);
+  if (actions & kDoLoad)
+    return command.value > 1
+               ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
+               : load(command.text, ticket);
+  if (actions & kDoStart) return start(ticket);
+  if (actions & kDoMdi) return mdi(command.text, ticket);
+  if (actions & (kDoJog | kDoHome)) forget_message();
+  if (actions & kDoJog) return jog(order_jog(command));
+  if (actions & kDoHome) post({RtCommand::Kind::kHome, 0, 0, command.joint});
+  return accepted();
+}
+
+JogOrder Director::order_jog(const command_t& command) const {
+  const Joints& joints = parts_.plan_joints ? *parts_.plan_joints : parts_.machine.joints;
+  return plan_jog({command.text, command.joint, command.value, command.speed}, parts_.kinematics, joints,
+                  report_.q_plan);
+}
+
+CommandDesk::Answer Director::jog(const JogOrder& order) {
+  post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
+  return {acknowledge_t::ACCEPTED, order.remark};
+}
+
+// What went wrong before is over when something new begins.
+void Director::forget_message() {
+  view_.message.clear();
+  view_.program_failed = false;
+}
+
+bool Director::stands_for_tool() const {
+  return report_.motion == MotionState::kPaused && report_.waits_at.kind == QueueEvent::Kind::kToolChange;
+}
+
+// The tool in the spindle is on disk before the program may go on with it.
+CommandDesk::Answer Director::confirm_tool(const Ticket& ticket) {
+  const int tool = report_.waits_at.argument;
+  run_job(
+      ticket, [this, tool] { parts_.programs.confirm_tool(tool); },
+      [this, tool] {
+        spdlog::info("{} is in the spindle", parts_.programs.tool_name(tool));
+        post({RtCommand::Kind::kResume});
+      },
+      Job::kResume);
+  return {acknowledge_t::WORKING, ""};
+}
+
+void Director::hear_wait(const CycleReport& report) {
+  const QueueEvent& was = report_.waits_at;
+  const QueueEvent& is = report.waits_at;
+  if (report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument) return;
+  const std::string text = waits_text(report, [this](int tool) { return parts_.programs.tool_name(tool); });
+  if (text == view_.waits_for) return;
+  if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
+  view_.waits_for = text;
+  status_due_ = true;
+}
+
+void Director::machine_event(Event event) {
+  const MachineState before = supervisor_.state();
+  const Decision decision = supervisor_.handle(event, conditions());
+  enter_state(before);
+  act(decision.actions);
+}
+
+void Director::enter_state(MachineState before) {
+  const MachineState now = supervisor_.state();
+  if (now == before) return;
+  spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
+  if (now == MachineState::kFault) {
+    const FaultInfo& fault = fault_info(report_.fault);
+    spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
+    std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
+    if (!detail.empty()) {
+      spdlog::error("{}", detail);
+      view_.message = detail;
+    }
+  }
+  view_.state = now;
+  status_due_ = true;
+}
+
+void Director::act(std::uint32_t actions) {
+  using Kind = RtCommand::Kind;
+  if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
+  const bool estop = supervisor_.state() == MachineState::kEstop;
+  if (actions & kDoQuickStop) post({estop ? Kind::kEmergencyStop : Kind::kQuickStop});
+  if (actions & kDoStopOnPath) post({Kind::kStop});
+  if (actions & kDoHold) post({Kind::kHold});
+  if (actions & kDoResume) post({Kind::kResume});
+  if (actions & kDoDropProgram) {
+    parts_.programs.abandon();
+    prepared_at_.reset();
+  }
+  if (actions & kDoBringUp) bring_up((actions & kDoResetFaults) != 0);
+  if (actions & kDoShutDown) shut_down();
+  if (actions & kDoExit && !exit_wanted_) {
+    exit_wanted_ = true;
+    exit_by_ = Clock::now() + kSwitchOffTime;
+  }
+}
+
+// The tick has room for many more than clients may fill, so it is full only when its thread stands.
+void Director::post(RtCommand command) {
+  if (unheard() > 0 && says_again(last_posted_, command)) return;
+  command.id = ++last_id_;
+  last_posted_ = command;
+  if (parts_.log) parts_.log->posted(command);
+  const bool taken = parts_.tick.post(command);
+  if (!taken && !told_full_) spdlog::critical("the tick has taken no command for long; its thread stands");
+  told_full_ = !taken;
+}
+
+void Director::bring_up(bool reset_faults) {
+  const auto prepare = [this, reset_faults] {
+    if (reset_faults) parts_.drives.reset_faults();
+    parts_.drives.bring_up();
+  };
+  ++jobs_;
+  drive_worker_.post([this, prepare] {
+    std::string error;
+    try {
+      prepare();
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([this, error] {
+      --jobs_;
+      view_.message = error;
+      if (error.empty()) return post({RtCommand::Kind::kResetFault});
+      spdlog::error("the drives do not come up: {}", error);
+      machine_event(Event::kStartFailed);
+    });
+  });
+}
+
+void Director::shut_down() {
+  if (shutting_down_) return;
+  shutting_down_ = true;
+  power_off_by_ = Clock::now() + kPowerOffTime;
+  drive_worker_.post([this] {
+    parts_.drives.shut_down();
+    return Worker::Done([this] {
+      drives_off_ = true;
+      spdlog::info("drives are off");
+    });
+  });
+}
+
+bool Director::done() const {
+  return exit_wanted_ && (drives_off_ || !shutting_down_ || Clock::now() > exit_by_);
+}
+
+std::string Director::bad_ending() const {
+  if (shutting_down_ && !drives_off_)
+    return "the drives did not answer when they were to be switched off; they still may have power";
+  return came_to_rest_ ? "" : "the machine did not come to rest in time; the drives were made to stop";
+}
+
+// From a line: the answer tells the approach, and a start in another place than here is refused.
+CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, const Ticket& ticket) {
+  if (path.empty()) path = program_path_;
+  if (path.empty()) return refused("no program is loaded; load one first");
+  program_path_.clear();
+  view_.program.clear();
+  const JointVec q = report_.q_plan;
+  const auto approach = std::make_shared<std::string>();
+  run_job(
+      ticket,
+      clear_then([this, path, q, line, approach] { *approach = parts_.programs.load_from(path, q, line); }),
+      [this, path, q, line, approach] {
+        program_path_ = view_.program = path;
+        prepared_at_ = q;
+        from_line_ = line;
+        job_message_ = *approach;
+      },
+      Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
+}
+
+CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
+  program_path_.clear();
+  view_.program.clear();
+  from_line_ = 0;
+  const JointVec q = report_.q_plan;
+  const auto remark = std::make_shared<std::string>();
+  run_job(
+      ticket, clear_then([this, path, q, remark] { *remark = parts_.programs.load(path, q); }),
+      [this, path, q, remark] {
+        program_path_ = view_.program = path;
+        prepared_at_ = q;
+        job_message_ = *remark;
+      },
+      Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
+}
+
+CommandDesk::Answer Director::start(const Ticket& ticket) {
+  const JointVec q = report_.q_plan;
+  const bool prepared = prepared_at_ && *prepared_at_ == q;
+  if (!prepared && from_line_ > 1) {
+    machine_event(Event::kMotionDone);
+    return refused("the machine has moved since the way to the line was shown; show it again");
+  }
+  const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
+  const std::function<void()> nothing = [] {};
+  run_job(
+      ticket, prepared ? nothing : clear_then(load_again), [this] { view_.program = program_path_; },
+      Job::kStart);
+  return {acknowledge_t::WORKING, ""};
+}
+
+CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket) {
+  const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
+  run_job(
+      ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, Job::kStart);
+  return {acknowledge_t::WORKING, ""};
+}
+
+// A new program must not meet what is left of the last one: the tick forgets that first.
+std::function<void()> Director::clear_then(const std::function<void()>& prepare) {
+  parts_.programs.abandon();
+  prepared_at_.reset();
+  post({RtCommand::Kind::kStop});
+  return [this, prepare, id = last_id_] {
+    const auto end = Clock::now() + kTickAnswers;
+    while (static_cast<std::int32_t>(heard_id_.load() - id) < 0) {
+      if (Clock::now() > end) throw std::runtime_error("the tick does not answer; its thread has stopped");
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    prepare();
+  };
+}
+
+void Director::run_job(const Ticket& ticket, const std::function<void()>& prepare,
+                       const std::function<void()>& then, Job kind) {
+  int& open_jobs = kind == Job::kLoad ? loads_ : jobs_;
+  ++open_jobs;
+  forget_message();
+  program_worker_.post([=, this, &open_jobs, generation = generation_.load()] {
+    std::string error;
+    try {
+      if (generation == generation_) prepare();
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([=, this, &open_jobs] {
+      --open_jobs;
+      if (generation != generation_)
+        return desk_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
+      finish_job(ticket, error, then, kind == Job::kStart);
+    });
+  });
+}
+
+void Director::finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
+                          bool starts_motion) {
+  status_due_ = true;
+  if (error.empty()) {
+    then();
+    if (starts_motion) {
+      prepared_at_.reset();
+      from_line_ = 0;
+      post({RtCommand::Kind::kStart});
+    }
+    return desk_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
+  }
+  view_.message = error;
+  if (starts_motion) machine_event(Event::kMotionDone);
+  desk_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
+}
+
+void Director::fault_event(Fault fault) {
+  const Reaction reaction = fault_info(fault).reaction;
+  if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
+  if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
+}
+
+void Director::report(const CycleReport& report) {
+  hear_wait(report);
+  report_ = report;
+  heard_id_ = report.last_command_id;
+  hear_corrections(report);
+  if (report.fault != last_fault_) {
+    last_fault_ = report.fault;
+    status_due_ = true;
+    fault_event(report.fault);
+  }
+  // before the tick has heard the last command, what it reports is of the past
+  if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
+}
+
+// A drive in fault, or one that is gone, will never report that it is off.
+bool Director::powerless(DriveState drives) const {
+  const bool silent = drives == DriveState::kFault || drives == DriveState::kLost;
+  return drives == DriveState::kOff || (silent && shutting_down_ && Clock::now() > power_off_by_);
+}
+
+void Director::events_from(const CycleReport& report) {
+  // one that comes back in the very period of the reset has no edge
+  if (supervisor_.state() == MachineState::kStarting) fault_event(report.fault);
+  if (report.drives == DriveState::kEnabled) machine_event(Event::kDrivesReady);
+  if (powerless(report.drives)) machine_event(Event::kDrivesOff);
+  if (report.motion == MotionState::kPaused) machine_event(Event::kPaused);
+  if (report.motion == MotionState::kRest && !drives_at_work(report.drives))
+    machine_event(Event::kMotionDone);
+}
+
+void Director::poll() {
+  drive_worker_.collect();
+  program_worker_.collect();
+  desk_.poll();
+  // while a job prepares a program, its failure is the job's answer
+  const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
+  if (!failure.empty()) {
+    spdlog::error("{}", failure);
+    view_.message = failure;
+    view_.program_failed = status_due_ = true;
+  }
+  const auto now = Clock::now();
+  if (supervisor_.state() == MachineState::kClosing && now > closing_until_) {
+    spdlog::error("the machine does not come to rest; taking the power from the drives");
+    came_to_rest_ = false;
+    machine_event(Event::kTimeout);
+  }
+  if (status_due_ || now >= next_status_) publish_status();
+  if (now >= next_motion_) publish_motion();
+}
+
+void Director::publish_status() {
+  status_due_ = false;
+  next_status_ = Clock::now() + kStatusPeriod;
+  trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  status.message = status.message.substr(0, kMessageBytesMax);
+  status.bus_health = parts_.drives.health();
+  add_corrections(status);
+  if (parts_.features) add_features(parts_.features->last(), status);
+  status.time_us = unix_time_us();
+  status.clock_us = monotonic_us();
+  status.count = ++status_count_;
+  parts_.link.try_publish(parts_.lcm.status_channel(), status);
+}
+
+void Director::publish_motion() {
+  next_motion_ = Clock::now() + kMotionPeriod;
+  trunnion::motion_t motion = make_motion(report_);
+  motion.time_us = unix_time_us();
+  parts_.link.try_publish(parts_.lcm.motion_channel(), motion);
+}
+
+}  // namespace trn

@@ -1,0 +1,148 @@
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/daemon/command_desk.h"
+#include "app/daemon/jog_order.h"
+#include "app/daemon/supervisor.h"
+#include "app/daemon/telemetry.h"
+#include "app/daemon/worker.h"
+#include "app/session/feature_book.h"
+#include "app/session/session_log.h"
+#include "core/machine.h"
+#include "core/ports.h"
+#include "hal/lcm_link.h"
+#include "kernel/joint_map.h"
+#include "kernel/motion_port.h"
+#include "kernel/setpoint_chain.h"
+
+namespace trn {
+
+/// The daemon's middle: commands and reports in, supervisor's actions out. Lives in one thread, never waits.
+class Director {
+ public:
+  struct Parts {
+    const Machine& machine;
+    const LcmConfig& lcm;
+    LcmLink& link;
+    Drives& drives;
+    TickPort& tick;
+    ProgramSource& programs;
+    const LoopStatistics& statistics;
+    SessionLog* log = nullptr;             ///< hears of every command
+    const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
+    const SetpointChain* chain = nullptr;
+    const MachineIo* io = nullptr;           ///< null: none; only for the text of its fault
+    const FeatureBook* features = nullptr;   ///< null: the machine knows nothing of the tool's bending
+    const Kinematics* kinematics = nullptr;  ///< for jogs by axis word; null: joints only
+    const Joints* plan_joints = nullptr;     ///< with the limits that jogs keep; null: the machine's own
+  };
+
+  Director(const Parts& parts, std::vector<std::string> warnings);
+  /// Gives up what programs are at; waits for a call of the drives that is under way.
+  ~Director();
+  Director(const Director&) = delete;
+  Director& operator=(const Director&) = delete;
+
+  /// Power up, as after a reset.
+  void begin();
+  /// The process shall end: stop on the path, then the drives, then `done`.
+  void terminate();
+  /// A report of the tick; all of them, in order.
+  void report(const CycleReport& report);
+  /// What is due by now: finished jobs, time limits, status and motion messages.
+  void poll();
+
+  /// The drives are off, or the time for that is over.
+  bool done() const;
+  /// "" if the machine came to rest and the drives were switched off; otherwise what was not done.
+  std::string bad_ending() const;
+  /// A call of the drives or of a program does not come back: this object cannot be destroyed.
+  bool hangs() const { return drive_worker_.busy() || program_worker_.busy(); }
+  const CycleReport& last_report() const { return report_; }
+  MachineState state() const { return supervisor_.state(); }
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  using Answer = CommandDesk::Answer;
+  using Ticket = CommandDesk::Ticket;
+
+  Answer obey(const trunnion::command_t& command, const Ticket& ticket);
+  Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
+  Answer obey_setting(std::int8_t verb, double value);
+  Answer obey_correction(const std::string& name, bool on);
+  Answer switch_planned(const std::string& name, bool on);
+  void hear_corrections(const CycleReport& report);
+  void add_corrections(trunnion::status_t& status) const;
+  Answer check_values(const trunnion::command_t& command) const;
+  JogOrder order_jog(const trunnion::command_t& command) const;
+  Answer jog(const JogOrder& order);
+  void forget_message();
+  bool stands_for_tool() const;
+  Answer confirm_tool(const Ticket& ticket);
+  void hear_wait(const CycleReport& report);
+  Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
+  void machine_event(Event event);
+  void act(std::uint32_t actions);
+  void enter_state(MachineState before);
+
+  void post(RtCommand command);
+  std::uint32_t unheard() const { return last_id_ - heard_id_; }
+  void bring_up(bool reset_faults);
+  void shut_down();
+  Answer load(const std::string& path, const Ticket& ticket);
+  Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
+  Answer start(const Ticket& ticket);
+  Answer mdi(const std::string& text, const Ticket& ticket);
+  /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
+  enum class Job { kLoad, kStart, kResume };
+  void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
+               Job kind);
+  std::function<void()> clear_then(const std::function<void()>& prepare);
+  void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
+                  bool starts_motion);
+
+  bool powerless(DriveState drives) const;
+  void fault_event(Fault fault);
+  void events_from(const CycleReport& report);
+  void publish_status();
+  void publish_motion();
+  Conditions conditions() const;
+
+  Parts parts_;
+  Supervisor supervisor_;
+  DaemonView view_;
+  CycleReport report_;
+  std::array<const char*, kMaxSetpointCorrections>
+      warned_;  ///< what each correction behind the plan last said
+  Fault last_fault_ = Fault::kOk;
+  std::uint32_t last_id_ = 0;  ///< of the commands to the tick
+  RtCommand last_posted_;
+  bool told_full_ = false;                   ///< that the tick takes no commands
+  std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard
+  int jobs_ =
+      0;  ///< bring-ups, starts and resumes, posted and not yet finished: reports mean nothing meanwhile
+  int loads_ = 0;                              ///< the same, of programs that nothing waits for
+  std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
+  std::string program_path_;
+  std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
+  std::string cause_;                    ///< command and client that the state changes for; "": the machine
+  std::string job_message_;              ///< of the job that is being finished
+  std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
+  bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
+  bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
+  std::int64_t status_count_ = 0;
+  bool status_due_ = true;
+  Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_, exit_by_;
+  CommandDesk desk_;
+  Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
+};
+
+}  // namespace trn

@@ -1,0 +1,158 @@
+#include "app/daemon/program_feeder.h"
+
+#include <chrono>
+#include <memory>
+#include <stdexcept>
+#include <utility>
+
+namespace trn {
+
+namespace {
+
+void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
+
+}  // namespace
+
+ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
+                             ToolTable tools, SessionLog* log, FeatureBook* features, MemoryFiles files)
+    : assembly_(assembly),
+      queue_(queue),
+      parameters_(std::move(parameters)),
+      tools_(std::move(tools)),
+      memory_(parameters_, tools_, std::move(files)),
+      log_(log),
+      features_(features),
+      files_(abandoned_, assembly.program.words),
+      corrections_off_(assembly.corrections.planned_off) {}
+
+ProgramFeeder::~ProgramFeeder() {
+  close();
+  try {
+    settle();
+  } catch (const FileError&) {  // who wants to know has called `settle`
+  }
+}
+
+void ProgramFeeder::join() {
+  if (thread_.joinable()) thread_.join();
+}
+
+void ProgramFeeder::settle() {
+  abandoned_ = true;
+  join();
+  memory_.keep(true);
+}
+
+// The planner waits for the answer, and touches nothing meanwhile.
+void ProgramFeeder::confirm_tool(int number) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (!waits_ && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
+  if (abandoned_ || !waits_) throw std::runtime_error("no program waits for a tool any more");
+  set_spindle_tool(parameters_, tools_, number, assembly_.program.parameter_unit_mm);
+  memory_.keep(true);
+}
+
+std::string ProgramFeeder::load(const std::string& path, const JointVec& q) {
+  return remark_on(begin({path, std::nullopt, q}));
+}
+
+std::string ProgramFeeder::load_from(const std::string& path, const JointVec& q, std::uint32_t line) {
+  ProgramStart start{path, std::nullopt, q};
+  start.from_line = line;
+  const ProgramSummary summary = begin(start);
+  return approach_text(line, summary.approach) + remark_on(summary);
+}
+
+void ProgramFeeder::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
+
+ProgramSummary ProgramFeeder::begin(ProgramStart start) {
+  abandoned_ = true;
+  join();
+  abandoned_ = false;
+  if (closed_) abandoned_ = true;
+  start.open = [this](const std::string& path, bool may_be_missing) {
+    return files_.open(path, may_be_missing);
+  };
+  take_failure();
+  if (start.text) start.kept = mdi_;
+  start.corrections_off = corrections_off_;
+  const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
+  wait_until_cleared();
+  auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
+  if (log_) log_->program(start);
+  queue_.begin_generation();
+  ended_ = waits_ = false;
+  if (!start.text) mdi_.reset();
+  thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
+    pthread_setname_np(pthread_self(), "planner");
+    if (feed(*pipeline) && mdi) mdi_ = pipeline->settings();
+    ended_ = true;
+  });
+  wait_until_primed();
+  return summary;
+}
+
+PipelineObservers ProgramFeeder::observers() {
+  PipelineObservers observers;
+  observers.line_done = [this](bool event) { memory_.keep(event); };
+  if (!features_) return observers;
+  features_->begin();
+  observers.move = [this](const ProgramMove& move) { features_->programmed(move); };
+  return observers;
+}
+
+// The tick lets dropped blocks go while it stands; a second is thousands of periods.
+void ProgramFeeder::wait_until_cleared() {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  while (queue_.holds_stop() || queue_.buffered_s() > 0) {
+    if (std::chrono::steady_clock::now() > end)
+      throw std::runtime_error("the tick does not let the last program go");
+    doze();
+  }
+}
+
+// A program may calculate for long before its first motion, or for ever.
+void ProgramFeeder::wait_until_primed() {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
+  const auto primed = [&] { return ended_ || waits_ || queue_.buffered_s() >= assembly_.planner.buffer_s; };
+  while (!primed() && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
+  const std::string failure = take_failure();
+  if (!failure.empty()) throw ProgramError(failure);
+}
+
+bool ProgramFeeder::feed(Pipeline& pipeline) {
+  MotionBlock block;
+  bool sound = true;
+  for (bool more = true; more && !abandoned_;) {
+    try {
+      more = pipeline.next(block, &abandoned_);
+      if (more) push(block);
+      if (!more && pipeline.waiting()) more = wait_for_answer(pipeline);
+    } catch (const std::exception& error) {  // the end of the program still follows
+      const std::lock_guard lock(mutex_);
+      if (!abandoned_) failure_ = error.what();  // else it is the reading that was given up
+      sound = false;
+    }
+  }
+  return sound && !abandoned_;
+}
+
+bool ProgramFeeder::wait_for_answer(Pipeline& pipeline) {
+  ProgramAnswer answer;
+  waits_ = true;
+  while (!abandoned_ && !queue_.take_answer(answer)) doze();
+  waits_ = false;
+  if (!abandoned_) pipeline.answer(answer);
+  return !abandoned_;
+}
+
+void ProgramFeeder::push(const MotionBlock& block) {
+  while (!abandoned_ && (queue_.buffered_s() > assembly_.planner.buffer_s || !queue_.push(block))) doze();
+}
+
+std::string ProgramFeeder::take_failure() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(failure_, "");
+}
+
+}  // namespace trn

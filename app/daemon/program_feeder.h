@@ -1,0 +1,76 @@
+#pragma once
+
+#include <atomic>
+#include <mutex>
+#include <string>
+#include <thread>
+
+#include "app/daemon/program_file.h"
+#include "app/session/feature_book.h"
+#include "app/session/machine_memory.h"
+#include "app/session/pipeline.h"
+#include "app/session/session_log.h"
+#include "kernel/motion_port.h"
+#include "kernel/motion_queue.h"
+
+namespace trn {
+
+/// Keeps the tick's queue filled from one program at a time, in a thread of its own. The queue must have been
+/// cleared by the tick before each load. Owns the parameters and tools that programs change, keeps them on
+/// disk (MachineMemory), and owns the modes that MDI lines hand on: a line goes on where the one before
+/// ended; a program begins with the config's modes and ends that; a line that fails or is stopped hands
+/// nothing on.
+class ProgramFeeder final : public ProgramSource {
+ public:
+  ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
+                SessionLog* log = nullptr, FeatureBook* features = nullptr, MemoryFiles files = {});
+  ~ProgramFeeder() override;
+
+  std::string load(const std::string& path, const JointVec& q) override;
+  std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
+  void load_mdi(const std::string& text, const JointVec& q) override;
+  void confirm_tool(int number) override;
+  std::string tool_name(int number) const override { return memory_.tool_name(number); }
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
+  void abandon() override { abandoned_ = true; }
+  void close() override {
+    closed_ = true;
+    abandoned_ = true;
+  }
+  std::string take_failure() override;
+
+  /// Ends the preparation and keeps all that programs have left behind; when no load is under way. FileError.
+  void settle();
+
+ private:
+  ProgramSummary begin(ProgramStart start);
+  PipelineObservers observers();
+  void wait_until_cleared();
+  void wait_until_primed();
+  /// False if the program failed or was abandoned.
+  bool feed(Pipeline& pipeline);
+  void push(const MotionBlock& block);
+  /// The program asks the machine. False if it was abandoned meanwhile.
+  bool wait_for_answer(Pipeline& pipeline);
+  void join();
+
+  const Assembly& assembly_;
+  MotionQueue& queue_;
+  Parameters parameters_;
+  ToolTable tools_;
+  MachineMemory memory_;  ///< of the two
+  SessionLog* log_;
+  FeatureBook* features_;
+  std::atomic<bool> abandoned_ = false, closed_ = false, ended_ = true;
+  ProgramFiles files_;
+  std::atomic<std::uint8_t> corrections_off_;
+  std::atomic<bool> waits_ = false;  ///< for the machine's answer
+  std::mutex mutex_;
+  std::string failure_;  ///< guarded by mutex_
+  std::optional<Settings>
+      mdi_;  ///< what the last MDI line left; the planner's thread writes it as its last act
+  std::thread thread_;
+};
+
+}  // namespace trn

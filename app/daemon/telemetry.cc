@@ -1,0 +1,158 @@
+#include "app/daemon/telemetry.h"
+
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+
+namespace trn {
+
+namespace {
+
+void add_timing(const LoopStatistics& statistics, trunnion::status_t& status) {
+  status.periods = static_cast<std::int64_t>(statistics.periods.load());
+  status.overruns = static_cast<std::int64_t>(statistics.overruns.load());
+  status.wake_us_p50 = statistics.wake.percentile_us(0.5);
+  status.wake_us_p999 = statistics.wake.percentile_us(0.999);
+  status.wake_us_max = statistics.wake.max_us();
+  status.tick_us_p50 = statistics.tick.percentile_us(0.5);
+  status.tick_us_p999 = statistics.tick.percentile_us(0.999);
+  status.tick_us_max = statistics.tick.max_us();
+}
+
+void add_joints(const Machine& machine, const CycleReport& report, trunnion::status_t& status) {
+  status.joint_count = static_cast<std::int32_t>(machine.joints.size());
+  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
+    status.joint_name.push_back(machine.joints[i].name);
+    status.joint_unit.emplace_back(machine.joints[i].kind == JointKind::kRotary ? "rad" : "mm");
+    status.homed.push_back(report.homed_mask >> i & 1u);
+    status.limit_switch.push_back(report.limit_switch_mask >> i & 1u);
+  }
+}
+
+}  // namespace
+
+std::int64_t unix_time_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::int64_t monotonic_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
+  using Kind = QueueEvent::Kind;
+  const QueueEvent& event = report.waits_at;
+  if (report.motion == MotionState::kHeld) return "hold: 'resume' goes on";
+  switch (event.kind) {
+    case Kind::kToolChange: {
+      const std::string tool = tool_name(event.argument);
+      const char* const do_it = event.argument == 0 ? "take the tool out of" : "put it into";
+      return event.value == kToolByOperator
+                 ? fmt::format("{}: {} the spindle, then 'resume'", tool, do_it)
+                 : fmt::format("{}: {} the spindle; input {} confirms it", tool, do_it, event.value);
+    }
+    case Kind::kProgramStop:
+      return "program stop (M0): 'resume' goes on";
+    case Kind::kOptionalStop:
+      return "optional stop (M1): 'resume' goes on";
+    case Kind::kWaitInput: {
+      const InputArgument input = InputArgument::unpack(event.argument);
+      return fmt::format("{} input {} (M66)", input.analog ? "analog" : "digital", input.index);
+    }
+    case Kind::kSpindle:
+    case Kind::kSpindleOrient:
+      return "the spindle to turn, or stand, as told";
+    default:
+      return report.motion == MotionState::kPaused ? "single block: 'resume' runs the next line" : "";
+  }
+}
+
+trunnion::status_t make_status(const Machine& machine, const DaemonView& view, const CycleReport& report,
+                               const LoopStatistics& statistics) {
+  trunnion::status_t status{};
+  status.pid = getpid();
+  status.machine = machine.name;
+  status.state = to_string(view.state);
+  const bool pressed = view.state == MachineState::kEstop && report.fault == Fault::kOk;
+  status.fault = fault_info(pressed ? Fault::kEmergencyStop : report.fault).name;
+  if (report.fault_joint >= 0)
+    status.fault_joint = machine.joints[static_cast<std::size_t>(report.fault_joint)].name;
+  status.message = view.message;
+  status.waits_for = view.waits_for;
+  status.program_failed = view.program_failed;
+  status.program = view.program;
+  status.line = static_cast<std::int32_t>(report.line);
+  status.override_wanted = view.override_wanted;
+  status.rapid_override = view.rapid_override;
+  status.spindle_override = view.spindle_override;
+  status.adaptive_feed = view.adaptive_feed;
+  status.spindle_rpm = report.spindle_rpm;
+  status.single_block = report.single_block;
+  status.override_now = report.override_now;
+  status.period_s = machine.period_s;
+  status.starvations = report.starvations;
+  add_timing(statistics, status);
+  status.warnings = view.warnings;
+  status.warning_count = static_cast<std::int32_t>(view.warnings.size());
+  status.realtime = view.warnings.empty();
+  add_joints(machine, report, status);
+  return status;
+}
+
+void add_features(const std::vector<FeatureDeflection>& features, trunnion::status_t& status) {
+  constexpr std::size_t kToldMax = 20;
+  const std::size_t told = std::min(features.size(), kToldMax);
+  status.feature_count = static_cast<std::int32_t>(told);
+  status.features_more = static_cast<std::int32_t>(features.size() - told);
+  for (std::size_t i = 0; i < told; ++i) {
+    const FeatureDeflection& f = features[i];
+    status.feature_line.push_back(static_cast<std::int32_t>(f.line));
+    status.feature_last_line.push_back(static_cast<std::int32_t>(f.last_line));
+    status.feature_circle.push_back(f.circle);
+    status.feature_size_mm.push_back(f.size_mm);
+    status.feature_bending_mm.push_back(f.bending_mm);
+    status.feature_offset_mm.push_back(f.offset_mm);
+    status.feature_predicted_mm.push_back(f.predicted_mm());
+    status.feature_unknown.push_back(f.unknown);
+  }
+}
+
+std::vector<FeatureDeflection> features_of(const trunnion::status_t& status) {
+  std::vector<FeatureDeflection> out(status.feature_line.size());
+  for (std::size_t i = 0; i < out.size(); ++i) {
+    out[i].line = static_cast<std::uint32_t>(status.feature_line[i]);
+    out[i].last_line = static_cast<std::uint32_t>(status.feature_last_line[i]);
+    out[i].circle = status.feature_circle[i] != 0;
+    out[i].size_mm = status.feature_size_mm[i];
+    out[i].bending_mm = status.feature_bending_mm[i];
+    out[i].offset_mm = status.feature_offset_mm[i];
+    out[i].unknown = status.feature_unknown[i];
+  }
+  return out;
+}
+
+trunnion::motion_t make_motion(const CycleReport& report) {
+  trunnion::motion_t motion{};
+  motion.period = static_cast<std::int64_t>(report.period);
+  motion.line = static_cast<std::int32_t>(report.line);
+  motion.joint_count = static_cast<std::int32_t>(report.q_setpoint.size());
+  motion.q_setpoint.assign(report.q_setpoint.begin(), report.q_setpoint.end());
+  motion.q_measured.assign(report.q_measured.begin(), report.q_measured.end());
+  std::copy(report.y.begin(), report.y.end(), motion.word);
+  motion.speed_mm_s = report.speed_mm_s;
+  motion.override_now = report.override_now;
+  const ToolLoadReport& load = report.tool_load;
+  motion.tool_load_known = load.known;
+  motion.tool_load_alarm = load.alarm;
+  for (int i = 0; i < 2; ++i) {
+    motion.tool_force_N[i] = load.force_N[i];
+    motion.tool_deflection_mm[i] = load.deflection_mm[i];
+  }
+  return motion;
+}
+
+}  // namespace trn

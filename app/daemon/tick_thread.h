@@ -1,0 +1,50 @@
+#pragma once
+
+#include <atomic>
+#include <functional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/daemon/realtime.h"
+
+namespace trn {
+
+/// The real-time thread: calls `tick(late_periods)` every period from construction to destruction.
+class TickThread {
+ public:
+  /// Returns when the thread runs and has, or has been refused, its real-time rights.
+  TickThread(const RealtimeConfig& config, double period_s, std::function<void(int)> tick);
+  ~TickThread();
+  TickThread(const TickThread&) = delete;
+  TickThread& operator=(const TickThread&) = delete;
+
+  /// What the kernel refused, each with its remedy.
+  const std::vector<std::string>& refused() const { return refused_; }
+  const LoopStatistics& statistics() const { return statistics_; }
+  /// The loop ended by itself: the clock failed.
+  bool failed() const { return failed_; }
+
+ private:
+  LoopStatistics statistics_;
+  std::atomic<bool> stop_ = false, failed_ = false;
+  std::vector<std::string> refused_;
+  std::thread thread_;
+};
+
+/// SIGTERM and SIGINT, taken in the main loop instead of in a handler. Construct before any thread.
+class TerminationSignals {
+ public:
+  TerminationSignals();
+  ~TerminationSignals();
+  TerminationSignals(const TerminationSignals&) = delete;
+  TerminationSignals& operator=(const TerminationSignals&) = delete;
+
+  /// True once for each signal that has come since the last call.
+  bool taken();
+
+ private:
+  int fd_;
+};
+
+}  // namespace trn

@@ -1,0 +1,217 @@
+#include "app/lab/fault_rehearsal.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <set>
+#include <stdexcept>
+
+#include "app/lab/rehearsal_stage.h"
+#include "sim/canopen/emulated_can.h"
+
+namespace trn {
+
+namespace {
+
+using T = EmulatedNode::Trouble;
+
+constexpr double kStill = 1e-6;  // mm, rad: what a standing plant may do in a period
+constexpr const char* kMotion = "G21 G91 G94\nG1 X40 F1500\n";
+
+/// A machine on emulated CAN drives; at rest is what the plants say.
+class Stage : public RehearsalStage {
+ public:
+  explicit Stage(const std::string& config)
+      : RehearsalStage(assemble(config, Field::kEmulated)),
+        field_(dynamic_cast<EmulatedCanDrives*>(assembly_.drives.get())) {
+    if (!field_)
+      throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
+    const CycleConfig tick{assembly_.machine.period_s, assembly_.machine.joints, false, 8,
+                           assembly_.plan_joints};
+    cycle_ = std::make_unique<Cycle>(tick, *assembly_.map, queue_, *assembly_.drives,
+                                     assembly_.corrections.setpoint.get());
+    victim = static_cast<int>(bus_config().nodes.size()) / 2;
+  }
+
+  EmulatedCanDrives& field() { return *field_; }
+  VirtualBus& bus() { return field_->bus(0); }
+  const CanBusConfig& bus_config() const { return field_->config().buses[0]; }
+  double period_s() const { return assembly_.machine.period_s; }
+  void trouble(T kind, std::int64_t value) {
+    field_->node(0, static_cast<std::size_t>(victim)).trouble(kind, value, bus().now_ns());
+  }
+  void bring_up() { field_->bring_up(); }
+  void start() {
+    bring_up();
+    require(until([&] { return enabled(); }, periods(10)) >= 0);
+    home();
+    tick(periods(0.5));
+  }
+  /// A move along X, well on its way.
+  void move() {
+    start_program(kMotion);
+    tick(periods(0.4));
+  }
+  void reset() {
+    field_->reset_faults();
+    field_->bring_up();
+    cycle_->post({RtCommand::Kind::kResetFault});
+    tick();
+  }
+  JointVec places() const override {
+    JointVec q = JointVec::Zero(static_cast<Eigen::Index>(assembly_.machine.joints.size()));
+    for (std::size_t b = 0; b < field_->config().buses.size(); ++b)
+      for (std::size_t i = 0; i < field_->config().buses[b].nodes.size(); ++i)
+        q[field_->config().buses[b].nodes[i].link.joint] = field_->node(b, i).drive().joint().measured();
+    return q;
+  }
+
+  int victim = 0;  ///< number of the node on the first bus to which things happen
+
+ private:
+  void one_period() override { cycle_->tick(); }
+  std::string explain() const override { return field_->explain_fault(-1); }
+
+  EmulatedCanDrives* field_;
+};
+
+struct Row {
+  std::string cause;
+  Fault fault;
+  std::function<void(Stage&)> happen, mend;
+  bool keeps_position = true;
+  std::function<void(Stage&)> each_period = {};
+};
+
+void nothing(Stage&) {}
+
+std::function<void(Stage&)> trouble(T kind, std::int64_t value) {
+  return [=](Stage& stage) { stage.trouble(kind, value); };
+}
+
+std::function<void(Stage&)> bus_state(BusState state) {
+  return [=](Stage& stage) { stage.bus().set_state(state, true); };
+}
+
+// Up to 80 % of the bus in all, in frames of eight bytes at the lowest priority.
+void foreign_traffic(Stage& stage) {
+  const double free = 0.8 - stage.bus_config().budget.load();
+  const double frames = free * stage.bus_config().bitrate * stage.period_s() / worst_frame_bits(8);
+  for (int i = 0; i < std::max(1, static_cast<int>(frames)); ++i)
+    stage.bus().inject(make_frame(0x6F0, {1, 2, 3, 4, 5, 6, 7, 8}));
+}
+
+// The drive obeys it, as any drive would; so it says nothing new.
+void foreign_setpoint(Stage& stage) {
+  const NodeLink& node = stage.field().master().master(0).nodes()[static_cast<std::size_t>(stage.victim)];
+  CanFrame frame = make_frame(node.config().rpdos[0].id, {15, 0, 0, 0, 0, 0, 8});
+  put_le(frame.data.data() + 2, 4, static_cast<std::uint32_t>(node.target_counts()));
+  stage.bus().inject(frame);
+}
+
+std::vector<Row> rows() {
+  const auto one_late = [](Stage& s) { s.trouble(T::kHeartbeatLate, std::llround(1e6 * s.period_s())); };
+  return {
+      {"node silent", Fault::kDriveLost, trouble(T::kSilent, 1), trouble(T::kSilent, 0)},
+      {"node resets", Fault::kDriveRestarted, trouble(T::kReset, 0), nothing, false},
+      {"EMCY, the drive goes on", Fault::kDriveWarning, trouble(T::kEmergency, 0x4210), nothing},
+      {"drive faults", Fault::kDriveFault, trouble(T::kFault, 0x3210), nothing},
+      {"drive drops out", Fault::kDriveDropped, trouble(T::kDrop, 0), nothing},
+      {"node leaves the operational state", Fault::kDriveDropped, trouble(T::kPreOperational, 0), nothing},
+      {"no heartbeat", Fault::kHeartbeatLost, trouble(T::kNoHeartbeat, 1), trouble(T::kNoHeartbeat, 0)},
+      {"heartbeat late by one period", Fault::kOk, one_late, nothing},
+      {"heartbeat late by 200 ms", Fault::kHeartbeatLost, trouble(T::kHeartbeatLate, 200'000), nothing},
+      {"wrong mapping: feedback a byte short", Fault::kDriveLost, trouble(T::kShortPdo, 1),
+       trouble(T::kShortPdo, 0)},
+      {"feedback lies", Fault::kFollowingError, trouble(T::kLie, 2'000'000), trouble(T::kLie, 0)},
+      {"duplicated frames", Fault::kOk, trouble(T::kDuplicate, 1), trouble(T::kDuplicate, 0)},
+      {"reordered frames", Fault::kOk, trouble(T::kReorder, 1), trouble(T::kReorder, 0)},
+      {"foreign traffic to 80 % load", Fault::kOk, nothing, nothing, true, foreign_traffic},
+      {"second master: SYNC", Fault::kForeignMaster, [](Stage& s) { s.bus().inject(sync_frame(0)); },
+       nothing},
+      {"second master: a setpoint", Fault::kForeignMaster, foreign_setpoint, nothing},
+      {"bus-off", Fault::kBusOff, bus_state(BusState::kBusOff), nothing},
+      {"the interface's queue is full", Fault::kBusOverload, [](Stage& s) { s.bus().jam(true); },
+       [](Stage& s) { s.bus().jam(false); }},
+      {"interface down and up", Fault::kBusDown, bus_state(BusState::kDown), bus_state(BusState::kOnline)},
+  };
+}
+
+RehearsedFault rehearse(const std::string& config, const Row& row) {
+  Stage stage(config);
+  stage.start();
+  stage.move();
+  RehearsedFault out;
+  out.cause = row.cause;
+  out.wanted = row.fault;
+  out.keeps_position = row.keeps_position || stage.bus_config().nodes[0].link.axis.absolute;
+  row.happen(stage);
+  const int limit = row.fault == Fault::kOk ? 0 : stage.periods(2);
+  out.to_fault = stage.until([&] { return stage.report().fault != Fault::kOk; }, limit);
+  const int rest = stage.wait_for_rest(kStill, [&] {
+    if (row.each_period) row.each_period(stage);
+  });
+  out.to_rest = rest < 0 ? -1 : rest + std::max(out.to_fault, 0);
+  out.fault = stage.report().fault;
+  out.message = stage.field().explain_fault(stage.report().fault_joint);
+  out.crept = stage.moves_in(stage.periods(1));
+  row.mend(stage);
+  stage.tick(stage.periods(0.2));
+  stage.reset();
+  const int wait = stage.until([&] { return stage.ready(); }, stage.periods(10));
+  out.to_recover = wait < 0 ? -1 : wait + 1;
+  stage.tick(stage.periods(0.1));
+  const double apart = (stage.report().q_measured - stage.places()).cwiseAbs().maxCoeff();
+  out.kept_position = stage.homed() && apart < 1e-3;
+  return out;
+}
+
+// Every object that a bring-up reads or writes.
+std::set<int> objects_of(const std::string& config) {
+  const Stage stage(config);
+  std::set<int> out;
+  for (const SetupStep& step : stage.bus_config().nodes[static_cast<std::size_t>(stage.victim)].setup.steps)
+    out.insert(step.key.index);
+  return out;
+}
+
+}  // namespace
+
+bool RehearsedFault::good() const {
+  return fault == wanted && to_rest >= 0 && crept < 1e-4 && to_recover >= 0 &&
+         kept_position == keeps_position;
+}
+
+std::vector<RehearsedFault> rehearse_faults(const std::string& config,
+                                            const std::function<void(const RehearsedFault&)>& on_row) {
+  std::vector<RehearsedFault> out;
+  for (const Row& row : rows()) {
+    out.push_back(rehearse(config, row));
+    if (on_row) on_row(out.back());
+  }
+  return out;
+}
+
+std::vector<RefusedStep> rehearse_refusals(const std::string& config) {
+  std::vector<RefusedStep> out;
+  for (const int index : objects_of(config)) {
+    Stage stage(config);
+    stage.tick();
+    stage.trouble(T::kRefuse, index);
+    RefusedStep step{fmt::format("0x{:04X}", index), "", false, false};
+    try {
+      stage.bring_up();
+    } catch (const std::runtime_error& error) {
+      step.message = error.what();
+    }
+    const bool enabled = stage.until([&] { return stage.enabled(); }, stage.periods(0.5)) >= 0;
+    step.moved = stage.moves_in(stage.periods(0.5)) > kStill || (enabled && !step.message.empty());
+    stage.trouble(T::kRefuse, 0);
+    stage.reset();
+    step.recovered = stage.until([&] { return stage.enabled(); }, stage.periods(10)) >= 0;
+    out.push_back(step);
+  }
+  return out;
+}
+
+}  // namespace trn

@@ -1,0 +1,97 @@
+#include "app/session/assembly.h"
+
+#include <algorithm>
+
+#include "hal/modbus/modbus_io.h"
+#include "kernel/path_rate.h"
+#include "kinematics/factory.h"
+#include "sim/modbus/emulated_cabinet.h"
+
+namespace trn {
+
+PlannerConfig read_planner(const ConfigTable& root) {
+  PlannerConfig config;
+  const std::optional<ConfigTable> table = root.table_if("planner");
+  if (!table) return config;
+  const Range share{0.5, 0.995};  // the next bit is the tick's own, for override and hold
+  config.geometry.compress = table->boolean("compress", config.geometry.compress);
+  config.speed.acceleration_share =
+      table->number("acceleration_share", config.speed.acceleration_share, share);
+  config.speed.jerk_share = table->number("jerk_share", config.speed.jerk_share, share);
+  config.tolerance_mm_max = table->number("tolerance_mm_max", config.tolerance_mm_max, kPositive);
+  config.buffer_s = table->number("buffer_s", config.buffer_s, Range{0.5, 10});
+  return config;
+}
+
+namespace {
+
+void add_corrections(Assembly& a) {
+  a.corrections = read_corrections(a.machine);
+  a.plan_joints = a.corrections.setpoint->plan_joints();
+  a.map =
+      std::make_unique<MachineJointMap>(*a.kinematics, a.corrections.pose.get(), a.corrections.joint.get());
+  const auto screws = read_simulated_screws(a.machine, *a.corrections.sensors);
+  if (!screws.empty())
+    a.screws = std::make_unique<SimulatedScrews>(screws, a.machine.period_s, *a.corrections.sensors);
+}
+
+FieldDevices::Listener feed(SensorBoard& board) {
+  return [&board](const std::string& name, double value) {
+    const auto found = std::find(board.names().begin(), board.names().end(), name);
+    if (found != board.names().end()) board.publish(static_cast<int>(found - board.names().begin()), value);
+  };
+}
+
+// Real devices answer in the daemon; in `run` simulated ones stand in their place.
+void add_io(Assembly& a, Field field) {
+  const ModbusIoConfig modbus = read_modbus_io(a.machine.root);
+  read_emulated_values(a.machine.root, modbus.devices);  // knows the keys of the emulation
+  if (const auto section = a.machine.root.table_if("io")) {
+    a.spindle_timeout_s = section->number("spindle_timeout_s", a.spindle_timeout_s, kPositive);
+    a.io = make_io(a.machine, *section, *a.kinematics);
+  }
+  if (field == Field::kReal && !modbus.devices.devices.empty())
+    a.io = std::make_unique<ModbusIo>(modbus, feed(*a.corrections.sensors));
+}
+
+}  // namespace
+
+Assembly assemble(const std::string& config_path, Field field) {
+  Assembly a{read_machine(load_config(config_path)),
+             nullptr,
+             {},
+             {},
+             nullptr,
+             {},
+             {},
+             {},
+             {},
+             nullptr,
+             nullptr,
+             nullptr};
+  const ConfigTable& root = a.machine.root;
+  a.kinematics = make_kinematics(a.machine);
+  add_corrections(a);
+  a.program = read_program_config(root);
+  a.program.switches = read_switches(root, a.program);
+  a.planner = read_planner(root);
+  // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
+  // end.
+  const PathRate hold(a.plan_joints, a.machine.period_s);
+  a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.stop_s());
+  a.realtime = read_realtime(root);
+  a.lcm = read_lcm(root, a.machine.name);
+  a.drives = make_drives(a.machine, field);
+  add_io(a, field);
+  root.finish();
+  return a;
+}
+
+void set_period(Assembly& assembly, double period_s) {
+  assembly.machine.period_s = period_s;
+  assembly.drives = make_drives(assembly.machine);
+  add_io(assembly, Field::kEmulated);
+  add_corrections(assembly);
+}
+
+}  // namespace trn

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "app/session/corrections.h"
+#include "app/session/make_drives.h"
+#include "app/session/make_io.h"
+#include "app/session/realtime_config.h"
+#include "core/machine.h"
+#include "core/ports.h"
+#include "hal/lcm_link.h"
+#include "interp/gcode/program_config.h"
+#include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/speed/speed_planner.h"
+#include "kernel/joint_map.h"
+#include "sim/simulated_screws.h"
+
+namespace trn {
+
+/// Section [planner]; it may be missing.
+struct PlannerConfig {
+  GeometryOptions geometry;       ///< key `compress`
+  SpeedOptions speed;             ///< keys `acceleration_share`, `jerk_share`
+  double tolerance_mm_max = 1.0;  ///< key `tolerance_mm_max`: a larger G64 P is an error
+  double buffer_s =
+      1.0;  ///< key `buffer_s`: motion planned ahead of the tick, at the least; four holds at least
+};
+PlannerConfig read_planner(const ConfigTable& root);
+
+/// A machine put together from its config; every key of the file is known to somebody.
+struct Assembly {
+  Machine machine;
+  std::unique_ptr<Kinematics> kinematics;
+  Corrections corrections;
+  Joints plan_joints;  ///< limits less what the corrections keep for themselves
+  std::unique_ptr<MachineJointMap> map;
+  ProgramConfig program;
+  PlannerConfig planner;
+  RealtimeConfig realtime;
+  LcmConfig lcm;
+  std::unique_ptr<Drives> drives;
+  std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
+  std::unique_ptr<MachineIo> io;            ///< null: no section [io]
+  double spindle_timeout_s = 10;            ///< key `io.spindle_timeout_s`
+};
+
+/// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and
+/// column.
+Assembly assemble(const std::string& config_path, Field field = Field::kEmulated);
+
+/// Another period: for a denser look at the same motion.
+void set_period(Assembly& assembly, double period_s);
+
+}  // namespace trn

@@ -1,0 +1,53 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "app/session/assembly.h"
+#include "interp/move.h"
+
+namespace trn {
+
+/// A programmed move that the machine cannot make.
+struct RefusedMove {
+  std::uint32_t line = 0;
+  char letter = 0;   ///< of the program word that is to blame; 0: no single one
+  std::string text;  ///< what, and what would be right
+};
+
+/// Follows moves through the bracket and judges position limits. With RTCP off a straight move takes a serial
+/// machine's joints straight: its end is enough. Else joints bend, and may leave their range between two good
+/// ends; places every 5 mm do.
+class LimitScout : public MoveSink {
+ public:
+  /// `assembly` must outlive it. `refuse` may throw; else the moves go on, and a joint that is outside is
+  /// told again only when it has been inside between.
+  LimitScout(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse);
+
+  void move(const ProgramMove& move) override;
+  void event(const QueueEvent&, SourceLine) override {}
+
+  std::uint64_t moves = 0;
+  std::vector<Words> approach;  ///< ends of the moves before the program's first line
+
+ private:
+  void judge(const ProgramMove& move, const Words& y);
+  void judge_end(const ProgramMove& move);
+  void outside(const ProgramMove& move, std::size_t joint, double value);
+  char letter_of(std::size_t joint) const;
+
+  const Assembly& assembly_;
+  std::function<void(const RefusedMove&)> refuse_;
+  bool platform_;
+  bool separable_;  ///< with RTCP off each joint follows one word alone
+  /// Then: a box of words in which every joint is inside its range, with this tool.
+  Words lowest_, highest_;
+  Vec3 box_tool_;
+  bool has_box_ = false;
+  unsigned outside_ = 0;  ///< joints, as bits
+  bool unreachable_ = false;
+};
+
+}  // namespace trn

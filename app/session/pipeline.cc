@@ -1,0 +1,303 @@
+#include "app/session/pipeline.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+#include "app/session/limit_scout.h"
+#include "core/safe_file.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+Words start_words(const MachineJointMap& map, const ProgramStart& start) {
+  Words words = Words::Zero();
+  if (map.words_at(start.q, start.corrections_off, words) != KinStatus::kOk)
+    throw ProgramError("the machine stands where its own position has no axis words; jog it away first");
+  return words;
+}
+
+AxisValues in_degrees(const Words& words) {
+  AxisValues values = words;
+  values.tail<3>() *= kDegPerRad;
+  return values;
+}
+
+void open(Interpreter& interpreter, const ProgramStart& start, const Words& words) {
+  if (start.text)
+    interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);
+  else
+    interpreter.open(start.path, in_degrees(words));
+  if (start.from_line > 1) interpreter.begin_at(start.from_line, in_degrees(words));
+}
+
+// A planner's message begins with "line N:"; the file belongs in front of it.
+std::string with_file(const std::string& file, const std::string& message) {
+  constexpr std::string_view kLine = "line ";
+  if (message.rfind(kLine, 0) == 0) return fmt::format("{}:{}", file, message.substr(kLine.size()));
+  return message;
+}
+
+ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
+  if (start.text) config.end = ProgramEnd::kFree;
+  if (start.open) {
+    config.open = start.open;
+    config.quote_lines = start.text.has_value();  // the operator's own words
+  }
+  return config;
+}
+
+}  // namespace
+
+struct Pipeline::MoveTee : MoveSink {
+  MoveTee(MoveSink& next_in, const Assembly& assembly_in, std::function<void(const ProgramMove&)> seen_in,
+          std::function<std::string(std::uint32_t)> place_in)
+      : next(next_in),
+        assembly(assembly_in),
+        tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
+        seen(std::move(seen_in)),
+        place(std::move(place_in)) {}
+  void move(const ProgramMove& m) override {
+    if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
+      throw ProgramError(fmt::format(
+          "{}: the path tolerance of {:g} mm is larger than the machine's tolerance_mm_max of {:g} mm; give "
+          "G64 a smaller P",
+          place(m.source.line), m.tolerance_mm, tolerance_mm_max));
+    if (geared) check_thread(m);
+    if (seen) seen(m);
+    next.move(m);
+  }
+  void event(const QueueEvent& event, SourceLine source) override {
+    if (event.kind == QueueEvent::Kind::kGearStart) geared = true;
+    if (event.kind == QueueEvent::Kind::kGearEnd) geared = false;
+    had_event = true;
+    next.event(event, source);
+  }
+  // A joint that cannot follow the spindle would make another pitch.
+  void check_thread(const ProgramMove& m) const {
+    JointVec from, to;
+    const double time_s = (m.to - m.from).head<3>().norm() / m.feed.tip_mm_s;
+    if (time_s <= 0 || assembly.map->map(m.from, m.context, from) != KinStatus::kOk ||
+        assembly.map->map(m.to, m.context, to) != KinStatus::kOk)
+      return;
+    for (std::size_t i = 0; i < assembly.plan_joints.size(); ++i) {
+      const Joint& joint = assembly.plan_joints[i];
+      const auto k = static_cast<Eigen::Index>(i);
+      const double share = std::abs(to[k] - from[k]) / time_s / joint.limit.velocity;
+      if (share <= 1) continue;
+      throw ProgramError(
+          fmt::format("{}: joint {} is too slow for this thread at this speed; {:.0f} % of S is possible",
+                      place(m.source.line), joint.name, std::floor(100 / share)));
+    }
+  }
+  MoveSink& next;
+  const Assembly& assembly;
+  bool geared = false, had_event = false;
+  double tolerance_mm_max;
+  std::function<void(const ProgramMove&)> seen;
+  std::function<std::string(std::uint32_t)> place;  ///< of a line, for messages
+};
+
+struct Pipeline::PieceTee : PieceSink {
+  PieceTee(SpeedPlanner& next_in, PipelineObservers& observers)
+      : next(next_in), seen(std::move(observers.piece)), planned(std::move(observers.stretch)) {}
+  void piece(const PlanPiece& p) override {
+    if (seen) seen(p);
+    next.piece(p);
+    if (!p.ends_stretch) return;
+    if (planned) planned(next.stats().time_s - time_before_s);
+    time_before_s = next.stats().time_s;
+  }
+  void event(const QueueEvent& event, std::uint32_t line) override { next.event(event, line); }
+  SpeedPlanner& next;
+  std::function<void(const PlanPiece&)> seen;
+  std::function<void(double)> planned;
+  double time_before_s = 0;
+};
+
+struct Pipeline::BlockQueue : BlockSink {
+  void block(const MotionBlock& b) override {
+    if (b.event.kind == QueueEvent::Kind::kProgramEnd && b.segment_count == 0) end_given = true;
+    items.push_back(b);
+  }
+  std::deque<MotionBlock> items;
+  bool end_given = false;
+};
+
+Pipeline::~Pipeline() = default;
+
+Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& tools,
+                   const ProgramStart& start, PipelineObservers observers)
+    : name_(start.path),
+      program_(config_for(assembly.program, start)),
+      blocks_(std::make_unique<BlockQueue>()),
+      speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
+      pieces_(std::make_unique<PieceTee>(speed_, observers)),
+      geometry_(assembly.planner.geometry, *pieces_),
+      moves_(
+          std::make_unique<MoveTee>(geometry_, assembly, std::move(observers.move),
+                                    [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
+      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
+                start.corrections_off),
+      interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
+                    std::move(observers.warning), true, start.ends_round}),
+      map_(*assembly.map),
+      line_done_(std::move(observers.line_done)) {
+  open(interpreter_, start, start_words(*assembly.map, start));
+  if (start.from_line <= 1) return;
+  if (line_done_) line_done_(true);
+  if (interpreter_.waiting()) finish_stages();
+}
+
+// All that was planned so far must be driven before an answer comes, or the program ends.
+void Pipeline::finish_stages() {
+  geometry_.finish();
+  speed_.finish();
+}
+
+bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std::uint64_t lines_max) {
+  const auto goes_on = [&] { return !ended_ && !interpreter_.waiting() && !(abandoned && *abandoned); };
+  const std::uint64_t lines_before = interpreter_.lines_run();
+  while (blocks_->items.empty() && goes_on()) {
+    fill();
+    if (interpreter_.lines_run() - lines_before > lines_max) give_up();
+  }
+  if (blocks_->items.empty()) return false;
+  block = blocks_->items.front();
+  blocks_->items.pop_front();
+  return true;
+}
+
+bool Pipeline::run_line() {
+  const bool more = interpreter_.step();
+  if (line_done_) line_done_(std::exchange(moves_->had_event, false));
+  return more;
+}
+
+void Pipeline::fill() {
+  std::string failure;
+  try {
+    const bool more = run_line();
+    if (interpreter_.waiting()) finish_stages();
+    if (more) return;
+  } catch (const GcodeError& error) {
+    failure = error.what();  // what came before it still runs to its end
+  } catch (const FileError& error) {
+    failure =
+        fmt::format("{}:{}: {}; what the line sets was not set", name_, interpreter_.line(), error.what());
+  } catch (const ProgramError& error) {
+    end_program();
+    throw ProgramError(with_file(name_, error.what()));
+  }
+  try {
+    finish_stages();
+  } catch (const ProgramError& error) {
+    if (failure.empty()) failure = with_file(name_, error.what());
+  }
+  end_program();
+  if (!failure.empty()) throw ProgramError(failure);
+}
+
+void Pipeline::give_up() {
+  geometry_.finish();
+  speed_.finish();
+  end_program();
+  throw ProgramError(fmt::format(
+      "{}: {} lines were run here without any motion, perhaps for ever; end the loop, or the program",
+      interpreter_.place_of(interpreter_.line(), 0), interpreter_.lines_run()));
+}
+
+bool Pipeline::waiting() const { return !ended_ && blocks_->items.empty() && interpreter_.waiting(); }
+
+// The probe was heard with the joints at q_contact; they are turned as at the end of the path.
+Words Pipeline::contact_words(const ProgramAnswer& answer) const {
+  const MapContext& context = lowering_.context();
+  Words words = answer.y_stand;
+  ToolPose pose;
+  if (context.rtcp && tool_pose(map_, answer.q_contact, context, pose) == KinStatus::kOk)
+    words.head<3>() = pose.p_B;
+  if (!context.rtcp && map_.words_at(answer.q_contact, context, words) != KinStatus::kOk)
+    words = answer.y_stand;
+  words.tail<3>() = answer.y_stand.tail<3>();
+  return words;
+}
+
+void Pipeline::answer(const ProgramAnswer& answer) {
+  MachineAnswer out;
+  out.value = answer.value;
+  if (answer.probe) {
+    lowering_.stand_at(answer.y_stand);
+    out.stands = lowering_.program_of(answer.y_stand);
+    out.contact = lowering_.program_of(contact_words(answer));
+  }
+  interpreter_.answer(out);
+}
+
+void Pipeline::end_program() {
+  ended_ = true;
+  if (blocks_->end_given) return;
+  MotionBlock end;
+  end.event.kind = QueueEvent::Kind::kProgramEnd;
+  end.line = interpreter_.line();
+  blocks_->block(end);
+}
+
+std::string remark_on(const ProgramSummary& summary) {
+  if (summary.asks_at != 0)
+    return fmt::format("checked up to line {}: what follows depends on what the machine answers there\n",
+                       summary.asks_at);
+  if (summary.round_at != 0)
+    return fmt::format("M99 in line {} begins the program again, for ever\n", summary.round_at);
+  if (summary.endless == 0) return "";
+  return fmt::format("checked the first {} lines that it runs: a loop at line {} goes on, perhaps for ever\n",
+                     summary.endless, summary.lines);
+}
+
+std::string approach_text(std::uint32_t line, const std::vector<Words>& approach) {
+  std::string text = fmt::format("from line {}, in the modes the lines before it leave; approach:\n", line);
+  for (const Words& to : approach)
+    text += fmt::format("  X{:.3f} Y{:.3f} Z{:.3f} A{:.3f} B{:.3f} C{:.3f}\n", to[kX], to[kY], to[kZ],
+                        to[kA] * kDegPerRad, to[kB] * kDegPerRad, to[kC] * kDegPerRad);
+  return text;
+}
+
+ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
+                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress,
+                             const std::atomic<bool>* given_up) {
+  const ProgramConfig program = config_for(assembly.program, start);
+  const Words words = start_words(*assembly.map, start);
+  const Interpreter* reader = nullptr;
+  LimitScout scout(assembly, [&](const RefusedMove& refused) {
+    throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
+  });
+  Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
+  Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true, true});
+  reader = &interpreter;
+  std::uint64_t steps = 0;
+  try {
+    open(interpreter, start, words);
+    const auto put_tool_in = [&] {
+      while (interpreter.asks_for_tool()) interpreter.answer({});
+    };
+    put_tool_in();
+    while (!interpreter.loops_long() && interpreter.step()) {
+      put_tool_in();
+      if (interpreter.waiting()) break;
+      if (given_up && *given_up) throw ProgramError(start.path + ": the check was given up");
+      if (progress && ++steps % 100000 == 0) progress(interpreter.line());
+    }
+  } catch (const ProgramError& error) {
+    throw ProgramError(with_file(start.path, error.what()));
+  }
+  return {interpreter.line(),
+          scout.moves,
+          interpreter.waiting() ? interpreter.line() : 0,
+          interpreter.loops_long() ? interpreter.lines_run() : 0,
+          interpreter.came_round() ? interpreter.line() : 0,
+          scout.approach};
+}
+
+}  // namespace trn

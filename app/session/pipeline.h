@@ -1,0 +1,121 @@
+#pragma once
+
+#include <atomic>
+#include <deque>
+#include <functional>
+#include <limits>
+#include <optional>
+#include <string>
+
+#include "app/session/assembly.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/lowering.h"
+#include "kernel/motion_queue.h"
+
+namespace trn {
+
+/// A program, as a file or as text, and where the machine stands when it begins.
+struct ProgramStart {
+  std::string path;                 ///< file; or the name that stands for `text`
+  std::optional<std::string> text;  ///< MDI
+  JointVec q;                       ///< motor joints at rest
+  std::uint32_t from_line = 0;      ///< begin here instead of at the first line; 0: at the first
+  std::optional<Settings> kept =
+      std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
+  OpenFile open =
+      {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
+  std::uint8_t corrections_off = 0;  ///< MapContext's, where the program does not switch them itself
+  bool ends_round = false;           ///< as InterpreterParts
+};
+
+/// Who looks on while a program passes; each may be empty.
+struct PipelineObservers {
+  std::function<void(const Diagnostic&)> warning;
+  std::function<void(const ProgramMove&)> move;
+  std::function<void(const PlanPiece&)> piece;
+  std::function<void(double time_s)> stretch;  ///< after its last piece: how long its motion takes
+  /// After every line, before anything that it made is handed out; `event`: there was more than motion in it.
+  /// FileError: what the line changed cannot be kept; the program ends before it.
+  std::function<void(bool event)> line_done;
+};
+
+/// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.
+/// Pulled by whoever needs blocks; what comes out depends on the program only.
+class Pipeline {
+ public:
+  /// `assembly`, `parameters` and `tools` must outlive the pipeline; the last two are changed by the program.
+  /// ProgramError if the program cannot be opened.
+  Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& tools, const ProgramStart& start,
+           PipelineObservers observers);
+  ~Pipeline();
+
+  /// The next block; false while it is `waiting`, after the last one, which is a kProgramEnd event, and when
+  /// `abandoned` has become true, in a program that loops without end or motion. ProgramError also where
+  /// `lines_max` lines have been run for this one block.
+  /// ProgramError "file:line:...": the blocks handed out so far end at rest; one kProgramEnd event still
+  /// follows.
+  bool next(MotionBlock& block, const std::atomic<bool>* abandoned = nullptr,
+            std::uint64_t lines_max = std::numeric_limits<std::uint64_t>::max());
+
+  /// The program asks the machine (M6, M66, G38): `next` gives no more before the answer has come.
+  bool waiting() const;
+  /// Answers it; from whoever drives the blocks, in the order of the events that ask.
+  void answer(const ProgramAnswer& answer);
+
+  std::uint32_t line() const { return interpreter_.line(); }
+  std::uint64_t blocks_read() const { return interpreter_.blocks(); }
+  /// The modes that the program has left, once `next` has given false.
+  const Settings& settings() const { return interpreter_.settings(); }
+  const SpeedStats& speed_stats() const { return speed_.stats(); }
+
+ private:
+  struct MoveTee;
+  struct PieceTee;
+  struct BlockQueue;
+
+  void fill();
+  bool run_line();
+  void finish_stages();
+  void end_program();
+  [[noreturn]] void give_up();
+  Words contact_words(const ProgramAnswer& answer) const;
+
+  std::string name_;
+  ProgramConfig program_;
+  std::unique_ptr<BlockQueue> blocks_;
+  SpeedPlanner speed_;
+  std::unique_ptr<PieceTee> pieces_;
+  GeometryPlanner geometry_;
+  std::unique_ptr<MoveTee> moves_;
+  Lowering lowering_;
+  Interpreter interpreter_;
+  const MachineJointMap& map_;
+  std::function<void(bool)> line_done_;
+  bool ended_ = false;
+};
+
+/// What a dry run of a whole program found.
+struct ProgramSummary {
+  std::uint64_t lines = 0, moves = 0;
+  std::uint32_t asks_at = 0;  ///< the line that asks the machine; what follows depends on it. 0: none
+  std::uint64_t endless = 0;  ///< lines that were run when the check gave up in a loop. 0: it came to the end
+  std::uint32_t round_at = 0;   ///< the line of the M99 from which it goes round for ever. 0: it does not
+  std::vector<Words> approach;  ///< ends of the moves to where a program begun further down stands
+};
+
+/// How far the check came if not to the end, in words for people; "" if it did.
+std::string remark_on(const ProgramSummary& summary);
+
+/// The way to where a program begun further down goes on, in words for people.
+std::string approach_text(std::uint32_t line, const std::vector<Words>& approach);
+
+/// Interprets a program to its end on copies of parameters and tools, and follows its moves through the
+/// bracket: every place must be reachable and inside the joints' position limits. Nothing moves. ProgramError
+/// for the first defect, with file, line and what would be right. Ends where the program asks the machine,
+/// and in a loop that goes on for very long (Interpreter::loops_long). `progress` is told the line now and
+/// then; the check ends with a ProgramError when `given_up` has become true.
+ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
+                             const ProgramStart& start, const std::function<void(std::uint32_t)>& progress,
+                             const std::atomic<bool>* given_up = nullptr);
+
+}  // namespace trn

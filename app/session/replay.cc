@@ -1,0 +1,246 @@
+#include "app/session/replay.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "kernel/cycle.h"
+
+namespace trn {
+
+namespace {
+
+constexpr std::size_t kQueueBlocks = 8192;
+constexpr std::uint64_t kPeriodsAfterMax = 100'000'000;
+
+/// Drives that do what the log says they did.
+class RecordedDrives final : public Drives, public TouchDrives {
+ public:
+  RecordedDrives(Eigen::Index joints, int touch_periods)
+      : q_(JointVec::Zero(joints)), touch_periods_(touch_periods) {}
+  void bring_up() override {}
+  void shut_down() noexcept override {}
+  void reset_faults() override {}
+  void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override {
+    if (state_ == DriveState::kEnabled) q_ = setpoints.q;
+    feedback = {};
+    feedback.q = q_;
+    feedback.state = state_;
+    feedback.homed_mask = ~0u;
+    feedback.fault = fault_;
+    feedback.fault_joint = fault_joint_;
+    touch_ = {contact_, true, ~0u, q_};
+    fault_ = Fault::kOk;
+  }
+  void request_home(unsigned) TRN_RT override {
+    if (homes_) state_ = DriveState::kHoming;
+  }
+  void quick_stop() TRN_RT override { state_ = DriveState::kQuickStop; }
+  int touch_periods() const TRN_RT override { return touch_periods_; }
+  void arm_touch(bool) TRN_RT override {}
+  void disarm_touch() TRN_RT override {}
+  const TouchProbe& touch() const TRN_RT override { return touch_; }
+
+  void stand(const JointVec& q, DriveState state) {
+    q_ = q;
+    state_ = state;
+  }
+  void set_contact(bool contact) { contact_ = contact; }
+  void set_homes(bool homes) { homes_ = homes; }
+  void report_fault(Fault fault, int joint) {
+    fault_ = fault;
+    fault_joint_ = joint;
+  }
+
+ private:
+  JointVec q_;
+  DriveState state_ = DriveState::kOff;
+  Fault fault_ = Fault::kOk;
+  int fault_joint_ = -1;
+  int touch_periods_;
+  bool contact_ = false, homes_ = true;
+  TouchProbe touch_;
+};
+
+/// Inputs that are what the log says they were.
+class RecordedIo final : public MachineIo {
+ public:
+  void exchange(const IoOutputs&, const IoPlace&, IoInputs& inputs) TRN_RT override { inputs = inputs_; }
+  void set(const IoInputs& inputs) { inputs_ = inputs; }
+
+ private:
+  IoInputs inputs_;
+};
+
+int touch_periods_of(const Drives& drives) {
+  const auto* touch = dynamic_cast<const TouchDrives*>(&drives);
+  return touch ? touch->touch_periods() : 0;
+}
+
+class Replay {
+ public:
+  Replay(const Session& session, const Assembly& assembly, Parameters& parameters, ToolTable& tools,
+         ReportSink& sink)
+      : head_(session.head),
+        entries_(session.entries),
+        assembly_(assembly),
+        parameters_(parameters),
+        tools_(tools),
+        sink_(sink),
+        drives_(static_cast<Eigen::Index>(assembly.machine.joints.size()),
+                touch_periods_of(*assembly.drives)),
+        queue_(kQueueBlocks),
+        cycle_({assembly.machine.period_s, assembly.machine.joints, !session.head.run, 8,
+                assembly.plan_joints, assembly.spindle_timeout_s, inverse(assembly.kinematics->home_X_BM())},
+               *assembly.map, queue_, drives_, assembly.corrections.setpoint.get(),
+               assembly.io ? &io_ : nullptr) {}
+
+  ReplayResult run() {
+    const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();
+    const auto moving = [&] {
+      const MotionState motion = cycle_.last_report().motion;
+      return motion == MotionState::kMoving || motion == MotionState::kJogging;
+    };
+    for (std::uint64_t period = 0; period <= last || (moving() && period < last + kPeriodsAfterMax);
+         ++period) {
+      obey(period);
+      fill(period);
+      cycle_.tick();
+      for (const auto& work : assembly_.corrections.background) work();
+      result_.periods = period + 1;
+      const CycleReport& report = cycle_.last_report();
+      if (report.drives == DriveState::kEnabled && period >= first) sink_.write(report);
+      if (report.drives != DriveState::kEnabled) sink_.power_lost();
+    }
+    result_.starvations = cycle_.last_report().starvations;
+    result_.fault = cycle_.last_report().fault;
+    return result_;
+  }
+
+ private:
+  using Kind = SessionEntry::Kind;
+
+  // The state of the drives acts on the setpoints a period after it is read, so it is announced one earlier.
+  void obey(std::uint64_t period) {
+    for (std::size_t i = next_; i < entries_.size() && entries_[i].period <= period + 1; ++i)
+      if (entries_[i].kind == Kind::kStands && entries_[i].period == period + 1)
+        drives_.stand(entries_[i].program.q, DriveState::kStarting);
+    for (; next_ < entries_.size() && entries_[next_].period <= period; ++next_) {
+      const SessionEntry& entry = entries_[next_];
+      if (entry.kind == Kind::kProgram) begin(entry.program);
+      if (entry.kind == Kind::kCommand) {
+        drives_.set_homes(shows_homing());
+        cycle_.post(entry.command);
+      }
+      if (entry.kind == Kind::kStands) drives_.stand(entry.program.q, DriveState::kEnabled);
+      if (entry.kind == Kind::kInputs) {
+        io_.set(entry.inputs);
+        drives_.set_contact(entry.inputs.probe);
+      }
+      if (entry.kind == Kind::kSensor)
+        assembly_.corrections.sensors->publish(entry.sensor.channel, entry.sensor.value);
+      if (entry.kind == Kind::kFault) drives_.report_fault(entry.fault, entry.joint);
+    }
+  }
+
+  // Drives that always know their position do not leave for homing: the log then has no return of theirs.
+  bool shows_homing() const {
+    for (std::size_t i = next_ + 1; i < entries_.size() && entries_[i].kind != Kind::kProgram; ++i)
+      if (entries_[i].kind == Kind::kStands || entries_[i].kind == Kind::kFault) return true;
+    return false;
+  }
+
+  void begin(ProgramStart start) {
+    start.ends_round = head_.run;
+    if (start.text)
+      start.kept = mdi_;
+    else
+      mdi_.reset();
+    sound_ = true;
+    pipeline_.emplace(assembly_, parameters_, tools_, start, PipelineObservers{});
+    is_mdi_ = start.text.has_value();
+    ended_ = has_block_ = false;
+    pushed_ = 0;
+    queue_.begin_generation();
+  }
+
+  // As many blocks as are due by plan time, but never more than a later period with little ahead has seen.
+  void fill(std::uint64_t period) {
+    std::uint32_t most = std::numeric_limits<std::uint32_t>::max();
+    bool exact = false;
+    std::size_t i = next_;
+    while (i > 0 && entries_[i - 1].period == period) --i;
+    for (; i < entries_.size(); ++i) {
+      if (entries_[i].kind == Kind::kProgram && i >= next_) break;
+      if (entries_[i].kind != Kind::kLow || entries_[i].period < period) continue;
+      most = entries_[i].blocks;
+      exact = entries_[i].period == period;
+      break;
+    }
+    while (pipeline_ && !ended_ && pushed_ < most &&
+           (exact || queue_.buffered_s() < assembly_.planner.buffer_s)) {
+      if (pipeline_->waiting() && !take_answer()) break;
+      if (!has_block_ && !(has_block_ = next_block())) break;
+      if (!queue_.push(block_)) break;
+      has_block_ = false;
+      ++pushed_;
+    }
+  }
+
+  // The tick's answer tells when; what it was stands in the log, for the joints' measured places do not.
+  bool take_answer() {
+    ProgramAnswer answer;
+    if (!queue_.take_answer(answer)) return false;
+    while (next_answer_ < entries_.size() && entries_[next_answer_].kind != Kind::kAnswer) ++next_answer_;
+    if (next_answer_ < entries_.size()) answer = entries_[next_answer_++].answer;
+    pipeline_->answer(answer);
+    return true;
+  }
+
+  bool next_block() {
+    try {
+      if (pipeline_->next(block_)) return true;
+      if (pipeline_->waiting()) return false;
+      if (is_mdi_ && sound_) mdi_ = pipeline_->settings();
+    } catch (const std::exception&) {  // the end of the program still follows, as it did
+      sound_ = false;
+      if (pipeline_->next(block_)) return true;
+    }
+    ended_ = true;
+    return false;
+  }
+
+  // A run's trace begins with the last period at rest before its start.
+  std::uint64_t first_period() const {
+    for (const SessionEntry& entry : entries_)
+      if (head_.run && entry.kind == Kind::kCommand && entry.command.kind == RtCommand::Kind::kStart)
+        return entry.period - 1;
+    return 0;
+  }
+
+  const SessionHead& head_;
+  const std::vector<SessionEntry>& entries_;
+  const Assembly& assembly_;
+  Parameters& parameters_;
+  ToolTable& tools_;
+  ReportSink& sink_;
+  RecordedDrives drives_;
+  MotionQueue queue_;
+  RecordedIo io_;
+  Cycle cycle_;
+  std::optional<Pipeline> pipeline_;
+  std::optional<Settings> mdi_;
+  MotionBlock block_;
+  bool has_block_ = false, ended_ = true, is_mdi_ = false, sound_ = true;
+  std::uint32_t pushed_ = 0;  ///< of the program
+  std::size_t next_ = 0, next_answer_ = 0;
+  ReplayResult result_;
+};
+
+}  // namespace
+
+ReplayResult replay(const Session& session, const Assembly& assembly, Parameters& parameters,
+                    ToolTable& tools, ReportSink& sink) {
+  return Replay(session, assembly, parameters, tools, sink).run();
+}
+
+}  // namespace trn

@@ -1,0 +1,21 @@
+#pragma once
+
+#include "app/session/session_log.h"
+
+namespace trn {
+
+struct ReplayResult {
+  std::uint64_t periods = 0;
+  std::uint32_t starvations = 0;
+  Fault fault = Fault::kOk;  ///< latched at the end
+};
+
+/// Runs a session again without drives and without a clock: every entry acts in its own period, programs are
+/// planned anew, and where the tick once had little motion ahead it sees just as many blocks again. `sink`
+/// gets every report in which the drives are powered, as the daemon's record does. What a program read ahead
+/// of a stop has done to parameters is not known to a log, so a session that stops programs and then runs
+/// others on their parameters may part from it there. ProgramError as Pipeline.
+ReplayResult replay(const Session& session, const Assembly& assembly, Parameters& parameters,
+                    ToolTable& tools, ReportSink& sink);
+
+}  // namespace trn

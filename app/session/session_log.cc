@@ -1,0 +1,265 @@
+#include "app/session/session_log.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "app/session/feature_report.h"
+#include "interp/gcode/parameter_file.h"
+
+namespace trn {
+
+namespace {
+
+using Json = nlohmann::json;
+using Kind = SessionEntry::Kind;
+
+constexpr int kLogsMax = 100'000;
+
+// In the order of the enumerations.
+constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",  "fault",
+                                       "inputs",  "answer",  "sensor", "features"};
+constexpr const char* kCommandNames[] = {
+    "start",       "hold",           "resume",           "stop",           "override",
+    "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
+    "reset_fault", "rapid_override", "spindle_override", "adaptive_feed",  "single_block"};
+
+template <typename Vector>
+std::vector<double> numbers(const Vector& q) {
+  return {q.data(), q.data() + q.size()};
+}
+
+JointVec joints(const std::vector<double>& numbers) {
+  if (numbers.size() > kMaxJoints) throw std::runtime_error("more joints than a machine may have");
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
+template <typename Names>
+std::size_t index_of(const Names& names, const std::string& name) {
+  for (std::size_t i = 0; i < std::size(names); ++i)
+    if (name == names[i]) return i;
+  throw std::runtime_error(fmt::format("'{}' is not known", name));
+}
+
+// The text of an MDI line may be any bytes.
+std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json to_json(const SessionEntry& entry) {
+  Json json{{"period", entry.period}, {"entry", kEntryNames[static_cast<std::size_t>(entry.kind)]}};
+  if (entry.kind == Kind::kProgram) {
+    json["path"] = entry.program.path;
+    if (entry.program.from_line > 1) json["from_line"] = entry.program.from_line;
+    if (entry.program.text) json["text"] = *entry.program.text;
+    json["corrections_off"] = entry.program.corrections_off;
+  }
+  if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
+  if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
+  if (entry.kind == Kind::kFault) json["fault"] = static_cast<int>(entry.fault);
+  if (entry.kind == Kind::kFault) json["joint"] = entry.joint;
+  if (entry.kind == Kind::kInputs) {
+    json["digital"] = entry.inputs.digital;
+    json["probe"] = entry.inputs.probe;
+    json["spindle_ready"] = entry.inputs.spindle_ready;
+    json["turns"] = entry.inputs.spindle_turns;
+  }
+  if (entry.kind == Kind::kAnswer) {
+    json["value"] = entry.answer.value;
+    if (entry.answer.probe) json["contact"] = numbers(entry.answer.q_contact);
+    if (entry.answer.probe) json["stands"] = numbers(entry.answer.y_stand);
+  }
+  if (entry.kind == Kind::kSensor) {
+    json["channel"] = entry.sensor.channel;
+    json["value"] = entry.sensor.value;
+  }
+  if (entry.kind == Kind::kFeatures) json["features"] = features_json(entry.features);
+  if (entry.kind != Kind::kCommand) return json;
+  json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
+  json["value"] = entry.command.value;
+  json["speed"] = entry.command.speed;
+  json["joint"] = entry.command.joint;
+  return json;
+}
+
+ProgramAnswer answer_from(const Json& json) {
+  ProgramAnswer answer;
+  answer.value = json.at("value");
+  answer.probe = json.contains("contact");
+  if (!answer.probe) return answer;
+  answer.q_contact = joints(json.at("contact"));
+  const std::vector<double> stands = json.at("stands");
+  if (stands.size() != 6) throw std::runtime_error("a place has six words");
+  answer.y_stand = Eigen::Map<const Words>(stands.data());
+  return answer;
+}
+
+SessionEntry from_json(const Json& json) {
+  SessionEntry entry;
+  entry.period = json.at("period");
+  entry.kind = static_cast<Kind>(index_of(kEntryNames, json.at("entry")));
+  if (entry.kind == Kind::kProgram) {
+    entry.program.path = json.at("path");
+    entry.program.from_line = json.value("from_line", 0U);
+    if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
+    entry.program.corrections_off = json.value("corrections_off", std::uint8_t{0});
+  }
+  if (json.contains("q")) entry.program.q = joints(json.at("q"));
+  if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
+  if (entry.kind == Kind::kFault) entry.fault = static_cast<Fault>(json.at("fault").get<int>());
+  if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
+  if (entry.kind == Kind::kInputs) {
+    entry.inputs.digital = json.at("digital");
+    entry.inputs.probe = json.at("probe");
+    entry.inputs.spindle_ready = json.at("spindle_ready");
+    entry.inputs.spindle_turns = json.at("turns");
+  }
+  if (entry.kind == Kind::kAnswer) entry.answer = answer_from(json);
+  if (entry.kind == Kind::kSensor) {
+    entry.sensor = {json.at("channel"), json.at("value")};
+    if (entry.sensor.channel < 0 || entry.sensor.channel >= SensorBoard::kMax)
+      throw std::runtime_error("no such channel");
+  }
+  if (entry.kind == Kind::kFeatures) entry.features = features_from(json.at("features"));
+  if (entry.kind != Kind::kCommand) return entry;
+  entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
+  entry.command.value = json.at("value");
+  entry.command.speed = json.at("speed");
+  entry.command.joint = json.at("joint");
+  return entry;
+}
+
+}  // namespace
+
+std::string make_log_file(const std::string& path) {
+  std::string name = path;
+  for (int number = 1; number <= kLogsMax; ++number) {
+    const int fd = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0640);
+    if (fd >= 0) {
+      close(fd);
+      return name;
+    }
+    if (errno != EEXIST)
+      throw std::runtime_error(
+          fmt::format("{}: cannot write the session's log: {}", name, std::strerror(errno)));
+    name = fmt::format("{}.{}", path, number);
+  }
+  throw std::runtime_error(fmt::format("{}: {} sessions are kept beside it; move some away", path, kLogsMax));
+}
+
+SessionHead session_head(const std::string& machine, const std::string& tools, const std::string& vars,
+                         bool run) {
+  const auto content = [](const std::string& file) {
+    return !file.empty() && std::filesystem::exists(file) ? read_text_file(file) : std::string();
+  };
+  return {machine, tools, vars, run, content(tools), content(vars)};
+}
+
+SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
+  if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
+  const Json json{{"machine", head.machine}, {"tools", head.tools},           {"vars", head.vars},
+                  {"run", head.run},         {"tools_text", head.tools_text}, {"vars_text", head.vars_text}};
+  out_ << one_line(json) << std::endl;
+}
+
+void SessionLog::program(const ProgramStart& start) {
+  SessionEntry entry;
+  entry.kind = Kind::kProgram;
+  entry.program = start;
+  const std::lock_guard lock(mutex_);
+  entry.period = next_period_;
+  write(entry);
+}
+
+void SessionLog::posted(const RtCommand& command) {
+  const std::lock_guard lock(mutex_);
+  open_.push_back(command);
+}
+
+void SessionLog::report(const CycleReport& report) {
+  const std::lock_guard lock(mutex_);
+  SessionEntry entry;
+  entry.period = report.period;
+  entry.kind = Kind::kCommand;
+  while (!open_.empty() && static_cast<std::int32_t>(report.last_command_id - open_.front().id) >= 0) {
+    entry.command = open_.front();
+    open_.pop_front();
+    write(entry);
+  }
+  entry.kind = Kind::kLow;
+  entry.blocks = report.blocks_when_low;
+  if (entry.blocks > 0) write(entry);
+  entry.kind = Kind::kStands;
+  entry.program.q = report.q_setpoint;
+  if (report.drives == DriveState::kEnabled && last_.drives != DriveState::kEnabled) write(entry);
+  entry.kind = Kind::kFault;
+  entry.fault = report.fault;
+  entry.joint = report.fault_joint;
+  if (report.fault != Fault::kOk && last_.fault == Fault::kOk && report.fault != Fault::kEmergencyStop)
+    write(entry);
+  report_io(report);
+  last_ = report;
+  next_period_ = report.period + 1;
+}
+
+void SessionLog::report_io(const CycleReport& report) {
+  SessionEntry entry;
+  entry.period = report.period;
+  entry.kind = Kind::kInputs;
+  entry.inputs.digital = report.inputs;
+  entry.inputs.probe = report.probe;
+  entry.inputs.spindle_ready = report.spindle_ready;
+  entry.inputs.spindle_turns = report.spindle_turns;
+  const bool turned = report.reads_encoder && report.spindle_turns != last_.spindle_turns;
+  if (turned || report.inputs != last_.inputs || report.probe != last_.probe ||
+      report.spindle_ready != last_.spindle_ready)
+    write(entry);
+  entry.kind = Kind::kAnswer;
+  entry.answer = report.answer;
+  if (report.answered) write(entry);
+  entry.kind = Kind::kSensor;
+  entry.sensor = report.sensor;
+  if (entry.sensor.channel >= 0) write(entry);
+}
+
+void SessionLog::features(const std::vector<FeatureDeflection>& features) {
+  const std::lock_guard lock(mutex_);
+  SessionEntry entry;
+  entry.period = last_.period;
+  entry.kind = Kind::kFeatures;
+  entry.features = features;
+  write(entry);
+}
+
+void SessionLog::write(const SessionEntry& entry) { out_ << one_line(to_json(entry)) << std::endl; }
+
+Session read_session(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+  Session session;
+  std::string text;
+  for (int line = 1; std::getline(in, text); ++line) {
+    try {
+      const Json json = Json::parse(text);
+      if (line == 1)
+        session.head = {json.at("machine"),
+                        json.at("tools"),
+                        json.at("vars"),
+                        json.value("run", false),
+                        json.value("tools_text", ""),
+                        json.value("vars_text", "")};
+      else
+        session.entries.push_back(from_json(json));
+    } catch (const std::exception& error) {
+      throw ProgramError(fmt::format("{}:{}: not a line of a session's log: {}", path, line, error.what()));
+    }
+  }
+  if (session.head.machine.empty()) throw ProgramError(fmt::format("{}:1: the log's head is missing", path));
+  return session;
+}
+
+}  // namespace trn

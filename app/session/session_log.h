@@ -1,0 +1,91 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <fstream>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "app/session/feature_meter.h"
+#include "app/session/pipeline.h"
+#include "kernel/rt_messages.h"
+
+namespace trn {
+
+/// One thing that reached the tick from outside, in the period in which it did.
+struct SessionEntry {
+  enum class Kind : std::uint8_t {
+    kProgram,  ///< `program` was prepared, before the tick of its period
+    kCommand,  ///< `command` took effect
+    kLow,      ///< little motion was queued: the tick saw `blocks` blocks of the program
+    kStands,   ///< the drives are powered, at `program.q`
+    kFault,    ///< the drives reported `fault`
+    kInputs,   ///< the inputs are now `inputs`
+    kAnswer,   ///< the program was given `answer`
+    kSensor,   ///< the corrections heard `sensor`
+    kFeatures  ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
+  };
+  Kind kind = Kind::kCommand;
+  std::uint64_t period = 0;
+  RtCommand command;
+  ProgramStart program;
+  std::uint32_t blocks = 0;
+  Fault fault = Fault::kOk;
+  int joint = -1;
+  IoInputs inputs;  ///< digital, probe, spindle_ready
+  ProgramAnswer answer;
+  SensorSample sensor;
+  std::vector<FeatureDeflection> features;
+};
+
+/// What a session was made with; paths as given.
+struct SessionHead {
+  std::string machine, tools, vars;
+  bool run = false;  ///< of `trunnion run`: program stops are passed, the trace begins with the program
+  std::string tools_text = {}, vars_text = {};  ///< of the files, as they were when the session began
+};
+
+/// Makes the file for a new session's log and returns its path: `path`, or, where a session is kept there,
+/// `path`.1, `path`.2 and so on: no session is written over. std::runtime_error if none can be made.
+std::string make_log_file(const std::string& path);
+
+/// With what the files hold now; "": there is none.
+SessionHead session_head(const std::string& machine, const std::string& tools, const std::string& vars,
+                         bool run);
+
+/// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the
+/// setpoints again, bit for bit (`trunnion replay`).
+class SessionLog {
+ public:
+  /// std::runtime_error if the file cannot be written.
+  SessionLog(const std::string& path, const SessionHead& head);
+
+  /// From any thread, before the program's first block.
+  void program(const ProgramStart& start);
+  /// Every command, before the tick can have it, and every report: from one thread.
+  void posted(const RtCommand& command);
+  void report(const CycleReport& report);
+  /// From the same thread, behind the report with the program's end.
+  void features(const std::vector<FeatureDeflection>& features);
+
+ private:
+  void write(const SessionEntry& entry);
+  void report_io(const CycleReport& report);
+
+  std::mutex mutex_;
+  std::ofstream out_;
+  std::deque<RtCommand> open_;  ///< posted, not yet obeyed
+  CycleReport last_;
+  std::uint64_t next_period_ = 0;  ///< the first one of which no report has come
+};
+
+/// Reads a log as a whole. ProgramError "file:line: what" where it is not one.
+struct Session {
+  SessionHead head;
+  std::vector<SessionEntry> entries;
+};
+Session read_session(const std::string& path);
+
+}  // namespace trn

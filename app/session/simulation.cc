@@ -1,0 +1,352 @@
+#include "app/session/simulation.h"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <ctime>
+
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kAtLimit = 0.95;
+constexpr int kStartPeriodsMax = 600000;
+constexpr std::uint64_t kLinesMax = 10 * Interpreter::kLoopedLinesMax;  // without any motion
+constexpr double kPatienceS = 10;  // with a standing machine and an operator who has nothing left to do
+
+double seconds_since(std::chrono::steady_clock::time_point start) {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+}
+
+double processor_s() {
+  timespec t{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
+  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
+}
+
+/// Differences of the setpoint stream, for the share of time at each limit.
+class LimitClock {
+ public:
+  LimitClock(const Joints& joints, double period_s)
+      : joints_(joints), period_s_(period_s), at_(joints.size()) {}
+
+  void row(const JointVec& q) {
+    for (int k = 3; k > 0; --k) q_[k] = q_[k - 1];
+    q_[0] = q;
+    if (++rows_ < 4) return;
+    bool any = false;
+    for (std::size_t i = 0; i < joints_.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      const JointLimit& limit = joints_[i].limit;
+      const double T = period_s_;
+      const double v = (q_[0][k] - q_[1][k]) / T, a = (q_[0][k] - 2 * q_[1][k] + q_[2][k]) / (T * T);
+      const double j = (q_[0][k] - 3 * q_[1][k] + 3 * q_[2][k] - q_[3][k]) / (T * T * T);
+      any |= count(std::abs(v) / limit.velocity, at_[i].velocity);
+      any |= count(std::abs(a) / limit.acceleration, at_[i].acceleration);
+      any |= count(std::abs(j) / limit.jerk, at_[i].jerk);
+    }
+    if (!any) free_s += period_s_;
+  }
+  const std::vector<TimeAtLimit>& at() const { return at_; }
+  double free_s = 0;
+
+ private:
+  bool count(double ratio, double& time_s) const {
+    if (ratio < kAtLimit) return false;
+    time_s += period_s_;
+    return true;
+  }
+  const Joints& joints_;
+  double period_s_;
+  std::vector<TimeAtLimit> at_;
+  JointVec q_[4];
+  std::uint64_t rows_ = 0;
+};
+
+/// One run: the machine, the program and everybody who watches.
+class Simulation {
+ public:
+  Simulation(Assembly& assembly, Parameters& parameters, ToolTable& tools, const SimulationOptions& options)
+      : assembly_(assembly),
+        parameters_(parameters),
+        tools_(tools),
+        options_(options),
+        period_s_(assembly.machine.period_s),
+        queue_(1 << 14),
+        cycle_({period_s_, assembly.machine.joints, false, 8, assembly.plan_joints,
+                assembly.spindle_timeout_s, inverse(assembly.kinematics->home_X_BM())},
+               *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get(),
+               assembly.io.get()),
+        judge_(assembly.machine.joints, period_s_),
+        meter_(*assembly.kinematics, options.histograms),
+        clock_(assembly.machine.joints, period_s_) {}
+
+  SimulationResult run() {
+    prepare_drives();
+    list_corrections();
+    const auto wall = std::chrono::steady_clock::now();
+    ProgramStart start{options_.program, options_.program_text, cycle_.last_report().q_plan};
+    start.from_line = options_.from_line;
+    start.corrections_off = assembly_.corrections.planned_off;
+    start.ends_round = true;
+    pipeline_.emplace(assembly_, parameters_, tools_, start,
+                      PipelineObservers{options_.on_warning,
+                                        [this](const ProgramMove& move) { programmed(move); },
+                                        options_.on_piece,
+                                        options_.on_stretch,
+                                        {}});
+    if (options_.log) options_.log->program(start);
+    if (options_.single_block) post({RtCommand::Kind::kSingleBlock, 1});
+    post({RtCommand::Kind::kStart});
+    fill();
+    watch(cycle_.last_report());  // the stream begins at rest
+    drive();
+    if (failure_) std::rethrow_exception(failure_);
+    finish(seconds_since(wall));
+    return result_;
+  }
+
+ private:
+  void post(RtCommand command) {
+    command.id = ++last_id_;
+    if (options_.log) options_.log->posted(command);
+    cycle_.post(command);
+  }
+
+  void tick() {
+    cycle_.tick();
+    if (options_.log) options_.log->report(cycle_.last_report());
+  }
+
+  double now_s() const { return static_cast<double>(result_.periods) * period_s_; }
+
+  void stop_early() {
+    stopped_ = true;
+    const std::uint32_t line = cycle_.last_report().line;
+    if (options_.on_warning)
+      options_.on_warning({fmt::format("line {}: the run stops here, after {:g} s of motion (--stop-after)",
+                                       line, options_.stop_after_s),
+                           line});
+    post({RtCommand::Kind::kStop});
+  }
+
+  // What the script asks for in this period. At its end nobody is left to wake a standing machine.
+  void operate() {
+    const CycleReport& report = cycle_.last_report();
+    for (; next_action_ < options_.script.size() && options_.script[next_action_].time_s < now_s();
+         ++next_action_)
+      post(options_.script[next_action_].command);
+    const bool paused = report.motion == MotionState::kPaused;
+    if (paused && options_.single_block) return post({RtCommand::Kind::kResume});
+    const bool stands = paused || (cycle_.path_rate().standing() && report.motion != MotionState::kRest);
+    standing_periods_ = stands ? standing_periods_ + 1 : 0;
+    if (standing_periods_ * period_s_ < kPatienceS || next_action_ < options_.script.size()) return;
+    if (options_.on_warning)
+      options_.on_warning({fmt::format("line {}: the machine stands, and the operator's script has nothing "
+                                       "more to do; the run ends here",
+                                       report.line),
+                           report.line});
+    post({RtCommand::Kind::kStop});
+    standing_periods_ = 0;
+  }
+
+  void prepare_drives() {
+    assembly_.drives->bring_up();
+    const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
+    bool asked = false;
+    for (int i = 0; i < kStartPeriodsMax; ++i) {
+      tick();
+      const CycleReport& report = cycle_.last_report();
+      const bool standing = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
+      if (standing && (report.homed_mask & all) == all) return;
+      if (standing && !asked) {
+        asked = true;
+        post({RtCommand::Kind::kHome, 0, 0, -1});
+      }
+    }
+    throw std::runtime_error("the simulated drives do not get ready; check the section [drives]");
+  }
+
+  // Keeps the queue ahead of the tick, as the planner's thread of the daemon does.
+  void fill() {
+    const double start_s = processor_s();
+    while (!planned_ && queue_.buffered_s() < assembly_.planner.buffer_s) {
+      if (pipeline_->waiting() && !take_answer()) break;
+      if (!has_block_ && !(has_block_ = next_block())) break;
+      if (!queue_.push(block_)) break;
+      has_block_ = false;
+    }
+    result_.planning_s += processor_s() - start_s;
+  }
+
+  bool next_block() {
+    try {
+      if (pipeline_->next(block_, nullptr, kLinesMax)) return true;
+    } catch (const ProgramError&) {
+      failure_ = std::current_exception();
+      if (pipeline_->next(block_)) return true;
+    }
+    planned_ = !pipeline_->waiting();
+    return false;
+  }
+
+  // Everything before the question has been driven.
+  bool take_answer() {
+    ProgramAnswer answer;
+    if (!queue_.take_answer(answer)) return false;
+    if (answer.probe) meter_.restart();
+    pipeline_->answer(answer);
+    return true;
+  }
+
+  void drive() {
+    do {
+      if (queue_.buffered_s() < assembly_.planner.buffer_s) fill();
+      if (!options_.script.empty() || options_.single_block) operate();
+      if (now_s() >= options_.stop_after_s && !stopped_) stop_early();
+      tick();
+      for (const auto& work : assembly_.corrections.background) work();
+      watch(cycle_.last_report());
+    } while (goes_on());
+  }
+
+  // A fault is followed to the standstill.
+  bool goes_on() const {
+    const MotionState motion = cycle_.last_report().motion;
+    return motion != MotionState::kRest && (result_.fault == Fault::kOk || motion != MotionState::kPaused);
+  }
+
+  void programmed(const ProgramMove& move) {
+    if (options_.on_move) options_.on_move(move);
+    meter_.programmed(move);
+    if (assembly_.corrections.setpoint->deflection()) features_.programmed(move);
+  }
+
+  void watch(const CycleReport& report) {
+    const QueueEvent& event = report.event;
+    if (event.kind == QueueEvent::Kind::kToolChange && event.value != kToolByNobody && options_.on_tool)
+      options_.on_tool(report.line, event.argument);
+    if (options_.trace) options_.trace->write(report);
+    if (assembly_.screws) assembly_.screws->step(report.q_plan, report.q_setpoint);
+    row_.t_s = static_cast<double>(result_.periods) * period_s_;
+    row_.q.assign(report.q_setpoint.data(), report.q_setpoint.data() + report.q_setpoint.size());
+    row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
+    row_.line = report.line;
+    judge_.row(row_);
+    clock_.row(report.q_setpoint);
+    measure(report);
+    features_.sample(report);
+    ++result_.periods;
+    result_.starvations = report.starvations;
+    result_.fault = report.fault;
+    result_.fault_joint = report.fault_joint;
+    if (options_.progress && result_.periods % 20000 == 0) options_.progress(report.line, row_.t_s);
+  }
+
+  void note(CorrectionSummary& summary, const JointVec& offset) const {
+    for (std::size_t i = 0; i < assembly_.machine.joints.size(); ++i) {
+      const bool rotary = assembly_.machine.joints[i].kind == JointKind::kRotary;
+      double& peak = rotary ? summary.peak_rad : summary.peak_mm;
+      peak = std::max(peak, std::abs(offset[static_cast<Eigen::Index>(i)]));
+    }
+  }
+
+  // What the corrections in the plan leave of the machine's errors.
+  DeviationMeter::Left measure_corrections(const CycleReport& report) {
+    MachineJointMap::Parts parts;
+    if ((assembly_.map->has_pose() || assembly_.map->has_joint()) && report.on_path &&
+        assembly_.map->parts(report.y, report.context, parts) == KinStatus::kOk) {
+      if (assembly_.map->has_pose()) {
+        CorrectionSummary& summary = result_.corrections[0];
+        note(summary, parts.pose);
+        summary.left_tip_mm = std::max(summary.left_tip_mm, parts.left_tip_mm);
+        summary.left_axis_rad = std::max(summary.left_axis_rad, parts.left_axis_rad);
+      }
+      if (assembly_.map->has_joint())
+        note(result_.corrections[assembly_.map->has_pose() ? 1 : 0], parts.joint);
+    }
+    std::size_t k = (assembly_.map->has_pose() ? 1 : 0) + (assembly_.map->has_joint() ? 1 : 0);
+    for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i, ++k) {
+      const CorrectionReport& link = report.corrections[static_cast<std::size_t>(i)];
+      note(result_.corrections[k], link.offset);
+      if (*link.warning) result_.corrections[k].warning = link.warning;
+    }
+    if (!report.context.rtcp) return {};  // the words themselves are compared
+    return {parts.left_tip_mm, parts.left_axis_rad * kDegPerRad};
+  }
+
+  void list_corrections() {
+    if (assembly_.map->has_pose()) result_.corrections.push_back({"geometric", 0, 0, 0, 0, ""});
+    if (assembly_.map->has_joint()) result_.corrections.push_back({"joint_table", 0, 0, 0, 0, ""});
+    for (int i = 0; i < assembly_.corrections.setpoint->size(); ++i)
+      result_.corrections.push_back({assembly_.corrections.setpoint->budget(i).name, 0, 0, 0, 0, ""});
+  }
+
+  void measure(const CycleReport& report) {
+    const DeviationMeter::Left left = measure_corrections(report);
+    if (!report.on_path) return;
+    ToolPose pose;
+    if (tool_pose(*assembly_.map, report.q_plan, report.context, pose) != KinStatus::kOk) return;
+    Vec3 p = pose.p_B, u = pose.u_B;
+    if (!report.context.rtcp) {
+      Words words;
+      if (assembly_.map->words_at(report.q_plan, report.context, words) != KinStatus::kOk) return;
+      p = words.head<3>();
+      u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
+    }
+    meter_.enter(report.context);
+    meter_.sample(p, u, report.line, left);
+    if (measured_) result_.path_mm += (pose.p_W - p_last_).norm();
+    p_last_ = pose.p_W;
+    measured_ = true;
+  }
+
+  void finish(double wall_s) {
+    judge_.finish();
+    result_.joints = judge_.verdicts();
+    result_.within_limits = judge_.within_limits();
+    result_.at_limit = clock_.at();
+    result_.free_s = clock_.free_s;
+    result_.deviation = meter_.report();
+    if (assembly_.screws) result_.screws = assembly_.screws->reports();
+    result_.features = features_.features();
+    if (options_.log && !result_.features.empty()) options_.log->features(result_.features);
+    result_.lines = pipeline_->line();
+    result_.speed = pipeline_->speed_stats();
+    result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;
+    result_.wall_s = wall_s;
+  }
+
+  Assembly& assembly_;
+  Parameters& parameters_;
+  ToolTable& tools_;
+  const SimulationOptions& options_;
+  double period_s_;
+  MotionQueue queue_;
+  Cycle cycle_;
+  LimitJudge judge_;
+  DeviationMeter meter_;
+  FeatureMeter features_;
+  LimitClock clock_;
+  std::optional<Pipeline> pipeline_;
+  MotionBlock block_;
+  bool has_block_ = false, planned_ = false, measured_ = false, stopped_ = false;
+  std::exception_ptr failure_;
+  TraceRow row_;
+  Vec3 p_last_ = Vec3::Zero();
+  std::uint32_t last_id_ = 0;
+  std::size_t next_action_ = 0;
+  int standing_periods_ = 0;
+  SimulationResult result_;
+};
+
+}  // namespace
+
+SimulationResult simulate(Assembly& assembly, Parameters& parameters, ToolTable& tools,
+                          const SimulationOptions& options) {
+  return Simulation(assembly, parameters, tools, options).run();
+}
+
+}  // namespace trn

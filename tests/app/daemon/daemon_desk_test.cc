@@ -1,0 +1,196 @@
+#include <gtest/gtest.h>
+
+#include <atomic>
+#include <thread>
+
+#include "app/daemon/command_desk.h"
+#include "app/daemon/telemetry.h"
+#include "app/daemon/worker.h"
+
+namespace trn {
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+
+struct Bench {
+  Bench() {
+    link.subscribe<acknowledge_t>(config.acknowledge_channel(),
+                                  [this](const auto& answer) { heard.push_back(answer); });
+  }
+  command_t command(std::int32_t sequence) const {
+    command_t out{};
+    out.client = 99;
+    out.sequence = sequence;
+    out.verb = command_t::START;
+    return out;
+  }
+  void send(const command_t& command) {
+    link.publish(config.command_channel(), command);
+    while (link.handle(20)) {
+    }
+  }
+  LcmConfig config{LcmConfig::kDefaultUrl, "bench"};
+  LcmLink link{"memq://"};
+  std::vector<acknowledge_t> heard;
+  std::vector<int> obeyed;
+  bool ready = true, fails = false;
+  std::int8_t outcome = acknowledge_t::ACCEPTED;
+  std::optional<CommandDesk::Ticket> ticket;
+  CommandDesk desk{link, config,
+                   [this](const command_t& c, const CommandDesk::Ticket& t) {
+                     if (fails) throw std::runtime_error("no thread");
+                     obeyed.push_back(c.sequence);
+                     ticket = t;
+                     return CommandDesk::Answer{outcome, ""};
+                   },
+                   [] { return 17; }, [this] { return ready; }};
+};
+
+TEST(CommandDesk, ObeysOnceAndAnswersEveryCopy) {
+  Bench bench;
+  for (int copy = 0; copy < 3; ++copy) bench.send(bench.command(1));
+  bench.send(bench.command(2));
+  EXPECT_EQ(bench.obeyed, (std::vector<int>{1, 2}));
+  ASSERT_EQ(bench.heard.size(), 4u);
+  EXPECT_EQ(bench.heard[2].sequence, 1);
+  EXPECT_EQ(bench.heard[2].outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.heard[2].status_count, 17);
+}
+
+TEST(CommandDesk, RefusesWhatHasExpired) {
+  Bench bench;
+  command_t late = bench.command(1);
+  late.expires_us = monotonic_us() - 1;
+  bench.send(late);
+  EXPECT_TRUE(bench.obeyed.empty());
+  ASSERT_EQ(bench.heard.size(), 1u);
+  EXPECT_EQ(bench.heard[0].outcome, +acknowledge_t::REFUSED);
+  late.sequence = 2;
+  late.expires_us = monotonic_us() + 10'000'000;
+  bench.send(late);
+  EXPECT_EQ(bench.obeyed, std::vector<int>{2});
+  late.expires_us = 1;
+  late.verb = command_t::ESTOP;
+  late.sequence = 3;
+  bench.send(late);
+  EXPECT_EQ(bench.obeyed.back(), 3) << "what makes safe never expires";
+}
+
+// A client that is hours behind or ahead must be able to stop the machine.
+TEST(CommandDesk, WhatMakesTheMachineSaferNeverExpires) {
+  const struct {
+    std::int8_t verb;
+    double value;
+    bool always;
+  } kCommands[] = {{command_t::ESTOP, 0, true},          {command_t::STOP, 0, true},
+                   {command_t::HOLD, 0, true},           {command_t::OVERRIDE, 0, true},
+                   {command_t::RAPID_OVERRIDE, 0, true}, {command_t::ADAPTIVE_FEED, 0, true},
+                   {command_t::OVERRIDE, 0.01, false},   {command_t::SPINDLE_OVERRIDE, 0, false},
+                   {command_t::RESUME, 0, false},        {command_t::START, 0, false},
+                   {command_t::JOG, 0, false},           {command_t::MDI, 0, false},
+                   {command_t::HOME, 0, false},          {command_t::RESET, 0, false},
+                   {command_t::SINGLE_BLOCK, 0, false},  {command_t::LOAD, 0, false},
+                   {command_t::CORRECTION, 0, false}};
+  Bench bench;
+  std::int32_t sequence = 0;
+  for (const auto& [verb, value, always] : kCommands)
+    for (const std::int64_t expires_us : {std::int64_t{1}, std::int64_t{-1}, monotonic_us() - 1}) {
+      command_t command = bench.command(++sequence);
+      command.verb = verb;
+      command.value = value;
+      command.expires_us = expires_us;
+      bench.obeyed.clear();
+      bench.send(command);
+      EXPECT_EQ(bench.obeyed.size(), always ? 1U : 0U) << int{verb} << " " << expires_us;
+    }
+}
+
+TEST(CommandDesk, WorkingCommandsGetTheirFinalAnswerLater) {
+  Bench bench;
+  bench.outcome = acknowledge_t::WORKING;
+  bench.send(bench.command(5));
+  bench.send(bench.command(5));
+  ASSERT_EQ(bench.heard.size(), 2u);
+  EXPECT_EQ(bench.heard[1].outcome, +acknowledge_t::WORKING);
+  bench.desk.finish(*bench.ticket, {acknowledge_t::BAD_PROGRAM, "a.ngc:1:1: no"});
+  bench.send(bench.command(5));
+  ASSERT_EQ(bench.heard.size(), 4u);
+  EXPECT_EQ(bench.heard[2].outcome, +acknowledge_t::BAD_PROGRAM);
+  EXPECT_EQ(bench.heard[3].message, "a.ngc:1:1: no");
+  EXPECT_EQ(bench.obeyed, std::vector<int>{5});
+}
+
+TEST(CommandDesk, AFloodIsRefusedAndNeverAcknowledgedAsObeyed) {
+  Bench bench;
+  for (int i = 1; i <= 2000; ++i) bench.link.publish(bench.config.command_channel(), bench.command(i));
+  while (bench.link.handle(0)) bench.desk.poll();
+  std::vector<int> accepted;
+  for (const acknowledge_t& answer : bench.heard)
+    if (answer.outcome == acknowledge_t::ACCEPTED) accepted.push_back(answer.sequence);
+  EXPECT_EQ(accepted, bench.obeyed);
+  EXPECT_GE(bench.obeyed.size(), 100u);
+  EXPECT_LT(bench.obeyed.size(), 2000u) << "200 a second";
+}
+
+// Whatever waits, however long the flood: the stop acts when it comes, and nothing from before it acts behind
+// it.
+TEST(CommandDesk, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
+  for (const std::int8_t stop : {command_t::ESTOP, command_t::STOP, command_t::HOLD, command_t::OVERRIDE}) {
+    Bench bench;
+    bench.ready = false;
+    for (int i = 1; i <= 300; ++i) {
+      command_t command = bench.command(i);
+      if (i == 290) command.verb = stop;
+      bench.link.publish(bench.config.command_channel(), command);
+    }
+    while (bench.link.handle(0)) bench.desk.poll();
+    EXPECT_EQ(bench.obeyed, std::vector<int>{290});
+    bench.ready = true;
+    bench.desk.poll();
+    for (const int sequence : bench.obeyed) EXPECT_GE(sequence, 290);
+  }
+}
+
+TEST(CommandDesk, ACommandThatFailsIsAnswered) {
+  Bench bench;
+  bench.fails = true;
+  bench.send(bench.command(1));
+  ASSERT_EQ(bench.heard.size(), 1u);
+  EXPECT_EQ(bench.heard[0].outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(bench.heard[0].message.find("no thread"), std::string::npos);
+}
+
+TEST(CommandGate, LimitsASenderAndAllTogether) {
+  CommandGate gate;
+  const auto start = CommandGate::Clock::now();
+  int one = 0, many = 0;
+  for (int i = 0; i < 20'000; ++i)
+    one += gate.admit({1, 1}, start + std::chrono::microseconds(50 * i)) ? 1 : 0;
+  EXPECT_NEAR(one, CommandGate::kSenderBurst + CommandGate::kSenderRate, 2);
+  EXPECT_TRUE(gate.admit({1, 2}, start + std::chrono::seconds(1))) << "another sender is heard";
+  for (int i = 0; i < 20'000; ++i)
+    many +=
+        gate.admit({2, static_cast<std::uint16_t>(i)}, start + std::chrono::microseconds(1000000 + 50 * i));
+  EXPECT_LE(many, CommandGate::kTotalBurst + CommandGate::kTotalRate + 1) << "a new port for each command";
+  EXPECT_TRUE(gate.must_tell(start));
+  EXPECT_FALSE(gate.must_tell(start + std::chrono::seconds(59)));
+}
+
+TEST(Worker, DoesJobsInOrderAndFinishesThemInTheOwnersThread) {
+  Worker worker;
+  std::vector<int> finished;
+  std::atomic<int> done = 0;
+  for (int i = 0; i < 20; ++i)
+    worker.post([&, i] {
+      EXPECT_EQ(done.load(), i);
+      ++done;
+      return Worker::Done([&finished, i] { finished.push_back(i); });
+    });
+  while (done < 20) std::this_thread::yield();
+  while (finished.size() < 20) worker.collect();
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(finished[static_cast<std::size_t>(i)], i);
+}
+
+}  // namespace
+}  // namespace trn

@@ -1,0 +1,493 @@
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <functional>
+#include <future>
+#include <optional>
+#include <random>
+#include <utility>
+
+#include "app/daemon/director.h"
+#include "hal/loopback.h"
+#include "interp/move.h"
+#include "tests/hal/hostile_datagrams.h"
+
+namespace trn {
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+using trunnion::status_t;
+using Kind = RtCommand::Kind;
+
+constexpr char kMachine[] = R"(
+[machine]
+name = "bench"
+period_s = 0.001
+[[joint]]
+name = "X"
+type = "linear"
+min_mm = -100
+max_mm = 100
+velocity_mm_s = 100
+acceleration_mm_s2 = 1000
+jerk_mm_s3 = 20000
+)";
+
+struct FakePrograms final : ProgramSource {
+  std::string load(const std::string& path, const JointVec&) override {
+    if (hangs.valid()) {
+      hanging = true;
+      hangs.wait();
+    }
+    if (path == "bad.ngc") throw ProgramError("bad.ngc:3:7: no such word");
+    ++loads;
+    return "";
+  }
+  std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override {
+    load(path, q);
+    from_line = line;
+    return "approach";
+  }
+  void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
+  void confirm_tool(int number) override {
+    if (disk_full) throw std::runtime_error("m.var: cannot be written: No space left on device");
+    in_spindle = number;
+  }
+  std::string tool_name(int number) const override { return "tool " + std::to_string(number) + " (ball)"; }
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
+  std::uint8_t corrections_off_ = 0;
+  void abandon() override { ++abandoned; }
+  std::string take_failure() override { return std::exchange(failure, ""); }
+  std::atomic<int> loads = 0, mdis = 0, in_spindle = 0;
+  std::atomic<bool> disk_full = false;
+  int abandoned = 0;
+  std::uint32_t from_line = 0;
+  std::string failure;
+  std::shared_future<void> hangs;
+  std::atomic<bool> hanging = false;
+};
+
+/// Drives that do not answer when they are switched off.
+struct HangingDrives final : Drives {
+  explicit HangingDrives(std::shared_future<void> gate_in) : gate(std::move(gate_in)) {}
+  void bring_up() override {}
+  void shut_down() noexcept override { gate.wait(); }
+  void reset_faults() override {}
+  void exchange(const Setpoints&, Feedback&) TRN_RT override {}
+  void request_home(unsigned) TRN_RT override {}
+  void quick_stop() TRN_RT override {}
+  std::shared_future<void> gate;
+};
+
+struct FakeTick final : TickPort {
+  void tick() TRN_RT override {}
+  void latch(Fault) TRN_RT override {}
+  bool post(const RtCommand& command) override {
+    posted.push_back(command);
+    return true;
+  }
+  bool next_report(CycleReport&) override { return false; }
+  std::vector<RtCommand> posted;
+};
+
+/// A director whose tick is played by the test: reports are made by hand, commands to the tick are kept.
+struct Bench {
+  Bench() : Bench(loopback_drives) {}
+  explicit Bench(Drives& drives_in) : drives(drives_in) {
+    link.subscribe<acknowledge_t>(lcm.acknowledge_channel(),
+                                  [this](const auto& answer) { answers.push_back(answer); });
+    link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
+    now.q_plan = now.q_setpoint = now.q_measured = JointVec::Zero(1);
+    now.homed_mask = 1;
+    director.begin();
+    until([this] { return !posted.empty(); });
+    now.drives = DriveState::kEnabled;
+    tick();
+  }
+  void until(const std::function<bool()>& wanted) {
+    for (int i = 0; i < 2000 && !wanted(); ++i) {
+      director.poll();
+      if (!posted.empty() && last() == Kind::kStop) tick();  // what a load waits for
+      while (link.handle(1)) {
+      }
+    }
+    ASSERT_TRUE(wanted());
+  }
+  /// The tick has heard everything and reports what stands in `now`.
+  void tick() {
+    now.last_command_id = posted.empty() ? 0 : posted.back().id;
+    director.report(now);
+  }
+  acknowledge_t send(std::int8_t verb, const std::string& text = "", double value = 0) {
+    command_t command{};
+    command.client = 5;
+    command.sequence = ++sequence;
+    command.verb = verb;
+    command.text = text;
+    command.value = value;
+    link.publish(lcm.command_channel(), command);
+    until([&] {
+      return !answers.empty() && answers.back().sequence == sequence &&
+             answers.back().outcome != acknowledge_t::WORKING;
+    });
+    return answers.back();
+  }
+  void start_program() {
+    ASSERT_EQ(send(command_t::LOAD, "part.ngc").outcome, +acknowledge_t::ACCEPTED);
+    ASSERT_EQ(send(command_t::START).outcome, +acknowledge_t::ACCEPTED);
+    now.motion = MotionState::kMoving;
+    tick();
+    ASSERT_EQ(director.state(), MachineState::kRunning);
+  }
+  Kind last() const { return posted.back().kind; }
+
+  Machine machine = read_machine(parse_config(kMachine, "bench.toml"));
+  LcmConfig lcm{"memq://", "bench"};
+  LcmLink link{lcm.url};
+  LoopbackDrives loopback_drives{JointVec::Zero(1)};
+  Drives& drives;
+  FakePrograms programs;
+  LoopStatistics statistics;
+  FakeTick fake_tick;
+  std::vector<RtCommand>& posted = fake_tick.posted;
+  std::vector<acknowledge_t> answers;
+  std::optional<status_t> status;
+  CycleReport now;
+  int sequence = 0;
+  Director director{{machine, lcm, link, drives, fake_tick, programs, statistics}, {"no real-time priority"}};
+};
+
+TEST(Director, BringsTheDrivesUpAndBecomesIdle) {
+  Bench bench;
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.until([&] { return bench.status && bench.status->state == "idle"; });
+  EXPECT_EQ(bench.status->warnings, std::vector<std::string>{"no real-time priority"});
+  EXPECT_FALSE(bench.status->realtime);
+}
+
+TEST(Director, RunsAProgramToItsEnd) {
+  Bench bench;
+  bench.start_program();
+  EXPECT_EQ(bench.last(), Kind::kStart);
+  EXPECT_EQ(bench.programs.loads, 1) << "what load prepared is started";
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.send(command_t::START);
+  EXPECT_EQ(bench.programs.loads, 2) << "a second start prepares it again";
+}
+
+TEST(Director, ReportsOfThePastDoNotEndTheMotion) {
+  Bench bench;
+  bench.send(command_t::LOAD, "part.ngc");
+  bench.send(command_t::START);
+  bench.now.motion = MotionState::kRest;
+  bench.director.report(bench.now);  // from before the tick heard of the start
+  EXPECT_EQ(bench.director.state(), MachineState::kRunning);
+}
+
+TEST(Director, BadProgramIsToldAndNothingStarts) {
+  Bench bench;
+  const acknowledge_t answer = bench.send(command_t::LOAD, "bad.ngc");
+  EXPECT_EQ(answer.outcome, +acknowledge_t::BAD_PROGRAM);
+  EXPECT_EQ(answer.message, "bad.ngc:3:7: no such word");
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::REFUSED);
+  for (const RtCommand& command : bench.posted) EXPECT_NE(command.kind, Kind::kStart);
+}
+
+// The way to the line is shown first; the start that follows drives that way and no other.
+TEST(Director, AStartFromALineIsPreparedFromWhereTheMachineStands) {
+  Bench bench;
+  EXPECT_EQ(bench.send(command_t::LOAD, "", 12).outcome, +acknowledge_t::REFUSED) << "nothing is loaded";
+  bench.send(command_t::LOAD, "part.ngc");
+  const acknowledge_t shown = bench.send(command_t::LOAD, "", 12);
+  EXPECT_EQ(shown.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(shown.message, "approach");
+  EXPECT_EQ(bench.programs.from_line, 12U);
+  bench.now.q_plan = JointVec::Constant(1, 5.0);
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::REFUSED) << "the machine has moved";
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.send(command_t::LOAD, "", 12);
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kStart);
+}
+
+TEST(Director, HoldResumeStop) {
+  Bench bench;
+  bench.start_program();
+  bench.send(command_t::HOLD);
+  EXPECT_EQ(bench.last(), Kind::kHold);
+  bench.now.motion = MotionState::kHeld;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kHolding);
+  bench.send(command_t::RESUME);
+  EXPECT_EQ(bench.last(), Kind::kResume);
+  bench.send(command_t::STOP);
+  EXPECT_EQ(bench.last(), Kind::kStop);
+  EXPECT_EQ(bench.programs.abandoned, 2) << "by the load, and by the stop";
+  EXPECT_EQ(bench.director.state(), MachineState::kStopping);
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, QuickFaultStopsTheDrivesAndNamesTheJoint) {
+  Bench bench;
+  bench.start_program();
+  bench.now.fault = Fault::kDriveFault;
+  bench.now.fault_joint = 0;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kFault);
+  EXPECT_EQ(bench.last(), Kind::kQuickStop);
+  bench.until([&] { return bench.status && bench.status->state == "fault"; });
+  EXPECT_EQ(bench.status->fault, "drive_fault");
+  EXPECT_EQ(bench.status->fault_joint, "X");
+  EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::FAULT);
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.last() == Kind::kResetFault; });
+  bench.now.fault = Fault::kOk;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, AFaultThatIsBackInThePeriodOfTheResetIsAFault) {
+  Bench bench;
+  bench.now.fault = Fault::kBusOff;
+  bench.now.drives = DriveState::kLost;
+  bench.tick();
+  ASSERT_EQ(bench.director.state(), MachineState::kFault);
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  ASSERT_EQ(bench.director.state(), MachineState::kStarting);
+  bench.until([&] { return bench.last() == Kind::kResetFault; });
+  bench.tick();  // no report without it in between
+  EXPECT_EQ(bench.director.state(), MachineState::kFault) << "else no command would ever be legal again";
+}
+
+TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
+  Bench bench;
+  bench.start_program();
+  bench.programs.failure = "part.ngc:900:1: unknown word";
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  bench.until([&] { return bench.status && bench.status->program_failed; });
+  EXPECT_EQ(bench.status->message, "part.ngc:900:1: unknown word");
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, TheToolIsKeptBeforeTheProgramGoesOn) {
+  for (const std::int8_t verb : {command_t::RESUME, command_t::START}) {
+    Bench bench;
+    bench.start_program();
+    bench.now.motion = MotionState::kPaused;
+    bench.now.waits_at = {QueueEvent::Kind::kToolChange, kToolByOperator, 7, {}, 0};
+    bench.tick();
+    EXPECT_EQ(bench.director.state(), MachineState::kHolding);
+    bench.until(
+        [&] { return bench.status && bench.status->waits_for.starts_with("tool 7 (ball): put it into"); });
+    bench.programs.disk_full = true;
+    const acknowledge_t full = bench.send(verb);
+    EXPECT_NE(full.outcome, +acknowledge_t::ACCEPTED);
+    EXPECT_NE(full.message.find("No space left"), std::string::npos);
+    EXPECT_NE(bench.last(), Kind::kResume);
+    bench.tick();
+    EXPECT_EQ(bench.director.state(), MachineState::kHolding) << "it still waits";
+    bench.programs.disk_full = false;
+    EXPECT_EQ(bench.send(verb).outcome, +acknowledge_t::ACCEPTED);
+    EXPECT_EQ(bench.programs.in_spindle, 7);
+    EXPECT_EQ(bench.last(), Kind::kResume);
+    bench.now.motion = MotionState::kMoving;
+    bench.now.waits_at = {};
+    bench.tick();
+    bench.until([&] { return bench.status->waits_for.empty(); });
+    EXPECT_EQ(bench.director.state(), MachineState::kRunning);
+  }
+}
+
+TEST(Director, HoldEndsAJog) {
+  Bench bench;
+  EXPECT_EQ(bench.send(command_t::JOG, "", 10).outcome, +acknowledge_t::ACCEPTED);
+  bench.now.motion = MotionState::kJogging;
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::HOLD).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kStop);
+  EXPECT_EQ(bench.send(command_t::HOLD).outcome, +acknowledge_t::ACCEPTED) << "again, while it slows down";
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+}
+
+TEST(Director, AJogThatIsCutShortSaysSo) {
+  Bench bench;
+  bench.now.q_plan = JointVec::Constant(1, 90.0);
+  bench.tick();
+  acknowledge_t answer = bench.send(command_t::JOG, "", 25);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(answer.message, "X stops at its limit, 100.0000 mm: 10.0000 mm instead of 25.0000");
+  bench.tick();
+  bench.now.q_plan = JointVec::Constant(1, 100.0);
+  bench.tick();
+  const std::size_t before = bench.posted.size();
+  answer = bench.send(command_t::JOG, "X", 1);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(answer.message.find("stands at its limit, 100.0000 mm"), std::string::npos) << answer.message;
+  EXPECT_EQ(bench.posted.size(), before);
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.send(command_t::JOG, "X", -1).outcome, +acknowledge_t::ACCEPTED);
+}
+
+TEST(Director, AFailedLoadIsNoProgram) {
+  Bench bench;
+  bench.send(command_t::LOAD, "part.ngc");
+  bench.send(command_t::LOAD, "bad.ngc");
+  bench.status.reset();
+  bench.until([&] { return bench.status.has_value(); });
+  EXPECT_EQ(bench.status->program, "") << "as start sees it";
+  EXPECT_EQ(bench.status->message, "bad.ngc:3:7: no such word");
+  bench.send(command_t::LOAD, "part.ngc");
+  bench.status.reset();
+  bench.until([&] { return bench.status.has_value(); });
+  EXPECT_EQ(bench.status->message, "");
+  EXPECT_EQ(bench.status->program, "part.ngc");
+}
+
+TEST(Director, NonsenseValuesAreRefused) {
+  Bench bench;
+  EXPECT_EQ(bench.send(99).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 2.01).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", std::nan("")).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 0.5).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.posted.back().value, 0.5);
+  EXPECT_EQ(bench.send(command_t::RAPID_OVERRIDE, "", 1.5).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.send(command_t::RAPID_OVERRIDE, "", 0.25).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kRapidOverride);
+  EXPECT_EQ(bench.send(command_t::SINGLE_BLOCK, "", 1).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kSingleBlock);
+}
+
+TEST(Director, EndsMotionThenDrivesThenItself) {
+  Bench bench;
+  bench.start_program();
+  bench.director.terminate();
+  EXPECT_EQ(bench.last(), Kind::kStop);
+  bench.tick();
+  EXPECT_FALSE(bench.director.done());
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_FALSE(bench.director.done()) << "the drives are still on";
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  bench.until([&] { return bench.director.done(); });
+  EXPECT_EQ(bench.director.bad_ending(), "");
+  EXPECT_FALSE(bench.director.hangs());
+}
+
+/// Lets go whoever waits at the gate, at the latest when the test is over.
+struct Release {
+  explicit Release(std::promise<void>& gate_in) : gate(gate_in) {}
+  ~Release() { gate.set_value(); }
+  Release(const Release&) = delete;
+  Release& operator=(const Release&) = delete;
+  std::promise<void>& gate;
+};
+
+TEST(Director, AProgramThatHangsKeepsNobodyFromTheMachine) {
+  std::promise<void> gate;
+  Bench bench;
+  const Release release(gate);
+  bench.programs.hangs = gate.get_future().share();
+  command_t load{};
+  load.client = 6;
+  load.verb = command_t::LOAD;
+  load.text = "/dead/share.ngc";
+  bench.link.publish(bench.lcm.command_channel(), load);
+  bench.until([&] { return bench.programs.hanging.load(); });
+  EXPECT_EQ(bench.send(command_t::JOG, "", 1).outcome, +acknowledge_t::ACCEPTED);
+  bench.now.motion = MotionState::kJogging;
+  bench.tick();
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.send(command_t::ESTOP).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.last(), Kind::kEmergencyStop);
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.last() == Kind::kResetFault; });
+  bench.tick();
+  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  bench.director.terminate();
+  bench.tick();
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  bench.until([&] { return bench.director.done(); });
+  EXPECT_EQ(bench.director.bad_ending(), "") << "the drives are off";
+  EXPECT_TRUE(bench.director.hangs()) << "and the process cannot wait for the program";
+}
+
+TEST(Director, DrivesThatDoNotSwitchOffAreToldOf) {
+  std::promise<void> gate;
+  HangingDrives drives(gate.get_future().share());
+  Bench bench(drives);
+  const Release release(gate);
+  bench.director.terminate();
+  bench.tick();
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  const auto begun = std::chrono::steady_clock::now();
+  while (!bench.director.done()) bench.director.poll();
+  EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(5));
+  EXPECT_NE(bench.director.bad_ending().find("did not answer"), std::string::npos);
+  EXPECT_TRUE(bench.director.hangs());
+}
+
+// The tick hears nothing: what is acknowledged as obeyed is what it was given, and an emergency stop has
+// room.
+TEST(Director, AFloodFillsNoRing) {
+  Bench bench;
+  const std::size_t before = bench.posted.size();
+  command_t command{};
+  command.client = 7;
+  command.verb = command_t::OVERRIDE;
+  for (command.sequence = 1; command.sequence <= 1000; ++command.sequence) {
+    command.value = command.sequence % 2 ? 0.5 : 0.6;
+    bench.link.publish(bench.lcm.command_channel(), command);
+  }
+  while (bench.link.handle(0)) bench.director.poll();
+  const auto obeyed = [&] {
+    return std::count_if(bench.answers.begin(), bench.answers.end(), [](const acknowledge_t& answer) {
+      return answer.client == 7 && answer.outcome == acknowledge_t::ACCEPTED;
+    });
+  };
+  EXPECT_EQ(static_cast<std::ptrdiff_t>(bench.posted.size() - before), obeyed());
+  EXPECT_LE(bench.posted.size() - before, 16u);
+  for (int i = 0; i < 300; ++i) bench.send(command_t::ESTOP);
+  EXPECT_EQ(bench.last(), Kind::kEmergencyStop);
+  EXPECT_LE(bench.posted.size() - before, 17u) << "said once";
+  bench.tick();
+  bench.director.poll();
+  EXPECT_LE(obeyed(), 16) << "what waited is given up";
+}
+
+// Short: 20,000; TRN_LONG: as many as it says.
+TEST(Director, HostileDatagramsEndNothing) {
+  Bench bench;
+  std::mt19937_64 random(4);
+  for (int i = 0; i < hostile::count(); ++i) {
+    bench.link.accept(hostile::datagram(random));
+    if (i % 7 == 0) bench.tick();
+    bench.director.poll();
+    if (i % 100 == 0)
+      while (bench.link.handle(0)) bench.answers.clear();
+  }
+  while (bench.link.handle(0)) bench.answers.clear();
+  bench.until([&] { return bench.status.has_value(); });
+  bench.send(command_t::ESTOP);
+  EXPECT_EQ(bench.director.state(), MachineState::kEstop);
+}
+
+}  // namespace
+}  // namespace trn

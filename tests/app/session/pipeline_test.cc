@@ -1,0 +1,93 @@
+#include "app/session/pipeline.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/support/paths.h"
+
+namespace trn {
+namespace {
+
+/// Where every motion block ends, in joints, and what the program left behind.
+struct Outcome {
+  std::vector<JointVec> ends;
+  Settings settings;
+};
+
+class Modes : public testing::Test {
+ protected:
+  Modes() { assembly_.program.tool_confirm = ToolConfirm::kNobody; }
+  Outcome run(const std::vector<std::string>& lines, std::size_t from, std::size_t to, const JointVec& q,
+              const std::optional<Settings>& kept) {
+    std::string text;
+    for (std::size_t i = from; i < to; ++i) text += lines[i] + "\n";
+    ProgramStart start{"mdi", text, q};
+    start.kept = kept;
+    Pipeline pipeline(assembly_, parameters_, tools_, start, {});
+    Outcome outcome;
+    MotionBlock block;
+    while (pipeline.next(block)) {
+      if (block.segment_count == 0 || !block.ends_at_rest) continue;
+      JointVec end;
+      EXPECT_EQ(assembly_.map->map(block.piece.at(block.piece.length), block.context, end), KinStatus::kOk);
+      outcome.ends.push_back(end);
+    }
+    outcome.settings = pipeline.settings();
+    return outcome;
+  }
+
+  Assembly assembly_ = assemble(source_dir() + "/configs/cradle.toml");
+  Parameters parameters_;
+  ToolTable tools_ = ToolTable::load(source_dir() + "/examples/tools.tbl");
+};
+
+// However a sequence of lines is cut into two, the second part goes on as if it had not been cut.
+TEST_F(Modes, PassFromOneMdiLineToTheNext) {
+  const std::vector<std::string> lines = {
+      "G61.1 G21 G90",
+      "T1 M6",
+      "S1000 M3 M8",
+      "G0 X10 Y10 Z100",
+      "G20 G91 F20",
+      "G1 X0.5",
+      "Y0.25",
+      "G18 G2 X0.5 Z0 I0.25 K0",
+      "G21 G90 G17",
+      "G10 L2 P2 X5 Y6 Z7 R30",
+      "G55",
+      "G1 X20 Y5 F1500",
+      "G92 X0 Y0",
+      "G1 X1 Y2",
+      "G92.1",
+      "G54",
+      "G0 X20 Y0 A-20 C30",
+      "G43.4 H1",
+      "G1 X22 A-25",
+      "C45",
+      "G49",
+      "G68.2 X10 Y0 Z-20 I30 J15 K0",
+      "G53.1",
+      "G43.1 Z80",
+      "G0 X3 Y4 Z30",
+      "G1 Z20",
+      "G69",
+      "G93 G1 X5 F60",
+      "X9 F30",
+      "G94 G1 X8 F100",
+  };
+  const JointVec zero = JointVec::Zero(5);
+  const Outcome whole = run(lines, 0, lines.size(), zero, std::nullopt);
+  ASSERT_EQ(whole.ends.size(), 15U);
+  for (std::size_t cut = 1; cut < lines.size(); ++cut) {
+    parameters_ = {};
+    const Outcome first = run(lines, 0, cut, zero, std::nullopt);
+    const JointVec at = first.ends.empty() ? zero : first.ends.back();
+    const Outcome second = run(lines, cut, lines.size(), at, first.settings);
+    ASSERT_EQ(first.ends.size() + second.ends.size(), whole.ends.size()) << "cut before " << lines[cut];
+    for (std::size_t i = 0; i < second.ends.size(); ++i)
+      EXPECT_LT((second.ends[i] - whole.ends[first.ends.size() + i]).norm(), 1e-9)
+          << "cut before " << lines[cut] << ", motion " << i;
+  }
+}
+
+}  // namespace
+}  // namespace trn

@@ -1,0 +1,120 @@
+#include <gtest/gtest.h>
+
+#include "app/lab/run_report.h"
+#include "sim/simulated_drives.h"
+#include "tests/app/session/machine_run.h"
+
+// What a run shows and keeps from its first row to its last, whatever happens on the way.
+namespace trn {
+namespace {
+
+using test::config_of;
+
+class Reports : public ReportSink {
+ public:
+  void write(const CycleReport& report) override {
+    if (at_period && ++period_ == kPeriod) at_period();
+    if (report.motion == MotionState::kMoving) moving.push_back(report);
+    last = report.motion;
+  }
+  static constexpr int kPeriod = 300;
+  std::function<void()> at_period;
+  std::vector<CycleReport> moving;
+  MotionState last = MotionState::kRest;
+
+ private:
+  int period_ = 0;
+};
+
+SimulationResult run(Assembly& assembly, const std::string& text, Reports& reports) {
+  Parameters parameters;
+  ToolTable tools = ToolTable::parse("T1 P1 Z+50 D6\nT2 P2 Z+80 D8\nT3 P3 Z+95 D5\n", "t.tbl");
+  SimulationOptions options;
+  options.program = "promises.ngc";
+  options.program_text = text;
+  options.trace = &reports;
+  return simulate(assembly, parameters, tools, options);
+}
+
+TEST(RunPromises, EveryRowIsInTheProgramsFrame) {
+  for (const char* machine : {"cradle", "head", "head_table", "hexapod", "mill"}) {
+    Assembly assembly = assemble(config_of(machine));
+    Reports reports;
+    run(assembly, "G21 G90 G54\nG10 L2 P1 X3 Y-4 Z5\nG4 P0.02\nS100 M3\nG4 P0.02\nG1 X5 Y1 F600\nG1 X7\nM2\n",
+        reports);
+    ASSERT_GT(reports.moving.size(), 50u);
+    ToolPose before, now;
+    ASSERT_EQ(tool_pose(*assembly.kinematics, reports.moving[0].q_plan, reports.moving[0].context, before),
+              KinStatus::kOk);
+    for (const CycleReport& report : reports.moving) {
+      ASSERT_EQ(tool_pose(*assembly.kinematics, report.q_plan, report.context, now), KinStatus::kOk);
+      ASSERT_LT((now.p_W - before.p_W).norm(), 0.5) << machine << " period " << report.period;
+      before = now;
+    }
+    EXPECT_LT((now.p_W.head<2>() - Eigen::Vector2d(7, 1)).norm(), 1e-6) << machine;
+  }
+}
+
+TEST(RunPromises, AFollowingErrorStopsWithinTheLimits) {
+  for (const char* machine : {"cradle", "head_table", "mill"}) {
+    Assembly assembly = assemble(config_of(machine));
+    Reports reports;
+    auto* drives = dynamic_cast<SimulatedDrives*>(assembly.drives.get());
+    ASSERT_NE(drives, nullptr);
+    reports.at_period = [&] { drives->joint(0).set_stuck(true); };
+    const SimulationResult result =
+        run(assembly, "G21 G90 G64 P0.01\nG1 X60 F6000\nG1 X-60 Y10\nM2\n", reports);
+    EXPECT_EQ(result.fault, Fault::kFollowingError) << machine;
+    EXPECT_TRUE(result.within_limits) << machine << broken_promises(result, assembly.machine);
+    EXPECT_EQ(reports.last, MotionState::kRest);
+  }
+}
+
+TEST(RunPromises, WhatIsBrokenIsToldWithItsLine) {
+  const Assembly assembly = assemble(config_of("mill"));
+  SimulationResult result;
+  result.joints.resize(assembly.machine.joints.size());
+  EXPECT_EQ(broken_promises(result, assembly.machine), "");
+  result.joints[1].peaks[static_cast<std::size_t>(Quantity::kJerk)] = {1, 1.5, 0.25, 7, 3, 0};
+  result.deviation.tip_over_mm = {0.002, 12};
+  const std::string text = broken_promises(result, assembly.machine);
+  EXPECT_NE(text.find("line 7: joint Y went to 1.500000 of its limit of jerk"), std::string::npos) << text;
+  EXPECT_NE(text.find("line 12: the tool tip is 0.002000 mm farther off"), std::string::npos) << text;
+}
+
+// Where rounding alone decided on which side of a sample its nearest place on an arc lies, the search for
+// that place went on by halving what was left and gave up far from it.
+TEST(RunPromises, ASampleOnAnArcFarFromTheOriginIsNoDeviation) {
+  Assembly assembly = assemble(config_of("head_table"));
+  Reports reports;
+  const SimulationResult result = run(assembly,
+                                      "G21 G17 G40 G49 G90 G94\nG64 P0.01098\nM428\n"
+                                      "G1 X20.9028 B-7.0756 C9.8735 F209.028\n"
+                                      "G1 X22.9107 Y2.6321 Z-4.2057 C5.1492 F13111.791\n"
+                                      "G2 X23.1208 Y0.9387 Z-4.2057 I0.6566 J-0.7783 F2438.177\n"
+                                      "G1 Y0.6207 Z-4.6015\nG4 P0.01\n"
+                                      "G1 Z-35.9313 B-48.6586 C31.4706 F313.298\n"
+                                      "G1 Y15.7358 Z-37.2169 B-45.4121 F272.567\nG64 P0.00093\n"
+                                      "G1 X14.2813 F7993.934\n"
+                                      "G3 X14.2890 Y15.6504 Z-38.2096 I0.8081 J0.0302 F272.567\nM2\n",
+                                      reports);
+  EXPECT_LE(result.deviation.tip_ratio.value, 1);
+  EXPECT_FALSE(result.deviation.broken()) << broken_promises(result, assembly.machine);
+}
+
+TEST(RunPromises, AChangeOfToolsIsNoDeviation) {
+  Assembly assembly = assemble(config_of("cradle_measured"));
+  Reports reports;
+  const SimulationResult result =
+      run(assembly,
+          "G21 G90 G64 P0.01\nT3 M6 G43 H3\nM428\nG1 X5 Y5 Z120 A10 F3000\nG1 X6 C20\nG43 H1\nG1 X9 Y2 A12\n"
+          "M429\nG49\nG1 X3 A0 C0\nM2\n",
+          reports);
+  EXPECT_LE(result.deviation.tip_ratio.value, 1);
+  EXPECT_LT(result.deviation.tip_mm.value, 0.01);
+  EXPECT_EQ(result.deviation.lost, 0u);
+  EXPECT_FALSE(result.deviation.broken()) << broken_promises(result, assembly.machine);
+}
+
+}  // namespace
+}  // namespace trn
