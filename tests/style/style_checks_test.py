@@ -73,7 +73,8 @@ class IncludesTest(unittest.TestCase):
                                   ("interp/plan", '"', "nothing.h"), ("kernel", '"', "tests/x.h"),
                                   ("kernel", '"', "interp/move.h"), ("kernel", '"', "app/lab/picture/svg_chart.h"),
                                   ("kernel", "<", "spdlog/spdlog.h"), ("app/check", '"', "kernel/cycle.h"),
-                                  ("app/session", '"', "app/daemon/daemon.h"), ("app/daemon", '"', "app/lab/workspace.h"),
+                                  ("app/session", '"', "app/daemon/daemon.h"),
+                                  ("app/daemon", '"', "app/lab/workspace.h"),
                                   ("app/lab", '"', "app/cli/commands.h")):
             self.assertIsNotNone(judge(own, mark, target), (own, target))
         for own, mark, target in (("core", '"', "core/axes.h"), ("interp/plan", '"', "interp/move.h"),

@@ -29,7 +29,8 @@ constexpr double kTiny = 0.2;   // of the wanted spacing
 constexpr double kRise = 2;     // of (ds/dt)^2 between two places, from which on the slower one is slow
 constexpr double kClimb = 0.5;  // longest interval over its end's climb
 constexpr double kNoClimb = 1e30;
-// Of a piece at one feed, in spacings: so far from its ends the spacing begins to grow, and so far it may grow.
+// Of a piece at one feed, in spacings: so far from its ends the spacing begins to grow, and so far it may
+// grow.
 constexpr double kEvenFrom = 50, kEvenMost = 1e6;
 constexpr int kCoarseMax = 1000;          // places of a piece
 constexpr double kRoundingCubed = 2e-11;  // of jerk times time^3: see shortest_time
