@@ -102,6 +102,25 @@ TEST(RunPromises, ASampleOnAnArcFarFromTheOriginIsNoDeviation) {
   EXPECT_FALSE(result.deviation.broken()) << broken_promises(result, assembly.machine);
 }
 
+// The speed at a slow block of 10 um between fast ones answers so little to what its bound is lowered by that
+// ten rounds were not enough.
+TEST(RunPromises, ASlowBlockBetweenRapidsNeedsNoStopOfThePlan) {
+  Assembly assembly = assemble(config_of("cradle"));
+  Reports reports;
+  const SimulationResult result = run(assembly,
+                                      "G21 G17 G40 G49 G90 G94\n"
+                                      "G0 X58.4580 Y11.5195 Z-53.1615 A3.2291 C-8.7135\n"
+                                      "G0 X58.4509 Y11.5256 Z-53.1615 A3.2291 C-8.7125\n"
+                                      "G1 X58.4438 Y11.5317 Z-53.1615 A3.2291 C-8.7116 F90.803\n"
+                                      "G1 X58.4366 Y11.5378 Z-53.1615 A3.2291 C-8.7106 F2071.840\n"
+                                      "G1 X58.4295 Y11.5439 Z-53.1615 A3.2291 C-8.7097 F2011.042\n"
+                                      "G1 X58.4224 Y11.5500 Z-53.1615 A3.2291 C-8.7088 F2071.840\n"
+                                      "G0 X58.4152 Y11.5561 Z-53.1615 A3.2291 C-8.7078\n"
+                                      "G93 G1 X58.4009 Y11.5683 Z-53.1615 A3.2291 C-8.7060 F391.2042\nM2\n",
+                                      reports);
+  EXPECT_EQ(result.speed.fallbacks, 0u);
+}
+
 TEST(RunPromises, AChangeOfToolsIsNoDeviation) {
   Assembly assembly = assemble(config_of("cradle_measured"));
   Reports reports;

@@ -81,7 +81,9 @@ class TimeBound {
   // The joints' ways decide, straight where words are joints; elsewhere with room for their curvature.
   double line_s(const Step& step, const Words& to) const {
     const Words delta = to - at_;
-    const double way = delta.head<3>().norm() > 0 ? delta.head<3>().norm() : delta.norm() * kDegPerRad;
+    const double tip_way =
+        delta.head<3>().norm();  // rounding, where distances have led back to the same words
+    const double way = tip_way > 1e-9 ? tip_way : delta.tail<3>().norm() * kDegPerRad;
     const double asked_s = programmed_s(step, way);
     JointVec q0, q1;
     double v = asked_s > 0 ? 1 / asked_s : 1e9, a = 1e12, j = 1e15;
