@@ -19,7 +19,7 @@ import time
 import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path[:0] = [HERE, os.path.join(HERE, "../support")]
+sys.path[:0] = [HERE, os.path.join(HERE, "../../support")]
 import daemon_e2e  # noqa: E402
 from daemon_e2e import GROUP, LONG_PROGRAM, PORT, Bench, CommandTap  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
