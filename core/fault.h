@@ -52,7 +52,12 @@ struct FaultInfo {
 };
 
 const FaultInfo& fault_info(Fault fault) noexcept;
+/// Of two faults the one to report: the one that asks for the stronger reaction, the first if both ask for
+/// the same. kOk is no fault.
+Fault worse(Fault first, Fault second) noexcept;
 /// By its name; null if there is no such fault.
 const FaultInfo* find_fault(std::string_view name) noexcept;
+/// The same; kOk if there is no such fault.
+Fault fault_named(std::string_view name) noexcept;
 
 }  // namespace trn

@@ -490,9 +490,7 @@ void Cycle::watch_drives() TRN_RT {
 }
 
 void Cycle::latch(Fault fault, int joint) TRN_RT {
-  const bool worse = fault_info(fault).reaction > fault_info(fault_).reaction;
-  if (fault_ != Fault::kOk && !worse)
-    return;  // the first one tells the cause, unless a later one asks for more
+  if (worse(fault_, fault) == fault_) return;  // the first tells the cause, unless a later one asks for more
   fault_ = fault;
   fault_joint_ = joint;
   const Reaction reaction = fault_info(fault).reaction;

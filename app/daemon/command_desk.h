@@ -7,6 +7,7 @@
 
 #include "app/daemon/acknowledge_book.h"
 #include "app/daemon/command_gate.h"
+#include "app/daemon/command_table.h"
 #include "hal/lcm_link.h"
 
 namespace trn {

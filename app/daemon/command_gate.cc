@@ -10,22 +10,6 @@ constexpr auto kTellAgain = std::chrono::minutes(1);
 
 }  // namespace
 
-bool makes_safe(const trunnion::command_t& command) {
-  using trunnion::command_t;
-  switch (command.verb) {
-    case command_t::ESTOP:
-    case command_t::STOP:
-    case command_t::HOLD:
-      return true;
-    case command_t::OVERRIDE:
-    case command_t::RAPID_OVERRIDE:
-    case command_t::ADAPTIVE_FEED:
-      return command.value == 0;
-    default:
-      return false;
-  }
-}
-
 bool CommandGate::Bucket::take(double rate, double burst, Clock::time_point now) {
   tokens = std::min(burst, tokens + rate * std::chrono::duration<double>(now - filled).count());
   filled = now;

@@ -7,10 +7,6 @@
 
 namespace trn {
 
-/// True for what makes the machine safer: emergency stop, stop, hold and feed 0. Such commands are obeyed at
-/// once, however many others wait, and never expire.
-bool makes_safe(const trunnion::command_t& command);
-
 /// How many commands are heard: of one sender, and of all together.
 class CommandGate {
  public:

@@ -26,45 +26,6 @@ constexpr auto kTickAnswers = std::chrono::seconds(5);
 constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
 constexpr std::size_t kMessageBytesMax = 4000;
 
-bool is_verb(std::int8_t verb) { return verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK; }
-
-Event event_of(std::int8_t verb) {
-  switch (verb) {
-    case command_t::LOAD:
-      return Event::kLoad;
-    case command_t::START:
-      return Event::kStart;
-    case command_t::HOLD:
-      return Event::kHold;
-    case command_t::RESUME:
-      return Event::kResume;
-    case command_t::STOP:
-      return Event::kStop;
-    case command_t::MDI:
-      return Event::kMdi;
-    case command_t::JOG:
-      return Event::kJog;
-    case command_t::HOME:
-      return Event::kHome;
-    case command_t::ESTOP:
-      return Event::kEstop;
-    default:
-      return Event::kReset;
-  }
-}
-
-std::string_view verb_name(std::int8_t verb) {
-  constexpr std::string_view kNames[] = {
-      "load",        "start",      "hold",           "resume",           "stop",
-      "mdi",         "jog",        "home",           "override",         "estop",
-      "reset",       "correction", "rapid override", "spindle override", "adaptive feed",
-      "single block"};
-  static_assert(std::size(kNames) == command_t::SINGLE_BLOCK);
-  return kNames[verb - command_t::LOAD];
-}
-
-bool obeys_always(std::int8_t verb) { return verb == command_t::OVERRIDE || verb > command_t::CORRECTION; }
-
 CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
 CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
 
@@ -113,7 +74,7 @@ Conditions Director::conditions() const {
 CommandDesk::Answer Director::check_values(const command_t& command) const {
   const int joints = static_cast<int>(parts_.machine.joints.size());
   const bool all_joints = command.verb == command_t::HOME && command.joint == -1;
-  if (!is_verb(command.verb)) return refused(fmt::format("verb {} is not known", command.verb));
+  if (!find_command(command.verb)) return refused(fmt::format("verb {} is not known", command.verb));
   if (!all_joints && (command.joint < 0 || command.joint >= joints))
     return refused(fmt::format("joint {} does not exist; joints are 0 to {}", command.joint, joints - 1));
   if (!std::isfinite(command.value) || !std::isfinite(command.speed) || command.speed < 0)
@@ -124,19 +85,20 @@ CommandDesk::Answer Director::check_values(const command_t& command) const {
 CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
-  cause_ = fmt::format("{}, client {:x}", verb_name(command.verb), command.client);
+  cause_ = fmt::format("{}, client {:x}", find_command(command.verb)->name, command.client);
   const Answer answer = obey_legal(command, ticket);
   cause_.clear();
   return answer;
 }
 
 CommandDesk::Answer Director::obey_legal(const command_t& command, const Ticket& ticket) {
-  if (obeys_always(command.verb)) return obey_setting(command.verb, command.value);
+  const CommandRow& row = *find_command(command.verb);
+  if (row.setting) return obey_setting(row, command.value);
   if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
   const MachineState before = supervisor_.state();
   if (command.verb == command_t::JOG && before == MachineState::kIdle)
     if (const JogOrder order = order_jog(command); !order.refusal.empty()) return refused(order.refusal);
-  const Decision decision = supervisor_.handle(event_of(command.verb), conditions());
+  const Decision decision = supervisor_.handle(row.event.value(), conditions());
   if (!decision.refusal.empty()) {
     const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
     return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
@@ -146,31 +108,18 @@ CommandDesk::Answer Director::obey_legal(const command_t& command, const Ticket&
 }
 
 // Overrides and single block, legal in every state.
-CommandDesk::Answer Director::obey_setting(std::int8_t verb, double value) {
+CommandDesk::Answer Director::obey_setting(const CommandRow& row, double value) {
   using Kind = RtCommand::Kind;
-  const struct {
-    std::int8_t verb;
-    const char* name;
-    double max;
-    Kind kind;
-    double* shown;
-  } kSettings[] = {
-      {command_t::OVERRIDE, "override", 2, Kind::kOverride, &view_.override_wanted},
-      {command_t::RAPID_OVERRIDE, "rapid override", 1, Kind::kRapidOverride, &view_.rapid_override},
-      {command_t::SPINDLE_OVERRIDE, "spindle override", 2, Kind::kSpindleOverride, &view_.spindle_override},
-      {command_t::ADAPTIVE_FEED, "adaptive feed", 1, Kind::kAdaptiveFeed, &view_.adaptive_feed},
-      {command_t::SINGLE_BLOCK, "single block", 1, Kind::kSingleBlock, nullptr},
-  };
-  for (const auto& setting : kSettings) {
-    if (setting.verb != verb) continue;
-    if (value < 0 || value > setting.max)
-      return refused(
-          fmt::format("{} {} is out of range: 0 to {:g} is legal", setting.name, value, setting.max));
-    if (setting.shown) *setting.shown = value;
-    spdlog::info("{} {:g}: {}", setting.name, value, cause_);
-    status_due_ = true;
-    post({setting.kind, value});
-  }
+  if (value < 0 || value > row.setting_max)
+    return refused(
+        fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.setting_max));
+  if (row.setting == Kind::kOverride) view_.override_wanted = value;
+  if (row.setting == Kind::kRapidOverride) view_.rapid_override = value;
+  if (row.setting == Kind::kSpindleOverride) view_.spindle_override = value;
+  if (row.setting == Kind::kAdaptiveFeed) view_.adaptive_feed = value;
+  spdlog::info("{} {:g}: {}", row.name, value, cause_);
+  status_due_ = true;
+  post({*row.setting, value});
   return accepted();
 }
 

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/daemon/command_desk.h"
+#include "app/daemon/command_table.h"
 #include "app/daemon/jog_order.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
@@ -76,7 +77,7 @@ class Director {
 
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
-  Answer obey_setting(std::int8_t verb, double value);
+  Answer obey_setting(const CommandRow& row, double value);
   Answer obey_correction(const std::string& name, bool on);
   Answer switch_planned(const std::string& name, bool on);
   void hear_corrections(const CycleReport& report);

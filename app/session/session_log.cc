@@ -29,6 +29,8 @@ constexpr const char* kCommandNames[] = {
     "start",       "hold",           "resume",           "stop",           "override",
     "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
     "reset_fault", "rapid_override", "spindle_override", "adaptive_feed",  "single_block"};
+static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kFeatures) + 1);
+static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kSingleBlock) + 1);
 
 template <typename Vector>
 std::vector<double> numbers(const Vector& q) {
@@ -60,7 +62,7 @@ Json to_json(const SessionEntry& entry) {
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
-  if (entry.kind == Kind::kFault) json["fault"] = static_cast<int>(entry.fault);
+  if (entry.kind == Kind::kFault) json["fault"] = fault_info(entry.fault).name;
   if (entry.kind == Kind::kFault) json["joint"] = entry.joint;
   if (entry.kind == Kind::kInputs) {
     json["digital"] = entry.inputs.digital;
@@ -110,7 +112,7 @@ SessionEntry from_json(const Json& json) {
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
-  if (entry.kind == Kind::kFault) entry.fault = static_cast<Fault>(json.at("fault").get<int>());
+  if (entry.kind == Kind::kFault) entry.fault = fault_named(json.at("fault").get<std::string>());
   if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
   if (entry.kind == Kind::kInputs) {
     entry.inputs.digital = json.at("digital");

@@ -235,8 +235,7 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
     const Fault fault = bus->master->fault();
     bus->fault.store(fault, std::memory_order_relaxed);
     if (fault == Fault::kBusOff || fault == Fault::kBusDown) bus->lost.store(true);
-    const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
-    if (fault != Fault::kOk && (feedback.fault == Fault::kOk || worse)) feedback.fault = fault;
+    feedback.fault = worse(feedback.fault, fault);
   }
 }
 
@@ -257,10 +256,9 @@ void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
   if (config_.touch_periods > 0) report_touch(node);
   feedback.state = worst(feedback.state, node.state());
-  const Fault fault = node.fault();
-  const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
-  if (fault == Fault::kOk || (feedback.fault != Fault::kOk && !worse)) return;
-  feedback.fault = fault;
+  const Fault worst_fault = worse(feedback.fault, node.fault());
+  if (worst_fault == feedback.fault) return;
+  feedback.fault = worst_fault;
   feedback.fault_joint = joint;
 }
 

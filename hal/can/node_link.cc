@@ -99,8 +99,7 @@ void NodeLink::take_emergency(const CanFrame& frame) TRN_RT {
 
 void NodeLink::fail(Fault fault, bool needs_setup) TRN_RT {
   if (needs_setup) shared_->needs_setup.store(true, std::memory_order_relaxed);
-  const bool worse = fault_info(fault).reaction > fault_info(fault_).reaction;
-  if (fault_ == Fault::kOk || worse) fault_ = fault;
+  fault_ = worse(fault_, fault);
   if (fault_info(fault).reaction == Reaction::kQuickStop) axis_.fail(fault);
 }
 
@@ -117,10 +116,7 @@ void NodeLink::reset() TRN_RT {
   axis_.reset();
 }
 
-Fault NodeLink::fault() const TRN_RT {
-  const bool of_drive = fault_info(axis_.fault()).reaction > fault_info(fault_).reaction;
-  return fault_ == Fault::kOk || of_drive ? axis_.fault() : fault_;
-}
+Fault NodeLink::fault() const TRN_RT { return worse(fault_, axis_.fault()); }
 
 DriveState NodeLink::state() const TRN_RT {
   if (lost_) return DriveState::kLost;

@@ -170,10 +170,9 @@ void ModbusDrives::report(const Axis& axis, Feedback& feedback) TRN_RT {
   feedback.q[joint] = axis.drive.measured();
   if (axis.drive.homed()) feedback.homed_mask |= 1u << joint;
   feedback.state = worst(feedback.state, axis.lost ? DriveState::kLost : axis.drive.state());
-  const Fault fault = axis.drive.fault();
-  const bool worse = fault_info(fault).reaction > fault_info(feedback.fault).reaction;
-  if (fault == Fault::kOk || (feedback.fault != Fault::kOk && !worse)) return;
-  feedback.fault = fault;
+  const Fault worst_fault = worse(feedback.fault, axis.drive.fault());
+  if (worst_fault == feedback.fault) return;
+  feedback.fault = worst_fault;
   feedback.fault_joint = joint;
 }
 
