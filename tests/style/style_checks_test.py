@@ -74,7 +74,8 @@ class IncludesTest(unittest.TestCase):
                                   ("interp/plan", '"', "nothing.h"), ("kernel", '"', "tests/x.h"),
                                   ("kernel", '"', "interp/move.h"), ("kernel", '"', "app/lab/picture/svg_chart.h"),
                                   ("kernel", "<", "spdlog/spdlog.h"), ("app/check", '"', "kernel/cycle.h"),
-                                  ("app/session", '"', "app/daemon/daemon.h"), ("app/daemon", '"', "app/lab/workspace.h"),
+                                  ("app/session", '"', "app/daemon/daemon.h"),
+                                  ("app/daemon", '"', "app/lab/workspace.h"),
                                   ("app/lab", '"', "app/cli/commands.h")):
             self.assertIsNotNone(judge(own, mark, target), (own, target))
         for own, mark, target in (("core", '"', "core/axes.h"), ("interp/plan", '"', "interp/move.h"),
@@ -113,9 +114,10 @@ class NamesTest(unittest.TestCase):
         "docs/a.md": "`Gone` and gone()"})
 
     def test_living(self):
-        for span in ("Cycle", "Cycle::tick", "trn::Cycle::tick()", "Cycle::kSteps", "way_to_end()", "late_max", "mill",
-                     "kernel/cycle.cc", "cycle.cc", "kernel/", "can/", "hal/*/*.h", "./run.sh", "configs/X.toml",
-                     "run --machine configs/mill.toml", "std::thread", "G1 X5", "--late_min", "T0", "X_BS", "LINE"):
+        for span in ("Cycle", "Cycle::tick", "trn::Cycle::tick()", "Cycle::kSteps", "way_to_end()", "late_max",
+                     "mill", "kernel/cycle.cc", "cycle.cc", "kernel/", "can/", "hal/*/*.h", "./run.sh",
+                     "configs/X.toml", "run --machine configs/mill.toml", "std::thread", "G1 X5", "--late_min", "T0",
+                     "X_BS", "LINE"):
             self.assertEqual(check_names.dead(span, self.TREE), [], span)
 
     def test_dead(self):
