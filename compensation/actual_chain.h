@@ -38,7 +38,7 @@ struct ActualAxis {
 /// A serial machine with its geometric errors. Each axis: X = E(location) Trans(offset) E(table) Motion for a
 /// rotary axis, E Trans Motion E(table) for a linear one (the tilts act about the moving point). Both
 /// branches run from the machine base outwards: X_MB along the work branch, X_MS along the tool branch; the
-/// errors of a chain of axes multiply in this order. Source: spec.md section 1; names ISO 230-1.
+/// errors of a chain of axes multiply in this order. Source: docs/sources.md S1.2; names ISO 230-1.
 class ActualChain {
  public:
   /// An affine map: in the linear model A is not quite a rotation.

@@ -8,7 +8,7 @@
 namespace trn {
 
 /// One ball-bar test: a bar between a ball on the table and a cup in the spindle, of which only one rotary
-/// axis turns. Source: spec.md section 1.
+/// axis turns. Source: docs/sources.md S1.6.
 struct BallbarTest {
   std::string name;
   int joint = 0;        ///< the axis that turns

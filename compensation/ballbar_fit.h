@@ -39,8 +39,8 @@ struct BallbarFitOptions {
 BallbarFit fit_ballbar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces,
                        const BallbarFitOptions& options);
 
-/// The published planar method: the centre of the circle at two places along each axis; offset = mean of the
-/// two, tilt = difference over distance. Wants the traces a_left, a_right, c_low, c_high.
+/// The planar method of docs/sources.md S1.7: the centre of the circle at two places along each axis; offset
+/// = mean of the two, tilt = difference over distance. Wants the traces a_left, a_right, c_low, c_high.
 BallbarFit fit_planar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces);
 
 /// Cramer-Rao bound of each fitted parameter (mm, rad) for readings with independent noise.

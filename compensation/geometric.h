@@ -24,8 +24,9 @@ struct PoseResidual {
   double tip_mm = 0, axis_rad = 0;
 };
 
-/// Finds the joints whose actual chain puts tip and tool axis where the nominal machine would (spec.md
-/// section 1). A fixed number of Newton steps from the nominal joints: pure, and as smooth as the errors.
+/// Finds the joints whose actual chain puts tip and tool axis where the nominal machine would
+/// (docs/sources.md S1.5). A fixed number of Newton steps from the nominal joints: pure, and as smooth as the
+/// errors.
 ///
 /// Near a pole an axis error across the pole would ask for an endless turn of the axis that is parallel to
 /// the tool. There the turn is damped: it minimises |axis error|^2 + lambda^2 |turn|^2 with

@@ -13,7 +13,7 @@ namespace trn {
 /// gap of the two directions: driven forward the axis lags behind by half of it, driven backward it leads.
 struct JointTable {
   int joint = 0;
-  double slope = 0;          ///< the setpoint is to be multiplied by 1 + slope (spec.md section 4)
+  double slope = 0;          ///< the setpoint is to be multiplied by 1 + slope (docs/sources.md S4.3)
   double backlash = 0;       ///< >= 0
   double hysteresis = 1e-3;  ///< a joint has reversed when it has gone back by this much
   Spline mean;               ///< error, mean of both directions

@@ -5,7 +5,7 @@
 
 // Tool-centre-point control (RTCP): the program gives the tip, the machine needs the spindle nose. The tool
 // offset runs from tip T to gauge point S in the spindle's frame, (0, 0, L) for a tool of length L (mm).
-// Source: paper section 2, P = tip + L u, written for any tool offset.
+// Source: docs/sources.md S2.2, P = tip + L u, written for any tool offset.
 namespace trn {
 
 /// Pose X_BS of the spindle that puts the tip at p_BT with orientation R_BT.

@@ -42,9 +42,9 @@ struct ScrewCorrectionConfig {
 };
 
 /// Growth of ball screws, taken off the motor joints; behind RTCP, so that it cures the direct and the
-/// indirect error alike (spec.md section 2). Joints with a linear encoder have none. The tick adds up the way
-/// of the nut and evaluates profiles (cubic splines); `work`, outside the tick, steps the heat models, heeds
-/// the sensors and sends the next profiles.
+/// indirect error alike (docs/sources.md S2.4). Joints with a linear encoder have none. The tick adds up the
+/// way of the nut and evaluates profiles (cubic splines); `work`, outside the tick, steps the heat models,
+/// heeds the sensors and sends the next profiles.
 class ScrewCorrection final : public SetpointCorrection {
  public:
   static constexpr int kNodes = 61;

@@ -5,7 +5,7 @@
 
 namespace trn {
 
-/// How a ball screw is held. Source: spec.md section 2.
+/// How a ball screw is held. Source: docs/sources.md S2.5.
 enum class ScrewMounting : unsigned char { kFixedFree, kFixedFixed, kFixedPreload };
 
 /// Displacement u (mm, away from the fixed bearing) of a warmed screw at `places_mm` (rising from 0 at the

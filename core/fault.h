@@ -13,6 +13,7 @@ enum class Reaction : std::uint8_t {
 };
 
 /// Every fault of the machine, in one table (core/fault.cc): name, reaction, what it means, what to do.
+/// kNotHomed is never raised: the supervisor refuses a program before every joint is homed.
 enum class Fault : std::uint8_t {
   kOk = 0,
   kEmergencyStop,
@@ -24,7 +25,7 @@ enum class Fault : std::uint8_t {
   kLimitSwitch,
   kDriveFault,
   kDriveLost,
-  kNotHomed,
+  kNotHomed,  ///< never raised
   kCycleOverrun,
   kAssertion,  ///< an internal check failed in the tick
   kHomingFailed,

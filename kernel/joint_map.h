@@ -4,8 +4,9 @@
 
 namespace trn {
 
-/// The bracket of a real machine: RTCP, corrections and inverse kinematics in their one fixed order. Planner
-/// and tick hold the same object.
+/// The joint map of a real machine, in one fixed order: RTCP and inverse kinematics give the joints of the
+/// machine without errors, the pose correction moves these joints, the joint correction each of them alone.
+/// Planner and tick hold the same object.
 class MachineJointMap final : public JointMap {
  public:
   /// All must outlive the map; a correction may be null.

@@ -21,10 +21,10 @@ struct PlatformConfig {
 PlatformConfig read_platform(const ConfigTable& section);
 
 /// A parallel machine. Derived classes know only the platform: pose X_RP <-> actuators.
-/// Words A, B tilt the tool against the work, R_WT = Rx(A) Ry(B), turn about the tool 0 (docs: paper section
-/// 3). RTCP off: X Y Z place the platform as it would stand upright, gauge point S at (X, Y, Z) of the table
-/// frame; a tilt then turns it about its own origin. So, upright, the words mean the same with RTCP on and
-/// off, and for a table X+ moves the platform along -X: the tool goes X+ over the work.
+/// Words A, B tilt the tool against the work, R_WT = Rx(A) Ry(B), turn about the tool 0 (docs/sources.md
+/// S3.2). RTCP off: X Y Z place the platform as it would stand upright, gauge point S at (X, Y, Z) of the
+/// table frame; a tilt then turns it about its own origin. So, upright, the words mean the same with RTCP on
+/// and off, and for a table X+ moves the platform along -X: the tool goes X+ over the work.
 class PlatformKinematics : public Kinematics {
  public:
   int joint_count() const TRN_RT override { return joint_count_; }

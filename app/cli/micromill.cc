@@ -138,7 +138,7 @@ Exit stiffness(const MicromillOptions& options) {
   return Exit::kDone;
 }
 
-/// The shapes that the paper compares, and beyond.
+/// The shapes that docs/sources.md S5.6 compares, and beyond.
 std::vector<MicromillOptions> sweep_shapes(const MicromillOptions& options) {
   std::vector<MicromillOptions> shapes;
   for (const int layers : {1, 2})

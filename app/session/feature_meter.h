@@ -23,7 +23,7 @@ struct FeatureDeflection {
   double predicted_mm() const { return circle ? size_mm + 2 * offset_mm : size_mm; }
 };
 
-/// Averages the estimated deflection over every feature of a program (spec.md section 5).
+/// Averages the estimated deflection over every feature of a program (docs/sources.md S5.5).
 class FeatureMeter {
  public:
   static constexpr double kLengthMin = 1;               ///< of a straight cut, mm

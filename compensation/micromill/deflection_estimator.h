@@ -8,7 +8,7 @@
 namespace trn {
 
 /// From what the drives of two linear motors tell, every period: the force on the tool and how far the tool
-/// bends (spec.md section 5). Index 0 is X, 1 is Y; joint coordinates (the tool's place over the work).
+/// bends (docs/sources.md S5.5). Index 0 is X, 1 is Y; joint coordinates (the tool's place over the work).
 class DeflectionEstimator {
  public:
   struct Axis {

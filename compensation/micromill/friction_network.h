@@ -31,7 +31,7 @@ class DelayLine {
   static void read(const Config& config, double position_mm, const State& state, Taps& taps) TRN_RT;
 };
 
-/// Multilayer perceptron that knows the friction and force ripple of an axis (spec.md section 5): position
+/// Multilayer perceptron that knows the friction and force ripple of an axis (docs/sources.md S5.4): position
 /// through a delay line, one or two hidden layers of sigmoid nodes, a linear output.
 class FrictionNetwork {
  public:

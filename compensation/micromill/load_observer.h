@@ -7,14 +7,14 @@
 
 namespace trn {
 
-/// A linear motor (spec.md section 5): x'' = -damping x' + gain u - (1000 / mass) F, in mm, s, A, N.
+/// A linear motor (docs/sources.md S5.2): x'' = -damping x' + gain u - (1000 / mass) F, in mm, s, A, N.
 struct MotorModel {
   double gain_mm_s2_A = 0;  ///< J
   double damping_1_s = 0;   ///< alpha
   double mass_kg = 0;       ///< M
 };
 
-/// Intensities of the white noises that the filter's gain balances (spec.md section 5).
+/// Intensities of the white noises that the filter's gain balances (docs/sources.md S5.3).
 struct LoadNoise {
   double current_A = 0;      ///< sigma_u
   double load_rate_N_s = 0;  ///< sigma_w

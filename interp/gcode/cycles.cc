@@ -5,7 +5,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 
-// Canned cycles (RS274/NGC section 3.5.16) in the three planes, and G183 (docs: paper section 3).
+// Canned cycles (RS274/NGC section 3.5.16) in the three planes, and G183 (docs/sources.md S3.4).
 namespace trn {
 
 namespace {

@@ -20,7 +20,7 @@ struct HexapodConfig {
   double free_turn_max = 0;                     ///< about the tool, to balance the legs; 0: no such turn
 };
 
-/// Six legs between base and platform: leg i = |p + R B_i - A_i| (docs: paper section 3).
+/// Six legs between base and platform: leg i = |p + R B_i - A_i| (docs/sources.md S3.1).
 class Hexapod final : public PlatformKinematics {
  public:
   using Square = Eigen::Matrix<double, 6, 6>;

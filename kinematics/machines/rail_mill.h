@@ -24,8 +24,8 @@ struct RailMillConfig {
 };
 
 /// Four sliders, four links, a platform that moves in x, y, z and turns about x by alpha:
-/// q_i = -c_i + d_i.v_i +- sqrt(l_i^2 - v_i.(I - d_i d_i^T) v_i), v_i = p + Rx(alpha) b_i - a_i (docs: paper
-/// section 4).
+/// q_i = -c_i + d_i.v_i +- sqrt(l_i^2 - v_i.(I - d_i d_i^T) v_i), v_i = p + Rx(alpha) b_i - a_i
+/// (docs/sources.md S4.1).
 class RailMill final : public PlatformKinematics {
  public:
   using Square = Eigen::Matrix<double, 4, 4>;

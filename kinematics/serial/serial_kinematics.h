@@ -20,7 +20,7 @@ struct SerialConfig {
   Pose home_X_BM;                             ///< gauge point in the table, every joint at zero
 };
 
-/// Kinematics of a serial chain (docs: paper sections 1 and 2 are instances).
+/// Kinematics of a serial chain (docs/sources.md S1 and S2 are instances).
 class SerialKinematics final : public Kinematics {
  public:
   explicit SerialKinematics(const SerialConfig& config);

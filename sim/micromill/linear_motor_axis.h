@@ -11,7 +11,7 @@
 namespace trn {
 
 /// One axis of the micro-mill as it really is: linear motor with its amplifier, force ripple, guide friction,
-/// encoder, and the drive's own position loop. spec.md section 5 gives the motors; everything else here is
+/// encoder, and the drive's own position loop. docs/sources.md S5.1 gives the motors; everything else here is
 /// the simulator's and is told to no estimator. mm, s, N, A, kg.
 class LinearMotorAxis {
  public:

@@ -57,7 +57,7 @@ void MicroMillPlant::step(const Eigen::Vector3d& target_mm) TRN_RT {
 
 namespace {
 
-// spec.md section 5: J (mm/s^2 per A), alpha (1/s) and mass (kg); force per current is J M.
+// docs/sources.md S5.1: J (mm/s^2 per A), alpha (1/s) and mass (kg); force per current is J M.
 LinearMotorAxis::Config nominal_axis(double gain, double damping, double mass, double coulomb_N) {
   LinearMotorAxis::Config axis;
   axis.force_N_A = axis.force_nominal_N_A = gain * mass / 1000;

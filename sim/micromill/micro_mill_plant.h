@@ -61,8 +61,8 @@ class MicroMillPlant {
                   deflection_mm_ = Eigen::Vector2d::Zero();
 };
 
-/// The stage of spec.md section 5 with the simulator's own friction, ripple and cutter. Seed 0 is the nominal
-/// plant; with any other, mass, motor constant, friction, ripple, cutter and noise differ from it.
+/// The stage of docs/sources.md S5 with the simulator's own friction, ripple and cutter. Seed 0 is the
+/// nominal plant; with any other, mass, motor constant, friction, ripple, cutter and noise differ from it.
 MicroMillPlant::Config micro_mill_plant(std::uint64_t seed, double period_s);
 /// The `count`-th cutter of a plant: as the first, but mounted anew (run-out) and more or less worn.
 MillingCutter::Config another_cutter(const MicroMillPlant::Config& plant, std::uint64_t seed, int count);

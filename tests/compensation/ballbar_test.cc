@@ -157,7 +157,7 @@ void judge_estimator(bool fit_setup, int pairs, double most) {
     EXPECT_LT(std::abs(bias), 0.1 * bounds[k]);
     EXPECT_LT(deviation, most * bounds[k]);
     if (!fit_setup) {
-      EXPECT_LT(bounds[k], tilt ? 0.36 * kArcsec : 0.13e-3);  // the paper's case: 0.12 um, 0.35 arcsec
+      EXPECT_LT(bounds[k], tilt ? 0.36 * kArcsec : 0.13e-3);  // docs/sources.md S1.6: 0.12 um, 0.35 arcsec
     }
     EXPECT_NEAR(fit.parameters[k].deviation, bounds[k], 0.02 * bounds[k]);
   }

@@ -5,8 +5,8 @@
 #include "core/axes.h"
 #include "core/frames.h"
 
-// What machines with errors really do, as products of 4x4 matrices written down from spec.md sections 1 and
-// 2; nothing is shared with compensation/.
+// What machines with errors really do, as products of 4x4 matrices written down from docs/sources.md S1
+// and S2; nothing is shared with compensation/.
 namespace trn::test {
 
 using Mat4 = Eigen::Matrix4d;
@@ -39,7 +39,7 @@ struct Pige {
   double ey0a = 0, ez0a = 0, ty0a = 0, tz0a = 0, ex0c = 0, ey0c = 0, tx0c = 0, ty0c = 0;
 };
 
-/// Means of the paper's second run.
+/// Means of the second run of docs/sources.md S1.
 inline Pige measured_pige() {
   constexpr double s = 3.14159265358979323846 / 180 / 3600;
   return {0.0335, -0.0356, 7.23 * s, 2.94 * s, 0.0014, -0.0513, -26.03 * s, -14.38 * s};

@@ -72,7 +72,7 @@ TEST(Hexapod, NewtonConvergesQuadraticallyFromNearby) {
 
 // RTCP off, as an operator sees it: X+ takes the tool X+ over the work, so the table goes X-; a longer tool
 // lowers the table; and a tilt turns the table about its own origin, which carries the tip away as the
-// paper's displacement (R - I) w says (section 3).
+// displacement (R - I) w of docs/sources.md S3.5 says.
 TEST(Hexapod, WordsWithoutRtcpAreTheToolsPlaceOverTheTable) {
   const LoadedMachine loaded = load_machine("hexapod");
   const auto& hexapod = as<Hexapod>(loaded);

@@ -6,6 +6,7 @@ import unittest
 import check_form
 import check_includes
 import check_links
+import check_names
 from source_text import code_only, functions
 
 CODE = '''
@@ -103,6 +104,32 @@ class LinksTest(unittest.TestCase):
         errors = check_links.check("docs/b.md", text, there)
         self.assertEqual([error.split(" there")[0] for error in errors],
                          ["docs/b.md:2:", "docs/b.md:2: '../../x' leads out of the repository"])
+
+
+class NamesTest(unittest.TestCase):
+    TREE = check_names.Tree({
+        "kernel/cycle.h": "class Cycle { void tick(); };  // Cycle::take_up_lag was here",
+        "kernel/cycle.cc": "constexpr int kSteps = 3; int way_to_end(const char* key = \"late_max\");",
+        "hal/can/master.h": "class Master { void send(); };", "configs/mill.toml": "late_max = 3", "run.sh": "",
+        "docs/a.md": "`Gone` and gone()"})
+
+    def test_living(self):
+        for span in ("Cycle", "Cycle::tick", "trn::Cycle::tick()", "Cycle::kSteps", "way_to_end()", "late_max",
+                     "mill", "kernel/cycle.cc", "cycle.cc", "kernel/", "can/", "hal/*/*.h", "./run.sh",
+                     "configs/X.toml", "run --machine configs/mill.toml", "std::thread", "G1 X5", "--late_min", "T0",
+                     "X_BS", "LINE"):
+            self.assertEqual(check_names.dead(span, self.TREE), [], span)
+
+    def test_dead(self):
+        for span in ("Gone", "Cycle::take_up_lag", "Cycle::send", "gone()", "kGone", "way_back", "TRN_GONE",
+                     "kernel/check/", "kernel/gone.cc", "gone.cc", "kernel/g*.cc"):
+            self.assertEqual(check_names.dead(span, self.TREE), [span], span)
+        self.assertEqual(check_names.dead("run --machine configs/gone.toml", self.TREE), ["configs/gone.toml"])
+
+    def test_place(self):
+        text = "`Cycle`\n```\n`Gone`\n```\nsee `Gone`\n"
+        self.assertEqual(check_names.check("docs/b.md", text, self.TREE),
+                         ["docs/b.md:5: 'Gone' is not in the source; mend the name"])
 
 
 if __name__ == "__main__":

@@ -22,7 +22,7 @@ struct PartResult {
   bool alarm = false;  ///< in any period of the cuts
   double innovation_ratio = 0;  ///< largest mean innovation of the cuts, times that of the training runs
 
-  /// Percent of the predicted deflection (the paper's definition).
+  /// Percent of the predicted deflection (docs/sources.md S5.6).
   double error_percent(int i) const;
   double pressed_error_percent(int i) const;
 };
@@ -55,20 +55,20 @@ struct ErrorFigures {
 
 /// What a mean over all plants and parts says.
 struct ExperimentSummary {
-  ErrorFigures round, square;                      ///< predicted with the test cut, if there was one
-  ErrorFigures round_pressed, square_pressed;      ///< predicted as in the paper, by the pressing test alone
-  double explained_worst = 1, explained_mean = 0;  ///< variance share on unseen runs
-  double size_error_mm = 0, corrected_error_mm = 0;         ///< mean |measured - nominal|, without and with
-  double reduction_worst = 0;                               ///< the smallest ratio of the two over the plants
-  double corrected_worst_mm = 0;                            ///< the largest |measured - nominal| of one part
-  double force_error_percent = 0, force_worst_percent = 0;  ///< along the contour; mean and worst part
+  ErrorFigures round, square;                        ///< predicted with the test cut, if there was one
+  ErrorFigures round_pressed, square_pressed;        ///< by the pressing test alone (docs/sources.md S5.5)
+  double explained_worst = 1, explained_mean = 0;    ///< variance share on unseen runs
+  double size_error_mm = 0, corrected_error_mm = 0;  ///< mean |measured - nominal|, without and with
+  double reduction_worst = 0;                        ///< the smallest ratio of the two over the plants
+  double corrected_worst_mm = 0;                     ///< the largest |measured - nominal| of one part
+  double force_error_percent = 0, force_worst_percent = 0;      ///< along the contour; mean and worst part
   double pressed_force_error_N = 0, pressed_force_worst_N = 0;  ///< in the pressing test
   double stiffness_percent = 0, stiffness_worst_percent = 0;    ///< error of k_t
   double innovation_ratio = 0;                                  ///< largest of all parts
   int unstable = 0, alarms = 0, cuts = 0;                       ///< cuts: pairs, without and with correction
 };
 
-/// Trains, validates, presses and cuts on every plant (spec.md section 5).
+/// Trains, validates, presses and cuts on every plant (docs/sources.md S5).
 std::vector<PlantResult> run_experiment(const ExperimentOptions& options);
 ExperimentSummary summarize(const std::vector<PlantResult>& plants);
 

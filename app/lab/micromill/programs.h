@@ -20,7 +20,7 @@ LabProgram sine_program();
 LabProgram validation_program();
 /// Presses the tool along an axis (0: X, 1: Y) against a block that it touches at `block_mm`, by `depth_mm`.
 LabProgram pressing_program(int axis, double block_mm, double depth_mm);
-/// The part's nominal diameter or width, mm (spec.md section 5).
+/// The part's nominal diameter or width, mm (docs/sources.md S5.6).
 inline constexpr double kPartSizeMm = 24.6;
 inline constexpr double kToolRadiusMm = 0.5;
 /// Cuts a part around the origin out of the plate, clockwise, in a slot; the lines are those of the contour.

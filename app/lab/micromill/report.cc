@@ -14,7 +14,7 @@ namespace {
 
 using Shape = PartSurface::Shape;
 
-// spec.md section 5, the paper's table 4.
+// docs/sources.md S5.6, table 4 of that paper.
 constexpr double kPaperPredicted[] = {24.77, 24.80, 24.77, 24.76, 24.78};
 constexpr double kPaperMeasured[] = {24.80, 24.82, 24.82, 24.80, 24.83};
 constexpr double kPaperPercent[] = {18, 10, 29, 25, 28};

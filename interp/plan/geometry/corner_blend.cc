@@ -8,8 +8,8 @@ namespace trn {
 
 namespace {
 
-// The blend of two lines is y' = (1 - g) t0 + g t1 with g the quintic smoothstep; it misses the corner by
-// span * |t1 - t0| times twice the integral of g over its first half.
+// The blend of two lines is y' = (1 - g) t0 + g t1 with g the quintic smoothstep (P1 of docs/planner.md); it
+// misses the corner by span * |t1 - t0| times twice the integral of g over its first half.
 constexpr double kLineMiss = 0.15625;
 constexpr int kSamples = 32;          // even, so that the middle is one of them
 constexpr double kNearlyAll = 0.8;    // of the greatest sample: the peak may be beside it

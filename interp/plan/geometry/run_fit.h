@@ -37,7 +37,7 @@ struct RunFit {
   size_t worst_vertex = 0;     ///< !ok: the one nearest to the worst place
 };
 
-/// Fits a quintic spline to the polyline: the smoothest (least integral of |y'''|^2) in the tube of the
+/// Fits a quintic spline to the polyline: the smoothest (P2 of docs/planner.md) in the tube of the
 /// tolerances, whatever the density of the vertices. Deviation is measured at equal parameters, hence an
 /// upper bound of the distance.
 RunFit fit_run(const RunRequest& request);

@@ -24,7 +24,7 @@ void locate_samples(const QuinticSpline& spline, std::vector<TubeSample>& sample
 
 /// Fits a spline with given knots into a tube, position and rotary words separately: the minimum of
 ///
-///     integral of |y'''|^2 - m log(1 - |y - middle|^2 / radius^2) du
+///     integral of |y'''|^2 - m log(1 - |y - middle|^2 / radius^2) du      (P3 of docs/planner.md)
 ///
 /// by Newton steps, with m a fixed share of what |y'''|^2 is around. The problem is convex, so what comes out
 /// depends on the tube alone, not on the way there. Whoever leaves the tube meets the barrier's parabola; so

@@ -77,6 +77,8 @@ InteriorPointResult InteriorPoint::search(double mu, const InteriorPointOptions&
   return result;
 }
 
+// The right side -f' and the curvature H of P11 for the time P7. The right sides of P9 bend the other way:
+// what they take of H is subtracted, as far as H stays positive.
 void InteriorPoint::add_time() {
   for (size_t k = 0; k < n_; ++k) {
     const double h = state_.problem->h[k], cube = state_.root[k] / state_.x[k + 1];
@@ -85,7 +87,7 @@ void InteriorPoint::add_time() {
   }
 }
 
-// L D L^T of the pentadiagonal matrix, in place; entries 1..n are the unknowns.
+// Solves P11: L D L^T of the pentadiagonal matrix, in place; entries 1..n are the unknowns.
 bool InteriorPoint::factor_and_solve() {
   double *const diag = state_.diag.data(), *const off1 = state_.off1.data(), *const off2 = state_.off2.data();
   double* const dx = state_.dx.data();
@@ -118,6 +120,7 @@ double InteriorPoint::primal_step(double worst) const {
   return kToBoundary / worst;
 }
 
+// P7.
 double InteriorPoint::total_time() const {
   double sum = 0;
   for (size_t k = 0; k < n_; ++k) sum += state_.problem->h[k] * state_.root[k];

@@ -16,10 +16,11 @@ struct InteriorPointResult {
   double time_s = 0;
 };
 
-/// Minimises the time sum h / sqrt(c) of a SpeedProblem by a primal-dual interior-point method with slacks,
-/// so that the start need not keep the rows. Newton steps drop the negative curvature of the jerk rows' right
-/// sides (sequential inner convexification) and hold the speeds that multiply their terms; both are brought
-/// up to date after every step. Each step costs two passes over the rows and one pentadiagonal factorisation.
+/// Minimises the time P7 (docs/planner.md), sum h / sqrt(c), of a SpeedProblem by a primal-dual
+/// interior-point method with slacks, so that the start need not keep the rows. Newton steps drop the
+/// negative curvature of the jerk rows' right sides (sequential inner convexification) and hold the speeds
+/// that multiply their terms; both are brought up to date after every step. Each step costs two passes over
+/// the rows and one pentadiagonal factorisation.
 class InteriorPoint {
  public:
   /// c: start (> 0) and result, one per interval.

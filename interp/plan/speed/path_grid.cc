@@ -96,7 +96,8 @@ double climb_at(const PendingPiece& pending, double s) {
   return climb_at(places[i], places[i + 1], s);
 }
 
-// The estimate is coarse next to a slow place.
+// The estimate is coarse next to a slow place. There (ds/dt)^2 is at most (3/2 jerk climb^2)^(2/3), which
+// grows as P8 of docs/planner.md says.
 void slow_down(GridInterval& g, double climb) {
   const double v_cubed = 1.5 * g.bound.jerk * climb * climb, b = std::cbrt(v_cubed * v_cubed);
   if (b >= g.b_est) return;
@@ -104,7 +105,7 @@ void slow_down(GridInterval& g, double climb) {
   g.time_est_s = g.h / std::sqrt(b);
 }
 
-// Path to an interval's end so that it is no longer than its share of the climb at either end.
+// Path to an interval's end so that it is no longer than its share of the climb (P8) at either end.
 double climb_step(const PendingPiece& pending, double s) {
   const double h = kClimb * climb_at(pending, s);
   return std::max(h / (1 + kClimb), std::min(h, kClimb * climb_at(pending, s + h)));
@@ -235,7 +236,7 @@ void PathGrid::estimate(bool to_end) {
   if (to_end) grade_from(rest_spacing(pending_.back()->places.back().bound), true);
 }
 
-// Of all places: of the slow ones their own, of the others by their distance from these.
+// The climb of all places: of the slow ones e by P8, of the others e + d by their distance from these.
 void PathGrid::find_climbs(std::vector<Place*>& all) const {
   const auto own = [](const Place& p) {
     const double v = std::sqrt(p.b_est);
@@ -266,9 +267,9 @@ void PathGrid::grade_from(NodeSpacing rest, bool flip) {
 }
 
 // Time between nodes that the piece's own curvature asks for. With s's third derivative constant on an
-// interval a joint's jerk, q' s''' + 3 q'' s'' s' + q''' s'^3, changes along it and keeps to its limit at one
-// end only: what it falls short by costs time and, where two ways to go take nearly the same, decides between
-// them.
+// interval a joint's jerk (P6), q' s''' + 3 q'' s'' s' + q''' s'^3, changes along it and keeps to its limit
+// at one end only: what it falls short by costs time and, where two ways to go take nearly the same, decides
+// between them.
 double PathGrid::wanted_spacing(PendingPiece& pending) const {
   const double time_s = piece_time(pending), calm = time_s / spacing_s_;
   const double v = pending.plan.piece.length / time_s, b = v * v;

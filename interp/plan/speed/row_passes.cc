@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+// P5 to P13 are the equations of docs/planner.md.
 namespace trn::speed {
 
 namespace {
@@ -40,7 +41,8 @@ TRN_VECTOR_INLINE void apply_narrow(const Form& f, const Window& w, Lanes& value
   narrow(f.before * w.before + f.own * w.own + f.after * w.after, value);
 }
 
-/// The forms that joints share at a group of intervals: of the row's d1, d2, d3, at each end.
+/// The forms that joints share at a group of intervals: a', 3 a and b of P9, which a row multiplies by d1, d2
+/// and d3, and the rows P13; at each end.
 struct IntervalForms {
   Form of[2][3];
   Form dip[2];
@@ -89,12 +91,13 @@ struct LaneStep {
   float mu, alpha, alpha_dual;
 };
 
-/// What one inequality gives to the matrix and the right side.
+/// What one inequality gives to P11: the matrix gets weight = z/w, the right side -force, force = mu/w + z/w
+/// (g + w), both times its gradient.
 struct Pull {
   Lanes weight, force;
 };
 
-// The step taken; slack that the row really has is never left unused.
+// The step P12 taken; slack that the row really has is never left unused.
 TRN_VECTOR_INLINE void move_on(RowState& r, const Lanes& g, const LaneStep& step) {
   const Lanes slack = r.slack + step.alpha * r.slack_step;
   r.slack = slack > -g ? slack : -g;
@@ -125,6 +128,7 @@ TRN_VECTOR_INLINE void take(TwoSided& r, const Lanes& v, const Lanes& room, cons
   pull_of(r[1], below, both * r[0].slack, step, worst, low);
 }
 
+// Both sides of a row P9 of one joint.
 TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const Lanes& room, TwoSided& state,
                                     const LaneStep& step, Lanes& worst, JerkSums& s) {
   const Lanes v = d.d1 * value[0] + d.d2 * value[1] + d.d3 * value[2];
@@ -155,7 +159,7 @@ TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const 
   s.dual += state[0].dual + state[1].dual;
 }
 
-/// Part of the Newton matrix that belongs to a group of places and their neighbours.
+/// Part of the Newton matrix P11 that belongs to a group of places and their neighbours.
 struct Part {
   Wide bb{}, bo{}, ba{}, oo{}, oa{}, aa{}, rb{}, ro{}, ra{};
 };
@@ -181,6 +185,7 @@ TRN_VECTOR_INLINE void mix(const Form* f, const Wide& w0, const Wide& w1, const 
   out.after = w0 * f[0].after + w1 * f[1].after + w2 * f[2].after;
 }
 
+// All joints' rows P9 at one end: products of the forms by the sums, and the slope of the right side.
 TRN_VECTOR_INLINE void add_jerk_sums(const Form* f, const JerkSums& s, const Wide& slope, Part& p) {
   Form m;
   Wide force;
@@ -226,6 +231,7 @@ TRN_VECTOR_INLINE void store(const Part& p, size_t place, PassState& state) {
   add_to(&state.rhs[place + 2], p.ra);
 }
 
+// c_k / c_max of the row c_k <= c_max, from P4.
 TRN_VECTOR_INLINE void bound_form(const PassState& state, size_t place, Form& f) {
   Wide c_max;
   load(&state.problem->c_max[place], c_max);
@@ -233,6 +239,7 @@ TRN_VECTOR_INLINE void bound_form(const PassState& state, size_t place, Form& f)
   f.own = 1 / c_max;
 }
 
+// The rows P9, c_k <= c_max and P13 of a group of intervals.
 TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const LaneStep& step, size_t group,
                                           Lanes& worst) {
   const size_t joints = state.problem->joints, place = group * kLanes;
@@ -271,7 +278,7 @@ TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const LaneStep& step
   std::memcpy(&state.taken[place], &taken, sizeof taken);
 }
 
-/// The forms of a = b'/2 and b at a group of nodes, of the coefficients before and after.
+/// The forms of a = b'/2 and b at a group of nodes, of the coefficients before and after: those of P5.
 struct NodeForms {
   Wide a0, a1, b0, b1;
 };
@@ -282,6 +289,7 @@ TRN_VECTOR_INLINE void set_forms(const SpeedProblem& p, size_t node, NodeForms& 
   load(&p.node_b1[node], f.b1);
 }
 
+// The rows P5 of a group of nodes.
 TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const LaneStep& step, size_t group, Lanes& worst) {
   const size_t joints = state.problem->joints, node = group * kLanes;
   NodeForms f;
@@ -326,7 +334,7 @@ struct LaneSums {
   Lanes worst{}, worst_dual{}, slack_dual{}, slack_dual_step{}, slack_step_dual{}, steps{};
 };
 
-// g: value of the inequality now; change: along dx; both: 1 / (slack dual).
+// The steps P12. g: value of the inequality now; change: along dx; both: 1 / (slack dual).
 TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, const Lanes& both,
                                  float mu, LaneSums& s) {
   const Lanes slack_inverse = both * r.dual;

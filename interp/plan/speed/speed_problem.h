@@ -24,16 +24,17 @@ struct JerkRow {
   Lanes d1, d2, d3;
 };
 
-/// The problem of the fastest time law on N intervals of a grid.
+/// The problem of the fastest time law on N intervals of a grid: minimise P7 under P4, P5, P9 and P13 of
+/// docs/planner.md.
 ///
 /// Unknown: b(s) = (ds/dt)^2 as a quadratic spline (C1, so a = b'/2 is continuous and linear on an interval);
 /// its coefficients c_k belong to the intervals (the value where the tangents at the interval's ends meet, so
 /// the spline stays inside their hull). At node k: b = b0 c_{k-1} + b1 c_k, a = a0 c_{k-1} + a1 c_k. Rows,
 /// each for one joint, scaled to its limit:
-///   node k:      | q' a + q'' b | <= 1
-///   interval k:  | q' a' + 3 q'' a + q''' b | = |jerk| / v <= 1 / v,   at both ends, with v = sqrt(c_k)
+///   node k:      | q' a + q'' b | <= 1                                                        (P5)
+///   interval k:  | q' a' + 3 q'' a + q''' b | = |jerk| / v <= 1 / v, both ends, v = sqrt(c_k)   (P9)
 ///   interval k:  c_k <= c_max, and at the ends  b_k <= dip (c_k + b_{k+1}),  b_{k+1} <= dip (c_k + b_k):
-///                from 2 on, constant jerk could not cover the interval without standing still
+///                from 2 on, constant jerk could not cover the interval without standing still   (P4, P13)
 /// The time law has constant d3s/dt3 on an interval, so the terms of the jerk rows are multiplied by speeds
 /// over sqrt(c_k): the mean speed for the first, the end's own for the others. The solver follows these as it
 /// goes.

@@ -39,7 +39,7 @@ TEST(MicroMillExperiment, PredictsAndCorrectsWhatTheToolsBendingDoes) {
   const std::vector<PlantResult> plants = run_experiment(experiment_options());
   const ExperimentSummary summary = summarize(plants);
   EXPECT_GT(summary.explained_mean, 0.95);
-  EXPECT_LT(summary.round.mean, 22);  // the paper's own error
+  EXPECT_LT(summary.round.mean, 22);  // docs/sources.md S5.6
   EXPECT_LT(summary.square.mean, 17);
   EXPECT_GT(summary.size_error_mm, 3 * summary.corrected_error_mm);
   EXPECT_EQ(summary.unstable, 0);

@@ -3,7 +3,7 @@
 #include "tests/app/session/machine_run.h"
 
 // G183 through the whole kernel, measured on the simulated tool in the work, beside the same hole without the
-// cycle (paper section 3). A hole is measured on the samples whose tip is inside the work.
+// cycle (docs/sources.md S3.4). A hole is measured on the samples whose tip is inside the work.
 namespace trn::test {
 namespace {
 
@@ -138,9 +138,9 @@ TEST(DrillingWithoutTheCycle, TheHoleItselfIsStraightAndDeepButElsewhere) {
   EXPECT_NEAR(bottom, -40, 1e-9);
 }
 
-// The paper's figures: w = (35, 60, -606.08), 4 deg about X, stand-off 15.81 give (0, 42.132, 21.47). A table
-// whose turning centre lies 606.08 mm above the hole: the shipped hexapod with its platform joints 700 mm
-// below the platform's origin.
+// docs/sources.md S3.5: w = (35, 60, -606.08), 4 deg about X, stand-off 15.81 give (0, 42.132, 21.47). A
+// table whose turning centre lies 606.08 mm above the hole: the shipped hexapod with its platform joints 700
+// mm below the platform's origin.
 TEST(DrillingWithoutTheCycle, GivesThePapersDisplacement) {
   std::string text = text_of(config_of("hexapod"));
   for (std::size_t at = 0; (at = text.find("platform_mm = [", at)) != std::string::npos; ++at) {

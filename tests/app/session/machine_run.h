@@ -111,8 +111,8 @@ inline std::string error_of(const std::string& config, const std::string& text) 
   return "no error";
 }
 
-/// Tip and axis in the table frame of a serial machine, from its joints by the formulas of the paper's
-/// sections 1 (cradle, no errors) and 2 (head).
+/// Tip and axis in the table frame of a serial machine, from its joints by the formulas of
+/// docs/sources.md S1.3 (cradle, no errors) and S2.2 (head).
 inline std::pair<Vec3, Vec3> paper_tip(const std::string& machine, const JointVec& q, double L) {
   const double a = q[3], c = q[4];
   const Vec3 P(q[0], q[1], q[2]);

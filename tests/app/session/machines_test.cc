@@ -11,7 +11,7 @@ namespace trn::test {
 namespace {
 
 TEST(Head, TheTipStandsWhileTheAxesMoveByTheToolsSwing) {
-  // N73 to N75 of the paper: A and C alone, tool 1 is 50 mm long
+  // N73 to N75 of docs/sources.md S2: A and C alone, tool 1 is 50 mm long
   const MachineRun run =
       run_text(config_of("head"),
                "G21 G90 G94 G61\nT1 M6\nG43.4 H1\nG0 X76.281 Y59.637 Z14.12 A22.18 C40.96\n"
