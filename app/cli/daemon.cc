@@ -115,7 +115,9 @@ void add_daemon(CLI::App& app, Exit& exit) {
                      "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "
                      "session, to FILE.1, FILE.2 ...");
   daemon->footer(
-      "Clients: load, start, hold, resume, stop, mdi, jog, home, override, status, monitor, estop, reset.\n"
+      "Clients: load, start, hold, resume, stop, mdi, jog, home, override, step, correction, sensor, "
+      "status,\n"
+      "monitor, estop, reset.\n"
       "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
       "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (no LCM, already "
       "running,\n"

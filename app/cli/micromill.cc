@@ -280,11 +280,11 @@ void add_micromill(CLI::App& app, Exit& exit) {
   add_one(parent, "sweep", "Train networks of several layers, nodes and delays and print how well each does.",
           with, sweep, exit);
   with = options();
-  CLI::App& whole =
-      add_one(parent, "experiment",
-              "The whole of it: train, validate, press, cut round and square parts, print the paper's table "
-              "beside ours, and cut them again with the path correction.",
-              with, experiment, exit);
+  CLI::App& whole = add_one(
+      parent, "experiment",
+      "The whole of it: train, validate, press, cut round and square parts, print the published table "
+      "beside ours, and cut them again with the path correction.",
+      with, experiment, exit);
   whole.add_option("--plants", with->plants, "how many stages, seeds counting up from --seed")
       ->check(CLI::Range(1, 1000));
   whole.add_option("--parts", with->parts, "parts of each shape on every stage")->check(CLI::Range(1, 50));
