@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Writes docs/faults.md from the table in core/fault.cc. With --check it writes nothing and fails if the page is stale."""
+"""Writes docs/faults.md from the table in core/fault.cc. --check: writes nothing and fails if the page is stale."""
 import pathlib
 import re
 import sys
@@ -16,8 +16,8 @@ REACTIONS = {
 HEAD = """# Faults
 
 A fault stays on show until `trunnion reset`, and nearly every one stops the machine. For example, a joint that is
-blocked lags behind its setpoint. The drives brake, `trunnion status` shows `following_error` with the joint, and the program is given up. Free
-the axis, then reset.
+blocked lags behind its setpoint. The drives brake, `trunnion status` shows `following_error` with the joint, and the
+program is given up. Free the axis, then reset.
 
 Where several faults come together, the first one is shown, unless a later one asks for a stronger reaction.
 `python3 docs/make_faults.py` writes this page from the table in `core/fault.cc`; a test compares the two.
@@ -49,7 +49,8 @@ def page(source):
         strings = joined(body)
         if len(strings) != 3:
             sys.exit(f"core/fault.cc: the row of {name} has {len(strings)} texts, not name, meaning and remedy")
-        rows.append(f"| `{strings[0]}` | {sentence(strings[1])} | {sentence(REACTIONS[reaction])} | {sentence(strings[2])} |")
+        cells = [f"`{strings[0]}`", *map(sentence, (strings[1], REACTIONS[reaction], strings[2]))]
+        rows.append("| " + " | ".join(cells) + " |")
     return HEAD + "\n".join(rows) + "\n", len(rows)
 
 

@@ -49,6 +49,15 @@ std::size_t index_of(const Names& names, const std::string& name) {
   throw std::runtime_error(fmt::format("'{}' is not known", name));
 }
 
+// By name; earlier logs have its number.
+Fault fault_of(const Json& json) {
+  if (json.is_string()) return fault_named(json.get<std::string>());
+  const int number = json.get<int>();
+  if (number < 0 || number >= static_cast<int>(Fault::kCount))
+    throw std::runtime_error(fmt::format("fault {} is not known", number));
+  return static_cast<Fault>(number);
+}
+
 // The text of an MDI line may be any bytes.
 std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
@@ -112,7 +121,7 @@ SessionEntry from_json(const Json& json) {
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
-  if (entry.kind == Kind::kFault) entry.fault = fault_named(json.at("fault").get<std::string>());
+  if (entry.kind == Kind::kFault) entry.fault = fault_of(json.at("fault"));
   if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
   if (entry.kind == Kind::kInputs) {
     entry.inputs.digital = json.at("digital");
