@@ -112,8 +112,8 @@ void ProgramGenerator::path_mode() {
 
 // Writes the feed: per minute, or as inverse time (then in every line).
 void ProgramGenerator::finish_feed(Step& step, double length_mm, double turn_deg) {
-  const bool turns_only = !(step.words & 7u) && step.kind == Step::Kind::kFeed;
-  const double way = turns_only ? turn_deg : length_mm;
+  // A linear word may be written and not move: F then means degrees, so the longer of the two is bounded.
+  const double way = std::max(length_mm, turn_deg);
   if (chance(0.12)) {
     const double feed = rounded(60 / log_uniform(0.02, 2));
     step.text = "G93 " + step.text + fmt::format(" F{:.{}f}", feed, digits_);
