@@ -10,6 +10,7 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
 #include "kernel/cycle.h"
 #include "kinematics/factory.h"
@@ -53,8 +54,7 @@ void ticks(benchmark::State& state, Operator acts, const std::string& config,
     Parameters parameters;
     ToolTable tools = ToolTable::load(source + "/examples/tools.tbl");
     MotionQueue queue(1 << 14);
-    Cycle cycle({assembly.machine.period_s, assembly.machine.joints, false, 8, assembly.plan_joints},
-                *assembly.map, queue, *assembly.drives, assembly.corrections.setpoint.get());
+    Cycle cycle = make_cycle(assembly, queue, ProgramStops::kPass, *assembly.drives, nullptr);
     assembly.drives->bring_up();
     while (cycle.last_report().drives != DriveState::kEnabled) cycle.tick();
     Pipeline pipeline(assembly, parameters, tools,
@@ -99,8 +99,8 @@ ConfigTable extended(const std::string& name, const std::string& more) {
   return parse_config(text.str(), name);
 }
 
-/// The bracket of the cradle, without corrections, with geometric errors, with joint tables.
-void bracket(benchmark::State& state, const std::string& config, const std::string& more) {
+/// The joint map of the cradle, without corrections, with geometric errors, with joint tables.
+void joint_map(benchmark::State& state, const std::string& config, const std::string& more) {
   const Machine machine = read_machine(extended(config, more));
   const auto kinematics = make_kinematics(machine);
   const Corrections corrections = read_corrections(machine);
@@ -137,9 +137,9 @@ mounting = "fixed-free"
 fixed_bearing_mm = -450
 far_bearing_mm = 450
 )";
-BENCHMARK_CAPTURE(bracket, without_corrections, "cradle", "");
-BENCHMARK_CAPTURE(bracket, with_geometric, "cradle_measured", "");
-BENCHMARK_CAPTURE(bracket, with_joint_table, "cradle", kTables);
+BENCHMARK_CAPTURE(joint_map, without_corrections, "cradle", "");
+BENCHMARK_CAPTURE(joint_map, with_geometric, "cradle_measured", "");
+BENCHMARK_CAPTURE(joint_map, with_joint_table, "cradle", kTables);
 
 /// One period of what stands behind the plan.
 void chain_step(benchmark::State& state, const std::string& more) {

@@ -65,8 +65,8 @@ class Kinematics {
   virtual KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT = 0;
 };
 
-/// The whole bracket, path point to motor joints, one pure function used by the planner (limits) and the tick
-/// (setpoints), so that they cannot disagree.
+/// The whole joint map, path point to motor joints, one pure function used by the planner (limits) and the
+/// tick (setpoints), so that they cannot disagree.
 class JointMap {
  public:
   virtual ~JointMap() = default;

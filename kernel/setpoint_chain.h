@@ -43,7 +43,7 @@ class SetpointChain {
   Eigen::Vector2d deflection_shift_mm() const TRN_RT;
   /// Lets the chain take up jumps of the plan's joints (`take_up`), with this share of the limits.
   void take_up_jumps(double reserve);
-  /// At rest the plan's joints jump by -jump, because the bracket reads the same place in another way: the
+  /// At rest the plan's joints jump by -jump, because the joint map reads the same place in another way: the
   /// setpoints stay, and the difference fades within the reserve. False: it is too large.
   bool take_up(const JointVec& jump) TRN_RT;
   bool takes_up_jumps() const TRN_RT { return !jumps_.empty(); }

@@ -8,8 +8,9 @@
 #include <memory>
 
 #include "app/cli/commands.h"
-#include "app/daemon/program_feeder.h"
+#include "app/daemon/planner_thread.h"
 #include "app/session/assembly.h"
+#include "app/session/make_cycle.h"
 #include "app/session/trace.h"
 #include "interp/gcode/parameter_file.h"
 #include "kernel/cycle.h"
@@ -23,16 +24,6 @@ struct DaemonOptions {
 };
 
 constexpr std::size_t kQueueBlocks = 8192;
-
-CycleConfig cycle_config(const Assembly& assembly) {
-  CycleConfig config;
-  config.period_s = assembly.machine.period_s;
-  config.joints = assembly.machine.joints;
-  config.plan_joints = assembly.plan_joints;
-  config.spindle_timeout_s = assembly.spindle_timeout_s;
-  config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
-  return config;
-}
 
 // What cannot be kept is told now; the command that wants to change it is refused.
 void check_memory(const DaemonOptions& options) {
@@ -76,26 +67,25 @@ void run_machine(const DaemonOptions& options) {
   log_to_stderr();
   check_memory(options);
   MotionQueue queue(kQueueBlocks);
-  Cycle cycle(cycle_config(assembly), *assembly.map, queue, *assembly.drives,
-              assembly.corrections.setpoint.get(), assembly.io.get());
+  Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait);
   std::unique_ptr<SessionLog> log;
   if (!options.log.empty()) log = begin_log(options);
-  FeatureBook book;
-  FeatureBook* const features = assembly.corrections.setpoint->deflection() ? &book : nullptr;
-  ProgramFeeder feeder(assembly, queue, parameters_of(options),
-                       options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get(),
-                       features, {options.vars, options.tools});
+  FeatureRecorder recorder;
+  FeatureRecorder* const features = assembly.corrections.setpoint->deflection() ? &recorder : nullptr;
+  PlannerThread planner(assembly, queue, parameters_of(options),
+                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get(),
+                        features, {options.vars, options.tools});
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
-  run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, feeder,
+  run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, planner,
               record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
               assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
   if (assembly.io) assembly.io->shut_down();
-  feeder.settle();
+  planner.settle();
   if (record) record->close();
 }
 

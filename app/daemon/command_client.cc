@@ -5,7 +5,7 @@
 #include <chrono>
 #include <random>
 
-#include "app/daemon/command_desk.h"
+#include "app/daemon/command_server.h"
 
 namespace trn {
 

@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <thread>
 
-#include "app/daemon/director.h"
+#include "app/daemon/machine_controller.h"
 #include "app/daemon/process_lock.h"
 #include "app/daemon/second_daemon.h"
 #include "app/daemon/tick_thread.h"
@@ -72,19 +72,19 @@ void tell_features(const DaemonParts& parts) {
   spdlog::info("{}", features_text(features));
 }
 
-void drain_reports(const DaemonParts& parts, Director& director) {
+void drain_reports(const DaemonParts& parts, MachineController& controller) {
   CycleReport report;
   while (parts.tick.next_report(report)) {
-    if (report.lost_reports != director.last_report().lost_reports)
+    if (report.lost_reports != controller.last_report().lost_reports)
       spdlog::error("{} periods were not seen in time: they are missing in every record of this session",
-                    report.lost_reports - director.last_report().lost_reports);
+                    report.lost_reports - controller.last_report().lost_reports);
     // without power the setpoint only follows the drives
     if (parts.record && report.drives == DriveState::kEnabled) parts.record->write(report);
     if (parts.record && report.drives != DriveState::kEnabled) parts.record->power_lost();
     if (parts.log) parts.log->report(report);
     if (parts.on_report) parts.on_report(report);
     if (parts.features && parts.features->report(report)) tell_features(parts);
-    director.report(report);
+    controller.report(report);
   }
 }
 
@@ -136,40 +136,40 @@ class SensorReceiver {
 };
 
 // Who hangs in a system call cannot be waited for: then the process ends from here.
-void end_with(const Director& director) {
-  const std::string bad = director.bad_ending();
-  for (int i = 0; i < kLastWaits && director.hangs(); ++i) std::this_thread::sleep_for(kLastWait);
-  if (bad.empty() && !director.hangs()) return spdlog::info("ended in good order");
+void end_with(const MachineController& controller) {
+  const std::string bad = controller.bad_ending();
+  for (int i = 0; i < kLastWaits && controller.hangs(); ++i) std::this_thread::sleep_for(kLastWait);
+  if (bad.empty() && !controller.hangs()) return spdlog::info("ended in good order");
   const std::string text =
       fmt::format("NOT ended in good order: {}", bad.empty() ? "a program or a drive does not answer" : bad);
-  if (!director.hangs()) throw std::runtime_error(text);
+  if (!controller.hangs()) throw std::runtime_error(text);
   spdlog::critical("{}", text);
   std::fflush(nullptr);
   std::_Exit(kExitMachineFault);
 }
 
 void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
-           Director& director) {
+           MachineController& controller) {
   ServiceNotifier notifier;
   DropTeller drops;
-  director.begin();
+  controller.begin();
   notifier.ready();
-  while (!director.done()) {
+  while (!controller.done()) {
     if (link.handle(kPollMs))
       for (int more = 0; more < kMessagesAtOnce && link.handle(0);) ++more;
     drops.look(link);
     for (const auto& work : parts.background) work();
-    drain_reports(parts, director);
+    drain_reports(parts, controller);
     if (signals.taken()) {
       spdlog::info("told to end: motion, drives, process");
       notifier.stopping();
-      director.terminate();
+      controller.terminate();
     }
-    director.poll();
+    controller.poll();
     notifier.alive(thread.statistics().periods);
     if (thread.failed()) throw std::runtime_error("the clock of the tick failed; the drives were left alone");
   }
-  drain_reports(parts, director);
+  drain_reports(parts, controller);
 }
 
 }  // namespace
@@ -191,7 +191,7 @@ void run_daemon(const DaemonParts& parts) {
     if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
     tick.tick();
   });
-  Director director(
+  MachineController controller(
       {parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs, thread.statistics(),
        parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics, parts.plan_joints},
       collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
@@ -203,9 +203,9 @@ void run_daemon(const DaemonParts& parts) {
     link.subscribe<trunnion::sensor_t>(parts.lcm.sensor_channel(),
                                        [&receiver](const auto& readings) { receiver->receive(readings); });
   }
-  serve(parts, link, thread, signals, director);
+  serve(parts, link, thread, signals, controller);
   if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
-  end_with(director);
+  end_with(controller);
 }
 
 }  // namespace trn

@@ -4,16 +4,17 @@
 #include <string>
 #include <vector>
 
+#include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
-#include "app/session/feature_book.h"
+#include "app/session/feature_recorder.h"
 #include "app/session/session_log.h"
 #include "compensation/sensor_board.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "kernel/joint_map.h"
-#include "kernel/motion_port.h"
 #include "kernel/setpoint_chain.h"
+#include "kernel/tick_port.h"
 
 namespace trn {
 
@@ -27,15 +28,15 @@ struct DaemonParts {
   ProgramSource& programs;
   ReportSink* record = nullptr;
   SessionLog* log = nullptr;
-  const MachineJointMap* map = nullptr;  ///< see Director::Parts
+  const MachineJointMap* map = nullptr;  ///< see MachineController::Parts
   const SetpointChain* chain = nullptr;
   SensorBoard* sensors = nullptr;  ///< readings that come over LCM go there; null: nobody wants any
   std::vector<std::function<void()>> background = {};      ///< called many times a second outside the tick
   std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
   const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
-  FeatureBook* features = nullptr;                         ///< see Director::Parts; hears of every period
-  const Kinematics* kinematics = nullptr;                  ///< see Director::Parts
-  const Joints* plan_joints = nullptr;                     ///< see Director::Parts
+  FeatureRecorder* features = nullptr;     ///< see MachineController::Parts; hears of every period
+  const Kinematics* kinematics = nullptr;  ///< see MachineController::Parts
+  const Joints* plan_joints = nullptr;     ///< see MachineController::Parts
 };
 
 /// What the daemon tells goes to stderr from now on.

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/units.h"
-#include "kernel/jog.h"
+#include "kernel/joint_ramp.h"
 
 namespace trn {
 

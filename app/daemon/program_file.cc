@@ -28,7 +28,7 @@ constexpr int kHeadLines = 100;
 constexpr auto kLookAgain = std::chrono::milliseconds(20);  // whether the work was given up
 
 /// What the file's thread and its owner share; whoever is last lets it go.
-struct FileDesk {
+struct FileRequest {
   std::mutex mutex;
   std::condition_variable changed;
   FileCalls calls;
@@ -52,46 +52,48 @@ int open_plain(const char* path) {
   return -1;
 }
 
-// The first request opens the file. Nothing of the desk but what was asked for is touched outside the lock.
-void serve(const std::shared_ptr<FileDesk>& desk) {
+// The first request opens the file. Nothing of the request but what was asked for is touched outside the
+// lock.
+void serve(const std::shared_ptr<FileRequest>& request) {
   pthread_setname_np(pthread_self(), "program file");
-  std::unique_lock lock(desk->mutex);
+  std::unique_lock lock(request->mutex);
   int fd = -1;
   while (true) {
-    desk->changed.wait(lock, [&] { return desk->asked || desk->left; });
-    if (desk->left) break;
-    const std::uint64_t offset = desk->offset;
-    std::vector<char> bytes(desk->size);
+    request->changed.wait(lock, [&] { return request->asked || request->left; });
+    if (request->left) break;
+    const std::uint64_t offset = request->offset;
+    std::vector<char> bytes(request->size);
     lock.unlock();
     errno = 0;
-    if (fd < 0) fd = desk->calls.open(desk->path.c_str());
-    ssize_t got = fd < 0 || bytes.empty() ? 0 : desk->calls.read(fd, bytes.data(), bytes.size(), offset);
-    while (got < 0 && errno == EINTR) got = desk->calls.read(fd, bytes.data(), bytes.size(), offset);
+    if (fd < 0) fd = request->calls.open(request->path.c_str());
+    ssize_t got = fd < 0 || bytes.empty() ? 0 : request->calls.read(fd, bytes.data(), bytes.size(), offset);
+    while (got < 0 && errno == EINTR) got = request->calls.read(fd, bytes.data(), bytes.size(), offset);
     const int error = fd < 0 || got < 0 ? errno : 0;
     bytes.resize(static_cast<std::size_t>(std::max<ssize_t>(0, got)));
     lock.lock();
-    desk->error = error;
-    desk->bytes = std::move(bytes);
-    desk->asked = false;
-    desk->changed.notify_all();
+    request->error = error;
+    request->bytes = std::move(bytes);
+    request->asked = false;
+    request->changed.notify_all();
   }
-  if (desk->counted) --*desk->stuck;
+  if (request->counted) --*request->stuck;
   lock.unlock();
   if (fd >= 0) ::close(fd);
 }
 
 // A stack of its own size: in a daemon whose memory is locked, all of it is there for as long as the file is
 // open.
-void serve_in_thread(const std::shared_ptr<FileDesk>& desk) {
+void serve_in_thread(const std::shared_ptr<FileRequest>& request) {
   constexpr std::size_t kStackBytes = std::size_t{1} << 18;
-  auto handed = std::make_unique<std::shared_ptr<FileDesk>>(desk);
+  auto handed = std::make_unique<std::shared_ptr<FileRequest>>(request);
   pthread_attr_t attributes;
   pthread_attr_init(&attributes);
   pthread_attr_setstacksize(&attributes, kStackBytes);
   pthread_attr_setdetachstate(&attributes, PTHREAD_CREATE_DETACHED);
   pthread_t thread;
   const auto run = [](void* given) -> void* {
-    const std::unique_ptr<std::shared_ptr<FileDesk>> own(static_cast<std::shared_ptr<FileDesk>*>(given));
+    const std::unique_ptr<std::shared_ptr<FileRequest>> own(
+        static_cast<std::shared_ptr<FileRequest>*>(given));
     serve(*own);
     return nullptr;
   };
@@ -99,15 +101,15 @@ void serve_in_thread(const std::shared_ptr<FileDesk>& desk) {
   pthread_attr_destroy(&attributes);
   if (error != 0)
     fail(GcodeErrorCode::kCannotOpen, 0,
-         fmt::format("'{}': no thread to read it: {}", desk->path, std::strerror(error)));
+         fmt::format("'{}': no thread to read it: {}", request->path, std::strerror(error)));
   static_cast<void>(handed.release());  // the thread's now
 }
 
 class WatchedFile final : public ByteSource {
  public:
-  WatchedFile(std::shared_ptr<FileDesk> desk, const std::atomic<bool>& given_up, double patience_s)
-      : desk_(std::move(desk)), given_up_(given_up), patience_s_(patience_s) {
-    serve_in_thread(desk_);
+  WatchedFile(std::shared_ptr<FileRequest> request, const std::atomic<bool>& given_up, double patience_s)
+      : request_(std::move(request)), given_up_(given_up), patience_s_(patience_s) {
+    serve_in_thread(request_);
   }
   ~WatchedFile() override { leave(); }
   WatchedFile(const WatchedFile&) = delete;
@@ -116,9 +118,9 @@ class WatchedFile final : public ByteSource {
   std::size_t read(char* to, std::size_t size) override {
     const int error = ask(std::min(size, kChunk));
     if (error != 0) refuse(std::strerror(error));
-    std::copy(desk_->bytes.begin(), desk_->bytes.end(), to);
-    offset_ += desk_->bytes.size();
-    return desk_->bytes.size();
+    std::copy(request_->bytes.begin(), request_->bytes.end(), to);
+    offset_ += request_->bytes.size();
+    return request_->bytes.size();
   }
   bool seek(std::uint64_t offset) override {
     offset_ = offset;
@@ -127,24 +129,24 @@ class WatchedFile final : public ByteSource {
   /// Opens the file; errno, or 0.
   int open() { return ask(0); }
   [[noreturn]] void refuse(std::string_view why) const {
-    fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", desk_->path, why));
+    fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", request_->path, why));
   }
 
  private:
   // Behind it the answer stands still until the next question.
   int ask(std::size_t size) {
-    std::unique_lock lock(desk_->mutex);
-    if (desk_->left) refuse("it did not answer before");
-    desk_->offset = offset_;
-    desk_->size = size;
-    desk_->asked = true;
-    desk_->changed.notify_all();
+    std::unique_lock lock(request_->mutex);
+    if (request_->left) refuse("it did not answer before");
+    request_->offset = offset_;
+    request_->size = size;
+    request_->asked = true;
+    request_->changed.notify_all();
     const auto end = Clock::now() +
                      std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(patience_s_));
-    while (desk_->asked && !given_up_ && Clock::now() < end)
-      desk_->changed.wait_for(lock, kLookAgain, [this] { return !desk_->asked; });
-    if (!desk_->asked && !given_up_) return desk_->error;
-    const bool silent = desk_->asked;
+    while (request_->asked && !given_up_ && Clock::now() < end)
+      request_->changed.wait_for(lock, kLookAgain, [this] { return !request_->asked; });
+    if (!request_->asked && !given_up_) return request_->error;
+    const bool silent = request_->asked;
     lock.unlock();
     leave();
     if (given_up_) refuse("reading was given up");
@@ -152,16 +154,16 @@ class WatchedFile final : public ByteSource {
   }
 
   void leave() {
-    const std::lock_guard lock(desk_->mutex);
-    if (!desk_->left && desk_->asked) {
-      desk_->counted = true;
-      ++*desk_->stuck;
+    const std::lock_guard lock(request_->mutex);
+    if (!request_->left && request_->asked) {
+      request_->counted = true;
+      ++*request_->stuck;
     }
-    desk_->left = true;
-    desk_->changed.notify_all();
+    request_->left = true;
+    request_->changed.notify_all();
   }
 
-  std::shared_ptr<FileDesk> desk_;
+  std::shared_ptr<FileRequest> request_;
   const std::atomic<bool>& given_up_;
   double patience_s_;
   std::uint64_t offset_ = 0;
@@ -214,11 +216,11 @@ std::unique_ptr<ByteSource> ProgramFiles::open(const std::string& path, bool may
   if (*stuck_ >= kStuckMax)
     fail(GcodeErrorCode::kCannotOpen, 0,
          fmt::format("'{}': too many files have not answered; mend their share", path));
-  auto desk = std::make_shared<FileDesk>();
-  desk->calls = calls_;
-  desk->path = path;
-  desk->stuck = stuck_;
-  auto file = std::make_unique<WatchedFile>(desk, given_up_, patience_s_);
+  auto request = std::make_shared<FileRequest>();
+  request->calls = calls_;
+  request->path = path;
+  request->stuck = stuck_;
+  auto file = std::make_unique<WatchedFile>(request, given_up_, patience_s_);
   const int error = file->open();
   const bool missing = error == ENOENT || error == ENOTDIR || error == EISDIR;
   if (missing && may_be_missing) return nullptr;

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "app/lab/rehearsal_stage.h"
+#include "app/session/make_cycle.h"
 #include "sim/canopen/emulated_can.h"
 
 namespace trn {
@@ -26,10 +27,7 @@ class Stage : public RehearsalStage {
         field_(dynamic_cast<EmulatedCanDrives*>(assembly_.drives.get())) {
     if (!field_)
       throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
-    const CycleConfig tick{assembly_.machine.period_s, assembly_.machine.joints, false, 8,
-                           assembly_.plan_joints};
-    cycle_ = std::make_unique<Cycle>(tick, *assembly_.map, queue_, *assembly_.drives,
-                                     assembly_.corrections.setpoint.get());
+    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, nullptr)));
     victim = static_cast<int>(bus_config().nodes.size()) / 2;
   }
 

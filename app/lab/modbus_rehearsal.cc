@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "app/lab/rehearsal_stage.h"
+#include "app/session/make_cycle.h"
 #include "hal/modbus/modbus_io.h"
 #include "sim/modbus/emulated_cabinet.h"
 
@@ -46,10 +47,7 @@ class Stage : public RehearsalStage {
  public:
   explicit Stage(const std::string& config) : RehearsalStage(assemble(config)) {
     make_field(read_modbus_io(assembly_.machine.root));
-    const CycleConfig tick{assembly_.machine.period_s, assembly_.machine.joints,   false, 8,
-                           assembly_.plan_joints,      assembly_.spindle_timeout_s};
-    cycle_ = std::make_unique<Cycle>(tick, *assembly_.map, queue_, *assembly_.drives,
-                                     assembly_.corrections.setpoint.get(), io_.get());
+    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, io_.get())));
     next_ = Clock::now();
   }
 

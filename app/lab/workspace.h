@@ -43,7 +43,7 @@ struct Workspace {
   std::size_t index(std::size_t tilt, int x, int y, int z) const;
 };
 
-/// Samples a machine through the same bracket that moves it, RTCP on. Joints' position ranges count, as do
+/// Samples a machine through the same joint map that moves it, RTCP on. Joints' position ranges count, as do
 /// the limits of the mechanism. `progress` is told the share done now and then. std::runtime_error if the
 /// machine cannot stand upright at home.
 Workspace survey_workspace(const Machine& machine, const Kinematics& kinematics, const JointMap& map,

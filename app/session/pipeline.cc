@@ -52,9 +52,10 @@ ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
 
 }  // namespace
 
-struct Pipeline::MoveTee : MoveSink {
-  MoveTee(MoveSink& next_in, const Assembly& assembly_in, std::function<void(const ProgramMove&)> seen_in,
-          std::function<std::string(std::uint32_t)> place_in)
+struct Pipeline::ProgramRules : MoveSink {
+  ProgramRules(MoveSink& next_in, const Assembly& assembly_in,
+               std::function<void(const ProgramMove&)> seen_in,
+               std::function<std::string(std::uint32_t)> place_in)
       : next(next_in),
         assembly(assembly_in),
         tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
@@ -101,8 +102,8 @@ struct Pipeline::MoveTee : MoveSink {
   std::function<std::string(std::uint32_t)> place;  ///< of a line, for messages
 };
 
-struct Pipeline::PieceTee : PieceSink {
-  PieceTee(SpeedPlanner& next_in, PipelineObservers& observers)
+struct Pipeline::PieceObserver : PieceSink {
+  PieceObserver(SpeedPlanner& next_in, PipelineObservers& observers)
       : next(next_in), seen(std::move(observers.piece)), planned(std::move(observers.stretch)) {}
   void piece(const PlanPiece& p) override {
     if (seen) seen(p);
@@ -135,11 +136,11 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       program_(config_for(assembly.program, start)),
       blocks_(std::make_unique<BlockQueue>()),
       speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
-      pieces_(std::make_unique<PieceTee>(speed_, observers)),
+      pieces_(std::make_unique<PieceObserver>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
-      moves_(
-          std::make_unique<MoveTee>(geometry_, assembly, std::move(observers.move),
-                                    [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
+      moves_(std::make_unique<ProgramRules>(
+          geometry_, assembly, std::move(observers.move),
+          [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.corrections_off),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,

@@ -69,8 +69,8 @@ class Pipeline {
   const SpeedStats& speed_stats() const { return speed_.stats(); }
 
  private:
-  struct MoveTee;
-  struct PieceTee;
+  struct ProgramRules;
+  struct PieceObserver;
   struct BlockQueue;
 
   void fill();
@@ -84,9 +84,9 @@ class Pipeline {
   ProgramConfig program_;
   std::unique_ptr<BlockQueue> blocks_;
   SpeedPlanner speed_;
-  std::unique_ptr<PieceTee> pieces_;
+  std::unique_ptr<PieceObserver> pieces_;
   GeometryPlanner geometry_;
-  std::unique_ptr<MoveTee> moves_;
+  std::unique_ptr<ProgramRules> moves_;
   Lowering lowering_;
   Interpreter interpreter_;
   const MachineJointMap& map_;

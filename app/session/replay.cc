@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <limits>
 
-#include "kernel/cycle.h"
+#include "app/session/make_cycle.h"
 
 namespace trn {
 
@@ -89,10 +89,8 @@ class Replay {
         drives_(static_cast<Eigen::Index>(assembly.machine.joints.size()),
                 touch_periods_of(*assembly.drives)),
         queue_(kQueueBlocks),
-        cycle_({assembly.machine.period_s, assembly.machine.joints, !session.head.run, 8,
-                assembly.plan_joints, assembly.spindle_timeout_s, inverse(assembly.kinematics->home_X_BM())},
-               *assembly.map, queue_, drives_, assembly.corrections.setpoint.get(),
-               assembly.io ? &io_ : nullptr) {}
+        cycle_(make_cycle(assembly, queue_, session.head.run ? ProgramStops::kPass : ProgramStops::kWait,
+                          drives_, assembly.io ? &io_ : nullptr)) {}
 
   ReplayResult run() {
     const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();

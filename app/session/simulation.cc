@@ -5,6 +5,7 @@
 #include <chrono>
 #include <ctime>
 
+#include "app/session/make_cycle.h"
 #include "core/units.h"
 
 namespace trn {
@@ -75,10 +76,7 @@ class Simulation {
         options_(options),
         period_s_(assembly.machine.period_s),
         queue_(1 << 14),
-        cycle_({period_s_, assembly.machine.joints, false, 8, assembly.plan_joints,
-                assembly.spindle_timeout_s, inverse(assembly.kinematics->home_X_BM())},
-               *assembly.map, queue_, *assembly.drives, assembly.corrections.setpoint.get(),
-               assembly.io.get()),
+        cycle_(make_cycle(assembly, queue_, ProgramStops::kPass)),
         judge_(assembly.machine.joints, period_s_),
         meter_(*assembly.kinematics, options.histograms),
         clock_(assembly.machine.joints, period_s_) {}

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "app/check/limit_judge.h"
+#include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"
@@ -24,14 +25,20 @@ std::vector<std::string> shipped_configs() {
   return paths;
 }
 
+// So few that the test of lost reports loses some.
+CycleConfig few_reports(CycleConfig config) {
+  config.report_capacity = 8;
+  return config;
+}
+
 /// A machine with a program in front of its tick.
 class Bench {
  public:
   Bench(const std::string& config, const std::string& program)
       : assembly_(assemble(config)),
         queue_(1 << 14),
-        cycle_({assembly_.machine.period_s, assembly_.machine.joints, false, 8, assembly_.plan_joints},
-               *assembly_.map, queue_, *assembly_.drives, assembly_.corrections.setpoint.get()) {
+        cycle_(few_reports(cycle_config(assembly_, ProgramStops::kPass)),
+               {*assembly_.map, queue_, *assembly_.drives, assembly_.corrections.setpoint.get()}) {
     assembly_.drives->bring_up();
     for (int i = 0; i < 20000 && cycle_.last_report().drives != DriveState::kEnabled; ++i) cycle_.tick();
     start(program);

@@ -6,7 +6,8 @@
 #include <filesystem>
 #include <fstream>
 
-#include "app/daemon/program_feeder.h"
+#include "app/daemon/planner_thread.h"
+#include "app/session/make_cycle.h"
 #include "app/session/replay.h"
 #include "app/session/simulation.h"
 #include "tests/support/paths.h"
@@ -359,15 +360,14 @@ TEST(Io, TheDryCheckEndsWhereTheMachineIsAsked) {
   EXPECT_EQ(check_program(assembly, {}, {}, start, {}).asks_at, 1U);
 }
 
-/// As the daemon has it: the feeder in its thread, the tick here, and a log of both.
+/// As the daemon has it: the planner in its thread, the tick here, and a log of both.
 std::vector<JointVec> recorded_session(const std::string& config, const std::string& program,
                                        const std::string& log_path) {
   const Assembly assembly = assemble(config);
   MotionQueue queue(8192);
-  Cycle cycle({assembly.machine.period_s, assembly.machine.joints, true, 8, assembly.plan_joints},
-              *assembly.map, queue, *assembly.drives, nullptr, assembly.io.get());
+  Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait);
   SessionLog log(log_path, {config, "", ""});
-  ProgramFeeder feeder(assembly, queue, {}, {}, &log);
+  PlannerThread planner(assembly, queue, {}, {}, &log);
   std::vector<JointVec> rows;
   RtCommand start{RtCommand::Kind::kStart};
   const auto tick = [&] {
@@ -377,7 +377,7 @@ std::vector<JointVec> recorded_session(const std::string& config, const std::str
   };
   assembly.drives->bring_up();
   while (cycle.last_report().drives != DriveState::kEnabled) tick();
-  feeder.load(program, cycle.last_report().q_setpoint);
+  planner.load(program, cycle.last_report().q_setpoint);
   start.id = 1;
   log.posted(start);
   cycle.post(start);
@@ -407,11 +407,11 @@ TEST(Io, TheDryCheckGivesUpInAnEndlessLoop) {
 TEST(Io, AnEndlessProgramIsLoadedAndDropped) {
   Assembly assembly = assemble(source_dir() + "/configs/mill.toml");
   MotionQueue queue(8192);
-  ProgramFeeder feeder(assembly, queue, {}, {});
+  PlannerThread planner(assembly, queue, {}, {});
   const std::string remark =
-      feeder.load(written("p.ngc", "o1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n"), JointVec::Zero(3));
+      planner.load(written("p.ngc", "o1 while [1]\n#1=[#1+1]\no1 endwhile\nM2\n"), JointVec::Zero(3));
   EXPECT_NE(remark.find("goes on, perhaps for ever"), std::string::npos) << remark;
-  EXPECT_EQ(feeder.load(written("q.ngc", "G1 F100 X1\nM2\n"), JointVec::Zero(3)), "");
+  EXPECT_EQ(planner.load(written("q.ngc", "G1 F100 X1\nM2\n"), JointVec::Zero(3)), "");
 }
 
 /// Runs such a session, replays it, compares; the last setpoints.

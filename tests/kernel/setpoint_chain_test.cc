@@ -6,6 +6,7 @@
 #include <random>
 
 #include "app/check/limit_judge.h"
+#include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
 #include "kernel/cycle.h"
 #include "tests/support/paths.h"
@@ -56,8 +57,9 @@ struct Outcome {
 
 Outcome run(SetpointChain& chain, Assembly& assembly, bool switch_often) {
   MotionQueue queue(1 << 14);
-  Cycle cycle({assembly.machine.period_s, assembly.machine.joints, false, 8, chain.plan_joints()},
-              *assembly.map, queue, *assembly.drives, &chain);
+  CycleConfig config = cycle_config(assembly, ProgramStops::kPass);
+  config.plan_joints = chain.plan_joints();
+  Cycle cycle(config, {*assembly.map, queue, *assembly.drives, &chain});
   assembly.plan_joints = chain.plan_joints();
   // Judged from the first tick on, when nothing has moved.
   LimitJudge judge(assembly.machine.joints, assembly.machine.period_s);

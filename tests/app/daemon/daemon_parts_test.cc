@@ -8,9 +8,9 @@
 #include <random>
 #include <thread>
 
-#include "app/daemon/acknowledge_book.h"
 #include "app/daemon/process_lock.h"
 #include "app/daemon/realtime.h"
+#include "app/daemon/reply_cache.h"
 #include "app/session/session_log.h"
 #include "hal/lcm_link.h"
 
@@ -38,24 +38,24 @@ trunnion::acknowledge_t answer(std::int64_t client, std::int32_t sequence, std::
   return out;
 }
 
-TEST(AcknowledgeBook, RemembersTheLatestAnswerOfEachCommand) {
-  AcknowledgeBook book;
-  EXPECT_EQ(book.find(command(7, 1)), nullptr);
-  book.enter(answer(7, 1, trunnion::acknowledge_t::WORKING));
-  book.enter(answer(7, 1, trunnion::acknowledge_t::ACCEPTED));
-  ASSERT_NE(book.find(command(7, 1)), nullptr);
-  EXPECT_EQ(book.find(command(7, 1))->outcome, +trunnion::acknowledge_t::ACCEPTED);
-  EXPECT_EQ(book.find(command(7, 2)), nullptr);
-  EXPECT_EQ(book.find(command(8, 1)), nullptr) << "another client's count is its own";
+TEST(ReplyCache, RemembersTheLatestAnswerOfEachCommand) {
+  ReplyCache replies;
+  EXPECT_EQ(replies.find(command(7, 1)), nullptr);
+  replies.enter(answer(7, 1, trunnion::acknowledge_t::WORKING));
+  replies.enter(answer(7, 1, trunnion::acknowledge_t::ACCEPTED));
+  ASSERT_NE(replies.find(command(7, 1)), nullptr);
+  EXPECT_EQ(replies.find(command(7, 1))->outcome, +trunnion::acknowledge_t::ACCEPTED);
+  EXPECT_EQ(replies.find(command(7, 2)), nullptr);
+  EXPECT_EQ(replies.find(command(8, 1)), nullptr) << "another client's count is its own";
 }
 
-TEST(AcknowledgeBook, IsBounded) {
-  AcknowledgeBook book;
-  const int n = static_cast<int>(AcknowledgeBook::kCapacity);
-  for (int i = 0; i < n + 10; ++i) book.enter(answer(1, i, trunnion::acknowledge_t::ACCEPTED));
-  EXPECT_EQ(book.find(command(1, 9)), nullptr);
-  EXPECT_NE(book.find(command(1, 10)), nullptr);
-  EXPECT_NE(book.find(command(1, n + 9)), nullptr);
+TEST(ReplyCache, IsBounded) {
+  ReplyCache replies;
+  const int n = static_cast<int>(ReplyCache::kCapacity);
+  for (int i = 0; i < n + 10; ++i) replies.enter(answer(1, i, trunnion::acknowledge_t::ACCEPTED));
+  EXPECT_EQ(replies.find(command(1, 9)), nullptr);
+  EXPECT_NE(replies.find(command(1, 10)), nullptr);
+  EXPECT_NE(replies.find(command(1, n + 9)), nullptr);
 }
 
 TEST(ProcessLock, RefusesASecondProcessAndNamesTheFirst) {

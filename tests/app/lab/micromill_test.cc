@@ -5,9 +5,10 @@
 #include <cstdlib>
 #include <fstream>
 
-#include "app/daemon/program_feeder.h"
+#include "app/daemon/planner_thread.h"
 #include "app/daemon/telemetry.h"
 #include "app/lab/micromill/experiment.h"
+#include "app/session/make_cycle.h"
 #include "app/session/trace.h"
 #include "kernel/cycle.h"
 #include "tests/app/session/machine_run.h"
@@ -210,33 +211,32 @@ TEST(MicroStage, ACrashRaisesTheAlarm) {
   }
 }
 
-// As the daemon has it: the feeder in its thread, the tick here, a book that both know. Status and session
-// log tell every feature when the program ends, as `run` does.
+// As the daemon has it: the planner in its thread, the tick here, a recorder that both know. Status and
+// session log tell every feature when the program ends, as `run` does.
 TEST(MicroStage, StatusAndSessionLogTellThePredictedDiameter) {
   const Assembly assembly = assemble(config_of("micro_stage"));
   const std::string program = testing::TempDir() + "/features.ngc",
                     path = testing::TempDir() + "/features.log";
   std::ofstream(program) << "G21 G90 G17 G64 P0.002 F300\nG0 Z1\nG0 X-3\nG2 X-3 I3 J0\nG1 X-1\nM2\n";
-  FeatureBook book;
+  FeatureRecorder recorder;
   int ended = 0;
   {
     MotionQueue queue(8192);
-    Cycle cycle({assembly.machine.period_s, assembly.machine.joints, true, 8, assembly.plan_joints},
-                *assembly.map, queue, *assembly.drives, assembly.corrections.setpoint.get());
+    Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait, *assembly.drives, nullptr);
     SessionLog log(path, {config_of("micro_stage"), "", ""});
-    ProgramFeeder feeder(assembly, queue, {}, {}, &log, &book);
+    PlannerThread planner(assembly, queue, {}, {}, &log, &recorder);
     const auto tick = [&] {
       cycle.tick();
       log.report(cycle.last_report());
-      if (!book.report(cycle.last_report())) return;
+      if (!recorder.report(cycle.last_report())) return;
       ++ended;
-      log.features(book.last());
+      log.features(recorder.last());
     };
     assembly.drives->bring_up();
     while (cycle.last_report().drives != DriveState::kEnabled) tick();
     for (int run = 0; run < 2; ++run) {  // the second time counts by itself
-      feeder.load(program, cycle.last_report().q_plan);
-      EXPECT_EQ(book.last().empty(), run == 0);
+      planner.load(program, cycle.last_report().q_plan);
+      EXPECT_EQ(recorder.last().empty(), run == 0);
       cycle.post({RtCommand::Kind::kStart});
       do tick();
       while (cycle.last_report().motion != MotionState::kRest);
@@ -244,7 +244,7 @@ TEST(MicroStage, StatusAndSessionLogTellThePredictedDiameter) {
   }
   EXPECT_EQ(ended, 2);
   trunnion::status_t status{};
-  add_features(book.last(), status);
+  add_features(recorder.last(), status);
   ASSERT_EQ(status.feature_count, 2);
   EXPECT_EQ(status.feature_line[0], 4);
   EXPECT_TRUE(status.feature_circle[0]);
@@ -257,8 +257,8 @@ TEST(MicroStage, StatusAndSessionLogTellThePredictedDiameter) {
     if (entry.kind == SessionEntry::Kind::kFeatures) told.push_back(entry);
   ASSERT_EQ(told.size(), 2u);
   ASSERT_EQ(told[1].features.size(), 2u);
-  EXPECT_EQ(told[1].features[0].predicted_mm(), book.last()[0].predicted_mm());
-  EXPECT_EQ(features_of(status)[0].bending_mm, book.last()[0].bending_mm);
+  EXPECT_EQ(told[1].features[0].predicted_mm(), recorder.last()[0].predicted_mm());
+  EXPECT_EQ(features_of(status)[0].bending_mm, recorder.last()[0].bending_mm);
 }
 
 }  // namespace

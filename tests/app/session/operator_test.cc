@@ -3,6 +3,7 @@
 #include <fstream>
 #include <map>
 
+#include "app/session/make_cycle.h"
 #include "app/session/replay.h"
 #include "app/session/simulation.h"
 #include "hal/loopback.h"
@@ -20,14 +21,14 @@ using Kind = RtCommand::Kind;
 std::string mill() { return source_dir() + "/configs/mill.toml"; }
 
 /// A program in front of the tick, and one report a period.
-class Desk {
+class OperatedRun {
  public:
-  explicit Desk(const std::string& program, const std::string& config = mill())
+  explicit OperatedRun(const std::string& program, const std::string& config = mill())
       : motion_(config, program),
         queue_(motion_.blocks().size() + 1),
         drives_(motion_.q(0)),
-        cycle_({period_s(), motion_.assembly().machine.joints, true, 8, motion_.joints()},
-               *motion_.assembly().map, queue_, drives_) {
+        cycle_(cycle_config(motion_.assembly(), ProgramStops::kWait),
+               {*motion_.assembly().map, queue_, drives_}) {
     cycle_.tick();
     drives_.bring_up();
     for (int i = 0; i < 3; ++i) cycle_.tick();
@@ -40,7 +41,7 @@ class Desk {
     return cycle_.last_report();
   }
   /// Until it rests, pauses or stands in a hold; what each period reported.
-  std::vector<CycleReport> run(int periods_max = 20000) {
+  std::vector<CycleReport> finish(int periods_max = 20000) {
     std::vector<CycleReport> out;
     do {
       out.push_back(tick());
@@ -74,20 +75,20 @@ std::map<std::uint32_t, std::pair<double, double>> rates(const std::vector<Cycle
 
 TEST(OverrideWords, DisableAndEnableTheFeedOverrideInBlockOrder) {
   const char* kProgram = "G21 G91 G64 P0.01 F3000\nG1 X40\nM49\nG1 X40\nM48\nG1 X40\nM50 P0\nG1 X40\nM2\n";
-  Desk slow(kProgram);
+  OperatedRun slow(kProgram);
   slow.post(Kind::kOverride, 0.5);
   slow.post(Kind::kStart);
-  const auto half = rates(slow.run(), 500);
+  const auto half = rates(slow.finish(), 500);
   for (const std::uint32_t line : {2U, 6U}) {
     EXPECT_NEAR(half.at(line).first, 0.5, 1e-6) << line;
     EXPECT_NEAR(half.at(line).second, 0.5, 1e-6) << line;
   }
   for (const std::uint32_t line : {4U, 8U}) EXPECT_GT(half.at(line).first, 0.99) << line;
 
-  Desk fast(kProgram);
+  OperatedRun fast(kProgram);
   fast.post(Kind::kOverride, 2);
   fast.post(Kind::kStart);
-  const auto reports = fast.run();
+  const auto reports = fast.finish();
   const auto twice = rates(reports, 0);
   EXPECT_GT(twice.at(2).second, 1.9);
   EXPECT_GT(twice.at(6).second, 1.9);
@@ -96,72 +97,72 @@ TEST(OverrideWords, DisableAndEnableTheFeedOverrideInBlockOrder) {
 }
 
 TEST(OverrideWords, LeaveAHoldToTheLinesThatAllowIt) {
-  Desk desk("G21 G91 G64 P0.01 F3000\nG1 X30\nM53 P0\nG1 X60\nM53 P1\nG1 X60\nM2\n");
-  desk.post(Kind::kStart);
-  while (desk.tick().line != 4) {
+  OperatedRun run("G21 G91 G64 P0.01 F3000\nG1 X30\nM53 P0\nG1 X60\nM53 P1\nG1 X60\nM2\n");
+  run.post(Kind::kStart);
+  while (run.tick().line != 4) {
   }
-  desk.post(Kind::kHold);
-  for (const CycleReport& report : desk.run()) {
+  run.post(Kind::kHold);
+  for (const CycleReport& report : run.finish()) {
     if (report.line != 4) continue;
     EXPECT_EQ(report.override_now, 1);
     EXPECT_EQ(report.motion, MotionState::kHeld);
   }
-  EXPECT_EQ(desk.tick().line, 6u);
-  EXPECT_EQ(desk.tick().override_now, 0);
-  desk.post(Kind::kResume);
-  EXPECT_EQ(desk.run().back().motion, MotionState::kRest);
+  EXPECT_EQ(run.tick().line, 6u);
+  EXPECT_EQ(run.tick().override_now, 0);
+  run.post(Kind::kResume);
+  EXPECT_EQ(run.finish().back().motion, MotionState::kRest);
 }
 
 TEST(OverrideWords, LetTheAdaptiveFeedActWhereTheProgramSays) {
-  Desk desk("G21 G91 G64 P0.01 F3000\nG1 X40\nM52 P1\nG1 X40\nM52 P0\nG1 X40\nM2\n");
-  desk.post(Kind::kAdaptiveFeed, 0.4);
-  desk.post(Kind::kStart);
-  const auto found = rates(desk.run(), 500);
+  OperatedRun run("G21 G91 G64 P0.01 F3000\nG1 X40\nM52 P1\nG1 X40\nM52 P0\nG1 X40\nM2\n");
+  run.post(Kind::kAdaptiveFeed, 0.4);
+  run.post(Kind::kStart);
+  const auto found = rates(run.finish(), 500);
   EXPECT_EQ(found.at(2).first, 1);
   EXPECT_NEAR(found.at(4).second, 0.4, 1e-6);
   EXPECT_GT(found.at(6).first, 0.99);
 }
 
 TEST(RapidOverride, ActsOnRapidMovesAndTheFeedOverrideDoesNot) {
-  Desk desk("G21 G91 G61.1 F3000\nG0 X80\nG1 X40\nG0 X-80\nM2\n");
-  desk.post(Kind::kRapidOverride, 0.25);
-  desk.post(Kind::kOverride, 1.5);
-  desk.post(Kind::kStart);
-  const auto found = rates(desk.run(), 500);
+  OperatedRun run("G21 G91 G61.1 F3000\nG0 X80\nG1 X40\nG0 X-80\nM2\n");
+  run.post(Kind::kRapidOverride, 0.25);
+  run.post(Kind::kOverride, 1.5);
+  run.post(Kind::kStart);
+  const auto found = rates(run.finish(), 500);
   EXPECT_NEAR(found.at(2).second, 0.25, 1e-6);
   EXPECT_GT(found.at(3).second, 1.4);
   EXPECT_NEAR(found.at(4).first, 0.25, 1e-6);
 }
 
 TEST(SpindleOverride, ScalesTheSpindleWhereTheProgramLetsIt) {
-  Desk desk("G21 G91 F3000\nM3 S1000\nG1 X10\nM51 P0\nG1 X10\nM51 P1\nM4\nG1 X10\nM5\nM2\n");
-  desk.post(Kind::kSpindleOverride, 0.8);
-  desk.post(Kind::kStart);
+  OperatedRun run("G21 G91 F3000\nM3 S1000\nG1 X10\nM51 P0\nG1 X10\nM51 P1\nM4\nG1 X10\nM5\nM2\n");
+  run.post(Kind::kSpindleOverride, 0.8);
+  run.post(Kind::kStart);
   std::map<std::uint32_t, double> rpm;
-  for (const CycleReport& report : desk.run()) rpm[report.line] = report.spindle_rpm;
+  for (const CycleReport& report : run.finish()) rpm[report.line] = report.spindle_rpm;
   EXPECT_EQ(rpm.at(3), 800);
   EXPECT_EQ(rpm.at(5), 1000);
   EXPECT_EQ(rpm.at(8), -800);
-  EXPECT_EQ(desk.tick().spindle_rpm, 0);
+  EXPECT_EQ(run.tick().spindle_rpm, 0);
 }
 
 // Long blended lines: the machine stands on the blend between two lines, on the path the plan has anyway.
 TEST(SingleBlock, StandsBetweenLinesOnThePlannedPath) {
-  Desk desk("G21 G91 G64 P0.05 F4000\nG1 X40\nG1 Y30\nG1 X-40 Y5\nG4 P0.1\nG1 Y-20\nM2\n");
+  OperatedRun run("G21 G91 G64 P0.05 F4000\nG1 X40\nG1 Y30\nG1 X-40 Y5\nG4 P0.1\nG1 Y-20\nM2\n");
   std::vector<std::uint32_t> lines;
-  JointJudge judge(desk.motion().assembly().machine.joints, desk.period_s());
-  judge(desk.tick().q_setpoint);
-  desk.post(Kind::kSingleBlock, 1);
-  desk.post(Kind::kStart);
+  JointJudge judge(run.motion().assembly().machine.joints, run.period_s());
+  judge(run.tick().q_setpoint);
+  run.post(Kind::kSingleBlock, 1);
+  run.post(Kind::kStart);
   for (int i = 0; i < 10; ++i) {
-    const auto reports = desk.run();
+    const auto reports = run.finish();
     for (const CycleReport& report : reports) judge(report.q_setpoint);
     EXPECT_LE(judge.worst(), LimitJudge::kRatioMax);
     lines.push_back(reports.back().line);
     if (reports.back().motion == MotionState::kRest) break;
-    for (int k = 0; k < 20; ++k) EXPECT_EQ(desk.tick().q_setpoint, reports.back().q_setpoint);
-    desk.post(Kind::kResume);
-    judge(desk.tick().q_setpoint);
+    for (int k = 0; k < 20; ++k) EXPECT_EQ(run.tick().q_setpoint, reports.back().q_setpoint);
+    run.post(Kind::kResume);
+    judge(run.tick().q_setpoint);
   }
   EXPECT_EQ(lines, (std::vector<std::uint32_t>{2, 3, 4, 5, 6, 7}));
 }
@@ -169,17 +170,17 @@ TEST(SingleBlock, StandsBetweenLinesOnThePlannedPath) {
 TEST(SingleBlock, SwitchedOnInMotionStandsAtTheFirstEndThatCanBeReached) {
   std::string program = "G21 G91 G64 P0.01 F6000\n";
   for (int i = 0; i < 200; ++i) program += i % 2 ? "G1 X1 Y0.1\n" : "G1 X1 Y-0.1\n";
-  Desk desk(program + "M2\n");
-  desk.post(Kind::kStart);
-  while (desk.tick().line < 90) {
+  OperatedRun run(program + "M2\n");
+  run.post(Kind::kStart);
+  while (run.tick().line < 90) {
   }
-  desk.post(Kind::kSingleBlock, 1);
-  const std::uint32_t first = desk.run().back().line;
+  run.post(Kind::kSingleBlock, 1);
+  const std::uint32_t first = run.finish().back().line;
   EXPECT_GE(first, 90u);
   EXPECT_LT(first, 100u) << "1 mm lines at 100 mm/s: a stop takes a few of them";
-  desk.post(Kind::kResume);
-  desk.tick();
-  const auto next = desk.run();
+  run.post(Kind::kResume);
+  run.tick();
+  const auto next = run.finish();
   EXPECT_EQ(next.back().motion, MotionState::kPaused);
   EXPECT_LE(next.back().line, first + 2) << "from rest, a line at a time";
 }

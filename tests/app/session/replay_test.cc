@@ -5,6 +5,7 @@
 #include <fstream>
 #include <random>
 
+#include "app/session/make_cycle.h"
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
 #include "tests/support/paths.h"
@@ -25,8 +26,7 @@ class SessionBench {
         assembly_(assemble(config)),
         drives_(JointVec::Zero(5)),
         queue_(8192),
-        cycle_({assembly_.machine.period_s, assembly_.machine.joints, true, 8, assembly_.plan_joints},
-               *assembly_.map, queue_, drives_, assembly_.corrections.setpoint.get()),
+        cycle_(make_cycle(assembly_, queue_, ProgramStops::kWait, drives_, nullptr)),
         log_(log_path(), {config, "", ""}) {
     drives_.bring_up();
   }

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <random>
 
+#include "app/session/make_cycle.h"
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
 #include "tests/kernel/planned_motion.h"
@@ -64,8 +65,8 @@ class Scenario {
         corrections_(read_corrections(motion.assembly().machine)),
         queue_(motion.blocks().size() + 1),
         drives_(motion.q(0)),
-        cycle_({period_s_, motion.assembly().machine.joints, false, 8, motion.joints()},
-               *motion.assembly().map, queue_, drives_, corrections_.setpoint.get()),
+        cycle_(cycle_config(motion.assembly(), ProgramStops::kPass),
+               {*motion.assembly().map, queue_, drives_, corrections_.setpoint.get()}),
         coarse_(motion.assembly().machine.joints, period_s_),
         dense_(motion.joints(), period_s_ / kDensity) {}
 

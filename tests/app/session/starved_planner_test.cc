@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "app/session/make_cycle.h"
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
 #include "tests/kernel/planned_motion.h"
@@ -40,8 +41,7 @@ TEST(StarvedPlanner, SlowsOnThePathToThePlannersPaceAndNeverJerks) {
   const double T = motion.assembly().machine.period_s;
   MotionQueue queue(motion.blocks().size() + 1);
   LoopbackDrives drives(motion.q(0));
-  Cycle cycle({T, motion.assembly().machine.joints, false, 8, motion.joints()}, *motion.assembly().map, queue,
-              drives);
+  Cycle cycle(cycle_config(motion.assembly(), ProgramStops::kPass), {*motion.assembly().map, queue, drives});
   cycle.tick();
   drives.bring_up();
   for (int i = 0; i < 3; ++i) cycle.tick();

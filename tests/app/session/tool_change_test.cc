@@ -6,7 +6,8 @@
 #include <fstream>
 #include <random>
 
-#include "app/daemon/program_feeder.h"
+#include "app/daemon/planner_thread.h"
+#include "app/session/make_cycle.h"
 #include "app/session/replay.h"
 #include "app/session/simulation.h"
 #include "interp/gcode/parameter_file.h"
@@ -32,15 +33,15 @@ std::string mill_with(const std::string& tool_change) {
   return written("m.toml", text + "\n[tool_change]\n" + tool_change);
 }
 
-/// Feeder and tick as the daemon has them.
+/// Planner thread and tick as the daemon has them.
 struct Session {
   explicit Session(const std::string& config_in, const std::string& log_path = "")
       : config(config_in), vars(written("m.var", "")), assembly(assemble(config_in)) {
     std::filesystem::remove(vars);
     if (!log_path.empty())
       log = std::make_unique<SessionLog>(log_path, SessionHead{config, "", "", false, kTable});
-    feeder.emplace(assembly, queue, Parameters(), ToolTable::parse(kTable, "t"), log.get(), nullptr,
-                   MemoryFiles{vars, ""});
+    planner.emplace(assembly, queue, Parameters(), ToolTable::parse(kTable, "t"), log.get(), nullptr,
+                    MemoryFiles{vars, ""});
     assembly.drives->bring_up();
     while (report().drives != DriveState::kEnabled) tick();
   }
@@ -60,9 +61,9 @@ struct Session {
   void start(const std::string& program, std::uint32_t from_line = 0) {
     const std::string path = written("p.ngc", program);
     if (from_line > 1)
-      feeder->load_from(path, report().q_plan, from_line);
+      planner->load_from(path, report().q_plan, from_line);
     else
-      feeder->load(path, report().q_plan);
+      planner->load(path, report().q_plan);
     post(RtCommand::Kind::kStart);
   }
   /// Until it stands at an event that is not done, or rests.
@@ -74,11 +75,11 @@ struct Session {
     ADD_FAILURE() << "it never rests";
   }
   void confirm() {
-    feeder->confirm_tool(report().waits_at.argument);
+    planner->confirm_tool(report().waits_at.argument);
     post(RtCommand::Kind::kResume);
   }
   void stop() {
-    feeder->abandon();
+    planner->abandon();
     post(RtCommand::Kind::kStop);
     go();
   }
@@ -91,14 +92,9 @@ struct Session {
   std::string config, vars;
   Assembly assembly;
   MotionQueue queue{8192};
-  Cycle cycle{{assembly.machine.period_s, assembly.machine.joints, true, 8, assembly.plan_joints},
-              *assembly.map,
-              queue,
-              *assembly.drives,
-              nullptr,
-              assembly.io.get()};
+  Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait);
   std::unique_ptr<SessionLog> log;
-  std::optional<ProgramFeeder> feeder;
+  std::optional<PlannerThread> planner;
   std::vector<JointVec> rows;
   std::uint32_t last_id = 0;
 };
@@ -136,7 +132,7 @@ TEST(ToolChange, AStopInTheWaitLeavesTheOldTool) {
     session.go();
     ASSERT_EQ(session.report().motion, MotionState::kPaused);
     if (quick) {
-      session.feeder->abandon();
+      session.planner->abandon();
       session.post(RtCommand::Kind::kEmergencyStop);
       EXPECT_EQ(session.report().fault, Fault::kEmergencyStop);
     } else {
@@ -144,7 +140,7 @@ TEST(ToolChange, AStopInTheWaitLeavesTheOldTool) {
     }
     EXPECT_EQ(session.report().motion, MotionState::kRest);
     EXPECT_EQ(session.report().waits_at.kind, QueueEvent::Kind::kNone);
-    EXPECT_THROW(session.feeder->confirm_tool(3), std::runtime_error) << "nobody waits any more";
+    EXPECT_THROW(session.planner->confirm_tool(3), std::runtime_error) << "nobody waits any more";
     EXPECT_EQ(session.kept(parameter::kTool), 0);
   }
   EXPECT_EQ(session.report().q_setpoint[0], 0);

@@ -221,6 +221,7 @@ void ProgramGenerator::put_arc(const Vec3& centre, double sweep_rad, int plane, 
   step.kind = Step::Kind::kArc;
   step.radius_mm = std::hypot(i, j);
   step.sweep_rad = sweep_rad;
+  step.across = across;
   if (step.radius_mm == 0) return;
   step.value[first] = rounded(at_[first] + i - (c * i - s * j));
   step.value[second] = rounded(at_[second] + j - (s * i + c * j));

@@ -22,6 +22,7 @@ struct Step {
   double feed = 0;                      ///< kFeed, kArc: mm/min (deg/min if only rotary words are written)
   double time_s = 0;                    ///< what inverse time (G93) or a dwell asks for; 0: neither
   double radius_mm = 0, sweep_rad = 0;  ///< kArc
+  int across = kZ;                      ///< kArc: the word across its plane
   bool rtcp_on = false, rtcp_off = false, exact = false;
 };
 

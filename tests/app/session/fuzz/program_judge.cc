@@ -53,7 +53,7 @@ class TimeBound {
     }
     const double periods_s = 4 * assembly_.machine.period_s;
     if (step.kind == Step::Kind::kArc)
-      total_s_ += arc_s(step, std::abs(to[kZ] - at_[kZ])) + periods_s;
+      total_s_ += arc_s(step, std::abs(to[step.across] - at_[step.across])) + periods_s;
     else
       total_s_ += line_s(step, to) + periods_s;
     at_ = to;

@@ -1,13 +1,8 @@
 #pragma once
 
-#include "core/axes.h"
 #include "core/realtime.h"
 
 namespace trn {
-
-/// Where a joint that stands at `from` ends when it is jogged by `way`: at its limit at the latest; one that
-/// stands outside may come back, and goes no further out.
-double jog_target(const JointLimit& limit, double from, double way) TRN_RT;
 
 /// One joint from rest to rest over a distance in the least time under velocity, acceleration and jerk
 /// limits: the seven-phase S-curve, in closed form.

@@ -9,25 +9,26 @@
 #include <string>
 #include <vector>
 
-#include "app/daemon/command_desk.h"
+#include "app/daemon/command_server.h"
 #include "app/daemon/command_table.h"
 #include "app/daemon/jog_order.h"
+#include "app/daemon/program_source.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
-#include "app/session/feature_book.h"
+#include "app/session/feature_recorder.h"
 #include "app/session/session_log.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "kernel/joint_map.h"
-#include "kernel/motion_port.h"
 #include "kernel/setpoint_chain.h"
+#include "kernel/tick_port.h"
 
 namespace trn {
 
 /// The daemon's middle: commands and reports in, supervisor's actions out. Lives in one thread, never waits.
-class Director {
+class MachineController {
  public:
   struct Parts {
     const Machine& machine;
@@ -40,17 +41,17 @@ class Director {
     SessionLog* log = nullptr;             ///< hears of every command
     const MachineJointMap* map = nullptr;  ///< has the corrections inside the plan; null: there are none
     const SetpointChain* chain = nullptr;
-    const MachineIo* io = nullptr;           ///< null: none; only for the text of its fault
-    const FeatureBook* features = nullptr;   ///< null: the machine knows nothing of the tool's bending
-    const Kinematics* kinematics = nullptr;  ///< for jogs by axis word; null: joints only
-    const Joints* plan_joints = nullptr;     ///< with the limits that jogs keep; null: the machine's own
+    const MachineIo* io = nullptr;              ///< null: none; only for the text of its fault
+    const FeatureRecorder* features = nullptr;  ///< null: the machine knows nothing of the tool's bending
+    const Kinematics* kinematics = nullptr;     ///< for jogs by axis word; null: joints only
+    const Joints* plan_joints = nullptr;        ///< with the limits that jogs keep; null: the machine's own
   };
 
-  Director(const Parts& parts, std::vector<std::string> warnings);
+  MachineController(const Parts& parts, std::vector<std::string> warnings);
   /// Gives up what programs are at; waits for a call of the drives that is under way.
-  ~Director();
-  Director(const Director&) = delete;
-  Director& operator=(const Director&) = delete;
+  ~MachineController();
+  MachineController(const MachineController&) = delete;
+  MachineController& operator=(const MachineController&) = delete;
 
   /// Power up, as after a reset.
   void begin();
@@ -72,8 +73,8 @@ class Director {
 
  private:
   using Clock = std::chrono::steady_clock;
-  using Answer = CommandDesk::Answer;
-  using Ticket = CommandDesk::Ticket;
+  using Answer = CommandServer::Answer;
+  using Ticket = CommandServer::Ticket;
 
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
@@ -142,7 +143,7 @@ class Director {
   std::int64_t status_count_ = 0;
   bool status_due_ = true;
   Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_, exit_by_;
-  CommandDesk desk_;
+  CommandServer request_;
   Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
 };
 

@@ -1,4 +1,4 @@
-#include "app/daemon/command_desk.h"
+#include "app/daemon/command_server.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -25,8 +25,8 @@ std::string name_of(const WireSender& sender) {
 
 }  // namespace
 
-CommandDesk::CommandDesk(LcmLink& link, const LcmConfig& config, Obey obey, StatusCount status_count,
-                         Ready ready)
+CommandServer::CommandServer(LcmLink& link, const LcmConfig& config, Obey obey, StatusCount status_count,
+                             Ready ready)
     : link_(link),
       channel_(config.acknowledge_channel()),
       obey_(std::move(obey)),
@@ -36,10 +36,10 @@ CommandDesk::CommandDesk(LcmLink& link, const LcmConfig& config, Obey obey, Stat
                                        [this](const trunnion::command_t& command) { receive(command); });
 }
 
-void CommandDesk::receive(const trunnion::command_t& command) {
+void CommandServer::receive(const trunnion::command_t& command) {
   const Ticket ticket{command.client, command.sequence};
   const bool admitted = gate_.admit(link_.sender(), Clock::now());
-  if (const acknowledge_t* answered = book_.find(command)) {
+  if (const acknowledge_t* answered = replies_.find(command)) {
     if (admitted) send(*answered);
     return;
   }
@@ -57,7 +57,7 @@ void CommandDesk::receive(const trunnion::command_t& command) {
   waiting_.push_back(command);
 }
 
-void CommandDesk::poll() {
+void CommandServer::poll() {
   while (!waiting_.empty() && ready_()) {
     const trunnion::command_t command = std::move(waiting_.front());
     waiting_.pop_front();
@@ -65,7 +65,7 @@ void CommandDesk::poll() {
   }
 }
 
-void CommandDesk::obey(const trunnion::command_t& command) {
+void CommandServer::obey(const trunnion::command_t& command) {
   const Ticket ticket{command.client, command.sequence};
   const bool expires = command.expires_us != 0 && !makes_safe(command);  // no clock stands before a stop
   const bool expired = expires && monotonic_us() > command.expires_us;
@@ -80,15 +80,15 @@ void CommandDesk::obey(const trunnion::command_t& command) {
 }
 
 // What was sent before a stop must not move the machine behind it.
-void CommandDesk::give_up_waiting() {
+void CommandServer::give_up_waiting() {
   for (const trunnion::command_t& command : waiting_)
     reply({command.client, command.sequence},
           {acknowledge_t::REFUSED, "not obeyed: a stop or hold came while it waited; send it again"});
   waiting_.clear();
 }
 
-// Not entered in the book, which would forget what others sent: a copy is judged anew.
-void CommandDesk::turn_away(const Ticket& ticket, bool may_answer) {
+// Not entered in the cache, which would forget what others sent: a copy is judged anew.
+void CommandServer::turn_away(const Ticket& ticket, bool may_answer) {
   if (gate_.must_tell(Clock::now()))
     spdlog::warn("{} sends more commands than are heard ({:g} a second): the rest is refused",
                  name_of(link_.sender()), CommandGate::kSenderRate);
@@ -98,15 +98,15 @@ void CommandDesk::turn_away(const Ticket& ticket, bool may_answer) {
                                          CommandGate::kSenderRate)}));
 }
 
-void CommandDesk::finish(const Ticket& ticket, const Answer& answer) { reply(ticket, answer); }
+void CommandServer::finish(const Ticket& ticket, const Answer& answer) { reply(ticket, answer); }
 
-void CommandDesk::reply(const Ticket& ticket, const Answer& answer) {
+void CommandServer::reply(const Ticket& ticket, const Answer& answer) {
   const acknowledge_t message = message_of(ticket, answer);
-  book_.enter(message);
+  replies_.enter(message);
   send(message);
 }
 
-acknowledge_t CommandDesk::message_of(const Ticket& ticket, const Answer& answer) const {
+acknowledge_t CommandServer::message_of(const Ticket& ticket, const Answer& answer) const {
   acknowledge_t message{};
   message.client = ticket.client;
   message.sequence = ticket.sequence;
@@ -117,7 +117,7 @@ acknowledge_t CommandDesk::message_of(const Ticket& ticket, const Answer& answer
 }
 
 // A machine that nobody hears goes on; the client asks again.
-void CommandDesk::send(const acknowledge_t& message) {
+void CommandServer::send(const acknowledge_t& message) {
   const std::string bad = link_.try_publish(channel_, message);
   if (!bad.empty() && !send_failed_) spdlog::error("no answer reaches the clients: {}", bad);
   send_failed_ = !bad.empty();

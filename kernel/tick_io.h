@@ -11,12 +11,12 @@ inline bool seeks_contact(ProbeMode mode) TRN_RT {
 
 /// The tick's side of inputs and outputs: what it tells the devices, and what the program waits for. Without
 /// devices every input is 0 and the spindle is always ready.
-class IoDesk {
+class TickIo {
  public:
   /// What has become of an event.
   enum class Outcome : unsigned char { kDone, kWaits, kFailed };
 
-  IoDesk(MachineIo* io, double period_s, double spindle_timeout_s)
+  TickIo(MachineIo* io, double period_s, double spindle_timeout_s)
       : io_(io), period_s_(period_s), spindle_timeout_s_(spindle_timeout_s), tap_(period_s) {}
 
   /// Once a period, behind the drives' exchange; returns the devices' fault. `drives_touch`: contact of a

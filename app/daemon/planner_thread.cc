@@ -1,4 +1,4 @@
-#include "app/daemon/program_feeder.h"
+#include "app/daemon/planner_thread.h"
 
 #include <chrono>
 #include <memory>
@@ -13,8 +13,8 @@ void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
 }  // namespace
 
-ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
-                             ToolTable tools, SessionLog* log, FeatureBook* features, MemoryFiles files)
+PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
+                             ToolTable tools, SessionLog* log, FeatureRecorder* features, MemoryFiles files)
     : assembly_(assembly),
       queue_(queue),
       parameters_(std::move(parameters)),
@@ -25,7 +25,7 @@ ProgramFeeder::ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Param
       files_(abandoned_, assembly.program.words),
       corrections_off_(assembly.corrections.planned_off) {}
 
-ProgramFeeder::~ProgramFeeder() {
+PlannerThread::~PlannerThread() {
   close();
   try {
     settle();
@@ -33,18 +33,18 @@ ProgramFeeder::~ProgramFeeder() {
   }
 }
 
-void ProgramFeeder::join() {
+void PlannerThread::join() {
   if (thread_.joinable()) thread_.join();
 }
 
-void ProgramFeeder::settle() {
+void PlannerThread::settle() {
   abandoned_ = true;
   join();
   memory_.keep(true);
 }
 
 // The planner waits for the answer, and touches nothing meanwhile.
-void ProgramFeeder::confirm_tool(int number) {
+void PlannerThread::confirm_tool(int number) {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
   while (!waits_ && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
   if (abandoned_ || !waits_) throw std::runtime_error("no program waits for a tool any more");
@@ -52,20 +52,20 @@ void ProgramFeeder::confirm_tool(int number) {
   memory_.keep(true);
 }
 
-std::string ProgramFeeder::load(const std::string& path, const JointVec& q) {
+std::string PlannerThread::load(const std::string& path, const JointVec& q) {
   return remark_on(begin({path, std::nullopt, q}));
 }
 
-std::string ProgramFeeder::load_from(const std::string& path, const JointVec& q, std::uint32_t line) {
+std::string PlannerThread::load_from(const std::string& path, const JointVec& q, std::uint32_t line) {
   ProgramStart start{path, std::nullopt, q};
   start.from_line = line;
   const ProgramSummary summary = begin(start);
   return approach_text(line, summary.approach) + remark_on(summary);
 }
 
-void ProgramFeeder::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
+void PlannerThread::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
 
-ProgramSummary ProgramFeeder::begin(ProgramStart start) {
+ProgramSummary PlannerThread::begin(ProgramStart start) {
   abandoned_ = true;
   join();
   abandoned_ = false;
@@ -92,7 +92,7 @@ ProgramSummary ProgramFeeder::begin(ProgramStart start) {
   return summary;
 }
 
-PipelineObservers ProgramFeeder::observers() {
+PipelineObservers PlannerThread::observers() {
   PipelineObservers observers;
   observers.line_done = [this](bool event) { memory_.keep(event); };
   if (!features_) return observers;
@@ -102,7 +102,7 @@ PipelineObservers ProgramFeeder::observers() {
 }
 
 // The tick lets dropped blocks go while it stands; a second is thousands of periods.
-void ProgramFeeder::wait_until_cleared() {
+void PlannerThread::wait_until_cleared() {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
   while (queue_.holds_stop() || queue_.buffered_s() > 0) {
     if (std::chrono::steady_clock::now() > end)
@@ -112,7 +112,7 @@ void ProgramFeeder::wait_until_cleared() {
 }
 
 // A program may calculate for long before its first motion, or for ever.
-void ProgramFeeder::wait_until_primed() {
+void PlannerThread::wait_until_primed() {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
   const auto primed = [&] { return ended_ || waits_ || queue_.buffered_s() >= assembly_.planner.buffer_s; };
   while (!primed() && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
@@ -120,7 +120,7 @@ void ProgramFeeder::wait_until_primed() {
   if (!failure.empty()) throw ProgramError(failure);
 }
 
-bool ProgramFeeder::feed(Pipeline& pipeline) {
+bool PlannerThread::feed(Pipeline& pipeline) {
   MotionBlock block;
   bool sound = true;
   for (bool more = true; more && !abandoned_;) {
@@ -137,7 +137,7 @@ bool ProgramFeeder::feed(Pipeline& pipeline) {
   return sound && !abandoned_;
 }
 
-bool ProgramFeeder::wait_for_answer(Pipeline& pipeline) {
+bool PlannerThread::wait_for_answer(Pipeline& pipeline) {
   ProgramAnswer answer;
   waits_ = true;
   while (!abandoned_ && !queue_.take_answer(answer)) doze();
@@ -146,11 +146,11 @@ bool ProgramFeeder::wait_for_answer(Pipeline& pipeline) {
   return !abandoned_;
 }
 
-void ProgramFeeder::push(const MotionBlock& block) {
+void PlannerThread::push(const MotionBlock& block) {
   while (!abandoned_ && (queue_.buffered_s() > assembly_.planner.buffer_s || !queue_.push(block))) doze();
 }
 
-std::string ProgramFeeder::take_failure() {
+std::string PlannerThread::take_failure() {
   const std::lock_guard lock(mutex_);
   return std::exchange(failure_, "");
 }

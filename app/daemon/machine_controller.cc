@@ -1,4 +1,4 @@
-#include "app/daemon/director.h"
+#include "app/daemon/machine_controller.h"
 
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
@@ -26,8 +26,8 @@ constexpr auto kTickAnswers = std::chrono::seconds(5);
 constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
 constexpr std::size_t kMessageBytesMax = 4000;
 
-CommandDesk::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
-CommandDesk::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
+CommandServer::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
+CommandServer::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
 
 // A second one changes nothing while the first is still on its way.
 bool says_again(const RtCommand& last, const RtCommand& next) {
@@ -43,11 +43,11 @@ bool drives_at_work(DriveState state) {
 
 }  // namespace
 
-Director::Director(const Parts& parts, std::vector<std::string> warnings)
+MachineController::MachineController(const Parts& parts, std::vector<std::string> warnings)
     : parts_(parts),
       next_status_(Clock::now()),
       next_motion_(Clock::now()),
-      desk_(
+      request_(
           parts.link, parts.lcm,
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
@@ -55,23 +55,23 @@ Director::Director(const Parts& parts, std::vector<std::string> warnings)
   warned_.fill("");
 }
 
-Director::~Director() { parts_.programs.close(); }
+MachineController::~MachineController() { parts_.programs.close(); }
 
-void Director::begin() { machine_event(Event::kReset); }
+void MachineController::begin() { machine_event(Event::kReset); }
 
-void Director::terminate() {
+void MachineController::terminate() {
   parts_.programs.close();
   if (!closing_) closing_until_ = Clock::now() + kClosingTime;  // told twice is no reason to take longer
   closing_ = true;
   machine_event(Event::kTerminate);
 }
 
-Conditions Director::conditions() const {
+Conditions MachineController::conditions() const {
   const unsigned all = (1u << parts_.machine.joints.size()) - 1u;
   return {!program_path_.empty(), (report_.homed_mask & all) == all};
 }
 
-CommandDesk::Answer Director::check_values(const command_t& command) const {
+CommandServer::Answer MachineController::check_values(const command_t& command) const {
   const int joints = static_cast<int>(parts_.machine.joints.size());
   const bool all_joints = command.verb == command_t::HOME && command.joint == -1;
   if (!find_command(command.verb)) return refused(fmt::format("verb {} is not known", command.verb));
@@ -82,7 +82,7 @@ CommandDesk::Answer Director::check_values(const command_t& command) const {
   return accepted();
 }
 
-CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticket) {
+CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
   cause_ = fmt::format("{}, client {:x}", find_command(command.verb)->name, command.client);
@@ -91,7 +91,7 @@ CommandDesk::Answer Director::obey(const command_t& command, const Ticket& ticke
   return answer;
 }
 
-CommandDesk::Answer Director::obey_legal(const command_t& command, const Ticket& ticket) {
+CommandServer::Answer MachineController::obey_legal(const command_t& command, const Ticket& ticket) {
   const CommandRow& row = *find_command(command.verb);
   if (row.setting) return obey_setting(row, command.value);
   if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
@@ -108,7 +108,7 @@ CommandDesk::Answer Director::obey_legal(const command_t& command, const Ticket&
 }
 
 // Overrides and single block, legal in every state.
-CommandDesk::Answer Director::obey_setting(const CommandRow& row, double value) {
+CommandServer::Answer MachineController::obey_setting(const CommandRow& row, double value) {
   using Kind = RtCommand::Kind;
   if (value < 0 || value > row.setting_max)
     return refused(
@@ -125,7 +125,7 @@ CommandDesk::Answer Director::obey_setting(const CommandRow& row, double value) 
 
 // Those behind the plan fade in and out at any time; those inside it would make a plan wrong that is being
 // driven.
-CommandDesk::Answer Director::obey_correction(const std::string& name, bool on) {
+CommandServer::Answer MachineController::obey_correction(const std::string& name, bool on) {
   for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i)
     if (parts_.chain->budget(i).name == name) {
       post({RtCommand::Kind::kCorrection, on ? 1.0 : 0.0, 0, i});
@@ -135,7 +135,7 @@ CommandDesk::Answer Director::obey_correction(const std::string& name, bool on) 
   return switch_planned(name, on);
 }
 
-CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
+CommandServer::Answer MachineController::switch_planned(const std::string& name, bool on) {
   const bool pose = name == "geometric" && parts_.map && parts_.map->has_pose();
   const bool joint = name == "joint_table" && parts_.map && parts_.map->has_joint();
   if (!pose && !joint)
@@ -152,7 +152,7 @@ CommandDesk::Answer Director::switch_planned(const std::string& name, bool on) {
   return accepted();
 }
 
-void Director::hear_corrections(const CycleReport& report) {
+void MachineController::hear_corrections(const CycleReport& report) {
   for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
     const char* warning = report.corrections[static_cast<std::size_t>(i)].warning;
     const char*& last = warned_[static_cast<std::size_t>(i)];
@@ -165,7 +165,7 @@ void Director::hear_corrections(const CycleReport& report) {
   }
 }
 
-void Director::add_corrections(trunnion::status_t& status) const {
+void MachineController::add_corrections(trunnion::status_t& status) const {
   const auto add = [&](const std::string& name, bool on, double offset, const char* warning) {
     status.correction_name.push_back(name);
     status.correction_on.push_back(on);
@@ -185,8 +185,8 @@ void Director::add_corrections(trunnion::status_t& status) const {
 }
 
 // What needs the command's own values; the rest is the same for commands and events.
-CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const command_t& command,
-                                             const Ticket& ticket) {
+CommandServer::Answer MachineController::act_on_command(std::uint32_t actions, const command_t& command,
+                                                        const Ticket& ticket) {
   if (actions & kDoResume && stands_for_tool()) return confirm_tool(ticket);
   act(actions);
   if (actions & kDoLoad)
@@ -201,29 +201,29 @@ CommandDesk::Answer Director::act_on_command(std::uint32_t actions, const comman
   return accepted();
 }
 
-JogOrder Director::order_jog(const command_t& command) const {
+JogOrder MachineController::order_jog(const command_t& command) const {
   const Joints& joints = parts_.plan_joints ? *parts_.plan_joints : parts_.machine.joints;
   return plan_jog({command.text, command.joint, command.value, command.speed}, parts_.kinematics, joints,
                   report_.q_plan);
 }
 
-CommandDesk::Answer Director::jog(const JogOrder& order) {
+CommandServer::Answer MachineController::jog(const JogOrder& order) {
   post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
   return {acknowledge_t::ACCEPTED, order.remark};
 }
 
 // What went wrong before is over when something new begins.
-void Director::forget_message() {
+void MachineController::forget_message() {
   view_.message.clear();
   view_.program_failed = false;
 }
 
-bool Director::stands_for_tool() const {
+bool MachineController::stands_for_tool() const {
   return report_.motion == MotionState::kPaused && report_.waits_at.kind == QueueEvent::Kind::kToolChange;
 }
 
 // The tool in the spindle is on disk before the program may go on with it.
-CommandDesk::Answer Director::confirm_tool(const Ticket& ticket) {
+CommandServer::Answer MachineController::confirm_tool(const Ticket& ticket) {
   const int tool = report_.waits_at.argument;
   run_job(
       ticket, [this, tool] { parts_.programs.confirm_tool(tool); },
@@ -235,7 +235,7 @@ CommandDesk::Answer Director::confirm_tool(const Ticket& ticket) {
   return {acknowledge_t::WORKING, ""};
 }
 
-void Director::hear_wait(const CycleReport& report) {
+void MachineController::hear_wait(const CycleReport& report) {
   const QueueEvent& was = report_.waits_at;
   const QueueEvent& is = report.waits_at;
   if (report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument) return;
@@ -246,14 +246,14 @@ void Director::hear_wait(const CycleReport& report) {
   status_due_ = true;
 }
 
-void Director::machine_event(Event event) {
+void MachineController::machine_event(Event event) {
   const MachineState before = supervisor_.state();
   const Decision decision = supervisor_.handle(event, conditions());
   enter_state(before);
   act(decision.actions);
 }
 
-void Director::enter_state(MachineState before) {
+void MachineController::enter_state(MachineState before) {
   const MachineState now = supervisor_.state();
   if (now == before) return;
   spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
@@ -271,7 +271,7 @@ void Director::enter_state(MachineState before) {
   status_due_ = true;
 }
 
-void Director::act(std::uint32_t actions) {
+void MachineController::act(std::uint32_t actions) {
   using Kind = RtCommand::Kind;
   if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
   const bool estop = supervisor_.state() == MachineState::kEstop;
@@ -292,7 +292,7 @@ void Director::act(std::uint32_t actions) {
 }
 
 // The tick has room for many more than clients may fill, so it is full only when its thread stands.
-void Director::post(RtCommand command) {
+void MachineController::post(RtCommand command) {
   if (unheard() > 0 && says_again(last_posted_, command)) return;
   command.id = ++last_id_;
   last_posted_ = command;
@@ -302,7 +302,7 @@ void Director::post(RtCommand command) {
   told_full_ = !taken;
 }
 
-void Director::bring_up(bool reset_faults) {
+void MachineController::bring_up(bool reset_faults) {
   const auto prepare = [this, reset_faults] {
     if (reset_faults) parts_.drives.reset_faults();
     parts_.drives.bring_up();
@@ -325,7 +325,7 @@ void Director::bring_up(bool reset_faults) {
   });
 }
 
-void Director::shut_down() {
+void MachineController::shut_down() {
   if (shutting_down_) return;
   shutting_down_ = true;
   power_off_by_ = Clock::now() + kPowerOffTime;
@@ -338,18 +338,19 @@ void Director::shut_down() {
   });
 }
 
-bool Director::done() const {
+bool MachineController::done() const {
   return exit_wanted_ && (drives_off_ || !shutting_down_ || Clock::now() > exit_by_);
 }
 
-std::string Director::bad_ending() const {
+std::string MachineController::bad_ending() const {
   if (shutting_down_ && !drives_off_)
     return "the drives did not answer when they were to be switched off; they still may have power";
   return came_to_rest_ ? "" : "the machine did not come to rest in time; the drives were made to stop";
 }
 
 // From a line: the answer tells the approach, and a start in another place than here is refused.
-CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, const Ticket& ticket) {
+CommandServer::Answer MachineController::load_from(std::string path, std::uint32_t line,
+                                                   const Ticket& ticket) {
   if (path.empty()) path = program_path_;
   if (path.empty()) return refused("no program is loaded; load one first");
   program_path_.clear();
@@ -369,7 +370,7 @@ CommandDesk::Answer Director::load_from(std::string path, std::uint32_t line, co
   return {acknowledge_t::WORKING, ""};
 }
 
-CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket) {
+CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
   view_.program.clear();
   from_line_ = 0;
@@ -386,7 +387,7 @@ CommandDesk::Answer Director::load(const std::string& path, const Ticket& ticket
   return {acknowledge_t::WORKING, ""};
 }
 
-CommandDesk::Answer Director::start(const Ticket& ticket) {
+CommandServer::Answer MachineController::start(const Ticket& ticket) {
   const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
   if (!prepared && from_line_ > 1) {
@@ -401,7 +402,7 @@ CommandDesk::Answer Director::start(const Ticket& ticket) {
   return {acknowledge_t::WORKING, ""};
 }
 
-CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket) {
+CommandServer::Answer MachineController::mdi(const std::string& text, const Ticket& ticket) {
   const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
   run_job(
       ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, Job::kStart);
@@ -409,7 +410,7 @@ CommandDesk::Answer Director::mdi(const std::string& text, const Ticket& ticket)
 }
 
 // A new program must not meet what is left of the last one: the tick forgets that first.
-std::function<void()> Director::clear_then(const std::function<void()>& prepare) {
+std::function<void()> MachineController::clear_then(const std::function<void()>& prepare) {
   parts_.programs.abandon();
   prepared_at_.reset();
   post({RtCommand::Kind::kStop});
@@ -423,8 +424,8 @@ std::function<void()> Director::clear_then(const std::function<void()>& prepare)
   };
 }
 
-void Director::run_job(const Ticket& ticket, const std::function<void()>& prepare,
-                       const std::function<void()>& then, Job kind) {
+void MachineController::run_job(const Ticket& ticket, const std::function<void()>& prepare,
+                                const std::function<void()>& then, Job kind) {
   int& open_jobs = kind == Job::kLoad ? loads_ : jobs_;
   ++open_jobs;
   forget_message();
@@ -438,14 +439,14 @@ void Director::run_job(const Ticket& ticket, const std::function<void()>& prepar
     return Worker::Done([=, this, &open_jobs] {
       --open_jobs;
       if (generation != generation_)
-        return desk_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
+        return request_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
       finish_job(ticket, error, then, kind == Job::kStart);
     });
   });
 }
 
-void Director::finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
-                          bool starts_motion) {
+void MachineController::finish_job(const Ticket& ticket, const std::string& error,
+                                   const std::function<void()>& then, bool starts_motion) {
   status_due_ = true;
   if (error.empty()) {
     then();
@@ -454,20 +455,20 @@ void Director::finish_job(const Ticket& ticket, const std::string& error, const 
       from_line_ = 0;
       post({RtCommand::Kind::kStart});
     }
-    return desk_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
+    return request_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
   view_.message = error;
   if (starts_motion) machine_event(Event::kMotionDone);
-  desk_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
+  request_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
 }
 
-void Director::fault_event(Fault fault) {
+void MachineController::fault_event(Fault fault) {
   const Reaction reaction = fault_info(fault).reaction;
   if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
   if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
 }
 
-void Director::report(const CycleReport& report) {
+void MachineController::report(const CycleReport& report) {
   hear_wait(report);
   report_ = report;
   heard_id_ = report.last_command_id;
@@ -482,12 +483,12 @@ void Director::report(const CycleReport& report) {
 }
 
 // A drive in fault, or one that is gone, will never report that it is off.
-bool Director::powerless(DriveState drives) const {
+bool MachineController::powerless(DriveState drives) const {
   const bool silent = drives == DriveState::kFault || drives == DriveState::kLost;
   return drives == DriveState::kOff || (silent && shutting_down_ && Clock::now() > power_off_by_);
 }
 
-void Director::events_from(const CycleReport& report) {
+void MachineController::events_from(const CycleReport& report) {
   // one that comes back in the very period of the reset has no edge
   if (supervisor_.state() == MachineState::kStarting) fault_event(report.fault);
   if (report.drives == DriveState::kEnabled) machine_event(Event::kDrivesReady);
@@ -497,10 +498,10 @@ void Director::events_from(const CycleReport& report) {
     machine_event(Event::kMotionDone);
 }
 
-void Director::poll() {
+void MachineController::poll() {
   drive_worker_.collect();
   program_worker_.collect();
-  desk_.poll();
+  request_.poll();
   // while a job prepares a program, its failure is the job's answer
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
@@ -518,7 +519,7 @@ void Director::poll() {
   if (now >= next_motion_) publish_motion();
 }
 
-void Director::publish_status() {
+void MachineController::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
@@ -532,7 +533,7 @@ void Director::publish_status() {
   parts_.link.try_publish(parts_.lcm.status_channel(), status);
 }
 
-void Director::publish_motion() {
+void MachineController::publish_motion() {
   next_motion_ = Clock::now() + kMotionPeriod;
   trunnion::motion_t motion = make_motion(report_);
   motion.time_us = unix_time_us();

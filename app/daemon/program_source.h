@@ -1,10 +1,9 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 
-#include "core/fault.h"
-#include "core/realtime.h"
-#include "kernel/rt_messages.h"
+#include "core/axes.h"
 
 namespace trn {
 
@@ -33,20 +32,6 @@ class ProgramSource {
   virtual void close() { abandon(); }
   /// The message of an error that came later, once; "" if there was none.
   virtual std::string take_failure() = 0;
-};
-
-/// The tick as the daemon sees it.
-class TickPort {
- public:
-  virtual ~TickPort() = default;
-  /// One period, in the real-time thread.
-  virtual void tick() TRN_RT = 0;
-  /// Latches a fault, in the real-time thread.
-  virtual void latch(Fault fault) TRN_RT = 0;
-  /// From the daemon's thread; false if the ring is full.
-  virtual bool post(const RtCommand& command) = 0;
-  /// The next report that has not been read; false if there is none.
-  virtual bool next_report(CycleReport& report) = 0;
 };
 
 }  // namespace trn

@@ -1,4 +1,4 @@
-#include "kernel/io_desk.h"
+#include "kernel/tick_io.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@ constexpr double kOnThread = 0.002;     // so near the planned speed is to the p
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
-Fault IoDesk::exchange(const IoPlace& place, double spindle_override, bool drives_touch) TRN_RT {
+Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drives_touch) TRN_RT {
   if (!io_) {
     inputs_.probe = drives_touch;
     return Fault::kOk;
@@ -26,7 +26,7 @@ Fault IoDesk::exchange(const IoPlace& place, double spindle_override, bool drive
   return lost && inputs_.fault == Fault::kOk ? Fault::kSpindle : inputs_.fault;
 }
 
-void IoDesk::apply(const OutputChanges& changes) TRN_RT {
+void TickIo::apply(const OutputChanges& changes) TRN_RT {
   outputs_.digital = (outputs_.digital & ~changes.clear) | changes.set;
   for (int i = 0; i < changes.analog_count; ++i) {
     const OutputChanges::Analog& analog = changes.analog[static_cast<std::size_t>(i)];
@@ -34,14 +34,14 @@ void IoDesk::apply(const OutputChanges& changes) TRN_RT {
   }
 }
 
-void IoDesk::all_off() TRN_RT {
+void TickIo::all_off() TRN_RT {
   outputs_ = {};
   looks_ = 0;
   tap_.end();
   probing_ = geared_ = awaits_index_ = false;
 }
 
-IoDesk::Outcome IoDesk::obey(const QueueEvent& event) TRN_RT {
+TickIo::Outcome TickIo::obey(const QueueEvent& event) TRN_RT {
   using Kind = QueueEvent::Kind;
   const std::uint64_t bit = std::uint64_t{1} << (event.argument & (kMaxIo - 1));
   switch (event.kind) {
@@ -86,7 +86,7 @@ IoDesk::Outcome IoDesk::obey(const QueueEvent& event) TRN_RT {
 }
 
 // The devices hear of the command at the end of this period, and answer in the next.
-IoDesk::Outcome IoDesk::wait_spindle() TRN_RT {
+TickIo::Outcome TickIo::wait_spindle() TRN_RT {
   if (!io_) return Outcome::kDone;
   if (looks_++ < 1) return Outcome::kWaits;
   if (!inputs_.spindle_ready) {
@@ -99,7 +99,7 @@ IoDesk::Outcome IoDesk::wait_spindle() TRN_RT {
 
 // Every pass of a thread begins at the index pulse, so that all meet the same groove. A session's log has the
 // encoder from the first look on, so that only later ones may compare.
-IoDesk::Outcome IoDesk::await_index(const QueueEvent& event) TRN_RT {
+TickIo::Outcome TickIo::await_index(const QueueEvent& event) TRN_RT {
   const double now = turns(), index = std::floor(now);
   const bool passed = looks_ >= 2 && index > std::floor(turns_before_);
   turns_before_ = now;
@@ -118,7 +118,7 @@ IoDesk::Outcome IoDesk::await_index(const QueueEvent& event) TRN_RT {
 }
 
 // The log's encoder, as for a thread.
-IoDesk::Outcome IoDesk::begin_tap(const QueueEvent& event) TRN_RT {
+TickIo::Outcome TickIo::begin_tap(const QueueEvent& event) TRN_RT {
   awaits_index_ = looks_ < 2;
   if (looks_++ < 2) return Outcome::kWaits;
   looks_ = 0;
@@ -127,7 +127,7 @@ IoDesk::Outcome IoDesk::begin_tap(const QueueEvent& event) TRN_RT {
   return Outcome::kDone;
 }
 
-IoDesk::Outcome IoDesk::settle_tap(bool ends) TRN_RT {
+TickIo::Outcome TickIo::settle_tap(bool ends) TRN_RT {
   if (!tap_.settled(inputs_.spindle_turns)) {
     if (static_cast<double>(++looks_) * period_s_ > spindle_timeout_s_) return fail(Fault::kSpindle);
     return Outcome::kWaits;
@@ -140,7 +140,7 @@ IoDesk::Outcome IoDesk::settle_tap(bool ends) TRN_RT {
 // On the thread itself the tip's own path says which turn it stands for: the planned speed lies a little
 // below the one asked for, and plan time alone would make the pitch as much too short. In the run-in and the
 // run-out it is plan time, the same in every pass.
-double IoDesk::gear_rate(double passed_s, double passed_mm) TRN_RT {
+double TickIo::gear_rate(double passed_s, double passed_mm) TRN_RT {
   if (tap_.active()) return tap_.rate(inputs_.spindle_turns);
   const double now = turns(), speed = (now - turns_before_) / period_s_ / gear_turns_s_;
   turns_before_ = now;
@@ -150,7 +150,7 @@ double IoDesk::gear_rate(double passed_s, double passed_mm) TRN_RT {
   return std::max(0.0, speed + kGearGain_s * gear_lag_s_);
 }
 
-bool IoDesk::sees(std::size_t input, InputWait wait) TRN_RT {
+bool TickIo::sees(std::size_t input, InputWait wait) TRN_RT {
   const bool now = (inputs_.digital >> input & 1) != 0;
   const bool before = first_look() ? now : (seen_ >> input & 1) != 0;
   seen_ = inputs_.digital;
@@ -160,14 +160,14 @@ bool IoDesk::sees(std::size_t input, InputWait wait) TRN_RT {
 }
 
 // Only a rise tells of a hand: an input that is on already may be stuck. As long as it takes.
-IoDesk::Outcome IoDesk::wait_tool(int confirm) TRN_RT {
+TickIo::Outcome TickIo::wait_tool(int confirm) TRN_RT {
   if (confirm < 0) return Outcome::kDone;
   const bool in = sees(static_cast<std::size_t>(confirm % kMaxIo), InputWait::kRise);
   looks_ = in ? 0 : looks_ + 1;
   return in ? Outcome::kDone : Outcome::kWaits;
 }
 
-IoDesk::Outcome IoDesk::wait_input(const QueueEvent& event) TRN_RT {
+TickIo::Outcome TickIo::wait_input(const QueueEvent& event) TRN_RT {
   const InputArgument input = InputArgument::unpack(event.argument);
   const auto index = static_cast<std::size_t>(input.index % kMaxIo);
   const bool now = (inputs_.digital >> index & 1) != 0;
@@ -182,20 +182,20 @@ IoDesk::Outcome IoDesk::wait_input(const QueueEvent& event) TRN_RT {
   return Outcome::kDone;
 }
 
-IoDesk::Outcome IoDesk::begin_probe(ProbeMode mode) TRN_RT {
+TickIo::Outcome TickIo::begin_probe(ProbeMode mode) TRN_RT {
   mode_ = mode;
   probing_ = true;
   return probe_found() ? fail(Fault::kProbe) : Outcome::kDone;
 }
 
-IoDesk::Outcome IoDesk::end_probe(bool found) TRN_RT {
+TickIo::Outcome TickIo::end_probe(bool found) TRN_RT {
   probing_ = false;
   looks_ = 0;
   const bool must = mode_ == ProbeMode::kContact || mode_ == ProbeMode::kRelease;
   return must && !found ? fail(Fault::kProbe) : Outcome::kDone;
 }
 
-IoDesk::Outcome IoDesk::fail(Fault fault) TRN_RT {
+TickIo::Outcome TickIo::fail(Fault fault) TRN_RT {
   failure_ = fault;
   looks_ = 0;
   tap_.end();

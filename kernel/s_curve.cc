@@ -1,13 +1,9 @@
-#include "kernel/jog.h"
+#include "kernel/s_curve.h"
 
 #include <algorithm>
 #include <cmath>
 
 namespace trn {
-
-double jog_target(const JointLimit& limit, double from, double way) TRN_RT {
-  return std::clamp(from + way, std::min(limit.min, from), std::max(limit.max, from));
-}
 
 SCurve::SCurve(double distance, double velocity, double acceleration, double jerk) TRN_RT
     : jerk_(jerk),

@@ -6,11 +6,11 @@
 #include <thread>
 
 #include "app/daemon/program_file.h"
-#include "app/session/feature_book.h"
+#include "app/daemon/program_source.h"
+#include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
 #include "app/session/session_log.h"
-#include "kernel/motion_port.h"
 #include "kernel/motion_queue.h"
 
 namespace trn {
@@ -20,11 +20,11 @@ namespace trn {
 /// disk (MachineMemory), and owns the modes that MDI lines hand on: a line goes on where the one before
 /// ended; a program begins with the config's modes and ends that; a line that fails or is stopped hands
 /// nothing on.
-class ProgramFeeder final : public ProgramSource {
+class PlannerThread final : public ProgramSource {
  public:
-  ProgramFeeder(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
-                SessionLog* log = nullptr, FeatureBook* features = nullptr, MemoryFiles files = {});
-  ~ProgramFeeder() override;
+  PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
+                SessionLog* log = nullptr, FeatureRecorder* features = nullptr, MemoryFiles files = {});
+  ~PlannerThread() override;
 
   std::string load(const std::string& path, const JointVec& q) override;
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
@@ -61,7 +61,7 @@ class ProgramFeeder final : public ProgramSource {
   ToolTable tools_;
   MachineMemory memory_;  ///< of the two
   SessionLog* log_;
-  FeatureBook* features_;
+  FeatureRecorder* features_;
   std::atomic<bool> abandoned_ = false, closed_ = false, ended_ = true;
   ProgramFiles files_;
   std::atomic<std::uint8_t> corrections_off_;

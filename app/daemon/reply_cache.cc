@@ -1,13 +1,13 @@
-#include "app/daemon/acknowledge_book.h"
+#include "app/daemon/reply_cache.h"
 
 namespace trn {
 
-const trunnion::acknowledge_t* AcknowledgeBook::find(const trunnion::command_t& command) const {
+const trunnion::acknowledge_t* ReplyCache::find(const trunnion::command_t& command) const {
   const auto found = answers_.find({command.client, command.sequence});
   return found == answers_.end() ? nullptr : &found->second;
 }
 
-void AcknowledgeBook::enter(const trunnion::acknowledge_t& answer) {
+void ReplyCache::enter(const trunnion::acknowledge_t& answer) {
   const Key key{answer.client, answer.sequence};
   if (answers_.insert_or_assign(key, answer).second) oldest_first_.push_back(key);
   if (oldest_first_.size() <= kCapacity) return;

@@ -8,7 +8,7 @@
 namespace trn {
 
 /// What the tool's bending makes of a program that one thread plans and another one sees driven.
-class FeatureBook {
+class FeatureRecorder {
  public:
   /// A program begins; nothing of the one before is driven any more.
   void begin();

@@ -1,9 +1,10 @@
+#include "app/daemon/command_server.h"
+
 #include <gtest/gtest.h>
 
 #include <atomic>
 #include <thread>
 
-#include "app/daemon/command_desk.h"
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 
@@ -36,18 +37,18 @@ struct Bench {
   std::vector<int> obeyed;
   bool ready = true, fails = false;
   std::int8_t outcome = acknowledge_t::ACCEPTED;
-  std::optional<CommandDesk::Ticket> ticket;
-  CommandDesk desk{link, config,
-                   [this](const command_t& c, const CommandDesk::Ticket& t) {
-                     if (fails) throw std::runtime_error("no thread");
-                     obeyed.push_back(c.sequence);
-                     ticket = t;
-                     return CommandDesk::Answer{outcome, ""};
-                   },
-                   [] { return 17; }, [this] { return ready; }};
+  std::optional<CommandServer::Ticket> ticket;
+  CommandServer server{link, config,
+                       [this](const command_t& c, const CommandServer::Ticket& t) {
+                         if (fails) throw std::runtime_error("no thread");
+                         obeyed.push_back(c.sequence);
+                         ticket = t;
+                         return CommandServer::Answer{outcome, ""};
+                       },
+                       [] { return 17; }, [this] { return ready; }};
 };
 
-TEST(CommandDesk, ObeysOnceAndAnswersEveryCopy) {
+TEST(CommandServer, ObeysOnceAndAnswersEveryCopy) {
   Bench bench;
   for (int copy = 0; copy < 3; ++copy) bench.send(bench.command(1));
   bench.send(bench.command(2));
@@ -58,7 +59,7 @@ TEST(CommandDesk, ObeysOnceAndAnswersEveryCopy) {
   EXPECT_EQ(bench.heard[2].status_count, 17);
 }
 
-TEST(CommandDesk, RefusesWhatHasExpired) {
+TEST(CommandServer, RefusesWhatHasExpired) {
   Bench bench;
   command_t late = bench.command(1);
   late.expires_us = monotonic_us() - 1;
@@ -78,7 +79,7 @@ TEST(CommandDesk, RefusesWhatHasExpired) {
 }
 
 // A client that is hours behind or ahead must be able to stop the machine.
-TEST(CommandDesk, WhatMakesTheMachineSaferNeverExpires) {
+TEST(CommandServer, WhatMakesTheMachineSaferNeverExpires) {
   const struct {
     std::int8_t verb;
     double value;
@@ -106,14 +107,14 @@ TEST(CommandDesk, WhatMakesTheMachineSaferNeverExpires) {
     }
 }
 
-TEST(CommandDesk, WorkingCommandsGetTheirFinalAnswerLater) {
+TEST(CommandServer, WorkingCommandsGetTheirFinalAnswerLater) {
   Bench bench;
   bench.outcome = acknowledge_t::WORKING;
   bench.send(bench.command(5));
   bench.send(bench.command(5));
   ASSERT_EQ(bench.heard.size(), 2u);
   EXPECT_EQ(bench.heard[1].outcome, +acknowledge_t::WORKING);
-  bench.desk.finish(*bench.ticket, {acknowledge_t::BAD_PROGRAM, "a.ngc:1:1: no"});
+  bench.server.finish(*bench.ticket, {acknowledge_t::BAD_PROGRAM, "a.ngc:1:1: no"});
   bench.send(bench.command(5));
   ASSERT_EQ(bench.heard.size(), 4u);
   EXPECT_EQ(bench.heard[2].outcome, +acknowledge_t::BAD_PROGRAM);
@@ -121,10 +122,10 @@ TEST(CommandDesk, WorkingCommandsGetTheirFinalAnswerLater) {
   EXPECT_EQ(bench.obeyed, std::vector<int>{5});
 }
 
-TEST(CommandDesk, AFloodIsRefusedAndNeverAcknowledgedAsObeyed) {
+TEST(CommandServer, AFloodIsRefusedAndNeverAcknowledgedAsObeyed) {
   Bench bench;
   for (int i = 1; i <= 2000; ++i) bench.link.publish(bench.config.command_channel(), bench.command(i));
-  while (bench.link.handle(0)) bench.desk.poll();
+  while (bench.link.handle(0)) bench.server.poll();
   std::vector<int> accepted;
   for (const acknowledge_t& answer : bench.heard)
     if (answer.outcome == acknowledge_t::ACCEPTED) accepted.push_back(answer.sequence);
@@ -135,7 +136,7 @@ TEST(CommandDesk, AFloodIsRefusedAndNeverAcknowledgedAsObeyed) {
 
 // Whatever waits, however long the flood: the stop acts when it comes, and nothing from before it acts behind
 // it.
-TEST(CommandDesk, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
+TEST(CommandServer, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
   for (const std::int8_t stop : {command_t::ESTOP, command_t::STOP, command_t::HOLD, command_t::OVERRIDE}) {
     Bench bench;
     bench.ready = false;
@@ -144,15 +145,15 @@ TEST(CommandDesk, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
       if (i == 290) command.verb = stop;
       bench.link.publish(bench.config.command_channel(), command);
     }
-    while (bench.link.handle(0)) bench.desk.poll();
+    while (bench.link.handle(0)) bench.server.poll();
     EXPECT_EQ(bench.obeyed, std::vector<int>{290});
     bench.ready = true;
-    bench.desk.poll();
+    bench.server.poll();
     for (const int sequence : bench.obeyed) EXPECT_GE(sequence, 290);
   }
 }
 
-TEST(CommandDesk, ACommandThatFailsIsAnswered) {
+TEST(CommandServer, ACommandThatFailsIsAnswered) {
   Bench bench;
   bench.fails = true;
   bench.send(bench.command(1));

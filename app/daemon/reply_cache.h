@@ -11,7 +11,7 @@ namespace trn {
 
 /// The last answers by (client, sequence), so that a command heard twice is answered twice and obeyed once.
 /// Bounded: the oldest answers are forgotten, long after their commands have expired.
-class AcknowledgeBook {
+class ReplyCache {
  public:
   static constexpr std::size_t kCapacity = 4096;
 

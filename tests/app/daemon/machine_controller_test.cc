@@ -1,3 +1,5 @@
+#include "app/daemon/machine_controller.h"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -9,7 +11,6 @@
 #include <random>
 #include <utility>
 
-#include "app/daemon/director.h"
 #include "hal/loopback.h"
 #include "interp/move.h"
 #include "tests/hal/hostile_datagrams.h"
@@ -94,7 +95,7 @@ struct FakeTick final : TickPort {
   std::vector<RtCommand> posted;
 };
 
-/// A director whose tick is played by the test: reports are made by hand, commands to the tick are kept.
+/// A controller whose tick is played by the test: reports are made by hand, commands to the tick are kept.
 struct Bench {
   Bench() : Bench(loopback_drives) {}
   explicit Bench(Drives& drives_in) : drives(drives_in) {
@@ -103,14 +104,14 @@ struct Bench {
     link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
     now.q_plan = now.q_setpoint = now.q_measured = JointVec::Zero(1);
     now.homed_mask = 1;
-    director.begin();
+    controller.begin();
     until([this] { return !posted.empty(); });
     now.drives = DriveState::kEnabled;
     tick();
   }
   void until(const std::function<bool()>& wanted) {
     for (int i = 0; i < 2000 && !wanted(); ++i) {
-      director.poll();
+      controller.poll();
       if (!posted.empty() && last() == Kind::kStop) tick();  // what a load waits for
       while (link.handle(1)) {
       }
@@ -120,7 +121,7 @@ struct Bench {
   /// The tick has heard everything and reports what stands in `now`.
   void tick() {
     now.last_command_id = posted.empty() ? 0 : posted.back().id;
-    director.report(now);
+    controller.report(now);
   }
   acknowledge_t send(std::int8_t verb, const std::string& text = "", double value = 0) {
     command_t command{};
@@ -141,7 +142,7 @@ struct Bench {
     ASSERT_EQ(send(command_t::START).outcome, +acknowledge_t::ACCEPTED);
     now.motion = MotionState::kMoving;
     tick();
-    ASSERT_EQ(director.state(), MachineState::kRunning);
+    ASSERT_EQ(controller.state(), MachineState::kRunning);
   }
   Kind last() const { return posted.back().kind; }
 
@@ -158,39 +159,40 @@ struct Bench {
   std::optional<status_t> status;
   CycleReport now;
   int sequence = 0;
-  Director director{{machine, lcm, link, drives, fake_tick, programs, statistics}, {"no real-time priority"}};
+  MachineController controller{{machine, lcm, link, drives, fake_tick, programs, statistics},
+                               {"no real-time priority"}};
 };
 
-TEST(Director, BringsTheDrivesUpAndBecomesIdle) {
+TEST(MachineController, BringsTheDrivesUpAndBecomesIdle) {
   Bench bench;
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
   bench.until([&] { return bench.status && bench.status->state == "idle"; });
   EXPECT_EQ(bench.status->warnings, std::vector<std::string>{"no real-time priority"});
   EXPECT_FALSE(bench.status->realtime);
 }
 
-TEST(Director, RunsAProgramToItsEnd) {
+TEST(MachineController, RunsAProgramToItsEnd) {
   Bench bench;
   bench.start_program();
   EXPECT_EQ(bench.last(), Kind::kStart);
   EXPECT_EQ(bench.programs.loads, 1) << "what load prepared is started";
   bench.now.motion = MotionState::kRest;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
   bench.send(command_t::START);
   EXPECT_EQ(bench.programs.loads, 2) << "a second start prepares it again";
 }
 
-TEST(Director, ReportsOfThePastDoNotEndTheMotion) {
+TEST(MachineController, ReportsOfThePastDoNotEndTheMotion) {
   Bench bench;
   bench.send(command_t::LOAD, "part.ngc");
   bench.send(command_t::START);
   bench.now.motion = MotionState::kRest;
-  bench.director.report(bench.now);  // from before the tick heard of the start
-  EXPECT_EQ(bench.director.state(), MachineState::kRunning);
+  bench.controller.report(bench.now);  // from before the tick heard of the start
+  EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
 }
 
-TEST(Director, BadProgramIsToldAndNothingStarts) {
+TEST(MachineController, BadProgramIsToldAndNothingStarts) {
   Bench bench;
   const acknowledge_t answer = bench.send(command_t::LOAD, "bad.ngc");
   EXPECT_EQ(answer.outcome, +acknowledge_t::BAD_PROGRAM);
@@ -200,7 +202,7 @@ TEST(Director, BadProgramIsToldAndNothingStarts) {
 }
 
 // The way to the line is shown first; the start that follows drives that way and no other.
-TEST(Director, AStartFromALineIsPreparedFromWhereTheMachineStands) {
+TEST(MachineController, AStartFromALineIsPreparedFromWhereTheMachineStands) {
   Bench bench;
   EXPECT_EQ(bench.send(command_t::LOAD, "", 12).outcome, +acknowledge_t::REFUSED) << "nothing is loaded";
   bench.send(command_t::LOAD, "part.ngc");
@@ -211,38 +213,38 @@ TEST(Director, AStartFromALineIsPreparedFromWhereTheMachineStands) {
   bench.now.q_plan = JointVec::Constant(1, 5.0);
   bench.tick();
   EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::REFUSED) << "the machine has moved";
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
   bench.send(command_t::LOAD, "", 12);
   EXPECT_EQ(bench.send(command_t::START).outcome, +acknowledge_t::ACCEPTED);
   EXPECT_EQ(bench.last(), Kind::kStart);
 }
 
-TEST(Director, HoldResumeStop) {
+TEST(MachineController, HoldResumeStop) {
   Bench bench;
   bench.start_program();
   bench.send(command_t::HOLD);
   EXPECT_EQ(bench.last(), Kind::kHold);
   bench.now.motion = MotionState::kHeld;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kHolding);
+  EXPECT_EQ(bench.controller.state(), MachineState::kHolding);
   bench.send(command_t::RESUME);
   EXPECT_EQ(bench.last(), Kind::kResume);
   bench.send(command_t::STOP);
   EXPECT_EQ(bench.last(), Kind::kStop);
   EXPECT_EQ(bench.programs.abandoned, 2) << "by the load, and by the stop";
-  EXPECT_EQ(bench.director.state(), MachineState::kStopping);
+  EXPECT_EQ(bench.controller.state(), MachineState::kStopping);
   bench.now.motion = MotionState::kRest;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
 }
 
-TEST(Director, QuickFaultStopsTheDrivesAndNamesTheJoint) {
+TEST(MachineController, QuickFaultStopsTheDrivesAndNamesTheJoint) {
   Bench bench;
   bench.start_program();
   bench.now.fault = Fault::kDriveFault;
   bench.now.fault_joint = 0;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kFault);
+  EXPECT_EQ(bench.controller.state(), MachineState::kFault);
   EXPECT_EQ(bench.last(), Kind::kQuickStop);
   bench.until([&] { return bench.status && bench.status->state == "fault"; });
   EXPECT_EQ(bench.status->fault, "drive_fault");
@@ -252,23 +254,23 @@ TEST(Director, QuickFaultStopsTheDrivesAndNamesTheJoint) {
   bench.until([&] { return bench.last() == Kind::kResetFault; });
   bench.now.fault = Fault::kOk;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
 }
 
-TEST(Director, AFaultThatIsBackInThePeriodOfTheResetIsAFault) {
+TEST(MachineController, AFaultThatIsBackInThePeriodOfTheResetIsAFault) {
   Bench bench;
   bench.now.fault = Fault::kBusOff;
   bench.now.drives = DriveState::kLost;
   bench.tick();
-  ASSERT_EQ(bench.director.state(), MachineState::kFault);
+  ASSERT_EQ(bench.controller.state(), MachineState::kFault);
   EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
-  ASSERT_EQ(bench.director.state(), MachineState::kStarting);
+  ASSERT_EQ(bench.controller.state(), MachineState::kStarting);
   bench.until([&] { return bench.last() == Kind::kResetFault; });
   bench.tick();  // no report without it in between
-  EXPECT_EQ(bench.director.state(), MachineState::kFault) << "else no command would ever be legal again";
+  EXPECT_EQ(bench.controller.state(), MachineState::kFault) << "else no command would ever be legal again";
 }
 
-TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
+TEST(MachineController, LateErrorIsShownWhenThePlanHasRunOut) {
   Bench bench;
   bench.start_program();
   bench.programs.failure = "part.ngc:900:1: unknown word";
@@ -276,17 +278,17 @@ TEST(Director, LateErrorIsShownWhenThePlanHasRunOut) {
   bench.tick();
   bench.until([&] { return bench.status && bench.status->program_failed; });
   EXPECT_EQ(bench.status->message, "part.ngc:900:1: unknown word");
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
 }
 
-TEST(Director, TheToolIsKeptBeforeTheProgramGoesOn) {
+TEST(MachineController, TheToolIsKeptBeforeTheProgramGoesOn) {
   for (const std::int8_t verb : {command_t::RESUME, command_t::START}) {
     Bench bench;
     bench.start_program();
     bench.now.motion = MotionState::kPaused;
     bench.now.waits_at = {QueueEvent::Kind::kToolChange, kToolByOperator, 7, {}, 0};
     bench.tick();
-    EXPECT_EQ(bench.director.state(), MachineState::kHolding);
+    EXPECT_EQ(bench.controller.state(), MachineState::kHolding);
     bench.until(
         [&] { return bench.status && bench.status->waits_for.starts_with("tool 7 (ball): put it into"); });
     bench.programs.disk_full = true;
@@ -295,7 +297,7 @@ TEST(Director, TheToolIsKeptBeforeTheProgramGoesOn) {
     EXPECT_NE(full.message.find("No space left"), std::string::npos);
     EXPECT_NE(bench.last(), Kind::kResume);
     bench.tick();
-    EXPECT_EQ(bench.director.state(), MachineState::kHolding) << "it still waits";
+    EXPECT_EQ(bench.controller.state(), MachineState::kHolding) << "it still waits";
     bench.programs.disk_full = false;
     EXPECT_EQ(bench.send(verb).outcome, +acknowledge_t::ACCEPTED);
     EXPECT_EQ(bench.programs.in_spindle, 7);
@@ -304,11 +306,11 @@ TEST(Director, TheToolIsKeptBeforeTheProgramGoesOn) {
     bench.now.waits_at = {};
     bench.tick();
     bench.until([&] { return bench.status->waits_for.empty(); });
-    EXPECT_EQ(bench.director.state(), MachineState::kRunning);
+    EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
   }
 }
 
-TEST(Director, HoldEndsAJog) {
+TEST(MachineController, HoldEndsAJog) {
   Bench bench;
   EXPECT_EQ(bench.send(command_t::JOG, "", 10).outcome, +acknowledge_t::ACCEPTED);
   bench.now.motion = MotionState::kJogging;
@@ -318,10 +320,10 @@ TEST(Director, HoldEndsAJog) {
   EXPECT_EQ(bench.send(command_t::HOLD).outcome, +acknowledge_t::ACCEPTED) << "again, while it slows down";
   bench.now.motion = MotionState::kRest;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
 }
 
-TEST(Director, AJogThatIsCutShortSaysSo) {
+TEST(MachineController, AJogThatIsCutShortSaysSo) {
   Bench bench;
   bench.now.q_plan = JointVec::Constant(1, 90.0);
   bench.tick();
@@ -336,11 +338,11 @@ TEST(Director, AJogThatIsCutShortSaysSo) {
   EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
   EXPECT_NE(answer.message.find("stands at its limit, 100.0000 mm"), std::string::npos) << answer.message;
   EXPECT_EQ(bench.posted.size(), before);
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
   EXPECT_EQ(bench.send(command_t::JOG, "X", -1).outcome, +acknowledge_t::ACCEPTED);
 }
 
-TEST(Director, AFailedLoadIsNoProgram) {
+TEST(MachineController, AFailedLoadIsNoProgram) {
   Bench bench;
   bench.send(command_t::LOAD, "part.ngc");
   bench.send(command_t::LOAD, "bad.ngc");
@@ -355,7 +357,7 @@ TEST(Director, AFailedLoadIsNoProgram) {
   EXPECT_EQ(bench.status->program, "part.ngc");
 }
 
-TEST(Director, NonsenseValuesAreRefused) {
+TEST(MachineController, NonsenseValuesAreRefused) {
   Bench bench;
   EXPECT_EQ(bench.send(99).outcome, +acknowledge_t::REFUSED);
   EXPECT_EQ(bench.send(command_t::OVERRIDE, "", 2.01).outcome, +acknowledge_t::REFUSED);
@@ -369,21 +371,21 @@ TEST(Director, NonsenseValuesAreRefused) {
   EXPECT_EQ(bench.last(), Kind::kSingleBlock);
 }
 
-TEST(Director, EndsMotionThenDrivesThenItself) {
+TEST(MachineController, EndsMotionThenDrivesThenItself) {
   Bench bench;
   bench.start_program();
-  bench.director.terminate();
+  bench.controller.terminate();
   EXPECT_EQ(bench.last(), Kind::kStop);
   bench.tick();
-  EXPECT_FALSE(bench.director.done());
+  EXPECT_FALSE(bench.controller.done());
   bench.now.motion = MotionState::kRest;
   bench.tick();
-  EXPECT_FALSE(bench.director.done()) << "the drives are still on";
+  EXPECT_FALSE(bench.controller.done()) << "the drives are still on";
   bench.now.drives = DriveState::kOff;
   bench.tick();
-  bench.until([&] { return bench.director.done(); });
-  EXPECT_EQ(bench.director.bad_ending(), "");
-  EXPECT_FALSE(bench.director.hangs());
+  bench.until([&] { return bench.controller.done(); });
+  EXPECT_EQ(bench.controller.bad_ending(), "");
+  EXPECT_FALSE(bench.controller.hangs());
 }
 
 /// Lets go whoever waits at the gate, at the latest when the test is over.
@@ -395,7 +397,7 @@ struct Release {
   std::promise<void>& gate;
 };
 
-TEST(Director, AProgramThatHangsKeepsNobodyFromTheMachine) {
+TEST(MachineController, AProgramThatHangsKeepsNobodyFromTheMachine) {
   std::promise<void> gate;
   Bench bench;
   const Release release(gate);
@@ -411,42 +413,42 @@ TEST(Director, AProgramThatHangsKeepsNobodyFromTheMachine) {
   bench.tick();
   bench.now.motion = MotionState::kRest;
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
   EXPECT_EQ(bench.send(command_t::ESTOP).outcome, +acknowledge_t::ACCEPTED);
   EXPECT_EQ(bench.last(), Kind::kEmergencyStop);
   bench.tick();
   EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
   bench.until([&] { return bench.last() == Kind::kResetFault; });
   bench.tick();
-  EXPECT_EQ(bench.director.state(), MachineState::kIdle);
-  bench.director.terminate();
+  EXPECT_EQ(bench.controller.state(), MachineState::kIdle);
+  bench.controller.terminate();
   bench.tick();
   bench.now.drives = DriveState::kOff;
   bench.tick();
-  bench.until([&] { return bench.director.done(); });
-  EXPECT_EQ(bench.director.bad_ending(), "") << "the drives are off";
-  EXPECT_TRUE(bench.director.hangs()) << "and the process cannot wait for the program";
+  bench.until([&] { return bench.controller.done(); });
+  EXPECT_EQ(bench.controller.bad_ending(), "") << "the drives are off";
+  EXPECT_TRUE(bench.controller.hangs()) << "and the process cannot wait for the program";
 }
 
-TEST(Director, DrivesThatDoNotSwitchOffAreToldOf) {
+TEST(MachineController, DrivesThatDoNotSwitchOffAreToldOf) {
   std::promise<void> gate;
   HangingDrives drives(gate.get_future().share());
   Bench bench(drives);
   const Release release(gate);
-  bench.director.terminate();
+  bench.controller.terminate();
   bench.tick();
   bench.now.drives = DriveState::kOff;
   bench.tick();
   const auto begun = std::chrono::steady_clock::now();
-  while (!bench.director.done()) bench.director.poll();
+  while (!bench.controller.done()) bench.controller.poll();
   EXPECT_LT(std::chrono::steady_clock::now() - begun, std::chrono::seconds(5));
-  EXPECT_NE(bench.director.bad_ending().find("did not answer"), std::string::npos);
-  EXPECT_TRUE(bench.director.hangs());
+  EXPECT_NE(bench.controller.bad_ending().find("did not answer"), std::string::npos);
+  EXPECT_TRUE(bench.controller.hangs());
 }
 
 // The tick hears nothing: what is acknowledged as obeyed is what it was given, and an emergency stop has
 // room.
-TEST(Director, AFloodFillsNoRing) {
+TEST(MachineController, AFloodFillsNoRing) {
   Bench bench;
   const std::size_t before = bench.posted.size();
   command_t command{};
@@ -456,7 +458,7 @@ TEST(Director, AFloodFillsNoRing) {
     command.value = command.sequence % 2 ? 0.5 : 0.6;
     bench.link.publish(bench.lcm.command_channel(), command);
   }
-  while (bench.link.handle(0)) bench.director.poll();
+  while (bench.link.handle(0)) bench.controller.poll();
   const auto obeyed = [&] {
     return std::count_if(bench.answers.begin(), bench.answers.end(), [](const acknowledge_t& answer) {
       return answer.client == 7 && answer.outcome == acknowledge_t::ACCEPTED;
@@ -468,25 +470,25 @@ TEST(Director, AFloodFillsNoRing) {
   EXPECT_EQ(bench.last(), Kind::kEmergencyStop);
   EXPECT_LE(bench.posted.size() - before, 17u) << "said once";
   bench.tick();
-  bench.director.poll();
+  bench.controller.poll();
   EXPECT_LE(obeyed(), 16) << "what waited is given up";
 }
 
 // Short: 20,000; TRN_LONG: as many as it says.
-TEST(Director, HostileDatagramsEndNothing) {
+TEST(MachineController, HostileDatagramsEndNothing) {
   Bench bench;
   std::mt19937_64 random(4);
   for (int i = 0; i < hostile::count(); ++i) {
     bench.link.accept(hostile::datagram(random));
     if (i % 7 == 0) bench.tick();
-    bench.director.poll();
+    bench.controller.poll();
     if (i % 100 == 0)
       while (bench.link.handle(0)) bench.answers.clear();
   }
   while (bench.link.handle(0)) bench.answers.clear();
   bench.until([&] { return bench.status.has_value(); });
   bench.send(command_t::ESTOP);
-  EXPECT_EQ(bench.director.state(), MachineState::kEstop);
+  EXPECT_EQ(bench.controller.state(), MachineState::kEstop);
 }
 
 }  // namespace

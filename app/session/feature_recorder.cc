@@ -1,18 +1,18 @@
-#include "app/session/feature_book.h"
+#include "app/session/feature_recorder.h"
 
 namespace trn {
 
-void FeatureBook::begin() {
+void FeatureRecorder::begin() {
   const std::lock_guard lock(mutex_);
   meter_ = FeatureMeter();
 }
 
-void FeatureBook::programmed(const ProgramMove& move) {
+void FeatureRecorder::programmed(const ProgramMove& move) {
   const std::lock_guard lock(mutex_);
   meter_.programmed(move);
 }
 
-bool FeatureBook::report(const CycleReport& report) {
+bool FeatureRecorder::report(const CycleReport& report) {
   const std::lock_guard lock(mutex_);
   meter_.sample(report);
   if (report.event.kind != QueueEvent::Kind::kProgramEnd) return false;
@@ -22,7 +22,7 @@ bool FeatureBook::report(const CycleReport& report) {
   return true;
 }
 
-std::vector<FeatureDeflection> FeatureBook::last() const {
+std::vector<FeatureDeflection> FeatureRecorder::last() const {
   const std::lock_guard lock(mutex_);
   return last_;
 }

@@ -5,9 +5,9 @@
 #include <functional>
 #include <string>
 
-#include "app/daemon/acknowledge_book.h"
 #include "app/daemon/command_gate.h"
 #include "app/daemon/command_table.h"
+#include "app/daemon/reply_cache.h"
 #include "hal/lcm_link.h"
 
 namespace trn {
@@ -16,7 +16,7 @@ namespace trn {
 /// expired by the daemon's own clock, and what is too much. A command is acknowledged as obeyed only when it
 /// was; what makes the machine safe is obeyed at once and ends the waiting of all others. Lives in the thread
 /// that handles the link.
-class CommandDesk {
+class CommandServer {
  public:
   struct Answer {
     std::int8_t outcome = trunnion::acknowledge_t::ACCEPTED;  ///< as in acknowledge_t
@@ -34,7 +34,7 @@ class CommandDesk {
   /// True while the machine can take a command; else commands wait for `poll`.
   using Ready = std::function<bool()>;
 
-  CommandDesk(
+  CommandServer(
       LcmLink& link, const LcmConfig& config, Obey obey, StatusCount status_count,
       Ready ready = [] { return true; });
 
@@ -59,7 +59,7 @@ class CommandDesk {
   Obey obey_;
   StatusCount status_count_;
   Ready ready_;
-  AcknowledgeBook book_;
+  ReplyCache replies_;
   CommandGate gate_, refusals_;
   std::deque<trunnion::command_t> waiting_;
   bool send_failed_ = false;

@@ -1,0 +1,26 @@
+#include "app/session/make_cycle.h"
+
+namespace trn {
+
+CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
+  CycleConfig config;
+  config.period_s = assembly.machine.period_s;
+  config.joints = assembly.machine.joints;
+  config.plan_joints = assembly.plan_joints;
+  config.stops = stops;
+  config.spindle_timeout_s = assembly.spindle_timeout_s;
+  config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
+  return config;
+}
+
+Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops) {
+  return make_cycle(assembly, queue, stops, *assembly.drives, assembly.io.get());
+}
+
+Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
+                 MachineIo* io) {
+  return {cycle_config(assembly, stops),
+          {*assembly.map, queue, drives, assembly.corrections.setpoint.get(), io}};
+}
+
+}  // namespace trn

@@ -1,0 +1,17 @@
+#pragma once
+
+#include "app/session/assembly.h"
+#include "kernel/cycle.h"
+
+namespace trn {
+
+/// What the tick has to know of a machine.
+CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops);
+
+/// The tick of a machine, with the machine's own drives and devices. `assembly` and `queue` must outlive it.
+Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops);
+/// The same with others in their place. `io` null: no devices beside the drives.
+Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
+                 MachineIo* io);
+
+}  // namespace trn

@@ -1,0 +1,44 @@
+#pragma once
+
+#include "core/axes.h"
+#include "core/machine.h"
+#include "core/realtime.h"
+#include "kernel/s_curve.h"
+#include "kernel/time_scale.h"
+
+namespace trn {
+
+/// Where a joint that stands at `from` ends when it is jogged by `way`: at its limit at the latest; one that
+/// stands outside may come back, and goes no further out. mm or rad.
+double jog_target(const JointLimit& limit, double from, double way) TRN_RT;
+
+/// A straight way of the joints from rest to rest that no plan has made: q(t) = from + way * curve(t). Jogs
+/// and the change to other corrections use it. It takes a share of the joints' limits, and the rest lets the
+/// override and a stop act at any moment (TimeScale).
+class JointRamp {
+ public:
+  JointRamp(const Joints& joints, double period_s);
+
+  /// Joint `joint` moves by `way` (mm or rad), or as far as its range goes, at `speed` (per s; 0: a tenth of
+  /// its limit).
+  void begin_jog(const JointVec& from, int joint, double way, double speed, double rate) TRN_RT;
+  /// All joints move by `way` together, as fast as the slowest of them can.
+  void begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT;
+
+  /// One period with this target of the rate, 0 to 1; the joints at its end, mm or rad.
+  JointVec step(double rate_target) TRN_RT;
+  bool ended() const TRN_RT { return time_s_ >= curve_.duration_s(); }
+  /// Of the way's own time, 0 to 1.
+  double rate() const TRN_RT { return time_scale_.rate(); }
+
+ private:
+  void begin(double rate) TRN_RT;
+
+  const Joints joints_;
+  TimeScale time_scale_;
+  SCurve curve_;
+  JointVec from_, way_;
+  double time_s_ = 0;
+};
+
+}  // namespace trn

@@ -1,0 +1,33 @@
+#include "kernel/overrides.h"
+
+#include <algorithm>
+
+namespace trn {
+
+bool Overrides::obey(const RtCommand& command) TRN_RT {
+  using Kind = RtCommand::Kind;
+  const auto take = [&](double& factor, double most) {
+    factor = std::clamp(command.value, 0.0, most);
+    return true;
+  };
+  switch (command.kind) {
+    case Kind::kOverride:
+      return take(feed_, kMax);
+    case Kind::kRapidOverride:
+      return take(rapid_, 1.0);
+    case Kind::kSpindleOverride:
+      return take(spindle_, kMax);
+    case Kind::kAdaptiveFeed:
+      return take(adaptive_feed_, 1.0);
+    default:
+      return false;
+  }
+}
+
+double Overrides::motion(const MotionBlock* block) const TRN_RT {
+  if (block && block->rapid) return rapid_;
+  const OverrideMode mode = block ? block->overrides : OverrideMode{};
+  return (mode.feed ? feed_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0);
+}
+
+}  // namespace trn

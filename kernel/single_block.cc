@@ -1,0 +1,67 @@
+#include "kernel/single_block.h"
+
+#include <algorithm>
+
+#include "kernel/path_rate.h"
+
+namespace trn {
+
+namespace {
+constexpr double kLineEndS = 1e-6;           // of plan time before the end of a line: there
+constexpr std::uint64_t kLineBlocks = 1024;  // are looked at for the end of a line
+}  // namespace
+
+void SingleBlock::set(bool on) TRN_RT {
+  begins_ = begins_ || !on_;
+  on_ = on;
+}
+
+// The block that motion goes on with: the front, or the next one where the front is as good as done.
+const MotionBlock* SingleBlock::block_here(std::uint64_t& index) const TRN_RT {
+  index = 0;
+  const MotionBlock* front = queue_.front();
+  if (!front || front->segment_count == 0 || interpolator_.at_rest()) return front;
+  const PlanPlace place = interpolator_.place();
+  double left_s = -place.time_s;
+  for (int k = place.segment; k < front->segment_count; ++k)
+    left_s += front->segments[static_cast<std::size_t>(k)].duration_s;
+  if (left_s > kLineEndS || front->ends_at_rest) return front;
+  return queue_.ahead(++index);
+}
+
+bool SingleBlock::pauses(bool stands) TRN_RT {
+  std::uint64_t index = 0;
+  const MotionBlock* here = block_here(index);
+  if (!on_ || !here) return false;
+  if (begins_) {
+    begins_ = false;
+    line_ = here->line;
+    number_ = queue_.number_ahead(index);
+  }
+  return stands && queue_.number_ahead(index) > number_ && here->line != line_;
+}
+
+double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
+  if (!on_ || interpolator_.at_rest()) return PathRate::kNoStop;
+  const PlanPlace place = interpolator_.place();
+  double way_s = -place.time_s;
+  for (std::uint64_t i = 0; i < kLineBlocks && way_s < horizon_s; ++i) {
+    const MotionBlock* block = queue_.ahead(i);
+    if (!block || block->segment_count == 0) return PathRate::kNoStop;
+    if (queue_.number_ahead(i) > number_ && block->line != line_) return std::max(way_s, 0.0);
+    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
+      way_s += block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (block->ends_at_rest) return PathRate::kNoStop;
+  }
+  return PathRate::kNoStop;
+}
+
+void SingleBlock::pass_line() TRN_RT {
+  const MotionBlock* front = queue_.front();
+  if (!on_ || !front || front->segment_count == 0 || front->line == line_) return;
+  if (queue_.number_ahead(0) <= number_ || interpolator_.place().time_s < kLineEndS) return;
+  line_ = front->line;
+  number_ = queue_.number_ahead(0);
+}
+
+}  // namespace trn
