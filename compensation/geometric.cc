@@ -4,6 +4,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -47,6 +49,7 @@ GeometricCorrection::GeometricCorrection(const GeometricConfig& config) : config
 double GeometricCorrection::pole_zone_rad() const { return std::asin(std::min(1.0, 2 * lambda0_)); }
 
 GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, const JointVec& q) const TRN_RT {
+  TRN_CHECK(rotary_count_ >= 0 && rotary_count_ <= 2);
   ActualChain::Frames f;
   config_.chain.evaluate(q, f);
   const Vec3 point = f.X_MB.p + f.X_MB.A * wanted.p_B, tip = f.X_MS.p - f.X_MS.A * wanted.tool_offset;
@@ -81,6 +84,7 @@ double GeometricCorrection::damping2(const Miss& miss) const TRN_RT {
   const double t2 = gain2 / (4 * lambda0_ * lambda0_);
   if (t2 >= 1) return 0;
   const double fade = (1 - t2) * (1 - t2);
+  TRN_CHECK(t2 >= 0);
   return lambda0_ * lambda0_ * fade * fade;
 }
 
@@ -121,6 +125,8 @@ bool GeometricCorrection::inside_limits(const JointVec& nominal, const JointVec&
 }
 
 KinStatus GeometricCorrection::correct(const Pose& X_BS, const Vec3& tool_offset, JointVec& q) const TRN_RT {
+  TRN_CHECK(q.allFinite());
+  TRN_CHECK(tool_offset.allFinite());
   const Wanted wanted{X_BS.p - X_BS.R * tool_offset, X_BS.R.col(2), tool_offset};
   const JointVec nominal = q;
   double damping = 0;

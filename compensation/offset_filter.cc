@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -41,6 +43,8 @@ OffsetFilter::OffsetFilter(double limit, double velocity, double acceleration, d
            limit * g.third <= jerk * T * T * T;
   };
   double low = T / 4, high = T;
+  TRN_CHECK(limit > 0 && T > 0);
+  TRN_CHECK(velocity > 0 && acceleration > 0 && jerk > 0);
   while (!fits(high) && high < kTauMax) high *= 2;
   for (int i = 0; i < 20; ++i) {
     const double mid = std::sqrt(low * high);
@@ -52,6 +56,7 @@ OffsetFilter::OffsetFilter(double limit, double velocity, double acceleration, d
 
 double OffsetFilter::step(double target) TRN_RT {
   if (std::isfinite(target)) target_ = std::clamp(target, -limit_, limit_);
+  TRN_CHECK(gain_ > 0 && gain_ <= 1);
   double in = target_;
   for (double& stage : z_) in = stage += gain_ * (in - stage);
   return in;
@@ -59,6 +64,7 @@ double OffsetFilter::step(double target) TRN_RT {
 
 void OffsetFilter::shift(double jump) TRN_RT {
   target_ += jump;
+  TRN_CHECK(std::isfinite(jump));
   for (double& stage : z_) stage += jump;
 }
 

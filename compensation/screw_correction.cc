@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -40,6 +42,7 @@ double ScrewCorrection::Profile::at(double x_mm, double spacing_mm) const TRN_RT
   const double cells = std::clamp(x_mm / spacing_mm, 0.0, static_cast<double>(kNodes - 1));
   const auto i = static_cast<std::size_t>(std::min<double>(std::floor(cells), kNodes - 2));
   const double b = cells - static_cast<double>(i), a = 1 - b;
+  TRN_CHECK(b >= 0 && b <= 1);
   return a * u[i] + b * u[i + 1] +
          spacing_mm * spacing_mm / 6 * (a * (a * a - 1) * m[i] + b * (b * b - 1) * m[i + 1]);
 }
@@ -92,6 +95,7 @@ void ScrewCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN
   time_s_ += config_.period_s;
   const bool due = time_s_ >= config_.update_s;
   if (due) time_s_ -= config_.update_s;
+  TRN_CHECK(time_s_ >= 0 && time_s_ < config_.update_s);
   for (std::size_t k = 0; k < nuts_.size(); ++k) {
     const ScrewConfig& screw = config_.screws[k];
     Nut& nut = nuts_[k];

@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "core/check.h"
 #include "core/realtime.h"
 
 namespace trn {
@@ -43,6 +44,7 @@ class SensorBoard {
   /// From one thread a channel.
   void publish(int channel, double value) noexcept {
     Slot& slot = slots_[static_cast<std::size_t>(channel)];
+    TRN_CHECK(channel >= 0 && static_cast<std::size_t>(channel) < names_.size());
     slot.value.store(value, std::memory_order_relaxed);
     slot.count.fetch_add(1, std::memory_order_release);
   }
@@ -54,6 +56,7 @@ class SensorBoard {
     const std::uint32_t count = slot.count.load(std::memory_order_acquire);
     if (count == slot.seen) return {};
     slot.seen = count;
+    TRN_CHECK(turn_ < kMax);
     slot.heard = {slot.heard.count + 1, slot.value.load(std::memory_order_relaxed)};
     return {static_cast<int>(turn_), slot.heard.value};
   }

@@ -5,6 +5,8 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/check.h"
+
 namespace trn {
 
 Spline::Spline(std::vector<double> x, std::vector<double> y)
@@ -55,11 +57,13 @@ double Spline::placed(double x) const TRN_RT {
 
 std::size_t Spline::cell(double x) const TRN_RT {
   const auto above = std::upper_bound(x_.begin() + 1, x_.end() - 1, x);
+  TRN_CHECK(above > x_.begin() && above < x_.end());
   return static_cast<std::size_t>(above - x_.begin()) - 1;
 }
 
 double Spline::at(double x) const TRN_RT {
   if (x_.size() < 2) return x_.empty() ? 0.0 : y_[0];
+  TRN_CHECK(std::isfinite(x));
   const double inside = placed(x);
   const std::size_t i = cell(inside);
   const double h = x_[i + 1] - x_[i], b = (inside - x_[i]) / h, a = 1 - b;

@@ -1,13 +1,15 @@
 #include "core/path.h"
 
-#include <cassert>
 #include <cmath>
+
+#include "core/check.h"
 
 namespace trn {
 
 namespace {
 
 PathPoint polynomial_derivatives(const PathPiece& piece, double s) TRN_RT {
+  TRN_CHECK(piece.length > 0);
   const double inv = 1.0 / piece.length, u = s * inv;
   PathPoint p;
   p.y = piece.c[7];
@@ -67,7 +69,7 @@ PathPiece make_line(const Words& from, const Words& to) {
   PathPiece piece;
   piece.kind = PathPiece::Kind::kLine;
   piece.length = path_norm(to - from);
-  assert(piece.length > 0);
+  TRN_CHECK(piece.length > 0);
   piece.c.fill(Words::Zero());
   piece.c[0] = from;
   piece.c[1] = (to - from) / piece.length;
@@ -76,6 +78,8 @@ PathPiece make_line(const Words& from, const Words& to) {
 
 PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const Vec3& axis,
                    double sweep_rad) {
+  TRN_CHECK(std::abs(axis.norm() - 1) < 1e-9);
+  TRN_CHECK(std::isfinite(sweep_rad));
   const Vec3 r_from = from.head<3>() - centre;
   const Vec3 radial = r_from - axis * axis.dot(r_from);
   Words rest = to - from;
@@ -85,7 +89,7 @@ PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const
   piece.kind = PathPiece::Kind::kArc;
   const double arc = radial.norm() * sweep_rad;
   piece.length = std::hypot(arc, path_norm(rest));
-  assert(piece.length > 0);
+  TRN_CHECK(piece.length > 0);
   piece.omega = sweep_rad / piece.length;
   piece.c.fill(Words::Zero());
   piece.c[0] = from;
@@ -97,6 +101,8 @@ PathPiece make_arc(const Words& from, const Words& to, const Vec3& centre, const
 }
 
 PathPiece make_hermite(const PathPoint& from, const PathPoint& to, double length) {
+  TRN_CHECK(length > 0);
+  TRN_CHECK(from.y.allFinite() && to.y.allFinite());
   const double h = length, h2 = h * h, h3 = h2 * h;
   PathPiece piece;
   piece.kind = PathPiece::Kind::kPolynomial;
@@ -119,9 +125,10 @@ PathPiece make_hermite(const PathPoint& from, const PathPoint& to, double length
 }
 
 PathPiece cut(const PathPiece& piece, double s0, double s1) {
+  TRN_CHECK(s0 >= 0 && s1 > s0);
   PathPiece out = piece;
   out.length = s1 - s0;
-  assert(out.length > 0);
+  TRN_CHECK(out.length > 0);
   if (piece.kind == PathPiece::Kind::kPolynomial)
     return make_hermite(piece.derivatives(s0), piece.derivatives(s1), out.length);
   out.c[0] = piece.c[0] + piece.c[1] * s0;

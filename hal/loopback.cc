@@ -1,8 +1,12 @@
 #include "hal/loopback.h"
 
+#include "core/check.h"
+
 namespace trn {
 
 void LoopbackDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  TRN_CHECK(setpoints.q.size() == q_.size());
+  TRN_CHECK(setpoints.q.allFinite());
   if (state_ == DriveState::kEnabled) q_ = setpoints.q;
   feedback.q = q_;
   feedback.state = state_;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compensation/micromill/deflection_correction.h"
+#include "core/check.h"
 #include "kernel/setpoint_check.h"
 
 namespace trn {
@@ -36,6 +37,7 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
 }
 
 void Cycle::tick() TRN_RT {
+  const CheckScope checks(latched_.check);
   queue_.look();
   take_commands();
   move();
@@ -45,6 +47,7 @@ void Cycle::tick() TRN_RT {
   drives_.exchange(setpoints_, feedback_);
   watch_drives();
   exchange_io();
+  latch_failed_check();
   write_report();
   setpoint_.last = setpoint_.q_sent;
 }
@@ -141,6 +144,7 @@ void Cycle::begin_jog(const RtCommand& command) TRN_RT {
 void Cycle::begin_homing(int joint) TRN_RT {
   const unsigned all = (1u << config_.joints.size()) - 1;
   homing_.mask = joint < 0 ? all : (1u << joint) & all;
+  TRN_CHECK(motion_ == MotionState::kRest);
   homing_.answered = homing_.mask == 0;
   drives_.request_home(homing_.mask);
   motion_ = MotionState::kHoming;
@@ -269,11 +273,13 @@ bool Cycle::meet_next_stretch() TRN_RT {
 }
 
 void Cycle::begin_settling(const JointVec& way) TRN_RT {
+  TRN_CHECK(switch_.pending && !switch_.settling);
   ramp_.begin_way(setpoint_.q, way, std::min(1.0, overrides_.feed()));
   switch_ = {false, true, true};
 }
 
 void Cycle::settle(double target) TRN_RT {
+  TRN_CHECK(interpolator_.at_rest());
   setpoint_.q = ramp_.step(std::min(1.0, target));
   switch_.settling = !ramp_.ended();
   if (ending() && (!switch_.settling || ramp_.rate() == 0)) abandon_motion();
@@ -303,6 +309,8 @@ TickIo::Outcome Cycle::obey_event(const QueueEvent& event) TRN_RT {
 void Cycle::pass_event() TRN_RT {
   using Kind = QueueEvent::Kind;
   const QueueEvent event = interpolator_.event().event;
+  TRN_CHECK(interpolator_.at_rest());
+  TRN_CHECK(event.kind != Kind::kNone);
   if (event.kind == Kind::kProbeEnd && (probe_.touched() || io_.probe_found())) return end_probe();
   if (arms_probe(event)) return;
   const auto outcome = obey_event(event);
@@ -319,6 +327,7 @@ void Cycle::pass_event() TRN_RT {
   report_.waits_at = {};
   wait_.tool_confirmed = false;
   if (event.kind == Kind::kDwell) dwell_left_s_ = event.value;
+  TRN_CHECK(event.kind != Kind::kDwell || (event.value >= 0 && std::isfinite(event.value)));
   overrides_.set_mode(event.overrides);
   if (event.kind == Kind::kCorrection) switch_corrections(event);
   end_of_event(event);
@@ -405,20 +414,30 @@ void Cycle::correct_setpoints() TRN_RT {
   setpoint_.q_sent = setpoint_.q + setpoint_.offset;
 }
 
+// Nothing that was computed behind a failed check goes to the drives.
 void Cycle::check_setpoints() TRN_RT {
+  if (latched_.check && latched_.fault != Fault::kAssertion) {
+    keep_last_setpoint();
+    return latch_failed_check();
+  }
   if (motion_ == MotionState::kHoming || !obeyed_) return;
   const SetpointVerdict found =
       trn::check_setpoints(config_.joints, config_.period_s, setpoint_.last, setpoint_.q_sent);
   if (found.fault == Fault::kOk) return;
-  setpoint_.q_sent = setpoint_.last;
-  setpoint_.q = setpoint_.last - setpoint_.offset;
+  keep_last_setpoint();
   drives_.quick_stop();
   latch(found.fault, found.joint);
   abandon_motion();
 }
 
+void Cycle::keep_last_setpoint() TRN_RT {
+  setpoint_.q_sent = setpoint_.last;
+  setpoint_.q = setpoint_.last - setpoint_.offset;
+}
+
 // Drives that have dropped out are told where they stand, so that they come back without a jump.
 void Cycle::tell_drives() TRN_RT {
+  TRN_CHECK(setpoint_.q_sent.allFinite());
   setpoints_.qd = (setpoint_.q_sent - setpoint_.last) / config_.period_s;
   setpoints_.q = setpoint_.q_sent;
   if (obeyed_ || ending_ != Ending::kRunOut) return;
@@ -438,7 +457,8 @@ void Cycle::watch_drives() TRN_RT {
 
 void Cycle::latch(Fault fault, int joint) TRN_RT {
   if (worse(latched_.fault, fault) == latched_.fault) return;  // the first is the cause, unless a later one
-  latched_ = {fault, joint};                                   // asks for more
+  latched_.fault = fault;                                      // asks for more
+  latched_.joint = joint;
   const Reaction reaction = fault_info(fault).reaction;
   if (reaction == Reaction::kPathStop && motion_ != MotionState::kRest && !ending()) ending_ = Ending::kStop;
   if (reaction != Reaction::kQuickStop) return;
@@ -449,9 +469,14 @@ void Cycle::latch(Fault fault, int joint) TRN_RT {
   of_plan ? abandon_motion() : run_out();
 }
 
+void Cycle::latch_failed_check() TRN_RT {
+  if (latched_.check) latch(Fault::kAssertion, -1);
+}
+
 // The drives brake by themselves and do not obey any more. The plan runs out on its path meanwhile, so that
 // the setpoints never step.
 void Cycle::run_out() TRN_RT {
+  TRN_CHECK(ending_ != Ending::kRunOut || motion_ != MotionState::kRest);
   const bool moves =
       motion_ == MotionState::kMoving || motion_ == MotionState::kHeld || motion_ == MotionState::kJogging;
   if (!moves) return abandon_motion();
@@ -460,6 +485,7 @@ void Cycle::run_out() TRN_RT {
 
 void Cycle::abandon_motion() TRN_RT {
   interpolator_.abandon();
+  TRN_CHECK(interpolator_.at_rest());
   come_to_rest();
 }
 
@@ -506,6 +532,9 @@ void Cycle::report_io() TRN_RT {
 
 void Cycle::write_report() TRN_RT {
   report_.period = period_++;
+  TRN_CHECK(motion_ != MotionState::kRest || (!ending() && !wait_.paused && !switch_.settling));
+  TRN_CHECK(!wait_.paused || motion_ == MotionState::kPaused);
+  TRN_CHECK(dwell_left_s_ < 1e9);
   report_place();
   report_corrections();
   report_tool_load();
@@ -515,6 +544,7 @@ void Cycle::write_report() TRN_RT {
   report_.limit_switch_mask = feedback_.limit_switch_mask;
   report_.fault = latched_.fault;
   report_.fault_joint = latched_.joint;
+  report_.failed_check = latched_.check;
   report_.motion = motion_ == MotionState::kHeld && ending() ? MotionState::kMoving : motion_;
   report_.drives = feedback_.state;
   if (!reports_.try_push(report_)) ++report_.lost_reports;

@@ -89,6 +89,7 @@ class Cycle final : public TickPort {
   struct Latched {
     Fault fault = Fault::kOk;
     int joint = -1;
+    CheckFailure check;  ///< the first that failed since the last reset
   };
 
   void take_commands() TRN_RT;
@@ -123,11 +124,13 @@ class Cycle final : public TickPort {
 
   void correct_setpoints() TRN_RT;
   void check_setpoints() TRN_RT;
+  void keep_last_setpoint() TRN_RT;
   void tell_drives() TRN_RT;
   void watch_drives() TRN_RT;
   void exchange_io() TRN_RT;
 
   void latch(Fault fault, int joint) TRN_RT;
+  void latch_failed_check() TRN_RT;
   void abandon_motion() TRN_RT;
   void run_out() TRN_RT;
   void come_to_rest() TRN_RT;

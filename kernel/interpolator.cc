@@ -2,9 +2,13 @@
 
 #include <utility>
 
+#include "core/check.h"
+
 namespace trn {
 
 Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
+  TRN_CHECK(plan_time_s > 0);
+  TRN_CHECK(segment_ >= 0 && time_s_ >= 0);
   time_s_ += plan_time_s;
   for (int blocks = 0; blocks < kBlocksPerTick; ++blocks) {
     const MotionBlock* block = queue_.front();
@@ -21,6 +25,7 @@ Interpolator::Outcome Interpolator::advance(double plan_time_s) TRN_RT {
       return at_rest_ ? Outcome::kAtRest : Outcome::kStarved;
     }
     begin_front(*block);
+    TRN_CHECK(block->segment_count <= MotionBlock::kMaxSegments);
     while (segment_ < block->segment_count) {
       const double duration = block->segments[static_cast<std::size_t>(segment_)].duration_s;
       if (time_s_ < duration) {
@@ -78,7 +83,9 @@ bool Interpolator::skip_to_event() TRN_RT {
 }
 
 void Interpolator::evaluate(const MotionBlock& block) TRN_RT {
+  TRN_CHECK(segment_ < block.segment_count);
   y_ = block.piece.at(block.segments[static_cast<std::size_t>(segment_)].s_at(time_s_));
+  TRN_CHECK(y_.allFinite());
   context_ = block.context;
   overrides_ = block.overrides;
   line_ = block.line;

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "compensation/rtcp.h"
+#include "core/check.h"
 
 namespace trn {
 
@@ -12,6 +13,7 @@ KinStatus MachineJointMap::map(const Words& y, const MapContext& context, JointV
   if (const auto* p = pose(context.corrections_off); p && status == KinStatus::kOk)
     status = p->correct(X_BS, context.tool_offset, q);
   if (const auto* j = joint(context.corrections_off); j && status == KinStatus::kOk) j->correct(q);
+  TRN_CHECK(status != KinStatus::kOk || (q.size() == joint_count() && q.allFinite()));
   return status;
 }
 

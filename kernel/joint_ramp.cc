@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -31,6 +33,8 @@ void JointRamp::begin(double rate) TRN_RT {
 void JointRamp::begin_jog(const JointVec& from, int joint, double way, double speed, double rate) TRN_RT {
   const JointLimit& limit = joints_[static_cast<std::size_t>(joint)].limit;
   from_ = from;
+  TRN_CHECK(static_cast<std::size_t>(joint) < joints_.size());
+  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size());
   way_.setZero();
   way_[joint] = 1;
   const double distance = jog_target(limit, from[joint], way) - from[joint];
@@ -42,6 +46,8 @@ void JointRamp::begin_jog(const JointVec& from, int joint, double way, double sp
 
 // The curve runs from 0 to 1; each joint's limit, divided by its way, is a limit of the curve.
 void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT {
+  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size() && from.size() == way.size());
+  TRN_CHECK(way.allFinite());
   double velocity = kFast, acceleration = kFast, jerk = kFast;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointLimit& limit = joints_[i].limit;
@@ -59,6 +65,7 @@ void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate
 JointVec JointRamp::step(double rate_target) TRN_RT {
   time_scale_.set_target(rate_target);
   time_s_ += time_scale_.step();
+  TRN_CHECK(time_s_ >= 0);
   return from_ + curve_.at(time_s_) * way_;
 }
 

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/check.h"
 #include "core/motion.h"
 #include "core/ring.h"
 
@@ -29,6 +30,7 @@ class MotionQueue {
   /// False if the ring is full.
   bool push(const MotionBlock& block) {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    TRN_CHECK(block.segment_count <= MotionBlock::kMaxSegments);
     if (tail - head_.load(std::memory_order_acquire) == items_.size()) return false;
     pushed_ns_.fetch_add(duration_ns(block), std::memory_order_relaxed);
     if (is_stop(block)) pushed_stops_.fetch_add(1, std::memory_order_relaxed);
@@ -60,6 +62,7 @@ class MotionQueue {
   /// Takes notice of what has been pushed by now.
   void look() TRN_RT {
     const std::uint64_t tail = tail_.load(std::memory_order_acquire);
+    TRN_CHECK(tail >= seen_ && tail - head_.load(std::memory_order_relaxed) <= items_.size());
     if (tail != seen_) seen_number_ = items_[(tail - 1) % items_.size()].number;
     seen_ = tail;
   }
@@ -89,6 +92,7 @@ class MotionQueue {
     begin_front();
     begun_ = false;
     popped_stops_.store(item(0).stops, std::memory_order_release);
+    TRN_CHECK(item(0).number > 0);
     head_.store(head_.load(std::memory_order_relaxed) + 1, std::memory_order_release);
   }
   /// Forgets everything pushed so far.

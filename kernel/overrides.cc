@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 bool Overrides::obey(const RtCommand& command) TRN_RT {
@@ -25,6 +27,8 @@ bool Overrides::obey(const RtCommand& command) TRN_RT {
 }
 
 double Overrides::motion(const MotionBlock* block) const TRN_RT {
+  TRN_CHECK(feed_ >= 0 && feed_ <= kMax);
+  TRN_CHECK(rapid_ >= 0 && rapid_ <= 1 && adaptive_feed_ >= 0 && adaptive_feed_ <= 1);
   if (block && block->rapid) return rapid_;
   const OverrideMode mode = block ? block->overrides : OverrideMode{};
   return (mode.feed ? feed_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -35,9 +37,12 @@ PathRate::PathRate(const Joints& joints, double period_s)
     stop_s_ = std::max(stop_s_, limit.velocity / limit.acceleration + limit.acceleration / limit.jerk);
   }
   stop_s_ *= kStopReserve;
+  TRN_CHECK(period_s > 0);
+  TRN_CHECK(std::isfinite(stop_s_) && stop_s_ > 0);
 }
 
 void PathRate::restart(double rate) TRN_RT {
+  TRN_CHECK(rate >= 0);
   rate_ = std::min(rate, 1.0);
   slope_ = 0;
   way_.count = way_.landing = next_ = 0;
@@ -48,6 +53,9 @@ void PathRate::restart(double rate) TRN_RT {
 double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double target,
                       double stop_in_s) TRN_RT {
   target_ = target;
+  TRN_CHECK(target >= 0 && target <= 2);
+  TRN_CHECK(stop_in_s >= 0);
+  TRN_CHECK(rate_ >= -kRest && std::isfinite(rate_));
   begin_period();
   work_left_ = kWorkMost;
   if (stop_in_s <= stop_horizon_s()) return step_towards(queue, place, stop_in_s);
@@ -72,6 +80,7 @@ double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, 
     return follow(period_s_);
   const double longest = whole < 0 ? 0 : time_to_stop(queue, place, {now, whole}, stop_in_s);
   const double gone = longest > 0 ? follow(longest) : 0;
+  TRN_CHECK(longest >= 0 && longest <= period_s_);
   PlanWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
   find_stop(walk);
@@ -95,12 +104,14 @@ double PathRate::time_to_stop(const MotionQueue& queue, const PlanPlace& place, 
     (in_time ? longest : shortest) = duration_s;
     if (at >= 0) (in_time ? low : high) = at;
   }
+  TRN_CHECK(longest <= shortest);
   return longest;
 }
 
 // Plan time from here to rest, if the chosen way is followed for this long and then a stop; negative: none is
 // found.
 double PathRate::stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT {
+  TRN_CHECK(duration_s >= 0 && duration_s <= period_s_);
   const Moment before = moment();
   const double gone = duration_s > 0 ? follow(duration_s) : 0;
   PlanWalk walk(limits_, queue, place, rate_, slope_);
@@ -119,6 +130,7 @@ double PathRate::find_stop(const PlanWalk& walk) TRN_RT {
 // Behind a push or none, with the work that this period has left.
 bool PathRate::comes_down(const PlanWalk& walk, double to, double early) TRN_RT {
   const int most = to > 0 ? std::min(kWorkOfAnOverride, work_left_) : work_left_;
+  TRN_CHECK(most <= kWorkMost);
   int left = most;
   const bool found = find_way_down(walk, to, early, left) >= 0;
   work_left_ -= most - left;
@@ -128,6 +140,7 @@ bool PathRate::comes_down(const PlanWalk& walk, double to, double early) TRN_RT 
 // The way down to a rate, 0 to stop, in trial_ behind its steps; plan time from where the walk began,
 // negative if none is found.
 double PathRate::find_way_down(const PlanWalk& walk, double to, double early, int& work) TRN_RT {
+  TRN_CHECK(to >= 0 && to <= 1);
   trial_.landing = 0;
   const double passed_s = way_down_.find(walk, to, early, work, trial_);
   if (to > 0 && passed_s >= 0 && trial_.end_rate == to) trial_.landing = trial_.count;
@@ -313,6 +326,9 @@ bool PathRate::return_to_one(const PlanWalk& walk) TRN_RT {
 }
 
 void PathRate::adopt() TRN_RT {
+  TRN_CHECK(trial_.count >= 0 && trial_.count <= PlanWalk::kStepsMax);
+  TRN_CHECK(trial_.landing >= 0 && trial_.landing <= trial_.count);
+  TRN_CHECK(trial_.end_rate >= -kRest && trial_.end_rate <= 1);
   std::copy_n(trial_.steps.begin(), trial_.count, way_.steps.begin());
   way_.count = trial_.count;
   way_.landing = trial_.landing;
@@ -331,6 +347,8 @@ void PathRate::begin_period() TRN_RT {
 }
 
 double PathRate::follow(double left_s) TRN_RT {
+  TRN_CHECK(left_s >= 0);
+  TRN_CHECK(next_ >= 0 && next_ <= way_.count);
   double passed = 0;
   while (left_s > kNearS && next_ < way_.count) {
     const RateStep& step = way_.steps[static_cast<std::size_t>(next_)];
@@ -347,6 +365,7 @@ double PathRate::follow(double left_s) TRN_RT {
     }
   }
   if (next_ == way_.count && way_.count > 0) {
+    TRN_CHECK(way_.end_rate >= -kRest && way_.end_rate <= 1);
     rate_ = way_.end_rate;
     slope_ = 0;
     way_.count = way_.landing = next_ = 0;
@@ -355,6 +374,8 @@ double PathRate::follow(double left_s) TRN_RT {
 }
 
 double PathRate::pass(double u, double duration_s) TRN_RT {
+  TRN_CHECK(duration_s >= 0);
+  TRN_CHECK(std::isfinite(u));
   const bool merge = done_count_ > 0 && done_[static_cast<std::size_t>(done_count_ - 1)].u == u;
   if (merge)
     done_[static_cast<std::size_t>(done_count_ - 1)].duration_s += duration_s;

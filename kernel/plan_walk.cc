@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -21,6 +23,8 @@ constexpr double kRoundingS = 1e-12;
 }  // namespace
 
 PlanLimits::PlanLimits(const Joints& joints, double period_s) : count(static_cast<int>(joints.size())) {
+  TRN_CHECK(period_s > 0);
+  TRN_CHECK(joints.size() <= kMaxJoints);
   double ramp = 1;
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const JointLimit& limit = joints[i].limit;
@@ -40,11 +44,14 @@ PlanWalk::PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const Pla
                                           slope_(slope) {
   block_ = queue.ahead(place.block);
   ended_ = !block_ || block_->segment_count == 0;
+  TRN_CHECK(rate >= -kRounding);
+  TRN_CHECK(ended_ || place.segment < block_->segment_count);
   if (!ended_ && place_.time_s >= block_->segments[static_cast<std::size_t>(place_.segment)].duration_s)
     leave_segment();
 }
 
 void PlanWalk::leave_segment() TRN_RT {
+  TRN_CHECK(block_ != nullptr);
   place_.time_s = 0;
   judged_ = false;
   if (++place_.segment < block_->segment_count) return;
@@ -80,6 +87,8 @@ RateBounds PlanWalk::judge() const TRN_RT {
   const auto k = static_cast<std::size_t>(place_.segment);
   const JointMotion& joints = block_->joints[k];
   const double t = place_.time_s, duration = block_->segments[k].duration_s, half = t / (2 * duration);
+  TRN_CHECK(place_.segment < block_->segment_count);
+  TRN_CHECK(duration > 0);
   for (std::size_t i = 0; i < static_cast<std::size_t>(limits_->count); ++i) {
     const double a0 = joints.a[i], da = joints.a_end[i] - a0;
     const double a = a0 + 2 * half * da, v = joints.v[i] + t * (a0 + half * da);
@@ -146,6 +155,7 @@ double PlanWalk::step(double u, double duration_s) TRN_RT {
 }
 
 bool PlanWalk::run(double u, double duration_s, RateStep* steps, int& count) TRN_RT {
+  TRN_CHECK(count >= 0 && count <= kStepsMax);
   while (duration_s > kRoundingS && !ended_) {
     if (count == kStepsMax) return false;
     const RateBounds start = bounds();

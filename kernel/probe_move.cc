@@ -1,5 +1,6 @@
 #include "kernel/probe_move.h"
 
+#include "core/check.h"
 #include "kernel/tick_io.h"
 
 namespace trn {
@@ -19,11 +20,13 @@ ProbeMove::Wait ProbeMove::arm(ProbeMode mode) TRN_RT {
 }
 
 void ProbeMove::touch(const JointVec& q_measured) TRN_RT {
+  TRN_CHECK(q_measured.size() == q_contact_.size());
   if (!touched_) q_contact_ = q_measured;
   touched_ = true;
 }
 
 ProbeMove::Wait ProbeMove::take_latched() TRN_RT {
+  TRN_CHECK(touched_);
   if (!drives_ || taken_) return Wait::kOver;
   if (++waited_ <= drives_->touch_periods()) return Wait::kGoesOn;
   waited_ = 0;

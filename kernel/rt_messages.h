@@ -5,6 +5,7 @@
 
 #include "compensation/sensor_board.h"
 #include "core/axes.h"
+#include "core/check.h"
 #include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
@@ -87,7 +88,8 @@ struct CycleReport {
   std::uint32_t blocks_when_low = 0;  ///< of the program, seen by a tick with little ahead; else 0
   unsigned homed_mask = 0, limit_switch_mask = 0;
   int fault_joint = -1;
-  Fault fault = Fault::kOk;  ///< latched
+  Fault fault = Fault::kOk;   ///< latched
+  CheckFailure failed_check;  ///< behind the fault `assertion`
   MotionState motion = MotionState::kRest;
   QueueEvent event;       ///< the event that took effect in this period, if any
   QueueEvent waits_at;    ///< the event in front that is not done yet: a program stop, a tool, an input

@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 SCurve::SCurve(double distance, double velocity, double acceleration, double jerk) TRN_RT
     : jerk_(jerk),
       distance_(distance) {
   const double way = std::abs(distance);
+  TRN_CHECK(std::isfinite(distance));
+  TRN_CHECK(velocity > 0 && acceleration > 0 && jerk > 0);
   // Peak acceleration and speed that the way allows; the ramp to speed v takes v (t_jerk + t_flat/2 ...).
   const double a = std::min({acceleration, std::sqrt(velocity * jerk), std::cbrt(way * jerk * jerk / 2)});
   t_jerk_ = a / jerk;

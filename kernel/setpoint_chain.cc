@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "compensation/micromill/deflection_correction.h"
+#include "core/check.h"
 
 namespace trn {
 
@@ -65,6 +66,7 @@ void SetpointChain::take_up_jumps(double reserve) {
 }
 
 bool SetpointChain::take_up(const JointVec& jump) TRN_RT {
+  TRN_CHECK(static_cast<std::size_t>(jump.size()) == joints_.size());
   for (std::size_t i = 0; i < jumps_.size(); ++i) {
     const double largest = joints_[i].kind == JointKind::kRotary ? kJumpMaxRad : kJumpMaxMm;
     const double jump_i = jump[static_cast<Eigen::Index>(i)];
@@ -93,6 +95,7 @@ Joints SetpointChain::plan_joints() const {
 
 void SetpointChain::enable(int i, bool on) TRN_RT {
   Link& link = links_[static_cast<std::size_t>(i)];
+  TRN_CHECK(i >= 0 && i < size());
   link.enabled = on;
   link.switched = false;
 }
@@ -117,6 +120,7 @@ void SetpointChain::forget_program() TRN_RT {
 
 void SetpointChain::step(const CorrectionInput& input) TRN_RT {
   sum_.setZero();
+  TRN_CHECK(static_cast<std::size_t>(input.q.size()) == joints_.size());
   if (board_) heard_ = board_->listen();
   for (Link& link : links_) {
     step(link, input);
@@ -136,6 +140,7 @@ void SetpointChain::step(Link& link, const CorrectionInput& input) TRN_RT {
       link.offset[k] = link.filters[i].step(link.on() ? wanted : 0);
     else if (std::isfinite(wanted))
       link.offset[k] = link.filters[i].step(link.on() ? 1 : 0) * std::clamp(wanted, -limit, limit);
+    TRN_CHECK(std::abs(link.offset[k]) <= limit * (1 + 1e-9));
   }
 }
 

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -11,6 +13,8 @@ constexpr double kNoStep = 1e-12;   // mm, rad
 
 SetpointVerdict check_setpoints(const Joints& joints, double period_s, const JointVec& q_last,
                                 const JointVec& q) TRN_RT {
+  TRN_CHECK(static_cast<std::size_t>(q.size()) == joints.size() && q.size() == q_last.size());
+  TRN_CHECK(period_s > 0);
   for (std::size_t i = 0; i < joints.size(); ++i) {
     const JointLimit& limit = joints[i].limit;
     const auto k = static_cast<Eigen::Index>(i);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/check.h"
 #include "kernel/path_rate.h"
 
 namespace trn {
@@ -45,6 +46,7 @@ double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
   if (!on_ || interpolator_.at_rest()) return PathRate::kNoStop;
   const PlanPlace place = interpolator_.place();
   double way_s = -place.time_s;
+  TRN_CHECK(place.time_s >= 0);
   for (std::uint64_t i = 0; i < kLineBlocks && way_s < horizon_s; ++i) {
     const MotionBlock* block = queue_.ahead(i);
     if (!block || block->segment_count == 0) return PathRate::kNoStop;
@@ -61,6 +63,7 @@ void SingleBlock::pass_line() TRN_RT {
   if (!on_ || !front || front->segment_count == 0 || front->line == line_) return;
   if (queue_.number_ahead(0) <= number_ || interpolator_.place().time_s < kLineEndS) return;
   line_ = front->line;
+  TRN_CHECK(queue_.number_ahead(0) > number_);
   number_ = queue_.number_ahead(0);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -15,6 +17,8 @@ constexpr double kLostTurns = 0.25;
 }  // namespace
 
 void TapGear::begin(double turns, double turns_s, double per_turn_mm) TRN_RT {
+  TRN_CHECK(turns_s != 0 && std::isfinite(turns_s));
+  TRN_CHECK(per_turn_mm > 0);
   active_ = true;
   has_from_ = false;
   turns_from_ = wanted_ = wanted_before_ = turns;
@@ -32,6 +36,7 @@ double TapGear::rate(double turns) const TRN_RT {
 
 // The first place is one period behind the start, which is nothing at a start from rest.
 void TapGear::follow_tip(const Vec3& tip) TRN_RT {
+  TRN_CHECK(tip.allFinite());
   if (!active_) return;
   if (!has_from_) from_ = tip;
   has_from_ = true;

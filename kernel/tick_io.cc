@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -19,6 +21,7 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
   const bool lost = tap_.lost(inputs_.spindle_turns);
   if (tap_.active()) outputs_.spindle_rpm = tap_.spindle_rpm(inputs_.spindle_turns);
   IoOutputs outputs = outputs_;
+  TRN_CHECK(spindle_override >= 0 && spindle_override <= 2);
   outputs.spindle_rpm *= spindle_override;
   inputs_.probe = false;
   io_->exchange(outputs, place, inputs_);
@@ -27,6 +30,8 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
 }
 
 void TickIo::apply(const OutputChanges& changes) TRN_RT {
+  TRN_CHECK(changes.analog_count <= OutputChanges::kAnalogMax);
+  TRN_CHECK((changes.set & changes.clear) == 0);
   outputs_.digital = (outputs_.digital & ~changes.clear) | changes.set;
   for (int i = 0; i < changes.analog_count; ++i) {
     const OutputChanges::Analog& analog = changes.analog[static_cast<std::size_t>(i)];
@@ -112,6 +117,7 @@ TickIo::Outcome TickIo::await_index(const QueueEvent& event) TRN_RT {
   geared_ = true;
   gear_turns_ = index;
   gear_turns_s_ = event.value;
+  TRN_CHECK(event.value != 0 && event.per_turn_mm > 0);
   gear_per_turn_mm_ = event.per_turn_mm;
   gear_path_turns_ = gear_lag_s_ = 0;
   return Outcome::kDone;
@@ -142,6 +148,7 @@ TickIo::Outcome TickIo::settle_tap(bool ends) TRN_RT {
 // run-out it is plan time, the same in every pass.
 double TickIo::gear_rate(double passed_s, double passed_mm) TRN_RT {
   if (tap_.active()) return tap_.rate(inputs_.spindle_turns);
+  TRN_CHECK(geared_ && gear_turns_s_ != 0);
   const double now = turns(), speed = (now - turns_before_) / period_s_ / gear_turns_s_;
   turns_before_ = now;
   const double by_time = passed_s * gear_turns_s_, by_path = passed_mm / gear_per_turn_mm_;
@@ -189,6 +196,7 @@ TickIo::Outcome TickIo::begin_probe(ProbeMode mode) TRN_RT {
 }
 
 TickIo::Outcome TickIo::end_probe(bool found) TRN_RT {
+  TRN_CHECK(probing_);
   probing_ = false;
   looks_ = 0;
   const bool must = mode_ == ProbeMode::kContact || mode_ == ProbeMode::kRelease;
@@ -196,6 +204,7 @@ TickIo::Outcome TickIo::end_probe(bool found) TRN_RT {
 }
 
 TickIo::Outcome TickIo::fail(Fault fault) TRN_RT {
+  TRN_CHECK(fault != Fault::kOk);
   failure_ = fault;
   looks_ = 0;
   tap_.end();

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -13,6 +15,8 @@ constexpr double kSnapRate = 1e-7;  // smaller steps of the rate are far below t
 
 TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
     : alpha_(shares.acceleration), beta_(shares.jerk), period_s_(period_s) {
+  TRN_CHECK(shares.acceleration > 0 && shares.acceleration < 1);
+  TRN_CHECK(shares.jerk > 0 && shares.jerk < 1);
   for (const Joint& joint : joints) {
     const JointLimit& limit = joint.limit;
     k_a_ = std::max(k_a_, limit.velocity / limit.acceleration);
@@ -86,6 +90,7 @@ double TimeScale::step() TRN_RT {
     slope_ = 0;
   }
   const double curvature = (slope_ - old_slope) / T;
+  TRN_CHECK(rate_ >= 0 && rate_ <= 1);
   return T * (old_rate + T * (old_slope / 2 + T * curvature / 6));
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -58,6 +60,9 @@ double Way::time_s(int from) const TRN_RT {
 
 double WayDown::find(const PlanWalk& from, double to, double early, int& work, Way& way) TRN_RT {
   const int behind = way.count;
+  TRN_CHECK(behind >= 0 && behind <= PlanWalk::kStepsMax);
+  TRN_CHECK(to >= 0 && to <= 1);
+  TRN_CHECK(early > 0 && early < 1);
   to_ = to;
   early_ = early;
   at_ = behind;
@@ -68,6 +73,7 @@ double WayDown::find(const PlanWalk& from, double to, double early, int& work, W
   way.turn_rate = way.end_rate = to;
   while (work-- > 0) {
     const auto k = static_cast<std::size_t>(at_);
+    TRN_CHECK(at_ >= behind);
     const PlanWalk& here = marks_[k];
     way.count = at_;
     if (here.ended()) {
@@ -101,6 +107,7 @@ bool WayDown::go_on(const PlanWalk& here, const RateBounds& bounds, bool off_the
     const double gone = next.step(u, std::min(to_turn, time_to_ease(here.rate() - to_, w, u, ease)));
     if (gone >= 0) {
       step = {gone, u};
+      TRN_CHECK(std::isfinite(u));
       if (gone >= to_turn - kNearS) next.set_rate(next.rate(), 0);
       return true;
     }
@@ -128,6 +135,7 @@ bool WayDown::go_back(int behind, const Way& way) TRN_RT {
     const RateStep& step = way.steps[static_cast<std::size_t>(at_ - 1)];
     lack -= (release(there, there.bounds()) - step.u) * step.duration_s;
   }
+  TRN_CHECK(at_ >= behind);
   off_from_ = at_;
   return true;
 }

@@ -179,7 +179,8 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (result.fault == Fault::kOk) return broken.empty() ? Exit::kDone : Exit::kMachineFault;
   const FaultInfo& fault = fault_info(result.fault);
   fmt::print(stderr, "fault {}: {}; {}\n", fault.name, fault.meaning, fault.remedy);
-  const std::string detail = assembly.drives->explain_fault(-1);
+  const std::string check = explain(result.failed_check);
+  const std::string detail = check.empty() ? assembly.drives->explain_fault(-1) : check;
   if (!detail.empty()) fmt::print(stderr, "{}\n", detail);
   return Exit::kMachineFault;
 }

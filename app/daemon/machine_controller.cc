@@ -260,7 +260,8 @@ void MachineController::enter_state(MachineState before) {
   if (now == MachineState::kFault) {
     const FaultInfo& fault = fault_info(report_.fault);
     spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
-    std::string detail = parts_.drives.explain_fault(report_.fault_joint);
+    std::string detail = explain(report_.failed_check);
+    if (detail.empty()) detail = parts_.drives.explain_fault(report_.fault_joint);
     if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
     if (!detail.empty()) {
       spdlog::error("{}", detail);

@@ -160,6 +160,7 @@ void Pipeline::finish_stages() {
 }
 
 bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std::uint64_t lines_max) {
+  const CheckScope checks(failed_check_);
   const auto goes_on = [&] { return !ended_ && !interpreter_.waiting() && !(abandoned && *abandoned); };
   const std::uint64_t lines_before = interpreter_.lines_run();
   while (blocks_->items.empty() && goes_on()) {
@@ -183,6 +184,7 @@ void Pipeline::fill() {
   try {
     const bool more = run_line();
     if (interpreter_.waiting()) finish_stages();
+    refuse_failed_check();
     if (more) return;
   } catch (const GcodeError& error) {
     failure = error.what();  // what came before it still runs to its end
@@ -195,11 +197,19 @@ void Pipeline::fill() {
   }
   try {
     finish_stages();
+    refuse_failed_check();
   } catch (const ProgramError& error) {
     if (failure.empty()) failure = with_file(name_, error.what());
   }
   end_program();
   if (!failure.empty()) throw ProgramError(failure);
+}
+
+void Pipeline::refuse_failed_check() const {
+  if (failed_check_)
+    throw ProgramError(explain(failed_check_) +
+                       " while the program was planned; this is a defect of the control: report it with the "
+                       "program");
 }
 
 void Pipeline::give_up() {
@@ -278,6 +288,8 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true, true});
   reader = &interpreter;
   std::uint64_t steps = 0;
+  CheckFailure failed;
+  const CheckScope checks(failed);
   try {
     open(interpreter, start, words);
     const auto put_tool_in = [&] {
@@ -288,6 +300,7 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
       put_tool_in();
       if (interpreter.waiting()) break;
       if (given_up && *given_up) throw ProgramError(start.path + ": the check was given up");
+      if (failed) throw ProgramError(explain(failed) + "; this is a defect of the control: report it");
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
     }
   } catch (const ProgramError& error) {

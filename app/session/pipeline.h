@@ -8,6 +8,7 @@
 #include <string>
 
 #include "app/session/assembly.h"
+#include "core/check.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 #include "kernel/motion_queue.h"
@@ -77,6 +78,7 @@ class Pipeline {
   bool run_line();
   void finish_stages();
   void end_program();
+  void refuse_failed_check() const;
   [[noreturn]] void give_up();
   Words contact_words(const ProgramAnswer& answer) const;
 
@@ -91,6 +93,7 @@ class Pipeline {
   Interpreter interpreter_;
   const MachineJointMap& map_;
   std::function<void(bool)> line_done_;
+  CheckFailure failed_check_;
   bool ended_ = false;
 };
 

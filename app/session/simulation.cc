@@ -240,6 +240,7 @@ class Simulation {
     result_.starvations = report.starvations;
     result_.fault = report.fault;
     result_.fault_joint = report.fault_joint;
+    result_.failed_check = report.failed_check;
     if (options_.progress && result_.periods % 20000 == 0) options_.progress(report.line, row_.t_s);
   }
 

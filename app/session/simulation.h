@@ -66,6 +66,7 @@ struct SimulationResult {
   std::vector<FeatureDeflection> features;      ///< empty unless the machine estimates the tool's load
   Fault fault = Fault::kOk;
   int fault_joint = -1;
+  CheckFailure failed_check;  ///< behind the fault `assertion`
 };
 
 /// Runs a program on simulated drives with a virtual clock: brings up and homes the drives, then ticks as

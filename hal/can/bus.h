@@ -26,7 +26,8 @@ class CanEndpoint {
 
   /// Puts frames into the controller's queue, in order; returns how many it took. Never waits.
   virtual int send(std::span<const CanFrame> frames) TRN_RT = 0;
-  /// Takes what has come; returns how many. Never waits.
+  /// Takes what has come; returns how many, fewer than there is room for only if nothing is left. Never
+  /// waits.
   virtual int receive(std::span<CanFrame> frames) TRN_RT = 0;
   /// What the controller last said of itself; brought up to date by send and receive.
   virtual BusState state() const TRN_RT = 0;

@@ -7,6 +7,7 @@
 #include <array>
 #include <stdexcept>
 
+#include "core/check.h"
 #include "hal/drive_severity.h"
 
 namespace trn {
@@ -167,6 +168,7 @@ std::string CanDrives::health() const {
 }
 
 void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  TRN_CHECK(setpoints.q.size() == setpoints.qd.size());
   for (auto& bus : buses_) {
     CanEndpoint* offered = bus->offered.exchange(nullptr, std::memory_order_acq_rel);
     if (offered) {
@@ -245,11 +247,13 @@ void CanDrives::report_touch(const NodeLink& node) TRN_RT {
   touch_.armed &= node.touch().armed();
   if (!node.touch().latched()) return;
   touch_.latched_mask |= 1u << joint;
+  TRN_CHECK(joint < touch_.q.size());
   touch_.q[joint] = node.touch().counts() / node.config().axis.counts_per_unit;
 }
 
 void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   const int joint = node.config().joint;
+  TRN_CHECK(joint >= 0 && joint < feedback.q.size());
   const Cia402Axis& axis = node.axis();
   feedback.q[joint] = axis.measured();
   if (axis.homed()) feedback.homed_mask |= 1u << joint;

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "core/check.h"
+
 namespace trn {
 
 CanMaster::CanMaster(const Config& config) : config_(config), statistics_(std::make_unique<Statistics>()) {
@@ -40,6 +42,7 @@ void CanMaster::receive() TRN_RT {
   if (!endpoint_) return;
   for (int batch = 0; batch < kBatchesPerTick; ++batch) {
     const int count = endpoint_->receive(in_);
+    TRN_CHECK(count >= 0 && count <= static_cast<int>(kBatch));
     for (int i = 0; i < count; ++i) take(in_[static_cast<std::size_t>(i)]);
     if (count < static_cast<int>(kBatch)) break;
   }
@@ -91,6 +94,7 @@ void CanMaster::watch_bus() TRN_RT {
 }
 
 void CanMaster::lose_nodes(Fault fault) TRN_RT {
+  TRN_CHECK(fault != Fault::kOk);
   if (fault_ == Fault::kOk) fault_ = fault;
   for (NodeLink& node : nodes_) node.lose(fault);
 }
@@ -108,6 +112,8 @@ std::size_t CanMaster::collect() TRN_RT {
   std::array<CanFrame, 5> frames;
   for (NodeLink& node : nodes_) {
     const int more = node.fill(frames);
+    TRN_CHECK(more >= 0 && more <= static_cast<int>(frames.size()));
+    TRN_CHECK(count + static_cast<std::size_t>(more) <= out_.size());
     for (int i = 0; i < more && count < out_.size(); ++i) out_[count++] = frames[static_cast<std::size_t>(i)];
   }
   const bool beats = config_.heartbeat_periods > 0 && ++since_heartbeat_ >= config_.heartbeat_periods;
@@ -122,7 +128,9 @@ void CanMaster::send() TRN_RT {
   if (!endpoint_) return;
   const std::int64_t now_ns = endpoint_->now_ns();
   const std::size_t count = collect();
+  TRN_CHECK(count >= 1 && count <= out_.size());
   const int taken = endpoint_->send({out_.data(), count});
+  TRN_CHECK(taken <= static_cast<int>(count));
   if (last_sync_ns_ > 0)
     statistics_->sync_jitter.add(
         std::llabs(now_ns - last_sync_ns_ - static_cast<std::int64_t>(config_.period_s * 1e9 + 0.5)));

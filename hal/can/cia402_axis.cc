@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -43,12 +45,14 @@ void Cia402Axis::reset() TRN_RT {
 }
 
 void Cia402Axis::fail(Fault fault) TRN_RT {
+  TRN_CHECK(fault != Fault::kOk);
   if (fault_ == Fault::kOk) fault_ = fault;
   if (fault_info(fault).reaction == Reaction::kQuickStop) quick_stop();
 }
 
 std::int32_t Cia402Axis::counts(double q) const TRN_RT {
   constexpr double kMax = 2147483647.0;
+  TRN_CHECK(std::isfinite(q));
   return static_cast<std::int32_t>(std::clamp(std::nearbyint(q * config_.counts_per_unit), -kMax, kMax));
 }
 
@@ -78,6 +82,7 @@ void Cia402Axis::measure(const Input& input) TRN_RT {
 
 void Cia402Axis::step(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT {
   const Cia402State drive = cia402_state(input.statusword);
+  TRN_CHECK(config_.counts_per_unit != 0);
   measure(input);
   output = Output{};
   output.mode = static_cast<std::int8_t>(config_.mode);
@@ -91,6 +96,7 @@ void Cia402Axis::step(const Input& input, double q, double qd, bool follow, Outp
 
 // The rising edge of bit 7 resets (CiA 402-2, 8.4.1); it is made anew until the drive obeys or time is up.
 void Cia402Axis::step_fault(Cia402State drive, Output& output) TRN_RT {
+  TRN_CHECK(drive == Cia402State::kFault || drive == Cia402State::kFaultReactionActive);
   state_ = DriveState::kFault;
   homing_ = Homing::kNone;
   if (reset_wish_ && ++periods_ <= config_.enable_periods_max) {
@@ -148,6 +154,8 @@ void Cia402Axis::step_enabled(const Input& input, Output& output) TRN_RT {
 
 // Mode 6 (CiA 402-2, clause 11): set the mode, raise bit 4, wait for 'attained' and 'reached', go back.
 void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
+  TRN_CHECK(homing_ != Homing::kNone);
+  TRN_CHECK(!config_.absolute);
   state_ = DriveState::kHoming;
   const bool in_homing = input.mode == static_cast<std::int8_t>(Cia402Mode::kHoming);
   if (++periods_ > config_.homing_periods_max) return fail(Fault::kHomingFailed);
@@ -215,6 +223,7 @@ void Cia402Axis::watch_following(double q, bool follow) TRN_RT {
   }
   const double error = std::abs(q_history_[1] - measured_);
   const bool watched = config_.following_error_max > 0 && history_ >= 2;
+  TRN_CHECK(history_ >= 0 && history_ <= 2);
   if (watched && error > config_.following_error_max) fail(Fault::kFollowingError);
   q_history_[1] = q_history_[0];
   q_history_[0] = q;

@@ -1,5 +1,7 @@
 #include "hal/can/cia402_touch.h"
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -32,6 +34,7 @@ void Cia402Touch::take_status(std::uint16_t status) TRN_RT {
 void Cia402Touch::take_position(bool contact, std::int32_t counts) TRN_RT {
   if (contact != contact_ || phase_ != Phase::kTriggered) return;
   counts_ = counts;
+  TRN_CHECK(phase_ == Phase::kTriggered);
   phase_ = Phase::kLatched;
 }
 

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 CanFrame make_frame(std::uint32_t id, std::span<const std::uint8_t> bytes) TRN_RT {
@@ -20,17 +22,20 @@ CanFrame make_frame(std::uint32_t id, std::initializer_list<std::uint8_t> bytes)
 }
 
 std::uint64_t get_le(const std::uint8_t* bytes, int size) TRN_RT {
+  TRN_CHECK(size >= 0 && size <= 8);
   std::uint64_t value = 0;
   for (int i = size - 1; i >= 0; --i) value = value << 8 | bytes[i];
   return value;
 }
 
 void put_le(std::uint8_t* bytes, int size, std::uint64_t value) TRN_RT {
+  TRN_CHECK(size >= 0 && size <= 8);
   for (int i = 0; i < size; ++i) bytes[i] = static_cast<std::uint8_t>(value >> (8 * i));
 }
 
 std::int64_t get_le_signed(const std::uint8_t* bytes, int size) TRN_RT {
   const int unused = 64 - 8 * size;
+  TRN_CHECK(unused >= 0 && unused < 64);
   return static_cast<std::int64_t>(get_le(bytes, size) << unused) >> unused;
 }
 

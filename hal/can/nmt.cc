@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/check.h"
+
 namespace trn {
 
 std::string_view to_string(NmtState state) {
@@ -37,14 +39,17 @@ std::string_view to_string(NmtCommand command) {
 }
 
 CanFrame nmt_frame(NmtCommand command, int node) TRN_RT {
+  TRN_CHECK(node >= 0 && node <= 127);
   return make_frame(cob::kNmt, {static_cast<std::uint8_t>(command), static_cast<std::uint8_t>(node)});
 }
 
 CanFrame heartbeat_frame(int node, NmtState state) TRN_RT {
+  TRN_CHECK(node >= 1 && node <= 127);
   return make_frame(cob::kGuard + static_cast<unsigned>(node), {static_cast<std::uint8_t>(state)});
 }
 
 CanFrame sync_frame(int counter) TRN_RT {
+  TRN_CHECK(counter >= 0 && counter <= 240);
   if (counter == 0) return make_frame(cob::kSync, {});
   return make_frame(cob::kSync, {static_cast<std::uint8_t>(counter)});
 }

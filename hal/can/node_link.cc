@@ -3,6 +3,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
+
+#include "core/check.h"
 
 namespace trn {
 
@@ -50,6 +53,7 @@ void NodeLink::receive(const CanFrame& frame) TRN_RT {
 }
 
 void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
+  TRN_CHECK(number < config_.tpdos.size());
   if (frame.size != config_.tpdos[number].frame_size()) {
     shared_->wrong_length.fetch_add(1, std::memory_order_relaxed);
     return;  // not the mapping that was asked for: no measurement
@@ -98,6 +102,7 @@ void NodeLink::take_emergency(const CanFrame& frame) TRN_RT {
 }
 
 void NodeLink::fail(Fault fault, bool needs_setup) TRN_RT {
+  TRN_CHECK(fault != Fault::kOk);
   if (needs_setup) shared_->needs_setup.store(true, std::memory_order_relaxed);
   fault_ = worse(fault_, fault);
   if (fault_info(fault).reaction == Reaction::kQuickStop) axis_.fail(fault);
@@ -149,6 +154,7 @@ void NodeLink::watch() TRN_RT {
 }
 
 void NodeLink::step(double q, double qd, bool follow) TRN_RT {
+  TRN_CHECK(std::isfinite(q) && std::isfinite(qd));
   watch();
   input_.fresh = fresh_;
   axis_.step(input_, q, qd, follow && !lost_, output_);
@@ -159,6 +165,8 @@ void NodeLink::step(double q, double qd, bool follow) TRN_RT {
 
 void NodeLink::put(const Place& at, std::uint64_t value, std::array<CanFrame, 5>& frames) const TRN_RT {
   if (at.pdo < 0) return;
+  TRN_CHECK(at.pdo < 4);
+  TRN_CHECK(static_cast<std::size_t>(at.byte + at.bits / 8) <= frames[0].data.size());
   put_le(frames[static_cast<std::size_t>(at.pdo)].data.data() + at.byte, at.bits / 8, value);
 }
 
@@ -169,6 +177,7 @@ bool NodeLink::touch_contact() const TRN_RT {
 
 // Slow PDOs of different nodes leave in different periods.
 bool NodeLink::is_due(const Pdo& pdo) const TRN_RT {
+  TRN_CHECK(pdo.every > 0);
   return (periods_ + static_cast<std::uint32_t>(config_.id)) % static_cast<std::uint32_t>(pdo.every) == 0;
 }
 
@@ -186,6 +195,7 @@ int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
   put(mode_, static_cast<std::uint8_t>(output_.mode), frames);
   put(touch_function_, touch_.function(), frames);
   ++periods_;
+  TRN_CHECK(count <= 4);
   std::size_t due = 0;
   for (std::size_t i = 0; i < count; ++i)
     if (is_due(config_.rpdos[i])) frames[due++] = frames[i];

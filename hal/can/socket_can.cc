@@ -18,6 +18,8 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -189,9 +191,27 @@ int SocketCan::send(std::span<const CanFrame> frames) TRN_RT {
   return std::max(taken, 0);
 }
 
+// The kernel gives back the own frames among the others (Linux, can.rst, 4.1.4). They take no room here, so
+// one call may need several rounds until the room is filled or nothing is left.
 int SocketCan::receive(std::span<CanFrame> frames) TRN_RT {
-  Buffers& b = *buffers_;
   const std::size_t room = std::min(frames.size(), kBatch);
+  std::size_t taken = 0;
+  for (int round = 0; round < kRoundsMax && taken < room; ++round) {
+    const std::size_t asked = room - taken;
+    const int count = read_batch(asked);
+    if (count > 0 && state_ == BusState::kDown) state_ = BusState::kOnline;
+    for (int i = 0; i < count; ++i)
+      if (take_message(static_cast<std::size_t>(i), frames[taken])) ++taken;
+    if (count < static_cast<int>(asked)) break;
+  }
+  TRN_CHECK(taken <= room);
+  return static_cast<int>(taken);
+}
+
+// How many messages are in the buffers now; 0 also where the interface says why there are none.
+int SocketCan::read_batch(std::size_t room) TRN_RT {
+  TRN_CHECK(room > 0 && room <= kBatch);
+  Buffers& b = *buffers_;
   for (std::size_t i = 0; i < room; ++i) {
     b.parts[i] = {&b.frames[i], sizeof(canfd_frame)};
     b.headers[i] = {};
@@ -201,25 +221,22 @@ int SocketCan::receive(std::span<CanFrame> frames) TRN_RT {
     b.headers[i].msg_hdr.msg_controllen = b.control[i].size();
   }
   const int count = recvmmsg(fd_, b.headers.data(), static_cast<unsigned>(room), MSG_DONTWAIT, nullptr);
-  if (count < 0) {
-    take_errno(errno);
-    return 0;
+  if (count < 0) take_errno(errno);
+  return std::max(count, 0);
+}
+
+// False: an own frame, now out.
+bool SocketCan::take_message(std::size_t i, CanFrame& frame) TRN_RT {
+  Buffers& b = *buffers_;
+  const std::int64_t stamp_ns = stamp_of(b.headers[i].msg_hdr);
+  if (b.headers[i].msg_hdr.msg_flags & MSG_CONFIRM) {
+    confirmed_ns_ = stamp_ns + clock_offset_ns_;
+    return false;
   }
-  std::size_t foreign = 0;
-  for (int i = 0; i < count; ++i) {
-    const auto k = static_cast<std::size_t>(i);
-    const std::int64_t stamp_ns = stamp_of(b.headers[k].msg_hdr);
-    if (b.headers[k].msg_hdr.msg_flags & MSG_CONFIRM) {  // an own frame, now out (Linux, can.rst, 4.1.4)
-      confirmed_ns_ = stamp_ns + clock_offset_ns_;
-      continue;
-    }
-    CanFrame& frame = frames[foreign++];
-    frame = from_kernel(b.frames[k], b.headers[k].msg_len == sizeof(canfd_frame));
-    frame.time_ns = stamp_ns;
-    if (frame.error) take_error_frame(frame);
-  }
-  if (count > 0 && state_ == BusState::kDown) state_ = BusState::kOnline;
-  return static_cast<int>(foreign);
+  frame = from_kernel(b.frames[i], b.headers[i].msg_len == sizeof(canfd_frame));
+  frame.time_ns = stamp_ns;
+  if (frame.error) take_error_frame(frame);
+  return true;
 }
 
 void SocketCan::take_error_frame(const CanFrame& frame) TRN_RT {

@@ -43,7 +43,11 @@ class SocketCan final : public CanEndpoint {
 
  private:
   struct Buffers;
+  /// Own frames of four full batches may stand between the others: more than a period sends.
+  static constexpr int kRoundsMax = 4;
 
+  int read_batch(std::size_t room) TRN_RT;
+  bool take_message(std::size_t i, CanFrame& frame) TRN_RT;
   void take_error_frame(const CanFrame& frame) TRN_RT;
   void take_errno(int error) TRN_RT;
 

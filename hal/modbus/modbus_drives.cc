@@ -7,6 +7,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "core/check.h"
 #include "hal/drive_severity.h"
 
 namespace trn {
@@ -152,6 +153,7 @@ void ModbusDrives::step(Axis& axis, const Setpoints& setpoints) TRN_RT {
 }
 
 void ModbusDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  TRN_CHECK(setpoints.q.allFinite());
   take_requests();
   feedback.state = DriveState::kEnabled;
   feedback.fault = Fault::kOk;
@@ -168,6 +170,7 @@ void ModbusDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_
 void ModbusDrives::report(const Axis& axis, Feedback& feedback) TRN_RT {
   const int joint = axis.config.joint;
   feedback.q[joint] = axis.drive.measured();
+  TRN_CHECK(joint >= 0 && joint < feedback.q.size());
   if (axis.drive.homed()) feedback.homed_mask |= 1u << joint;
   feedback.state = worst(feedback.state, axis.lost ? DriveState::kLost : axis.drive.state());
   const Fault worst_fault = worse(feedback.fault, axis.drive.fault());

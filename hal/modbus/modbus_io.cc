@@ -5,6 +5,8 @@
 #include <chrono>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -42,6 +44,8 @@ void ModbusIo::shut_down() noexcept {
 }
 
 void ModbusIo::exchange(const IoOutputs& outputs, const IoPlace&, IoInputs& inputs) TRN_RT {
+  TRN_CHECK(config_.analog_outputs.size() <= outputs.analog.size());
+  TRN_CHECK(std::isfinite(outputs.spindle_rpm));
   constexpr auto kRelaxed = std::memory_order_relaxed;
   digital_out_.store(outputs.digital, kRelaxed);
   for (std::size_t i = 0; i < config_.analog_outputs.size(); ++i)

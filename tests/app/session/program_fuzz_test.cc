@@ -10,6 +10,7 @@
 // Random programs on every machine, held to the promises by judges that share no code with the planner. What
 // they find is made smaller and printed with its seed.
 //   TRN_LONG=20000: so many programs over all configs.   TRN_SEED=N: begins with this seed.
+//   TRN_SHOW_PROGRAM=1: prints each program.
 namespace trn {
 namespace {
 
@@ -66,6 +67,7 @@ TEST_P(ProgramFuzz, EveryProgramKeepsThePromises) {
     const auto seed = static_cast<std::uint64_t>(first + i);
     const fuzz::Program program = fuzz::ProgramGenerator(assembly, q_start, seed).make();
     const fuzz::Driving driving = seeded_driving(seed);
+    if (std::getenv("TRN_SHOW_PROGRAM")) std::fprintf(stderr, "%s", program.text().c_str());
     const fuzz::Finding finding = fuzz::judge(GetParam(), program, driving);
     refused += finding.refused;
     if (std::getenv("TRN_SHOW_REFUSED") && finding.refused)

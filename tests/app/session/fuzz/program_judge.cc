@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/units.h"
 
@@ -16,6 +17,8 @@ constexpr double kEndMm = 1e-6, kEndRad = 1e-8;
 constexpr double kTimeShare =
     0.995;  // of a block's time: where two blocks meet is known to a share of the tolerance
 constexpr double kSecondsOver = 20;  // looked at every so many seconds of motion
+constexpr double kSecondsMax = 600;  // of a program whose moves are not counted
+constexpr double kStartMm = 0.02;
 
 /// Thrown to end a run that takes far too long.
 struct TooLong {};
@@ -52,6 +55,8 @@ class TimeBound {
       to[k] = step.incremental ? at_[k] + value : value;
     }
     const double periods_s = 4 * assembly_.machine.period_s;
+    // A drive's homing may end a few counts beside its zero, where the first move then begins.
+    if (!std::exchange(moved_, true) && step.feed > 0) total_s_ += kStartMm / (step.feed / 60);
     if (step.kind == Step::Kind::kArc)
       total_s_ += arc_s(step, std::abs(to[step.across] - at_[step.across])) + periods_s;
     else
@@ -120,7 +125,7 @@ class TimeBound {
   const Assembly& assembly_;
   Words at_ = Words::Zero();
   MapContext context_;
-  bool straight_ = false;
+  bool straight_ = false, moved_ = false;
   unsigned written_ = 0;
   double total_s_ = 0, least_s_ = 0;
 };
@@ -240,8 +245,8 @@ Finding judge(const std::string& config, const Program& program, const Driving& 
   options.trace = &last;
   options.progress = [&](std::uint32_t, double time_s) {
     const double wait_s = driving.as_programmed() ? 0 : 10 * bound.total_s() + 60;
-    if (program.plain && time_s > bound.total_s() + wait_s + kSecondsOver) throw TooLong{};
-    if (time_s > 600 + wait_s) throw TooLong{};
+    const double most_s = program.plain ? bound.total_s() + kSecondsOver : kSecondsMax;
+    if (time_s > most_s + wait_s) throw TooLong{};
   };
   try {
     check_program(assembly, parameters, tools, {options.program, options.program_text, q_start}, {});
