@@ -74,15 +74,6 @@ class ScaleReader final : public ReportSink {
   long periods_left_ = 0;
 };
 
-JointVec standing_joints(Assembly& assembly) {
-  Setpoints setpoints;
-  Feedback feedback;
-  setpoints.q.setZero(assembly.kinematics->joint_count());
-  setpoints.qd = feedback.q = setpoints.q;
-  assembly.drives->exchange(setpoints, feedback);
-  return feedback.q;
-}
-
 std::string measuring_program(const JointMeasureConfig& config) {
   const double unit = config.word < kA ? 1 : kDegPerRad;
   const char letter = kWordLetters[config.word];

@@ -16,14 +16,6 @@
 namespace trn {
 namespace {
 
-std::vector<std::string> shipped_configs() {
-  std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
-    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
 /// A machine with a program in front of its tick.
 class Bench {
  public:
