@@ -11,7 +11,7 @@
 #include "app/lab/ballbar_run.h"
 #include "app/lab/polar_plot.h"
 #include "app/lab/text_file.h"
-#include "compensation/ballbar_fit.h"
+#include "compensation/fit/ballbar_fit.h"
 #include "compensation/geometric.h"
 #include "core/units.h"
 

@@ -15,7 +15,7 @@
 #include "app/lab/error_curves.h"
 #include "app/lab/joint_measure.h"
 #include "app/lab/text_file.h"
-#include "compensation/joint_table_fit.h"
+#include "compensation/fit/joint_table_fit.h"
 #include "core/machine.h"
 #include "core/units.h"
 

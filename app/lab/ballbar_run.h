@@ -6,7 +6,7 @@
 #include <string>
 
 #include "app/session/assembly.h"
-#include "compensation/ballbar.h"
+#include "compensation/fit/ballbar.h"
 
 namespace trn {
 

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/joint_table_fit.h"
+#include "compensation/fit/joint_table_fit.h"
 
 namespace trn {
 

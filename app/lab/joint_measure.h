@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/session/assembly.h"
-#include "compensation/joint_table_fit.h"
+#include "compensation/fit/joint_table_fit.h"
 #include "compensation/joint_tables.h"
 
 namespace trn {

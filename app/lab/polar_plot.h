@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/ballbar.h"
+#include "compensation/fit/ballbar.h"
 
 namespace trn {
 

@@ -76,17 +76,24 @@ class IncludesTest(unittest.TestCase):
                                   ("kernel", "<", "spdlog/spdlog.h"), ("app/check", '"', "kernel/cycle.h"),
                                   ("app/session", '"', "app/daemon/daemon.h"),
                                   ("app/daemon", '"', "app/lab/workspace.h"),
-                                  ("app/lab", '"', "app/cli/commands.h")):
+                                  ("app/lab", '"', "app/cli/commands.h"),
+                                  ("kernel", '"', "compensation/fit/ballbar.h"),
+                                  ("compensation", '"', "compensation/fit/ballbar.h"),
+                                  ("compensation", "<", "ceres/ceres.h"),
+                                  ("app/daemon", '"', "compensation/fit/ballbar.h")):
             self.assertIsNotNone(judge(own, mark, target), (own, target))
         for own, mark, target in (("core", '"', "core/axes.h"), ("interp/plan", '"', "interp/move.h"),
                                   ("app/session", '"', "interp/plan/stages.h"), ("app/cli", '"', "app/daemon/daemon.h"),
                                   ("app/check", '"', "interp/move.h"), ("hal", "<", "modbus/modbus.h"),
-                                  ("core", "<", "vector")):
+                                  ("core", "<", "vector"), ("compensation/fit", "<", "ceres/ceres.h"),
+                                  ("compensation/fit", '"', "compensation/spline.h"),
+                                  ("app/lab", '"', "compensation/fit/ballbar.h")):
             self.assertIsNone(judge(own, mark, target), (own, target))
 
     def test_folders(self):
         self.assertEqual(check_includes.folder_of("interp/plan/geometry/x.cc"), "interp/plan")
         self.assertEqual(check_includes.folder_of("interp/move.h"), "interp")
+        self.assertEqual(check_includes.folder_of("compensation/fit/x.cc"), "compensation/fit")
         self.assertEqual(check_includes.folder_of("elsewhere/x.cc"), "")
 
 

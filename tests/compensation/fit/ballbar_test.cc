@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "compensation/ballbar_fit.h"
+#include "compensation/fit/ballbar_fit.h"
 #include "core/units.h"
 #include "tests/kinematics/machines.h"
 

@@ -1,4 +1,4 @@
-#include "compensation/ballbar_fit.h"
+#include "compensation/fit/ballbar_fit.h"
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>
