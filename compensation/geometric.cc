@@ -40,8 +40,6 @@ GeometricCorrection::GeometricCorrection(const GeometricConfig& config) : config
   lambda0_ = std::max(config_.chain.tilt_bound() / config_.limit_rad, kLambdaLeast);
 }
 
-double GeometricCorrection::pole_zone_rad() const { return std::asin(std::min(1.0, 2 * lambda0_)); }
-
 GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, const JointVec& q) const TRN_RT {
   ActualChain::Frames f;
   config_.chain.evaluate(q, f);
