@@ -1,7 +1,8 @@
 #include "compensation/actual_chain.h"
 
-#include <algorithm>
 #include <cmath>
+
+#include "core/serial_branches.h"
 
 namespace trn {
 
@@ -69,22 +70,11 @@ void walk(const std::vector<ActualAxis>& branch, bool work, TiltModel model, con
   }
 }
 
-std::vector<ActualAxis> read_branch(const Machine& machine, const ConfigTable& section, const char* key) {
-  std::vector<ActualAxis> branch;
-  for (const ConfigTable& table : section.tables_if(key)) {
-    ActualAxis axis;
-    axis.offset_mm = table.vec3("offset_mm", Vec3::Zero());
-    if (table.has("joint")) {
-      const std::string name = table.text("joint");
-      const auto found = std::find_if(machine.joints.begin(), machine.joints.end(),
-                                      [&](const Joint& joint) { return joint.name == name; });
-      axis.joint = static_cast<int>(found - machine.joints.begin());
-      axis.kind = machine.joints.at(static_cast<std::size_t>(axis.joint)).kind;
-      axis.direction = table.vec3("direction").normalized();
-    }
-    branch.push_back(axis);
-  }
-  return branch;
+std::vector<ActualAxis> without_errors(const std::vector<BranchAxis>& branch) {
+  std::vector<ActualAxis> out;
+  for (const BranchAxis& axis : branch)
+    out.push_back({axis.joint, axis.kind, axis.direction, axis.offset_mm, {}, {}});
+  return out;
 }
 
 }  // namespace
@@ -120,8 +110,9 @@ ActualChain read_chain(const Machine& machine) {
   if (section.text("type") != "serial")
     throw section.error("type", "geometric errors of axes need a machine of type \"serial\"");
   ActualChain chain;
-  chain.tool = read_branch(machine, section, "tool_branch");
-  chain.work = read_branch(machine, section, "work_branch");
+  const SerialBranches branches = read_branches(section, machine.joints);
+  chain.tool = without_errors(branches.tool);
+  chain.work = without_errors(branches.work);
   return chain;
 }
 

@@ -5,6 +5,7 @@
 #include <stdexcept>
 
 #include "core/check.h"
+#include "core/solve3.h"
 
 namespace trn {
 
@@ -12,12 +13,6 @@ namespace {
 
 constexpr int kSteps = 3;              // errors of 1e-3 shrink by their own square, or by 1e-3, in each
 constexpr double kLambdaLeast = 1e-4;  // keeps the pole solvable when no tilt is known
-
-/// Cramer's rule; the columns are directions of three linear axes, checked when the machine was put together.
-Vec3 solve3(const Mat3& columns, const Vec3& rhs) TRN_RT {
-  const Vec3 a = columns.col(0), b = columns.col(1), c = columns.col(2), bc = b.cross(c);
-  return Vec3(rhs.dot(bc), rhs.dot(c.cross(a)), rhs.dot(a.cross(b))) / a.dot(bc);
-}
 
 }  // namespace
 
@@ -45,8 +40,6 @@ GeometricCorrection::GeometricCorrection(const GeometricConfig& config) : config
     throw std::invalid_argument("geometric errors need three linear and at most two rotary joints");
   lambda0_ = std::max(config_.chain.tilt_bound() / config_.limit_rad, kLambdaLeast);
 }
-
-double GeometricCorrection::pole_zone_rad() const { return std::asin(std::min(1.0, 2 * lambda0_)); }
 
 GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, const JointVec& q) const TRN_RT {
   TRN_CHECK(rotary_count_ >= 0 && rotary_count_ <= 2);
@@ -110,7 +103,8 @@ void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec
     tip += turn[i] * miss.tip_by_rotary[i];
     q[rotary_[static_cast<std::size_t>(i)]] += turn[i];
   }
-  const Vec3 move = solve3(miss.tip_by_linear, tip);
+  Vec3 move;
+  solve3(miss.tip_by_linear, tip, move);  // never flat: checked when the machine was put together
   for (int i = 0; i < 3; ++i) q[linear_[static_cast<std::size_t>(i)]] -= move[i];
 }
 

@@ -43,8 +43,6 @@ class GeometricCorrection final : public PoseCorrection {
 
   /// Outside the tick: what joints q miss of the pose.
   PoseResidual residual(const Pose& X_BS, const Vec3& tool_offset, const JointVec& q) const;
-  /// Angle to the nearest pole below which `full` leaves part of the axis error, rad.
-  double pole_zone_rad() const;
   GeometricMode mode() const { return config_.mode; }
 
  private:

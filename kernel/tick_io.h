@@ -32,7 +32,6 @@ class TickIo {
   /// Value of the input that was waited for, -1: not in time.
   double input_value() const TRN_RT { return input_value_; }
   Fault failure() const TRN_RT { return failure_; }
-  bool probing() const TRN_RT { return probing_; }
   /// The probe has changed as the probe move wants it.
   bool probe_found() const TRN_RT { return probing_ && inputs_.probe == seeks_contact(mode_); }
   /// The probe move is over; a move that must find something and has not is a failure.

@@ -51,17 +51,6 @@ TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
   speed_ = cap;
   sweep(0, kCells, 1);
   sweep(kCells, 0, -1);
-  // How much plan time a stop takes is learnt from the law itself.
-  target_ = 0;
-  for (size_t i = 1; i <= kStops; ++i) {
-    rate_ = static_cast<double>(i) / kStops;
-    slope_ = 0;
-    double passed = 0;
-    for (int k = 0; k < 1000000 && !at_target(); ++k) passed += step();
-    plan_time_[i] = std::max(plan_time_[i - 1], passed);
-  }
-  rate_ = target_ = 1;
-  slope_ = 0;
 }
 
 void TimeScale::set_target(double rate) TRN_RT { target_ = std::clamp(rate, 0.0, 1.0); }
@@ -92,19 +81,6 @@ double TimeScale::step() TRN_RT {
   const double curvature = (slope_ - old_slope) / T;
   TRN_CHECK(rate_ >= 0 && rate_ <= 1);
   return T * (old_rate + T * (old_slope / 2 + T * curvature / 6));
-}
-
-double TimeScale::plan_time_to_stop() const TRN_RT {
-  // A rising rate first has to stop rising; count that at its peak.
-  double rate = rate_, extra = 2 * period_s_;
-  if (slope_ > 0) {
-    const double bound = acceleration_limit(std::min(1.0, rate_ + slope_ * period_s_ * 10), slope_);
-    const double time = slope_ / std::max(0.9 * bound, 1e-6);
-    rate = std::min(1.0, rate + slope_ * time / 2);
-    extra += rate * time;
-  }
-  const auto cell = static_cast<size_t>(std::min<double>(kStops, std::ceil(rate * kStops)));
-  return 1.05 * plan_time_[cell] + extra;
 }
 
 void TimeScale::restart() TRN_RT {

@@ -35,23 +35,18 @@ class TimeScale {
   double rate() const TRN_RT { return rate_; }
   bool at_target() const TRN_RT { return rate_ == target_ && slope_ == 0; }
 
-  /// Upper bound of the plan time that passes until the rate is 0 when the hold starts with the next step, s.
-  double plan_time_to_stop() const TRN_RT;
-
   /// At rest, take the target rate without a ramp: the plan's own start is the ramp.
   void restart() TRN_RT;
 
  private:
   static constexpr int kCells = 512;  ///< of the rate's range
-  static constexpr int kStops = 64;   ///< of the same, for stopping times
 
   double speed_limit(double rate) const TRN_RT;                       ///< w(r)
   double acceleration_limit(double rate, double speed) const TRN_RT;  ///< bound of |r''|
   double approach_speed(double distance) const TRN_RT;
 
   double k_a_ = 0, k_aj_ = 0, k_j_ = 0, alpha_, beta_, period_s_;
-  std::array<double, kCells + 1> speed_{};      // w at r = i / kCells
-  std::array<double, kStops + 1> plan_time_{};  // plan time to stop from r = i / kStops, r' = 0
+  std::array<double, kCells + 1> speed_{};  // w at r = i / kCells
   double rate_ = 1, slope_ = 0, target_ = 1;
 };
 

@@ -59,7 +59,6 @@ class PlatformKinematics : public Kinematics {
   virtual Pose turned(const Pose& X_RP) const TRN_RT { return X_RP; }
   /// tilt_count 1: word A only; 2: A and B.
   PlatformKinematics(const PlatformConfig& config, int joint_count, int tilt_count);
-  const PlatformConfig& platform_config() const TRN_RT { return config_; }
 
  private:
   Pose without_turn(const Pose& X_BS) const TRN_RT;

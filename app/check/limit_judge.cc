@@ -26,25 +26,19 @@ void LimitJudge::offer(std::size_t joint, Quantity quantity, double value, doubl
   peak.line = line;
 }
 
-// Sums are ordered so that a joint at rest gives exactly zero.
 void LimitJudge::judge(std::size_t joint, double q, double t_s, std::uint32_t line) {
-  History& past = history_[joint];
   const JointLimit& limit = joints_[joint].limit;
-  const double d0 = q - past.q[0], d1 = past.q[0] - past.q[1], d2 = past.q[1] - past.q[2];
-  const double velocity = d0 / step_s_;
-  const double acceleration = (d0 - d1) / (step_s_ * step_s_);
-  const double jerk = ((d0 - d1) - (d1 - d2)) / (step_s_ * step_s_ * step_s_);
+  const auto [velocity, acceleration, jerk] = history_[joint].q.next(q, step_s_);
   offer(joint, Quantity::kVelocity, velocity, std::abs(velocity) / limit.velocity, t_s, line);
   offer(joint, Quantity::kAcceleration, acceleration, std::abs(acceleration) / limit.acceleration, t_s, line);
   offer(joint, Quantity::kJerk, jerk, std::abs(jerk) / limit.jerk, t_s, line);
-  past.q = {q, past.q[0], past.q[1]};
 }
 
 void LimitJudge::row(const TraceRow& row) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     History& past = history_[i];
     const double q = row.q[i];
-    if (fresh_) past.q.fill(q);
+    if (fresh_) past.q.restart();
     past.q_abs_max = std::max(past.q_abs_max, std::abs(q));
     digits_max_.decimals = std::max(digits_max_.decimals, row.digits[i].decimals);
     digits_max_.significant = std::max(digits_max_.significant, row.digits[i].significant);
@@ -73,7 +67,7 @@ double LimitJudge::rounding(std::size_t joint) const {
 void LimitJudge::finish() {
   const double h = step_s_;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
-    for (int k = 1; k <= 3; ++k) judge(i, history_[i].q[0], t_last_s_ + k * h, line_last_);
+    for (int k = 1; k <= 3; ++k) judge(i, history_[i].q.value(), t_last_s_ + k * h, line_last_);
     const JointLimit& limit = joints_[i].limit;
     const double half_digit = rounding(i);
     auto& peaks = verdicts_[i].peaks;

@@ -7,6 +7,7 @@
 
 #include "app/check/trace_reader.h"
 #include "core/axes.h"
+#include "core/differencer.h"
 
 namespace trn {
 
@@ -58,7 +59,7 @@ class LimitJudge {
 
  private:
   struct History {
-    std::array<double, 3> q{};  // newest first
+    Differencer q;
     double q_abs_max = 0;
   };
   double rounding(std::size_t joint) const;

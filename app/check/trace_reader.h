@@ -42,8 +42,7 @@ class TraceReader {
   /// Next row; false at the end of the trace. TraceError when the trace is damaged.
   bool next(TraceRow& row);
 
-  /// Line of the trace (1-based) that was read last, and an error there.
-  std::uint64_t trace_line() const { return trace_line_; }
+  /// An error at the line of the trace (1-based) that was read last.
   TraceError error(std::size_t column, std::string_view message) const;
 
  private:

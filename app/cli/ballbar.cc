@@ -4,13 +4,14 @@
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
 #include "app/lab/ballbar_run.h"
-#include "compensation/ballbar_fit.h"
+#include "app/lab/polar_plot.h"
+#include "app/lab/text_file.h"
+#include "compensation/fit/ballbar_fit.h"
 #include "compensation/geometric.h"
 #include "core/units.h"
 
@@ -55,12 +56,6 @@ Assembly without_geometry(const std::string& path) {
   return assembly;
 }
 
-void write_file(const std::string& path, const std::string& text) {
-  std::ofstream out(path);
-  out << text;
-  if (!out.flush()) throw std::runtime_error(path + ": cannot write this file");
-}
-
 BallbarInstrument instrument_of(const RunOptions& options) {
   BallbarInstrument instrument;
   instrument.noise_mm = options.noise_um / 1000;
@@ -90,17 +85,17 @@ void run_test(const RunOptions& options, const ActualChain& truth, const Ballbar
   Assembly plain = without_geometry(options.machine);
   const BallbarTrace off = run_ballbar(plain, truth, test, instrument, stem + ".ngc");
   write_ballbar_csv(stem + "_off.csv", off, false);
-  std::vector<PolarCurve> curves{{&off, "without compensation", "#c0392b"}};
+  std::vector<PolarCurve> curves{{&off, "without compensation"}};
   Assembly corrected = assemble(options.machine);
   BallbarTrace on;
   if (corrected.corrections.pose) {
     instrument.seed += 500;
     on = run_ballbar(corrected, truth, test, instrument, stem + ".ngc");
     write_ballbar_csv(stem + "_on.csv", on, true);
-    curves.push_back({&on, "with compensation", "#1f6fb2"});
+    curves.push_back({&on, "with compensation"});
   }
-  write_file(stem + ".svg",
-             polar_plot(fmt::format("Ball bar, test {} (bar {:g} mm)", test.name, test.bar_mm), curves));
+  write_text_file(stem + ".svg",
+                  polar_plot(fmt::format("Ball bar, test {} (bar {:g} mm)", test.name, test.bar_mm), curves));
   if (isatty(STDERR_FILENO)) fmt::print(stderr, "\r\033[K");
   const std::string after = on.readings.empty() ? "-" : fmt::format("{:.6f}", 1000 * on.peak_to_peak_mm());
   fmt::print("{:<12} {:>8} {:>14.4f} {:>14}\n", test.name, off.readings.size(), 1000 * off.peak_to_peak_mm(),
@@ -149,8 +144,6 @@ BallbarTrace pattern(ActualChain chain, const BallbarTest& test, const SingleErr
 }
 
 Exit patterns(const RunOptions& options) {
-  static constexpr const char* kColours[] = {"#c0392b", "#e67e22", "#b7950b", "#27ae60",
-                                             "#16a085", "#1f6fb2", "#8e44ad", "#444444"};
   const ActualChain nominal = read_chain(assemble(options.machine).machine);
   const std::vector<BallbarTest> tests = ballbar_tests(nominal);
   std::filesystem::create_directories(options.out);
@@ -161,10 +154,9 @@ Exit patterns(const RunOptions& options) {
     for (const SingleError& error : errors) traces.push_back(pattern(nominal, test, error));
     std::vector<PolarCurve> curves;
     for (std::size_t i = 0; i < errors.size(); ++i)
-      curves.push_back(
-          {&traces[i], errors[i].name + (errors[i].tilt ? " 0.01 deg" : " 10 um"), kColours[i % 8]});
+      curves.push_back({&traces[i], errors[i].name + (errors[i].tilt ? " 0.01 deg" : " 10 µm")});
     const std::string path = options.out + "/pattern_" + name + ".svg";
-    write_file(path, polar_plot("What each error looks like in test " + name, curves));
+    write_text_file(path, polar_plot("What each error looks like in test " + name, curves));
     fmt::print("{}\n", path);
   }
   return Exit::kDone;
@@ -261,7 +253,7 @@ Exit identify(const IdentifyOptions& options) {
   options.json ? print_json(fit) : print_fit(fit, traces);
   const std::string section = config_section(fit, machine);
   if (!options.write.empty())
-    write_file(options.write, section);
+    write_text_file(options.write, section);
   else if (!options.json)
     fmt::print("\n# for the config:\n{}", section);
   return Exit::kDone;

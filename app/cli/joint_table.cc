@@ -12,8 +12,10 @@
 #include <tuple>
 
 #include "app/cli/commands.h"
+#include "app/lab/error_curves.h"
 #include "app/lab/joint_measure.h"
-#include "compensation/joint_table_fit.h"
+#include "app/lab/text_file.h"
+#include "compensation/fit/joint_table_fit.h"
 #include "core/machine.h"
 #include "core/units.h"
 
@@ -85,12 +87,6 @@ std::string config_section(const std::vector<ErrorCurve>& fits) {
   return out;
 }
 
-void write_file(const std::string& path, const std::string& text) {
-  std::ofstream out(path);
-  out << text;
-  if (!out.flush()) throw std::runtime_error(path + ": cannot write this file");
-}
-
 std::string unit_of(const Joint& joint) { return joint.kind == JointKind::kRotary ? "deg" : "mm"; }
 
 /// The fit of every measured joint, and the table of them.
@@ -118,9 +114,9 @@ Exit fit(const FitOptions& options) {
   const Machine machine = read_machine(load_config(options.machine));
   const Measured measured = read_measurements(options.measurements, machine);
   const std::vector<ErrorCurve> fits = fit_all(machine, measured, options.table, options.measurements);
-  if (!options.plot.empty()) write_file(options.plot, error_curves(fits));
+  if (!options.plot.empty()) write_text_file(options.plot, error_curves(fits));
   if (!options.write.empty())
-    write_file(options.write, config_section(fits));
+    write_text_file(options.write, config_section(fits));
   else
     fmt::print("\n# for the config:\n{}", config_section(fits));
   return Exit::kDone;
@@ -152,7 +148,7 @@ void write_measurements(const std::string& path, const Measured& measured) {
   for (const auto& [joint, points] : measured)
     for (const AxisMeasurement& m : points)
       text += fmt::format("{},{:.9f},{:.9f}\n", joint, m.commanded, m.actual);
-  write_file(path, text);
+  write_text_file(path, text);
 }
 
 std::vector<JointTable> read_truth(const Machine& machine, const std::string& path) {
@@ -194,7 +190,7 @@ Exit measure(const MeasureOptions& options) {
                  error_amplitude(*curve.after), curve.unit);
     }
   }
-  write_file(options.out + "/curves.svg", error_curves(fits));
+  write_text_file(options.out + "/curves.svg", error_curves(fits));
   fmt::print("program, measurements (CSV) and picture (SVG) are in {}/\n", options.out);
   return Exit::kDone;
 }

@@ -108,15 +108,6 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
-JointVec standing_joints(Assembly& assembly) {
-  Setpoints setpoints;
-  Feedback feedback;
-  setpoints.q.setZero(assembly.kinematics->joint_count());
-  setpoints.qd = feedback.q = setpoints.q;
-  assembly.drives->exchange(setpoints, feedback);
-  return feedback.q;
-}
-
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;

@@ -4,10 +4,11 @@
 #include <unistd.h>
 
 #include <cstdio>
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/lab/text_file.h"
+#include "app/lab/workspace_svg.h"
 #include "app/session/assembly.h"
 #include "core/units.h"
 
@@ -100,13 +101,6 @@ std::string json_of(const Workspace& w) {
   return out.dump(2) + "\n";
 }
 
-void write_file(const std::string& path, const std::string& text) {
-  if (path.empty()) return;
-  std::ofstream out(path);
-  out << text;
-  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot write", path));
-}
-
 Exit workspace_command(const WorkspaceFiles& files) {
   const Assembly assembly = assemble(files.machine);
   const bool terminal = isatty(STDERR_FILENO) != 0;
@@ -116,8 +110,10 @@ Exit workspace_command(const WorkspaceFiles& files) {
   const Workspace workspace =
       survey_workspace(assembly.machine, *assembly.kinematics, *assembly.map, files.options, progress);
   if (terminal) fmt::print(stderr, "\r\033[K");
-  write_file(files.csv, workspace_csv(workspace));
-  write_file(files.svg, workspace_svg(workspace, fmt::format("Workspace of {}", assembly.machine.name)));
+  if (!files.csv.empty()) write_text_file(files.csv, workspace_csv(workspace));
+  if (!files.svg.empty())
+    write_text_file(files.svg,
+                    workspace_svg(workspace, fmt::format("Workspace of {}", assembly.machine.name)));
   fmt::print("{}", files.json ? json_of(workspace) : table_of(workspace));
   return Exit::kDone;
 }

@@ -8,6 +8,7 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "app/lab/text_file.h"
 #include "app/session/simulation.h"
 #include "core/units.h"
 
@@ -113,9 +114,7 @@ std::string ballbar_program(const Assembly& assembly, const BallbarTest& test) {
 
 BallbarTrace run_ballbar(Assembly& assembly, const ActualChain& truth, const BallbarTest& test,
                          const BallbarInstrument& instrument, const std::string& program_path) {
-  std::ofstream out(program_path);
-  out << ballbar_program(assembly, test);
-  if (!out.flush()) throw std::runtime_error(program_path + ": cannot write the test's program");
+  write_text_file(program_path, ballbar_program(assembly, test));
   BarReader reader(assembly, truth, test, instrument);
   SimulationOptions options;
   options.program = program_path;
@@ -131,12 +130,11 @@ BallbarTrace run_ballbar(Assembly& assembly, const ActualChain& truth, const Bal
 }
 
 void write_ballbar_csv(const std::string& path, const BallbarTrace& trace, bool compensated) {
-  std::ofstream out(path);
-  out << fmt::format("# test {}\n# compensation {}\nangle_deg,reading_mm\n", trace.test.name,
-                     compensated ? "on" : "off");
+  std::string text = fmt::format("# test {}\n# compensation {}\nangle_deg,reading_mm\n", trace.test.name,
+                                 compensated ? "on" : "off");
   for (const BallbarReading& r : trace.readings)
-    out << fmt::format("{:.12g},{:.12g}\n", r.angle_rad * kDegPerRad, r.reading_mm);
-  if (!out.flush()) throw std::runtime_error(path + ": cannot write the trace");
+    text += fmt::format("{:.12g},{:.12g}\n", r.angle_rad * kDegPerRad, r.reading_mm);
+  write_text_file(path, text);
 }
 
 BallbarTrace read_ballbar_csv(const std::string& path, const std::string& name,

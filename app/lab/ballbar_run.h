@@ -6,7 +6,7 @@
 #include <string>
 
 #include "app/session/assembly.h"
-#include "compensation/ballbar.h"
+#include "compensation/fit/ballbar.h"
 
 namespace trn {
 
@@ -34,13 +34,5 @@ void write_ballbar_csv(const std::string& path, const BallbarTrace& trace, bool 
 /// ("" if the file says it) is the test. std::runtime_error "file:line: what is wrong".
 BallbarTrace read_ballbar_csv(const std::string& path, const std::string& name,
                               const std::vector<BallbarTest>& tests);
-
-/// A picture in the manner of ball-bar reports: deviations around a circle, the scale in um, one or two
-/// traces.
-struct PolarCurve {
-  const BallbarTrace* trace;
-  std::string label, colour;
-};
-std::string polar_plot(const std::string& title, const std::vector<PolarCurve>& curves);
 
 }  // namespace trn

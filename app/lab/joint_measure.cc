@@ -4,10 +4,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <random>
 #include <stdexcept>
 
+#include "app/lab/text_file.h"
 #include "app/session/simulation.h"
 #include "core/units.h"
 
@@ -74,15 +74,6 @@ class ScaleReader final : public ReportSink {
   long periods_left_ = 0;
 };
 
-JointVec standing_joints(Assembly& assembly) {
-  Setpoints setpoints;
-  Feedback feedback;
-  setpoints.q.setZero(assembly.kinematics->joint_count());
-  setpoints.qd = feedback.q = setpoints.q;
-  assembly.drives->exchange(setpoints, feedback);
-  return feedback.q;
-}
-
 std::string measuring_program(const JointMeasureConfig& config) {
   const double unit = config.word < kA ? 1 : kDegPerRad;
   const char letter = kWordLetters[config.word];
@@ -141,9 +132,7 @@ std::pair<double, double> word_range(Assembly& assembly, int word) {
 JointMeasurements measure_joints(Assembly& assembly, const std::vector<JointTable>& truth,
                                  const JointMeasureConfig& config, bool corrected,
                                  const std::string& program_path) {
-  std::ofstream out(program_path);
-  out << measuring_program(config);
-  if (!out.flush()) throw std::runtime_error(program_path + ": cannot write the measurement's program");
+  write_text_file(program_path, measuring_program(config));
   Corrections& corrections = assembly.corrections;
   const int off = corrections.planned_off;
   corrections.planned_off =

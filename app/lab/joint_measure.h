@@ -4,7 +4,7 @@
 #include <vector>
 
 #include "app/session/assembly.h"
-#include "compensation/joint_table_fit.h"
+#include "compensation/fit/joint_table_fit.h"
 #include "compensation/joint_tables.h"
 
 namespace trn {
@@ -32,17 +32,6 @@ std::pair<double, double> word_range(Assembly& assembly, int word);
 JointMeasurements measure_joints(Assembly& assembly, const std::vector<JointTable>& truth,
                                  const JointMeasureConfig& config, bool corrected,
                                  const std::string& program_path);
-
-/// One joint's errors and what was fitted to them, for a picture.
-struct ErrorCurve {
-  std::string joint, unit;
-  const std::vector<AxisMeasurement>* measured = nullptr;
-  JointTableFit fit;
-  const std::vector<AxisMeasurement>* after = nullptr;  ///< with correction; may be null
-};
-
-/// Error over place, one diagram a joint (SVG).
-std::string error_curves(const std::vector<ErrorCurve>& curves);
 
 /// Greatest error, actual less commanded, about its mean.
 double error_amplitude(const std::vector<AxisMeasurement>& measured);

@@ -1,88 +1,56 @@
+#include "app/lab/polar_plot.h"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
 
-#include "app/lab/ballbar_run.h"
-#include "core/units.h"
+#include "app/lab/picture/axes.h"
+#include "app/lab/picture/polar_axes.h"
 
 namespace trn {
 
 namespace {
 
-constexpr double kCentreX = 320, kCentreY = 340, kBasePx = 170, kDivisionPx = 24;
-constexpr int kDivisions = 5;
+constexpr double kWidth = 680, kMargin = 20, kTop = 60, kUmPerMm = 1000;
+constexpr double kLeastShownUm = 1e-6;  // less is rounding
 
-/// 1, 2 or 5 times a power of ten, so that `peak` fits into the divisions.
-double um_per_division(double peak_um) {
-  double scale = 1e-6;
-  for (int step = 0; scale * kDivisions < peak_um && step < 60; ++step) scale *= step % 3 == 1 ? 2.5 : 2;
-  return scale;
-}
-
-std::string point(double angle, double radius) {
-  return fmt::format("{:.2f},{:.2f}", kCentreX + radius * std::cos(angle),
-                     kCentreY - radius * std::sin(angle));
-}
-
-std::string circle(double radius, const char* style) {
-  return fmt::format("<circle cx='{:g}' cy='{:g}' r='{:.2f}' fill='none' {}/>\n", kCentreX, kCentreY, radius,
-                     style);
-}
-
-std::string grid() {
-  std::string out;
-  for (int k = -kDivisions; k <= kDivisions; ++k)
-    out += circle(kBasePx + k * kDivisionPx,
-                  k == 0 ? "stroke='#444' stroke-width='1.2'" : "stroke='#ccc' stroke-width='0.6'");
-  for (int k = 0; k < 12; ++k) {
-    const double a = k * kPi / 6, edge = kBasePx + (kDivisions + 0.4) * kDivisionPx;
-    out += fmt::format("<polyline points='{} {}' stroke='#ddd' stroke-width='0.6'/>\n", point(a, 20),
-                       point(a, edge));
-    const double x = kCentreX + (edge + 14) * std::cos(a), y = kCentreY - (edge + 14) * std::sin(a) + 4;
-    out += fmt::format("<text x='{:.1f}' y='{:.1f}' text-anchor='middle' font-size='11'>{}°</text>\n", x, y,
-                       30 * k);
-  }
-  return out;
-}
-
-std::string curve(const PolarCurve& c, double um_per_px) {
-  std::string points;
-  const std::size_t n = c.trace->readings.size(), every = std::max<std::size_t>(1, n / 1500);
-  for (std::size_t i = 0; i < n; i += every) {
-    const BallbarReading& r = c.trace->readings[i];
-    points += point(r.angle_rad, kBasePx + 1000 * r.reading_mm / um_per_px) + " ";
-  }
-  return fmt::format("<polyline points='{}' fill='none' stroke='{}' stroke-width='1.6'/>\n", points,
-                     c.colour);
+/// Greatest deviation of all readings, um.
+double peak_um(const std::vector<PolarCurve>& curves) {
+  double peak = kLeastShownUm;
+  for (const PolarCurve& c : curves)
+    for (const BallbarReading& r : c.trace->readings)
+      peak = std::max(peak, kUmPerMm * std::abs(r.reading_mm));
+  return peak;
 }
 
 }  // namespace
 
 std::string polar_plot(const std::string& title, const std::vector<PolarCurve>& curves) {
-  double peak_um = 0;
-  for (const PolarCurve& c : curves)
+  const double reach = picture::PolarAxes::reach_px();
+  const double below = kTop + 2 * reach + 20;
+  picture::Svg svg(kWidth, below + 20 * static_cast<double>(curves.size()));
+  const picture::PolarAxes axes({kWidth / 2, kTop + reach}, peak_um(curves));
+  svg.text(kMargin, 28, title, {"start", 17, false, kWidth - 2 * kMargin});
+  svg.text(kMargin, 48,
+           fmt::format("{:g} µm from ring to ring; dark circle: nominal length", axes.per_ring()));
+  axes.draw(svg, "µm");
+  double y = below;
+  for (std::size_t i = 0; i < curves.size(); ++i) {
+    const PolarCurve& c = curves[i];
+    std::vector<picture::Px> points;
     for (const BallbarReading& r : c.trace->readings)
-      peak_um = std::max(peak_um, 1000 * std::abs(r.reading_mm));
-  const double scale = um_per_division(peak_um);
-  const double height = 684 + 20 * static_cast<double>(curves.size());
-  std::string out = fmt::format(
-      "<svg xmlns='http://www.w3.org/2000/svg' viewBox='-20 0 680 {0:g}' font-family='sans-serif'>\n"
-      "<rect x='-20' width='680' height='{0:g}' fill='white'/>\n",
-      height);
-  out += fmt::format("<text x='20' y='28' font-size='17'>{}</text>\n", title);
-  out += fmt::format(
-      "<text x='20' y='48' font-size='12'>{:g} um per division; dark circle: nominal length</text>\n", scale);
-  out += grid();
-  double y = 686;
-  for (const PolarCurve& c : curves) {
-    out += curve(c, scale / kDivisionPx);
-    out += fmt::format("<rect x='20' y='{:g}' width='22' height='4' fill='{}'/>", y - 6, c.colour);
-    out += fmt::format("<text x='50' y='{:g}' font-size='13'>{}: deviation {:.4g} um</text>\n", y, c.label,
-                       1000 * c.trace->peak_to_peak_mm());
-    y += 20;
+      points.push_back(axes.at(r.angle_rad, kUmPerMm * r.reading_mm));
+    // Earlier ones are wider, so that curves on top of each other show as edges.
+    const double wider = curves.size() > 2 ? static_cast<double>(curves.size() - 1 - i) : 0;
+    svg.polyline(points, picture::line_colour(i), 1.5 + 0.8 * wider);
+    const double deviation_um = kUmPerMm * c.trace->peak_to_peak_mm();
+    y = draw_legend(
+        svg, kMargin, y, kWidth - kMargin,
+        {{fmt::format("{}: deviation {:.4g} µm", c.label, deviation_um < kLeastShownUm ? 0 : deviation_um),
+          picture::line_colour(i)}});
   }
-  return out + "</svg>\n";
+  return svg.str();
 }
 
 }  // namespace trn

@@ -5,112 +5,68 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 
+#include "app/lab/picture/axes.h"
 #include "app/lab/run_report.h"
+#include "app/lab/text_file.h"
 
 namespace trn {
 
 namespace {
 
-constexpr double kWidth = 1000, kLeft = 80, kRight = 20, kPanel = 150, kGap = 34, kTop = 50;
+using picture::Axes;
+using picture::kLineColours;
+using picture::Px;
+using picture::Svg;
+
+constexpr double kWidth = 1000, kLeft = 80, kRight = 20, kPanel = 150, kGap = 40, kTop = 86;
+constexpr double kDeviationSide = 405;
 constexpr float kAtLimit = 0.95F;  // as in the summary
-constexpr const char* kFree = "#b0b0b0";
-constexpr std::array<const char*, kMaxJoints> kColours{"#4477aa", "#ee6677", "#228833", "#ccbb44", "#66ccee",
-                                                       "#aa3377", "#995500", "#000000", "#8855ff"};
+constexpr const char* kFree = picture::kNeutral;
+static_assert(kLineColours.size() >= kMaxJoints);
 
 const char* colour_of(const RunBin& bin) {
-  return bin.worst >= kAtLimit && bin.worst_joint >= 0 ? kColours[static_cast<std::size_t>(bin.worst_joint)]
-                                                       : kFree;
+  return bin.worst >= kAtLimit && bin.worst_joint >= 0
+             ? kLineColours[static_cast<std::size_t>(bin.worst_joint)]
+             : kFree;
 }
 
-/// Dark blue over green to yellow: monotone in lightness.
-std::string shade(double share) {
-  static constexpr std::array<std::array<double, 3>, 5> kStops{
-      {{68, 1, 84}, {59, 82, 139}, {33, 145, 140}, {94, 201, 98}, {253, 231, 37}}};
-  const double at = std::clamp(share, 0.0, 1.0) * 4;
-  const std::size_t i = std::min<std::size_t>(static_cast<std::size_t>(at), 3);
-  std::array<long, 3> c{};
-  for (std::size_t k = 0; k < 3; ++k)
-    c[k] = std::lround(kStops[i][k] + (at - static_cast<double>(i)) * (kStops[i + 1][k] - kStops[i][k]));
-  return fmt::format("#{:02x}{:02x}{:02x}", c[0], c[1], c[2]);
+Svg begin(double height, const std::string& title) {
+  Svg svg(kWidth, height);
+  svg.text(kLeft, 26, title, {"start", 17});
+  return svg;
 }
 
-std::string text(double x, double y, const std::string& what, const char* more = "") {
-  return fmt::format("<text x='{:.1f}' y='{:.1f}' {}>{}</text>\n", x, y, more, what);
-}
+double end_s(const std::vector<RunBin>& bins) { return bins.empty() ? 1 : std::max(bins.back().t_s, 1e-3); }
 
-std::string begin(double width, double height, const std::string& title) {
-  return fmt::format(
-             "<svg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 {0:g} {1:g}' width='{0:g}' "
-             "font-family='sans-serif' font-size='12'>\n<rect width='{0:g}' height='{1:g}' fill='white'/>\n",
-             width, height) +
-         text(kLeft, 20, title, "font-size='15'");
+/// The `index`-th of three diagrams over time, one under the other; y from 0.
+Axes panel(const std::vector<RunBin>& bins, int index, double y_max) {
+  return {
+      {kLeft, kTop + index * (kPanel + kGap), kWidth - kLeft - kRight, kPanel}, {0, end_s(bins)}, {0, y_max}};
 }
-
-/// 1, 2 or 5 times a power of ten, at least `value`.
-double round_up(double value) {
-  if (!(value > 0)) return 1;
-  const double ten = std::pow(10, std::floor(std::log10(value)));
-  for (const double step : {1.0, 2.0, 5.0})
-    if (step * ten >= value * (1 - 1e-9)) return step * ten;
-  return 10 * ten;
-}
-
-/// A chart over time, one under the other.
-struct Panel {
-  double top = 0, t_max = 1, y_max = 1;
-  double x(double t) const { return kLeft + (kWidth - kLeft - kRight) * t / t_max; }
-  double y(double value) const { return top + kPanel * (1 - std::clamp(value / y_max, 0.0, 1.02)); }
-  std::string frame(const std::string& title) const {
-    std::string out = text(kLeft, top - 6, title);
-    for (const double share : {0.0, 0.5, 1.0}) {
-      out += fmt::format("<path d='M{:g} {:.1f}H{:g}' stroke='#ddd'/>\n", kLeft, y(share * y_max),
-                         kWidth - kRight);
-      out += text(kLeft - 6, y(share * y_max) + 4, fmt::format("{:g}", share * y_max), "text-anchor='end'");
-    }
-    return out;
-  }
-  std::string seconds() const {
-    std::string out;
-    const double step = round_up(t_max / 10);
-    for (double t = 0; t <= t_max * (1 + 1e-9); t += step)
-      out += text(x(t), top + kPanel + 16, fmt::format("{:g} s", t), "text-anchor='middle'");
-    return out;
-  }
-};
-
-std::string polyline(const std::string& points, const std::string& colour, double width = 1.3) {
-  return fmt::format("<polyline points='{}' fill='none' stroke='{}' stroke-width='{:g}'/>\n", points, colour,
-                     width);
-}
+constexpr double kPanelsEnd = kTop + 3 * (kPanel + kGap);
+const char* time_label(int index) { return index == 2 ? "time, s" : ""; }
 
 /// Value over time; a new line where the colour changes.
 template <typename Value, typename Colour>
-std::string curve(const Panel& panel, const std::vector<RunBin>& bins, Value value, Colour colour) {
-  std::string out, points;
+void draw_curve(Svg& svg, const Axes& axes, const std::vector<RunBin>& bins, Value value, Colour colour) {
+  std::vector<Px> points;
   for (std::size_t i = 0; i < bins.size(); ++i) {
-    points += fmt::format("{:.1f},{:.1f} ", panel.x(bins[i].t_s), panel.y(value(bins[i])));
+    points.push_back(axes.at(bins[i].t_s, value(bins[i])));
     const bool last = i + 1 == bins.size();
     if (!last && std::string_view(colour(bins[i])) == colour(bins[i + 1])) continue;
-    if (!last) points += fmt::format("{:.1f},{:.1f}", panel.x(bins[i + 1].t_s), panel.y(value(bins[i + 1])));
-    out += polyline(points, colour(bins[i]));
+    if (!last) points.push_back(axes.at(bins[i + 1].t_s, value(bins[i + 1])));
+    svg.polyline(points, colour(bins[i]), 1.3);
     points.clear();
   }
-  return out;
 }
 
-std::string key(const Machine& machine, double y, bool with_free) {
-  std::string out;
-  double x = kLeft;
-  const auto entry = [&](const std::string& name, const char* colour) {
-    out += fmt::format("<rect x='{:.0f}' y='{:.0f}' width='14' height='10' fill='{}'/>\n", x, y - 9, colour);
-    out += text(x + 18, y, name);
-    x += 30 + 8 * static_cast<double>(name.size());
-  };
-  for (std::size_t i = 0; i < machine.joints.size(); ++i) entry(machine.joints[i].name, kColours[i]);
-  if (with_free) entry("no joint: the feed, or the way there and back", kFree);
-  return out;
+void draw_key(Svg& svg, const Machine& machine, bool with_free) {
+  std::vector<picture::LegendEntry> entries;
+  for (std::size_t i = 0; i < machine.joints.size(); ++i)
+    entries.push_back({machine.joints[i].name, kLineColours[i]});
+  if (with_free) entries.push_back({"no joint: the feed, or the way there and back", kFree});
+  draw_legend(svg, kLeft, 50, kWidth - kRight, entries);
 }
 
 template <typename Value>
@@ -119,8 +75,6 @@ double largest(const std::vector<RunBin>& bins, Value value) {
   for (const RunBin& bin : bins) out = std::max<double>(out, value(bin));
   return out;
 }
-
-double end_s(const std::vector<RunBin>& bins) { return bins.empty() ? 1 : std::max(bins.back().t_s, 1e-3); }
 
 /// Fewer bins, the worst of each: enough for lines that lie over each other.
 std::vector<RunBin> thinned(const std::vector<RunBin>& bins, std::size_t count) {
@@ -141,148 +95,137 @@ std::vector<RunBin> thinned(const std::vector<RunBin>& bins, std::size_t count) 
   return out;
 }
 
-std::string usage_bars(const Machine& machine, const SimulationResult& result, double top) {
-  std::string out = text(
-      kLeft, top - 6, "time at 95 % of a limit or more: velocity, acceleration, jerk; % of the cycle time");
+void draw_usage(Svg& svg, const Machine& machine, const SimulationResult& result, double top) {
+  svg.text(
+      kLeft, top - 8,
+      "time at 95 % of a limit or more: velocity, acceleration, jerk (dark to light); % of the cycle time");
   const double all = std::max(result.cycle_time_s, 1e-9), scale = (kWidth - kLeft - kRight) / 100;
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
     const double y = top + 22 * static_cast<double>(i);
     const TimeAtLimit& at = result.at_limit[i];
-    out += text(kLeft - 6, y + 13, machine.joints[i].name, "text-anchor='end'");
+    svg.text(kLeft - 6, y + 13, machine.joints[i].name, {"end", 12, false, kLeft - 10});
     double x = kLeft;
     for (const auto& [time_s, opacity] :
          {std::pair{at.velocity, 1.0}, {at.acceleration, 0.65}, {at.jerk, 0.35}}) {
       const double width = std::min(100 * time_s / all * scale, kWidth - kRight - x);
-      out += fmt::format(
-          "<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='16' fill='{}' fill-opacity='{:g}'/>\n", x, y,
-          width, kColours[i], opacity);
+      svg.fill({x, y, width, 16}, kLineColours[i], opacity);
       x += width;
     }
-    out += text(x + 6, y + 13,
-                fmt::format("{:.1f}, {:.1f}, {:.1f}", 100 * at.velocity / all, 100 * at.acceleration / all,
-                            100 * at.jerk / all));
+    const std::string shares = fmt::format("{:.1f}, {:.1f}, {:.1f}", 100 * at.velocity / all,
+                                           100 * at.acceleration / all, 100 * at.jerk / all);
+    const bool beside = x + 6 + picture::text_width_px(shares, 12) < kWidth;
+    svg.text(beside ? x + 6 : kWidth - kRight - 6, y + 13, shares, {beside ? "start" : "end"});
   }
-  return out;
 }
 
-/// The way seen along one axis, in a square, in sixteen shades of speed.
-std::string projection(const std::vector<RunBin>& bins, int right, int up, double left, double side) {
-  Eigen::Vector2d low(1e30, 1e30), high(-1e30, -1e30);
+/// The way seen along one axis, the same scale both ways, in sixteen shades of speed.
+void draw_projection(Svg& svg, const std::vector<RunBin>& bins, int right, int up, double left, double side) {
+  std::vector<double> across, upwards;
   for (const RunBin& bin : bins)
     if (bin.on_path) {
-      low = low.cwiseMin(Eigen::Vector2d(bin.p_W[right], bin.p_W[up]));
-      high = high.cwiseMax(Eigen::Vector2d(bin.p_W[right], bin.p_W[up]));
+      across.push_back(bin.p_W[right]);
+      upwards.push_back(bin.p_W[up]);
     }
-  const double range = std::max((high - low).maxCoeff(), 1e-6);
+  Axes axes({left, kTop, side, side}, picture::Range::over(across, 0.04),
+            picture::Range::over(upwards, 0.04));
+  axes.make_square();
+  axes.draw(svg, fmt::format("{}, mm", "XYZ"[right]), fmt::format("{}, mm", "XYZ"[up]));
   const double fastest = std::max(largest(bins, [](const RunBin& b) { return b.speed_mm_s; }), 1e-9);
   const auto level = [&](const RunBin& b) { return std::lround(15 * b.speed_mm_s / fastest); };
-  const auto place = [&](const RunBin& b) {
-    return fmt::format("{:.1f},{:.1f} ", left + side * (b.p_W[right] - low[0]) / range,
-                       kTop + side - side * (b.p_W[up] - low[1]) / range);
-  };
-  std::string out, points;
+  const auto place = [&](const RunBin& b) { return axes.at(b.p_W[right], b.p_W[up]); };
+  std::vector<Px> points;
   for (std::size_t i = 0; i < bins.size(); ++i) {
     if (!bins[i].on_path) continue;
-    points += place(bins[i]);
+    points.push_back(place(bins[i]));
     const bool last = i + 1 == bins.size() || !bins[i + 1].on_path;
     if (!last && level(bins[i]) == level(bins[i + 1])) continue;
-    if (!last) points += place(bins[i + 1]);
-    out += polyline(points, shade(static_cast<double>(level(bins[i])) / 15), 1);
+    if (!last) points.push_back(place(bins[i + 1]));
+    svg.polyline(points, picture::shade(static_cast<double>(level(bins[i])) / 15), 1.2);
     points.clear();
   }
-  return out + text(left, kTop + side + 18,
-                    fmt::format("{} to the right, {} up; {:.4g} mm wide", "XYZ"[right], "XYZ"[up], range));
 }
 
-std::string bars(const DeviationHistogram& histogram, const std::string& title, double left) {
-  constexpr double kSide = 400;
-  std::uint64_t sum = 0, most = 1;
+/// How many samples lie in which part of the tolerance, as bars of their share.
+void draw_bars(Svg& svg, const DeviationHistogram& histogram, const std::string& title, double left) {
+  std::uint64_t all = 0, most = 0;
   for (const std::uint64_t count : histogram) {
-    sum += count;
+    all += count;
     most = std::max(most, count);
   }
-  std::string out = text(left, kTop - 8, fmt::format("{}; {} periods", title, sum));
-  const double width = kSide / static_cast<double>(histogram.size());
-  for (std::size_t i = 0; i < histogram.size(); ++i) {
-    const double height = 200.0 * static_cast<double>(histogram[i]) / static_cast<double>(most);
-    out += fmt::format("<rect x='{:.1f}' y='{:.1f}' width='{:.1f}' height='{:.1f}' fill='{}'/>\n",
-                       left + width * static_cast<double>(i), kTop + 200 - height, width - 1, height,
-                       i + 1 == histogram.size() ? "#ee6677" : "#4477aa");
+  const picture::Box box{left, kTop, kDeviationSide, 200};
+  if (all == 0) {
+    svg.text(left, kTop - 7, title + ": nothing to judge");
+    return svg.frame(box);
   }
-  for (int k = 0; k <= 4; ++k)
-    out += text(left + width * 5 * k, kTop + 216, fmt::format("{} %", 25 * k), "text-anchor='middle'");
-  return out + text(left + kSide, kTop + 232, "of the tolerance; last bar: more", "text-anchor='end'");
-}
-
-void write_file(const std::filesystem::path& file, const std::string& what) {
-  std::ofstream out(file);
-  out << what;
-  if (!out.flush()) throw std::runtime_error(fmt::format("{}: cannot write", file.string()));
-}
-
-std::string escaped(const std::string& raw) {
-  std::string out;
-  for (const char c : raw) out += c == '<' ? "&lt;" : c == '&' ? "&amp;" : std::string(1, c);
-  return out;
+  const auto percent = [&](std::uint64_t count) {
+    return 100 * static_cast<double>(count) / static_cast<double>(all);
+  };
+  const double last =
+      100.0 * static_cast<double>(histogram.size()) / static_cast<double>(histogram.size() - 1);
+  const Axes axes(box, {0, last}, {0, 1.05 * percent(most)});
+  axes.draw(svg, "deviation, % of the tolerance; last bar: more", title + ": share of the samples, %");
+  const double width = box.width / static_cast<double>(histogram.size());
+  for (std::size_t i = 0; i < histogram.size(); ++i) {
+    const double y = axes.at(0, percent(histogram[i])).y;
+    svg.fill({left + width * static_cast<double>(i) + 1, y, width - 1, box.bottom() - y},
+             kLineColours[i + 1 == histogram.size() ? 1 : 0]);
+  }
 }
 
 }  // namespace
 
 std::string speed_picture(const Machine& machine, const std::vector<RunBin>& bins) {
-  const double height = kTop + 3 * (kPanel + kGap) + 40;
-  std::string out = begin(kWidth, height, "Motion of the tip; the colour names the joint at a limit");
-  Panel panel{kTop, end_s(bins), 1};
-  const auto add = [&](const char* title, auto value) {
-    panel.y_max = round_up(largest(bins, value));
-    out += panel.frame(title) + curve(panel, bins, value, colour_of);
-    panel.top += kPanel + kGap;
+  Svg svg = begin(kPanelsEnd + 10, "Motion of the tip; the colour names the joint at a limit");
+  draw_key(svg, machine, true);
+  int index = 0;
+  const auto add = [&](const char* label, auto value) {
+    const Axes axes = panel(bins, index, picture::round_up(largest(bins, value)));
+    axes.draw(svg, time_label(index++), label);
+    draw_curve(svg, axes, bins, value, colour_of);
   };
   add("speed, mm/s", [](const RunBin& b) { return b.speed_mm_s; });
   add("acceleration along the path, mm/s²", [](const RunBin& b) { return b.acceleration_mm_s2; });
   add("jerk along the path, mm/s³", [](const RunBin& b) { return b.jerk_mm_s3; });
-  panel.top -= kPanel + kGap;
-  return out + panel.seconds() + key(machine, height - 10, true) + "</svg>\n";
+  return svg.str();
 }
 
 std::string joint_picture(const Machine& machine, const std::vector<RunBin>& all,
                           const SimulationResult& result) {
   const std::vector<RunBin> bins = thinned(all, 1000);
-  const double bars_top = kTop + 3 * (kPanel + kGap) + 30;
-  const double height = bars_top + 22 * static_cast<double>(machine.joints.size()) + 40;
-  std::string out = begin(kWidth, height, "What the joints use of their limits");
-  Panel panel{kTop, end_s(bins), 1};
-  const auto add = [&](const char* title, auto member) {
-    out += panel.frame(title);
+  Svg svg = begin(kPanelsEnd + 50 + 22 * static_cast<double>(machine.joints.size()),
+                  "What the joints use of their limits");
+  draw_key(svg, machine, false);
+  int index = 0;
+  const auto add = [&](const char* label, auto member) {
+    const Axes axes = panel(bins, index, 1.02);
+    axes.draw(svg, time_label(index++), label);
     for (std::size_t i = 0; i < machine.joints.size(); ++i)
-      out += curve(
-          panel, bins, [&](const RunBin& b) { return (b.*member)[i]; },
-          [&](const RunBin&) { return kColours[i]; });
-    panel.top += kPanel + kGap;
+      draw_curve(
+          svg, axes, bins, [&](const RunBin& b) { return std::min((b.*member)[i], 1.02F); },
+          [&](const RunBin&) { return kLineColours[i]; });
   };
-  add("velocity, of the limit", &RunBin::velocity);
-  add("acceleration, of the limit", &RunBin::acceleration);
-  add("jerk, of the limit", &RunBin::jerk);
-  panel.top -= kPanel + kGap;
-  return out + panel.seconds() + usage_bars(machine, result, bars_top) + key(machine, height - 10, false) +
-         "</svg>\n";
+  add("velocity, share of the limit", &RunBin::velocity);
+  add("acceleration, share of the limit", &RunBin::acceleration);
+  add("jerk, share of the limit", &RunBin::jerk);
+  draw_usage(svg, machine, result, kPanelsEnd + 40);
+  return svg.str();
 }
 
 std::string path_picture(const std::vector<RunBin>& bins) {
-  constexpr double kSide = 440;
-  std::string out = begin(kWidth, kTop + kSide + 70, "The tip's way in the work, coloured by speed");
-  out += projection(bins, kX, kY, kLeft / 2, kSide) + projection(bins, kX, kZ, kWidth / 2 + 20, kSide);
+  constexpr double kSide = 405;
+  Svg svg = begin(kTop + kSide + 50, "The tip's way in the work, coloured by speed");
+  draw_projection(svg, bins, kX, kY, kLeft, kSide);
+  draw_projection(svg, bins, kX, kZ, kWidth - kRight - kSide, kSide);
   const double fastest = largest(bins, [](const RunBin& b) { return b.speed_mm_s; });
-  for (int k = 0; k < 16; ++k)
-    out += fmt::format("<rect x='{:.1f}' y='{:.1f}' width='13' height='10' fill='{}'/>\n", kLeft / 2 + 13 * k,
-                       kTop + kSide + 36, shade(k / 15.0));
-  return out + text(kLeft / 2 + 220, kTop + kSide + 46, fmt::format("0 to {:.4g} mm/s", fastest)) +
-         "</svg>\n";
+  picture::draw_shades(svg, {kWidth - kRight - kSide, 20}, kSide, "0", fmt::format("{:.4g} mm/s", fastest));
+  return svg.str();
 }
 
 std::string deviation_picture(const DeviationReport& report) {
-  std::string out = begin(kWidth, kTop + 250, "Deviation from the program");
-  return out + bars(report.tip_histogram, "tip", kLeft) +
-         bars(report.axis_histogram, "tool axis", kWidth / 2 + 40) + "</svg>\n";
+  Svg svg = begin(kTop + 250, "Deviation from the program");
+  draw_bars(svg, report.tip_histogram, "tip", kLeft);
+  draw_bars(svg, report.axis_histogram, "tool axis", kWidth - kRight - kDeviationSide);
+  return svg.str();
 }
 
 void write_run_pictures(const std::string& folder, const std::string& program, const Machine& machine,
@@ -295,15 +238,15 @@ void write_run_pictures(const std::string& folder, const std::string& program, c
       "<!doctype html>\n<html lang='en'><head><meta charset='utf-8'><title>{0}</title>\n<style>body{{"
       "font-family:sans-serif;max-width:1040px;margin:auto}}pre{{overflow:auto}}</style></head>\n<body>\n"
       "<h1>{0}</h1>\n<pre>{1}</pre>\n",
-      escaped(program), escaped(run_summary(result, machine, program)));
-  for (const auto& [name, picture] : {std::pair{"speed", speed_picture(machine, bins)},
-                                      {"joints", joint_picture(machine, bins, result)},
-                                      {"path", path_picture(bins)},
-                                      {"deviation", deviation_picture(result.deviation)}}) {
-    write_file(path / fmt::format("{}.svg", name), picture);
-    html += picture;
+      picture::escaped(program), picture::escaped(run_summary(result, machine, program)));
+  for (const auto& [name, drawn] : {std::pair{"speed", speed_picture(machine, bins)},
+                                    {"joints", joint_picture(machine, bins, result)},
+                                    {"path", path_picture(bins)},
+                                    {"deviation", deviation_picture(result.deviation)}}) {
+    write_text_file((path / fmt::format("{}.svg", name)).string(), drawn);
+    html += drawn;
   }
-  write_file(path / "report.html", html + "</body></html>\n");
+  write_text_file((path / "report.html").string(), html + "</body></html>\n");
 }
 
 }  // namespace trn

@@ -35,20 +35,13 @@ void RunRecorder::write(const CycleReport& report) {
   add(bin);
 }
 
-// Differences of the setpoints, as whoever judges the trace forms them.
 void RunRecorder::joints(const JointVec& q, RunBin& bin) {
-  for (std::size_t k = 3; k > 0; --k) q_[k] = q_[k - 1];
-  q_[0] = q;
-  if (++rows_ < 4) return;
-  const double T = machine_.period_s;
   for (std::size_t i = 0; i < machine_.joints.size(); ++i) {
-    const auto k = static_cast<Eigen::Index>(i);
     const JointLimit& limit = machine_.joints[i].limit;
-    const double d1 = q_[0][k] - q_[1][k], d2 = d1 - (q_[1][k] - q_[2][k]);
-    const double d3 = d2 - (q_[1][k] - 2 * q_[2][k] + q_[3][k]);
-    bin.velocity[i] = static_cast<float>(std::abs(d1) / T / limit.velocity);
-    bin.acceleration[i] = static_cast<float>(std::abs(d2) / (T * T) / limit.acceleration);
-    bin.jerk[i] = static_cast<float>(std::abs(d3) / (T * T * T) / limit.jerk);
+    const Derivatives d = q_[i].next(q[static_cast<Eigen::Index>(i)], machine_.period_s);
+    bin.velocity[i] = static_cast<float>(std::abs(d.velocity) / limit.velocity);
+    bin.acceleration[i] = static_cast<float>(std::abs(d.acceleration) / limit.acceleration);
+    bin.jerk[i] = static_cast<float>(std::abs(d.jerk) / limit.jerk);
     const float worst = std::max({bin.velocity[i], bin.acceleration[i], bin.jerk[i]});
     if (worst <= bin.worst) continue;
     bin.worst = worst;

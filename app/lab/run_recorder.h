@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/differencer.h"
 #include "core/machine.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
@@ -36,8 +37,7 @@ class RunRecorder final : public ReportSink {
 
   const Machine& machine_;
   const MachineJointMap& map_;
-  std::array<JointVec, 4> q_;
-  int rows_ = 0;
+  std::array<Differencer, kMaxJoints> q_;
   MapContext context_;
   Vec3 p_last_ = Vec3::Zero();
   std::array<double, 3> speed_{};

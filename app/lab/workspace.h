@@ -51,7 +51,5 @@ Workspace survey_workspace(const Machine& machine, const Kinematics& kinematics,
 
 /// One line a place and tilt; header and units in its first line.
 std::string workspace_csv(const Workspace& workspace);
-/// Sections through home as an SVG: reach, conditioning, speeds.
-std::string workspace_svg(const Workspace& workspace, const std::string& title);
 
 }  // namespace trn

@@ -87,6 +87,15 @@ Assembly assemble(const std::string& config_path, Field field) {
   return a;
 }
 
+JointVec standing_joints(const Assembly& assembly) {
+  Setpoints setpoints;
+  Feedback feedback;
+  setpoints.q.setZero(assembly.kinematics->joint_count());
+  setpoints.qd = feedback.q = setpoints.q;
+  assembly.drives->exchange(setpoints, feedback);
+  return feedback.q;
+}
+
 void set_period(Assembly& assembly, double period_s) {
   assembly.machine.period_s = period_s;
   assembly.drives = make_drives(assembly.machine);

@@ -49,6 +49,10 @@ struct Assembly {
 /// column.
 Assembly assemble(const std::string& config_path, Field field = Field::kEmulated);
 
+/// Where the joints of a machine stand that has not moved yet (mm, rad): one exchange with its drives, which
+/// are told to stay at zero.
+JointVec standing_joints(const Assembly& assembly);
+
 /// Another period: for a denser look at the same motion.
 void set_period(Assembly& assembly, double period_s);
 

@@ -6,6 +6,7 @@
 #include <ctime>
 
 #include "app/session/make_cycle.h"
+#include "core/differencer.h"
 #include "core/units.h"
 
 namespace trn {
@@ -31,23 +32,18 @@ double processor_s() {
 class LimitClock {
  public:
   LimitClock(const Joints& joints, double period_s)
-      : joints_(joints), period_s_(period_s), at_(joints.size()) {}
+      : joints_(joints), period_s_(period_s), at_(joints.size()), q_(joints.size()) {}
 
   void row(const JointVec& q) {
-    for (int k = 3; k > 0; --k) q_[k] = q_[k - 1];
-    q_[0] = q;
-    if (++rows_ < 4) return;
     bool any = false;
     for (std::size_t i = 0; i < joints_.size(); ++i) {
-      const auto k = static_cast<Eigen::Index>(i);
       const JointLimit& limit = joints_[i].limit;
-      const double T = period_s_;
-      const double v = (q_[0][k] - q_[1][k]) / T, a = (q_[0][k] - 2 * q_[1][k] + q_[2][k]) / (T * T);
-      const double j = (q_[0][k] - 3 * q_[1][k] + 3 * q_[2][k] - q_[3][k]) / (T * T * T);
-      any |= count(std::abs(v) / limit.velocity, at_[i].velocity);
-      any |= count(std::abs(a) / limit.acceleration, at_[i].acceleration);
-      any |= count(std::abs(j) / limit.jerk, at_[i].jerk);
+      const Derivatives d = q_[i].next(q[static_cast<Eigen::Index>(i)], period_s_);
+      any |= count(std::abs(d.velocity) / limit.velocity, at_[i].velocity);
+      any |= count(std::abs(d.acceleration) / limit.acceleration, at_[i].acceleration);
+      any |= count(std::abs(d.jerk) / limit.jerk, at_[i].jerk);
     }
+    if (++rows_ < 4) return;  // the machine stands in the first periods, by no limit of its own
     if (!any) free_s += period_s_;
   }
   const std::vector<TimeAtLimit>& at() const { return at_; }
@@ -62,7 +58,7 @@ class LimitClock {
   const Joints& joints_;
   double period_s_;
   std::vector<TimeAtLimit> at_;
-  JointVec q_[4];
+  std::vector<Differencer> q_;
   std::uint64_t rows_ = 0;
 };
 

@@ -134,7 +134,6 @@ void CanDrives::bring_up() {
   for (auto& bus : buses_) open(*bus);
   for (auto& bus : buses_) set_up(*bus);
   requests_.fetch_or(kEnable);
-  powered_ = true;
 }
 
 void CanDrives::reset_faults() {
@@ -144,10 +143,7 @@ void CanDrives::reset_faults() {
   requests_.fetch_or(kReset);
 }
 
-void CanDrives::shut_down() noexcept {
-  requests_.fetch_or(kDisable);
-  powered_ = false;
-}
+void CanDrives::shut_down() noexcept { requests_.fetch_or(kDisable); }
 
 std::string CanDrives::explain_fault(int joint) const {
   for (const auto& bus : buses_) {

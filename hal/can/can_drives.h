@@ -62,7 +62,6 @@ class CanDrives final : public Drives, public TouchDrives {
   std::unique_ptr<CanOpener> opener_;
   std::vector<std::unique_ptr<Bus>> buses_;
   std::atomic<unsigned> requests_ = 0;
-  std::atomic<bool> powered_ = false;
   TouchProbe touch_;
   bool follow_ = false;  ///< all drives stood enabled in the last period: they obey the setpoints
 };

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "core/time_histogram.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_config.h"
-#include "hal/can/histogram.h"
 #include "hal/can/node_link.h"
 
 namespace trn {

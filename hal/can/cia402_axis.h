@@ -54,7 +54,6 @@ class Cia402Axis {
   bool homed() const TRN_RT { return homed_; }
   double measured() const TRN_RT { return measured_; }
   bool measured_once() const TRN_RT { return measured_once_; }  ///< there has been feedback
-  bool implausible() const TRN_RT { return implausible_ > 0; }  ///< the last feedback was left out
   /// Setpoint to the count, as it goes out; saturates.
   std::int32_t counts(double q) const TRN_RT;
 

@@ -85,7 +85,6 @@ void SdoClient::begin(ObjectKey key, Phase phase, std::int64_t now_ns) {
   out_.clear();
   sent_ = block_start_ = 0;
   toggle_ = aborted_by_node_ = sequence_broken_ = last_seen_ = false;
-  by_block_ = phase == Phase::kBlockDownload || phase == Phase::kBlockUpload;
   abort_code_ = announced_ = 0;
   deadline_ns_ = now_ns + config_.timeout_ns;
 }
@@ -124,10 +123,6 @@ void SdoClient::write(ObjectKey key, std::span<const std::uint8_t> bytes, std::i
   const auto unused = static_cast<std::uint8_t>((4 - size) << 2);
   put_initiate(kInitiateDownload | 0x03 | unused,
                static_cast<std::uint32_t>(get_le(data_.data(), static_cast<int>(size))));
-}
-
-void SdoClient::cancel(std::uint32_t abort_code) {
-  if (state_ == State::kBusy) fail(abort_code);
 }
 
 void SdoClient::fail(std::uint32_t code) {

@@ -55,8 +55,6 @@ class SdoClient {
   /// Begin a transfer; whatever was under way is forgotten.
   void read(ObjectKey key, std::int64_t now_ns);
   void write(ObjectKey key, std::span<const std::uint8_t> bytes, std::int64_t now_ns);
-  /// Gives the transfer up and tells the node.
-  void cancel(std::uint32_t abort_code);
 
   /// A frame from the bus; others than the node's SDO answers are left alone.
   void receive(const CanFrame& frame, std::int64_t now_ns);
@@ -66,7 +64,6 @@ class SdoClient {
   bool next_frame(CanFrame& frame);
 
   State state() const { return state_; }
-  bool by_block() const { return by_block_; }
   const std::vector<std::uint8_t>& data() const { return data_; }  ///< of a finished read
   std::uint32_t abort_code() const { return abort_code_; }
   bool aborted_by_node() const { return aborted_by_node_; }
@@ -120,8 +117,7 @@ class SdoClient {
   std::uint32_t abort_code_ = 0, announced_ = 0;
   std::size_t sent_ = 0, block_start_ = 0;
   int block_size_ = 0, sequence_ = 0;
-  bool toggle_ = false, aborted_by_node_ = false, by_block_ = false, sequence_broken_ = false,
-       last_seen_ = false;
+  bool toggle_ = false, aborted_by_node_ = false, sequence_broken_ = false, last_seen_ = false;
 };
 
 }  // namespace trn

@@ -39,7 +39,6 @@ class SocketCan final : public CanEndpoint {
   std::string recover() override;
   /// For poll.
   int fd() const { return fd_; }
-  bool takes_fd() const { return fd_frames_; }
 
  private:
   struct Buffers;

@@ -72,8 +72,7 @@ void ModbusLink::Close::operator()(_modbus* context) const {
   modbus_free(context);
 }
 
-ModbusLink::ModbusLink(const ModbusAddress& address, double timeout_s)
-    : address_(address), timeout_s_(timeout_s) {
+ModbusLink::ModbusLink(const ModbusAddress& address, double timeout_s) : address_(address) {
   const bool tcp = !address.host.empty();
   context_.reset(
       tcp ? modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str())

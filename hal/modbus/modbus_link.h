@@ -44,7 +44,6 @@ class ModbusLink {
   std::string failure(int unit, const std::string& what);
 
   ModbusAddress address_;
-  double timeout_s_;
   struct Close {
     void operator()(_modbus* context) const;
   };

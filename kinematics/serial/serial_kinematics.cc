@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/solve3.h"
 #include "core/units.h"
 #include "kinematics/finite.h"
 
@@ -14,16 +15,6 @@ namespace {
 constexpr double kSameAxis = 1e-14;
 // Volume of the three linear directions below which they no longer reach every point.
 constexpr double kFlat = 1e-9;
-
-/// Solves columns * x = rhs by Cramer's rule; false if the columns lie in a plane.
-bool solve3(const Mat3& columns, const Vec3& rhs, Vec3& x) TRN_RT {
-  const Vec3 a = columns.col(0), b = columns.col(1), c = columns.col(2);
-  const Vec3 bc = b.cross(c);
-  const double volume = a.dot(bc);
-  if (std::abs(volume) < kFlat) return false;
-  x = Vec3(rhs.dot(bc), rhs.dot(c.cross(a)), rhs.dot(a.cross(b))) / volume;
-  return true;
-}
 
 bool is_rotary_word(int word) { return word >= kA; }
 
@@ -146,7 +137,7 @@ KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const 
 KinStatus SerialKinematics::linear_joints(const SerialChain::Sweep& at, const Vec3& p_BS,
                                           JointVec& q) const TRN_RT {
   Vec3 linear;
-  if (!solve3(at.columns, p_BS - at.p, linear)) return KinStatus::kSingular;
+  if (std::abs(solve3(at.columns, p_BS - at.p, linear)) < kFlat) return KinStatus::kSingular;
   if (!std::isfinite(linear.sum())) return KinStatus::kUnreachable;
   for (int i = 0; i < 3; ++i) q[linear_joint_[i]] = linear[i];
   return KinStatus::kOk;

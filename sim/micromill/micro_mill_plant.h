@@ -32,8 +32,6 @@ class MicroMillPlant {
   void clamp(const std::optional<PartSurface::Config>& part);
   /// The block stands on the stage or not.
   void set_block(bool present) { block_present_ = present; }
-  /// Another cutter in the spindle.
-  void change_cutter(const MillingCutter::Config& cutter) { cutter_ = MillingCutter(cutter); }
   /// One period with the joints' setpoints (X, Y in the drives' hands, Z ideal), mm.
   void step(const Eigen::Vector3d& target_mm) TRN_RT;
 

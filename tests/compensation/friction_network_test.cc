@@ -7,7 +7,7 @@
 #include <random>
 #include <sstream>
 
-#include "compensation/micromill/network_training.h"
+#include "compensation/fit/network_training.h"
 #include "core/config.h"
 #include "tests/support/allocation_counter.h"
 

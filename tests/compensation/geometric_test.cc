@@ -160,7 +160,10 @@ TEST(Geometric, FullModeStaysBoundedAtThePole) {
     const double left = angle_between(got.axis, wanted.axis);
     EXPECT_LE(left, angle_between(before.axis, wanted.axis) * (1 + 1e-3) + 1e-9);
     EXPECT_NEAR(correction.residual(X, {0, 0, 100}, corrected).axis_rad, left, 1e-12);
-    if (q[3] > correction.pole_zone_rad() * 1.01) {
+    // The zone ends at s0 = 2 lambda0, with lambda0 the sum of the tilts over the limit of a turn.
+    const double lambda0 =
+        std::max((std::hypot(e.ty0a, e.tz0a) + std::hypot(e.tx0c, e.ty0c)) / config.limit_rad, 1e-4);
+    if (q[3] > std::asin(std::min(1.0, 2 * lambda0)) * 1.01) {
       EXPECT_LT(left, 1e-9);
     }
   }

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <random>
 
-#include "compensation/joint_table_fit.h"
+#include "compensation/fit/joint_table_fit.h"
 #include "tests/kinematics/machines.h"
 
 namespace trn {

@@ -17,14 +17,6 @@
 namespace trn {
 namespace {
 
-std::vector<std::string> shipped_configs() {
-  std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
-    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
 // So few that the test of lost reports loses some.
 CycleConfig few_reports(CycleConfig config) {
   config.report_capacity = 8;

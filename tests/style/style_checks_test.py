@@ -3,6 +3,7 @@
 import sys
 import unittest
 
+import check_dead
 import check_form
 import check_includes
 import check_links
@@ -76,18 +77,84 @@ class IncludesTest(unittest.TestCase):
                                   ("kernel", "<", "spdlog/spdlog.h"), ("app/check", '"', "kernel/cycle.h"),
                                   ("app/session", '"', "app/daemon/daemon.h"),
                                   ("app/daemon", '"', "app/lab/workspace.h"),
-                                  ("app/lab", '"', "app/cli/commands.h")):
+                                  ("app/lab", '"', "app/cli/commands.h"),
+                                  ("kernel", '"', "compensation/fit/ballbar.h"),
+                                  ("compensation", '"', "compensation/fit/ballbar.h"),
+                                  ("compensation", "<", "ceres/ceres.h"),
+                                  ("app/daemon", '"', "compensation/fit/ballbar.h")):
             self.assertIsNotNone(judge(own, mark, target), (own, target))
         for own, mark, target in (("core", '"', "core/axes.h"), ("interp/plan", '"', "interp/move.h"),
                                   ("app/session", '"', "interp/plan/stages.h"), ("app/cli", '"', "app/daemon/daemon.h"),
                                   ("app/check", '"', "interp/move.h"), ("hal", "<", "modbus/modbus.h"),
-                                  ("core", "<", "vector")):
+                                  ("core", "<", "vector"), ("compensation/fit", "<", "ceres/ceres.h"),
+                                  ("compensation/fit", '"', "compensation/spline.h"),
+                                  ("app/lab", '"', "compensation/fit/ballbar.h")):
             self.assertIsNone(judge(own, mark, target), (own, target))
 
     def test_folders(self):
         self.assertEqual(check_includes.folder_of("interp/plan/geometry/x.cc"), "interp/plan")
         self.assertEqual(check_includes.folder_of("interp/move.h"), "interp")
+        self.assertEqual(check_includes.folder_of("compensation/fit/x.cc"), "compensation/fit")
         self.assertEqual(check_includes.folder_of("elsewhere/x.cc"), "")
+
+
+class DeadTest(unittest.TestCase):
+    HEADER = """
+namespace trn {
+class Tank : public Vessel {
+ public:
+  explicit Tank(double size_mm, Obey obey);
+  double level() const { return level_mm_; }
+  void fill(double mm);
+  void pour() override;
+  Vec3 spout_of(const Vec3& place) const;
+  template <typename T>
+  void drain(T part) { level_mm_ -= part; }
+ private:
+  static constexpr int kDrops = 3;
+  std::lock_guard<Mutex> guard_;
+  double size_mm_, level_mm_ = 0;
+  std::atomic<bool> full_ = false;
+  int drops_ = 0, spilt_ = 0;
+  Obey obey_;
+};
+void shake(Tank& tank);
+void shake(Tank& tank) { reply(tank, tank.obey_(tank)); }
+}  // namespace trn
+"""
+    SOURCE = """
+#include "core/tank.h"
+namespace trn {
+Tank::Tank(double size_mm, Obey obey)
+    : size_mm_(size_mm),
+      obey_(std::move(obey)) {}
+void Tank::fill(double mm) {
+  level_mm_ = std::min(level_mm_ + mm, size_mm_);
+  full_ = true;
+  ++drops_;
+  spilt_ += 2;
+  if (spilt_ == 7) shake(*this);
+}
+void Tank::pour() { drain(1); }
+}  // namespace trn
+"""
+
+    def errors(self, header=HEADER, source=SOURCE):
+        return check_dead.check({"core/tank.h": header, "core/tank.cc": source})
+
+    def test_dead(self):
+        self.assertEqual(self.errors(), [
+            "core/tank.h:6: nobody calls Tank::level", "core/tank.h:7: nobody calls Tank::fill",
+            "core/tank.h:9: Tank::spout_of is declared and has no body", "core/tank.h:16: nothing reads Tank::full_",
+            "core/tank.h:17: nothing reads Tank::drops_"])
+
+    def test_alive(self):
+        user = self.SOURCE + "double f(Tank& t) { t.fill(t.drops_); return t.full_ ? t.level() : 0; }\n"
+        user += "Vec3 Tank::spout_of(const Vec3& place) const { return f(*this) * spout_of(place); }\n"
+        self.assertEqual(self.errors(source=user), [])
+        # A comment keeps nothing alive.
+        other = self.SOURCE.replace("++drops_;", "++drops_;  // drops_ is read, Tank::fill is called")
+        self.assertEqual(self.errors(source=other), self.errors())
 
 
 class LinesTest(unittest.TestCase):

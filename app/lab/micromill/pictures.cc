@@ -42,8 +42,8 @@ void draw_force(const std::string& path, const StageRun& run, int axis) {
     estimate.add(t, row.force_N[axis]);
     truth.add(t, smooth);
   }
-  SvgChart chart(axis == 0 ? "Force on the tool along X" : "Force on the tool along Y", "time, s",
-                 "force, N");
+  picture::SvgChart chart(axis == 0 ? "Force on the tool along X" : "Force on the tool along Y", "time, s",
+                          "force, N");
   chart.add("estimated", estimate.x, estimate.y);
   chart.add("true (mean of 20 ms)", truth.x, truth.y);
   chart.write(path);
@@ -77,7 +77,7 @@ void draw_contour(const std::string& path, PartSurface::Shape shape, const Stage
     surface.add(out * c, out * s);
   }
   const Curve estimate = magnified(run);
-  SvgChart chart("Deflection along the contour, 20 times larger", "X, mm", "Y, mm");
+  picture::SvgChart chart("Deflection along the contour, 20 times larger", "X, mm", "Y, mm");
   chart.set_square();
   chart.add("programmed path", plan.x, plan.y);
   chart.add("path with estimated deflection", estimate.x, estimate.y);
@@ -111,8 +111,8 @@ void draw_validation(const std::string& folder, const StageLab& lab, const Stage
       truth.add(row.plan_mm[axis], row.true_disturbance_N[axis]);
     }
     const char* letter = axis == 0 ? "X" : "Y";
-    SvgChart chart(std::string("Friction and ripple of ") + letter + " on runs not learnt from",
-                   "position, mm", "force, N");
+    picture::SvgChart chart(std::string("Friction and ripple of ") + letter + " on runs not learnt from",
+                            "position, mm", "force, N");
     chart.add("true", truth.x, truth.y);
     chart.add("network", network.x, network.y);
     chart.write(folder + "/network_" + (axis == 0 ? "x" : "y") + ".svg");

@@ -6,9 +6,9 @@
 #include <vector>
 
 #include "app/lab/micromill/programs.h"
+#include "compensation/fit/network_training.h"
+#include "compensation/fit/tool_stiffness.h"
 #include "compensation/micromill/deflection_correction.h"
-#include "compensation/micromill/network_training.h"
-#include "compensation/micromill/tool_stiffness.h"
 #include "sim/micromill/micro_mill_plant.h"
 
 namespace trn {

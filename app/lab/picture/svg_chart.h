@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-namespace trn {
+namespace trn::picture {
 
 /// A line chart as an SVG file: curves over a common pair of axes with ticks and a legend.
 class SvgChart {
@@ -15,6 +15,7 @@ class SvgChart {
   void add(const std::string& name, std::vector<double> x, std::vector<double> y);
   /// Same scale on both axes.
   void set_square() { square_ = true; }
+  std::string str() const;
   /// std::runtime_error if it cannot be written.
   void write(const std::string& path) const;
 
@@ -23,18 +24,10 @@ class SvgChart {
     std::string name;
     std::vector<double> x, y;
   };
-  struct Frame {
-    double x0, x1, y0, y1;  ///< shown range
-    double px(double x) const;
-    double py(double y) const;
-  };
-  Frame frame() const;
-  static std::string axes(const Frame& frame);
-  static std::string polyline(const Frame& frame, const Curve& curve, const char* colour);
 
   std::string title_, x_label_, y_label_;
   std::vector<Curve> curves_;
   bool square_ = false;
 };
 
-}  // namespace trn
+}  // namespace trn::picture

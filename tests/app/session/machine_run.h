@@ -79,14 +79,7 @@ inline MachineRun run_file(const std::string& config, const std::string& program
   Parameters parameters;
   ToolTable tools = ToolTable::parse("T1 P1 Z+50 D6\nT2 P2 Z+80 D8\nT3 P3 Z+95 D5\n", "t.tbl");
   MachineRun run;
-  run.start.q = [&] {
-    Setpoints setpoints;
-    Feedback feedback;
-    setpoints.q.setZero(assembly.kinematics->joint_count());
-    setpoints.qd = feedback.q = setpoints.q;
-    assembly.drives->exchange(setpoints, feedback);
-    return feedback.q;
-  }();
+  run.start.q = standing_joints(assembly);
   check_program(assembly, parameters, tools, {program, std::nullopt, run.start.q}, {});
   Recorder recorder(*assembly.kinematics, run);
   SimulationOptions options;

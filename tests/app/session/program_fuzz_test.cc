@@ -18,14 +18,6 @@ constexpr int kShortPrograms = 200;
 constexpr int kShownMax = 3, kShrinkRuns = 150;
 constexpr double kRefusedShareMax = 0.3;
 
-std::vector<std::string> shipped_configs() {
-  std::vector<std::string> out;
-  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
-    if (entry.path().extension() == ".toml") out.push_back(entry.path().string());
-  std::sort(out.begin(), out.end());
-  return out;
-}
-
 int environment(const char* name, int otherwise) {
   const char* text = std::getenv(name);
   return text ? std::max(1, std::atoi(text)) : otherwise;
@@ -60,7 +52,7 @@ TEST_P(ProgramFuzz, EveryProgramKeepsThePromises) {
   const int count = (environment("TRN_LONG", kShortPrograms) + configs - 1) / configs;
   const int first = environment("TRN_SEED", 1);
   const Assembly assembly = assemble(GetParam());
-  const JointVec q_start = fuzz::standing_joints(assembly);
+  const JointVec q_start = standing_joints(assembly);
   std::map<std::string, int> found;
   int refused = 0;
   for (int i = 0; i < count; ++i) {

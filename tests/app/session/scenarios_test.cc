@@ -208,14 +208,6 @@ class Scenario {
   double sweep_ = 0, swept_ = 1;
 };
 
-std::vector<std::string> shipped_configs() {
-  std::vector<std::string> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(source_dir() + "/configs"))
-    if (entry.path().extension() == ".toml") paths.push_back(entry.path().string());
-  std::sort(paths.begin(), paths.end());
-  return paths;
-}
-
 class Operator : public testing::TestWithParam<std::string> {};
 
 TEST_P(Operator, MayDoAnythingAtAnyTick) {

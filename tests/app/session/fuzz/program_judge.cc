@@ -220,15 +220,6 @@ Finding judged(const Assembly& assembly, const SimulationResult& result, const P
 
 }  // namespace
 
-JointVec standing_joints(const Assembly& assembly) {
-  Setpoints setpoints;
-  Feedback feedback;
-  setpoints.q.setZero(assembly.kinematics->joint_count());
-  setpoints.qd = feedback.q = setpoints.q;
-  assembly.drives->exchange(setpoints, feedback);
-  return feedback.q;
-}
-
 Finding judge(const std::string& config, const Program& program, const Driving& driving) {
   Assembly assembly = assemble(config);
   Parameters parameters;

@@ -23,9 +23,6 @@ struct Driving {
   bool as_programmed() const { return script.empty() && !single_block; }
 };
 
-/// Where the simulated drives stand at first, mm or rad.
-JointVec standing_joints(const Assembly& assembly);
-
 /// Runs `program` on a fresh machine of this config. Judged: joint limits at every period (LimitJudge),
 /// deviation from the programmed path (DeviationMeter), stops that the program did not ask for, where the
 /// motion ends, that it takes no longer than a machine that stops after every move would, and no less time

@@ -4,7 +4,7 @@
 #include <cstdlib>
 #include <random>
 
-#include "compensation/ballbar_fit.h"
+#include "compensation/fit/ballbar_fit.h"
 #include "core/units.h"
 #include "tests/kinematics/machines.h"
 
@@ -130,6 +130,47 @@ TEST(Ballbar, ABallBesideItsPlaceDoesNoHarm) {
   EXPECT_LT(worst(fit), 0.05);   // what is left is the part of the offset that the readings cannot tell
 }
 
+/// The chain and set-up of a test with one fitted unknown `step` off its value.
+double reading_beside(const BallbarFit& fit, std::size_t unknown, double step, const BallbarTest& test,
+                      double angle) {
+  ActualChain chain = cradle_chain(kMeasured);
+  BallbarSetup setup;
+  const BallbarParameter& p = fit.parameters[static_cast<std::size_t>(fit.fitted[unknown])];
+  SixErrors& location = find_axis(chain, p.joint)->location;
+  if (p.kind == BallbarParameter::Kind::kOffset) location.offset[p.component] += step;
+  if (p.kind == BallbarParameter::Kind::kTilt) location.tilt[p.component] += step;
+  if (p.kind == BallbarParameter::Kind::kBall && p.joint == test.joint)
+    setup.ball_offset_B[p.component] = step;
+  if (p.kind == BallbarParameter::Kind::kCup) setup.cup_offset_M[p.component] = step;
+  return ballbar_reading(chain, test, setup, ballbar_joints(chain, test, angle));
+}
+
+/// Cramer-Rao bound of each fitted unknown (mm, rad): no unbiased estimator has less scatter than the root of
+/// the diagonal of (J^T J)^-1 times the noise of a reading, with J the readings' derivatives by the unknowns.
+std::vector<double> cramer_rao_bounds(const BallbarFit& fit, double noise_mm) {
+  const auto traces = measure(kMeasured, kFour);
+  std::size_t rows = 0;
+  for (const BallbarTrace& trace : traces) rows += trace.readings.size();
+  Eigen::MatrixXd J(rows, fit.fitted.size());
+  std::vector<double> scale;  // about as much as moves a reading by 1 mm
+  for (std::size_t k = 0; k < fit.fitted.size(); ++k) {
+    const BallbarParameter& p = fit.parameters[static_cast<std::size_t>(fit.fitted[k])];
+    scale.push_back(p.kind == BallbarParameter::Kind::kTilt ? 0.01 : 1.0);
+    const double step = 1e-4 * scale.back();
+    Eigen::Index row = 0;
+    for (const BallbarTrace& trace : traces)
+      for (const BallbarReading& r : trace.readings)
+        J(row++, static_cast<Eigen::Index>(k)) = (reading_beside(fit, k, step, trace.test, r.angle_rad) -
+                                                  reading_beside(fit, k, -step, trace.test, r.angle_rad)) /
+                                                 2e-4;
+  }
+  const Eigen::VectorXd variance = (J.transpose() * J).inverse().diagonal();
+  std::vector<double> out;
+  for (std::size_t k = 0; k < scale.size(); ++k)
+    out.push_back(noise_mm * std::sqrt(variance[static_cast<Eigen::Index>(k)]) * scale[k]);
+  return out;
+}
+
 /// Scatter of the fitted errors over seeded repetitions with 1 um of noise, against the Cramer-Rao bound.
 /// Runs come in pairs with opposite noise, so that the mean shows the bias without the scatter.
 void judge_estimator(bool fit_setup, int pairs, double most) {
@@ -145,7 +186,7 @@ void judge_estimator(bool fit_setup, int pairs, double most) {
       sum2[k] += error * error;
     }
   }
-  const auto bounds = ballbar_bounds(cradle_chain(kMeasured), measure(kMeasured, kFour), fit, kNoise);
+  const auto bounds = cramer_rao_bounds(fit, kNoise);
   const double n = 2.0 * pairs;
   std::printf("%d repetitions, set-up %s\n", 2 * pairs, fit_setup ? "fitted too" : "taken as exact");
   for (std::size_t k = 0; k < 8; ++k) {

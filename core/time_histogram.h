@@ -8,14 +8,15 @@
 
 namespace trn {
 
-/// Counts durations in quarter octaves from 1 us to about 1 s. One thread adds, any reads.
+/// Counts durations in buckets of a quarter of an octave, from 1 us to about 2 s; what is shorter or longer
+/// counts to the first or the last. One thread adds, any reads.
 class TimeHistogram {
  public:
   void add(std::int64_t duration_ns) TRN_RT;
-  /// Upper bound of the bucket that holds the given share (0 to 1) of all durations, us; 0 if there are none.
+  /// Upper edge of the bucket that holds the given share (0 to 1) of all durations, us, and never more than
+  /// the longest duration; 0 if there are none. Never below the truth, at most a quarter above it.
   double percentile_us(double share) const;
   double max_us() const { return static_cast<double>(max_ns_.load(std::memory_order_relaxed)) / 1000; }
-  std::uint64_t count() const;
 
  private:
   static constexpr int kBuckets = 84;

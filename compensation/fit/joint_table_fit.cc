@@ -1,4 +1,4 @@
-#include "compensation/joint_table_fit.h"
+#include "compensation/fit/joint_table_fit.h"
 
 #include <Eigen/Dense>
 #include <algorithm>

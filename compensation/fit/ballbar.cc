@@ -1,4 +1,4 @@
-#include "compensation/ballbar.h"
+#include "compensation/fit/ballbar.h"
 
 #include <algorithm>
 #include <cmath>

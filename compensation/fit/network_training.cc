@@ -1,4 +1,4 @@
-#include "compensation/micromill/network_training.h"
+#include "compensation/fit/network_training.h"
 
 #include <ceres/ceres.h>
 

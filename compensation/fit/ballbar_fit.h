@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "compensation/ballbar.h"
+#include "compensation/fit/ballbar.h"
 
 namespace trn {
 
@@ -42,12 +42,5 @@ BallbarFit fit_ballbar(const ActualChain& nominal, const std::vector<BallbarTrac
 /// The planar method of docs/sources.md S1.7: the centre of the circle at two places along each axis; offset
 /// = mean of the two, tilt = difference over distance. Wants the traces a_left, a_right, c_low, c_high.
 BallbarFit fit_planar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces);
-
-/// Cramer-Rao bound of each fitted parameter (mm, rad) for readings with independent noise.
-std::vector<double> ballbar_bounds(const ActualChain& chain, const std::vector<BallbarTrace>& traces,
-                                   const BallbarFit& fit, double noise_mm);
-
-/// `fit`'s errors put into a chain.
-void apply_fit(const BallbarFit& fit, ActualChain& chain);
 
 }  // namespace trn

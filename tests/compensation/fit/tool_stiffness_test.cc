@@ -1,4 +1,4 @@
-#include "compensation/micromill/tool_stiffness.h"
+#include "compensation/fit/tool_stiffness.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "compensation/ballbar_fit.h"
+#include "compensation/fit/ballbar_fit.h"
 
 #include <ceres/ceres.h>
 #include <fmt/format.h>
@@ -258,18 +258,6 @@ BallbarFit fit_ballbar(const ActualChain& nominal, const std::vector<BallbarTrac
   return fit;
 }
 
-std::vector<double> ballbar_bounds(const ActualChain& chain, const std::vector<BallbarTrace>& traces,
-                                   const BallbarFit& fit, double noise_mm) {
-  const Model model(chain, traces);
-  const MatrixXd J = model.jacobian(fit.parameters, fit.fitted);
-  const VectorXd variance = (J.transpose() * J).inverse().diagonal();
-  std::vector<double> out;
-  for (std::size_t k = 0; k < fit.fitted.size(); ++k)
-    out.push_back(noise_mm * std::sqrt(variance[static_cast<Eigen::Index>(k)]) *
-                  unit_of(fit.parameters[static_cast<std::size_t>(fit.fitted[k])]));
-  return out;
-}
-
 BallbarFit fit_planar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces) {
   const BallbarTrace &left = trace_named(traces, "a_left"), &right = trace_named(traces, "a_right");
   const BallbarTrace &low = trace_named(traces, "c_low"), &high = trace_named(traces, "c_high");
@@ -287,13 +275,6 @@ BallbarFit fit_planar(const ActualChain& nominal, const std::vector<BallbarTrace
     fit.fitted.push_back(static_cast<int>(i));
   }
   return fit;
-}
-
-void apply_fit(const BallbarFit& fit, ActualChain& chain) {
-  for (const BallbarParameter& p : fit.parameters) {
-    if (p.kind == Kind::kOffset) find_axis(chain, p.joint)->location.offset[p.component] = p.value;
-    if (p.kind == Kind::kTilt) find_axis(chain, p.joint)->location.tilt[p.component] = p.value;
-  }
 }
 
 }  // namespace trn

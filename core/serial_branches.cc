@@ -1,0 +1,47 @@
+#include "core/serial_branches.h"
+
+#include <algorithm>
+#include <string>
+
+namespace trn {
+
+namespace {
+
+int read_joint(const ConfigTable& table, const Joints& joints) {
+  std::vector<std::string> names;
+  for (const Joint& joint : joints) names.push_back(joint.name);
+  const std::string name = table.choice("joint", names);
+  return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
+}
+
+Vec3 read_direction(const ConfigTable& table) {
+  const Vec3 direction = table.vec3("direction");
+  if (!(direction.norm() > 1e-9)) throw table.error("direction", "a direction must not be zero");
+  return direction.normalized();
+}
+
+BranchAxis read_axis(const ConfigTable& table, const Joints& joints, std::vector<bool>& seen) {
+  BranchAxis axis{-1, JointKind::kLinear, Vec3::UnitZ(), table.vec3("offset_mm", Vec3::Zero()), table};
+  if (!table.has("joint") && !table.has("direction")) return axis;
+  axis.joint = read_joint(table, joints);
+  const auto index = static_cast<std::size_t>(axis.joint);
+  if (seen[index]) throw table.error("joint", "this joint is already in a branch");
+  seen[index] = true;
+  axis.kind = joints[index].kind;
+  axis.direction = read_direction(table);
+  return axis;
+}
+
+}  // namespace
+
+SerialBranches read_branches(const ConfigTable& section, const Joints& joints) {
+  SerialBranches out;
+  std::vector<bool> seen(joints.size(), false);
+  for (const ConfigTable& table : section.tables_if("tool_branch"))
+    out.tool.push_back(read_axis(table, joints, seen));
+  for (const ConfigTable& table : section.tables_if("work_branch"))
+    out.work.push_back(read_axis(table, joints, seen));
+  return out;
+}
+
+}  // namespace trn

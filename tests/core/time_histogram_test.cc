@@ -1,0 +1,42 @@
+#include "core/time_histogram.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <random>
+#include <vector>
+
+namespace trn {
+namespace {
+
+// The percentile is the upper edge of a quarter-octave bucket: never below the truth, at most a quarter above
+// it.
+TEST(TimeHistogram, PercentilesBoundTheTruthFromAbove) {
+  TimeHistogram histogram;
+  std::mt19937 random(3);
+  std::lognormal_distribution<double> latency_us(3, 1.5);
+  std::vector<double> truth;
+  for (int i = 0; i < 20000; ++i) {
+    truth.push_back(std::max(1.0, latency_us(random)));
+    histogram.add(static_cast<std::int64_t>(truth.back() * 1000));
+  }
+  std::sort(truth.begin(), truth.end());
+  for (const double share : {0.1, 0.5, 0.9, 0.99, 0.999}) {
+    const double exact = truth[static_cast<std::size_t>(share * 20000) - 1];
+    EXPECT_GE(histogram.percentile_us(share), exact * 0.999) << share;
+    EXPECT_LE(histogram.percentile_us(share), exact * 1.2501) << share;
+  }
+  EXPECT_NEAR(histogram.max_us(), truth.back(), 0.001);
+  EXPECT_EQ(TimeHistogram().percentile_us(0.5), 0);
+}
+
+TEST(TimeHistogram, HoldsEveryDuration) {
+  TimeHistogram histogram;
+  for (const std::int64_t ns :
+       {std::int64_t{-5}, std::int64_t{0}, std::int64_t{999}, std::int64_t{3'000'000'000}})
+    histogram.add(ns);
+  EXPECT_GE(histogram.percentile_us(1.0), 1e6);
+}
+
+}  // namespace
+}  // namespace trn
