@@ -101,7 +101,7 @@ struct Block {
   std::uint32_t line = 0;
   std::array<double, kLetters> value;
   std::array<std::uint32_t, kLetters> column;
-  std::array<std::int16_t, kGGroupCount> g;  ///< code * 10, -1 none
+  std::array<GCode, kGGroupCount> g;  ///< kNoGCode: none
   std::array<std::uint32_t, kGGroupCount> g_column;
   std::array<std::int16_t, kMGroupCount> m;  ///< -1 none
   std::array<std::uint32_t, kMGroupCount> m_column;
@@ -114,16 +114,18 @@ struct Block {
     return has(letter) ? column[static_cast<std::size_t>(letter - 'A')] : 1;
   }
   double get(char letter, double fallback) const { return has(letter) ? (*this)[letter] : fallback; }
-  std::int16_t code(GGroup group) const { return g[static_cast<std::size_t>(group)]; }
+  bool has(GGroup group) const { return code(group) != kNoGCode; }
+  bool has(MGroup group) const { return code(group) >= 0; }
+  GCode code(GGroup group) const { return g[static_cast<std::size_t>(group)]; }
   std::int16_t code(MGroup group) const { return m[static_cast<std::size_t>(group)]; }
   std::uint32_t at(GGroup group) const { return g_column[static_cast<std::size_t>(group)]; }
   std::uint32_t at(MGroup group) const { return m_column[static_cast<std::size_t>(group)]; }
   std::uint32_t first_g_column() const {
     for (std::size_t i = 0; i < g.size(); ++i)
-      if (g[i] >= 0) return g_column[i];
+      if (g[i] != kNoGCode) return g_column[i];
     return 1;
   }
-  std::uint32_t motion_column() const { return code(GGroup::kMotion) >= 0 ? at(GGroup::kMotion) : 1; }
+  std::uint32_t motion_column() const { return has(GGroup::kMotion) ? at(GGroup::kMotion) : 1; }
   bool has_axis_word() const { return (present & (kAxisLetters | kPolarLetters)) != 0; }
   bool has_polar() const { return (present & kPolarLetters) != 0; }
   void clear();

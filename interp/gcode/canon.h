@@ -10,6 +10,7 @@
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/motion.h"
+#include "interp/gcode/g_code.h"
 
 // Canonical machining functions (NIST RS274/NGC, Kramer 2000, section 4) as plain structs. Coordinates are in
 // the program's own system and units: lengths mm or inch as UseLengthUnits says, angles degrees.
@@ -107,10 +108,10 @@ struct ArcFeed {
 struct ManualRetract {
   AxisValues to;
 };
-/// code: 382 to 385, for G38.2 to G38.5.
+/// code: G38.2 to G38.5.
 struct StraightProbe {
   AxisValues to;
-  int code = 382;
+  GCode code = 38.2_g;
 };
 struct RigidTap {
   AxisValues to;

@@ -15,9 +15,9 @@ constexpr double kRounding_mm = 1e-3, kRounding_inch = 1e-4;
 
 // G41 G42 (radius from the tool table), G41.1 G42.1 (diameter by D), G40.
 void Executor::cutter_comp(const Block& b) {
-  const int code = b.code(GGroup::kCutterComp);
+  const GCode code = b.code(GGroup::kCutterComp);
   const std::uint32_t column = b.at(GGroup::kCutterComp);
-  if (code == 400) {
+  if (code == 40_g) {
     flush_comp();
     return note("interpreter: cutter radius compensation off");
   }
@@ -27,7 +27,7 @@ void Executor::cutter_comp(const Block& b) {
   if (s_.rtcp) fail(GcodeErrorCode::kCompCorner, column, "not with tool-centre-point control", "G49 first");
   double diameter = 0;
   int orientation = 0;
-  if (code == 411 || code == 421) {
+  if (code == 41.1_g || code == 42.1_g) {
     if (!b.has('D')) fail(GcodeErrorCode::kMissingWord, column, name, "a D word, the diameter");
     if (b.has('L') && s_.modal.plane != Plane::kXZ)
       fail(GcodeErrorCode::kPlane, b.at('L'), name + " L", "G17", "L in G18 only");
@@ -45,7 +45,7 @@ void Executor::cutter_comp(const Block& b) {
     if (orientation % 9 != 0 && s_.modal.plane != Plane::kXZ)
       fail(GcodeErrorCode::kPlane, column, name + " with a lathe's tool", "G17", "G18");
   }
-  bool left = code == 410 || code == 411;
+  bool left = code == 41_g || code == 41.1_g;
   if (diameter < 0) left = !left;
   note(left ? "interpreter: cutter radius compensation on left"
             : "interpreter: cutter radius compensation on right");

@@ -12,7 +12,9 @@ namespace {
 
 constexpr double kRepeatsMax = 1e6;
 
-bool needs_dwell(int motion) { return motion == 820 || motion == 860 || motion == 880 || motion == 890; }
+bool needs_dwell(GCode motion) {
+  return motion == 82_g || motion == 86_g || motion == 88_g || motion == 89_g;
+}
 
 }  // namespace
 
@@ -33,17 +35,17 @@ struct Executor::Hole {
   AxisValues base;  ///< the words the cycle does not move
 };
 
-void Executor::check_cycle_spindle(int motion, std::uint32_t column) const {
+void Executor::check_cycle_spindle(GCode motion, std::uint32_t column) const {
   const SpindleTurn turn = s_.modal.turn;
-  if (motion == 840 && turn != SpindleTurn::kClockwise) fail(GcodeErrorCode::kNoSpindle, column, "G84 (M3)");
-  if (motion == 740 && turn != SpindleTurn::kCounterclockwise)
+  if (motion == 84_g && turn != SpindleTurn::kClockwise) fail(GcodeErrorCode::kNoSpindle, column, "G84 (M3)");
+  if (motion == 74_g && turn != SpindleTurn::kCounterclockwise)
     fail(GcodeErrorCode::kNoSpindle, column, "G74 (M4)");
-  if (motion >= 860 && motion <= 880 && turn == SpindleTurn::kStopped)
+  if (motion >= 86_g && motion <= 88_g && turn == SpindleTurn::kStopped)
     fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
 }
 
 // A word given now, or kept from the block before when the same cycle goes on.
-void Executor::cycle_word(const Block& b, int motion, char letter, double& kept) {
+void Executor::cycle_word(const Block& b, GCode motion, char letter, double& kept) {
   if (b.has(letter))
     kept = b[letter];
   else if (s_.motion != motion)
@@ -51,29 +53,29 @@ void Executor::cycle_word(const Block& b, int motion, char letter, double& kept)
 }
 
 // What one of the cycles needs beside the hole: dwell, peck, way of the back boring tool.
-void Executor::cycle_words(const Block& b, int motion) {
+void Executor::cycle_words(const Block& b, GCode motion) {
   if (needs_dwell(motion))
     cycle_word(b, motion, 'P', s_.cycle.p);
   else
     s_.cycle.p = b.get('P', s_.cycle.p);
   if (b.has('P') && b['P'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], g_name(motion), "a dwell of 0 or more seconds");
-  if (motion == 730 || motion == 830) cycle_word(b, motion, 'Q', s_.cycle.q);
+  if (motion == 73_g || motion == 83_g) cycle_word(b, motion, 'Q', s_.cycle.q);
   if (b.has('Q') && b['Q'] < 0) bad_peck(b, motion);
-  if (motion != 870) return;
+  if (motion != 87_g) return;
   cycle_word(b, motion, 'I', s_.cycle.i);
   cycle_word(b, motion, 'J', s_.cycle.j);
   cycle_word(b, motion, 'K', s_.cycle.k);
 }
 
-void Executor::bad_peck(const Block& b, int motion) const {
+void Executor::bad_peck(const Block& b, GCode motion) const {
   fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], g_name(motion), "a peck greater than 0");
 }
 
-void Executor::cycle(const Block& b, int motion) {
+void Executor::cycle(const Block& b, GCode motion) {
   const std::uint32_t column = b.motion_column();
   const std::string name = g_name(motion);
-  if (motion == 760) return threading_cycle(b);
+  if (motion == 76_g) return threading_cycle(b);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (s_.modal.feed_mode == FeedMode::kInverseTime) fail(GcodeErrorCode::kFeedModeCycle, column, name, "G93");
   check_feed(b, name);
@@ -83,7 +85,7 @@ void Executor::cycle(const Block& b, int motion) {
   const CycleAxes axes = cycle_axes(s_.modal.plane);
   cycle_word(b, motion, 'R', s_.cycle.r);
   cycle_word(b, motion, kWordLetters[axes.depth], s_.cycle.bottom);
-  if (s_.motion < 730 || s_.motion == 800) s_.cycle.initial = s_.position[axes.depth];
+  if (s_.motion < 73_g || s_.motion == 80_g) s_.cycle.initial = s_.position[axes.depth];
   Hole hole = first_hole(b, axes);
   if (hole.bottom > hole.r)
     fail(GcodeErrorCode::kCycle, column,
@@ -125,7 +127,7 @@ Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const
   return hole;
 }
 
-void Executor::drill(const Block& b, int motion, Hole& hole, double height, int repeats) {
+void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, int repeats) {
   const CycleAxes axes = hole.axes;
   for (int i = 0; i < repeats; ++i) {
     if (s_.modal.incremental && b.has_polar()) {
@@ -137,7 +139,7 @@ void Executor::drill(const Block& b, int motion, Hole& hole, double height, int 
     cycle_to(hole, hole.first, hole.second, height, true);
     if (height != hole.r) cycle_to(hole, hole.first, hole.second, hole.r, true);
     check_cycle_spindle(motion, b.motion_column());
-    if ((motion == 730 || motion == 830) && s_.cycle.q <= 0) bad_peck(b, motion);
+    if ((motion == 73_g || motion == 83_g) && s_.cycle.q <= 0) bad_peck(b, motion);
     cycle_hole(b, motion, hole);
     height = hole.clear;
   }
@@ -157,40 +159,40 @@ void Executor::cycle_to(const Hole& hole, double first, double second, double de
     put(canon::StraightFeed{to, 0});
 }
 
-void Executor::cycle_hole(const Block& b, int motion, const Hole& hole) {
+void Executor::cycle_hole(const Block& b, GCode motion, const Hole& hole) {
   const auto feed = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, false); };
   const auto rapid = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, true); };
   const auto dwell_here = [&] { put(canon::Dwell{s_.cycle.p}); };
   const SpindleTurn turn = s_.modal.turn;
   switch (motion) {
-    case 730:
+    case 73_g:
       return peck(hole, false);
-    case 830:
+    case 83_g:
       return peck(hole, true);
-    case 740:
-    case 840:
-      return tap(hole, motion == 840, b.at(GGroup::kMotion));
-    case 870:
+    case 74_g:
+    case 84_g:
+      return tap(hole, motion == 84_g, b.at(GGroup::kMotion));
+    case 87_g:
       return back_bore(hole);
     default:
       break;
   }
   feed(hole.bottom);
   switch (motion) {
-    case 810:
+    case 81_g:
       return rapid(hole.clear);
-    case 820:
+    case 82_g:
       dwell_here();
       return rapid(hole.clear);
-    case 850:
+    case 85_g:
       feed(hole.r);
       return rapid(hole.clear);
-    case 860:
+    case 86_g:
       dwell_here();
       stop_spindle();
       rapid(hole.clear);
       return start_spindle(turn);
-    case 880: {
+    case 88_g: {
       dwell_here();
       stop_spindle();
       put(PlainCanon::kProgramStop);
@@ -264,7 +266,7 @@ void Executor::tilted_drilling(const Block& b) {
   if (s_.modal.feed_mode == FeedMode::kInverseTime)
     fail(GcodeErrorCode::kFeedModeCycle, column, "G183", "G93");
   check_feed(b, "G183");
-  const bool goes_on = s_.motion == 1830;
+  const bool goes_on = s_.motion == 183_g;
   if (b.has('H')) s_.cycle.h = b['H'];
   if (!goes_on && !b.has('H')) fail(GcodeErrorCode::kMissingWord, column, "G183", "an H word, the depth");
   if (!(s_.cycle.h < 0))

@@ -10,7 +10,7 @@ namespace trn {
 namespace {
 
 constexpr double kCodeTolerance = 1e-3;
-constexpr int kCancelMotion = 800;
+constexpr GCode kCancelMotion = 80_g;
 constexpr int kMWordsMax = 4;  // of a line (RS274/NGC section 3.3.1)
 
 int to_code(double value, double scale, std::uint32_t column, char letter) {
@@ -24,14 +24,14 @@ int to_code(double value, double scale, std::uint32_t column, char letter) {
 }
 
 void add_g(const ModalTable& table, double value, std::uint32_t column, Block& out) {
-  const int code10 = to_code(value, 10, column, 'G');
-  const int group = table.g_group(code10);
-  if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code10));
-  std::int16_t& slot = out.g[static_cast<std::size_t>(group)];
-  if (code10 == kCancelMotion && slot >= 0) return;  // G80 goes with any other code of its group
-  if (slot >= 0 && slot != kCancelMotion && group != static_cast<int>(GGroup::kIgnored))
-    fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code10));
-  slot = static_cast<std::int16_t>(code10);
+  const GCode code = g_from_tenths(to_code(value, 10, column, 'G'));
+  const int group = table.g_group(code);
+  if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code));
+  GCode& slot = out.g[static_cast<std::size_t>(group)];
+  if (code == kCancelMotion && slot != kNoGCode) return;  // G80 goes with any other code of its group
+  if (slot != kNoGCode && slot != kCancelMotion && group != static_cast<int>(GGroup::kIgnored))
+    fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code));
+  slot = code;
   out.g_column[static_cast<std::size_t>(group)] = column;
   out.any_g = true;
 }
@@ -71,7 +71,7 @@ void add_m(const ModalTable& table, double value, std::uint32_t column, Block& o
 
 void Block::clear() {
   present = 0;
-  if (any_g || parsed == nullptr) g.fill(-1);
+  if (any_g || parsed == nullptr) g.fill(kNoGCode);
   if (any_m || parsed == nullptr) m.fill(-1);
   any_g = any_m = false;
 }

@@ -21,64 +21,64 @@ constexpr double kDialectVersion = 2.9;  // of the language that #<_vmajor> asks
 constexpr std::uint32_t kAlways = letters("FSTXYZABC") | Block::kPolarLetters;
 
 // Words that each code uses beside the axes and F S T.
-std::uint32_t g_letters(int code10) {
-  switch (code10) {
-    case 20:
-    case 30:
+std::uint32_t g_letters(GCode code) {
+  switch (code) {
+    case 2_g:
+    case 3_g:
       return letters("IJKPR");
-    case 40:
+    case 4_g:
       return letters("P");
-    case 50:
+    case 5_g:
       return letters("IJPQ");
-    case 51:
+    case 5.1_g:
       return letters("IJQ");
-    case 52:
+    case 5.2_g:
       return letters("PL");
-    case 62:
+    case 6.2_g:
       return letters("PKR");
-    case 100:
+    case 10_g:
       return letters("LPQRIJ");
-    case 330:
-    case 331:
+    case 33_g:
+    case 33.1_g:
       return letters("K");
-    case 410:
-    case 420:
+    case 41_g:
+    case 42_g:
       return letters("D");
-    case 411:
-    case 421:
+    case 41.1_g:
+    case 42.1_g:
       return letters("DL");
-    case 430:
-    case 432:
-    case 434:
+    case 43_g:
+    case 43.2_g:
+    case 43.4_g:
       return letters("H");
-    case 435:
+    case 43.5_g:
       return letters("HIJK");
-    case 531:
+    case 53.1_g:
       return letters("P");
-    case 640:
+    case 64_g:
       return letters("PQR");
-    case 682:
+    case 68.2_g:
       return letters("IJKPQR");
-    case 730:
-    case 830:
+    case 73_g:
+    case 83_g:
       return letters("LQR");
-    case 810:
-    case 850:
+    case 81_g:
+    case 85_g:
       return letters("LR");
-    case 740:
-    case 840:
-    case 820:
-    case 860:
-    case 880:
-    case 890:
+    case 74_g:
+    case 84_g:
+    case 82_g:
+    case 86_g:
+    case 88_g:
+    case 89_g:
       return letters("LPR");
-    case 760:
+    case 76_g:
       return letters("PIJRKQHEL");
-    case 870:
+    case 87_g:
       return letters("LRIJK");
-    case 960:
+    case 96_g:
       return letters("D");
-    case 1830:
+    case 183_g:
       return letters("HQRL");
     default:
       return 0;
@@ -95,6 +95,8 @@ std::uint32_t m_letters(int code, bool user) {
   if (code == 19) return letters("RPQ");
   return user ? letters("PQ") : 0;
 }
+
+GCode plane_code(Plane plane) { return plane == Plane::kXY ? 17_g : plane == Plane::kXZ ? 18_g : 19_g; }
 
 std::string_view who_uses(char letter) {
   switch (letter) {
@@ -120,22 +122,22 @@ std::string_view who_uses(char letter) {
   }
 }
 
-void check_cycle_words(const Block& b, int motion) {
-  const bool cycle = motion >= 730 && motion <= 890 && motion != 800;
-  const bool thread = motion == 330 || motion == 331;
-  const bool smoothing = motion == 51 && b.has('Q') && !b.has('I');  // G05.1 Q of other controls
-  if ((cycle || thread || (motion == 51 && !smoothing) || (motion >= 382 && motion <= 385)) &&
+void check_cycle_words(const Block& b, GCode motion) {
+  const bool cycle = motion >= 73_g && motion <= 89_g && motion != 80_g;
+  const bool thread = motion == 33_g || motion == 33.1_g;
+  const bool smoothing = motion == 5.1_g && b.has('Q') && !b.has('I');  // G05.1 Q of other controls
+  if ((cycle || thread || (motion == 5.1_g && !smoothing) || (motion >= 38.2_g && motion <= 38.5_g)) &&
       !b.has_axis_word())
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "axis words");
   if (thread && !b.has('K'))
     fail(GcodeErrorCode::kMissingWord, b.motion_column(), g_name(motion), "a K word");
   if (thread && b.has('F'))
     fail(GcodeErrorCode::kUnusedWord, b.at('F'), 'F', "the spindle gives the feed of G33 and G33.1");
-  if (motion == 760)
+  if (motion == 76_g)
     for (const char letter : {'Z', 'I', 'J', 'K', 'P'})
       if (!b.has(letter))
         fail(GcodeErrorCode::kMissingWord, b.motion_column(), "G76", fmt::format("a word {}", letter));
-  if (!cycle || motion == 760) return;
+  if (!cycle || motion == 76_g) return;
   for (const char letter : {'A', 'B', 'C'})
     if (b.has(letter))
       fail(GcodeErrorCode::kCycle, b.at(letter), fmt::format("{} moves no rotary axis", g_name(motion)),
@@ -146,22 +148,22 @@ void check_cycle_words(const Block& b, int motion) {
 }
 
 // Words without which a code means nothing, and values no code takes: before anything of the block is done.
-void check_words(const Block& b, int motion) {
+void check_words(const Block& b, GCode motion) {
   if (b.has('F') && b['F'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('F'), 'F', b['F'], "a feed rate", "F of 0 or more");
   if (b.has('S') && b['S'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
-  if (motion > 30) check_cycle_words(b, motion);
+  if (motion > 3_g) check_cycle_words(b, motion);
   if (!b.any_g) return;
-  const int code = b.code(GGroup::kNonModal);
+  const GCode code = b.code(GGroup::kNonModal);
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (code == 100 && !b.has('L')) fail(GcodeErrorCode::kMissingWord, column, "G10", "an L word");
-  if (code == 100 && !b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
-  if ((code == 520 || code == 920) && !b.has_axis_word())
+  if (code == 10_g && !b.has('L')) fail(GcodeErrorCode::kMissingWord, column, "G10", "an L word");
+  if (code == 10_g && !b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "G10", "a P word");
+  if ((code == 52_g || code == 92_g) && !b.has_axis_word())
     fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
-  if (code == 530 && motion != 0 && motion != 10)
+  if (code == 53_g && motion != 0_g && motion != 1_g)
     fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
-  if ((motion == 20 || motion == 30) && b.has('P') &&
+  if ((motion == 2_g || motion == 3_g) && b.has('P') &&
       (b['P'] < 1 || b['P'] > 1e6 || b['P'] != std::round(b['P'])))
     fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
 }
@@ -174,7 +176,7 @@ Executor::Executor(const ExecutorParts& parts)
       comp_(parts.config.gouge_check != GougeCheckMode::kOff),
       warned_words_(parts.config.words.size(), false) {
   for (const MappedWord& word : parts_.config.words)
-    ignores_ |= word.action == WordAction::kIgnore && (word.m_code >= 0 || word.g_code10 >= 0);
+    ignores_ |= word.action == WordAction::kIgnore && (word.m_code >= 0 || word.g_code != kNoGCode);
 }
 
 void Executor::put(const CanonCommand& command) {
@@ -204,79 +206,78 @@ void Executor::begin(const AxisValues& start) {
   s_.position = frame().to_program(start);
 }
 
-int Executor::motion_of(const Block& b) const {
-  const int code = b.code(GGroup::kMotion);
-  if (only_sets_mode(b)) return -1;
-  if (code >= 0) return code;
-  if (other_axis_code(b)) return -1;
-  const bool arc_only = (s_.motion == 20 || s_.motion == 30) && (b.present & letters("IJK"));
+GCode Executor::motion_of(const Block& b) const {
+  const GCode code = b.code(GGroup::kMotion);
+  if (only_sets_mode(b)) return kNoGCode;
+  if (code != kNoGCode) return code;
+  if (other_axis_code(b)) return kNoGCode;
+  const bool arc_only = (s_.motion == 2_g || s_.motion == 3_g) && (b.present & letters("IJK"));
   const bool vector_only = s_.tool_vector && (b.present & letters("IJK"));
-  const bool knot_only = s_.motion == 62 && b.has('K');
+  const bool knot_only = s_.motion == 6.2_g && b.has('K');
   if (b.has_axis_word() || arc_only || vector_only || knot_only) return s_.motion;
-  return -1;
+  return kNoGCode;
 }
 
 // "G0 G91 G28 Z0": the axis words are those of G28 or G30, and G0 is the mode of the lines after it.
 bool Executor::only_sets_mode(const Block& b) {
   if (!b.any_g) return false;
-  const int code = b.code(GGroup::kMotion), home = b.code(GGroup::kNonModal);
-  return (home == 280 || home == 300) && (code == 0 || code == 10 || code == 20 || code == 30);
+  const GCode code = b.code(GGroup::kMotion), home = b.code(GGroup::kNonModal);
+  return (home == 28_g || home == 30_g) && (code == 0_g || code == 1_g || code == 2_g || code == 3_g);
 }
 
 // Codes outside the motion group that take the axis words for themselves.
 bool Executor::other_axis_code(const Block& b) const {
   switch (b.code(GGroup::kNonModal)) {
-    case 100:
-    case 280:
-    case 300:
-    case 520:
-    case 920:
+    case 10_g:
+    case 28_g:
+    case 30_g:
+    case 52_g:
+    case 92_g:
       return true;
     default:
       break;
   }
-  return b.code(GGroup::kToolLength) == 431 || b.code(GGroup::kTiltedPlane) == 682 ||
-         (b.code(GGroup::kToolLength) == 432 && !b.has('H'));
+  return b.code(GGroup::kToolLength) == 43.1_g || b.code(GGroup::kTiltedPlane) == 68.2_g ||
+         (b.code(GGroup::kToolLength) == 43.2_g && !b.has('H'));
 }
 
-std::uint32_t Executor::used_letters(const Block& b, int motion) const {
+std::uint32_t Executor::used_letters(const Block& b, GCode motion) const {
   std::uint32_t used = kAlways;
-  for (const std::int16_t code : b.g)
-    if (code >= 0) used |= g_letters(code);
+  for (const GCode code : b.g)
+    if (code != kNoGCode) used |= g_letters(code);
   for (std::size_t i = 0; i < b.m.size(); ++i)
     if (b.m[i] >= 0) used |= m_letters(b.m[i], i == static_cast<std::size_t>(MGroup::kUser));
-  if (motion >= 0) used |= g_letters(motion);
-  if (s_.tool_vector && (motion == 0 || motion == 10)) used |= letters("IJK");
+  if (motion != kNoGCode) used |= g_letters(motion);
+  if (s_.tool_vector && (motion == 0_g || motion == 1_g)) used |= letters("IJK");
   return used;
 }
 
-void Executor::check_unused(const Block& b, int motion) const {
+void Executor::check_unused(const Block& b, GCode motion) const {
   const std::uint32_t unused = b.present & ~kAlways ? b.present & ~used_letters(b, motion) : 0;
   if (unused)
     for (char letter = 'A'; letter <= 'Z'; ++letter)
       if (unused & Block::bit(letter))
         fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, who_uses(letter));
-  if (other_axis_code(b) && b.code(GGroup::kMotion) >= 0 && b.code(GGroup::kMotion) != 800 &&
-      !only_sets_mode(b))
+  if (other_axis_code(b) && b.has(GGroup::kMotion) && b.code(GGroup::kMotion) != 80_g && !only_sets_mode(b))
     fail(GcodeErrorCode::kAxisWordsConflict, b.at(GGroup::kMotion), g_name(b.code(GGroup::kMotion)),
          "another code of the line");
   if (!b.has_axis_word()) return;
   for (int axis = 0; axis < 6; ++axis)
     if (b.has(kWordLetters[axis]) && !has_axis(axis))
       fail(GcodeErrorCode::kNoSuchAxis, b.at(kWordLetters[axis]), kWordLetters[axis]);
-  if (b.has_polar() && (other_axis_code(b) || b.code(GGroup::kNonModal) == 530))
+  if (b.has_polar() && (other_axis_code(b) || b.code(GGroup::kNonModal) == 53_g))
     fail(GcodeErrorCode::kPolar, b.at(b.has(kPolarRadius) ? kPolarRadius : kPolarAngle),
-         fmt::format("goes with {}", b.code(GGroup::kNonModal) >= 0 ? g_name(b.code(GGroup::kNonModal))
-                                                                    : "a code that is no motion"));
+         fmt::format("goes with {}", b.has(GGroup::kNonModal) ? g_name(b.code(GGroup::kNonModal))
+                                                              : "a code that is no motion"));
 }
 
 bool Executor::execute(const Block& b) {
   line_ = b.line;
-  const int motion = motion_of(b);
-  if (b.code(GGroup::kNonModal) == 530) check_g53(b);
+  const GCode motion = motion_of(b);
+  if (b.code(GGroup::kNonModal) == 53_g) check_g53(b);
   check_unused(b, motion);
-  if (motion == 800 && b.has_axis_word() && !other_axis_code(b)) {
-    if (b.code(GGroup::kMotion) == 800) fail(GcodeErrorCode::kAxisWordsUnused, b.at(GGroup::kMotion), "G80");
+  if (motion == 80_g && b.has_axis_word() && !other_axis_code(b)) {
+    if (b.code(GGroup::kMotion) == 80_g) fail(GcodeErrorCode::kAxisWordsUnused, b.at(GGroup::kMotion), "G80");
     fail(GcodeErrorCode::kNoMotionMode, b.present & letters("XYZ") ? b.at(b.has('X')   ? 'X'
                                                                           : b.has('Y') ? 'Y'
                                                                                        : 'Z')
@@ -286,16 +287,16 @@ bool Executor::execute(const Block& b) {
   if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   if (b.any_g) {
-    if (b.code(GGroup::kFeedMode) >= 0) feed_mode(b);
-    if (b.code(GGroup::kSpindleMode) >= 0) spindle_mode(b);
+    if (b.has(GGroup::kFeedMode)) feed_mode(b);
+    if (b.has(GGroup::kSpindleMode)) spindle_mode(b);
   }
   if (b.has('F')) feed(b);
   if (b.has('S')) speed(b);
   if (b.has('T')) tool_select(b);
   tool_wait_ = ToolWait::kNone;
   if (b.any_m) {
-    if (b.code(MGroup::kOutput) >= 0) output(b);
-    if (b.code(MGroup::kToolChange) >= 0) tool_change(b);
+    if (b.has(MGroup::kOutput)) output(b);
+    if (b.has(MGroup::kToolChange)) tool_change(b);
     if (tool_wait_ != ToolWait::kNone) return false;
   }
   return execute_rest(b);
@@ -303,19 +304,19 @@ bool Executor::execute(const Block& b) {
 
 bool Executor::execute_rest(const Block& b) {
   line_ = b.line;
-  const int motion = motion_of(b);
+  const GCode motion = motion_of(b);
   if (b.any_m) m_codes(b);
   if (!b.parsed->keywords.empty()) keywords(b);
   if (b.any_g) g_codes(b);
-  if (motion >= 0) motion_code(b, motion);
+  if (motion != kNoGCode) motion_code(b, motion);
   if (only_sets_mode(b)) s_.motion = b.code(GGroup::kMotion);
-  return b.any_m && b.code(MGroup::kStop) >= 0 && stop(b);
+  return b.any_m && b.has(MGroup::kStop) && stop(b);
 }
 
 void Executor::pass_over(const Block& b) {
   comp_.give_up();
-  const int motion = motion_of(b);
-  if (motion != 0 && motion != 10 && motion != 20 && motion != 30) return;
+  const GCode motion = motion_of(b);
+  if (motion != 0_g && motion != 1_g && motion != 2_g && motion != 3_g) return;
   s_.motion = motion;
   try {
     s_.position = target(b);
@@ -324,46 +325,46 @@ void Executor::pass_over(const Block& b) {
 }
 
 void Executor::check_g53(const Block& b) const {
-  const int distance = b.code(GGroup::kDistance);
-  if (distance == 910 || (distance < 0 && s_.modal.incremental))
+  const GCode distance = b.code(GGroup::kDistance);
+  if (distance == 91_g || (distance == kNoGCode && s_.modal.incremental))
     fail(GcodeErrorCode::kBadValue, b.at(GGroup::kNonModal), "G53", "G91", "incremental distances",
          "G90 first");
 }
 
 void Executor::g_codes(const Block& b) {
-  const int plain = b.code(GGroup::kNonModal);
-  if (plain == 40) dwell(b);
-  if (b.code(GGroup::kPlane) >= 0) plane(b);
-  if (b.code(GGroup::kUnits) >= 0) units(b);
-  const int diameter = b.code(GGroup::kDiameter);
-  if (diameter >= 0 && (diameter == 70) != s_.modal.diameter) set_diameter(diameter == 70);
-  if (b.code(GGroup::kCutterComp) >= 0) cutter_comp(b);
-  if (b.code(GGroup::kToolLength) >= 0) tool_length(b);
-  if (b.code(GGroup::kWorkOffset) >= 0) work_offset(b);
-  if (b.code(GGroup::kPath) >= 0) path_mode(b);
-  if (b.code(GGroup::kDistance) >= 0 || b.code(GGroup::kArcDistance) >= 0) distance(b);
-  if (b.code(GGroup::kRetract) >= 0) retract(b);
-  if (b.code(GGroup::kTiltedPlane) >= 0) tilted_plane(b);
+  const GCode plain = b.code(GGroup::kNonModal);
+  if (plain == 4_g) dwell(b);
+  if (b.has(GGroup::kPlane)) plane(b);
+  if (b.has(GGroup::kUnits)) units(b);
+  const GCode diameter = b.code(GGroup::kDiameter);
+  if (diameter != kNoGCode && (diameter == 7_g) != s_.modal.diameter) set_diameter(diameter == 7_g);
+  if (b.has(GGroup::kCutterComp)) cutter_comp(b);
+  if (b.has(GGroup::kToolLength)) tool_length(b);
+  if (b.has(GGroup::kWorkOffset)) work_offset(b);
+  if (b.has(GGroup::kPath)) path_mode(b);
+  if (b.has(GGroup::kDistance) || b.has(GGroup::kArcDistance)) distance(b);
+  if (b.has(GGroup::kRetract)) retract(b);
+  if (b.has(GGroup::kTiltedPlane)) tilted_plane(b);
   switch (plain) {
-    case 100:
+    case 10_g:
       g10(b);
       break;
-    case 280:
-    case 281:
-    case 300:
-    case 301:
+    case 28_g:
+    case 28.1_g:
+    case 30_g:
+    case 30.1_g:
       home_position(b, plain);
       break;
-    case 520:
+    case 52_g:
       g52(b);
       break;
-    case 531:
+    case 53.1_g:
       align_tool(b);
       break;
-    case 920:
-    case 921:
-    case 922:
-    case 923:
+    case 92_g:
+    case 92.1_g:
+    case 92.2_g:
+    case 92.3_g:
       g92(b);
       break;
     default:
@@ -371,37 +372,37 @@ void Executor::g_codes(const Block& b) {
   }
 }
 
-void Executor::check_open_curve(const Block& b, int motion) const {
-  if (in_nurbs_ && motion != 52 && motion != 53)
+void Executor::check_open_curve(const Block& b, GCode motion) const {
+  if (in_nurbs_ && motion != 5.2_g && motion != 5.3_g)
     fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G5.2 block is open", "G5.3 first");
-  if (in_rational_ && motion != 62)
+  if (in_rational_ && motion != 6.2_g)
     fail(GcodeErrorCode::kSpline, b.at(GGroup::kMotion), "a G6.2 curve is open", "its last knots first");
 }
 
-void Executor::motion_code(const Block& b, int motion) {
+void Executor::motion_code(const Block& b, GCode motion) {
   check_open_curve(b, motion);
-  if (motion != 50) spline_chained_ = false;
-  if (motion == 0 || motion == 10) {
+  if (motion != 5_g) spline_chained_ = false;
+  if (motion == 0_g || motion == 1_g) {
     straight(b, motion);
-  } else if (motion == 20 || motion == 30) {
-    arc(b, motion == 20);
-  } else if (motion == 62) {
+  } else if (motion == 2_g || motion == 3_g) {
+    arc(b, motion == 2_g);
+  } else if (motion == 6.2_g) {
     rational_spline(b);
-  } else if (motion == 800) {
+  } else if (motion == 80_g) {
     note("interpreter: motion mode set to none");
-  } else if (motion == 1830) {
+  } else if (motion == 183_g) {
     tilted_drilling(b);
-  } else if (motion >= 730) {
+  } else if (motion >= 73_g) {
     cycle(b, motion);
-  } else if (motion >= 382) {
+  } else if (motion >= 38.2_g) {
     probe(b, motion);
-  } else if (motion >= 330) {
+  } else if (motion >= 33_g) {
     spindle_synchronous(b, motion);
   } else {
     spline(b, motion);
   }
-  if (motion == 50 || motion == 51) return;  // splines are not modal
-  s_.motion = motion == 53 ? 800 : motion;
+  if (motion == 5_g || motion == 5.1_g) return;  // splines are not modal
+  s_.motion = motion == 5.3_g ? 80_g : motion;
 }
 
 // Six words from this parameter on, in mm and degrees.
@@ -443,11 +444,11 @@ double Executor::predefined(int index) const {
     case 2:
       return line_;
     case 3:
-      return s_.motion;
+      return tenths(s_.motion);
     case 4:
-      return s_.modal.plane == Plane::kXY ? 170 : s_.modal.plane == Plane::kXZ ? 180 : 190;
+      return tenths(plane_code(s_.modal.plane));
     case 5:
-      return comp_.active() ? (comp_.left() ? 410 : 420) : 400;
+      return tenths(!comp_.active() ? 40_g : comp_.left() ? 41_g : 42_g);
     case 44:
     case 45:
       return s_.current_tool;
@@ -486,7 +487,6 @@ double Executor::predefined_place(int index) const {
 
 // #<_metric> to #<_rpm>, numbers 6 to 31 of the table.
 double Executor::predefined_mode(int index) const {
-  static constexpr int kWorkOffsets[] = {540, 550, 560, 570, 580, 590, 591, 592, 593};
   const ModalState& m = s_.modal;
   const double values[] = {double(!m.inch),
                            double(m.inch),
@@ -495,7 +495,7 @@ double Executor::predefined_mode(int index) const {
                            double(m.feed_mode == FeedMode::kInverseTime),
                            double(m.feed_mode == FeedMode::kPerMinute),
                            double(m.feed_mode == FeedMode::kPerRevolution),
-                           double(kWorkOffsets[m.work_offset - 1]),
+                           double(tenths(kWorkOffsetCodes[static_cast<std::size_t>(m.work_offset - 1)])),
                            double(!s_.tool_offset.isZero(0)),
                            double(!m.retract_to_start),
                            double(m.retract_to_start),

@@ -109,15 +109,15 @@ class Executor : public StateValues {
 
  private:
   // executor.cc: order of execution
-  void check_unused(const Block& b, int motion) const;
-  std::uint32_t used_letters(const Block& b, int motion) const;
-  int motion_of(const Block& b) const;
+  void check_unused(const Block& b, GCode motion) const;
+  std::uint32_t used_letters(const Block& b, GCode motion) const;
+  GCode motion_of(const Block& b) const;
   static bool only_sets_mode(const Block& b);
-  void check_open_curve(const Block& b, int motion) const;
+  void check_open_curve(const Block& b, GCode motion) const;
   bool other_axis_code(const Block& b) const;
   void check_g53(const Block& b) const;
   void g_codes(const Block& b);
-  void motion_code(const Block& b, int motion);
+  void motion_code(const Block& b, GCode motion);
   void comment(const Block& b);
   double predefined_mode(int index) const;
   double predefined_place(int index) const;
@@ -186,7 +186,7 @@ class Executor : public StateValues {
 
   // offsets.cc
   void tool_length(const Block& b);
-  void set_tool_offset(const AxisValues& offset, int code);
+  void set_tool_offset(const AxisValues& offset, GCode code);
   AxisValues table_offset(int tool, std::uint32_t column) const;
   void work_offset(const Block& b);
   void g10(const Block& b);
@@ -196,7 +196,7 @@ class Executor : public StateValues {
   void g52(const Block& b);
   void set_g92_active(bool active);
   void restore_g92(bool active);
-  void home_position(const Block& b, int code10);
+  void home_position(const Block& b, GCode code);
   void load_system(int index);
   void put_system(bool with_g92);
   WorkFrame frame() const;
@@ -228,16 +228,16 @@ class Executor : public StateValues {
   void check_polar_plane(const Block& b) const;
   double wrapped(double to, double from) const;
   void check_feed(const Block& b, std::string_view what) const;
-  void straight(const Block& b, int motion);
+  void straight(const Block& b, GCode motion);
   void put_straight(const Block& b, const AxisValues& to, bool traverse);
-  void probe(const Block& b, int motion);
+  void probe(const Block& b, GCode motion);
   void probed(const MachineAnswer& answer);
   AxisValues short_of(const AxisValues& to) const;
   void set_motion_limits(double length, const Block& b);
   double inverse_rate(const Block& b) const;
 
   // threading.cc: geared to the spindle
-  void spindle_synchronous(const Block& b, int motion);
+  void spindle_synchronous(const Block& b, GCode motion);
   struct Thread;
   Thread thread_of(const Block& b) const;
   void threading_cycle(const Block& b);
@@ -246,32 +246,32 @@ class Executor : public StateValues {
   // arc.cc
   double arc_tolerance_mm(double radius_mm) const;
   void arc(const Block& b, bool clockwise);
-  void spline(const Block& b, int motion);
+  void spline(const Block& b, GCode motion);
   void ignore_smoothing(std::uint32_t column);
   void cubic_spline(const Block& b);
   void quadratic_spline(const Block& b);
-  void nurbs(const Block& b, int motion);
+  void nurbs(const Block& b, GCode motion);
   void control_point(const Block& b);
   void rational_spline(const Block& b);
   void rational_point(const Block& b, bool tail, std::uint32_t column);
   void finish_rational(std::uint32_t column);
 
   // cycles.cc
-  void cycle(const Block& b, int motion);
+  void cycle(const Block& b, GCode motion);
   struct CycleAxes;
   static CycleAxes cycle_axes(Plane plane);
   struct Hole;
-  void cycle_word(const Block& b, int motion, char letter, double& kept);
-  void cycle_words(const Block& b, int motion);
-  [[noreturn]] void bad_peck(const Block& b, int motion) const;
+  void cycle_word(const Block& b, GCode motion, char letter, double& kept);
+  void cycle_words(const Block& b, GCode motion);
+  [[noreturn]] void bad_peck(const Block& b, GCode motion) const;
   Hole first_hole(const Block& b, const CycleAxes& axes) const;
-  void drill(const Block& b, int motion, Hole& hole, double height, int repeats);
-  void cycle_hole(const Block& b, int motion, const Hole& hole);
+  void drill(const Block& b, GCode motion, Hole& hole, double height, int repeats);
+  void cycle_hole(const Block& b, GCode motion, const Hole& hole);
   void cycle_to(const Hole& hole, double first, double second, double depth, bool traverse);
   void peck(const Hole& hole, bool full_retract);
   void tap(const Hole& hole, bool right_hand, std::uint32_t column);
   void back_bore(const Hole& hole);
-  void check_cycle_spindle(int motion, std::uint32_t column) const;
+  void check_cycle_spindle(GCode motion, std::uint32_t column) const;
   void tilted_drilling(const Block& b);
 
   // comp_words.cc

@@ -8,7 +8,7 @@ namespace trn {
 
 namespace {
 
-bool ignored_g(const MappedWord& word) { return word.g_code10 >= 0; }
+bool ignored_g(const MappedWord& word) { return word.g_code != kNoGCode; }
 
 bool values_stand(const MappedWord& word, const Block& b) {
   for (const auto& [letter, value] : word.values)
@@ -20,9 +20,9 @@ bool values_stand(const MappedWord& word, const Block& b) {
 bool is_whole_line(const MappedWord& word, const Block& b) {
   int codes = 0;
   bool found = false;
-  for (const std::int16_t code : b.g) {
-    codes += code >= 0;
-    found |= code == word.g_code10;
+  for (const GCode code : b.g) {
+    codes += code != kNoGCode;
+    found |= code == word.g_code;
   }
   std::uint32_t letters = 0;
   for (const auto& [letter, value] : word.values) letters |= Block::bit(letter);
@@ -42,7 +42,7 @@ std::string letters_of(std::uint32_t mask) {
 void Executor::map_words(ModalTable& table) const {
   for (const MappedWord& word : parts_.config.words) {
     if (word.m_code >= 0) table.map_m(word.m_code, MGroup::kRtcp);
-    if (word.g_code10 >= 0 && !word.alone) table.map_g(word.g_code10, GGroup::kIgnored);
+    if (word.g_code != kNoGCode && !word.alone) table.map_g(word.g_code, GGroup::kIgnored);
   }
 }
 
@@ -56,14 +56,14 @@ void Executor::drop_ignored(Block& b) {
     if (!ignored_g(word) || !b.any_g) continue;
     if (word.alone && is_whole_line(word, b)) {
       drop_words(b, i, b.first_g_column(), 0);
-      b.g.fill(-1);
-    } else if (!word.alone && b.code(GGroup::kIgnored) == word.g_code10 && values_stand(word, b)) {
-      const bool moves = b.code(GGroup::kMotion) >= 0 || other_axis_code(b);
+      b.g.fill(kNoGCode);
+    } else if (!word.alone && b.code(GGroup::kIgnored) == word.g_code && values_stand(word, b)) {
+      const bool moves = b.has(GGroup::kMotion) || other_axis_code(b);
       drop_words(b, i, b.at(GGroup::kIgnored), moves ? Block::kAxisLetters | Block::kPolarLetters : 0);
-      b.g[static_cast<std::size_t>(GGroup::kIgnored)] = -1;
+      b.g[static_cast<std::size_t>(GGroup::kIgnored)] = kNoGCode;
     }
   }
-  if (b.any_g && b.code(GGroup::kIgnored) >= 0)
+  if (b.any_g && b.has(GGroup::kIgnored))
     fail(GcodeErrorCode::kUnknownG, b.at(GGroup::kIgnored), g_name(b.code(GGroup::kIgnored)));
 }
 

@@ -35,8 +35,8 @@ std::string leading_word(const std::string& text) {
 
 // G7: every X word of the block is a diameter.
 void halve_diameter(bool diameter, Block& block) {
-  const int code = block.any_g ? block.code(GGroup::kDiameter) : -1;
-  if (block.has('X') && (code >= 0 ? code == 70 : diameter)) block.value['X' - 'A'] /= 2;
+  const GCode code = block.any_g ? block.code(GGroup::kDiameter) : kNoGCode;
+  if (block.has('X') && (code != kNoGCode ? code == 7_g : diameter)) block.value['X' - 'A'] /= 2;
 }
 
 }  // namespace
@@ -217,7 +217,7 @@ void Interpreter::end_block(bool program_ends) {
     flow_.call_numbered(block_);
   else if (sub == 99 && flow_.return_numbered(block_) && parts_.ends_round)
     begin_pass();
-  else if (block_.any_m && block_.code(MGroup::kUser) >= 0)
+  else if (block_.any_m && block_.has(MGroup::kUser))
     flow_.call_user(block_);
 }
 

@@ -268,7 +268,7 @@ void Lowering::probe(const canon::StraightProbe& probe) {
   if (!config_.io)
     fail(GcodeErrorCode::kNotSupported, 1, g_name(probe.code),
          "no probe input is connected (the machine's config has no section [io])");
-  event(QueueEvent::Kind::kProbeStart, 0, probe.code % 10);
+  event(QueueEvent::Kind::kProbeStart, 0, tenths(probe.code) % 10);
   straight(probe.to, ProgramMove::Kind::kFeed, 0);
   event(QueueEvent::Kind::kProbeEnd);
 }

@@ -23,12 +23,12 @@ constexpr int kMaxTool = 99999999;
 }  // namespace
 
 void Executor::m_codes(const Block& b) {
-  if (b.code(MGroup::kSpindle) >= 0) spindle(b);
-  if (b.code(MGroup::kState) >= 0) modal_state(b);
-  if (b.code(MGroup::kCoolant) >= 0) coolant(b);
-  if (b.code(MGroup::kOverride) >= 0) overrides(b);
-  if (b.code(MGroup::kUser) >= 0) user_m(b);
-  if (b.code(MGroup::kRtcp) >= 0) keywords(b);
+  if (b.has(MGroup::kSpindle)) spindle(b);
+  if (b.has(MGroup::kState)) modal_state(b);
+  if (b.has(MGroup::kCoolant)) coolant(b);
+  if (b.has(MGroup::kOverride)) overrides(b);
+  if (b.has(MGroup::kUser)) user_m(b);
+  if (b.has(MGroup::kRtcp)) keywords(b);
 }
 
 void Executor::tool_select(const Block& b) {
@@ -318,7 +318,7 @@ void Executor::restore(const Kept& kept) {
 void Executor::resume(const Settings& kept) {
   restore_switches(kept);
   restore_modal(kept);
-  s_.motion = kept.motion < 730 ? kept.motion : 800;  // cycles keep words of their own
+  s_.motion = kept.motion < 73_g ? kept.motion : 80_g;  // cycles keep words of their own
   s_.selected_tool = kept.selected_tool;
   if (kept.tool_offset != s_.tool_offset || kept.tool_length_code != s_.tool_length_code)
     set_tool_offset(kept.tool_offset, kept.tool_length_code);
@@ -401,7 +401,7 @@ void Executor::keywords(const Block& b) {
       parts_.warn(column, fmt::format("{} is ignored, as the config says", word.text));
     warned_words_[index] = true;
   };
-  if (b.any_m && b.code(MGroup::kRtcp) >= 0) {
+  if (b.any_m && b.has(MGroup::kRtcp)) {
     for (std::size_t i = 0; i < parts_.config.words.size(); ++i)
       if (parts_.config.words[i].m_code == b.code(MGroup::kRtcp)) act(i, b.at(MGroup::kRtcp));
     return;
@@ -465,7 +465,7 @@ void Executor::reset_at_end() {
   if (m.flood) put(PlainCanon::kFloodOff);
   m.mist = m.flood = false;
   s_.switched_on = s_.switched_off = 0;
-  s_.motion = 10;
+  s_.motion = 1_g;
 }
 
 }  // namespace trn

@@ -14,10 +14,10 @@ constexpr double kLongDwell_s = 100;  // more is rarely meant
 }  // namespace
 
 void Executor::feed_mode(const Block& b) {
-  const int code = b.code(GGroup::kFeedMode);
-  set_feed_mode(code == 930   ? FeedMode::kInverseTime
-                : code == 940 ? FeedMode::kPerMinute
-                              : FeedMode::kPerRevolution);
+  const GCode code = b.code(GGroup::kFeedMode);
+  set_feed_mode(code == 93_g   ? FeedMode::kInverseTime
+                : code == 94_g ? FeedMode::kPerMinute
+                               : FeedMode::kPerRevolution);
 }
 
 void Executor::set_feed_mode(FeedMode mode) {
@@ -39,7 +39,7 @@ void Executor::feed(const Block& b) {
 }
 
 void Executor::spindle_mode(const Block& b) {
-  s_.modal.css = b.code(GGroup::kSpindleMode) == 960;
+  s_.modal.css = b.code(GGroup::kSpindleMode) == 96_g;
   if (s_.modal.css && !b.has('S'))
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kSpindleMode), "G96", "an S word");
   if (b.has('D') && s_.modal.css && b['D'] < 0)
@@ -54,8 +54,8 @@ void Executor::speed(const Block& b) {
 }
 
 void Executor::plane(const Block& b) {
-  const int code = b.code(GGroup::kPlane);
-  const Plane plane = code == 170 ? Plane::kXY : code == 180 ? Plane::kXZ : Plane::kYZ;
+  const GCode code = b.code(GGroup::kPlane);
+  const Plane plane = code == 17_g ? Plane::kXY : code == 18_g ? Plane::kXZ : Plane::kYZ;
   if (comp_.active() && plane != s_.modal.plane)
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kPlane), "a change of plane");
   s_.modal.plane = plane;
@@ -63,7 +63,7 @@ void Executor::plane(const Block& b) {
 }
 
 void Executor::units(const Block& b) {
-  const bool inch = b.code(GGroup::kUnits) == 200;
+  const bool inch = b.code(GGroup::kUnits) == 20_g;
   if (comp_.active() && inch != s_.modal.inch)
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kUnits), "a change of units");
   set_units(inch);
@@ -81,13 +81,13 @@ void Executor::set_units(bool inch) {
 }
 
 void Executor::path_mode(const Block& b) {
-  const int code = b.code(GGroup::kPath);
+  const GCode code = b.code(GGroup::kPath);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kPath), g_name(code));
   for (const char letter : {'P', 'Q', 'R'})
-    if (code == 640 && b.has(letter) && b[letter] < 0)
+    if (code == 64_g && b.has(letter) && b[letter] < 0)
       fail(GcodeErrorCode::kBadValue, b.at(letter), letter, b[letter], "G64", "a tolerance of 0 or more");
-  if (code != 640)
-    return set_path(code == 610 ? MotionControl::kExactPath : MotionControl::kExactStop, 0, 0, 0);
+  if (code != 64_g)
+    return set_path(code == 61_g ? MotionControl::kExactPath : MotionControl::kExactStop, 0, 0, 0);
   const double tolerance = b.get('P', 0);
   set_path(MotionControl::kContinuous, tolerance, b.get('Q', tolerance), b.get('R', 0));
 }
@@ -115,10 +115,11 @@ void Executor::put_path() {
 }
 
 void Executor::distance(const Block& b) {
-  const int code = b.code(GGroup::kDistance);
-  if (code >= 0 && (code == 910) != s_.modal.incremental) set_incremental(code == 910);
-  const int arc_code = b.code(GGroup::kArcDistance);
-  if (arc_code >= 0 && (arc_code == 901) != s_.modal.arc_absolute) set_arc_absolute(arc_code == 901);
+  const GCode code = b.code(GGroup::kDistance);
+  if (code != kNoGCode && (code == 91_g) != s_.modal.incremental) set_incremental(code == 91_g);
+  const GCode arc_code = b.code(GGroup::kArcDistance);
+  if (arc_code != kNoGCode && (arc_code == 90.1_g) != s_.modal.arc_absolute)
+    set_arc_absolute(arc_code == 90.1_g);
 }
 
 void Executor::set_incremental(bool incremental) {
@@ -142,7 +143,7 @@ void Executor::set_diameter(bool diameter) {
 void Executor::retract(const Block& b) {
   if (comp_.active())
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kRetract), g_name(b.code(GGroup::kRetract)));
-  set_retract(b.code(GGroup::kRetract) == 980);
+  set_retract(b.code(GGroup::kRetract) == 98_g);
 }
 
 void Executor::set_retract(bool to_start) {

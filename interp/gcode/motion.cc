@@ -25,7 +25,7 @@ double Executor::wrapped(double to, double from) const { return from + std::rema
 
 // Where the axis words of the block point to, in program coordinates.
 AxisValues Executor::target(const Block& b) const {
-  if (b.code(GGroup::kNonModal) == 530) return machine_target(b);
+  if (b.code(GGroup::kNonModal) == 53_g) return machine_target(b);
   AxisValues to = s_.position;
   if (!b.has_axis_word()) return to;
   if (b.has_polar()) polar(b, to[kX], to[kY]);
@@ -97,17 +97,17 @@ void Executor::set_motion_limits(double length, const Block& b) {
     put(canon::SetFeedRate{std::max(kLeastInverseRate, length * b['F'])});
 }
 
-void Executor::straight(const Block& b, int motion) {
-  if (motion == 10) check_feed(b, "G1");
-  if (b.code(GGroup::kNonModal) == 530) {
+void Executor::straight(const Block& b, GCode motion) {
+  if (motion == 1_g) check_feed(b, "G1");
+  if (b.code(GGroup::kNonModal) == 53_g) {
     if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G53");
     if (s_.tilted)
       fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G53 in a tilted plane", "G69 first");
-    if (s_.rtcp) return suspend_rtcp(b, [&] { put_straight(b, target(b), motion == 0); });
+    if (s_.rtcp) return suspend_rtcp(b, [&] { put_straight(b, target(b), motion == 0_g); });
   }
   AxisValues to = target(b);
   if (s_.tool_vector && (b.has('I') || b.has('J') || b.has('K'))) to = vector_target(b, to);
-  put_straight(b, to, motion == 0);
+  put_straight(b, to, motion == 0_g);
 }
 
 void Executor::put_straight(const Block& b, const AxisValues& to, bool traverse) {
@@ -125,7 +125,7 @@ void Executor::put_straight(const Block& b, const AxisValues& to, bool traverse)
   s_.position = to;
 }
 
-void Executor::probe(const Block& b, int motion) {
+void Executor::probe(const Block& b, GCode motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   check_feed(b, g_name(motion));

@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "interp/gcode/error.h"
@@ -46,8 +47,9 @@ void Executor::put_system(bool with_g92) {
 }
 
 void Executor::work_offset(const Block& b) {
-  const int code = b.code(GGroup::kWorkOffset);
-  const int index = code <= 590 ? (code - 530) / 10 : code - 590 + 6;
+  const GCode code = b.code(GGroup::kWorkOffset);
+  const auto found = std::find(kWorkOffsetCodes.begin(), kWorkOffsetCodes.end(), code);
+  const int index = static_cast<int>(found - kWorkOffsetCodes.begin()) + 1;
   if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kWorkOffset), "a change of work offset");
   if (index == s_.modal.work_offset) return note("interpreter: continuing to use same coordinate system");
   if (s_.tilted)
@@ -65,7 +67,7 @@ AxisValues Executor::table_offset(int number, std::uint32_t column) const {
 }
 
 void Executor::tool_length(const Block& b) {
-  const int code = b.code(GGroup::kToolLength);
+  const GCode code = b.code(GGroup::kToolLength);
   const std::uint32_t column = b.at(GGroup::kToolLength);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
   int number = s_.current_tool;
@@ -75,35 +77,35 @@ void Executor::tool_length(const Block& b) {
   }
   AxisValues offset = s_.tool_offset;
   switch (code) {
-    case 490:
+    case 49_g:
       offset.setZero();
       break;
-    case 431:
-    case 432:
-      if (code == 432 && b.has('H')) {
+    case 43.1_g:
+    case 43.2_g:
+      if (code == 43.2_g && b.has('H')) {
         offset += table_offset(number, b.at('H'));
         break;
       }
       if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
       for (int i = 0; i < 6; ++i)
-        if (b.has(kWordLetters[i])) offset[i] = (code == 432 ? offset[i] : 0) + b[kWordLetters[i]];
+        if (b.has(kWordLetters[i])) offset[i] = (code == 43.2_g ? offset[i] : 0) + b[kWordLetters[i]];
       break;
     default:
       offset = table_offset(number, b.has('H') ? b.at('H') : column);
   }
-  if (code == 434 || code == 435) {
+  if (code == 43.4_g || code == 43.5_g) {
     set_rtcp(true, offset, column, g_name(code));
-    s_.tool_vector = code == 435;
+    s_.tool_vector = code == 43.5_g;
     return;
   }
   s_.tool_vector = false;
   set_tool_offset(offset, code);
 }
 
-void Executor::set_tool_offset(const AxisValues& offset, int code) {
+void Executor::set_tool_offset(const AxisValues& offset, GCode code) {
   s_.tool_length_code = code;
-  if (tip_in_table() || (s_.rtcp && code == 490))
-    return set_rtcp(s_.rtcp && code != 490, offset, 1, g_name(code));
+  if (tip_in_table() || (s_.rtcp && code == 49_g))
+    return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
   if (s_.tilted) {
     WorkFrame f = frame();
     const AxisValues machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
@@ -211,24 +213,24 @@ void Executor::g10_system(const Block& b, int l) {
 }
 
 void Executor::g92(const Block& b) {
-  const int code = b.code(GGroup::kNonModal);
+  const GCode code = b.code(GGroup::kNonModal);
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (comp_.active() && !(code != 920 && s_.g92.isZero(0)))
+  if (comp_.active() && !(code != 92_g && s_.g92.isZero(0)))
     fail(GcodeErrorCode::kCompState, column, g_name(code));
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
-  if (code == 920) {
+  if (code == 92_g) {
     for (int i = 0; i < 6; ++i) {
       if (!b.has(kWordLetters[i])) continue;
       s_.g92[i] += s_.position[i] - b[kWordLetters[i]];
       s_.position[i] = b[kWordLetters[i]];
     }
   } else {
-    const AxisValues wanted = code == 923 ? from_mm(stored(parameter::kG92)) : AxisValues::Zero().eval();
+    const AxisValues wanted = code == 92.3_g ? from_mm(stored(parameter::kG92)) : AxisValues::Zero().eval();
     s_.position += s_.g92 - wanted;
     s_.g92 = wanted;
   }
-  set_g92_active(code == 920 || code == 923);
-  if (code != 922) store(parameter::kG92, to_mm(s_.g92));
+  set_g92_active(code == 92_g || code == 92.3_g);
+  if (code != 92.2_g) store(parameter::kG92, to_mm(s_.g92));
   put(canon::SetG92Offset{s_.g92});
 }
 
@@ -262,15 +264,12 @@ void Executor::g52(const Block& b) {
 }
 
 // G28 and G30 by way of the words' point; G28.1 and G30.1 keep the present place.
-void Executor::home_position(const Block& b, int code10) {
-  const int base = code10 < 300 ? parameter::kG28 : parameter::kG30;
+void Executor::home_position(const Block& b, GCode code) {
+  const int base = code < 30_g ? parameter::kG28 : parameter::kG30;
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code10));
-  if (code10 % 10 == 1) {
-    return store(base, machine_now(column));
-  }
-  if (s_.tilted)
-    fail(GcodeErrorCode::kTiltedPlane, column, g_name(code10) + " in a tilted plane", "G69 first");
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (code == 28.1_g || code == 30.1_g) return store(base, machine_now(column));
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
   const AxisValues by_way = target(b);
   put(canon::StraightTraverse{by_way});
   s_.position = by_way;

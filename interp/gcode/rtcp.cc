@@ -116,7 +116,7 @@ AxisValues Executor::machine_now(std::uint32_t column) const {
 // G68.2 X Y Z I J K defines the plane; G69 takes it away.
 void Executor::tilted_plane(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kTiltedPlane);
-  if (b.code(GGroup::kTiltedPlane) == 690) {
+  if (b.code(GGroup::kTiltedPlane) == 69_g) {
     if (s_.tilted) cancel_tilted_plane();
     return;
   }

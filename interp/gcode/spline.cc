@@ -20,19 +20,19 @@ std::array<Vec3, 4> cubic_from_quadratic(const Vec3& a, const Vec3& q, const Vec
 
 }  // namespace
 
-void Executor::spline(const Block& b, int motion) {
+void Executor::spline(const Block& b, GCode motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
-  if (motion == 51 && b.has('Q') && !b.has_axis_word() && !b.has('I')) return ignore_smoothing(column);
+  if (motion == 5.1_g && b.has('Q') && !b.has_axis_word() && !b.has('I')) return ignore_smoothing(column);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   if (left_contour_)
     fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is a spline", "a straight move");
   if (s_.modal.plane != Plane::kXY)
     fail(GcodeErrorCode::kPlane, column, g_name(motion), s_.modal.plane == Plane::kXZ ? "G18" : "G19", "G17");
-  if (motion != 53) check_feed(b, g_name(motion));
+  if (motion != 5.3_g) check_feed(b, g_name(motion));
   for (const char letter : {'Z', 'A', 'B', 'C'})
     if (b.has(letter)) fail(GcodeErrorCode::kSpline, b.at(letter), "a spline stays in XY", "X and Y");
-  if (motion == 50) return cubic_spline(b);
-  if (motion == 51) return quadratic_spline(b);
+  if (motion == 5_g) return cubic_spline(b);
+  if (motion == 5.1_g) return quadratic_spline(b);
   nurbs(b, motion);
 }
 
@@ -84,9 +84,9 @@ void Executor::control_point(const Block& b) {
 
 // G5.2 collects control points (X Y, weight P, order L), G5.3 runs the curve: as cubic pieces through points
 // and tangents of the curve, fine enough to stay within a micrometre.
-void Executor::nurbs(const Block& b, int motion) {
+void Executor::nurbs(const Block& b, GCode motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
-  if (motion == 52) {
+  if (motion == 5.2_g) {
     if (!in_nurbs_) {
       nurbs_.assign(1, {s_.position[kX], s_.position[kY], b.get('P', 1)});
       nurbs_order_ = b.get('L', 3);
@@ -117,7 +117,7 @@ void Executor::rational_spline(const Block& b) {
   const std::uint32_t column = b.motion_column();
   if (!b.has('K')) fail(GcodeErrorCode::kMissingWord, column, "G6.2", "a K word, the knot");
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G6.2");
-  if (b.code(GGroup::kMotion) == 62 && !in_rational_) {
+  if (b.code(GGroup::kMotion) == 6.2_g && !in_rational_) {
     check_feed(b, "G6.2");
     rational_ = {};
     curve_rate_ = inverse_rate(b);

@@ -29,13 +29,13 @@ struct Executor::Thread {
 };
 
 // G33 and G33.1: a straight move geared to the spindle, K units a turn.
-void Executor::spindle_synchronous(const Block& b, int motion) {
+void Executor::spindle_synchronous(const Block& b, GCode motion) {
   const std::uint32_t column = b.motion_column();
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   if (s_.modal.turn == SpindleTurn::kStopped) fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
   const AxisValues to = target(b);
-  put(canon::StartFeedSync{b['K'], false, motion != 330});
-  if (motion == 330) {
+  put(canon::StartFeedSync{b['K'], false, motion != 33_g});
+  if (motion == 33_g) {
     put(canon::StraightFeed{to, 0});
     s_.position = to;
   } else {
