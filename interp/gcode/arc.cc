@@ -79,7 +79,7 @@ void Executor::arc(const Block& b, bool clockwise) {
     fail(GcodeErrorCode::kArcMissing, column, axes.name, fmt::format("R nor {} nor {}", i_word, j_word));
   }
   const double turns = b.get('P', 1);
-  const AxisValues to = target(b);
+  const ProgramWords to = target(b);
   const Point2 from{s_.position[axes.first], s_.position[axes.second]};
   const Point2 end{to[axes.first], to[axes.second]};
   Point2 centre{};

@@ -76,18 +76,18 @@ void bend_entry(Element& e, const Point2& beside_end, double tool_radius) {
   arc.centre2 = e.centre.y();
 }
 
-AxisValues& target_of(CanonCommand& command) {
+ProgramWords& target_of(CanonCommand& command) {
   if (auto* traverse = std::get_if<canon::StraightTraverse>(&command)) return traverse->to;
   if (auto* feed = std::get_if<canon::StraightFeed>(&command)) return feed->to;
   return std::get<canon::ArcFeed>(command).to;
 }
-const AxisValues& target_of(const CanonCommand& command) {
+const ProgramWords& target_of(const CanonCommand& command) {
   return target_of(const_cast<CanonCommand&>(command));
 }
 
 }  // namespace
 
-void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& from, double rounding,
+void CutterComp::start(bool left, double radius, Plane plane, const ProgramWords& from, double rounding,
                        int orientation) {
   active_ = true;
   left_ = left;
@@ -104,8 +104,8 @@ void CutterComp::start(bool left, double radius, Plane plane, const AxisValues& 
   contour_ends_ = false;
 }
 
-AxisValues CutterComp::place(const Point& p, const AxisValues& like) const {
-  AxisValues v = like;
+ProgramWords CutterComp::place(const Point& p, const ProgramWords& like) const {
+  ProgramWords v = like;
   v[first_] = p.x() + shift_.x();
   v[second_] = p.y() + shift_.y();
   return v;
@@ -314,7 +314,7 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
     if (auto* comment = std::get_if<canon::Comment>(&command)) comment->text = e.text;
     return sink.put(command, e.place.line);
   }
-  AxisValues& to = target_of(command);
+  ProgramWords& to = target_of(command);
   to = place(e.shape == Shape::kVertical ? Point(plane_point(tool_) - shift_) : e.b, to);
   if (auto* arc = std::get_if<canon::ArcFeed>(&command)) {
     arc->centre1 += shift_.x();
@@ -324,7 +324,7 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
   sink.put(command, e.place.line);
 }
 
-AxisValues CutterComp::finish(CanonSink& sink) {
+ProgramWords CutterComp::finish(CanonSink& sink) {
   if (!waiting_.empty() && is_motion(waiting_.front().command) &&
       waiting_.front().shape != Shape::kVertical) {
     check_arc(waiting_.front(), waiting_.front().place.line);

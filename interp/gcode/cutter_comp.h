@@ -26,14 +26,14 @@ class CutterComp {
 
   /// From here on; `from` is the programmed position, `radius` >= 0 in program units, `rounding` as in
   /// GougeCheck; `orientation` 1 to 8 of a lathe's tool, whose controlled point is not its centre.
-  void start(bool left, double radius, Plane plane, const AxisValues& from, double rounding,
+  void start(bool left, double radius, Plane plane, const ProgramWords& from, double rounding,
              int orientation = 0);
   /// The next programmed traverse, feed or arc. BlockError when there is no path for the tool.
   void move(const CanonCommand& command, const BlockPlace& at, CanonSink& sink);
   /// Any other command, kept in order with the moves.
   void pass(const CanonCommand& command, std::uint32_t line, CanonSink& sink);
   /// Everything that waits, then off. Returns where the tool's centre stands.
-  AxisValues finish(CanonSink& sink);
+  ProgramWords finish(CanonSink& sink);
   /// Behind an error: goes along the programmed contour, unjudged, until the compensation ends.
   void give_up();
   /// The gouges found since the last call, of contours that have ended; at most one of a compensation, and
@@ -73,17 +73,17 @@ class CutterComp {
   [[noreturn]] void gouge(const Element& e, std::uint32_t other_line) const;
   void release(CanonSink& sink);
   void emit(const Element& e, CanonSink& sink);
-  Point plane_point(const AxisValues& v) const { return {v[first_], v[second_]}; }
-  AxisValues place(const Point& p, const AxisValues& like) const;
+  Point plane_point(const ProgramWords& v) const { return {v[first_], v[second_]}; }
+  ProgramWords place(const Point& p, const ProgramWords& like) const;
 
   bool active_ = false, left_ = true, entered_ = false, given_up_ = false;
   double radius_ = 0;
   Point shift_ = Point::Zero();  ///< from the tool's centre to its controlled point
   Plane plane_ = Plane::kXY;
   int first_ = kX, second_ = kY, normal_ = kZ;
-  AxisValues programmed_ = AxisValues::Zero();
-  AxisValues tool_ = AxisValues::Zero();  ///< tool's centre as last emitted
-  std::deque<Element> waiting_;           ///< the first is the last contour element, the rest come after it
+  ProgramWords programmed_;
+  ProgramWords tool_;            ///< tool's centre as last emitted
+  std::deque<Element> waiting_;  ///< the first is the last contour element, the rest come after it
   bool judges_;
   GougeCheck check_;
   bool contour_ends_ = false;  ///< behind the element that waits

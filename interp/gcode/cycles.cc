@@ -32,7 +32,7 @@ struct Executor::Hole {
   CycleAxes axes;
   double first, second;
   double r, bottom, clear, middle;
-  AxisValues base;  ///< the words the cycle does not move
+  ProgramWords base;  ///< the words the cycle does not move
 };
 
 void Executor::check_cycle_spindle(GCode motion, std::uint32_t column) const {
@@ -149,7 +149,7 @@ void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, in
 }
 
 void Executor::cycle_to(const Hole& hole, double first, double second, double depth, bool traverse) {
-  AxisValues to = hole.base;
+  ProgramWords to = hole.base;
   to[hole.axes.first] = first;
   to[hole.axes.second] = second;
   to[hole.axes.depth] = depth;
@@ -196,7 +196,7 @@ void Executor::cycle_hole(const Block& b, GCode motion, const Hole& hole) {
       dwell_here();
       stop_spindle();
       put(PlainCanon::kProgramStop);
-      AxisValues up = hole.base;
+      ProgramWords up = hole.base;
       up[hole.axes.first] = hole.first;
       up[hole.axes.second] = hole.second;
       up[hole.axes.depth] = hole.clear;
@@ -281,15 +281,15 @@ void Executor::tilted_drilling(const Block& b) {
 
   const bool was_on = s_.rtcp;
   if (!was_on) set_rtcp(true, s_.tool_offset, column, "G183");
-  const AxisValues mouth = target(b);
+  const ProgramWords mouth = target(b);
   const Mat3 R_PB = (parts_.kinematics->home_X_BM().R * frame().X_MP().R).transpose();
   const Vec3 axis = R_PB * parts_.kinematics->orientation(orientation_abc_rad(mouth)).col(2);
   const auto along = [&](double distance) {
-    AxisValues to = mouth;
-    to.head<3>() += distance * axis;
+    ProgramWords to = mouth;
+    to.xyz += distance * axis;
     return to;
   };
-  const AxisValues clear = along(s_.cycle.retract);
+  const ProgramWords clear = along(s_.cycle.retract);
   put(canon::StraightTraverse{clear});
   const int count = static_cast<int>(pecks);
   const double clearance = from_mm(parts_.config.peck_clearance_mm);

@@ -189,7 +189,7 @@ void Executor::put(const CanonCommand& command) {
 // Does not wait for the move that cutter compensation holds back.
 void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, line_); }
 
-void Executor::begin(const AxisValues& start) {
+void Executor::begin(const MmWords& start) {
   line_ = 0;
   s_.modal.path = parts_.config.path_mode;
   s_.modal.great_circle = parts_.config.great_circle;
@@ -197,13 +197,13 @@ void Executor::begin(const AxisValues& start) {
   put(canon::UseLengthUnits{false});
   load_system(static_cast<int>(parts_.parameters[parameter::kSystem]));
   s_.g92_active = parts_.parameters[parameter::kG92Active] != 0;
-  if (s_.g92_active) s_.g92 = stored(parameter::kG92);
+  if (s_.g92_active) s_.g92 = from_mm(stored(parameter::kG92));
   put(canon::SetG5xOffset{s_.modal.work_offset, s_.g5x});
   put(canon::SetG92Offset{s_.g92});
   put(canon::SetXyRotation{s_.rotation_deg});
   put(PlainCanon::kFeedReferenceXyz);
   put(PlainCanon::kOnReset);
-  s_.position = frame().to_program(start);
+  s_.position = from_mm(frame().to_program(start));
 }
 
 GCode Executor::motion_of(const Block& b) const {
@@ -405,29 +405,16 @@ void Executor::motion_code(const Block& b, GCode motion) {
   s_.motion = motion == 5.3_g ? 80_g : motion;
 }
 
-// Six words from this parameter on, in mm and degrees.
-AxisValues Executor::stored(int parameter) const {
-  AxisValues mm;
-  for (int i = 0; i < 6; ++i)
-    mm[i] = parts_.parameters[parameter + i] * (i < 3 ? parts_.config.parameter_unit_mm : 1);
-  return mm;
+// Six words from this parameter on.
+MmWords Executor::stored(int parameter) const {
+  TableWords words;
+  for (int i = 0; i < 6; ++i) words[i] = parts_.parameters[parameter + i];
+  return in_mm(words, parts_.config.parameter_unit_mm);
 }
 
-void Executor::store(int parameter, const AxisValues& mm) {
-  for (int i = 0; i < 6; ++i)
-    parts_.parameters[parameter + i] = mm[i] / (i < 3 ? parts_.config.parameter_unit_mm : 1);
-}
-
-AxisValues Executor::to_mm(const AxisValues& v) const {
-  AxisValues mm = v;
-  if (s_.modal.inch) mm.head<3>() *= kMmPerInch;
-  return mm;
-}
-
-AxisValues Executor::from_mm(const AxisValues& v) const {
-  AxisValues units = v;
-  if (s_.modal.inch) units.head<3>() /= kMmPerInch;
-  return units;
+void Executor::store(int parameter, const MmWords& words) {
+  const TableWords table = in_table_units(words, parts_.config.parameter_unit_mm);
+  for (int i = 0; i < 6; ++i) parts_.parameters[parameter + i] = table[i];
 }
 
 double Executor::position(int axis) const {
@@ -496,7 +483,7 @@ double Executor::predefined_mode(int index) const {
                            double(m.feed_mode == FeedMode::kPerMinute),
                            double(m.feed_mode == FeedMode::kPerRevolution),
                            double(tenths(kWorkOffsetCodes[static_cast<std::size_t>(m.work_offset - 1)])),
-                           double(!s_.tool_offset.isZero(0)),
+                           double(!s_.tool_offset.is_zero()),
                            double(!m.retract_to_start),
                            double(m.retract_to_start),
                            double(!m.css),

@@ -29,8 +29,8 @@ struct ExecutorParts {
 
 /// What the machine answers to M6, M66 and G38; program coordinates and units.
 struct MachineAnswer {
-  double value = 0;  ///< of the input, -1: not in time; probe: 1 contact, 0 none
-  AxisValues contact = AxisValues::Zero(), stands = AxisValues::Zero();  ///< after a probe move
+  double value = 0;              ///< of the input, -1: not in time; probe: 1 contact, 0 none
+  ProgramWords contact, stands;  ///< after a probe move
 };
 
 /// Carries out one block: the dialect's order of execution, one handler a group (RS274/NGC section 3.8).
@@ -40,7 +40,7 @@ class Executor : public StateValues {
   explicit Executor(const ExecutorParts& parts);
 
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
-  void begin(const AxisValues& start);
+  void begin(const MmWords& start);
   /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
   /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
   /// and a running canned cycle are not taken over.
@@ -48,7 +48,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const AxisValues& start, int in_spindle);
+  void enter(const MmWords& start, int in_spindle);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -186,8 +186,8 @@ class Executor : public StateValues {
 
   // offsets.cc
   void tool_length(const Block& b);
-  void set_tool_offset(const AxisValues& offset, GCode code);
-  AxisValues table_offset(int tool, std::uint32_t column) const;
+  void set_tool_offset(const ProgramWords& offset, GCode code);
+  ProgramWords table_offset(int tool, std::uint32_t column) const;
   void work_offset(const Block& b);
   void g10(const Block& b);
   void g10_tool(const Block& b, int l);
@@ -201,38 +201,38 @@ class Executor : public StateValues {
   void put_system(bool with_g92);
   WorkFrame frame() const;
   /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
-  AxisValues machine_now(std::uint32_t column) const;
+  MmWords machine_now(std::uint32_t column) const;
   /// Runs `change` on the offsets and keeps the machine where it is.
   template <typename Change>
   void keep_machine(const Change& change);
 
   // rtcp.cc: tool-centre-point control, tilted plane
-  void set_rtcp(bool on, const AxisValues& tool_offset, std::uint32_t column, std::string_view word);
+  void set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t column, std::string_view word);
   void tilted_plane(const Block& b);
   void cancel_tilted_plane();
   void tilt(const Vec3& origin, const Mat3& R_tilt);
   void align_tool(const Block& b);
   void obey_plane(std::uint32_t column);
   Pose spindle_pose(std::uint32_t column, std::string_view word) const;
-  AxisValues position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
-                          std::string_view word) const;
-  AxisValues vector_target(const Block& b, const AxisValues& to) const;
+  ProgramWords position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
+                            std::string_view word) const;
+  ProgramWords vector_target(const Block& b, const ProgramWords& to) const;
   bool tip_in_table() const { return s_.rtcp || s_.tilted_aligned; }
   void suspend_rtcp(const Block& b, const std::function<void()>& move);
-  Vec3 orientation_abc_rad(const AxisValues& program) const;
+  Vec3 orientation_abc_rad(const ProgramWords& program) const;
 
   // motion.cc
-  AxisValues target(const Block& b) const;
-  AxisValues machine_target(const Block& b) const;
+  ProgramWords target(const Block& b) const;
+  ProgramWords machine_target(const Block& b) const;
   void polar(const Block& b, double& x, double& y) const;
   void check_polar_plane(const Block& b) const;
   double wrapped(double to, double from) const;
   void check_feed(const Block& b, std::string_view what) const;
   void straight(const Block& b, GCode motion);
-  void put_straight(const Block& b, const AxisValues& to, bool traverse);
+  void put_straight(const Block& b, const ProgramWords& to, bool traverse);
   void probe(const Block& b, GCode motion);
   void probed(const MachineAnswer& answer);
-  AxisValues short_of(const AxisValues& to) const;
+  ProgramWords short_of(const ProgramWords& to) const;
   void set_motion_limits(double length, const Block& b);
   double inverse_rate(const Block& b) const;
 
@@ -280,12 +280,12 @@ class Executor : public StateValues {
   void flush_comp();
 
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
-  AxisValues stored(int parameter) const;
-  void store(int parameter, const AxisValues& mm);
+  MmWords stored(int parameter) const;
+  void store(int parameter, const MmWords& words);
   double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
   double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
-  AxisValues to_mm(const AxisValues& v) const;
-  AxisValues from_mm(const AxisValues& v) const;
+  MmWords to_mm(const ProgramWords& words) const { return in_mm(words, s_.modal.inch); }
+  ProgramWords from_mm(const MmWords& words) const { return in_program_units(words, s_.modal.inch); }
 
   ExecutorParts parts_;
   unsigned axis_mask_;
@@ -298,7 +298,7 @@ class Executor : public StateValues {
   };
   std::vector<Kept> kept_;
   CutterComp comp_;
-  AxisValues spline_tangent_ = AxisValues::Zero();  ///< end control of the last G5
+  ProgramWords spline_tangent_;  ///< end control of the last G5
   bool spline_chained_ = false;
   bool left_contour_ = false;  ///< since G40 no straight move: the tool is not where the program thinks
   struct NurbsPoint {
@@ -324,7 +324,7 @@ class Executor : public StateValues {
 
 template <typename Change>
 void Executor::keep_machine(const Change& change) {
-  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
   change();
   s_.position = from_mm(frame().to_program(machine));
 }

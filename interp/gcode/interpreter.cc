@@ -60,7 +60,7 @@ Interpreter::Interpreter(const InterpreterParts& parts)
 }
 
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
-                        const std::string& folder, const AxisValues& at) {
+                        const std::string& folder, const MmWords& at) {
   flow_.load(std::move(source), name, folder);
   ended_ = block_done_ = came_round_ = false;
   pass_.reset();
@@ -71,7 +71,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   executor_.begin(at);
 }
 
-void Interpreter::open(const std::string& path, const AxisValues& at) {
+void Interpreter::open(const std::string& path, const MmWords& at) {
   std::unique_ptr<ByteSource> source;
   try {
     source = parts_.config.open(path, false);
@@ -82,12 +82,12 @@ void Interpreter::open(const std::string& path, const AxisValues& at) {
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
 
-void Interpreter::open_text(std::string text, std::string name, const AxisValues& at, const Settings* kept) {
+void Interpreter::open_text(std::string text, std::string name, const MmWords& at, const Settings* kept) {
   start(text_source(std::move(text)), name, ".", at);
   if (kept) executor_.resume(*kept);
 }
 
-void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
+void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
   gate_.open = false;
   const int in_spindle = executor_.settings().current_tool;
   while (flow_.next_main_line() < line || !held_.empty()) {

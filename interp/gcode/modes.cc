@@ -73,7 +73,7 @@ void Executor::set_units(bool inch) {
   put(canon::UseLengthUnits{inch});
   if (inch == s_.modal.inch) return;
   const double factor = inch ? 1 / kMmPerInch : kMmPerInch;
-  for (AxisValues* v : {&s_.position, &s_.g5x, &s_.g92, &s_.tool_offset}) v->head<3>() *= factor;
+  for (ProgramWords* v : {&s_.position, &s_.g5x, &s_.g92, &s_.tool_offset}) v->xyz *= factor;
   s_.tilt_origin *= factor;
   s_.modal.path_tolerance *= factor;
   s_.modal.naive_tolerance *= factor;

@@ -13,10 +13,10 @@ namespace {
 constexpr double kLeastInverseRate = 0.1;
 constexpr double kProbeBackoff_mm = 0.254;
 
-double linear_length(const AxisValues& from, const AxisValues& to) {
-  const AxisValues d = to - from;
-  const double linear = d.head<3>().norm();
-  return linear > 0 ? linear : d.tail<3>().norm();
+double linear_length(const ProgramWords& from, const ProgramWords& to) {
+  const ProgramWords d = to - from;
+  const double linear = d.xyz.norm();
+  return linear > 0 ? linear : d.abc_deg.norm();
 }
 
 }  // namespace
@@ -24,9 +24,9 @@ double linear_length(const AxisValues& from, const AxisValues& to) {
 double Executor::wrapped(double to, double from) const { return from + std::remainder(to - from, 360.0); }
 
 // Where the axis words of the block point to, in program coordinates.
-AxisValues Executor::target(const Block& b) const {
+ProgramWords Executor::target(const Block& b) const {
   if (b.code(GGroup::kNonModal) == 53_g) return machine_target(b);
-  AxisValues to = s_.position;
+  ProgramWords to = s_.position;
   if (!b.has_axis_word()) return to;
   if (b.has_polar()) polar(b, to[kX], to[kY]);
   for (int i = 0; i < 6; ++i) {
@@ -66,8 +66,8 @@ void Executor::check_polar_plane(const Block& b) const {
 }
 
 // G53: the words are the machine's own coordinates.
-AxisValues Executor::machine_target(const Block& b) const {
-  AxisValues machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+ProgramWords Executor::machine_target(const Block& b) const {
+  MmWords machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
   for (int i = 0; i < 6; ++i)
     if (b.has(kWordLetters[i])) machine[i] = i < 3 ? to_mm(b[kWordLetters[i]]) : b[kWordLetters[i]];
   return from_mm(frame().to_program(machine - to_mm(s_.tool_offset)));
@@ -105,12 +105,12 @@ void Executor::straight(const Block& b, GCode motion) {
       fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G53 in a tilted plane", "G69 first");
     if (s_.rtcp) return suspend_rtcp(b, [&] { put_straight(b, target(b), motion == 0_g); });
   }
-  AxisValues to = target(b);
+  ProgramWords to = target(b);
   if (s_.tool_vector && (b.has('I') || b.has('J') || b.has('K'))) to = vector_target(b, to);
   put_straight(b, to, motion == 0_g);
 }
 
-void Executor::put_straight(const Block& b, const AxisValues& to, bool traverse) {
+void Executor::put_straight(const Block& b, const ProgramWords& to, bool traverse) {
   if (!traverse && s_.modal.feed_mode == FeedMode::kInverseTime)
     set_motion_limits(linear_length(s_.position, to), b);
   if (comp_.active()) {
@@ -132,7 +132,7 @@ void Executor::probe(const Block& b, GCode motion) {
   if (s_.modal.feed_mode != FeedMode::kPerMinute)
     fail(GcodeErrorCode::kFeedModeCycle, column, g_name(motion),
          s_.modal.feed_mode == FeedMode::kInverseTime ? "G93" : "G95");
-  const AxisValues to = target(b);
+  const ProgramWords to = target(b);
   if (to == s_.position) fail(GcodeErrorCode::kProbe, column, "ends where it starts");
   put(PlainCanon::kTurnProbeOn);
   put(canon::StraightProbe{to, motion});
@@ -145,10 +145,10 @@ void Executor::probe(const Block& b, GCode motion) {
 
 // Where the stand-alone interpreters let a probe move stop that nobody answers: a hundredth of an inch
 // (0.254 mm) before its end.
-AxisValues Executor::short_of(const AxisValues& to) const {
-  const Vec3 way = (to - s_.position).head<3>();
-  AxisValues stands = to;
-  if (way.norm() > 0) stands.head<3>() -= from_mm(kProbeBackoff_mm) * way.normalized();
+ProgramWords Executor::short_of(const ProgramWords& to) const {
+  const Vec3 way = (to - s_.position).xyz;
+  ProgramWords stands = to;
+  if (way.norm() > 0) stands.xyz -= from_mm(kProbeBackoff_mm) * way.normalized();
   return stands;
 }
 

@@ -10,9 +10,10 @@ namespace trn {
 
 namespace {
 
-AxisValues turned(const AxisValues& v, double deg) {
-  AxisValues out = v;
-  if (deg != 0) out.head<3>() = rot_z(rad_from_deg(deg)) * Vec3(v.head<3>());
+// Turned about Z.
+MmWords turned(const MmWords& v, double deg) {
+  MmWords out = v;
+  if (deg != 0) out.xyz = rot_z(rad_from_deg(deg)) * v.xyz;
   return out;
 }
 
@@ -59,8 +60,8 @@ void Executor::work_offset(const Block& b) {
   put_system(true);
 }
 
-AxisValues Executor::table_offset(int number, std::uint32_t column) const {
-  if (number == 0) return AxisValues::Zero();
+ProgramWords Executor::table_offset(int number, std::uint32_t column) const {
+  if (number == 0) return {};
   const Tool* tool = parts_.tools.find(number);
   if (!tool) unknown_tool(number, column);
   return from_mm(tool->offset);
@@ -75,10 +76,10 @@ void Executor::tool_length(const Block& b) {
     if (b['H'] != std::round(b['H']) || b['H'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('H'), 'H', b['H']);
     if (b['H'] != 0) number = static_cast<int>(b['H']);
   }
-  AxisValues offset = s_.tool_offset;
+  ProgramWords offset = s_.tool_offset;
   switch (code) {
     case 49_g:
-      offset.setZero();
+      offset = {};
       break;
     case 43.1_g:
     case 43.2_g:
@@ -102,18 +103,18 @@ void Executor::tool_length(const Block& b) {
   set_tool_offset(offset, code);
 }
 
-void Executor::set_tool_offset(const AxisValues& offset, GCode code) {
+void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
   s_.tool_length_code = code;
   if (tip_in_table() || (s_.rtcp && code == 49_g))
     return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
   if (s_.tilted) {
     WorkFrame f = frame();
-    const AxisValues machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
+    const MmWords machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
     s_.position = from_mm(f.to_program(machine));
   } else if (s_.rotation_deg != 0) {
-    Vec3 shift = (s_.tool_offset - offset).head<3>();
-    s_.position.head<3>() += rot_z(rad_from_deg(-s_.rotation_deg)) * shift;
-    s_.position.tail<3>() += (s_.tool_offset - offset).tail<3>();
+    Vec3 shift = (s_.tool_offset - offset).xyz;
+    s_.position.xyz += rot_z(rad_from_deg(-s_.rotation_deg)) * shift;
+    s_.position.abc_deg += (s_.tool_offset - offset).abc_deg;
   } else {
     s_.position += s_.tool_offset - offset;
   }
@@ -141,7 +142,7 @@ void Executor::g10_tool(const Block& b, int l) {
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), fmt::format("G10 L{}", l), "axis words");
   Tool& tool = parts_.tools.at_or_new(number);
   double turn_deg = 0;
-  AxisValues here = AxisValues::Zero();  // where a tool of no length would stand, mm
+  MmWords here;  // where a tool of no length would stand, mm
   if (l == 10) {
     turn_deg = s_.rotation_deg;
     here = to_mm(s_.position) + turned(to_mm(s_.tool_offset), -turn_deg);
@@ -152,7 +153,7 @@ void Executor::g10_tool(const Block& b, int l) {
     turn_deg = fixture.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
     here = fixture.to_program(frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset));
   }
-  AxisValues offset = turned(tool.offset, -turn_deg);
+  MmWords offset = turned(tool.offset, -turn_deg);
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
@@ -166,10 +167,10 @@ void Executor::g10_tool(const Block& b, int l) {
   if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
   if (number == s_.current_tool)
     set_spindle_tool(parts_.parameters, parts_.tools, number, parts_.config.parameter_unit_mm);
-  AxisValues shown = tool.offset;
-  shown.head<3>() /= parts_.config.parameter_unit_mm;
-  canon::SetToolTableEntry entry{tool.slot,      number,        shown,           tool.diameter,
-                                 tool.front_deg, tool.back_deg, tool.orientation};
+  canon::SetToolTableEntry entry{
+      tool.slot,       number,         in_table_units(tool.offset, parts_.config.parameter_unit_mm),
+      tool.diameter,   tool.front_deg, tool.back_deg,
+      tool.orientation};
   put(entry);
   if (tool.slot != spindle_slot_) return;
   entry.pocket = 0;  // the spindle
@@ -189,15 +190,15 @@ void Executor::g10_system(const Block& b, int l) {
   if (comp_.active() && index == s_.modal.work_offset)
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G10 of the active system");
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
-  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
-  const AxisValues old_offset = stored(base);
-  AxisValues here = machine, offset = old_offset;
+  const MmWords old_offset = stored(base);
+  MmWords here = machine, offset = old_offset;
   if (l == 20) {
     here = turned(machine, -rotation);
     offset = turned(old_offset, -rotation);
   }
-  const AxisValues g92_mm = to_mm(s_.g92);
+  const MmWords g92_mm = to_mm(s_.g92);
   for (int i = 0; i < 6; ++i) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
@@ -215,7 +216,7 @@ void Executor::g10_system(const Block& b, int l) {
 void Executor::g92(const Block& b) {
   const GCode code = b.code(GGroup::kNonModal);
   const std::uint32_t column = b.at(GGroup::kNonModal);
-  if (comp_.active() && !(code != 92_g && s_.g92.isZero(0)))
+  if (comp_.active() && !(code != 92_g && s_.g92.is_zero()))
     fail(GcodeErrorCode::kCompState, column, g_name(code));
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
   if (code == 92_g) {
@@ -225,7 +226,7 @@ void Executor::g92(const Block& b) {
       s_.position[i] = b[kWordLetters[i]];
     }
   } else {
-    const AxisValues wanted = code == 92.3_g ? from_mm(stored(parameter::kG92)) : AxisValues::Zero().eval();
+    const ProgramWords wanted = code == 92.3_g ? from_mm(stored(parameter::kG92)) : ProgramWords{};
     s_.position += s_.g92 - wanted;
     s_.g92 = wanted;
   }
@@ -242,7 +243,7 @@ void Executor::set_g92_active(bool active) {
 // As G92.3 or G92.2: M70 to M73 keep whether the offset acts, not what it is.
 void Executor::restore_g92(bool active) {
   if (active == s_.g92_active) return;
-  const AxisValues wanted = active ? from_mm(stored(parameter::kG92)) : AxisValues::Zero().eval();
+  const ProgramWords wanted = active ? from_mm(stored(parameter::kG92)) : ProgramWords{};
   s_.position += s_.g92 - wanted;
   s_.g92 = wanted;
   set_g92_active(active);
@@ -270,11 +271,11 @@ void Executor::home_position(const Block& b, GCode code) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
   if (code == 28.1_g || code == 30.1_g) return store(base, machine_now(column));
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
-  const AxisValues by_way = target(b);
+  const ProgramWords by_way = target(b);
   put(canon::StraightTraverse{by_way});
   s_.position = by_way;
   suspend_rtcp(b, [&] {
-    AxisValues to = from_mm(frame().to_program(stored(base) - to_mm(s_.tool_offset)));
+    ProgramWords to = from_mm(frame().to_program(stored(base) - to_mm(s_.tool_offset)));
     if (b.has_axis_word())
       for (int i = 0; i < 6; ++i)
         if (!b.has(kWordLetters[i])) to[i] = s_.position[i];

@@ -12,12 +12,6 @@ namespace trn {
 
 namespace {
 
-Words words_of(const AxisValues& machine) {
-  Words words = machine;
-  words.tail<3>() *= kRadPerDeg;
-  return words;
-}
-
 void check(KinStatus status, std::uint32_t column, std::string_view word) {
   if (status != KinStatus::kOk) fail(GcodeErrorCode::kUnreachable, column, word, to_string(status));
 }
@@ -29,21 +23,21 @@ Mat3 euler_zxz(double i_deg, double j_deg, double k_deg) {
 
 }  // namespace
 
-Vec3 Executor::orientation_abc_rad(const AxisValues& program) const {
-  return frame().to_machine(to_mm(program)).tail<3>() * kRadPerDeg;
+Vec3 Executor::orientation_abc_rad(const ProgramWords& program) const {
+  return in_radians(frame().to_machine(to_mm(program))).tail<3>();
 }
 
 // Pose of the spindle nose in the table frame at the present place.
 Pose Executor::spindle_pose(std::uint32_t column, std::string_view word) const {
   const Kinematics& kinematics = *parts_.kinematics;
-  const AxisValues machine = frame().to_machine(to_mm(s_.position));
-  const Vec3 tool = to_mm(s_.tool_offset).head<3>();
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const Vec3 tool = to_mm(s_.tool_offset).xyz;
   if (tip_in_table()) {
-    const Mat3 R_BS = kinematics.orientation(machine.tail<3>() * kRadPerDeg);
-    const Vec3 p_B = kinematics.home_X_BM() * Vec3(machine.head<3>());
+    const Mat3 R_BS = kinematics.orientation(machine.abc_deg * kRadPerDeg);
+    const Vec3 p_B = kinematics.home_X_BM() * machine.xyz;
     return {R_BS, p_B + R_BS * tool};
   }
-  Words words = words_of(machine);
+  Words words = in_radians(machine);
   words.head<3>() += tool;
   JointVec q;
   Pose X_BS;
@@ -53,17 +47,17 @@ Pose Executor::spindle_pose(std::uint32_t column, std::string_view word) const {
 }
 
 // Program coordinates of the pose under the present offsets; the rotary words stay.
-AxisValues Executor::position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
-                                  std::string_view word) const {
+ProgramWords Executor::position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
+                                    std::string_view word) const {
   const Kinematics& kinematics = *parts_.kinematics;
-  const Vec3 tool = to_mm(s_.tool_offset).head<3>();
+  const Vec3 tool = to_mm(s_.tool_offset).xyz;
   const WorkFrame f = frame();
-  AxisValues machine = f.to_machine(to_mm(s_.position));
+  MmWords machine = f.to_machine(to_mm(s_.position));
   if (tip_in_table) {
-    machine.head<3>() = inverse(kinematics.home_X_BM()) * (X_BS * Vec3(-tool));
+    machine.xyz = inverse(kinematics.home_X_BM()) * (X_BS * Vec3(-tool));
   } else {
     Words seed_words = Words::Zero();
-    seed_words.tail<3>() = machine.tail<3>() * kRadPerDeg;
+    seed_words.tail<3>() = machine.abc_deg * kRadPerDeg;
     JointVec seed, q;
     Words words;
     // a platform that cannot stand at zero has one solution, whatever the seed
@@ -71,14 +65,15 @@ AxisValues Executor::position_for(const Pose& X_BS, bool tip_in_table, std::uint
       seed = JointVec::Zero(kinematics.joint_count());
     check(kinematics.inverse(X_BS, seed, q), column, word);
     check(kinematics.words_from_joints(q, words), column, word);
-    machine.head<3>() = words.head<3>() - tool;
+    machine.xyz = words.head<3>() - tool;
   }
-  AxisValues program = from_mm(f.to_program(machine));
-  program.tail<3>() = s_.position.tail<3>();
+  ProgramWords program = from_mm(f.to_program(machine));
+  program.abc_deg = s_.position.abc_deg;
   return program;
 }
 
-void Executor::set_rtcp(bool on, const AxisValues& tool_offset, std::uint32_t column, std::string_view word) {
+void Executor::set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t column,
+                        std::string_view word) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, word);
   if (!parts_.kinematics || !(parts_.kinematics->word_mask() >> kA))
     fail(GcodeErrorCode::kNoRtcp, column, word);
@@ -104,12 +99,12 @@ void Executor::suspend_rtcp(const Block& b, const std::function<void()>& move) {
   s_.tool_vector = vector;
 }
 
-AxisValues Executor::machine_now(std::uint32_t column) const {
+MmWords Executor::machine_now(std::uint32_t column) const {
   if (!tip_in_table()) return frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
   const Pose X_BS = spindle_pose(column, "the present place");
-  AxisValues machine = frame().to_machine(to_mm(s_.position));
-  const AxisValues program = position_for(X_BS, false, column, "the present place");
-  machine.head<3>() = frame().to_machine(to_mm(program)).head<3>() + to_mm(s_.tool_offset).head<3>();
+  MmWords machine = frame().to_machine(to_mm(s_.position));
+  const ProgramWords program = position_for(X_BS, false, column, "the present place");
+  machine.xyz = frame().to_machine(to_mm(program)).xyz + to_mm(s_.tool_offset).xyz;
   return machine;
 }
 
@@ -133,7 +128,7 @@ void Executor::tilted_plane(const Block& b) {
 }
 
 void Executor::tilt(const Vec3& origin, const Mat3& R_tilt) {
-  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = true;
   s_.tilt_origin = origin;
   s_.R_tilt = R_tilt;
@@ -145,7 +140,7 @@ void Executor::cancel_tilted_plane() {
   const bool was_aligned = s_.tilted_aligned;
   Pose X_BS;
   if (was_aligned) X_BS = spindle_pose(1, "G69");
-  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = s_.tilted_aligned = false;
   s_.tilt_origin.setZero();
   s_.R_tilt.setIdentity();
@@ -163,8 +158,8 @@ void Executor::align_tool(const Block& b) {
   Vec3 abc;
   check(parts_.kinematics->words_for_axis(u_B, orientation_abc_rad(s_.position), abc), column, "G53.1");
   // With RTCP off only the rotary axes turn, whatever the tip does; with it on, the tip stays.
-  AxisValues to = s_.position;
-  to.tail<3>() = abc * kDegPerRad - (f.g5x + f.g92).tail<3>();
+  ProgramWords to = s_.position;
+  to.abc_deg = abc * kDegPerRad - (f.g5x + f.g92).abc_deg;
   put(canon::StraightTraverse{to});
   s_.position = to;
   obey_plane(column);
@@ -178,7 +173,7 @@ void Executor::obey_plane(std::uint32_t column) {
 }
 
 // G43.5: I J K give the tool axis in program coordinates instead of rotary words.
-AxisValues Executor::vector_target(const Block& b, const AxisValues& to) const {
+ProgramWords Executor::vector_target(const Block& b, const ProgramWords& to) const {
   const Vec3 axis(b.get('I', 0), b.get('J', 0), b.get('K', 0));
   const std::uint32_t column = b.at(b.has('I') ? 'I' : b.has('J') ? 'J' : 'K');
   for (const char letter : {'A', 'B', 'C'})
@@ -192,8 +187,8 @@ AxisValues Executor::vector_target(const Block& b, const AxisValues& to) const {
   Vec3 abc;
   check(parts_.kinematics->words_for_axis(u_B, orientation_abc_rad(s_.position), abc), column,
         "the tool vector");
-  AxisValues turned = to;
-  turned.tail<3>() = abc * kDegPerRad - (f.g5x + f.g92).tail<3>();
+  ProgramWords turned = to;
+  turned.abc_deg = abc * kDegPerRad - (f.g5x + f.g92).abc_deg;
   return turned;
 }
 

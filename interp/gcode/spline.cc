@@ -46,7 +46,7 @@ void Executor::cubic_spline(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (!b.has('P') || !b.has('Q')) fail(GcodeErrorCode::kMissingWord, column, "G5", "P and Q words");
   if (b.has('I') != b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5", "both I and J, or neither");
-  const AxisValues to = target(b);
+  const ProgramWords to = target(b);
   const bool chained = !b.has('I') && spline_chained_;  // without I and J a first G5 begins in a point
   const double i = chained ? -spline_tangent_[kX] : b.get('I', 0);
   const double j = chained ? -spline_tangent_[kY] : b.get('J', 0);
@@ -63,7 +63,7 @@ void Executor::cubic_spline(const Block& b) {
 void Executor::quadratic_spline(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (!b.has('I') || !b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5.1", "I and J words");
-  const AxisValues to = target(b);
+  const ProgramWords to = target(b);
   const Vec3 from = lift(s_.position[kX], s_.position[kY]), end = lift(to[kX], to[kY]);
   const auto cubic = cubic_from_quadratic(from, from + lift(b.get('I', 0), b.get('J', 0)), end);
   auto hull = std::make_shared<std::vector<Vec3>>(cubic.begin(), cubic.end());
@@ -78,7 +78,7 @@ void Executor::control_point(const Block& b) {
     fail(GcodeErrorCode::kMissingWord, column, "a control point of G5.2", "both X and Y");
   if (!b.has('P')) fail(GcodeErrorCode::kMissingWord, column, "a control point of G5.2", "a weight P");
   if (b['P'] <= 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G5.2", "a weight above 0");
-  const AxisValues to = target(b);
+  const ProgramWords to = target(b);
   nurbs_.push_back({to[kX], to[kY], b['P']});
 }
 
@@ -104,7 +104,7 @@ void Executor::nurbs(const Block& b, GCode motion) {
   NurbsCurve curve{order, clamped_uniform_knots(nurbs_.size(), order), {}};
   for (const NurbsPoint& p : nurbs_) curve.points.emplace_back(p.x, p.y, 0, p.weight);
   auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(curve));
-  AxisValues to = s_.position;
+  ProgramWords to = s_.position;
   to[kX] = nurbs_.back().x;
   to[kY] = nurbs_.back().y;
   put(canon::NurbsFeed{static_cast<int>(nurbs_.size()), to, hull, false, curve_rate_});
@@ -145,9 +145,8 @@ void Executor::rational_point(const Block& b, bool tail, std::uint32_t column) {
     fail(GcodeErrorCode::kSpline, column, "a control point behind a line with a knot only", "knots only");
   const double weight = b.get('R', 1);
   if (weight <= 0) fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', weight, "G6.2", "a weight above 0");
-  AxisValues point = target(b);
-  if (rational_.points.empty() &&
-      (point - s_.position).head<3>().norm() > from_mm(parts_.config.arc_tolerance_mm))
+  ProgramWords point = target(b);
+  if (rational_.points.empty() && (point - s_.position).xyz.norm() > from_mm(parts_.config.arc_tolerance_mm))
     fail(GcodeErrorCode::kSpline, column, "the first control point of G6.2 is not where the tool stands",
          "a move to it first");
   if (!rational_.points.empty() && !s_.modal.incremental) {  // words that are missing: as in the point before
@@ -164,8 +163,8 @@ void Executor::finish_rational(std::uint32_t column) {
     fail(GcodeErrorCode::kSpline, column, "G6.2 has too few control points for its order P",
          "at least as many control points as the order, and knots that rise");
   auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(rational_));
-  AxisValues to = s_.position;
-  to.head<3>() = hull->back();
+  ProgramWords to = s_.position;
+  to.xyz = hull->back();
   put(canon::NurbsFeed{static_cast<int>(rational_.points.size()), to, hull, true, curve_rate_});
   s_.position = to;
 }

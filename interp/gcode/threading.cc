@@ -33,7 +33,7 @@ void Executor::spindle_synchronous(const Block& b, GCode motion) {
   const std::uint32_t column = b.motion_column();
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(motion));
   if (s_.modal.turn == SpindleTurn::kStopped) fail(GcodeErrorCode::kNoSpindle, column, g_name(motion));
-  const AxisValues to = target(b);
+  const ProgramWords to = target(b);
   put(canon::StartFeedSync{b['K'], false, motion != 33_g});
   if (motion == 33_g) {
     put(canon::StraightFeed{to, 0});
@@ -79,7 +79,7 @@ void Executor::threading_cycle(const Block& b) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G76");
   if (s_.modal.turn == SpindleTurn::kStopped) fail(GcodeErrorCode::kNoSpindle, column, "G76");
   const Thread thread = thread_of(b);
-  const AxisValues end = target(b);
+  const ProgramWords end = target(b);
   const double first = (s_.modal.diameter ? 0.5 : 1) * b['J'];
   const double power = 1 / std::max(1.0, b.get('R', 1));
   if (std::pow(thread.depth / first, 1 / power) > kPassesMax)
@@ -98,7 +98,7 @@ void Executor::threading_cycle(const Block& b) {
 
 // In at the flank's angle, along the thread, out again.
 void Executor::thread_pass(const Thread& thread, double depth) {
-  AxisValues at = s_.position;
+  ProgramWords at = s_.position;
   const auto traverse = [&] { put(canon::StraightTraverse{at}); };
   const auto feed = [&] { put(canon::StraightFeed{at, 0}); };
   const double clear = thread.x - thread.into() * (thread.depth - depth);

@@ -15,8 +15,8 @@ void set_spindle_tool(Parameters& parameters, const ToolTable& tools, int number
   const Tool none;
   if (!tool) tool = &none;
   parameters[parameter::kTool] = number;
-  for (int i = 0; i < 6; ++i)
-    parameters[parameter::kToolOffset + i] = tool->offset[i] / (i < 3 ? unit_mm : 1);
+  const TableWords offset = in_table_units(tool->offset, unit_mm);
+  for (int i = 0; i < 6; ++i) parameters[parameter::kToolOffset + i] = offset[i];
   parameters[parameter::kToolDiameter] = tool->diameter / unit_mm;
   parameters[parameter::kToolDiameter + 1] = tool->front_deg;
   parameters[parameter::kToolDiameter + 2] = tool->back_deg;

@@ -25,7 +25,7 @@ int whole(double value, std::uint32_t column) {
 void read_field(char letter, double value, std::uint32_t column, Tool& tool) {
   const std::size_t axis = kAxisLetters.find(letter);
   if (axis != std::string_view::npos) {
-    tool.offset[static_cast<Eigen::Index>(axis)] = value;
+    tool.offset[static_cast<int>(axis)] = value;
     return;
   }
   switch (letter) {
@@ -99,7 +99,7 @@ std::string digits(double value) {
 std::string line_of(const Tool& tool) {
   std::string text = fmt::format("T{} P{}", tool.number, tool.pocket);
   for (std::size_t i = 0; i < kAxisLetters.size(); ++i) {
-    const double value = tool.offset[static_cast<Eigen::Index>(i)];
+    const double value = tool.offset[static_cast<int>(i)];
     if (value != 0) text += fmt::format(" {}{}", kWordLetters[i], digits(value));
   }
   if (tool.diameter != 0) text += " D" + digits(tool.diameter);
@@ -139,7 +139,7 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name, doubl
       if (tool.number == 0) continue;
       if (table.tools_.count(tool.number))
         fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
-      tool.offset.head<3>() *= unit_mm;
+      tool.offset.xyz *= unit_mm;
       tool.diameter *= unit_mm;
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {

@@ -21,12 +21,10 @@ struct Straights : CanonSink {
     if (const auto* c = std::get_if<canon::StartFeedSync>(&command)) pitch = c->per_rev;
     if (const auto* c = std::get_if<canon::Plain>(&command))
       if (c->what == PlainCanon::kStopFeedSync) pitch = 0;
-    if (const auto* c = std::get_if<canon::StraightFeed>(&command))
-      steps.push_back({true, c->to.head<3>(), pitch});
+    if (const auto* c = std::get_if<canon::StraightFeed>(&command)) steps.push_back({true, c->to.xyz, pitch});
     if (const auto* c = std::get_if<canon::StraightTraverse>(&command))
-      steps.push_back({false, c->to.head<3>(), pitch});
-    if (const auto* c = std::get_if<canon::ManualRetract>(&command))
-      steps.push_back({false, c->to.head<3>(), 0});
+      steps.push_back({false, c->to.xyz, pitch});
+    if (const auto* c = std::get_if<canon::ManualRetract>(&command)) steps.push_back({false, c->to.xyz, 0});
   }
   std::vector<Step> steps;
   double pitch = 0;

@@ -241,9 +241,9 @@ class ToolPath : public CanonSink {
     if (std::holds_alternative<canon::Comment>(command)) compensated_ = line == kEntryLine - 1;
     const Point from = at_;
     if (const auto* feed = std::get_if<canon::StraightFeed>(&command))
-      go({from, feed->to.head<2>(), Point::Zero(), 0}, line);
+      go({from, feed->to.xyz.head<2>(), Point::Zero(), 0}, line);
     if (const auto* arc = std::get_if<canon::ArcFeed>(&command))
-      go({from, arc->to.head<2>(), Point(arc->centre1, arc->centre2), arc->turns}, line);
+      go({from, arc->to.xyz.head<2>(), Point(arc->centre1, arc->centre2), arc->turns}, line);
   }
   std::vector<PlaneCurve> curves;
 

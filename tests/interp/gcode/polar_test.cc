@@ -18,8 +18,8 @@ struct Move {
 /// Moves that lead somewhere; a dwell or a spindle word between them counts as none.
 struct Moves : CanonSink {
   void put(const CanonCommand& command, std::uint32_t) override {
-    if (const auto* c = std::get_if<canon::StraightFeed>(&command)) add(true, c->to.head<3>());
-    if (const auto* c = std::get_if<canon::StraightTraverse>(&command)) add(false, c->to.head<3>());
+    if (const auto* c = std::get_if<canon::StraightFeed>(&command)) add(true, c->to.xyz);
+    if (const auto* c = std::get_if<canon::StraightTraverse>(&command)) add(false, c->to.xyz);
   }
   void add(bool feed, const Vec3& to) {
     if ((to - at).norm() > 1e-9) moves.push_back({feed, to});

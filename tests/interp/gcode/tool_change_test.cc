@@ -82,7 +82,7 @@ TEST(ToolChange, BegunFurtherDownOnlyAToolThatIsNotThereIsAskedFor) {
     Session session;
     session.parameters[parameter::kTool] = there;
     Asked asked("G21 G90 F100\nT1 M6\nT2 M6 G43 H2\nG1 X5\nG1 X9\nM2\n", session);
-    asked.interpreter.begin_at(5, AxisValues::Zero());
+    asked.interpreter.begin_at(5, {});
     EXPECT_EQ(asked.interpreter.asks_for_tool(), there == 0);
     EXPECT_EQ(asked.tool(), there) << "what the lines before would have changed is not in yet";
     EXPECT_EQ(asked.list.moves.empty(), there == 0);
