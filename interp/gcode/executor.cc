@@ -443,11 +443,11 @@ double Executor::predefined(int index) const {
     case 47:
       return s_.selected_tool;
     case 48:
-      return call.level;
+      return call_level_;
     case 49:
-      return call.value;
+      return return_value_.value_or(0);
     case 50:
-      return call.returned;
+      return return_value_.has_value();
     case 53:
       return from_mm(parts_.parameters[parameter::kToolDiameter] * parts_.config.parameter_unit_mm);
     case 54:

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -92,13 +93,10 @@ class Executor : public StateValues {
   }
 
   const Settings& settings() const { return s_; }
-  /// Results of the last sub-program call, and depth, for #<_value> and its kind.
-  struct CallState {
-    double value = 0;
-    bool returned = false;
-    int level = 0;
-  };
-  CallState call;
+  /// So many sub-programs are open: #<_call_level>, and the level at which M70 and M73 keep the modes.
+  void set_call_level(int level) { call_level_ = level; }
+  /// A sub-program returns, with a value or without: #<_value> and #<_value_returned>.
+  void set_return_value(std::optional<double> value) { return_value_ = value; }
   void warn(std::uint32_t column, std::string_view text) const { parts_.warn(column, text); }
   /// Nothing of the program is half done: no compensated contour, no open curve.
   bool between_features() const {
@@ -318,7 +316,9 @@ class Executor : public StateValues {
   ToolWait tool_wait_ = ToolWait::kNone;
   int incoming_tool_ = 0;
   bool in_tool_call_ = false;
-  Settings entered_;      ///< what `enter` goes to
+  int call_level_ = 0;
+  std::optional<double> return_value_;  ///< of the last sub-program that returned
+  Settings entered_;                    ///< what `enter` goes to
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 

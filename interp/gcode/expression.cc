@@ -315,7 +315,7 @@ const double* Evaluator::named(const Instruction& i) const {
 }
 
 void Evaluator::unknown(const Instruction& i) const {
-  const std::string& name = parameters_.names.name(i.index);
+  const std::string& name = parameters_.names().name(i.index);
   const bool ini = name.rfind("_ini[", 0) == 0;
   if (ini || name.rfind("_hal[", 0) == 0)
     fail(GcodeErrorCode::kNotSupported, i.column, "#<" + name + ">",

@@ -16,7 +16,7 @@ Flow::Flow(const ProgramConfig& config, Parameters& parameters, Evaluator& evalu
       parameters_(parameters),
       evaluator_(evaluator),
       executor_(executor),
-      parser_(parameters.names, labels_, config.words) {}
+      parser_(parameters.names(), labels_, config.words) {}
 
 void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::string folder) {
   auto made = std::make_unique<File>();
@@ -463,7 +463,7 @@ bool Flow::recover() {
     if (!frames_.back().numbered) parameters_.pop_frame();
     frames_.pop_back();
   }
-  executor_.call.level = 0;
+  executor_.set_call_level(0);
   go(outermost.back, -1);
   return true;
 }

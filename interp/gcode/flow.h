@@ -36,9 +36,10 @@ class Flow {
   /// in a row an empty block, so that an endless loop of them does not keep the caller. BlockError.
   const ParsedBlock* next();
 
-  /// M98 P L and M99; M99 in the main program begins it again from its first line.
+  /// M98 P L: calls the sub-program O<P>, L times.
   void call_numbered(const Block& block);
-  /// True when it does so.
+  /// M99: returns from a sub-program; in the main program begins it again from its first line, and then is
+  /// true.
   bool return_numbered(const Block& block);
   /// An M code that the config maps to a sub-program, with P and Q as #1 and #2.
   void call_user(const Block& block);
@@ -47,10 +48,11 @@ class Flow {
   /// Calls that are open.
   std::size_t depth() const { return frames_.size(); }
 
+  /// Line, in its own file, of the block that was last fetched.
   std::uint32_t line() const { return current_.at.line; }
-  /// Line of the main program that comes next; 0 inside a sub-program.
   /// Lines run so far, every pass of a loop counted.
   std::uint64_t lines_run() const { return lines_run_; }
+  /// Line of the main program that comes next; 0 inside a sub-program.
   std::uint32_t next_main_line() const { return frames_.empty() ? next_.at.line : 0; }
   /// At the program's end: every loop and branch that is open must be closed further down. BlockError.
   void check_closed();
@@ -69,7 +71,6 @@ class Flow {
   /// Blocks kept in compiled form before the store is emptied.
   static constexpr std::size_t kMaxKept = 50'000;
   /// O-words obeyed in one call of `next`.
-  std::uint64_t lines_run_ = 0;
   static constexpr int kMaxWordsAtOnce = 1000;
 
  private:
@@ -172,8 +173,9 @@ class Flow {
   bool between_over_ = false;  ///< the call in the middle of a block has come back
   bool reader_there_ = true;   ///< the file's reader stands at next_
   bool ended_ = false;
-  bool told_again_ = false;  ///< the warning about M99 in the main program
-  std::vector<std::string_view> told_parameters_;
+  std::uint64_t lines_run_ = 0;
+  bool told_again_ = false;                        ///< the warning about M99 in the main program
+  std::vector<std::string_view> told_parameters_;  ///< warnings about other controls' parameters
 };
 
 }  // namespace trn

@@ -31,7 +31,7 @@ void Flow::enter(std::int32_t label, std::span<const double> arguments, bool num
   frames_.push_back(back);
   frames_.back().start = place;
   if (!numbered) parameters_.push_frame(arguments);
-  executor_.call.level = static_cast<int>(frames_.size());
+  executor_.set_call_level(static_cast<int>(frames_.size()));
   go(place);
 }
 
@@ -39,8 +39,8 @@ void Flow::leave(const ParsedBlock* with_value) {
   Frame& frame = frames_.back();
   if (frame.numbered && --frame.repeats_left > 0) return go(frame.start);
   if (!frame.numbered) {
-    executor_.call.returned = with_value && !with_value->flow.arguments.empty();
-    executor_.call.value = executor_.call.returned ? argument(*with_value, 0) : 0;
+    const bool returns = with_value && !with_value->flow.arguments.empty();
+    executor_.set_return_value(returns ? std::optional(argument(*with_value, 0)) : std::nullopt);
   }
   executor_.on_return(static_cast<int>(frames_.size()));
   if (!frame.numbered) parameters_.pop_frame();
@@ -50,7 +50,7 @@ void Flow::leave(const ParsedBlock* with_value) {
   if (frame.between) current_ = frame.called;
   between_over_ = frame.between;
   frames_.pop_back();
-  executor_.call.level = static_cast<int>(frames_.size());
+  executor_.set_call_level(static_cast<int>(frames_.size()));
 }
 
 void Flow::call_numbered(const Block& block) {

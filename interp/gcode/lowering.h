@@ -74,7 +74,7 @@ class Lowering : public CanonSink {
   bool clockwise_ = true, turning_ = false;
   bool geared_ = false;  ///< between the events that couple path and spindle
   double per_turn_ = 0;  ///< then: units of the program a turn
-  int coolant_ = 0, tool_number_ = 0;
+  int coolant_ = 0;
   Words words_;  ///< where the machine stands
   ProgramMove move_;
   OverrideMode overrides_;

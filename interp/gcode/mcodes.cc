@@ -173,7 +173,7 @@ void Executor::output(const Block& b) {
 }
 
 void Executor::modal_state(const Block& b) {
-  const auto level = static_cast<std::size_t>(call.level);
+  const auto level = static_cast<std::size_t>(call_level_);
   if (kept_.size() <= level) kept_.resize(level + 1);
   Kept& kept = kept_[level];
   switch (b.code(MGroup::kState)) {

@@ -66,7 +66,7 @@ std::string Executor::expand_message(const std::string& text) const {
       lexer.back_to(p + 1);
       try {
         std::vector<Instruction> code;
-        ExpressionCompiler compiler(lexer, parts_.parameters.names, code);
+        ExpressionCompiler compiler(lexer, parts_.parameters.names(), code);
         const ExpressionCompiler::Reference r = compiler.reference();
         Instruction last{r.op, 1, {}};
         if (r.op != Op::kIndirect) last.index = r.index;

@@ -172,7 +172,7 @@ Result interpreted(const std::string& text) {
   std::vector<trn::Instruction> code;
   trn::Lexer lexer(text);
   try {
-    trn::ExpressionCompiler compiler(lexer, parameters.names, code);
+    trn::ExpressionCompiler compiler(lexer, parameters.names(), code);
     const std::int32_t start = compiler.value();
     return trn::Evaluator(parameters, state).run(code, start);
   } catch (const trn::BlockError&) {

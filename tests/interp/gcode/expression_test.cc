@@ -25,7 +25,7 @@ double evaluate(const std::string& text) {
   NoState state;
   Lexer lexer(text);
   std::vector<Instruction> code;
-  ExpressionCompiler compiler(lexer, parameters.names, code);
+  ExpressionCompiler compiler(lexer, parameters.names(), code);
   const std::int32_t start = compiler.value();
   EXPECT_EQ(lexer.peek(), '\0') << text;
   return Evaluator(parameters, state).run(code, start);
