@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <iterator>
 
-#include "interp/gcode/fixed_decimal.h"
+#include "interp/gcode/text/fixed_decimal.h"
 
 namespace trn {
 

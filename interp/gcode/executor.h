@@ -6,12 +6,12 @@
 #include <vector>
 
 #include "core/ports.h"
-#include "interp/gcode/block.h"
 #include "interp/gcode/canon.h"
-#include "interp/gcode/cutter_comp.h"
-#include "interp/gcode/nurbs.h"
+#include "interp/gcode/cutter/cutter_comp.h"
+#include "interp/gcode/executor/nurbs.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
 #include "interp/gcode/tool_table.h"
 #include "interp/gcode/work_frame.h"
 

@@ -7,7 +7,7 @@
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
-#include "interp/gcode/flow.h"
+#include "interp/gcode/flow/flow.h"
 #include "interp/gcode/tool_table.h"
 
 namespace trn {

@@ -10,7 +10,7 @@
 
 #include "core/config.h"
 #include "interp/gcode/canon.h"
-#include "interp/gcode/line_reader.h"
+#include "interp/gcode/text/line_reader.h"
 
 namespace trn {
 

@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "interp/gcode/error.h"
-#include "interp/gcode/lexer.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/text/lexer.h"
 
 namespace trn {
 
@@ -201,5 +201,18 @@ std::string tool_name(const ToolTable& tools, int number) {
 }
 
 void ToolTable::save(const std::string& path) const { write_text_file(path, to_text()); }
+
+void set_spindle_tool(Parameters& parameters, const ToolTable& tools, int number, double unit_mm) {
+  const Tool* tool = tools.find(number);
+  const Tool none;
+  if (!tool) tool = &none;
+  parameters[parameter::kTool] = number;
+  const TableWords offset = in_table_units(tool->offset, unit_mm);
+  for (int i = 0; i < 6; ++i) parameters[parameter::kToolOffset + i] = offset[i];
+  parameters[parameter::kToolDiameter] = tool->diameter / unit_mm;
+  parameters[parameter::kToolDiameter + 1] = tool->front_deg;
+  parameters[parameter::kToolDiameter + 2] = tool->back_deg;
+  parameters[parameter::kToolDiameter + 3] = tool->orientation;
+}
 
 }  // namespace trn

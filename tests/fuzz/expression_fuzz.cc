@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "interp/gcode/error.h"
-#include "interp/gcode/expression.h"
-#include "interp/gcode/lexer.h"
+#include "interp/gcode/text/expression.h"
+#include "interp/gcode/text/lexer.h"
 
 // Differential fuzz of expressions: bytes choose tokens of an expression; the compiler and evaluator of the
 // interpreter against a naive one that reduces a list of tokens, level by level. Both must give the same
