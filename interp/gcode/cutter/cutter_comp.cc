@@ -15,7 +15,8 @@ namespace {
 using Point = Eigen::Vector2d;
 
 constexpr double kTiny = 1e-9;
-// Of a lathe's tool by its orientation, from the centre, in Z and X and in radii.
+// The controlled point of a lathe's tool for its orientations 0 to 9: from the centre of the nose, in Z and
+// X, in nose radii.
 const Point kControlledPoint[] = {{0, 0}, {1, -1}, {-1, -1}, {-1, 1}, {1, 1},
                                   {1, 0}, {0, -1}, {-1, 0},  {0, 1},  {0, 0}};
 constexpr double kReversal_rad = 1e-6;
@@ -177,6 +178,9 @@ CutterComp::Point CutterComp::meet(const Element& before, const Element& after, 
   return out;
 }
 
+// What happens between two elements. `turn` is the angle between their directions. A corner flatter than
+// kStraight_rad is none: the tool goes on from where it is. Outside a corner the tool goes round it on an arc
+// about the corner point; inside, both elements end where their offset curves meet (RS274/NGC appendix B).
 void CutterComp::corner(Element& before, Element& after) const {
   const Point t1 = tangent(before, true), t2 = tangent(after, false);
   const double turn = std::atan2(cross(t1, t2), t1.dot(t2));
@@ -205,7 +209,8 @@ void CutterComp::gouge(const Element& e, std::uint32_t other_line) const {
   fail(GcodeErrorCode::kCompGouge, 1, radius_, e.place.line, other_line);
 }
 
-// An arc whose ends have passed each other would go the long way round.
+// An inside corner shortens an arc. Where it takes more than there is, the ends have passed each other and
+// the arc would go nearly a full turn round: the tool has no path beside it.
 void CutterComp::check_arc(const Element& e, std::uint32_t other_line) const {
   if (e.shape != Shape::kArc || e.entry) return;
   const double programmed = sweep_of(e.centre, e.from, e.to, e.turn);
@@ -213,7 +218,9 @@ void CutterComp::check_arc(const Element& e, std::uint32_t other_line) const {
   if (left > programmed + kSweepMore_rad) gouge(e, other_line);
 }
 
-// The tool along `e`, its end and corner known. A rapid is no contour.
+// Hands `e`, whose end and corner are known now, to the gouge check. A rapid is no contour and ends one.
+// Where a corner counted as none, or an arc does not quite meet its end, the path may be off by that much,
+// and this is no gouge.
 void CutterComp::judge(const Element& e) {
   if (!judges_) return;
   const bool rapid = std::holds_alternative<canon::StraightTraverse>(e.command);
@@ -268,6 +275,7 @@ void CutterComp::move(const CanonCommand& command, const BlockPlace& at, CanonSi
     entered_ = true;
   }
   offset(e);
+  // With this element the corner behind the one before is known, and that one can go.
   if (!waiting_.empty()) {
     Element& before = waiting_.front();
     corner(before, e);

@@ -113,8 +113,9 @@ std::optional<std::size_t> GougeCheck::wall_near(const Move& move, double first,
   return wall_near(Sweep{*move.corner, move.to_height, move.to_height, 0}, walls);
 }
 
-// What the contour between two of its places encloses, closed by the straight line between them, positive
-// counterclockwise; 0 for a sliver.
+// Area that the contour encloses between two of its places, closed by the straight line between them;
+// positive counterclockwise. Sums of `swept_area` over whole moves are kept (Contour::area), so that only the
+// two pieces at the ends are computed. 0 for a sliver, which comes of rounding.
 double GougeCheck::enclosed(const Station& from, const Station& to) const {
   const PlaneCurve& one = contour_.moves[from.move].contour;
   const PlaneCurve& two = contour_.moves[to.move].contour;
@@ -135,8 +136,9 @@ double GougeCheck::enclosed(const Station& from, const Station& to) const {
   return std::abs(area) > kSliver * radius_ * length ? area : 0;
 }
 
-// A contour closes between these places. Behind a closed one, what comes back to where that has closed is its
-// next lap; or it is a way out and in again, which is no part.
+// Whether the contour closes between these places. Behind a closed contour, one that closes again within a
+// radius of where that did is its next lap if it encloses nearly the same area; otherwise it is the way out
+// and in again, which encloses no part.
 bool GougeCheck::closes(const Station& from, const Station& to) const {
   const double area = enclosed(from, to);
   if (area == 0 || loop_.moves.empty()) return area != 0;
@@ -145,7 +147,8 @@ bool GougeCheck::closes(const Station& from, const Station& to) const {
   return way > radius_ || std::abs(area - loop_area_) < kSameLap * std::abs(loop_area_);
 }
 
-// The contour's place that a way comes to first, of those that `closes_at` takes.
+// Of the places of the contour that `way` meets and `closes_at` accepts, the one that it meets first.
+// `closes_at` is given the place and the fraction of `way`.
 template <typename Closes>
 std::optional<GougeCheck::Station> GougeCheck::ahead(const PlaneCurve& way, const Closes& closes_at) const {
   std::optional<Station> found;
@@ -164,6 +167,8 @@ std::optional<GougeCheck::Station> GougeCheck::ahead(const PlaneCurve& way, cons
   return found;
 }
 
+// The next move may close the contour: where it first meets an earlier move so that something is enclosed, or
+// by being a full circle itself. Otherwise it goes on with the contour, or follows one that has closed.
 void GougeCheck::add(const Move& move) {
   if (told_) return;
   if (contour_.moves.size() == kMovesMax) end();
@@ -213,8 +218,10 @@ void GougeCheck::close_anew() {
   judge(whole);
 }
 
-// At this fraction of the last move, at the same height, to a place on the move of the way in or not far from
-// it. What lies between the two ways is no sliver, as it is on a second lap.
+// Whether the last move, at this fraction of it, comes back to this place of the closed contour in the sense
+// of `close_anew`: at the same height, and either near the place where the loop closed (both ways there
+// enclose little between them) or on the very move of the way in. A second lap encloses a sliver only and
+// does not count.
 bool GougeCheck::comes_back(const Station& station, double fraction) const {
   const Move& wall = loop_.moves[station.move];
   const Move& move = contour_.moves.back();
@@ -235,6 +242,8 @@ void GougeCheck::follow(const Move& move, double first) {
     tail_ = Gouge{move.place, loop_.moves[*wall].place, false};
 }
 
+// The contour has closed: from `start` to `fraction` of its last move it is the wall of a part. Both moves
+// are cut off there, the part is judged, and what is left of the last move begins what follows.
 void GougeCheck::close(const Station& start, double fraction) {
   loop_area_ = enclosed(start, {contour_.last, fraction});
   const Move closing = contour_.moves.back();
@@ -265,7 +274,8 @@ void GougeCheck::close(const Station& start, double fraction) {
   follow(rest, goes_on ? 0 : 1);
 }
 
-// An arc bent round the tool that touches its neighbour.
+// Whether a move is a lead-in or lead-out: an arc bent round the tool that runs tangentially into its
+// neighbour.
 bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
   const PlaneCurve& arc = contour_.moves[move].contour;
   if ((arc.turn > 0) != left_ || arc.turn == 0) return false;
@@ -300,8 +310,9 @@ void GougeCheck::judge_entry() {
   entry_.reset();
 }
 
-// An end that stops a little short of the contour ahead of it closes it, and so does a beginning a little
-// behind it; no way out or in that is known for one.
+// A contour whose end stops within kReach radii short of its own earlier part is taken as closed there, and
+// one whose beginning lies so short of its later part likewise. Lead-ins and lead-outs, which `skip_leads`
+// has taken off, do not count as such ends.
 bool GougeCheck::nearly_closes() {
   const PlaneCurve first = contour_.moves.front().contour, last = contour_.moves.back().contour;
   const Station begin{0, 0}, end{contour_.moves.size() - 1, 1};

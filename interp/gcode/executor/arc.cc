@@ -29,7 +29,10 @@ struct Point2 {
   double x, y;
 };
 
-// Centre of the arc of |radius| between the points; radius < 0 takes the longer way round.
+// The radius format (RS274/NGC section 3.5.3.1): centre of the arc of |radius| from one point to the other. A
+// radius below 0 means the arc of more than half a turn. Two centres have this distance from both points;
+// they lie on both sides of the chord, and direction and sign say which is meant. A chord longer than the
+// diameter by no more than `slack` is taken for the diameter.
 Point2 centre_from_radius(Point2 from, Point2 to, double radius, bool clockwise, double slack,
                           std::uint32_t column) {
   const double dx = to.x - from.x, dy = to.y - from.y;
@@ -44,6 +47,8 @@ Point2 centre_from_radius(Point2 from, Point2 to, double radius, bool clockwise,
   return {(from.x + to.x) / 2 + offset * std::cos(theta), (from.y + to.y) / 2 + offset * std::sin(theta)};
 }
 
+// The angle of the arc in rad, always positive; `turns` > 0 counterclockwise, and as many turns as P says.
+// Equal ends are a full turn, so a sweep of nearly nothing counts as one.
 double arc_sweep(Point2 from, Point2 to, Point2 centre, int turns) {
   const double start = std::atan2(from.y - centre.y, from.x - centre.x);
   const double end = std::atan2(to.y - centre.y, to.x - centre.x);
@@ -54,7 +59,9 @@ double arc_sweep(Point2 from, Point2 to, Point2 centre, int turns) {
 
 }  // namespace
 
-// A share of the greater radius, but within bounds; an inch program is written ten times less finely.
+// How far the radii at both ends may differ (centre format, RS274/NGC section 3.5.3.2): a share of the
+// greater radius within bounds. A program in inches has the last digit of a tenth of a mil where one in mm
+// has a micrometre, so its least bound is greater.
 double Executor::arc_tolerance_mm(double radius_mm) const {
   const ProgramConfig& config = parts_.config;
   const double least = config.arc_tolerance_mm * (s_.modal.inch ? kMmPerInch / 10 : 1);
@@ -78,6 +85,7 @@ void Executor::arc(const Block& b, bool clockwise) {
     if (by_centre) fail(GcodeErrorCode::kAxisWordsConflict, b.at('R'), "R", "a centre word");
     fail(GcodeErrorCode::kArcMissing, column, axes.name, fmt::format("R nor {} nor {}", i_word, j_word));
   }
+  // Either the centre or the radius must be given, and by now one of them is.
   const double turns = b.get('P', 1);
   const ProgramWords to = target(b);
   const Point2 from{s_.position[axes.first], s_.position[axes.second]};
@@ -103,6 +111,7 @@ void Executor::arc(const Block& b, bool clockwise) {
     centre = centre_from_radius(from, end, b['R'], clockwise, from_mm(arc_tolerance_mm(0)), b.at('R'));
   }
   const int signed_turns = clockwise ? -static_cast<int>(turns) : static_cast<int>(turns);
+  // G93 gives the time of the whole helix; its length is that of the arc unrolled beside its rise.
   if (s_.modal.feed_mode == FeedMode::kInverseTime) {
     const double radius = std::hypot(from.x - centre.x, from.y - centre.y);
     const double sweep = arc_sweep(from, end, centre, signed_turns);

@@ -85,12 +85,15 @@ void Executor::cycle(const Block& b, GCode motion) {
   const CycleAxes axes = cycle_axes(s_.modal.plane);
   cycle_word(b, motion, 'R', s_.cycle.r);
   cycle_word(b, motion, kWordLetters[axes.depth], s_.cycle.bottom);
+  // The height before the first cycle of a series is what G98 goes back to (RS274/NGC section 3.5.20).
   if (s_.motion < 73_g || s_.motion == 80_g) s_.cycle.initial = s_.position[axes.depth];
   Hole hole = first_hole(b, axes);
   if (hole.bottom > hole.r)
     fail(GcodeErrorCode::kCycle, column,
          fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
          "R above the bottom");
+  // Preliminary motion (RS274/NGC section 3.5.16.1): from below R the tool first rises to R where it stands;
+  // between the holes it moves at `height`.
   double height = s_.position[axes.depth];
   if (s_.modal.retract_to_start) height = std::max(s_.cycle.initial, height);
   if (height < hole.r || s_.cycle.initial < hole.r) {
@@ -98,6 +101,7 @@ void Executor::cycle(const Block& b, GCode motion) {
     height = hole.r;
   }
   hole.clear = s_.modal.retract_to_start ? std::max(s_.cycle.initial, hole.r) : hole.r;
+  // A cycle is drilled in exact path mode, so that no corner at the bottom of a hole is rounded off.
   const bool was_exact = s_.modal.path == MotionControl::kExactPath;
   if (!was_exact) put(canon::SetMotionControlMode{MotionControl::kExactPath, 0, 0});
   cycle_words(b, motion);
@@ -108,7 +112,8 @@ void Executor::cycle(const Block& b, GCode motion) {
   if (s_.modal.path != MotionControl::kContinuous) put(canon::SetNaivecamTolerance{s_.modal.naive_tolerance});
 }
 
-// The hole that the words mean; in G91 before the first step.
+// The hole that the words mean. In G91 R counts from the height where the series began, the bottom from R,
+// and X and Y are the step from hole to hole, which `drill` takes before each of them.
 Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const {
   Hole hole{axes,       s_.position[axes.first], s_.position[axes.second], s_.cycle.r, s_.cycle.bottom, 0, 0,
             s_.position};
@@ -127,6 +132,7 @@ Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const
   return hole;
 }
 
+// The holes of one block: L of them in G91, each a step further; in G90 they are all the same hole.
 void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, int repeats) {
   const CycleAxes axes = hole.axes;
   for (int i = 0; i < repeats; ++i) {
@@ -159,6 +165,7 @@ void Executor::cycle_to(const Hole& hole, double first, double second, double de
     put(canon::StraightFeed{to, 0});
 }
 
+// One hole, from R down and up to the clear height (RS274/NGC sections 3.5.16.2 to 3.5.16.10).
 void Executor::cycle_hole(const Block& b, GCode motion, const Hole& hole) {
   const auto feed = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, false); };
   const auto rapid = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, true); };
@@ -209,6 +216,8 @@ void Executor::cycle_hole(const Block& b, GCode motion, const Hole& hole) {
   }
 }
 
+// G83 retracts to R behind every peck, so that the chips come out; G73 only by the clearance, so that they
+// break. The rapid back down stops the clearance above the depth that has been drilled.
 void Executor::peck(const Hole& hole, bool full_retract) {
   const double clearance = from_mm(parts_.config.peck_clearance_mm);
   for (double depth = hole.r - s_.cycle.q; depth > hole.bottom; depth -= s_.cycle.q) {
@@ -220,6 +229,8 @@ void Executor::peck(const Hole& hole, bool full_retract) {
   cycle_to(hole, hole.first, hole.second, hole.clear, true);
 }
 
+// G84 and G74 with a floating holder: feed and speed must keep their ratio, so neither override acts; at the
+// bottom the spindle turns round, and the tool is fed out.
 void Executor::tap(const Hole& hole, bool right_hand, std::uint32_t) {
   const bool feed_override = s_.modal.feed_override, speed_override = s_.modal.speed_override;
   put(PlainCanon::kDisableFeedOverride);

@@ -136,6 +136,8 @@ void Flow::parse(std::string_view line) {
   executor_.warn(foreign.column, foreign.warning);
 }
 
+// Inside loops and sub-programs blocks come out of the store, elsewhere each line is parsed into the one
+// scratch block.
 const ParsedBlock* Flow::fetch() { return keeping() ? fetch_kept() : fetch_scratch(); }
 
 const ParsedBlock* Flow::fetch_scratch() {
@@ -146,6 +148,8 @@ const ParsedBlock* Flow::fetch_scratch() {
   return &scratch_;
 }
 
+// The block at next_, from the store or parsed into it. Where the block before is kept too, its link `next`
+// is set, so that the next pass needs neither the reader nor a look-up by place.
 const ParsedBlock* Flow::fetch_kept() {
   std::int32_t node = next_node_;
   const std::int32_t before = current_node_;
@@ -180,6 +184,7 @@ const ParsedBlock* Flow::fetch_kept() {
   return &kept.block;
 }
 
+// Nodes are named by their number in the store, so every number kept elsewhere is forgotten with it.
 void Flow::drop_store_if_full() {
   if (store_.size() < kMaxKept) return;
   store_.clear();
@@ -269,6 +274,8 @@ bool Flow::in_loop(FlowKind kind, std::int32_t label) const {
   return loops_.size() > outside && loops_.back().kind == kind && loops_.back().label == label;
 }
 
+// `while` stands at the head of a while loop and at the end of a do loop; the innermost open loop of the
+// label says which.
 void Flow::obey_while(const ParsedBlock& block, std::int32_t label) {
   const bool again = condition(block);
   if (in_loop(FlowKind::kDo, label)) {  // the end of a do loop
@@ -317,6 +324,8 @@ void Flow::end_loop(FlowKind kind, std::int32_t label) {
   go(loop.start, loop.start_node);
 }
 
+// Inner loops and open branches are left with the loop that the label names. `again`: continue, which goes to
+// the condition of a while loop, and to the closing word of a do or repeat loop.
 void Flow::break_loop(std::int32_t label, bool again) {
   const std::size_t outside = frames_.empty() ? 0 : frames_.back().loops;
   while (loops_.size() > outside && loops_.back().label != label) loops_.pop_back();
@@ -343,6 +352,8 @@ void Flow::close_if(std::int32_t label, std::string_view word) {
   ifs_.pop_back();
 }
 
+// A false condition looks from branch to branch for the first one to run; `elseif` reached by running on
+// means that an earlier branch has run, and goes to `endif` (Flow::obey).
 void Flow::obey_if(const ParsedBlock& block, std::int32_t label) {
   if (condition(block)) return ifs_.push_back(label);
   for (;;) {
@@ -352,6 +363,7 @@ void Flow::obey_if(const ParsedBlock& block, std::int32_t label) {
   }
 }
 
+// A definition is passed over where it stands; its place is kept for the calls.
 void Flow::skip_definition(std::int32_t label) {
   const auto [at, fresh] = file().subs.emplace(label, next_.at);
   if (!fresh && at->second.line != next_.at.line)
@@ -359,8 +371,10 @@ void Flow::skip_definition(std::int32_t label) {
   skip_to(label, {FlowKind::kEndSub});
 }
 
-// Reads on to the O-word of this label and one of these kinds; it is left in skipped_, the line after it
-// comes next. Blocks that are kept are not read again.
+// Reads on to the O-word of this label and one of these kinds. It is left in skipped_, and the line after it
+// comes next. Once the way has been gone, the block it began at has it as a jump, so that later passes go
+// there at once: `jump` to the next branch, `jump_end` to the end, which is all that is wanted where `wanted`
+// has one kind.
 FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wanted) {
   const std::uint32_t from_line = current_.at.line;
   const auto name = [](FlowKind kind) {

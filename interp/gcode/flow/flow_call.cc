@@ -17,6 +17,9 @@ void Flow::call(const ParsedBlock& block, std::int32_t label) {
   enter(label, std::span(arguments.data(), count), false, 0);
 }
 
+// The return place is kept before the sub-program is looked for, since that may move the reader and open
+// files. O calls have a frame of parameters of their own (#1 to #30); M98 shares those of its caller, as
+// other controls have it.
 void Flow::enter(std::int32_t label, std::span<const double> arguments, bool numbered, std::int64_t repeats) {
   if (frames_.size() >= static_cast<std::size_t>(config_.sub_depth_max))
     fail(GcodeErrorCode::kSubDepth, 1, config_.sub_depth_max);
@@ -35,6 +38,7 @@ void Flow::enter(std::int32_t label, std::span<const double> arguments, bool num
   go(place);
 }
 
+// endsub, return and M99. M98 with L comes back here L times before it goes on behind the call.
 void Flow::leave(const ParsedBlock* with_value) {
   Frame& frame = frames_.back();
   if (frame.numbered && --frame.repeats_left > 0) return go(frame.start);
