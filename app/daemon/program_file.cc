@@ -14,7 +14,7 @@
 #include <mutex>
 
 #include "interp/gcode/error.h"
-#include "interp/gcode/parser.h"
+#include "interp/gcode/text/parser.h"
 
 namespace trn {
 

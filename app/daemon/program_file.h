@@ -10,8 +10,8 @@
 #include <string_view>
 #include <vector>
 
-#include "interp/gcode/line_reader.h"
 #include "interp/gcode/program_config.h"
+#include "interp/gcode/text/line_reader.h"
 
 namespace trn {
 

@@ -20,12 +20,6 @@ Words start_words(const MachineJointMap& map, const ProgramStart& start) {
   return words;
 }
 
-AxisValues in_degrees(const Words& words) {
-  AxisValues values = words;
-  values.tail<3>() *= kDegPerRad;
-  return values;
-}
-
 void open(Interpreter& interpreter, const ProgramStart& start, const Words& words) {
   if (start.text)
     interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);

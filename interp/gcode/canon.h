@@ -10,13 +10,12 @@
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/motion.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/g_code.h"
 
 // Canonical machining functions (NIST RS274/NGC, Kramer 2000, section 4) as plain structs. Coordinates are in
 // the program's own system and units: lengths mm or inch as UseLengthUnits says, angles degrees.
 namespace trn {
-
-/// X Y Z A B C in program units and degrees.
-using AxisValues = Words;
 
 enum class Plane : std::uint8_t { kXY, kXZ, kYZ };
 enum class MotionControl : std::uint8_t { kExactStop, kExactPath, kContinuous };
@@ -60,16 +59,16 @@ struct SelectPlane {
 };
 struct SetG5xOffset {
   int index;
-  AxisValues offset;
+  ProgramWords offset;
 };
 struct SetG92Offset {
-  AxisValues offset;
+  ProgramWords offset;
 };
 struct SetXyRotation {
   double deg;
 };
 struct UseToolLengthOffset {
-  AxisValues offset;
+  ProgramWords offset;
 };
 struct SetFeedRate {
   double per_min;
@@ -88,16 +87,16 @@ struct SetNaivecamTolerance {
   double tolerance;
 };
 struct StraightTraverse {
-  AxisValues to;
+  ProgramWords to;
 };
 /// inverse_per_min: G93's F word, 0 outside G93.
 struct StraightFeed {
-  AxisValues to;
+  ProgramWords to;
   double inverse_per_min = 0;
 };
 /// end1, end2 and centre in the active plane (XY; ZX; YZ), end3 along its normal; turns > 0 counterclockwise.
 struct ArcFeed {
-  AxisValues to;
+  ProgramWords to;
   double centre1, centre2;
   int turns;
   Plane plane;
@@ -105,21 +104,21 @@ struct ArcFeed {
 };
 /// Back to the clear height by hand after G88; what the operator does, so that the path goes on from there.
 struct ManualRetract {
-  AxisValues to;
+  ProgramWords to;
 };
-/// code: 382 to 385, for G38.2 to G38.5.
+/// code: G38.2 to G38.5.
 struct StraightProbe {
-  AxisValues to;
-  int code = 382;
+  ProgramWords to;
+  GCode code = 38.2_g;
 };
 struct RigidTap {
-  AxisValues to;
+  ProgramWords to;
 };
 /// Polynomial pieces of a spline as cubic Bezier hulls (4 points each), in the XY plane; z and rotary
 /// constant. control_points: how many the program gave, the start included.
 struct NurbsFeed {
   int control_points;
-  AxisValues to;
+  ProgramWords to;
   std::shared_ptr<const std::vector<Vec3>> bezier;
   bool spatial = false;  ///< the hulls have Z too
   double inverse_per_min = 0;
@@ -158,7 +157,7 @@ struct ChangeToolNumber {
 };
 struct SetToolTableEntry {
   int pocket, tool;
-  AxisValues offset;
+  TableWords offset;
   double diameter, front_deg, back_deg;
   int orientation;
 };
@@ -200,7 +199,7 @@ struct Log {
 /// coordinates.
 struct SetRtcp {
   bool on;
-  AxisValues to;
+  ProgramWords to;
 };
 /// Tilted work plane (G68.2): pose of the feature frame in the work offset's frame; `to` as in SetRtcp.
 struct SetTiltedPlane {
@@ -208,7 +207,7 @@ struct SetTiltedPlane {
   bool aligned;
   Vec3 origin;
   Mat3 R;
-  AxisValues to;
+  ProgramWords to;
 };
 /// With RTCP on, straight feeds turn the tool axis on a great circle, or the rotary words evenly.
 struct SetOrientationPath {

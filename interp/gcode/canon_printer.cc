@@ -6,7 +6,7 @@
 #include <initializer_list>
 #include <iterator>
 
-#include "interp/gcode/fixed_decimal.h"
+#include "interp/gcode/text/fixed_decimal.h"
 
 namespace trn {
 
@@ -59,7 +59,7 @@ void add_numbers(std::string& out, std::string_view name, std::initializer_list<
   out += ')';
 }
 
-void add_axes(std::string& out, std::string_view name, const AxisValues& v) {
+void add_axes(std::string& out, std::string_view name, const ProgramWords& v) {
   add_numbers(out, name, {v[0], v[1], v[2], v[3], v[4], v[5]});
 }
 
@@ -79,14 +79,14 @@ struct Print {
     add(out, "SELECT_PLANE(CANON_PLANE_{})", plane_name(c.plane));
   }
   void operator()(const canon::SetG5xOffset& c) const {
-    const AxisValues& v = c.offset;
+    const ProgramWords& v = c.offset;
     add(out, "SET_G5X_OFFSET({}, {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f}, {:.4f})", c.index, v[0], v[1], v[2],
         v[3], v[4], v[5]);
   }
   void operator()(const canon::SetG92Offset& c) const { add_axes(out, "SET_G92_OFFSET", c.offset); }
   void operator()(const canon::SetXyRotation& c) const { add(out, "SET_XY_ROTATION({:.4f})", c.deg); }
   void operator()(const canon::UseToolLengthOffset& c) const {
-    const AxisValues& v = c.offset;
+    const ProgramWords& v = c.offset;
     add(out, "USE_TOOL_LENGTH_OFFSET({:.4f} {:.4f} {:.4f}, {:.4f} {:.4f} {:.4f}, 0.0000 0.0000 0.0000)", v[0],
         v[1], v[2], v[3], v[4], v[5]);
   }
@@ -134,7 +134,7 @@ struct Print {
   void operator()(const canon::ChangeTool& c) const { add(out, "CHANGE_TOOL({})", c.slot); }
   void operator()(const canon::ChangeToolNumber& c) const { add(out, "CHANGE_TOOL_NUMBER({})", c.slot); }
   void operator()(const canon::SetToolTableEntry& c) const {
-    const AxisValues& v = c.offset;
+    const TableWords& v = c.offset;
     add(out,
         "SET_TOOL_TABLE_ENTRY({}, {}, {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} {:.4f} 0.0000 0.0000 0.0000, "
         "{:.4f}, {:.4f}, {})",

@@ -1,16 +1,17 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "core/ports.h"
-#include "interp/gcode/block.h"
 #include "interp/gcode/canon.h"
-#include "interp/gcode/cutter_comp.h"
-#include "interp/gcode/nurbs.h"
+#include "interp/gcode/cutter/cutter_comp.h"
+#include "interp/gcode/executor/nurbs.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
 #include "interp/gcode/tool_table.h"
 #include "interp/gcode/work_frame.h"
 
@@ -29,8 +30,8 @@ struct ExecutorParts {
 
 /// What the machine answers to M6, M66 and G38; program coordinates and units.
 struct MachineAnswer {
-  double value = 0;  ///< of the input, -1: not in time; probe: 1 contact, 0 none
-  AxisValues contact = AxisValues::Zero(), stands = AxisValues::Zero();  ///< after a probe move
+  double value = 0;              ///< of the input, -1: not in time; probe: 1 contact, 0 none
+  ProgramWords contact, stands;  ///< after a probe move
 };
 
 /// Carries out one block: the dialect's order of execution, one handler a group (RS274/NGC section 3.8).
@@ -40,7 +41,7 @@ class Executor : public StateValues {
   explicit Executor(const ExecutorParts& parts);
 
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
-  void begin(const AxisValues& start);
+  void begin(const MmWords& start);
   /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
   /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
   /// and a running canned cycle are not taken over.
@@ -48,7 +49,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const AxisValues& start, int in_spindle);
+  void enter(const MmWords& start, int in_spindle);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -92,13 +93,10 @@ class Executor : public StateValues {
   }
 
   const Settings& settings() const { return s_; }
-  /// Results of the last sub-program call, and depth, for #<_value> and its kind.
-  struct CallState {
-    double value = 0;
-    bool returned = false;
-    int level = 0;
-  };
-  CallState call;
+  /// So many sub-programs are open: #<_call_level>, and the level at which M70 and M73 keep the modes.
+  void set_call_level(int level) { call_level_ = level; }
+  /// A sub-program returns, with a value or without: #<_value> and #<_value_returned>.
+  void set_return_value(std::optional<double> value) { return_value_ = value; }
   void warn(std::uint32_t column, std::string_view text) const { parts_.warn(column, text); }
   /// Nothing of the program is half done: no compensated contour, no open curve.
   bool between_features() const {
@@ -109,15 +107,15 @@ class Executor : public StateValues {
 
  private:
   // executor.cc: order of execution
-  void check_unused(const Block& b, int motion) const;
-  std::uint32_t used_letters(const Block& b, int motion) const;
-  int motion_of(const Block& b) const;
+  void check_unused(const Block& b, GCode motion) const;
+  std::uint32_t used_letters(const Block& b, GCode motion) const;
+  GCode motion_of(const Block& b) const;
   static bool only_sets_mode(const Block& b);
-  void check_open_curve(const Block& b, int motion) const;
+  void check_open_curve(const Block& b, GCode motion) const;
   bool other_axis_code(const Block& b) const;
   void check_g53(const Block& b) const;
   void g_codes(const Block& b);
-  void motion_code(const Block& b, int motion);
+  void motion_code(const Block& b, GCode motion);
   void comment(const Block& b);
   double predefined_mode(int index) const;
   double predefined_place(int index) const;
@@ -186,8 +184,8 @@ class Executor : public StateValues {
 
   // offsets.cc
   void tool_length(const Block& b);
-  void set_tool_offset(const AxisValues& offset, int code);
-  AxisValues table_offset(int tool, std::uint32_t column) const;
+  void set_tool_offset(const ProgramWords& offset, GCode code);
+  ProgramWords table_offset(int tool, std::uint32_t column) const;
   void work_offset(const Block& b);
   void g10(const Block& b);
   void g10_tool(const Block& b, int l);
@@ -196,48 +194,48 @@ class Executor : public StateValues {
   void g52(const Block& b);
   void set_g92_active(bool active);
   void restore_g92(bool active);
-  void home_position(const Block& b, int code10);
+  void home_position(const Block& b, GCode code);
   void load_system(int index);
   void put_system(bool with_g92);
   WorkFrame frame() const;
   /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
-  AxisValues machine_now(std::uint32_t column) const;
+  MmWords machine_now(std::uint32_t column) const;
   /// Runs `change` on the offsets and keeps the machine where it is.
   template <typename Change>
   void keep_machine(const Change& change);
 
   // rtcp.cc: tool-centre-point control, tilted plane
-  void set_rtcp(bool on, const AxisValues& tool_offset, std::uint32_t column, std::string_view word);
+  void set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t column, std::string_view word);
   void tilted_plane(const Block& b);
   void cancel_tilted_plane();
   void tilt(const Vec3& origin, const Mat3& R_tilt);
   void align_tool(const Block& b);
   void obey_plane(std::uint32_t column);
   Pose spindle_pose(std::uint32_t column, std::string_view word) const;
-  AxisValues position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
-                          std::string_view word) const;
-  AxisValues vector_target(const Block& b, const AxisValues& to) const;
+  ProgramWords position_for(const Pose& X_BS, bool tip_in_table, std::uint32_t column,
+                            std::string_view word) const;
+  ProgramWords vector_target(const Block& b, const ProgramWords& to) const;
   bool tip_in_table() const { return s_.rtcp || s_.tilted_aligned; }
   void suspend_rtcp(const Block& b, const std::function<void()>& move);
-  Vec3 orientation_abc_rad(const AxisValues& program) const;
+  Vec3 orientation_abc_rad(const ProgramWords& program) const;
 
   // motion.cc
-  AxisValues target(const Block& b) const;
-  AxisValues machine_target(const Block& b) const;
+  ProgramWords target(const Block& b) const;
+  ProgramWords machine_target(const Block& b) const;
   void polar(const Block& b, double& x, double& y) const;
   void check_polar_plane(const Block& b) const;
   double wrapped(double to, double from) const;
   void check_feed(const Block& b, std::string_view what) const;
-  void straight(const Block& b, int motion);
-  void put_straight(const Block& b, const AxisValues& to, bool traverse);
-  void probe(const Block& b, int motion);
+  void straight(const Block& b, GCode motion);
+  void put_straight(const Block& b, const ProgramWords& to, bool traverse);
+  void probe(const Block& b, GCode motion);
   void probed(const MachineAnswer& answer);
-  AxisValues short_of(const AxisValues& to) const;
+  ProgramWords short_of(const ProgramWords& to) const;
   void set_motion_limits(double length, const Block& b);
   double inverse_rate(const Block& b) const;
 
   // threading.cc: geared to the spindle
-  void spindle_synchronous(const Block& b, int motion);
+  void spindle_synchronous(const Block& b, GCode motion);
   struct Thread;
   Thread thread_of(const Block& b) const;
   void threading_cycle(const Block& b);
@@ -246,32 +244,32 @@ class Executor : public StateValues {
   // arc.cc
   double arc_tolerance_mm(double radius_mm) const;
   void arc(const Block& b, bool clockwise);
-  void spline(const Block& b, int motion);
+  void spline(const Block& b, GCode motion);
   void ignore_smoothing(std::uint32_t column);
   void cubic_spline(const Block& b);
   void quadratic_spline(const Block& b);
-  void nurbs(const Block& b, int motion);
+  void nurbs(const Block& b, GCode motion);
   void control_point(const Block& b);
   void rational_spline(const Block& b);
   void rational_point(const Block& b, bool tail, std::uint32_t column);
   void finish_rational(std::uint32_t column);
 
   // cycles.cc
-  void cycle(const Block& b, int motion);
+  void cycle(const Block& b, GCode motion);
   struct CycleAxes;
   static CycleAxes cycle_axes(Plane plane);
   struct Hole;
-  void cycle_word(const Block& b, int motion, char letter, double& kept);
-  void cycle_words(const Block& b, int motion);
-  [[noreturn]] void bad_peck(const Block& b, int motion) const;
+  void cycle_word(const Block& b, GCode motion, char letter, double& kept);
+  void cycle_words(const Block& b, GCode motion);
+  [[noreturn]] void bad_peck(const Block& b, GCode motion) const;
   Hole first_hole(const Block& b, const CycleAxes& axes) const;
-  void drill(const Block& b, int motion, Hole& hole, double height, int repeats);
-  void cycle_hole(const Block& b, int motion, const Hole& hole);
+  void drill(const Block& b, GCode motion, Hole& hole, double height, int repeats);
+  void cycle_hole(const Block& b, GCode motion, const Hole& hole);
   void cycle_to(const Hole& hole, double first, double second, double depth, bool traverse);
   void peck(const Hole& hole, bool full_retract);
   void tap(const Hole& hole, bool right_hand, std::uint32_t column);
   void back_bore(const Hole& hole);
-  void check_cycle_spindle(int motion, std::uint32_t column) const;
+  void check_cycle_spindle(GCode motion, std::uint32_t column) const;
   void tilted_drilling(const Block& b);
 
   // comp_words.cc
@@ -280,12 +278,12 @@ class Executor : public StateValues {
   void flush_comp();
 
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
-  AxisValues stored(int parameter) const;
-  void store(int parameter, const AxisValues& mm);
+  MmWords stored(int parameter) const;
+  void store(int parameter, const MmWords& words);
   double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
   double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
-  AxisValues to_mm(const AxisValues& v) const;
-  AxisValues from_mm(const AxisValues& v) const;
+  MmWords to_mm(const ProgramWords& words) const { return in_mm(words, s_.modal.inch); }
+  ProgramWords from_mm(const MmWords& words) const { return in_program_units(words, s_.modal.inch); }
 
   ExecutorParts parts_;
   unsigned axis_mask_;
@@ -298,7 +296,7 @@ class Executor : public StateValues {
   };
   std::vector<Kept> kept_;
   CutterComp comp_;
-  AxisValues spline_tangent_ = AxisValues::Zero();  ///< end control of the last G5
+  ProgramWords spline_tangent_;  ///< end control of the last G5
   bool spline_chained_ = false;
   bool left_contour_ = false;  ///< since G40 no straight move: the tool is not where the program thinks
   struct NurbsPoint {
@@ -318,13 +316,15 @@ class Executor : public StateValues {
   ToolWait tool_wait_ = ToolWait::kNone;
   int incoming_tool_ = 0;
   bool in_tool_call_ = false;
-  Settings entered_;      ///< what `enter` goes to
+  int call_level_ = 0;
+  std::optional<double> return_value_;  ///< of the last sub-program that returned
+  Settings entered_;                    ///< what `enter` goes to
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 
 template <typename Change>
 void Executor::keep_machine(const Change& change) {
-  const AxisValues machine = frame().to_machine(to_mm(s_.position));
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
   change();
   s_.position = from_mm(frame().to_program(machine));
 }

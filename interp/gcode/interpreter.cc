@@ -35,8 +35,8 @@ std::string leading_word(const std::string& text) {
 
 // G7: every X word of the block is a diameter.
 void halve_diameter(bool diameter, Block& block) {
-  const int code = block.any_g ? block.code(GGroup::kDiameter) : -1;
-  if (block.has('X') && (code >= 0 ? code == 70 : diameter)) block.value['X' - 'A'] /= 2;
+  const GCode code = block.any_g ? block.code(GGroup::kDiameter) : kNoGCode;
+  if (block.has('X') && (code != kNoGCode ? code == 7_g : diameter)) block.value['X' - 'A'] /= 2;
 }
 
 }  // namespace
@@ -60,7 +60,7 @@ Interpreter::Interpreter(const InterpreterParts& parts)
 }
 
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
-                        const std::string& folder, const AxisValues& at) {
+                        const std::string& folder, const MmWords& at) {
   flow_.load(std::move(source), name, folder);
   ended_ = block_done_ = came_round_ = false;
   pass_.reset();
@@ -71,7 +71,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   executor_.begin(at);
 }
 
-void Interpreter::open(const std::string& path, const AxisValues& at) {
+void Interpreter::open(const std::string& path, const MmWords& at) {
   std::unique_ptr<ByteSource> source;
   try {
     source = parts_.config.open(path, false);
@@ -82,12 +82,12 @@ void Interpreter::open(const std::string& path, const AxisValues& at) {
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
 
-void Interpreter::open_text(std::string text, std::string name, const AxisValues& at, const Settings* kept) {
+void Interpreter::open_text(std::string text, std::string name, const MmWords& at, const Settings* kept) {
   start(text_source(std::move(text)), name, ".", at);
   if (kept) executor_.resume(*kept);
 }
 
-void Interpreter::begin_at(std::uint32_t line, const AxisValues& at) {
+void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
   gate_.open = false;
   const int in_spindle = executor_.settings().current_tool;
   while (flow_.next_main_line() < line || !held_.empty()) {
@@ -217,7 +217,7 @@ void Interpreter::end_block(bool program_ends) {
     flow_.call_numbered(block_);
   else if (sub == 99 && flow_.return_numbered(block_) && parts_.ends_round)
     begin_pass();
-  else if (block_.any_m && block_.code(MGroup::kUser) >= 0)
+  else if (block_.any_m && block_.has(MGroup::kUser))
     flow_.call_user(block_);
 }
 

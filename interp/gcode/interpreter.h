@@ -7,7 +7,7 @@
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
-#include "interp/gcode/flow.h"
+#include "interp/gcode/flow/flow.h"
 #include "interp/gcode/tool_table.h"
 
 namespace trn {
@@ -41,15 +41,15 @@ class Interpreter {
 
   /// Opens a program and emits the start state; `start` is where the machine stands (axis words, mm and
   /// degrees), `kept` the modes to begin with instead of the config's. GcodeError if it cannot be opened.
-  void open(const std::string& path, const AxisValues& start = AxisValues::Zero());
-  void open_text(std::string text, std::string name, const AxisValues& start = AxisValues::Zero(),
+  void open(const std::string& path, const MmWords& start = {});
+  void open_text(std::string text, std::string name, const MmWords& start = {},
                  const Settings* kept = nullptr);
 
   /// After `open`: passes over the program up to `line` of the main program as if it had been run, then
   /// gives the sink the modes, the tool and the approach from `at` to where the program stands there: away
   /// along the tool's axis, across, and down. Sub-programs and loops before it are run through. GcodeError if
   /// the line is not reached, or lies inside cutter compensation.
-  void begin_at(std::uint32_t line, const AxisValues& at);
+  void begin_at(std::uint32_t line, const MmWords& at);
 
   /// Runs one block. False once the program has ended. GcodeError: of this block, which has had no motion
   /// then, or a gouge of a contour that has ended with it, at the line of its move. Stepping on is allowed
@@ -82,7 +82,7 @@ class Interpreter {
 
  private:
   void start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
-             const AxisValues& at);
+             const MmWords& at);
   void run_block(const ParsedBlock& parsed);
   void end_block(bool program_ends);
   void hold_for_tool(bool entry);

@@ -56,21 +56,11 @@ Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, Mo
   set_frame();
 }
 
-AxisValues Lowering::mm(const AxisValues& program) const {
-  AxisValues out = program;
-  if (inch_) out.head<3>() *= kMmPerInch;
-  return out;
-}
-
-Words Lowering::words_of(const AxisValues& program) const {
-  const AxisValues p = mm(program);
-  Words words;
-  if (plain_)
-    words.head<3>() = p.head<3>() + X_TP_.p;
-  else
-    words.head<3>() = X_TP_ * Vec3(p.head<3>());
-  words.tail<3>() = (p + frame_.g5x + frame_.g92).tail<3>() * kRadPerDeg;
-  return words;
+Words Lowering::words_of(const ProgramWords& program) const {
+  MmWords p = in_mm(program, inch_);
+  p.xyz = plain_ ? Vec3(p.xyz + X_TP_.p) : X_TP_ * p.xyz;
+  p.abc_deg = (p + frame_.g5x + frame_.g92).abc_deg;
+  return in_radians(p);
 }
 
 void Lowering::set_frame() {
@@ -78,7 +68,7 @@ void Lowering::set_frame() {
   if (tip_in_table() && kinematics_) X_TP_ = kinematics_->home_X_BM() * X_TP_;
   plain_ = X_TP_.R.isIdentity(0);
   move_.context.rtcp = tip_in_table();
-  move_.context.tool_offset = tool_.head<3>();
+  move_.context.tool_offset = tool_.xyz;
   // reports of the tip are in program coordinates: W is the program frame
   const Pose X_MP = frame_.X_MP();
   const Pose X_BM = kinematics_ ? kinematics_->home_X_BM() : Pose{};
@@ -86,7 +76,7 @@ void Lowering::set_frame() {
 }
 
 // The machine stands still, but is described anew: RTCP, tool or plane changed. `program` is the same place.
-void Lowering::moved_frame(const AxisValues& program) {
+void Lowering::moved_frame(const ProgramWords& program) {
   set_frame();
   const Vec3 abc = words_.tail<3>();
   words_ = words_of(program);
@@ -103,12 +93,11 @@ void Lowering::limit_feed() {
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
 }
 
-AxisValues Lowering::program_of(const Words& words) const {
-  AxisValues p;
-  p.head<3>() = plain_ ? Vec3(words.head<3>() - X_TP_.p) : inverse(X_TP_) * Vec3(words.head<3>());
-  p.tail<3>() = words.tail<3>() * kDegPerRad - (frame_.g5x + frame_.g92).tail<3>();
-  if (inch_) p.head<3>() /= kMmPerInch;
-  return p;
+ProgramWords Lowering::program_of(const Words& words) const {
+  MmWords p = in_degrees(words);
+  p.xyz = plain_ ? Vec3(p.xyz - X_TP_.p) : inverse(X_TP_) * p.xyz;
+  p.abc_deg -= (frame_.g5x + frame_.g92).abc_deg;
+  return in_program_units(p, inch_);
 }
 
 void Lowering::send(const Words& to) {
@@ -132,7 +121,7 @@ void Lowering::send(const std::vector<Words>& way, double inverse_per_min) {
   }
 }
 
-void Lowering::straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min) {
+void Lowering::straight(const ProgramWords& to, ProgramMove::Kind kind, double inverse_per_min) {
   const Words words = words_of(to);
   if (words == words_) return;
   move_.kind = kind;
@@ -189,7 +178,7 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   const double scale = inch_ ? kMmPerInch : 1;
   // in the program frame, where the plane is: start, end, centre
   Vec3 from_P = inverse(X_TP_) * Vec3(words_.head<3>());
-  const Vec3 to_P = arc.to.head<3>() * scale;
+  const Vec3 to_P = arc.to.xyz * scale;
   Eigen::Vector2d from(from_P[first], from_P[second]), to(to_P[first], to_P[second]);
   Eigen::Vector2d centre(arc.centre1 * scale, arc.centre2 * scale);
   const Eigen::Vector2d chord = to - from;
@@ -229,7 +218,7 @@ void Lowering::arc(const canon::ArcFeed& arc) {
 // Cubic pieces as chords that stay within 2 um of the curve.
 void Lowering::spline(const canon::NurbsFeed& spline) {
   const double scale = inch_ ? kMmPerInch : 1;
-  AxisValues at = spline.to;
+  ProgramWords at = spline.to;
   std::vector<Words> way;
   const std::vector<Vec3>& hull = *spline.bezier;
   for (std::size_t i = 0; i + 3 < hull.size(); i += 4) {
@@ -268,7 +257,7 @@ void Lowering::probe(const canon::StraightProbe& probe) {
   if (!config_.io)
     fail(GcodeErrorCode::kNotSupported, 1, g_name(probe.code),
          "no probe input is connected (the machine's config has no section [io])");
-  event(QueueEvent::Kind::kProbeStart, 0, probe.code % 10);
+  event(QueueEvent::Kind::kProbeStart, 0, tenths(probe.code) % 10);
   straight(probe.to, ProgramMove::Kind::kFeed, 0);
   event(QueueEvent::Kind::kProbeEnd);
 }
@@ -390,11 +379,11 @@ struct Lowering::Visit {
   }
   void operator()(const canon::UseLengthUnits& c) const { low.inch_ = c.inch; }
   void operator()(const canon::SetG5xOffset& c) const {
-    low.frame_.g5x = low.mm(c.offset);
+    low.frame_.g5x = in_mm(c.offset, low.inch_);
     low.set_frame();
   }
   void operator()(const canon::SetG92Offset& c) const {
-    low.frame_.g92 = low.mm(c.offset);
+    low.frame_.g92 = in_mm(c.offset, low.inch_);
     low.set_frame();
   }
   void operator()(const canon::SetXyRotation& c) const {
@@ -402,11 +391,9 @@ struct Lowering::Visit {
     low.set_frame();
   }
   void operator()(const canon::UseToolLengthOffset& c) const {
-    const AxisValues tool = low.mm(c.offset);
-    if (!low.tip_in_table()) {  // the axes do not move: the same place, less the new tool
-      low.words_.head<3>() += (low.tool_ - tool).head<3>();
-      low.words_.tail<3>() += (low.tool_ - tool).tail<3>() * kRadPerDeg;
-    }
+    const MmWords tool = in_mm(c.offset, low.inch_);
+    // The axes do not move: the same place, less the new tool.
+    if (!low.tip_in_table()) low.words_ += in_radians(low.tool_ - tool);
     low.tool_ = tool;
     low.set_frame();
   }

@@ -28,25 +28,24 @@ class Lowering : public CanonSink {
   /// After a probe move: the machine stands at these words (as in ProgramMove), not at the move's end.
   void stand_at(const Words& words) { words_ = words; }
   /// Such words in program coordinates and units.
-  AxisValues program_of(const Words& words) const;
+  ProgramWords program_of(const Words& words) const;
   /// What the words mean now.
   const MapContext& context() const { return move_.context; }
 
  private:
   struct Visit;
 
-  Words words_of(const AxisValues& program) const;
-  Vec3 point_of(const Vec3& program) const;
+  Words words_of(const ProgramWords& program) const;
   std::vector<Words> great_circle(const Words& to) const;
   bool on_great_circle(const Words& to, int parts, std::vector<Words>& way) const;
-  void straight(const AxisValues& to, ProgramMove::Kind kind, double inverse_per_min);
+  void straight(const ProgramWords& to, ProgramMove::Kind kind, double inverse_per_min);
   void arc(const canon::ArcFeed& arc);
   void spline(const canon::NurbsFeed& spline);
   void limit_feed();
   void send(const std::vector<Words>& way, double inverse_per_min);
   void send(const Words& to);
   void set_frame();
-  void moved_frame(const AxisValues& program);
+  void moved_frame(const ProgramWords& program);
   void switch_corrections(const SwitchCode& code);
   void event(QueueEvent::Kind kind, double value = 0, std::int32_t argument = 0);
   void probe(const canon::StraightProbe& probe);
@@ -57,17 +56,16 @@ class Lowering : public CanonSink {
   void gear_event(GearMode mode, double turns_s);
   void output_bit(const canon::SetOutputBit& output);
   void output_value(const canon::SetOutputValue& output);
-  AxisValues mm(const AxisValues& program) const;
   bool tip_in_table() const { return rtcp_ || aligned_; }
 
   const ProgramConfig& config_;
   const Kinematics* kinematics_;
   MoveSink& sink_;
-  WorkFrame frame_;    ///< mm
+  WorkFrame frame_;
   Pose X_TP_;          ///< program frame in the frame of the words (M, or B with RTCP on)
   bool plain_ = true;  ///< the frame is a shift only
   bool inch_ = false;
-  AxisValues tool_ = AxisValues::Zero();  ///< mm
+  MmWords tool_;
   bool rtcp_ = false, aligned_ = false;
   bool great_circle_ = false;
   double feed_ = 0;  ///< units of the program per minute, or per revolution
@@ -76,7 +74,7 @@ class Lowering : public CanonSink {
   bool clockwise_ = true, turning_ = false;
   bool geared_ = false;  ///< between the events that couple path and spindle
   double per_turn_ = 0;  ///< then: units of the program a turn
-  int coolant_ = 0, tool_number_ = 0;
+  int coolant_ = 0;
   Words words_;  ///< where the machine stands
   ProgramMove move_;
   OverrideMode overrides_;

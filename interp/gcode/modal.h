@@ -5,6 +5,8 @@
 #include <string>
 #include <vector>
 
+#include "interp/gcode/g_code.h"
+
 namespace trn {
 
 /// Modal groups of the G codes (NIST RS274/NGC table 4, with the dialect's additions).
@@ -50,30 +52,28 @@ class ModalTable {
  public:
   ModalTable();
 
-  /// code10: the code times ten (G38.2 -> 382).
-  int g_group(int code10) const {
-    return code10 >= 0 && code10 < kGCodes ? g_[static_cast<std::size_t>(code10)] : -1;
-  }
+  /// Index of a GGroup, or -1.
+  int g_group(GCode code) const { return in_range(code) ? g_[static_cast<std::size_t>(tenths(code))] : -1; }
+  /// Index of an MGroup, or -1.
   int m_group(int code) const {
     return code >= 0 && code < kMCodes ? m_[static_cast<std::size_t>(code)] : -1;
   }
 
-  /// Gives a G code (times ten) of the config a group.
-  void map_g(int code10, GGroup group) {
-    g_[static_cast<std::size_t>(code10)] = static_cast<std::int8_t>(group);
+  /// Gives a G code of the config, in range, a group.
+  void map_g(GCode code, GGroup group) {
+    g_[static_cast<std::size_t>(tenths(code))] = static_cast<std::int8_t>(group);
   }
-  /// Gives an M code of the config a group (RTCP words, user codes).
+  /// Gives an M code of the config, below kMCodes, a group (RTCP words, user codes).
   void map_m(int code, MGroup group) { m_[static_cast<std::size_t>(code)] = static_cast<std::int8_t>(group); }
 
-  static constexpr int kGCodes = 10000;
+  /// Codes that can have a group: G0 to G999.9, M0 to M999.
+  static constexpr bool in_range(GCode code) { return tenths(code) >= 0 && tenths(code) < kGCodes; }
+  static constexpr int kGCodes = 10000;  ///< counted in tenths
   static constexpr int kMCodes = 1000;
 
  private:
   std::array<std::int8_t, kGCodes> g_;
   std::array<std::int8_t, kMCodes> m_;
 };
-
-/// "G38.2" from 382.
-std::string g_name(int code10);
 
 }  // namespace trn

@@ -9,7 +9,7 @@
 
 #include "core/safe_file.h"
 #include "interp/gcode/error.h"
-#include "interp/gcode/lexer.h"
+#include "interp/gcode/text/lexer.h"
 
 namespace trn {
 

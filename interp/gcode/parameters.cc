@@ -119,8 +119,4 @@ void Parameters::pop_frame() {
   --depth_;
 }
 
-void Parameters::clear_frames() {
-  while (depth_ > 0) pop_frame();
-}
-
 }  // namespace trn

@@ -88,14 +88,15 @@ class Parameters {
   /// A sub-program's frame: #1..#30 become the arguments (0 where none is given), names start unknown.
   void push_frame(std::span<const double> arguments);
   void pop_frame();
-  void clear_frames();
   std::size_t depth() const { return depth_; }
   /// Every parameter outside of sub-programs has the same value.
   bool same_values(const Parameters& other) const {
     return numbered_ == other.numbered_ && globals_ == other.globals_ && frames_[0] == other.frames_[0];
   }
 
-  NameTable names;
+  /// Names of the named parameters, global and local.
+  NameTable& names() { return names_; }
+  const NameTable& names() const { return names_; }
 
  private:
   struct Named {
@@ -111,6 +112,7 @@ class Parameters {
 
     bool operator==(const Named&) const = default;
   };
+  NameTable names_;
   std::vector<double> numbered_;
   bool touched_ = false;
   Named globals_;

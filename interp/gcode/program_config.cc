@@ -35,14 +35,15 @@ bool is_word(const std::string& text) {
          std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isalnum(c) || c == '_'; });
 }
 
-// "g5.1" -> 51; -1 for what is not G and a number of at most one decimal.
-int g_number10(const std::string& text) {
-  if (text.size() < 2 || text[0] != 'g') return -1;
+// "g5.1" -> G5.1; none for what is not G and a number of at most one decimal.
+GCode g_number(const std::string& text) {
+  if (text.size() < 2 || text[0] != 'g') return kNoGCode;
   double number = 0;
   const auto result = fast_float::from_chars(text.data() + 1, text.data() + text.size(), number);
-  const double code10 = std::round(number * 10);
+  const double rounded = std::round(number * 10);
   const bool whole = result.ec == std::errc() && result.ptr == text.data() + text.size();
-  return whole && std::fabs(code10 - number * 10) < 1e-6 && code10 >= 0 ? static_cast<int>(code10) : -1;
+  const bool good = whole && std::fabs(rounded - number * 10) < 1e-6 && rounded >= 0;
+  return good ? g_from_tenths(static_cast<int>(rounded)) : kNoGCode;
 }
 
 // "p10000" -> P and 10000.
@@ -61,15 +62,15 @@ bool read_ignored_g(const ConfigTable& table, const std::string& spelt, std::vec
   MappedWord word{lower_case(spelt), -1, WordAction::kIgnore};
   std::string part;
   parts >> part;
-  word.g_code10 = g_number10(part);
-  if (word.g_code10 < 0) return false;
+  word.g_code = g_number(part);
+  if (word.g_code == kNoGCode) return false;
   while (parts >> part)
     if (!read_value(part, word.values.emplace_back()))
       throw table.error("ignored", fmt::format("'{}' in '{}' is no word with a number, as P1", part, spelt));
-  if (word.g_code10 >= ModalTable::kGCodes)
+  if (!ModalTable::in_range(word.g_code))
     throw table.error("ignored",
                       fmt::format("'{}' is out of range: G0 to G{}", spelt, ModalTable::kGCodes / 10 - 1));
-  word.alone = ModalTable().g_group(word.g_code10) >= 0;
+  word.alone = ModalTable().g_group(word.g_code) >= 0;
   if (word.alone && word.values.empty())
     throw table.error("ignored", fmt::format("'{}' already has a meaning of its own; with the words that it "
                                              "stands with ('{} P1') only that line is ignored",

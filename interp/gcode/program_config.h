@@ -10,7 +10,7 @@
 
 #include "core/config.h"
 #include "interp/gcode/canon.h"
-#include "interp/gcode/line_reader.h"
+#include "interp/gcode/text/line_reader.h"
 
 namespace trn {
 
@@ -22,10 +22,10 @@ struct MappedWord {
   std::string text;  ///< lower case
   int m_code = -1;   ///< or -1
   WordAction action = WordAction::kIgnore;
-  int g_code10 = -1;  ///< or -1; kIgnore only: a G code, times ten
+  GCode g_code = kNoGCode;  ///< or none; kIgnore only
   /// The values that must stand with the G code, as P10000; none: any.
   std::vector<std::pair<char, double>> values = {};
-  bool is_keyword() const { return m_code < 0 && g_code10 < 0; }
+  bool is_keyword() const { return m_code < 0 && g_code == kNoGCode; }
   bool alone = false;  ///< the G code has a meaning of its own: only these words, alone on a line
 };
 

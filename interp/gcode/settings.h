@@ -3,6 +3,7 @@
 #include <array>
 #include <cstdint>
 
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/modal.h"
 
@@ -48,14 +49,14 @@ struct CycleWords {
 /// The whole state of the language: lengths in the current program units, angles in degrees.
 struct Settings {
   ModalState modal;
-  int motion = 800;                          ///< active motion code times ten; G80: none
-  AxisValues position = AxisValues::Zero();  ///< program coordinates
-  AxisValues g5x = AxisValues::Zero();
-  AxisValues g92 = AxisValues::Zero();
+  GCode motion = 80_g;    ///< active motion code; G80: none
+  ProgramWords position;  ///< program coordinates
+  ProgramWords g5x;
+  ProgramWords g92;
   bool g92_active = false;  ///< as #5210
   double rotation_deg = 0;
-  AxisValues tool_offset = AxisValues::Zero();
-  int tool_length_code = 490;
+  ProgramWords tool_offset;
+  GCode tool_length_code = 49_g;
   int selected_tool = -1;
   int current_tool = 0;
   CycleWords cycle;

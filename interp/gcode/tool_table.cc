@@ -7,8 +7,8 @@
 #include <sstream>
 
 #include "interp/gcode/error.h"
-#include "interp/gcode/lexer.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/text/lexer.h"
 
 namespace trn {
 
@@ -25,7 +25,7 @@ int whole(double value, std::uint32_t column) {
 void read_field(char letter, double value, std::uint32_t column, Tool& tool) {
   const std::size_t axis = kAxisLetters.find(letter);
   if (axis != std::string_view::npos) {
-    tool.offset[static_cast<Eigen::Index>(axis)] = value;
+    tool.offset[static_cast<int>(axis)] = value;
     return;
   }
   switch (letter) {
@@ -99,7 +99,7 @@ std::string digits(double value) {
 std::string line_of(const Tool& tool) {
   std::string text = fmt::format("T{} P{}", tool.number, tool.pocket);
   for (std::size_t i = 0; i < kAxisLetters.size(); ++i) {
-    const double value = tool.offset[static_cast<Eigen::Index>(i)];
+    const double value = tool.offset[static_cast<int>(i)];
     if (value != 0) text += fmt::format(" {}{}", kWordLetters[i], digits(value));
   }
   if (tool.diameter != 0) text += " D" + digits(tool.diameter);
@@ -139,7 +139,7 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name, doubl
       if (tool.number == 0) continue;
       if (table.tools_.count(tool.number))
         fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
-      tool.offset.head<3>() *= unit_mm;
+      tool.offset.xyz *= unit_mm;
       tool.diameter *= unit_mm;
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {
@@ -201,5 +201,18 @@ std::string tool_name(const ToolTable& tools, int number) {
 }
 
 void ToolTable::save(const std::string& path) const { write_text_file(path, to_text()); }
+
+void set_spindle_tool(Parameters& parameters, const ToolTable& tools, int number, double unit_mm) {
+  const Tool* tool = tools.find(number);
+  const Tool none;
+  if (!tool) tool = &none;
+  parameters[parameter::kTool] = number;
+  const TableWords offset = in_table_units(tool->offset, unit_mm);
+  for (int i = 0; i < 6; ++i) parameters[parameter::kToolOffset + i] = offset[i];
+  parameters[parameter::kToolDiameter] = tool->diameter / unit_mm;
+  parameters[parameter::kToolDiameter + 1] = tool->front_deg;
+  parameters[parameter::kToolDiameter + 2] = tool->back_deg;
+  parameters[parameter::kToolDiameter + 3] = tool->orientation;
+}
 
 }  // namespace trn

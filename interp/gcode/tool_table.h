@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-#include "interp/gcode/canon.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/parameters.h"
 
 namespace trn {
@@ -14,8 +14,8 @@ namespace trn {
 struct Tool {
   int number = 0;
   int pocket = 0;
-  int slot = 0;  ///< place in the table, from 1: what the canonical functions of a tool changer name
-  AxisValues offset = AxisValues::Zero();  ///< gauge point to tip
+  int slot = 0;    ///< place in the table, from 1: what the canonical functions of a tool changer name
+  MmWords offset;  ///< gauge point to tip
   double diameter = 0;
   double front_deg = 0, back_deg = 0;
   int orientation = 0;

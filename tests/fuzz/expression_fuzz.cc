@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "interp/gcode/error.h"
-#include "interp/gcode/expression.h"
-#include "interp/gcode/lexer.h"
+#include "interp/gcode/text/expression.h"
+#include "interp/gcode/text/lexer.h"
 
 // Differential fuzz of expressions: bytes choose tokens of an expression; the compiler and evaluator of the
 // interpreter against a naive one that reduces a list of tokens, level by level. Both must give the same
@@ -172,7 +172,7 @@ Result interpreted(const std::string& text) {
   std::vector<trn::Instruction> code;
   trn::Lexer lexer(text);
   try {
-    trn::ExpressionCompiler compiler(lexer, parameters.names, code);
+    trn::ExpressionCompiler compiler(lexer, parameters.names(), code);
     const std::int32_t start = compiler.value();
     return trn::Evaluator(parameters, state).run(code, start);
   } catch (const trn::BlockError&) {

@@ -37,7 +37,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   int errors_left = size % kRecoversEvery == 0 ? kMaxErrors : 0;
   for (int i = 0; i < kMaxSteps; ++i) {
     try {
-      while (interpreter.waiting()) interpreter.answer({1, AxisValues::Ones(), AxisValues::Ones()});
+      const ProgramWords ones{Vec3::Ones(), Vec3::Ones()};
+      while (interpreter.waiting()) interpreter.answer({1, ones, ones});
       if (!interpreter.step()) break;
     } catch (const GcodeError&) {
       if (errors_left-- == 0 || !interpreter.recover()) break;

@@ -248,7 +248,7 @@ TEST(Errors, EveryClassIsReached) {
     test::CanonText sink;
     Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
     interpreter.open_text("G0 X1\nM2\n", "p.ngc");
-    interpreter.begin_at(9, AxisValues::Zero());
+    interpreter.begin_at(9, {});
   } catch (const GcodeError& error) {
     EXPECT_EQ(std::string(error.what()).substr(0, 53),
               "p.ngc:9: the program ends before this line is reached");

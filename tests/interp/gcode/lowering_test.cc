@@ -4,7 +4,7 @@
 
 #include "core/path.h"
 #include "core/units.h"
-#include "interp/gcode/nurbs.h"
+#include "interp/gcode/executor/nurbs.h"
 #include "interp/gcode/parameter_file.h"
 #include "tests/interp/gcode/run_program.h"
 #include "tests/support/paths.h"

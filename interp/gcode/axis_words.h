@@ -1,0 +1,69 @@
+#pragma once
+
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/units.h"
+
+namespace trn {
+
+/// Values of the six axis words X Y Z A B C whose angles are degrees. What a length is, `LengthUnit` says;
+/// words of different units do not mix, nor do they with `Words`, which are mm and rad.
+template <typename LengthUnit>
+struct DegreeWords {
+  Vec3 xyz = Vec3::Zero();
+  Vec3 abc_deg = Vec3::Zero();
+
+  /// The value of the axis kX .. kC.
+  double& operator[](int axis) { return axis < 3 ? xyz[axis] : abc_deg[axis - 3]; }
+  double operator[](int axis) const { return axis < 3 ? xyz[axis] : abc_deg[axis - 3]; }
+  bool is_zero() const { return xyz.isZero(0) && abc_deg.isZero(0); }
+
+  DegreeWords& operator+=(const DegreeWords& other) {
+    xyz += other.xyz;
+    abc_deg += other.abc_deg;
+    return *this;
+  }
+  DegreeWords& operator-=(const DegreeWords& other) {
+    xyz -= other.xyz;
+    abc_deg -= other.abc_deg;
+    return *this;
+  }
+  friend DegreeWords operator+(DegreeWords a, const DegreeWords& b) { return a += b; }
+  friend DegreeWords operator-(DegreeWords a, const DegreeWords& b) { return a -= b; }
+  friend bool operator==(const DegreeWords& a, const DegreeWords& b) {
+    return a.xyz == b.xyz && a.abc_deg == b.abc_deg;
+  }
+};
+
+/// As the program writes them: lengths in mm after G21 and inch after G20, angles in degrees. Places are in
+/// the program's coordinate system, offsets along the axes that their code names.
+using ProgramWords = DegreeWords<struct ProgramLength>;
+/// Lengths in mm, angles in degrees, whatever the program's units are: places in the machine frame M, offsets
+/// and the tool table.
+using MmWords = DegreeWords<struct MmLength>;
+/// As they stand in numbered parameters and in the file of the tool table: a length of 1 is
+/// ProgramConfig::parameter_unit_mm, angles are degrees.
+using TableWords = DegreeWords<struct TableLength>;
+
+/// The program's words in mm and degrees; `inch`: G20 is in force.
+inline MmWords in_mm(const ProgramWords& words, bool inch) {
+  return {inch ? Vec3(words.xyz * kMmPerInch) : words.xyz, words.abc_deg};
+}
+inline MmWords in_mm(const TableWords& words, double unit_mm) { return {words.xyz * unit_mm, words.abc_deg}; }
+/// mm and degrees in the units of the program; `inch`: G20 is in force.
+inline ProgramWords in_program_units(const MmWords& words, bool inch) {
+  return {inch ? Vec3(words.xyz / kMmPerInch) : words.xyz, words.abc_deg};
+}
+inline TableWords in_table_units(const MmWords& words, double unit_mm) {
+  return {words.xyz / unit_mm, words.abc_deg};
+}
+/// mm and degrees in mm and rad, the words of path and kinematics; the frame stays.
+inline Words in_radians(const MmWords& words) {
+  Words out;
+  out << words.xyz, words.abc_deg * kRadPerDeg;
+  return out;
+}
+/// mm and rad in mm and degrees; the frame stays.
+inline MmWords in_degrees(const Words& words) { return {words.head<3>(), words.tail<3>() * kDegPerRad}; }
+
+}  // namespace trn

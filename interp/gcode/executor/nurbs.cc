@@ -1,0 +1,57 @@
+#include "interp/gcode/executor/nurbs.h"
+
+#include <algorithm>
+
+namespace trn {
+
+namespace {
+constexpr int kPiecesPerSpan = 16;
+}
+
+Vec3 NurbsCurve::at(double u) const {
+  const auto p = static_cast<std::size_t>(order) - 1;
+  std::size_t span = p;
+  while (span + 1 < points.size() && u >= knots[span + 1]) ++span;
+  std::vector<Eigen::Vector4d> d;
+  for (std::size_t i = span - p; i <= span; ++i) {
+    Eigen::Vector4d weighted = points[i] * points[i][3];
+    weighted[3] = points[i][3];
+    d.push_back(weighted);
+  }
+  for (std::size_t r = 1; r <= p; ++r)
+    for (std::size_t j = p; j >= r; --j) {
+      const std::size_t i = span - p + j;
+      const double width = knots[i + p + 1 - r] - knots[i];
+      const double share = width > 0 ? (u - knots[i]) / width : 0;
+      d[j] = (1 - share) * d[j - 1] + share * d[j];
+    }
+  return d[p].head<3>() / d[p][3];
+}
+
+std::vector<double> clamped_uniform_knots(std::size_t points, int order) {
+  std::vector<double> knots;
+  const int last = static_cast<int>(points) - order + 1;
+  for (int i = 0; i < static_cast<int>(points) + order; ++i)
+    knots.push_back(std::clamp(i - order + 1, 0, last));
+  return knots;
+}
+
+std::vector<Vec3> cubic_hulls(const NurbsCurve& curve) {
+  std::vector<Vec3> hulls;
+  for (std::size_t k = static_cast<std::size_t>(curve.order) - 1; k < curve.points.size(); ++k) {
+    const double from = curve.knots[k], h = (curve.knots[k + 1] - from) / kPiecesPerSpan;
+    if (h <= 0) continue;
+    for (int i = 0; i < kPiecesPerSpan; ++i) {
+      const double u = from + h * i;
+      const Vec3 p0 = curve.at(u), pa = curve.at(u + h / 3), pb = curve.at(u + 2 * h / 3);
+      const Vec3 p1 = curve.at(std::min(u + h, curve.last()));
+      hulls.push_back(p0);
+      hulls.push_back((-5 * p0 + 18 * pa - 9 * pb + 2 * p1) / 6);
+      hulls.push_back((2 * p0 - 9 * pa + 18 * pb - 5 * p1) / 6);
+      hulls.push_back(p1);
+    }
+  }
+  return hulls;
+}
+
+}  // namespace trn

@@ -1,0 +1,287 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
+
+namespace trn {
+
+namespace {
+
+// Turned about Z.
+MmWords turned(const MmWords& v, double deg) {
+  MmWords out = v;
+  if (deg != 0) out.xyz = rot_z(rad_from_deg(deg)) * v.xyz;
+  return out;
+}
+
+int system_base(int index) { return parameter::kFirstOffset + (index - 1) * parameter::kOffsetStride; }
+
+}  // namespace
+
+/// In mm and degrees.
+WorkFrame Executor::frame() const {
+  WorkFrame frame;
+  frame.g5x = to_mm(s_.g5x);
+  frame.g92 = to_mm(s_.g92);
+  frame.rotation_deg = s_.rotation_deg;
+  frame.tilted = s_.tilted;
+  frame.origin = s_.modal.inch ? Vec3(s_.tilt_origin * kMmPerInch) : s_.tilt_origin;
+  frame.R_tilt = s_.R_tilt;
+  return frame;
+}
+
+void Executor::load_system(int index) {
+  const int base = system_base(index);
+  s_.g5x = from_mm(stored(base));
+  s_.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
+  s_.modal.work_offset = index;
+  parts_.parameters[parameter::kSystem] = index;
+}
+
+void Executor::put_system(bool with_g92) {
+  put(canon::SetG5xOffset{s_.modal.work_offset, s_.g5x});
+  if (with_g92) put(canon::SetG92Offset{s_.g92});
+  put(canon::SetXyRotation{s_.rotation_deg});
+}
+
+void Executor::work_offset(const Block& b) {
+  const GCode code = b.code(GGroup::kWorkOffset);
+  const auto found = std::find(kWorkOffsetCodes.begin(), kWorkOffsetCodes.end(), code);
+  const int index = static_cast<int>(found - kWorkOffsetCodes.begin()) + 1;
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kWorkOffset), "a change of work offset");
+  if (index == s_.modal.work_offset) return note("interpreter: continuing to use same coordinate system");
+  if (s_.tilted)
+    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kWorkOffset), "a change of work offset in a tilted plane",
+         "G69 first");
+  keep_machine([&] { load_system(index); });
+  put_system(true);
+}
+
+ProgramWords Executor::table_offset(int number, std::uint32_t column) const {
+  if (number == 0) return {};
+  const Tool* tool = parts_.tools.find(number);
+  if (!tool) unknown_tool(number, column);
+  return from_mm(tool->offset);
+}
+
+void Executor::tool_length(const Block& b) {
+  const GCode code = b.code(GGroup::kToolLength);
+  const std::uint32_t column = b.at(GGroup::kToolLength);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  int number = s_.current_tool;
+  if (b.has('H')) {
+    if (b['H'] != std::round(b['H']) || b['H'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('H'), 'H', b['H']);
+    if (b['H'] != 0) number = static_cast<int>(b['H']);
+  }
+  ProgramWords offset = s_.tool_offset;
+  switch (code) {
+    case 49_g:
+      offset = {};
+      break;
+    case 43.1_g:
+    case 43.2_g:
+      if (code == 43.2_g && b.has('H')) {
+        offset += table_offset(number, b.at('H'));
+        break;
+      }
+      if (!b.has_axis_word()) fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
+      for (int i = 0; i < 6; ++i)
+        if (b.has(kWordLetters[i])) offset[i] = (code == 43.2_g ? offset[i] : 0) + b[kWordLetters[i]];
+      break;
+    default:
+      offset = table_offset(number, b.has('H') ? b.at('H') : column);
+  }
+  if (code == 43.4_g || code == 43.5_g) {
+    set_rtcp(true, offset, column, g_name(code));
+    s_.tool_vector = code == 43.5_g;
+    return;
+  }
+  s_.tool_vector = false;
+  set_tool_offset(offset, code);
+}
+
+void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
+  s_.tool_length_code = code;
+  if (tip_in_table() || (s_.rtcp && code == 49_g))
+    return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
+  if (s_.tilted) {
+    WorkFrame f = frame();
+    const MmWords machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
+    s_.position = from_mm(f.to_program(machine));
+  } else if (s_.rotation_deg != 0) {
+    Vec3 shift = (s_.tool_offset - offset).xyz;
+    s_.position.xyz += rot_z(rad_from_deg(-s_.rotation_deg)) * shift;
+    s_.position.abc_deg += (s_.tool_offset - offset).abc_deg;
+  } else {
+    s_.position += s_.tool_offset - offset;
+  }
+  s_.tool_offset = offset;
+  put(canon::UseToolLengthOffset{offset});
+}
+
+void Executor::g10(const Block& b) {
+  if (b['P'] != std::round(b['P']) || b['P'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
+  const double l = b['L'];
+  if (l == 1 || l == 10 || l == 11) return g10_tool(b, static_cast<int>(l));
+  if (l == 2 || l == 20) return g10_system(b, static_cast<int>(l));
+  fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', l, "G10", "L1, L2, L10, L11 or L20");
+}
+
+// L1 sets the entry; L10 so that the present place becomes the words in the work offset, L11 in G59.3. Words
+// are in the turned axes of the system, the entry in those of the machine.
+void Executor::g10_tool(const Block& b, int l) {
+  const int number = static_cast<int>(b['P']);
+  if (number == 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', 0, "G10 L1", "a tool number");
+  if (!parts_.tools.tools().empty() && !parts_.tools.find(number)) unknown_tool(number, b.at('P'));
+  if (b.has('Q') && (b['Q'] != std::round(b['Q']) || b['Q'] < 0 || b['Q'] > 9))
+    fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "G10 L1", "an orientation from 0 to 9");
+  if (!b.has_axis_word() && (l != 1 || !(b.has('R') || b.has('I') || b.has('J') || b.has('Q'))))
+    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), fmt::format("G10 L{}", l), "axis words");
+  Tool& tool = parts_.tools.at_or_new(number);
+  double turn_deg = 0;
+  MmWords here;  // where a tool of no length would stand, mm
+  if (l == 10) {
+    turn_deg = s_.rotation_deg;
+    here = to_mm(s_.position) + turned(to_mm(s_.tool_offset), -turn_deg);
+  } else if (l == 11) {
+    WorkFrame fixture;
+    const int base = system_base(9);
+    fixture.g5x = stored(base);
+    turn_deg = fixture.rotation_deg = parts_.parameters[base + parameter::kOffsetRotation];
+    here = fixture.to_program(frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset));
+  }
+  MmWords offset = turned(tool.offset, -turn_deg);
+  for (int i = 0; i < 6; ++i) {
+    const char letter = kWordLetters[i];
+    if (!b.has(letter)) continue;
+    const double word = i < 3 ? to_mm(b[letter]) : b[letter];
+    offset[i] = l == 1 ? word : here[i] - word;
+  }
+  tool.offset = turned(offset, turn_deg);
+  if (b.has('R')) tool.diameter = 2 * to_mm(b['R']);
+  if (b.has('I')) tool.front_deg = b['I'];
+  if (b.has('J')) tool.back_deg = b['J'];
+  if (b.has('Q')) tool.orientation = static_cast<int>(b['Q']);
+  if (number == s_.current_tool)
+    set_spindle_tool(parts_.parameters, parts_.tools, number, parts_.config.parameter_unit_mm);
+  canon::SetToolTableEntry entry{
+      tool.slot,       number,         in_table_units(tool.offset, parts_.config.parameter_unit_mm),
+      tool.diameter,   tool.front_deg, tool.back_deg,
+      tool.orientation};
+  put(entry);
+  if (tool.slot != spindle_slot_) return;
+  entry.pocket = 0;  // the spindle
+  put(entry);
+}
+
+void Executor::g10_system(const Block& b, int l) {
+  if (b['P'] > 9)
+    fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G10 L2", "P0 (the active system) to P9");
+  const int index = b['P'] == 0 ? s_.modal.work_offset : static_cast<int>(b['P']);
+  const int base = system_base(index);
+  Parameters& parameters = parts_.parameters;
+  if (l == 20 && b.has('R')) fail(GcodeErrorCode::kUnusedWord, b.at('R'), 'R', "G10 L2 turns a system");
+  if (s_.tilted && index == s_.modal.work_offset)
+    fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G10 of the active system in a tilted plane",
+         "G69 first");
+  if (comp_.active() && index == s_.modal.work_offset)
+    fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G10 of the active system");
+  const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
+  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  // L20 works in the turned axes of the system, so that each word stands for itself.
+  const MmWords old_offset = stored(base);
+  MmWords here = machine, offset = old_offset;
+  if (l == 20) {
+    here = turned(machine, -rotation);
+    offset = turned(old_offset, -rotation);
+  }
+  const MmWords g92_mm = to_mm(s_.g92);
+  for (int i = 0; i < 6; ++i) {
+    const char letter = kWordLetters[i];
+    if (!b.has(letter)) continue;
+    const double word = i < 3 ? to_mm(b[letter]) : b[letter];
+    offset[i] = l == 2 ? word : here[i] - word - g92_mm[i];
+  }
+  if (l == 20) offset = turned(offset, rotation);
+  store(base, offset);
+  parameters[base + parameter::kOffsetRotation] = rotation;
+  if (index != s_.modal.work_offset) return note("interpreter: setting coordinate system origin");
+  keep_machine([&] { load_system(index); });
+  put_system(false);
+}
+
+void Executor::g92(const Block& b) {
+  const GCode code = b.code(GGroup::kNonModal);
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (comp_.active() && !(code != 92_g && s_.g92.is_zero()))
+    fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
+  if (code == 92_g) {
+    for (int i = 0; i < 6; ++i) {
+      if (!b.has(kWordLetters[i])) continue;
+      s_.g92[i] += s_.position[i] - b[kWordLetters[i]];
+      s_.position[i] = b[kWordLetters[i]];
+    }
+  } else {
+    const ProgramWords wanted = code == 92.3_g ? from_mm(stored(parameter::kG92)) : ProgramWords{};
+    s_.position += s_.g92 - wanted;
+    s_.g92 = wanted;
+  }
+  set_g92_active(code == 92_g || code == 92.3_g);
+  if (code != 92.2_g) store(parameter::kG92, to_mm(s_.g92));
+  put(canon::SetG92Offset{s_.g92});
+}
+
+void Executor::set_g92_active(bool active) {
+  s_.g92_active = active;
+  parts_.parameters[parameter::kG92Active] = active ? 1 : 0;
+}
+
+// As G92.3 or G92.2: M70 to M73 keep whether the offset acts, not what it is.
+void Executor::restore_g92(bool active) {
+  if (active == s_.g92_active) return;
+  const ProgramWords wanted = active ? from_mm(stored(parameter::kG92)) : ProgramWords{};
+  s_.position += s_.g92 - wanted;
+  s_.g92 = wanted;
+  set_g92_active(active);
+  put(canon::SetG92Offset{s_.g92});
+}
+
+void Executor::g52(const Block& b) {
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G52");
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, "G52 in a tilted plane", "G69 first");
+  for (int i = 0; i < 6; ++i) {
+    if (!b.has(kWordLetters[i])) continue;
+    s_.position[i] += s_.g92[i] - b[kWordLetters[i]];
+    s_.g92[i] = b[kWordLetters[i]];
+  }
+  store(parameter::kG92, to_mm(s_.g92));
+  set_g92_active(true);
+  put(canon::SetG92Offset{s_.g92});
+}
+
+// G28 and G30 by way of the words' point; G28.1 and G30.1 keep the present place.
+void Executor::home_position(const Block& b, GCode code) {
+  const int base = code < 30_g ? parameter::kG28 : parameter::kG30;
+  const std::uint32_t column = b.at(GGroup::kNonModal);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (code == 28.1_g || code == 30.1_g) return store(base, machine_now(column));
+  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " in a tilted plane", "G69 first");
+  const ProgramWords by_way = target(b);
+  put(canon::StraightTraverse{by_way});
+  s_.position = by_way;
+  suspend_rtcp(b, [&] {
+    ProgramWords to = from_mm(frame().to_program(stored(base) - to_mm(s_.tool_offset)));
+    if (b.has_axis_word())
+      for (int i = 0; i < 6; ++i)
+        if (!b.has(kWordLetters[i])) to[i] = s_.position[i];
+    put(canon::StraightTraverse{to});
+    s_.position = to;
+  });
+}
+
+}  // namespace trn

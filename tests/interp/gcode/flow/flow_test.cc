@@ -1,0 +1,136 @@
+#include <filesystem>
+#include <fstream>
+
+#include "tests/interp/gcode/run_program.h"
+
+// O-words and sub-programs.
+namespace trn {
+namespace {
+
+using test::canon;
+using test::moves;
+using test::Session;
+
+TEST(Flow, Loops) {
+  EXPECT_EQ(canon("o1 while [#1 lt 3]\n#1=[#1+1]\nG0 X#1\no1 endwhile"),
+            moves({"T 1 0 0", "T 2 0 0", "T 3 0 0"}));
+  EXPECT_EQ(canon("o1 do\n#1=[#1+1]\nG0 X#1\no1 while [#1 lt 2]"), moves({"T 1 0 0", "T 2 0 0"}));
+  EXPECT_EQ(canon("o1 repeat [2]\n#1=[#1+1]\nG0 X#1\no1 endrepeat\nG0 Y1"),
+            moves({"T 1 0 0", "T 2 0 0", "T 2 1 0"}));
+  EXPECT_EQ(canon("o1 while [0]\nG0 X~broken, but skipped\no1 endwhile\nG0 Y1"), moves({"T 0 1 0"}));
+}
+
+TEST(Flow, BreakAndContinue) {
+  const std::string body =
+      "\n#1=[#1+1]\no2 if [#1 eq 2]\no1 continue\no2 endif\no3 if [#1 gt 3]\no1 break\no3 endif\nG0 X#1\n";
+  const std::string expected = moves({"T 1 0 0", "T 3 0 0", "T 3 1 0"});
+  EXPECT_EQ(canon("o1 while [1]" + body + "o1 endwhile\nG0 Y1"), expected);
+  EXPECT_EQ(canon("o1 do" + body + "o1 while [1]\nG0 Y1"), expected);
+  EXPECT_EQ(canon("o1 repeat [9]" + body + "o1 endrepeat\nG0 Y1"), expected);
+}
+
+TEST(Flow, Branches) {
+  for (int i = 1; i <= 3; ++i)
+    EXPECT_EQ(
+        canon(fmt::format(
+            "#1={}\no1 if [#1 eq 1]\nG0 X1\no1 elseif [#1 eq 2]\nG0 X2\no1 else\nG0 X3\no1 endif\nG0 Y1", i)),
+        moves({fmt::format("T {} 0 0", i), fmt::format("T {} 1 0", i)}));
+}
+
+// In a loop the way out of a branch and the way to the next one are both remembered, and not mixed up.
+TEST(Flow, BranchesInsideALoop) {
+  EXPECT_EQ(canon("o1 repeat [3]\n#1=[#1+1]\no2 if [#1 eq 3]\nG0 X3\no2 elseif [#1 eq 2]\nG0 X2\no2 else\n"
+                  "G0 X1\no2 endif\nG0 Y#1\no1 endrepeat"),
+            moves({"T 1 0 0", "T 1 1 0", "T 2 1 0", "T 2 2 0", "T 3 2 0", "T 3 3 0"}));
+}
+
+TEST(Flow, WhatIsOpenAtTheEndIsNamed) {
+  EXPECT_EQ(Session().error("o1 while [1]\nG0 X1\nM2"),
+            "p.ngc:3:1: no end of the loop for o1 of line 1: 'M2'; legal: close it in the same file");
+  EXPECT_EQ(Session().error("o7 if [1]\nM2"),
+            "p.ngc:2:1: no endif for o7 of line 2: 'M2'; legal: close it in the same file");
+  EXPECT_EQ(Session().error("o7 if [1]\nM2\no7 endif\nG0 X1"), "");
+}
+
+// A program begun further down: modes, tool and place as the lines before leave them, and the way there.
+TEST(Flow, BeginsAtALine) {
+  Session s;
+  test::CanonText sink;
+  const std::string program =
+      "G21 G91 F100\nT2 M6\no1 repeat [2]\n#1=[#1+1]\nG1 X5 Z-1\no1 endrepeat\nG10 L2 P1 Y2\nG1 X#1\nM2\n";
+  Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
+  const MmWords stands{{1, 1, 3}, Vec3::Zero()};
+  interpreter.open_text(program, "p.ngc", stands);
+  sink.text.clear();
+  interpreter.begin_at(8, stands);
+  while (interpreter.step()) {
+  }
+  const std::string expected = moves({"T 1 -1 3", "T 11 -1 3", "T 11 -1 1", "F 13 -1 1"});
+  std::string straight;
+  for (std::size_t at = 0, end = 0; (end = sink.text.find('\n', at)) != std::string::npos; at = end + 1)
+    if (sink.text.compare(at, 8, "STRAIGHT") == 0) straight += sink.text.substr(at, end - at + 1);
+  EXPECT_EQ(straight, expected) << sink.text;
+  EXPECT_NE(sink.text.find("CHANGE_TOOL(2)"), std::string::npos);
+  EXPECT_NE(sink.text.find("SET_FEED_RATE(100.0000)"), std::string::npos);
+}
+
+TEST(Flow, CallsByNumberNameAndExpression) {
+  EXPECT_EQ(canon("o100 sub\nG0 X#1 Y#2\no100 endsub [#1 * 10]\no100 call [1] [2]\nG0 Z#<_value>"),
+            moves({"T 1 2 0", "T 1 2 10"}));
+  EXPECT_EQ(canon("o<drill> sub\nG0 X#1\no<drill> return [7]\nG0 X99\no<drill> endsub\nO<Drill> CALL [4]\nG0 "
+                  "Z#<_value>"),
+            moves({"T 4 0 0", "T 4 0 7"}));
+  EXPECT_EQ(canon("o7 sub\nG0 X1\no7 endsub\n#3=7\no#3 call\no[3+4] call"), moves({"T 1 0 0", "T 1 0 0"}));
+}
+
+TEST(Flow, CallBeforeDefinitionAndRecursion) {
+  EXPECT_EQ(canon("o1 call [3]\no1 sub\no2 if [#1 gt 0]\nG0 X#1\no1 call [#1 - 1]\no2 endif\no1 endsub"),
+            moves({"T 3 0 0", "T 2 0 0", "T 1 0 0"}));
+}
+
+TEST(Flow, IndexingManyLabelsKeepsTheOneThatIsLookedFor) {
+  std::string definitions;
+  for (int i = 100; i < 400; ++i) definitions += fmt::format("o{} sub\no{} endsub\n", i, i);
+  EXPECT_NE(Session().error("o1 call\n" + definitions).find("there is no sub-program o1:"),
+            std::string::npos);
+}
+
+TEST(Flow, NumberedSubPrograms) {
+  Session session;
+  test::CanonText sink;
+  session.run("G91\nM98 P7 L3\nM2\nO7\nG0 X1\nM99\n", sink);
+  EXPECT_NE(sink.text.find("STRAIGHT_TRAVERSE(3.0000"), std::string::npos);
+  EXPECT_EQ(sink.text.find("STRAIGHT_TRAVERSE(4.0000"), std::string::npos);
+}
+
+TEST(Flow, SubProgramFiles) {
+  const auto folder = std::filesystem::temp_directory_path() / "trn_flow_test";
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "probe_it.ngc") << "o<probe_it> sub\nG0 X#1\no<probe_it> endsub [5]\nM2\n";
+  Session session;
+  session.config.sub_path = {folder.string()};
+  EXPECT_EQ(session.canon("o<probe_it> call [2]\nG0 Y#<_value>"), moves({"T 2 0 0", "T 2 5 0"}));
+  std::filesystem::remove_all(folder);
+}
+
+TEST(Flow, AnEndlessLoopOfOWordsLetsTheCallerGo) {
+  Session session;
+  test::CanonText sink;
+  Interpreter interpreter({session.config, session.parameters, session.tools, nullptr, sink, {}});
+  interpreter.open_text("o1 while [1]\no1 endwhile\nM2\n", "p.ngc");
+  const std::string start = sink.text;
+  for (int i = 0; i < 3; ++i) EXPECT_TRUE(interpreter.step());
+  EXPECT_EQ(sink.text, start);
+}
+
+TEST(Flow, LongLoopsKeepBoundedMemory) {
+  // more blocks inside one loop than the store keeps: emptied and filled again, same result
+  std::string program = "o1 repeat [2]\n";
+  for (std::size_t i = 0; i < Flow::kMaxKept + 10; ++i) program += "#2=[#2+1]\n";
+  Session session;
+  session.canon(program + "o1 endrepeat");
+  EXPECT_EQ(session.parameters[2], 2.0 * (Flow::kMaxKept + 10));
+}
+
+}  // namespace
+}  // namespace trn
