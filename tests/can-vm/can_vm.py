@@ -26,6 +26,8 @@ VCAN = "/bin/ip link add dev {0} type vcan; /bin/ip link set {0} txqueuelen 1000
 FD = "/bin/ip link add dev can0 type vcan; /bin/ip link set can0 mtu 72 txqueuelen 1000 up\n"
 KVASER = ("for c in can0 can1; do /bin/ip link set $c type can bitrate 1000000 restart-ms 100; "
           "/bin/ip link set $c txqueuelen 100 up; done\n")
+# On virtual CAN, where a frame that was sent is there at once.
+SOCKET_TEST = "TRN_CAN=can0 test_hal --gtest_filter='SocketCan*'"
 # Before these lines' end the way depends on where the machine was homed; behind them it stands where `run` does.
 PREFIX = "G21 G90 G53 G0 {0}\nG4 P0.1\n"
 FIRST_LINE = 3
@@ -160,6 +162,7 @@ SCRIPT = """{setup}
 /bin/ip -details link show can0
 candump -L {log} > bus.log &
 {peers}
+{socket_test}
 trunnion-drives --machine machine.toml {drives} --priority 60 > drives.log 2>&1 &
 trunnion daemon --machine machine.toml --tools tools.tbl --log session.log > daemon.log 2>&1 &
 daemon=$!
@@ -199,7 +202,8 @@ def run_case(name, case, build, source, cache):
         files["faults.toml"] = fault_script()
     if case.peers:
         files.update({name: source / "tests/can-vm" / name for name in ("python_node.py", "bus_fuzzer.py")})
-    script = SCRIPT.format(setup=case.setup, log=case.log, drives=case.drives, peers=case.peers, script=case.script)
+    script = SCRIPT.format(setup=case.setup, log=case.log, drives=case.drives, peers=case.peers, script=case.script,
+                           socket_test="" if case.setup == KVASER else SOCKET_TEST)
     begin = time.time()
     if native.has_virtual_can() and case.setup != KVASER:
         where = "host"
@@ -219,7 +223,7 @@ def run_case(name, case, build, source, cache):
 
 def boot_guest(work, root, case, build, files, script):
     driver = "kvaser_pci" if case.setup == KVASER else "vcan"  # each takes the name can0
-    programs = [build / "trunnion", build / "trunnion-drives"]
+    programs = [build / "trunnion", build / "trunnion-drives", build / "test_hal"]
     guest.boot(work, root, guest.make_initramfs(work / "fs", root, programs, [driver], files, script))
 
 
@@ -230,6 +234,7 @@ def judge(case, work, build):
     daemon_log = (work / "daemon.log").read_text()
     print("  daemon:", *re.findall(r"can\d: load.*", daemon_log))
     good = "daemon exit 0" in console and '"state":"idle"' in console
+    good &= case.setup == KVASER or "[  PASSED  ] 2 tests" in console
     if case.faults:
         told = re.findall(r"^fault +(\w+)", console, re.M)
         print(f"  faults told: {told}")
