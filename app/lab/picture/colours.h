@@ -10,7 +10,7 @@ namespace trn::picture {
 /// six also differ for a reader who cannot tell red from green (after Okabe and Ito, the light ones
 /// darkened).
 inline constexpr std::array<const char*, 9> kLineColours{
-    "#0072b2", "#d55e00", "#008060", "#b0589a", "#806000", "#2a9fd8", "#000000", "#5b4bb5", "#8c2d04"};
+    "#0060a0", "#d55e00", "#008060", "#b0589a", "#806000", "#2b9cd4", "#000000", "#5b4bb5", "#8c2d04"};
 inline constexpr const char* kInk = "#222222";   ///< text
 inline constexpr const char* kAxis = "#555555";  ///< frames and zero lines
 inline constexpr const char* kGrid = "#dddddd";

@@ -42,7 +42,7 @@ Colour without_green_receptors(const Colour& rgb) {
 }
 
 TEST(Colours, OfLinesAndTextStandOutOnWhite) {
-  for (const char* colour : kLineColours) EXPECT_GE(contrast_on_white(colour), 2.9) << colour;
+  for (const char* colour : kLineColours) EXPECT_GE(contrast_on_white(colour), 3) << colour;
   EXPECT_GE(contrast_on_white(kInk), 7);
   EXPECT_GE(contrast_on_white(kAxis), 3);
 }
