@@ -7,7 +7,7 @@
 namespace trn {
 namespace {
 
-const ProgramWords kPlace{{1, -2, 3}, {90, 0, -45}};
+const ProgramWords kPlace{{1, -2, 4}, {90, 0, -45}};
 
 TEST(AxisWords, UnitsDoNotMix) {
   static_assert(!std::is_convertible_v<ProgramWords, MmWords> &&
@@ -19,16 +19,16 @@ TEST(AxisWords, UnitsDoNotMix) {
 }
 
 TEST(AxisWords, InchesBecomeMillimetresAndAnglesStay) {
-  EXPECT_EQ(in_mm(kPlace, true), (MmWords{{25.4, -50.8, 3 * 25.4}, {90, 0, -45}}));
-  EXPECT_EQ(in_mm(kPlace, false), (MmWords{{1, -2, 3}, {90, 0, -45}}));
+  EXPECT_EQ(in_mm(kPlace, true), (MmWords{{25.4, -50.8, 4 * 25.4}, {90, 0, -45}}));
+  EXPECT_EQ(in_mm(kPlace, false), (MmWords{{1, -2, 4}, {90, 0, -45}}));
   EXPECT_EQ(in_program_units(in_mm(kPlace, true), true), kPlace);
   EXPECT_EQ(in_program_units(in_mm(kPlace, false), false), kPlace);
 }
 
 TEST(AxisWords, TablesHaveAUnitOfTheirOwn) {
-  const MmWords words = in_mm(TableWords{{1, 2, 3}, {4, 5, 6}}, 25.4);
-  EXPECT_EQ(words, (MmWords{{25.4, 50.8, 3 * 25.4}, {4, 5, 6}}));
-  EXPECT_EQ(in_table_units(words, 25.4), (TableWords{{1, 2, 3}, {4, 5, 6}}));
+  const MmWords words = in_mm(TableWords{{1, 2, 4}, {4, 5, 6}}, 25.4);
+  EXPECT_EQ(words, (MmWords{{25.4, 50.8, 4 * 25.4}, {4, 5, 6}}));
+  EXPECT_EQ(in_table_units(words, 25.4), (TableWords{{1, 2, 4}, {4, 5, 6}}));
 }
 
 TEST(AxisWords, OnlyAnglesChangeBetweenDegreesAndRadians) {

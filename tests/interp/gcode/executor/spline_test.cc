@@ -14,7 +14,7 @@ struct LastSpline : CanonSink {
     if (const auto* c = std::get_if<canon::NurbsFeed>(&command)) {
       hull = *c->bezier;
       points = c->control_points;
-      to = c->to.head<3>();
+      to = c->to.xyz;
     }
   }
   std::vector<Vec3> hull;

@@ -1,8 +1,9 @@
+#include "interp/gcode/error.h"
+
 #include <algorithm>
 #include <fstream>
 #include <set>
 
-#include "interp/gcode/error.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Every class of error once, with its exact message.
