@@ -9,7 +9,7 @@
 
 #include "app/cli/commands.h"
 #include "app/session/assembly.h"
-#include "app/session/limit_scout.h"
+#include "app/session/range_check.h"
 #include "core/units.h"
 #include "interp/gcode/canon_printer.h"
 #include "interp/gcode/interpreter.h"
@@ -105,13 +105,13 @@ int interpret(const InterpretOptions& options, const ProgramConfig& config, cons
   const Kinematics* kinematics = assembly ? assembly->kinematics.get() : nullptr;
   const Interpreter* reader = nullptr;
   CanonPrinter printer(stdout);
-  std::optional<LimitScout> scout;
+  std::optional<RangeCheck> range_check;
   if (assembly)
-    scout.emplace(*assembly, [&](const RefusedMove& refused) {
+    range_check.emplace(*assembly, [&](const RefusedMove& refused) {
       printer.stop(true);
       findings.error(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
     });
-  MoveCounter counter(scout ? &*scout : nullptr);
+  MoveCounter counter(range_check ? &*range_check : nullptr);
   Lowering lowering(config, kinematics, counter);
   CanonTee tee;
   if (options.canon) tee.sinks.push_back(&printer);

@@ -11,9 +11,9 @@
 #include "app/lab/run_pictures.h"
 #include "app/lab/run_report.h"
 #include "app/session/simulation.h"
+#include "app/session/stretch_export.h"
 #include "app/session/trace.h"
 #include "interp/gcode/parameter_file.h"
-#include "interp/plan/speed/sample_stretch.h"
 
 namespace trn {
 

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <utility>
 
-#include "app/session/limit_scout.h"
+#include "app/session/range_check.h"
 #include "core/safe_file.h"
 #include "core/units.h"
 
@@ -275,10 +275,10 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   const ProgramConfig program = config_for(assembly.program, start);
   const Words words = start_words(*assembly.map, start);
   const Interpreter* reader = nullptr;
-  LimitScout scout(assembly, [&](const RefusedMove& refused) {
+  RangeCheck range_check(assembly, [&](const RefusedMove& refused) {
     throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
   });
-  Lowering lowering(program, assembly.kinematics.get(), scout, words, start.corrections_off);
+  Lowering lowering(program, assembly.kinematics.get(), range_check, words, start.corrections_off);
   Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true, true});
   reader = &interpreter;
   std::uint64_t steps = 0;
@@ -301,11 +301,11 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
     throw ProgramError(with_file(start.path, error.what()));
   }
   return {interpreter.line(),
-          scout.moves,
+          range_check.moves,
           interpreter.waiting() ? interpreter.line() : 0,
           interpreter.loops_long() ? interpreter.lines_run() : 0,
           interpreter.came_round() ? interpreter.line() : 0,
-          scout.approach};
+          range_check.approach};
 }
 
 }  // namespace trn

@@ -4,8 +4,9 @@
 #include <cstring>
 #include <vector>
 
-/// Compiled for the vector units there are, chosen when the program starts; contraction stays off, so that
-/// the results are the same bits.
+/// A function with this mark is compiled once for each kind of vector unit, and the one for this processor is
+/// chosen when the program starts. Contraction of products and sums stays off, so all of them give the same
+/// bits.
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__) || !defined(__x86_64__)
 #define TRN_VECTOR_CLONES
 #else
@@ -17,19 +18,20 @@ namespace trn {
 
 using Doubles = std::vector<double>;
 
-/// Four neighbouring places, computed at once: as many as every vector unit takes. Of comparisons of longer
-/// vectors than its own the compiler makes one for each lane. One result on every processor: only lane-wise
-/// operations.
+/// Four neighbouring samples, computed at once. Four is the width that every vector unit has: where vectors
+/// are longer than the unit's own, the compiler turns each comparison into one scalar comparison a lane,
+/// which is slow. Only lane-wise operations are used, so the result is the same on every processor.
 constexpr size_t kLanes = 4;
 using Lanes = float __attribute__((vector_size(kLanes * sizeof(float)), aligned(kLanes * sizeof(float))));
-/// The same with the digits that differences of neighbouring places need.
+/// The same in double precision, for differences of neighbouring samples, in which digits cancel.
 using Wide = double __attribute__((vector_size(kLanes * sizeof(double)), aligned(kLanes * sizeof(double))));
 /// Eight motor joints, computed at once.
 using Eight = double __attribute__((vector_size(8 * sizeof(double)), aligned(64)));
 
-/// Groups of lanes that hold `count` places.
+/// Groups of lanes that hold `count` samples.
 constexpr size_t lane_groups(size_t count) { return (count + kLanes - 1) / kLanes; }
 
+/// Each lane of `to` becomes the greater of its own value and that of `by`.
 TRN_VECTOR_INLINE void raise(Lanes& to, const Lanes& by) { to = by > to ? by : to; }
 
 TRN_VECTOR_INLINE float largest(const Lanes& v) {

@@ -35,15 +35,4 @@ class BlockSink {
   virtual void block(const MotionBlock& block) = 0;
 };
 
-/// Derivatives of the motor joints by the path parameter at one place of a piece.
-struct JointDerivatives {
-  JointVec q, d1, d2, d3;
-};
-
-/// Samples the bracket around s (5 evaluations, central differences). Not kOk: some evaluation failed.
-KinStatus joint_derivatives(const JointMap& map, const PlanPiece& piece, double s, JointDerivatives& out);
-
-/// The speed ds/dt that the program's feed allows at s, per s; infinite for a rapid.
-double feed_speed(const PlanPiece& piece, double s);
-
 }  // namespace trn

@@ -1,5 +1,6 @@
 #!/usr/bin/python3
-"""Checks the include table of docs/architecture.md: which folder may include which. Errors as file:line."""
+"""Checks includes: which folder may include which (the table of docs/architecture.md), and that no units of a folder
+include each other in a circle. Errors as file:line."""
 import re
 import sys
 
@@ -74,6 +75,49 @@ def judge(own, mark, target):
     return None
 
 
+def unit_of(path):
+    """A .h and the .cc of the same name are one unit; any other file is one by itself."""
+    return re.sub(r"\.(h|cc)$", "", path)
+
+
+def unit_includes(texts):
+    """{unit: {other unit: "file:line" of an include}} of `texts` {path: text}, as far as both lie in one folder."""
+    out = {}
+    for path, text in texts.items():
+        own = out.setdefault(unit_of(path), {})
+        for number, line in enumerate(text.splitlines(), 1):
+            match = INCLUDE.match(line)
+            if not match or match.group(2) not in texts:
+                continue
+            target = unit_of(match.group(2))
+            if target != unit_of(path) and folder_of(path) == folder_of(match.group(2)):
+                own.setdefault(target, f"{path}:{number}")
+    return out
+
+
+def circles(includes):
+    """Errors for units that include each other, directly or through others: one for each shortest circle found."""
+    errors, done = [], set()
+    for start in sorted(includes):
+        came_from, queue = {start: None}, [start]
+        while queue and start not in done:
+            unit = queue.pop(0)
+            if start in includes.get(unit, {}):
+                way = [unit]
+                while came_from[way[0]] is not None:
+                    way.insert(0, came_from[way[0]])
+                names = " - ".join(name.split("/")[-1] for name in way + [start])
+                place = includes[unit][start]
+                errors.append(f"{place}: circle of units {names}; move what both need to a unit of its own")
+                done.update(way)
+                break
+            for target in includes.get(unit, {}):
+                if target not in came_from:
+                    came_from[target] = unit
+                    queue.append(target)
+    return errors
+
+
 def check(path):
     own = folder_of(path)
     if not own:
@@ -90,6 +134,7 @@ def check(path):
 def main():
     files = source_files(".h", ".cc")
     errors = [error for path in files for error in check(path)]
+    errors += circles(unit_includes({path: (ROOT / path).read_text() for path in files}))
     print("\n".join(errors + [f"{len(files)} files, {len(errors)} errors"]))
     return 1 if errors or not files else 0
 

@@ -91,6 +91,26 @@ class IncludesTest(unittest.TestCase):
                                   ("app/lab", '"', "compensation/fit/ballbar.h")):
             self.assertIsNone(judge(own, mark, target), (own, target))
 
+    def test_circles_of_units(self):
+        line = "#include \"kernel/{}.h\"\n"
+        grid = {}
+        # A .cc's includes count for its .h: no file includes itself here, but grid - law is a circle.
+        grid["kernel/grid.h"] = "#pragma once\n"
+        grid["kernel/grid.cc"] = line.format("grid") + line.format("law")
+        law = {"kernel/law.h": line.format("problem"), "kernel/problem.h": line.format("grid")}
+        errors = check_includes.circles(check_includes.unit_includes(grid | law))
+        self.assertEqual(errors, ["kernel/problem.h:1: circle of units grid - law - problem - grid; "
+                                  "move what both need to a unit of its own"])
+        pair = {"kernel/face.h": "", "kernel/face.cc": line.format("inside"), "kernel/inside.h": line.format("face")}
+        self.assertEqual(len(check_includes.circles(check_includes.unit_includes(pair))), 1)
+
+    def test_no_circle(self):
+        line = "#include \"{}\"\n"
+        texts = {"kernel/grid.h": "", "kernel/grid.cc": line.format("kernel/grid.h") + line.format("kernel/law.h"),
+                 "kernel/law.h": line.format("kernel/problem.h"), "kernel/problem.h": line.format("core/axes.h"),
+                 "core/axes.h": "", "kernel/other.cc": line.format("kernel/grid.h") + line.format("kernel/law.h")}
+        self.assertEqual(check_includes.circles(check_includes.unit_includes(texts)), [])
+
     def test_folders(self):
         self.assertEqual(check_includes.folder_of("interp/plan/geometry/x.cc"), "interp/plan")
         self.assertEqual(check_includes.folder_of("interp/move.h"), "interp")

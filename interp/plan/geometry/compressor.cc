@@ -7,16 +7,17 @@ namespace trn {
 
 namespace {
 
-constexpr double kCornerCos = 0.82;     // 35 degrees: never a part of a curve
-constexpr double kStandingTip = 1e-6;   // mm per mm or degree of path
-constexpr double kLongLine = 12.0;      // mm (degrees): stays a line but for its ends
-constexpr double kLineTail = 4.0;       // that much of a long line's end belongs to the curve beside it
-constexpr double kIsolatedShare = 0.2;  // a blend wanting less of its sides than this stands alone
-constexpr size_t kRunMin = 4;           // fewer moves are not worth a curve
-constexpr size_t kWindow = 1024;        // moves
-constexpr size_t kWindowMax = 32768;    // bounds the memory
-constexpr int kOverlap = 10;            // spans of a window that the next one may change
-constexpr double kBorderShift = 1e-3;   // of a move's time that a moved border may cost it
+constexpr double kCornerCos = 0.82;    // 35 degrees: never a part of a curve
+constexpr double kStandingTip = 1e-6;  // mm per mm or degree of path
+constexpr double kLongLine = 12.0;     // mm (degrees): stays a line but for its ends
+constexpr double kLineTail = 4.0;      // that much of a long line's end belongs to the curve beside it
+constexpr double kIsolatedShare =
+    0.2;                              // of its sides: a blend that wants less is a corner, no part of a curve
+constexpr size_t kRunMin = 4;         // fewer moves are not worth a curve
+constexpr size_t kWindow = 1024;      // moves
+constexpr size_t kWindowMax = 32768;  // bounds the memory
+constexpr int kOverlap = 10;          // spans of a window that the next one may change
+constexpr double kBorderShift = 1e-3;  // of a move's time that a moved border may cost it
 constexpr double kToleranceKept =
     0.98;  // of what a curve leaves of the tolerance, for the blends at its ends
 constexpr double kInverseTimeShare = 0.998;  // for what a border is still off
@@ -33,15 +34,14 @@ bool is_run_material(const PathItem& item) {
 // A corner at which the vertex blend uses its whole tolerance without coming near the next vertices.
 bool is_isolated(const Words& turn, double length_before, double length_after, double tol_mm,
                  double tol_rad) {
-  constexpr double kLineMiss = 0.15625;  // see corner_blend.cc
   const double span = kIsolatedShare * std::min(length_before, length_after);
-  return kLineMiss * span * turn.head<3>().norm() >= tol_mm ||
-         (tol_rad > 0 && kLineMiss * span * turn.tail<3>().norm() >= tol_rad);
+  return kCornerMiss * span * turn.head<3>().norm() >= tol_mm ||
+         (tol_rad > 0 && kCornerMiss * span * turn.tail<3>().norm() >= tol_rad);
 }
 
-// A sharp turn of the path, and of the tip's way where the tip moves: how fast the rotary words turn against
-// the tip changes within few moves wherever a surface bends, and where they are quick the tip may turn at
-// ease.
+// A sharp turn of the path, and of the tip's own path where the tip moves. A turn of the path alone is no
+// corner: wherever a surface is curved, the speed of the rotary words against the tip's changes within few
+// moves, while the tip goes straight on.
 bool is_sharp(const Words& before, const Words& after) {
   if (path_dot(before, after) >= kCornerCos) return false;
   const Vec3 tip0 = before.head<3>(), tip1 = after.head<3>();
@@ -72,8 +72,8 @@ FeedLimit higher(const FeedLimit& a, const FeedLimit& b) {
           std::max(a.path_units_s, b.path_units_s), a.overrides};
 }
 
-// Speed of the parameter at which a move takes its programmed time: `units` of its own parameter, `u` of the
-// run's.
+// The speed du/dt at which a move takes its programmed time. The move is `units` long in its own parameter
+// and `u` in the run's.
 double speed_of(const PathItem& item, double units, double u) {
   const Words along = item.piece.c[1] * units;
   const FeedLimit& feed = item.feed;
@@ -86,7 +86,7 @@ double speed_of(const PathItem& item, double units, double u) {
 void Compressor::add(const PathItem& item) {
   if (!is_run_material(item)) {
     fit_all(RunEnd::kCorner);
-    pass(item);
+    emit(item);
     return;
   }
   const bool is_long = item.piece.length > kLongLine;
@@ -107,7 +107,7 @@ void Compressor::flush() {
 }
 
 bool Compressor::continues_run(const PathItem& item) const {
-  if (!same_context(pattern_.context, item.context) || pattern_.rapid != item.rapid ||
+  if (pattern_.context != item.context || pattern_.rapid != item.rapid ||
       pattern_.tolerance_mm != item.tolerance_mm || pattern_.tolerance_rad != item.tolerance_rad)
     return false;
   if (is_sharp(direction_, item.piece.c[1])) return false;
@@ -117,28 +117,29 @@ bool Compressor::continues_run(const PathItem& item) const {
 
 void Compressor::start_run(const PathItem& item) {
   pattern_ = item;
-  pattern_.lost = 0;
+  pattern_.tolerance_used = 0;
   origin_ = item.piece.c[0];
   vertices_.assign(1, {0, Words::Zero()});
   moves_.clear();
-  lead_.reset();
+  lead_in_.reset();
   head_.reset();
-  way_out_.clear();
+  fallback_.clear();
   window_ = kWindow;
   cut_at_window_ = false;
 }
 
-// The first `length` of a line, which counts as `u` in the run's parameter.
+// Appends the first `length` of a line to the run, in which it is `u` long.
 void Compressor::append(const PathItem& item, double length, double u) {
-  vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_, item.lost});
+  vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_, item.tolerance_used});
   Move& move = moves_.emplace_back(Move{item.feed, speed_of(item, length, u), length / u, item.line});
   move.feed.path_units_s /= move.units_per_u;
   direction_ = item.piece.c[1];
   last_length_ = item.piece.length;
 }
 
-// A long line: its start ends the run before it, its end may begin another. Where the curve meets the line,
-// its parameter is the line's own.
+// A long line: its first kLineTail ends the run before it, its last kLineTail begins another. There the run's
+// parameter is the line's own length, so that curve and line join with three derivatives by the same
+// parameter.
 void Compressor::add_long_line(const PathItem& line) {
   PathItem rest = line;
   if (moves_.size() + 1 >= kRunMin) {
@@ -152,26 +153,27 @@ void Compressor::add_long_line(const PathItem& line) {
   start_run(tail);
   append(tail, kLineTail, kLineTail);
   last_length_ = line.piece.length;
-  lead_ = rest;
+  lead_in_ = rest;
 }
 
 void Compressor::fit_all(RunEnd end) {
   while (in_run()) fit_next(true, end);
 }
 
-// Fits what a window holds and hands on what is final of it; where nothing fits, lines. Always makes
-// progress: hands something on, or changes the window in a direction that ends.
+// Fits a curve to a window of the run and emits what is final of it: all when the run ends here, else the
+// spans that the next window cannot change. Where no curve fits, falls back to the fit before or to lines.
+// Every call makes progress: it emits something, or changes the window in a direction that ends.
 void Compressor::fit_next(bool last, RunEnd end) {
   const size_t count = std::min(moves_.size(), window_);
   const bool whole = last && count == moves_.size();
-  if (count < kRunMin && !head_) return hand_on_lines(count);
+  if (count < kRunMin && !head_) return emit_lines(count);
   const RunFit fit = fit_front(count, whole ? end : (cut_at_window_ ? RunEnd::kCorner : RunEnd::kPoint));
-  if (!fit.ok) return give_up(count, fit.worst_vertex);
-  hand_on_lead();
-  if (!whole && !cut_at_window_ && count < kWindowMax) return hand_on_front(fit, count);
-  hand_on(items_of(fit, 0, fit.spline.span_count()), whole && end == RunEnd::kOnLine);
+  if (!fit.ok) return fall_back(count, fit.worst_vertex);
+  emit_lead_in();
+  if (!whole && !cut_at_window_ && count < kWindowMax) return emit_front(fit, count);
+  emit_items(items_of(fit, 0, fit.spline.span_count()), whole && end == RunEnd::kOnLine);
   head_.reset();
-  way_out_.clear();
+  fallback_.clear();
   drop_front(count);
   window_ = std::min(kWindow, 2 * count);
   cut_at_window_ = false;
@@ -181,7 +183,7 @@ RunFit Compressor::fit_front(size_t count, RunEnd end) const {
   RunRequest request;
   request.vertices = {vertices_.data(), count + 1};
   const RunEnd start = at_rest_ ? RunEnd::kPoint : RunEnd::kCorner;
-  request.start = head_ ? RunEnd::kFrozen : (lead_ ? RunEnd::kOnLine : start);
+  request.start = head_ ? RunEnd::kFrozen : (lead_in_ ? RunEnd::kOnLine : start);
   request.end = end;
   request.head = head_ ? &*head_ : nullptr;
   request.tolerance_mm = pattern_.tolerance_mm;
@@ -189,62 +191,64 @@ RunFit Compressor::fit_front(size_t count, RunEnd end) const {
   return fit_run(request);
 }
 
-void Compressor::hand_on_front(const RunFit& fit, size_t count) {
+void Compressor::emit_front(const RunFit& fit, size_t count) {
   const int spans = fit.spline.span_count();
   if (spans < 2 * kOverlap) {  // too few to be sure of any: take more moves
     window_ = std::min(kWindowMax, 2 * count);
     return;
   }
-  hand_on(items_of(fit, 0, spans - kOverlap), true);
-  way_out_ = items_of(fit, spans - kOverlap, spans);
-  way_out_end_ = count;
+  emit_items(items_of(fit, 0, spans - kOverlap), true);
+  fallback_ = items_of(fit, spans - kOverlap, spans);
+  fallback_end_ = count;
   freeze(fit, spans - kOverlap);
   window_ = moves_.size() + kWindow;
 }
 
-// No curve fits the first `count` moves: what was fitted before is handed on to its end, or a shorter part is
-// tried.
-void Compressor::give_up(size_t count, size_t worst_vertex) {
+// No curve fits the first `count` moves. If a window before this one was fitted, the rest of that fit is
+// emitted and the run starts anew at its end. If not, a shorter window up to the worst vertex is tried, and
+// lines at last.
+void Compressor::fall_back(size_t count, size_t worst_vertex) {
   if (head_) {
-    hand_on(way_out_, false);
-    way_out_.clear();
+    emit_items(fallback_, false);
+    fallback_.clear();
     head_.reset();
-    drop_front(way_out_end_);
+    drop_front(fallback_end_);
     window_ = kWindow;
     return;
   }
   const size_t part = std::clamp<size_t>(worst_vertex, 1, count - 1);
-  if (part < kRunMin) return hand_on_lines(part);
+  if (part < kRunMin) return emit_lines(part);
   window_ = part;
   cut_at_window_ = true;
 }
 
-void Compressor::hand_on_lines(size_t count) {
+void Compressor::emit_lines(size_t count) {
   for (size_t i = 0; i < count; ++i) {
     PathItem item = pattern_;
     item.feed = moves_[i].feed;
     item.feed.path_units_s *= moves_[i].units_per_u;
     item.line = item.last_line = moves_[i].line;
-    item.lost = vertices_[i + 1].lost;
-    if (i == 0 && lead_)
-      item.piece = lead_->piece;
+    item.tolerance_used = vertices_[i + 1].tolerance_used;
+    if (i == 0 && lead_in_)
+      item.piece = lead_in_->piece;
     else
       item.piece = make_line(origin_ + vertices_[i].y, origin_ + vertices_[i + 1].y);
-    pass(item);
+    emit(item);
   }
-  lead_.reset();
+  lead_in_.reset();
   drop_front(count);
   window_ = std::min(kWindow, std::max<size_t>(2 * window_, 16));
   cut_at_window_ = false;
 }
 
-// The run's first chord has become a part of the curve: the line before it ends where the curve starts.
-void Compressor::hand_on_lead() {
-  if (!lead_) return;
-  PathItem line = part_of(*lead_, 0, lead_->piece.length - kLineTail);
+// The line before the run's first chord, up to where the curve starts: its tail has become a part of the
+// curve.
+void Compressor::emit_lead_in() {
+  if (!lead_in_) return;
+  PathItem line = part_of(*lead_in_, 0, lead_in_->piece.length - kLineTail);
   line.joins_next = true;
-  pass(line);
-  lead_.reset();
+  emit(line);
+  lead_in_.reset();
 }
 
 std::vector<PathItem> Compressor::items_of(const RunFit& fit, int from, int to) {
@@ -265,8 +269,9 @@ std::vector<PathItem> Compressor::items_of(const RunFit& fit, int from, int to) 
   return items;
 }
 
-// Where moves have times of their own, a border lies where the curve is abreast of the vertex: it may be
-// early or late there by a share of the tolerance, which is much of a short move.
+// Where moves have times of their own (G93), the border between two of them is the place of the curve that is
+// abreast of their vertex. At the vertex's own parameter the curve may be early or late by a share of the
+// tolerance, which is much of a short move.
 void Compressor::find_borders(const std::vector<PathPiece>& curve, double u0) {
   borders_.clear();
   for (const RunVertex& v : vertices_) borders_.push_back(v.u);
@@ -280,7 +285,8 @@ void Compressor::find_borders(const std::vector<PathPiece>& curve, double u0) {
   }
 }
 
-// In the plane that halves the angle between the moves, in the path norm; a part of a move aside at most.
+// Newton's method for the place where the curve passes the bisecting plane of the two moves' directions, in
+// the path norm. The place stays within kBorderRoom of the moves beside it, so that borders keep their order.
 double Compressor::border_of(size_t vertex, const PathPiece& piece, double u0) const {
   const RunVertex &before = vertices_[vertex - 1], &here = vertices_[vertex], &after = vertices_[vertex + 1];
   const Words in = here.y - before.y, out = after.y - here.y;
@@ -296,7 +302,8 @@ double Compressor::border_of(size_t vertex, const PathPiece& piece, double u0) c
   return u;
 }
 
-// By the run's parameter, between the borders.
+// The move's feed limit by the run's parameter. Its time counts between the borders, which may lie closer or
+// farther apart than the vertices.
 FeedLimit Compressor::limit_of(size_t move) const {
   FeedLimit limit = moves_[move].feed;
   limit.path_units_s *=
@@ -309,7 +316,8 @@ size_t Compressor::move_at(double u) const {
   return static_cast<size_t>(after - borders_.begin()) - 1;
 }
 
-// Where the programmed speed changes in a span that begins at u0.
+// Cuts a span that begins at u0 where the programmed speed changes. Moves whose limits differ by less than
+// kFeedSpread share a part, which gets the least of them.
 std::vector<Compressor::Part> Compressor::parts_of(double u0, double length) const {
   std::vector<Part> parts;
   size_t i = move_at(u0);
@@ -333,8 +341,9 @@ std::vector<Compressor::Part> Compressor::parts_of(double u0, double length) con
   return parts;
 }
 
-// A border near the end of the span would leave a part that is hardly worth its nodes. It gives way towards
-// the move that is faster there, which this slows down for a little.
+// A border near the end of a span would leave a part so short that the speed stage's nodes there would be
+// wasted. The border is moved into the faster of the two moves (never into the slower, which would then be
+// driven too fast), or dropped if the short part is the faster one.
 void Compressor::settle_ends(double length, std::vector<Part>& parts) const {
   const auto settle = [&](bool front) {
     if (parts.size() < 2) return;
@@ -358,7 +367,8 @@ void Compressor::settle_ends(double length, std::vector<Part>& parts) const {
   settle(false);
 }
 
-// How much of the faster of two moves may be driven at the speed of the slower.
+// How much of the faster of two moves may be driven at the speed of the slower, so that it costs kBorderShift
+// of the faster one's time: less, the slower the other is.
 double Compressor::shift_max(size_t fast, size_t slow) const {
   const double ratio = moves_[slow].speed / moves_[fast].speed;
   return kBorderShift * (vertices_[fast + 1].u - vertices_[fast].u) * (std::isfinite(ratio) ? ratio : 1);
@@ -379,15 +389,15 @@ void Compressor::append_parts(const PathPiece& piece, double u0, double usage,
   }
 }
 
-void Compressor::hand_on(const std::vector<PathItem>& items, bool joins_next) {
+void Compressor::emit_items(const std::vector<PathItem>& items, bool joins_next) {
   for (size_t i = 0; i < items.size(); ++i) {
     PathItem item = items[i];
     item.joins_next = joins_next || i + 1 < items.size();
-    pass(item);
+    emit(item);
   }
 }
 
-void Compressor::pass(const PathItem& item) {
+void Compressor::emit(const PathItem& item) {
   next_.add(blend_ready(item));
   at_rest_ = false;
 }
@@ -400,8 +410,9 @@ void Compressor::freeze(const RunFit& fit, int at) {
   size_t passed = 0;
   while (vertices_[passed + 1].u <= start) ++passed;
   drop_front(passed);
-  way_out_end_ -= passed;
-  for (double& knot : head_->knots) knot -= start;  // u stays small, however long the run
+  fallback_end_ -= passed;
+  for (double& knot : head_->knots)
+    knot -= start;  // u stays small, and its digits fine, however long the run is
   for (RunVertex& v : vertices_) v.u -= start;
 }
 

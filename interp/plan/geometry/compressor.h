@@ -8,14 +8,16 @@
 
 namespace trn {
 
-/// Recognises runs of tiny continuous lines as the curve they were taken from and hands that curve on; all
-/// else goes through unchanged. A run ends at a corner (a sharp turn, or one that a blend inside the
-/// tolerance rounds without reaching the neighbouring corners), at a long line (whose end becomes part of the
-/// curve, so that both join smoothly), at a change of context, mode, tolerance or traverse, and where no
-/// curve fits.
+/// Recognises runs of tiny continuous lines as the curve they were taken from, and emits that curve; all else
+/// goes through unchanged. A run ends
+/// - at a corner: a sharp turn, or one that a blend inside the tolerance rounds without reaching the
+///   neighbouring corners;
+/// - at a long line, whose end becomes part of the curve, so that both join smoothly;
+/// - at a change of context, mode, tolerance or traverse;
+/// - where no curve fits.
 ///
-/// Long runs are fitted in windows: the front of each fit is handed on, its last knots and coefficients are
-/// the given start of the next. What is not yet handed on is kept as a way out when the next window fits
+/// Long runs are fitted in windows: the front of each fit is emitted, and its last knots and coefficients are
+/// the given start of the next. The rest of the fit is kept, to fall back on when the next window fits
 /// nothing.
 class Compressor {
  public:
@@ -23,17 +25,17 @@ class Compressor {
 
   void add(const PathItem& item);
 
-  /// No more moves before a stop: everything goes to the blender.
+  /// No more moves come before a stop: everything goes to the blender.
   void flush();
 
  private:
   struct Move {
-    FeedLimit feed;          ///< by the run's parameter
-    double speed = 0;        ///< of that parameter, at which the move takes the time that was programmed
-    double units_per_u = 1;  ///< of the move's own parameter
+    FeedLimit feed;          ///< path_units_s by the run's parameter u
+    double speed = 0;        ///< du/dt at which the move takes the time that was programmed, mm/s
+    double units_per_u = 1;  ///< units of the move's own parameter in one of u
     std::uint32_t line = 0;
   };
-  /// A stretch of one span, from move `first` to before move `end`, driven under one limit.
+  /// The part of a span, from move `first` to before move `end`, that is driven under one limit.
   struct Part {
     double from = 0, to = 0;
     size_t first = 0, end = 0;
@@ -47,10 +49,10 @@ class Compressor {
   void fit_all(RunEnd end);
   void fit_next(bool last, RunEnd end);
   RunFit fit_front(size_t count, RunEnd end) const;
-  void hand_on_front(const RunFit& fit, size_t count);
-  void give_up(size_t count, size_t worst_vertex);
-  void hand_on_lines(size_t count);
-  void hand_on_lead();
+  void emit_front(const RunFit& fit, size_t count);
+  void fall_back(size_t count, size_t worst_vertex);
+  void emit_lines(size_t count);
+  void emit_lead_in();
   std::vector<PathItem> items_of(const RunFit& fit, int from, int to);
   void find_borders(const std::vector<PathPiece>& curve, double u0);
   double border_of(size_t vertex, const PathPiece& piece, double u0) const;
@@ -60,8 +62,8 @@ class Compressor {
   void settle_ends(double length, std::vector<Part>& parts) const;
   double shift_max(size_t fast, size_t slow) const;
   void append_parts(const PathPiece& piece, double u0, double usage, std::vector<PathItem>& out) const;
-  void hand_on(const std::vector<PathItem>& items, bool joins_next);
-  void pass(const PathItem& item);
+  void emit_items(const std::vector<PathItem>& items, bool joins_next);
+  void emit(const PathItem& item);
   void freeze(const RunFit& fit, int at);
   void drop_front(size_t count);
   bool in_run() const { return !moves_.empty(); }
@@ -72,15 +74,15 @@ class Compressor {
   Words direction_;         ///< of the last move (by the path parameter)
   double last_length_ = 0;  ///< of the last move
   std::vector<RunVertex> vertices_;
-  std::vector<double> borders_;   ///< where the curve that is handed on passes the vertices
-  std::vector<Move> moves_;       ///< moves_[i] leads from vertex i to vertex i + 1
-  std::optional<PathItem> lead_;  ///< a long line whose last kLineTail is the run's first chord
+  std::vector<double> borders_;      ///< where the curve that is emitted passes the vertices
+  std::vector<Move> moves_;          ///< moves_[i] leads from vertex i to vertex i + 1
+  std::optional<PathItem> lead_in_;  ///< a long line whose last kLineTail is the run's first chord
   std::optional<FrozenHead> head_;
-  std::vector<PathItem> way_out_;  ///< fitted before, from head_ on to vertex way_out_end_
-  size_t way_out_end_ = 0;
+  std::vector<PathItem> fallback_;  ///< fitted before and not emitted: from head_ on to vertex fallback_end_
+  size_t fallback_end_ = 0;
   size_t window_ = 0;           ///< moves that the next fit takes, at most
   bool cut_at_window_ = false;  ///< the next fit ends its part of the run: nothing fitted further
-  bool at_rest_ = true;         ///< nothing handed on since the last stop: no blend joins the run's start
+  bool at_rest_ = true;         ///< nothing emitted since the last stop: no blend joins the run's start
 };
 
 }  // namespace trn

@@ -8,14 +8,12 @@ namespace trn {
 
 namespace {
 
-// The blend of two lines is y' = (1 - g) t0 + g t1 with g the quintic smoothstep (P1 of docs/planner.md); it
-// misses the corner by span * |t1 - t0| times twice the integral of g over its first half.
-constexpr double kLineMiss = 0.15625;
-constexpr int kSamples = 32;          // even, so that the middle is one of them
-constexpr double kNearlyAll = 0.8;    // of the greatest sample: the peak may be beside it
-constexpr int kPeakSteps = 16;        // of the golden section, down to 1e-3 of the samples' distance
-constexpr double kUsageAim = 0.9999;  // leaves room for what rounding and a peak's own width hide
-constexpr double kSpeedMin = 0.03;    // |y'| of a blend; lines at 175 degrees have 0.044
+constexpr int kSamples = 32;        // even, so that the middle is one of them
+constexpr double kNearlyAll = 0.8;  // of the greatest sample: the peak may be beside it
+constexpr int kPeakSteps = 16;      // of the golden section, down to 1e-3 of the samples' distance
+constexpr double kUsageAim =
+    0.9999;                         // of the tolerance: the rest covers rounding and the peak search's error
+constexpr double kSpeedMin = 0.03;  // |y'| of a blend; lines at 175 degrees have 0.044
 
 template <typename Function>
 double golden_peak(const Function& f, double from, double to) {
@@ -54,8 +52,9 @@ bool both_lines(const PathPiece& a, const PathPiece& b) {
   return a.kind == PathPiece::Kind::kLine && b.kind == PathPiece::Kind::kLine;
 }
 
-// The greatest value of `f` over [0, length], by what it is at even distances. Where the programmed path has
-// its corner, in the middle, f may have an edge: each side is searched by itself.
+// The greatest value of `f` over [0, length], from its samples `at` even distances: a golden section in every
+// interval that may hold the peak. f may have a kink in the middle, where the programmed path has its corner,
+// so no interval reaches across it.
 template <typename Function>
 double peak(const Function& f, double length, const std::array<double, kSamples + 1>& at) {
   const double step = length / kSamples, greatest = *std::max_element(at.begin(), at.end());
@@ -96,7 +95,8 @@ PathPiece make_blend(const PathPiece& before, const PathPiece& after, double spa
 }
 
 double blend_usage(const PathPiece& before, const PathPiece& after, double span, const BlendBounds& bounds) {
-  if (both_lines(before, after)) return usage(kLineMiss * span * (after.c[1] - before.c[1]), bounds);
+  // Between two lines P1 gives the deviation in closed form; between other pieces it is searched.
+  if (both_lines(before, after)) return usage(kCornerMiss * span * (after.c[1] - before.c[1]), bounds);
   const PathPiece blend = make_blend(before, after, span);
   const auto used = [&](double s) {
     const Words programmed = s <= span ? before.at(before.length - span + s) : after.at(s - span);
@@ -116,9 +116,12 @@ double largest_span(const PathPiece& before, const PathPiece& after, const Blend
   double at_high = blend_usage(before, after, high, bounds);
   if (at_high <= 1) return high;
   if (both_lines(before, after)) return high / at_high;  // proportional; 0 without tolerance
+  // Usage grows about in proportion to the span, but not exactly and not always steadily. The first guesses
+  // assume proportion, the later ones halve the interval on a logarithmic scale; `low` always keeps the
+  // bounds.
   double low = 0;
   const Words turn = after.derivatives(0).d1 - before.derivatives(before.length).d1;
-  double guess = 0.98 / usage(kLineMiss * turn, bounds);  // right for two lines
+  double guess = 0.98 / usage(kCornerMiss * turn, bounds);  // right for two lines
   for (int i = 0; i < 40 && high > kBlendSpanMin && low < high * 0.997; ++i) {
     const double span = guess > low && guess < high ? guess : (low > 0 ? std::sqrt(low * high) : high / 3);
     const double used = blend_usage(before, after, span, bounds);
@@ -129,7 +132,7 @@ double largest_span(const PathPiece& before, const PathPiece& after, const Blend
 }
 
 Junction classify(const PathItem& before, const PathItem& after) {
-  if (before.mode != after.mode || !same_context(before.context, after.context)) return {};
+  if (before.mode != after.mode || before.context != after.context) return {};
   if (before.joins_next) return {Junction::Kind::kSmooth, 0};
   if (before.mode != PathMode::kContinuous) return exact_junction(before, after);
   if (is_smooth(before.piece, after.piece)) return {Junction::Kind::kSmooth, 0};

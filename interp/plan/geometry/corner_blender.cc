@@ -6,11 +6,12 @@ namespace trn {
 
 namespace {
 
-// The largest span one end of an item gets when its other end wishes `other`: each end may have half, and
-// what the other leaves. Both ends use the same rule, so a path run backwards gets the same blends.
-double share(double length, double other) { return std::max(length / 2, length - other); }
+// The largest span that one end of an item gets when the blend at its other end wants `other`: half of the
+// item, or more if the other leaves more. The rule is the same for both ends, so a path driven backwards gets
+// the same blends.
+double span_available(double length, double other) { return std::max(length / 2, length - other); }
 
-// An item that stands for many moves: the line at s, as if all moves were of the same length.
+// The source line at s of an item that stands for many moves, as if all of them were of the same length.
 std::uint32_t line_at(const PathItem& item, double s) {
   const double part = std::clamp(s / item.piece.length, 0.0, 1.0);
   return item.line + static_cast<std::uint32_t>(part * (item.last_line - item.line));
@@ -40,13 +41,17 @@ void CornerBlender::stop() {
   end_stretch();
 }
 
-// Emits all of first_ and the first half of what joins it to second_; second_ becomes first_.
+// Emits the rest of first_ and the blend that joins it to second_; second_ becomes first_. The junction's own
+// span was found with both items to itself. Now the neighbouring junctions have their share: where that
+// leaves less, the span is searched again under the smaller bound, and a blend that becomes too short is a
+// stop.
 void CornerBlender::resolve_junction(double span_after_next) {
   const PathPiece& before = first_->piece;
   const PathPiece& after = second_->piece;
-  double span =
-      std::min({junction_.span, share(before.length, span_before_), share(after.length, span_after_next)});
+  double span = std::min({junction_.span, span_available(before.length, span_before_),
+                          span_available(after.length, span_after_next)});
   if (junction_.kind == Junction::Kind::kBlend) {
+    // The blend lies on both items, so the stricter tolerance of the two holds.
     const BlendBounds bounds{std::min(first_->tolerance_mm, second_->tolerance_mm),
                              std::min(first_->tolerance_rad, second_->tolerance_rad), span};
     if (span < junction_.span) span = largest_span(before, after, bounds);
@@ -57,6 +62,7 @@ void CornerBlender::resolve_junction(double span_after_next) {
   if (junction_.kind == Junction::Kind::kStop) end_stretch();
   if (blend) {
     const PathPiece whole = make_blend(before, after, span);
+    // In halves, each under its own item's feed limit, outputs and source line.
     emit(*first_, cut(whole, 0, span), line_at(*first_, before.length - span));
     emit(*second_, cut(whole, span, 2 * span), second_->line);
   }

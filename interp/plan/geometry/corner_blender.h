@@ -6,8 +6,8 @@
 
 namespace trn {
 
-/// Rounds the corners between items and hands the pieces on. Holds two items: a blend is final once the wish
-/// of the next junction is known, because both share the item between them.
+/// Rounds the corners between items and emits the pieces. It holds two items: two blends share the item
+/// between them, so the first is final only when the span that the second wants is known.
 class CornerBlender {
  public:
   explicit CornerBlender(PieceSink& sink) : sink_(sink) {}
@@ -27,8 +27,8 @@ class CornerBlender {
   std::optional<PathItem> first_, second_;
   std::optional<PlanPiece> held_;  ///< the last piece, until it is known whether the stretch ends with it
   Junction junction_;              ///< between first_ and second_
-  double first_from_ = 0;          ///< what the blend before has taken of first_
-  double span_before_ = 0;         ///< what that blend had wished
+  double first_from_ = 0;          ///< span of first_ that the blend before has taken
+  double span_before_ = 0;         ///< span that it had wanted
 };
 
 }  // namespace trn

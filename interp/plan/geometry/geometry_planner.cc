@@ -47,7 +47,7 @@ PathItem item_of(const JoinedMove& joined) {
   item.mode = move.mode;
   item.tolerance_mm = move.tolerance_mm;
   item.tolerance_rad = move.tolerance_rad;
-  item.lost = joined.lost;
+  item.tolerance_used = joined.tolerance_used;
   item.line = item.last_line = move.source.line;
   item.outputs = move.outputs;
   return item;
@@ -59,7 +59,7 @@ GeometryPlanner::GeometryPlanner(const GeometryOptions& options, PieceSink& sink
     : options_(options), sink_(sink), blender_(sink), compressor_(blender_), residuals_(*this) {}
 
 Words GeometryPlanner::start_of(const ProgramMove& move) const {
-  if (!end_ || !same_context(context_, move.context)) return move.from;
+  if (!end_ || context_ != move.context) return move.from;
   const double gap = path_norm(move.from - *end_);
   if (gap <= kGapMax) return *end_;
   if (at_rest_) return move.from;

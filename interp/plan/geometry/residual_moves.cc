@@ -14,7 +14,7 @@ namespace {
 constexpr double kShareMax = 0.125;                           // of the tolerances: a group's length
 constexpr double kMmMax = 2e-3, kRadMax = 2e-3 * kRadPerDeg;  // whatever the tolerances: more is no rounding
 constexpr double kTimeMax_s = 1e-3;  // a group that the program wants to last longer is driven as it is
-constexpr double kOutweighs = 4;     // a neighbour's length over the group's that it may take in
+constexpr double kOutweighs = 4;     // least length of a neighbour over that of the group joined to it
 constexpr size_t kGroupMax = 256;    // moves; bounds the memory
 
 }  // namespace
@@ -65,11 +65,12 @@ void ResidualMoves::flush() {
   dense_ = false;
 }
 
-// One path of one meaning; what acts where the move begins acts at a border.
+// The move may lie in one group with the last one: the same mode, context and tolerances, and no outputs,
+// which must act where the move begins.
 bool ResidualMoves::continues(const ProgramMove& move) const {
   if (!anchored_ && group_.empty()) return true;
   const ProgramMove& last = group_.empty() ? anchor_.move : group_.back();
-  return !move.outputs.any() && last.mode == move.mode && same_context(last.context, move.context) &&
+  return !move.outputs.any() && last.mode == move.mode && last.context == move.context &&
          last.tolerance_mm == move.tolerance_mm && last.tolerance_rad == move.tolerance_rad;
 }
 
@@ -78,24 +79,24 @@ bool ResidualMoves::outweighed_by(const ProgramMove& move) const {
   return !group_.empty() && (anchored_ || !is_anchor) && extent_of(move).path >= kOutweighs * sum_.path;
 }
 
-double ResidualMoves::lost_to_group(const ProgramMove& move) const {
+double ResidualMoves::tolerance_used_by_group(const ProgramMove& move) const {
   return std::max(sum_.mm / move.tolerance_mm, sum_.rad > 0 ? sum_.rad / move.tolerance_rad : 0);
 }
 
 void ResidualMoves::join_to_anchor() {
   anchor_.move.to = group_.back().to;
-  anchor_.lost += lost_to_group(anchor_.move);
+  anchor_.tolerance_used += tolerance_used_by_group(anchor_.move);
   group_.clear();
   sum_ = {};
 }
 
-// An arc that starts elsewhere turns around the same centre: it may be off by the group's length all along,
-// and as much again is what closes it.
+// An arc that starts elsewhere turns around the same centre: it may deviate by the group's length all along,
+// and by as much again because a drift closes it at its end. So it loses twice the tolerance.
 JoinedMove ResidualMoves::with_group_before(const ProgramMove& move) {
   JoinedMove out{move};
   out.move.from = group_.front().from;
   out.move.outputs = group_.front().outputs;
-  out.lost = lost_to_group(move) * (move.kind == ProgramMove::Kind::kArc ? 2 : 1);
+  out.tolerance_used = tolerance_used_by_group(move) * (move.kind == ProgramMove::Kind::kArc ? 2 : 1);
   group_.clear();
   sum_ = {};
   return out;

@@ -19,9 +19,10 @@ constexpr double kCornerSpan = 5;        // tolerances: longest span beside a co
 constexpr double kSamplesOfSpan = 4;     // at least
 constexpr double kSpanOfChordMin = 0.1;  // shorter spans follow the corners, not the curve
 constexpr int kAttempts = 6;
-constexpr double kRefine = 0.5;                     // of a span outside
-constexpr int kDrawIns = 48, kDrawInsPerReach = 8;  // the place that must give way may lie beside the worst
-constexpr double kSpanGrowth = 1.5;                 // beside given knots
+constexpr double kRefine = 0.5;  // of a span outside
+constexpr int kTightenings = 48,
+              kTighteningsPerReach = 8;  // then one span more around the worst is tightened
+constexpr double kSpanGrowth = 1.5;      // beside given knots
 constexpr size_t kSpansOfVertexMax = 16;
 
 class RunFitter {
@@ -33,6 +34,9 @@ class RunFitter {
     start_ = request.head ? request.head->knots[5] : request.vertices.front().u;
   }
 
+  // Knots, then a fit that follows the target, then the smooth one. Where even the first leaves the
+  // tolerance, the knots lie too far apart; where only the second does, the first is rough but inside, and
+  // serves.
   RunFit run() {
     RunFit fit;
     limit_at_ends();
@@ -85,8 +89,8 @@ class RunFitter {
   void smooth(RunFit& fit, TubeFit& tube) {
     tube.smooth();
     judge(fit);
-    for (int i = 0; i < kDrawIns && !fit.ok; ++i) {
-      tube.draw_in(fit.usage, kUsageMax, static_cast<size_t>(i) / kDrawInsPerReach);
+    for (int i = 0; i < kTightenings && !fit.ok; ++i) {
+      tube.tighten(fit.usage, kUsageMax, static_cast<size_t>(i) / kTighteningsPerReach);
       judge(fit);
     }
   }
@@ -127,9 +131,11 @@ class RunFitter {
     return part;
   }
 
-  // Where the vertices lie on the curve shall not matter. Outside of its chords the tolerance leaves it their
-  // sag less, inside all of it, at the vertices: so half the sag is what the tube's middle is off the target
-  // and its radius off the tolerance. Beside a corner, however, the curve keeps to the chord.
+  // The tube must not depend on where the vertices happen to lie on the curve. The target bulges outwards
+  // from its chords by their sag. On the outer side the tolerance, which counts from the chord, leaves the
+  // curve the sag less; on the inner side it leaves all of the tolerance, at the vertices. So the middle of
+  // the tube lies half a sag inside of the target, and its radius is half a sag less than the tolerance.
+  // Beside a corner (freedom 0) the middle is the chord itself.
   void add_sample(size_t chord, double share) {
     TubeSample& sample = samples_.emplace_back();
     const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
@@ -137,17 +143,18 @@ class RunFitter {
     sample.target = target_.at(chord, share);
     const Words on_chord = a.y + (b.y - a.y) * share, slope = (b.y - a.y) / (b.u - a.u);
     const double early =
-        place_along(sample.target - on_chord, slope, request_.tolerance_mm, request_.tolerance_rad);
+        nearest_along(sample.target - on_chord, slope, request_.tolerance_mm, request_.tolerance_rad);
     const double part = tube(sample.u), freedom = part / kTube;
     const Words half_sag = freedom * target_.sag(chord, share) / 2;
     sample.middle =
         on_chord + slope * early * (1 - freedom) + freedom * (sample.target - on_chord) - half_sag;
-    const double kept = 1 - b.lost;
+    const double kept = 1 - b.tolerance_used;
     sample.radius_mm = part * (kept * request_.tolerance_mm - half_sag.head<3>().norm());
     sample.radius_rad = part * std::max(kept * request_.tolerance_rad - half_sag.tail<3>().norm(), 1e-15);
   }
 
-  // The vertices, but no more of them than the spline can tell apart, and places on longer chords.
+  // The tube's samples: the vertices, but no more than kSamplesOfSpan or so in a span, and places on longer
+  // chords.
   void take_samples(const QuinticSpline& spline) {
     samples_.clear();
     const auto& v = request_.vertices;
@@ -175,7 +182,8 @@ class RunFitter {
     locate_samples(spline, samples_);
   }
 
-  // Looks at every chord at its ends and in between, in each span it crosses.
+  // Judges the fit on the programmed chords: each one at its ends and in between, in every span that it
+  // crosses. The fit itself knew its samples only.
   void judge(RunFit& fit) {
     const size_t spans = static_cast<size_t>(fit.spline.span_count());
     fit.usage.assign(spans, TubeUse{});
@@ -220,7 +228,8 @@ class RunFitter {
     return worst;
   }
 
-  // Of y against the nearest place of the chord, or of its neighbour when that lies beyond its end.
+  // Deviation of y from the nearest place of the chord, or of the neighbouring chord when that place lies
+  // beyond an end.
   TubeUse usage_at(const Words& y, double u, size_t chord) const {
     const double length = request_.vertices[chord + 1].u - request_.vertices[chord].u;
     double place = 0;
@@ -235,17 +244,18 @@ class RunFitter {
   TubeUse usage_on(const Words& y, double u, size_t chord, double& place) const {
     const RunVertex &a = request_.vertices[chord], &b = request_.vertices[chord + 1];
     const Words slope = (b.y - a.y) / (b.u - a.u), e = y - a.y - slope * (u - a.u);
-    place = u - a.u + place_along(e, slope, request_.tolerance_mm, request_.tolerance_rad);
+    place = u - a.u + nearest_along(e, slope, request_.tolerance_mm, request_.tolerance_rad);
     place = std::clamp(place, 0.0, b.u - a.u);
     const auto use_from = [&](double at) {
       TubeUse from = tube_use(y - a.y - slope * at, request_.tolerance_mm, request_.tolerance_rad);
-      from.linear += b.lost;
-      from.rotary += b.lost;
+      from.linear += b.tolerance_used;
+      from.rotary += b.tolerance_used;
       return from;
     };
     TubeUse used = use_from(place);
     if (used.worst() <= kUsageMax) return used;
-    // What serves both words together need not serve the worse of them.
+    // The place was nearest for position and rotary words together. Another one, towards equal parameters,
+    // may be better for the worse of the two.
     for (const double share : {0.25, 0.5, 0.75, 1.0}) {
       const double other = place + share * (std::clamp(u - a.u, 0.0, b.u - a.u) - place);
       const TubeUse there = use_from(other);
@@ -266,7 +276,8 @@ class RunFitter {
     return request_.vertices[i + 1].u - request_.vertices[i].u;
   }
 
-  // Asks for shorter spans where the tolerance is exceeded, none longer elsewhere. False: no use.
+  // Asks for shorter spans where the tolerance is exceeded, and for none longer elsewhere. False: shorter
+  // spans would not help, as they are shortest, given, or too many.
   bool refine(const RunFit& fit) {
     const size_t spans = fit.usage.size();
     bool shorter = false;

@@ -7,8 +7,8 @@ namespace trn {
 
 namespace {
 
-constexpr double kSagMax = 0.5;    // of the tolerance: further off, the chord is more than a curve's sample
-constexpr double kSlopeMax = 0.5;  // beyond the chord's own, of it: the cubic does not turn back
+constexpr double kSagMax = 0.5;  // of the tolerance: with more, the chord is no sample of a curve but a line
+constexpr double kSlopeMax = 0.5;  // of the chord's slope, added to it: the cubic does not turn back
 
 Words chord_slope(std::span<const RunVertex> v, size_t i) {
   return (v[i + 1].y - v[i].y) / (v[i + 1].u - v[i].u);
@@ -22,6 +22,9 @@ RunTarget::RunTarget(std::span<const RunVertex> vertices, double tolerance_mm, d
   bound_sag(tolerance_mm, tolerance_rad);
 }
 
+// A slope by three vertices is off by before * after / 6 of y''', since the parabola lacks that term. The
+// second difference of the parabolas' slopes gives y''' from five vertices, and the error is taken off. The
+// first and the last chord have one neighbour only: there the parabola of the neighbour goes on.
 void RunTarget::find_slopes() {
   const size_t n = vertices_.size();
   const auto length = [&](size_t i) { return vertices_[i + 1].u - vertices_[i].u; };
@@ -32,24 +35,25 @@ void RunTarget::find_slopes() {
   for (size_t i = 1; i + 1 < n; ++i) {
     const double before = length(i - 1), after = length(i);
     Words slope = parabola[i];
-    if (i > 1 &&
-        i + 2 < n)  // less before * after / 6 of y''', the second derivative of the parabolas' slopes
+    if (i > 1 && i + 2 < n)
       slope -= (before * (parabola[i + 1] - parabola[i]) - after * (parabola[i] - parabola[i - 1])) /
                (3 * (before + after));
     to_[i - 1] = before * (slope - chord_slope(vertices_, i - 1));
     from_[i] = after * (slope - chord_slope(vertices_, i));
   }
-  if (n > 2) {  // the parabolas at the ends go on
+  if (n > 2) {
     from_.front() = -to_.front();
     to_.back() = -from_.back();
   }
 }
 
+// Scales a chord's cubic towards the chord where its sag across the path, or the change of its slope, is too
+// large. A deviation along the chord is no sag: the curve is only early or late there.
 void RunTarget::bound_sag(double tolerance_mm, double tolerance_rad) {
   for (size_t i = 0; i < from_.size(); ++i) {
     const double length = vertices_[i + 1].u - vertices_[i].u;
     const Words away = (from_[i] - to_[i]) / 8, along = chord_slope(vertices_, i);  // in the chord's middle
-    const Words across = away - along * place_along(away, along, tolerance_mm, tolerance_rad);
+    const Words across = away - along * nearest_along(away, along, tolerance_mm, tolerance_rad);
     const double over =
         std::max({1.0, tube_use(across, tolerance_mm, tolerance_rad).worst() / kSagMax,
                   path_norm(from_[i]) / (kSlopeMax * length), path_norm(to_[i]) / (kSlopeMax * length)});

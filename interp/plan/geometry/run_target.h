@@ -7,19 +7,20 @@
 
 namespace trn {
 
-/// The curve that a polyline was probably taken from: a cubic between neighbouring vertices, at most a share
-/// of the tolerances away from the chord. Its slopes are those of the parabolas through three vertices, less
-/// the error that the next two show (so of fourth order). What is fitted to it comes out alike for long and
-/// for short chords, where the chords themselves would ask for their corners.
+/// The curve that a polyline was probably taken from: a cubic between neighbouring vertices, at most half the
+/// tolerance away from the chord. Its slopes at the vertices are those of the parabolas through three
+/// vertices, corrected by what the next two show of the third derivative, hence of fourth order. A curve
+/// fitted to it comes out alike for long and for short chords; fitted to the chords, it would follow their
+/// corners.
 class RunTarget {
  public:
   /// The vertices, at least two, must outlive it.
   RunTarget(std::span<const RunVertex> vertices, double tolerance_mm, double tolerance_rad);
 
-  /// On chord i (from vertex i to the next), at `part` of it.
+  /// The target at `part` (0 to 1) of chord `chord`, which leads from vertex `chord` to the next.
   Words at(size_t chord, double part) const;
 
-  /// How far it lies off the middles of the chords around there.
+  /// The sag of the target, its deviation from a chord's middle, interpolated between the chords' middles.
   Words sag(size_t chord, double part) const;
 
   std::span<const RunVertex> vertices() const { return vertices_; }

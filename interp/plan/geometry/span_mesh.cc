@@ -13,9 +13,9 @@ constexpr double kSpansMax = 8192;      // bounds the memory
 constexpr double kSpansMin = 6;         // a curve wants some freedom
 constexpr double kRoughnessScale = 60;  // sixth difference at step h over the deviation of a spline of span h
 constexpr double kRoughnessMax = 0.1;   // of the tolerance; the rest is the spline's freedom
-constexpr double kDensity = 1.6;        // spans for one that is asked for: where they lie shall not matter
-constexpr double kShrink = 0.8;
-constexpr double kGrading = 0.3;  // growth of the spans with the distance
+constexpr double kDensity = 1.6;        // spans laid for one needed, so that it hardly matters where they lie
+constexpr double kShrink = 0.8;         // of a span that is too long, until it is short enough
+constexpr double kGrading = 0.3;        // growth of the spans with the distance
 
 class SpanMesh {
  public:
@@ -24,6 +24,8 @@ class SpanMesh {
     span_min_ = std::min(std::max(kSpanMin, (r_.end - r_.start) / kSpansMax), span_max_);
   }
 
+  // Finds the span needed at nodes along the run, adds the limits that were asked for, grades the spans, and
+  // spreads the breaks. The nodes begin evenly from both ends alike, so a run backwards has the same ones.
   std::vector<double> breaks() {
     const int parts = std::max(4, static_cast<int>(std::ceil((r_.end - r_.start) / kNodeDistance)));
     SpanLimit from{r_.start, span_at(r_.start)};
@@ -49,14 +51,17 @@ class SpanMesh {
     return r_.target.at(i, (u - v[i].u) / (v[i + 1].u - v[i].u));
   }
 
-  // Sixth difference of the target: what a spline of span h cannot follow.
+  // What a quintic spline of span h cannot follow of the target at u, over the tolerance. A quintic
+  // reproduces polynomials of degree 5; the sixth difference at step h shows the rest. The seven samples move
+  // inwards at the ends of the run. A difference along the path means that the curve is early or late, and
+  // does not count.
   double roughness(double u, double h) const {
     constexpr double kBinomial[7] = {1, -6, 15, -20, 15, -6, 1};
     const double first = std::max(r_.start, std::min(u - 3 * h, r_.end - 6 * h));
     Words sum = Words::Zero();
     for (int k = 0; k < 7; ++k) sum += kBinomial[k] * at(std::min(first + k * h, r_.end));
     const Words along = at(std::min(u + h, r_.end)) - at(std::max(u - h, r_.start));
-    sum -= along * place_along(sum, along, r_.tolerance_mm, r_.tolerance_rad);
+    sum -= along * nearest_along(sum, along, r_.tolerance_mm, r_.tolerance_rad);
     return tube_use(sum, r_.tolerance_mm, r_.tolerance_rad).worst() / kRoughnessScale;
   }
 
@@ -66,7 +71,7 @@ class SpanMesh {
     return std::max(h, span_min_);
   }
 
-  // Nodes as dense as the spans themselves, so that no place that wants short ones is missed.
+  // Nodes are made as dense as the spans themselves, so that no place that needs short ones is missed.
   void bisect(const SpanLimit& from, const SpanLimit& to) {
     const double apart = to.u - from.u;
     if (apart > 1.3 * std::min(from.span, to.span) && apart > 2 * span_min_) {
@@ -87,6 +92,8 @@ class SpanMesh {
                        [](const SpanLimit& a, const SpanLimit& b) { return a.u < b.u; });
   }
 
+  // Two sweeps give the largest spans that are nowhere longer than needed and grow by kGrading of the
+  // distance.
   void grade() {
     for (size_t i = 1; i < nodes_.size(); ++i)
       nodes_[i].span =
@@ -96,7 +103,9 @@ class SpanMesh {
           std::min(nodes_[i].span, nodes_[i + 1].span + kGrading * (nodes_[i + 1].u - nodes_[i].u));
   }
 
-  // Between nodes the density of the breaks, 1 / span, is taken as linear.
+  // Spreads the breaks evenly over the integral of the density kDensity / span. The density is linear between
+  // nodes, so its integral is a parabola there, and a break is found by solving a quadratic equation: the
+  // form 2 c / (d0 + sqrt(d0^2 + 2 slope c)) has no cancellation for any slope.
   std::vector<double> distribute() const {
     std::vector<double> sum(nodes_.size(), 0);
     for (size_t i = 1; i < nodes_.size(); ++i)

@@ -18,8 +18,8 @@ struct SpanMeshRequest {
   std::vector<SpanLimit> limits;  ///< ascending in u; spans grow with the distance from these places
 };
 
-/// Breaks from start to end, both included, whose distances follow what a quintic spline needs to follow the
-/// target well inside the tolerances. The same places come out for the target run backwards.
+/// Breaks from start to end, both included, so close that a quintic spline on them can follow the target well
+/// inside the tolerances. A target run backwards has the same breaks.
 std::vector<double> mesh_breaks(const SpanMeshRequest& request);
 
 }  // namespace trn

@@ -5,25 +5,26 @@
 
 namespace trn {
 
-using tube::dot, tube::find_off, tube::add_pulls;
+using tube::dot, tube::find_deviations, tube::add_fit_terms;
 using tube::Four, tube::Triple;
 
 namespace {
 constexpr double kFollow = 0.4;    // smoothing length of follow(), in spans
-constexpr double kBarrier = 0.05;  // the barrier's weight over what |y'''|^2 is around
-constexpr double kBlur = 2;        // smoothing lengths that are around
+constexpr double kBarrier = 0.05;  // half of m (P3) over the local mean of |y'''|^2
+constexpr double kAveraging = 2;   // smoothing lengths over which that mean is taken
 constexpr double kWall = 0.05;     // 1 - (deviation over radius)^2 from which on the barrier is a parabola
 constexpr double kLongest = 6;     // smoothing length in spans; keeps the system well conditioned
 constexpr double kShortest = 0.2;  // spans
 constexpr double kSlope = 0.6;     // of the smoothing length along the path, at most
 constexpr double kGrow = 3;        // of the smoothing length in a round
 constexpr int kRounds = 16;
-constexpr double kSettled = 0.01, kSettledLength = 1.01;  // no more rounds: radii moved, change of l
-constexpr double kToWall = 0.95;                          // share of the way to the wall that a step may go
+constexpr double kSettled = 0.01;        // radii that the curve may still move, and
+constexpr double kSettledLength = 1.01;  // factor by which l may still change, when the rounds end
+constexpr double kToWall = 0.95;         // share of the way to the wall that a step may go
 constexpr double kLeastStep = 0.05;
 constexpr double kStepGrowth = 1.5;  // of the step's share from a coefficient to the next
-constexpr double kDrawInMost = 0.9, kDrawInLeast = 0.98;  // of the radius, for the judge
-constexpr int kStepsOfDrawIn = 2;
+constexpr double kTightenMost = 0.9, kTightenLeast = 0.98;  // of the radius, in one tightening
+constexpr int kTightenSteps = 2;
 
 bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {
   return std::any_of(samples.begin(), samples.end(),
@@ -32,9 +33,9 @@ bool moves(const std::vector<TubeSample>& samples, Eigen::Index first_word) {
 
 }  // namespace
 
-// Each derivative's coefficients are the differences of those before over the knots that they reach between.
-// The third derivative is a spline of degree 2, so that its square's integral is exact by Gauss' three
-// places.
+// Coefficients of a derivative are differences of those of the derivative before it, over the distance of the
+// knots in question (de Boor). y''' is a spline of degree 2, its square of degree 4 on a span, which the
+// Gauss rule of three points integrates exactly.
 TubeFit::Roughness::Roughness(const QuinticSpline& spline) : integral(spline.coefficients.size()) {
   const auto over = [&](size_t i, size_t order) {
     return static_cast<double>(6 - order) / (spline.knots[i + 6] - spline.knots[i + order]);
@@ -77,17 +78,17 @@ TubeFit::Group::Group(QuinticSpline& spline, const std::vector<TubeSample>& samp
     for (int k = 0; k < 3; ++k) y_[i].w[k] = spline.coefficients[i][first_word_ + k];
   for (size_t k = 0; k < static_cast<size_t>(spline.span_count()); ++k)
     span_.push_back(spline.knots[k + 6] - spline.knots[k + 5]);
-  weight_ = energy_ = blurred_ = span_;
-  take_places(samples);
+  weight_ = energy_ = local_energy_ = span_;
+  take_samples(samples);
 }
 
-void TubeFit::Group::take_places(const std::vector<TubeSample>& samples) {
+void TubeFit::Group::take_samples(const std::vector<TubeSample>& samples) {
   radius_.assign(span_.size(), 1e300);
-  places_.resize(samples.size());
-  next_off_.resize(samples.size());
+  samples_.resize(samples.size());
+  next_deviation_.resize(samples.size());
   for (size_t s = 0; s < samples.size(); ++s) {
     const TubeSample& from = samples[s];
-    Place& to = places_[s];
+    GroupSample& to = samples_[s];
     to.front = Four{from.row[0], from.row[1], from.row[2], from.row[3]};
     to.back = Four{from.row[4], from.row[5], 0, 0};
     to.middle = to.target = Triple{};
@@ -96,7 +97,7 @@ void TubeFit::Group::take_places(const std::vector<TubeSample>& samples) {
       to.target[i] = from.target[first_word_ + i];
     }
     const double radius = rotary_ ? from.radius_rad : from.radius_mm;
-    to.radius_power = 1 / (radius * radius);
+    to.inverse_radius2 = 1 / (radius * radius);
     to.length = from.weight;
     to.span = from.span;
     radius_[to.span] = std::min(radius_[to.span], radius);
@@ -105,29 +106,34 @@ void TubeFit::Group::take_places(const std::vector<TubeSample>& samples) {
     if (radius_[k] > 1e299) radius_[k] = radius_[k - 1];
 }
 
+// Least squares to the target: the form of P3 with the smoothing length fixed at a share of the span. It
+// gives smooth() a start near the middle and, where smooth() fails, a curve that is rough but inside the
+// tube.
 void TubeFit::Group::follow() {
   length_ = span_;
   for (double& l : length_) l *= kFollow;
   for (size_t k = 0; k < span_.size(); ++k) weight_[k] = std::pow(length_[k], -6);
-  for (Place& p : places_) {
-    p.aim = p.target;
-    p.pull = p.length;
+  for (GroupSample& p : samples_) {
+    p.fit_target = p.target;
+    p.fit_weight = p.length;
   }
   solve();
-  find_off(places_, y_, next_off_);
+  find_deviations(samples_, y_, next_deviation_);
   accept_step();
-  hand_back();
+  write_back();
 }
 
+// Newton's method on P3. The weight m follows the local mean of |y'''|^2, which depends on the curve; so m is
+// renewed before every step, until both have settled.
 void TubeFit::Group::smooth() {
   for (int round = 0; round < kRounds; ++round) {
     const bool settled = set_lengths();
     if (step() < kSettled && settled) break;
   }
-  hand_back();
+  write_back();
 }
 
-void TubeFit::Group::draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
+void TubeFit::Group::tighten(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
   const size_t n = span_.size();
   std::vector<double> factor(n, 1);
   bool over = false;
@@ -135,37 +141,40 @@ void TubeFit::Group::draw_in(const std::vector<TubeUse>& usage, double usage_max
     const double used = rotary_ ? usage[k].rotary : usage[k].linear;
     if (used <= usage_max) continue;
     over = true;
-    const double narrower = std::clamp(usage_max / used, kDrawInMost, kDrawInLeast);
+    const double narrower = std::clamp(usage_max / used, kTightenMost, kTightenLeast);
     for (size_t i = k - std::min(k, reach); i < std::min(n, k + reach + 1); ++i)
       factor[i] = std::min(factor[i], narrower);
   }
   if (!over) return;
-  for (Place& p : places_) p.radius_power /= factor[p.span] * factor[p.span];
-  for (int i = 0; i < kStepsOfDrawIn; ++i) step();
-  hand_back();
+  for (GroupSample& p : samples_) p.inverse_radius2 /= factor[p.span] * factor[p.span];
+  for (int i = 0; i < kTightenSteps; ++i) step();
+  write_back();
 }
 
-// The barrier's weight as a smoothing length: m = radius^2 / (2 l^6), so that l is what a curve that is
-// pulled to the middle is smooth over. False: some have still to grow.
+// The barrier's weight m of P3 as a smoothing length l, m = radius^2 / l^6: against |y'''|^2, least squares
+// to the middle with the weight l^-6 smooth over about that length. With m a share of the local mean e of
+// |y'''|^2, l^6 = radius^2 / (2 kBarrier e). Lengths grow by a bounded factor a round, so that the curve can
+// follow. True: settled.
 bool TubeFit::Group::set_lengths() {
-  blur_energy();
+  average_energy();
   double growth = 1;
   for (size_t k = 0; k < span_.size(); ++k) {
     const double wanted =
-        std::cbrt(radius_[k] * std::sqrt(1 / (2 * kBarrier * std::max(blurred_[k], 1e-30))));
-    const double before = length_[k];
+        std::cbrt(radius_[k] * std::sqrt(1 / (2 * kBarrier * std::max(local_energy_[k], 1e-30))));
+    const double before = length_[k];  // kept in local_energy_, whose value is used up
     length_[k] = std::min(wanted, before * kGrow);
-    blurred_[k] = before;
+    local_energy_[k] = before;
   }
   bound_lengths();
   for (size_t k = 0; k < span_.size(); ++k)
-    growth = std::max({growth, length_[k] / blurred_[k], blurred_[k] / length_[k]});
+    growth = std::max({growth, length_[k] / local_energy_[k], local_energy_[k] / length_[k]});
   set_weights();
   return growth < kSettledLength;
 }
 
-// Means of |y'''|^2 with weights that fall off over some smoothing lengths.
-void TubeFit::Group::blur_energy() {
+// Local means of |y'''|^2, in linear time: a recursive filter along the spans and one back, each with weights
+// that fall off exponentially over some smoothing lengths.
+void TubeFit::Group::average_energy() {
   const size_t n = span_.size();
   const auto square = [&](size_t i) {
     const auto& w = roughness_.third[i];
@@ -180,18 +189,18 @@ void TubeFit::Group::blur_energy() {
     b = c;
   }
   const auto kept = [&](size_t k, size_t beside) {
-    return kBlur * length_[k] / (kBlur * length_[k] + (span_[k] + span_[beside]) / 2);
+    return kAveraging * length_[k] / (kAveraging * length_[k] + (span_[k] + span_[beside]) / 2);
   };
   double energy = 0, length = 0;
   for (size_t k = 0; k < n; ++k) {
     const double f = k > 0 ? kept(k, k - 1) : 0;
-    blurred_[k] = energy = energy * f + energy_[k];
+    local_energy_[k] = energy = energy * f + energy_[k];
     share_[k] = length = length * f + span_[k];
   }
   energy = length = 0;
   for (size_t k = n; k-- > 0;) {
     const double f = k + 1 < n ? kept(k, k + 1) : 0;
-    blurred_[k] = (blurred_[k] + energy * f) / (share_[k] + length * f);
+    local_energy_[k] = (local_energy_[k] + energy * f) / (share_[k] + length * f);
     energy = energy * f + energy_[k];
     length = length * f + span_[k];
   }
@@ -204,6 +213,8 @@ void TubeFit::Group::set_weights() {
   }
 }
 
+// Lengths of neighbouring spans differ by a bounded slope: a sudden change of the weight would show in the
+// curve. Two sweeps reach the greatest lengths that keep the slope in both directions.
 void TubeFit::Group::bound_lengths() {
   const size_t n = span_.size();
   for (size_t k = 0; k < n; ++k)
@@ -214,42 +225,44 @@ void TubeFit::Group::bound_lengths() {
     length_[k] = std::min(length_[k], length_[k + 1] + kSlope * (span_[k] + span_[k + 1]) / 2);
 }
 
-// A Newton step; returns the farthest that a place has moved, over the radius.
+// A Newton step, shortened where it would meet the wall; returns the farthest that a sample has moved, over
+// its radius.
 double TubeFit::Group::step() {
-  aim_inside();
+  fit_to_barrier();
   last_ = y_;
   solve();
-  find_off(places_, y_, next_off_);
+  find_deviations(samples_, y_, next_deviation_);
   if (!bound_step()) {
     for (size_t i = from_; i < to_; ++i) y_[i].w = last_[i].w + share_[i] * (y_[i].w - last_[i].w);
-    find_off(places_, y_, next_off_);
+    find_deviations(samples_, y_, next_deviation_);
   }
   return accept_step();
 }
 
 double TubeFit::Group::accept_step() {
   double farthest = 0;
-  for (size_t s = 0; s < places_.size(); ++s) {
-    Place& p = places_[s];
-    const Triple moved = next_off_[s].w - p.off;
-    farthest = std::max(farthest, dot(moved, moved) * p.radius_power);
-    p.off = next_off_[s].w;
+  for (size_t s = 0; s < samples_.size(); ++s) {
+    GroupSample& p = samples_[s];
+    const Triple moved = next_deviation_[s].w - p.deviation;
+    farthest = std::max(farthest, dot(moved, moved) * p.inverse_radius2);
+    p.deviation = next_deviation_[s].w;
   }
   return std::sqrt(farthest);
 }
 
-// How much of the step each coefficient may take so that no place meets the wall: less where it is near, and
-// gradually more around. True: all of it.
+// How much of the step each coefficient may take so that no sample meets the wall: the six of a sample near
+// it take the share that leads just short of the wall (a root of |deviation + share d| = radius); from there
+// the share grows by a factor a coefficient. True: all of the step.
 bool TubeFit::Group::bound_step() {
   bool whole = true;
-  for (size_t s = 0; s < places_.size(); ++s) {
-    const Place& p = places_[s];
-    const double used = dot(p.off, p.off) * p.radius_power;
-    if (used >= 1 || dot(next_off_[s].w, next_off_[s].w) * p.radius_power < 1) continue;
+  for (size_t s = 0; s < samples_.size(); ++s) {
+    const GroupSample& p = samples_[s];
+    const double used = dot(p.deviation, p.deviation) * p.inverse_radius2;
+    if (used >= 1 || dot(next_deviation_[s].w, next_deviation_[s].w) * p.inverse_radius2 < 1) continue;
     if (whole) std::fill(share_.begin(), share_.end(), 1.0);
     whole = false;
-    const Triple d = next_off_[s].w - p.off;
-    const double dd = dot(d, d) * p.radius_power, od = dot(p.off, d) * p.radius_power;
+    const Triple d = next_deviation_[s].w - p.deviation;
+    const double dd = dot(d, d) * p.inverse_radius2, od = dot(p.deviation, d) * p.inverse_radius2;
     const double to_wall = (std::sqrt(od * od + dd * (1 - used)) - od) / dd;
     const double share = std::max(kLeastStep, kToWall * to_wall);
     for (size_t i = p.span; i < p.span + 6; ++i) share_[i] = std::min(share_[i], share);
@@ -260,26 +273,30 @@ bool TubeFit::Group::bound_step() {
   return false;
 }
 
-// The barrier's slope and curvature as a pull to an aim. Across the deviation it has less curvature; taking
-// the same for all directions leaves one matrix for the three words.
-void TubeFit::Group::aim_inside() {
-  for (Place& p : places_) {
-    const double used = dot(p.off, p.off) * p.radius_power, room = 1 - used;
+// The Newton step of the barrier -log(1 - |y - middle|^2 / radius^2) as a least-squares term: fit_weight is
+// the barrier's second derivative along the deviation, fit_target the place where its slope would vanish.
+// Across the deviation the barrier is less curved. Taking the same curvature for all directions makes the
+// step a little shorter, and leaves one matrix for all three words.
+void TubeFit::Group::fit_to_barrier() {
+  for (GroupSample& p : samples_) {
+    const double used = dot(p.deviation, p.deviation) * p.inverse_radius2, room = 1 - used;
     double slope = 1 / room, curvature = slope * slope;
-    if (room < kWall) {
+    if (room < kWall) {  // the parabola that continues the barrier with its value, slope and curvature
       slope = (2 - room / kWall) / kWall;
       curvature = 1 / (kWall * kWall);
     }
     const double both = slope + 2 * curvature * used;
-    p.pull = p.length * both;
-    p.aim = p.middle + (1 - slope / both) * p.off;
+    p.fit_weight = p.length * both;
+    p.fit_target = p.middle + (1 - slope / both) * p.deviation;
   }
 }
 
+// The minimum of the quadratic form: a symmetric system of bandwidth 6, one matrix for three right sides.
+// Coefficients outside of [from_, to_) are given; their products go to the right side.
 void TubeFit::Group::solve() {
   band_ = roughness_.integral;
   std::fill(rhs_.begin(), rhs_.end(), Point{});
-  add_pulls(places_, weight_, band_, rhs_);
+  add_fit_terms(samples_, weight_, band_, rhs_);
   for (size_t i = from_ - std::min<size_t>(from_, 5); i < from_; ++i)
     for (size_t k = from_ - i; k < 6 && i + k < to_; ++k) rhs_[i + k].w -= band_[i][k] * y_[i].w;
   for (size_t j = to_; j < std::min(y_.size(), to_ + 5); ++j)
@@ -306,7 +323,7 @@ void TubeFit::Group::factorise() {
   }
 }
 
-void TubeFit::Group::hand_back() {
+void TubeFit::Group::write_back() {
   for (size_t i = from_; i < to_; ++i)
     for (int k = 0; k < 3; ++k) spline_.coefficients[i][first_word_ + k] = y_[i].w[k];
 }
@@ -335,8 +352,8 @@ void TubeFit::smooth() {
   for (Group& group : groups_) group.smooth();
 }
 
-void TubeFit::draw_in(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
-  for (Group& group : groups_) group.draw_in(usage, usage_max, reach);
+void TubeFit::tighten(const std::vector<TubeUse>& usage, double usage_max, size_t reach) {
+  for (Group& group : groups_) group.tighten(usage, usage_max, reach);
 }
 
 }  // namespace trn

@@ -18,6 +18,9 @@ void BlockEmitter::begin_stretch() { pieces_.clear(); }
 
 void BlockEmitter::add_piece(const PlanPiece& piece, double s_start) { pieces_.push_back({piece, s_start}); }
 
+// A border of pieces may lie inside of the segment, or within rounding of its end: then the piece ends with
+// the segment, rather than leave a rest of no length. A piece so short that no time is left for it passes its
+// outputs on.
 void BlockEmitter::segment(const LawSegment& segment, const std::deque<GridInterval>& grid, bool at_rest) {
   const double s_end = segment.end().s;
   double t = 0;
@@ -29,7 +32,7 @@ void BlockEmitter::segment(const LawSegment& segment, const std::deque<GridInter
     if (t_border > t) append(segment, grid, t, t_border);
     t = t_border;
     flush(at_rest && t >= segment.duration_s);
-    const OutputChanges left = pieces_[0].plan.outputs;  // of a piece that no time was left for
+    const OutputChanges left = pieces_[0].plan.outputs;
     pieces_.pop_front();
     if (left.any()) pieces_[0].plan.outputs = join(left, pieces_[0].plan.outputs);
   }

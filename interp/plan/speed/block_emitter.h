@@ -6,8 +6,8 @@
 
 namespace trn::speed {
 
-/// Cuts time-law segments at the borders of pieces and packs them into motion blocks, in order, each with
-/// what the joints do in it.
+/// Cuts the segments of the time law at the borders of pieces and packs them into MotionBlocks, in order,
+/// each segment with the motion of the joints in it.
 class BlockEmitter {
  public:
   /// `rates`: the joints' full limits.
@@ -15,7 +15,7 @@ class BlockEmitter {
 
   void begin_stretch();
   void add_piece(const PlanPiece& piece, double s_start);
-  /// `at_rest`: the segment ends standing still. `grid`: what the segment's indices mean.
+  /// The next segment of the law. `grid`: the intervals that its indices mean. `at_rest`: it ends at rest.
   void segment(const LawSegment& segment, const std::deque<GridInterval>& grid, bool at_rest);
   void event(const QueueEvent& event, std::uint32_t line);
 

@@ -8,9 +8,9 @@ namespace trn::speed {
 namespace {
 
 constexpr double kToBoundary = 0.99;  // share of the way to the nearest boundary that a step may go
-constexpr double kMuCut = 0.15;
-constexpr double kMuLeast = 0.03;    // of what the gap asks for
-constexpr double kStartSlack = 0.5;  // least slack at the start, of the row's room
+constexpr double kMuCut = 0.15;       // factor on mu after a step that went nearly all the way
+constexpr double kMuLeast = 0.03;     // of the mu at which the gap would be reached
+constexpr double kStartSlack = 0.5;   // least slack at the start, of the row's room
 constexpr double kResumeSlack = 1e-3;
 constexpr double kResidual = 5e-4;  // greatest violation of a row in a result, of its room
 
@@ -26,6 +26,8 @@ InteriorPointResult InteriorPoint::solve(const SpeedProblem& problem, const Inte
   return search(mu, options, c);
 }
 
+// The rows have changed a little since the last search, so its slacks and multipliers are nearly right; only
+// those too near 0 are moved away (kResumeSlack).
 InteriorPointResult InteriorPoint::resume(const SpeedProblem& problem, const InteriorPointOptions& options,
                                           Doubles& c) {
   set_start(problem, c);
@@ -43,11 +45,15 @@ void InteriorPoint::set_start(const SpeedProblem& problem, const Doubles& c) {
   state_.dx.assign(padded + 2, 0);
   std::copy(c.begin(), c.end(), state_.x.begin() + 1);
   if (problem.first_fixed) state_.x[1] = problem.first_c;
-  for (Doubles* v : {&state_.mean, &state_.left, &state_.right, &state_.taken}) v->assign(padded, 1);
+  for (Doubles* v : {&state_.mean, &state_.left, &state_.right, &state_.jerk_duals}) v->assign(padded, 1);
   state_.root.assign(padded, 1 / std::sqrt(beyond));
-  update_places(state_);
+  update_speeds(state_);
 }
 
+// One Newton step a turn: assemble P11, solve it, find the steps P12, go as far along them as slacks and
+// multipliers stay positive (fraction to the boundary). Slacks make the start free; violation g + w falls by
+// 1 - alpha a step. mu follows the mean of z w: down by kMuCut after long steps, and hardly after short ones,
+// which show that the iterate is far from the central path.
 InteriorPointResult InteriorPoint::search(double mu, const InteriorPointOptions& options, Doubles& c) {
   InteriorPointResult result;
   const double rows = static_cast<double>(
@@ -71,23 +77,26 @@ InteriorPointResult InteriorPoint::search(double mu, const InteriorPointOptions&
     const double quality = std::min(step.alpha, step.alpha_dual);
     step.mu = gap / rows * (quality > 0.7 ? kMuCut : quality > 0.3 ? 0.5 : 1.0);
     step.mu = std::max(step.mu, kMuLeast * options.gap * result.time_s / rows);
-    update_places(state_);
+    update_speeds(state_);
   }
   c.assign(state_.x.begin() + 1, state_.x.begin() + 1 + static_cast<std::ptrdiff_t>(n_));
   return result;
 }
 
-// The right side -f' and the curvature H of P11 for the time P7. The right sides of P9 bend the other way:
-// what they take of H is subtracted, as far as H stays positive.
+// The right side -f' and the curvature H of P11 for the time P7. The room 1 / sqrt(c) of the rows P9 is
+// convex. Its second derivative 0.75 c^(-5/2), times the sum of the rows' multipliers, has the form of H and
+// is subtracted. A floor keeps the matrix positive definite: this is where the negative curvature is dropped.
 void InteriorPoint::add_time() {
   for (size_t k = 0; k < n_; ++k) {
     const double h = state_.problem->h[k], cube = state_.root[k] / state_.x[k + 1];
     state_.rhs[k + 1] += 0.5 * h * cube;
-    state_.diag[k + 1] += 0.75 * std::max(h - state_.taken[k], 1e-3 * h) * cube / state_.x[k + 1];
+    state_.diag[k + 1] += 0.75 * std::max(h - state_.jerk_duals[k], 1e-3 * h) * cube / state_.x[k + 1];
   }
 }
 
-// Solves P11: L D L^T of the pentadiagonal matrix, in place; entries 1..n are the unknowns.
+// Solves P11: L D L^T of the pentadiagonal matrix, in place, with the forward substitution in the same loop.
+// Entries 1..n are the unknowns; a first coefficient that is given keeps dx = 0. False: a pivot is not
+// positive.
 bool InteriorPoint::factor_and_solve() {
   double *const diag = state_.diag.data(), *const off1 = state_.off1.data(), *const off2 = state_.off2.data();
   double* const dx = state_.dx.data();
@@ -111,6 +120,8 @@ bool InteriorPoint::factor_and_solve() {
   return true;
 }
 
+// The share of the step dx: kToBoundary of the way to the first slack at 0, and no coefficient falls by more
+// than 70 % or grows fivefold, as the speeds in the rows are those of the step before.
 double InteriorPoint::primal_step(double worst) const {
   worst = std::max(kToBoundary, worst);
   for (size_t k = 1; k <= n_; ++k) {
@@ -120,7 +131,7 @@ double InteriorPoint::primal_step(double worst) const {
   return kToBoundary / worst;
 }
 
-// P7.
+// The time P7.
 double InteriorPoint::total_time() const {
   double sum = 0;
   for (size_t k = 0; k < n_; ++k) sum += state_.problem->h[k] * state_.root[k];

@@ -12,13 +12,13 @@ namespace {
 constexpr int kNodes = JointPanel::kNodes;
 constexpr double kInner = 0.8;  // of the range that is interpolated, the part that is used
 // Greatest second and third derivatives of the Chebyshev polynomials of degree 0 to kNodes on |x| <= kInner.
-constexpr double kBend2[kNodes + 1] = {0, 0, 4, 19.2, 45.4, 67.8, 60.6, 85.7, 138.7, 214.3, 269};
-constexpr double kBend3[kNodes + 1] = {0, 0, 0, 24, 153.6, 494.4, 1044.5, 1540.2, 1436.2, 1882.5, 3364};
+constexpr double kD2Max[kNodes + 1] = {0, 0, 4, 19.2, 45.4, 67.8, 60.6, 85.7, 138.7, 214.3, 269};
+constexpr double kD3Max[kNodes + 1] = {0, 0, 0, 24, 153.6, 494.4, 1044.5, 1540.2, 1436.2, 1882.5, 3364};
 // The same of the fifth and sixth.
-constexpr double kBend5[kNodes] = {0, 0, 0, 0, 0, 1920, 18432, 89780, 292946, 708314};
-constexpr double kBend6[kNodes] = {0, 0, 0, 0, 0, 0, 23040, 258048, 1467190, 5604800};
-constexpr double kRounding = 5e-16;     // of a joint's value, about: hides what lies below
-constexpr double kAllRounding = 2e-15;  // of the largest joint's: the map's own arithmetic
+constexpr double kD5Max[kNodes] = {0, 0, 0, 0, 0, 1920, 18432, 89780, 292946, 708314};
+constexpr double kD6Max[kNodes] = {0, 0, 0, 0, 0, 0, 23040, 258048, 1467190, 5604800};
+constexpr double kRounding = 5e-16;     // of a joint's value: coefficients below are rounding
+constexpr double kAllRounding = 2e-15;  // of the largest joint's value: rounding of the map's own arithmetic
 
 using Square = std::array<std::array<double, kNodes>, kNodes>;
 
@@ -40,7 +40,7 @@ struct Basis {
   }
 };
 
-// Into the first eight joints, or the rest; a size known beforehand needs no call.
+// Copies to the first eight joints, or to the rest. Sizes are constants, so that no call of memcpy is left.
 TRN_VECTOR_INLINE void put_part(const Eight& from, size_t part, PerJoint& to) {
   static_assert(kMaxJoints >= 8 && kMaxJoints <= 16);
   if (part == 0)
@@ -56,6 +56,8 @@ const Basis& basis() {
 
 }  // namespace
 
+// The nodes of the Chebyshev polynomial of degree kNodes, on a range 1 / kInner as long as the panel:
+// derivatives of the interpolation are accurate inside the range and poor towards its ends.
 bool JointPanel::interpolate(const JointMap& map, const PlanPiece& piece, double s0, double s1) {
   s0_ = s0;
   s1_ = s1;
@@ -74,14 +76,16 @@ bool JointPanel::interpolate(const JointMap& map, const PlanPiece& piece, double
   for (int j = 0; j < count_; ++j) {
     std::array<double, kNodes> values;
     for (size_t i = 0; i < kNodes; ++i) values[i] = q[i][j];
-    put_row(j, values, kAllRounding * size);
+    set_joint(j, values, kAllRounding * size);
   }
   return true;
 }
 
-// Coefficients that the values' rounding hides are left out, from the last one on.
-void JointPanel::put_row(int joint, const std::array<double, kNodes>& values, double rounding) {
-  const double origin = values[0];  // what stands still has no coefficients at all
+// Chebyshev coefficients of one joint, then powers of x. Trailing coefficients that rounding hides are
+// dropped, as third derivatives would blow them up. The bounds follow from the greatest derivatives of the
+// Chebyshev polynomials.
+void JointPanel::set_joint(int joint, const std::array<double, kNodes>& values, double rounding) {
+  const double origin = values[0];  // taken off, so that a joint at rest has no coefficients at all
   std::array<double, kNodes> c{}, powers{};
   double size = std::abs(origin);
   for (size_t i = 0; i < kNodes; ++i) {
@@ -99,21 +103,21 @@ void JointPanel::put_row(int joint, const std::array<double, kNodes>& values, do
   if (kept == kNodes) omitted = std::max(std::abs(c[kNodes - 1]), 0.2 * std::abs(c[kNodes - 2]));
   if (omitted > std::max(hidden, rounding)) rounding_ = false;
   const auto at = static_cast<size_t>(joint);
-  double bend5 = 0, bend6 = 0;
+  double d5_max = 0, d6_max = 0;
   for (size_t k = 5; k < kept; ++k) {
-    bend5 += kBend5[k] * std::abs(c[k]);
-    bend6 += kBend6[k] * std::abs(c[k]);
+    d5_max += kD5Max[k] * std::abs(c[k]);
+    d6_max += kD6Max[k] * std::abs(c[k]);
   }
   const double inverse_2 = inverse_ * inverse_, inverse_5 = inverse_2 * inverse_2 * inverse_;
-  bend5_[at] = bend5 * inverse_5;
-  bend6_[at] = bend6 * inverse_5 * inverse_;
+  d5_max_[at] = d5_max * inverse_5;
+  d6_max_[at] = d6_max * inverse_5 * inverse_;
   terms_ = std::max(terms_, kept);
-  error2_[at] = omitted * kBend2[kept] * inverse_ * inverse_;
-  error3_[at] = omitted * kBend3[kept] * inverse_ * inverse_ * inverse_;
+  error2_[at] = omitted * kD2Max[kept] * inverse_ * inverse_;
+  error3_[at] = omitted * kD3Max[kept] * inverse_ * inverse_ * inverse_;
   for (size_t m = 0; m < kNodes; ++m) power_[at / 8][m][at % 8] = powers[m];
 }
 
-TRN_VECTOR_CLONES void JointPanel::at(double s, Bracket& out) const {
+TRN_VECTOR_CLONES void JointPanel::at(double s, JointDerivatives& out) const {
   const double x = (s - middle_) * inverse_;
   const double by2 = 2 * inverse_ * inverse_, by3 = 6 * inverse_ * inverse_ * inverse_;
   for (size_t part = 0; part * 8 < static_cast<size_t>(count_); ++part) {

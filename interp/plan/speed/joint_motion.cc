@@ -7,17 +7,19 @@ namespace trn::speed {
 
 namespace {
 
-constexpr double kSamePlace = 1e-9;      // of the segment's length
-constexpr double kMoment = 1e-6;         // of the segment's duration
-constexpr float kJerkVerified = 0.999F;  // more the plan never has, between its samples neither
+constexpr double kSameS = 1e-9;         // of the segment's length: one place
+constexpr double kTimeAccuracy = 1e-6;  // of the segment's duration
+constexpr float kJerkVerified =
+    0.999F;  // use of the jerk limit that verification allows, between samples too
 
 /// What the joints do at one moment, mm or rad.
-struct Moment {
+struct JointState {
   PerJoint v, a, j;
 };
 
-Moment moment_at(const PathSample& p, const PathState& at, double jerk, int count) {
-  Moment m{};
+// The chain rule: (P4) to (P6) with ds/dt, d2s/dt2 and d3s/dt3.
+JointState joint_state(const PathSample& p, const PathState& at, double jerk, int count) {
+  JointState m{};
   const double vv = at.v * at.v, va3 = 3 * at.v * at.a, vvv = vv * at.v;
   for (size_t i = 0; i < static_cast<size_t>(count); ++i) {
     m.v[i] = p.d1[i] * at.v;
@@ -27,13 +29,14 @@ Moment moment_at(const PathSample& p, const PathState& at, double jerk, int coun
   return m;
 }
 
-/// The part of a segment that is looked at, as far as it has come.
+/// The joints' motion over a part of a segment, gathered sample by sample in the order of time. The range of
+/// the jerk is that of the samples, widened by what a parabola through three of them may have between.
 class Part {
  public:
   Part(const LawSegment& segment, const JointRates& rates) : segment_(segment), rates_(rates) {}
 
   void begin(const PathSample& p, double t) {
-    const PerJoint j = enter(p, t);
+    const PerJoint j = evaluate(p, t);
     for (size_t i = 0; i < count(); ++i) {
       motion_.v[i] = static_cast<float>(v_[i] * rates_.jerk_inverse[i]);
       motion_.a[i] = motion_.a_end[i];
@@ -41,10 +44,11 @@ class Part {
     }
     before_ = last_ = j;
   }
-  void pass(const PathSample& p, double t) {
-    const PerJoint j = enter(p, t);
+  void add(const PathSample& p, double t) {
+    const PerJoint j = evaluate(p, t);
     for (size_t i = 0; i < count(); ++i) {
-      // A parabola through three samples leaves their hull by an eighth of its second difference at most.
+      // A parabola through three even samples leaves their range by at most an eighth of their second
+      // difference.
       const double bulge = std::abs(j[i] - 2 * last_[i] + before_[i]) / 8;
       const auto low = static_cast<float>(std::min(j[i], last_[i])),
                  high = static_cast<float>(std::max(j[i], last_[i]));
@@ -60,9 +64,9 @@ class Part {
 
  private:
   size_t count() const { return static_cast<size_t>(rates_.count); }
-  /// The jerks at the sample; velocity and final acceleration are put down.
-  PerJoint enter(const PathSample& p, double t) {
-    const Moment m = moment_at(p, segment_.at(t), segment_.jerk, rates_.count);
+  /// The jerks at the sample. Velocity and acceleration are kept as those of the end so far.
+  PerJoint evaluate(const PathSample& p, double t) {
+    const JointState m = joint_state(p, segment_.at(t), segment_.jerk, rates_.count);
     PerJoint j{};
     for (size_t i = 0; i < count(); ++i) {
       motion_.a_end[i] = static_cast<float>(m.a[i] * rates_.jerk_inverse[i]);
@@ -85,14 +89,14 @@ PathSample sample_at(const std::vector<PathSample>& samples, double s, double to
   if (i + 1 == samples.size() || samples[i].s >= s - tolerance) return samples[i];
   if (i > 0 && samples[i - 1].s < samples[i].s) --i;
   if (i + 2 >= samples.size() || samples[i + 1].s >= samples[i + 2].s) return samples[i];
-  return between(&samples[i], s, count);
+  return interpolate(&samples[i], s, count);
 }
 
 }  // namespace
 
 JointMotion joint_motion(const LawSegment& segment, const std::deque<GridInterval>& grid,
                          const JointRates& rates, double from_s, double to_s) {
-  const double s0 = segment.at(from_s).s, s1 = segment.at(to_s).s, same = kSamePlace * (s1 - s0);
+  const double s0 = segment.at(from_s).s, s1 = segment.at(to_s).s, same = kSameS * (s1 - s0);
   size_t first = segment.first, last = segment.last;
   while (first + 1 < last && grid[first + 1].s <= s0 + same) ++first;
   while (last > first + 1 && grid[last - 1].s >= s1 - same) --last;
@@ -100,8 +104,8 @@ JointMotion joint_motion(const LawSegment& segment, const std::deque<GridInterva
   part.begin(sample_at(grid[first].samples, s0, same, rates.count), from_s);
   for (size_t k = first; k < last; ++k)
     for (const PathSample& p : grid[k].samples)
-      if (p.s > s0 + same && p.s < s1 - same) part.pass(p, segment.time_at(p.s, kMoment));
-  part.pass(sample_at(grid[last - 1].samples, s1, same, rates.count), to_s);
+      if (p.s > s0 + same && p.s < s1 - same) part.add(p, segment.time_at(p.s, kTimeAccuracy));
+  part.add(sample_at(grid[last - 1].samples, s1, same, rates.count), to_s);
   return part.motion();
 }
 

@@ -5,8 +5,8 @@
 
 namespace trn::speed {
 
-/// What the joints do while the law runs from `from_s` to `to_s` of the segment's own time, out of the
-/// samples of its intervals; a parabola stands between samples. `rates`: the joints' full limits.
+/// The joints' motion while the law runs from `from_s` to `to_s` of the segment's own time (s), from the
+/// samples of its intervals, interpolated by parabolas. `rates`: the joints' full limits.
 JointMotion joint_motion(const LawSegment& segment, const std::deque<GridInterval>& grid,
                          const JointRates& rates, double from_s, double to_s);
 

@@ -10,26 +10,26 @@ namespace trn::speed {
 namespace {
 
 constexpr int kNewtonSteps = 4;
-constexpr float kOutside = 1e-5F;  // of a segment's way: places farther off are not in it
+constexpr float kOutside = 1e-5F;  // of a segment's length: samples farther outside belong to another segment
 constexpr float kJudged = 1e-4F;   // of a segment's duration: how close a moment is hit to judge it
 
 double power_2_3(double x) { return std::cbrt(x * x); }
 
-/// A group of places of an interval to be judged by what each takes of the samples: all of one, or, between
-/// two, what the parabola through three has of each.
-struct PlaceGroup {
+/// A group of places of an interval at which the law is judged. Each is a weighted sum of the interval's
+/// samples: one of them, or between two of them the parabola through three.
+struct SampleGroup {
   Lanes share;                 ///< of the interval
   size_t first = 0, used = 0;  ///< samples that are taken from
   Wide weight[kLanes + 4];     ///< of each
 };
 
-TRN_VECTOR_CLONES void put_group(const PlaceGroup& group, const PathSample* samples, const JointRates& rates,
-                                 JudgedPlaces& places, JudgeRow* rows) {
+TRN_VECTOR_CLONES void put_group(const SampleGroup& group, const PathSample* samples, const JointRates& rates,
+                                 JudgedSamples& judged, JudgeRow* rows) {
   const PathSample* const p = samples + group.first;
-  places.share = group.share;
+  judged.share = group.share;
   Wide b_max{};
   for (size_t i = 0; i < group.used; ++i) b_max += group.weight[i] * p[i].b_max;
-  places.b_max = __builtin_convertvector(b_max, Lanes);
+  judged.b_max = __builtin_convertvector(b_max, Lanes);
   for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
     Wide d1{}, d2{}, d3{};
     for (size_t i = 0; i < group.used; ++i) {
@@ -44,7 +44,7 @@ TRN_VECTOR_CLONES void put_group(const PlaceGroup& group, const PathSample* samp
   }
 }
 
-/// Puts the places of an interval into groups, and these into its rows.
+/// Gathers the places of an interval into groups and writes these into the interval's rows.
 class RowWriter {
  public:
   RowWriter(const JointRates& rates, GridInterval& g) : rates_(rates), g_(g) {}
@@ -63,7 +63,7 @@ class RowWriter {
     if (++lane_ == kLanes) flush();
   }
 
-  /// The last place fills up the group.
+  /// Fills up the last group with its last place.
   void finish() {
     if (lane_ == 0) return;
     for (size_t lane = lane_; lane < kLanes; ++lane) {
@@ -76,15 +76,15 @@ class RowWriter {
  private:
   void flush() {
     const size_t joints = static_cast<size_t>(rates_.count);
-    JudgedPlaces& places = g_.judged.emplace_back();
+    JudgedSamples& judged = g_.judged.emplace_back();
     g_.judge.resize(g_.judged.size() * joints);
-    put_group(group_, g_.samples.data(), rates_, places, &g_.judge[g_.judge.size() - joints]);
+    put_group(group_, g_.samples.data(), rates_, judged, &g_.judge[g_.judge.size() - joints]);
     lane_ = 0;
   }
 
   const JointRates& rates_;
   GridInterval& g_;
-  PlaceGroup group_;
+  SampleGroup group_;
   size_t lane_ = 0;
 };
 
@@ -110,24 +110,27 @@ void put_rows(const JointRates& rates, GridInterval& g) {
 
 TRN_VECTOR_INLINE void size_of(const Lanes& v, Lanes& size) { size = v > -v ? v : -v; }
 
-/// Shares of a segment's way that shares of its time make: x = rate t + bend t^2 + turn t^3.
-struct Course {
-  float rate, bend, turn;
+/// The segment's motion over its length and duration: x = linear t + quadratic t^2 + cubic t^3, x and t in
+/// [0, 1].
+struct NormalisedMotion {
+  float linear, quadratic, cubic;
 };
 
-Course course_of(const LawSegment& segment, double length) {
+NormalisedMotion normalised(const LawSegment& segment, double length) {
   const double T = segment.duration_s, by = T / length;
   return {static_cast<float>(segment.from.v * by), static_cast<float>(segment.from.a * T * by / 2),
           static_cast<float>(segment.jerk * T * T * by / 6)};
 }
 
-// Newton's method from even motion on all lanes. False: not everywhere there, as next to a standstill.
-TRN_VECTOR_INLINE bool time_shares(const Course& c, const Lanes& x, Lanes& t) {
+// The time shares t at which the motion has come to the shares x of its length: Newton's method on all lanes
+// at once, starting from constant speed. False: not converged on some lane, as next to a standstill, where
+// dx/dt vanishes.
+TRN_VECTOR_INLINE bool time_shares(const NormalisedMotion& c, const Lanes& x, Lanes& t) {
   t = x;
   Lanes miss{};
   for (int i = 0; i < kNewtonSteps; ++i) {
-    const Lanes slope = c.rate + t * (2 * c.bend + t * (3 * c.turn));
-    const Lanes step = (t * (c.rate + t * (c.bend + t * c.turn)) - x) / slope;
+    const Lanes slope = c.linear + t * (2 * c.quadratic + t * (3 * c.cubic));
+    const Lanes step = (t * (c.linear + t * (c.quadratic + t * c.cubic)) - x) / slope;
     t -= step;
     t = t > 0 ? t : Lanes{};
     t = t < 1 ? t : Lanes{} + 1;
@@ -146,16 +149,17 @@ struct Moments {
   Lanes v, a, jerk;
 };
 
-TRN_VECTOR_INLINE void use_group(const JudgedPlaces& places, const JudgeRow* rows, const JointRates& rates,
+TRN_VECTOR_INLINE void use_group(const JudgedSamples& judged, const JudgeRow* rows, const JointRates& rates,
                                  const Moments& at, LaneUse& use) {
   const Lanes b = at.v * at.v, va3 = 3 * at.v * at.a, vvv = b * at.v;
-  raise(use.velocity_squared, b / places.b_max);
+  raise(use.velocity_squared, b / judged.b_max);
   for (size_t j = 0; j < static_cast<size_t>(rates.count); ++j) {
     const JudgeRow& d = rows[j];
     const auto ramp = static_cast<float>(rates.acceleration[j] * rates.jerk_inverse[j]);
     Lanes size;
     size_of(d.d1 * at.a + d.d2 * b, size);
     raise(use.acceleration, size);
+    // q' and q'' are stored over the limit of acceleration; `ramp` makes them shares of the jerk limit.
     size_of(ramp * (d.d1 * at.jerk + d.d2 * va3) + d.d3 * vvv, size);
     raise(use.jerk, size);
   }
@@ -163,11 +167,14 @@ TRN_VECTOR_INLINE void use_group(const JudgedPlaces& places, const JudgeRow* row
 
 }  // namespace
 
+// The interval's rows are formed at the first call only: an interval is judged once a round of the planner,
+// always at the same places. What changes is the segment, and with it time, speed and acceleration at these
+// places.
 TRN_VECTOR_CLONES LimitUse limit_use(const LawSegment& segment, GridInterval& g, const JointRates& rates) {
   if (g.judged.empty()) put_rows(rates, g);
   const size_t joints = static_cast<size_t>(rates.count);
   const double length = segment.end().s - segment.from.s;
-  const Course course = course_of(segment, length);
+  const NormalisedMotion course = normalised(segment, length);
   const auto offset = static_cast<float>((g.s - segment.from.s) / length),
              share = static_cast<float>(g.h / length), T = static_cast<float>(segment.duration_s),
              v0 = static_cast<float>(segment.from.v), a0 = static_cast<float>(segment.from.a),
@@ -183,13 +190,17 @@ TRN_VECTOR_CLONES LimitUse limit_use(const LawSegment& segment, GridInterval& g,
                                   segment.duration_s);
     t *= T;
     const Lanes off = place - x,
-                here = off * off < kOutside * kOutside ? zero + 1 : zero;  // or in another one
+                here =
+                    off * off < kOutside * kOutside ? zero + 1 : zero;  // else the place does not count here
     const Moments at{here * (v0 + t * (a0 + t * (jerk / 2))), here * (a0 + t * jerk), here * jerk};
     use_group(g.judged[group], &g.judge[group * joints], rates, at, use);
   }
   return {largest(use.velocity_squared), largest(use.acceleration), largest(use.jerk)};
 }
 
+// A rest segment of another end speed is the same motion, faster or slower: with b, speeds grow as sqrt(b),
+// accelerations as b and jerks as b^1.5. So the uses of the motion with b = 1 give the greatest b in closed
+// form.
 double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t last, const JointRates& rates,
                   const std::deque<Headroom>& headroom, bool start) {
   const double s0 = grid[first].s, length = grid[last - 1].s + grid[last - 1].h - s0;

@@ -9,11 +9,12 @@ struct LimitUse {
   double velocity_squared = 0, acceleration = 0, jerk = 0;  ///< the first: b / b_max, feed included
 };
 
-/// Of the segment at the judged places of one of its intervals. Keeps in the interval what the next call
-/// needs again.
+/// Use of the segment in one of its intervals: at the samples, and at a third and two thirds between them by
+/// parabolas. Keeps these in the interval for the next call.
 LimitUse limit_use(const LawSegment& segment, GridInterval& interval, const JointRates& rates);
 
-/// Greatest b at the moving end of the rest segment over [first, last) that keeps all limits.
+/// Greatest b = (ds/dt)^2 at the moving end of the rest segment over [first, last) that keeps all limits
+/// times their headroom at the samples. `start`: the segment begins at rest; else it ends there.
 double rest_bound(const std::deque<GridInterval>& grid, size_t first, size_t last, const JointRates& rates,
                   const std::deque<Headroom>& headroom, bool start);
 

@@ -14,12 +14,14 @@ struct SpeedState {
   double b = 0, a = 0;
 };
 
-/// A group of places of an interval at which the law is judged: their shares of it, and the bound on b.
-struct JudgedPlaces {
+/// A group of samples at which the law is judged: where they lie, as shares of their interval, and their
+/// bounds on b.
+struct JudgedSamples {
   Lanes share, b_max;
 };
 
-/// What a joint does there: q', q'' over its limit of acceleration, q''' over that of jerk.
+/// One joint's derivatives at a group of samples: q' and q'' over its limit of acceleration, q''' over that
+/// of jerk.
 struct JudgeRow {
   Lanes d1, d2, d3;
 };
@@ -32,11 +34,11 @@ struct GridInterval {
   double b_est = 0;       ///< roughly (ds/dt)^2 in its middle
   LocalBound bound;       ///< the least over its samples
   std::vector<PathSample> samples;
-  std::vector<JudgedPlaces> judged;  ///< empty before the first judgement
-  std::vector<JudgeRow> judge;       ///< [group of places][joint]
+  std::vector<JudgedSamples> judged;  ///< made and kept by limit_use; empty before
+  std::vector<JudgeRow> judge;        ///< the same: [group of samples][joint]
 };
 
-/// Time between nodes, and how long it stays so before it may grow.
+/// Time between nodes at one place, and for how long it stays the same before it may grow.
 struct NodeSpacing {
   double spacing_s = 1e9, plateau_s = 0;
 };
@@ -47,27 +49,28 @@ struct PendingPiece {
   JointCurve curve;
   double s = 0;               ///< of its start in the stretch
   double spacing_s = 0;       ///< time between nodes that it wants
-  double spacing_most_s = 0;  ///< and that its curvature allows far from its ends
-  /// How much 3 d2 a and d3 of the joints change along it, over their jerk; a: the greatest d2s/dt2 there.
+  double spacing_most_s = 0;  ///< greatest time between nodes, far from its ends, that its curvature allows
+  /// Sums of the changes of 3 q'' a and of q''' along the piece, over the joints' jerk; a: the local bound of
+  /// d2s/dt2.
   double variation2 = 0, variation3 = 0;
-  struct Place {
+  struct ProfilePoint {
     double s = 0;
     LocalBound bound;
     double b_est = 0, a_est = 0;
-    double climb = 0;  ///< path from a slow place and what led to its speed from rest: see PathGrid
+    double ramp = 0;  ///< e + d of P8: distance from a slow point and the path from rest to its speed
   };
-  std::vector<Place> places;        ///< from start to end, coarse
-  std::vector<PathSample> samples;  ///< at the places
+  std::vector<ProfilePoint> profile;  ///< estimated speed profile from start to end, coarse
+  std::vector<PathSample> samples;    ///< at the points of the profile
 };
 
-/// Lays the grid over a stretch: nodes about uniform in time at an estimated speed, more of them where the
-/// joints' derivatives change, at borders of pieces unless the pieces are tiny. Works ahead of the time law
-/// by `lookahead_s`, so that the estimate knows of slow places to come.
+/// Lays the grid over a stretch. Nodes lie about evenly in time at an estimated speed, closer where the
+/// joints' derivatives change, and at borders of pieces unless the pieces are tiny. The grid works ahead of
+/// the time law by `lookahead_s`, so that the estimate knows of slow places to come.
 ///
-/// Out of a slow place the machine climbs as it does from rest: from a speed v, reached from rest over a path
-/// c = v sqrt(2 v / jerk), (ds/dt)^2 grows as (c + d)^(4/3) with the distance d. Whatever the time between
-/// nodes, no interval there is longer than a share of c + d ("climb"), or else it would hold the machine at
-/// the slow place's speed all along.
+/// Out of a slow place the machine accelerates as out of a standstill (P8 of docs/planner.md): with e the
+/// path from rest to the slow speed v, e = v sqrt(2 v / jerk), (ds/dt)^2 grows as (e + d)^(4/3) with the
+/// distance d. No interval is longer than a share of this ramp e + d, whatever the time between nodes. A
+/// longer one would have the slow place's speed all along.
 class PathGrid {
  public:
   PathGrid(const PathSampler& sampler, double spacing_s, double lookahead_s);
@@ -81,16 +84,15 @@ class PathGrid {
   bool lay(bool to_end, bool force);
 
   std::deque<GridInterval>& intervals() { return intervals_; }
+  const std::deque<GridInterval>& intervals() const { return intervals_; }
   /// The first `count` intervals are done with.
   void drop_front(size_t count);
-  double length() const { return s_end_; }
-  size_t pending_count() const { return pending_.size(); }
 
  private:
   void estimate(bool to_end);
-  static void sweep(std::vector<PendingPiece::Place*>& all, SpeedState from, bool flip);
-  void find_climbs(std::vector<PendingPiece::Place*>& all) const;
-  void grade_from(NodeSpacing rest, bool flip);
+  static void sweep(std::vector<PendingPiece::ProfilePoint*>& all, SpeedState from, bool backwards);
+  void find_ramps(std::vector<PendingPiece::ProfilePoint*>& all) const;
+  void grade_from(NodeSpacing rest, bool backwards);
   double wanted_spacing(PendingPiece& pending) const;
   /// What an interval of the piece takes at most, next to its slowest place.
   struct IntervalSize {
@@ -105,7 +107,7 @@ class PathGrid {
   std::unique_ptr<PendingPiece> fresh_piece(const PlanPiece& piece, JointCurve& curve);
   void refine(const PendingPiece& pending, GridInterval& g);
   void put_interval(GridInterval&& by, bool merge);
-  void put_short(const PendingPiece& pending, double time_s);
+  void append_short(const PendingPiece& pending, double time_s);
   double pending_time() const;
 
   const PathSampler& sampler_;
@@ -115,12 +117,12 @@ class PathGrid {
   std::vector<std::unique_ptr<PendingPiece>> spare_pieces_;  ///< done with: their storage is used again
   std::vector<GridInterval> spare_;                          ///< the same
   std::vector<PathSample> finer_;
-  std::vector<double> scratch_;  ///< places or moments in a piece
+  std::vector<double> scratch_;  ///< positions or times in a piece
   double s_end_ = 0;
   double pending_time_s_ = 0;   ///< of pending_, at least
   NodeSpacing spacing_before_;  ///< of the interval laid last
   SpeedState before_;           ///< estimate at the start of pending_
-  double climb_before_ = 1e30;  ///< climb there
+  double ramp_before_ = 1e30;   ///< ramp there
   bool merge_open_ = false;     ///< the last interval still takes in tiny pieces
 };
 

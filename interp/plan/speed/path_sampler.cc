@@ -11,10 +11,11 @@ namespace trn::speed {
 
 namespace {
 
-constexpr double kCurveTold = 5e-4;   // of a limit: how well polynomials must tell the joints' bracket
-constexpr double kCurveFaster = 1.5;  // the (ds/dt)^2 that is possible, against the bounds at three places
-constexpr int kHalvingsMax = 3;       // of a piece into panels
-constexpr double kTiny = 1e-12;       // share of a limit below which nothing moves
+constexpr double kCurveAccuracy = 5e-4;  // of a limit: error that a panel of polynomials may have
+constexpr double kBoundMargin = 1.5;   // (ds/dt)^2 possible in a panel over the bounds at three places of it
+constexpr int kHalvingsMax = 3;        // of a piece into panels
+constexpr double kTiny = 1e-12;        // share of a limit below which nothing moves
+constexpr double kNothingBinds = 1e6;  // ds/dt where neither feed nor a joint bounds it
 
 [[noreturn]] void fail_position(const PlanPiece& piece, const Joint& joint, double q) {
   const bool high = q > joint.limit.max;
@@ -29,18 +30,20 @@ constexpr double kTiny = 1e-12;       // share of a limit below which nothing mo
 
 }  // namespace
 
-JointRates joint_rates(const Joints& joints, double acceleration_share, double jerk_share) {
-  JointRates rates;
-  rates.count = static_cast<int>(joints.size());
-  for (size_t i = 0; i < joints.size(); ++i) {
-    rates.velocity[i] = joints[i].limit.velocity;
-    rates.acceleration[i] = joints[i].limit.acceleration * acceleration_share;
-    rates.jerk[i] = joints[i].limit.jerk * jerk_share;
-    rates.velocity_inverse[i] = 1 / rates.velocity[i];
-    rates.acceleration_inverse[i] = 1 / rates.acceleration[i];
-    rates.jerk_inverse[i] = 1 / rates.jerk[i];
+// Lagrange's weights; the bound of speed is interpolated as the derivatives are.
+PathSample interpolate(const PathSample* p, double s, int count) {
+  const double a = s - p[0].s, b = s - p[1].s, c = s - p[2].s;
+  const double ab = p[0].s - p[1].s, ac = p[0].s - p[2].s, bc = p[1].s - p[2].s;
+  const double w0 = b * c / (ab * ac), w1 = -a * c / (ab * bc), w2 = a * b / (ac * bc);
+  PathSample out;
+  out.s = s;
+  out.b_max = w0 * p[0].b_max + w1 * p[1].b_max + w2 * p[2].b_max;
+  for (size_t j = 0; j < static_cast<size_t>(count); ++j) {
+    out.d1[j] = w0 * p[0].d1[j] + w1 * p[1].d1[j] + w2 * p[2].d1[j];
+    out.d2[j] = w0 * p[0].d2[j] + w1 * p[1].d2[j] + w2 * p[2].d2[j];
+    out.d3[j] = w0 * p[0].d3[j] + w1 * p[1].d3[j] + w2 * p[2].d3[j];
   }
-  return rates;
+  return out;
 }
 
 PathSampler::PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates)
@@ -55,32 +58,33 @@ void PathSampler::add_panels(const PlanPiece& piece, double s0, double s1, int h
                              JointCurve& curve) const {
   JointPanel& panel = curve.emplace_back();
   const bool found = panel.interpolate(map_, piece, s0, s1);
-  if (found && tells(piece, panel)) return;
+  if (found && is_accurate(piece, panel)) return;
   const bool shorter = halvings > 0 && found && !panel.rounding();
   curve.pop_back();
-  if (!shorter) return;
+  if (!shorter) return;  // rounding, or a kink of the map: there the map itself is asked for every sample
   const double middle = (s0 + s1) / 2;
   add_panels(piece, s0, middle, halvings - 1, curve);
   add_panels(piece, middle, s1, halvings - 1, curve);
 }
 
-// What the panel may be off by is little against the limits, as fast as the machine may be.
-bool PathSampler::tells(const PlanPiece& piece, const JointPanel& panel) const {
+// The panel's error counts with the greatest speed that the panel allows: times b in the acceleration (P5),
+// times b^1.5 in the jerk (P6). It must be small against the joints' limits.
+bool PathSampler::is_accurate(const PlanPiece& piece, const JointPanel& panel) const {
   double b = 0;
   for (const double s : {panel.s0(), (panel.s0() + panel.s1()) / 2, panel.s1()}) {
-    Bracket d;
+    JointDerivatives d;
     panel.at(s, d);
     b = std::max(b, bound({s, speed_bound(piece, d, s), d.d1, d.d2, d.d3}).b);
   }
-  b *= kCurveFaster;
+  b *= kBoundMargin;
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
-    if (!(b * panel.error2()[i] <= kCurveTold * rates_.acceleration[i])) return false;
-    if (!(b * std::sqrt(b) * panel.error3()[i] <= kCurveTold * rates_.jerk[i])) return false;
+    if (!(b * panel.error2()[i] <= kCurveAccuracy * rates_.acceleration[i])) return false;
+    if (!(b * std::sqrt(b) * panel.error3()[i] <= kCurveAccuracy * rates_.jerk[i])) return false;
   }
   return true;
 }
 
-void PathSampler::check_position(const PlanPiece& piece, const Bracket& d, double reach) const {
+void PathSampler::check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const {
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
     const JointLimit& limit = joints_[i].limit;
     double low = d.q[i], high = d.q[i];
@@ -95,19 +99,19 @@ void PathSampler::check_position(const PlanPiece& piece, const Bracket& d, doubl
   }
 }
 
-double PathSampler::speed_bound(const PlanPiece& piece, const Bracket& d, double s_piece) const {
+double PathSampler::speed_bound(const PlanPiece& piece, const JointDerivatives& d, double s_piece) const {
   double speed = feed_speed(piece, s_piece);
   if (!(speed > 0))
     throw ProgramError(fmt::format("line {}: the feed is zero; give a positive F word", piece.line));
   double share = 1 / speed;
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i)
     share = std::max(share, std::abs(d.d1[i]) * rates_.velocity_inverse[i]);
-  speed = share > kTiny ? 1 / share : 1e6;  // then nothing moves and nothing binds
+  speed = share > kTiny ? 1 / share : kNothingBinds;
   return speed * speed;
 }
 
-// By the joint map itself.
-Bracket PathSampler::ask(const PlanPiece& piece, double s_piece) const {
+// From the joint map itself, where there is no panel: five evaluations a sample.
+JointDerivatives PathSampler::map_derivatives(const PlanPiece& piece, double s_piece) const {
   JointDerivatives d;
   const KinStatus status = joint_derivatives(map_, piece, s_piece, d);
   if (status != KinStatus::kOk) {
@@ -116,47 +120,41 @@ Bracket PathSampler::ask(const PlanPiece& piece, double s_piece) const {
         "line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}", piece.line,
         y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad, y[kC] * kDegPerRad, to_string(status)));
   }
-  Bracket out;
-  for (int i = 0; i < rates_.count; ++i) {
-    const auto k = static_cast<size_t>(i);
-    out.q[k] = d.q[i];
-    out.d1[k] = d.d1[i];
-    out.d2[k] = d.d2[i];
-    out.d3[k] = d.d3[i];
-  }
-  return out;
+  return d;
 }
 
 PathSample PathSampler::sample(const PlanPiece& piece, const JointCurve& curve, double s_piece, double s,
                                double reach) const {
-  Bracket d;
+  JointDerivatives d;
   if (const JointPanel* panel = panel_at(curve, s_piece))
     panel->at(s_piece, d);
   else
-    d = ask(piece, s_piece);
+    d = map_derivatives(piece, s_piece);
   check_position(piece, d, reach);
   PathSample out{s, speed_bound(piece, d, s_piece), d.d1, d.d2, d.d3};
-  if (std::isfinite(piece.feed.tip_mm_s2)) weigh(piece, s_piece, out);
+  if (std::isfinite(piece.feed.tip_mm_s2)) scale_to_tip_acceleration(piece, s_piece, out);
   return out;
 }
 
-bool PathSampler::parabolas_tell(const PlanPiece& piece, const JointCurve& curve, double s0, double s1,
-                                 double step, double b, double share) const {
+bool PathSampler::parabolas_predict(const PlanPiece& piece, const JointCurve& curve, double s0, double s1,
+                                    double step, double b, double share) const {
   const JointPanel* const panel = panel_at(curve, (s0 + s1) / 2);
   if (panel == nullptr || s0 < panel->s0() || s1 > panel->s1() || std::isfinite(piece.feed.tip_mm_s2))
     return false;
-  // Lagrange's remainder: the third derivative over 6, times step / 2, step / 2 and 3 step / 2.
+  // Lagrange's remainder halfway between two of the samples: the third derivative of what is interpolated,
+  // over 6, times the distances step / 2, step / 2 and 3 step / 2. That of q'' is q's fifth, that of q''' its
+  // sixth.
   const double off = b * step * step * step / 16, off3 = off * std::sqrt(b);
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i)
-    if (off * panel->bend5()[i] > share * rates_.acceleration[i] ||
-        off3 * panel->bend6()[i] > share * rates_.jerk[i])
+    if (off * panel->d5_max()[i] > share * rates_.acceleration[i] ||
+        off3 * panel->d6_max()[i] > share * rates_.jerk[i])
       return false;
   return true;
 }
 
-// Where the program asks for less acceleration than the joints have, they count as so much weaker, in jerk
-// too.
-void PathSampler::weigh(const PlanPiece& piece, double s_piece, PathSample& out) const {
+// Where the program asks for less acceleration of the tip than the joints have, the sample's derivatives are
+// scaled up. The joints then count as so much weaker, in jerk too, and the solver needs no other rows.
+void PathSampler::scale_to_tip_acceleration(const PlanPiece& piece, double s_piece, PathSample& out) const {
   const double tip = piece.piece.derivatives(s_piece).d1.head<3>().norm();
   const double weaker = bound(out).acceleration * tip / piece.feed.tip_mm_s2;
   if (!(weaker > 1)) return;
@@ -164,6 +162,8 @@ void PathSampler::weigh(const PlanPiece& piece, double s_piece, PathSample& out)
     for (double& value : *d) value *= weaker;
 }
 
+// At constant speed a and a' vanish in P5 and P6: b is the least of P4, A / |q''| and (J / |q'''|)^(2/3) over
+// the joints. At rest b vanishes, and q' alone bounds acceleration and jerk of s, by A / |q'| and J / |q'|.
 LocalBound PathSampler::bound(const PathSample& sample) const {
   double a1 = 1e-12, a2 = 1 / sample.b_max, j1 = 1e-15, j3 = 0;
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {

@@ -3,7 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
-// P5 to P13 are the equations of docs/planner.md.
+// The two passes of a Newton step over all rows, (P5), (P9), c_k <= c_max and (P13) of docs/planner.md.
+// assemble_rows takes the step that was found last and adds each row's part to the system (P11).
+// find_row_steps evaluates (P12) once the system is solved. Rows are not stored: each pass forms them anew
+// from the joints' derivatives at the node or interval, since all joints share the same linear forms of c
+// there. So the products of a place are summed over the joints by q', q'', q''' first, and the forms are
+// multiplied in once a place.
 namespace trn::speed {
 
 namespace {
@@ -17,27 +22,28 @@ TRN_VECTOR_INLINE void add_to(double* at, const Wide& what) {
   sum += what;
   std::memcpy(at, &sum, sizeof sum);
 }
-// Forms are differences of neighbouring places and need the digits; what is made of them does not.
+// Linear forms are differences of neighbouring coefficients and need double precision; slacks, multipliers
+// and what else is made of the forms' values do not.
 TRN_VECTOR_INLINE void narrow(const Wide& from, Lanes& to) { to = __builtin_convertvector(from, Lanes); }
 TRN_VECTOR_INLINE void widen(const Lanes& from, Wide& to) { to = __builtin_convertvector(from, Wide); }
 
-/// A linear form of the coefficients before, of and after a place.
+/// A linear form of three neighbouring coefficients, c_k-1, c_k and c_k+1 at k.
 struct Form {
   Wide before{}, own{}, after{};
 };
-/// Values of x (or dx) before, at and after a place.
-struct Window {
+/// Values of x (or dx) at k - 1, k and k + 1. They are stored one place further on: x[k + 1] is c_k.
+struct Stencil {
   Wide before, own, after;
 };
-TRN_VECTOR_INLINE void window(const Doubles& x, size_t place, Window& w) {
-  load(&x[place], w.before);
-  load(&x[place + 1], w.own);
-  load(&x[place + 2], w.after);
+TRN_VECTOR_INLINE void load_stencil(const Doubles& x, size_t sample, Stencil& w) {
+  load(&x[sample], w.before);
+  load(&x[sample + 1], w.own);
+  load(&x[sample + 2], w.after);
 }
-TRN_VECTOR_INLINE void apply(const Form& f, const Window& w, Wide& value) {
+TRN_VECTOR_INLINE void apply(const Form& f, const Stencil& w, Wide& value) {
   value = f.before * w.before + f.own * w.own + f.after * w.after;
 }
-TRN_VECTOR_INLINE void apply_narrow(const Form& f, const Window& w, Lanes& value) {
+TRN_VECTOR_INLINE void apply_narrow(const Form& f, const Stencil& w, Lanes& value) {
   narrow(f.before * w.before + f.own * w.own + f.after * w.after, value);
 }
 
@@ -49,27 +55,30 @@ struct IntervalForms {
   Wide root, slope;  ///< 1 / sqrt(c), minus its derivative by c
 };
 
-TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t place, IntervalForms& f) {
+// b and a at the nodes of an interval are the forms of SpeedProblem; a' = (a_right - a_left) / h. The jerk
+// (P9) is divided by sqrt(c), so each form has its speed over sqrt(c) in it: a' the mean speed, a and b the
+// end's own.
+TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t sample, IntervalForms& f) {
   const SpeedProblem& p = *state.problem;
   Wide a0, a1, b0, b1, a0_next, a1_next, b0_next, b1_next, h, c, mean, left, right, scale;
-  load(&p.node_a0[place], a0);
-  load(&p.node_a1[place], a1);
-  load(&p.node_b0[place], b0);
-  load(&p.node_b1[place], b1);
-  load(&p.node_a0[place + 1], a0_next);
-  load(&p.node_a1[place + 1], a1_next);
-  load(&p.node_b0[place + 1], b0_next);
-  load(&p.node_b1[place + 1], b1_next);
-  load(&p.h[place], h);
-  load(&state.x[place + 1], c);
-  load(&state.root[place], f.root);
-  load(&state.mean[place], mean);
-  load(&state.left[place], left);
-  load(&state.right[place], right);
-  load(&state.dip_scale[place], scale);
+  load(&p.node_a0[sample], a0);
+  load(&p.node_a1[sample], a1);
+  load(&p.node_b0[sample], b0);
+  load(&p.node_b1[sample], b1);
+  load(&p.node_a0[sample + 1], a0_next);
+  load(&p.node_a1[sample + 1], a1_next);
+  load(&p.node_b0[sample + 1], b0_next);
+  load(&p.node_b1[sample + 1], b1_next);
+  load(&p.h[sample], h);
+  load(&state.x[sample + 1], c);
+  load(&state.root[sample], f.root);
+  load(&state.mean[sample], mean);
+  load(&state.left[sample], left);
+  load(&state.right[sample], right);
+  load(&state.dip_scale[sample], scale);
   const Wide by_h = mean / h, zero{};
   Wide dip;
-  load(&p.dip[place], dip);
+  load(&p.dip[sample], dip);
   f.slope = 0.5 * f.root / c;
   f.of[0][0] = f.of[1][0] = {-a0 * by_h, (a0_next - a1) * by_h, a1_next * by_h};
   f.of[0][1] = {3 * left * a0, 3 * left * a1, zero};
@@ -80,7 +89,9 @@ TRN_VECTOR_INLINE void set_forms(const PassState& state, size_t place, IntervalF
   f.dip[1] = {-dip * scale * b0, scale * (b0_next - dip * (1 + b1)), scale * b1_next};
 }
 
-/// Sums over the joints of one end: weights times products of d1, d2, d3, and the parts of the room.
+/// Sums over the joints' rows (P9) at one end: mij of weight times d_i d_j, for d d^T in (P11); yi of force
+/// times d_i, for the right side; ei, weight and force for the room's own slope, as J / sqrt(c) depends on c,
+/// too.
 struct JerkSums {
   Wide m11{}, m12{}, m13{}, m22{}, m23{}, m33{}, e1{}, e2{}, e3{}, weight{};
   Lanes y1{}, y2{}, y3{}, force{}, dual{};
@@ -91,51 +102,55 @@ struct LaneStep {
   float mu, alpha, alpha_dual;
 };
 
-/// What one inequality gives to P11: the matrix gets weight = z/w, the right side -force, force = mu/w + z/w
-/// (g + w), both times its gradient.
-struct Pull {
+/// What one inequality with the gradient d adds to P11: weight d d^T to the matrix, -force d to the right
+/// side, where weight = z / w and force = mu / w + z / w (g + w).
+struct NewtonTerms {
   Lanes weight, force;
 };
 
-// The step P12 taken; slack that the row really has is never left unused.
-TRN_VECTOR_INLINE void move_on(RowState& r, const Lanes& g, const LaneStep& step) {
+// Takes the step P12 that was found last. The slack becomes at least -g, what the row really leaves: a
+// smaller one would shorten later steps for nothing.
+TRN_VECTOR_INLINE void take_step(RowState& r, const Lanes& g, const LaneStep& step) {
   const Lanes slack = r.slack + step.alpha * r.slack_step;
   r.slack = slack > -g ? slack : -g;
   r.dual += step.alpha_dual * r.dual_step;
 }
 
-TRN_VECTOR_INLINE void pull_of(const RowState& r, const Lanes& g, const Lanes& inverse, const LaneStep& step,
-                               Lanes& worst, Pull& pull) {
+TRN_VECTOR_INLINE void newton_terms(const RowState& r, const Lanes& g, const Lanes& inverse,
+                                    const LaneStep& step, Lanes& worst, NewtonTerms& terms) {
   const Lanes residual = g + r.slack;
   raise(worst, residual);
-  pull.weight = r.dual * inverse;
-  pull.force = step.mu * inverse + pull.weight * residual;
+  terms.weight = r.dual * inverse;
+  terms.force = step.mu * inverse + terms.weight * residual;
 }
 
-TRN_VECTOR_INLINE void take(RowState& r, const Lanes& g, const LaneStep& step, Lanes& worst, Pull& pull) {
-  move_on(r, g, step);
-  pull_of(r, g, 1 / r.slack, step, worst, pull);
+TRN_VECTOR_INLINE void update_row(RowState& r, const Lanes& g, const LaneStep& step, Lanes& worst,
+                                  NewtonTerms& terms) {
+  take_step(r, g, step);
+  newton_terms(r, g, 1 / r.slack, step, worst, terms);
 }
 
-// Both sides of a row, v <= room and -v <= room, by one division.
-TRN_VECTOR_INLINE void take(TwoSided& r, const Lanes& v, const Lanes& room, const LaneStep& step,
-                            Lanes& worst, Pull& up, Pull& low) {
+// Both sides of a row, v <= room and -v <= room. One division gives both inverses of the slacks.
+TRN_VECTOR_INLINE void update_row(TwoSided& r, const Lanes& v, const Lanes& room, const LaneStep& step,
+                                  Lanes& worst, NewtonTerms& up, NewtonTerms& low) {
   const Lanes above = v - room, below = -v - room;
-  move_on(r[0], above, step);
-  move_on(r[1], below, step);
+  take_step(r[0], above, step);
+  take_step(r[1], below, step);
   const Lanes both = 1 / (r[0].slack * r[1].slack);
-  pull_of(r[0], above, both * r[1].slack, step, worst, up);
-  pull_of(r[1], below, both * r[0].slack, step, worst, low);
+  newton_terms(r[0], above, both * r[1].slack, step, worst, up);
+  newton_terms(r[1], below, both * r[0].slack, step, worst, low);
 }
 
 // Both sides of a row P9 of one joint.
 TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const Lanes& room, TwoSided& state,
                                     const LaneStep& step, Lanes& worst, JerkSums& s) {
   const Lanes v = d.d1 * value[0] + d.d2 * value[1] + d.d3 * value[2];
-  Pull up, low;
-  take(state, v, room, step, worst, up, low);
+  NewtonTerms up, low;
+  update_row(state, v, room, step, worst, up, low);
   const Lanes y = low.force - up.force;
-  Wide w, e, d1, d2, d3;  // the matrix is near singular across an active row: its parts must fit each other
+  // From here on in double: along an active row the weight is huge, and the matrix nearly singular across it.
+  // Its entries are products that must cancel to the last digits.
+  Wide w, e, d1, d2, d3;
   widen(up.weight + low.weight, w);
   widen(up.weight - low.weight, e);
   widen(d.d1, d1);
@@ -159,12 +174,13 @@ TRN_VECTOR_INLINE void add_jerk_row(const JerkRow& d, const Lanes* value, const 
   s.dual += state[0].dual + state[1].dual;
 }
 
-/// Part of the Newton matrix P11 that belongs to a group of places and their neighbours.
-struct Part {
+/// The part of P11 that belongs to a group of intervals: matrix entries between c_k-1 (b), c_k (o) and c_k+1
+/// (a), and the right sides.
+struct LocalMatrix {
   Wide bb{}, bo{}, ba{}, oo{}, oa{}, aa{}, rb{}, ro{}, ra{};
 };
 
-TRN_VECTOR_INLINE void add_product(const Form& f, const Form& g, Part& p) {  // f g^T, symmetric half
+TRN_VECTOR_INLINE void add_product(const Form& f, const Form& g, LocalMatrix& p) {  // f g^T, symmetric half
   p.bb += f.before * g.before;
   p.bo += f.before * g.own;
   p.ba += f.before * g.after;
@@ -172,31 +188,34 @@ TRN_VECTOR_INLINE void add_product(const Form& f, const Form& g, Part& p) {  // 
   p.oa += f.own * g.after;
   p.aa += f.after * g.after;
 }
-TRN_VECTOR_INLINE void add_force(const Form& f, const Lanes& narrow_y, Part& p) {
+TRN_VECTOR_INLINE void add_force(const Form& f, const Lanes& narrow_y, LocalMatrix& p) {
   Wide y;
   widen(narrow_y, y);
   p.rb += f.before * y;
   p.ro += f.own * y;
   p.ra += f.after * y;
 }
-TRN_VECTOR_INLINE void mix(const Form* f, const Wide& w0, const Wide& w1, const Wide& w2, Form& out) {
+// The form w0 f0 + w1 f1 + w2 f2.
+TRN_VECTOR_INLINE void combine(const Form* f, const Wide& w0, const Wide& w1, const Wide& w2, Form& out) {
   out.before = w0 * f[0].before + w1 * f[1].before + w2 * f[2].before;
   out.own = w0 * f[0].own + w1 * f[1].own + w2 * f[2].own;
   out.after = w0 * f[0].after + w1 * f[1].after + w2 * f[2].after;
 }
 
-// All joints' rows P9 at one end: products of the forms by the sums, and the slope of the right side.
-TRN_VECTOR_INLINE void add_jerk_sums(const Form* f, const JerkSums& s, const Wide& slope, Part& p) {
+// Adds all joints' rows P9 at one end: sum over i, j of mij f_i f_j^T, and what the slope of the room adds,
+// which belongs to c_k alone. (The room shrinks as c grows, so the gradient of v - room is that of v plus
+// `slope`.)
+TRN_VECTOR_INLINE void add_jerk_sums(const Form* f, const JerkSums& s, const Wide& slope, LocalMatrix& p) {
   Form m;
   Wide force;
   widen(s.force, force);
-  mix(f, s.m11, s.m12, s.m13, m);
+  combine(f, s.m11, s.m12, s.m13, m);
   add_product(f[0], m, p);
-  mix(f, s.m12, s.m22, s.m23, m);
+  combine(f, s.m12, s.m22, s.m23, m);
   add_product(f[1], m, p);
-  mix(f, s.m13, s.m23, s.m33, m);
+  combine(f, s.m13, s.m23, s.m33, m);
   add_product(f[2], m, p);
-  mix(f, s.e1, s.e2, s.e3, m);
+  combine(f, s.e1, s.e2, s.e3, m);
   p.bo += slope * m.before;
   p.oo += slope * (2 * m.own + slope * s.weight);
   p.oa += slope * m.after;
@@ -207,47 +226,47 @@ TRN_VECTOR_INLINE void add_jerk_sums(const Form* f, const JerkSums& s, const Wid
 }
 
 TRN_VECTOR_INLINE void add_single(const Form& f, RowState& r, const Wide& value, const LaneStep& step,
-                                  Lanes& worst, Part& p) {
-  Pull pull;
+                                  Lanes& worst, LocalMatrix& p) {
+  NewtonTerms terms;
   Lanes g;
   narrow(value, g);
-  take(r, g, step, worst, pull);
+  update_row(r, g, step, worst, terms);
   Wide weight;
-  widen(pull.weight, weight);
+  widen(terms.weight, weight);
   Form weighted{f.before * weight, f.own * weight, f.after * weight};
   add_product(f, weighted, p);
-  add_force(f, -pull.force, p);
+  add_force(f, -terms.force, p);
 }
 
-TRN_VECTOR_INLINE void store(const Part& p, size_t place, PassState& state) {
-  add_to(&state.diag[place], p.bb);
-  add_to(&state.diag[place + 1], p.oo);
-  add_to(&state.diag[place + 2], p.aa);
-  add_to(&state.off1[place], p.bo);
-  add_to(&state.off1[place + 1], p.oa);
-  add_to(&state.off2[place], p.ba);
-  add_to(&state.rhs[place], p.rb);
-  add_to(&state.rhs[place + 1], p.ro);
-  add_to(&state.rhs[place + 2], p.ra);
+TRN_VECTOR_INLINE void store(const LocalMatrix& p, size_t sample, PassState& state) {
+  add_to(&state.diag[sample], p.bb);
+  add_to(&state.diag[sample + 1], p.oo);
+  add_to(&state.diag[sample + 2], p.aa);
+  add_to(&state.off1[sample], p.bo);
+  add_to(&state.off1[sample + 1], p.oa);
+  add_to(&state.off2[sample], p.ba);
+  add_to(&state.rhs[sample], p.rb);
+  add_to(&state.rhs[sample + 1], p.ro);
+  add_to(&state.rhs[sample + 2], p.ra);
 }
 
 // c_k / c_max of the row c_k <= c_max, from P4.
-TRN_VECTOR_INLINE void bound_form(const PassState& state, size_t place, Form& f) {
+TRN_VECTOR_INLINE void bound_form(const PassState& state, size_t sample, Form& f) {
   Wide c_max;
-  load(&state.problem->c_max[place], c_max);
+  load(&state.problem->c_max[sample], c_max);
   f = Form{};
   f.own = 1 / c_max;
 }
 
-// The rows P9, c_k <= c_max and P13 of a group of intervals.
+// Updates the rows P9, c_k <= c_max and P13 of a group of intervals and adds them to P11.
 TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const LaneStep& step, size_t group,
                                           Lanes& worst) {
-  const size_t joints = state.problem->joints, place = group * kLanes;
+  const size_t joints = state.problem->joints, sample = group * kLanes;
   IntervalForms f;
-  set_forms(state, place, f);
-  Window w;
-  window(state.x, place, w);
-  Part part;
+  set_forms(state, sample, f);
+  Stencil w;
+  load_stencil(state.x, sample, w);
+  LocalMatrix part;
   Lanes dual{}, worst_jerk{}, root;
   narrow(f.root, root);
   for (size_t end = 0; end < 2; ++end) {
@@ -260,22 +279,24 @@ TRN_VECTOR_INLINE void assemble_intervals(PassState& state, const LaneStep& step
     add_jerk_sums(f.of[end], sums, f.slope, part);
     dual += sums.dual;
   }
+  // Rows of the jerk are in units of 1 / sqrt(c): times sqrt(c) their violation is a share of the joint's
+  // limit.
   Lanes speed;
   narrow(w.own * f.root, speed);
   raise(worst, worst_jerk * speed);
   RowState* single = &state.single[group * kSingles];
   Form bound;
-  bound_form(state, place, bound);
+  bound_form(state, sample, bound);
   add_single(bound, single[0], w.own * bound.own - 1, step, worst, part);
   for (size_t end = 0; end < 2; ++end) {
     Wide value;
     apply(f.dip[end], w, value);
     add_single(f.dip[end], single[1 + end], value, step, worst, part);
   }
-  store(part, place, state);
-  Wide taken;
-  widen(dual, taken);
-  std::memcpy(&state.taken[place], &taken, sizeof taken);
+  store(part, sample, state);
+  Wide duals;
+  widen(dual, duals);
+  std::memcpy(&state.jerk_duals[sample], &duals, sizeof duals);
 }
 
 /// The forms of a = b'/2 and b at a group of nodes, of the coefficients before and after: those of P5.
@@ -289,7 +310,8 @@ TRN_VECTOR_INLINE void set_forms(const SpeedProblem& p, size_t node, NodeForms& 
   load(&p.node_b1[node], f.b1);
 }
 
-// The rows P5 of a group of nodes.
+// Updates the rows P5 of a group of nodes and adds them to P11. A node's a and b depend on the two
+// coefficients beside it, so only two diagonals are touched.
 TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const LaneStep& step, size_t group, Lanes& worst) {
   const size_t joints = state.problem->joints, node = group * kLanes;
   NodeForms f;
@@ -305,8 +327,8 @@ TRN_VECTOR_INLINE void assemble_nodes(PassState& state, const LaneStep& step, si
     const AccelerationRow& d = state.problem->acceleration[group * joints + j];
     TwoSided& row = state.acceleration[group * joints + j];
     const Lanes v = d.d1 * a + d.d2 * b;
-    Pull up, low;
-    take(row, v, Lanes{} + 1, step, worst, up, low);
+    NewtonTerms up, low;
+    update_row(row, v, Lanes{} + 1, step, worst, up, low);
     const Lanes y = low.force - up.force;
     Wide w, d1, d2;
     widen(up.weight + low.weight, w);
@@ -334,7 +356,8 @@ struct LaneSums {
   Lanes worst{}, worst_dual{}, slack_dual{}, slack_dual_step{}, slack_step_dual{}, steps{};
 };
 
-// The steps P12. g: value of the inequality now; change: along dx; both: 1 / (slack dual).
+// The steps P12, and what they do to the sums. g: the inequality's value now; change: of g along dx; both:
+// 1 / (slack dual), from which each inverse is one product.
 TRN_VECTOR_INLINE void find_step(RowState& r, const Lanes& g, const Lanes& change, const Lanes& both,
                                  float mu, LaneSums& s) {
   const Lanes slack_inverse = both * r.dual;
@@ -362,13 +385,14 @@ TRN_VECTOR_INLINE void find_steps(TwoSided& r, const Lanes& v, const Lanes& room
   find_step(r[1], -v - room, less_room - dv, both * up, mu, s);
 }
 
+// The second pass over a group of intervals: the same rows as assemble_intervals, at x and along dx.
 TRN_VECTOR_INLINE void step_intervals(PassState& state, float mu, size_t group, LaneSums& sums) {
-  const size_t joints = state.problem->joints, place = group * kLanes;
+  const size_t joints = state.problem->joints, sample = group * kLanes;
   IntervalForms f;
-  set_forms(state, place, f);
-  Window w, dw;
-  window(state.x, place, w);
-  window(state.dx, place, dw);
+  set_forms(state, sample, f);
+  Stencil w, dw;
+  load_stencil(state.x, sample, w);
+  load_stencil(state.dx, sample, dw);
   Lanes room_change, root;
   narrow(f.slope * dw.own, room_change);
   narrow(f.root, root);
@@ -388,7 +412,7 @@ TRN_VECTOR_INLINE void step_intervals(PassState& state, float mu, size_t group, 
   }
   RowState* single = &state.single[group * kSingles];
   Form bound;
-  bound_form(state, place, bound);
+  bound_form(state, sample, bound);
   Lanes g, dg;
   narrow(w.own * bound.own - 1, g);
   narrow(dw.own * bound.own, dg);
@@ -400,6 +424,7 @@ TRN_VECTOR_INLINE void step_intervals(PassState& state, float mu, size_t group, 
   }
 }
 
+// The second pass over a group of nodes.
 TRN_VECTOR_INLINE void step_nodes(PassState& state, float mu, size_t group, LaneSums& sums) {
   const size_t joints = state.problem->joints, node = group * kLanes;
   NodeForms f;
@@ -440,6 +465,8 @@ TRN_VECTOR_INLINE void room_of(const PassState& state, size_t group, Lanes& root
   narrow(wide, root);
 }
 
+// A row of an earlier search, made fit to go on from: slack and multiplier near the central path z w = mu
+// (P10), so that the first steps are not cut short by rows that were active under other limits.
 TRN_VECTOR_INLINE void centre(RowState& r, const Lanes& least, float mu) {
   r.slack = r.slack > least ? r.slack : least;
   const Lanes centred = mu / r.slack, low = 0.1F * centred, high = 10 * centred;
@@ -481,8 +508,10 @@ TRN_VECTOR_CLONES void centre_rows(PassState& state, double mu, double least) {
   }
 }
 
-// Speeds at the ends and in the mean over the time, as the law of constant jerk has them, over sqrt(c).
-TRN_VECTOR_CLONES void update_places(PassState& state) {
+// Speeds at an interval's ends and mean over its time, over sqrt(c). The mean is h over the time that
+// constant jerk takes (crossing_time in time_law.cc): half of v0 + sqrt(b0 + 2/3 h (2 a0 + a1)). All are kept
+// within bounds, since b may be negative at a node of a poor iterate.
+TRN_VECTOR_CLONES void update_speeds(PassState& state) {
   const SpeedProblem& p = *state.problem;
   const double *const x = state.x.data(), *const b0 = p.node_b0.data(), *const b1 = p.node_b1.data();
   double *const root = state.root.data(), *const left = state.left.data(), *const right = state.right.data(),

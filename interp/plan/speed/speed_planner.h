@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "interp/plan/speed/speed_options.h"
 #include "interp/plan/stages.h"
 
 namespace trn {
@@ -9,24 +10,6 @@ namespace trn {
 namespace speed {
 class WindowPlanner;
 }
-
-/// How the speed stage works; constant.
-struct SpeedOptions {
-  double acceleration_share =
-      0.99;  ///< of the joints' limits; the rest lets override and hold act in the tick
-  double jerk_share = 0.98;
-  double window_s = 0;        ///< motion planned at once; 0: from the joints' limits
-  double node_spacing_s = 0;  ///< of the grid, in estimated time; 0: from the joints' limits
-  size_t buffered_pieces_max = 20000;
-};
-
-/// What the stage did.
-struct SpeedStats {
-  std::uint64_t pieces = 0, blocks = 0, intervals = 0, windows = 0, iterations = 0, rounds = 0;
-  std::uint64_t slowed = 0;     ///< windows from rest that had to be slowed down as a whole
-  std::uint64_t fallbacks = 0;  ///< stops inside a stretch because a window found no better plan
-  double time_s = 0;            ///< of the motion emitted
-};
 
 /// The speed stage: finds the time law of every stretch under the limits of the motor joints and the feed,
 /// and emits blocks whose law is piecewise constant jerk of the path parameter, with s, ds/dt and d2s/dt2

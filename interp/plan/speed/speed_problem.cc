@@ -43,6 +43,10 @@ std::vector<size_t> moving_joints(const std::deque<GridInterval>& grid, size_t f
   return out;
 }
 
+// b and a at the nodes as linear forms of the coefficients beside them. Inside, continuity of a gives
+// b = (h_k c_k-1 + h_k-1 c_k) / (h_k-1 + h_k) and a = (c_k - c_k-1) / (h_k-1 + h_k). At an end at rest, a is
+// tied to b by the constant jerk from or to the standstill; at a moving start c_0 is given, and the forms
+// reproduce the state.
 void set_nodes(const PlanEnd& start, const PlanEnd& end, SpeedProblem& p) {
   const size_t n = p.intervals;
   for (Doubles* v : {&p.node_b0, &p.node_b1, &p.node_a0, &p.node_a1})
@@ -69,6 +73,7 @@ void set_nodes(const PlanEnd& start, const PlanEnd& end, SpeedProblem& p) {
   p.node_a0[n] = -rate * p.node_b0[n];
 }
 
+// The row P5 of node k, for all joints. A node belongs to both its intervals: the lesser headroom counts.
 void set_acceleration_row(const std::deque<GridInterval>& grid, size_t first, size_t k,
                           const JointRates& rates, const std::deque<Headroom>& headroom, SpeedProblem& p) {
   const size_t n = p.intervals, joints = p.joints;
@@ -86,8 +91,8 @@ void set_acceleration_row(const std::deque<GridInterval>& grid, size_t first, si
   }
 }
 
-// The derivatives used at one end of an interval: those of the end's own sample, but the widest d3 of all its
-// samples, so that a peak inside is seen.
+// The rows P9 at both ends of an interval: q' and q'' of the end's own sample, but q''' the least of all
+// samples at one end and the greatest at the other, so that a peak between the ends counts.
 void set_jerk_rows(const GridInterval& g, const SampleRange& range, const JointRates& rates, double share,
                    size_t k, SpeedProblem& p) {
   const std::vector<size_t>& joints = p.moving;

@@ -51,14 +51,15 @@ struct SpeedProblem {
   SpeedState at_node(const Doubles& c, size_t node) const;
 };
 
-/// How much of the limits the solver may use, per interval of the grid; lowered where verification asks.
+/// How much of the limits the solver may use, per interval of the grid; lowered where verification finds
+/// excess.
 struct Headroom {
   double velocity = 1, acceleration = 1, jerk = 1;
   double dip = 1.6;  ///< see SpeedProblem; below 2
 };
 
-/// Sets up the problem on grid[first, first + n). `changed`: only the headroom is other than when it was set
-/// up last, and that where this says so; empty: all is new.
+/// Sets up the problem on grid[first, first + n). `changed`, by interval of the grid: where the headroom has
+/// changed since the problem was set up last, nothing else having changed; empty: all is new.
 void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n, const JointRates& rates,
                    const std::deque<Headroom>& headroom, const PlanEnd& start, const PlanEnd& end,
                    const std::vector<bool>& changed, SpeedProblem& problem);

@@ -8,9 +8,10 @@ namespace trn::speed {
 namespace {
 
 constexpr double kJerkToCorrect = 0.2;  // share of the jerk that a change of the correction may take
-constexpr double kCorrection = 0.5;     // of the speed's deviation taken back at the next node
+constexpr double kCorrection = 0.5;     // of the deviation of b, corrected by the next node
 
-// Time to cover h from v with acceleration running linearly from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
+// Time to cover h from v with the acceleration linear in time from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
+// The root is taken in the form that has no cancellation. Negative: the motion would turn back before h.
 double crossing_time(double h, double v, double a0, double a1) {
   const double root = v * v + 2.0 / 3.0 * h * (2 * a0 + a1);
   return root > 0 ? 2 * h / (v + std::sqrt(root)) : -1;
@@ -23,9 +24,11 @@ double end_b(double h, const PathState& from, double a1) {
   return T > 0 ? v * v : from.v * from.v + h * (from.a + a1);
 }
 
-// Acceleration at the end of the interval for which the constant-jerk stop over rest_length fits exactly.
+// The acceleration a1 at the end of the interval for which constant jerk leads to rest over rest_length: from
+// rest backwards, s = jerk t^3 / 6 gives a = -2/3 v^2 / rest_length. v1 depends on a1, so this is one
+// equation for a1, solved by Newton's method with dv1/da1 about T / 2.
 double stopping_acceleration(double h, const PathState& from, double a1, double rest_length) {
-  for (int i = 0; i < 30; ++i) {  // contraction: a1 changes v1 by T/2 only
+  for (int i = 0; i < 30; ++i) {
     const double T = crossing_time(h, from.v, from.a, a1);
     if (T < 0) return a1;
     const double v1 = from.v + T * (from.a + a1) / 2;
@@ -43,18 +46,21 @@ double LawSegment::time_at(double s, double accuracy) const {
   const double reached = from.v * from.v + 2 * from.a * (s - from.s);  // (ds/dt)^2 there, without jerk
   double low = 0, high = duration_s, t = high / 2;
   if (reached > 0) t = std::min(2 * (s - from.s) / (from.v + std::sqrt(reached)), high);
-  for (int i = 0; i < 60; ++i) {  // Newton, kept inside the bracket
+  for (int i = 0; i < 60; ++i) {  // Newton's method, or bisection where that leaves [low, high]
     const PathState p = at(t);
     const double error = p.s - s;
     (error > 0 ? high : low) = t;
     const double next = p.v > 0 ? t - error / p.v : -1;
     if (std::abs(next - t) <= accuracy * duration_s)
-      return std::clamp(next, 0.0, duration_s);  // then far closer
+      return std::clamp(next, 0.0, duration_s);  // Newton's last step: its error is far less
     t = next > low && next < high ? next : (low + high) / 2;
   }
   return t;
 }
 
+// The solution's b is a parabola of s on an interval; constant jerk makes a linear in t instead, so v drifts
+// from the solution's. The drift is taken back through the acceleration at the nodes. The correction changes
+// slowly: a short interval beside a much longer one would need several times the jerk limit for it.
 bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
                    const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law) {
   const size_t n = problem.intervals;
@@ -65,8 +71,7 @@ bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const Spe
     const SpeedState target = problem.at_node(c, k + 1);
     const double wanted = kCorrection * (target.b - end_b(h, from, target.a)) / h;
     const double T_about = std::max(crossing_time(h, from.v, from.a, target.a), 0.0);
-    const double change =
-        kJerkToCorrect * g.bound.jerk * T_about;  // a short interval would need all the jerk
+    const double change = kJerkToCorrect * g.bound.jerk * T_about;
     correction = std::clamp(wanted, correction - change, correction + change);
     double a1 = target.a + correction;
     if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);
@@ -80,6 +85,7 @@ bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const Spe
   return true;
 }
 
+// From rest at constant jerk: s = jerk T^3 / 6 and v = jerk T^2 / 2, hence T = 3 s / v.
 LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t last, double b_end) {
   const double s = grid[first].s, length = grid[last - 1].s + grid[last - 1].h - s, v = std::sqrt(b_end);
   const double T = 3 * length / v;
@@ -89,21 +95,6 @@ LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t
 LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from) {
   const double length = grid[last - 1].s + grid[last - 1].h - from.s, T = 3 * length / from.v;
   return {{from.s, from.v, -2 * from.v / T}, 2 * from.v / (T * T), T, first, last};
-}
-
-PathSample between(const PathSample* p, double s, int count) {
-  const double a = s - p[0].s, b = s - p[1].s, c = s - p[2].s;
-  const double ab = p[0].s - p[1].s, ac = p[0].s - p[2].s, bc = p[1].s - p[2].s;
-  const double w0 = b * c / (ab * ac), w1 = -a * c / (ab * bc), w2 = a * b / (ac * bc);
-  PathSample out;
-  out.s = s;
-  out.b_max = w0 * p[0].b_max + w1 * p[1].b_max + w2 * p[2].b_max;
-  for (size_t j = 0; j < static_cast<size_t>(count); ++j) {
-    out.d1[j] = w0 * p[0].d1[j] + w1 * p[1].d1[j] + w2 * p[2].d1[j];
-    out.d2[j] = w0 * p[0].d2[j] + w1 * p[1].d2[j] + w2 * p[2].d2[j];
-    out.d3[j] = w0 * p[0].d3[j] + w1 * p[1].d3[j] + w2 * p[2].d3[j];
-  }
-  return out;
 }
 
 }  // namespace trn::speed

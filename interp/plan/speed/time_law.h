@@ -22,23 +22,22 @@ struct LawSegment {
   PathState end() const { return at(duration_s); }
   /// Time in [0, duration] at which the parameter passes s.
   double time_at(double s) const;
-  /// The same to a share of the duration.
+  /// The same, to `accuracy` as a share of the duration.
   double time_at(double s, double accuracy) const;
 };
 
-/// Turns the solution c of `problem` on grid[first, ...) into segments of constant jerk that meet at the
-/// grid's nodes: s exact at every node, a as the solution has it plus a small correction that keeps v on it.
-/// `from` is the true state at the first node; at the last node a = -2/3 v^2 / rest_length holds exactly.
-/// False when the law would leave v > 0.
+/// Turns the solution c of `problem` on grid[first, ...) into segments of constant jerk, one an interval, and
+/// appends them to `law`. s is exact at every node; a is the solution's plus a small correction that keeps v
+/// near the solution's. `from` is the true state at the first node. At the last node a = -2/3 v^2 /
+/// rest_length holds exactly, so that constant jerk leads from there to rest. False: v would not stay
+/// positive.
 bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const SpeedProblem& problem,
                    const Doubles& c, PathState from, double rest_length, std::vector<LawSegment>& law);
 
-/// Constant jerk from rest over the intervals [first, last) of the grid up to b at their end; or down to
-/// rest.
+/// Constant jerk from rest over the intervals [first, last) of the grid, up to b = b_end at their end.
 LawSegment rest_start(const std::deque<GridInterval>& grid, size_t first, size_t last, double b_end);
+/// Constant jerk from the state `from` to rest at the end of the intervals [first, last); its acceleration at
+/// the start is the one that fits, -2/3 v^2 / length, whatever from.a.
 LawSegment rest_stop(const std::deque<GridInterval>& grid, size_t first, size_t last, const PathState& from);
-
-/// The sample at s on the parabola through three samples.
-PathSample between(const PathSample* p, double s, int count);
 
 }  // namespace trn::speed

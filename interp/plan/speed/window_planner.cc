@@ -7,21 +7,21 @@ namespace trn::speed {
 
 namespace {
 
-constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990,
-                                  1.6};  // margin for what lies between the solver's rows
-constexpr double kAccelerationAccept = 0.9995,
-                 kJerkAccept = 0.998;  // margin for what lies between the samples
-constexpr double kVelocityAccept = 0.99999;
+// Shares of the limits that the solver's rows get at first; the rest covers what lies between the rows.
+constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990, 1.6};
+// Uses that verification accepts; the rest covers what lies between the places judged.
+constexpr double kVelocityAccept = 0.99999, kAccelerationAccept = 0.9995, kJerkAccept = 0.998;
 constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
-constexpr int kRoundsMax = 10;
+constexpr int kRoundsMax = 10;                     // of solving and verifying
 constexpr double kWindow = 3, kProvisional = 1.5;  // brake times planned at once, and of these left open
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
 constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
 constexpr double kPartsMost = 1000;   // of a piece at one feed
-constexpr int kEvenPlaces = 64;       // looked at, to know that it is
+constexpr int kFeedSamples = 64;      // of a piece, to find out whether its feed is the same all along
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
+// Time between nodes: a tenth of the shortest time in which a joint's acceleration grows to its limit.
 double spacing(const Joints& joints, double wanted) {
   if (wanted > 0) return wanted;
   double ramp = 0.064;
@@ -29,6 +29,7 @@ double spacing(const Joints& joints, double wanted) {
   return std::max(ramp / 10, 1e-4);
 }
 
+// Time in which the slowest joint stops from its greatest velocity, by its own limits.
 double brake_time(const Joints& joints) {
   double t = 0;
   for (const Joint& j : joints)
@@ -41,7 +42,7 @@ SpeedOptions completed(SpeedOptions options, const Joints& joints) {
   return options;
 }
 
-// (ds/dt)^2 at a distance from a standstill, at constant jerk.
+// (ds/dt)^2 at a distance from a standstill, at constant jerk: s = jerk t^3 / 6, ds/dt = jerk t^2 / 2.
 double from_rest_b(double jerk, double distance) {
   const double v_cubed = 1.5 * jerk * distance * distance;
   return std::cbrt(v_cubed * v_cubed);
@@ -59,6 +60,28 @@ size_t rest_intervals(const std::deque<GridInterval>& grid, bool from_end) {
     distance += h(i);
   }
   return std::min(merged, n / 3);
+}
+
+// Lowers speeds behind the first `keep` so that neighbours differ by at most half of what the acceleration
+// allows (b changes by 2 a h), by a sweep each way.
+void limit_acceleration(const std::deque<GridInterval>& grid, size_t head, size_t keep, Doubles& b) {
+  const size_t n = b.size();
+  for (size_t k = std::max<size_t>(keep, 1); k < n; ++k)
+    b[k] = std::min(b[k], b[k - 1] + grid[head + k].bound.acceleration * grid[head + k].h);
+  for (size_t k = n - 1; k-- > keep;)
+    b[k] = std::min(b[k], b[k + 1] + grid[head + k].bound.acceleration * grid[head + k].h);
+}
+
+// Smooths speeds behind the first `keep`: the least of each and its neighbours, then the mean of three of
+// these. So the result is hardly above what it was.
+void smooth_below(size_t keep, Doubles& b) {
+  const size_t n = b.size();
+  Doubles least = b;
+  for (size_t k = keep; k < n; ++k)
+    for (const size_t i : {std::max(k, keep + 1) - 1, std::min(k + 1, n - 1)})
+      least[k] = std::min(least[k], b[i]);
+  b = least;
+  for (size_t k = keep + 1; k + 1 < n; ++k) b[k] = (least[k - 1] + least[k] + least[k + 1]) / 3;
 }
 
 }  // namespace
@@ -111,15 +134,15 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   }
 }
 
-// Where a piece is cut, so that no part is long against the window of the plan. What takes so long that it
-// would have thousands of parts, at one feed all along, is one part but for its ends.
+// Where a piece is cut, so that no part is long against the window of the plan. A piece at one feed that
+// would have thousands of parts is cut near its ends only; its middle is one part.
 void WindowPlanner::part_ends(const PlanPiece& piece) {
   const double length = piece.piece.length, part_s = 0.6 * brake_s_;
   const double b = sampler_.sample(piece, curve_, length / 2, 0, 0).b_max;
   const double parts = std::max(1.0, std::ceil(length / std::sqrt(b) / part_s));
   const auto one_feed = [&] {
-    for (int i = 0; i <= kEvenPlaces; ++i) {
-      const double here = sampler_.sample(piece, curve_, length * i / kEvenPlaces, 0, 0).b_max;
+    for (int i = 0; i <= kFeedSamples; ++i) {
+      const double here = sampler_.sample(piece, curve_, length * i / kFeedSamples, 0, 0).b_max;
       if (std::abs(here - b) > 1e-9 * b) return false;
     }
     return true;
@@ -173,6 +196,11 @@ double WindowPlanner::law_time() const {
   return t;
 }
 
+// Plans the next window. If the whole grid has no plan, shorter windows are tried. If these have none either,
+// the plan that was verified before still leads to a standstill: a sixth of it is emitted and the window
+// tried again from there, and when it runs out the machine stops (`fallbacks`) and goes on from rest. From
+// rest, where there is no plan to fall back on, the window is slowed down as a whole, and at last driven as
+// one slow S-curve.
 void WindowPlanner::plan_window(bool final) {
   if (try_window(final)) return;
   const double least = start_.at_rest ? 0 : static_cast<double>(law_.size());
@@ -190,7 +218,7 @@ void WindowPlanner::plan_window(bool final) {
              (solve_window(head, tail) || slow_down(head, tail))) {
     adopt();
   } else {
-    creep();
+    plan_s_curve();
   }
   retries_ = 0;
   emit_rest();
@@ -213,7 +241,8 @@ bool WindowPlanner::try_window(bool final) {
   return true;
 }
 
-// The same with the first `count` intervals only, from fresh headroom; the rest of the grid stands aside.
+// try_window on the first `count` intervals only, with fresh headroom; the rest of the grid is set aside
+// meanwhile.
 bool WindowPlanner::try_shorter(size_t count) {
   auto& grid = grid_.intervals();
   if (count < kShortWindowMin || count >= grid.size()) return false;
@@ -235,16 +264,18 @@ void WindowPlanner::adopt() {
   for (size_t k = 0; k < problem_.intervals; ++k) nodes_before_.push_back(problem_.at_node(c_, k));
 }
 
-// Segments of the plan that begin within `time_s`, leaving the end of it.
+// The number of segments of the plan that begin within `time_s`; at least two segments are left.
 size_t WindowPlanner::segments_within(double time_s) const {
   size_t count = 0;
   for (double t = 0; count < law_.size() && t < time_s; ++count) t += law_[count].duration_s;
   return std::clamp<size_t>(count, start_.at_rest ? 2 : 1, law_.size() - 2);
 }
 
-// Solves, turns into a law, verifies; tightens and solves again where the law exceeds a limit.
+// Rounds of: set up the problem, solve it, make the time law, verify it. Where the law exceeds a limit,
+// verify lowers the headroom, and the solver resumes. Where no law can be made, because constant jerk would
+// turn back in a dip of the spline, that dip is damped and the solver begins anew from the last solution.
 bool WindowPlanner::solve_window(size_t head, size_t tail) {
-  guess(head, tail);
+  initial_guess(head, tail);
   const auto& grid = grid_.intervals();
   const size_t n = grid.size() - head - tail;
   bool fresh = true;
@@ -279,19 +310,21 @@ bool WindowPlanner::solve_window(size_t head, size_t tail) {
   return false;
 }
 
-// The spline dips so sharply in the interval where the law ended that constant jerk would turn back there.
+// The law ended in an interval where the spline dips so sharply that constant jerk would turn back. Its rows
+// P13, and those of the intervals beside it, get a smaller dip.
 void WindowPlanner::damp_undershoot(size_t head) {
   const size_t at = head + candidate_.size() - (start_.at_rest ? 1 : 0);
   for (size_t k = at > 0 ? at - 1 : 0; k < std::min(at + 2, headroom_.size()); ++k)
     lower(k).dip = std::max(0.6, headroom_[k].dip * kUndershoot);
 }
 
-// A start for the solver: what the plan before had, as far as it does not brake for its own end, then a slow
-// and smooth profile from the grid's estimate.
-void WindowPlanner::guess(size_t head, size_t tail) {
+// How many intervals of the window begin with the plan before: all but its end, where it brakes for a
+// standstill that the new plan need not make. None from rest; at least the first after a moving start, which
+// is given.
+size_t WindowPlanner::kept_intervals(size_t n) const {
+  if (start_.at_rest) return 0;
   const auto& grid = grid_.intervals();
-  const size_t n = grid.size() - head - tail;
-  size_t keep = 0;
+  size_t keep = 1;
   double left_s = 0;
   for (size_t k = c_before_.size(); k-- > 0;) {
     left_s += grid[k].h / std::sqrt(c_before_[k]);
@@ -300,12 +333,17 @@ void WindowPlanner::guess(size_t head, size_t tail) {
       break;
     }
   }
-  if (!start_.at_rest) keep = std::max<size_t>(keep, 1);
-  keep = std::min({keep, n, std::max<size_t>(c_before_.size(), 1)});
-  if (start_.at_rest) keep = 0;
+  return std::min({keep, n, std::max<size_t>(c_before_.size(), 1)});
+}
+
+// (ds/dt)^2 of the window's intervals: what the plan before had for the first `keep`, then the grid's
+// estimate, as far as constant jerk from the start and to the standstill allows it. Windows that failed
+// before begin slower.
+Doubles WindowPlanner::estimated_speeds(size_t head, size_t n, size_t keep) const {
+  const auto& grid = grid_.intervals();
   const double slower = std::pow(0.7, std::min(retries_, 6));
-  Doubles b(n);
   const double s_start = grid[0].s, s_stop = grid.back().s + grid.back().h;
+  Doubles b(n);
   for (size_t k = 0; k < n; ++k) {
     const GridInterval& g = grid[head + k];
     const double mid = g.s + g.h / 2, to_stop = s_stop - mid, from_start = mid - s_start;
@@ -313,19 +351,19 @@ void WindowPlanner::guess(size_t head, size_t tail) {
     b[k] = std::min(b[k], from_rest_b(g.bound.jerk, to_stop));
     if (start_.at_rest) b[k] = std::min(b[k], from_rest_b(g.bound.jerk, from_start));
   }
-  if (!start_.at_rest) {
-    const double first_c = start_.plan.b + start_.plan.a * grid[0].h;
-    for (size_t k = 0; k < keep; ++k) b[k] = k < c_before_.size() ? c_before_[k] : first_c;
-  }
-  for (size_t k = std::max<size_t>(keep, 1); k < n; ++k)
-    b[k] = std::min(b[k], b[k - 1] + grid[head + k].bound.acceleration * grid[head + k].h);
-  for (size_t k = n - 1; k-- > keep;)
-    b[k] = std::min(b[k], b[k + 1] + grid[head + k].bound.acceleration * grid[head + k].h);
-  c_ = b;  // least of the neighbours, then their mean: smooth and hardly above
-  for (size_t k = keep; k < n; ++k)
-    for (const size_t i : {std::max(k, keep + 1) - 1, std::min(k + 1, n - 1)}) c_[k] = std::min(c_[k], b[i]);
-  b = c_;
-  for (size_t k = keep + 1; k + 1 < n; ++k) c_[k] = (b[k - 1] + b[k] + b[k + 1]) / 3;
+  const double first_c = start_.plan.b + start_.plan.a * grid[0].h;
+  for (size_t k = 0; k < keep; ++k) b[k] = k < c_before_.size() ? c_before_[k] : first_c;
+  return b;
+}
+
+// The solver's start. It need not keep the rows, but the search is short only from a smooth profile a little
+// below them.
+void WindowPlanner::initial_guess(size_t head, size_t tail) {
+  const auto& grid = grid_.intervals();
+  const size_t n = grid.size() - head - tail, keep = kept_intervals(n);
+  c_ = estimated_speeds(head, n, keep);
+  limit_acceleration(grid, head, keep, c_);
+  smooth_below(keep, c_);
 }
 
 bool WindowPlanner::make_law(size_t head, size_t tail) {
@@ -344,12 +382,12 @@ bool WindowPlanner::make_law(size_t head, size_t tail) {
   return true;
 }
 
-// Judges the candidate at every sample; lowers the headroom where it exceeds a limit, further in later
-// rounds; `round` < 0: judges only.
+// Judges the candidate at every sample and between them. Where it exceeds a limit, lowers the headroom by the
+// excess and a little more, more in later rounds. `round` < 0: judges only.
 bool WindowPlanner::verify(int round) {
   bool good = true;
-  // Beside a slow place of a few micrometres the speed answers to a small share of what its bound is lowered
-  // by.
+  // Beside a slow place of a few micrometres the speed falls by a small share only of what its bound is
+  // lowered by.
   const double firmer = std::max(1.0, 0.5 * round);
   for (const LawSegment& segment : candidate_) {
     for (size_t k = segment.first; k < segment.last; ++k) {
@@ -364,7 +402,7 @@ bool WindowPlanner::verify(int round) {
       if (velocity > 1) room.velocity /= std::pow(velocity, 2 * firmer) * 1.0001;
       if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
       if (jerk > 1) room.jerk /= std::pow(jerk, 1.3) * extra;
-      if (jerk > 1 && round >= kSlowerFrom) slow_place(k, segment, jerk);
+      if (jerk > 1 && round >= kSlowerFrom) lower_speed(k, segment, jerk);
     }
   }
   return good;
@@ -376,8 +414,10 @@ Headroom& WindowPlanner::lower(size_t interval) {
   return headroom_[interval];
 }
 
-// Jerk grows with the third power of speed, whatever of it the rows do not see.
-void WindowPlanner::slow_place(size_t interval, const LawSegment& segment, double excess) {
+// The jerk's excess at one place has not gone after some rounds: what causes it lies between the rows. Jerk
+// falls with the third power of speed in any case, so the bound of speed is lowered, to a little more than
+// the excess asks for.
+void WindowPlanner::lower_speed(size_t interval, const LawSegment& segment, double excess) {
   const double v = std::max(segment.from.v, segment.end().v);
   double b_max = 1e30;
   for (const PathSample& sample : grid_.intervals()[interval].samples) b_max = std::min(b_max, sample.b_max);
@@ -395,8 +435,9 @@ bool WindowPlanner::slow_down(size_t head, size_t tail) {
   return false;
 }
 
-// A very short stretch, or the last resort from rest: four segments of equal jerk, slow enough.
-void WindowPlanner::creep() {
+// A very short stretch, or the last resort from rest: an S-curve of four segments of equal jerk, slower and
+// slower until it keeps all limits.
+void WindowPlanner::plan_s_curve() {
   const auto& grid = grid_.intervals();
   const double s0 = grid[0].s, length = grid.back().s + grid.back().h - s0;
   double jerk = 1e12;
@@ -415,6 +456,8 @@ void WindowPlanner::creep() {
   law_ = candidate_;
 }
 
+// Emits the first `segments` of the plan. The next window begins at their end, with the true motion there and
+// with what the solution had, which differ by the time law's correction.
 void WindowPlanner::commit(size_t segments, size_t head) {
   const size_t offset = start_.at_rest ? 1 : 0;  // the rest segment has no coefficient
   const size_t regular = segments - offset;

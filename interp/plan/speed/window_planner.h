@@ -3,7 +3,7 @@
 #include "interp/plan/speed/block_emitter.h"
 #include "interp/plan/speed/interior_point.h"
 #include "interp/plan/speed/limit_use.h"
-#include "interp/plan/speed/speed_planner.h"
+#include "interp/plan/speed/speed_options.h"
 
 namespace trn::speed {
 
@@ -35,14 +35,16 @@ class WindowPlanner {
   void adopt();
   size_t segments_within(double time_s) const;
   bool solve_window(size_t head, size_t tail);
-  void guess(size_t head, size_t tail);
+  size_t kept_intervals(size_t n) const;
+  Doubles estimated_speeds(size_t head, size_t n, size_t keep) const;
+  void initial_guess(size_t head, size_t tail);
   void damp_undershoot(size_t head);
   bool make_law(size_t head, size_t tail);
   bool verify(int round);
-  void slow_place(size_t interval, const LawSegment& segment, double excess);
+  void lower_speed(size_t interval, const LawSegment& segment, double excess);
   Headroom& lower(size_t interval);
   bool slow_down(size_t head, size_t tail);
-  void creep();
+  void plan_s_curve();
   void commit(size_t segments, size_t head);
   void drop_intervals(size_t count);
   void emit_rest();

@@ -8,8 +8,8 @@
 namespace trn::speed_test {
 namespace {
 
-using speed::Bracket;
 using speed::JointCurve;
+using speed::JointDerivatives;
 using speed::JointPanel;
 using speed::PathSampler;
 
@@ -45,7 +45,7 @@ TEST(JointCurve, TellsDerivativesOfAClosedForm) {
     ASSERT_TRUE(panel.interpolate(map, line.piece(length), 0, length));
     for (double u = 0; u <= 1; u += 1.0 / 16) {
       const auto truth = line.derivatives(u * length);
-      Bracket d;
+      JointDerivatives d;
       panel.at(u * length, d);
       const double rounding = 2e-13, by = 1 / length;
       EXPECT_NEAR(d.q[0], truth[0].real(), 10 * rounding);
@@ -105,13 +105,14 @@ TEST(JointCurve, TheSamplerAgreesWithTheMapItself) {
     JointCurve curve;
     sampler.curve(piece, curve);
     for (const double s : {0.0, 0.4, 1.1, 1.5}) {
-      const speed::PathSample told = sampler.sample(piece, curve, s, s, 0),
+      const speed::PathSample predicted = sampler.sample(piece, curve, s, s, 0),
                               asked = sampler.sample(piece, {}, s, s, 0);
-      const double b = std::min(sampler.bound(asked).b, sampler.bound(told).b);
+      const double b = std::min(sampler.bound(asked).b, sampler.bound(predicted).b);
       for (size_t j = 0; j < 5; ++j) {
         const JointLimit& limit = joints[j].limit;
-        EXPECT_LT(std::abs(told.d2[j] - asked.d2[j]) * b, 2e-3 * limit.acceleration) << i << " joint " << j;
-        EXPECT_LT(std::abs(told.d3[j] - asked.d3[j]) * b * std::sqrt(b), 2e-3 * limit.jerk)
+        EXPECT_LT(std::abs(predicted.d2[j] - asked.d2[j]) * b, 2e-3 * limit.acceleration)
+            << i << " joint " << j;
+        EXPECT_LT(std::abs(predicted.d3[j] - asked.d3[j]) * b * std::sqrt(b), 2e-3 * limit.jerk)
             << i << " joint " << j;
       }
     }
@@ -125,7 +126,7 @@ TEST(JointCurve, ParabolasTellWhereTheBoundSaysSo) {
   const Joints joints = cradle_joints();
   const PathSampler sampler(joints, map, speed::joint_rates(joints, 1, 1));
   std::mt19937_64 rng(11);
-  int told = 0, not_told = 0;
+  int predicted = 0, not_predicted = 0;
   for (int i = 0; i < 200; ++i) {
     const PlanPiece piece = random_piece(rng);
     JointCurve curve;
@@ -134,14 +135,14 @@ TEST(JointCurve, ParabolasTellWhereTheBoundSaysSo) {
     for (const double step : {0.02, 0.1, 0.3}) {
       for (double s0 = 0; s0 + 2 * step <= 1.5; s0 += 2 * step) {
         const double share = 1e-3;
-        const bool says = sampler.parabolas_tell(piece, curve, s0, s0 + 2 * step, step, b, share);
-        (says ? told : not_told) += 1;
+        const bool says = sampler.parabolas_predict(piece, curve, s0, s0 + 2 * step, step, b, share);
+        (says ? predicted : not_predicted) += 1;
         if (!says) continue;
         speed::PathSample three[3];
         for (int k = 0; k < 3; ++k) three[k] = sampler.sample(piece, curve, s0 + k * step, s0 + k * step, 0);
         for (const double s : {s0 + step / 2, s0 + 3 * step / 2}) {
           const speed::PathSample truth = sampler.sample(piece, curve, s, s, 0),
-                                  parabola = speed::between(three, s, 5);
+                                  parabola = speed::interpolate(three, s, 5);
           for (size_t j = 0; j < 5; ++j) {
             const JointLimit& limit = joints[j].limit;
             EXPECT_LE(std::abs(truth.d2[j] - parabola.d2[j]) * b, 1.001 * share * limit.acceleration) << i;
@@ -152,8 +153,8 @@ TEST(JointCurve, ParabolasTellWhereTheBoundSaysSo) {
       }
     }
   }
-  EXPECT_GT(told, 1000);
-  EXPECT_GT(not_told, 100);
+  EXPECT_GT(predicted, 1000);
+  EXPECT_GT(not_predicted, 100);
 }
 
 }  // namespace

@@ -3,8 +3,8 @@
 
 usage: speed_reference.py SOLVER.py FOLDER
 
-FOLDER holds NAME.csv and NAME.json as written by `TRN_EXPORT=FOLDER test_interp_plan
---gtest_filter=SpeedOptimality.*`. SOLVER.py is a stand-alone program called as
+FOLDER holds NAME.csv and NAME.json as written by `TRN_EXPORT=FOLDER test_app_session
+--gtest_filter='StretchExport.Writes*'`. SOLVER.py is a stand-alone program called as
 `SOLVER.py path NAME.csv --limits NAME.json --json RESULT.json`; its result holds the certified lower bound
 `T3_lb` and a feasible optimum `T3_feas`, in seconds.
 """

@@ -1,4 +1,4 @@
-#include "interp/plan/speed/sample_stretch.h"
+#include "app/session/stretch_export.h"
 
 #include <fmt/format.h>
 

@@ -17,14 +17,14 @@ struct RefusedMove {
   std::string text;  ///< what, and what would be right
 };
 
-/// Follows moves through the bracket and judges position limits. With RTCP off a straight move takes a serial
-/// machine's joints straight: its end is enough. Else joints bend, and may leave their range between two good
-/// ends; places every 5 mm do.
-class LimitScout : public MoveSink {
+/// Checks moves against the position limits of the joints, through the joint map. With RTCP off a straight
+/// move takes a serial machine's joints straight: its end is enough. Otherwise joints move on curves and may
+/// leave their range between two good ends, so places every 5 mm are checked.
+class RangeCheck : public MoveSink {
  public:
-  /// `assembly` must outlive it. `refuse` may throw; else the moves go on, and a joint that is outside is
-  /// told again only when it has been inside between.
-  LimitScout(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse);
+  /// `assembly` must outlive it. `refuse` may throw; otherwise the moves go on, and a joint that is outside
+  /// is reported again only when it has been inside in between.
+  RangeCheck(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse);
 
   void move(const ProgramMove& move) override;
   void event(const QueueEvent&, SourceLine) override {}

@@ -107,7 +107,7 @@ void expect_sound(const std::vector<ProgramMove>& moves, const std::vector<PlanP
   for (size_t i = 1; i < pieces.size(); ++i) EXPECT_GE(pieces[i].line, pieces[i - 1].line);
 }
 
-TEST(GeometryCompression, SampledCurvesComeOutAsTheCurve) {
+TEST(Compressor, SampledCurvesComeOutAsTheCurve) {
   const std::pair<Curve, double> curves[] = {{sine, 60}, {helix, 12}, {impeller, 60}};
   for (const auto& [curve, t_end] : curves) {
     const double truth = true_max_d3(curve, t_end);
@@ -138,7 +138,7 @@ double distance(const std::vector<PlanPiece>& a, const std::vector<PlanPiece>& b
   return worst;
 }
 
-TEST(GeometryCompression, FineAndCoarseAndReversedSamplesGiveNearlyTheSameCurve) {
+TEST(Compressor, FineAndCoarseAndReversedSamplesGiveNearlyTheSameCurve) {
   const auto fine = plan(polyline(sampled(sine, 40, 0.05), 0.05));
   const auto coarse = plan(polyline(sampled(sine, 40, 0.5), 0.05));
   EXPECT_LT(distance(fine, coarse), 0.03);  // the coarse chords' own error is 0.035
@@ -151,7 +151,7 @@ TEST(GeometryCompression, FineAndCoarseAndReversedSamplesGiveNearlyTheSameCurve)
   EXPECT_LT(distance(forward, back), 0.012);  // half of it is the spacing of the compared points
 }
 
-TEST(GeometryCompression, CornersAreKeptAndBlended) {
+TEST(Compressor, CornersAreKeptAndBlended) {
   std::vector<Words> points;
   for (int i = 0; i <= 200; ++i) points.push_back(rounded(words(0.1 * i, std::sin(0.2 * i))));
   const Words corner = points.back();
@@ -168,7 +168,7 @@ TEST(GeometryCompression, CornersAreKeptAndBlended) {
   EXPECT_GE(miss, 0.005);  // a good part of the tolerance is used
 }
 
-TEST(GeometryCompression, LongLinesStayLinesAndJoinCurvesSmoothly) {
+TEST(Compressor, LongLinesStayLinesAndJoinCurvesSmoothly) {
   std::vector<Words> points{words(-60, 20)};
   for (int i = 0; i <= 300; ++i)
     points.push_back(rounded(words(20 * std::sin(kPi * i / 300), 20 * std::cos(kPi * i / 300))));
@@ -185,7 +185,7 @@ TEST(GeometryCompression, LongLinesStayLinesAndJoinCurvesSmoothly) {
 }
 
 // A degree counts less along the curve than along the lines that it joins: there their parameters meet.
-TEST(GeometryCompression, LongLinesThatTurnTheToolJoinCurvesSmoothly) {
+TEST(Compressor, LongLinesThatTurnTheToolJoinCurvesSmoothly) {
   for (const double turn_deg : {5.0, 40.0, 400.0}) {  // in a line of 30 mm
     SCOPED_TRACE(turn_deg);
     const double per_mm = turn_deg / 30 * kRadPerDeg;
@@ -205,7 +205,7 @@ TEST(GeometryCompression, LongLinesThatTurnTheToolJoinCurvesSmoothly) {
   }
 }
 
-TEST(GeometryCompression, FeedsStayWithTheirMoves) {
+TEST(Compressor, FeedsStayWithTheirMoves) {
   auto moves = polyline(sampled(helix, 6, 0.3), 0.02);
   for (auto& m : moves) m.feed.tip_mm_s = m.source.line <= 100 ? 20 : 40;
   const auto pieces = plan(moves);
@@ -218,7 +218,7 @@ TEST(GeometryCompression, FeedsStayWithTheirMoves) {
   EXPECT_NEAR(slow, 30, 0.5);
 }
 
-TEST(GeometryCompression, RandomWalksAreSoundWhateverComesOut) {
+TEST(Compressor, RandomWalksAreSoundWhateverComesOut) {
   std::mt19937_64 rng(7);
   std::uniform_real_distribution<double> u(-1, 1);
   const char* long_form = std::getenv("TRN_LONG");
@@ -242,7 +242,7 @@ TEST(GeometryCompression, RandomWalksAreSoundWhateverComesOut) {
   }
 }
 
-TEST(GeometryCompression, TiniestMovesVanishInTheCurve) {
+TEST(Compressor, TiniestMovesVanishInTheCurve) {
   std::vector<Words> points{words(5, 5)};
   for (int i = 1; i <= 1000; ++i) points.push_back(words(5 + 1e-6 * i, 5 + 1e-7 * i));
   for (int i = 1; i <= 200; ++i) points.push_back(words(5.001 + 0.1 * i, 5.0001 + 0.01 * i));
@@ -254,7 +254,7 @@ TEST(GeometryCompression, TiniestMovesVanishInTheCurve) {
 }
 
 /// Counts how far the output lags behind: bounded, whatever the length of the run.
-TEST(GeometryCompression, LooksABoundedNumberOfMovesAhead) {
+TEST(Compressor, LooksABoundedNumberOfMovesAhead) {
   Collector out;
   GeometryPlanner planner({}, out);
   std::uint32_t lag = 0;

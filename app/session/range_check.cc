@@ -1,4 +1,4 @@
-#include "app/session/limit_scout.h"
+#include "app/session/range_check.h"
 
 #include <fmt/format.h>
 
@@ -19,13 +19,13 @@ constexpr int kSamplesMax = 200;
 
 }  // namespace
 
-LimitScout::LimitScout(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse)
+RangeCheck::RangeCheck(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse)
     : assembly_(assembly),
       refuse_(std::move(refuse)),
       platform_(dynamic_cast<const PlatformKinematics*>(assembly.kinematics.get()) != nullptr),
       separable_(!platform_ && !assembly.map->has_pose() && !assembly.map->has_joint()) {}
 
-void LimitScout::move(const ProgramMove& move) {
+void RangeCheck::move(const ProgramMove& move) {
   ++moves;
   if (move.source.line == 0) approach.push_back(move.to);
   const bool arc = move.kind == ProgramMove::Kind::kArc;
@@ -40,7 +40,7 @@ void LimitScout::move(const ProgramMove& move) {
 }
 
 // Most ends lie between others that were good.
-void LimitScout::judge_end(const ProgramMove& move) {
+void RangeCheck::judge_end(const ProgramMove& move) {
   if (has_box_ && box_tool_ == move.context.tool_offset && (move.to.array() >= lowest_.array()).all() &&
       (move.to.array() <= highest_.array()).all()) {
     outside_ = 0;
@@ -56,7 +56,7 @@ void LimitScout::judge_end(const ProgramMove& move) {
   has_box_ = true;
 }
 
-void LimitScout::judge(const ProgramMove& move, const Words& y) {
+void RangeCheck::judge(const ProgramMove& move, const Words& y) {
   JointVec q;
   const KinStatus status = assembly_.map->map(y, move.context, q);
   const bool told = unreachable_;
@@ -79,7 +79,7 @@ void LimitScout::judge(const ProgramMove& move, const Words& y) {
   }
 }
 
-void LimitScout::outside(const ProgramMove& move, std::size_t i, double value) {
+void RangeCheck::outside(const ProgramMove& move, std::size_t i, double value) {
   const Joint& joint = assembly_.plan_joints[i];
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kDegPerRad : 1.0;
@@ -92,7 +92,7 @@ void LimitScout::outside(const ProgramMove& move, std::size_t i, double value) {
 }
 
 // The word that moves this joint of a serial machine: the one whose change changes it.
-char LimitScout::letter_of(std::size_t joint) const {
+char RangeCheck::letter_of(std::size_t joint) const {
   for (int k = 0; k < 6; ++k) {
     Words words = Words::Zero();
     JointVec at_zero, moved;

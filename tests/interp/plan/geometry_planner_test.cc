@@ -23,7 +23,7 @@ std::vector<Words> random_points(std::mt19937_64& rng, int n, double step, bool 
   return points;
 }
 
-TEST(GeometryCorner, RandomPolylinesAreSmoothInsideToleranceAndComplete) {
+TEST(GeometryPlanner, RandomPolylinesAreSmoothInsideToleranceAndComplete) {
   std::mt19937_64 rng(1);
   std::uniform_real_distribution<double> u(0, 1);
   for (int trial = 0; trial < 60; ++trial) {
@@ -44,7 +44,7 @@ TEST(GeometryCorner, RandomPolylinesAreSmoothInsideToleranceAndComplete) {
   }
 }
 
-TEST(GeometryCorner, RandomLinesAndArcsAreSmoothAndInsideTolerance) {
+TEST(GeometryPlanner, RandomLinesAndArcsAreSmoothAndInsideTolerance) {
   std::mt19937_64 rng(2);
   std::uniform_real_distribution<double> u(-1, 1);
   for (int trial = 0; trial < 12; ++trial) {
@@ -80,7 +80,7 @@ double miss(const std::vector<PlanPiece>& pieces, const Words& vertex) {
   return best;
 }
 
-TEST(GeometryCorner, LongSegmentsUseTheWholeTolerance) {
+TEST(GeometryPlanner, LongSegmentsUseTheWholeTolerance) {
   for (double angle : {0.05, 0.5, 1.2, kPi / 2, 2.5, 3.0})
     for (double tol : {0.002, 0.05, 0.4}) {
       const Words corner = words(100, 0);
@@ -90,7 +90,7 @@ TEST(GeometryCorner, LongSegmentsUseTheWholeTolerance) {
     }
 }
 
-TEST(GeometryCorner, LineIntoArcUsesTheWholeTolerance) {
+TEST(GeometryPlanner, LineIntoArcUsesTheWholeTolerance) {
   const Words corner = words(40, 0);
   for (double tol : {0.002, 0.05}) {
     std::vector<ProgramMove> moves = {line_move(words(0, 0), corner, tol),
@@ -99,7 +99,7 @@ TEST(GeometryCorner, LineIntoArcUsesTheWholeTolerance) {
   }
 }
 
-TEST(GeometryCorner, OrientationToleranceBinds) {
+TEST(GeometryPlanner, OrientationToleranceBinds) {
   const double tol = 0.002;
   const Words corner = words(50, 0, 0, 0.3);
   const auto moves = polyline({words(0, 0), corner, words(100, 0, 0, 0)}, 1.0, tol);
@@ -109,7 +109,7 @@ TEST(GeometryCorner, OrientationToleranceBinds) {
   EXPECT_NEAR((blend.at(blend.length) - corner).tail<3>().norm() / tol, 1.0, 0.01);
 }
 
-TEST(GeometryCorner, ShortItemsAreSharedAndBlendsAreTheSameBackwards) {
+TEST(GeometryPlanner, ShortItemsAreSharedAndBlendsAreTheSameBackwards) {
   std::vector<Words> points = {words(0, 0), words(5, 0),   words(5, 0.7),
                                words(9, 1), words(9, 1.5), words(20, 8)};
   const auto forward = plan(polyline(points, 0.3), kBlendOnly);
@@ -123,7 +123,7 @@ TEST(GeometryCorner, ShortItemsAreSharedAndBlendsAreTheSameBackwards) {
   }
 }
 
-TEST(GeometryCorner, HalvesOfABlendCarryTheirOwnMove) {
+TEST(GeometryPlanner, HalvesOfABlendCarryTheirOwnMove) {
   auto moves = polyline({words(0, 0), words(10, 0), words(10, 10)});
   moves[0].kind = ProgramMove::Kind::kTraverse;
   moves[1].feed.tip_mm_s = 7;
@@ -140,7 +140,7 @@ TEST(GeometryCorner, HalvesOfABlendCarryTheirOwnMove) {
   EXPECT_NEAR(pieces[1].piece.length, pieces[2].piece.length, 1e-12);
 }
 
-TEST(GeometryCorner, ExactStopIsExactAndStopsEverywhere) {
+TEST(GeometryPlanner, ExactStopIsExactAndStopsEverywhere) {
   auto moves = polyline({words(0, 0), words(5, 0), words(10, 0), words(10, 7)});
   for (auto& m : moves) m.mode = PathMode::kExactStop;
   const auto pieces = plan(moves);
@@ -150,7 +150,7 @@ TEST(GeometryCorner, ExactStopIsExactAndStopsEverywhere) {
     EXPECT_LT((pieces[i].piece.at(pieces[i].piece.length) - moves[i].to).norm(), 1e-12);
 }
 
-TEST(GeometryCorner, ExactPathStopsOnlyWhereThePathIsNotSmooth) {
+TEST(GeometryPlanner, ExactPathStopsOnlyWhereThePathIsNotSmooth) {
   std::vector<ProgramMove> moves = polyline({words(0, 0), words(1.1, 2.2), words(3.3, 6.6), words(20, 6.6)});
   moves.push_back(arc_move(words(20, 6.6), words(20, 26.6), Vec3(20, 16.6, 0), kPi));  // tangent: stop
   moves.push_back(arc_move(words(20, 26.6), words(20, 6.6), Vec3(20, 16.6, 0), kPi));  // same circle: none
@@ -162,7 +162,7 @@ TEST(GeometryCorner, ExactPathStopsOnlyWhereThePathIsNotSmooth) {
   for (size_t i = 0; i < 5; ++i) EXPECT_EQ(pieces[i].ends_stretch, stops[i]) << i;
 }
 
-TEST(GeometryCorner, StopsAtEventContextModeReversalAndZeroTolerance) {
+TEST(GeometryPlanner, StopsAtEventContextModeReversalAndZeroTolerance) {
   const std::vector<Words> points = {words(0, 0), words(10, 0), words(10, 10)};
   const auto count = [&](auto change) {
     auto moves = polyline(points);
@@ -193,7 +193,7 @@ TEST(GeometryCorner, StopsAtEventContextModeReversalAndZeroTolerance) {
   EXPECT_EQ(out.events[1].line, 7u);
 }
 
-TEST(GeometryCorner, DegenerateInput) {
+TEST(GeometryPlanner, DegenerateInput) {
   EXPECT_TRUE(plan({}).empty());
   EXPECT_TRUE(plan(polyline({words(1, 2), words(1, 2), words(1, 2)})).empty());
 
@@ -217,7 +217,7 @@ TEST(GeometryCorner, DegenerateInput) {
   EXPECT_THROW(plan(gap), ProgramError);
 }
 
-TEST(GeometryCorner, AnArcWithUnequalRadiiEndsWhereItSays) {
+TEST(GeometryPlanner, AnArcWithUnequalRadiiEndsWhereItSays) {
   std::vector<ProgramMove> moves = {line_move(words(0, 0), words(20, 0)),
                                     arc_move(words(20, 0), words(20.0005, 20.0003), Vec3(20, 10, 0), kPi),
                                     line_move(words(20.0005, 20.0003), words(0, 20))};

@@ -1,0 +1,103 @@
+#include "interp/plan/geometry/run_fit.h"
+
+#include <gtest/gtest.h>
+
+#include "tests/interp/plan/geometry_check.h"
+
+namespace trn::geometry_check {
+namespace {
+
+/// Chords of 0.3 mm of a wave.
+std::vector<RunVertex> wave(double tolerance_used = 0) {
+  std::vector<RunVertex> out;
+  double u = 0;
+  for (int i = 0; i <= 100; ++i) {
+    const Words y = words(0.3 * i, std::sin(0.2 * i), 0, 0.02 * std::sin(0.1 * i));
+    if (i > 0) u += run_length(y - out.back().y);
+    out.push_back({u, y, tolerance_used});
+  }
+  return out;
+}
+
+RunFit fit(const std::vector<RunVertex>& v, RunEnd start = RunEnd::kPoint, RunEnd end = RunEnd::kPoint) {
+  return fit_run({v, start, end, nullptr, 0.02, 0.002});
+}
+
+/// Worst deviation over tolerance of the curve from the polyline: at each of 50 places of a span the least
+/// over all points of all chords.
+double worst_use(const RunFit& f, const std::vector<RunVertex>& v, double mm, double rad) {
+  double worst = 0;
+  for (int k = 0; k < f.spline.span_count(); ++k) {
+    const PathPiece piece =
+        make_hermite(f.spline.derivatives_at_break(k), f.spline.derivatives_at_break(k + 1),
+                     f.spline.at_break(k + 1) - f.spline.at_break(k));
+    for (int i = 0; i <= 50; ++i) {
+      const Words y = piece.at(piece.length * i / 50);
+      double least = 1e9;
+      for (size_t c = 0; c + 1 < v.size(); ++c)
+        if (std::abs((v[c].y - y)[kX]) < 1)
+          for (int t = 0; t <= 40; ++t) {
+            const Words d = y - v[c].y - (v[c + 1].y - v[c].y) * t / 40.0;
+            least = std::min(least, std::max(d.head<3>().norm() / mm, d.tail<3>().norm() / rad));
+          }
+      worst = std::max(worst, least);
+    }
+  }
+  return worst;
+}
+
+TEST(RunFit, StaysInTheToleranceAndUsesMuchOfIt) {
+  const auto v = wave();
+  const RunFit f = fit(v);
+  ASSERT_TRUE(f.ok);
+  const double used = worst_use(f, v, 0.02, 0.002);
+  EXPECT_LE(used, 0.99);
+  EXPECT_GT(used, 0.3);
+  EXPECT_LT((f.spline.derivatives_at_break(0).y - v.front().y).norm(), 1e-12);
+  EXPECT_LT((f.spline.derivatives_at_break(f.spline.span_count()).y - v.back().y).norm(), 1e-12);
+}
+
+// What chords themselves may be off the program is taken from the tolerance.
+TEST(RunFit, AToleranceThatIsUsedAlreadyIsLeftAlone) {
+  const auto v = wave(0.5);
+  const RunFit f = fit(v);
+  ASSERT_TRUE(f.ok);
+  EXPECT_LE(worst_use(f, v, 0.02, 0.002), 0.5);
+}
+
+TEST(RunFit, StartsAndEndsOnALineWithThreeDerivatives) {
+  const auto v = wave();
+  const RunFit f = fit(v, RunEnd::kOnLine, RunEnd::kOnLine);
+  ASSERT_TRUE(f.ok);
+  const PathPoint first = f.spline.derivatives_at_break(0),
+                  last = f.spline.derivatives_at_break(f.spline.span_count());
+  EXPECT_LT((first.d1 - (v[1].y - v[0].y) / v[1].u).norm(), 1e-9);
+  EXPECT_LT((last.d1 - (v[100].y - v[99].y) / (v[100].u - v[99].u)).norm(), 1e-9);
+  for (const PathPoint& p : {first, last}) EXPECT_LT(p.d2.norm() + p.d3.norm(), 1e-6);
+}
+
+// Beside a corner that a blend will round, the curve keeps to the chord.
+TEST(RunFit, ACornerGetsLittleOfTheTolerance) {
+  const auto v = wave();
+  const RunFit f = fit(v, RunEnd::kCorner, RunEnd::kPoint);
+  ASSERT_TRUE(f.ok);
+  const PathPiece piece =
+      make_hermite(f.spline.derivatives_at_break(0), f.spline.derivatives_at_break(1), f.spline.at_break(1));
+  const Vec3 along = (v[1].y - v[0].y).head<3>().normalized();
+  for (int i = 0; i <= 20; ++i) {
+    const double u = std::min(0.05, piece.length) * i / 20;
+    const Vec3 d = (piece.at(u) - v[0].y).head<3>();
+    EXPECT_LT((d - along * along.dot(d)).norm(), 0.2 * 0.02);
+  }
+}
+
+TEST(RunFit, WhatNoCurveFitsIsReportedWithItsPlace) {
+  std::vector<RunVertex> v;
+  for (int i = 0; i <= 20; ++i) v.push_back({0.3 * i, words(0.3 * i, i == 12 ? 0.5 : 0), 0});
+  const RunFit f = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, 1e-4, 1e-4});
+  EXPECT_FALSE(f.ok);
+  EXPECT_NEAR(static_cast<double>(f.worst_vertex), 12, 2);
+}
+
+}  // namespace
+}  // namespace trn::geometry_check
