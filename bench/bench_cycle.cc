@@ -10,9 +10,21 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/session/assembly.h"
+#include "app/session/corrections.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "kernel/cycle.h"
+#include "kernel/joint_map.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 #include "kinematics/factory.h"
 #include "tests/support/paths.h"
 

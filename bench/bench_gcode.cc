@@ -3,8 +3,13 @@
 
 #include <string>
 
+#include "core/motion.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 
 // Lines per second of the interpreter, text to planner moves.
 namespace trn {

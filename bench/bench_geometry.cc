@@ -4,7 +4,11 @@
 #include <cmath>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/stages.h"
 
 namespace trn {
 namespace {

@@ -6,6 +6,11 @@
 #include <kdl/chainiksolverpos_lma.hpp>
 #include <random>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "kinematics/factory.h"
 #include "kinematics/platform_kinematics.h"
 #include "tests/kinematics/kdl_chain.h"

@@ -1,7 +1,10 @@
 #include <benchmark/benchmark.h>
 
 #include "compensation/micromill/deflection_estimator.h"
+#include "compensation/micromill/friction_network.h"
+#include "compensation/micromill/load_observer.h"
 #include "sim/micromill/micro_mill_plant.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 namespace {

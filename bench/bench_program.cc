@@ -9,7 +9,13 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/plan/speed/speed_options.h"
 #include "tests/support/paths.h"
 
 namespace trn {

@@ -2,6 +2,13 @@
 
 #include <ctime>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/path.h"
+#include "core/ports.h"
+#include "interp/plan/speed/speed_options.h"
+#include "interp/plan/speed/speed_planner.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/speed_support.h"
 
 // The speed stage alone: short blended five-axis pieces through a trunnion, and a three-axis run.

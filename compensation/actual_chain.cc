@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/config.h"
 #include "core/serial_branches.h"
 
 namespace trn {

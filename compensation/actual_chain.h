@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "compensation/spline.h"
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/machine.h"
 #include "core/realtime.h"
 

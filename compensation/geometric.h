@@ -3,6 +3,10 @@
 #include <memory>
 
 #include "compensation/actual_chain.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
+#include "core/machine.h"
 #include "core/ports.h"
 
 namespace trn {

@@ -4,7 +4,12 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "compensation/actual_chain.h"
 #include "compensation/geometric.h"
+#include "compensation/spline.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
 #include "core/units.h"
 
 namespace trn {

@@ -3,6 +3,8 @@
 #include <vector>
 
 #include "compensation/spline.h"
+#include "core/axes.h"
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/ports.h"
 

@@ -2,6 +2,11 @@
 #include <cmath>
 
 #include "compensation/screw_correction.h"
+#include "compensation/screw_heat.h"
+#include "compensation/sensor_board.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
 
 namespace trn {
 

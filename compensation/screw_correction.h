@@ -8,6 +8,8 @@
 
 #include "compensation/screw_heat.h"
 #include "compensation/sensor_board.h"
+#include "core/axes.h"
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "core/ring.h"

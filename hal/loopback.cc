@@ -1,6 +1,7 @@
 #include "hal/loopback.h"
 
 #include "core/check.h"
+#include "core/fault.h"
 
 namespace trn {
 

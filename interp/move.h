@@ -3,6 +3,8 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/motion.h"
 
 // What the interpreter hands to the planner: programmed motion in absolute terms, in program order.

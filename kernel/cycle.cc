@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "compensation/micromill/deflection_correction.h"
+#include "compensation/micromill/deflection_estimator.h"
 #include "core/check.h"
 #include "kernel/setpoint_check.h"
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "kernel/motion_queue.h"
 #include "kernel/plan_walk.h"
 
 namespace trn {

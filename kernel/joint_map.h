@@ -1,5 +1,8 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
 #include "core/ports.h"
 
 namespace trn {

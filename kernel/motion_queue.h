@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/axes.h"
 #include "core/check.h"
 #include "core/motion.h"
 #include "core/ring.h"

@@ -4,6 +4,8 @@
 
 #include "core/axes.h"
 #include "core/realtime.h"
+#include "kernel/motion_queue.h"
+#include "kernel/plan_walk.h"
 #include "kernel/way_down.h"
 
 namespace trn {

@@ -3,6 +3,7 @@
 #include <array>
 
 #include "core/axes.h"
+#include "core/motion.h"
 #include "core/realtime.h"
 #include "kernel/motion_queue.h"
 

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/motion.h"
 #include "core/ports.h"
 #include "core/touch_probe.h"
 

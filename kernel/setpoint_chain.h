@@ -6,6 +6,7 @@
 
 #include "compensation/offset_filter.h"
 #include "compensation/sensor_board.h"
+#include "core/axes.h"
 #include "core/machine.h"
 #include "core/ports.h"
 

@@ -4,6 +4,7 @@
 
 #include "core/check.h"
 #include "kernel/path_rate.h"
+#include "kernel/plan_walk.h"
 
 namespace trn {
 

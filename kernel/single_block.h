@@ -2,7 +2,9 @@
 
 #include <cstdint>
 
+#include "core/motion.h"
 #include "kernel/interpolator.h"
+#include "kernel/motion_queue.h"
 
 namespace trn {
 

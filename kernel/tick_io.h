@@ -1,5 +1,8 @@
 #pragma once
 
+#include "core/fault.h"
+#include "core/frames.h"
+#include "core/motion.h"
 #include "core/ports.h"
 #include "kernel/tap_gear.h"
 

@@ -1,5 +1,6 @@
 #include "kinematics/factory.h"
 
+#include "core/config.h"
 #include "kinematics/machines/hexapod.h"
 #include "kinematics/machines/rail_mill.h"
 #include "kinematics/machines/serial.h"

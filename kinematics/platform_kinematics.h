@@ -1,5 +1,8 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "kinematics/serial/rotary_axes.h"

@@ -3,8 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
 #include "core/units.h"
 #include "sim/simulated_drives.h"
+#include "sim/simulated_joint.h"
 
 namespace trn {
 

@@ -1,5 +1,6 @@
 #include "sim/simulated_drives.h"
 
+#include "core/fault.h"
 #include "hal/drive_severity.h"
 
 namespace trn {

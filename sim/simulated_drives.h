@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "sim/simulated_joint.h"

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "core/units.h"

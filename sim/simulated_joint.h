@@ -2,6 +2,7 @@
 
 #include <cstdint>
 
+#include "core/fault.h"
 #include "core/ports.h"
 #include "sim/servo.h"
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/config.h"
+
 namespace trn {
 
 namespace {

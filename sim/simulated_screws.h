@@ -4,6 +4,10 @@
 #include <vector>
 
 #include "compensation/screw_correction.h"
+#include "compensation/screw_heat.h"
+#include "compensation/sensor_board.h"
+#include "core/axes.h"
+#include "core/machine.h"
 
 namespace trn {
 

@@ -2,6 +2,9 @@
 
 #include <vector>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
 #include "core/machine.h"
 #include "core/ports.h"
 

@@ -6,6 +6,10 @@
 #include <vector>
 
 #include "app/check/programmed_leg.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/move.h"
 
 namespace trn {
 

@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "core/frames.h"
 #include "core/ports.h"
 #include "interp/move.h"
 

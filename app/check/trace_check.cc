@@ -5,6 +5,8 @@
 #include <cmath>
 #include <utility>
 
+#include "app/check/trace_reader.h"
+
 namespace trn {
 
 namespace {

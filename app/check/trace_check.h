@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/check/limit_judge.h"
+#include "core/axes.h"
 #include "core/machine.h"
 
 namespace trn {

@@ -2,7 +2,10 @@
 
 #include <nlohmann/json.hpp>
 
+#include "app/check/limit_judge.h"
 #include "app/check/trace_check.h"
+#include "core/axes.h"
+#include "core/machine.h"
 #include "core/units.h"
 
 namespace trn {

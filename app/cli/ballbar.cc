@@ -1,3 +1,5 @@
+#include "compensation/fit/ballbar.h"
+
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -11,8 +13,13 @@
 #include "app/lab/ballbar_run.h"
 #include "app/lab/polar_plot.h"
 #include "app/lab/text_file.h"
+#include "app/session/assembly.h"
+#include "compensation/actual_chain.h"
 #include "compensation/fit/ballbar_fit.h"
 #include "compensation/geometric.h"
+#include "core/config.h"
+#include "core/frames.h"
+#include "core/machine.h"
 #include "core/units.h"
 
 namespace trn {

@@ -10,8 +10,10 @@
 #include <optional>
 
 #include "app/cli/commands.h"
+#include "hal/can/bus.h"
 #include "hal/can/cia402.h"
 #include "hal/can/eds.h"
+#include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "hal/can/sdo.h"
 #include "hal/can/socket_can.h"

@@ -5,7 +5,9 @@
 #include <string>
 #include <utility>
 
+#include "app/cli/commands.h"
 #include "app/cli/fault_rows.h"
+#include "app/lab/fault_rehearsal.h"
 
 namespace trn {
 

@@ -13,6 +13,7 @@
 #include "app/daemon/command_client.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/feature_report.h"
+#include "core/axes.h"
 #include "core/fault.h"
 #include "core/machine.h"
 #include "core/units.h"

@@ -10,10 +10,17 @@
 #include "app/cli/commands.h"
 #include "app/daemon/planner_thread.h"
 #include "app/session/assembly.h"
+#include "app/session/feature_recorder.h"
 #include "app/session/make_cycle.h"
+#include "app/session/session_log.h"
 #include "app/session/trace.h"
+#include "core/safe_file.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

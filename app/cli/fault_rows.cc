@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "core/config.h"
+#include "core/fault.h"
 
 namespace trn {
 

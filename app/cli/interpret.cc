@@ -10,11 +10,18 @@
 #include "app/cli/commands.h"
 #include "app/session/assembly.h"
 #include "app/session/range_check.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/canon_printer.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 
 namespace trn {
 

@@ -15,7 +15,11 @@
 #include "app/lab/error_curves.h"
 #include "app/lab/joint_measure.h"
 #include "app/lab/text_file.h"
+#include "app/session/assembly.h"
 #include "compensation/fit/joint_table_fit.h"
+#include "compensation/joint_tables.h"
+#include "core/axes.h"
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/units.h"
 

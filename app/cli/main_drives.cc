@@ -18,9 +18,20 @@
 #include <utility>
 #include <vector>
 
+#include "core/config.h"
+#include "core/machine.h"
+#include "hal/can/bus.h"
+#include "hal/can/can_config.h"
+#include "hal/can/frame.h"
 #include "hal/can/socket_can.h"
+#include "hal/modbus/field_devices.h"
+#include "hal/modbus/modbus_drives.h"
+#include "hal/modbus/modbus_io.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_node.h"
+#include "sim/canopen/emulated_probe.h"
 #include "sim/canopen/fault_script.h"
+#include "sim/modbus/emulated_cabinet.h"
 #include "sim/modbus/emulated_positioner.h"
 
 // The field of a machine as a program of its own: emulated CANopen nodes on real CAN interfaces, emulated

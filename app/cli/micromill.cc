@@ -11,6 +11,8 @@
 #include <stdexcept>
 
 #include "app/lab/micromill/experiment.h"
+#include "app/lab/micromill/stage_lab.h"
+#include "compensation/micromill/friction_network.h"
 #include "core/config.h"
 #include "interp/move.h"
 

@@ -4,7 +4,9 @@
 #include <string>
 #include <utility>
 
+#include "app/cli/commands.h"
 #include "app/cli/fault_rows.h"
+#include "app/lab/fault_rehearsal.h"
 #include "app/lab/modbus_rehearsal.h"
 
 namespace trn {

@@ -6,8 +6,12 @@
 #include <memory>
 
 #include "app/cli/commands.h"
+#include "app/session/assembly.h"
+#include "app/session/session_log.h"
 #include "app/session/trace.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 
 namespace trn {
 

@@ -9,11 +9,22 @@
 #include "app/cli/commands.h"
 #include "app/cli/run_inputs.h"
 #include "app/lab/run_pictures.h"
+#include "app/lab/run_recorder.h"
 #include "app/lab/run_report.h"
+#include "app/session/assembly.h"
+#include "app/session/pipeline.h"
+#include "app/session/session_log.h"
 #include "app/session/simulation.h"
 #include "app/session/stretch_export.h"
 #include "app/session/trace.h"
+#include "core/fault.h"
+#include "core/ports.h"
+#include "interp/gcode/interpreter.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/plan/stages.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

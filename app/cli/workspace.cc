@@ -10,6 +10,7 @@
 #include "app/lab/text_file.h"
 #include "app/lab/workspace_svg.h"
 #include "app/session/assembly.h"
+#include "core/frames.h"
 #include "core/units.h"
 
 namespace trn {

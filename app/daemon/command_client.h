@@ -8,6 +8,7 @@
 #include <string>
 
 #include "hal/lcm_link.h"
+#include "hal/udp_group.h"
 
 namespace trn {
 

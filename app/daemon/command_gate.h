@@ -4,6 +4,7 @@
 #include <map>
 
 #include "hal/lcm_link.h"
+#include "hal/udp_group.h"
 
 namespace trn {
 

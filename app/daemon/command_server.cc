@@ -8,6 +8,7 @@
 
 #include "app/daemon/telemetry.h"
 #include "hal/socket_owner.h"
+#include "hal/udp_group.h"
 
 namespace trn {
 

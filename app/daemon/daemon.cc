@@ -18,7 +18,9 @@
 #include "app/daemon/process_lock.h"
 #include "app/daemon/second_daemon.h"
 #include "app/daemon/tick_thread.h"
+#include "app/session/feature_meter.h"
 #include "app/session/feature_report.h"
+#include "core/fault.h"
 
 namespace trn {
 

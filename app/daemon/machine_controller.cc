@@ -9,6 +9,8 @@
 #include <thread>
 #include <utility>
 
+#include "core/motion.h"
+
 namespace trn {
 
 namespace {

@@ -5,6 +5,9 @@
 #include <stdexcept>
 #include <utility>
 
+#include "core/safe_file.h"
+#include "interp/move.h"
+
 namespace trn {
 
 namespace {

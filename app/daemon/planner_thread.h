@@ -7,10 +7,16 @@
 
 #include "app/daemon/program_file.h"
 #include "app/daemon/program_source.h"
+#include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
 #include "app/session/session_log.h"
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/tool_table.h"
 #include "kernel/motion_queue.h"
 
 namespace trn {

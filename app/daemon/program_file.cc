@@ -14,6 +14,8 @@
 #include <mutex>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/text/block.h"
 #include "interp/gcode/text/parser.h"
 
 namespace trn {

@@ -10,6 +10,7 @@
 
 #include "app/daemon/process_lock.h"
 #include "hal/socket_owner.h"
+#include "hal/udp_group.h"
 
 namespace trn {
 

@@ -6,6 +6,10 @@
 #include <algorithm>
 #include <chrono>
 
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/motion.h"
+
 namespace trn {
 
 namespace {

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/daemon/realtime.h"
+#include "app/session/realtime_config.h"
 
 namespace trn {
 

@@ -10,7 +10,12 @@
 
 #include "app/lab/text_file.h"
 #include "app/session/simulation.h"
+#include "core/axes.h"
+#include "core/fault.h"
 #include "core/units.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/session/assembly.h"
+#include "compensation/actual_chain.h"
 #include "compensation/fit/ballbar.h"
 
 namespace trn {

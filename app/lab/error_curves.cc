@@ -4,6 +4,7 @@
 
 #include "app/lab/joint_measure.h"
 #include "app/lab/picture/axes.h"
+#include "app/lab/picture/svg.h"
 
 namespace trn {
 

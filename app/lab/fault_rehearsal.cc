@@ -8,7 +8,17 @@
 
 #include "app/lab/rehearsal_stage.h"
 #include "app/session/make_cycle.h"
+#include "core/axes.h"
+#include "hal/can/bus.h"
+#include "hal/can/can_config.h"
+#include "hal/can/frame.h"
+#include "hal/can/node_link.h"
+#include "hal/can/node_setup.h"
+#include "kernel/cycle.h"
+#include "kernel/rt_messages.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_node.h"
+#include "sim/canopen/virtual_bus.h"
 
 namespace trn {
 

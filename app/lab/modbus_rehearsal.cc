@@ -12,8 +12,15 @@
 
 #include "app/lab/rehearsal_stage.h"
 #include "app/session/make_cycle.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
+#include "hal/modbus/modbus_link.h"
+#include "kernel/cycle.h"
+#include "kernel/rt_messages.h"
 #include "sim/modbus/emulated_cabinet.h"
+#include "sim/modbus/emulated_line.h"
 
 namespace trn {
 

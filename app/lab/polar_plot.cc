@@ -7,6 +7,7 @@
 
 #include "app/lab/picture/axes.h"
 #include "app/lab/picture/polar_axes.h"
+#include "app/lab/picture/svg.h"
 
 namespace trn {
 

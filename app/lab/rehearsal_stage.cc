@@ -3,6 +3,10 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "core/motion.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+
 namespace trn {
 
 namespace {

@@ -4,8 +4,14 @@
 #include <memory>
 #include <string>
 
+#include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/ports.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

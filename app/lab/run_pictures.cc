@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "app/lab/picture/axes.h"
+#include "app/lab/picture/svg.h"
 #include "app/lab/run_report.h"
 #include "app/lab/text_file.h"
 

@@ -2,8 +2,10 @@
 
 #include <string>
 
+#include "app/check/deviation_meter.h"
 #include "app/lab/run_recorder.h"
 #include "app/session/simulation.h"
+#include "core/machine.h"
 
 namespace trn {
 

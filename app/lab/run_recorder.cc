@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/ports.h"
+
 namespace trn {
 
 namespace {

@@ -3,8 +3,11 @@
 #include <array>
 #include <vector>
 
+#include "core/axes.h"
 #include "core/differencer.h"
+#include "core/frames.h"
 #include "core/machine.h"
+#include "core/motion.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
 

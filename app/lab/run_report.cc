@@ -5,8 +5,12 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/check/deviation_meter.h"
+#include "app/check/limit_judge.h"
 #include "app/session/feature_report.h"
+#include "core/axes.h"
 #include "core/units.h"
+#include "sim/simulated_screws.h"
 
 namespace trn {
 

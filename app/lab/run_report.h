@@ -3,6 +3,7 @@
 #include <string>
 
 #include "app/session/simulation.h"
+#include "core/machine.h"
 
 namespace trn {
 

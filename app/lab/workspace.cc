@@ -7,6 +7,8 @@
 #include <set>
 #include <stdexcept>
 
+#include "core/axes.h"
+#include "core/motion.h"
 #include "core/units.h"
 #include "kinematics/platform_kinematics.h"
 

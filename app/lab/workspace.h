@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/frames.h"
 #include "core/machine.h"
 #include "core/ports.h"
 

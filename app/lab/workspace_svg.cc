@@ -7,6 +7,8 @@
 #include <cmath>
 
 #include "app/lab/picture/axes.h"
+#include "app/lab/picture/svg.h"
+#include "core/frames.h"
 #include "core/units.h"
 
 namespace trn {

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "compensation/sensor_board.h"
+#include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
 #include "kernel/path_rate.h"
 #include "kinematics/factory.h"

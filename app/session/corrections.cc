@@ -8,6 +8,7 @@
 #include "compensation/joint_tables.h"
 #include "compensation/micromill/deflection_correction.h"
 #include "compensation/screw_correction.h"
+#include "core/axes.h"
 #include "core/units.h"
 
 namespace trn {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "compensation/sensor_board.h"
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "interp/gcode/program_config.h"

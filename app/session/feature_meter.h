@@ -4,6 +4,7 @@
 #include <deque>
 #include <vector>
 
+#include "core/frames.h"
 #include "interp/move.h"
 #include "kernel/rt_messages.h"
 

@@ -1,5 +1,7 @@
 #include "app/session/feature_recorder.h"
 
+#include "core/motion.h"
+
 namespace trn {
 
 void FeatureRecorder::begin() {

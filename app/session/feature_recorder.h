@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "app/session/feature_meter.h"
+#include "interp/move.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

@@ -1,7 +1,9 @@
 #pragma once
 
 #include "app/session/assembly.h"
+#include "core/ports.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
 
 namespace trn {
 

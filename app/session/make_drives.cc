@@ -2,11 +2,15 @@
 
 #include <algorithm>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "hal/can/can_config.h"
 #include "hal/can/can_drives.h"
 #include "hal/can/socket_can.h"
 #include "hal/loopback.h"
 #include "hal/modbus/modbus_drives.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_probe.h"
 #include "sim/micromill/micro_mill_drives.h"
 #include "sim/modbus/emulated_positioner.h"
 #include "sim/simulated_drives.h"

@@ -6,8 +6,11 @@
 #include <utility>
 
 #include "app/session/range_check.h"
+#include "core/ports.h"
 #include "core/safe_file.h"
 #include "core/units.h"
+#include "interp/gcode/error.h"
+#include "interp/gcode/executor.h"
 
 namespace trn {
 

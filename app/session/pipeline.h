@@ -8,9 +8,22 @@
 #include <string>
 
 #include "app/session/assembly.h"
+#include "core/axes.h"
 #include "core/check.h"
+#include "core/motion.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/line_reader.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/speed/speed_options.h"
+#include "interp/plan/speed/speed_planner.h"
+#include "interp/plan/stages.h"
+#include "kernel/joint_map.h"
 #include "kernel/motion_queue.h"
 
 namespace trn {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/path.h"
+#include "core/ports.h"
 #include "core/units.h"
 #include "kinematics/platform_kinematics.h"
 

@@ -6,6 +6,9 @@
 #include <vector>
 
 #include "app/session/assembly.h"
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
 #include "interp/move.h"
 
 namespace trn {

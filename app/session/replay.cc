@@ -4,6 +4,14 @@
 #include <limits>
 
 #include "app/session/make_cycle.h"
+#include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "core/touch_probe.h"
+#include "interp/gcode/settings.h"
+#include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
 
 namespace trn {
 

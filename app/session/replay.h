@@ -1,6 +1,11 @@
 #pragma once
 
+#include "app/session/assembly.h"
 #include "app/session/session_log.h"
+#include "core/fault.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 

@@ -11,7 +11,9 @@
 #include <stdexcept>
 
 #include "app/session/feature_report.h"
+#include "core/axes.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/move.h"
 
 namespace trn {
 

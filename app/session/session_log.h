@@ -10,6 +10,10 @@
 
 #include "app/session/feature_meter.h"
 #include "app/session/pipeline.h"
+#include "compensation/sensor_board.h"
+#include "core/fault.h"
+#include "core/ports.h"
+#include "kernel/motion_queue.h"
 #include "kernel/rt_messages.h"
 
 namespace trn {

@@ -5,9 +5,16 @@
 #include <chrono>
 #include <ctime>
 
+#include "app/check/trace_reader.h"
 #include "app/session/make_cycle.h"
+#include "core/axes.h"
 #include "core/differencer.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "kernel/joint_map.h"
+#include "kernel/motion_queue.h"
 
 namespace trn {
 

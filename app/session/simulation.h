@@ -13,7 +13,17 @@
 #include "app/session/operator_script.h"
 #include "app/session/pipeline.h"
 #include "app/session/session_log.h"
+#include "core/check.h"
+#include "core/fault.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "interp/plan/speed/speed_options.h"
+#include "interp/plan/stages.h"
 #include "kernel/cycle.h"
+#include "kernel/rt_messages.h"
+#include "sim/simulated_screws.h"
 
 namespace trn {
 

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <ostream>
 
+#include "interp/move.h"
+
 namespace trn {
 
 namespace {

@@ -4,6 +4,9 @@
 #include <iosfwd>
 #include <span>
 
+#include "core/axes.h"
+#include "core/path.h"
+#include "core/ports.h"
 #include "interp/plan/stages.h"
 
 namespace trn {

@@ -6,6 +6,8 @@
 #include <cstring>
 #include <stdexcept>
 
+#include "core/axes.h"
+
 namespace trn {
 
 namespace {

@@ -4,6 +4,8 @@
 #include <vector>
 
 #include "compensation/actual_chain.h"
+#include "core/axes.h"
+#include "core/frames.h"
 
 namespace trn {
 

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axes.h"
+
 namespace trn {
 
 namespace {

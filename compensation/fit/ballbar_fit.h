@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "compensation/actual_chain.h"
 #include "compensation/fit/ballbar.h"
 
 namespace trn {

@@ -5,6 +5,8 @@
 #include <complex>
 #include <filesystem>
 
+#include "compensation/micromill/friction_network.h"
+#include "compensation/micromill/load_observer.h"
 #include "core/config.h"
 
 namespace trn {

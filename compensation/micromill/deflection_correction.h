@@ -1,6 +1,7 @@
 #pragma once
 
 #include "compensation/micromill/deflection_estimator.h"
+#include "core/axes.h"
 #include "core/config.h"
 #include "core/ports.h"
 

@@ -7,7 +7,12 @@
 #include <filesystem>
 #include <optional>
 
+#include "core/axes.h"
 #include "core/units.h"
+#include "hal/can/cia402.h"
+#include "hal/can/cia402_axis.h"
+#include "hal/can/pdo.h"
+#include "hal/can/sdo.h"
 #include "hal/can/setup_steps.h"
 
 namespace trn {

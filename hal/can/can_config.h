@@ -3,8 +3,10 @@
 #include <string>
 #include <vector>
 
+#include "core/config.h"
 #include "core/machine.h"
 #include "hal/can/bus_budget.h"
+#include "hal/can/eds.h"
 #include "hal/can/node_link.h"
 #include "hal/can/node_setup.h"
 

@@ -8,6 +8,8 @@
 #include <stdexcept>
 
 #include "core/check.h"
+#include "hal/can/cia402_axis.h"
+#include "hal/can/frame.h"
 #include "hal/drive_severity.h"
 
 namespace trn {

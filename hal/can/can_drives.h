@@ -5,9 +5,14 @@
 #include <string>
 #include <vector>
 
+#include "core/fault.h"
 #include "core/ports.h"
 #include "core/touch_probe.h"
+#include "hal/can/bus.h"
+#include "hal/can/can_config.h"
 #include "hal/can/can_master.h"
+#include "hal/can/node_link.h"
+#include "hal/can/node_setup.h"
 
 namespace trn {
 

@@ -6,6 +6,8 @@
 #include <cstdlib>
 
 #include "core/check.h"
+#include "hal/can/nmt.h"
+#include "hal/can/pdo.h"
 
 namespace trn {
 

@@ -7,9 +7,11 @@
 #include <string>
 #include <vector>
 
+#include "core/fault.h"
 #include "core/time_histogram.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_config.h"
+#include "hal/can/frame.h"
 #include "hal/can/node_link.h"
 
 namespace trn {

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/check.h"
+#include "hal/can/cia402.h"
 
 namespace trn {
 

@@ -7,10 +7,14 @@
 #include <string>
 #include <vector>
 
+#include "core/fault.h"
+#include "core/ports.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/can/cia402_touch.h"
+#include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "hal/can/pdo.h"
+#include "hal/can/sdo.h"
 
 namespace trn {
 

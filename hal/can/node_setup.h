@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/can/eds.h"
+#include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "hal/can/sdo.h"
 

@@ -5,6 +5,7 @@
 
 #include "hal/can/eds.h"
 #include "hal/can/frame.h"
+#include "hal/can/sdo.h"
 
 namespace trn {
 

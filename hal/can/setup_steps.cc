@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "hal/can/sdo.h"
+
 namespace trn {
 
 namespace {

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/can/cia402.h"
+#include "hal/can/eds.h"
 #include "hal/can/node_setup.h"
 #include "hal/can/pdo.h"
 

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "hal/can/bus.h"
+#include "hal/can/frame.h"
 
 namespace trn {
 

@@ -7,10 +7,13 @@
 #include <thread>
 #include <vector>
 
+#include "core/config.h"
+#include "core/fault.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/modbus/field_devices.h"
+#include "hal/modbus/modbus_link.h"
 
 namespace trn {
 

@@ -3,8 +3,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
 #include "core/units.h"
+#include "hal/can/cia402.h"
+#include "hal/can/cia402_axis.h"
+#include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_drives.h"
+#include "hal/modbus/modbus_link.h"
 
 namespace trn {
 

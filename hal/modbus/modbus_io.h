@@ -9,6 +9,8 @@
 #include <thread>
 #include <vector>
 
+#include "core/config.h"
+#include "core/fault.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/modbus/field_devices.h"

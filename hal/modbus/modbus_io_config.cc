@@ -2,7 +2,10 @@
 
 #include <algorithm>
 
+#include "core/config.h"
+#include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
+#include "hal/modbus/modbus_link.h"
 
 namespace trn {
 

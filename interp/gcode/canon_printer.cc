@@ -6,6 +6,8 @@
 #include <initializer_list>
 #include <iterator>
 
+#include "core/frames.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/text/fixed_decimal.h"
 
 namespace trn {

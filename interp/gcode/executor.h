@@ -5,10 +5,16 @@
 #include <string>
 #include <vector>
 
+#include "core/frames.h"
 #include "core/ports.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/cutter/cutter_comp.h"
+#include "interp/gcode/error.h"
 #include "interp/gcode/executor/nurbs.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
 #include "interp/gcode/text/block.h"

@@ -8,6 +8,7 @@
 #include <filesystem>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/g_code.h"
 
 namespace trn {
 

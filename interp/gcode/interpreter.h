@@ -5,9 +5,19 @@
 #include <memory>
 #include <string>
 
+#include "core/ports.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 #include "interp/gcode/flow/flow.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/text/expression.h"
+#include "interp/gcode/text/line_reader.h"
 #include "interp/gcode/tool_table.h"
 
 namespace trn {

@@ -1,6 +1,10 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
 #include "core/ports.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/work_frame.h"

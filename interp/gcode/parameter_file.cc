@@ -10,6 +10,7 @@
 #include "core/safe_file.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/text/lexer.h"
+#include "interp/move.h"
 
 namespace trn {
 

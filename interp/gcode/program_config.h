@@ -10,6 +10,7 @@
 
 #include "core/config.h"
 #include "interp/gcode/canon.h"
+#include "interp/gcode/g_code.h"
 #include "interp/gcode/text/line_reader.h"
 
 namespace trn {

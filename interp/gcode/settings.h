@@ -3,8 +3,10 @@
 #include <array>
 #include <cstdint>
 
+#include "core/frames.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
+#include "interp/gcode/g_code.h"
 #include "interp/gcode/modal.h"
 
 namespace trn {

@@ -9,6 +9,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/text/lexer.h"
+#include "interp/move.h"
 
 namespace trn {
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/motion.h"
+#include "core/path.h"
 #include "core/ports.h"
 #include "interp/move.h"
 

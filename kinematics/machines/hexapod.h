@@ -4,6 +4,11 @@
 #include <limits>
 #include <memory>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "kinematics/newton.h"
 #include "kinematics/platform_kinematics.h"
 

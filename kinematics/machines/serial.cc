@@ -2,7 +2,10 @@
 
 #include <fmt/format.h>
 
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/serial_branches.h"
+#include "kinematics/serial/chain.h"
 #include "kinematics/serial/serial_kinematics.h"
 
 namespace trn {

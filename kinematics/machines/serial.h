@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "core/config.h"
 #include "core/machine.h"
 #include "core/ports.h"
 

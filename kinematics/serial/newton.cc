@@ -1,5 +1,9 @@
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/ports.h"
+#include "kinematics/serial/chain.h"
 #include "kinematics/serial/serial_kinematics.h"
 
 namespace trn {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/ports.h"
 #include "kinematics/serial/chain.h"
 #include "kinematics/serial/rotary_axes.h"

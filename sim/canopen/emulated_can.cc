@@ -2,7 +2,10 @@
 
 #include <cmath>
 
+#include "hal/can/bus.h"
+#include "hal/can/node_link.h"
 #include "sim/simulated_drives.h"
+#include "sim/simulated_joint.h"
 
 namespace trn {
 

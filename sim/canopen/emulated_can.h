@@ -4,8 +4,14 @@
 #include <string>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/config.h"
 #include "core/machine.h"
+#include "core/ports.h"
+#include "core/touch_probe.h"
+#include "hal/can/can_config.h"
 #include "hal/can/can_drives.h"
+#include "sim/canopen/emulated_node.h"
 #include "sim/canopen/emulated_probe.h"
 #include "sim/canopen/virtual_bus.h"
 

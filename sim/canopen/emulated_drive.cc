@@ -4,6 +4,9 @@
 #include <cmath>
 #include <utility>
 
+#include "core/fault.h"
+#include "core/ports.h"
+
 namespace trn {
 
 namespace {

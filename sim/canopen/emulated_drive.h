@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "hal/can/cia402.h"
+#include "hal/can/sdo.h"
 #include "sim/canopen/object_store.h"
 #include "sim/simulated_joint.h"
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "hal/can/sdo.h"
+
 namespace trn {
 
 namespace {

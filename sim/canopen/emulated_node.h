@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "hal/can/eds.h"
 #include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "sim/canopen/emulated_drive.h"

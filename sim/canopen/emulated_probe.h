@@ -3,6 +3,11 @@
 #include <memory>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "sim/canopen/emulated_node.h"
 #include "sim/touch_plates.h"
 

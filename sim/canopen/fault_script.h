@@ -7,6 +7,7 @@
 
 #include "sim/canopen/emulated_node.h"
 #include "sim/modbus/emulated_cabinet.h"
+#include "sim/modbus/emulated_line.h"
 
 namespace trn {
 

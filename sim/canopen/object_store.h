@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "hal/can/eds.h"
+#include "hal/can/sdo.h"
 
 namespace trn {
 

@@ -7,7 +7,9 @@
 #include <vector>
 
 #include "hal/can/bus.h"
+#include "hal/can/frame.h"
 #include "sim/canopen/emulated_node.h"
+#include "sim/canopen/frame_queue.h"
 
 namespace trn {
 

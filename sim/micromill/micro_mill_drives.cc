@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "core/axes.h"
+#include "sim/micromill/linear_motor_axis.h"
+
 namespace trn {
 
 MicroMillDrives::MicroMillDrives(const Config& config) : config_(config), plant_(config.plant) {

@@ -2,9 +2,12 @@
 
 #include <atomic>
 
+#include "core/config.h"
+#include "core/fault.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "sim/micromill/micro_mill_plant.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 
 #include "core/units.h"
+#include "sim/micromill/guide_friction.h"
+#include "sim/micromill/noise.h"
 
 namespace trn {
 

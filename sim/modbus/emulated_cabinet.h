@@ -4,6 +4,8 @@
 #include <string>
 #include <vector>
 
+#include "core/config.h"
+#include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
 #include "sim/modbus/emulated_line.h"
 

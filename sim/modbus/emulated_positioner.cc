@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "core/axes.h"
+#include "hal/can/eds.h"
+#include "hal/modbus/modbus_link.h"
 #include "sim/simulated_drives.h"
 
 namespace trn {

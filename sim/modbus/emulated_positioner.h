@@ -3,9 +3,13 @@
 #include <memory>
 #include <vector>
 
+#include "core/config.h"
+#include "core/machine.h"
 #include "hal/modbus/modbus_drives.h"
 #include "sim/canopen/emulated_drive.h"
+#include "sim/canopen/object_store.h"
 #include "sim/modbus/emulated_line.h"
+#include "sim/simulated_joint.h"
 
 namespace trn {
 

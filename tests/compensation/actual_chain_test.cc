@@ -5,6 +5,8 @@
 #include <random>
 
 #include "compensation/rtcp.h"
+#include "core/config.h"
+#include "core/ports.h"
 #include "tests/compensation/true_machine.h"
 #include "tests/kinematics/machines.h"
 

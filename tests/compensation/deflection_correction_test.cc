@@ -4,7 +4,11 @@
 
 #include <cmath>
 
+#include "compensation/micromill/deflection_estimator.h"
+#include "compensation/micromill/friction_network.h"
+#include "core/axes.h"
 #include "core/config.h"
+#include "core/ports.h"
 #include "tests/support/allocation_counter.h"
 
 namespace trn {

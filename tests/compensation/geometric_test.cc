@@ -6,6 +6,7 @@
 #include <cmath>
 #include <random>
 
+#include "compensation/spline.h"
 #include "core/units.h"
 #include "tests/compensation/true_machine.h"
 #include "tests/kinematics/machines.h"

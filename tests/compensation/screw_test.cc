@@ -4,6 +4,12 @@
 #include <cstdlib>
 
 #include "compensation/screw_correction.h"
+#include "compensation/screw_heat.h"
+#include "compensation/sensor_board.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "tests/compensation/true_screw.h"
 #include "tests/kinematics/machines.h"
 

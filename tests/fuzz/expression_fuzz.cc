@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/parameters.h"
 #include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/lexer.h"
 

@@ -2,9 +2,16 @@
 #include <cstdint>
 #include <string>
 
+#include "core/frames.h"
+#include "core/motion.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 
 // Fuzz target: any bytes as a program, through the lowering, errors recovered from; bounded in steps. Run
 // with -dict=tests/fuzz/gcode.dict and the corpus beside this file (see tests/fuzz/README.md).

@@ -4,7 +4,9 @@
 #include <vector>
 
 #include "hal/can/bus_budget.h"
+#include "hal/can/eds.h"
 #include "hal/can/pdo.h"
+#include "hal/can/sdo.h"
 #include "tests/support/paths.h"
 
 // CAN FD: lengths, times and PDOs. The bit counter here writes the frame out (ISO 11898-1:2015, 10.4.2); the

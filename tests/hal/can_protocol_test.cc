@@ -9,6 +9,7 @@
 #include "hal/can/bus_budget.h"
 #include "hal/can/cia402.h"
 #include "hal/can/eds.h"
+#include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "hal/can/pdo.h"
 #include "hal/can/sdo.h"

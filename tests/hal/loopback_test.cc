@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include "core/fault.h"
+
 namespace trn {
 namespace {
 

@@ -5,6 +5,9 @@
 #include <array>
 #include <cstdlib>
 
+#include "hal/can/bus.h"
+#include "hal/can/frame.h"
+
 // On an interface of the kernel, named by TRN_CAN; tests/can-vm runs it where there is one.
 namespace trn {
 namespace {

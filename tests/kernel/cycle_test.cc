@@ -9,8 +9,13 @@
 #include <sstream>
 
 #include "app/check/limit_judge.h"
+#include "app/check/trace_reader.h"
+#include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
+#include "core/config.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"
 

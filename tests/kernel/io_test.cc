@@ -7,9 +7,23 @@
 #include <fstream>
 
 #include "app/daemon/planner_thread.h"
+#include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
+#include "app/session/operator_script.h"
+#include "app/session/pipeline.h"
 #include "app/session/replay.h"
+#include "app/session/session_log.h"
 #include "app/session/simulation.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 #include "tests/support/paths.h"
 
 // Outputs, inputs and the probe through the whole kernel, on simulated devices; and again from the log.

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/machine.h"
 #include "kinematics/factory.h"
 #include "tests/support/paths.h"
 

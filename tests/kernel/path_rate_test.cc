@@ -7,6 +7,8 @@
 #include <random>
 
 #include "app/check/limit_judge.h"
+#include "app/session/assembly.h"
+#include "core/motion.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/kernel/shortest_stop.h"
 #include "tests/support/paths.h"

@@ -7,8 +7,17 @@
 #include <vector>
 
 #include "app/check/limit_judge.h"
+#include "app/check/trace_reader.h"
+#include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "kernel/interpolator.h"
+#include "kernel/motion_queue.h"
 #include "kernel/path_rate.h"
 
 // What the tests of override and hold share: a whole program planned beforehand, and the joints it stands for

@@ -6,9 +6,17 @@
 #include <random>
 
 #include "app/check/limit_judge.h"
+#include "app/check/trace_reader.h"
+#include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
+#include "core/fault.h"
+#include "core/motion.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 #include "tests/support/paths.h"
 
 // Corrections behind the plan, whatever they ask for, keep every joint inside the machine's limits.

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/axes.h"
 #include "tests/kernel/planned_motion.h"
 
 namespace trn {

@@ -1,3 +1,5 @@
+#include "core/config.h"
+
 #include <gtest/gtest.h>
 
 #include <regex>

@@ -2,6 +2,11 @@
 
 #include <filesystem>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/ports.h"
+#include "kinematics/platform_kinematics.h"
+#include "tests/kinematics/machines.h"
 #include "tests/kinematics/sampling.h"
 #include "tests/support/allocation_counter.h"
 #include "tests/support/paths.h"

@@ -3,6 +3,9 @@
 #include <kdl/chain.hpp>
 #include <kdl/jntarray.hpp>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/frames.h"
 #include "core/machine.h"
 
 namespace trn {

@@ -5,6 +5,10 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "kinematics/factory.h"
 #include "tests/support/paths.h"
 

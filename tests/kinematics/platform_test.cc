@@ -1,8 +1,14 @@
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "kinematics/machines/hexapod.h"
 #include "kinematics/machines/rail_mill.h"
+#include "kinematics/newton.h"
 #include "kinematics/segment_distance.h"
+#include "tests/kinematics/machines.h"
 #include "tests/kinematics/sampling.h"
 
 namespace trn {

@@ -6,6 +6,9 @@
 #include <cstring>
 #include <random>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/ports.h"
 #include "core/units.h"
 #include "kinematics/platform_kinematics.h"
 #include "tests/kinematics/machines.h"

@@ -2,8 +2,13 @@
 
 #include <kdl/chainfksolverpos_recursive.hpp>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "kinematics/serial/serial_kinematics.h"
 #include "tests/kinematics/kdl_chain.h"
+#include "tests/kinematics/machines.h"
 #include "tests/kinematics/sampling.h"
 
 namespace trn {

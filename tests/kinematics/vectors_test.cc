@@ -1,5 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/ports.h"
+#include "kinematics/machines/hexapod.h"
+#include "kinematics/machines/rail_mill.h"
 #include "kinematics/platform_kinematics.h"
 #include "tests/kinematics/machines.h"
 

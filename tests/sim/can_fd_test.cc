@@ -2,6 +2,11 @@
 
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/fault.h"
+#include "hal/can/frame.h"
+#include "sim/canopen/emulated_node.h"
 #include "tests/sim/can_field.h"
 
 // Setpoints and feedback in CAN FD frames: real master, emulated drives, a bus in memory.

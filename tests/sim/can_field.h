@@ -9,7 +9,13 @@
 #include <utility>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_node.h"
+#include "sim/canopen/virtual_bus.h"
 #include "tests/support/paths.h"
 
 namespace trn {

@@ -7,7 +7,10 @@
 #include <functional>
 #include <random>
 
+#include "core/fault.h"
 #include "core/units.h"
+#include "hal/can/bus.h"
+#include "hal/can/frame.h"
 #include "tests/support/allocation_counter.h"
 
 // The real master against emulated nodes on a virtual bus: every row of the fault table, timed in periods.

@@ -2,7 +2,13 @@
 
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/fault.h"
 #include "core/units.h"
+#include "hal/can/bus.h"
+#include "hal/can/frame.h"
+#include "hal/can/node_link.h"
+#include "sim/canopen/emulated_node.h"
 #include "tests/sim/can_field.h"
 
 // Other modes than cyclic position, guarding instead of heartbeats, homing by method: the real master against

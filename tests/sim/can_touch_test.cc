@@ -2,7 +2,13 @@
 
 #include <cmath>
 
+#include "core/config.h"
+#include "core/fault.h"
+#include "core/ports.h"
+#include "core/touch_probe.h"
 #include "core/units.h"
+#include "hal/can/frame.h"
+#include "sim/canopen/emulated_node.h"
 #include "tests/sim/can_field.h"
 
 // The touch probe on the drives' own inputs: real master, PDOs and emulated drives.

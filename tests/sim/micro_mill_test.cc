@@ -2,9 +2,15 @@
 
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "sim/micromill/guide_friction.h"
 #include "sim/micromill/micro_mill_drives.h"
 #include "sim/micromill/micro_mill_plant.h"
+#include "sim/micromill/milling_cutter.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 namespace {

@@ -1,3 +1,5 @@
+#include "hal/modbus/modbus_drives.h"
+
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -6,6 +8,11 @@
 #include <functional>
 #include <thread>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/fault.h"
+#include "core/machine.h"
+#include "core/ports.h"
 #include "core/units.h"
 #include "sim/modbus/emulated_positioner.h"
 #include "tests/support/paths.h"

@@ -7,7 +7,9 @@
 #include <functional>
 #include <thread>
 
+#include "core/fault.h"
 #include "hal/modbus/field_devices.h"
+#include "hal/modbus/modbus_link.h"
 #include "sim/modbus/emulated_line.h"
 
 // The real Modbus side against emulated devices, on loopback TCP and on a pseudo-terminal.

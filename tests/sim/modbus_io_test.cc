@@ -1,3 +1,5 @@
+#include "hal/modbus/modbus_io.h"
+
 #include <gtest/gtest.h>
 
 #include <chrono>
@@ -6,6 +8,11 @@
 #include <iterator>
 #include <thread>
 
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/fault.h"
+#include "core/frames.h"
+#include "core/ports.h"
 #include "sim/modbus/emulated_cabinet.h"
 #include "tests/support/paths.h"
 

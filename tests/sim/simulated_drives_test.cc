@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include "app/session/make_drives.h"
+#include "core/axes.h"
+#include "core/fault.h"
 #include "core/units.h"
 #include "hal/loopback.h"
 

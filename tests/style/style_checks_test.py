@@ -8,6 +8,7 @@ import check_form
 import check_includes
 import check_links
 import check_names
+import check_uses
 from source_text import code_only, functions
 
 CODE = '''
@@ -217,6 +218,28 @@ class NamesTest(unittest.TestCase):
         text = "`Cycle`\n```\n`Gone`\n```\nsee `Gone`\n"
         self.assertEqual(check_names.check("docs/b.md", text, self.TREE),
                          ["docs/b.md:5: 'Gone' is not in the source; mend the name"])
+
+
+class UsesTest(unittest.TestCase):
+    HEADERS = {"core/tank.h": "struct Tank {\n  int level;\n};\n", "core/pump.h": '#include "core/tank.h"\nclass Pump {\n};\n'}
+
+    def judged(self, text, name="core/plant.cc", **more):
+        return check_uses.check({**self.HEADERS, name: text, **more})
+
+    def test_a_type_that_comes_in_through_another_header_is_told(self):
+        (error,) = self.judged('#include "core/pump.h"\nvoid fill(Tank& tank);\n')
+        self.assertIn('core/plant.cc:2: Tank is used, and "core/tank.h" is not included', error)
+
+    def test_what_is_included_declared_or_only_named_in_words_passes(self):
+        self.assertEqual(self.judged('#include "core/tank.h"\nvoid fill(Tank& tank);\n'), [])
+        self.assertEqual(self.judged('class Tank;\nvoid fill(Tank& tank);\n'), [])
+        self.assertEqual(self.judged('// A Tank.\nconst char* text = "Tank";\n'), [])
+
+    def test_the_own_header_speaks_for_its_source_and_its_test(self):
+        own = '#include "core/tank.h"\nclass Plant {\n  Tank tank_;\n};\n'
+        for name in ("core/plant.cc", "tests/core/plant_test.cc"):
+            text = '#include "core/plant.h"\nTank& tank();\n'
+            self.assertEqual(self.judged(text, name, **{"core/plant.h": own}), [])
 
 
 if __name__ == "__main__":

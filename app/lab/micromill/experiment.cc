@@ -6,6 +6,9 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "app/lab/micromill/programs.h"
+#include "compensation/micromill/deflection_correction.h"
+#include "core/fault.h"
 #include "core/units.h"
 
 namespace trn {

@@ -5,6 +5,8 @@
 #include <vector>
 
 #include "app/lab/micromill/stage_lab.h"
+#include "compensation/micromill/friction_network.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 

@@ -3,8 +3,12 @@
 #include <limits>
 
 #include "app/lab/micromill/experiment.h"
+#include "app/lab/micromill/stage_lab.h"
 #include "app/lab/picture/svg_chart.h"
+#include "compensation/micromill/deflection_correction.h"
+#include "compensation/micromill/friction_network.h"
 #include "core/units.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 

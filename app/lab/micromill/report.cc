@@ -4,9 +4,18 @@
 #include <nlohmann/json.hpp>
 
 #include "app/lab/micromill/experiment.h"
+#include "app/lab/micromill/stage_lab.h"
 #include "app/session/corrections.h"
+#include "compensation/micromill/deflection_correction.h"
+#include "compensation/micromill/friction_network.h"
+#include "compensation/micromill/load_observer.h"
 #include "compensation/offset_filter.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/machine.h"
 #include "core/units.h"
+#include "kernel/setpoint_chain.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 

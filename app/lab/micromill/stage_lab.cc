@@ -7,6 +7,13 @@
 
 #include "app/session/assembly.h"
 #include "app/session/simulation.h"
+#include "compensation/micromill/deflection_estimator.h"
+#include "core/config.h"
+#include "core/machine.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
+#include "kernel/setpoint_chain.h"
 #include "sim/micromill/micro_mill_drives.h"
 
 namespace trn {

@@ -9,7 +9,11 @@
 #include "compensation/fit/network_training.h"
 #include "compensation/fit/tool_stiffness.h"
 #include "compensation/micromill/deflection_correction.h"
+#include "compensation/micromill/friction_network.h"
+#include "compensation/micromill/load_observer.h"
+#include "core/fault.h"
 #include "sim/micromill/micro_mill_plant.h"
+#include "sim/micromill/part_surface.h"
 
 namespace trn {
 

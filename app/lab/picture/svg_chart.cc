@@ -1,6 +1,7 @@
 #include "app/lab/picture/svg_chart.h"
 
 #include "app/lab/picture/axes.h"
+#include "app/lab/picture/svg.h"
 #include "app/lab/text_file.h"
 
 namespace trn::picture {

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/units.h"
+#include "interp/gcode/cutter/plane_curve.h"
 #include "interp/gcode/error.h"
 
 namespace trn {

@@ -5,8 +5,10 @@
 #include <string>
 #include <vector>
 
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/cutter/gouge_check.h"
+#include "interp/gcode/error.h"
 
 namespace trn {
 

@@ -2,8 +2,13 @@
 
 #include <cmath>
 
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
 
 namespace trn {
 

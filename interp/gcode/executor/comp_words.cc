@@ -1,8 +1,14 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interp/gcode/canon.h"
+#include "interp/gcode/cutter/gouge_check.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/tool_table.h"
 
 namespace trn {
 

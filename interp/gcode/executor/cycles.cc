@@ -2,8 +2,15 @@
 
 #include <cmath>
 
+#include "core/frames.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
 
 // Canned cycles (RS274/NGC section 3.5.16) in the three planes, and G183 (docs/sources.md S3.4).
 namespace trn {

@@ -4,7 +4,14 @@
 
 #include <cmath>
 
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
 
 namespace trn {
 

@@ -2,6 +2,10 @@
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/text/block.h"
 
 // Words of other controls that the config passes over: [program] ignored.
 namespace trn {

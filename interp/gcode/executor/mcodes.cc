@@ -2,8 +2,15 @@
 
 #include <cmath>
 
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/tool_table.h"
 
 namespace trn {
 

@@ -1,7 +1,10 @@
 #include <fmt/format.h>
 
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/lexer.h"
 
 // Comments that say something: (MSG, ...), (DEBUG, ...), (PRINT, ...), (PROBEOPEN ...).

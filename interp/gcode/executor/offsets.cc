@@ -3,8 +3,17 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/frames.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/gcode/work_frame.h"
 
 namespace trn {
 

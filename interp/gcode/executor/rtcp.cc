@@ -2,8 +2,16 @@
 
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/ports.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/work_frame.h"
 
 // Tool-centre-point control and the tilted work plane. Both give the tip in the table frame; both are
 // switched at rest and leave the machine where it stands, so that only the program's coordinates of that

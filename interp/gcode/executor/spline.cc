@@ -2,9 +2,15 @@
 
 #include <cmath>
 
+#include "core/frames.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 #include "interp/gcode/executor/nurbs.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/text/block.h"
 
 // Splines in the XY plane: G5 (cubic), G5.1 (quadratic), G5.2/G5.3 (NURBS); NURBS in space by G6.2.
 namespace trn {

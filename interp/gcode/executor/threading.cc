@@ -3,8 +3,13 @@
 #include <cmath>
 
 #include "core/units.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/settings.h"
+#include "interp/gcode/text/block.h"
 
 // G33, G33.1 and the threading cycle G76 (LinuxCNC's G code reference): motion geared to the spindle.
 namespace trn {

@@ -1,6 +1,8 @@
 #include <utility>
 
+#include "interp/gcode/canon.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/program_config.h"
 
 // M6 in two halves: what comes before the tool is in the spindle, and what comes behind.
 namespace trn {

@@ -10,7 +10,10 @@
 #include <vector>
 
 #include "interp/gcode/executor.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
 #include "interp/gcode/text/block.h"
+#include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/line_reader.h"
 #include "interp/gcode/text/parser.h"
 

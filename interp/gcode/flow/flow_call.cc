@@ -6,6 +6,10 @@
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/flow/flow.h"
+#include "interp/gcode/modal.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/text/block.h"
+#include "interp/gcode/text/line_reader.h"
 
 // Sub-programs: calls by number, by name and from files; M98 and M99.
 namespace trn {

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "interp/gcode/g_code.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/text/expression.h"
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/lexer.h"
 
 namespace trn {

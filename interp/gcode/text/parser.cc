@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/foreign_words.h"
 #include "interp/gcode/text/lexer.h"
 

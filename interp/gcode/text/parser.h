@@ -4,8 +4,10 @@
 #include <string_view>
 #include <vector>
 
+#include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/text/block.h"
+#include "interp/gcode/text/lexer.h"
 
 namespace trn {
 

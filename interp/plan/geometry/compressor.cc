@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/frames.h"
+
 namespace trn {
 
 namespace {

@@ -3,8 +3,13 @@
 #include <optional>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/path.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/corner_blender.h"
+#include "interp/plan/geometry/path_item.h"
 #include "interp/plan/geometry/run_fit.h"
+#include "interp/plan/geometry/run_vertex.h"
 
 namespace trn {
 

@@ -4,6 +4,9 @@
 #include <array>
 #include <cmath>
 
+#include "core/axes.h"
+#include "interp/move.h"
+
 namespace trn {
 
 namespace {

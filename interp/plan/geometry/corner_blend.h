@@ -1,5 +1,6 @@
 #pragma once
 
+#include "core/path.h"
 #include "interp/plan/geometry/path_item.h"
 
 namespace trn {

@@ -2,7 +2,10 @@
 
 #include <optional>
 
+#include "core/path.h"
 #include "interp/plan/geometry/corner_blend.h"
+#include "interp/plan/geometry/path_item.h"
+#include "interp/plan/stages.h"
 
 namespace trn {
 

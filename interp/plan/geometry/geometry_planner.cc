@@ -5,6 +5,10 @@
 #include <cmath>
 #include <utility>
 
+#include "core/frames.h"
+#include "core/path.h"
+#include "interp/plan/geometry/path_item.h"
+
 namespace trn {
 
 namespace {

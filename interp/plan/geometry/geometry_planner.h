@@ -2,8 +2,13 @@
 
 #include <optional>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/compressor.h"
+#include "interp/plan/geometry/corner_blender.h"
 #include "interp/plan/geometry/residual_moves.h"
+#include "interp/plan/stages.h"
 
 namespace trn {
 

@@ -1,5 +1,9 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/path.h"
+#include "interp/move.h"
 #include "interp/plan/stages.h"
 
 namespace trn {

@@ -3,6 +3,7 @@
 #include <array>
 #include <vector>
 
+#include "core/axes.h"
 #include "core/path.h"
 
 namespace trn {

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/units.h"
 #include "interp/plan/geometry/path_item.h"
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/path.h"
+#include "interp/plan/geometry/run_target.h"
 #include "interp/plan/geometry/span_mesh.h"
 #include "interp/plan/geometry/tube_fit.h"
 

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "core/axes.h"
 #include "interp/plan/geometry/quintic_spline.h"
 #include "interp/plan/geometry/run_vertex.h"
 

@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "core/axes.h"
 #include "interp/plan/geometry/run_vertex.h"
 
 namespace trn {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axes.h"
 #include "core/path.h"
 
 namespace trn {

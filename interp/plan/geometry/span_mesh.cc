@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axes.h"
+#include "interp/plan/geometry/run_vertex.h"
+
 namespace trn {
 
 namespace {

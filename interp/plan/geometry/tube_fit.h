@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/axes.h"
 #include "interp/plan/geometry/quintic_spline.h"
 #include "interp/plan/geometry/run_vertex.h"
 #include "interp/plan/geometry/tube_samples.h"

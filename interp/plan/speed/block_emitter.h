@@ -2,7 +2,12 @@
 
 #include <deque>
 
+#include "core/motion.h"
 #include "interp/plan/speed/joint_motion.h"
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/path_grid.h"
+#include "interp/plan/speed/time_law.h"
+#include "interp/plan/stages.h"
 
 namespace trn::speed {
 

@@ -1,6 +1,8 @@
 #pragma once
 
+#include "interp/plan/lanes.h"
 #include "interp/plan/speed/row_passes.h"
+#include "interp/plan/speed/speed_problem.h"
 
 namespace trn::speed {
 

@@ -2,8 +2,11 @@
 
 #include <vector>
 
+#include "core/ports.h"
 #include "interp/plan/lanes.h"
 #include "interp/plan/speed/joint_derivatives.h"
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/stages.h"
 
 namespace trn::speed {
 

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/path.h"
+
 namespace trn::speed {
 
 namespace {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interp/plan/speed/path_sampler.h"
+
 namespace trn::speed {
 
 namespace {

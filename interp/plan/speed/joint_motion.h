@@ -1,6 +1,8 @@
 #pragma once
 
 #include "core/motion.h"
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/path_grid.h"
 #include "interp/plan/speed/time_law.h"
 
 namespace trn::speed {

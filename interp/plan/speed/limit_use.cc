@@ -5,6 +5,9 @@
 #include <cmath>
 #include <span>
 
+#include "interp/plan/lanes.h"
+#include "interp/plan/speed/path_sampler.h"
+
 namespace trn::speed {
 
 namespace {

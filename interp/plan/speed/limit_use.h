@@ -1,5 +1,8 @@
 #pragma once
 
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/path_grid.h"
+#include "interp/plan/speed/speed_problem.h"
 #include "interp/plan/speed/time_law.h"
 
 namespace trn::speed {

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/path.h"
+#include "interp/plan/speed/joint_rates.h"
+
 namespace trn::speed {
 
 namespace {

@@ -5,7 +5,9 @@
 #include <vector>
 
 #include "interp/plan/lanes.h"
+#include "interp/plan/speed/joint_curve.h"
 #include "interp/plan/speed/path_sampler.h"
+#include "interp/plan/stages.h"
 
 namespace trn::speed {
 

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "core/units.h"
+#include "interp/move.h"
 
 namespace trn::speed {
 

@@ -1,6 +1,11 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/ports.h"
 #include "interp/plan/speed/joint_curve.h"
+#include "interp/plan/speed/joint_derivatives.h"
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/stages.h"
 
 namespace trn::speed {
 

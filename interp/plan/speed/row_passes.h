@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "interp/plan/lanes.h"
 #include "interp/plan/speed/speed_problem.h"
 
 namespace trn::speed {

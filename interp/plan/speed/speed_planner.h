@@ -2,6 +2,9 @@
 
 #include <memory>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "interp/plan/speed/speed_options.h"
 #include "interp/plan/stages.h"
 

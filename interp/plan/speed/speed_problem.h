@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "interp/plan/lanes.h"
+#include "interp/plan/speed/joint_rates.h"
 #include "interp/plan/speed/path_grid.h"
 
 namespace trn::speed {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "interp/plan/lanes.h"
+#include "interp/plan/speed/path_grid.h"
 #include "interp/plan/speed/speed_problem.h"
 
 namespace trn::speed {

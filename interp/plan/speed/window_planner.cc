@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "interp/move.h"
+
 namespace trn::speed {
 
 namespace {

@@ -1,9 +1,19 @@
 #pragma once
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/plan/lanes.h"
 #include "interp/plan/speed/block_emitter.h"
 #include "interp/plan/speed/interior_point.h"
+#include "interp/plan/speed/joint_curve.h"
 #include "interp/plan/speed/limit_use.h"
+#include "interp/plan/speed/path_grid.h"
+#include "interp/plan/speed/path_sampler.h"
 #include "interp/plan/speed/speed_options.h"
+#include "interp/plan/speed/speed_problem.h"
+#include "interp/plan/speed/time_law.h"
+#include "interp/plan/stages.h"
 
 namespace trn::speed {
 

@@ -6,7 +6,11 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "app/check/limit_judge.h"
 #include "app/check/trace_check.h"
+#include "app/check/trace_reader.h"
+#include "core/axes.h"
+#include "core/machine.h"
 
 // Traces with peaks known in closed form, judged by the checker. For q(t) = R sin(w t) sampled at t = k h the
 // n-th backward difference over h^n is R (2 sin(w h / 2) / h)^n times a sine, so its peak is known exactly.

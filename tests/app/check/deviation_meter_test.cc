@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <random>
 
+#include "core/axes.h"
 #include "core/units.h"
 
 // Motions whose deviation from the program is known by construction.

@@ -11,7 +11,9 @@
 #include "app/daemon/process_lock.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/reply_cache.h"
+#include "app/session/realtime_config.h"
 #include "app/session/session_log.h"
+#include "core/config.h"
 #include "hal/lcm_link.h"
 
 namespace trn {

@@ -11,6 +11,7 @@
 #include <random>
 #include <utility>
 
+#include "core/motion.h"
 #include "hal/loopback.h"
 #include "interp/move.h"
 #include "tests/hal/hostile_datagrams.h"

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/config.h"
 #include "tests/support/paths.h"
 
 // Scale errors of the rail mill: measured through the whole kernel, found again, corrected.

@@ -10,7 +10,11 @@
 #include "app/lab/error_curves.h"
 #include "app/lab/polar_plot.h"
 #include "app/lab/text_file.h"
+#include "app/lab/workspace.h"
 #include "app/lab/workspace_svg.h"
+#include "compensation/fit/ballbar.h"
+#include "compensation/fit/joint_table_fit.h"
+#include "core/frames.h"
 #include "core/units.h"
 
 // The pictures of the laboratory have what they are about, and text inside their edges.

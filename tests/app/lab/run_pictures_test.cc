@@ -6,6 +6,10 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/check/limit_judge.h"
+#include "app/session/assembly.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "kinematics/factory.h"
 #include "tests/support/paths.h"
 

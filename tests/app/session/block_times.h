@@ -1,6 +1,9 @@
 #pragma once
 
+#include "core/axes.h"
 #include "core/machine.h"
+#include "core/ports.h"
+#include "interp/move.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
 #include "tests/interp/plan/block_clock.h"

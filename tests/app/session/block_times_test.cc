@@ -5,6 +5,10 @@
 #include <cstdlib>
 #include <random>
 
+#include "app/session/assembly.h"
+#include "app/session/simulation.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "tests/app/session/machine_run.h"
 
 // A block takes the time that its feed asks for, or longer, and hardly longer where no joint is near a limit:

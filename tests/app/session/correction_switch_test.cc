@@ -2,6 +2,13 @@
 
 #include <map>
 
+#include "app/session/assembly.h"
+#include "app/session/simulation.h"
+#include "core/config.h"
+#include "core/fault.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
 #include "tests/app/session/machine_run.h"
 #include "tests/compensation/true_machine.h"
 

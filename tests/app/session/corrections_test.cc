@@ -7,9 +7,17 @@
 #include <sstream>
 
 #include "app/lab/ballbar_run.h"
+#include "app/session/assembly.h"
 #include "app/session/simulation.h"
+#include "compensation/fit/ballbar.h"
 #include "compensation/geometric.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/frames.h"
 #include "core/units.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
 #include "tests/compensation/true_machine.h"
 #include "tests/support/paths.h"
 

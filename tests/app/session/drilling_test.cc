@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include "app/session/assembly.h"
+#include "core/frames.h"
+#include "core/ports.h"
 #include "tests/app/session/machine_run.h"
 
 // G183 through the whole kernel, measured on the simulated tool in the work, beside the same hole without the

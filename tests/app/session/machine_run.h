@@ -9,8 +9,18 @@
 #include <string>
 #include <vector>
 
+#include "app/session/assembly.h"
 #include "app/session/simulation.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/frames.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "kernel/joint_map.h"
+#include "kernel/rt_messages.h"
 #include "tests/support/paths.h"
 
 // Programs through the whole kernel on simulated drives, and where the tool then was, judged by formulas that

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <map>
 
+#include "core/frames.h"
 #include "tests/app/session/machine_run.h"
 
 // Programs on every machine, through the whole kernel.

@@ -3,11 +3,23 @@
 #include <fstream>
 #include <map>
 
+#include "app/check/limit_judge.h"
+#include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/replay.h"
+#include "app/session/session_log.h"
 #include "app/session/simulation.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/motion.h"
 #include "hal/loopback.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
+#include "kernel/single_block.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
 

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/ports.h"
 #include "tests/support/paths.h"
 
 namespace trn {

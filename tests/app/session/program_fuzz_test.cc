@@ -4,6 +4,10 @@
 #include <filesystem>
 #include <map>
 
+#include "app/session/assembly.h"
+#include "core/axes.h"
+#include "kernel/rt_messages.h"
+#include "tests/app/session/fuzz/program_generator.h"
 #include "tests/app/session/fuzz/program_judge.h"
 #include "tests/support/paths.h"
 

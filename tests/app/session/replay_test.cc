@@ -6,8 +6,14 @@
 #include <random>
 
 #include "app/session/make_cycle.h"
+#include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "hal/loopback.h"
+#include "interp/move.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
 #include "tests/support/paths.h"
 
 namespace trn {

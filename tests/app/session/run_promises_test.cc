@@ -1,6 +1,15 @@
 #include <gtest/gtest.h>
 
+#include "app/check/limit_judge.h"
 #include "app/lab/run_report.h"
+#include "app/session/assembly.h"
+#include "app/session/simulation.h"
+#include "core/fault.h"
+#include "core/ports.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/joint_map.h"
+#include "kernel/rt_messages.h"
 #include "sim/simulated_drives.h"
 #include "tests/app/session/machine_run.h"
 

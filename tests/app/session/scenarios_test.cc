@@ -4,9 +4,18 @@
 #include <filesystem>
 #include <random>
 
+#include "app/check/limit_judge.h"
+#include "app/session/assembly.h"
+#include "app/session/corrections.h"
 #include "app/session/make_cycle.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/motion.h"
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/plan_walk.h"
+#include "kernel/rt_messages.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
 

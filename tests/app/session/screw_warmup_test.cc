@@ -2,6 +2,16 @@
 
 #include <cstdlib>
 
+#include "app/session/assembly.h"
+#include "app/session/simulation.h"
+#include "compensation/sensor_board.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/frames.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
+#include "sim/simulated_screws.h"
 #include "tests/app/session/machine_run.h"
 #include "tests/compensation/true_screw.h"
 

@@ -2,9 +2,13 @@
 
 #include <cmath>
 
+#include "app/check/limit_judge.h"
 #include "app/session/make_cycle.h"
+#include "core/fault.h"
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
 

@@ -7,7 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
+#include "core/frames.h"
 #include "tests/interp/plan/optimal_cases.h"
+#include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {
 namespace {

@@ -7,10 +7,22 @@
 #include <random>
 
 #include "app/daemon/planner_thread.h"
+#include "app/session/assembly.h"
+#include "app/session/machine_memory.h"
 #include "app/session/make_cycle.h"
 #include "app/session/replay.h"
+#include "app/session/session_log.h"
 #include "app/session/simulation.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
 #include "tests/support/paths.h"
 
 // M6 through the whole kernel: it waits, is confirmed, is broken off, and is replayed.

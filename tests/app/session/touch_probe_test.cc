@@ -1,3 +1,5 @@
+#include "core/touch_probe.h"
+
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -5,8 +7,15 @@
 #include <filesystem>
 #include <fstream>
 
+#include "app/session/assembly.h"
 #include "app/session/replay.h"
+#include "app/session/session_log.h"
 #include "app/session/simulation.h"
+#include "core/config.h"
+#include "core/fault.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "kernel/rt_messages.h"
 #include "tests/support/paths.h"
 
 // G38 with the touch probe on the drives' own inputs: program, tick, PDOs and emulated drives.

@@ -4,6 +4,11 @@
 #include <fstream>
 #include <set>
 
+#include "interp/gcode/canon.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/text/line_reader.h"
+#include "interp/gcode/tool_table.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Every class of error once, with its exact message.

@@ -1,6 +1,8 @@
 #include <algorithm>
 #include <random>
 
+#include "core/config.h"
+#include "interp/move.h"
 #include "tests/interp/gcode/run_program.h"
 
 // What programs and tables of other controls bring along: accepted, passed over, or refused by its name.

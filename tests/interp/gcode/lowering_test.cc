@@ -4,8 +4,12 @@
 
 #include "core/path.h"
 #include "core/units.h"
+#include "interp/gcode/error.h"
 #include "interp/gcode/executor/nurbs.h"
+#include "interp/gcode/interpreter.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "tests/interp/gcode/run_program.h"
 #include "tests/support/paths.h"
 

@@ -7,9 +7,17 @@
 #include <vector>
 
 #include "core/machine.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/canon_printer.h"
+#include "interp/gcode/error.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 #include "kinematics/factory.h"
 #include "tests/support/paths.h"
 

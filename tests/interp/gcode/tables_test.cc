@@ -2,6 +2,9 @@
 #include <fstream>
 
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Parameter files and tool tables: what is read, what is refused, what is written.

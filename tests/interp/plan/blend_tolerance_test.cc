@@ -1,7 +1,12 @@
 #include <cstdlib>
 #include <random>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/path.h"
 #include "core/units.h"
+#include "interp/move.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/geometry_check.h"
 
 // G64 P where pieces meet in a tangent or nearly so: what a blend takes is judged at every place, by

@@ -5,6 +5,9 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
 #include "core/path.h"
 #include "interp/move.h"
 

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/grid_support.h"
 
 namespace trn::speed_test {

@@ -1,9 +1,15 @@
+#include "tests/app/session/block_times.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <random>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
 #include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/block_clock.h"

@@ -1,9 +1,16 @@
+#include "interp/plan/geometry/compressor.h"
+
 #include <cstdlib>
 #include <functional>
 #include <random>
 
+#include "core/axes.h"
+#include "core/path.h"
 #include "core/units.h"
 #include "geometry_check.h"
+#include "interp/move.h"
+#include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/stages.h"
 
 namespace trn {
 namespace {

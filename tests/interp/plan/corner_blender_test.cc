@@ -2,7 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/path.h"
 #include "core/units.h"
+#include "interp/plan/geometry/path_item.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/geometry_check.h"
 
 namespace trn::geometry_check {

@@ -2,6 +2,11 @@
 
 #include <cstdlib>
 
+#include "core/axes.h"
+#include "interp/move.h"
+#include "interp/plan/speed/speed_options.h"
+#include "interp/plan/speed/speed_planner.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/geometry_check.h"
 #include "tests/interp/plan/speed_support.h"
 

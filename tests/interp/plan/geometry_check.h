@@ -6,7 +6,13 @@
 #include <cmath>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/path.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/stages.h"
 
 // What the geometry tests share: a receiver, and judges of continuity and deviation that know only the moves.
 namespace trn::geometry_check {

@@ -1,6 +1,14 @@
+#include "interp/plan/geometry/geometry_planner.h"
+
 #include <random>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/path.h"
 #include "geometry_check.h"
+#include "interp/move.h"
+#include "interp/plan/stages.h"
 
 namespace trn {
 namespace {

@@ -4,6 +4,7 @@
 #include <functional>
 
 #include "interp/plan/speed/path_grid.h"
+#include "interp/plan/speed/path_sampler.h"
 #include "tests/interp/plan/speed_support.h"
 
 // Grids in closed form, for tests of the units behind PathGrid.

@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "interp/plan/lanes.h"
+#include "interp/plan/speed/path_sampler.h"
+#include "interp/plan/speed/speed_problem.h"
 #include "tests/interp/plan/grid_support.h"
 
 namespace trn::speed_test {

@@ -1,8 +1,17 @@
+#include "interp/plan/speed/joint_curve.h"
+
 #include <gtest/gtest.h>
 
 #include <complex>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/path.h"
+#include "core/ports.h"
+#include "interp/plan/speed/joint_derivatives.h"
+#include "interp/plan/speed/path_sampler.h"
 #include "interp/plan/speed/time_law.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/motion.h"
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/path_sampler.h"
+#include "interp/plan/speed/time_law.h"
 #include "tests/interp/plan/grid_support.h"
 
 namespace trn::speed_test {

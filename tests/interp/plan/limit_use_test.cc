@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/path_grid.h"
+#include "interp/plan/speed/path_sampler.h"
+#include "interp/plan/speed/speed_problem.h"
+#include "interp/plan/speed/time_law.h"
 #include "tests/interp/plan/grid_support.h"
 
 namespace trn::speed_test {

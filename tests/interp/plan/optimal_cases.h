@@ -2,6 +2,9 @@
 
 #include <string>
 
+#include "core/axes.h"
+#include "core/path.h"
+#include "core/ports.h"
 #include "tests/interp/plan/speed_support.h"
 
 // Stretches with certified optimal times. An independent solver computed the times once, from the files that

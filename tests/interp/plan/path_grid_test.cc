@@ -2,6 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/path.h"
+#include "interp/plan/speed/joint_curve.h"
+#include "interp/plan/speed/path_sampler.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/move.h"
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {

@@ -1,3 +1,6 @@
+#include "core/axes.h"
+#include "core/frames.h"
+#include "interp/move.h"
 #include "tests/interp/plan/driven_program.h"
 
 // Random programs of long, short and tiny moves: the speed stage never stops the machine where the path need

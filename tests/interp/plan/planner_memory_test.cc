@@ -4,7 +4,12 @@
 #include <cstdlib>
 #include <ctime>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/speed/speed_planner.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/speed_support.h"
 
 // A long program: what the planner holds does not grow with it, and the first block comes soon.

@@ -4,6 +4,9 @@
 
 #include <random>
 
+#include "core/axes.h"
+#include "core/path.h"
+
 namespace trn {
 namespace {
 

@@ -1,3 +1,9 @@
+#include "interp/plan/geometry/residual_moves.h"
+
+#include "core/axes.h"
+#include "core/frames.h"
+#include "interp/move.h"
+#include "interp/plan/stages.h"
 #include "tests/interp/plan/driven_program.h"
 
 // Residual blocks: lines of a tenth of a micrometre and less that rounding leaves between the moves of a

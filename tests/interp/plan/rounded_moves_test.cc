@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/speed_support.h"
 
 // Steps between sharp corners, so short that neighbouring blends meet. Rounded to the four decimals of a

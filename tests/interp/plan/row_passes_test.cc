@@ -4,6 +4,8 @@
 
 #include <Eigen/Dense>
 
+#include "interp/plan/lanes.h"
+#include "interp/plan/speed/speed_problem.h"
 #include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {

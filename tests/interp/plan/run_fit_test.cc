@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/path.h"
+#include "interp/plan/geometry/run_vertex.h"
 #include "tests/interp/plan/geometry_check.h"
 
 namespace trn::geometry_check {

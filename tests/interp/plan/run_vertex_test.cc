@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "core/axes.h"
 #include "core/units.h"
 
 namespace trn {

@@ -1,6 +1,10 @@
 #include <gtest/gtest.h>
 
+#include "core/axes.h"
+#include "core/ports.h"
+#include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/driven_program.h"
+#include "tests/interp/plan/speed_support.h"
 
 // A short way that must be driven slowly, between two fast ones, against S-curves in closed form. TRN_LONG=n:
 // so many random ones.

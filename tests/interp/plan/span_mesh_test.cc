@@ -4,7 +4,10 @@
 
 #include <functional>
 
+#include "core/axes.h"
 #include "core/units.h"
+#include "interp/plan/geometry/run_target.h"
+#include "interp/plan/geometry/run_vertex.h"
 #include "tests/interp/plan/geometry_check.h"
 
 namespace trn::geometry_check {

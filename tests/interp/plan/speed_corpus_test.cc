@@ -2,6 +2,9 @@
 
 #include <cstdlib>
 
+#include "core/axes.h"
+#include "core/path.h"
+#include "core/ports.h"
 #include "tests/interp/plan/speed_support.h"
 
 // A corpus of seeded random paths: three and five axes, tiny and long moves, sharp and gentle, slow and fast,

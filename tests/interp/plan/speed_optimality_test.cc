@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include "tests/interp/plan/optimal_cases.h"
+#include "tests/interp/plan/speed_support.h"
 
 // The planner against certified optimal times of the same joint paths.
 namespace trn::speed_test {

@@ -1,8 +1,16 @@
+#include "interp/plan/speed/speed_planner.h"
+
 #include <gtest/gtest.h>
 
 #include <cstdlib>
 #include <cstring>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/path.h"
+#include "core/ports.h"
+#include "interp/move.h"
+#include "interp/plan/speed/speed_options.h"
 #include "tests/interp/plan/speed_support.h"
 
 namespace trn::speed_test {

@@ -5,8 +5,15 @@
 #include <random>
 #include <vector>
 
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/motion.h"
+#include "core/path.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "interp/plan/speed/speed_options.h"
 #include "interp/plan/speed/speed_planner.h"
+#include "interp/plan/stages.h"
 
 // What the tests of the speed stage share: machines in closed form, paths, and a judge that looks at the
 // mapped setpoints only.

@@ -3,7 +3,12 @@
 
 #include <cstdlib>
 
+#include "core/axes.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
+#include "interp/plan/speed/speed_planner.h"
 #include "tests/interp/plan/speed_support.h"
 
 // Passes over seeded freeform surfaces, the tool along the normal: how finely a pass is cut into moves, in

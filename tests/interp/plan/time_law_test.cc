@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include "interp/plan/speed/joint_rates.h"
+#include "interp/plan/speed/path_grid.h"
+#include "interp/plan/speed/speed_problem.h"
 #include "tests/interp/plan/grid_support.h"
 
 namespace trn::speed_test {

@@ -4,6 +4,9 @@
 
 #include <Eigen/Dense>
 
+#include "core/axes.h"
+#include "interp/plan/geometry/quintic_spline.h"
+#include "interp/plan/geometry/run_vertex.h"
 #include "tests/interp/plan/geometry_check.h"
 
 namespace trn::geometry_check {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/ports.h"
 #include "core/units.h"
 
 namespace trn::fuzz {

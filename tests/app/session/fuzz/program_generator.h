@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "app/session/assembly.h"
+#include "core/axes.h"
+#include "core/frames.h"
 
 // Random programs for the judges: what a program from elsewhere may hold, from moves of a nanometre to whole
 // strokes, in every path mode and feed mode, with and without RTCP.

@@ -6,7 +6,20 @@
 #include <cmath>
 #include <utility>
 
+#include "app/check/deviation_meter.h"
+#include "app/check/limit_judge.h"
+#include "app/session/assembly.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/frames.h"
+#include "core/machine.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "core/units.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "kernel/rt_messages.h"
 
 namespace trn::fuzz {
 

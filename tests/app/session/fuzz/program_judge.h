@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 
+#include "app/session/operator_script.h"
 #include "app/session/simulation.h"
 #include "tests/app/session/fuzz/program_generator.h"
 

@@ -4,6 +4,8 @@
 
 #include "core/units.h"
 #include "interp/gcode/cutter/plane_curve.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/program_config.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Gouges of the compensated contour, near and far; distances of curves against dense samples of them.

@@ -5,7 +5,10 @@
 #include <random>
 
 #include "core/units.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/cutter/plane_curve.h"
+#include "interp/gcode/error.h"
+#include "interp/gcode/program_config.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Seeded contours with their ways in and out, judged by an independent offset of the part's outline

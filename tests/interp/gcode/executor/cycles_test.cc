@@ -1,6 +1,9 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/frames.h"
+#include "interp/gcode/canon.h"
+#include "interp/gcode/error.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Canned cycles in the three planes, and threads.

@@ -2,6 +2,8 @@
 #include <cstdlib>
 #include <random>
 
+#include "core/frames.h"
+#include "interp/gcode/canon.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Cycles whose holes are given by @ and ^, beside the same holes written out as G0 and G1.

@@ -1,5 +1,8 @@
 #include <cmath>
 
+#include "core/frames.h"
+#include "interp/gcode/canon.h"
+#include "interp/gcode/error.h"
 #include "tests/interp/gcode/run_program.h"
 
 // Splines: what they are, and what is refused.

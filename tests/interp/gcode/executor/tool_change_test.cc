@@ -1,5 +1,12 @@
 #include <algorithm>
 
+#include "core/config.h"
+#include "core/motion.h"
+#include "interp/gcode/error.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/lowering.h"
+#include "interp/gcode/program_config.h"
+#include "interp/gcode/tool_table.h"
 #include "tests/interp/gcode/run_program.h"
 
 // M6 in two halves, the tool in the spindle, and the section [tool_change].

@@ -1,6 +1,9 @@
 #include <filesystem>
 #include <fstream>
 
+#include "core/frames.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/interpreter.h"
 #include "tests/interp/gcode/run_program.h"
 
 // O-words and sub-programs.

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include "interp/gcode/error.h"
+#include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/text/parser.h"
 

@@ -1,0 +1,99 @@
+#!/usr/bin/python3
+"""A file includes the header of every type of the project that it names, not one that happens to include that.
+
+What the header of the same name includes counts for a .cc and for its test. A type that is only declared (`class X;`)
+needs no header. `--mend` writes the missing lines. Errors as file:line.
+"""
+import re
+import sys
+
+from source_text import ROOT, code_only, source_files
+
+DEFINED = re.compile(r"^(?:template\s*<[^;{]*>\s*)?(?:class|struct|enum class|enum struct|enum|union)\s+"
+                     r"(?:\[\[.*?\]\]\s*|alignas\([^)]*\)\s*)?(\w+)(?:\s+final)?\s*(?::(?!:)[^;{]*)?\{", re.M)
+ALIAS = re.compile(r"^using\s+(\w+)\s*=", re.M)
+DECLARED = re.compile(r"^\s*(?:class|struct|enum class|enum)\s+(\w+)\s*(?::\s*[\w:]+\s*)?;", re.M)
+NAMED = re.compile(r"\b(?:class|struct|enum class|enum|using|typename)\s+(\w+)")
+INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)"', re.M)
+NAMESPACE = re.compile(r"\b[a-z]\w*::")  # types begin with a capital letter
+WORD = re.compile(r"(?<![\w.>:])([A-Z]\w+)")
+
+
+def definitions(texts):
+    """Type to header, of the types that exactly one header defines at namespace scope."""
+    found = {}
+    for name, text in texts.items():
+        if name.endswith(".h"):
+            code = code_only(text)
+            for match in [*DEFINED.finditer(code), *ALIAS.finditer(code)]:
+                found.setdefault(match.group(1), set()).add(name)
+    return {word: headers.pop() for word, headers in found.items() if len(headers) == 1}
+
+
+def own_headers(name, texts):
+    """The header that a .cc implements, or whose test it is."""
+    stem = re.sub(r"(_test)?\.cc$", "", name)
+    folder = re.sub(r"^tests/", "", stem)
+    return [header for header in (stem + ".h", folder + ".h") if header in texts]
+
+
+def missing(name, texts, where):
+    """(line, type, header) of each type whose header is not included."""
+    text = texts[name]
+    code = code_only(text)
+    included = set(INCLUDE.findall(text))
+    for header in own_headers(name, texts):
+        included |= {header} | set(INCLUDE.findall(texts[header]))
+    local = set(DECLARED.findall(code)) | set(NAMED.findall(code))
+    for header in own_headers(name, texts):  # a class's own types are known in its source
+        local |= set(NAMED.findall(code_only(texts[header])))
+    out, code = {}, NAMESPACE.sub("", code)
+    for match in WORD.finditer(code):
+        word = match.group(1)
+        header = where.get(word)
+        far = header and header.startswith("tests/") and not name.startswith("tests/")
+        if header and not far and header != name and header not in included and word not in local and header not in out:
+            out[header] = (code.count("\n", 0, match.start()) + 1, word)
+    return [(line, word, header) for header, (line, word) in out.items()]
+
+
+def check(texts):
+    where = definitions(texts)
+    errors = []
+    for name in sorted(texts):
+        for line, word, header in missing(name, texts, where):
+            errors.append(f'{name}:{line}: {word} is used, and "{header}" is not included')
+    return errors
+
+
+def mend(texts):
+    """Headers first: what they include then counts for their sources."""
+    where = definitions(texts)
+    for name in sorted(texts, key=lambda file: (not file.endswith(".h"), file)):
+        lines = sorted({f'#include "{header}"' for _, _, header in missing(name, texts, where)})
+        if not lines:
+            continue
+        text, own = texts[name], own_headers(name, texts)
+        old = [m for m in re.finditer(r'^#include "([^"]+)"\n', text, re.M) if m.group(1) not in own]
+        block = "\n".join(lines) + "\n"
+        if old:
+            at = old[0].start()
+        else:
+            last = [*re.finditer(r"^#(?:include|pragma once)[^\n]*\n", text, re.M)][-1]
+            at, block = last.end(), "\n" + block
+        texts[name] = text[:at] + block + text[at:]
+        (ROOT / name).write_text(texts[name], encoding="utf-8")
+
+
+def main():
+    texts = {name: (ROOT / name).read_text(encoding="utf-8") for name in source_files(".h", ".cc")}
+    if "--mend" in sys.argv:
+        mend(texts)
+        return 0
+    errors = check(texts)
+    print("\n".join(errors + [f"{len(texts)} files, {len(errors)} errors"]))
+    return 1 if errors or not texts else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
