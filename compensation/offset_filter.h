@@ -19,7 +19,7 @@ class OffsetFilter {
   double value() const TRN_RT { return z_[2]; }
   /// Moves target and state alike by `jump`, at once: what jumped elsewhere is taken up here.
   void shift(double jump) TRN_RT;
-  double time_constant_s() const { return tau_s_; }
+  double time_constant_s() const TRN_RT { return tau_s_; }
 
  private:
   double limit_ = 0, gain_ = 1, tau_s_ = 0, target_ = 0;

@@ -55,7 +55,7 @@ class ScrewCorrection final : public SetpointCorrection {
 
   void wanted(const CorrectionInput& input, JointVec& offset) TRN_RT override;
   unsigned joint_mask() const override;
-  double slope_max() const override { return config_.slope_max; }
+  double slope_max() const TRN_RT override { return config_.slope_max; }
   const char* warning() const TRN_RT override;
 
   /// Outside the tick, several times per `update_s`; one thread.

@@ -105,9 +105,9 @@ constexpr bool in_order() {
 static_assert(in_order());
 }  // namespace
 
-const FaultInfo& fault_info(Fault fault) noexcept { return kFaults[static_cast<std::size_t>(fault)].info; }
+const FaultInfo& fault_info(Fault fault) TRN_RT { return kFaults[static_cast<std::size_t>(fault)].info; }
 
-Fault worse(Fault first, Fault second) noexcept {
+Fault worse(Fault first, Fault second) TRN_RT {
   if (second == Fault::kOk) return first;
   return first == Fault::kOk || fault_info(second).reaction > fault_info(first).reaction ? second : first;
 }

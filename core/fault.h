@@ -3,6 +3,8 @@
 #include <cstdint>
 #include <string_view>
 
+#include "core/realtime.h"
+
 namespace trn {
 
 /// What the supervisor does when a fault is latched.
@@ -52,10 +54,10 @@ struct FaultInfo {
   std::string_view remedy;
 };
 
-const FaultInfo& fault_info(Fault fault) noexcept;
+const FaultInfo& fault_info(Fault fault) TRN_RT;
 /// Of two faults the one to report: the one that asks for the stronger reaction, the first if both ask for
 /// the same. kOk is no fault.
-Fault worse(Fault first, Fault second) noexcept;
+Fault worse(Fault first, Fault second) TRN_RT;
 /// By its name; null if there is no such fault.
 const FaultInfo* find_fault(std::string_view name) noexcept;
 /// The same; kOk if there is no such fault.

@@ -2,6 +2,8 @@
 
 #include <Eigen/Dense>
 
+#include "core/realtime.h"
+
 // Frames (docs/architecture.md): W work, B table (what carries the work), M machine base, S spindle nose,
 // T tool tip. X_AB is the pose of B in A; neighbours must match: X_AC = X_AB * X_BC.
 namespace trn {
@@ -20,11 +22,11 @@ inline Pose operator*(const Pose& X_AB, const Pose& X_BC) {
 }
 inline Vec3 operator*(const Pose& X_AB, const Vec3& p_B) { return X_AB.p + X_AB.R * p_B; }
 inline Pose inverse(const Pose& X_AB) { return {X_AB.R.transpose(), -(X_AB.R.transpose() * X_AB.p)}; }
-inline Pose translation(const Vec3& p) { return {Mat3::Identity(), p}; }
+inline Pose translation(const Vec3& p) TRN_RT { return {Mat3::Identity(), p}; }
 
 /// Rotation by +angle_rad about x, y or z (right-handed).
-Mat3 rot_x(double angle_rad);
-Mat3 rot_y(double angle_rad);
-Mat3 rot_z(double angle_rad);
+Mat3 rot_x(double angle_rad) TRN_RT;
+Mat3 rot_y(double angle_rad) TRN_RT;
+Mat3 rot_z(double angle_rad) TRN_RT;
 
 }  // namespace trn

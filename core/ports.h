@@ -113,7 +113,7 @@ class SetpointCorrection {
   virtual unsigned joint_mask() const = 0;
   /// 0: the offset passes a smoothing filter on its way to the joint. Otherwise it is a smooth function of
   /// the joint's position, |d offset / d q| at most this, that is passed on as it is: no lag behind the axis.
-  virtual double slope_max() const { return 0; }
+  virtual double slope_max() const TRN_RT { return 0; }
   /// What the operator should know, e.g. a sensor that is missing; a static text, "" if all is well.
   virtual const char* warning() const TRN_RT { return ""; }
 };

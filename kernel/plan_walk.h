@@ -37,7 +37,7 @@ struct RateBounds {
   double u_still;  ///< bound of |u| with the rate at 0 here
 
   /// A share of the range of u, 1/s^2.
-  double margin(double share) const { return share * (u_max - u_min); }
+  double margin(double share) const TRN_RT { return share * (u_max - u_min); }
 };
 
 /// Runs ahead over the queue's segments with a given u, step by step, and judges every step.

@@ -22,7 +22,7 @@ constexpr double kLowRate = 0.1;  // below, r' must come to 0 before the rate do
 
 // How long u < 0 may go on until `ease` is what brings rate and slope to 0 together: (w + u t)^2 =
 // 2 ease (r + w t + u t^2 / 2). So the end of a stop does not hang on where a walk's steps begin.
-double time_to_ease(double r, double w, double u, double ease) {
+double time_to_ease(double r, double w, double u, double ease) TRN_RT {
   const double never = std::numeric_limits<double>::infinity();
   if (u >= 0 || ease <= 0) return never;
   const double p = w / u, q = (w * w - 2 * ease * r) / (u * (u - ease)), root = p * p - q;
@@ -32,13 +32,13 @@ double time_to_ease(double r, double w, double u, double ease) {
 }
 
 // Off the brake: r' comes back to 0.
-double release(const PlanWalk& walk, const RateBounds& bounds) {
+double release(const PlanWalk& walk, const RateBounds& bounds) TRN_RT {
   const double most = bounds.u_max - bounds.margin(Way::kMargin);
   return walk.slope() < 0 ? most : std::min(0.0, most);
 }
 
 // The lowest r' above the present one that its place seems to bear at this rate.
-double bearable_slope(PlanWalk walk) {
+double bearable_slope(PlanWalk walk) TRN_RT {
   const double r = walk.rate(), w = walk.slope();
   for (int i = kSlopes - 1; i > 0; --i) {
     const double tried = w * i / kSlopes;

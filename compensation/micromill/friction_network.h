@@ -64,7 +64,7 @@ class FrictionNetwork {
   Output evaluate(const DelayLine::Taps& taps) const TRN_RT;
   /// What the perceptron alone says, N.
   double perceptron_N(const DelayLine::Taps& taps) const TRN_RT;
-  const Shape& shape() const { return shape_; }
+  const Shape& shape() const TRN_RT { return shape_; }
   std::vector<double> weights() const;
 
  private:

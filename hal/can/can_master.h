@@ -50,7 +50,7 @@ class CanMaster {
 
   std::vector<NodeLink>& nodes() TRN_RT { return nodes_; }
   const std::vector<NodeLink>& nodes() const TRN_RT { return nodes_; }
-  const Config& config() const { return config_; }
+  const Config& config() const TRN_RT { return config_; }
   const Statistics& statistics() const { return *statistics_; }
   /// Fault of the bus as a whole.
   Fault fault() const TRN_RT { return fault_; }

@@ -16,7 +16,7 @@ constexpr double kSameAxis = 1e-14;
 // Volume of the three linear directions below which they no longer reach every point.
 constexpr double kFlat = 1e-9;
 
-bool is_rotary_word(int word) { return word >= kA; }
+bool is_rotary_word(int word) TRN_RT { return word >= kA; }
 
 }  // namespace
 

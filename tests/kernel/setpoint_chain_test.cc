@@ -48,7 +48,7 @@ class Growth final : public SetpointCorrection {
     for (int i = 0; i < 3; ++i) offset[i] = kSlope * input.q[i];
   }
   unsigned joint_mask() const override { return 0b00111; }
-  double slope_max() const override { return kSlope; }
+  double slope_max() const TRN_RT override { return kSlope; }
   static constexpr double kSlope = 1e-3;
 };
 

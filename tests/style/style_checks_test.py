@@ -8,6 +8,7 @@ import check_form
 import check_includes
 import check_links
 import check_names
+import check_realtime
 import check_uses
 from source_text import code_only, functions
 
@@ -221,7 +222,8 @@ class NamesTest(unittest.TestCase):
 
 
 class UsesTest(unittest.TestCase):
-    HEADERS = {"core/tank.h": "struct Tank {\n  int level;\n};\n", "core/pump.h": '#include "core/tank.h"\nclass Pump {\n};\n'}
+    HEADERS = {"core/tank.h": "struct Tank {\n  int level;\n};\n",
+               "core/pump.h": '#include "core/tank.h"\nclass Pump {\n};\n'}
 
     def judged(self, text, name="core/plant.cc", **more):
         return check_uses.check({**self.HEADERS, name: text, **more})
@@ -240,6 +242,33 @@ class UsesTest(unittest.TestCase):
         for name in ("core/plant.cc", "tests/core/plant_test.cc"):
             text = '#include "core/plant.h"\nTank& tank();\n'
             self.assertEqual(self.judged(text, name, **{"core/plant.h": own}), [])
+
+
+class RealtimeTest(unittest.TestCase):
+    HEADER = "class Pump {\n public:\n  double rate() const TRN_RT;\n  double level() const;\n};\n"
+    SOURCE = """
+namespace {
+double half(double x) { return x / 2; }
+double twice(double x) TRN_RT { return 2 * x; }
+}
+double Pump::rate() const TRN_RT { return twice(std::sqrt(2)); }
+double Pump::level() const { return half(1); }
+"""
+
+    def judged(self, more=""):
+        return check_realtime.check({"core/pump.h": self.HEADER, "core/pump.cc": self.SOURCE + more})
+
+    def test_marked_calls_marked(self):
+        self.assertEqual(self.judged(), [])
+        # A mark of the declaration counts, and a lambda of the function itself needs none.
+        run = "void run(Pump& p) TRN_RT {\n  const auto f = [] { return 1; };\n  f();\n  p.rate();\n}\n"
+        self.assertEqual(self.judged(run), [])
+
+    def test_a_helper_without_the_mark_is_told(self):
+        (error,) = self.judged("void run() TRN_RT {\n  half(3);\n}\n")
+        self.assertIn("core/pump.cc:9: run is marked TRN_RT and calls half, which is not", error)
+        (error,) = self.judged("void run(Pump& p) TRN_RT { p.level(); }\n")
+        self.assertIn("calls level", error)
 
 
 if __name__ == "__main__":
