@@ -63,6 +63,10 @@ class Kinematics {
   /// joint by joint through each axis' sense. Parallel machines: pose of the platform.
   virtual KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT = 0;
   virtual KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT = 0;
+  /// Each of those words is one joint's place: a straight move of the words is a straight move of the joints,
+  /// so that its ends tell whether it stays in the joints' ranges. A machine that does not say so has its
+  /// moves looked at all along.
+  virtual bool words_are_joints() const TRN_RT { return false; }
 };
 
 /// The whole joint map, path point to motor joints, one pure function used by the planner (limits) and the

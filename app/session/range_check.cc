@@ -8,7 +8,6 @@
 #include "core/path.h"
 #include "core/ports.h"
 #include "core/units.h"
-#include "kinematics/platform_kinematics.h"
 
 namespace trn {
 
@@ -23,15 +22,15 @@ constexpr int kSamplesMax = 200;
 RangeCheck::RangeCheck(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse)
     : assembly_(assembly),
       refuse_(std::move(refuse)),
-      platform_(dynamic_cast<const PlatformKinematics*>(assembly.kinematics.get()) != nullptr),
-      separable_(!platform_ && !assembly.map->has_pose() && !assembly.map->has_joint()) {}
+      straight_(assembly.kinematics->words_are_joints()),
+      separable_(straight_ && !assembly.map->has_pose() && !assembly.map->has_joint()) {}
 
 void RangeCheck::move(const ProgramMove& move) {
   ++moves;
   if (move.source.line == 0) approach.push_back(move.to);
   const bool arc = move.kind == ProgramMove::Kind::kArc;
   if (path_norm(move.to - move.from) == 0 && !arc) return;
-  const bool bends = arc || move.context.rtcp || platform_;
+  const bool bends = arc || move.context.rtcp || !straight_;
   if (!bends) return judge_end(move);
   const PathPiece piece =
       arc ? make_arc(move.from, move.to, move.arc_centre, move.arc_axis, move.arc_sweep_rad)
@@ -85,7 +84,7 @@ void RangeCheck::outside(const ProgramMove& move, std::size_t i, double value) {
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kDegPerRad : 1.0;
   refuse_(
-      {move.source.line, platform_ || move.context.rtcp ? char{0} : letter_of(i),
+      {move.source.line, !straight_ || move.context.rtcp ? char{0} : letter_of(i),
        fmt::format("joint {} would go to {:.4f} {}, outside its range {:g} to {:g}; move the work offset or "
                    "the part, or change the program",
                    joint.name, value * unit, rotary ? "deg" : "mm", joint.limit.min * unit,

@@ -43,7 +43,7 @@ class RangeCheck : public MoveSink {
 
   const Assembly& assembly_;
   std::function<void(const RefusedMove&)> refuse_;
-  bool platform_;
+  bool straight_;   ///< with RTCP off words are joints
   bool separable_;  ///< with RTCP off each joint follows one word alone
   /// Then: a box of words in which every joint is inside its range, with this tool.
   Words lowest_, highest_;

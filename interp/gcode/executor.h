@@ -273,7 +273,7 @@ class Executor : public StateValues {
   void cycle_hole(const Block& b, GCode motion, const Hole& hole);
   void cycle_to(const Hole& hole, double first, double second, double depth, bool traverse);
   void peck(const Hole& hole, bool full_retract);
-  void tap(const Hole& hole, bool right_hand, std::uint32_t column);
+  void tap(const Hole& hole, bool right_hand);
   void back_bore(const Hole& hole);
   void check_cycle_spindle(GCode motion, std::uint32_t column) const;
   void tilted_drilling(const Block& b);

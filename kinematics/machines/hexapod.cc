@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "kinematics/segment_distance.h"
 #include "kinematics/serial/chain.h"
@@ -99,6 +100,7 @@ KinStatus Hexapod::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
 }
 
 NewtonReport Hexapod::platform_from(const JointVec& q, Pose& X_RP) const TRN_RT {
+  TRN_CHECK(q.size() == 6 && q.allFinite());
   return solve_newton<6>(LegEquations{*this, config_, q}, X_RP);
 }
 

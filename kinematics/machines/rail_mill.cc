@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -92,6 +94,7 @@ KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
 }
 
 KinStatus RailMill::follow(const JointVec& q, Pose& X_RP) const TRN_RT {
+  TRN_CHECK(q.size() == 4 && q.allFinite());
   PlatformState state{X_RP.p, std::atan2(X_RP.R(2, 1), X_RP.R(1, 1))};
   const KinStatus status = solve_newton<4>(LinkEquations{config_.rails, q}, state).status;
   if (status != KinStatus::kOk) return status;

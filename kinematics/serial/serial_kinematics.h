@@ -38,6 +38,7 @@ class SerialKinematics final : public Kinematics {
                           Pose& X_BS, JointVec& q) const TRN_RT override;
   KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT override;
   KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT override;
+  bool words_are_joints() const TRN_RT override { return true; }
 
   /// True: up to two rotary and exactly three independent linear joints, solved without iteration.
   bool closed_form() const TRN_RT { return closed_form_; }

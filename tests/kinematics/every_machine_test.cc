@@ -102,6 +102,23 @@ TEST_P(EveryMachine, InverseOfForwardFromANearbySeed) {
   EXPECT_GT(well_conditioned, rounds(20000) / 3);
 }
 
+// Half-way in the words is half-way in the joints, or the machine must not say that words are joints.
+TEST_P(EveryMachine, WordsAreJointsWhereItSaysSo) {
+  Sampler sampler(loaded_, 9);
+  double bends = 0;
+  for (int round = 0; round < 500 && !HasFailure(); ++round) {
+    const JointVec from = sampler.joints(), to = sampler.near(from);
+    Words words_from, words_to;
+    ASSERT_EQ(kin_.words_from_joints(from, words_from), KinStatus::kOk);
+    ASSERT_EQ(kin_.words_from_joints(to, words_to), KinStatus::kOk);
+    JointVec middle;
+    if (kin_.joints_from_words((words_from + words_to) / 2, middle) != KinStatus::kOk) continue;
+    bends = std::max(bends, (middle - (from + to) / 2).cwiseAbs().maxCoeff());
+  }
+  EXPECT_EQ(kin_.words_are_joints(), bends < kMm) << bends;
+  EXPECT_EQ(kin_.words_are_joints(), serial());
+}
+
 TEST_P(EveryMachine, ProgrammedRotaryWordsComeBackToTheBit) {
   Sampler sampler(loaded_, 3);
   for (int round = 0; round < 5000 && !HasFailure(); ++round) {

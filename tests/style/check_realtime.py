@@ -1,9 +1,9 @@
 #!/usr/bin/python3
 """What the tick calls is marked, too: a function marked TRN_RT calls only functions of the project that are marked.
 
-What a marked function may do is judged by its text (check_form.py); this check follows its calls, so that a helper without
-the mark cannot hide what it does. Names are resolved by text: a call means the functions of that name in the same file,
-else those of the same class, else all. Errors as file:line.
+What a marked function may do is judged by its text (check_form.py). This check follows its calls, so that a helper
+without the mark cannot hide what it does. Names are resolved by text: a call means the functions of that name in the
+same file, else those of the same class, else all. Errors as file:line.
 """
 import re
 import sys

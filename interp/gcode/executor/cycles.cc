@@ -185,7 +185,7 @@ void Executor::cycle_hole(const Block& b, GCode motion, const Hole& hole) {
       return peck(hole, true);
     case 74_g:
     case 84_g:
-      return tap(hole, motion == 84_g, b.at(GGroup::kMotion));
+      return tap(hole, motion == 84_g);
     case 87_g:
       return back_bore(hole);
     default:
@@ -238,7 +238,7 @@ void Executor::peck(const Hole& hole, bool full_retract) {
 
 // G84 and G74 with a floating holder: feed and speed must keep their ratio, so neither override acts; at the
 // bottom the spindle turns round, and the tool is fed out.
-void Executor::tap(const Hole& hole, bool right_hand, std::uint32_t) {
+void Executor::tap(const Hole& hole, bool right_hand) {
   const bool feed_override = s_.modal.feed_override, speed_override = s_.modal.speed_override;
   put(PlainCanon::kDisableFeedOverride);
   put(PlainCanon::kDisableSpeedOverride);

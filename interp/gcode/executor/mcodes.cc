@@ -271,7 +271,8 @@ void Executor::restore_geometry(const Settings& state) {
     keep_machine([&] { load_system(kept.work_offset); });
     put_system(true);
   }
-  if (kept.path != m.path || kept.path_tolerance != m.path_tolerance)
+  if (kept.path != m.path || kept.path_tolerance != m.path_tolerance ||
+      kept.naive_tolerance != m.naive_tolerance || kept.orientation_deg != m.orientation_deg)
     set_path(kept.path, kept.path_tolerance, kept.naive_tolerance, kept.orientation_deg);
   set_great_circle(kept.great_circle);
   if (kept.incremental != m.incremental) set_incremental(kept.incremental);

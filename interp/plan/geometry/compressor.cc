@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/frames.h"
 
 namespace trn {
@@ -52,6 +53,7 @@ bool is_sharp(const Words& before, const Words& after) {
 }
 
 PathItem part_of(const PathItem& line, double from, double to) {
+  TRN_CHECK(from >= 0 && to > from);
   PathItem part = line;
   part.piece = cut(line.piece, from, to);
   return part;
@@ -132,6 +134,8 @@ void Compressor::start_run(const PathItem& item) {
 
 // Appends the first `length` of a line to the run, in which it is `u` long.
 void Compressor::append(const PathItem& item, double length, double u) {
+  TRN_CHECK(length > 0 && u > 0);
+  TRN_CHECK(!vertices_.empty());
   vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_, item.tolerance_used});
   Move& move = moves_.emplace_back(Move{item.feed, speed_of(item, length, u), length / u, item.line});
   move.feed.path_units_s /= move.units_per_u;

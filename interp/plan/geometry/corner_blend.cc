@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/axes.h"
+#include "core/check.h"
 #include "interp/move.h"
 
 namespace trn {
@@ -42,6 +43,7 @@ double golden_peak(const Function& f, double from, double to) {
 }
 
 double usage(double deviation, double tolerance) {
+  TRN_CHECK(deviation >= 0 && tolerance >= 0);
   if (deviation <= 1e-13) return 0;
   return tolerance > 0 ? deviation / tolerance : std::numeric_limits<double>::infinity();
 }
@@ -94,6 +96,8 @@ Junction exact_junction(const PathItem& before, const PathItem& after) {
 }  // namespace
 
 PathPiece make_blend(const PathPiece& before, const PathPiece& after, double span) {
+  TRN_CHECK(span > 0);
+  TRN_CHECK(span <= before.length && span <= after.length);
   return make_hermite(before.derivatives(before.length - span), after.derivatives(span), 2 * span);
 }
 
@@ -115,6 +119,7 @@ double blend_usage(const PathPiece& before, const PathPiece& after, double span,
 }
 
 double largest_span(const PathPiece& before, const PathPiece& after, const BlendBounds& bounds) {
+  TRN_CHECK(bounds.span_max > 0);
   double high = bounds.span_max;
   double at_high = blend_usage(before, after, high, bounds);
   if (at_high <= 1) return high;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -46,6 +48,8 @@ void CornerBlender::stop() {
 // leaves less, the span is searched again under the smaller bound, and a blend that becomes too short is a
 // stop.
 void CornerBlender::resolve_junction(double span_after_next) {
+  TRN_CHECK(first_ && second_);
+  TRN_CHECK(span_after_next >= 0);
   const PathPiece& before = first_->piece;
   const PathPiece& after = second_->piece;
   double span = std::min({junction_.span, span_available(before.length, span_before_),
@@ -79,6 +83,7 @@ void CornerBlender::emit_remainder(PathItem& item, double from, double to) {
 }
 
 void CornerBlender::emit(PathItem& item, const PathPiece& piece, std::uint32_t line) {
+  TRN_CHECK(piece.length > 0);
   if (held_) sink_.piece(*held_);
   held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, line, item.outputs};
   item.outputs = {};  // with its first piece

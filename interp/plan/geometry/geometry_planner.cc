@@ -5,6 +5,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/check.h"
 #include "core/frames.h"
 #include "core/path.h"
 #include "interp/plan/geometry/path_item.h"
@@ -20,6 +21,7 @@ constexpr double kMinArcSweepRad = 1e-12;
 // An arc whose radius at the end differs from that at its start (rounded programs) is closed by a linear
 // drift.
 PathPiece close_arc(PathPiece arc, const Words& to) {
+  TRN_CHECK(arc.length > 0 && to.allFinite());
   arc.c[1] += (to - arc.at(arc.length)) / arc.length;
   return arc;
 }

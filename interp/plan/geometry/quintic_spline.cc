@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -29,6 +31,7 @@ BasisTable basis(const double* span_start, double u) {
 }  // namespace
 
 PathPoint QuinticSpline::derivatives_at_break(int i) const {
+  TRN_CHECK(i >= 0 && i <= span_count());
   const int k = std::min(i, span_count() - 1);
   const double* t = knots.data() + k;
   const BasisTable n = basis(t + 5, knots[static_cast<size_t>(5 + i)]);

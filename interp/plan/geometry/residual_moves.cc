@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/axes.h"
+#include "core/check.h"
 #include "core/frames.h"
 #include "core/units.h"
 #include "interp/plan/geometry/path_item.h"
@@ -82,6 +83,7 @@ bool ResidualMoves::outweighed_by(const ProgramMove& move) const {
 }
 
 double ResidualMoves::tolerance_used_by_group(const ProgramMove& move) const {
+  TRN_CHECK(move.tolerance_mm > 0);
   return std::max(sum_.mm / move.tolerance_mm, sum_.rad > 0 ? sum_.rad / move.tolerance_rad : 0);
 }
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 using tube::dot, tube::find_deviations, tube::add_fit_terms;
@@ -228,6 +230,7 @@ void TubeFit::Group::bound_lengths() {
 // A Newton step, shortened where it would meet the wall; returns the farthest that a sample has moved, over
 // its radius.
 double TubeFit::Group::step() {
+  TRN_CHECK(!span_.empty());
   fit_to_barrier();
   last_ = y_;
   solve();

@@ -3,6 +3,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/check.h"
+
 namespace trn::speed {
 
 namespace {
@@ -42,8 +44,12 @@ void BlockEmitter::segment(const LawSegment& segment, const std::deque<GridInter
 
 void BlockEmitter::append(const LawSegment& segment, const std::deque<GridInterval>& grid, double from_s,
                           double to_s) {
+  TRN_CHECK(to_s > from_s && from_s >= 0);
+  TRN_CHECK(!pieces_.empty());
   if (block_.segment_count == MotionBlock::kMaxSegments) flush(false);
   const PathState from = segment.at(from_s);
+  TRN_CHECK(block_.segment_count < MotionBlock::kMaxSegments);
+  TRN_CHECK(std::isfinite(from.v) && std::isfinite(from.a));
   block_.joints[block_.segment_count] = joint_motion(segment, grid, rates_, from_s, to_s);
   block_.segments[block_.segment_count++] = {to_s - from_s, from.s - pieces_.front().s, from.v, from.a,
                                              segment.jerk};
@@ -52,6 +58,7 @@ void BlockEmitter::append(const LawSegment& segment, const std::deque<GridInterv
 void BlockEmitter::flush(bool at_rest) {
   if (block_.segment_count == 0) return;
   PlanPiece& plan = pieces_.front().plan;
+  TRN_CHECK(plan.piece.length > 0);
   block_.outputs = std::exchange(plan.outputs, {});
   block_.piece = plan.piece;
   block_.context = plan.context;
@@ -65,6 +72,8 @@ void BlockEmitter::flush(bool at_rest) {
 }
 
 void BlockEmitter::event(const QueueEvent& event, std::uint32_t line) {
+  TRN_CHECK(block_.segment_count == 0);
+  TRN_CHECK(event.kind != QueueEvent::Kind::kNone);
   MotionBlock block{};
   block.event = event;
   block.overrides = event.overrides;

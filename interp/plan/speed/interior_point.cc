@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn::speed {
 
 namespace {
@@ -39,6 +41,7 @@ InteriorPointResult InteriorPoint::resume(const SpeedProblem& problem, const Int
 void InteriorPoint::set_start(const SpeedProblem& problem, const Doubles& c) {
   state_.problem = &problem;
   n_ = problem.intervals;
+  TRN_CHECK(n_ > 0 && c.size() <= lane_groups(n_ + 1) * kLanes + kLanes);
   const size_t padded = (lane_groups(n_ + 1) + 1) * kLanes;
   const double beyond = problem.c_max[n_] / 2;  // padding keeps every row
   state_.x.assign(padded + 2, beyond);
@@ -124,6 +127,7 @@ bool InteriorPoint::factor_and_solve() {
 // than 70 % or grows fivefold, as the speeds in the rows are those of the step before.
 double InteriorPoint::primal_step(double worst) const {
   worst = std::max(kToBoundary, worst);
+  TRN_CHECK(worst > 0);
   for (size_t k = 1; k <= n_; ++k) {
     const double growth = state_.dx[k] / state_.x[k];
     worst = std::max({worst, -growth / 0.7, growth / 4.0});

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/path.h"
 #include "interp/plan/speed/joint_rates.h"
 
@@ -464,6 +465,7 @@ void PathGrid::lay_piece(const PendingPiece& pending, double spacing_s, NodeSpac
 }
 
 void PathGrid::drop_front(size_t count) {
+  TRN_CHECK(count <= intervals_.size());
   for (size_t i = 0; i < count && spare_.size() < kSpareMax; ++i) spare_.push_back(std::move(intervals_[i]));
   intervals_.erase(intervals_.begin(), intervals_.begin() + static_cast<std::ptrdiff_t>(count));
 }
@@ -495,6 +497,8 @@ GridInterval PathGrid::fresh_interval() {
 }
 
 void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1, double time_s, bool merge) {
+  TRN_CHECK(s1 > s0);
+  TRN_CHECK(time_s > 0);
   GridInterval g = fresh_interval();
   g.s = s0;
   g.h = s1 - s0;
@@ -521,6 +525,7 @@ void PathGrid::append_interval(const PendingPiece& pending, double s0, double s1
 // of the joints' polynomials may show beforehand that they do; else each halving samples in between and
 // compares.
 void PathGrid::refine(const PendingPiece& pending, GridInterval& g) {
+  TRN_CHECK(g.samples.size() >= 2);
   const JointRates& rates = sampler_.rates();
   const double b = std::min(g.bound.b, kFasterThanEstimate * g.b_est), s0 = g.s - pending.s;
   const double step = g.h / static_cast<double>(g.samples.size() - 1);
@@ -545,6 +550,8 @@ void PathGrid::refine(const PendingPiece& pending, GridInterval& g) {
 
 // Appends an interval, or merges it into the last one, which is then longer by it.
 void PathGrid::put_interval(GridInterval&& by, bool merge) {
+  TRN_CHECK(!merge || !intervals_.empty());
+  TRN_CHECK(by.h > 0 && by.samples.size() >= 2);
   if (!merge) {
     intervals_.push_back(std::move(by));
     return;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "interp/move.h"
 
@@ -33,6 +34,7 @@ constexpr double kNothingBinds = 1e6;  // ds/dt where neither feed nor a joint b
 
 // Lagrange's weights; the bound of speed is interpolated as the derivatives are.
 PathSample interpolate(const PathSample* p, double s, int count) {
+  TRN_CHECK(p[0].s < p[1].s && p[1].s < p[2].s);
   const double a = s - p[0].s, b = s - p[1].s, c = s - p[2].s;
   const double ab = p[0].s - p[1].s, ac = p[0].s - p[2].s, bc = p[1].s - p[2].s;
   const double w0 = b * c / (ab * ac), w1 = -a * c / (ab * bc), w2 = a * b / (ac * bc);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn::speed {
 
 namespace {
@@ -28,6 +30,7 @@ double end_b(double h, const PathState& from, double a1) {
 // rest backwards, s = jerk t^3 / 6 gives a = -2/3 v^2 / rest_length. v1 depends on a1, so this is one
 // equation for a1, solved by Newton's method with dv1/da1 about T / 2.
 double stopping_acceleration(double h, const PathState& from, double a1, double rest_length) {
+  TRN_CHECK(h > 0 && rest_length > 0);
   for (int i = 0; i < 30; ++i) {
     const double T = crossing_time(h, from.v, from.a, a1);
     if (T < 0) return a1;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "interp/move.h"
 
 namespace trn::speed {
@@ -97,6 +98,8 @@ WindowPlanner::WindowPlanner(const Joints& joints, const JointMap& map, const Sp
       brake_s_(brake_time(joints)) {}
 
 void WindowPlanner::piece(const PlanPiece& piece) {
+  TRN_CHECK(piece.piece.length > 0);
+  TRN_CHECK(piece.feed.tip_mm_s > 0);
   if (!open_) {
     grid_.begin_stretch();
     emitter_.begin_stretch();
@@ -167,6 +170,7 @@ void WindowPlanner::accept(const PlanPiece& piece) {
 void WindowPlanner::event(const QueueEvent& event, std::uint32_t line) {
   finish();
   emitter_.event(event, line);
+  TRN_CHECK(!open_);
   stats_.blocks = emitter_.block_count();
 }
 
@@ -260,6 +264,7 @@ bool WindowPlanner::try_shorter(size_t count) {
 
 // The candidate is verified: it is the plan from now on.
 void WindowPlanner::adopt() {
+  TRN_CHECK(!candidate_.empty());
   law_ = candidate_;
   c_before_ = c_;
   nodes_before_.clear();
@@ -268,6 +273,7 @@ void WindowPlanner::adopt() {
 
 // The number of segments of the plan that begin within `time_s`; at least two segments are left.
 size_t WindowPlanner::segments_within(double time_s) const {
+  TRN_CHECK(law_.size() >= (start_.at_rest ? 4u : 3u));
   size_t count = 0;
   for (double t = 0; count < law_.size() && t < time_s; ++count) t += law_[count].duration_s;
   return std::clamp<size_t>(count, start_.at_rest ? 2 : 1, law_.size() - 2);

@@ -160,6 +160,20 @@ TEST(Canon, StateIsKeptAndRestored) {
                    "COMMENT(\"interpreter: distance mode changed to absolute\")", "T 5 0 0"}));
 }
 
+// Each word of G64 by itself is reason enough.
+TEST(Canon, EveryToleranceIsRestored) {
+  const auto last_path = [](const std::string& program) {
+    const std::string text = canon(program);
+    return text.substr(text.rfind("SET_MOTION_CONTROL_MODE"));
+  };
+  const std::string kept = last_path("G64 P0.1 Q0.05");
+  EXPECT_EQ(last_path("G64 P0.1 Q0.05\nM70\nG64 P0.1 Q0.2\nM72"), kept);
+  EXPECT_EQ(last_path("G64 P0.1 Q0.05\nM70\nG64 P0.2 Q0.05\nM72"), kept);
+  EXPECT_EQ(last_path("G64 P0.1 Q0.05\nM70\nG61\nM72"), kept);
+  const std::string turning = last_path("G64 P0.1 R0.5");
+  EXPECT_EQ(last_path("G64 P0.1 R0.5\nM70\nG64 P0.1 R0.1\nM72"), turning);
+}
+
 TEST(Canon, BlockDelete) {
   Session session;
   EXPECT_EQ(session.canon("/G0 X1\nG0 Y1"), moves({"T 1 0 0", "T 1 1 0"}));
