@@ -201,8 +201,6 @@ std::string tool_name(const ToolTable& tools, int number) {
   return remark.empty() ? fmt::format("tool {}", number) : fmt::format("tool {} ({})", number, remark);
 }
 
-void ToolTable::save(const std::string& path) const { write_text_file(path, to_text()); }
-
 void set_spindle_tool(Parameters& parameters, const ToolTable& tools, int number, double unit_mm) {
   const Tool* tool = tools.find(number);
   const Tool none;

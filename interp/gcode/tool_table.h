@@ -45,7 +45,6 @@ class ToolTable {
   /// `old_text`, the content of a table's file, with this table's tools: lines whose tools are the same, and
   /// those that name none of them, stay as they are.
   std::string text_over(std::string_view old_text) const;
-  void save(const std::string& path) const;
 
  private:
   const Tool* changed_tool(std::string_view line, std::set<int>& seen) const;
