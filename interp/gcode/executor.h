@@ -270,7 +270,7 @@ class Executor : public StateValues {
   [[noreturn]] void bad_peck(const Block& b, GCode motion) const;
   Hole first_hole(const Block& b, const CycleAxes& axes) const;
   void drill(const Block& b, GCode motion, Hole& hole, double height, int repeats);
-  void cycle_hole(const Block& b, GCode motion, const Hole& hole);
+  void cycle_hole(GCode motion, const Hole& hole);
   void cycle_to(const Hole& hole, double first, double second, double depth, bool traverse);
   void peck(const Hole& hole, bool full_retract);
   void tap(const Hole& hole, bool right_hand);

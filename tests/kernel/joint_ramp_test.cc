@@ -12,9 +12,7 @@ constexpr double kT = 1e-3;
 
 Joints two_joints() {
   Joints joints(2);
-  joints[0].name = "X";
   joints[0].limit = {-100, 100, 200, 2000, 40000};
-  joints[1].name = "A";
   joints[1].kind = JointKind::kRotary;
   joints[1].limit = {-1, 1, 2, 10, 200};
   return joints;

@@ -153,7 +153,7 @@ void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, in
     if (height != hole.r) cycle_to(hole, hole.first, hole.second, hole.r, true);
     check_cycle_spindle(motion, b.motion_column());
     if ((motion == 73_g || motion == 83_g) && s_.cycle.q <= 0) bad_peck(b, motion);
-    cycle_hole(b, motion, hole);
+    cycle_hole(motion, hole);
     height = hole.clear;
   }
   s_.position[axes.first] = hole.first;
@@ -173,7 +173,7 @@ void Executor::cycle_to(const Hole& hole, double first, double second, double de
 }
 
 // One hole, from R down and up to the clear height (RS274/NGC sections 3.5.16.2 to 3.5.16.10).
-void Executor::cycle_hole(const Block& b, GCode motion, const Hole& hole) {
+void Executor::cycle_hole(GCode motion, const Hole& hole) {
   const auto feed = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, false); };
   const auto rapid = [&](double depth) { cycle_to(hole, hole.first, hole.second, depth, true); };
   const auto dwell_here = [&] { put(canon::Dwell{s_.cycle.p}); };
