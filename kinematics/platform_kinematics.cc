@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "core/check.h"
 #include "kinematics/finite.h"
 
 namespace trn {
@@ -79,12 +78,10 @@ KinStatus PlatformKinematics::forward(const JointVec& q, Pose& X_BS) const TRN_R
 
 /// The same tip and axis with the turn about the tool that the words stand for.
 Pose PlatformKinematics::without_turn(const Pose& X_BS) const TRN_RT {
-  TRN_CHECK(std::abs(X_BS.R.col(2).norm() - 1) < 1e-6);
   return {orientation(tilts_of(X_BS.R.col(2))), X_BS.p};
 }
 
 KinStatus PlatformKinematics::solve(const Pose& X_RP, JointVec& q) const TRN_RT {
-  TRN_CHECK(X_RP.R.allFinite() && X_RP.p.allFinite());
   JointVec solved = q;
   const KinStatus status = actuators(turns_freely() ? turned(X_RP) : X_RP, solved);
   if (status == KinStatus::kUnreachable || !solved.allFinite()) return KinStatus::kUnreachable;

@@ -99,7 +99,6 @@ WindowPlanner::WindowPlanner(const Joints& joints, const JointMap& map, const Sp
 
 void WindowPlanner::piece(const PlanPiece& piece) {
   TRN_CHECK(piece.piece.length > 0);
-  TRN_CHECK(piece.feed.tip_mm_s > 0);
   if (!open_) {
     grid_.begin_stretch();
     emitter_.begin_stretch();

@@ -19,8 +19,7 @@ std::vector<MotionBlock> emit(const std::vector<double>& lengths, size_t output_
   double s = 0;
   for (size_t i = 0; i < lengths.size(); ++i) {
     Words from = Words::Zero(), to = Words::Zero();
-    from[kX] = s;
-    to[kX] = s + lengths[i];
+    to[kX] = lengths[i];  // where a piece lies does not matter here, and 1e-16 behind 1 would be no length
     PlanPiece piece = plan(make_line(from, to), 10, false, static_cast<std::uint32_t>(i + 1));
     if (i == output_of) piece.outputs.put(5, true);
     emitter.add_piece(piece, s);
