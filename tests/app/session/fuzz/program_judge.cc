@@ -30,7 +30,7 @@ constexpr double kEndMm = 1e-6, kEndRad = 1e-8;
 constexpr double kTimeShare =
     0.995;  // of a block's time: where two blocks meet is known to a share of the tolerance
 constexpr double kSecondsOver = 20;  // looked at every so many seconds of motion
-constexpr double kSecondsMax = 600;  // of a program whose moves are not counted
+constexpr double kSecondsMax = 600;  // of a program whose moves are not counted; it is stopped then
 constexpr double kStartMm = 0.02;
 
 /// Thrown to end a run that takes far too long.
@@ -247,10 +247,11 @@ Finding judge(const std::string& config, const Program& program, const Driving& 
   options.script = driving.script;
   options.single_block = driving.single_block;
   options.trace = &last;
+  // How long a program with tools and offsets takes is not counted beforehand.
+  if (!program.plain) options.stop_after_s = kSecondsMax;
   options.progress = [&](std::uint32_t, double time_s) {
     const double wait_s = driving.as_programmed() ? 0 : 10 * bound.total_s() + 60;
-    const double most_s = program.plain ? bound.total_s() + kSecondsOver : kSecondsMax;
-    if (time_s > most_s + wait_s) throw TooLong{};
+    if (program.plain && time_s > bound.total_s() + kSecondsOver + wait_s) throw TooLong{};
   };
   try {
     check_program(assembly, parameters, tools, {options.program, options.program_text, q_start}, {});
