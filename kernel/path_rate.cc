@@ -328,7 +328,7 @@ bool PathRate::return_to_one(const PlanWalk& walk) TRN_RT {
 void PathRate::adopt() TRN_RT {
   TRN_CHECK(trial_.count >= 0 && trial_.count <= PlanWalk::kStepsMax);
   TRN_CHECK(trial_.landing >= 0 && trial_.landing <= trial_.count);
-  TRN_CHECK(trial_.end_rate >= -kRest && trial_.end_rate <= 1);
+  TRN_CHECK(trial_.end_rate >= -kRest && trial_.end_rate <= 2);
   std::copy_n(trial_.steps.begin(), trial_.count, way_.steps.begin());
   way_.count = trial_.count;
   way_.landing = trial_.landing;
@@ -365,7 +365,7 @@ double PathRate::follow(double left_s) TRN_RT {
     }
   }
   if (next_ == way_.count && way_.count > 0) {
-    TRN_CHECK(way_.end_rate >= -kRest && way_.end_rate <= 1);
+    TRN_CHECK(way_.end_rate >= -kRest && way_.end_rate <= 2);
     rate_ = way_.end_rate;
     slope_ = 0;
     way_.count = way_.landing = next_ = 0;
