@@ -57,8 +57,7 @@ class TimeBound {
     if (step.rtcp_on) context_.rtcp = true;
     if (step.rtcp_off) context_.rtcp = false;
     if (step.kind == Step::Kind::kDwell) total_s_ += step.time_s;
-    if (step.time_s > 0) least_s_ += std::max(0.0, kTimeShare * step.time_s - assembly_.machine.period_s);
-    if (!step.words) return;
+    if (!step.words) return add_least(step);
     if (!step.incremental)
       written_ |= step.words;  // where a distance leads to depends on where the drives stood
     Words to = at_;
@@ -67,6 +66,7 @@ class TimeBound {
       const double value = step.value[k] * (k >= kA ? kRadPerDeg : 1);
       to[k] = step.incremental ? at_[k] + value : value;
     }
+    if (step.kind == Step::Kind::kArc || (to - at_).norm() > 0) add_least(step);  // no way takes no time
     const double periods_s = 4 * assembly_.machine.period_s;
     // A drive's homing may end a few counts beside its zero, where the first move then begins.
     if (!std::exchange(moved_, true) && step.feed > 0) total_s_ += kStartMm / (step.feed / 60);
@@ -91,6 +91,9 @@ class TimeBound {
   }
 
  private:
+  void add_least(const Step& step) {
+    if (step.time_s > 0) least_s_ += std::max(0.0, kTimeShare * step.time_s - assembly_.machine.period_s);
+  }
   double programmed_s(const Step& step, double way) const {
     if (step.kind == Step::Kind::kTraverse) return 0;
     return step.feed > 0 ? way / (step.feed / 60) : step.time_s;
