@@ -38,6 +38,14 @@ std::string with_file(const std::string& file, const std::string& message) {
   return message;
 }
 
+// No more of a program is driven whose planning a failed check has put in doubt.
+void refuse(const CheckFailure& failed) {
+  if (failed)
+    throw ProgramError(explain(failed) +
+                       " while the program was planned; this is a defect of the control: report it with the "
+                       "program");
+}
+
 ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   if (start.text) config.end = ProgramEnd::kFree;
   if (start.open) {
@@ -144,6 +152,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
                     std::move(observers.warning), true, start.ends_round}),
       map_(*assembly.map),
       line_done_(std::move(observers.line_done)) {
+  const CheckScope checks(failed_check_);
   open(interpreter_, start, start_words(*assembly.map, start));
   if (start.from_line <= 1) return;
   if (line_done_) line_done_(true);
@@ -202,12 +211,7 @@ void Pipeline::fill() {
   if (!failure.empty()) throw ProgramError(failure);
 }
 
-void Pipeline::refuse_failed_check() const {
-  if (failed_check_)
-    throw ProgramError(explain(failed_check_) +
-                       " while the program was planned; this is a defect of the control: report it with the "
-                       "program");
-}
+void Pipeline::refuse_failed_check() const { refuse(failed_check_); }
 
 void Pipeline::give_up() {
   geometry_.finish();
@@ -297,9 +301,10 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
       put_tool_in();
       if (interpreter.waiting()) break;
       if (given_up && *given_up) throw ProgramError(start.path + ": the check was given up");
-      if (failed) throw ProgramError(explain(failed) + "; this is a defect of the control: report it");
+      refuse(failed);
       if (progress && ++steps % 100000 == 0) progress(interpreter.line());
     }
+    refuse(failed);  // of the last line, too
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(start.path, error.what()));
   }
