@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kJerkToCorrect = 0.2;  // share of the jerk that a change of the correction may take
 constexpr double kCorrection = 0.5;     // of the deviation of b, corrected by the next node
+constexpr double kBraking = 0.8;        // of the greatest correction from which it comes back in time
 
 // Time to cover h from v with the acceleration linear in time from a0 to a1: h = v T + (2 a0 + a1) T^2 / 6.
 // The root is taken in the form that has no cancellation. Negative: the motion would turn back before h.
@@ -72,9 +73,12 @@ bool make_time_law(const std::deque<GridInterval>& grid, size_t first, const Spe
     const GridInterval& g = grid[first + k];
     const double s_next = g.s + g.h, h = s_next - from.s;
     const SpeedState target = problem.at_node(c, k + 1);
-    const double wanted = kCorrection * (target.b - end_b(h, from, target.a)) / h;
+    const double b_end = end_b(h, from, target.a), jerk = kJerkToCorrect * g.bound.jerk;
     const double T_about = std::max(crossing_time(h, from.v, from.a, target.a), 0.0);
-    const double change = kJerkToCorrect * g.bound.jerk * T_about;
+    // At that jerk the correction comes back to 0 together with the deviation of v, as in braking to a place.
+    const double most = kBraking * std::sqrt(2 * jerk * std::abs(std::sqrt(target.b) - std::sqrt(b_end)));
+    const double wanted = std::clamp(kCorrection * (target.b - b_end) / h, -most, most);
+    const double change = jerk * T_about;
     correction = std::clamp(wanted, correction - change, correction + change);
     double a1 = target.a + correction;
     if (k + 1 == n) a1 = stopping_acceleration(h, from, a1, rest_length);

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include "interp/plan/speed/joint_rates.h"
 #include "interp/plan/speed/path_grid.h"
 #include "interp/plan/speed/speed_problem.h"
@@ -109,6 +113,28 @@ TEST(TimeLaw, ADeviationIsTakenBackAsTheJerkAllows) {
   for (size_t k = 0; k + 2 < c.size(); ++k) {
     const double change = bound.segments[k].end().a - bound.segments[k].from.a;
     EXPECT_LE(std::abs(change), 0.2 * 50 * bound.segments[k].duration_s * 1.05) << k;
+  }
+}
+
+// Bounded jerk takes it back in one go: v does not swing to the solution's other side. (One that did so ever
+// more, on intervals that are short against the time in which the jerk acts, came to a standstill in the
+// middle of the path.)
+TEST(TimeLaw, ADeviationIsTakenBackWithoutSwingingOver) {
+  std::mt19937_64 rng(1);
+  std::uniform_real_distribution<double> u(-1, 1);
+  for (int round = 0; round < 300; ++round) {
+    const std::vector<double> c(600, 100.0);
+    const double off = 2 * u(rng), jerk = std::pow(10, 2.5 + u(rng));
+    const Law law = law_of(c, {0, 10 + off, 0}, jerk);
+    ASSERT_TRUE(law.made) << off << " " << jerk;
+    double other_side = 0;
+    for (const LawSegment& segment : law.segments)
+      other_side = std::max(other_side, -(segment.from.v - 10) * (off > 0 ? 1 : -1));
+    EXPECT_LT(other_side, 0.1 * std::abs(off)) << off << " " << jerk;
+    const double time_needed = 2 * std::sqrt(2 * std::abs(off) / (0.2 * jerk));
+    if (time_needed < 3) {
+      EXPECT_NEAR(law.segments[590].from.v, 10, 0.02 * std::abs(off)) << off << " " << jerk;
+    }
   }
 }
 
