@@ -22,6 +22,7 @@ constexpr double kWindowMm = 0.1, kWindowDeg = 0.1;
 constexpr double kWindowTolerances = 50;
 constexpr double kWindowSteps = 8;
 constexpr double kBehindTolerances = 2;
+constexpr double kMuchWorse = 2;  // than the best, out of tolerance
 
 void count(DeviationHistogram& histogram, double share) {
   const double bin = std::min(share * (DeviationHistogram().size() - 1), DeviationHistogram().size() - 1.0);
@@ -76,6 +77,7 @@ void DeviationMeter::sample(const Vec3& p, const Vec3& u, std::uint32_t line, co
   sampled_ = true;
   p_last_ = p;
   u_last_ = u;
+  left_ = left;
   const Window tolerance = tolerance_ahead();
   search(p, u,
          {kWindowMm + kWindowSteps * step_mm + kWindowTolerances * (tolerance.tip_mm + left.tip_mm),
@@ -160,7 +162,8 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
   const double allowed_deg = found.allowed_deg = found.axis_exact ? kRoundingDeg : leg.tolerance_deg();
   found.tip_mm = place.distance_mm;
   found.tip_ratio = place.distance_mm / (found.tip_exact ? kRoundingMm : leg.tolerance_mm());
-  found.tip_fits = place.distance_mm <= allowed_mm;
+  const double within_mm = allowed_mm + left_.tip_mm;
+  found.tip_fits = place.distance_mm <= within_mm;
   const double worst_ratio_deg = report_.axis_ratio.value * allowed_deg;
   const double enough_deg = histograms_        ? kNothingDeg
                             : found.axis_exact ? report_.axis_exact_deg.value
@@ -170,21 +173,23 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
   found.axis_deg = angle_deg(u, leg.axis(place.share));
   double end = place.share;
   if (leg.turn_rad() > 0 && found.axis_deg > enough) {
-    const double begin = place.share - leg.reach(p, place, allowed_mm, -1, place.share - from);
-    end = place.share + leg.reach(p, place, allowed_mm, +1, to - place.share);
+    const double begin = place.share - leg.reach(p, place, within_mm, -1, place.share - from);
+    end = place.share + leg.reach(p, place, within_mm, +1, to - place.share);
     found.axis_deg = std::min(found.axis_deg, leg.smallest_angle_deg(u, begin, end, enough));
   }
   found.axis_ratio = found.axis_deg / allowed_deg;
-  const double begin = place.share - leg.reach_at_most(p, place, allowed_mm, -1, place.share - from);
+  const double begin = place.share - leg.reach_at_most(p, place, within_mm, -1, place.share - from);
   found.share = earliest_share(leg, found, begin, end, u);
   return found;
 }
 
-// Of those whose tip is near enough, from `begin` on, the first whose axis is too, up to `end` at least.
+// Of those whose tip is near enough, from `begin` on, the first whose axis is too, up to `end` at least. An
+// axis that fits nowhere must move the place on all the same: where only the axis turns, nothing else does.
 double DeviationMeter::earliest_share(const ProgrammedLeg& leg, const Candidate& found, double begin,
                                       double end, const Vec3& u) const {
-  if (leg.turn_rad() <= 0 || found.axis_ratio > 1) return begin;
-  return leg.first_share_within(u, begin, end, found.allowed_deg);
+  if (leg.turn_rad() <= 0) return begin;
+  const double within_deg = std::max(found.allowed_deg + left_.axis_deg, kMuchWorse * found.axis_deg);
+  return leg.first_share_within(u, begin, end, within_deg);
 }
 
 // True when this candidate alone shows that the sample makes no worst figure worse.
@@ -246,11 +251,11 @@ void DeviationMeter::advance() {
   const auto by_tip = [](const Candidate& a, const Candidate& b) { return a.tip_ratio < b.tip_ratio; };
   const auto best = std::min_element(candidates_.begin(), candidates_.end(), by_tip);
   const double rounding = 1 + kRoundingMm / std::max(kRoundingMm, tolerance_ahead().tip_mm);
-  const double tip_ratio = std::max(rounding, 2 * best->tip_ratio);
+  const double tip_ratio = std::max(rounding, kMuchWorse * best->tip_ratio);
   double axis_best = best->axis_ratio;
   for (const Candidate& candidate : candidates_)
     if (candidate.tip_ratio <= tip_ratio) axis_best = std::min(axis_best, candidate.axis_ratio);
-  const double axis_ratio = std::max(1.0, 2 * axis_best);
+  const double axis_ratio = std::max(1.0, kMuchWorse * axis_best);
   const auto earliest = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
     return candidate.tip_ratio <= tip_ratio && candidate.axis_ratio <= axis_ratio;
   });

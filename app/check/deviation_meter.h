@@ -131,6 +131,7 @@ class DeviationMeter {
   double share_ = 0;      // at this share of it
   Vec3 p_last_ = Vec3::Zero(), u_last_ = Vec3::UnitZ();
   bool sampled_ = false, settled_ = false;
+  Left left_;  // by the corrections, in this sample
   std::vector<LegPlace> places_;
   std::vector<Candidate> candidates_;
   DeviationReport report_;

@@ -281,6 +281,34 @@ TEST_F(Meter, WhatCorrectionsLeaveIsNoBrokenPromise) {
   EXPECT_EQ(meter_.report().tip_over_mm.line, 7u);
 }
 
+// Random turns on the spot, each followed by a straight move, in an exact mode. The axis is off by a constant
+// tilt all the time: by as much as a correction leaves at the pole, and once by more than anything allows.
+// The tip is right.
+TEST_F(Meter, TiltThatStaysDoesNotHoldThePlaceBack) {
+  for (unsigned seed = 0; seed < 200; ++seed) {
+    std::mt19937_64 rng(seed);
+    std::uniform_real_distribution<double> u(-1, 1);
+    DeviationMeter meter(table_);
+    const double off_deg = std::pow(10, -3 + u(rng)), left_deg = seed % 2 == 0 ? off_deg : 0;
+    const double a_begin = 10 * u(rng), a_end = 3 * u(rng), c = 20 * u(rng);
+    const Vec3 p(10 * u(rng), 10 * u(rng), 10 * u(rng)), q = p + 20 * Vec3(u(rng), u(rng), u(rng));
+    meter.programmed(line(words(p, a_begin, 0), words(p, a_end, c), 0));
+    meter.programmed(line(words(p, a_end, c), words(q, a_end, c), 0));
+    const auto sample = [&](const Vec3& tip, double share) {
+      const Vec3 programmed = axis(a_begin + share * (a_end - a_begin), share * c);
+      // About a line square to the axis: nowhere on the way is the axis nearer than this by much.
+      const Vec3 tilt = programmed.unitOrthogonal() * rad_from_deg(off_deg);
+      meter.sample(tip, (programmed + tilt).normalized(), 1, {0, left_deg * (1 + 1e-6)});
+    };
+    for (int i = 0; i <= 400; ++i) sample(p, i / 400.0);
+    for (int i = 0; i <= 400; ++i) sample(p + (q - p) * i / 400, 1);
+    EXPECT_LT(meter.report().tip_mm.value, 1e-12) << "seed " << seed;
+    EXPECT_EQ(meter.report().lost, 0u) << "seed " << seed;
+    EXPECT_LE(meter.report().axis_deg.value, off_deg * (1 + 1e-6)) << "seed " << seed;
+    EXPECT_EQ(meter.report().broken(), seed % 2 == 1) << "seed " << seed;
+  }
+}
+
 TEST_F(Meter, GrossErrorIsRecordedAndTheWayFoundAgain) {
   polyline({{0, 0, 0}, {100, 0, 0}, {100, 100, 0}}, 0.01);
   drive({0, 0, 0}, {20, 0, 0}, 0.1, 1);
