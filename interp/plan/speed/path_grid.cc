@@ -142,6 +142,7 @@ void PathGrid::begin_stretch() {
   pending_.clear();
   intervals_.clear();
   s_end_ = pending_time_s_ = 0;
+  lay_from_s_ = 2 * lookahead_s_;
   before_ = {};
   spacing_before_ = {};
   ramp_before_ = kNoRamp;
@@ -307,19 +308,20 @@ double PathGrid::pending_time() const {
   return sum;
 }
 
-// At the far end of what is known the estimate is wrong, since slow places may follow. So only the front of
-// the pending pieces gets its grid, and `lookahead_s_` of motion stays pending. The estimate at the front's
-// end is where the next one starts.
+// At the far end of what is known the estimate is wrong, since slow places may follow. So a piece gets its
+// grid only when `lookahead_s_` of motion is known behind its end; how long the piece itself is does not help
+// it. The estimate at the end of the last piece laid is where the next one starts.
 bool PathGrid::lay(bool to_end, bool force) {
-  if (pending_.empty() || (!to_end && !force && pending_time_s_ < 2 * lookahead_s_)) return false;
+  if (pending_.empty() || (!to_end && !force && pending_time_s_ < lay_from_s_)) return false;
   estimate(to_end);
   double time_s = pending_time();
   const bool whole = to_end && intervals_.empty();  // a stretch short enough to be seen at once
   const double spacing_s = whole ? std::min(spacing_s_, time_s / kIntervalsPerStretchMin) : spacing_s_;
-  const size_t keep = pending_.size() / 2;
+  const size_t before = pending_.size(), keep = before / 2;
   merge_open_ = false;  // what was laid before may be planned by now
+  const auto known_behind = [&] { return time_s - piece_time(*pending_.front()); };
   const auto goes_on = [&] {
-    return to_end || time_s > lookahead_s_ || (force && pending_.size() > keep) || merge_open_;
+    return to_end || known_behind() > lookahead_s_ || (force && pending_.size() > keep) || merge_open_;
   };
   while (!pending_.empty() && goes_on()) {
     const PendingPiece& front = *pending_.front();
@@ -335,7 +337,8 @@ bool PathGrid::lay(bool to_end, bool force) {
     pending_.pop_front();
   }
   pending_time_s_ = time_s;
-  return true;
+  lay_from_s_ = 2 * lookahead_s_ + (pending_.empty() ? 0 : piece_time(*pending_.front()));
+  return pending_.size() < before;
 }
 
 // The place s in the stretch after a time t of the estimated motion along the piece; the acceleration is

@@ -122,6 +122,7 @@ class PathGrid {
   std::vector<double> scratch_;  ///< positions or times in a piece
   double s_end_ = 0;
   double pending_time_s_ = 0;   ///< of pending_, at least
+  double lay_from_s_ = 0;       ///< of pending_time_s_: with less, not enough is known to lay any piece
   NodeSpacing spacing_before_;  ///< of the interval laid last
   SpeedState before_;           ///< estimate at the start of pending_
   double ramp_before_ = 1e30;   ///< ramp there

@@ -14,20 +14,22 @@ namespace {
 
 using speed::GridInterval;
 
-/// The grid over pieces at these feeds, as one whole stretch.
+/// The grid over pieces at these feeds, as one whole stretch; `as_they_come`: laid as far as is known behind
+/// each.
 struct Laid {
   IdentityMap map{{kX, kY, kZ}};
   Joints joints = linear_joints(3);
   speed::PathSampler sampler{joints, map, speed::joint_rates(joints, 1, 1)};
   speed::PathGrid grid{sampler, 0.005, 0.1};
 
-  Laid(const std::vector<PathPiece>& pieces, const std::vector<double>& feeds) {
+  Laid(const std::vector<PathPiece>& pieces, const std::vector<double>& feeds, bool as_they_come = false) {
     grid.begin_stretch();
     speed::JointCurve curve;
     for (size_t i = 0; i < pieces.size(); ++i) {
       const PlanPiece piece = plan(pieces[i], feeds[i % feeds.size()], i + 1 == pieces.size());
       sampler.curve(piece, curve);
       grid.add(piece, curve);
+      if (as_they_come && !piece.ends_stretch) grid.lay(false, false);
     }
     grid.lay(true, false);
   }
@@ -74,6 +76,34 @@ TEST(PathGrid, IntervalsGrowWithTheDistanceFromASlowPlace) {
     near += d < 0.1;
   }
   EXPECT_GT(near, 15) << "some ten for each factor of 100 in the speed";
+}
+
+// The pieces come one by one. A long piece in front, which alone takes longer than what is looked ahead, must
+// not get its grid before the slow place behind it is known: P8 holds on both sides of the place, wherever it
+// lies.
+TEST(PathGrid, ALongPieceWaitsForTheSlowPlaceBehindIt) {
+  constexpr double kShortest = 5e-6;  // mm: no shorter ones are made
+  for (const double length : {0.7, 2.0, 6.0, 20.0, 60.0})
+    for (const double between : {0.0, 0.004, 0.05, 0.4}) {
+      std::vector<PathPiece> pieces = {line(0, length)};
+      std::vector<double> feeds = {100};
+      double s = length;
+      if (between > 0) {
+        pieces.push_back(line(s, s + between));
+        feeds.push_back(100);
+        s += between;
+      }
+      pieces.push_back(line(s, s + 0.002));
+      feeds.push_back(0.01);
+      pieces.push_back(line(s + 0.002, s + 20));
+      feeds.push_back(100);
+      Laid laid(pieces, feeds, true);
+      for (const GridInterval& g : laid.grid.intervals()) {
+        const double d = s - (g.s + g.h);
+        if (d < -1e-9 || d > length / 2) continue;
+        EXPECT_LE(g.h, 0.5 * (g.h + d) * 1.01 + kShortest) << length << " " << between << " " << d;
+      }
+    }
 }
 
 // Between samples the joints' derivatives are predicted to a thousandth of the limit, at the estimated speed.
