@@ -11,6 +11,7 @@
 
 #include "app/cli/commands.h"
 #include "app/daemon/command_client.h"
+#include "app/daemon/message_json.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/feature_report.h"
 #include "core/axes.h"
@@ -154,16 +155,6 @@ command_t text_command(std::int8_t verb, const std::string& text) {
 // What came in a message may be any bytes.
 std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-Json corrections_json(const status_t& status) {
-  Json out = Json::array();
-  for (std::size_t i = 0; i < status.correction_name.size(); ++i)
-    out.push_back({{"name", status.correction_name[i]},
-                   {"on", status.correction_on[i] != 0},
-                   {"offset", status.correction_offset[i]},
-                   {"warning", status.correction_warning[i]}});
-  return out;
-}
-
 void print_corrections(const status_t& status) {
   for (std::size_t i = 0; i < status.correction_name.size(); ++i) {
     const std::string& warning = status.correction_warning[i];
@@ -173,53 +164,21 @@ void print_corrections(const status_t& status) {
   }
 }
 
-Json json_of(const status_t& status) {
+// The message, and what the fault table and the session's log know besides.
+Json status_json(const status_t& status) {
   const FaultInfo* fault = find_fault(status.fault);
-  Json joints = Json::array();
-  for (std::size_t i = 0; i < status.joint_name.size(); ++i)
-    joints.push_back({{"name", status.joint_name[i]},
-                      {"unit", status.joint_unit[i]},
-                      {"homed", status.homed[i] != 0},
-                      {"limit_switch", status.limit_switch[i] != 0}});
-  return {
-      {"machine", status.machine},
-      {"pid", status.pid},
-      {"state", status.state},
-      {"fault", status.fault},
-      {"fault_joint", status.fault_joint},
-      {"fault_meaning", fault ? fault->meaning : ""},
-      {"fault_remedy", fault ? fault->remedy : ""},
-      {"waits_for", status.waits_for},
-      {"message", status.message},
-      {"program", status.program},
-      {"line", status.line},
-      {"override_wanted", status.override_wanted},
-      {"override_now", status.override_now},
-      {"rapid_override", status.rapid_override},
-      {"spindle_override", status.spindle_override},
-      {"adaptive_feed", status.adaptive_feed},
-      {"spindle_rpm", status.spindle_rpm},
-      {"single_block", status.single_block != 0},
-      {"period_s", status.period_s},
-      {"periods", status.periods},
-      {"overruns", status.overruns},
-      {"starvations", status.starvations},
-      {"wake_us", {{"p50", status.wake_us_p50}, {"p999", status.wake_us_p999}, {"max", status.wake_us_max}}},
-      {"tick_us", {{"p50", status.tick_us_p50}, {"p999", status.tick_us_p999}, {"max", status.tick_us_max}}},
-      {"realtime", status.realtime != 0},
-      {"warnings", status.warnings},
-      {"bus_health", status.bus_health},
-      {"corrections", corrections_json(status)},
-      {"features", features_json(features_of(status))},
-      {"features_more", status.features_more},
-      {"joints", joints}};
+  Json out = json_of(status);
+  out["fault_meaning"] = fault ? fault->meaning : "";
+  out["fault_remedy"] = fault ? fault->remedy : "";
+  out["features"] = features_json(features_of(status));
+  return out;
 }
 
 std::string joints_line(const status_t& status) {
   std::string text;
   for (std::size_t i = 0; i < status.joint_name.size(); ++i)
-    text += fmt::format(" {}{}{}", status.joint_name[i], status.homed[i] ? "" : " (not homed)",
-                        status.limit_switch[i] ? " (on a limit switch)" : "");
+    text += fmt::format(" {}{}{}", status.joint_name[i], status.joint_homed[i] ? "" : " (not homed)",
+                        status.joint_limit_switch[i] ? " (on a limit switch)" : "");
   return text;
 }
 
@@ -259,27 +218,10 @@ Exit show_status(const Options& options) {
   const auto status = session.client.wait_status(any, 2 * options.timeout_s + 1);
   if (!status) return Exit::kMachineFault;
   if (options.json)
-    fmt::print("{}\n", one_line(json_of(*status)));
+    fmt::print("{}\n", one_line(status_json(*status)));
   else
     print_status(*status);
   return Exit::kDone;
-}
-
-Json json_of(const motion_t& motion) {
-  return {
-      {"time_us", motion.time_us},
-      {"period", motion.period},
-      {"line", motion.line},
-      {"q_setpoint", motion.q_setpoint},
-      {"q_measured", motion.q_measured},
-      {"word", std::vector<double>(std::begin(motion.word), std::end(motion.word))},
-      {"speed_mm_s", motion.speed_mm_s},
-      {"override_now", motion.override_now},
-      {"tool_load_known", motion.tool_load_known != 0},
-      {"tool_load_alarm", motion.tool_load_alarm != 0},
-      {"tool_force_N", std::vector<double>(std::begin(motion.tool_force_N), std::end(motion.tool_force_N))},
-      {"tool_deflection_mm",
-       std::vector<double>(std::begin(motion.tool_deflection_mm), std::end(motion.tool_deflection_mm))}};
 }
 
 std::string tool_load_text(const motion_t& motion) {

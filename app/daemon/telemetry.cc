@@ -30,8 +30,8 @@ void add_joints(const Machine& machine, const CycleReport& report, trunnion::sta
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
     status.joint_name.push_back(machine.joints[i].name);
     status.joint_unit.emplace_back(machine.joints[i].kind == JointKind::kRotary ? "rad" : "mm");
-    status.homed.push_back(report.homed_mask >> i & 1u);
-    status.limit_switch.push_back(report.limit_switch_mask >> i & 1u);
+    status.joint_homed.push_back(report.homed_mask >> i & 1u);
+    status.joint_limit_switch.push_back(report.limit_switch_mask >> i & 1u);
   }
 }
 

@@ -1,10 +1,11 @@
 #!/usr/bin/python3
-"""Writes the layouts of the LCM types, from the .lcm files themselves, as a C++ header.
+"""Writes what C++ must know of the LCM types, from the .lcm files themselves: no field is typed twice.
 
-usage: make_layouts.py OUTPUT FILE.lcm...
+usage: make_layouts.py LAYOUTS.h FIELDS.h FILE.lcm...
 
-hal/wire_layout.h walks a received message by them before a decoder sees it. Only what our types use is understood:
-numbers, booleans and strings, alone or in one dimension, whose length is a constant or an int32_t field before.
+LAYOUTS.h: hal/wire_layout.h walks a received message by it before a decoder sees it. FIELDS.h: hal/message_fields.h
+visits the fields of a message by it, with their names. Only what our types use is understood: numbers, booleans and
+strings, alone or in one dimension, whose length is a constant or an int32_t field before.
 """
 import pathlib
 import re
@@ -47,25 +48,54 @@ def rows_of(fields, where):
     return rows
 
 
-def layout_of(path):
-    """The C++ text of one type."""
+def parsed(path):
+    """(package and name of the type, its fields)."""
     text = re.sub(r"//[^\n]*|/\*.*?\*/", "", path.read_text(encoding="utf-8"), flags=re.S)
     match = STRUCT.match(text.strip())
     if not match:
         raise SystemExit(f"{path}: one package and one struct are expected")
     package, name, body = match.groups()
-    rows = rows_of(fields_of(body, path), path)
-    return "\n".join(["template <>", f"struct WireLayout<{package}::{name}> {{",
+    return f"{package}::{name}", fields_of(body, path)
+
+
+def layout_of(path):
+    """The C++ text of one type's layout."""
+    name, fields = parsed(path)
+    rows = rows_of(fields, path)
+    return "\n".join(["template <>", f"struct WireLayout<{name}> {{",
                       f"  static constexpr std::array<WireField, {len(rows)}> kFields{{{{", *rows, "  }};", "};"])
 
 
-def main(output, *paths):
-    """Writes the header."""
-    head = ["// Made by hal/lcm/make_layouts.py from the .lcm files.", "#pragma once", "", "#include <array>", "",
-            '#include "hal/lcm_messages.h"', '#include "hal/wire_layout.h"', "", "namespace trn {", ""]
-    layouts = [layout_of(pathlib.Path(path)) for path in sorted(paths)]
-    pathlib.Path(output).write_text("\n".join(head) + "\n\n".join(layouts) + "\n\n}  // namespace trn\n",
+def visit_of(path):
+    """The C++ text that visits one type's fields, without the lengths of others."""
+    name, fields = parsed(path)
+    lengths = {dimension for _, _, dimension in fields if dimension}
+    rows = []
+    for kind, field, dimension in fields:
+        if field in lengths:
+            continue
+        count = dimension if dimension and not dimension.isdigit() else ""
+        boolean = "true" if kind == "boolean" else "false"
+        rows.append(f'    visit(MessageField{{"{field}", "{count}", {boolean}}}, m.{field});')
+    return "\n".join(["template <>", f"struct MessageFields<{name}> {{", "  template <typename Visit>",
+                      f"  static void each(const {name}& m, Visit visit) {{", *rows, "  }", "};"])
+
+
+def write(output, includes, texts):
+    """One header."""
+    head = ["// Made by hal/lcm/make_layouts.py from the .lcm files.", "#pragma once", "", *includes, "",
+            "namespace trn {", ""]
+    pathlib.Path(output).write_text("\n".join(head) + "\n\n".join(texts) + "\n\n}  // namespace trn\n",
                                     encoding="utf-8")
+
+
+def main(layouts, fields, *paths):
+    """Writes both headers."""
+    paths = [pathlib.Path(path) for path in sorted(paths)]
+    write(layouts, ["#include <array>", "", '#include "hal/lcm_messages.h"', '#include "hal/wire_layout.h"'],
+          [layout_of(path) for path in paths])
+    write(fields, ['#include "hal/lcm_messages.h"', '#include "hal/message_fields.h"'],
+          [visit_of(path) for path in paths])
 
 
 if __name__ == "__main__":

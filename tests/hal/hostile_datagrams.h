@@ -100,7 +100,7 @@ inline trunnion::status_t status(Random& random) {
   const std::int32_t joints = out.joint_count = below(random, 7);
   out.joint_name = several<std::string>(joints, words);
   out.joint_unit = several<std::string>(joints, words);
-  out.homed = out.limit_switch = several<std::int8_t>(joints, flag);
+  out.joint_homed = out.joint_limit_switch = several<std::int8_t>(joints, flag);
   return out;
 }
 

@@ -220,8 +220,8 @@ TEST(LcmLink, CarriesEveryMessageThereAndBack) {
   state.joint_count = 2;
   state.joint_name = {"X", "C"};
   state.joint_unit = {"mm", "rad"};
-  state.homed = {1, 0};
-  state.limit_switch = {0, 1};
+  state.joint_homed = {1, 0};
+  state.joint_limit_switch = {0, 1};
   state.wake_us_p999 = 12.5;
   link.publish("s", state);
   while (link.handle(50)) {
@@ -232,7 +232,7 @@ TEST(LcmLink, CarriesEveryMessageThereAndBack) {
   EXPECT_EQ(heard->text, sent.text);
   ASSERT_TRUE(status);
   EXPECT_EQ(status->joint_name[1], "C");
-  EXPECT_EQ(status->homed[0], 1);
+  EXPECT_EQ(status->joint_homed[0], 1);
   EXPECT_EQ(status->wake_us_p999, 12.5);
 }
 
