@@ -216,18 +216,51 @@ class RunFitter {
     const double from = std::max(a.u, u0), to = std::min(b.u, u1), step_max = (u1 - u0) / 8;
     const int parts =
         b.u - a.u < step_max / 4 ? 1 : std::max(2, static_cast<int>(std::ceil((to - from) / step_max)));
+    const auto use = [&](double u) { return usage_at(piece.at(u - u0), u, chord); };
+    const double step = (to - from) / parts;
     TubeUse worst;
     for (int p = 0; p <= parts; ++p) {
-      const double u = from + (to - from) * p / parts;
-      const TubeUse used = usage_at(piece.at(u - u0), u, chord);
+      const double u = from + step * p;
+      const TubeUse used = use(u);
       worst.raise(used);
       if (used.worst() < kNearlyAll || parts == 1) continue;
-      for (const double beside : {-0.5, -0.25, 0.25, 0.5}) {  // the peak may lie between
-        const double at = std::clamp(u + beside * (to - from) / parts, from, to);
-        worst.raise(usage_at(piece.at(at - u0), at, chord));
+      double peak_at = u, peak = used.worst();  // it may lie between
+      for (const double beside : {-0.5, -0.25, 0.25, 0.5}) {
+        const double at = std::clamp(u + beside * step, from, to);
+        const TubeUse there = use(at);
+        worst.raise(there);
+        if (there.worst() > peak) {
+          peak = there.worst();
+          peak_at = at;
+        }
       }
+      raise_to_peak(use, std::max(from, peak_at - 0.25 * step), std::min(to, peak_at + 0.25 * step), worst);
     }
     return worst;
+  }
+
+  // Beside a vertex the peak may be much narrower than the distance of the samples: golden section.
+  template <typename Use>
+  static void raise_to_peak(const Use& use, double from, double to, TubeUse& worst) {
+    constexpr double kGolden = 0.6180339887498949;
+    constexpr int kSteps = 8;
+    double left = to - kGolden * (to - from), right = from + kGolden * (to - from);
+    TubeUse at_left = use(left), at_right = use(right);
+    for (int i = 0; i < kSteps; ++i) {
+      worst.raise(at_left);
+      worst.raise(at_right);
+      if (at_left.worst() > at_right.worst()) {
+        to = right;
+        right = left;
+        at_right = at_left;
+        at_left = use(left = to - kGolden * (to - from));
+      } else {
+        from = left;
+        left = right;
+        at_left = at_right;
+        at_right = use(right = from + kGolden * (to - from));
+      }
+    }
   }
 
   // Deviation of y from the nearest place of the chord, or of the neighbouring chord when that place lies

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/path.h"
@@ -59,6 +63,59 @@ TEST(RunFit, StaysInTheToleranceAndUsesMuchOfIt) {
   EXPECT_GT(used, 0.3);
   EXPECT_LT((f.spline.derivatives_at_break(0).y - v.front().y).norm(), 1e-12);
   EXPECT_LT((f.spline.derivatives_at_break(f.spline.span_count()).y - v.back().y).norm(), 1e-12);
+}
+
+/// Distance of p from the polyline, mm.
+double tip_distance(const Vec3& p, const std::vector<RunVertex>& v) {
+  double least = 1e9;
+  for (size_t c = 0; c + 1 < v.size(); ++c) {
+    const Vec3 a = v[c].y.head<3>(), d = Vec3(v[c + 1].y.head<3>()) - a;
+    const double t = std::clamp((p - a).dot(d) / d.squaredNorm(), 0.0, 1.0);
+    least = std::min(least, (p - a - t * d).norm());
+  }
+  return least;
+}
+
+/// A few five-axis moves as CAM writes them: of very different lengths, rounded to four digits.
+std::vector<RunVertex> few_moves(std::mt19937_64& rng) {
+  std::uniform_real_distribution<double> part(-1, 1);
+  std::vector<RunVertex> out{{0, Words::Zero(), 0}};
+  Vec3 step(0.2 + 0.1 * part(rng), 0.2 * part(rng), 0.1 * part(rng));
+  double tilt = 0.015 * part(rng), u = 0;
+  const int count = 4 + static_cast<int>(2 * (1 + part(rng)));
+  for (int i = 0; i < count; ++i) {
+    step += 0.03 * Vec3(part(rng), part(rng), part(rng));
+    tilt += 0.002 * part(rng);
+    Words y = out.back().y;
+    y.head<3>() += (1e4 * step * std::pow(2, part(rng))).array().round().matrix() / 1e4;
+    y[kA] += tilt;
+    u += run_length(y - out.back().y);
+    out.push_back({u, y, 0});
+  }
+  return out;
+}
+
+// Where a vertex lies just beside a break, the greatest deviation is a peak much narrower than a span.
+TEST(RunFit, AcceptedCurvesOfFewMovesStayInAnyTolerance) {
+  std::mt19937_64 rng(1);
+  int accepted = 0;
+  for (int round = 0; round < 300; ++round) {
+    const auto v = few_moves(rng);
+    const double tolerance_mm = std::pow(10, std::uniform_real_distribution<double>(-3.5, -1.5)(rng));
+    const RunFit f = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, tolerance_mm, 9e-4});
+    if (!f.ok) continue;
+    ++accepted;
+    double worst = 0;
+    for (int k = 0; k < f.spline.span_count(); ++k) {
+      const PathPiece piece =
+          make_hermite(f.spline.derivatives_at_break(k), f.spline.derivatives_at_break(k + 1),
+                       f.spline.at_break(k + 1) - f.spline.at_break(k));
+      for (int i = 0; i < 400; ++i)
+        worst = std::max(worst, tip_distance(piece.at(piece.length * i / 400).head<3>(), v));
+    }
+    EXPECT_LE(worst, 0.982 * tolerance_mm) << "round " << round;
+  }
+  EXPECT_GT(accepted, 200);
 }
 
 // What chords themselves may be off the program is taken from the tolerance.
