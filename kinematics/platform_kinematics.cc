@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/check.h"
 #include "kinematics/finite.h"
 
 namespace trn {
@@ -28,6 +29,8 @@ PlatformConfig read_platform(const ConfigTable& section) {
 
 PlatformKinematics::PlatformKinematics(const PlatformConfig& config, int joint_count, int tilt_count)
     : config_(config), joint_count_(joint_count), tilt_count_(tilt_count) {
+  TRN_CHECK(joint_count >= 1 && static_cast<std::size_t>(joint_count) <= kMaxJoints);
+  TRN_CHECK(tilt_count == 1 || tilt_count == 2);
   tilts_.add_axis(Vec3::UnitX());
   if (tilt_count == 2) tilts_.add_axis(Vec3::UnitY());
 }
@@ -51,6 +54,7 @@ KinStatus PlatformKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_a
   const RotaryAxes::Angles seed{abc[0], abc[1]};
   const RotaryAxes::Solutions found = tilts_.solve(u, seed);
   if (found.count == 0) return KinStatus::kUnreachable;
+  TRN_CHECK(found.count <= 2);
   const bool second = found.count == 2 && distance2(found.angles[1], seed) < distance2(found.angles[0], seed);
   for (int i = 0; i < tilt_count_; ++i) abc[i] = found.angles[second ? 1 : 0][i];
   return KinStatus::kOk;

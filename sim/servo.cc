@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -29,6 +31,7 @@ Servo::Servo(const Config& config)
       transition_(transition(config.natural_frequency_rad_s, config.damping, config.period_s)) {}
 
 void Servo::step(double target, State& state) const TRN_RT {
+  TRN_CHECK(config_.period_s > 0 && config_.natural_frequency_rad_s > 0);
   const double slope = (target - state.target) / config_.period_s;
   // at constant speed the error settles here
   const double lag =

@@ -1,5 +1,6 @@
 #include "sim/simulated_drives.h"
 
+#include "core/check.h"
 #include "core/fault.h"
 #include "hal/drive_severity.h"
 
@@ -30,6 +31,7 @@ SimulatedDrives::SimulatedDrives(const Config& config) : script_(config.script) 
 }
 
 void SimulatedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
+  TRN_CHECK(static_cast<std::size_t>(setpoints.q.size()) == joints_.size());
   obey_requests();
   run_script();
   for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i].step(setpoints.q[static_cast<Eigen::Index>(i)]);

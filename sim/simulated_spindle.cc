@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 
 namespace trn {
@@ -31,6 +32,7 @@ void SimulatedSpindle::step(const IoOutputs& outputs, IoInputs& inputs) TRN_RT {
 }
 
 void SimulatedSpindle::turn(double rpm) TRN_RT {
+  TRN_CHECK(follows_ > 0 && follows_ <= 1);
   const double step = config_.acceleration_rpm_s * config_.period_s;
   aim_rpm_ = step > 0 ? std::clamp(rpm, aim_rpm_ - step, aim_rpm_ + step) : rpm;
   rpm_ += follows_ * (aim_rpm_ - rpm_);

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -83,6 +85,7 @@ void DeviationMeter::sample(const Vec3& p, const Vec3& u, std::uint32_t line, co
          {kWindowMm + kWindowSteps * step_mm + kWindowTolerances * (tolerance.tip_mm + left.tip_mm),
           kWindowDeg + kWindowSteps * step_deg + kWindowTolerances * (tolerance.axis_deg + left.axis_deg)});
   const std::size_t ahead = candidates_.size();
+  TRN_CHECK(!candidates_.empty());
   if (!settled_) search_behind(p, u, {tolerance.tip_mm + kRoundingMm, tolerance.axis_deg + kRoundingDeg});
   record(line, left);
   candidates_.resize(ahead, Candidate());
@@ -259,8 +262,11 @@ void DeviationMeter::advance() {
   const auto earliest = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
     return candidate.tip_ratio <= tip_ratio && candidate.axis_ratio <= axis_ratio;
   });
+  TRN_CHECK(earliest != candidates_.end());
+  TRN_CHECK(earliest->entry < legs_.size());
   here_ = earliest->entry;
   share_ = earliest->share;
+  TRN_CHECK(share_ >= 0 && share_ <= 1);
   drop_behind();
 }
 

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "core/check.h"
+
 namespace trn {
 
 const char* to_string(Quantity quantity) {
@@ -35,6 +37,7 @@ void LimitJudge::judge(std::size_t joint, double q, double t_s, std::uint32_t li
 }
 
 void LimitJudge::row(const TraceRow& row) {
+  TRN_CHECK(row.q.size() >= joints_.size() && row.digits.size() >= joints_.size());
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     History& past = history_[i];
     const double q = row.q[i];

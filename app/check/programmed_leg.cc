@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 
 namespace trn {
@@ -154,6 +155,7 @@ int ProgrammedLeg::turn_pieces(double shares) const {
 // both ends are farther away than the best place by half of it, that is not the one.
 double ProgrammedLeg::smallest_angle_deg(const Vec3& u, double from, double to, double enough_deg) const {
   const int pieces = turn_pieces(to - from);
+  TRN_CHECK(from <= to && pieces >= 1 && pieces <= static_cast<int>(kTurnPiecesMax));
   const double width = (to - from) / pieces;
   std::array<double, static_cast<std::size_t>(kTurnPiecesMax) + 1> angle{}, way{};
   Vec3 before = axis(from);

@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "app/daemon/telemetry.h"
+#include "core/check.h"
 #include "hal/socket_owner.h"
 #include "hal/udp_group.h"
 
@@ -56,6 +57,7 @@ void CommandServer::receive(const trunnion::command_t& command) {
   if (waits) return;
   if (waiting_.size() >= kWaitingMax) return turn_away(ticket, true);
   waiting_.push_back(command);
+  TRN_CHECK(waiting_.size() <= kWaitingMax);
 }
 
 void CommandServer::poll() {

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "kernel/joint_ramp.h"
 
@@ -62,6 +63,7 @@ JogOrder plan_jog(const JogWish& wish, const Kinematics* kinematics, const Joint
     return order;
   }
   order.joint = found->joint;
+  TRN_CHECK(found->joint >= 0 && static_cast<std::size_t>(found->joint) < joints.size());
   const Joint& joint = joints[static_cast<std::size_t>(found->joint)];
   const std::string& name = wish.word.empty() ? joint.name : wish.word;
   const double from = q[found->joint], wanted = found->sense * wish.way;

@@ -1,5 +1,7 @@
 #include "app/daemon/reply_cache.h"
 
+#include "core/check.h"
+
 namespace trn {
 
 const trunnion::acknowledge_t* ReplyCache::find(const trunnion::command_t& command) const {
@@ -10,6 +12,7 @@ const trunnion::acknowledge_t* ReplyCache::find(const trunnion::command_t& comma
 void ReplyCache::enter(const trunnion::acknowledge_t& answer) {
   const Key key{answer.client, answer.sequence};
   if (answers_.insert_or_assign(key, answer).second) oldest_first_.push_back(key);
+  TRN_CHECK(answers_.size() == oldest_first_.size());
   if (oldest_first_.size() <= kCapacity) return;
   answers_.erase(oldest_first_.front());
   oldest_first_.pop_front();

@@ -6,6 +6,8 @@
 #include <array>
 #include <vector>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -138,6 +140,7 @@ std::string refuse_by_conditions(E event, const Conditions& conditions) {
 }  // namespace
 
 std::string_view to_string(MachineState state) {
+  TRN_CHECK(state < MachineState::kCount);
   static constexpr std::string_view kNames[] = {"off",     "starting", "idle",    "running",
                                                 "holding", "stopping", "jogging", "homing",
                                                 "fault",   "estop",    "closing"};
@@ -146,6 +149,7 @@ std::string_view to_string(MachineState state) {
 }
 
 std::string_view to_string(Event event) {
+  TRN_CHECK(event < Event::kCount);
   static constexpr std::string_view kNames[] = {
       "load",        "start",  "hold",       "resume",      "stop",         "mdi",        "jog",
       "home",        "estop",  "reset",      "terminate",   "drives_ready", "drives_off", "start_failed",
@@ -157,6 +161,7 @@ std::string_view to_string(Event event) {
 std::span<const Transition> Supervisor::table() { return kTable; }
 
 Decision Supervisor::handle(Event event, const Conditions& conditions) {
+  TRN_CHECK(event < Event::kCount);
   const bool command = static_cast<int>(event) < kCommandEvents;
   const Transition* row = find(state_, event);
   if (!row) return {kDoNothing, command ? refuse_by_state(state_, event) : ""};

@@ -10,12 +10,15 @@
 #include <future>
 #include <system_error>
 
+#include "core/check.h"
+
 namespace trn {
 
 TickThread::TickThread(const RealtimeConfig& config, double period_s, std::function<void(int)> tick) {
   std::promise<void> ready;
   std::future<void> is_ready = ready.get_future();
   const std::int64_t period_ns = std::llround(period_s * 1e9);
+  TRN_CHECK(period_ns > 0);
   thread_ =
       std::thread([this, config, period_ns, tick = std::move(tick), ready = std::move(ready)]() mutable {
         pthread_setname_np(pthread_self(), "tick");

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "app/session/range_check.h"
+#include "core/check.h"
 #include "core/ports.h"
 #include "core/safe_file.h"
 #include "core/units.h"
@@ -111,6 +112,7 @@ struct Pipeline::PieceObserver : PieceSink {
   PieceObserver(SpeedPlanner& next_in, PipelineObservers& observers)
       : next(next_in), seen(std::move(observers.piece)), planned(std::move(observers.stretch)) {}
   void piece(const PlanPiece& p) override {
+    TRN_CHECK(p.piece.length > 0);
     if (seen) seen(p);
     next.piece(p);
     if (!p.ends_stretch) return;
@@ -126,6 +128,7 @@ struct Pipeline::PieceObserver : PieceSink {
 
 struct Pipeline::BlockQueue : BlockSink {
   void block(const MotionBlock& b) override {
+    TRN_CHECK(!end_given);
     if (b.event.kind == QueueEvent::Kind::kProgramEnd && b.segment_count == 0) end_given = true;
     items.push_back(b);
   }
@@ -175,6 +178,7 @@ bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std:
   }
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
+  TRN_CHECK(block.segment_count <= MotionBlock::kMaxSegments);
   blocks_->items.pop_front();
   return true;
 }

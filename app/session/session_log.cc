@@ -12,6 +12,7 @@
 
 #include "app/session/feature_report.h"
 #include "core/axes.h"
+#include "core/check.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/move.h"
 
@@ -64,6 +65,7 @@ Fault fault_of(const Json& json) {
 std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 Json to_json(const SessionEntry& entry) {
+  TRN_CHECK(static_cast<std::size_t>(entry.kind) < std::size(kEntryNames));
   Json json{{"period", entry.period}, {"entry", kEntryNames[static_cast<std::size_t>(entry.kind)]}};
   if (entry.kind == Kind::kProgram) {
     json["path"] = entry.program.path;
@@ -92,6 +94,7 @@ Json to_json(const SessionEntry& entry) {
   }
   if (entry.kind == Kind::kFeatures) json["features"] = features_json(entry.features);
   if (entry.kind != Kind::kCommand) return json;
+  TRN_CHECK(static_cast<std::size_t>(entry.command.kind) < std::size(kCommandNames));
   json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
   json["value"] = entry.command.value;
   json["speed"] = entry.command.speed;

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/check.h"
 #include "core/path.h"
 #include "core/units.h"
 #include "interp/gcode/error.h"
@@ -150,6 +151,8 @@ std::vector<Words> Lowering::great_circle(const Words& to) const {
 }
 
 bool Lowering::on_great_circle(const Words& to, int parts, std::vector<Words>& way) const {
+  TRN_CHECK(kinematics_ != nullptr);
+  TRN_CHECK(parts >= 1 && parts <= kAxisChordsMax);
   const auto axis = [&](const Vec3& abc) { return Vec3(kinematics_->orientation(abc).col(2)); };
   const Vec3 from_u = axis(words_.tail<3>()), to_u = axis(to.tail<3>());
   if (from_u.cross(to_u).norm() < kSameWords_rad) return false;
@@ -168,6 +171,7 @@ bool Lowering::on_great_circle(const Words& to, int parts, std::vector<Words>& w
     Words& next = way.emplace_back(words_ + (to - words_) * t);
     next.tail<3>() = before = abc;
   }
+  TRN_CHECK(way.size() == static_cast<std::size_t>(parts));
   way.back() = to;
   return true;
 }
@@ -195,6 +199,8 @@ void Lowering::arc(const canon::ArcFeed& arc) {
     sweep = 2 * kPi;
   else if (sweep <= 0)
     sweep += 2 * kPi;
+  TRN_CHECK(arc.turns != 0);
+  TRN_CHECK(!(sweep <= 0));
   sweep += 2 * kPi * (std::abs(arc.turns) - 1);
   Vec3 centre_P = from_P;
   centre_P[first] = centre.x();
@@ -221,6 +227,7 @@ void Lowering::spline(const canon::NurbsFeed& spline) {
   ProgramWords at = spline.to;
   std::vector<Words> way;
   const std::vector<Vec3>& hull = *spline.bezier;
+  TRN_CHECK(!hull.empty() && hull.size() % 4 == 0);
   for (std::size_t i = 0; i + 3 < hull.size(); i += 4) {
     const Vec3* c = hull.data() + i;
     const double bend = std::max((c[0] - 2 * c[1] + c[2]).norm(), (c[1] - 2 * c[2] + c[3]).norm()) * scale;
@@ -284,6 +291,7 @@ void Lowering::close_gear(const canon::StartFeedSync& gear) {
 }
 
 void Lowering::gear_event(GearMode mode, double turns_s) {
+  TRN_CHECK(per_turn_ > 0);
   const double per_turn_mm = inch_ ? per_turn_ * kMmPerInch : per_turn_;
   const auto argument = static_cast<std::int32_t>(mode);
   sink_.event({QueueEvent::Kind::kGearStart, turns_s, argument, overrides_, per_turn_mm}, move_.source);

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -85,10 +87,13 @@ std::int32_t NameTable::intern(std::string_view name) {
   const auto id = static_cast<std::int32_t>(names_.size());
   names_.emplace_back(name);
   ids_.emplace(std::string(name), id);
+  TRN_CHECK(ids_.size() == names_.size());
   return id;
 }
 
 void Parameters::Named::set(std::int32_t id, double v) {
+  TRN_CHECK(id >= 0);
+  TRN_CHECK(known.size() == value.size());
   const auto i = static_cast<std::size_t>(id);
   if (i >= known.size()) {
     known.resize(i + 1, false);
@@ -104,6 +109,7 @@ Parameters::Parameters() : numbered_(parameter::kMax + 1, 0.0), frames_(1) {
 }
 
 void Parameters::push_frame(std::span<const double> arguments) {
+  TRN_CHECK(arguments.size() <= parameter::kLocalCount);
   ++depth_;
   if (frames_.size() <= depth_) frames_.resize(depth_ + 1);
   Named& frame = frames_[depth_];
@@ -114,6 +120,7 @@ void Parameters::push_frame(std::span<const double> arguments) {
 }
 
 void Parameters::pop_frame() {
+  TRN_CHECK(depth_ > 0 && depth_ < frames_.size());
   const Named& frame = frames_[depth_];
   std::copy(frame.caller_locals.begin(), frame.caller_locals.end(), numbered_.begin() + 1);
   --depth_;

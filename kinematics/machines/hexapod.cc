@@ -153,6 +153,7 @@ double Hexapod::balancing_turn(const Pose& X_RP) const TRN_RT {
     leg.constant -= mean.constant;
   }
   const double limit = config_.free_turn_max;
+  TRN_CHECK(limit >= 0);
   return limit > 0 ? limit * std::tanh(least_variance(legs) / limit) : 0.0;
 }
 

@@ -73,6 +73,7 @@ RailMill::RailMill(const RailMillConfig& config)
   radius_ = 0;
   for (const Rail& rail : config_.rails) radius_ += rail.platform_P.norm() / 4;
   actuators(config_.platform.home_X_RP, home_q_);
+  TRN_CHECK(radius_ > 0);
 }
 
 KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {

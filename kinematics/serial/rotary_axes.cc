@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "kinematics/serial/chain.h"
 
@@ -32,6 +33,7 @@ double snapped(double value) { return std::abs(value) < kRounding ? 0.0 : value;
 }  // namespace
 
 bool RotaryAxes::add_axis(const Vec3& axis) {
+  TRN_CHECK(std::abs(axis.norm() - 1) < 1e-9);
   if (count_ == kMax) return false;
   axis_[count_++] = axis;
   if (count_ < 2) return true;

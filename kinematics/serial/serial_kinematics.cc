@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/solve3.h"
 #include "core/units.h"
 #include "kinematics/finite.h"
@@ -22,9 +23,11 @@ bool is_rotary_word(int word) TRN_RT { return word >= kA; }
 
 SerialKinematics::SerialKinematics(const SerialConfig& config)
     : config_(config), joint_count_(static_cast<int>(config.joints.size())) {
+  TRN_CHECK(config.joints.size() <= kMaxJoints);
   int linear = 0;
   for (int i = 0; i < config_.chain.size(); ++i) {
     const ChainStep& step = config_.chain.step(i);
+    TRN_CHECK(step.joint >= 0 && step.joint < joint_count_);
     word_mask_ |= 1u << config_.words[step.joint].word;
     if (step.kind == JointKind::kRotary) {
       const int n = rotary_.count();

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "core/check.h"
 #include "hal/can/frame.h"
 
 namespace trn {
@@ -26,6 +27,7 @@ class FrameQueue {
     return true;
   }
   void pop() {
+    TRN_CHECK(count_ > 0);
     first_ = (first_ + 1) % items_.size();
     --count_;
   }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 
+#include "core/check.h"
 #include "hal/can/nmt.h"
 
 namespace trn {
@@ -14,6 +15,7 @@ constexpr int kBlock = 127;
 
 void SdoServer::answer(std::initializer_list<std::uint8_t> head, std::span<const std::uint8_t> rest) {
   std::array<std::uint8_t, 8> bytes{};
+  TRN_CHECK(head.size() >= 1 && head.size() + rest.size() <= 8);
   std::copy(head.begin(), head.end(), bytes.begin());
   std::copy_n(rest.begin(), std::min(rest.size(), 8 - head.size()),
               bytes.begin() + static_cast<std::ptrdiff_t>(head.size()));
@@ -116,6 +118,7 @@ void SdoServer::start_upload() {
 
 void SdoServer::give_segment(const CanFrame& frame) {
   if (mode_ != Mode::kUpload) return abort(sdo_abort::kCommand);
+  TRN_CHECK(position_ <= data_.size());
   if (((frame.data[0] & 0x10) != 0) != toggle_) return abort(sdo_abort::kToggle);
   const std::size_t size = std::min(kSegment, data_.size() - position_);
   const bool last = position_ + size == data_.size();
@@ -141,6 +144,7 @@ void SdoServer::take_block_segment(const CanFrame& frame) {
   const int number = frame.data[0] & 0x7F;
   const bool last = frame.data[0] & 0x80;
   const bool in_order = number == sequence_ + 1;
+  TRN_CHECK(sequence_ >= 0 && sequence_ <= kBlock);
   if (in_order) {
     ++sequence_;
     data_.insert(data_.end(), frame.data.begin() + 1, frame.data.begin() + 8);
@@ -189,6 +193,8 @@ void SdoServer::block_upload(const CanFrame& frame) {
 }
 
 void SdoServer::give_block() {
+  TRN_CHECK(position_ <= data_.size());
+  TRN_CHECK(block_size_ >= 1 && block_size_ <= kBlock);
   block_start_ = position_;
   int number = 0;
   do {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "hal/can/bus_budget.h"
 
 namespace trn {
@@ -145,6 +146,7 @@ void VirtualBus::run_until(std::int64_t time_ns) {
     }
     // idle: nodes may get ready with their answers
     const std::int64_t next_ns = in_flight_ ? end_ns_ : std::min(next_poll_ns_, now_ns_ + 10'000);
+    TRN_CHECK(next_ns > now_ns_);
     now_ns_ = std::min(next_ns, time_ns);
     if (!in_flight_ || now_ns_ < end_ns_) continue;
     in_flight_ = false;

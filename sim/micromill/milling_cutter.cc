@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 
 namespace trn {
@@ -13,6 +14,7 @@ MillingCutter::MillingCutter(const Config& config) : config_(config) {
   for (int tooth = 0; tooth < kTeeth; ++tooth)
     tooth_radius_mm_[static_cast<std::size_t>(tooth)] =
         config.radius_mm + config.runout_mm * std::cos(config.runout_angle_rad + 2 * kPi * tooth / kTeeth);
+  TRN_CHECK(config.radius_mm > 0);
   helix_lag_rad_mm_ = std::tan(config.helix_rad) / config.radius_mm;
   steps_per_tooth_ = 2 * kPi / (kTeeth * config.spindle_rad_s * config.step_s);
   centres_.assign(static_cast<std::size_t>(std::ceil(kTeeth * steps_per_tooth_)) + 2, Vector2d::Zero());

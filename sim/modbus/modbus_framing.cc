@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -40,6 +42,7 @@ std::optional<ModbusRequest> take_tcp_request(std::vector<std::uint8_t>& bytes) 
   if (bytes.size() < size) return std::nullopt;
   ModbusRequest request{static_cast<std::uint16_t>(bytes[0] << 8 | bytes[1]), bytes[6], {}};
   const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(size);
+  TRN_CHECK(size > kMbapSize - 1);
   request.pdu.assign(bytes.begin() + kMbapSize, end);
   bytes.erase(bytes.begin(), end);
   return request;

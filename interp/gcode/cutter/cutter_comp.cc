@@ -5,6 +5,7 @@
 #include <cmath>
 #include <vector>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "interp/gcode/cutter/plane_curve.h"
 #include "interp/gcode/error.h"
@@ -91,6 +92,7 @@ const ProgramWords& target_of(const CanonCommand& command) {
 
 void CutterComp::start(bool left, double radius, Plane plane, const ProgramWords& from, double rounding,
                        int orientation) {
+  TRN_CHECK(orientation >= 0 && orientation <= 9);
   active_ = true;
   left_ = left;
   radius_ = radius;
@@ -118,12 +120,14 @@ CutterComp::Point CutterComp::side_normal(const Point& t) const {
 }
 
 CutterComp::Point CutterComp::tangent(const Element& e, bool at_end) const {
+  TRN_CHECK(e.shape == Shape::kLine || e.shape == Shape::kArc);
   if (e.shape == Shape::kLine) return (e.to - e.from).normalized();
   const Point spoke = ((at_end ? e.to : e.from) - e.centre).normalized();
   return e.turn * turned_left(spoke);
 }
 
 CutterComp::Element CutterComp::make_element(const CanonCommand& command, const BlockPlace& at) const {
+  TRN_CHECK(active_ && is_motion(command));
   Element e;
   e.command = command;
   e.place = at;
@@ -213,6 +217,7 @@ void CutterComp::gouge(const Element& e, std::uint32_t other_line) const {
 // An inside corner shortens an arc. Where it takes more than there is, the ends have passed each other and
 // the arc would go nearly a full turn round: the tool has no path beside it.
 void CutterComp::check_arc(const Element& e, std::uint32_t other_line) const {
+  TRN_CHECK(e.shape != Shape::kArc || e.turn == 1 || e.turn == -1);
   if (e.shape != Shape::kArc || e.entry) return;
   const double programmed = sweep_of(e.centre, e.from, e.to, e.turn);
   const double left = sweep_of(e.centre, e.a, e.b, e.turn);
@@ -296,6 +301,7 @@ void CutterComp::move(const CanonCommand& command, const BlockPlace& at, CanonSi
 }
 
 void CutterComp::pass(const CanonCommand& command, std::uint32_t line, CanonSink& sink) {
+  TRN_CHECK(!is_motion(command));
   if (waiting_.empty()) return sink.put(command, line);
   Element e;
   e.command = command;
@@ -334,6 +340,7 @@ void CutterComp::emit(const Element& e, CanonSink& sink) {
 }
 
 ProgramWords CutterComp::finish(CanonSink& sink) {
+  TRN_CHECK(active_);
   if (!waiting_.empty() && is_motion(waiting_.front().command) &&
       waiting_.front().shape != Shape::kVertical) {
     check_arc(waiting_.front(), waiting_.front().place.line);
@@ -341,6 +348,7 @@ ProgramWords CutterComp::finish(CanonSink& sink) {
     check_.end();
   }
   release(sink);
+  TRN_CHECK(waiting_.empty());
   active_ = false;
   return entered_ ? tool_ : programmed_;
 }

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -56,10 +58,12 @@ void GougeCheck::Contour::keep(const Move& move, double touch) {
   tree.add(around(move.contour, touch));
   first = 0;
   last = moves.size() - 1;
+  TRN_CHECK(area.size() == moves.size() && length.size() == moves.size());
 }
 
 // By the walls from the start of a move to a place.
 double GougeCheck::Contour::swept(std::size_t from, const Station& to) const {
+  TRN_CHECK(from < moves.size() && to.move < moves.size());
   if (to.move < from) return 0;
   const double piece = swept_area(piece_of(moves[to.move].contour, 0, to.fraction));
   return to.move == from ? piece : swept_area(moves[from].contour) + area[to.move] - area[from + 1] + piece;
@@ -117,6 +121,8 @@ std::optional<std::size_t> GougeCheck::wall_near(const Move& move, double first,
 // positive counterclockwise. Sums of `swept_area` over whole moves are kept (Contour::area), so that only the
 // two pieces at the ends are computed. 0 for a sliver, which comes of rounding.
 double GougeCheck::enclosed(const Station& from, const Station& to) const {
+  TRN_CHECK(from.move < contour_.moves.size() && to.move < contour_.moves.size());
+  TRN_CHECK(from.move <= to.move);
   const PlaneCurve& one = contour_.moves[from.move].contour;
   const PlaneCurve& two = contour_.moves[to.move].contour;
   const Point start = point_at(one, from.fraction), end = point_at(two, to.fraction);
@@ -223,6 +229,7 @@ void GougeCheck::close_anew() {
 // enclose little between them) or on the very move of the way in. A second lap encloses a sliver only and
 // does not count.
 bool GougeCheck::comes_back(const Station& station, double fraction) const {
+  TRN_CHECK(station.move < loop_.moves.size() && !contour_.moves.empty());
   const Move& wall = loop_.moves[station.move];
   const Move& move = contour_.moves.back();
   const double rise = mix(move.from_height, move.to_height, fraction) -
@@ -245,6 +252,7 @@ void GougeCheck::follow(const Move& move, double first) {
 // The contour has closed: from `start` to `fraction` of its last move it is the wall of a part. Both moves
 // are cut off there, the part is judged, and what is left of the last move begins what follows.
 void GougeCheck::close(const Station& start, double fraction) {
+  TRN_CHECK(start.move <= contour_.last && contour_.last < contour_.moves.size());
   loop_area_ = enclosed(start, {contour_.last, fraction});
   const Move closing = contour_.moves.back();
   const double at = fraction_of(closing.path, point_at(closing.contour, fraction));
@@ -277,6 +285,8 @@ void GougeCheck::close(const Station& start, double fraction) {
 // Whether a move is a lead-in or lead-out: an arc bent round the tool that runs tangentially into its
 // neighbour.
 bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
+  TRN_CHECK(move < contour_.moves.size() && neighbour < contour_.moves.size());
+  TRN_CHECK(move != neighbour);
   const PlaneCurve& arc = contour_.moves[move].contour;
   if ((arc.turn > 0) != left_ || arc.turn == 0) return false;
   const bool before = move < neighbour;
@@ -286,6 +296,7 @@ bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
 }
 
 void GougeCheck::skip_leads() {
+  TRN_CHECK(contour_.first <= contour_.last);
   if (contour_.last > contour_.first && leads(contour_.first, contour_.first + 1)) ++contour_.first;
   if (contour_.last > contour_.first && leads(contour_.last, contour_.last - 1)) --contour_.last;
 }
@@ -296,6 +307,7 @@ void GougeCheck::judge(const Contour& contour) {
   for (std::size_t i = 0; i < count; ++i) {
     const auto wall = wall_near(contour.moves[i], 0, 1, contour);
     if (!wall) continue;
+    TRN_CHECK(*wall < count);
     const auto [earlier, later] = std::minmax(i, *wall);
     gouges_.push_back({contour.moves[later].place, contour.moves[earlier].place, false});
     told_ = true;

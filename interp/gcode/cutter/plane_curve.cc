@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 
 namespace trn {
@@ -20,6 +21,7 @@ double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.
 
 // True if the ray from the arc's centre to p meets the arc.
 bool faces(const PlaneCurve& arc, const Point& p) {
+  TRN_CHECK(arc.turn != 0);
   if ((p - arc.centre).norm() < kTiny) return true;
   const double whole = sweep_of(arc.centre, arc.from, arc.to, arc.turn);
   const double part = sweep_of(arc.centre, arc.from, p, arc.turn);
@@ -27,6 +29,7 @@ bool faces(const PlaneCurve& arc, const Point& p) {
 }
 
 double to_line(const Point& p, const PlaneCurve& line) {
+  TRN_CHECK(line.turn == 0);
   const Point d = line.to - line.from;
   const double length2 = d.squaredNorm();
   const double t = length2 > 0 ? std::clamp((p - line.from).dot(d) / length2, 0.0, 1.0) : 0;
@@ -47,6 +50,7 @@ bool lines_cross(const PlaneCurve& one, const PlaneCurve& two) {
 // Ends apart, the line is nearest to the arc, or meets it, on the normal through the arc's centre or where it
 // crosses the circle.
 double line_to_arc(const PlaneCurve& line, const PlaneCurve& arc) {
+  TRN_CHECK(line.turn == 0 && arc.turn != 0);
   const Point d = line.to - line.from;
   const double length = d.norm();
   if (length < kTiny) return to_arc(line.from, arc);
@@ -69,6 +73,7 @@ double line_to_arc(const PlaneCurve& line, const PlaneCurve& arc) {
 
 // Ends apart, two arcs are nearest to each other on the line through both centres, or they cross.
 double arc_to_arc(const PlaneCurve& one, const PlaneCurve& two) {
+  TRN_CHECK(one.turn != 0 && two.turn != 0);
   const Point d = two.centre - one.centre;
   const double gap = d.norm(), r1 = one.radius(), r2 = two.radius();
   double least = std::numeric_limits<double>::infinity();
@@ -102,6 +107,7 @@ void cross_lines(const PlaneCurve& one, const PlaneCurve& two, FewPoints& points
 }
 
 void cross_line_and_circle(const PlaneCurve& line, const PlaneCurve& arc, FewPoints& points) {
+  TRN_CHECK(line.turn == 0 && arc.turn != 0);
   const Point d = line.to - line.from;
   if (d.norm() < kTiny) return;
   const Point u = d.normalized();
@@ -113,6 +119,7 @@ void cross_line_and_circle(const PlaneCurve& line, const PlaneCurve& arc, FewPoi
 }
 
 void cross_circles(const PlaneCurve& one, const PlaneCurve& two, FewPoints& points) {
+  TRN_CHECK(one.turn != 0 && two.turn != 0);
   const Point d = two.centre - one.centre;
   const double gap = d.norm(), r1 = one.radius(), r2 = two.radius();
   if (gap < kRounding * (r1 + r2)) return;
@@ -126,6 +133,7 @@ void cross_circles(const PlaneCurve& one, const PlaneCurve& two, FewPoints& poin
 }  // namespace
 
 double sweep_of(const Point& centre, const Point& from, const Point& to, int turn) {
+  TRN_CHECK(turn == 1 || turn == -1);
   const Point a = from - centre, b = to - centre;
   double angle = turn * std::atan2(cross(a, b), a.dot(b));
   if (angle <= kTiny) angle += 2 * kPi;
@@ -195,6 +203,7 @@ Meetings meetings(const PlaneCurve& one, const PlaneCurve& two, double touch) {
   Meetings found;
   for (std::size_t i = 0; i < points.count; ++i) {
     const Point& p = points.at[i];
+    TRN_CHECK(found.count < found.at.size());
     if (distance(p, one) <= touch && distance(p, two) <= touch)
       found.at[found.count++] = {fraction_of(one, p), fraction_of(two, p)};
   }

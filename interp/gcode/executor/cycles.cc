@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/check.h"
 #include "core/frames.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
@@ -99,6 +100,7 @@ void Executor::cycle(const Block& b, GCode motion) {
     fail(GcodeErrorCode::kCycle, column,
          fmt::format("{}: R {:.4f} lies below the bottom {:.4f}", name, hole.r, hole.bottom),
          "R above the bottom");
+  TRN_CHECK(!(hole.bottom > hole.r));
   // Preliminary motion (RS274/NGC section 3.5.16.1): from below R the tool first rises to R where it stands;
   // between the holes it moves at `height`.
   double height = s_.position[axes.depth];
@@ -108,6 +110,7 @@ void Executor::cycle(const Block& b, GCode motion) {
     height = hole.r;
   }
   hole.clear = s_.modal.retract_to_start ? std::max(s_.cycle.initial, hole.r) : hole.r;
+  TRN_CHECK(hole.clear >= hole.r);
   // A cycle is drilled in exact path mode, so that no corner at the bottom of a hole is rounded off.
   const bool was_exact = s_.modal.path == MotionControl::kExactPath;
   if (!was_exact) put(canon::SetMotionControlMode{MotionControl::kExactPath, 0, 0});
@@ -141,6 +144,7 @@ Executor::Hole Executor::first_hole(const Block& b, const CycleAxes& axes) const
 
 // The holes of one block: L of them in G91, each a step further; in G90 they are all the same hole.
 void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, int repeats) {
+  TRN_CHECK(repeats >= 1);
   const CycleAxes axes = hole.axes;
   for (int i = 0; i < repeats; ++i) {
     if (s_.modal.incremental && b.has_polar()) {
@@ -226,6 +230,7 @@ void Executor::cycle_hole(GCode motion, const Hole& hole) {
 // G83 retracts to R behind every peck, so that the chips come out; G73 only by the clearance, so that they
 // break. The rapid back down stops the clearance above the depth that has been drilled.
 void Executor::peck(const Hole& hole, bool full_retract) {
+  TRN_CHECK(s_.cycle.q > 0);
   const double clearance = from_mm(parts_.config.peck_clearance_mm);
   for (double depth = hole.r - s_.cycle.q; depth > hole.bottom; depth -= s_.cycle.q) {
     cycle_to(hole, hole.first, hole.second, depth, false);
@@ -302,6 +307,7 @@ void Executor::tilted_drilling(const Block& b) {
   const ProgramWords mouth = target(b);
   const Mat3 R_PB = (parts_.kinematics->home_X_BM().R * frame().X_MP().R).transpose();
   const Vec3 axis = R_PB * parts_.kinematics->orientation(orientation_abc_rad(mouth)).col(2);
+  TRN_CHECK(std::abs(axis.norm() - 1) < 1e-9);
   const auto along = [&](double distance) {
     ProgramWords to = mouth;
     to.xyz += distance * axis;
@@ -310,6 +316,8 @@ void Executor::tilted_drilling(const Block& b) {
   const ProgramWords clear = along(s_.cycle.retract);
   put(canon::StraightTraverse{clear});
   const int count = static_cast<int>(pecks);
+  TRN_CHECK(count >= 1);
+  TRN_CHECK(s_.cycle.h < 0 && s_.cycle.retract >= 0);
   const double clearance = from_mm(parts_.config.peck_clearance_mm);
   for (int i = 1; i <= count; ++i) {
     const double before = s_.cycle.h * (i - 1) / count;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -9,9 +11,12 @@ constexpr int kPiecesPerSpan = 16;
 }
 
 Vec3 NurbsCurve::at(double u) const {
+  TRN_CHECK(order >= 1 && points.size() >= static_cast<std::size_t>(order));
+  TRN_CHECK(knots.size() >= points.size() + static_cast<std::size_t>(order));
   const auto p = static_cast<std::size_t>(order) - 1;
   std::size_t span = p;
   while (span + 1 < points.size() && u >= knots[span + 1]) ++span;
+  TRN_CHECK(span < points.size() && span >= p);
   std::vector<Eigen::Vector4d> d;
   for (std::size_t i = span - p; i <= span; ++i) {
     Eigen::Vector4d weighted = points[i] * points[i][3];
@@ -29,6 +34,7 @@ Vec3 NurbsCurve::at(double u) const {
 }
 
 std::vector<double> clamped_uniform_knots(std::size_t points, int order) {
+  TRN_CHECK(order >= 1 && points >= static_cast<std::size_t>(order));
   std::vector<double> knots;
   const int last = static_cast<int>(points) - order + 1;
   for (int i = 0; i < static_cast<int>(points) + order; ++i)
@@ -37,6 +43,7 @@ std::vector<double> clamped_uniform_knots(std::size_t points, int order) {
 }
 
 std::vector<Vec3> cubic_hulls(const NurbsCurve& curve) {
+  TRN_CHECK(curve.order >= 1 && curve.knots.size() > curve.points.size());
   std::vector<Vec3> hulls;
   for (std::size_t k = static_cast<std::size_t>(curve.order) - 1; k < curve.points.size(); ++k) {
     const double from = curve.knots[k], h = (curve.knots[k + 1] - from) / kPiecesPerSpan;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/check.h"
 #include "core/frames.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
@@ -111,6 +112,7 @@ void Executor::nurbs(const Block& b, GCode motion) {
   for (const NurbsPoint& p : nurbs_) curve.points.emplace_back(p.x, p.y, 0, p.weight);
   auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(curve));
   ProgramWords to = s_.position;
+  TRN_CHECK(!nurbs_.empty() && !hull->empty());
   to[kX] = nurbs_.back().x;
   to[kY] = nurbs_.back().y;
   put(canon::NurbsFeed{static_cast<int>(nurbs_.size()), to, hull, false, curve_rate_});
@@ -170,6 +172,7 @@ void Executor::finish_rational(std::uint32_t column) {
          "at least as many control points as the order, and knots that rise");
   auto hull = std::make_shared<std::vector<Vec3>>(cubic_hulls(rational_));
   ProgramWords to = s_.position;
+  TRN_CHECK(!hull->empty());
   to.xyz = hull->back();
   put(canon::NurbsFeed{static_cast<int>(rational_.points.size()), to, hull, true, curve_rate_});
   s_.position = to;

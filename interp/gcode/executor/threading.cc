@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
@@ -87,6 +88,7 @@ void Executor::threading_cycle(const Block& b) {
   const ProgramWords end = target(b);
   const double first = (s_.modal.diameter ? 0.5 : 1) * b['J'];
   const double power = 1 / std::max(1.0, b.get('R', 1));
+  TRN_CHECK(first > 0 && first < thread.depth);
   if (std::pow(thread.depth / first, 1 / power) > kPassesMax)
     fail(GcodeErrorCode::kBadValue, b.at('J'), 'J', b['J'], "G76",
          fmt::format("a first depth that needs at most {} passes", kPassesMax));
@@ -103,6 +105,8 @@ void Executor::threading_cycle(const Block& b) {
 
 // In at the flank's angle, along the thread, out again.
 void Executor::thread_pass(const Thread& thread, double depth) {
+  TRN_CHECK(depth > 0 && depth <= thread.depth);
+  TRN_CHECK(!(thread.entry || thread.exit) || thread.taper != 0);
   ProgramWords at = s_.position;
   const auto traverse = [&] { put(canon::StraightTraverse{at}); };
   const auto feed = [&] { put(canon::StraightFeed{at, 0}); };

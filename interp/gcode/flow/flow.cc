@@ -6,6 +6,7 @@
 #include <cmath>
 #include <utility>
 
+#include "core/check.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/text/foreign_words.h"
 
@@ -19,6 +20,7 @@ Flow::Flow(const ProgramConfig& config, Parameters& parameters, Evaluator& evalu
       parser_(parameters.names(), labels_, config.words) {}
 
 void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::string folder) {
+  TRN_CHECK(source != nullptr);
   auto made = std::make_unique<File>();
   made->name = std::move(name);
   made->folder = std::move(folder);
@@ -106,6 +108,7 @@ void Flow::begin_again() {
 }
 
 bool Flow::read_line(std::string_view& line) {
+  TRN_CHECK(next_.file >= 0 && static_cast<std::size_t>(next_.file) < files_.size());
   File& f = *files_[static_cast<std::size_t>(next_.file)];
   if (!reader_there_) {
     if (!f.reader->seek(next_.at)) fail(GcodeErrorCode::kNotSeekable, 1, "a loop or a sub-program");
@@ -170,6 +173,7 @@ const ParsedBlock* Flow::fetch_kept() {
   } else {
     reader_there_ = false;
   }
+  TRN_CHECK(node >= 0 && static_cast<std::size_t>(node) < store_.size());
   Node& kept = store_[static_cast<std::size_t>(node)];
   if (before >= 0 && static_cast<std::size_t>(before) < store_.size()) {
     Node& previous = store_[static_cast<std::size_t>(before)];
@@ -195,6 +199,8 @@ void Flow::drop_store_if_full() {
 }
 
 void Flow::go(const CodePlace& place, std::int32_t node) {
+  TRN_CHECK(place.file >= 0 && static_cast<std::size_t>(place.file) < files_.size());
+  TRN_CHECK(node < static_cast<std::int32_t>(store_.size()));
   next_ = place;
   next_node_ = node;
   reader_there_ = false;
@@ -209,6 +215,7 @@ std::int32_t Flow::label_of(const ParsedBlock& block) {
 }
 
 double Flow::argument(const ParsedBlock& block, std::size_t index) const {
+  TRN_CHECK(index < block.flow.arguments.size());
   return evaluator_.run(block.code, block.flow.arguments[index]);
 }
 
@@ -316,6 +323,7 @@ void Flow::end_loop(FlowKind kind, std::int32_t label) {
     loops_.pop_back();
     return;
   }
+  TRN_CHECK(kind != FlowKind::kRepeat || loop.left > 0);
   // the next pass finds its first block by the node once it is kept
   if (loop.start_node < 0) {
     const auto found = kept_at_.find(key_of(loop.start));
@@ -331,6 +339,7 @@ void Flow::break_loop(std::int32_t label, bool again) {
   while (loops_.size() > outside && loops_.back().label != label) loops_.pop_back();
   if (loops_.size() == outside)
     fail(GcodeErrorCode::kFlowUnmatched, 1, again ? "continue" : "break", "a loop of that label");
+  TRN_CHECK(loops_.back().ifs <= ifs_.size());
   ifs_.resize(loops_.back().ifs);
   const FlowKind kind = loops_.back().kind;
   const FlowKind end = kind == FlowKind::kWhile ? FlowKind::kEndWhile
@@ -376,6 +385,7 @@ void Flow::skip_definition(std::int32_t label) {
 // there at once: `jump` to the next branch, `jump_end` to the end, which is all that is wanted where `wanted`
 // has one kind.
 FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wanted) {
+  TRN_CHECK(wanted.size() > 0);
   const std::uint32_t from_line = current_.at.line;
   const auto name = [](FlowKind kind) {
     switch (kind) {
@@ -396,6 +406,7 @@ FlowKind Flow::skip_to(std::int32_t label, std::initializer_list<FlowKind> wante
   if (from_node >= 0) {
     const std::int32_t jump = store_[static_cast<std::size_t>(from_node)].jump_to(to_end);
     if (jump >= 0) {
+      TRN_CHECK(static_cast<std::size_t>(jump) < store_.size());
       const Node& kept = store_[static_cast<std::size_t>(jump)];
       skipped_ = kept.block;
       current_ = kept.place;

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <filesystem>
 
+#include "core/check.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/flow/flow.h"
 #include "interp/gcode/modal.h"
@@ -17,6 +18,7 @@ namespace trn {
 void Flow::call(const ParsedBlock& block, std::int32_t label) {
   std::array<double, parameter::kLocalCount> arguments{};
   const std::size_t count = block.flow.arguments.size();
+  TRN_CHECK(count <= arguments.size());
   for (std::size_t i = 0; i < count; ++i) arguments[i] = argument(block, i);
   enter(label, std::span(arguments.data(), count), false, 0);
 }
@@ -37,6 +39,8 @@ void Flow::enter(std::int32_t label, std::span<const double> arguments, bool num
   }
   frames_.push_back(back);
   frames_.back().start = place;
+  TRN_CHECK(frames_.size() <= static_cast<std::size_t>(config_.sub_depth_max));
+  TRN_CHECK(place.file >= 0 && static_cast<std::size_t>(place.file) < files_.size());
   if (!numbered) parameters_.push_frame(arguments);
   executor_.set_call_level(static_cast<int>(frames_.size()));
   go(place);
@@ -44,6 +48,7 @@ void Flow::enter(std::int32_t label, std::span<const double> arguments, bool num
 
 // endsub, return and M99. M98 with L comes back here L times before it goes on behind the call.
 void Flow::leave(const ParsedBlock* with_value) {
+  TRN_CHECK(!frames_.empty());
   Frame& frame = frames_.back();
   if (frame.numbered && --frame.repeats_left > 0) return go(frame.start);
   if (!frame.numbered) {
@@ -52,6 +57,7 @@ void Flow::leave(const ParsedBlock* with_value) {
   }
   executor_.on_return(static_cast<int>(frames_.size()));
   if (!frame.numbered) parameters_.pop_frame();
+  TRN_CHECK(frame.loops <= loops_.size());
   loops_.resize(frame.loops, Loop{FlowKind::kNone, -1, {}, -1, 0, 0});
   ifs_.resize(std::min(ifs_.size(), frame.ifs));
   go(frame.back, frame.back_node);
@@ -84,6 +90,7 @@ void Flow::call_user(const Block& block) {
 void Flow::call_between(const std::string& name, std::array<double, 2> arguments) {
   const CodePlace called = current_;
   enter(labels_.intern(name), arguments, false, 0);
+  TRN_CHECK(!frames_.empty());
   frames_.back().between = true;
   frames_.back().called = called;
 }
@@ -102,6 +109,7 @@ bool Flow::return_numbered(const Block& block) {
 
 // A definition in the calling file, in the main program, or a file of its own on the path.
 bool Flow::find_sub(std::int32_t label, CodePlace& place) {
+  TRN_CHECK(label >= 0 && static_cast<std::size_t>(current_.file) < files_.size());
   const std::string name = labels_.name(label);  // a copy: indexing may add labels
   for (const int index : {current_.file, 0}) {
     File& f = *files_[static_cast<std::size_t>(index)];
@@ -125,6 +133,7 @@ bool Flow::find_sub(std::int32_t label, CodePlace& place) {
 
 // One pass over the file for every sub word (and bare O number), by place.
 void Flow::index_file(std::size_t index) {
+  TRN_CHECK(index < files_.size());
   File& f = *files_[index];
   f.indexed = true;
   const LinePlace here = f.reader->place();

@@ -4,6 +4,7 @@
 #include <string>
 #include <string_view>
 
+#include "core/check.h"
 #include "core/units.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/text/lexer.h"
@@ -352,22 +353,27 @@ double Evaluator::load(const Instruction& i, double top) const {
 double Evaluator::run(const std::vector<Instruction>& code, std::int32_t start) const {
   std::array<double, kStackSize> stack;
   std::size_t top = 0;
+  TRN_CHECK(start >= 0 && static_cast<std::size_t>(start) < code.size());
   for (const Instruction* i = code.data() + start; i->op != Op::kEnd; ++i) {
     if (i->op < Op::kNegate) {
       if (i->op == Op::kIndirect || i->op == Op::kExistsIndirect) {
         stack[top - 1] = load(*i, stack[top - 1]);
       } else {
+        TRN_CHECK(top < kStackSize);
         stack[top++] = load(*i, 0);
       }
     } else if (is_binary(i->op)) {
+      TRN_CHECK(top >= 2);
       --top;
       stack[top - 1] = apply_binary(i->op, stack[top - 1], stack[top], i->column);
     } else {
+      TRN_CHECK(top >= 1);
       stack[top - 1] = apply_unary(i->op, stack[top - 1], i->column);
     }
     if (!std::isfinite(stack[top - 1]))  // at once: OR and EQ would make a number of it again
       fail(GcodeErrorCode::kDomain, i->column, "the expression", stack[top - 1]);
   }
+  TRN_CHECK(top == 1);
   return stack[0];
 }
 

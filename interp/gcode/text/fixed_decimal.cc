@@ -5,6 +5,8 @@
 #include <cstdint>
 #include <cstring>
 
+#include "core/check.h"
+
 namespace trn {
 
 namespace {
@@ -39,6 +41,7 @@ char* write_whole(char* to, std::uint64_t number) {
   else
     *--first = static_cast<char>('0' + number);
   const auto count = static_cast<std::size_t>(end - first);
+  TRN_CHECK(count >= 1 && count <= digits.size());
   std::memcpy(to, first, count);
   return to + count;
 }
