@@ -28,8 +28,9 @@ ResidualMoves::Extent ResidualMoves::extent_of(const ProgramMove& move) {
   if (move.kind == ProgramMove::Kind::kArc) {
     const Vec3 r = move.from.head<3>() - move.arc_centre;
     const double arc = std::abs(move.arc_sweep_rad) * r.cross(move.arc_axis).norm();
-    extent.mm += arc;
-    extent.path += arc;
+    const double more = std::hypot(arc, move.arc_axis.dot(way.head<3>())) - extent.mm;
+    extent.mm += std::max(more, 0.0);
+    extent.path += std::max(more, 0.0);
   }
   extent.s =
       std::max({extent.mm / move.feed.tip_mm_s, extent.path / move.feed.path_units_s, move.duration_s});
