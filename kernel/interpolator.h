@@ -4,7 +4,7 @@
 #include "core/frames.h"
 #include "core/motion.h"
 #include "kernel/motion_queue.h"
-#include "kernel/plan_walk.h"
+#include "kernel/rate_walk.h"
 
 namespace trn {
 

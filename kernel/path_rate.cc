@@ -10,28 +10,28 @@ namespace trn {
 
 namespace {
 
-constexpr double kPushMargin = 0.003;  // of the range of u within a period
+constexpr double kTrialMargin = 0.003;  // of the range of u within a period
 constexpr double kSlopeUse = 0.9995;
-constexpr double kShrink = 0.25;        // of a push that broke a limit, for the next try
-constexpr double kShareMin = 1e-3;      // of the fastest push
-constexpr double kEarlyTurn = 0.6;      // of the greatest u: when braking ends
-constexpr double kLateTurn = 0.85;      // the same, where that finds no stop
-constexpr double kGentleLanding = 0.3;  // of the greatest u: below, pushing on is faster
-constexpr double kClimbFrom = 0.98;     // from this rate a push towards more than 1 must last so
-constexpr int kPushPeriods = 8;         // many periods, or the rate would tremble where there is no room
-constexpr double kStopReserve = 2;      // plan time of a stop over the time of a joint's shortest stop
+constexpr double kShrink = 0.25;            // of a trial that broke a limit, for the next one
+constexpr double kTrialScaleMin = 1e-3;     // of the greatest change of u
+constexpr double kReleaseShare = 0.6;       // of the greatest u: when braking ends
+constexpr double kLateReleaseShare = 0.85;  // the same, where that finds no stop
+constexpr double kGentleArrival = 0.3;      // of the greatest u: below, trying on is faster
+constexpr double kClimbFrom = 0.98;         // from this rate a trial towards more than 1 must last so
+constexpr int kTrialPeriods = 8;            // many periods, or the rate would tremble where there is no room
+constexpr double kStopReserve = 2;          // plan time of a stop over the time of a joint's shortest stop
 constexpr double kNearS = 1e-12;
 constexpr double kFarPeriods = 20;  // before the last one to stop: look again in the next period
 constexpr double kRest = 1e-9;      // of the rate: no difference
 constexpr int kLooksAhead = 2;
-constexpr double kApproach = 0.5;  // of stop_s: the time in which the way to a stop becomes 1/e
+constexpr double kApproach = 0.5;  // of stop_s: the time in which the distance to a stop becomes 1/e
 constexpr double kSlowest = 0.02;  // of the rate, towards a stop
 constexpr double kAimS = 1e-8;     // of plan time, before the place of a stop
 
 }  // namespace
 
 PathRate::PathRate(const Joints& joints, double period_s)
-    : limits_(joints, period_s), way_down_(limits_.step_s_max), period_s_(period_s) {
+    : limits_(joints, period_s), stop_search_(limits_.step_s_max), period_s_(period_s) {
   for (const Joint& joint : joints) {
     const JointLimit& limit = joint.limit;
     stop_s_ = std::max(stop_s_, limit.velocity / limit.acceleration + limit.acceleration / limit.jerk);
@@ -45,7 +45,7 @@ void PathRate::restart(double rate) TRN_RT {
   TRN_CHECK(rate >= 0);
   rate_ = std::min(rate, 1.0);
   slope_ = 0;
-  way_.count = way_.landing = next_ = 0;
+  plan_.count = plan_.arrival = next_ = 0;
   spent_s_ = 0;
   stopping_ = false;
 }
@@ -57,18 +57,18 @@ double PathRate::step(const MotionQueue& queue, const PlanPlace& place, double t
   TRN_CHECK(stop_in_s >= 0);
   TRN_CHECK(rate_ >= -kRest && std::isfinite(rate_));
   begin_period();
-  work_left_ = kWorkMost;
+  budget_left_ = kBudget;
   if (stop_in_s <= stop_horizon_s()) return step_towards(queue, place, stop_in_s);
   stopping_ = false;
   choose(queue, place);
   return follow(period_s_);
 }
 
-// Slows down as the way to the stop becomes shorter. Goes on as long as a stop behind the period comes in
+// Slows down as the stop comes nearer. Goes on as long as a stop behind the period comes in
 // time; then the last one that does is followed. Where none is found from behind the period, one from here is
 // taken if it loses little.
 double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT {
-  stopping_ = stopping_ && next_ < way_.count;
+  stopping_ = stopping_ && next_ < plan_.count;
   if (stopping_) return follow(period_s_);
   target_ = std::min(target_, std::max(kSlowest, stop_in_s / (kApproach * stop_s_)));
   const double now = stop_after(queue, place, 0);
@@ -81,7 +81,7 @@ double PathRate::step_towards(const MotionQueue& queue, const PlanPlace& place, 
   const double longest = whole < 0 ? 0 : time_to_stop(queue, place, {now, whole}, stop_in_s);
   const double gone = longest > 0 ? follow(longest) : 0;
   TRN_CHECK(longest >= 0 && longest <= period_s_);
-  PlanWalk walk(limits_, queue, place, rate_, slope_);
+  RateWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
   find_stop(walk);
   adopt();
@@ -95,7 +95,7 @@ double PathRate::time_to_stop(const MotionQueue& queue, const PlanPlace& place, 
                               double stop_in_s) TRN_RT {
   double longest = 0, shortest = period_s_, low = travel[0], high = travel[1];
   for (int i = 0; i < kAims && stop_in_s - low > kAimS; ++i) {
-    // Chord and middle in turn: what a push gives grows with its time, from rest with the third power.
+    // Chord and middle in turn: what a trial gains grows with its time, from rest with the third power.
     const double chord = (stop_in_s - low) / (high - low);
     const double part = i % 2 == 1 ? 0.5 : std::clamp(rate_ > 0 ? chord : std::cbrt(chord), 0.02, 0.98);
     const double duration_s = longest + part * (shortest - longest);
@@ -108,47 +108,47 @@ double PathRate::time_to_stop(const MotionQueue& queue, const PlanPlace& place, 
   return longest;
 }
 
-// Plan time from here to rest, if the chosen way is followed for this long and then a stop; negative: none is
-// found.
+// Plan time from here to rest, if the plan in force is followed for this long and then a stop; negative: none
+// is found.
 double PathRate::stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT {
   TRN_CHECK(duration_s >= 0 && duration_s <= period_s_);
   const Moment before = moment();
   const double gone = duration_s > 0 ? follow(duration_s) : 0;
-  PlanWalk walk(limits_, queue, place, rate_, slope_);
+  RateWalk walk(limits_, queue, place, rate_, slope_);
   walk.skip(gone);
   const double travel = find_stop(walk);
   return_to(before);
   return travel;
 }
 
-double PathRate::find_stop(const PlanWalk& walk) TRN_RT {
-  int work = PlanWalk::kStepsMax;
+double PathRate::find_stop(const RateWalk& walk) TRN_RT {
+  int budget = RateWalk::kStepsMax;
   trial_.count = 0;
-  return find_way_down(walk, 0, kEarlyTurn, work);
+  return find_slowdown(walk, 0, kReleaseShare, budget);
 }
 
-// Behind a push or none, with the work that this period has left.
-bool PathRate::comes_down(const PlanWalk& walk, double to, double early) TRN_RT {
-  const int most = to > 0 ? std::min(kWorkOfAnOverride, work_left_) : work_left_;
-  TRN_CHECK(most <= kWorkMost);
+// Behind a trial or none, with the budget that this period has left.
+bool PathRate::comes_down(const RateWalk& walk, double to, double release_share) TRN_RT {
+  const int most = to > 0 ? std::min(kOverrideBudget, budget_left_) : budget_left_;
+  TRN_CHECK(most <= kBudget);
   int left = most;
-  const bool found = find_way_down(walk, to, early, left) >= 0;
-  work_left_ -= most - left;
+  const bool found = find_slowdown(walk, to, release_share, left) >= 0;
+  budget_left_ -= most - left;
   return found;
 }
 
-// The way down to a rate, 0 to stop, in trial_ behind its steps; plan time from where the walk began,
+// A plan down to a rate, 0 to stop, in trial_ behind its steps; plan time from where the walk began,
 // negative if none is found.
-double PathRate::find_way_down(const PlanWalk& walk, double to, double early, int& work) TRN_RT {
+double PathRate::find_slowdown(const RateWalk& walk, double to, double release_share, int& budget) TRN_RT {
   TRN_CHECK(to >= 0 && to <= 1);
-  trial_.landing = 0;
-  const double passed_s = way_down_.find(walk, to, early, work, trial_);
-  if (to > 0 && passed_s >= 0 && trial_.end_rate == to) trial_.landing = trial_.count;
+  trial_.arrival = 0;
+  const double passed_s = stop_search_.find(walk, to, release_share, budget, trial_);
+  if (to > 0 && passed_s >= 0 && trial_.end_rate == to) trial_.arrival = trial_.count;
   return passed_s;
 }
 
 PathRate::Moment PathRate::moment() const TRN_RT {
-  return {rate_, slope_, spent_s_, done_rate_, done_slope_, next_, way_.count, way_.landing, done_count_};
+  return {rate_, slope_, spent_s_, done_rate_, done_slope_, next_, plan_.count, plan_.arrival, done_count_};
 }
 
 void PathRate::return_to(const Moment& m) TRN_RT {
@@ -158,48 +158,48 @@ void PathRate::return_to(const Moment& m) TRN_RT {
   done_rate_ = m.done_rate;
   done_slope_ = m.done_slope;
   next_ = m.next;
-  way_.count = m.way_count;
-  way_.landing = m.way_landing;
+  plan_.count = m.plan_count;
+  plan_.arrival = m.plan_arrival;
   done_count_ = m.done_count;
 }
 
 void PathRate::choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT {
   const bool arrived = slope_ == 0 && std::abs(rate_ - target_) <= kRest && rate_ <= 1 + kRest;
   if (arrived) return;
-  const PlanWalk walk(limits_, queue, place, rate_, slope_);
+  const RateWalk walk(limits_, queue, place, rate_, slope_);
   if (walk.ended()) return;
-  if (target_ == 0) {  // a push lasts the whole period, and may so be weaker than what a part of it allows
-    trial_.count = trial_.landing = 0;
+  if (target_ == 0) {  // a trial lasts the whole period, and may so be weaker than what a part of it allows
+    trial_.count = trial_.arrival = 0;
     if (try_stop(walk)) adopt();
   }
   const double distance = target_ - rate_;
   const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope_ != 0 ? 1 : 0, slope_);
-  const bool landing = (target_ == 0 && has_stop()) || (next_ < way_.landing && way_target_ == target_);
+  const bool arrival = (target_ == 0 && has_stop()) || (next_ < plan_.arrival && plan_target_ == target_);
   const double u_old = mean_u();
-  const double turn_old = next_ < way_.count ? way_.turn_rate : rate_;
+  const double level_old = next_ < plan_.count ? plan_.level_rate : rate_;
   const double u_most = direction == 0 ? 0 : fastest(walk, direction);
-  share_ = std::min(1.0, share_ / kShrink);
-  double u = u_old + share_ * (u_most - u_old);
+  trial_scale_ = std::min(1.0, trial_scale_ / kShrink);
+  double u = u_old + trial_scale_ * (u_most - u_old);
   for (int i = 0; i < kTries; ++i) {
-    const Verdict verdict = try_push(walk, direction, u);
+    const Verdict verdict = try_change(walk, direction, u);
     if (verdict == Verdict::kSafe) return adopt();
     if (verdict == Verdict::kBreaks) {
-      share_ = std::max(kShareMin, kShrink * share_);
-      u = u_old + share_ * (u_most - u_old);
+      trial_scale_ = std::max(kTrialScaleMin, kShrink * trial_scale_);
+      u = u_old + trial_scale_ * (u_most - u_old);
       continue;
     }
-    if (landing) return;
-    if (i == 0 && slope_ * direction > 0 && try_landing(walk)) return adopt();
-    const double share = (target_ - turn_old) / (trial_.turn_rate - turn_old);
+    if (arrival) return;
+    if (i == 0 && slope_ * direction > 0 && try_arrival(walk)) return adopt();
+    const double share = (target_ - level_old) / (trial_.level_rate - level_old);
     u = u_old + std::clamp(0.98 * share, 0.0, 0.98) * (u - u_old);
   }
 }
 
-// Mean u of the next period, if the way is followed.
+// Mean u of the next period, if the plan in force is followed.
 double PathRate::mean_u() const TRN_RT {
   double slope = 0, left_s = period_s_, spent_s = spent_s_;
-  for (int i = next_; i < way_.count && left_s > 0; ++i) {
-    const RateStep& step = way_.steps[static_cast<std::size_t>(i)];
+  for (int i = next_; i < plan_.count && left_s > 0; ++i) {
+    const RateStep& step = plan_.steps[static_cast<std::size_t>(i)];
     const double dt = std::min(left_s, step.duration_s - spent_s);
     slope += step.u * dt;
     left_s -= dt;
@@ -209,13 +209,13 @@ double PathRate::mean_u() const TRN_RT {
 }
 
 // The greatest u in a direction that the bounds here and one period ahead allow, where they are looked for
-// first as if nothing pushed, then where the push leads.
-double PathRate::fastest(const PlanWalk& walk, double direction) const TRN_RT {
+// first as if u were 0, then where that u leads.
+double PathRate::fastest(const RateWalk& walk, double direction) const TRN_RT {
   const RateBounds here = walk.bounds();
-  const double margin = here.margin(kPushMargin);
+  const double margin = here.margin(kTrialMargin);
   double u_max = here.u_max - margin, u_min = here.u_min + margin, u = 0;
   for (int i = 0; i < kLooksAhead; ++i) {
-    PlanWalk later = walk;
+    RateWalk later = walk;
     later.coast(period_s_, u);
     const RateBounds there = later.ended() ? here : later.bounds();
     u_max = std::min(u_max, there.u_max - margin);
@@ -227,85 +227,85 @@ double PathRate::fastest(const PlanWalk& walk, double direction) const TRN_RT {
   return u;
 }
 
-PathRate::Verdict PathRate::try_push(PlanWalk walk, double direction, double u) TRN_RT {
-  trial_.count = trial_.landing = 0;
+PathRate::Verdict PathRate::try_change(RateWalk walk, double direction, double u) TRN_RT {
+  trial_.count = trial_.arrival = 0;
   trial_.stops = false;
-  trial_.turn_rate = rate_;
+  trial_.level_rate = rate_;
   const bool climbs = direction > 0 && target_ > 1 && rate_ > kClimbFrom;
-  const double time_s = climbs ? kPushPeriods * period_s_ : period_s_;
+  const double time_s = climbs ? kTrialPeriods * period_s_ : period_s_;
   const double end_rate = rate_ + time_s * (slope_ + time_s * u / 2);
   if (direction < 0 && end_rate < target_) {
-    trial_.turn_rate = 2 * end_rate - target_ - 1e-3;
+    trial_.level_rate = 2 * end_rate - target_ - 1e-3;
     return Verdict::kBeyondTarget;
   }
   const double to_turn = slope_ < 0 && u > 0 ? std::min(time_s, -slope_ / u) : time_s;
   if (rate_ + to_turn * (slope_ + to_turn * u / 2) < 0) return Verdict::kBreaks;  // never backwards
   if (!walk.run(u, time_s, trial_.steps.data(), trial_.count)) return Verdict::kBreaks;
-  const int pushed = trial_.count;
+  const int steps_tried = trial_.count;
   if (target_ == 0) {
     if (try_stop(walk)) return Verdict::kSafe;
     if (has_stop()) return Verdict::kBreaks;
-    trial_.count = pushed;
+    trial_.count = steps_tried;
     trial_.stops = false;
   }
-  PlanWalk settling = walk;
-  const bool safe = settle(settling);
-  if (direction * (trial_.turn_rate - target_) > 0) return Verdict::kBeyondTarget;
+  RateWalk levelling = walk;
+  const bool safe = level_out(levelling);
+  if (direction * (trial_.level_rate - target_) > 0) return Verdict::kBeyondTarget;
   if (safe) return Verdict::kSafe;
   // Where r' cannot come back to 0 soon, it may farther down.
   const bool down = direction < 0 && target_ > 0 && target_ <= 1 && walk.slope() < 0;
   if (!down) return Verdict::kBreaks;
-  trial_.count = pushed;
-  return comes_down(walk, target_, kEarlyTurn) ? Verdict::kSafe : Verdict::kBreaks;
+  trial_.count = steps_tried;
+  return comes_down(walk, target_, kReleaseShare) ? Verdict::kSafe : Verdict::kBreaks;
 }
 
-bool PathRate::has_stop() const TRN_RT { return way_.stops && next_ < way_.count; }
+bool PathRate::has_stop() const TRN_RT { return plan_.stops && next_ < plan_.count; }
 
 // A stop behind what is in trial_, sooner than the one that there is.
-bool PathRate::try_stop(const PlanWalk& walk) TRN_RT {
-  const double most_s = has_stop() ? way_.time_s(next_) - spent_s_ : std::numeric_limits<double>::infinity();
-  const int pushed = trial_.count;
-  for (const double early : {kEarlyTurn, kLateTurn}) {
-    trial_.count = pushed;
-    if (comes_down(walk, 0, early) && trial_.time_s(0) < most_s) return true;
+bool PathRate::try_stop(const RateWalk& walk) TRN_RT {
+  const double most_s = has_stop() ? plan_.time_s(next_) - spent_s_ : std::numeric_limits<double>::infinity();
+  const int steps_tried = trial_.count;
+  for (const double release_share : {kReleaseShare, kLateReleaseShare}) {
+    trial_.count = steps_tried;
+    if (comes_down(walk, 0, release_share) && trial_.time_s(0) < most_s) return true;
   }
   return false;
 }
 
-bool PathRate::try_landing(PlanWalk walk) TRN_RT {
+bool PathRate::try_arrival(RateWalk walk) TRN_RT {
   const double distance = target_ - rate_, u = -slope_ * slope_ / (2 * distance);
   const RateBounds bounds = walk.bounds();
   const double u_most = u > 0 ? bounds.u_max : -bounds.u_min;
-  if (std::abs(u) > u_most || std::abs(u) < kGentleLanding * u_most) return false;
-  const double turn_before = trial_.turn_rate;
+  if (std::abs(u) > u_most || std::abs(u) < kGentleArrival * u_most) return false;
+  const double level_before = trial_.level_rate;
   trial_.count = 0;
   if (!walk.run(u, 2 * distance / slope_, trial_.steps.data(), trial_.count)) {
-    trial_.turn_rate = turn_before;
+    trial_.level_rate = level_before;
     return false;
   }
-  trial_.landing = trial_.count;
-  trial_.turn_rate = trial_.end_rate = target_;
+  trial_.arrival = trial_.count;
+  trial_.level_rate = trial_.end_rate = target_;
   walk.set_rate(target_, 0);
   return walk.ended() || target_ <= 1 + kRest || return_to_one(walk);
 }
 
-// The rest of a way back: first r' to 0, then, above rate 1, down to it.
-bool PathRate::settle(PlanWalk& walk) TRN_RT {
-  for (int i = 0; i <= PlanWalk::kStepsMax; ++i) {
+// The end of a trial's plan: first r' to 0, then, above rate 1, down to it.
+bool PathRate::level_out(RateWalk& walk) TRN_RT {
+  for (int i = 0; i <= RateWalk::kStepsMax; ++i) {
     const double r = walk.rate(), w = walk.slope();
     trial_.end_rate = std::min(r, 1.0);
     if (w == 0 || walk.ended()) {
-      trial_.turn_rate = r;
+      trial_.level_rate = r;
       return walk.ended() || r <= 1 + kRest || return_to_one(walk);
     }
-    if (trial_.count == PlanWalk::kStepsMax) return false;
+    if (trial_.count == RateWalk::kStepsMax) return false;
     const RateBounds bounds = walk.bounds();
     if (!bounds.legal) return false;
-    const double margin = bounds.margin(Way::kMargin);
+    const double margin = bounds.margin(RatePlan::kMargin);
     const double u = w < 0 ? bounds.u_max - margin : bounds.u_min + margin;
     const double to_turn = u * w < 0 ? -w / u : std::numeric_limits<double>::infinity();
     if (u > 0 && r - w * w / (2 * u) < 0) {
-      trial_.turn_rate = std::min(trial_.turn_rate, r - w * w / (2 * u));
+      trial_.level_rate = std::min(trial_.level_rate, r - w * w / (2 * u));
       return false;
     }
     const double gone = walk.step(u, to_turn);
@@ -317,25 +317,25 @@ bool PathRate::settle(PlanWalk& walk) TRN_RT {
 }
 
 // From a constant rate above 1 to one that is safe for ever.
-bool PathRate::return_to_one(const PlanWalk& walk) TRN_RT {
-  int work = kWorkOfAnOverride;
-  const double turn_rate = trial_.turn_rate;
-  const bool down = way_down_.find(walk, 1, kEarlyTurn, work, trial_) >= 0;
-  trial_.turn_rate = turn_rate;
+bool PathRate::return_to_one(const RateWalk& walk) TRN_RT {
+  int budget = kOverrideBudget;
+  const double level_rate = trial_.level_rate;
+  const bool down = stop_search_.find(walk, 1, kReleaseShare, budget, trial_) >= 0;
+  trial_.level_rate = level_rate;
   return down;
 }
 
 void PathRate::adopt() TRN_RT {
-  TRN_CHECK(trial_.count >= 0 && trial_.count <= PlanWalk::kStepsMax);
-  TRN_CHECK(trial_.landing >= 0 && trial_.landing <= trial_.count);
+  TRN_CHECK(trial_.count >= 0 && trial_.count <= RateWalk::kStepsMax);
+  TRN_CHECK(trial_.arrival >= 0 && trial_.arrival <= trial_.count);
   TRN_CHECK(trial_.end_rate >= -kRest && trial_.end_rate <= 2);
-  std::copy_n(trial_.steps.begin(), trial_.count, way_.steps.begin());
-  way_.count = trial_.count;
-  way_.landing = trial_.landing;
-  way_.stops = trial_.stops;
-  way_.end_rate = trial_.end_rate;
-  way_.turn_rate = trial_.turn_rate;
-  way_target_ = target_;
+  std::copy_n(trial_.steps.begin(), trial_.count, plan_.steps.begin());
+  plan_.count = trial_.count;
+  plan_.arrival = trial_.arrival;
+  plan_.stops = trial_.stops;
+  plan_.end_rate = trial_.end_rate;
+  plan_.level_rate = trial_.level_rate;
+  plan_target_ = target_;
   next_ = 0;
   spent_s_ = 0;
 }
@@ -348,10 +348,10 @@ void PathRate::begin_period() TRN_RT {
 
 double PathRate::follow(double left_s) TRN_RT {
   TRN_CHECK(left_s >= 0);
-  TRN_CHECK(next_ >= 0 && next_ <= way_.count);
+  TRN_CHECK(next_ >= 0 && next_ <= plan_.count);
   double passed = 0;
-  while (left_s > kNearS && next_ < way_.count) {
-    const RateStep& step = way_.steps[static_cast<std::size_t>(next_)];
+  while (left_s > kNearS && next_ < plan_.count) {
+    const RateStep& step = plan_.steps[static_cast<std::size_t>(next_)];
     const double dt = std::min(left_s, step.duration_s - spent_s_);
     passed += pass(step.u, dt);
     left_s -= dt;
@@ -359,16 +359,16 @@ double PathRate::follow(double left_s) TRN_RT {
     if (spent_s_ < step.duration_s - kNearS) continue;
     ++next_;
     spent_s_ = 0;
-    if (next_ == way_.landing) {
-      rate_ = way_target_;
+    if (next_ == plan_.arrival) {
+      rate_ = plan_target_;
       slope_ = 0;
     }
   }
-  if (next_ == way_.count && way_.count > 0) {
-    TRN_CHECK(way_.end_rate >= -kRest && way_.end_rate <= 2);
-    rate_ = way_.end_rate;
+  if (next_ == plan_.count && plan_.count > 0) {
+    TRN_CHECK(plan_.end_rate >= -kRest && plan_.end_rate <= 2);
+    rate_ = plan_.end_rate;
     slope_ = 0;
-    way_.count = way_.landing = next_ = 0;
+    plan_.count = plan_.arrival = next_ = 0;
   }
   return left_s > kNearS ? passed + pass(0, left_s) : passed;
 }

@@ -5,8 +5,8 @@
 #include "core/axes.h"
 #include "core/realtime.h"
 #include "kernel/motion_queue.h"
-#include "kernel/plan_walk.h"
-#include "kernel/way_down.h"
+#include "kernel/rate_walk.h"
+#include "kernel/stop_search.h"
 
 namespace trn {
 
@@ -16,20 +16,20 @@ namespace trn {
 /// ahead (JointMotion) every limit is a bound on r, r' and u:
 ///   |r v| <= V,   |r^2 a + r' v| <= A,   |r^3 j + 3 r r' a + u v| <= J.
 ///
-/// Safe for ever is a constant rate of at most 1, because the plan itself keeps the limits. So the law always
-/// owns a way back: a sequence of constant u, verified against the three bounds on the segments ahead, that
-/// ends at a constant rate of at most 1; towards a target of 0, one that ends at rest if there is one; on the
-/// way down to another target, at that where r' cannot come back to 0 sooner. Each period it tries the
-/// fastest u towards the target for that period and a new way back behind it; what verifies is taken,
-/// otherwise the old way back is followed until something does. When the way back just reaches the target, a
-/// constant u leads exactly there.
+/// A constant rate of at most 1 is safe for ever, because the plan itself keeps the limits. So there is
+/// always a rate plan in force: steps of constant u, verified against the three bounds on the segments ahead,
+/// that end at a constant rate of at most 1; towards a target of 0 they end at rest if such a plan is known;
+/// on the way down to another target they end at that, where r' cannot come back to 0 sooner. Each period
+/// tries the greatest u towards the target for that period, with a new plan behind it. The first trial that
+/// verifies replaces the plan in force; where none does, the plan in force is followed. When its end just
+/// reaches the target, a constant u leads exactly there.
 ///
-/// Towards 0 the quickest stop that WayDown finds from here is taken, or that behind a push; and once there
-/// is a stop, only one that is sooner.
+/// Towards 0 the quicker is taken of the stop that StopSearch finds from here and the one behind a trial; and
+/// once there is a stop, only one that ends sooner replaces it.
 ///
-/// Bounded work: at most kTries attempts a period, each at most PlanWalk::kStepsMax steps over the segments;
-/// and kWorkMost steps of searches for the way down, and kWorkOfAnOverride where a try has to come down to
-/// rate 1. With a stop to come to, kAims + 3 searches more, of kStepsMax steps.
+/// Bounded work: at most kTries trials a period, each of at most RateWalk::kStepsMax steps over the segments;
+/// kBudget steps of searches for a slowdown, and kOverrideBudget where a trial has to come down to rate 1.
+/// With a stop to come to, kAims + 3 searches more, of kStepsMax steps.
 class PathRate {
  public:
   PathRate(const Joints& joints, double period_s);
@@ -55,9 +55,9 @@ class PathRate {
 
  private:
   static constexpr int kTries = 3;
-  /// Steps of the searches of a period, and of one for the way to an override.
-  static constexpr int kWorkMost = 800, kWorkOfAnOverride = 120;
-  static constexpr int kDoneMax = 2 * PlanWalk::kStepsMax;
+  /// Steps of all searches of a period, and of one search for a lower override.
+  static constexpr int kBudget = 800, kOverrideBudget = 120;
+  static constexpr int kDoneMax = 2 * RateWalk::kStepsMax;
   static constexpr int kAims = 8;        ///< walks to come to a stop at a given place
   static constexpr double kHorizon = 2;  ///< times the plan time of a stop
 
@@ -66,43 +66,43 @@ class PathRate {
   /// What `follow` changes.
   struct Moment {
     double rate, slope, spent_s, done_rate, done_slope;
-    int next, way_count, way_landing, done_count;
+    int next, plan_count, plan_arrival, done_count;
   };
 
   void choose(const MotionQueue& queue, const PlanPlace& place) TRN_RT;
   double step_towards(const MotionQueue& queue, const PlanPlace& place, double stop_in_s) TRN_RT;
   double time_to_stop(const MotionQueue& queue, const PlanPlace& place, std::array<double, 2> travel,
                       double stop_in_s) TRN_RT;
-  double find_way_down(const PlanWalk& walk, double to, double early, int& work) TRN_RT;
-  double find_stop(const PlanWalk& walk) TRN_RT;
-  bool comes_down(const PlanWalk& walk, double to, double early) TRN_RT;
+  double find_slowdown(const RateWalk& walk, double to, double release_share, int& budget) TRN_RT;
+  double find_stop(const RateWalk& walk) TRN_RT;
+  bool comes_down(const RateWalk& walk, double to, double release_share) TRN_RT;
   double stop_after(const MotionQueue& queue, const PlanPlace& place, double duration_s) TRN_RT;
   Moment moment() const TRN_RT;
   void return_to(const Moment& moment) TRN_RT;
   double mean_u() const TRN_RT;
-  double fastest(const PlanWalk& walk, double direction) const TRN_RT;
-  Verdict try_push(PlanWalk walk, double direction, double u) TRN_RT;
-  bool try_landing(PlanWalk walk) TRN_RT;
-  bool try_stop(const PlanWalk& walk) TRN_RT;
+  double fastest(const RateWalk& walk, double direction) const TRN_RT;
+  Verdict try_change(RateWalk walk, double direction, double u) TRN_RT;
+  bool try_arrival(RateWalk walk) TRN_RT;
+  bool try_stop(const RateWalk& walk) TRN_RT;
   bool has_stop() const TRN_RT;
-  bool settle(PlanWalk& walk) TRN_RT;
-  bool return_to_one(const PlanWalk& walk) TRN_RT;
+  bool level_out(RateWalk& walk) TRN_RT;
+  bool return_to_one(const RateWalk& walk) TRN_RT;
   void adopt() TRN_RT;
   void begin_period() TRN_RT;
   double follow(double left_s) TRN_RT;
   double pass(double u, double duration_s) TRN_RT;
 
   PlanLimits limits_;
-  WayDown way_down_;
+  StopSearch stop_search_;
   double period_s_, stop_s_ = 0;
   double rate_ = 1, slope_ = 0, target_ = 1;
-  Way way_, trial_;
-  int work_left_ = 0;                    ///< steps of searches in this period
-  bool stopping_ = false;                ///< way_ leads to a stop at a given place
-  int next_ = 0;                         ///< step of way_
+  RatePlan plan_, trial_;
+  int budget_left_ = 0;                  ///< steps of searches in this period
+  bool stopping_ = false;                ///< plan_ leads to a stop at a given place
+  int next_ = 0;                         ///< step of plan_
   double spent_s_ = 0;                   ///< of that step
-  double share_ = 1;                     ///< of the fastest push, that is tried first
-  double way_target_ = 1;                ///< the target way_ was made for
+  double trial_scale_ = 1;               ///< of the greatest change of u, that is tried first
+  double plan_target_ = 1;               ///< the target plan_ was made for
   std::array<RateStep, kDoneMax> done_;  ///< the last period
   int done_count_ = 0;
   double done_rate_ = 1, done_slope_ = 0;

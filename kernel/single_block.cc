@@ -4,7 +4,7 @@
 
 #include "core/check.h"
 #include "kernel/path_rate.h"
-#include "kernel/plan_walk.h"
+#include "kernel/rate_walk.h"
 
 namespace trn {
 

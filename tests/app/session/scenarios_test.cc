@@ -14,7 +14,7 @@
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
-#include "kernel/plan_walk.h"
+#include "kernel/rate_walk.h"
 #include "kernel/rt_messages.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"

@@ -41,12 +41,12 @@ struct RateBounds {
 };
 
 /// Runs ahead over the queue's segments with a given u, step by step, and judges every step.
-class PlanWalk {
+class RateWalk {
  public:
   static constexpr int kStepsMax = 240;
 
-  PlanWalk() = default;
-  PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
+  RateWalk() = default;
+  RateWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
            double slope) TRN_RT;
 
   double rate() const TRN_RT { return rate_; }

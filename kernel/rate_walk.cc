@@ -1,4 +1,4 @@
-#include "kernel/plan_walk.h"
+#include "kernel/rate_walk.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,7 +36,7 @@ PlanLimits::PlanLimits(const Joints& joints, double period_s) : count(static_cas
   step_s_max = std::max(period_s, ramp / 20);
 }
 
-PlanWalk::PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
+RateWalk::RateWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
                    double slope) TRN_RT : limits_(&limits),
                                           queue_(&queue),
                                           place_(place),
@@ -50,7 +50,7 @@ PlanWalk::PlanWalk(const PlanLimits& limits, const MotionQueue& queue, const Pla
     leave_segment();
 }
 
-void PlanWalk::leave_segment() TRN_RT {
+void RateWalk::leave_segment() TRN_RT {
   TRN_CHECK(block_ != nullptr);
   place_.time_s = 0;
   judged_ = false;
@@ -60,14 +60,14 @@ void PlanWalk::leave_segment() TRN_RT {
   block_ = queue_->ahead(++place_.block);
 }
 
-void PlanWalk::coast(double duration_s, double u) TRN_RT {
+void RateWalk::coast(double duration_s, double u) TRN_RT {
   skip(std::max(0.0, duration_s * (rate_ + duration_s * (slope_ / 2 + duration_s * u / 6))));
   rate_ = std::max(0.0, rate_ + duration_s * (slope_ + duration_s * u / 2));
   slope_ += duration_s * u;
   judged_ = false;
 }
 
-void PlanWalk::skip(double plan_time_s) TRN_RT {
+void RateWalk::skip(double plan_time_s) TRN_RT {
   judged_ = false;
   place_.time_s += plan_time_s;
   passed_s_ += plan_time_s;
@@ -80,7 +80,7 @@ void PlanWalk::skip(double plan_time_s) TRN_RT {
   }
 }
 
-RateBounds PlanWalk::judge() const TRN_RT {
+RateBounds RateWalk::judge() const TRN_RT {
   const double r = rate_, w = slope_, rr = r * r, rrr = rr * r, rw3 = 3 * r * w;
   RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr, limits_->u_max};
   if (!block_) return out;
@@ -115,21 +115,21 @@ RateBounds PlanWalk::judge() const TRN_RT {
 }
 
 // Rapid moves, and moves without feed override, go as planned at most, from their first moment on.
-bool PlanWalk::goes_too_fast() const TRN_RT {
+bool RateWalk::goes_too_fast() const TRN_RT {
   return block_ && !ended_ && rate_ > 1 + kRounding && (block_->rapid || !block_->overrides.feed);
 }
 
-double PlanWalk::step(double u, double duration_s) TRN_RT {
+double RateWalk::step(double u, double duration_s) TRN_RT {
   if (!block_) return -1;
   const auto travel = [&](double t) { return t * (rate_ + t * (slope_ / 2 + t * (u / 6))); };
   const double left = block_->segments[static_cast<std::size_t>(place_.segment)].duration_s - place_.time_s;
   double dt = std::min({duration_s, limits_->step_s_max, kRateChange / (std::abs(slope_) + kSlow),
                         std::sqrt(kBulge / (std::abs(u) + kSlow))});
-  double way = travel(dt);
-  const bool leaves = way >= left - kRoundingS;
+  double gone_s = travel(dt);
+  const bool leaves = gone_s >= left - kRoundingS;
   if (leaves) {
     double low = 0, high = dt;
-    dt = way > 0 ? dt * left / way : 0;
+    dt = gone_s > 0 ? dt * left / gone_s : 0;
     for (int i = 0; i < 6; ++i) {  // Newton, kept inside the bracket
       const double error = travel(dt) - left, speed = rate_ + dt * (slope_ + dt * u / 2);
       if (std::abs(error) < kRoundingS) break;
@@ -137,12 +137,12 @@ double PlanWalk::step(double u, double duration_s) TRN_RT {
       const double next = dt - error / speed;
       dt = speed > 0 && next > low && next < high ? next : (low + high) / 2;
     }
-    way = left;
+    gone_s = left;
   }
   rate_ += dt * (slope_ + dt * u / 2);
   slope_ += dt * u;
-  place_.time_s += way;
-  passed_s_ += way;
+  place_.time_s += gone_s;
+  passed_s_ += gone_s;
   here_ = judge();
   judged_ = true;
   const RateBounds end = here_;
@@ -154,7 +154,7 @@ double PlanWalk::step(double u, double duration_s) TRN_RT {
   return goes_too_fast() ? -1 : dt;
 }
 
-bool PlanWalk::run(double u, double duration_s, RateStep* steps, int& count) TRN_RT {
+bool RateWalk::run(double u, double duration_s, RateStep* steps, int& count) TRN_RT {
   TRN_CHECK(count >= 0 && count <= kStepsMax);
   while (duration_s > kRoundingS && !ended_) {
     if (count == kStepsMax) return false;
