@@ -225,7 +225,9 @@ def every_mutant(root, target, skip):
     files = [root / target] if (root / target).is_file() else sorted((root / target).rglob("*.cc"))
     out, seen = [], {}
     names = sorted(str(path.relative_to(root)) for path in files)
-    for name in [name for name in names if not any(name == left or name.startswith(f"{left}/") for left in skip)]:
+    for name in names:
+        if any(name == left or name.startswith(f"{left}/") for left in skip):
+            continue
         text = (root / name).read_text(encoding="utf-8")
         for mutant in mutants_of(name, text):
             code = describe(mutant, text)
@@ -290,12 +292,13 @@ def run(options):
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("target", help="a folder of the source, or one file")
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--skip", action="append", default=[], help="a file or folder that is left out; may be repeated")
+    parser.add_argument("--skip", action="append", default=[], help="a file or folder left out; may be repeated")
     parser.add_argument("--keep", help="the copy is made there and stays, so that the next run finds it built")
     parser.add_argument("--results", help="verdicts are added to this file, and those in it are not judged again")
     parser.add_argument("--only", help="judges those again that live by this file of results, and adds the verdicts")
