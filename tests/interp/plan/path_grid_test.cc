@@ -62,6 +62,13 @@ TEST(PathGrid, NodesLieEvenlyInTime) {
   EXPECT_LT(laid.grid.intervals().size(), 2 * (20 / 100.0 + 0.1) / 0.005);
 }
 
+TEST(PathGrid, AtOneFeedIntervalsGrowOnlyAsFarAsTheCurveAllows) {
+  Laid laid(circle(10, 50), {100});
+  double longest = 0;
+  for (const GridInterval& g : laid.grid.intervals()) longest = std::max(longest, g.h);
+  std::printf("%zu %g\n", laid.grid.intervals().size(), longest);
+}
+
 // P8: next to a place at 0.01 mm/s no interval is longer than half of e + d.
 TEST(PathGrid, IntervalsGrowWithTheDistanceFromASlowPlace) {
   Laid laid({line(0, 20), line(20, 20.002), line(20.002, 40)}, {100, 0.01, 100});

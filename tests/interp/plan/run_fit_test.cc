@@ -108,13 +108,12 @@ TEST(RunFit, ARunBackwardsIsRefinedAtTheSamePlaces) {
   for (RunVertex& vertex : back) vertex.u = v.back().u - vertex.u;
   const RunFit there = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, 0.005, 0.002}),
                again = fit_run({back, RunEnd::kPoint, RunEnd::kPoint, nullptr, 0.005, 0.002});
-              again.spline.span_count());
-              ASSERT_TRUE(there.ok);
-              ASSERT_TRUE(again.ok);
-              ASSERT_EQ(there.spline.span_count(), again.spline.span_count());
-              for (int k = 0; k <= there.spline.span_count(); ++k)
-                EXPECT_NEAR(there.spline.at_break(k),
-                            v.back().u - again.spline.at_break(there.spline.span_count() - k), 1e-3);
+  ASSERT_TRUE(there.ok);
+  ASSERT_TRUE(again.ok);
+  ASSERT_EQ(there.spline.span_count(), again.spline.span_count());
+  for (int k = 0; k <= there.spline.span_count(); ++k)
+    EXPECT_NEAR(there.spline.at_break(k), v.back().u - again.spline.at_break(there.spline.span_count() - k),
+                1e-3);
 }
 
 TEST(RunFit, WhatNoCurveFitsIsReportedWithItsPlace) {
