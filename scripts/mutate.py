@@ -47,7 +47,9 @@ PROGRAMS = {"core": "test_core", "interp/gcode": "test_interp_gcode", "interp/pl
 QUICK_SHARE = 0.1  # of the time of all tests: what the quick ones together may take
 MEMORY_BYTES = 4 << 30
 ALSO = {"hal": ["test_sim"]}  # the field that is emulated is what most of hal/ is tested against
-BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet")}  # tests that no mutant there can reach
+# Slow tests that no mutant there can reach, or that repeat on every machine what two machines show.
+BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet"),
+         "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents)\w*/(?!cradle$|mill$)")}
 SHARDS = {"test_sim": 4}  # its slow tests wait for time-outs: they may do so together
 
 
