@@ -46,10 +46,12 @@ PROGRAMS = {"core": "test_core", "interp/gcode": "test_interp_gcode", "interp/pl
             "app/check": "test_app_check", "app/lab": "test_app_lab"}
 QUICK_SHARE = 0.1  # of the time of all tests: what the quick ones together may take
 MEMORY_BYTES = 4 << 30
-ALSO = {"hal": ["test_sim"]}  # the field that is emulated is what most of hal/ is tested against
+# The field that is emulated is what most of hal/ is tested against, and whole runs test the tick.
+ALSO = {"hal": ["test_sim"], "kernel": ["test_app_session"]}
 # Slow tests that no mutant there can reach, or that repeat on every machine what two machines show.
 BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet"),
-         "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents)\w*/(?!cradle$|mill$)")}
+         "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents|EveryMachineRuns)\w*/(?!cradle$|mill$)"
+                              "|ProgramFuzz|ScrewWarmUp|Drilling|RunPromises|Corrections[.]|HexapodRuns")}
 SHARDS = {"test_sim": 4}  # its slow tests wait for time-outs: they may do so together
 
 

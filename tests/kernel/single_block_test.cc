@@ -86,6 +86,22 @@ TEST_F(SingleBlockTest, ALineThatEndsAtRestNeedsNoStopOfItsOwn) {
   EXPECT_EQ(single.to_line_end_s(1e9), PathRate::kNoStop);
 }
 
+// The line that motion goes on with is released, which is the next one where the last is as good as done.
+TEST_F(SingleBlockTest, SwitchedOnWithinALineItEndsWithThatLine) {
+  push(1);
+  push(2);
+  push(3, true);
+  interpolator.advance(0.06);
+  single.set(true);
+  single.pauses(false);
+  EXPECT_NEAR(single.to_line_end_s(1e9), 0.04, 1e-12);
+  single.set(false);
+  interpolator.advance(0.04 - 5e-7);
+  single.set(true);
+  single.pauses(false);
+  EXPECT_NEAR(single.to_line_end_s(1e9), 0.1 + 5e-7, 1e-12);
+}
+
 TEST_F(SingleBlockTest, ALineThatWasRunOverCountsAsReleased) {
   single.set(true);
   push(1);
