@@ -131,6 +131,19 @@ TEST_F(InterpolatorTest, SkippingLeavesOutTheMotionUpToTheEvent) {
   EXPECT_FALSE(interpolator.skip_to_event()) << "there is none";
 }
 
+TEST_F(InterpolatorTest, WhatFollowsASkippedBlockBeginsWithItsOutputs) {
+  push(moving(0, 0.1, 1));
+  push(event_of(QueueEvent::Kind::kProbeEnd));
+  MotionBlock next = moving(0.1, 0.1, 2);
+  next.outputs.put(7, true);
+  push(next);
+  interpolator.advance(0.05);
+  ASSERT_TRUE(interpolator.skip_to_event());
+  interpolator.pass_event();
+  interpolator.advance(0.01);
+  EXPECT_EQ(interpolator.take_outputs().set, 1u << 7);
+}
+
 TEST_F(InterpolatorTest, AbandonedMotionIsForgotten) {
   push(moving(0, 0.1, 1));
   push(moving(0.1, 0.1, 2));

@@ -37,6 +37,30 @@ TEST_P(UprightTool, StandsWhereTheWordsSayWithRtcpOnAndOff) {
   EXPECT_LT((pose.u_B - Vec3::UnitZ()).norm(), 1e-12);
 }
 
+/// Moves nothing.
+class NoErrors final : public PoseCorrection {
+ public:
+  KinStatus correct(const Pose&, const Vec3&, JointVec&) const TRN_RT override { return KinStatus::kOk; }
+  KinStatus actual(const JointVec&, Pose&) const TRN_RT override { return KinStatus::kOk; }
+};
+
+// What no joints reach has none, with a correction as without.
+TEST(JointMap, TheUnreachableStaysSo) {
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/hexapod.toml"));
+  const auto kinematics = make_kinematics(machine);
+  const NoErrors correction;
+  Words far = Words::Zero();
+  far[kX] = 1e5;
+  for (const PoseCorrection* pose :
+       {static_cast<const PoseCorrection*>(nullptr), static_cast<const PoseCorrection*>(&correction)})
+    for (const bool rtcp : {false, true}) {
+      MapContext context;
+      context.rtcp = rtcp;
+      JointVec q;
+      EXPECT_NE(MachineJointMap(*kinematics, pose).map(far, context, q), KinStatus::kOk) << rtcp;
+    }
+}
+
 INSTANTIATE_TEST_SUITE_P(Configs, UprightTool,
                          testing::Values("cradle", "head", "head_table", "hexapod", "micro_stage", "mill",
                                          "rail_mill"));
