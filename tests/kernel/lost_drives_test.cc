@@ -28,11 +28,13 @@ class LeavingDrives final : public Drives {
     feedback.q = q_;
     feedback.state = state;
     feedback.homed_mask = ~0u;
+    feedback.fault = fault;
   }
   void request_home(unsigned) TRN_RT override {}
   void quick_stop() TRN_RT override {}
 
   DriveState state = DriveState::kOff;
+  Fault fault = Fault::kOk;
   Setpoints told;
 
  private:
@@ -80,6 +82,18 @@ TEST_F(LostDrives, ThePlanRunsOutWhileTheDrivesAreToldWhereTheyStand) {
   EXPECT_EQ(report().fault, Fault::kOk);
 }
 
+// The drives brake by themselves; what is recorded goes on along the path and stops there.
+TEST_F(LostDrives, ADrivesFaultLetsThePlanRunOut) {
+  drives.state = DriveState::kFault;
+  drives.fault = Fault::kFollowingError;
+  cycle.tick();
+  int moving = 0;
+  while (moving < 3000 && report().motion != MotionState::kRest) cycle.tick(), ++moving;
+  EXPECT_EQ(report().fault, Fault::kFollowingError);
+  EXPECT_GT(moving, 10);
+  EXPECT_LT(report().q_setpoint[0], 40);
+}
+
 TEST_F(LostDrives, DrivesThatComeBackFindNoMotion) {
   drives.state = DriveState::kOff;
   for (int i = 0; i < 5; ++i) cycle.tick();
@@ -89,6 +103,52 @@ TEST_F(LostDrives, DrivesThatComeBackFindNoMotion) {
   const double stands = report().q_setpoint[0];
   for (int i = 0; i < 50; ++i) cycle.tick();
   EXPECT_EQ(report().q_setpoint[0], stands);
+}
+
+class StandingMachine : public testing::Test {
+ protected:
+  StandingMachine() {
+    cycle.tick();
+    drives.bring_up();
+    for (int i = 0; i < 3; ++i) cycle.tick();
+  }
+  MotionState after(const RtCommand& command) {
+    cycle.post(command);
+    cycle.tick();
+    return cycle.last_report().motion;
+  }
+  const PlannedMotion motion{source_dir() + "/configs/mill.toml", "G21 G91 G1 X50 F3000\nM2\n"};
+  MotionQueue queue{400};
+  LeavingDrives drives{motion.q(0)};
+  Cycle cycle{cycle_config(motion.assembly(), ProgramStops::kPass), {*motion.assembly().map, queue, drives}};
+};
+
+TEST_F(StandingMachine, AHoldIsOfMotionOnThePathOnly) {
+  EXPECT_EQ(after({RtCommand::Kind::kHold}), MotionState::kRest);
+  EXPECT_EQ(after({RtCommand::Kind::kJog, 5, 0, 0}), MotionState::kJogging);
+  EXPECT_EQ(after({RtCommand::Kind::kHold}), MotionState::kJogging);
+}
+
+TEST_F(StandingMachine, AJointThatIsNotThereDoesNotJog) {
+  for (const int joint : {-1, 3, 99})
+    EXPECT_EQ(after({RtCommand::Kind::kJog, 5, 0, joint}), MotionState::kRest) << joint;
+  EXPECT_EQ(after({RtCommand::Kind::kJog, 5, 0, 2}), MotionState::kJogging);
+}
+
+TEST_F(StandingMachine, BlocksWithoutEndInOnePeriodAreADefectOfNoJoint) {
+  MotionBlock block = motion.blocks().front();
+  for (const MotionBlock& each : motion.blocks())
+    if (each.segment_count > 0) block = each;
+  block.segment_count = 1;
+  block.segments[0] = {1e-9, 0, 0, 0, 0};
+  for (int i = 0; i < 300; ++i) {
+    block.ends_at_rest = i == 299;
+    queue.push(block);
+  }
+  after({RtCommand::Kind::kStart});
+  for (int i = 0; i < 3; ++i) cycle.tick();
+  EXPECT_EQ(cycle.last_report().fault, Fault::kAssertion);
+  EXPECT_EQ(cycle.last_report().fault_joint, -1);
 }
 
 }  // namespace
