@@ -1,24 +1,30 @@
 #!/usr/bin/python3
 """Shows where tests are blind: changes one operator, bound or constant at a time, and runs the tests of that folder.
 
-usage: scripts/mutate.py FOLDER [--count N] [--seed N] [--jobs N] [--keep DIR]
+usage: scripts/mutate.py FOLDER [--count N] [--seed N] [--skip FILE] [--jobs N] [--keep DIR]
+                               [--results FILE | --only FILE]
 
-  scripts/mutate.py hal/can --count 50          fifty changes in hal/can, judged by test_hal
+  scripts/mutate.py hal/can --count 50          fifty changes in hal/can, judged by test_hal, then by test_sim
   scripts/mutate.py kernel/path_rate.cc         of one file
+  scripts/mutate.py hal --results hal.jsonl     writes every verdict down; a second call goes on from there
+  scripts/mutate.py hal --only hal.jsonl        those that lived, once more, after tests were committed
 
-Works in a copy of the last commit, never in your tree. Each mutant is compiled and the folder's test program run with
-five times the time that it takes unchanged. A mutant that no test fails lives: either a test is missing, or the change
-makes no difference. Those of the second kind are listed with the reason in tests/mutants.txt, as `file: code -> code`.
+Works in a copy of the last commit, never in your tree. Each mutant is compiled, and judged first by the tests
+that have the file's name, then by the folder's quick tests, then by the slow ones; each may take five times as
+long as unchanged. A mutant that no test fails lives: either a test is missing, or the change makes no difference.
+Those of the second kind are listed with the reason in tests/mutants.txt, as `file: code -> code`.
 
 Exit codes: 0 no unknown mutant lives, 1 some do, 2 the tests fail unchanged, 5 usage.
 """
 import argparse
+import json
+import os
 import random
 import re
+import resource
 import subprocess
 import sys
 import tempfile
-import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -38,7 +44,15 @@ PROGRAMS = {"core": "test_core", "interp/gcode": "test_interp_gcode", "interp/pl
             "kinematics": "test_kinematics", "compensation": "test_compensation", "hal": "test_hal", "sim": "test_sim",
             "kernel": "test_kernel", "app/session": "test_app_session", "app/daemon": "test_app_daemon",
             "app/check": "test_app_check", "app/lab": "test_app_lab"}
-ALSO = {"hal": ["test_sim"]}  # the field that is emulated is what most of hal/ is tested against
+QUICK_SHARE = 0.1  # of the time of all tests: what the quick ones together may take
+MEMORY_BYTES = 4 << 30
+# The field that is emulated is what most of hal/ is tested against, and whole runs test the tick.
+ALSO = {"hal": ["test_sim"], "kernel": ["test_app_session"]}
+# Slow tests that no mutant there can reach, or that repeat on every machine what two machines show.
+BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet"),
+         "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents|EveryMachineRuns)\w*/(?!cradle$|mill$)"
+                              "|ProgramFuzz|ScrewWarmUp|Drilling|RunPromises|Corrections[.]|HexapodRuns")}
+SHARDS = {"test_sim": 4}  # its slow tests wait for time-outs: they may do so together
 
 
 @dataclass
@@ -121,8 +135,12 @@ class Copy:
 
     def __init__(self, folder, jobs):
         self.folder, self.jobs = Path(folder), jobs
-        subprocess.run(["git", "-C", ROOT, "worktree", "add", "--detach", "--force", folder, "HEAD"], check=True,
-                       capture_output=True)
+        if (self.folder / "build").is_dir():  # of an earlier run: everything that did not change is built
+            head = subprocess.check_output(["git", "-C", ROOT, "rev-parse", "HEAD"], text=True).strip()
+            command = ["git", "-C", self.folder, "checkout", "--force", "--detach", head]
+        else:
+            command = ["git", "-C", ROOT, "worktree", "add", "--detach", "--force", self.folder, "HEAD"]
+        subprocess.run(command, check=True, capture_output=True)
         subprocess.run(["cmake", "--preset", "release"], cwd=folder, check=True, capture_output=True)
 
     def close(self):
@@ -132,75 +150,162 @@ class Copy:
         command = ["ninja", "-C", "build/release", "-j", str(self.jobs), *programs]
         return subprocess.run(command, cwd=self.folder, capture_output=True).returncode == 0
 
-    def passes(self, programs, limit_s):
-        """Whether every program passes in time, and how long they took."""
-        begin = time.monotonic()
-        for program in programs:
-            try:
-                done = subprocess.run([f"build/release/{program}", "--gtest_brief=1", "--gtest_fail_fast"],
-                                      cwd=self.folder, capture_output=True, timeout=limit_s)
-            except subprocess.TimeoutExpired:
-                return False, limit_s
-            if done.returncode != 0:
-                return False, time.monotonic() - begin
-        return True, time.monotonic() - begin
+    def passes(self, program, limit_s, options, shards=1):
+        command = [f"build/release/{program}", "--gtest_brief=1", *options]
+        running = [subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                    env=os.environ | {"GTEST_TOTAL_SHARDS": str(shards), "GTEST_SHARD_INDEX": str(n)},
+                                    preexec_fn=limit_memory) for n in range(shards)]
+        try:
+            return all([process.wait(limit_s) == 0 for process in running])
+        except subprocess.TimeoutExpired:
+            return False
+        finally:
+            for process in running:
+                process.kill()
+                process.wait()
+
+    def durations_s(self, program):
+        """Every test's duration, by its full name; None if one fails."""
+        with tempfile.NamedTemporaryFile(suffix=".json") as report:
+            if not self.passes(program, 3600, [f"--gtest_output=json:{report.name}"]):
+                return None
+            suites = json.load(open(report.name, encoding="utf-8"))["testsuites"]
+        return {f"{suite['name']}.{test['name']}": float(test["time"].rstrip("s"))
+                for suite in suites for test in suite["testsuite"] if test["status"] == "RUN"}
 
 
-def judge(copy, mutant, programs, limit_s):
+def limit_memory():
+    """A mutant that never ends its loop must not take the host's memory."""
+    resource.setrlimit(resource.RLIMIT_AS, (MEMORY_BYTES, MEMORY_BYTES))
+
+
+def stages(durations_s, file):
+    """The tests in the order in which they judge a mutant of the file: by name, quick ones, slow ones."""
+    stem = Path(file).stem.replace("_", "")
+    blind = next((tests for folder, tests in BLIND.items() if file.startswith(folder)), re.compile("(?!)"))
+    durations_s = {test: time_s for test, time_s in durations_s.items() if not blind.search(test)}
+    named = [test for test in durations_s if stem in test.split(".")[0].lower()]
+    quick, rest = [], []
+    left_s = QUICK_SHARE * sum(durations_s.values())
+    for test in sorted(set(durations_s) - set(named), key=durations_s.get):
+        left_s -= durations_s[test]
+        (quick if left_s >= 0 else rest).append(test)
+    return [stage for stage in (named, quick, rest) if stage]
+
+
+def killer(copy, file, programs):
+    """The program that fails, and which of its stages; None if all pass.
+
+    programs: the durations of each program's tests.
+    """
+    for program, durations_s in programs.items():
+        for number, tests in enumerate(stages(durations_s, file)):
+            limit_s = 5 + 5 * sum(durations_s[test] for test in tests)
+            with tempfile.NamedTemporaryFile("w", suffix=".flags") as flags:
+                flags.write("--gtest_filter=" + ":".join(tests))
+                flags.flush()
+                shards = SHARDS.get(program, 1) if number else 1
+                options = [f"--gtest_flagfile={flags.name}", "--gtest_fail_fast"]
+                if not copy.passes(program, limit_s, options, shards):
+                    return f"{program}, stage {number}"
+    return None
+
+
+def judge(copy, mutant, programs):
     path = copy.folder / mutant.file
     text = path.read_text(encoding="utf-8")
     path.write_text(text[:mutant.at] + mutant.after + text[mutant.at + len(mutant.before):], encoding="utf-8")
     try:
         if not copy.build(programs):
-            return "does not compile"
-        return "lives" if copy.passes(programs, limit_s)[0] else "killed"
+            return "does not compile", None
+        by = killer(copy, mutant.file, programs)
+        return ("killed" if by else "lives"), by
     finally:
         path.write_text(text, encoding="utf-8")
 
 
-def chosen(target, count, seed):
-    files = [ROOT / target] if (ROOT / target).is_file() else sorted((ROOT / target).rglob("*.cc"))
-    names = [str(path.relative_to(ROOT)) for path in files]
-    texts = {name: (ROOT / name).read_text(encoding="utf-8") for name in names}
-    every = [mutant for name in names for mutant in mutants_of(name, texts[name])]
-    random.Random(seed).shuffle(every)
-    return every[:count], len(every), texts
+def every_mutant(root, target, skip):
+    """All mutants of the target with their names. Equal changes of equal lines are told apart by a number."""
+    files = [root / target] if (root / target).is_file() else sorted((root / target).rglob("*.cc"))
+    out, seen = [], {}
+    names = sorted(str(path.relative_to(root)) for path in files)
+    for name in names:
+        if any(name == left or name.startswith(f"{left}/") for left in skip):
+            continue
+        text = (root / name).read_text(encoding="utf-8")
+        for mutant in mutants_of(name, text):
+            code = describe(mutant, text)
+            seen[code] = seen.get(code, 0) + 1
+            out.append((mutant, code, seen[code], mutant.line(text)))
+    return out
+
+
+def recorded(path):
+    """The last verdict on every mutant of a file of results, by its name and number."""
+    if path is None or not Path(path).is_file():
+        return {}
+    lines = [json.loads(line) for line in Path(path).read_text(encoding="utf-8").splitlines()]
+    return {(line["mutant"], line["number"]): line["verdict"] for line in lines}
+
+
+def chosen(root, options):
+    every = every_mutant(root, options.target, options.skip)
+    if options.only:
+        alive = [key for key, verdict in recorded(options.only).items() if verdict == "lives"]
+        return [entry for entry in every if (entry[1], entry[2]) in alive], len(every)
+    total = len(every)
+    random.Random(options.seed).shuffle(every)
+    done = recorded(options.results)
+    return [entry for entry in every[:options.count] if (entry[1], entry[2]) not in done], total
+
+
+def judge_all(copy, options):
+    folder = max((f for f in PROGRAMS if options.target.startswith(f)), key=len)
+    names = [PROGRAMS[folder], *ALSO.get(folder, [])]
+    built = copy.build(names)
+    programs = {name: copy.durations_s(name) if built else None for name in names}
+    if None in programs.values():
+        print("the tests fail without any change", file=sys.stderr)
+        return 2
+    mutants, possible = chosen(copy.folder, options)
+    print(f"{len(mutants)} of {possible} mutants of {options.target}, judged by {', '.join(names)}", flush=True)
+    known, tally = known_equivalents(), {}
+    for count, (mutant, name, number, line) in enumerate(mutants, 1):
+        verdict, by = judge(copy, mutant, programs)
+        if verdict == "lives" and name in known:
+            verdict = "lives, as listed"
+        tally[verdict] = tally.get(verdict, 0) + 1
+        print(f"{count:4} {verdict:17} {mutant.file}:{line} {name.split(': ', 1)[1]}", flush=True)
+        if options.results or options.only:
+            entry = {"mutant": name, "number": number, "line": line, "verdict": verdict, "by": by}
+            with open(options.only or options.results, "a", encoding="utf-8") as results:
+                results.write(json.dumps(entry) + "\n")
+    print(", ".join(f"{count} {verdict}" for verdict, count in sorted(tally.items())))
+    return 1 if "lives" in tally else 0
 
 
 def run(options):
-    folder = max((f for f in PROGRAMS if options.target.startswith(f)), key=len)
-    programs = [PROGRAMS[folder], *ALSO.get(folder, [])]
-    mutants, possible, texts = chosen(options.target, options.count, options.seed)
-    print(f"{len(mutants)} of {possible} mutants of {options.target}, judged by {', '.join(programs)}", flush=True)
-    known, alive, tally = known_equivalents(), [], {}
-    with tempfile.TemporaryDirectory(dir=options.keep) as place:
+    if options.keep:
+        return judge_all(Copy(Path(options.keep).resolve() / "tree", options.jobs), options)
+    with tempfile.TemporaryDirectory() as place:
         copy = Copy(f"{place}/tree", options.jobs)
         try:
-            good, took_s = copy.passes(programs, 3600) if copy.build(programs) else (False, 0)
-            if not good:
-                print("the tests fail without any change", file=sys.stderr)
-                return 2
-            for number, mutant in enumerate(mutants, 1):
-                text = texts[mutant.file]
-                verdict, name = judge(copy, mutant, programs, 20 + 5 * took_s), describe(mutant, text)
-                if verdict == "lives" and name in known:
-                    verdict = "lives, as listed"
-                tally[verdict] = tally.get(verdict, 0) + 1
-                print(f"{number:4} {verdict:17} {mutant.file}:{mutant.line(text)} {name.split(': ', 1)[1]}", flush=True)
-                alive += [name] if verdict == "lives" else []
+            return judge_all(copy, options)
         finally:
             copy.close()
-    print(", ".join(f"{count} {verdict}" for verdict, count in sorted(tally.items())))
-    return 1 if alive else 0
 
 
 def main():
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("target", help="a folder of the source, or one file")
     parser.add_argument("--count", type=int, default=30)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--jobs", type=int, default=2)
-    parser.add_argument("--keep", default=None, help="where the copy is made (default: the system's temporary folder)")
+    parser.add_argument("--skip", action="append", default=[], help="a file or folder left out; may be repeated")
+    parser.add_argument("--keep", help="the copy is made there and stays, so that the next run finds it built")
+    parser.add_argument("--results", help="verdicts are added to this file, and those in it are not judged again")
+    parser.add_argument("--only", help="judges those again that live by this file of results, and adds the verdicts")
     options = parser.parse_args()
     if not (ROOT / options.target).exists() or not any(options.target.startswith(f) for f in PROGRAMS):
         print(f"{options.target}: no folder with a test program of its own; those are {', '.join(PROGRAMS)}",

@@ -140,8 +140,7 @@ void SdoClient::receive(const CanFrame& frame, std::int64_t now_ns) {
   const bool ours = !frame.error && !frame.remote && !frame.extended && frame.size == 8 &&
                     frame.id == 0x580u + static_cast<unsigned>(config_.node);
   if (!ours || state_ != State::kBusy) return;
-  const bool data_of_block = phase_ == Phase::kBlockUploadData;
-  if (frame.data[0] == kAbort && names_our_object(frame) && (!data_of_block || !sequence_broken_)) {
+  if (frame.data[0] == kAbort && names_our_object(frame)) {  // no segment of a block has the number 0
     abort_code_ = word_at(frame, 4);
     aborted_by_node_ = true;
     out_.clear();

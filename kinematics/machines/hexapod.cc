@@ -180,9 +180,10 @@ std::unique_ptr<Kinematics> make_hexapod(const Machine& machine, const ConfigTab
   HexapodConfig config;
   config.platform = read_platform(section);
   const auto legs = section.tables("leg");
-  for (std::size_t i = 0; i < std::min<std::size_t>(legs.size(), 6); ++i) {
-    config.base_R[i] = legs[i].vec3("base_mm");
-    config.platform_P[i] = legs[i].vec3("platform_mm");
+  for (std::size_t i = 0; i < legs.size(); ++i) {
+    const std::size_t place = std::min<std::size_t>(i, 5);  // a seventh is no misspelt key: counted below
+    config.base_R[place] = legs[i].vec3("base_mm");
+    config.platform_P[place] = legs[i].vec3("platform_mm");
   }
   if (section.has("joint_angle_deg_max"))
     config.joint_angle_max = kRadPerDeg * section.number("joint_angle_deg_max", Range{1e-3, 180.0});

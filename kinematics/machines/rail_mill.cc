@@ -153,8 +153,8 @@ std::unique_ptr<Kinematics> make_rail_mill(const Machine& machine, const ConfigT
   RailMillConfig config;
   config.platform = read_platform(section);
   const auto rails = section.tables("rail");
-  for (std::size_t i = 0; i < std::min<std::size_t>(rails.size(), 4); ++i)
-    config.rails[i] = read_rail(rails[i]);
+  for (std::size_t i = 0; i < rails.size(); ++i)  // a fifth is no misspelt key: it is counted below
+    config.rails[std::min<std::size_t>(i, 3)] = read_rail(rails[i]);
   section.finish();  // a misspelt key explains a missing rail better than what follows
   if (rails.size() != 4)
     throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));

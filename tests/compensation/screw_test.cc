@@ -150,6 +150,35 @@ TEST(Screw, ASensorThatFailsIsNamedAndNothingJumps) {
   }
 }
 
+// The first word of a sensor is believed as it is, also of a screw that is warm already; nothing was there to
+// jump from.
+TEST(Screw, TheFirstReadingCountsAtOnce) {
+  SensorBoard board;
+  ScrewCorrectionConfig config = one_screw(0.01);
+  config.screws[0].sensor.channel = board.channel("x screw");
+  config.screws[0].sensor.name = "x screw";
+  config.screws[0].sensor.at_mm = 450;
+  ScrewCorrection correction(config, board);
+  JointVec q = JointVec::Zero(1), offset(1);
+  Feedback feedback;
+  const auto run = [&](double seconds) {
+    for (int i = 0; i < std::lround(seconds / 0.01); ++i) {
+      board.listen();
+      correction.wanted({q, feedback}, offset);
+      correction.work();
+    }
+  };
+  run(1);  // it has said nothing
+  EXPECT_STREQ(correction.warning(), "");
+  board.publish(0, 40);  // 20 K above the reference; 2 K/s is the most that a screw may change by
+  run(0.3);
+  EXPECT_STREQ(correction.warning(), "");
+  EXPECT_NEAR(correction.rise_K(0)[30], 20, 0.01);
+  board.publish(0, 45);
+  run(0.3);
+  EXPECT_NE(std::string(correction.warning()).find("reads nonsense"), std::string::npos) << "now it jumps";
+}
+
 TEST(Screw, LinearEncodersNeedNoCorrection) {
   SensorBoard board;
   const Machine machine = load_machine("head").machine;

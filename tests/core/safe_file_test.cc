@@ -6,6 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <csignal>
 #include <cstdlib>
 #include <filesystem>
@@ -83,6 +84,51 @@ TEST_F(SafeFile, RefusesWhatIsNoFileOfItsOwn) {
   EXPECT_EQ(why(other), "");
   EXPECT_EQ(read(victim), "precious");
   EXPECT_EQ(read(other), "new");
+}
+
+TEST_F(SafeFile, TheAdviceIsAboutTheFolderWhereNothingElseIsKnown) {
+  const std::string told = why(folder / "none" / "mill.var");
+  EXPECT_NE(told.find("name a file in a folder that this user may write"), std::string::npos) << told;
+}
+
+// A daemon may run without standard input: then the first file that it opens is number 0.
+TEST_F(SafeFile, WritesWithoutStandardInput) {
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::close(0);
+    ::_exit(why(path).empty() ? 0 : 1);
+  }
+  int status = 1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read(path), "new");
+}
+
+// errno tells of the last call that failed, not of one that went well.
+TEST_F(SafeFile, WhatFailedBeforeDoesNotMatter) {
+  std::ofstream(path) << "old";
+  std::ofstream(folder / ".mill.var.new") << "left behind by a process that was killed";
+  const pid_t child = ::fork();
+  if (child == 0) {
+    ::alarm(10);
+    errno = EINTR;
+    ::_exit(why(path).empty() ? 0 : 1);
+  }
+  int status = 1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read(path), "new");
+}
+
+TEST_F(SafeFile, RootKeepsTheOwner) {
+  std::ofstream(path) << "old";
+  if (::chown(path.c_str(), 12345, 23456) != 0) GTEST_SKIP() << "only root can give a file away";
+  errno = 0;
+  EXPECT_EQ(why(path), "");
+  struct stat found {};
+  ASSERT_EQ(::lstat(path.c_str(), &found), 0);
+  EXPECT_EQ(found.st_uid, 12345u);
+  EXPECT_EQ(found.st_gid, 23456u);
 }
 
 TEST_F(SafeFile, ReadOnlyHoldsForRootToo) {

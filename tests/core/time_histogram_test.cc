@@ -38,5 +38,13 @@ TEST(TimeHistogram, HoldsEveryDuration) {
   EXPECT_GE(histogram.percentile_us(1.0), 1e6);
 }
 
+TEST(TimeHistogram, IsTrueUpToTwoSeconds) {
+  for (const std::int64_t us : {1'500'000, 1'800'000, 1'900'000, 2'000'000}) {
+    TimeHistogram histogram;
+    histogram.add(1000 * us);
+    EXPECT_EQ(histogram.percentile_us(0.5), static_cast<double>(us));
+  }
+}
+
 }  // namespace
 }  // namespace trn

@@ -37,6 +37,62 @@ TEST_P(UprightTool, StandsWhereTheWordsSayWithRtcpOnAndOff) {
   EXPECT_LT((pose.u_B - Vec3::UnitZ()).norm(), 1e-12);
 }
 
+/// Moves nothing.
+class NoErrors final : public PoseCorrection {
+ public:
+  KinStatus correct(const Pose&, const Vec3&, JointVec&) const TRN_RT override { return KinStatus::kOk; }
+  KinStatus actual(const JointVec&, Pose&) const TRN_RT override { return KinStatus::kOk; }
+};
+
+// What no joints reach has none, with a correction as without.
+TEST(JointMap, TheUnreachableStaysSo) {
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/hexapod.toml"));
+  const auto kinematics = make_kinematics(machine);
+  const NoErrors correction;
+  Words far = Words::Zero();
+  far[kX] = 1e5;
+  for (const PoseCorrection* pose :
+       {static_cast<const PoseCorrection*>(nullptr), static_cast<const PoseCorrection*>(&correction)})
+    for (const bool rtcp : {false, true}) {
+      MapContext context;
+      context.rtcp = rtcp;
+      JointVec q;
+      EXPECT_NE(MachineJointMap(*kinematics, pose).map(far, context, q), KinStatus::kOk) << rtcp;
+    }
+}
+
+/// A machine that stands 3 um to the side and 1e-4 rad about X from where it should, and cannot help it.
+class Stubborn final : public PoseCorrection {
+ public:
+  explicit Stubborn(const Kinematics& kinematics) : kinematics_(kinematics) {}
+  KinStatus correct(const Pose&, const Vec3&, JointVec&) const TRN_RT override { return KinStatus::kOk; }
+  KinStatus actual(const JointVec& q, Pose& X_BS) const TRN_RT override {
+    const KinStatus status = kinematics_.forward(q, X_BS);
+    X_BS.p.x() += 0.003;
+    X_BS.R = X_BS.R * rot_x(1e-4);
+    return status;
+  }
+
+ private:
+  const Kinematics& kinematics_;
+};
+
+// The tip of a tool of 100 mm goes 100 * 1e-4 mm along Y with the turn about X.
+TEST(JointMap, TellsWhatThePoseCorrectionHasLeft) {
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/mill.toml"));
+  const auto kinematics = make_kinematics(machine);
+  const Stubborn correction(*kinematics);
+  MapContext context;
+  context.tool_offset = Vec3(0, 0, 100);
+  Words y = Words::Zero();
+  y.head<3>() = Vec3(50, 20, -30);
+  MachineJointMap::Parts parts;
+  ASSERT_EQ(MachineJointMap(*kinematics, &correction).parts(y, context, parts), KinStatus::kOk);
+  EXPECT_NEAR(parts.left_tip_mm, std::hypot(0.003, 0.01), 1e-6);
+  EXPECT_NEAR(parts.left_axis_rad, 1e-4, 1e-9);
+  EXPECT_TRUE(parts.pose.isZero(0));
+}
+
 INSTANTIATE_TEST_SUITE_P(Configs, UprightTool,
                          testing::Values("cradle", "head", "head_table", "hexapod", "micro_stage", "mill",
                                          "rail_mill"));

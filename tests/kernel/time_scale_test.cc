@@ -81,6 +81,25 @@ TEST(TimeScale, AnySequenceOfTargetsStaysWithinTheBounds) {
   }
 }
 
+// A new rate is reached and not passed, from above as from below.
+TEST(TimeScale, ATargetIsNotOvershot) {
+  for (const double from : {0.0, 0.4, 1.0})
+    for (const double to : {0.05, 0.3, 0.6, 0.8, 0.9, 0.95}) {
+      TimeScale scale(cradle_like(), {}, kT);
+      scale.set_target(from);
+      for (int i = 0; i < 5000 && !scale.at_target(); ++i) scale.step();
+      ASSERT_TRUE(scale.at_target());
+      scale.set_target(to);
+      double farthest = 0;
+      for (int i = 0; i < 5000 && !scale.at_target(); ++i) {
+        scale.step();
+        farthest = std::max(farthest, (scale.rate() - to) * (to > from ? 1 : -1));
+      }
+      EXPECT_TRUE(scale.at_target()) << from << " to " << to;
+      EXPECT_LT(farthest, 1e-4) << from << " to " << to;
+    }
+}
+
 // From full rate at the longest: a rate that still rises has first to be brought to its peak.
 TEST(TimeScale, AStopFromAnyStateTakesLittleMorePlanTimeThanFromFullRate) {
   const auto stop = [](TimeScale& scale) {

@@ -73,5 +73,25 @@ TEST(KinematicsConfig, ImpossibleGeometryIsRefused) {
             std::string::npos);
 }
 
+/// Refusals of the machine with one table of that name less, and with one more.
+std::pair<std::string, std::string> one_less_one_more(const std::string& machine, const std::string& table) {
+  const std::string text = read_text(config_path(machine));
+  const auto first = text.find(table), second = text.find(table, first + 1);
+  EXPECT_NE(second, std::string::npos);
+  std::string less = text, more = text;
+  less.erase(first, second - first);
+  more.insert(first, text.substr(first, second - first));
+  return {failure_of(less), failure_of(more)};
+}
+
+TEST(KinematicsConfig, LegsAndRailsAreCounted) {
+  const auto [five, seven] = one_less_one_more("hexapod", "[[kinematics.leg]]");
+  EXPECT_NE(five.find("a hexapod has 6 legs, not 5"), std::string::npos) << five;
+  EXPECT_NE(seven.find("a hexapod has 6 legs, not 7"), std::string::npos) << seven;
+  const auto [three, more] = one_less_one_more("rail_mill", "[[kinematics.rail]]");
+  EXPECT_NE(three.find("a rail mill has 4 rails, not 3"), std::string::npos) << three;
+  EXPECT_NE(more.find("a rail mill has 4 rails, not 5"), std::string::npos) << more;
+}
+
 }  // namespace
 }  // namespace trn

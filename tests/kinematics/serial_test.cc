@@ -98,6 +98,20 @@ TEST(Serial, ObliqueAxesAgreeWithKdl) {
   judge_by_kdl(machine_of("XYZA", tool_xyz() + work('A', "1,0,0", "0,10,20")), true, rounds(3000));
 }
 
+TEST(Serial, TheOrderOfTheJointsIsFree) {
+  const std::string branches = tool_xyz() + tool('C', "0,0,1") + tool('A', "1,0,0", "0,0,-50");
+  for (const char* order : {"XYZCA", "AXYZC", "CAXYZ"}) {
+    SCOPED_TRACE(order);
+    const LoadedMachine loaded = machine_of(order, branches);
+    judge_by_kdl(loaded, true, 200);
+    const Mat3 R = loaded.kinematics->orientation({0.3, 0, 0.8});
+    EXPECT_LT((R - rot_z(0.8) * rot_x(0.3)).norm(), 1e-14);
+    Vec3 abc;
+    ASSERT_EQ(loaded.kinematics->words_for_axis(R.col(2), {0.2, 0, 0.7}, abc), KinStatus::kOk);
+    EXPECT_LT((abc - Vec3(0.3, 0, 0.8)).norm(), 1e-12);
+  }
+}
+
 TEST(Serial, OtherChainsAreSolvedByNewton) {
   // three rotary axes; and a rotary axis in place of a linear one
   judge_by_kdl(machine_of("XYZABC", tool_xyz() + tool('C', "0,0,1") + tool('A', "1,0,0", "0,0,-50") +

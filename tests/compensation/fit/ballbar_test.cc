@@ -216,5 +216,16 @@ TEST(Ballbar, ThePlanarMethodComesNear) {
   expect_errors(fit, kMeasured, 1e-4, 0.3 * kArcsec);
 }
 
+// Every reading twice says the same, only more surely.
+TEST(Ballbar, TheConditionIsOfTheTestsNotOfTheirNumber) {
+  std::vector<BallbarTrace> twice = measure(kMeasured, kFour, 1e-4);
+  const BallbarFit once = fit_ballbar(cradle_chain(), twice, {false, std::nullopt});
+  const std::vector<BallbarTrace> again = twice;
+  twice.insert(twice.end(), again.begin(), again.end());
+  const BallbarFit fit = fit_ballbar(cradle_chain(), twice, {false, std::nullopt});
+  EXPECT_GT(once.condition, 1);
+  EXPECT_NEAR(fit.condition, once.condition, 1e-6 * once.condition);
+}
+
 }  // namespace
 }  // namespace trn

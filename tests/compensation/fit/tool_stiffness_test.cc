@@ -21,6 +21,16 @@ TEST(ToolStiffness, FindsTheLine) {
   EXPECT_NEAR(fit.sigma_N_mm, 0.1 / std::sqrt(100 * (0.1 * 0.1 / 12)), 0.02);
 }
 
+// Deviations 1, -2, 1 from a line of slope 10: their sum of squares 6 over 1 degree of freedom, over a spread
+// of 2.
+TEST(ToolStiffness, ThreeSamplesAreEnough) {
+  const StiffnessFit fit = fit_stiffness({1, 2, 3}, {11, 18, 31});
+  EXPECT_NEAR(fit.stiffness_N_mm, 10, 1e-12);
+  EXPECT_NEAR(fit.contact_mm, 0, 1e-12);
+  EXPECT_NEAR(fit.rms_N, std::sqrt(2.0), 1e-12);
+  EXPECT_NEAR(fit.sigma_N_mm, std::sqrt(3.0), 1e-12);
+}
+
 TEST(ToolStiffness, RefusesWhatIsNoLine) {
   EXPECT_THROW(fit_stiffness({1, 2}, {1, 2}), std::invalid_argument);
   EXPECT_THROW(fit_stiffness({1, 1, 1}, {1, 2, 3}), std::invalid_argument);

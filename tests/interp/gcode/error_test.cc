@@ -409,5 +409,13 @@ TEST(Errors, ThirtyDamagedPrograms) {
   EXPECT_GE(refused, 30);
 }
 
+// G80 leaves no motion: the first of X, Y and Z is shown, and the line's beginning where there is none.
+TEST(Errors, AxisWordsWithoutAMotionAreShown) {
+  for (const auto& [block, place] : {std::pair("Y1 X2", "p.ngc:2:4:"), std::pair("A1 Z2", "p.ngc:2:4:"),
+                                     std::pair(" A1", "p.ngc:2:1:"), std::pair("F2 C1", "p.ngc:2:1:")})
+    EXPECT_EQ(Session().error(std::string("G80\n") + block + "\nM2").find(place), 0u)
+        << Session().error(std::string("G80\n") + block + "\nM2");
+}
+
 }  // namespace
 }  // namespace trn

@@ -301,5 +301,22 @@ TEST(Dialect, DigitsOfMessages) {
             "MESSAGE(\"1.234568  1.2346  1.235  1\")\n");
 }
 
+// The first axis word of the line, wherever it stands, or the letter that was asked for.
+TEST(Interpreter, APlaceIsThatOfTheFirstAxisWord) {
+  for (const auto& [block, first, of_x] : {std::tuple("G1 F9 Y1 X2", "p.ngc:1:7", "p.ngc:1:10"),
+                                           std::tuple("X2 Y1 G1 F9", "p.ngc:1:1", "p.ngc:1:1"),
+                                           std::tuple("G1 X2 F9 Y1", "p.ngc:1:4", "p.ngc:1:4"),
+                                           std::tuple("F9 Z1 G1 A3 X4", "p.ngc:1:4", "p.ngc:1:13")}) {
+    Session s;
+    test::CanonText sink;
+    Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
+    interpreter.open_text(std::string(block) + "\nM2\n", "p.ngc");
+    ASSERT_TRUE(interpreter.step());
+    EXPECT_EQ(interpreter.place_of(1, 0), first) << block;
+    EXPECT_EQ(interpreter.place_of(1, 'X'), of_x) << block;
+    EXPECT_EQ(interpreter.place_of(7, 0), "p.ngc:7:1") << "of another line nothing is known";
+  }
+}
+
 }  // namespace
 }  // namespace trn

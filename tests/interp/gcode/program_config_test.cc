@@ -98,6 +98,12 @@ TEST(ProgramConfig, WhatCannotBeIsRefused) {
   expect("line_length_max = 10", "line_length_max");
 }
 
+TEST(ProgramConfig, AWordHasTwoLettersAtLeast) {
+  EXPECT_NO_THROW(config_of("[program]\nrtcp_on = [\"TR\"]\n"));
+  EXPECT_THROW(config_of("[program]\nrtcp_on = [\"T\"]\n"), ConfigError);
+  EXPECT_THROW(config_of("[program]\nrtcp_on = [\"T1\"]\n"), ConfigError);
+}
+
 TEST(ProgramConfig, CodesOfCorrectionsAreFree) {
   ProgramConfig config = config_of("[program]\nuser_m = [\"M110\"]\nrtcp_on = [\"M128\"]\n");
   const auto code = [&](const std::string& spelt) {

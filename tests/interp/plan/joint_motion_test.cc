@@ -51,5 +51,20 @@ TEST(JointMotion, EndsAndRangeAreThoseOfTheMotion) {
   }
 }
 
+// Where a bend begins, a part that begins or ends there knows its own side only.
+TEST(JointMotion, APartThatBeginsAtABorderHasTheDerivativesBehindIt) {
+  auto grid = make_grid(
+      {0.5, 0.5}, [](double) { return straight_sample(1e6); }, 1e5, 8);
+  for (speed::PathSample& p : grid[1].samples) p.d2[0] = 0.4;
+  const speed::JointRates rates = speed::joint_rates(linear_joints(1), 1, 1);
+  const speed::LawSegment segment{{0, 5, 0}, 0, 0.2, 0, 2};  // 5 mm/s: the border is met at 0.1 s
+  const JointMotion before = speed::joint_motion(segment, grid, rates, 0, 0.1),
+                    behind = speed::joint_motion(segment, grid, rates, 0.1, 0.2);
+  EXPECT_EQ(before.a[0], 0);
+  EXPECT_EQ(before.a_end[0], 0);
+  EXPECT_NEAR(behind.a[0], 0.4 * 25 / 1e5, 1e-9);
+  EXPECT_NEAR(behind.a_end[0], 0.4 * 25 / 1e5, 1e-9);
+}
+
 }  // namespace
 }  // namespace trn::speed_test

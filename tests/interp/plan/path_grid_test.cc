@@ -64,6 +64,13 @@ TEST(PathGrid, NodesLieEvenlyInTime) {
   EXPECT_LT(laid.grid.intervals().size(), 2 * (20 / 100.0 + 0.1) / 0.005);
 }
 
+// An interval has one jerk of the path. Over a radian of a circle the joints' jerks turn by as much, which it
+// cannot follow, however long the piece.
+TEST(PathGrid, AtOneFeedIntervalsGrowOnlyAsFarAsTheCurveAllows) {
+  Laid laid(circle(10, 50), {100});
+  for (const GridInterval& g : laid.grid.intervals()) ASSERT_LT(g.h, 10) << g.s;
+}
+
 // P8: next to a place at 0.01 mm/s no interval is longer than half of e + d.
 TEST(PathGrid, IntervalsGrowWithTheDistanceFromASlowPlace) {
   Laid laid({line(0, 20), line(20, 20.002), line(20.002, 40)}, {100, 0.01, 100});

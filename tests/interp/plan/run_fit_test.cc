@@ -152,6 +152,27 @@ TEST(RunFit, ACornerGetsLittleOfTheTolerance) {
   }
 }
 
+// A bump of a few chords, which spans that suit the rest cannot follow: they are refined there, from either
+// end alike.
+TEST(RunFit, ARunBackwardsIsRefinedAtTheSamePlaces) {
+  std::vector<RunVertex> v;
+  for (int i = 0; i <= 100; ++i) {
+    const double bump = 0.12 * std::exp(-0.5 * std::pow((i - 40) / 1.1, 2)), x = 0.3 * i;
+    const Words y = words(x, bump + 0.004 * std::sin(40 * x));
+    v.push_back({v.empty() ? 0 : v.back().u + run_length(y - v.back().y), y, 0});
+  }
+  std::vector<RunVertex> back(v.rbegin(), v.rend());
+  for (RunVertex& vertex : back) vertex.u = v.back().u - vertex.u;
+  const RunFit there = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, 0.005, 0.002}),
+               again = fit_run({back, RunEnd::kPoint, RunEnd::kPoint, nullptr, 0.005, 0.002});
+  ASSERT_TRUE(there.ok);
+  ASSERT_TRUE(again.ok);
+  ASSERT_EQ(there.spline.span_count(), again.spline.span_count());
+  for (int k = 0; k <= there.spline.span_count(); ++k)
+    EXPECT_NEAR(there.spline.at_break(k), v.back().u - again.spline.at_break(there.spline.span_count() - k),
+                1e-3);
+}
+
 TEST(RunFit, WhatNoCurveFitsIsReportedWithItsPlace) {
   std::vector<RunVertex> v;
   for (int i = 0; i <= 20; ++i) v.push_back({0.3 * i, words(0.3 * i, i == 12 ? 0.5 : 0), 0});

@@ -60,5 +60,18 @@ TEST(RunTarget, SagIsAtMostHalfTheTolerance) {
   EXPECT_NEAR(greatest, 0.01, 1e-9);
 }
 
+// Where the length along the run is counted from does not matter, also where the change of slope is bounded.
+TEST(RunTarget, KnowsDistancesOnly) {
+  std::vector<RunVertex> near, far;
+  for (int i = 0; i < 9; ++i) {
+    near.push_back({1.0 * i, words(i, i % 2 ? 1.5 : 0), 0});
+    far.push_back({1000.0 + i, near.back().y, 0});
+  }
+  const RunTarget a(near, 100, 1), b(far, 100, 1);
+  for (size_t chord = 0; chord + 1 < near.size(); ++chord)
+    for (const double part : {0.2, 0.5, 0.7})
+      EXPECT_LT((a.at(chord, part) - b.at(chord, part)).norm(), 1e-12) << chord;
+}
+
 }  // namespace
 }  // namespace trn::geometry_check

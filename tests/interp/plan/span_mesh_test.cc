@@ -83,5 +83,15 @@ TEST(SpanMesh, ARunBackwardsHasTheSameBreaks) {
   for (size_t i = 0; i < there.size(); ++i) EXPECT_NEAR(there[i], end - back[back.size() - 1 - i], 1e-6);
 }
 
+// Where the machine's zero lies does not matter.
+TEST(SpanMesh, ARunFarAwayHasTheSameBreaks) {
+  const auto near = polyline(40, 0.2, [](double x) { return 0.5 * x * std::sin(x); });
+  auto far = near;
+  for (RunVertex& vertex : far) vertex.y += words(-20, 300, 50);
+  const auto there = mesh(near), away = mesh(far);
+  ASSERT_EQ(there.size(), away.size());
+  for (size_t i = 0; i < there.size(); ++i) EXPECT_NEAR(there[i], away[i], 1e-6);
+}
+
 }  // namespace
 }  // namespace trn::geometry_check

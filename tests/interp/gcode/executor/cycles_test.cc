@@ -84,6 +84,21 @@ TEST(Cycles, AreTheSameInEveryPlane) {
       }
 }
 
+// RS274/NGC, 3.5.16.8: every step of a back boring.
+TEST(Cycles, BackBoringGoesInBesideTheHoleAndCutsUpwards) {
+  const std::vector<Straights::Step> steps =
+      straights("F9 S9 M3 G0 Z8\nG90 G98 G87 X1 Y2 Z-3 R4 I.5 J-.5 K-1");
+  const std::pair<bool, Vec3> expected[] = {
+      {false, {1.5, 1.5, 4}}, {false, {1.5, 1.5, -3}}, {false, {1, 2, -3}},    {true, {1, 2, -1}},
+      {true, {1, 2, -3}},     {false, {1.5, 1.5, -3}}, {false, {1.5, 1.5, 8}}, {false, {1, 2, 8}}};
+  ASSERT_GE(steps.size(), std::size(expected));
+  const std::size_t first = steps.size() - std::size(expected);
+  for (std::size_t i = 0; i < std::size(expected); ++i) {
+    EXPECT_EQ(steps[first + i].feed, expected[i].first) << i;
+    EXPECT_LT((steps[first + i].to - expected[i].second).norm(), 1e-12) << i;
+  }
+}
+
 struct Refusal {
   const char* program;
   GcodeErrorCode code;

@@ -65,6 +65,24 @@ TEST(Splines, ARationalOneIsItsCircle) {
     for (const double t : {0.0, 0.3, 0.7, 1.0}) EXPECT_NEAR(bezier(arc.hull, piece, t).norm(), 10, 1e-3);
 }
 
+TEST(Splines, ANurbsHasOrderThreeAndWeightOneUnlessToldOtherwise) {
+  const std::string rest = "\nX10 Y10 P2\nX0 Y10 P1\nX-5 Y3 P1\nG5.3";
+  const LastSpline told = spline_of("F9 G0 X10\nG5.2 P1 L3" + rest),
+                   untold = spline_of("F9 G0 X10\nG5.2" + rest);
+  ASSERT_EQ(told.hull.size(), untold.hull.size());
+  for (std::size_t i = 0; i < told.hull.size(); ++i) EXPECT_EQ(told.hull[i], untold.hull[i]) << i;
+}
+
+TEST(Splines, ANurbsOfOrderTwoIsItsPolygon) {
+  const LastSpline line = spline_of("F9 G5.2 P1 L2\nX10 Y0 P1\nX10 Y4 P1\nG5.3");
+  ASSERT_GE(line.hull.size(), 8U);
+  for (std::size_t piece = 0; piece < line.hull.size() / 4; ++piece)
+    for (const double t : {0.0, 0.25, 0.6, 1.0}) {
+      const auto p = bezier(line.hull, piece, t);
+      EXPECT_LT(std::min(std::abs(p.y()), std::abs(p.x() - 10)), 1e-9) << p.x() << " " << p.y();
+    }
+}
+
 TEST(Splines, AreRefusedWithTheirReason) {
   using enum GcodeErrorCode;
   struct Refusal {

@@ -86,6 +86,13 @@ TEST(Flow, CallsByNumberNameAndExpression) {
   EXPECT_EQ(canon("o7 sub\nG0 X1\no7 endsub\n#3=7\no#3 call\no[3+4] call"), moves({"T 1 0 0", "T 1 0 0"}));
 }
 
+TEST(Flow, ALabelFromAnExpressionIsAWholeNumberFromZero) {
+  EXPECT_EQ(canon("o0 sub\nG0 X1\no0 endsub\no[0] call\no[1 - 0.99995] call"), moves({"T 1 0 0", "T 1 0 0"}));
+  for (const char* bad : {"-1", "0.5", "1.001"})
+    EXPECT_NE(Session().error(fmt::format("o[{}] call\nM2", bad)).find("the label"), std::string::npos)
+        << bad;
+}
+
 TEST(Flow, CallBeforeDefinitionAndRecursion) {
   EXPECT_EQ(canon("o1 call [3]\no1 sub\no2 if [#1 gt 0]\nG0 X#1\no1 call [#1 - 1]\no2 endif\no1 endsub"),
             moves({"T 3 0 0", "T 2 0 0", "T 1 0 0"}));

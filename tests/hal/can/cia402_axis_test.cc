@@ -1,0 +1,118 @@
+#include "hal/can/cia402_axis.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <vector>
+
+// Words of CiA 402-2, 8.4: statuswords of the states, controlwords that lead on.
+namespace trn {
+namespace {
+
+constexpr std::uint16_t kFaultWord = 0x0208, kDisabledWord = 0x0240, kReadyWord = 0x0221, kOnWord = 0x0223,
+                        kEnabledWord = 0x0227;
+
+class Cia402AxisTest : public testing::Test {
+ protected:
+  Cia402AxisTest() {
+    config.counts_per_unit = 1000;
+    config.enable_periods_max = 20;
+    axis = std::make_unique<Cia402Axis>(config);
+  }
+  std::uint16_t step(std::uint16_t status, std::int32_t position = 0, double q = 0, bool follow = false) {
+    axis->step({status, position, 8, true}, q, 0, follow, output);
+    return output.controlword;
+  }
+  void enable() {
+    axis->enable();
+    for (const std::uint16_t word : {kDisabledWord, kReadyWord, kOnWord, kEnabledWord, kEnabledWord})
+      step(word);
+    ASSERT_EQ(axis->state(), DriveState::kEnabled);
+  }
+  Cia402Axis::Config config;
+  Cia402Axis::Output output;
+  std::unique_ptr<Cia402Axis> axis;
+};
+
+TEST_F(Cia402AxisTest, EveryStateIsAnsweredWithTheWordThatLeadsOn) {
+  EXPECT_EQ(step(kDisabledWord), 0x00) << "not told to be enabled";
+  axis->enable();
+  EXPECT_EQ(step(kDisabledWord), 0x06);
+  EXPECT_EQ(step(kReadyWord), 0x07);
+  EXPECT_EQ(step(kOnWord), 0x0F);
+  EXPECT_EQ(axis->state(), DriveState::kStarting);
+  EXPECT_EQ(step(kEnabledWord), 0x0F);
+  EXPECT_EQ(axis->state(), DriveState::kEnabled);
+  EXPECT_EQ(output.mode, 8);
+}
+
+// 8.4.1: a rising edge of bit 7 resets; every other bit stays 0.
+TEST_F(Cia402AxisTest, AResetIsEdgesOfBitSevenUntilTheDriveObeys) {
+  EXPECT_EQ(step(kFaultWord), 0x00);
+  EXPECT_EQ(axis->fault(), Fault::kDriveFault);
+  axis->reset();
+  for (const int word : {0x80, 0x00, 0x80, 0x00}) {
+    EXPECT_EQ(step(kFaultWord), word);
+    EXPECT_EQ(axis->state(), DriveState::kStarting);
+  }
+  EXPECT_EQ(step(kDisabledWord), 0x00);
+  EXPECT_EQ(axis->fault(), Fault::kOk);
+  step(kFaultWord);
+  EXPECT_EQ(axis->fault(), Fault::kDriveFault) << "a new one";
+}
+
+TEST_F(Cia402AxisTest, AResetThatTheDriveDoesNotObeyEnds) {
+  step(kFaultWord);
+  axis->reset();
+  for (int i = 0; i < 20; ++i) step(kFaultWord);
+  EXPECT_EQ(axis->fault(), Fault::kOk);
+  EXPECT_EQ(step(kFaultWord), 0x00);
+  EXPECT_EQ(axis->fault(), Fault::kDriveFault);
+  EXPECT_EQ(axis->state(), DriveState::kFault);
+}
+
+TEST_F(Cia402AxisTest, ADriveThatStaysOnItsWayIsLate) {
+  axis->enable();
+  for (int i = 0; i < 20; ++i) step(kReadyWord);
+  EXPECT_EQ(axis->fault(), Fault::kOk);
+  step(kReadyWord);
+  EXPECT_EQ(axis->fault(), Fault::kDriveNotReady);
+}
+
+TEST_F(Cia402AxisTest, AQuickStopIsCommandedWhileThereIsPower) {
+  enable();
+  axis->quick_stop();
+  EXPECT_EQ(step(kEnabledWord), 0x02);
+  EXPECT_EQ(step(0x0207), 0x02) << "quick stop active";
+  EXPECT_EQ(axis->state(), DriveState::kQuickStop);
+  EXPECT_EQ(step(kDisabledWord), 0x00);
+  EXPECT_EQ(axis->state(), DriveState::kOff);
+}
+
+TEST_F(Cia402AxisTest, ItHoldsWhereItStoodAndFollowsToTheCount) {
+  axis->enable();
+  for (const std::uint16_t word : {kDisabledWord, kReadyWord, kOnWord, kEnabledWord}) step(word, 5000);
+  EXPECT_EQ(output.position, 5000);
+  step(kEnabledWord, 5003);
+  EXPECT_EQ(output.position, 5000) << "a drive that is pushed away goes back";
+  step(kEnabledWord, 5003, 5.0124, true);
+  EXPECT_EQ(output.position, 5012);
+  EXPECT_DOUBLE_EQ(axis->measured(), 5.003);
+}
+
+TEST_F(Cia402AxisTest, TheFollowingErrorIsToTheSetpointTwoPeriodsBefore) {
+  config.following_error_max = 0.1;
+  axis = std::make_unique<Cia402Axis>(config);
+  enable();
+  // 0.3 mm a period: measured two periods behind is right, one less is 0.3 mm off
+  for (int i = 0; i < 10; ++i) {
+    const int behind = i < 2 ? 0 : 300 * (i - 2);
+    step(kEnabledWord, behind, 0.3 * i, true);
+    ASSERT_EQ(axis->fault(), Fault::kOk) << i;
+  }
+  step(kEnabledWord, 300 * 8 + 101, 3.0, true);
+  EXPECT_EQ(axis->fault(), Fault::kFollowingError);
+}
+
+}  // namespace
+}  // namespace trn

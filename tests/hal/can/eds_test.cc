@@ -1,0 +1,75 @@
+#include "hal/can/eds.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace trn {
+namespace {
+
+using Bytes = std::vector<std::uint8_t>;
+
+TEST(EncodeInteger, ItsRangeIsThatOfTheType) {
+  struct Row {
+    DataType type;
+    std::int64_t low, high;
+  };
+  // CiA 301, 7.1.4.3 and 7.1.4.4
+  for (const Row& row : {Row{DataType::kInteger8, -128, 127}, Row{DataType::kInteger16, -32768, 32767},
+                         Row{DataType::kInteger32, -2147483648LL, 2147483647LL}}) {
+    const std::int64_t wrapped_high = 2 * row.high + 1;  // data sheets write -1 as 0xFF.. too
+    for (const std::int64_t value : {row.low, row.low + 1, std::int64_t{-1}, std::int64_t{0}, row.high}) {
+      const Bytes bytes = encode_integer(row.type, value);
+      ASSERT_EQ(static_cast<int>(bytes.size()), bits_of(row.type) / 8) << value;
+      EXPECT_EQ(decode_integer(row.type, bytes), value);
+    }
+    EXPECT_EQ(decode_integer(row.type, encode_integer(row.type, row.high + 1)), row.low);
+    EXPECT_EQ(decode_integer(row.type, encode_integer(row.type, wrapped_high)), -1);
+    EXPECT_TRUE(encode_integer(row.type, row.low - 1).empty()) << row.low;
+    EXPECT_TRUE(encode_integer(row.type, wrapped_high + 1).empty()) << row.low;
+  }
+  for (const Row& row : {Row{DataType::kUnsigned8, 0, 255}, Row{DataType::kUnsigned16, 0, 65535},
+                         Row{DataType::kUnsigned32, 0, 4294967295LL}}) {
+    EXPECT_EQ(decode_integer(row.type, encode_integer(row.type, row.high)), row.high);
+    EXPECT_EQ(decode_integer(row.type, encode_integer(row.type, 0)), 0);
+    EXPECT_TRUE(encode_integer(row.type, -1).empty()) << row.high;
+    EXPECT_TRUE(encode_integer(row.type, row.high + 1).empty()) << row.high;
+  }
+  EXPECT_EQ(encode_integer(DataType::kInteger16, -2), (Bytes{0xFE, 0xFF}));
+  EXPECT_EQ(encode_integer(DataType::kUnsigned32, 0x01020304), (Bytes{4, 3, 2, 1}));
+  EXPECT_EQ(encode_integer(DataType::kInteger64, -2),
+            (Bytes{0xFE, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF, 0xFF}));
+  EXPECT_TRUE(encode_integer(DataType::kVisibleString, 1).empty());
+}
+
+std::string name_in(const std::string& bytes) {
+  return parse_eds("[6060]\nParameterName=" + bytes + "\nDataType=2\nAccessType=rw\n", "x.eds", 1)
+      .name_of({0x6060, 0});
+}
+
+// RFC 3629, 4: how many bytes follow which first byte; what is no UTF-8 is of the code page.
+TEST(Eds, NamesInUtf8AndInTheCodePage) {
+  const std::string u_umlaut = "\xC3\xBC", euro = "\xE2\x82\xAC", clef = "\xF0\x9D\x84\x9E";
+  for (const std::string& letter : {u_umlaut, euro, clef})
+    EXPECT_EQ(name_in("f" + letter + "r"), "f" + letter + "r");
+  EXPECT_EQ(name_in("f\xFCr"), "f" + u_umlaut + "r") << "Windows-1252";
+  EXPECT_EQ(name_in("\xC3r"), "\xC3\x83r") << "begins as UTF-8, and is not";
+  EXPECT_EQ(name_in("\x80 5"), "EUR 5");
+}
+
+TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
+  const auto warnings = [](const std::string& suffix) {
+    return parse_eds("[1003]\nParameterName=Errors\nDataType=7\n[1003" + suffix + "]\nNrOfEntries=1\n1=x\n",
+                     "x.eds", 1)
+        .warnings;
+  };
+  for (const char* suffix : {"Name", "Value", "ObjectLinks", "Denotation"})
+    EXPECT_TRUE(warnings(suffix).empty()) << suffix << ": " << warnings(suffix)[0];
+  ASSERT_EQ(warnings("Names").size(), 1u);
+  EXPECT_EQ(warnings("Names")[0], "x.eds:4: section [1003names] is not known; left out");
+}
+
+}  // namespace
+}  // namespace trn

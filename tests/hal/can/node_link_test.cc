@@ -1,0 +1,125 @@
+#include "hal/can/node_link.h"
+
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdint>
+
+// One node in the tick, frames by hand: TPDO 1 of node 5 has statusword and position.
+namespace trn {
+namespace {
+
+class NodeLinkTest : public testing::Test {
+ protected:
+  NodeLinkTest() {
+    NodeLink::Config config;
+    config.id = 5;
+    config.name = "node 5";
+    config.tpdos = {{0x185, 0, 1, 1, false, {{{0x6041, 0}, 16, 0}, {{0x6064, 0}, 32, 2}}}};
+    config.watch = {3, 10, 4};
+    config.axis.counts_per_unit = 1000;
+    link = std::make_unique<NodeLink>(config);
+    link->shared().setups = 1;
+    step();  // takes notice of the setup, and forgets what came before
+    link->shared().needs_setup = false;
+    link->shared().watched = true;
+  }
+  void feedback() { link->receive(make_frame(0x185, {0x40, 0x02, 0xE8, 0x03, 0, 0})); }
+  void heartbeat(std::uint8_t byte) { link->receive(make_frame(0x705, {byte})); }
+  void step() { link->step(0, 0, false); }
+  std::unique_ptr<NodeLink> link;
+};
+
+TEST_F(NodeLinkTest, ASilentDriveIsLostAndSetUpAgain) {
+  heartbeat(5);
+  feedback();
+  step();
+  EXPECT_EQ(link->shared().statusword.load(), 0x0240);
+  for (int i = 0; i < 3; ++i) step();
+  EXPECT_EQ(link->fault(), Fault::kOk) << "as many periods as it may miss";
+  EXPECT_FALSE(link->shared().needs_setup.load());
+  EXPECT_EQ(link->shared().missed.load(), 3u);
+  step();
+  EXPECT_EQ(link->fault(), Fault::kDriveLost);
+  EXPECT_EQ(link->state(), DriveState::kLost);
+  EXPECT_TRUE(link->shared().needs_setup.load());
+}
+
+TEST_F(NodeLinkTest, AMissingHeartbeatNeedsNoSetup) {
+  heartbeat(5);
+  for (int i = 0; i < 10; ++i) {
+    feedback();
+    step();
+  }
+  EXPECT_EQ(link->fault(), Fault::kOk);
+  feedback();
+  step();
+  EXPECT_EQ(link->fault(), Fault::kHeartbeatLost);
+  EXPECT_FALSE(link->shared().needs_setup.load());
+  EXPECT_EQ(link->explain(), "node 5: no heartbeat (0x705) for more than 10 periods, feedback still comes");
+}
+
+TEST_F(NodeLinkTest, ANodeThatRestartsOrLeavesItsStateIsSetUpAgain) {
+  feedback();
+  step();
+  heartbeat(0);
+  EXPECT_EQ(link->fault(), Fault::kDriveRestarted);
+  EXPECT_TRUE(link->shared().needs_setup.load());
+  link->shared().needs_setup = false;
+  link->reset();
+  heartbeat(127);
+  EXPECT_EQ(link->fault(), Fault::kDriveDropped);
+  EXPECT_TRUE(link->shared().needs_setup.load());
+}
+
+TEST_F(NodeLinkTest, APdoOfAnotherLengthIsNoMeasurement) {
+  feedback();
+  step();
+  link->receive(make_frame(0x185, {0x27, 0x02, 0, 0, 0}));
+  link->receive(make_frame(0x185, {0x27, 0x02, 0, 0, 0, 0, 0}));
+  step();
+  EXPECT_EQ(link->shared().wrong_length.load(), 2u);
+  EXPECT_EQ(link->shared().missed.load(), 1u);
+  EXPECT_EQ(link->shared().statusword.load(), 0x0240);
+}
+
+// CiA 301, 7.2.8.3.2.1: the bit alternates between answers, and is 0 in the first after boot-up.
+TEST_F(NodeLinkTest, GuardingAnswersAlternate) {
+  step();
+  for (const int byte : {0x05, 0x85, 0x05, 0x85}) heartbeat(static_cast<std::uint8_t>(byte));
+  EXPECT_EQ(link->shared().guard_toggle_errors.load(), 0u);
+  heartbeat(0x85);
+  EXPECT_EQ(link->shared().guard_toggle_errors.load(), 1u);
+  heartbeat(0x05);
+  EXPECT_EQ(link->shared().guard_toggle_errors.load(), 1u);
+}
+
+TEST_F(NodeLinkTest, AGuardingAnswerIsAskedForEverySoManyPeriods) {
+  std::array<CanFrame, 5> frames;
+  int requests = 0;
+  for (int i = 1; i <= 12; ++i) {
+    const int count = link->fill(frames);
+    requests += count;
+    EXPECT_EQ(count, i % 4 == 0 ? 1 : 0) << i;
+    EXPECT_TRUE(count == 0 || (frames[0].remote && frames[0].id == 0x705)) << i;
+  }
+  EXPECT_EQ(requests, 3);
+}
+
+TEST_F(NodeLinkTest, AnEmergencyIsAWarningAndKeptForTheMessage) {
+  feedback();
+  step();
+  link->receive(make_frame(0x085, {0x10, 0x23, 0x02, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(link->fault(), Fault::kDriveWarning);
+  EXPECT_FALSE(link->shared().needs_setup.load());
+  step();
+  EXPECT_NE(link->explain().find("emergency 0x2310 (continuous over-current), error register 0x02"),
+            std::string::npos)
+      << link->explain();
+  link->receive(make_frame(0x085, {0x00, 0x00, 0x00, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(link->shared().error_register.load(), 0);
+  EXPECT_EQ(link->shared().emergency.load(), 0x2310) << "the last one that said something";
+}
+
+}  // namespace
+}  // namespace trn
