@@ -9,6 +9,8 @@
 #include <map>
 #include <sstream>
 
+#include "core/config_record.h"
+
 namespace trn {
 
 struct ConfigTable::Node {
@@ -18,11 +20,14 @@ struct ConfigTable::Node {
   std::string path;  // dotted, for messages
   std::vector<std::string> known;
   std::map<std::string, std::vector<std::shared_ptr<Node>>, std::less<>> children;
+  std::string kind;                      // as AskedKey::kind
+  std::shared_ptr<ConfigRecord> record;  // most often null: nobody wants to know
 };
 
 namespace {
 
 using Node = ConfigTable::Node;
+using Form = AskedKey::Form;
 
 std::size_t edit_distance(std::string_view a, std::string_view b) {
   std::vector<std::size_t> row(b.size() + 1);
@@ -72,6 +77,37 @@ const toml::node& require(Node& node, std::string_view key) {
   throw error_at(node, node.table->source(), fmt::format("missing key '{}'", dotted(node, key)));
 }
 
+/// The question as it was noted, for what belongs to its form; null where no record is kept.
+AskedKey* note(const Node& node, std::string_view key, Form form, bool required) {
+  if (!node.record) return nullptr;
+  AskedKey& asked = node.record->asked.emplace_back();
+  asked.table = node.path;
+  asked.kind = node.kind;
+  asked.key = key;
+  asked.form = form;
+  asked.required = required;
+  return &asked;
+}
+
+void set_range(AskedKey& asked, Range range) {
+  asked.min = range.min;
+  asked.max = range.max;
+}
+
+std::string kind_of(const toml::table& table, const std::string& kind_around) {
+  return table["type"].value_or(kind_around);
+}
+
+/// As a config would spell it.
+std::string spelt(double value) { return fmt::format("{:.12g}", value); }
+std::string spelt(std::string_view text) { return fmt::format("\"{}\"", text); }
+template <class Values>
+std::string spelt_list(const Values& values) {
+  std::string out;
+  for (const auto& value : values) out += (out.empty() ? "" : ", ") + spelt(value);
+  return "[" + out + "]";
+}
+
 double as_number(const Node& node, const toml::node& value, std::string_view key, Range range) {
   const auto number = value.value<double>();
   if (!value.is_number() || !number)
@@ -112,6 +148,8 @@ std::shared_ptr<Node> child(Node& node, const toml::node& value, std::string_vie
   made->table = value.as_table();
   made->file = node.file;
   made->path = in_array ? fmt::format("{}[{}]", dotted(node, key), index) : dotted(node, key);
+  made->record = node.record;
+  if (node.record) made->kind = kind_of(*made->table, node.kind);
   if (list.size() <= index) list.resize(index + 1);
   list[index] = made;
   return made;
@@ -137,11 +175,12 @@ void finish_node(const Node& node) {
       if (made) finish_node(*made);
 }
 
-ConfigTable make_root(toml::table parsed, const std::string& name) {
+ConfigTable make_root(toml::table parsed, const std::string& name, std::shared_ptr<ConfigRecord> record) {
   auto node = std::make_shared<Node>();
   node->document = std::make_shared<const toml::table>(std::move(parsed));
   node->table = node->document.get();
   node->file = name;
+  node->record = std::move(record);
   return ConfigTable(node);
 }
 
@@ -161,15 +200,21 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 }
 
 double ConfigTable::number(std::string_view key, Range range) const {
+  if (AskedKey* asked = note(*node_, key, Form::kNumber, true)) set_range(*asked, range);
   return as_number(*node_, require(*node_, key), key, range);
 }
 
 double ConfigTable::number(std::string_view key, double fallback, Range range) const {
+  if (AskedKey* asked = note(*node_, key, Form::kNumber, false)) {
+    set_range(*asked, range);
+    asked->fallback = spelt(fallback);
+  }
   const toml::node* value = find(*node_, key);
   return value ? as_number(*node_, *value, key, range) : fallback;
 }
 
 long ConfigTable::integer(std::string_view key, Range range) const {
+  if (AskedKey* asked = note(*node_, key, Form::kWholeNumber, true)) set_range(*asked, range);
   const toml::node& value = require(*node_, key);
   if (!value.is_integer())
     throw error_at(*node_, value.source(), fmt::format("'{}' must be a whole number", dotted(*node_, key)));
@@ -178,28 +223,38 @@ long ConfigTable::integer(std::string_view key, Range range) const {
 }
 
 long ConfigTable::integer(std::string_view key, long fallback, Range range) const {
+  if (AskedKey* asked = note(*node_, key, Form::kWholeNumber, false)) {
+    set_range(*asked, range);
+    asked->fallback = fmt::format("{}", fallback);
+  }
   return find(*node_, key) ? integer(key, range) : fallback;
 }
 
 bool ConfigTable::boolean(std::string_view key) const {
+  note(*node_, key, Form::kBoolean, true);
   return as_boolean(*node_, require(*node_, key), key);
 }
 
 bool ConfigTable::boolean(std::string_view key, bool fallback) const {
+  if (AskedKey* asked = note(*node_, key, Form::kBoolean, false))
+    asked->fallback = fmt::format("{}", fallback);
   const toml::node* value = find(*node_, key);
   return value ? as_boolean(*node_, *value, key) : fallback;
 }
 
 std::string ConfigTable::text(std::string_view key) const {
+  note(*node_, key, Form::kText, true);
   return as_text(*node_, require(*node_, key), key);
 }
 
 std::string ConfigTable::text(std::string_view key, std::string_view fallback) const {
+  if (AskedKey* asked = note(*node_, key, Form::kText, false)) asked->fallback = spelt(fallback);
   const toml::node* value = find(*node_, key);
   return value ? as_text(*node_, *value, key) : std::string(fallback);
 }
 
 std::string ConfigTable::choice(std::string_view key, const std::vector<std::string>& choices) const {
+  if (AskedKey* asked = note(*node_, key, Form::kChoice, true)) asked->choices = choices;
   const std::string value = text(key);
   if (std::find(choices.begin(), choices.end(), value) != choices.end()) return value;
   const std::string near = nearest_word(value, choices);
@@ -210,20 +265,27 @@ std::string ConfigTable::choice(std::string_view key, const std::vector<std::str
 
 std::string ConfigTable::choice(std::string_view key, const std::vector<std::string>& choices,
                                 std::string_view fallback) const {
+  if (AskedKey* asked = note(*node_, key, Form::kChoice, false)) {
+    asked->choices = choices;
+    asked->fallback = spelt(fallback);
+  }
   return find(*node_, key) ? choice(key, choices) : std::string(fallback);
 }
 
 Vec3 ConfigTable::vec3(std::string_view key) const {
+  note(*node_, key, Form::kThreeNumbers, true);
   const std::vector<double> values = numbers(key);
   if (values.size() != 3) throw error(key, fmt::format("'{}' must have three numbers", dotted(*node_, key)));
   return {values[0], values[1], values[2]};
 }
 
 Vec3 ConfigTable::vec3(std::string_view key, const Vec3& fallback) const {
+  if (AskedKey* asked = note(*node_, key, Form::kThreeNumbers, false)) asked->fallback = spelt_list(fallback);
   return find(*node_, key) ? vec3(key) : fallback;
 }
 
 std::vector<double> ConfigTable::numbers(std::string_view key) const {
+  note(*node_, key, Form::kNumbers, true);
   std::vector<double> out;
   for (const toml::node& value : as_array(*node_, require(*node_, key), key))
     out.push_back(as_number(*node_, value, key, kAnyNumber));
@@ -231,6 +293,7 @@ std::vector<double> ConfigTable::numbers(std::string_view key) const {
 }
 
 std::vector<std::string> ConfigTable::texts(std::string_view key) const {
+  note(*node_, key, Form::kTexts, true);
   std::vector<std::string> out;
   for (const toml::node& value : as_array(*node_, require(*node_, key), key))
     out.push_back(as_text(*node_, value, key));
@@ -239,19 +302,23 @@ std::vector<std::string> ConfigTable::texts(std::string_view key) const {
 
 std::vector<std::string> ConfigTable::texts(std::string_view key,
                                             const std::vector<std::string>& fallback) const {
+  if (AskedKey* asked = note(*node_, key, Form::kTexts, false)) asked->fallback = spelt_list(fallback);
   return find(*node_, key) ? texts(key) : fallback;
 }
 
 ConfigTable ConfigTable::table(std::string_view key) const {
+  note(*node_, key, Form::kTable, true);
   return ConfigTable(child(*node_, require(*node_, key), key, 0, false));
 }
 
 std::optional<ConfigTable> ConfigTable::table_if(std::string_view key) const {
+  note(*node_, key, Form::kTable, false);
   if (!find(*node_, key)) return std::nullopt;
   return table(key);
 }
 
 std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
+  note(*node_, key, Form::kTables, true);
   std::vector<ConfigTable> out;
   for (const toml::node& value : as_array(*node_, require(*node_, key), key))
     out.emplace_back(child(*node_, value, key, out.size(), true));
@@ -259,12 +326,16 @@ std::vector<ConfigTable> ConfigTable::tables(std::string_view key) const {
 }
 
 std::vector<ConfigTable> ConfigTable::tables_if(std::string_view key) const {
+  note(*node_, key, Form::kTables, false);
   return find(*node_, key) ? tables(key) : std::vector<ConfigTable>{};
 }
 
 const std::string& ConfigTable::file() const { return node_->file; }
 
-bool ConfigTable::has(std::string_view key) const { return find(*node_, key) != nullptr; }
+bool ConfigTable::has(std::string_view key) const {
+  note(*node_, key, Form::kPresence, false);
+  return find(*node_, key) != nullptr;
+}
 
 void ConfigTable::finish() const { finish_node(*node_); }
 
@@ -274,8 +345,13 @@ ConfigError ConfigTable::error(std::string_view key, std::string_view message) c
 }
 
 ConfigTable parse_config(std::string_view text, const std::string& name) {
+  return parse_config(text, name, nullptr);
+}
+
+ConfigTable parse_config(std::string_view text, const std::string& name,
+                         std::shared_ptr<ConfigRecord> record) {
   try {
-    return make_root(toml::parse(text, name), name);
+    return make_root(toml::parse(text, name), name, std::move(record));
   } catch (const toml::parse_error& bad) {
     throw ConfigError(fmt::format("{}:{}:{}: {}", name, bad.source().begin.line, bad.source().begin.column,
                                   bad.description()));

@@ -17,6 +17,7 @@ void add_interpret(CLI::App& app, Exit& exit);
 void add_kin(CLI::App& app, Exit& exit);
 void add_workspace(CLI::App& app, Exit& exit);
 void add_check_trace(CLI::App& app, Exit& exit);
+void add_config(CLI::App& app, Exit& exit);
 void add_daemon(CLI::App& app, Exit& exit);
 void add_ballbar(CLI::App& app, Exit& exit);
 void add_joint_table(CLI::App& app, Exit& exit);

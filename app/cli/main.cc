@@ -54,6 +54,7 @@ int main(int argc, char** argv) {
   trn::add_kin(app, exit);
   trn::add_workspace(app, exit);
   trn::add_check_trace(app, exit);
+  trn::add_config(app, exit);
   trn::add_micromill(app, exit);
   trn::add_daemon(app, exit);
   trn::add_ballbar(app, exit);

@@ -59,18 +59,11 @@ void add_io(Assembly& a, Field field) {
 }  // namespace
 
 Assembly assemble(const std::string& config_path, Field field) {
-  Assembly a{read_machine(load_config(config_path)),
-             nullptr,
-             {},
-             {},
-             nullptr,
-             {},
-             {},
-             {},
-             {},
-             nullptr,
-             nullptr,
-             nullptr};
+  return assemble(load_config(config_path), field);
+}
+
+Assembly assemble(const ConfigTable& config, Field field) {
+  Assembly a{read_machine(config), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr, nullptr, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
   add_corrections(a);

@@ -51,6 +51,8 @@ struct Assembly {
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and
 /// column.
 Assembly assemble(const std::string& config_path, Field field = Field::kEmulated);
+/// The same of a config that has been read already: its root table.
+Assembly assemble(const ConfigTable& config, Field field = Field::kEmulated);
 
 /// Where the joints of a machine stand that has not moved yet (mm, rad): one exchange with its drives, which
 /// are told to stay at zero.

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/config.h"
 #include "core/realtime.h"
 
 namespace trn {
@@ -96,6 +97,8 @@ struct StageNetworks {
 /// Readable file (TOML) with a checksum over shapes and weights. Reading: ConfigError with file, line and
 /// column for anything wrong, a checksum that does not fit included.
 StageNetworks read_networks(const std::string& path);
+/// The same from the root table of such a file.
+StageNetworks read_networks(const ConfigTable& root);
 /// std::runtime_error if it cannot be written.
 void write_networks(const std::string& path, const StageNetworks& networks);
 

@@ -97,8 +97,9 @@ TrainingRecord read_record(const ConfigTable& table) {
 
 }  // namespace
 
-StageNetworks read_networks(const std::string& path) {
-  const ConfigTable root = load_config(path);
+StageNetworks read_networks(const std::string& path) { return read_networks(load_config(path)); }
+
+StageNetworks read_networks(const ConfigTable& root) {
   StageNetworks out;
   for (std::size_t i = 0; i < 2; ++i) {
     const ConfigTable axis = root.table(kAxes[i]);

@@ -40,8 +40,9 @@ FaultScript::Event read_event(const ConfigTable& table) {
 
 }  // namespace
 
-FaultScript read_fault_script(const std::string& path) {
-  const ConfigTable root = load_config(path);
+FaultScript read_fault_script(const std::string& path) { return read_fault_script(load_config(path)); }
+
+FaultScript read_fault_script(const ConfigTable& root) {
   FaultScript script;
   for (const ConfigTable& table : root.tables_if("fault"))
     if (table.has("device"))

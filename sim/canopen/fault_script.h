@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "core/config.h"
 #include "sim/canopen/emulated_node.h"
 #include "sim/modbus/emulated_cabinet.h"
 #include "sim/modbus/emulated_line.h"
@@ -40,5 +41,7 @@ struct FaultScript {
 /// TOML, [[fault]] with at_s, node, kind, and bus (0) and value (1); or with device instead of node, kind
 /// silent, short, slow (value: ms), lie (value: added to its registers) or good. ConfigError as ConfigTable.
 FaultScript read_fault_script(const std::string& path);
+/// The same from the root table of such a file.
+FaultScript read_fault_script(const ConfigTable& root);
 
 }  // namespace trn

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include "core/config_record.h"
 #include "core/machine.h"
 
 namespace trn {
@@ -41,6 +42,103 @@ TEST(Config, ErrorsNamePlaceAndRemedy) {
               root.table("c").choice("d", {"y", "z"});
             }),
             "t.toml:2:5: 'c.d' = \"x\" is not legal; did you mean \"y\"? Legal: y, z");
+}
+
+/// A question in words: "table kind key form required fallback min..max choices".
+std::string words(const AskedKey& a) {
+  std::string out = a.table + " <" + a.kind + "> " + a.key + " " + std::to_string(static_cast<int>(a.form)) +
+                    (a.required ? " required" : "") + (a.fallback.empty() ? "" : " = " + a.fallback);
+  if (a.max < 1e300) out += " " + std::to_string(a.min) + ".." + std::to_string(a.max);
+  for (const std::string& choice : a.choices) out += " |" + choice;
+  return out;
+}
+
+using Form = AskedKey::Form;
+std::string form(Form form) { return std::to_string(static_cast<int>(form)); }
+
+/// The questions but for those that a reader asks itself on the way to its answer.
+std::vector<std::string> outer(const ConfigRecord& record) {
+  std::vector<std::string> out;
+  for (const AskedKey& asked : record.asked)
+    if (out.empty() || out.back().find(" " + asked.key + " ") == std::string::npos)
+      out.push_back(words(asked));
+  return out;
+}
+
+TEST(ConfigRecord, NotesEveryFormOfQuestion) {
+  const auto record = std::make_shared<ConfigRecord>();
+  const ConfigTable root =
+      parse_config("n = 2.5\ni = 3\nb = true\nt = \"x\"\nc = \"y\"\nv = [1, 2, 3]\nl = [1]\nw = [\"z\"]\n",
+                   "t.toml", record);
+  root.number("n", Range{1, 4});
+  root.number("n2", 0.5, Range{-1, 4});
+  root.integer("i", Range{0, 7});
+  root.integer("i2", 16000000, kAnyNumber);
+  root.boolean("b");
+  root.boolean("b2", false);
+  root.text("t");
+  root.text("t2", "none");
+  root.choice("c", {"y", "z"});
+  root.choice("c2", {"y", "z"}, "z");
+  root.vec3("v");
+  root.vec3("v2", Vec3(0, -1.5, 0));
+  root.numbers("l");
+  root.texts("w");
+  root.texts("w2", {"p", "q"});
+  root.has("h");
+  root.table_if("k");
+  root.tables_if("ks");
+  const std::vector<std::string> wanted = {
+      " <> n " + form(Form::kNumber) + " required 1.000000..4.000000",
+      " <> n2 " + form(Form::kNumber) + " = 0.5 -1.000000..4.000000",
+      " <> i " + form(Form::kWholeNumber) + " required 0.000000..7.000000",
+      " <> i2 " + form(Form::kWholeNumber) + " = 16000000",
+      " <> b " + form(Form::kBoolean) + " required",
+      " <> b2 " + form(Form::kBoolean) + " = false",
+      " <> t " + form(Form::kText) + " required",
+      " <> t2 " + form(Form::kText) + " = \"none\"",
+      " <> c " + form(Form::kChoice) + " required |y |z",
+      " <> c2 " + form(Form::kChoice) + " = \"z\" |y |z",
+      " <> v " + form(Form::kThreeNumbers) + " required",
+      " <> v2 " + form(Form::kThreeNumbers) + " = [0, -1.5, 0]",
+      " <> l " + form(Form::kNumbers) + " required",
+      " <> w " + form(Form::kTexts) + " required",
+      " <> w2 " + form(Form::kTexts) + " = [\"p\", \"q\"]",
+      " <> h " + form(Form::kPresence),
+      " <> k " + form(Form::kTable),
+      " <> ks " + form(Form::kTables)};
+  EXPECT_EQ(outer(*record), wanted);
+}
+
+TEST(ConfigRecord, NamesTheTableAndTheNearestTypeAroundIt) {
+  const auto record = std::make_shared<ConfigRecord>();
+  const ConfigTable root = parse_config(
+      "[d]\ntype = \"can\"\n[[d.node]]\nid = 1\n[[d.node]]\nid = 2\n[d.e]\ntype = \"own\"\nx = 1\n", "t.toml",
+      record);
+  const std::vector<ConfigTable> nodes = root.table("d").tables("node");
+  nodes[1].integer("id");
+  root.table("d").table("e").number("x");
+  const std::string required = " required";
+  EXPECT_EQ(outer(*record),
+            (std::vector<std::string>{
+                " <> d " + form(Form::kTable) + required, "d <can> node " + form(Form::kTables) + required,
+                "d.node[1] <can> id " + form(Form::kWholeNumber) + required,
+                " <> d " + form(Form::kTable) + required, "d <can> e " + form(Form::kTable) + required,
+                "d.e <own> x " + form(Form::kNumber) + required}));
+}
+
+TEST(ConfigRecord, ChangesNoAnswerAndNoError) {
+  const std::string text = "a = 5\nstranger = 1\n[s]\nb = \"x\"\n";
+  const ConfigTable with = parse_config(text, "t.toml", std::make_shared<ConfigRecord>());
+  const ConfigTable without = parse_config(text, "t.toml");
+  for (const auto& read : std::vector<std::function<void(const ConfigTable&)>>{
+           [](const ConfigTable& t) {
+             t.number("a", Range{0, 1});
+           },
+           [](const ConfigTable& t) { t.table("s").choice("b", {"y"}); },
+           [](const ConfigTable& t) { t.table("s").number("c"); }, [](const ConfigTable& t) { t.finish(); }})
+    EXPECT_EQ(failure([&] { read(with); }), failure([&] { read(without); }));
+  EXPECT_NE(failure([&] { with.finish(); }), "no error");
 }
 
 }  // namespace

@@ -1,0 +1,245 @@
+#include "app/cli/config_meanings.h"
+
+namespace trn {
+
+const ChapterMeaning kDriveMeanings = {
+    "Drives",
+    "[drives.md](drives.md) has examples and figures.",
+    {
+        {"Kind of drives",
+         {{"drives", "*"}},
+         "",
+         {{"type",
+           "`canopen` and `modbus` are real drives in `trunnion daemon`; in `trunnion run` the first are "
+           "emulated frame for frame, and simulated drives stand for the others. "
+           "`simulated` drives have a servo loop, switches and faults; `loopback` answers with its setpoint "
+           "and has no keys of its own; `micro_mill` is the simulated stage of "
+           "[micromill.md](micromill.md)."}}},
+        {"Simulated drives",
+         {{"drives", "simulated"}, {"drives.emulation", "canopen"}, {"drives.emulation", "modbus"}},
+         "In `[drives.emulation]` they describe what stands for real drives in `trunnion run` and in "
+         "`trunnion-drives`. The keys in mm are "
+         "those of "
+         "linear joints, the ones in degrees those of rotary joints.",
+         {
+             {"natural_frequency_hz", "Natural frequency of the position loop: higher is stiffer."},
+             {"damping", "Damping of the loop; 1 is critical."},
+             {"velocity_feed_forward", "1: no lag at constant speed; 0: the full following error."},
+             {"following_error_mm following_error_deg",
+              "Distance between setpoint and measurement that is the fault `following_error`."},
+             {"quick_stop_factor", "A quick stop brakes with so many times the joint's acceleration limit."},
+             {"homed",
+              "Whether the encoder knows its position at power-on, so that nothing needs homing. Drives "
+              "emulated on a bus go by their `absolute` instead."},
+             {"homing_speed_mm_s homing_speed_deg_s", "Speed of the search for the home switch."},
+             {"index_speed_mm_s index_speed_deg_s", "Speed from the switch to the encoder's index."},
+             {"index_distance_mm index_distance_deg", "How far above the edge of the switch the index lies."},
+             {"limit_switch_margin_mm limit_switch_margin_deg",
+              "How far beyond the joint's range the limit switches are."},
+             {"start_up_s",
+              "Time from power to enabled. Drives emulated on a bus take the time of their own bring-up."},
+             {"homing_timeout_s", "Homing that takes longer is a fault."},
+         }},
+        {"One simulated joint",
+         {{"drives.joint", "simulated"},
+          {"drives.emulation.joint", "canopen"},
+          {"drives.emulation.joint", "modbus"}},
+         "What differs from the section above for this joint.",
+         {
+             {"name", "The joint.", "", "the name of a joint"},
+             {"start_mm start_deg", "Where the joint stands at power-on.",
+              "0, or the end of its range nearest to it", "within the joint's range"},
+             {"home_mm home_deg",
+              "The home switch is closed below this position. Drives emulated on CAN go by the `home` of "
+              "their node.",
+              "0, or the end of its range nearest to it", "within the joint's range"},
+             {"natural_frequency_hz", "As above.", "that of the section"},
+             {"damping", "As above.", "that of the section"},
+             {"velocity_feed_forward", "As above.", "that of the section"},
+             {"following_error_mm following_error_deg", "As above.", "that of the section"},
+             {"quick_stop_factor", "As above.", "that of the section"},
+             {"homed", "As above.", "that of the section"},
+             {"homing_speed_mm_s homing_speed_deg_s", "As above.", "that of the section"},
+             {"index_speed_mm_s index_speed_deg_s", "As above.", "that of the section"},
+             {"index_distance_mm index_distance_deg", "As above.", "that of the section"},
+             {"limit_switch_margin_mm limit_switch_margin_deg", "As above.", "that of the section"},
+         }},
+        {"What happens to simulated drives",
+         {{"drives.script", "simulated"},
+          {"drives.emulation.script", "canopen"},
+          {"drives.emulation.script", "modbus"}},
+         "For rehearsals: each table is one event. Drives emulated on a bus do not heed it: `trunnion-drives "
+         "--faults` has a script for them.",
+         {
+             {"at_s", "When, counted from the start."},
+             {"joint", "To which drive.", "", "the name of a joint"},
+             {"event",
+              "`fault`: the drive faults and brakes; `lost`: it no longer answers; `found`: it answers "
+              "again; `stuck`: "
+              "the axis no longer moves; `free`: it moves again."},
+         }},
+        {"The simulated micro-mill",
+         {{"drives", "micro_mill"}},
+         "Its joints are exactly X, Y and Z.",
+         {
+             {"seed",
+              "Which stage it is: its friction, ripple, masses and cutter. 0 is the one that the estimator "
+              "believes in."},
+             {"mass_error", "Share by which the moving masses are heavier still."},
+             {"part", "What stands in the plate about the origin and is cut; `none` is no plate."},
+             {"following_error_mm",
+              "Distance between setpoint and measurement that is the fault `following_error`."},
+         }},
+    }};
+
+const ChapterMeaning kCanMeanings = {
+    "Drives on CANopen",
+    "Drives of CiA 402, `type = \"canopen\"`.",
+    {
+        {"The bus masters",
+         {{"drives", "canopen"}},
+         "",
+         {
+             {"master_id", "The master's own node id, of its heartbeat."},
+             {"heartbeat_ms", "Time between heartbeats of master and drives; 0: none, see `guarding_ms`."},
+             {"heartbeat_timeout_ms",
+              "A drive or master that is not heard for so long is lost; longer than "
+              "`heartbeat_ms`.",
+              "three times `heartbeat_ms`"},
+             {"guarding_ms", "Drives without heartbeat are asked by node guarding this often; 0: never."},
+             {"missed_max", "Periods without feedback until a drive counts as lost."},
+             {"overload_max",
+              "Periods in a row in which frames could not be sent until it is the fault "
+              "`bus_overload`."},
+             {"sync_counter",
+              "Overflow of the counter in SYNC, which the drives are told (0x1019); 0: SYNC without "
+              "one.",
+              "", "not 1"},
+             {"sdo_timeout_ms", "How long an answer to a question of the bring-up may take."},
+             {"sdo_retries", "How often such a question is asked again."},
+             {"boot_timeout_ms", "How long a drive may take to boot."},
+             {"enable_timeout_s", "How long a drive may take from power to enabled."},
+             {"homing_timeout_s", "How long homing may take."},
+             {"probe",
+              "`drive`: the touch probe is wired to the drives' own fast inputs, and they take the "
+              "positions. The "
+              "config needs a section `[io]` then."},
+             {"probe_input_bit", "With `probe = \"drive\"`: the bit of 0x60FD that is the probe's level."},
+         }},
+        {"A bus",
+         {{"drives.bus", "canopen"}},
+         "",
+         {
+             {"interface", "The network interface, as \"can0\". Each is there once."},
+             {"bitrate", "Bits per second. The daemon does not set it: `ip link` does."},
+             {"fd", "Whether setpoints and feedback go in CAN FD frames."},
+             {"data_bitrate", "With `fd`: bits per second of the frames' data, not less than `bitrate`."},
+         }},
+        {"A drive",
+         {{"drives.node", "canopen"}},
+         "One for each joint.",
+         {
+             {"joint", "The joint that the drive moves.", "", "the name of a joint"},
+             {"bus", "The `interface` of its bus.", "the only bus; required with several", "an interface"},
+             {"id", "The drive's node id; not the master's."},
+             {"eds",
+              "The drive's data sheet, a file beside the config: an EDS, or a DCF whose ParameterValues are "
+              "written at every bring-up."},
+             {"mode",
+              "Mode of operation: `csp` cyclic position, `csv` cyclic velocity (the position loop is in the "
+              "master), "
+              "`ip` interpolated position, `pp` profile position for slow axes."},
+             {"counts_per_mm counts_per_deg",
+              "Counts of the drive for a mm, or for a degree. The joint's range must "
+              "fit into 32 bits."},
+             {"reverse", "Whether the motor turns the other way."},
+             {"absolute",
+              "Whether the encoder knows its position at power-on, so that nothing needs homing."},
+             {"velocity_gain_1_s", "Gain of the master's position loop with `mode = \"csv\"`."},
+             {"following_error_mm following_error_deg",
+              "Distance between setpoint and the measurement that belongs to it that is the fault "
+              "`following_error`; "
+              "0 does not watch it."},
+             {"homing_method",
+              "Number of the drive's homing method, as CiA 402 has them; 5 searches the home switch and "
+              "the index behind it."},
+             {"home_mm home_deg", "Position of the joint at the home point.",
+              "0, or the end of its range nearest to it", "within the joint's range"},
+             {"homing_speed_mm_s homing_speed_deg_s",
+              "Speed of the search for the switch; at most the joint's own."},
+             {"index_speed_mm_s index_speed_deg_s", "Speed of the search for the zero."},
+             {"quick_stop_factor",
+              "The drive's quick stop brakes with so many times the joint's acceleration limit."},
+             {"limit_switches", "Whether bits 0 and 1 of 0x60FD are limit switches to be watched."},
+             {"vendor", "The maker's number that the drive must tell (0x1018); 0 takes any."},
+             {"product", "The product's number that it must tell; 0 takes any."},
+         }},
+        {"An object to be written",
+         {{"drives.node.write", "canopen"}},
+         "Further objects, written at every bring-up in this order.",
+         {
+             {"index", "Index of the object, as 0x2110. It must be in the data sheet."},
+             {"sub", "Sub-index."},
+             {"value", "What is written."},
+         }},
+        {"Emulated drives on CAN",
+         {{"drives.emulation", "canopen"}},
+         "Beside the keys of simulated drives.",
+         {
+             {"sync_periods_max", "Periods without SYNC after which an emulated drive faults."},
+             {"probe_length_mm", "Length of the emulated touch probe, from the spindle nose to the ball."},
+         }},
+    }};
+
+const ChapterMeaning kSlowDriveMeanings = {
+    "Slow drives on Modbus",
+    "Positioning drives with the words of CiA 402 in their registers, `type = \"modbus\"`, for machines "
+    "whose period "
+    "allows it.",
+    {
+        {"The drives together",
+         {{"drives", "modbus"}},
+         "",
+         {
+             {"missed_max", "Periods without an answer until a drive counts as lost."},
+             {"enable_timeout_s", "How long a drive may take from power to enabled."},
+             {"homing_timeout_s", "How long homing may take."},
+         }},
+        {"A line",
+         {{"drives.line", "modbus"}},
+         "A line of its own, which no device of `[modbus]` shares. It must serve all its drives in 70 % of a "
+         "period.",
+         {
+             {"name", "What messages and other tables call the line."},
+             {"address", "As \"rtu:/dev/ttyUSB0:115200:E\" or \"tcp:10.0.0.5:502\".", "",
+              "`tcp:HOST[:PORT]` or `rtu:DEVICE[:BAUD[:PARITY]]`"},
+             {"timeout_s", "How long an answer may take."},
+         }},
+        {"A drive",
+         {{"drives.axis", "modbus"}},
+         "One for each joint.",
+         {
+             {"joint", "The joint that the drive moves.", "", "the name of a joint"},
+             {"line", "The `name` of its line.", "the only line; required with several",
+              "the name of a line"},
+             {"unit", "The drive's address on the line."},
+             {"mode",
+              "`pp`: profile position, a new target whenever the drive has taken the last; `csp`: cyclic "
+              "position."},
+             {"command",
+              "First of four holding registers: controlword, mode, target position with the high word "
+              "first."},
+             {"answer", "First of four registers: statusword, mode, position with the high word first."},
+             {"answer_table", "Whether these are input or holding registers."},
+             {"turnaround_ms", "The drive's own time for an answer."},
+             {"counts_per_mm counts_per_deg", "Counts of the drive for a mm, or for a degree."},
+             {"reverse", "Whether the motor turns the other way."},
+             {"absolute",
+              "Whether the encoder knows its position at power-on, so that nothing needs homing."},
+             {"following_error_mm following_error_deg",
+              "Distance between setpoint and measurement that is the fault "
+              "`following_error`; 0 does not watch it."},
+         }},
+    }};
+
+}  // namespace trn
