@@ -20,6 +20,7 @@
 #include "interp/gcode/tool_table.h"
 #include "interp/move.h"
 #include "kernel/rt_messages.h"
+#include "sim/micromill/micro_mill_drives.h"
 
 namespace trn::fuzz {
 
@@ -212,14 +213,24 @@ Finding end_point(const Assembly& assembly, const TimeBound& bound, const LastPl
   return {};
 }
 
+// A stage that really cuts cannot follow any feed: 20 m/min through 5 mm of metal stalls it, and it says so.
+// What it was told until then is judged all the same.
+bool stalls(const Assembly& assembly, const SimulationResult& result) {
+  return result.fault == Fault::kFollowingError &&
+         dynamic_cast<const MicroMillDrives*>(assembly.drives.get()) != nullptr;
+}
+
 Finding judged(const Assembly& assembly, const SimulationResult& result, const Program& program,
                const Driving& driving, const TimeBound& bound, const LastPlace& last) {
-  if (result.fault != Fault::kOk) return {"fault", std::string(fault_info(result.fault).name), false};
+  const bool stalled = stalls(assembly, result);
+  if (result.fault != Fault::kOk && !stalled)
+    return {"fault", std::string(fault_info(result.fault).name), false};
   Finding found = limits(result, assembly.machine);
   if (found.kind.empty()) found = deviation(result);
   if (!found.kind.empty()) return found;
   if (result.starvations) return {"starvation", fmt::format("{} times", result.starvations), false};
   if (result.speed.fallbacks) return {"plan-stop", fmt::format("{} times", result.speed.fallbacks), false};
+  if (stalled) return {};
   if (program.plain) found = end_point(assembly, bound, last);
   if (found.kind.empty() && program.plain && driving.as_programmed() && result.cycle_time_s > bound.total_s())
     return {
