@@ -378,4 +378,4 @@ class Behaviour(unittest.TestCase):
 
 if __name__ == "__main__":
     KEYS = Keys()
-    unittest.main(argv=[sys.argv[0], "-v"])
+    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[3:]])
