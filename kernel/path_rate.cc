@@ -10,7 +10,8 @@ namespace trn {
 
 namespace {
 
-constexpr double kTrialMargin = 0.003;  // of the range of u within a period
+constexpr double kTrialMargin =
+    0.0015;  // of the range of u within a period; beside a limit much of what is left
 constexpr double kSlopeUse = 0.9995;
 constexpr double kShrink = 0.25;            // of a trial that broke a limit, for the next one
 constexpr double kTrialScaleMin = 1e-3;     // of the greatest change of u
