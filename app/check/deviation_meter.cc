@@ -181,6 +181,8 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
     found.axis_deg = std::min(found.axis_deg, leg.smallest_angle_deg(u, begin, end, enough));
   }
   found.axis_ratio = found.axis_deg / allowed_deg;
+  found.tip_off = place.distance_mm / ((found.tip_exact ? kRoundingMm : leg.tolerance_mm()) + left_.tip_mm);
+  found.axis_off = found.axis_deg / (allowed_deg + left_.axis_deg);
   const double begin = place.share - leg.reach_at_most(p, place, within_mm, -1, place.share - from);
   found.share = earliest_share(leg, found, begin, end, u);
   return found;
@@ -221,10 +223,10 @@ void DeviationMeter::record(std::uint32_t line, const Left& left) {
   const Candidate *tip_ratio = tip, *axis = nullptr, *axis_ratio = nullptr;
   for (const Candidate& candidate : candidates_) {
     if (candidate.tip_mm < tip->tip_mm) tip = &candidate;
-    if (candidate.tip_ratio < tip_ratio->tip_ratio) tip_ratio = &candidate;
+    if (candidate.tip_off < tip_ratio->tip_off) tip_ratio = &candidate;
     if (!candidate.tip_fits) continue;
     if (!axis || candidate.axis_deg < axis->axis_deg) axis = &candidate;
-    if (!axis_ratio || candidate.axis_ratio < axis_ratio->axis_ratio) axis_ratio = &candidate;
+    if (!axis_ratio || candidate.axis_off < axis_ratio->axis_off) axis_ratio = &candidate;
   }
   if (!axis) axis = axis_ratio = tip;
   note_excess(*tip_ratio, *axis_ratio, left, line);
@@ -248,19 +250,20 @@ void DeviationMeter::note_excess(const Candidate& tip, const Candidate& axis, co
   keep_worst(report_.axis_over_deg, axis.axis_deg - axis.allowed_deg - kRoundingDeg - left.axis_deg, line);
 }
 
-// The earliest place that fits. Out of tolerance, one not much worse than the best: the nearest itself may
+// The earliest place that fits. What the corrections leave is no reason to leave a move: a tilt of 0.002 degree
+// in an exact mode would else belong to the next move with a tolerance that passes nearby. Out of tolerance, one not much worse than the best: the nearest itself may
 // lie behind a corner that the motion has yet to reach.
 void DeviationMeter::advance() {
-  const auto by_tip = [](const Candidate& a, const Candidate& b) { return a.tip_ratio < b.tip_ratio; };
+  const auto by_tip = [](const Candidate& a, const Candidate& b) { return a.tip_off < b.tip_off; };
   const auto best = std::min_element(candidates_.begin(), candidates_.end(), by_tip);
   const double rounding = 1 + kRoundingMm / std::max(kRoundingMm, tolerance_ahead().tip_mm);
-  const double tip_ratio = std::max(rounding, kMuchWorse * best->tip_ratio);
-  double axis_best = best->axis_ratio;
+  const double tip_most = std::max(rounding, kMuchWorse * best->tip_off);
+  double axis_best = best->axis_off;
   for (const Candidate& candidate : candidates_)
-    if (candidate.tip_ratio <= tip_ratio) axis_best = std::min(axis_best, candidate.axis_ratio);
-  const double axis_ratio = std::max(1.0, kMuchWorse * axis_best);
+    if (candidate.tip_off <= tip_most) axis_best = std::min(axis_best, candidate.axis_off);
+  const double axis_most = std::max(1.0, kMuchWorse * axis_best);
   const auto earliest = std::find_if(candidates_.begin(), candidates_.end(), [&](const Candidate& candidate) {
-    return candidate.tip_ratio <= tip_ratio && candidate.axis_ratio <= axis_ratio;
+    return candidate.tip_off <= tip_most && candidate.axis_off <= axis_most;
   });
   TRN_CHECK(earliest != candidates_.end());
   TRN_CHECK(earliest->entry < legs_.size());

@@ -94,6 +94,7 @@ class DeviationMeter {
     std::size_t entry = 0;
     double share = 0;  // the earliest one this candidate stands for
     double tip_mm = 0, tip_ratio = 0, axis_deg = 0, axis_ratio = 0;
+    double tip_off = 0, axis_off = 0;  // ratios to what is allowed and what the corrections leave
     double allowed_mm = 0, allowed_deg = 0;
     bool tip_exact = false, axis_exact = false, tip_fits = false;
   };
