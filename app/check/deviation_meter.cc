@@ -250,9 +250,10 @@ void DeviationMeter::note_excess(const Candidate& tip, const Candidate& axis, co
   keep_worst(report_.axis_over_deg, axis.axis_deg - axis.allowed_deg - kRoundingDeg - left.axis_deg, line);
 }
 
-// The earliest place that fits. What the corrections leave is no reason to leave a move: a tilt of 0.002 degree
-// in an exact mode would else belong to the next move with a tolerance that passes nearby. Out of tolerance, one not much worse than the best: the nearest itself may
-// lie behind a corner that the motion has yet to reach.
+// The earliest place that fits. What the corrections leave is no reason to leave a move: a tilt of 0.002
+// degree in an exact mode would else belong to the next move with a tolerance that passes nearby. Out of
+// tolerance, one not much worse than the best: the nearest itself may lie behind a corner that the motion has
+// yet to reach.
 void DeviationMeter::advance() {
   const auto by_tip = [](const Candidate& a, const Candidate& b) { return a.tip_off < b.tip_off; };
   const auto best = std::min_element(candidates_.begin(), candidates_.end(), by_tip);

@@ -309,8 +309,8 @@ TEST_F(Meter, TiltThatStaysDoesNotHoldThePlaceBack) {
   }
 }
 
-// An exact lap, its axis off by what the corrections leave, is no part of the next move, which crosses the lap
-// within its own wide tolerance.
+// An exact lap, its axis off by what the corrections leave, is no part of the next move, which crosses the
+// lap within its own wide tolerance.
 TEST_F(Meter, WhatTheCorrectionsLeaveDoesNotMakeAMoveTheNextOne) {
   for (unsigned seed = 0; seed < 200; ++seed) {
     std::mt19937_64 rng(seed);

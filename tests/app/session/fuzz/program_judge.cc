@@ -34,8 +34,8 @@ constexpr double kSecondsOver = 20;  // looked at every so many seconds of motio
 constexpr double kSecondsMax = 600;  // of a program whose moves are not counted; it is stopped then
 constexpr double kStartMm = 0.02;
 constexpr double kRoom = 1.03;  // of the time that a stop behind every move takes
-// The same in G64: the share of a smooth curve that belongs to a block may be longer than the block. It was by
-// 6 % where a block of 0.33 mm at F3.3 had a tolerance of 0.35 mm.
+// The same in G64: the share of a smooth curve that belongs to a block may be longer than the block. It was
+// by 6 % where a block of 0.33 mm at F3.3 had a tolerance of 0.35 mm.
 constexpr double kRoomOnCurve = 1.1;
 
 /// Thrown to end a run that takes far too long.
