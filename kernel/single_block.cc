@@ -11,6 +11,7 @@ namespace trn {
 namespace {
 constexpr double kLineEndS = 1e-6;           // of plan time before the end of a line: there
 constexpr std::uint64_t kLineBlocks = 1024;  // are looked at for the end of a line
+constexpr std::uint64_t kShortBlocks = 64;   // as good as done, at most
 }  // namespace
 
 void SingleBlock::set(bool on) TRN_RT {
@@ -18,17 +19,21 @@ void SingleBlock::set(bool on) TRN_RT {
   on_ = on;
 }
 
-// The block that motion goes on with: the front, or the next one where the front is as good as done.
+// The block that motion goes on with: the front, or the next one that is not as good as done. A line may end
+// with blocks that take less time than the stop before it leaves.
 const MotionBlock* SingleBlock::block_here(std::uint64_t& index) const TRN_RT {
   index = 0;
-  const MotionBlock* front = queue_.front();
-  if (!front || front->segment_count == 0 || interpolator_.at_rest()) return front;
+  const MotionBlock* block = queue_.front();
+  if (!block || interpolator_.at_rest()) return block;
   const PlanPlace place = interpolator_.place();
   double left_s = -place.time_s;
-  for (int k = place.segment; k < front->segment_count; ++k)
-    left_s += front->segments[static_cast<std::size_t>(k)].duration_s;
-  if (left_s > kLineEndS || front->ends_at_rest) return front;
-  return queue_.ahead(++index);
+  for (int first = place.segment; block && block->segment_count > 0; first = 0) {
+    for (int k = first; k < block->segment_count; ++k)
+      left_s += block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (left_s > kLineEndS || block->ends_at_rest || index == kShortBlocks) return block;
+    block = queue_.ahead(++index);
+  }
+  return block;
 }
 
 bool SingleBlock::pauses(bool stands) TRN_RT {

@@ -12,14 +12,14 @@
 namespace trn {
 namespace {
 
-MotionBlock line_block(double from, std::uint32_t line, bool ends_at_rest = false) {
+MotionBlock line_block(double from, std::uint32_t line, bool ends_at_rest = false, double duration_s = 0.1) {
   Words a = Words::Zero(), b = Words::Zero();
   a[kX] = from;
   b[kX] = from + 0.1;
   MotionBlock block;
   block.piece = make_line(a, b);
   block.segment_count = 1;
-  block.segments[0] = {0.1, 0, 1, 0, 0};
+  block.segments[0] = {duration_s, 0, 1, 0, 0};
   block.line = line;
   block.ends_at_rest = ends_at_rest;
   return block;
@@ -36,6 +36,20 @@ class SingleBlockTest : public testing::Test {
   SingleBlock single{queue, interpolator};
   int count = 0;
 };
+
+// What is left of the line takes 5 ns: the machine has come to rest in front of it, and never gets there.
+TEST_F(SingleBlockTest, ALineMayEndWithBlocksThatTakeNoTime) {
+  single.set(true);
+  push(1);
+  for (int i = 0; i < 3; ++i) ASSERT_TRUE(queue.push(line_block(0.1, 1, false, 1e-9)));
+  push(2);
+  EXPECT_FALSE(single.pauses(true)) << "the first line is released";
+  interpolator.advance(0.1 - 2e-9);
+  EXPECT_TRUE(single.pauses(true));
+  single.release();
+  EXPECT_FALSE(single.pauses(true));
+  EXPECT_EQ(single.to_line_end_s(1e9), PathRate::kNoStop) << "line 2 has no end yet";
+}
 
 TEST_F(SingleBlockTest, OffItNeverPauses) {
   push(1, true);

@@ -5,6 +5,7 @@
 #include <map>
 
 #include "app/session/assembly.h"
+#include "app/session/operator_script.h"
 #include "core/axes.h"
 #include "kernel/rt_messages.h"
 #include "tests/app/session/fuzz/program_generator.h"
@@ -49,6 +50,20 @@ fuzz::Driving seeded_driving(std::uint64_t seed) {
   return driving;
 }
 
+/// As `--operator` reads it.
+std::string script_text(const fuzz::Driving& driving) {
+  using Kind = RtCommand::Kind;
+  std::string text;
+  for (const OperatorAction& action : driving.script) {
+    text += fmt::format("{:.17g} ", action.time_s);
+    if (action.command.kind == Kind::kOverride)
+      text += fmt::format("override {:.17g}\n", 100 * action.command.value);
+    if (action.command.kind == Kind::kHold) text += "hold\n";
+    if (action.command.kind == Kind::kResume) text += "resume\n";
+  }
+  return text;
+}
+
 class ProgramFuzz : public testing::TestWithParam<std::string> {};
 
 TEST_P(ProgramFuzz, EveryProgramKeepsThePromises) {
@@ -74,7 +89,7 @@ TEST_P(ProgramFuzz, EveryProgramKeepsThePromises) {
     ADD_FAILURE() << "seed " << seed << ": " << finding.kind << ": " << finding.detail
                   << "\nsmaller: " << fuzz::judge(GetParam(), small, driving).detail
                   << (driving.single_block ? "\n--step" : "")
-                  << (driving.script.empty() ? "" : "\n--operator") << "\n"
+                  << (driving.script.empty() ? "" : "\n--operator:\n" + script_text(driving)) << "\n"
                   << small.text();
   }
   for (const auto& [kind, times] : found)
