@@ -241,7 +241,11 @@ bool WindowPlanner::try_window(bool final) {
   if (final) {
     emit_rest();
   } else {
-    commit(segments_within(std::max(law_time() / 2, law_time() - kProvisional * stretch_brake_s_)), head);
+    // A window that ends in a slow place creeps to its rest there: 0.36 s for 0.2 mm. That time is no room to
+    // brake.
+    const double creep_s = std::max(0.0, law_.back().duration_s - stretch_brake_s_);
+    const double driven_s = law_time() - creep_s;
+    commit(segments_within(std::max(driven_s / 2, driven_s - kProvisional * stretch_brake_s_)), head);
   }
   return true;
 }

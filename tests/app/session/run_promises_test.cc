@@ -1,4 +1,8 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
 
 #include "app/check/limit_judge.h"
 #include "app/lab/run_report.h"
@@ -142,6 +146,30 @@ TEST(RunPromises, AChangeOfToolsIsNoDeviation) {
   EXPECT_LT(result.deviation.tip_mm.value, 0.01);
   EXPECT_EQ(result.deviation.lost, 0u);
   EXPECT_FALSE(result.deviation.broken()) << broken_promises(result, assembly.machine);
+}
+
+// Line 11 takes 0.78 s for 0.1 mm. The program, and neighbours whose windows end elsewhere in it: longer ways
+// there, other times. A window that ended just inside that line came to its rest at a creep, which counted as
+// room to brake.
+TEST(PlanStops, NoneWhereAWindowEndsInASlowPlace) {
+  for (int seed = 0; seed < 60; ++seed) {
+    std::mt19937_64 rng(static_cast<unsigned>(seed));
+    std::uniform_real_distribution<double> unit(-1, 1);
+    const double longer = seed == 0 ? 0 : 12 * unit(rng), slower = seed == 0 ? 1 : std::exp(unit(rng));
+    const std::string text = fmt::format(
+        "G21 G90\nG64 P0.03901\nG93 G1 X{:.4f} Y26.5255 Z29.6344 A47.9773 C-0.1281 F34.7733\n"
+        "X18.0207 Y26.4760 Z29.5821 A47.9829 F866.1894\nG0 X18.0532 Y26.4261 Z29.5277 A47.9889\n"
+        "G94 G1 X18.1218 Y26.3251 Z29.4126 A48.0025 F31858.730\nX18.1579 Y26.2741 Z29.3520 A48.0100 "
+        "F7025.161\n"
+        "X18.2336 Y26.1710 Z29.2249 A48.0264 F8436.518\nX18.2732 Y26.1190 Z29.1584 A48.0354 F2599.789\n"
+        "X18.3139 Y26.0668 Z29.0900 A48.0447 F8436.518\n"
+        "G93 X18.3556 Y26.0143 Z29.0197 A48.0546 F{:.4f}\n"
+        "G94 X18.4423 Y25.9088 Z28.8737 A48.0756 F2115.781\nG93 X18.8283 Y25.4827 Z28.2222 A48.1768 "
+        "F44.6880\n"
+        "G94 G17 G2 X14.2628 Y17.2206 Z28.2222 I-9.1963 J-0.3107 F8436.518\nM2\n",
+        17.9894 + longer, 76.966 / slower);
+    EXPECT_EQ(test::run_text(test::config_of("head"), text).result.speed.fallbacks, 0u) << "seed " << seed;
+  }
 }
 
 }  // namespace
