@@ -31,6 +31,9 @@ double along2_of(const Rail& rail, const Vec3& v) TRN_RT {
 }
 
 /// Equations of the forward problem: (|v_i - d_i (q_i + c_i)|^2 - l_i^2) / 2 l_i, in mm.
+// The squares of the lengths are used, not the lengths themselves: they are polynomials in the slider's
+// place, and a link of length zero in between does no harm. Over 2 l the residual is still about the error in
+// mm.
 struct LinkEquations {
   const std::array<Rail, 4>& rails;
   const JointVec& q;
@@ -42,6 +45,8 @@ struct LinkEquations {
       const Vec3 arm = X_RP.R * rail.platform_P;
       const Vec3 link = at.p + arm - rail.rail_R - rail.direction_R * (q[i] + rail.offset_mm);
       e[i] = (link.squaredNorm() - rail.link_mm * rail.link_mm) / (2 * rail.link_mm);
+      // The derivative of |link|^2 / 2 by the platform's place is the link itself, and by alpha it is what
+      // the turn moves the link's end along it.
       J.row(i) << link.transpose(), Vec3::UnitX().cross(arm).dot(link);
       J.row(i) /= rail.link_mm;
     }
@@ -70,6 +75,8 @@ Rail read_rail(const ConfigTable& table) {
 
 RailMill::RailMill(const RailMillConfig& config)
     : PlatformKinematics(config.platform, 4, 1), config_(config) {
+  // A turn by 1 rad moves the joints of the platform by about this radius, in mm. It makes a turn comparable
+  // to a shift in `conditioning`.
   radius_ = 0;
   for (const Rail& rail : config_.rails) radius_ += rail.platform_P.norm() / 4;
   actuators(config_.platform.home_X_RP, home_q_);
@@ -78,6 +85,8 @@ RailMill::RailMill(const RailMillConfig& config)
 
 KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
   q.resize(4);
+  // The parallelogram links keep the platform from turning about y and z. A pose that asks for it, such as a
+  // word B, has no solution with any sliders.
   if ((X_RP.R.col(0) - Vec3::UnitX()).norm() > kTurnOnly) return KinStatus::kUnreachable;
   bool square = false;
   for (int i = 0; i < 4; ++i) {
@@ -86,6 +95,8 @@ KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
     const double along2 = along2_of(rail, v);
     if (!(along2 >= 0)) return KinStatus::kUnreachable;
     const double along = std::sqrt(along2);
+    // With a link square to its rail the slider's speed for a finite speed of the platform grows without
+    // bound, since q has a square root that comes to 0 there. It is the edge of the reach.
     square = square || along < kSquare * rail.link_mm;
     q[i] = -rail.offset_mm + rail.direction_R.dot(v) + rail.sign * along;
   }
@@ -96,12 +107,15 @@ KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
 
 KinStatus RailMill::follow(const JointVec& q, Pose& X_RP) const TRN_RT {
   TRN_CHECK(q.size() == 4 && q.allFinite());
+  // Only the turn about x can be non-zero in a pose of this machine, so two entries of R tell it.
   PlatformState state{X_RP.p, std::atan2(X_RP.R(2, 1), X_RP.R(1, 1))};
   const KinStatus status = solve_newton<4>(LinkEquations{config_.rails, q}, state).status;
   if (status != KinStatus::kOk) return status;
   X_RP = {rot_x(state.alpha), state.p};
   for (int i = 0; i < 4; ++i) {
     const Rail& rail = config_.rails[i];
+    // The equations have squared lengths and do not know on which side of the platform the slider sits.
+    // Newton may end in the mirror image of the machine, which nobody could have assembled.
     const double along = q[i] + rail.offset_mm - rail.direction_R.dot(v_of(rail, X_RP));
     if (along * rail.sign < 0) return KinStatus::kUnreachable;
   }
@@ -116,6 +130,8 @@ KinStatus RailMill::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
   KinStatus status = KinStatus::kOk;
   for (int i = 1; i <= kLeadSteps && status == KinStatus::kOk; ++i) {
     const double part = static_cast<double>(i) / kLeadSteps;
+    // Each small step starts from the pose of the step before, near enough that Newton stays with the
+    // assembly of the home pose.
     status = follow(home_q_ + part * (q - home_q_), X_RP);
   }
   return status;
@@ -128,6 +144,8 @@ RailMill::Square RailMill::rail_jacobian(const Pose& X_RP) const TRN_RT {
     const Vec3 v = v_of(rail, X_RP), arm = X_RP.R * rail.platform_P;
     const double along = rail.sign * std::sqrt(std::max(along2_of(rail, v), 0.0));
     const Vec3 across = v - rail.direction_R * rail.direction_R.dot(v);
+    // The derivative of S4.1 by the place of the link's joint: d from the term d.v, and -across / along from
+    // the root.
     const Vec3 dq = rail.direction_R - across / along;
     J.row(i) << dq.transpose(), Vec3::UnitX().cross(arm).dot(dq);
   }
@@ -136,6 +154,7 @@ RailMill::Square RailMill::rail_jacobian(const Pose& X_RP) const TRN_RT {
 
 double RailMill::conditioning(const Pose& X_RP) const TRN_RT {
   Square J = rail_jacobian(X_RP);
+  // Turns count as the way in mm that they move the platform's joints, as for the hexapod.
   J.col(3) /= radius_;
   return J.allFinite() ? conditioning_of<4>(J) : 0.0;
 }
@@ -144,6 +163,8 @@ double RailMill::reach(const Pose& X_RP) const TRN_RT {
   double least = 1.0;
   for (const Rail& rail : config_.rails) {
     const double along2 = along2_of(rail, v_of(rail, X_RP));
+    // A negative number under the root keeps its sign: the figure goes on falling beyond the edge of the
+    // reach, and a search for the edge has a slope to follow on both sides.
     least = std::min(least, std::copysign(std::sqrt(std::abs(along2)), along2) / rail.link_mm);
   }
   return least;
