@@ -38,8 +38,8 @@ struct LegEquations {
 };
 
 /// Squared length of a leg against the turn g about the tool: constant + cosine cos g + sine sin g.
-// Seen from the tool axis, turning the platform about the tool moves each of its joints on a circle. The
-// square of a leg's length is then a plain sine of the turn, where the length itself would be its root.
+/// Seen from the tool axis, turning the platform about the tool moves each of its joints on a circle. The
+/// square of a leg's length is then a plain sine of the turn, where the length itself would be its root.
 struct TurnedLeg {
   double cosine = 0, sine = 0, constant = 0;
   double at(double g) const TRN_RT { return constant + cosine * std::cos(g) + sine * std::sin(g); }
@@ -48,8 +48,8 @@ struct TurnedLeg {
 };
 
 /// leg = fixed + Rz(sense g) turning, in a frame whose Z is the tool axis.
-// With f fixed and t turning, |f + Rz t|^2 = f^2 + t^2 + 2 f . Rz t, and only the last term depends on the
-// turn.
+/// With f fixed and t turning, |f + Rz t|^2 = f^2 + t^2 + 2 f . Rz t, and only the last term depends on the
+/// turn.
 TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_RT {
   return {2 * (fixed.x() * turning.x() + fixed.y() * turning.y()),
           2 * sense * (fixed.y() * turning.x() - fixed.x() * turning.y()),
@@ -60,8 +60,8 @@ TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_R
 /// their mean.
 double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
   constexpr int kIterationsMax = 20;
-  // The machine works in the valley next to turn 0. Steps of at most 0.3 rad (17 degrees) keep the iteration in
-  // it.
+  // The machine works in the valley next to turn 0. Steps of at most 0.3 rad (17 degrees) keep the iteration
+  // in it.
   constexpr double kStepMax = 0.3, kRounding = 1e-15;
   double g = 0;
   for (int i = 0; i < kIterationsMax; ++i) {

@@ -31,9 +31,9 @@ double along2_of(const Rail& rail, const Vec3& v) TRN_RT {
 }
 
 /// Equations of the forward problem: (|v_i - d_i (q_i + c_i)|^2 - l_i^2) / 2 l_i, in mm.
-// The squares of the lengths are used, not the lengths themselves: they are polynomials in the slider's
-// place, and a link of length zero in between does no harm. Over 2 l the residual is still about the error in
-// mm.
+/// The squares of the lengths are used, not the lengths themselves: they are polynomials in the slider's
+/// place, and a link of length zero in between does no harm. Over 2 l the residual is still about the error
+/// in mm.
 struct LinkEquations {
   const std::array<Rail, 4>& rails;
   const JointVec& q;

@@ -61,8 +61,8 @@ SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
     const ChainStep& step = steps_[i];
     if (step.kind == JointKind::kRotary) {
       turn(out.R, step, q[step.joint]);
-    // A linear joint does not turn anything, so the pose is linear in all of them. With their places at zero
-    // and their directions noted, the caller finds them by one system of three equations.
+      // A linear joint does not turn anything, so the pose is linear in all of them. With their places at
+      // zero and their directions noted, the caller finds them by one system of three equations.
     } else if (column < 3) {
       out.columns.col(column++) = direction(out.R, step);
     }

@@ -33,8 +33,8 @@ SerialKinematics::SerialKinematics(const SerialConfig& config)
       const int n = rotary_.count();
       if (n < RotaryAxes::kMax) rotary_joint_[n] = step.joint;
       if (!rotary_.add_axis(step.axis)) rotary_closed_ = false;
-    // A fourth linear joint, such as a quill beside Z, leaves a choice that the closed form cannot make. It
-    // is counted, and `closed_form_` is then false.
+      // A fourth linear joint, such as a quill beside Z, leaves a choice that the closed form cannot make. It
+      // is counted, and `closed_form_` is then false.
     } else if (linear++ < 3) {
       linear_joint_[linear - 1] = step.joint;
     }
