@@ -23,6 +23,8 @@ void test_group(const std::string& url) {
   UdpReceiver receiver(address);
   const UdpSender sender(address);
   constexpr std::uint8_t kText[] = "trunnion";
+  // A datagram of its own through the group tells more than any look at routes and devices: either it comes
+  // back or it does not.
   const bool sent = sender.send(kText, receiver.port());
   std::span<const std::uint8_t> heard;
   WireSender from;
@@ -78,6 +80,8 @@ std::string LcmLink::send(const std::string& channel, int payload_bytes,
     return fmt::format("a message of {} bytes is too long for '{}': {} are possible", payload_bytes, channel,
                        kDatagramBytesMax - head);
   datagram.resize(head + static_cast<std::size_t>(payload_bytes));
+  // The encoder is generated code that trusts the counts in the message. A list shorter than its count would
+  // be read beyond its end.
   if (encode(datagram.data() + head, payload_bytes) != payload_bytes)
     return fmt::format("a message for '{}' cannot be encoded: a list of it is shorter than its count",
                        channel);
@@ -139,6 +143,7 @@ bool LcmLink::handle(int timeout_ms) {
     }
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (left.count() <= 0) return false;
+    // The time is not over and more may be there: the bound above is for the look at the clock only.
     if (waited_for) continue;
     if (in_)
       in_->wait(static_cast<int>(left.count()));

@@ -110,6 +110,8 @@ void UdpReceiver::join(const UdpAddress& address) {
   sockaddr_in bound{};
   bound.sin_family = AF_INET;
   bound.sin_port = htons(address.port);
+  // Bound to the group and not to any address: datagrams to the port alone, from anybody who knows it, do not
+  // come in.
   bound.sin_addr = address.group;
   if (bind(fd_, reinterpret_cast<sockaddr*>(&bound), sizeof bound) != 0)
     throw failure(fmt::format("port {} cannot be bound", address.port));
@@ -122,6 +124,7 @@ void UdpReceiver::join(const UdpAddress& address) {
 }
 
 bool UdpReceiver::is_ours(msghdr& message) const {
+  // Cut off data is no message, and cut off control data would not tell where it came from.
   if (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) return false;
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(&message, c)) {
     if (c->cmsg_level != IPPROTO_IP || c->cmsg_type != IP_PKTINFO) continue;
@@ -133,6 +136,7 @@ bool UdpReceiver::is_ours(msghdr& message) const {
 }
 
 bool UdpReceiver::receive(std::span<const std::uint8_t>& datagram, WireSender& sender) {
+  // Bounded: a flood of foreign datagrams must not keep the caller here.
   for (int foreign = 0; foreign < kForeignMax; ++foreign) {
     sockaddr_in from{};
     iovec place{buffer_.data(), buffer_.size()};
