@@ -10,6 +10,7 @@ namespace trn {
 
 namespace {
 
+// G[1 + 0.1 * 5] may come out as 1.4999999. Codes have one decimal, so a thousandth of a tenth is rounding.
 constexpr double kCodeTolerance = 1e-3;
 constexpr GCode kCancelMotion = 80_g;
 constexpr int kMWordsMax = 4;  // of a line (RS274/NGC section 3.3.1)
@@ -72,6 +73,8 @@ void add_m(const ModalTable& table, double value, std::uint32_t column, Block& o
 
 void Block::clear() {
   present = 0;
+  // Most lines have no M and many no G code; the tables are cleared only when the line before has filled
+  // them.
   if (any_g || parsed == nullptr) g.fill(kNoGCode);
   if (any_m || parsed == nullptr) m.fill(-1);
   any_g = any_m = false;

@@ -35,12 +35,14 @@ constexpr UnaryFunction kFunctions[] = {{"abs", Op::kAbs}, {"acos", Op::kAcos}, 
                                         {"fup", Op::kFup}, {"ln", Op::kLn},     {"round", Op::kRound},
                                         {"sin", Op::kSin}, {"sqrt", Op::kSqrt}, {"tan", Op::kTan}};
 
+// Numbers in programs come from sums of decimals: "#1 EQ 0.3" after three times 0.1 shall be true.
 constexpr double kEqualTolerance = 1e-4;
 constexpr double kIntegerTolerance = 1e-4;
 constexpr int kStackSize = 2 * ExpressionCompiler::kMaxDepth + 8;
 
 double modulo(double left, double right, std::uint32_t column) {
   if (right == 0) fail(GcodeErrorCode::kDivideByZero, column);
+  // RS274/NGC's MOD is never negative: -1 MOD 360 is 359.
   const double rest = std::fmod(left, right);
   return rest < 0 ? rest + std::fabs(right) : rest;
 }
@@ -198,6 +200,7 @@ ExpressionCompiler::Reference ExpressionCompiler::reference() {
   if (c == '<') {
     lexer_.skip();
     const std::string name = lexer_.name('>');
+    // Names that begin with an underscore are global, all others belong to the sub-program.
     if (name[0] != '_') return {Op::kLocal, names_.intern(name)};
     const int predefined = find_predefined(name);
     if (predefined >= 0) return {Op::kPredefined, predefined};
@@ -234,10 +237,12 @@ void ExpressionCompiler::binary(int least_precedence) {
       lexer_.back_to(mark);
       fail(GcodeErrorCode::kBadExpression, lexer_.column(), show_byte(c));
     }
+    // The operator belongs to an expression further out: in "2 * 3 + 4" the plus ends the product.
     if (found->precedence < least_precedence) {
       lexer_.back_to(mark);
       break;
     }
+    // One higher, so that operators of the same rank are taken from the left: 8 / 4 / 2 is 1.
     binary(found->precedence + 1);
     emit(found->op, column);
   }
@@ -276,6 +281,7 @@ void ExpressionCompiler::function() {
   };
   if (lexer_.accept_word("atan")) {
     argument();
+    // ATAN[y]/[x] has two arguments with a slash between them, which is no division.
     expect('/');
     argument();
     return emit(Op::kAtan2, column);
@@ -305,6 +311,7 @@ bool Evaluator::exists(double value, std::uint32_t column) {
 
 double Evaluator::numbered(int number, std::uint32_t column) const {
   if (number < 1 || number > parameter::kMax) fail(GcodeErrorCode::kParameterRange, column, number);
+  // #5420 to #5425 are not stored: they are where the machine stands when the expression is computed.
   if (number >= parameter::kPosition && number < parameter::kPosition + 6)
     return state_.position(number - parameter::kPosition);
   return parameters_[number];

@@ -59,7 +59,9 @@ char* write_four_decimals(char* to, double value) {
   if (std::fabs(over) > scaled * kRelativeError) {
     number += over > 0;
   } else {
+    // The fused multiplication gives what the rounding of the product has taken away.
     const double beyond_half = over + std::fma(magnitude, kScale, -scaled);
+    // Exactly a half: the caller's slow way rounds it as the standard library does.
     if (beyond_half == 0) return nullptr;
     number += beyond_half > 0;
   }

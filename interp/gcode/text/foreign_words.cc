@@ -50,6 +50,7 @@ LetterRun next_run(std::string_view line, std::size_t& i) {
       i = behind(line, i, c == '(' ? ')' : '>');
       continue;
     }
+    // Inside brackets letters are functions and operators of this language.
     depth += c == '[' ? 1 : c == ']' ? -1 : 0;
     if (depth > 0 || !Lexer::is_letter(c)) {
       ++i;
@@ -89,6 +90,7 @@ void refuse_foreign_word(std::string_view line, const BlockError& error) {
     const auto column = static_cast<std::uint32_t>(run.at) + 1;
     for (const ForeignWord& word : kForeignWords)
       if (word.text == run.text) fail(word.code, column);
+    // Only a word at which the line really failed is called foreign; others of the line may be in order.
     const bool here = error.column >= column && error.column <= column + run.text.size();
     if (here && run.text.size() > 1 && !run.bracket_follows) fail(GcodeErrorCode::kForeignWord, column);
   }

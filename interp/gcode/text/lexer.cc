@@ -35,6 +35,8 @@ bool Lexer::accept_word(std::string_view word) {
 }
 
 ShortDecimal Lexer::decimal(const char* p) const {
+  // A double holds every whole number of 15 digits, and one division by a power of ten rounds once: the
+  // result is the nearest double, as the slow way would give it.
   constexpr int kExactDigits = 15;
   ShortDecimal found;
   int digits = 0;
@@ -69,6 +71,7 @@ double Lexer::number() {
   const char* start = p_;
   const auto of_number = [](char byte) { return is_digit(byte) || byte == '.'; };
   while (p_ != end_ && of_number(*p_)) ++p_;
+  // White space is allowed anywhere in RS274/NGC (section 3.3), numbers included.
   if (of_number(peek())) return spaced_number(start, negative);
   p_ = start;
   const std::uint32_t at = column();
@@ -122,6 +125,8 @@ std::string Lexer::name(char close) {
 std::string_view Lexer::comment() {
   const char* start = p_;
   for (; p_ != end_; ++p_) {
+    // A comment inside a comment is most often one whose closing bracket is missing, and would swallow what
+    // follows.
     if (*p_ == '(') fail(GcodeErrorCode::kNestedComment, column());
     if (*p_ == ')') {
       const std::string_view text(start, static_cast<std::size_t>(p_ - start));

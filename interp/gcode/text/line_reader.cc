@@ -86,12 +86,15 @@ LineReader::LineReader(std::unique_ptr<ByteSource> source, std::size_t line_leng
 // Moves what is left to the front and reads on; false when nothing new came.
 bool LineReader::refill() {
   if (source_ended_) return false;
+  // A line that lies across the end of the buffer comes to its front, so that every line is one piece of
+  // memory.
   std::memmove(buffer_.get(), buffer_.get() + at_, end_ - at_);
   buffer_offset_ += at_;
   end_ -= at_;
   at_ = 0;
   const std::size_t got = source_->read(buffer_.get() + end_, buffer_size_ - end_);
   if (got == 0) source_ended_ = true;
+  // Noted once for all that was read, so that lines of text are not searched for zeros each.
   has_zero_ = (has_zero_ && end_ > 0) || std::memchr(buffer_.get() + end_, '\0', got) != nullptr;
   end_ += got;
   return got > 0;
@@ -105,6 +108,7 @@ void LineReader::check_start() {
     at_ = 3;
     return;
   }
+  // UTF-16 with its mark, or, without one, ASCII letters with zeros between them.
   const bool little =
       (byte(0) == 0xFF && byte(1) == 0xFE) || (end_ >= 4 && byte(0) && !byte(1) && byte(2) && !byte(3));
   const bool big =
@@ -123,6 +127,7 @@ bool LineReader::next(std::string_view& line) {
     const char* start = buffer_.get() + at_;
     const auto* found = static_cast<const char*>(std::memchr(start + searched, '\n', end_ - at_ - searched));
     if (found) return finish_line(static_cast<std::size_t>(found - start), 1, line);
+    // What was searched need not be searched again when more has come.
     searched = end_ - at_;
     if (searched > line_length_max_) overlong();
     if (refill()) continue;

@@ -110,6 +110,8 @@ void Parser::parse(std::string_view text, ParsedBlock& out) {
   Lexer lexer(text);
   try {
     line(lexer, out);
+    // A line of another control's language fails somewhere in the middle of a word. Who reads "E is no axis"
+    // of an ENDIF is not helped; the word itself is named where it is known.
   } catch (const BlockError& error) {
     refuse_foreign_word(text, error);
     throw;
@@ -122,6 +124,7 @@ void Parser::line(Lexer& lexer, ParsedBlock& out) {
     out.percent = true;
     return;
   }
+  // Block delete stands in front of the line number in RS274/NGC.
   if (c == '/') {
     out.block_delete = true;
     lexer.skip();
@@ -154,6 +157,8 @@ void Parser::parse_flow_only(std::string_view line, ParsedBlock& out) {
 void Parser::segments(Lexer& lexer, ParsedBlock& out) {
   for (char c = lexer.peek(); c != '\0'; c = lexer.peek()) {
     const auto byte = static_cast<unsigned char>(c);
+    // A keyword such as TRAORI begins with the letter of a word. The letter behind it tells the two apart: a
+    // value never begins with a letter but for functions, and of those no keyword is made.
     if (begins_keyword_[byte] && letter_follows(lexer) && keyword(lexer, c, out)) continue;
     if (kWordNames[byte])
       word(lexer, kWordNames[byte], out);
@@ -204,6 +209,7 @@ void Parser::word(Lexer& lexer, char name, ParsedBlock& out) {
   parsed.letter = name;
   parsed.column = lexer.column();
   lexer.skip();
+  // Nearly every value is a short plain number, for which the quick way does.
   if (!lexer.short_number(parsed.value)) word_value(lexer, parsed, out);
 }
 
@@ -243,6 +249,7 @@ void Parser::assignment(Lexer& lexer, ParsedBlock& out) {
     case Op::kGlobal:
       made.target = Assignment::Target::kGlobal;
       break;
+    // Found here and refused when the line is obeyed, so that a line that is never reached does no harm.
     case Op::kPredefined:
       made.target = Assignment::Target::kReadOnly;
       break;
@@ -270,6 +277,7 @@ void Parser::comment(Lexer& lexer, ParsedBlock& out) {
   Lexer inner(text);
   out.comment_kind = CommentKind::kPlain;
   for (const CommentName& name : kCommentNames) {
+    // "(MSG, text)" acts, "(M SG, text)" is a comment: no white space inside the word.
     if (text.size() < name.text.size() || text.find_first_of(" \t") < name.text.size() ||
         !inner.accept_word(name.text))
       continue;
@@ -325,6 +333,7 @@ void Parser::flow(Lexer& lexer, ParsedBlock& out) {
     break;
   }
   const char c = lexer.peek();
+  // O1234 with nothing behind it is the number of a program, as other controls write it.
   if (out.flow.kind == FlowKind::kNone) {
     if (c != '\0' && c != '(' && c != ';')
       fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "unknown keyword",
