@@ -22,6 +22,8 @@ Vec3 read_direction(const ConfigTable& table) {
 
 BranchAxis read_axis(const ConfigTable& table, const Joints& joints, std::vector<bool>& seen) {
   BranchAxis axis{-1, JointKind::kLinear, Vec3::UnitZ(), table.vec3("offset_mm", Vec3::Zero()), table};
+  // A fixed offset, such as the way from the last axis to the spindle nose. One of the two keys without the
+  // other is an axis with a key missing, and is told as such below.
   if (!table.has("joint") && !table.has("direction")) return axis;
   axis.joint = read_joint(table, joints);
   const auto index = static_cast<std::size_t>(axis.joint);
