@@ -105,6 +105,7 @@ double rest_position(const Joint& joint) {
 
 SimulatedDrives::Config read_simulated_drives(const Machine& machine, const ConfigTable& drives) {
   JointKeys linear, rotary;
+  // Degrees a second, half of the default in mm/s.
   rotary.homing_speed = 10;
   rotary.index_speed = 1;
   read_unitless(drives, linear);
@@ -116,6 +117,7 @@ SimulatedDrives::Config read_simulated_drives(const Machine& machine, const Conf
     keys.push_back(joint.kind == JointKind::kRotary ? rotary : linear);
     keys.back().home = keys.back().start = rest_position(joint);
   }
+  // Behind the values for all joints: what a joint says of itself comes on top.
   for (const ConfigTable& table : drives.tables_if("joint")) {
     const auto i = static_cast<std::size_t>(joint_index(machine, table, "name"));
     read_override(table, machine.joints[i], keys[i]);

@@ -76,6 +76,7 @@ void SimulatedDrives::report(Feedback& feedback) const TRN_RT {
     feedback.q[index] = joint.measured();
     if (joint.homed()) feedback.homed_mask |= 1u << i;
     if (joint.on_limit_switch()) feedback.limit_switch_mask |= 1u << i;
+    // The worst joint speaks for all: the machine is enabled only if every drive is.
     if (severity(joint.state()) <= severity(feedback.state)) continue;
     feedback.state = joint.state();
     feedback.fault = joint.fault();

@@ -16,6 +16,7 @@ ObjectStore::ObjectStore(const ObjectDictionary& dictionary, int pdo_bytes)
 }
 
 void ObjectStore::restore(bool communication_only) {
+  // 0x1000 to 0x1FFF is the communication profile.
   for (const auto& [key, entry] : dictionary_.entries)
     if (!communication_only || key.index < 0x2000) values_[key] = entry.value;
 }
@@ -52,6 +53,7 @@ std::uint32_t ObjectStore::write(ObjectKey key, std::span<const std::uint8_t> by
   const DictionaryEntry& entry = dictionary_.entries.at(key);
   const bool mapping_count = is_mapping(key.index) && key.sub == 0;
   if (!entry.writable && !mapping_count) return sdo_abort::kReadOnly;
+  // Strings and domains have no size of their own, and any length fits.
   const std::size_t size = static_cast<std::size_t>(bits_of(entry.type) / 8);
   if (size != 0 && bytes.size() > size) return sdo_abort::kTooLong;
   if (size != 0 && bytes.size() < size) return sdo_abort::kTooShort;

@@ -8,6 +8,8 @@ double GuideFriction::level_N(double v_mm_s) const TRN_RT {
   const bool up = v_mm_s >= 0;
   const double coulomb = up ? config_.coulomb_up_N : config_.coulomb_down_N;
   const double at_rest = up ? config_.static_up_N : config_.static_down_N;
+  // Stribeck's curve: a film builds up with the speed, and friction falls from its level at rest to
+  // Coulomb's.
   const double ratio = v_mm_s / config_.stribeck_mm_s;
   return coulomb + (at_rest - coulomb) * std::exp(-ratio * ratio);
 }

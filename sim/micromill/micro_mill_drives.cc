@@ -29,6 +29,7 @@ void MicroMillDrives::obey_requests() TRN_RT {
 
 void MicroMillDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
   obey_requests();
+  // Without power the target stands still where it was; the axes are free.
   Eigen::Vector3d target(plant_.axis(0).target_mm(), plant_.axis(1).target_mm(), plant_.z_mm());
   if (state_ == DriveState::kEnabled) target = setpoints.q.head<3>();
   plant_.step(target);

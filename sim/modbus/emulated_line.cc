@@ -70,6 +70,8 @@ void EmulatedLine::open_terminal(const std::string& name) {
   cfmakeraw(&settings);
   tcsetattr(fd, TCSANOW, &settings);
   struct stat status {};
+  // A link that an earlier run has left behind. Anything else of this name, such as a real serial line,
+  // stays.
   if (lstat(name.c_str(), &status) == 0 && S_ISLNK(status.st_mode)) unlink(name.c_str());
   clients_.push_back({fd, {}});
   if (symlink(other.data(), name.c_str()) != 0) {
@@ -116,6 +118,7 @@ void EmulatedLine::serve() {
     if (tcp_) waiting.push_back({listener_, POLLIN, 0});
     poll(waiting.data(), waiting.size(), kPollMs);
     if (tcp_ && waiting.back().revents) accept_client();
+    // From the last one, so that erasing does not move those still to come.
     for (std::size_t i = clients_.size(); i-- > 0;) {
       const bool ready = i < waiting.size() && waiting[i].fd == clients_[i].fd && waiting[i].revents;
       if (!ready || read_from(clients_[i]) || !tcp_) continue;
@@ -138,6 +141,7 @@ bool EmulatedLine::read_from(Client& client) {
   const ssize_t count = read(client.fd, in.data(), in.size());
   if (count <= 0) return count < 0 && errno == EAGAIN;
   client.bytes.insert(client.bytes.end(), in.begin(), in.begin() + count);
+  // One read may hold several requests, or a part of one.
   while (const auto request = tcp_ ? take_tcp_request(client.bytes) : take_rtu_request(client.bytes))
     answer(client.fd, *request);
   return true;
@@ -149,6 +153,7 @@ EmulatedDevice::Pdu EmulatedLine::answer_of(const ModbusRequest& request, Troubl
   if (found == units_.end()) return {};
   trouble = found->second.trouble;
   EmulatedDevice::Pdu pdu = found->second.device.answer(request.pdu);
+  // Functions 3 and 4 answer with registers; a lie is added to each of them.
   const bool registers = pdu[0] == 3 || pdu[0] == 4;
   for (std::size_t i = 2; registers && trouble.lie != 0 && i + 1 < pdu.size(); i += 2) {
     const int value = (pdu[i] << 8 | pdu[i + 1]) + trouble.lie;

@@ -35,6 +35,8 @@ std::optional<ModbusRequest> take_tcp_request(std::vector<std::uint8_t>& bytes) 
   if (bytes.size() < kMbapSize) return std::nullopt;
   const std::size_t length = static_cast<std::size_t>(bytes[4]) << 8 | bytes[5];
   if (bytes[2] != 0 || bytes[3] != 0 || length < 2 || length > kMbapLengthMax) {
+    // Not a Modbus header (protocol number 0, a length that a request can have): where the next begins cannot
+    // be known.
     bytes.clear();
     return std::nullopt;
   }
@@ -52,6 +54,7 @@ std::optional<ModbusRequest> take_rtu_request(std::vector<std::uint8_t>& bytes) 
   while (!bytes.empty()) {
     const auto size = rtu_request_size(bytes);
     if (size && (*size == 0 || bytes.size() < *size)) return std::nullopt;
+    // The checksum over a frame with its own checksum is 0, whatever the frame.
     if (size && modbus_crc({bytes.data(), *size}) == 0) {
       const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(*size);
       ModbusRequest request{0, bytes[0], {bytes.begin() + 1, end - 2}};
