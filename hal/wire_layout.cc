@@ -84,8 +84,8 @@ std::optional<WireMessage> read_datagram(std::span<const std::uint8_t> datagram)
   if (!walk.number(4, magic) || magic != kSmallMessage || !walk.number(4, sequence)) return std::nullopt;
   const std::span<const std::uint8_t> rest = datagram.subspan(kHeadBytes);
   if (rest.empty()) return std::nullopt;
+  // The zero is looked for only as far as a channel's name may go.
   const auto* zero = static_cast<const std::uint8_t*>(
-      // The zero is looked for only as far as a channel's name may go.
       std::memchr(rest.data(), 0, std::min(rest.size(), kChannelBytesMax + 1)));
   if (!zero || zero == rest.data()) return std::nullopt;
   const auto length = static_cast<std::size_t>(zero - rest.data());

@@ -113,10 +113,10 @@ double BusBudget::smallest_period_s() const {
   BusBudget longer = *this;
   for (int ms = 1; ms <= 1000; ++ms) {
     longer.period_s = 1e-3 * ms;
+    // Items of one to ten periods are PDOs and grow with the period; slower ones are heartbeats, whose time
+    // is fixed in ms.
     for (std::size_t i = 0; i < items.size(); ++i)
       longer.items[i].cycle_s =
-          // Items of one to ten periods are PDOs and grow with the period; slower ones are heartbeats, whose
-          // time is fixed in ms.
           items[i].cycle_s * (items[i].cycle_s < 10.5 * period_s ? longer.period_s / period_s : 1);
     if (longer.fits()) return longer.period_s;
   }

@@ -39,8 +39,8 @@ Timing read_timing(const ConfigTable& drives, double period_s) {
   t.period_s = period_s;
   t.master_id = static_cast<int>(drives.integer("master_id", 127, Range{1, kNodeIdMax}));
   t.heartbeat_ms = static_cast<int>(drives.integer("heartbeat_ms", 50, Range{0, 10000}));
+  // Three heartbeats by default: one that is late behind other traffic is no loss of a drive.
   t.heartbeat_timeout_ms =
-      // Three heartbeats by default: one that is late behind other traffic is no loss of a drive.
       static_cast<int>(drives.integer("heartbeat_timeout_ms", 3L * t.heartbeat_ms, Range{0, 30000}));
   if (t.heartbeat_ms > 0 && t.heartbeat_timeout_ms <= t.heartbeat_ms)
     throw drives.error(

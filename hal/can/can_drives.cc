@@ -57,14 +57,14 @@ bool CanDrives::restore(Bus& bus) {
 void CanDrives::open(Bus& bus) {
   CanMaster& master = *bus.master;
   const std::string& interface = master.config().bus.interface;
-  // The tick's endpoint is closed only when the tick uses another one. It takes the offered one at its next
-  // exchange, never in the middle of one.
   if (restore(bus)) return;
   bus.service = opener_->open(interface, master.service_filters());
   if (master.config().bus.fd && !bus.service->carries_fd())
     throw std::runtime_error(no_fd_text(interface, master.config().bus));
   bus.opened.push_back(opener_->open(interface, master.tick_filters()));
   bus.opened.back()->confirm_sends();
+  // The tick takes the new endpoint at its next exchange, never in the middle of one. Until it has, the old
+  // one must not be closed under it, so that is left to a later call.
   bus.offered.store(bus.opened.back().get(), std::memory_order_release);
   std::erase_if(bus.opened, [&](const auto& old) {
     return old.get() != bus.opened.back().get() && old.get() != bus.in_use.load(std::memory_order_acquire);

@@ -210,8 +210,8 @@ int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
   ++periods_;
   TRN_CHECK(count <= 4);
   std::size_t due = 0;
+  // In place: `due` never overtakes i.
   for (std::size_t i = 0; i < count; ++i)
-    // In place: `due` never overtakes i.
     if (is_due(config_.rpdos[i])) frames[due++] = frames[i];
   const bool guards = config_.watch.guard_periods > 0 && ++since_guard_ >= config_.watch.guard_periods;
   if (guards) {

@@ -37,9 +37,9 @@ void NodeSetup::receive(const CanFrame& frame, std::int64_t now_ns) {
   if (finished()) return;
   const bool state =
       frame.id == cob::kGuard + static_cast<unsigned>(config_.id) && frame.size >= 1 && !frame.remote;
+  // Only now is it certain that the node took everything: one that refuses Operational stays silent or stays
+  // where it was.
   if (state && phase_ == Phase::kStart && nmt_state(frame.data[0]) == NmtState::kOperational)
-    // Only now is it certain that the node took everything: one that refuses Operational stays silent or
-    // stays where it was.
     phase_ = Phase::kDone;
   if (state && phase_ == Phase::kSteps && nmt_state(frame.data[0]) == NmtState::kBootUp)
     return fail("it booted while it was being set up; check its supply");

@@ -35,8 +35,8 @@ class StepList {
   }
   /// What a DCF sets. Communication objects (0x1000 to 0x1FFF) follow from the config.
   void write_configured() {
+    // Identifiers and PDOs of the DCF may be of another network; those of this one are computed.
     for (const auto& [key, entry] : dictionary_.entries)
-      // Identifiers and PDOs of the DCF may be of another network; those of this one are computed.
       if (!entry.configured.empty() && entry.writable && key.index >= 0x2000)
         steps.push_back({Kind::kWrite, key, entry.configured, entry.name,
                          fmt::format("the drive does not take the ParameterValue of {}:{}", dictionary_.file,

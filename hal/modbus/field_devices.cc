@@ -163,6 +163,7 @@ std::string FieldDevices::read_value(ModbusLink& link, const ModbusDeviceConfig&
     if (trouble.empty()) break;
   }
   if (!trouble.empty()) return trouble;
+  // A register has 16 bits and no sign of its own; what it means is the device's matter.
   const double raw = value.is_signed ? static_cast<std::int16_t>(words[0]) : words[0];
   const double reading = raw * value.scale;
   // A reading that cannot be, such as -32768 of a sensor with a broken wire, is kept for the report but not
@@ -197,6 +198,7 @@ void FieldDevices::judge(std::size_t index, const std::string& trouble) {
   for (const ModbusValueConfig& value : device.values) {
     const auto sample = samples_.find(value.name);
     const bool judged = value.max > value.min && sample != samples_.end() && !state.lost;
+    // A value without bounds (max not above min) is never impossible.
     if (!judged || (sample->second.value >= value.min && sample->second.value <= value.max)) continue;
     state.lies = true;
     state.trouble = fmt::format("{} is {:g}; {:g} to {:g} is possible", value.name, sample->second.value,
@@ -282,6 +284,8 @@ Fault FieldDevices::fault(std::string& detail) const {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const DeviceState& state = states_[i];
+    // A device that is read well but takes no writes is of no use for the machine either: its outputs stay as
+    // they were.
     const bool lost = state.lost || state.refuses;
     if (!config_.devices[i].required || (!lost && !state.lies)) continue;
     detail = state.trouble;

@@ -67,6 +67,8 @@ void ModbusDrives::set_up(std::size_t line) {
   ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
   for (auto& axis : axes_) {
     if (axis->config.line != line) continue;
+    // One question to each drive before its thread starts, so that a wrong address is told by name and not as
+    // a drive that is lost a second later.
     check(link, *axis);
     // What the drive said before it was lost means nothing any more; 0 is no answer.
     if (axis->needs_setup.exchange(false)) axis->answer = 0;
@@ -107,6 +109,7 @@ void ModbusDrives::serve(std::size_t line) {
 
 void ModbusDrives::turn(ModbusLink& link, Axis& axis) {
   const ModbusAxisConfig& config = axis.config;
+  // The newest command, also if the line has missed some: of a setpoint only the last one counts.
   const std::uint64_t command = axis.command.load(std::memory_order_relaxed);
   std::vector<std::uint16_t> words;
   // First the command, then the answer: what is read has seen this period's command.
@@ -118,9 +121,9 @@ void ModbusDrives::turn(ModbusLink& link, Axis& axis) {
     axis.trouble = trouble;
     return;
   }
+  // The count from 1 to 255 makes two answers with the same values differ, so that a drive at rest still
+  // counts as heard.
   const auto count =
-      // The count from 1 to 255 makes two answers with the same values differ, so that a drive at rest still
-      // counts as heard.
       static_cast<std::uint8_t>(axis.answers.fetch_add(1, std::memory_order_relaxed) % 255 + 1);
   const auto position = static_cast<std::int32_t>(std::uint32_t{words[2]} << 16 | words[3]);
   axis.answer.store(pack(words[0], static_cast<std::int8_t>(words[1]), position, count),

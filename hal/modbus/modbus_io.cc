@@ -20,7 +20,9 @@ ModbusIo::ModbusIo(const ModbusIoConfig& config, FieldDevices::Listener listener
 ModbusIo::~ModbusIo() { shut_down(); }
 
 void ModbusIo::bring_up() {
+  // It runs already: a reset of the drives alone must not stop the spindle.
   if (thread_.joinable()) return;
+  // After a pause the devices may have been switched off and on: everything is told to them anew.
   put_.clear();
   stop_ = false;
   devices_ = std::make_unique<FieldDevices>(config_.devices, listener_);
@@ -136,6 +138,7 @@ bool ModbusIo::spindle_follows() const {
   double reading = 0;
   if (!spindle.at_speed.empty() && rpm != 0 && (!fresh(spindle.at_speed, reading) || reading == 0))
     return false;
+  // An inverter that does not tell its speed is taken at its word that it took the command.
   if (spindle.actual.empty()) return true;
   const double wanted = spindle.reverse.empty() ? rpm : std::abs(rpm);
   return fresh(spindle.actual, reading) && std::abs(reading - wanted) <= spindle.tolerance_rpm;
@@ -145,6 +148,7 @@ void ModbusIo::watch_faults() {
   std::string trouble;
   Fault fault = devices_->fault(trouble);
   const double code = known(config_.spindle.fault);
+  // A device that is lost explains more than a code that was read from it earlier.
   if (fault == Fault::kOk && code != 0) {
     fault = Fault::kDeviceFault;
     trouble = fmt::format("the spindle's inverter reports fault {:g} ({})", code, config_.spindle.fault);

@@ -127,6 +127,7 @@ std::string ModbusLink::read(int unit, ModbusTable table, int first, int count,
     got = modbus_read_registers(context_.get(), first, count, values.data());
   if (got != count)
     return failure(unit, fmt::format("reading {} {} to {}", to_string(table), first, first + count - 1));
+  // Bits come from libmodbus in a form of their own, one byte each.
   if (table == ModbusTable::kCoil || table == ModbusTable::kDiscrete) values.assign(bits.begin(), bits.end());
   return "";
 }
