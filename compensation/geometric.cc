@@ -56,9 +56,9 @@ GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, con
   out.axis = u_wanted - u;
   for (std::size_t i = 0; i < 3; ++i) {
     const ActualChain::JointFrame& frame = f.joint[static_cast<std::size_t>(linear_[i])];
+    // A joint of the table moves the point on the work, a joint of the tool moves the tip, which is
+    // subtracted.
     out.tip_by_linear.col(static_cast<Eigen::Index>(i)) =
-        // A joint of the table moves the point on the work, a joint of the tool moves the tip, which is
-        // subtracted.
         frame.in_work_branch ? frame.axis : Vec3(-frame.axis);
   }
   for (int i = 0; i < rotary_count_; ++i) {
@@ -125,8 +125,8 @@ void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec
 }
 
 bool GeometricCorrection::inside_limits(const JointVec& nominal, const JointVec& q) const TRN_RT {
+  // Written so that a NaN is outside.
   for (const int i : linear_)
-    // Written so that a NaN is outside.
     if (!(std::abs(q[i] - nominal[i]) <= config_.limit_mm)) return false;
   for (int i = 0; i < rotary_count_; ++i) {
     const int joint = rotary_[static_cast<std::size_t>(i)];

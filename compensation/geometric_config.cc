@@ -46,9 +46,9 @@ ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
   const char* at = rotary ? "at_deg" : "at_mm";
   std::vector<double> places = table.numbers(at);
   for (double& place : places) place *= rotary ? kRadPerDeg : 1;
+  // An error table that goes back on itself has two values at a place; equal places would divide by nothing
+  // in the spline.
   if (places.empty() ||
-      // An error table that goes back on itself has two values at a place; equal places would divide by
-      // nothing in the spline.
       std::adjacent_find(places.begin(), places.end(), std::greater_equal<>()) != places.end())
     throw table.error(at, "the places of a table must rise");
   const bool periodic = rotary && table.boolean("periodic", false);

@@ -140,9 +140,9 @@ void ScrewCorrection::advance(std::size_t screw, const Way& way) {
                                                    worker.model.places_mm(), worker.used_K);
   Profile profile;
   const double most = config_.rate_mm_s * config_.update_s;
+  // A screw grows by um in minutes. Whatever the sensor or the model asks for at once, as when a sensor comes
+  // back after an hour, is spread over so long that no cut shows it.
   for (std::size_t i = 0; i < kNodes; ++i)
-    // A screw grows by um in minutes. Whatever the sensor or the model asks for at once, as when a sensor
-    // comes back after an hour, is spread over so long that no cut shows it.
     profile.u[i] = worker.u_mm[i] += std::clamp(u[i] - worker.u_mm[i], -most, most);
   profile.m = second_derivatives(profile.u, nuts_[screw].spacing_mm);
   nuts_[screw].profiles->try_push(profile);

@@ -9,8 +9,8 @@ namespace trn {
 std::vector<double> screw_displacement(ScrewMounting mounting, double alpha_per_K, double stretch_mm,
                                        std::span<const double> places_mm, std::span<const double> rise_K) {
   std::vector<double> u(places_mm.size(), 0.0);
+  // U(x) of S2.5 by the trapezoid rule, which is exact for temperatures that are linear between nodes.
   for (std::size_t i = 1; i < u.size(); ++i)
-    // U(x) of S2.5 by the trapezoid rule, which is exact for temperatures that are linear between nodes.
     u[i] = u[i - 1] + alpha_per_K * (rise_K[i] + rise_K[i - 1]) / 2 * (places_mm[i] - places_mm[i - 1]);
   // What the far bearing holds back is taken from the whole length evenly.
   double held = 0;

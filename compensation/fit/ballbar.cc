@@ -74,10 +74,10 @@ JointVec ballbar_joints(const ActualChain& chain, const BallbarTest& test, doubl
   JointVec q = JointVec::Zero(count);
   Vec3 start = Vec3::Zero();
   for (const ActualAxis& axis : chain.tool) start += axis.offset_mm;
+  // The linear axes are square to each other in the nominal chain, so each has its own part of the way to the
+  // cup.
   for (const ActualAxis& axis : chain.tool)
     if (axis.joint >= 0 && axis.kind == JointKind::kLinear)
-      // The linear axes are square to each other in the nominal chain, so each has its own part of the way to
-      // the cup.
       q[axis.joint] = axis.direction.dot(test.cup_M - start);
   q[test.joint] = angle_rad;
   return q;

@@ -36,7 +36,7 @@ class Model {
   /// Readings predicted less measured, mm.
   VectorXd residuals(const std::vector<BallbarParameter>& parameters) const {
     // The readings of the whole non-linear chain, not of a model to first order: with 0.1 degree of tilt the
-    // dropped products would be um.
+    // products that it drops come to tenths of a um.
     ActualChain chain = nominal_;
     for (const BallbarParameter& p : parameters) place(p, chain);
     VectorXd out(count_);

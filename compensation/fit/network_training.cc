@@ -126,9 +126,9 @@ int solve(const FrictionNetwork::Shape& shape, const TrainingSet& data, int iter
 // Samples of an axis that moves: of one that stands the network is not asked.
 TrainingSet moving(const TrainingSet& all, double standing_mm) {
   std::vector<Eigen::Index> kept;
+  // At rest friction may be anything up to its greatest value in either direction. Such samples would teach
+  // the network noise.
   for (Eigen::Index i = 0; i < all.force_N.size(); ++i)
-    // At rest friction may be anything up to its greatest value in either direction. Such samples would teach
-    // the network noise.
     if (std::abs(all.taps(1, i)) >= standing_mm) kept.push_back(i);
   return {all.taps(Eigen::all, kept), all.force_N(kept)};
 }

@@ -26,8 +26,8 @@ std::uint32_t crc32(const std::string& text) {
 
 std::string number_list(const std::vector<double>& values) {
   std::string out;
+  // 17 digits give back the same double. Fewer would change the last bits, and the checksum with them.
   for (std::size_t i = 0; i < values.size(); ++i)
-    // 17 digits give back the same double. Fewer would change the last bits, and the checksum with them.
     out += fmt::format("{}{:.17g},", i % 4 ? " " : "\n  ", values[i]);
   return out;
 }

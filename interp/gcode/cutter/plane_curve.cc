@@ -234,8 +234,8 @@ PlaneBox box_of(const PlaneCurve& curve) {
   PlaneBox box(curve.from.cwiseMin(curve.to), curve.from.cwiseMax(curve.to));
   if (curve.turn == 0) return box;
   const double r = curve.radius();
+  // An arc reaches beyond its ends where it passes east, north, west or south of its centre.
   for (const Point& way : {Point(1, 0), Point(0, 1), Point(-1, 0), Point(0, -1)})
-    // An arc reaches beyond its ends where it passes east, north, west or south of its centre.
     if (faces(curve, curve.centre + way)) box.extend(Point(curve.centre + r * way));
   return box;
 }

@@ -117,8 +117,6 @@ void Executor::cycle(const Block& b, GCode motion) {
   // A cycle is drilled in exact path mode, so that no corner at the bottom of a hole is rounded off.
   const bool was_exact = s_.modal.path == MotionControl::kExactPath;
   if (!was_exact) put(canon::SetMotionControlMode{MotionControl::kExactPath, 0, 0});
-  // Behind the check of R and bottom: a block that is refused must not leave its words behind for the next
-  // one.
   cycle_words(b, motion);
   hole.middle = s_.modal.incremental ? hole.bottom + s_.cycle.k : s_.cycle.k;
   drill(b, motion, hole, height, static_cast<int>(repeats));
@@ -155,7 +153,7 @@ void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, in
     if (s_.modal.incremental && b.has_polar()) {
       polar(b, hole.first, hole.second);
     } else if (s_.modal.incremental) {
-      // "G91 G81 X10 L5": five holes, 10 apart, without any other words.
+      // "G91 X10 L5" while G81 is in force: five more holes, each 10 further.
       hole.first += b.get(kWordLetters[axes.first], 0);
       hole.second += b.get(kWordLetters[axes.second], 0);
     }
@@ -219,7 +217,8 @@ void Executor::cycle_hole(GCode motion, const Hole& hole) {
     case 88_g: {
       dwell_here();
       stop_spindle();
-      // G88: the operator draws the tool out by hand, and the program goes on from the clear height.
+      // G88: the program stops at the bottom, so that the operator may draw the tool back by hand. What is
+      // left of the way up follows when it goes on.
       put(PlainCanon::kProgramStop);
       ProgramWords up = hole.base;
       up[hole.axes.first] = hole.first;

@@ -460,7 +460,7 @@ void Executor::end_program() {
 
 // What M2 and M30 reset (RS274/NGC section 3.6.1, with the dialect's additions).
 void Executor::reset_at_end() {
-  // RTCP and plane before the work offset: both are refused, or mean something else, under another one.
+  // RTCP and the plane go first: the work offset below is changed in plain machine coordinates.
   if (s_.rtcp) set_rtcp(false, s_.tool_offset, 1, "M2");
   if (s_.tilted) cancel_tilted_plane();
   ModalState& m = s_.modal;

@@ -42,11 +42,11 @@ ProgramWords Executor::target(const Block& b) const {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
     const double value = b[letter];
+    // In G90 a wrapped axis goes the short way: from 350 to 10 degrees is 20 on, not 340 back. In G91 the
+    // word is the way itself.
     if (s_.modal.incremental)
       to[i] += value;
     else
-      // In G90 a wrapped axis goes the short way: from 350 to 10 degrees is 20 on, not 340 back. In G91 the
-      // word is the way itself.
       to[i] = parts_.config.wrapped_mask >> i & 1U ? wrapped(value, to[i]) : value;
   }
   return to;

@@ -41,9 +41,9 @@ std::vector<double> clamped_uniform_knots(std::size_t points, int order) {
   TRN_CHECK(order >= 1 && points >= static_cast<std::size_t>(order));
   std::vector<double> knots;
   const int last = static_cast<int>(points) - order + 1;
+  // As many equal knots at each end as the order: the curve begins in its first control point and ends in its
+  // last.
   for (int i = 0; i < static_cast<int>(points) + order; ++i)
-    // As many equal knots at each end as the order: the curve begins in its first control point and ends in
-    // its last.
     knots.push_back(std::clamp(i - order + 1, 0, last));
   return knots;
 }

@@ -114,8 +114,8 @@ void Executor::tool_length(const Block& b) {
 
 void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
   s_.tool_length_code = code;
-  // With RTCP on a longer tool moves the spindle and not the tip's coordinates, so kinematics has to find the
-  // place.
+  // Where the words are the tip in the table, another tool length means another tip under the same spindle,
+  // and the kinematics has to find it.
   if (tip_in_table() || (s_.rtcp && code == 49_g))
     return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
   if (s_.tilted) {

@@ -147,8 +147,8 @@ void Executor::rational_spline(const Block& b) {
   const bool tail = rational_.knots.size() > rational_.points.size();
   rational_.knots.push_back(b['K']);
   if (b.has_axis_word()) return rational_point(b, tail, column);
-  // A curve has as many knots as points and order together (Piegl and Tiller, The NURBS Book, equation 2.13
-  // with n + p + 1 counted from 0).
+  // A curve has as many knots as control points and order together (m = n + p + 1 in Piegl and Tiller, The
+  // NURBS Book, all of them counted from 0).
   const std::size_t needed = rational_.points.size() + static_cast<std::size_t>(rational_.order);
   if (rational_.knots.size() == needed) finish_rational(column);
 }

@@ -113,8 +113,7 @@ void Executor::thread_pass(const Thread& thread, double depth) {
   ProgramWords at = s_.position;
   const auto traverse = [&] { put(canon::StraightTraverse{at}); };
   const auto feed = [&] { put(canon::StraightFeed{at, 0}); };
-  // The drive line moves back with the depth, so that every pass has the same way in: what is missing in
-  // depth is more in clearance.
+  // A shallow pass begins further out by what it does not cut, so every pass has the same way in.
   const double clear = thread.x - thread.into() * (thread.depth - depth);
   const double cut = thread.x + thread.peak + thread.into() * depth;
   const double end = thread.z_end - thread.along() * (thread.depth - depth) * thread.slope;

@@ -95,8 +95,8 @@ void Flow::at_file_end() {
   ended_ = true;
   const bool empty = config_.end == ProgramEnd::kExpected && !file().any;
   if (config_.end == ProgramEnd::kRequired || empty) fail(GcodeErrorCode::kNoProgramEnd, 1);
+  // A file that was cut off on its way here looks just like this.
   if (config_.end == ProgramEnd::kExpected)
-    // A file that was cut off on its way here looks just like this.
     executor_.warn(1, fmt::format("{}; it ends here, perhaps cut off ([program] end_required)",
                                   gcode_error_info(GcodeErrorCode::kNoProgramEnd).sentence));
   executor_.end_program();

@@ -116,6 +116,7 @@ double apply_unary(Op op, double a, std::uint32_t column) {
       return std::tan(rad_from_deg(a));
     case Op::kExp:
       return std::exp(a);
+    // FIX rounds down and not towards zero: FIX[-2.8] is -3 (RS274/NGC).
     case Op::kFix:
       return std::floor(a);
     case Op::kFup:
@@ -273,6 +274,7 @@ void ExpressionCompiler::exists(std::uint32_t column) {
 
 void ExpressionCompiler::function() {
   const std::uint32_t column = lexer_.column();
+  // EXISTS asks whether there is such a parameter, so its argument must not be loaded.
   if (lexer_.accept_word("exists")) return exists(column);
   const auto argument = [&] {
     expect('[');
@@ -296,6 +298,7 @@ void ExpressionCompiler::function() {
 
 int Evaluator::parameter_number(double value, std::uint32_t column) {
   const double rounded = std::round(value);
+  // "#[#1 + 0.1 * 10]" is meant as a whole number though it may miss it by rounding.
   if (!(std::fabs(value - rounded) <= kIntegerTolerance))
     fail(GcodeErrorCode::kNotInteger, column, "the parameter number", value);
   if (!(rounded >= 1 && rounded <= parameter::kMax)) fail(GcodeErrorCode::kParameterRange, column, rounded);
@@ -362,6 +365,7 @@ double Evaluator::run(const std::vector<Instruction>& code, std::int32_t start) 
   std::size_t top = 0;
   TRN_CHECK(start >= 0 && static_cast<std::size_t>(start) < code.size());
   for (const Instruction* i = code.data() + start; i->op != Op::kEnd; ++i) {
+    // Codes below kNegate put a value on the stack, or replace the number on top by what it names.
     if (i->op < Op::kNegate) {
       if (i->op == Op::kIndirect || i->op == Op::kExistsIndirect) {
         stack[top - 1] = load(*i, stack[top - 1]);

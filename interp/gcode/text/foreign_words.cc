@@ -46,6 +46,7 @@ LetterRun next_run(std::string_view line, std::size_t& i) {
   while (i < line.size()) {
     const char c = line[i];
     if (c == ';') break;
+    // Comments and names of parameters may have any words in them.
     if (c == '(' || c == '<') {
       i = behind(line, i, c == '(' ? ')' : '>');
       continue;

@@ -15,6 +15,7 @@ constexpr double kNumberLimit = 1e15;  // longer ones have lost their last digit
 double parse_digits(const char* first, const char* last, std::uint32_t column, const char** stop) {
   double value = 0;
   const auto result = fast_float::from_chars(first, last, value, fast_float::chars_format::fixed);
+  // Fixed notation only: in G-code an E behind a number is the next word and no exponent.
   if (result.ec != std::errc() || !(value < kNumberLimit)) fail(GcodeErrorCode::kBadNumber, column);
   *stop = result.ptr;
   return value;
@@ -25,6 +26,8 @@ double parse_digits(const char* first, const char* last, std::uint32_t column, c
 bool Lexer::accept_word(std::string_view word) {
   const char* start = p_;
   for (const char c : word) {
+    // White space inside a word is passed over, as in "G O T O", so what was taken must be given back if the
+    // word is another one.
     if (peek() != c) {
       p_ = start;
       return false;

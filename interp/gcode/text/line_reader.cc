@@ -115,6 +115,7 @@ void LineReader::check_start() {
       (byte(0) == 0xFE && byte(1) == 0xFF) || (end_ >= 4 && !byte(0) && byte(1) && !byte(2) && byte(3));
   if (little || big) {
     at_ = end_;
+    // Read to the end, so that an error is told once and not for each line of it.
     while (refill()) at_ = end_;
     fail(GcodeErrorCode::kUtf16, 1, little ? "UTF-16LE" : "UTF-16BE");
   }

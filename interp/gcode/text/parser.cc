@@ -142,6 +142,7 @@ void Parser::line(Lexer& lexer, ParsedBlock& out) {
 bool Parser::is_flow_line(std::string_view line) {
   Lexer lexer(line);
   lexer.accept('/');
+  // Digits are enough here: a number of another form is refused when the line itself is parsed.
   if (lexer.accept('n'))
     while (Lexer::is_digit(lexer.peek())) lexer.skip();
   return lexer.peek() == 'o';
@@ -289,6 +290,7 @@ void Parser::comment(Lexer& lexer, ParsedBlock& out) {
 
 bool Parser::keyword(Lexer& lexer, char letter, ParsedBlock& out) {
   const std::uint32_t column = lexer.column();
+  // In the order of the config: a keyword that begins with another one must stand before it there.
   for (std::size_t i = 0; i < words_.size(); ++i) {
     const MappedWord& mapped = words_[i];
     if (!mapped.is_keyword() || mapped.text[0] != letter || !lexer.accept_word(mapped.text)) continue;
