@@ -102,8 +102,6 @@ KinStatus PlatformKinematics::solve(const Pose& X_RP, JointVec& q) const TRN_RT 
 }
 
 KinStatus PlatformKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
-  // The seed only fills the answer in case of a failure: the actuators of a platform follow from its pose
-  // without a choice.
   q = usable_seed(seed, joint_count_);
   if (!is_rigid(X_BS)) return KinStatus::kUnreachable;
   return solve(platform_from_spindle(turns_freely() ? without_turn(X_BS) : X_BS), q);

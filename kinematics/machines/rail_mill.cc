@@ -75,8 +75,6 @@ Rail read_rail(const ConfigTable& table) {
 
 RailMill::RailMill(const RailMillConfig& config)
     : PlatformKinematics(config.platform, 4, 1), config_(config) {
-  // A turn by 1 rad moves the joints of the platform by about this radius, in mm. It makes a turn comparable
-  // to a shift in `conditioning`.
   radius_ = 0;
   for (const Rail& rail : config_.rails) radius_ += rail.platform_P.norm() / 4;
   actuators(config_.platform.home_X_RP, home_q_);
@@ -107,7 +105,6 @@ KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
 
 KinStatus RailMill::follow(const JointVec& q, Pose& X_RP) const TRN_RT {
   TRN_CHECK(q.size() == 4 && q.allFinite());
-  // Only the turn about x can be non-zero in a pose of this machine, so two entries of R tell it.
   PlatformState state{X_RP.p, std::atan2(X_RP.R(2, 1), X_RP.R(1, 1))};
   const KinStatus status = solve_newton<4>(LinkEquations{config_.rails, q}, state).status;
   if (status != KinStatus::kOk) return status;
@@ -154,7 +151,6 @@ RailMill::Square RailMill::rail_jacobian(const Pose& X_RP) const TRN_RT {
 
 double RailMill::conditioning(const Pose& X_RP) const TRN_RT {
   Square J = rail_jacobian(X_RP);
-  // Turns count as the way in mm that they move the platform's joints, as for the hexapod.
   J.col(3) /= radius_;
   return J.allFinite() ? conditioning_of<4>(J) : 0.0;
 }

@@ -16,13 +16,9 @@ WordOfJoint read_word(const ConfigTable& table, const Joint& joint) {
   const bool rotary = joint.kind == JointKind::kRotary;
   const std::vector<std::string> legal =
       rotary ? std::vector<std::string>{"A", "B", "C"} : std::vector<std::string>{"X", "Y", "Z"};
-  // A joint named X obeys the word X unless the config says otherwise. A joint with any other name, such as
-  // `spindle_head`, must name its word.
   const bool named_so = std::find(legal.begin(), legal.end(), joint.name) != legal.end();
   const std::string word = named_so ? table.choice("word", legal, joint.name) : table.choice("word", legal);
   const double sense = table.number("sense", 1.0, Range{-1.0, 1.0});
-  // Only the direction may be turned round. A scale between word and joint is no matter of the kinematics:
-  // the counts of the drives have it.
   if (sense != 1.0 && sense != -1.0) throw table.error("sense", "sense is 1 or -1");
   return {static_cast<int>(std::string_view(kWordLetters).find(word)), sense};
 }
@@ -65,7 +61,6 @@ SerialChain make_chain(const SerialBranches& branches) {
 /// Gauge point in the table with every joint at zero: where the machine frame lies.
 Pose home_of(const SerialBranches& branches) {
   Pose X_BM;
-  // With every joint at zero all frames are parallel, so offsets add up without any turn.
   for (const BranchAxis& axis : branches.tool) X_BM.p += axis.offset_mm;
   for (const BranchAxis& axis : branches.work) X_BM.p -= axis.offset_mm;
   return X_BM;

@@ -45,8 +45,6 @@ Vec3 direction(const Mat3& R, const ChainStep& step) TRN_RT {
 }  // namespace
 
 void SerialChain::append_offset(const Vec3& offset_mm) {
-  // An offset in front of the first joint never turns and belongs to the start of the chain, any other one
-  // turns with the joint before it.
   (count_ == 0 ? start_ : steps_[count_ - 1].offset) += offset_mm;
 }
 

@@ -120,8 +120,6 @@ KinStatus SerialKinematics::forward(const JointVec& q, Pose& X_BS) const TRN_RT 
 KinStatus SerialKinematics::inverse(const Pose& X_BS, const JointVec& seed, JointVec& q) const TRN_RT {
   q = usable_seed(seed, joint_count_);
   if (!is_pose(X_BS)) return KinStatus::kUnreachable;
-  // The closed form is exact and takes the same time everywhere, also next to a pole. Newton needs a start
-  // near by and may fail there.
   if (closed_form_) return inverse_closed(X_BS, q);
   JointVec solved = q;
   const KinStatus status = solve_by_newton(config_.chain, X_BS, solved);
