@@ -70,6 +70,7 @@ SimulatedJoint::Config make_joint(const Joint& joint, double period_s, const Joi
   out.speed_index = std::min(unit * keys.index_speed, limit.velocity);
   out.home = unit * keys.home;
   out.index_distance = unit * keys.index_distance;
+  // Limit switches lie beyond the range of the joint: a program that keeps the range never meets them.
   out.switch_min = limit.min - unit * keys.limit_switch_margin;
   out.switch_max = limit.max + unit * keys.limit_switch_margin;
   out.start = unit * keys.start;

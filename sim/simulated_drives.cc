@@ -49,6 +49,7 @@ void SimulatedDrives::quick_stop() TRN_RT {
 }
 
 void SimulatedDrives::obey_requests() TRN_RT {
+  // Switching off acts at once, also while a joint brakes: power that is gone is gone.
   if (disable_asked_.exchange(false))
     for (SimulatedJoint& joint : joints_) joint.disable();
   for (const SimulatedJoint& joint : joints_)

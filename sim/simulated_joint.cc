@@ -168,6 +168,7 @@ void SimulatedJoint::step_brake() TRN_RT {
   drive_itself(0, config_.quick_stop_deceleration);
   const bool at_rest =
       v_target_ == 0 && std::abs(plant_.x - plant_.target) < 0.1 * config_.following_error_max;
+  // A stuck axis never comes near its target. It stands all the same.
   const bool blocked = v_target_ == 0 && stuck_;
   if (!at_rest && !blocked) return;
   plant_.v = 0;  // the brake closes

@@ -66,6 +66,8 @@ void SimulatedScrews::step(const JointVec& q_plan, const JointVec& q_setpoint) {
 
 void SimulatedScrews::warm(Screw& screw) {
   const ScrewConfig& config = screw.config.screw;
+  // The heat model is the one that the correction has as well, with the numbers of this screw: what a
+  // rehearsal shows is how the correction follows, not how good the model is.
   screw.model.step(kUpdate_s, screw.way_mm);
   std::fill(screw.way_mm.begin(), screw.way_mm.end(), 0.0);
   screw.u_mm = screw_displacement(config.mounting, config.alpha_per_K, config.stretch_mm,

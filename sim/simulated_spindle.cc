@@ -16,6 +16,8 @@ constexpr double kDegPerTurn = 360;
 constexpr double kDegAtPlace = 1e-6;
 }  // namespace
 
+// The exact share of a first-order lag over a period. The period over the lag would swing past the speed
+// where the lag is the shorter.
 SimulatedSpindle::SimulatedSpindle(const Config& config)
     : config_(config), follows_(config.lag_s > 0 ? -std::expm1(-config.period_s / config.lag_s) : 1) {}
 

@@ -21,6 +21,7 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
     out.emplace_back();
     for (const CanNodeConfig& node : bus.nodes) {
       SimulatedJoint::Config plant = plants.joints[static_cast<std::size_t>(node.link.joint)];
+      // The transitions of CiA 402 take their own periods; the plant behind them needs no further time.
       plant.start_up_periods = 0;
       plant.homed = node.link.axis.absolute;
       // The plant calls the place home where its index pulse is; the drive's home offset (0x607C) is the

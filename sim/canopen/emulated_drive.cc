@@ -152,6 +152,8 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
 void EmulatedDrive::follow_joint() {
   using S = Cia402State;
   const bool faulty = state_ == S::kFault || state_ == S::kFaultReactionActive;
+  // The plant finds faults by itself (a lag, a switch, a search in vain), and the drive tells of them with
+  // the code that CiA 402 has for each.
   if (joint_.state() == DriveState::kFault && !faulty) {
     state_ = S::kFaultReactionActive;
     homing_error_ = joint_.fault() == Fault::kHomingFailed;
@@ -174,6 +176,7 @@ double EmulatedDrive::target() {
   // Cyclic velocity: the speed is added up from the last target, as the loop in a drive does.
   if (mode_now_ == mode_number(Cia402Mode::kCyclicVelocity))
     return q_target_ + counts_to_unit(static_cast<double>(target_velocity_.get())) * config_.period_s;
+  // Interpolation runs only while bit 4 enables it; else the drive holds its last target.
   if (mode_now_ == mode_number(Cia402Mode::kInterpolatedPosition) && (control_.get() & controlword::kBit4))
     return counts_to_unit(static_cast<double>(interpolation_.get()));
   if (mode_now_ == mode_number(Cia402Mode::kProfilePosition)) return profile_target();
@@ -183,6 +186,7 @@ double EmulatedDrive::target() {
 // A straight line to the last target, over the time until the next one
 double EmulatedDrive::cyclic_target() {
   const double goal = counts_to_unit(static_cast<double>(target_position_.get()));
+  // A new target begins a new line. One that comes again lets the line run out.
   if (goal != cyclic_goal_) steps_left_ = config_.interpolation_steps;
   cyclic_goal_ = goal;
   if (steps_left_ <= 1) return goal;
@@ -212,6 +216,7 @@ void EmulatedDrive::step_homing(std::uint16_t control) {
   attained_ = homing_error_ = false;
   const std::int64_t method = store_.integer({0x6098, 0});
   if (method == kIndexMethod) {
+    // Method 5: the home switch at the lower end, then the index pulse.
     homing_ = true;
     joint_.home();
   } else if (method == kHereMethod || method == kHereMethodOld) {

@@ -170,6 +170,7 @@ void EmulatedNode::send_tpdo(MappedPdo& pdo, std::int64_t now_ns) {
     std::copy_n(bytes->begin(), size, frame.data.begin() + frame.size);
     frame.size = static_cast<std::uint8_t>(frame.size + size);
   }
+  // The position lies behind the status word in the first PDO.
   if (lie_ != 0 && frame.size >= 6)
     put_le(frame.data.data() + 2, 4,
            static_cast<std::uint64_t>(get_le_signed(frame.data.data() + 2, 4) + lie_));

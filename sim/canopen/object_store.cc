@@ -60,6 +60,7 @@ std::uint32_t ObjectStore::write(ObjectKey key, std::span<const std::uint8_t> by
   const std::int64_t value = decode_integer(entry.type, bytes);
   if (size != 0 && entry.high && value > *entry.high) return sdo_abort::kValueHigh;
   if (size != 0 && entry.low && value < *entry.low) return sdo_abort::kValueLow;
+  // Checked last: a value that does not even fit its object is refused for that reason.
   if (const std::uint32_t refused = check_pdo_write(key, value)) return refused;
   found->second.assign(bytes.begin(), bytes.end());
   return 0;
@@ -90,6 +91,7 @@ std::uint32_t ObjectStore::check_mapping_length(ObjectKey key, std::int64_t coun
   for (std::int64_t sub = 1; sub <= count; ++sub) {
     const ObjectKey object{key.index, static_cast<std::uint8_t>(sub)};
     if (!has(object)) return sdo_abort::kValueHigh;
+    // The low byte of a mapping entry is the object's length in bits.
     bits += integer(object) & 0xFF;
   }
   return bits > 8 * pdo_bytes_ ? sdo_abort::kPdoLength : 0;

@@ -61,6 +61,7 @@ void SdoServer::receive(const CanFrame& frame, FrameQueue& answers) {
 }
 
 std::uint32_t SdoServer::load() {
+  // A fault that a script has asked for: the object exists, and this drive refuses it.
   if (refused_code_ != 0 && key_.index == refused_index_) return refused_code_;
   position_ = 0;
   toggle_ = false;
@@ -137,6 +138,7 @@ void SdoServer::start_block_download(const CanFrame&) {
   data_.clear();
   mode_ = Mode::kBlockDownload;
   sequence_ = 0;
+  // Answer to the request for a block download, with the bit that says that the checksum is known (CiA 301).
   answer({0xA4, static_cast<std::uint8_t>(key_.index), static_cast<std::uint8_t>(key_.index >> 8), key_.sub,
           kBlock});
 }

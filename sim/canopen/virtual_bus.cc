@@ -120,6 +120,7 @@ void VirtualBus::deliver(const CanFrame& frame, Endpoint* sender) {
   ++frames_;
   if (listener_) listener_(heard);
   for (EmulatedNode* node : nodes_) node->receive(heard, now_ns_);
+  // Only the host's controller is off the bus. The nodes go on hearing each other.
   if (state_ != BusState::kOnline) return;
   for (Endpoint* endpoint : endpoints_) endpoint == sender ? endpoint->confirm() : endpoint->hear(heard);
 }

@@ -19,6 +19,7 @@ double GuideFriction::step(double v_mm_s, double dt_s) TRN_RT {
   const double limit_mm = level_N(v_mm_s) / config_.bristle_N_mm;
   const double before = bend_mm_;
   bend_mm_ = (before + dt_s * v_mm_s) / (1 + dt_s * std::abs(v_mm_s) / limit_mm);
+  // Stiffness of the bristles, their damping, and the oil: the three terms of the LuGre law.
   return config_.bristle_N_mm * bend_mm_ + config_.bristle_N_s_mm * (bend_mm_ - before) / dt_s +
          config_.viscous_N_s_mm * v_mm_s;
 }

@@ -50,6 +50,8 @@ void LinearMotorAxis::step(double external_N, double dt_s) TRN_RT {
   const double motor_N = config_.force_N_A * (flowing_A_ + flow_noise_A_);
   const double sum_N = motor_N - friction_N_ - ripple_now_N_ + external_N;
   v_ += dt_s * (kMmPerM * sum_N / config_.mass_kg - config_.damping_1_s * v_);
+  // The new speed moves the place (semi-implicit Euler): so a swinging system does not gain energy from the
+  // steps.
   x_ += dt_s * v_;
 }
 

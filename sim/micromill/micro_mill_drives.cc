@@ -72,6 +72,7 @@ MicroMillDrives::Config read_micro_mill_drives(const Machine& machine, const Con
   const auto seed = static_cast<std::uint64_t>(drives.integer("seed", 0, Range{0, 1e9}));
   config.plant = micro_mill_plant(seed, machine.period_s);
   const double error = drives.number("mass_error", 0, Range{-0.2, 0.2});
+  // The real mass only. The drive and the estimator go on working with the nominal one.
   for (LinearMotorAxis::Config& axis : config.plant.axes) axis.mass_kg *= 1 + error;
   const std::string part = drives.choice("part", {"none", "round", "square"}, "none");
   if (part == "round") config.part.emplace(PartSurface::Config{PartSurface::Shape::kRound});

@@ -23,6 +23,8 @@ MillingCutter::MillingCutter(const Config& config) : config_(config) {
 }
 
 Vector2d MillingCutter::centre_before(int teeth) const TRN_RT {
+  // The time from tooth to tooth is no whole number of steps, so the centre is interpolated between two of
+  // them.
   const double lag = teeth * steps_per_tooth_;
   const auto whole = static_cast<std::size_t>(lag);
   const double part = lag - static_cast<double>(whole);
@@ -60,6 +62,7 @@ Vector2d MillingCutter::tooth_force(int tooth, int slice, const Vector2d& centre
 
 Vector2d MillingCutter::step(const Vector2d& holder_mm, double depth_mm, PartSurface& part) TRN_RT {
   const Vector2d centre = holder_mm + deflection_mm_;
+  // On entry no tooth has left a surface yet. The first chip counts from where the tool stands.
   if (depth_mm > 0 && !cutting_) std::fill(centres_.begin(), centres_.end(), centre);
   cutting_ = depth_mm > 0;
   newest_ = (newest_ + 1) % centres_.size();

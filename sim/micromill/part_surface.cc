@@ -64,6 +64,7 @@ double PartSurface::diameter_mm() const {
   double sum = 0;
   int count = 0;
   for (int i = 0; i < config_.bins; ++i) {
+    // Around the place where the tool comes in and leaves it marks the part; the measurement leaves that out.
     if (std::abs(2 * kPi * (i + 0.5) / config_.bins - kPi) < kMarkRad) continue;
     sum += nearest_[static_cast<std::size_t>(i)];
     ++count;

@@ -76,6 +76,7 @@ void EmulatedCabinet::step_spindle(double dt_s) {
   const ModbusIoConfig::Spindle& spindle = config_.spindle;
   const bool runs = spindle.run.empty() || get(spindle.run) != 0;
   const double wanted = runs ? get(spindle.speed) : 0;
+  // The spindle comes up at a constant rate, so that a program really has to wait for its speed.
   rpm_ += std::clamp(wanted - rpm_, -kRpmPerS * dt_s, kRpmPerS * dt_s);
   set(spindle.actual, rpm_);
   set(spindle.at_speed, std::abs(wanted - rpm_) <= kAtSpeedRpm ? 1 : 0);

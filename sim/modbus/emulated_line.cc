@@ -45,9 +45,11 @@ EmulatedLine::~EmulatedLine() {
 void EmulatedLine::listen_on(int port) {
   listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const int on = 1;
+  // A rehearsal that is started again at once finds the port free, though old connections are still closing.
   setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in here{};
   here.sin_family = AF_INET;
+  // This host only: nobody else has anything to ask of an emulated cabinet.
   here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   here.sin_port = htons(static_cast<std::uint16_t>(port));
   sockaddr general{};

@@ -61,6 +61,7 @@ EmulatedPositioners::EmulatedPositioners(const Machine& machine, const ModbusDri
   }
   for (const ModbusAxisConfig& axis : config.axes) {
     SimulatedJoint::Config plant = read_positioner_plant(machine, drives, axis.joint);
+    // A drive with an absolute encoder knows its place from the start.
     plant.homed = axis.axis.absolute;
     Axis out{axis, nullptr, nullptr};
     const Joint& joint = machine.joints[static_cast<std::size_t>(axis.joint)];

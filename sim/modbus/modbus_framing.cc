@@ -40,6 +40,7 @@ std::optional<ModbusRequest> take_tcp_request(std::vector<std::uint8_t>& bytes) 
     bytes.clear();
     return std::nullopt;
   }
+  // The header's length counts from the unit on, which is the header's own last byte.
   const std::size_t size = kMbapSize - 1 + length;
   if (bytes.size() < size) return std::nullopt;
   ModbusRequest request{static_cast<std::uint16_t>(bytes[0] << 8 | bytes[1]), bytes[6], {}};
@@ -61,6 +62,8 @@ std::optional<ModbusRequest> take_rtu_request(std::vector<std::uint8_t>& bytes) 
       bytes.erase(bytes.begin(), end);
       return request;
     }
+    // No request begins here. The next byte is tried, so that a line with noise on it finds its way back by
+    // itself.
     bytes.erase(bytes.begin());
   }
   return std::nullopt;
@@ -83,6 +86,7 @@ std::vector<std::uint8_t> rtu_answer(const ModbusRequest& request, std::span<con
   out[0] = static_cast<std::uint8_t>(request.unit);
   std::copy(pdu.begin(), pdu.end(), out.begin() + 1);
   const std::uint16_t crc = modbus_crc({out.data(), pdu.size() + 1});
+  // On the serial line the checksum goes low byte first, all other words high byte first.
   out[pdu.size() + 1] = static_cast<std::uint8_t>(crc);
   out[pdu.size() + 2] = static_cast<std::uint8_t>(crc >> 8);
   return out;
