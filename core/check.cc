@@ -16,6 +16,7 @@ std::string explain(const CheckFailure& failure) {
          failure.condition + ") failed";
 }
 
+// Scopes may lie within each other; at the end of the inner one the note of the outer one is in force again.
 CheckScope::CheckScope(CheckFailure& into) TRN_RT : before_(note) { note = &into; }
 
 CheckScope::~CheckScope() { note = before_; }

@@ -206,6 +206,8 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 }
 
 double ConfigTable::number(std::string_view key, Range range) const {
+  // Noted before the key is looked for: a question that finds no answer in this file is still a key that a
+  // config may have.
   if (AskedKey* asked = note(*node_, key, Form::kNumber, true)) set_range(*asked, range);
   return as_number(*node_, require(*node_, key), key, range);
 }
@@ -222,6 +224,7 @@ double ConfigTable::number(std::string_view key, double fallback, Range range) c
 long ConfigTable::integer(std::string_view key, Range range) const {
   if (AskedKey* asked = note(*node_, key, Form::kWholeNumber, true)) set_range(*asked, range);
   const toml::node& value = require(*node_, key);
+  // 5.0 is refused as well: who writes a fraction for a count has most likely mistaken the key.
   if (!value.is_integer())
     throw error_at(*node_, value.source(), fmt::format("'{}' must be a whole number", dotted(*node_, key)));
   as_number(*node_, value, key, range);
@@ -365,6 +368,7 @@ ConfigTable parse_config(std::string_view text, const std::string& name,
 }
 
 ConfigTable load_config(const std::string& path) {
+  // Bytes as they are: the columns in messages count them.
   std::ifstream in(path, std::ios::binary);
   if (!in) throw ConfigError(fmt::format("{}:1:1: cannot read this file", path));
   std::ostringstream text;

@@ -142,7 +142,8 @@ PathPiece cut(const PathPiece& piece, double s0, double s1) {
   PathPiece out = piece;
   out.length = s1 - s0;
   TRN_CHECK(out.length > 0);
-  // A part of a polynomial of degree 7 is one too, and such a one is told by its ends.
+  // A part of a polynomial of degree 7 is a polynomial of degree 7 again, and its place and derivatives at
+  // both ends fix it.
   if (piece.kind == PathPiece::Kind::kPolynomial)
     return make_hermite(piece.derivatives(s0), piece.derivatives(s1), out.length);
   out.c[0] = piece.c[0] + piece.c[1] * s0;

@@ -83,6 +83,7 @@ std::optional<struct stat> find_old(const std::string& path) {
   // A rename would replace the link by a file and leave what it points to as it was.
   if (S_ISLNK(old.st_mode)) fail(path, "it is a link", "name the file itself");
   if (!S_ISREG(old.st_mode)) fail(path, "it is no regular file", "name a regular file");
+  // Root may write into any file. The mode still says that somebody wants this one kept.
   if ((old.st_mode & kAnyWrite) == 0) fail(path, "it is read-only", "allow writing with 'chmod u+w'");
   if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0) fail_errno(path);
   return old;
