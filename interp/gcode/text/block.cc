@@ -16,6 +16,7 @@ constexpr GCode kCancelMotion = 80_g;
 constexpr int kMWordsMax = 4;  // of a line (RS274/NGC section 3.3.1)
 
 int to_code(double value, double scale, std::uint32_t column, char letter) {
+  // G codes are held in tenths, M codes as they are.
   const double scaled = value * scale;
   const double rounded = std::round(scaled);
   if (!(std::fabs(scaled - rounded) <= kCodeTolerance) || rounded < 0 || rounded > 99999) {

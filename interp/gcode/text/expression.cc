@@ -38,6 +38,7 @@ constexpr UnaryFunction kFunctions[] = {{"abs", Op::kAbs}, {"acos", Op::kAcos}, 
 // Numbers in programs come from sums of decimals: "#1 EQ 0.3" after three times 0.1 shall be true.
 constexpr double kEqualTolerance = 1e-4;
 constexpr double kIntegerTolerance = 1e-4;
+// Each level of brackets keeps at most a left operand while its right one is computed.
 constexpr int kStackSize = 2 * ExpressionCompiler::kMaxDepth + 8;
 
 double modulo(double left, double right, std::uint32_t column) {
@@ -245,6 +246,7 @@ void ExpressionCompiler::binary(int least_precedence) {
     }
     // One higher, so that operators of the same rank are taken from the left: 8 / 4 / 2 is 1.
     binary(found->precedence + 1);
+    // Behind both operands: the code is in postfix order and needs no brackets when it runs.
     emit(found->op, column);
   }
   --depth_;

@@ -35,6 +35,7 @@ char* write_whole(char* to, std::uint64_t number) {
   std::array<char, 20> digits;
   char* const end = digits.data() + digits.size();
   char* first = end;
+  // Two digits at a time: half as many divisions, which are what writing a number costs.
   for (; number >= 100; number /= 100) write_pair(first -= 2, number % 100);
   if (number >= 10)
     write_pair(first -= 2, number);

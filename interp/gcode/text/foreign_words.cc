@@ -103,6 +103,8 @@ ForeignParameter foreign_parameter(const ParsedBlock& block) {
       return {kAlarm, a.column};
   for (const Instruction& i : block.code) {
     if (i.op != Op::kNumbered) continue;
+    // Fanuc's numbers: 5001 to 5008 the end of the block before, 5021 to 5028 and 5041 to 5048 the present
+    // place in machine and work coordinates.
     const bool position = (i.index >= 5001 && i.index <= 5008) || (i.index >= 5021 && i.index <= 5028) ||
                           (i.index >= 5041 && i.index <= 5048);
     if (position) return {kPosition, i.column};

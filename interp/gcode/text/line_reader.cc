@@ -140,6 +140,7 @@ bool LineReader::finish_line(std::size_t length, std::size_t step, std::string_v
   line = std::string_view(buffer_.get() + at_, length);
   at_ += length + step;
   ++line_;
+  // The line is counted and passed before it is judged: the error names it, and reading goes on behind it.
   if (length > line_length_max_) fail(GcodeErrorCode::kLineTooLong, 1, line_length_max_);
   while (!line.empty() && line.back() == '\r') line.remove_suffix(1);  // "\r\r\n": written in text mode twice
   if (!has_zero_) return true;

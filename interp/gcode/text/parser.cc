@@ -12,6 +12,7 @@ namespace trn {
 namespace {
 
 constexpr std::size_t kMaxCallArguments = 30;
+// No postprocessor writes so many. A line of garbage must not make the block grow without bound.
 constexpr std::size_t kMaxWords = 200;
 
 struct FlowName {
@@ -120,6 +121,7 @@ void Parser::parse(std::string_view text, ParsedBlock& out) {
 
 void Parser::line(Lexer& lexer, ParsedBlock& out) {
   char c = lexer.peek();
+  // What stands behind a percent sign on its line is no program.
   if (c == '%') {
     out.percent = true;
     return;
