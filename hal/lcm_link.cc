@@ -80,8 +80,6 @@ std::string LcmLink::send(const std::string& channel, int payload_bytes,
     return fmt::format("a message of {} bytes is too long for '{}': {} are possible", payload_bytes, channel,
                        kDatagramBytesMax - head);
   datagram.resize(head + static_cast<std::size_t>(payload_bytes));
-  // The encoder is generated code that trusts the counts in the message. A list shorter than its count would
-  // be read beyond its end.
   if (encode(datagram.data() + head, payload_bytes) != payload_bytes)
     return fmt::format("a message for '{}' cannot be encoded: a list of it is shorter than its count",
                        channel);

@@ -29,8 +29,8 @@ class WireWalk {
     value = size_bytes == 4 ? static_cast<std::int32_t>(out) : static_cast<std::int64_t>(out);
     return true;
   }
-  // LCM's strings have their length with the closing zero in front. There must be exactly one zero, at the
-  // end: a decoder would read on behind an earlier end, or off the datagram without any.
+  // LCM's strings have their length in front, the closing zero included. There must be just one zero, at the
+  // end: a decoder that looks for it would else stop too early or read off the datagram.
   bool text() {
     std::int64_t length = 0;
     if (!number(4, length) || length < 1 || static_cast<std::uint64_t>(length) > left_.size()) return false;

@@ -68,7 +68,8 @@ void DeviationMeter::enter(const MapContext& context) {
 
 DeviationMeter::Window DeviationMeter::tolerance_ahead() const {
   Window out;
-  // A blend between two moves keeps the tolerance of the looser one.
+  // For the length of the search the looser one of two neighbours counts, since a blend between them may use
+  // its tolerance.
   for (std::size_t i = here_; i < std::min(here_ + 2, legs_.size()); ++i)
     out = {std::max(out.tip_mm, legs_[i].leg.tolerance_mm()),
            std::max(out.axis_deg, legs_[i].leg.tolerance_deg())};

@@ -16,10 +16,8 @@ using Kind = BallbarParameter::Kind;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTiltArm = 100;  // a tilt counts as the shift it makes at this distance, mm
-constexpr double kStep = 1e-3;    // of the differences, mm
-// A column that others explain to 98 % would be told with fifty times the noise of a reading: a number that
-// looks like a result and is none.
+constexpr double kTiltArm = 100;    // a tilt counts as the shift it makes at this distance, mm
+constexpr double kStep = 1e-3;      // of the differences, mm
 constexpr double kTellable = 0.02;  // share of a column that no other column explains
 
 double unit_of(const BallbarParameter& p) { return p.kind == Kind::kTilt ? 1 / kTiltArm : 1; }
@@ -144,6 +142,8 @@ std::vector<int> tellable(const Model& model, std::vector<BallbarParameter>& par
     const VectorXd share = basis.transpose() * rest;
     rest -= basis * share;
     rest -= basis * (basis.transpose() * rest);
+    // An unknown whose column others explain to 98 % would be told with fifty times the noise of a reading: a
+    // number that looks like a result and is none.
     if (norm < kTellable * largest) {
       p.unknown = "the readings do not depend on it to first order";
     } else if (rest.norm() < kTellable * norm) {
@@ -253,8 +253,8 @@ Eigen::Vector2d centre_of(const BallbarTrace& trace) {
   VectorXd y(n);
   for (Eigen::Index i = 0; i < n; ++i) {
     const BallbarReading& r = trace.readings[static_cast<std::size_t>(i)];
-    // A circle beside its centre by (cx, cy) is longer in the direction of the shift: to first order its
-    // radius is mean + cx cos + cy sin, three unknowns that least squares find at once.
+    // Beside the centre the reading changes with the cosine and the sine of the angle, to first order. So
+    // mean and centre are three unknowns that least squares find at once.
     M.row(i) << 1, std::cos(r.angle_rad), std::sin(r.angle_rad);
     y[i] = r.reading_mm;
   }

@@ -34,8 +34,8 @@ void Cia402Axis::quick_stop() TRN_RT {
 }
 
 void Cia402Axis::home() TRN_RT {
-  if (state_ != DriveState::kEnabled || config_.absolute) return;
   // An absolute encoder knows where it is. A homing run would only lose it.
+  if (state_ != DriveState::kEnabled || config_.absolute) return;
   homing_ = Homing::kMode;
   homed_ = false;
   periods_ = 0;
@@ -60,8 +60,7 @@ void Cia402Axis::fail(Fault fault) TRN_RT {
 std::int32_t Cia402Axis::counts(double q) const TRN_RT {
   constexpr double kMax = 2147483647.0;
   TRN_CHECK(std::isfinite(q));
-  // To the nearest count. Cutting off would shift every position by half a count towards zero, and would
-  // jitter there.
+  // To the nearest count. Cutting off would shift every position towards zero, by half a count on the mean.
   return static_cast<std::int32_t>(std::clamp(std::nearbyint(q * config_.counts_per_unit), -kMax, kMax));
 }
 

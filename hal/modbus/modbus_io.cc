@@ -54,8 +54,8 @@ void ModbusIo::exchange(const IoOutputs& outputs, const IoPlace&, IoInputs& inpu
   for (std::size_t i = 0; i < config_.analog_outputs.size(); ++i)
     analog_out_[i].store(outputs.analog[i], kRelaxed);
   coolant_.store(outputs.coolant, kRelaxed);
-  // No inverter here can orient a spindle: it stops and is never ready, so the program waits instead of
-  // cutting.
+  // No inverter here can orient a spindle. It stops and is never ready, so the program waits until its time
+  // is up instead of going on.
   const double rpm = outputs.spindle_orients ? 0 : outputs.spindle_rpm;
   // First the speed, then the number of the command with release: whoever sees the number sees its speed.
   if (rpm != rpm_told_) {

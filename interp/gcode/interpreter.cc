@@ -104,8 +104,8 @@ void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
           GcodeErrorCode::kFromLine, line, 0,
           fmt::format("{}:{}: the program ends before this line is reached; legal: {}", flow_.file_name(),
                       line, gcode_error_info(GcodeErrorCode::kFromLine).legal));
-    // A tool change before the line counts as done. The tool that is in the spindle then is asked for once,
-    // in `enter`.
+    // A tool change before the line counts as done. The tool that would be in the spindle by then is asked
+    // for once, in `enter`.
     if (asks_for_tool()) executor_.answer({});
     if (waiting())
       throw GcodeError(GcodeErrorCode::kFromLine, line, 0,

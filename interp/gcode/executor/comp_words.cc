@@ -30,7 +30,7 @@ void Executor::cutter_comp(const Block& b) {
   const std::string name = g_name(code);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (s_.modal.plane == Plane::kYZ) fail(GcodeErrorCode::kPlane, column, name, "G19", "G17 or G18");
-  // The offset lies in the plane of the machine's axes; with RTCP the tool does not stand square to it.
+  // The offset lies in the plane of the machine's axes; with RTCP the tool need not stand square to it.
   if (s_.rtcp) fail(GcodeErrorCode::kCompCorner, column, "not with tool-centre-point control", "G49 first");
   double diameter = 0;
   int orientation = 0;

@@ -300,8 +300,7 @@ bool Executor::execute(const Block& b) {
                                                                                        : 'Z')
                                                                    : 1);
   }
-  // All that can be refused is refused here, before anything of the block is done: a block acts as a whole or
-  // not at all.
+  // What can be refused without knowing the machine is refused here, before anything of the block is done.
   check_words(b, motion);
   if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);

@@ -155,8 +155,8 @@ void Executor::probe(const Block& b, GCode motion) {
   put(PlainCanon::kTurnProbeOn);
   put(canon::StraightProbe{to, motion});
   put(PlainCanon::kTurnProbeOff);
-  // With a machine the answer comes later, and the lines behind wait for it. Without one the move counts as
-  // having touched nothing.
+  // With a machine the answer comes later, and the lines behind wait for it. Without one the end of the move
+  // is taken for the contact.
   if (parts_.asks)
     questions_.push_back(Question::kProbe);
   else

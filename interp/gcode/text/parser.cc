@@ -160,8 +160,8 @@ void Parser::parse_flow_only(std::string_view line, ParsedBlock& out) {
 void Parser::segments(Lexer& lexer, ParsedBlock& out) {
   for (char c = lexer.peek(); c != '\0'; c = lexer.peek()) {
     const auto byte = static_cast<unsigned char>(c);
-    // A keyword such as TRAORI begins with the letter of a word. The letter behind it tells the two apart: a
-    // value never begins with a letter but for functions, and of those no keyword is made.
+    // A keyword such as TRAORI begins with the letter of a word. The letter behind it tells the two apart,
+    // since a value begins with a letter only where it is a function.
     if (begins_keyword_[byte] && letter_follows(lexer) && keyword(lexer, c, out)) continue;
     if (kWordNames[byte])
       word(lexer, kWordNames[byte], out);
