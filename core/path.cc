@@ -59,6 +59,7 @@ PathPoint PathPiece::derivatives(double s) const TRN_RT {
   const Words tangential = c[3] * cw - c[2] * sw;
   p.y += radial;
   p.d1 += omega * tangential;
+  // Every derivative turns radius and tangent by a quarter and brings one more omega.
   p.d2 = -omega * omega * radial;
   p.d3 = -omega * omega * omega * tangential;
   return p;

@@ -91,6 +91,7 @@ std::optional<struct stat> find_old(const std::string& path) {
 
 void write_all(int fd, std::string_view text, const std::string& path) {
   while (!text.empty()) {
+    // A write may take a part only, as on a disk that is filling up.
     const ssize_t written = ::write(fd, text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) fail_errno(path);

@@ -102,8 +102,6 @@ KinStatus Hexapod::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
   q.resize(6);
   for (int i = 0; i < 6; ++i) q[i] = leg(X_RP, i).norm();
   if (!q.allFinite()) return KinStatus::kUnreachable;
-  // What is out of reach comes first, then what the geometry forbids: a caller that shows one reason shows
-  // the worst. The cheap tests stand before those that look at all pairs of legs.
   if (q.minCoeff() < kLegMin) return KinStatus::kSingular;
   if (std::isfinite(config_.joint_angle_max) && joint_angle(X_RP) > config_.joint_angle_max)
     return KinStatus::kLimit;
@@ -163,8 +161,6 @@ double Hexapod::balancing_turn(const Pose& X_RP) const TRN_RT {
     const Vec3 A = config_.base_R[i], B = config_.platform_P[i], S = platform.spindle_mm;
     legs[i] = platform.carries_work ? turned_leg(S - A, X_RP * B - S, -1)
                                     : turned_leg(X_RP.R.transpose() * (X_RP.p - A) + S, B - S, 1);
-    // The variance of six functions of the form constant + cosine + sine is the sum of squares of the same
-    // functions less their mean, which have that form as well.
     mean.cosine += legs[i].cosine / 6;
     mean.sine += legs[i].sine / 6;
     mean.constant += legs[i].constant / 6;

@@ -141,8 +141,6 @@ RailMill::Square RailMill::rail_jacobian(const Pose& X_RP) const TRN_RT {
     const Vec3 v = v_of(rail, X_RP), arm = X_RP.R * rail.platform_P;
     const double along = rail.sign * std::sqrt(std::max(along2_of(rail, v), 0.0));
     const Vec3 across = v - rail.direction_R * rail.direction_R.dot(v);
-    // The derivative of S4.1 by the place of the link's joint: d from the term d.v, and -across / along from
-    // the root.
     const Vec3 dq = rail.direction_R - across / along;
     J.row(i) << dq.transpose(), Vec3::UnitX().cross(arm).dot(dq);
   }

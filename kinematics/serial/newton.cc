@@ -70,8 +70,6 @@ KinStatus solve_by_newton(const SerialChain& chain, const Pose& X_BS, JointVec& 
     const Pose X_next = chain.pose_and_jacobian(next, J_next);
     const Residual e_next = residual_of(X_next, X_BS);
     const bool better = e_next.squaredNorm() < e.squaredNorm();  // false for a NaN, too
-    // Downhill the damping falls quickly, and the last steps are plain Newton steps. Uphill it grows until
-    // the step is short enough.
     damping = better ? damping * 0.01 : std::min(damping * 30.0 + 1e-12, 1e6);
     if (!better) {
       chain.pose_and_jacobian(q, J);

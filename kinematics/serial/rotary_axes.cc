@@ -74,8 +74,6 @@ RotaryAxes::Solutions RotaryAxes::solve_one(const Vec3& u, const Angles& seed) c
   const Vec3 z = Vec3::UnitZ();
   const Vec3& w = axis_[0];
   Solutions out;
-  // A single axis along the tool (a C table under a fixed spindle) points the tool nowhere: any angle serves,
-  // and the seed's is kept.
   const bool free = w.cross(z).norm() < kRounding;
   const double angle = free ? seed[0] : unwrapped(angle_between(w, z, u), seed[0]);
   const bool reached = (rotation_about(w, angle) * z - u).norm() < 2 * kRounding;

@@ -130,8 +130,6 @@ KinStatus SerialKinematics::inverse(const Pose& X_BS, const JointVec& seed, Join
 KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const TRN_RT {
   const Vec3 u = X_BS.R.col(2);
   SerialChain::Sweep at = config_.chain.sweep(q);
-  // The rotary joints of the seed serve as they are when they point the tool right. On a three-axis stretch
-  // this saves the angles, and they keep their bits.
   if ((at.R.col(2) - u).squaredNorm() > kSameAxis * kSameAxis) {
     const int last = rotary_.count() - 1;
     const RotaryAxes::Angles seed{last >= 0 ? q[rotary_joint_[0]] : 0.0,

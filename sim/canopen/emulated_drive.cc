@@ -114,6 +114,7 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
     joint_.reset();
     state_ = S::kSwitchOnDisabled;
     homing_error_ = false;
+    // An emergency message with the code 0 tells that the error is gone (CiA 301).
     raise(0);
     return;
   }
@@ -220,6 +221,7 @@ void EmulatedDrive::step_homing(std::uint16_t control) {
     homing_ = true;
     joint_.home();
   } else if (method == kHereMethod || method == kHereMethodOld) {
+    // Method 37, and 35 as it was numbered before: home is where the axis stands.
     joint_.take_position(counts_to_unit(static_cast<double>(store_.integer({0x607C, 0}))));
     q_target_ = joint_.measured();
     attained_ = true;

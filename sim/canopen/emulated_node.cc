@@ -157,6 +157,7 @@ void EmulatedNode::on_sync(std::int64_t now_ns) {
     }
   }
   step_drive(now_ns);
+  // Transmission types 1 to 240: with every so many SYNC frames. Others are no business of SYNC.
   for (MappedPdo& pdo : tpdos_)
     if (pdo.id != 0 && pdo.transmission >= 1 && pdo.transmission <= 240 && ++pdo.count >= pdo.transmission)
       send_tpdo(pdo, now_ns);

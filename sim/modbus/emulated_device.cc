@@ -66,6 +66,7 @@ EmulatedDevice::Pdu EmulatedDevice::read_bits(std::span<const std::uint8_t> requ
   if (request.size() != kReadSize || !good_count(word_at(request, 3), kBitsMax))
     return refuse(request[0], kIllegalValue);
   const int first = word_at(request, 1), count = word_at(request, 3);
+  // One address that does not exist refuses the whole request, as real devices do.
   if (!has(table, first, count)) return refuse(request[0], kIllegalAddress);
   Pdu out{request[0], static_cast<std::uint8_t>((count + 7) / 8)};
   out.resize(2 + static_cast<std::size_t>(out[1]), 0);

@@ -180,6 +180,7 @@ bool EmulatedLine::make_noise(const ModbusRequest& request, const EmulatedDevice
   const std::lock_guard lock(mutex_);
   if (!noise_) return false;
   std::mt19937& random = *noise_;
+  // The nearer noise comes to a sound answer, the further into the master's checks it gets.
   const unsigned kind = random() % 8;  // 0: nothing fits; 1 to 7: ever more does
   EmulatedDevice::Pdu pdu(kind == 7 && !truth.empty() ? truth.size() : 1 + random() % 40);
   for (std::uint8_t& byte : pdu) byte = static_cast<std::uint8_t>(random());

@@ -32,6 +32,7 @@ void add_g(const ModalTable& table, double value, std::uint32_t column, Block& o
   if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code));
   GCode& slot = out.g[static_cast<std::size_t>(group)];
   if (code == kCancelMotion && slot != kNoGCode) return;  // G80 goes with any other code of its group
+  // Codes that the config ignores may stand together: they mean nothing.
   if (slot != kNoGCode && slot != kCancelMotion && group != static_cast<int>(GGroup::kIgnored))
     fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code));
   slot = code;

@@ -208,6 +208,7 @@ ExpressionCompiler::Reference ExpressionCompiler::reference() {
     if (predefined >= 0) return {Op::kPredefined, predefined};
     return {Op::kGlobal, names_.intern(name)};
   }
+  // "#5" is found while the line is read and costs no computation when it runs.
   if (Lexer::is_digit(c)) {
     const double value = lexer_.number();
     const auto number = static_cast<std::int64_t>(value);
@@ -255,6 +256,7 @@ void ExpressionCompiler::binary(int least_precedence) {
 void ExpressionCompiler::exists(std::uint32_t column) {
   expect('[');
   if (!lexer_.accept('#')) fail(GcodeErrorCode::kBadName, lexer_.column());
+  // A number exists if it lies in range; only names can be unknown.
   if (lexer_.peek() != '<') {
     operand();
     emit(Op::kExistsIndirect, column);

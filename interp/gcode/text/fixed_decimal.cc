@@ -56,6 +56,7 @@ char* write_four_decimals(char* to, double value) {
   if (!(magnitude < kLimit)) return nullptr;
   const double scaled = magnitude * kScale;
   auto number = static_cast<std::int64_t>(scaled);
+  // How far the scaled value lies above the half between two results.
   const double over = scaled - static_cast<double>(number) - 0.5;
   if (std::fabs(over) > scaled * kRelativeError) {
     number += over > 0;

@@ -73,6 +73,8 @@ double Lexer::number() {
   if (!is_digit(c) && c != '.') fail(GcodeErrorCode::kBadNumber, column());
   const char* start = p_;
   const auto of_number = [](char byte) { return is_digit(byte) || byte == '.'; };
+  // How far the number goes without white space; if more of it comes behind some, it is read anew in one
+  // piece.
   while (p_ != end_ && of_number(*p_)) ++p_;
   // White space is allowed anywhere in RS274/NGC (section 3.3), numbers included.
   if (of_number(peek())) return spaced_number(start, negative);

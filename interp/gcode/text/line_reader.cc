@@ -65,6 +65,7 @@ std::unique_ptr<ByteSource> open_file(const std::string& path, bool may_be_missi
   if (descriptor < 0)
     fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", path, std::strerror(errno)));
   struct stat info {};
+  // Opening a folder succeeds. Reading it would fail with a message that helps nobody.
   if (::fstat(descriptor, &info) == 0 && S_ISDIR(info.st_mode)) {
     ::close(descriptor);
     if (may_be_missing) return nullptr;

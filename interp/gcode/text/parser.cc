@@ -189,6 +189,7 @@ void Parser::other_segment(Lexer& lexer, char c, ParsedBlock& out) {
     case 'o':
       fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "not at the beginning of the line",
            "the O-word first on its line");
+    // X=10 is how Sinumerik and others give a value. Here the value follows its letter at once.
     case '=':
       if (!out.words.empty())
         fail(GcodeErrorCode::kForeignEquals, lexer.column(), shown_letter(out.words.back().letter));
