@@ -12,6 +12,7 @@ namespace {
 /// Rotation vector -> matrix (Rodrigues).
 Mat3 rotation_of(const Vec3& turn) TRN_RT {
   const double angle = turn.norm();
+  // Only the division below needs the guard: any other turn, however small, is computed as it is.
   if (angle < 1e-300) return Mat3::Identity();
   const Vec3 w = turn / angle;
   Mat3 W;
@@ -21,6 +22,8 @@ Mat3 rotation_of(const Vec3& turn) TRN_RT {
 
 Mat3 tilt_matrix(const Vec3& t, TiltModel model) TRN_RT {
   if (model == TiltModel::kExact) return rotation_of(t);
+  // S1.1: products of tilts dropped, as in the paper whose figures the tests hold this form to. It is no
+  // rotation but to first order, which is why a pose of this chain is an affine map and is inverted as one.
   Mat3 E;
   E << 1, -t.z(), t.y(), t.z(), 1, -t.x(), -t.y(), t.x(), 1;
   return E;
@@ -30,6 +33,8 @@ bool is_zero(const SixErrors& e) TRN_RT { return e.offset.isZero(0) && e.tilt.is
 
 void apply(const SixErrors& e, TiltModel model, ActualChain::Affine& X) TRN_RT {
   if (is_zero(e)) return;
+  // First the offset in the directions before the tilt, then the tilt: E(e; t) as S1.1 has it. The other
+  // order would turn the offset as well.
   X.p += X.A * e.offset;
   if (!e.tilt.isZero(0)) X.A = (X.A * tilt_matrix(e.tilt, model)).eval();
 }
@@ -41,6 +46,8 @@ void apply_linear(const ActualAxis& axis, double q, TiltModel model, ActualChain
   const Vec3 direction = axis.location.tilt.isZero(0)
                              ? axis.direction
                              : Vec3(tilt_matrix(axis.location.tilt, model) * axis.direction);
+  // The Jacobian needs the direction and the place of the joint as they really are, errors before it
+  // included.
   frame.axis = X.A * direction;
   frame.place = X.p;
   X.p += q * frame.axis;
@@ -54,6 +61,8 @@ void apply_rotary(const ActualAxis& axis, double q, TiltModel model, ActualChain
   if (!axis.tables.empty()) apply(axis.tables[0].at(q), model, X);
   frame.axis = X.A * axis.direction;
   frame.place = X.p;
+  // A turn by q is never small, so it is a true rotation in both models; only the errors are dropped to first
+  // order.
   X.A = (X.A * rotation_of(q * axis.direction)).eval();
 }
 
@@ -97,6 +106,8 @@ void ActualChain::evaluate(const JointVec& q, Frames& out) const TRN_RT {
 
 double ActualChain::tilt_bound() const {
   double sum = 0;
+  // Tilts add up along a chain at most by their lengths. The tilt of a linear axis' location is left out: it
+  // is its squareness, which turns the way of the axis and not what the axis carries.
   for (const auto* branch : {&tool, &work})
     for (const ActualAxis& axis : *branch) {
       if (axis.kind == JointKind::kRotary) sum += axis.location.tilt.norm();

@@ -25,6 +25,8 @@ struct GeometricCorrection::Miss {
 
 GeometricCorrection::GeometricCorrection(const GeometricConfig& config) : config_(config) {
   int linear = 0;
+  // Tip and tool axis are five equations. Three linear joints and two rotary ones solve them; with more there
+  // would be a choice that the correction has no right to make.
   for (const auto* branch : {&config_.chain.tool, &config_.chain.work})
     for (const ActualAxis& axis : *branch) {
       if (axis.joint < 0) continue;
@@ -45,6 +47,8 @@ GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, con
   TRN_CHECK(rotary_count_ >= 0 && rotary_count_ <= 2);
   ActualChain::Frames f;
   config_.chain.evaluate(q, f);
+  // Both ends of the chain are seen from M: the point on the work that the tip shall touch goes with the
+  // table, the tip goes with the tool. On the ideal machine they coincide.
   const Vec3 point = f.X_MB.p + f.X_MB.A * wanted.p_B, tip = f.X_MS.p - f.X_MS.A * wanted.tool_offset;
   const Vec3 u_wanted = (f.X_MB.A * wanted.u_B).normalized(), u = f.X_MS.A.col(2).normalized();
   Miss out;
@@ -52,6 +56,8 @@ GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, con
   out.axis = u_wanted - u;
   for (std::size_t i = 0; i < 3; ++i) {
     const ActualChain::JointFrame& frame = f.joint[static_cast<std::size_t>(linear_[i])];
+    // A joint of the table moves the point on the work, a joint of the tool moves the tip, which is
+    // subtracted.
     out.tip_by_linear.col(static_cast<Eigen::Index>(i)) =
         frame.in_work_branch ? frame.axis : Vec3(-frame.axis);
   }
@@ -68,12 +74,15 @@ GeometricCorrection::Miss GeometricCorrection::miss_at(const Wanted& wanted, con
 
 double GeometricCorrection::damping2(const Miss& miss) const TRN_RT {
   const Vec3* c = miss.axis_by_rotary;
+  // One rotary axis moves the tool axis by the sine of the angle between the two: 0 where the tool lies along
+  // it.
   double gain2 = c[0].squaredNorm();
   if (rotary_count_ == 2) {
     // Determinant over trace: the smaller eigenvalue near the pole, smooth everywhere.
     const double a = c[0].squaredNorm(), b = c[1].squaredNorm(), d = c[0].dot(c[1]);
     gain2 = (a * b - d * d) / (a + b);
   }
+  // The square of s / s0 in the formula of the header. Beyond it nothing is damped and the solution is exact.
   const double t2 = gain2 / (4 * lambda0_ * lambda0_);
   if (t2 >= 1) return 0;
   const double fade = (1 - t2) * (1 - t2);
@@ -86,6 +95,9 @@ void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec
   double turn[2] = {0, 0};
   if (config_.mode == GeometricMode::kFull && rotary_count_ > 0) {
     const Vec3* c = miss.axis_by_rotary;
+    // The normal equations of the least squares in the header. The damping counts from the nominal angle and
+    // not from the last step: otherwise each of the steps would take away a further share of it, and the pole
+    // would be undamped in the end.
     const double b0 = -c[0].dot(miss.axis) - damping2 * (q[rotary_[0]] - nominal[rotary_[0]]);
     const double a00 = c[0].squaredNorm() + damping2;
     if (rotary_count_ == 1) {
@@ -93,6 +105,8 @@ void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec
     } else {
       const double b1 = -c[1].dot(miss.axis) - damping2 * (q[rotary_[1]] - nominal[rotary_[1]]);
       const double a11 = c[1].squaredNorm() + damping2, a01 = c[0].dot(c[1]);
+      // The determinant is 0 where both axes move the tool in the same direction, and is positive there by
+      // the damping.
       const double det = a00 * a11 - a01 * a01;
       turn[0] = (b0 * a11 - b1 * a01) / det;
       turn[1] = (b1 * a00 - b0 * a01) / det;
@@ -100,6 +114,8 @@ void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec
   }
   Vec3 tip = miss.tip;
   for (int i = 0; i < rotary_count_; ++i) {
+    // The turns shift the tip, by tenths of a mm for a milliradian at the end of a long tool. The linear
+    // joints make up for that in the same step.
     tip += turn[i] * miss.tip_by_rotary[i];
     q[rotary_[static_cast<std::size_t>(i)]] += turn[i];
   }
@@ -109,6 +125,7 @@ void GeometricCorrection::step(const Miss& miss, double damping2, const JointVec
 }
 
 bool GeometricCorrection::inside_limits(const JointVec& nominal, const JointVec& q) const TRN_RT {
+  // Written so that a NaN is outside.
   for (const int i : linear_)
     if (!(std::abs(q[i] - nominal[i]) <= config_.limit_mm)) return false;
   for (int i = 0; i < rotary_count_; ++i) {
@@ -124,8 +141,12 @@ KinStatus GeometricCorrection::correct(const Pose& X_BS, const Vec3& tool_offset
   const Wanted wanted{X_BS.p - X_BS.R * tool_offset, X_BS.R.col(2), tool_offset};
   const JointVec nominal = q;
   double damping = 0;
+  // A fixed number of steps and no test for convergence: a test would let the number change from one place to
+  // the next, and the joints' derivatives would have a jump there.
   for (int i = 0; i < kSteps; ++i) {
     const Miss miss = miss_at(wanted, q);
+    // The damping is that of the nominal pose in all steps. If it changed on the way, the steps would run
+    // after a target that moves.
     if (i == 0 && rotary_count_ > 0) damping = damping2(miss);
     step(miss, damping, nominal, q);
   }
@@ -135,6 +156,7 @@ KinStatus GeometricCorrection::correct(const Pose& X_BS, const Vec3& tool_offset
 KinStatus GeometricCorrection::actual(const JointVec& q, Pose& X_BS) const TRN_RT {
   ActualChain::Frames f;
   config_.chain.evaluate(q, f);
+  // In the linear model A is not quite a rotation, so its transpose is not its inverse.
   const Mat3 A_BM = f.X_MB.A.inverse();
   X_BS = {A_BM * f.X_MS.A, A_BM * (f.X_MS.p - f.X_MB.p)};
   return std::isfinite(X_BS.p.sum() + X_BS.R.sum()) ? KinStatus::kOk : KinStatus::kUnreachable;
@@ -145,6 +167,8 @@ PoseResidual GeometricCorrection::residual(const Pose& X_BS, const Vec3& tool_of
   Pose X;
   actual(q, X);
   const Vec3 u = X.R.col(2), wanted = X_BS.R.col(2);
+  // The angle by atan2: the arc cosine of a number next to 1 has lost half of its digits, and the tilts here
+  // are arc seconds.
   return {((X.p - X.R * tool_offset) - (X_BS.p - X_BS.R * tool_offset)).norm(),
           std::atan2(u.cross(wanted).norm(), u.dot(wanted))};
 }

@@ -46,10 +46,14 @@ ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
   const char* at = rotary ? "at_deg" : "at_mm";
   std::vector<double> places = table.numbers(at);
   for (double& place : places) place *= rotary ? kRadPerDeg : 1;
+  // An error table that goes back on itself has two values at a place; equal places would divide by nothing
+  // in the spline.
   if (places.empty() ||
       std::adjacent_find(places.begin(), places.end(), std::greater_equal<>()) != places.end())
     throw table.error(at, "the places of a table must rise");
   const bool periodic = rotary && table.boolean("periodic", false);
+  // A C axis that turns on and on meets its first place again after a whole turn. The last column of the
+  // table must be that place, or the spline would stretch the turn.
   if (periodic && std::abs(places.back() - places.front() - 2 * kPi) > 1e-9)
     throw table.error(at, "the places of a periodic table must span 360 degrees");
   ErrorTables out;
@@ -70,6 +74,7 @@ void read_axis_errors(const Machine& machine, const ConfigTable& section, Actual
       throw table.error("joint", "this axis has its errors already");
     seen.push_back(joint);
     ActualAxis& axis = *find_axis(chain, joint);
+    // 10 mm and 2 degrees are no errors any more but another machine; most likely the unit is wrong.
     const Range mm{-10, 10}, arcsec{-7200, 7200};
     for (int i = 0; i < 3; ++i) {
       axis.location.offset[i] = table.number(fmt::format("e{}0_mm", kAxes[i]), 0, mm);

@@ -39,6 +39,8 @@ void read_curves(const ConfigTable& table, const std::string& unit_name, double 
                                       there.size(), back.size()));
   std::vector<double> mean, gap;
   for (std::size_t i = 0; i < there.size(); ++i) {
+    // What both directions share is known beforehand and goes into the plan. Half of their difference, with
+    // the sign of the direction, is added behind it on each reversal.
     mean.push_back((there[i] + back[i]) / 2);
     gap.push_back((back[i] - there[i]) / 2);
   }
@@ -56,6 +58,8 @@ void JointTables::undo(JointVec& q) const TRN_RT {
   for (const JointTable& table : tables_) {
     const double corrected = q[table.joint];
     double& value = q[table.joint];
+    // There is no closed form of the way back. The correction changes by at most 2 % of the way, so each turn
+    // of the loop leaves at most 2 % of what was wrong.
     for (int i = 0; i < kUndoSteps; ++i) value = corrected - table.correction(value);
   }
 }
@@ -74,9 +78,12 @@ unsigned BacklashCorrection::joint_mask() const {
 void BacklashCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN_RT {
   for (Play& play : plays_) {
     const double q = input.q[play.table.joint];
+    // Going on in the same direction: the edge goes with the axis.
     if (play.direction == 0 || (q - play.edge) * play.direction > 0) {
       if (play.direction == 0 && q != play.edge) play.direction = q > play.edge ? 1 : -1;
       play.edge = q;
+      // A reversal counts only after the axis has gone back by the hysteresis. Otherwise a plan that stands
+      // at a place but for its rounding would make the screw knock from flank to flank.
     } else if (std::abs(q - play.edge) > play.table.hysteresis) {
       play.direction = -play.direction;
       play.edge = q;
@@ -102,6 +109,8 @@ std::vector<JointTable> read_joint_tables(const Machine& machine, const ConfigTa
     read.backlash = unit * table.number("backlash_" + unit_name, 0, Range{0, 5});
     read.hysteresis = unit * table.number("hysteresis_" + unit_name, 1e-3, kPositive);
     if (table.has("at_" + unit_name)) read_curves(table, unit_name, unit, read);
+    // The speed planner reserves nothing for the slope of a table but sees it in the joint map. 2 % is far
+    // above any real screw; more is a mistake in the units or in the sign of `at`.
     if (std::abs(read.slope) + read.mean.slope_max() > kSlopeMax)
       throw table.error("at_" + unit_name, fmt::format("the table is steeper than {:g}", kSlopeMax));
     out.push_back(std::move(read));

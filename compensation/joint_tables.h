@@ -21,7 +21,8 @@ struct JointTable {
   Spline mean;               ///< error, mean of both directions
   Spline half_gap;           ///< half of backward less forward
 
-  /// What is to be added to setpoint q whatever the direction, and in direction +1 beyond that.
+  /// `correction` is added to the setpoint q whatever the direction. `gap` is added on top of that on the way
+  /// forward and taken off on the way backward.
   double correction(double q) const TRN_RT { return slope * q - mean.at(q); }
   double gap(double q) const TRN_RT { return backlash / 2 + half_gap.at(q); }
 };

@@ -11,7 +11,8 @@ namespace trn {
 class OffsetFilter {
  public:
   OffsetFilter() = default;
-  /// limit > 0 (mm, rad or 1), rates per s; ready at 0.
+  /// `limit` is the greatest offset, above 0, in mm, rad, or 1 for a share; the other limits are per s, s^2
+  /// and s^3 of the same unit. It begins at rest with an offset of 0.
   OffsetFilter(double limit, double velocity, double acceleration, double jerk, double period_s);
 
   /// One period towards `target`; what is not finite counts as no change of the target.

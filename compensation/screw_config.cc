@@ -57,6 +57,8 @@ ScrewConfig read_screw(const Machine& machine, const ConfigTable& table) {
   const double low = std::min(screw.fixed_bearing_mm, screw.far_bearing_mm);
   const double high = std::max(screw.fixed_bearing_mm, screw.far_bearing_mm);
   const JointLimit& limit = machine.joints[static_cast<std::size_t>(screw.joint)].limit;
+  // A nut beyond a bearing cannot be. Bearings on the same side of the range are most often the two swapped,
+  // or given on another scale than the joint's.
   if (limit.min < low || limit.max > high)
     throw table.error("far_bearing_mm", "the joint's range must lie between the two bearings");
   const std::string mounting = table.choice("mounting", {"fixed-free", "fixed-fixed", "fixed-preload"});
@@ -81,6 +83,7 @@ ScrewCorrectionConfig read_screws(const Machine& machine, const ConfigTable& sec
     screw.sensor = read_sensor(table, std::abs(screw.far_bearing_mm - screw.fixed_bearing_mm), board);
     for (const ScrewConfig& other : config.screws)
       if (other.joint == screw.joint) throw table.error("joint", "this joint has its screw already");
+    // The sensor's channel was taken before, so that its readings can still be logged and shown.
     if (rotary) config.screws.push_back(std::move(screw));  // a linear scale does not see the screw
   }
   return config;

@@ -12,6 +12,7 @@ namespace trn {
 namespace {
 
 constexpr double kFactorMin = 0.3, kFactorMax = 3;  // a model that is further off is wrong in another way
+// A model that is colder than this has no shape yet: its ratio to a reading would be noise over noise.
 constexpr double kCold_K = 1e-3;
 constexpr double kJudge_s = 0.5;  // the least time over which a change is judged: a sensor has steps
 constexpr double kSmooth_s = 30;  // time constant of what the sensor changes: its place warms in bursts
@@ -39,7 +40,9 @@ std::array<double, N> second_derivatives(const std::array<double, N>& u, double 
 }  // namespace
 
 double ScrewCorrection::Profile::at(double x_mm, double spacing_mm) const TRN_RT {
+  // Beyond the bearings the screw ends, and its growth stays that of the end.
   const double cells = std::clamp(x_mm / spacing_mm, 0.0, static_cast<double>(kNodes - 1));
+  // The last place belongs to the cell on its left, or else it would read a node that there is none of.
   const auto i = static_cast<std::size_t>(std::min<double>(std::floor(cells), kNodes - 2));
   const double b = cells - static_cast<double>(i), a = 1 - b;
   TRN_CHECK(b >= 0 && b <= 1);
@@ -51,9 +54,12 @@ ScrewCorrection::ScrewCorrection(const ScrewCorrectionConfig& config, const Sens
     : config_(config), board_(board) {
   for (const ScrewConfig& screw : config_.screws) {
     Nut nut;
+    // The nut's place counts from the fixed bearing, as in S2.5, whichever way the joint's own scale runs.
     nut.direction = screw.far_bearing_mm > screw.fixed_bearing_mm ? 1 : -1;
     nut.length_mm = std::abs(screw.far_bearing_mm - screw.fixed_bearing_mm);
     nut.spacing_mm = nut.length_mm / (kNodes - 1);
+    // The only link between tick and worker. 64 updates of the default 0.1 s are six seconds: so long the
+    // worker may sleep before a way is lost.
     nut.ways = std::make_unique<Ring<Way>>(64);
     nut.profiles = std::make_unique<Ring<Profile>>(64);
     nuts_.push_back(std::move(nut));
@@ -84,10 +90,14 @@ double ScrewCorrection::displacement(const Nut& nut, double x_mm) const TRN_RT {
 }
 
 void ScrewCorrection::next_profile(Nut& nut, int channel) TRN_RT {
+  // The reading goes along with the way of the nut, as the tick has heard it. The worker must not look at the
+  // sensor itself: a replay of the log would find another value there.
   if (channel >= 0) nut.way.sensor = board_.heard(channel);
   nut.ways->try_push(nut.way);
   nut.way = {};
   std::move(nut.profiles_now.begin() + 1, nut.profiles_now.end(), nut.profiles_now.begin());
+  // When the worker is late, the last profile stays twice in the row and the growth stands still for an
+  // update. Nothing jumps.
   nut.profiles->try_pop(nut.profiles_now.back());
 }
 
@@ -102,6 +112,8 @@ void ScrewCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN
     if (due) next_profile(nut, screw.sensor.channel);
     const double x = nut.direction * (input.q[screw.joint] - screw.fixed_bearing_mm);
     if (nut.seen) {
+      // The heat of the nut's friction comes where the nut runs. Which half of the cell it is in makes no
+      // difference at the pace of heat.
       const double node = std::clamp(std::round(x / nut.spacing_mm), 0.0, static_cast<double>(kNodes - 1));
       nut.way.mm[static_cast<std::size_t>(node)] += std::abs(x - nut.last_mm);
     }
@@ -121,12 +133,15 @@ void ScrewCorrection::work() {
 void ScrewCorrection::advance(std::size_t screw, const Way& way) {
   const ScrewConfig& config = config_.screws[screw];
   Worker& worker = workers_[screw];
+  // The heat model first: the sensor then judges it as of the same moment.
   worker.model.step(config_.update_s, way.mm);
   use_temperatures(screw, way.sensor);
   const std::vector<double> u = screw_displacement(config.mounting, config.alpha_per_K, config.stretch_mm,
                                                    worker.model.places_mm(), worker.used_K);
   Profile profile;
   const double most = config_.rate_mm_s * config_.update_s;
+  // A screw grows by um in minutes. Whatever the sensor or the model asks for at once, as when a sensor comes
+  // back after an hour, is spread over so long that no cut shows it.
   for (std::size_t i = 0; i < kNodes; ++i)
     profile.u[i] = worker.u_mm[i] += std::clamp(u[i] - worker.u_mm[i], -most, most);
   profile.m = second_derivatives(profile.u, nuts_[screw].spacing_mm);
@@ -140,6 +155,7 @@ void ScrewCorrection::use_temperatures(std::size_t screw, const SensorBoard::Hea
   double rise = 0;
   const bool first = !worker.heard;
   const bool heard = config.sensor.channel >= 0 && read_sensor(screw, sensor, rise);
+  // The temperatures of the last update stay as they are in `used_K`.
   if (config.sensor.channel >= 0 && !heard && config.sensor.hold_on_dropout) return;
   // The sensor says how warm, the model where. What no factor of the model explains is the whole screw's: the
   // air has become warmer.
@@ -147,12 +163,16 @@ void ScrewCorrection::use_temperatures(std::size_t screw, const SensorBoard::Hea
   const auto at =
       static_cast<std::size_t>(std::clamp(std::round(config.sensor.at_mm / spacing), 0.0, kNodes - 1.0));
   if (heard) {
+    // Example: the model says 4 K at the sensor and the sensor 6 K. The whole profile is taken 1.5 times. If
+    // it said 20 K, three times the model is believed, and the other 8 K are counted as a warmer shop.
     const double factor = model[at] > kCold_K ? std::clamp(rise / model[at], kFactorMin, kFactorMax) : 1;
     const double uniform_K = rise - factor * model[at];
     const double share = first ? 1 : std::min(1.0, config_.update_s / kSmooth_s);
     worker.factor += share * (factor - worker.factor);
     worker.uniform_K += share * (uniform_K - worker.uniform_K);
   }
+  // The planner keeps a share of the rates free for this slope. Growth beyond it is cut off here, or the
+  // joints would leave their limits.
   const double most = config_.slope_max / config.alpha_per_K;
   for (std::size_t i = 0; i < kNodes; ++i)
     worker.used_K[i] = std::clamp(worker.factor * model[i] + worker.uniform_K, -most, most);
@@ -162,6 +182,8 @@ bool ScrewCorrection::read_sensor(std::size_t screw, const SensorBoard::Heard& h
   const ScrewSensor& sensor = config_.screws[screw].sensor;
   Worker& worker = workers_[screw];
   const auto [count, value] = heard;
+  // A sensor that was silent for a while may have moved further in the meantime, so the change is judged over
+  // all that time.
   const double since_s = std::max(kJudge_s, worker.silent_s + config_.update_s);
   worker.silent_s = count == worker.count ? worker.silent_s + config_.update_s : 0;
   worker.count = count;
@@ -173,6 +195,8 @@ bool ScrewCorrection::read_sensor(std::size_t screw, const SensorBoard::Heard& h
   }
   const bool in_range = value >= sensor.min_C && value <= sensor.max_C;
   const bool jumps = worker.heard && std::abs(value - worker.last_C) > sensor.rate_max_K_s * since_s;
+  // Such a reading may be a broken wire (a thermocouple that reads 200 degrees) or a true change that was
+  // missed. One reading does not tell which.
   if (!in_range || jumps) {
     // A new level that stays is believed after the time-out.
     worker.absurd_s += config_.update_s;

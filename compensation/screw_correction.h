@@ -81,7 +81,7 @@ class ScrewCorrection final : public SetpointCorrection {
     std::unique_ptr<Ring<Way>> ways;
     std::unique_ptr<Ring<Profile>> profiles;
   };
-  /// The other half.
+  /// The worker's half of a screw: its heat model, its sensor, and what it sends to the tick.
   struct Worker {
     ScrewHeatModel model;
     std::vector<double> used_K, u_mm;

@@ -18,7 +18,7 @@ std::vector<double> screw_displacement(ScrewMounting mounting, double alpha_per_
 struct ScrewHeat {
   double diameter_mm = 40;
   double nut_friction_N = 120;     ///< force that the moving nut turns into heat where it runs
-  double bearing_friction_N = 25;  ///< the same for each bearing, per way of the nut, at both ends
+  double bearing_friction_N = 25;  ///< of each of the two bearings, reckoned along the way of the nut
   double cooling_W_m2K = 12;       ///< of the surface to the air
   double conductivity_W_mK = 45, density_kg_m3 = 7850, heat_J_kgK = 460;
 };

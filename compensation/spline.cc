@@ -15,6 +15,7 @@ Spline::Spline(std::vector<double> x, std::vector<double> y)
   if (y_.size() != n) throw std::invalid_argument("a table needs as many values as places");
   for (std::size_t i = 1; i < n; ++i)
     if (!(x_[i] > x_[i - 1])) throw std::invalid_argument("the places of a table must rise");
+  // Two points make a straight line, whose second derivatives are zero.
   if (n < 3) return;
   // Thomas' algorithm for the second derivatives, zero at both ends.
   std::vector<double> upper(n, 0.0), right(n, 0.0);
@@ -30,10 +31,15 @@ Spline::Spline(std::vector<double> x, std::vector<double> y)
 Spline Spline::periodic(std::vector<double> x, std::vector<double> y) {
   Spline out(std::move(x), std::move(y));
   const std::size_t n = out.x_.size();
+  // The values must agree to the last bit: the tables come from a config, where equal numbers are written
+  // alike, and a gap of a rounding error would still be a step in the axis once a turn.
   if (n < 4 || out.y_.front() != out.y_.back())
     throw std::invalid_argument(
         "a periodic table has at least four places, and ends with the value it begins with");
   out.period_ = out.x_.back() - out.x_.front();
+  // The first point stands for the last as well. The same equations as above, but each end has the other as
+  // its neighbour, so the matrix has two corners beside its three diagonals. It is solved once, when the
+  // config is read.
   const auto k = static_cast<Eigen::Index>(n - 1);
   Eigen::MatrixXd A = Eigen::MatrixXd::Zero(k, k);
   Eigen::VectorXd b(k);
@@ -51,6 +57,7 @@ Spline Spline::periodic(std::vector<double> x, std::vector<double> y) {
 }
 
 double Spline::placed(double x) const TRN_RT {
+  // The turn in which the axis stands does not matter: at 725 degrees it has the errors of 5.
   if (period_ > 0) x -= period_ * std::floor((x - x_.front()) / period_);
   return std::clamp(x, x_.front(), x_.back());
 }
@@ -69,6 +76,8 @@ double Spline::at(double x) const TRN_RT {
   const double h = x_[i + 1] - x_[i], b = (inside - x_[i]) / h, a = 1 - b;
   const double y =
       a * y_[i] + b * y_[i + 1] + h * h / 6 * (a * (a * a - 1) * m_[i] + b * (b * b - 1) * m_[i + 1]);
+  // A straight line goes on beyond the table with the slope of its end. A constant would leave a kink there,
+  // which the planner would have to slow down for.
   return y + (x == inside || period_ > 0 ? 0.0 : (x - inside) * slope(inside));
 }
 
@@ -87,6 +96,8 @@ double Spline::peak() const {
 }
 
 double Spline::slope_max() const {
+  // Between two points the slope is a parabola, so its greatest value may lie inside. Nine places of each
+  // cell find it closely enough to refuse a table that is too steep.
   constexpr int kParts = 8;
   double peak = 0;
   for (std::size_t i = 0; i + 1 < x_.size(); ++i)

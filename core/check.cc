@@ -16,15 +16,19 @@ std::string explain(const CheckFailure& failure) {
          failure.condition + ") failed";
 }
 
+// Scopes may lie within each other; at the end of the inner one the note of the outer one is in force again.
 CheckScope::CheckScope(CheckFailure& into) TRN_RT : before_(note) { note = &into; }
 
 CheckScope::~CheckScope() { note = before_; }
 
 void check_failed(const char* file, int line, const char* condition) TRN_RT {
   if (note) {
+    // The first failure is told. What fails behind it works with values that are wrong already.
     if (!*note) *note = {file, line, condition};
     return;
   }
+  // Outside of the tick and the planner nobody takes the note. The process ends, and the drives stop because
+  // they hear nothing any more.
   std::fprintf(stderr, "%s:%d: internal check failed: %s\n", file, line, condition);
   std::abort();
 }

@@ -37,6 +37,7 @@ std::size_t edit_distance(std::string_view a, std::string_view b) {
     row[0] = i;
     for (std::size_t j = 1; j <= b.size(); ++j) {
       const std::size_t above = row[j];
+      // Levenshtein's distance, row by row: the least of inserting, leaving out and exchanging a letter.
       row[j] = std::min({row[j] + 1, row[j - 1] + 1, diagonal + (a[i - 1] == b[j - 1] ? 0 : 1)});
       diagonal = above;
     }
@@ -112,6 +113,7 @@ double as_number(const Node& node, const toml::node& value, std::string_view key
   const auto number = value.value<double>();
   if (!value.is_number() || !number)
     throw error_at(node, value.source(), fmt::format("'{}' must be a number", dotted(node, key)));
+  // Written so that a NaN is out of range.
   if (!(*number >= range.min && *number <= range.max))
     throw error_at(node, value.source(),
                    fmt::format("'{}' = {} is out of range: {} to {} is legal", dotted(node, key), *number,
@@ -140,6 +142,8 @@ const toml::array& as_array(const Node& node, const toml::node& value, std::stri
 std::shared_ptr<Node> child(Node& node, const toml::node& value, std::string_view key, std::size_t index,
                             bool in_array) {
   auto& list = node.children[std::string(key)];
+  // The same table may be asked for twice. Both must note their questions in one place, or `finish` would
+  // call the keys of the one unknown to the other.
   if (index < list.size() && list[index]) return list[index];
   if (!value.is_table())
     throw error_at(node, value.source(), fmt::format("'{}' must be a table", dotted(node, key)));
@@ -160,6 +164,7 @@ void finish_node(const Node& node) {
   const toml::key* stranger = nullptr;
   for (const auto& [key, value] : *node.table) {
     if (is_known(node, key.str())) continue;
+    // The first unknown key is kept for the end: one that is nearly a legal key tells more.
     if (!stranger) stranger = &key;
     const std::string near = nearest_word(key.str(), node.known);
     if (!near.empty())
@@ -188,6 +193,7 @@ ConfigTable make_root(toml::table parsed, const std::string& name, std::shared_p
 
 std::string nearest_word(std::string_view word, const std::vector<std::string>& legal) {
   std::string best;
+  // One letter wrong in three, and one more for short words. Beyond that a proposal would be a guess.
   std::size_t best_distance = word.size() / 3 + 2;
   for (const std::string& candidate : legal) {
     const std::size_t distance = edit_distance(word, candidate);
@@ -200,6 +206,8 @@ std::string nearest_word(std::string_view word, const std::vector<std::string>& 
 }
 
 double ConfigTable::number(std::string_view key, Range range) const {
+  // Noted before the key is looked for: a question that finds no answer in this file is still a key that a
+  // config may have.
   if (AskedKey* asked = note(*node_, key, Form::kNumber, true)) set_range(*asked, range);
   return as_number(*node_, require(*node_, key), key, range);
 }
@@ -216,6 +224,7 @@ double ConfigTable::number(std::string_view key, double fallback, Range range) c
 long ConfigTable::integer(std::string_view key, Range range) const {
   if (AskedKey* asked = note(*node_, key, Form::kWholeNumber, true)) set_range(*asked, range);
   const toml::node& value = require(*node_, key);
+  // 5.0 is refused as well: who writes a fraction for a count has most likely mistaken the key.
   if (!value.is_integer())
     throw error_at(*node_, value.source(), fmt::format("'{}' must be a whole number", dotted(*node_, key)));
   as_number(*node_, value, key, range);
@@ -359,6 +368,7 @@ ConfigTable parse_config(std::string_view text, const std::string& name,
 }
 
 ConfigTable load_config(const std::string& path) {
+  // Bytes as they are: the columns in messages count them.
   std::ifstream in(path, std::ios::binary);
   if (!in) throw ConfigError(fmt::format("{}:1:1: cannot read this file", path));
   std::ostringstream text;

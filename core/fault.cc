@@ -108,6 +108,7 @@ static_assert(in_order());
 const FaultInfo& fault_info(Fault fault) TRN_RT { return kFaults[static_cast<std::size_t>(fault)].info; }
 
 Fault worse(Fault first, Fault second) TRN_RT {
+  // Of two faults with the same reaction the first one stays: what comes later is most often its consequence.
   if (second == Fault::kOk) return first;
   return first == Fault::kOk || fault_info(second).reaction > fault_info(first).reaction ? second : first;
 }

@@ -29,6 +29,7 @@ Joint read_joint(const ConfigTable& table) {
 
 Machine read_machine(const ConfigTable& root) {
   const ConfigTable section = root.table("machine");
+  // 10 us to 100 ms: below, no host keeps its time, and above no path is followed any more.
   Machine machine{root, section.text("name"), section.number("period_s", Range{1e-5, 0.1}), {}};
   for (const ConfigTable& table : root.tables("joint")) {
     Joint joint = read_joint(table);

@@ -67,6 +67,7 @@ struct Names {
     const std::size_t name = slash == std::string::npos ? 0 : slash + 1;
     if (name == path.size()) fail(path, "it names no file", "name a file");
     folder = slash == std::string::npos ? "." : path.substr(0, std::max<std::size_t>(slash, 1));
+    // In the same folder, since a rename moves a file in one step within a file system only.
     fresh = fmt::format("{}.{}.new", path.substr(0, name), path.substr(name));
   }
   std::string folder, fresh;
@@ -79,8 +80,10 @@ std::optional<struct stat> find_old(const std::string& path) {
     if (errno == ENOENT) return std::nullopt;
     fail_errno(path);
   }
+  // A rename would replace the link by a file and leave what it points to as it was.
   if (S_ISLNK(old.st_mode)) fail(path, "it is a link", "name the file itself");
   if (!S_ISREG(old.st_mode)) fail(path, "it is no regular file", "name a regular file");
+  // Root may write into any file. The mode still says that somebody wants this one kept.
   if ((old.st_mode & kAnyWrite) == 0) fail(path, "it is read-only", "allow writing with 'chmod u+w'");
   if (::faccessat(AT_FDCWD, path.c_str(), W_OK, AT_EACCESS) != 0) fail_errno(path);
   return old;
@@ -88,6 +91,7 @@ std::optional<struct stat> find_old(const std::string& path) {
 
 void write_all(int fd, std::string_view text, const std::string& path) {
   while (!text.empty()) {
+    // A write may take a part only, as on a disk that is filling up.
     const ssize_t written = ::write(fd, text.data(), text.size());
     if (written < 0 && errno == EINTR) continue;
     if (written < 0) fail_errno(path);
@@ -101,6 +105,7 @@ void take_over(int fd, const struct stat& old, const std::string& path) {
   if (::fstat(fd, &now) != 0) fail_errno(path);
   const bool other = now.st_uid != old.st_uid || now.st_gid != old.st_gid;
   if (other && ::fchown(fd, old.st_uid, old.st_gid) != 0 && errno != EPERM) fail_errno(path);
+  // The new file is made with few rights and gets those of the old one before anything is written into it.
   if (::fchmod(fd, old.st_mode & kPermissions) != 0) fail_errno(path);
 }
 
@@ -118,14 +123,20 @@ void write_file_safely(const std::string& path, std::string_view text) {
   const Descriptor folder(::open(names.folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (folder.get() < 0) fail_errno(path);
   ::unlink(names.fresh.c_str());  // of a process that was killed while it wrote
+  // O_EXCL and O_NOFOLLOW: a link that somebody has put there in the meantime must not lead the writing
+  // elsewhere.
   const Descriptor file(
       ::open(names.fresh.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, kNewFileMode));
   if (file.get() < 0) fail_errno(path);
   Temporary temporary(names.fresh);
   if (old) take_over(file.get(), *old, path);
   write_all(file.get(), text, path);
+  // Before the rename, or a loss of power could leave the new name with an empty file. Up to the rename the
+  // old file is whole.
   if (::fsync(file.get()) != 0) fail_errno(path);
   if (std::rename(names.fresh.c_str(), path.c_str()) != 0) fail_errno(path);
+  // From here on the new file has the old one's name. The folder is synced as well, since the rename is an
+  // entry in it.
   temporary.keep();
   if (::fsync(folder.get()) != 0 && errno != EINVAL) fail_errno(path);  // some file systems know no such sync
 }

@@ -17,11 +17,14 @@ int read_joint(const ConfigTable& table, const Joints& joints) {
 Vec3 read_direction(const ConfigTable& table) {
   const Vec3 direction = table.vec3("direction");
   if (!(direction.norm() > 1e-9)) throw table.error("direction", "a direction must not be zero");
+  // Only the direction counts: [0, 0, 10] is the same axis as [0, 0, 1].
   return direction.normalized();
 }
 
 BranchAxis read_axis(const ConfigTable& table, const Joints& joints, std::vector<bool>& seen) {
   BranchAxis axis{-1, JointKind::kLinear, Vec3::UnitZ(), table.vec3("offset_mm", Vec3::Zero()), table};
+  // A fixed offset, such as the way from the last axis to the spindle nose. One of the two keys without the
+  // other is an axis with a key missing, and is told as such below.
   if (!table.has("joint") && !table.has("direction")) return axis;
   axis.joint = read_joint(table, joints);
   const auto index = static_cast<std::size_t>(axis.joint);

@@ -8,10 +8,13 @@ namespace trn {
 
 // Bucket 4 o + f holds durations from 2^o (1 + f/4) us on; bucket 0 also all below.
 void TimeHistogram::add(std::int64_t duration_ns) TRN_RT {
+  // In quarters of a microsecond the three leading bits are what counts: the place of the first is the
+  // octave, the other two the quarter in it.
   const auto quarters = static_cast<std::uint64_t>(std::max<std::int64_t>(duration_ns, 1000)) * 4 / 1000;
   const int octave = static_cast<int>(std::bit_width(quarters)) - 3;
   const int bucket = std::min(4 * octave + static_cast<int>(quarters >> octave) - 4, kBuckets - 1);
   counts_[static_cast<std::size_t>(bucket)].fetch_add(1, std::memory_order_relaxed);
+  // No exchange is needed: only one thread adds.
   if (duration_ns > max_ns_.load(std::memory_order_relaxed))
     max_ns_.store(duration_ns, std::memory_order_relaxed);
 }

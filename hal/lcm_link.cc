@@ -23,6 +23,8 @@ void test_group(const std::string& url) {
   UdpReceiver receiver(address);
   const UdpSender sender(address);
   constexpr std::uint8_t kText[] = "trunnion";
+  // A datagram of its own through the group tells more than any look at routes and devices: either it comes
+  // back or it does not.
   const bool sent = sender.send(kText, receiver.port());
   std::span<const std::uint8_t> heard;
   WireSender from;
@@ -139,6 +141,7 @@ bool LcmLink::handle(int timeout_ms) {
     }
     const auto left = std::chrono::ceil<std::chrono::milliseconds>(end - Clock::now());
     if (left.count() <= 0) return false;
+    // The time is not over and more may be there: the bound above is for the look at the clock only.
     if (waited_for) continue;
     if (in_)
       in_->wait(static_cast<int>(left.count()));

@@ -83,7 +83,7 @@ class LcmLink {
 
   /// Of the message that is being handled.
   const WireSender& sender() const { return sender_; }
-  /// Datagrams for channels of ours that were no message of theirs.
+  /// How many datagrams came on a channel that is listened to but were no sound message of its type.
   std::uint64_t dropped() const { return dropped_; }
 
  private:

@@ -8,6 +8,7 @@ namespace trn {
 void LoopbackDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
   TRN_CHECK(setpoints.q.size() == q_.size());
   TRN_CHECK(setpoints.q.allFinite());
+  // Ideal drives: enabled, they stand where they are told, else they stay.
   if (state_ == DriveState::kEnabled) q_ = setpoints.q;
   feedback.q = q_;
   feedback.state = state_;

@@ -18,6 +18,7 @@ std::optional<uid_t> owner_of_port(std::uint16_t port, std::istream& table) {
     if (!(words >> slot >> local >> skipped >> skipped >> skipped >> skipped >> skipped >> uid)) continue;
     const std::size_t colon = local.rfind(':');
     if (colon == std::string::npos || std::strtoul(local.c_str() + colon + 1, nullptr, 16) != port) continue;
+    // Two users on the same port: nobody can say which of them has sent the datagram.
     if (owner && *owner != uid) return std::nullopt;
     owner = uid;
   }

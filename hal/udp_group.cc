@@ -74,6 +74,7 @@ UdpAddress UdpAddress::parse(const std::string& url) {
   if (inet_pton(AF_INET, group.c_str(), &out.group) != 1 || !IN_MULTICAST(ntohl(out.group.s_addr)))
     throw std::runtime_error(
         fmt::format("the LCM url names '{}', which is not an IPv4 multicast address; {}", group, kLegal));
+  // LCM's own defaults for group and port.
   out.port = 7667;
   if (colon != std::string_view::npos)
     out.port = static_cast<std::uint16_t>(number_in(host.substr(colon + 1), 1, 65535, url));
@@ -105,11 +106,15 @@ UdpReceiver::~UdpReceiver() { close(fd_); }
 void UdpReceiver::join(const UdpAddress& address) {
   set(fd_, SOL_SOCKET, SO_REUSEADDR, 1);  // every process of the group binds the same port
   set(fd_, SOL_SOCKET, SO_REUSEPORT, 1);
+  // The forced size passes the system's limit and needs CAP_NET_ADMIN; without it the buffer is as large as
+  // the limit allows.
   if (!set(fd_, SOL_SOCKET, SO_RCVBUFFORCE, kReceiveBufferBytes))
     set(fd_, SOL_SOCKET, SO_RCVBUF, kReceiveBufferBytes);
   sockaddr_in bound{};
   bound.sin_family = AF_INET;
   bound.sin_port = htons(address.port);
+  // Bound to the group and not to any address: datagrams to the port alone, from anybody who knows it, do not
+  // come in.
   bound.sin_addr = address.group;
   if (bind(fd_, reinterpret_cast<sockaddr*>(&bound), sizeof bound) != 0)
     throw failure(fmt::format("port {} cannot be bound", address.port));
@@ -122,17 +127,21 @@ void UdpReceiver::join(const UdpAddress& address) {
 }
 
 bool UdpReceiver::is_ours(msghdr& message) const {
+  // Cut off data is no message, and cut off control data would not tell where it came from.
   if (message.msg_flags & (MSG_TRUNC | MSG_CTRUNC)) return false;
   for (cmsghdr* c = CMSG_FIRSTHDR(&message); c; c = CMSG_NXTHDR(&message, c)) {
     if (c->cmsg_level != IPPROTO_IP || c->cmsg_type != IP_PKTINFO) continue;
     in_pktinfo info;
     std::memcpy(&info, CMSG_DATA(c), sizeof info);
+    // With ttl=0 nothing may leave or enter this host, so the datagram must have come over the loopback
+    // device.
     return info.ipi_addr.s_addr == group_.s_addr && (loopback_ == 0 || info.ipi_ifindex == loopback_);
   }
   return false;
 }
 
 bool UdpReceiver::receive(std::span<const std::uint8_t>& datagram, WireSender& sender) {
+  // Bounded: a flood of foreign datagrams must not keep the caller here.
   for (int foreign = 0; foreign < kForeignMax; ++foreign) {
     sockaddr_in from{};
     iovec place{buffer_.data(), buffer_.size()};
@@ -168,6 +177,8 @@ std::uint16_t UdpReceiver::port() const {
 }
 
 UdpSender::UdpSender(const UdpAddress& address) : fd_(open_socket()), group_(address.group) {
+  // Sent over the loopback device whatever the routes say: a route for multicast that leads to the shop's
+  // network must not carry commands there.
   const bool kept = !address.stays_here() ||
                     set(fd_, IPPROTO_IP, IP_MULTICAST_IF, membership(in_addr{}, loopback_of(address)));
   if (kept && set(fd_, IPPROTO_IP, IP_MULTICAST_TTL, address.ttl) &&

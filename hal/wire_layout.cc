@@ -29,6 +29,8 @@ class WireWalk {
     value = size_bytes == 4 ? static_cast<std::int32_t>(out) : static_cast<std::int64_t>(out);
     return true;
   }
+  // LCM's strings have their length in front, the closing zero included. There must be just one zero, at the
+  // end: a decoder that looks for it would else stop too early or read off the datagram.
   bool text() {
     std::int64_t length = 0;
     if (!number(4, length) || length < 1 || static_cast<std::uint64_t>(length) > left_.size()) return false;
@@ -58,9 +60,11 @@ bool well_formed(std::span<const std::uint8_t> payload, std::int64_t hash,
   std::array<std::int64_t, kWireCountsMax> counts{};
   std::size_t counted = 0;
   std::int64_t value = 0;
+  // The hash is made of the type's names and layout: another version of the same message has another one.
   if (!walk.number(8, value) || value != hash) return false;
   for (const WireField& field : fields) {
     if (field.kind == WireField::Kind::kCount) {
+      // A negative count would become a huge one as unsigned.
       if (counted == counts.size() || !walk.number(4, value) || value < 0) return false;
       counts[counted++] = value;
       continue;
@@ -70,6 +74,7 @@ bool well_formed(std::span<const std::uint8_t> payload, std::int64_t hash,
         counted_field ? counts[static_cast<std::size_t>(field.count_field)] : field.times;
     if (!walk_field(walk, field, static_cast<std::uint64_t>(times))) return false;
   }
+  // Bytes behind the end mean that sender and receiver do not mean the same message.
   return walk.left() == 0;
 }
 
@@ -79,6 +84,7 @@ std::optional<WireMessage> read_datagram(std::span<const std::uint8_t> datagram)
   if (!walk.number(4, magic) || magic != kSmallMessage || !walk.number(4, sequence)) return std::nullopt;
   const std::span<const std::uint8_t> rest = datagram.subspan(kHeadBytes);
   if (rest.empty()) return std::nullopt;
+  // The zero is looked for only as far as a channel's name may go.
   const auto* zero = static_cast<const std::uint8_t*>(
       std::memchr(rest.data(), 0, std::min(rest.size(), kChannelBytesMax + 1)));
   if (!zero || zero == rest.data()) return std::nullopt;

@@ -50,11 +50,15 @@ KinStatus PlatformKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_a
   if (!u_B.allFinite() || !(length > kUnitTolerance) || !std::isfinite(length))
     return KinStatus::kUnreachable;
   const Vec3 u = u_B / length;
+  // A program that repeats its angles must get them back to the last bit. Solving anew would return them with
+  // a rounding error, and the rotary words would seem to move.
   if ((orientation(abc).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
   const RotaryAxes::Angles seed{abc[0], abc[1]};
   const RotaryAxes::Solutions found = tilts_.solve(u, seed);
   if (found.count == 0) return KinStatus::kUnreachable;
   TRN_CHECK(found.count <= 2);
+  // Two pairs of tilts give the same axis. The nearer one to the seed is taken, so that a path goes on in the
+  // branch in which it began.
   const bool second = found.count == 2 && distance2(found.angles[1], seed) < distance2(found.angles[0], seed);
   for (int i = 0; i < tilt_count_; ++i) abc[i] = found.angles[second ? 1 : 0][i];
   return KinStatus::kOk;
@@ -62,6 +66,8 @@ KinStatus PlatformKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_a
 
 Pose PlatformKinematics::platform_from_spindle(const Pose& X_BS) const TRN_RT {
   const Pose X_CS = translation(config_.spindle_mm);  // spindle in its carrier: R or P
+  // A table is B itself, so X_RP = X_RS X_SB, with the spindle fast in the base. A platform with the spindle
+  // has B = R, so X_RP = X_RS X_SP.
   return config_.carries_work ? X_CS * trn::inverse(X_BS) : X_BS * trn::inverse(X_CS);
 }
 
@@ -85,6 +91,8 @@ Pose PlatformKinematics::without_turn(const Pose& X_BS) const TRN_RT {
   return {orientation(tilts_of(X_BS.R.col(2))), X_BS.p};
 }
 
+// The joints are written only when there is an answer. A pose at a limit or near a singularity still gets its
+// joints, so that reports can show how far it is off.
 KinStatus PlatformKinematics::solve(const Pose& X_RP, JointVec& q) const TRN_RT {
   JointVec solved = q;
   const KinStatus status = actuators(turns_freely() ? turned(X_RP) : X_RP, solved);
@@ -100,6 +108,8 @@ KinStatus PlatformKinematics::inverse(const Pose& X_BS, const JointVec& seed, Jo
 }
 
 Pose PlatformKinematics::platform_from_words(const Words& words) const TRN_RT {
+  // With RTCP off the words are the machine's own axes: a tilt turns the platform about its own origin, and
+  // the tip leaves its place.
   const Mat3 R_BS = orientation(words.tail<3>());
   const Vec3 away = words.head<3>() - config_.spindle_mm;  // origin of P, upright: -away or away
   return config_.carries_work ? Pose{R_BS.transpose(), -away} : Pose{R_BS, away};
@@ -117,7 +127,11 @@ KinStatus PlatformKinematics::words_from_joints(const JointVec& q, Words& words)
   Pose X_RP;
   const KinStatus status = platform(q, X_RP);
   if (status != KinStatus::kOk) return status;
+  // A machine that turns about its tool to suit its legs may stand at any such turn. The words have none, so
+  // it is taken out before they are read off the platform's place.
   if (turns_freely()) X_RP = platform_from_spindle(without_turn(spindle_from_platform(X_RP)));
+  // R of a table is the transpose of the tool's orientation in the work (docs/sources.md S3.2), and the tool
+  // axis in the table is then its third row.
   const Vec3 u_B = config_.carries_work ? Vec3(X_RP.R.row(2)) : Vec3(X_RP.R.col(2));
   const Vec3 away = config_.carries_work ? Vec3(-X_RP.p) : X_RP.p;
   words << away + config_.spindle_mm, tilts_of(u_B);

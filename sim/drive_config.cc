@@ -66,10 +66,12 @@ SimulatedJoint::Config make_joint(const Joint& joint, double period_s, const Joi
   out.following_error_max = unit * keys.following_error;
   out.quick_stop_deceleration = keys.quick_stop_factor * limit.acceleration;
   out.acceleration_homing = limit.acceleration;
+  // No faster than the joint may go, whatever the config asks for.
   out.speed_search = std::min(unit * keys.homing_speed, limit.velocity);
   out.speed_index = std::min(unit * keys.index_speed, limit.velocity);
   out.home = unit * keys.home;
   out.index_distance = unit * keys.index_distance;
+  // Limit switches lie beyond the range of the joint: a program that keeps the range never meets them.
   out.switch_min = limit.min - unit * keys.limit_switch_margin;
   out.switch_max = limit.max + unit * keys.limit_switch_margin;
   out.start = unit * keys.start;
@@ -105,6 +107,7 @@ double rest_position(const Joint& joint) {
 
 SimulatedDrives::Config read_simulated_drives(const Machine& machine, const ConfigTable& drives) {
   JointKeys linear, rotary;
+  // Degrees a second, half of the default in mm/s.
   rotary.homing_speed = 10;
   rotary.index_speed = 1;
   read_unitless(drives, linear);
@@ -116,6 +119,7 @@ SimulatedDrives::Config read_simulated_drives(const Machine& machine, const Conf
     keys.push_back(joint.kind == JointKind::kRotary ? rotary : linear);
     keys.back().home = keys.back().start = rest_position(joint);
   }
+  // Behind the values for all joints: what a joint says of itself comes on top.
   for (const ConfigTable& table : drives.tables_if("joint")) {
     const auto i = static_cast<std::size_t>(joint_index(machine, table, "name"));
     read_override(table, machine.joints[i], keys[i]);

@@ -49,6 +49,7 @@ void SimulatedDrives::quick_stop() TRN_RT {
 }
 
 void SimulatedDrives::obey_requests() TRN_RT {
+  // Switching off acts at once, also while a joint brakes: power that is gone is gone.
   if (disable_asked_.exchange(false))
     for (SimulatedJoint& joint : joints_) joint.disable();
   for (const SimulatedJoint& joint : joints_)
@@ -76,6 +77,7 @@ void SimulatedDrives::report(Feedback& feedback) const TRN_RT {
     feedback.q[index] = joint.measured();
     if (joint.homed()) feedback.homed_mask |= 1u << i;
     if (joint.on_limit_switch()) feedback.limit_switch_mask |= 1u << i;
+    // The worst joint speaks for all: the machine is enabled only if every drive is.
     if (severity(joint.state()) <= severity(feedback.state)) continue;
     feedback.state = joint.state();
     feedback.fault = joint.fault();

@@ -67,6 +67,8 @@ void SimulatedIo::follow_wires(const IoOutputs& outputs) TRN_RT {
   for (LiveWire& live : wires_) {
     const auto i = static_cast<std::size_t>(live.wire.output);
     const double value = live.wire.analog ? outputs.analog[i] : static_cast<double>(outputs.digital >> i & 1);
+    // A change begins the delay anew: an output that goes back in time never reaches the input, like a slow
+    // valve.
     if (value != live.value) live.since = period_;
     live.value = value;
     if (period_ - live.since == live.wire.delay_periods) set(live.wire.input, live.wire.analog, value);

@@ -21,6 +21,7 @@ void SimulatedJoint::enable() TRN_RT {
 
 void SimulatedJoint::disable() TRN_RT {
   state_ = DriveState::kOff;
+  // Without power the brake is closed, so the axis stands at once.
   plant_.v = v_target_ = 0;
   plant_.target = plant_.x;
 }
@@ -40,6 +41,7 @@ void SimulatedJoint::home() TRN_RT {
 }
 
 void SimulatedJoint::quick_stop() TRN_RT {
+  // It does not move yet, so there is nothing to brake.
   if (state_ == DriveState::kStarting) disable();
   if (state_ == DriveState::kEnabled || state_ == DriveState::kHoming) state_ = DriveState::kQuickStop;
 }
@@ -48,6 +50,7 @@ void SimulatedJoint::power_cycle() TRN_RT {
   disable();
   fault_ = Fault::kOk;
   homed_ = config_.homed;
+  // An incremental encoder counts from zero wherever it wakes up.
   encoder_offset_ = homed_ ? 0 : -plant_.x;
   reported_ = plant_.x + encoder_offset_;
 }
@@ -111,6 +114,8 @@ void SimulatedJoint::drive_itself(double v_wanted, double acceleration) TRN_RT {
 }
 
 void SimulatedJoint::step_enabled(double q) TRN_RT {
+  // Setpoints are in the encoder's own count, the plant in true places. The two differ until the joint is
+  // homed.
   const double target = q - encoder_offset_;
   const double outward = target - plant_.target;
   follow(target);
@@ -151,6 +156,7 @@ void SimulatedJoint::step_homing_phase() TRN_RT {
     case Homing::kStop:
       drive_itself(0, a);
       if (v_target_ != 0) break;
+      // From here on the encoder tells the true place.
       encoder_offset_ = 0;
       homed_ = true;
       state_ = DriveState::kEnabled;
@@ -162,6 +168,7 @@ void SimulatedJoint::step_brake() TRN_RT {
   drive_itself(0, config_.quick_stop_deceleration);
   const bool at_rest =
       v_target_ == 0 && std::abs(plant_.x - plant_.target) < 0.1 * config_.following_error_max;
+  // A stuck axis never comes near its target. It stands all the same.
   const bool blocked = v_target_ == 0 && stuck_;
   if (!at_rest && !blocked) return;
   plant_.v = 0;  // the brake closes

@@ -41,6 +41,8 @@ double SimulatedScrews::displacement(const Screw& screw, double x_mm) const {
 void SimulatedScrews::step(const JointVec& q_plan, const JointVec& q_setpoint) {
   for (std::size_t k = 0; k < screws_.size(); ++k) {
     Screw& screw = screws_[k];
+    // The plan is where the axis shall be, the setpoint what the correction has made of it. The nut stands at
+    // the setpoint and what the screw has grown there.
     const double plan = place(screw, q_plan[screw.config.screw.joint]);
     const double x = place(screw, q_setpoint[screw.config.screw.joint]);
     const double node = std::clamp(std::round(x / screw.model.places_mm()[1]), 0.0, kNodes - 1.0);
@@ -48,6 +50,7 @@ void SimulatedScrews::step(const JointVec& q_plan, const JointVec& q_setpoint) {
     screw.seen = true;
     screw.last_mm = x;
     Error& worst = reports_[k].worst;
+    // What would be wrong without any correction, and what is left with it.
     worst.without = std::max(worst.without, std::abs(displacement(screw, plan)));
     worst.left = std::max(worst.left, std::abs(x + displacement(screw, x) - plan));
   }
@@ -63,6 +66,8 @@ void SimulatedScrews::step(const JointVec& q_plan, const JointVec& q_setpoint) {
 
 void SimulatedScrews::warm(Screw& screw) {
   const ScrewConfig& config = screw.config.screw;
+  // The heat model is the one that the correction has as well, with the numbers of this screw: what a
+  // rehearsal shows is how the correction follows, not how good the model is.
   screw.model.step(kUpdate_s, screw.way_mm);
   std::fill(screw.way_mm.begin(), screw.way_mm.end(), 0.0);
   screw.u_mm = screw_displacement(config.mounting, config.alpha_per_K, config.stretch_mm,
@@ -72,6 +77,7 @@ void SimulatedScrews::warm(Screw& screw) {
   const double node = std::round(config.sensor.at_mm / screw.model.places_mm()[1]);
   const auto at = static_cast<std::size_t>(std::clamp(node, 0.0, kNodes - 1.0));
   double celsius = config.sensor.reference_C + screw.model.rise_K()[at];
+  // A real sensor has steps, on which the correction must not ride.
   if (const double r = screw.config.resolution_K; r > 0) celsius = r * std::round(celsius / r);
   board_.publish(config.sensor.channel, celsius);
 }

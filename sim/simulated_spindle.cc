@@ -16,6 +16,8 @@ constexpr double kDegPerTurn = 360;
 constexpr double kDegAtPlace = 1e-6;
 }  // namespace
 
+// The exact share of a first-order lag over a period. The period over the lag would swing past the speed
+// where the lag is the shorter.
 SimulatedSpindle::SimulatedSpindle(const Config& config)
     : config_(config), follows_(config.lag_s > 0 ? -std::expm1(-config.period_s / config.lag_s) : 1) {}
 
@@ -36,6 +38,8 @@ void SimulatedSpindle::turn(double rpm) TRN_RT {
   const double step = config_.acceleration_rpm_s * config_.period_s;
   aim_rpm_ = step > 0 ? std::clamp(rpm, aim_rpm_ - step, aim_rpm_ + step) : rpm;
   rpm_ += follows_ * (aim_rpm_ - rpm_);
+  // Under load a spindle swings about its speed: a thread must follow its turns and not the speed that was
+  // told.
   const double wave = config_.load_share * std::sin(2 * kPi * config_.load_hz * time_s_);
   turns_ += rpm_ * (1 + wave) / kSecondsPerMinute * config_.period_s;
 }
@@ -46,6 +50,7 @@ bool SimulatedSpindle::orient(double deg) TRN_RT {
     turn(0);
     return false;
   }
+  // The shorter way round, at most half a turn.
   const double to_go = std::remainder(deg - kDegPerTurn * turns_, kDegPerTurn) / kDegPerTurn;
   const double step = kOrientRpm / kSecondsPerMinute * config_.period_s;
   turns_ += std::clamp(to_go, -step, step);

@@ -10,7 +10,10 @@ TouchPlates::TouchPlates(const std::vector<Plate>& plates, const Kinematics& kin
 bool TouchPlates::touches(const JointVec& q, const Vec3& tool_offset) const TRN_RT {
   if (plates_.empty()) return false;
   Pose X_BS;
+  // Joints that no pose belongs to touch nothing.
   if (kinematics_.forward(q, X_BS) != KinStatus::kOk) return false;
+  // Plates lie in machine coordinates, as the program sees them with every offset at zero, also when the
+  // table carries the work.
   const Vec3 p = X_MB_ * tip_from_spindle(X_BS, tool_offset);
   for (const Plate& plate : plates_)
     if ((p - plate.min_mm).minCoeff() >= 0 && (plate.max_mm - p).minCoeff() >= 0) return true;

@@ -27,6 +27,7 @@ constexpr double kBehindTolerances = 2;
 constexpr double kMuchWorse = 2;  // than the best, out of tolerance
 
 void count(DeviationHistogram& histogram, double share) {
+  // The last bin takes all that is out of tolerance.
   const double bin = std::min(share * (DeviationHistogram().size() - 1), DeviationHistogram().size() - 1.0);
   ++histogram[static_cast<std::size_t>(bin)];
 }
@@ -42,6 +43,8 @@ void DeviationMeter::programmed(const ProgramMove& move) {
   if (!entry.leg.moves()) return;
   const Vec3 start = move.from.head<3>();
   entry.new_context = !legs_.empty() && !(move.context == legs_.back().context);
+  // Between two programs, or where the operator has jogged, the next move begins elsewhere. The motion in
+  // between belongs to neither.
   entry.jump_before = !legs_.empty() && (start - legs_.back().leg.end()).norm() > kJumpMm;
   legs_.push_back(std::move(entry));
   if (legs_.size() <= kMovesMax) return;
@@ -65,6 +68,8 @@ void DeviationMeter::enter(const MapContext& context) {
 
 DeviationMeter::Window DeviationMeter::tolerance_ahead() const {
   Window out;
+  // For the length of the search the looser one of two neighbours counts, since a blend between them may use
+  // its tolerance.
   for (std::size_t i = here_; i < std::min(here_ + 2, legs_.size()); ++i)
     out = {std::max(out.tip_mm, legs_[i].leg.tolerance_mm()),
            std::max(out.axis_deg, legs_[i].leg.tolerance_deg())};
@@ -86,8 +91,11 @@ void DeviationMeter::sample(const Vec3& p, const Vec3& u, std::uint32_t line, co
           kWindowDeg + kWindowSteps * step_deg + kWindowTolerances * (tolerance.axis_deg + left.axis_deg)});
   const std::size_t ahead = candidates_.size();
   TRN_CHECK(!candidates_.empty());
+  // A corner that is cut may bring the tip nearest to a place just behind the earliest allowed one, as
+  // rounding has set it. So the search goes back by two tolerances, for the figures only.
   if (!settled_) search_behind(p, u, {tolerance.tip_mm + kRoundingMm, tolerance.axis_deg + kRoundingDeg});
   record(line, left);
+  // The place moves on by what lies ahead. Going back would let it wander.
   candidates_.resize(ahead, Candidate());
   const double nearest_mm =
       std::min_element(candidates_.begin(), candidates_.end(), [](const Candidate& a, const Candidate& b) {
@@ -175,6 +183,8 @@ DeviationMeter::Candidate DeviationMeter::judge(std::size_t index, const LegPlac
   const double enough = std::max(kNothingDeg, std::min({report_.axis_deg.value, enough_deg, allowed_deg}));
   found.axis_deg = angle_deg(u, leg.axis(place.share));
   double end = place.share;
+  // The nearest place of the tip need not be the best one of the axis: within the tip's tolerance the motion
+  // may lead or lag, and the axis with it.
   if (leg.turn_rad() > 0 && found.axis_deg > enough) {
     const double begin = place.share - leg.reach(p, place, within_mm, -1, place.share - from);
     end = place.share + leg.reach(p, place, within_mm, +1, to - place.share);
@@ -224,6 +234,7 @@ void DeviationMeter::record(std::uint32_t line, const Left& left) {
   for (const Candidate& candidate : candidates_) {
     if (candidate.tip_mm < tip->tip_mm) tip = &candidate;
     if (candidate.tip_off < tip_ratio->tip_off) tip_ratio = &candidate;
+    // An axis is compared only with places that the tip may stand for.
     if (!candidate.tip_fits) continue;
     if (!axis || candidate.axis_deg < axis->axis_deg) axis = &candidate;
     if (!axis_ratio || candidate.axis_off < axis_ratio->axis_off) axis_ratio = &candidate;

@@ -41,11 +41,14 @@ void LimitJudge::row(const TraceRow& row) {
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     History& past = history_[i];
     const double q = row.q[i];
+    // A new piece begins at rest where its first row is: differences across the pause between two pieces
+    // would be no motion of the plan.
     if (fresh_) past.q.restart();
     past.q_abs_max = std::max(past.q_abs_max, std::abs(q));
     digits_max_.decimals = std::max(digits_max_.decimals, row.digits[i].decimals);
     digits_max_.significant = std::max(digits_max_.significant, row.digits[i].significant);
     const JointLimit& limit = joints_[i].limit;
+    // The ratio of a place is its distance from the middle over half of the range, so 1 is either end.
     const double middle = (limit.max + limit.min) / 2, half = (limit.max - limit.min) / 2;
     offer(i, Quantity::kPosition, q, std::abs(q - middle) / half, row.t_s, row.line);
     judge(i, q, row.t_s, row.line);
@@ -70,11 +73,15 @@ double LimitJudge::rounding(std::size_t joint) const {
 void LimitJudge::finish() {
   const double h = step_s_;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
+    // At rest behind the end: three more rows of the same place show what the last rows ask for in velocity,
+    // acceleration and jerk.
     for (int k = 1; k <= 3; ++k) judge(i, history_[i].q.value(), t_last_s_ + k * h, line_last_);
     const JointLimit& limit = joints_[i].limit;
     const double half_digit = rounding(i);
     auto& peaks = verdicts_[i].peaks;
     peaks[0].resolution_ratio = half_digit / ((limit.max - limit.min) / 2);
+    // Differences of order n weigh rounded values with the binomial coefficients, whose absolute values add
+    // up to 2^n.
     peaks[1].resolution_ratio = 2 * half_digit / h / limit.velocity;
     peaks[2].resolution_ratio = 4 * half_digit / (h * h) / limit.acceleration;
     peaks[3].resolution_ratio = 8 * half_digit / (h * h * h) / limit.jerk;

@@ -25,6 +25,7 @@ constexpr int kBisections = 30;
 }  // namespace
 
 double angle_deg(const Vec3& a, const Vec3& b) {
+  // Half angles of two unit vectors: exact for small angles and for those near 180 degrees alike.
   return deg_from_rad(2 * std::atan2((a - b).norm(), (a + b).norm()));
 }
 
@@ -51,6 +52,8 @@ ProgrammedLeg::ProgrammedLeg(const ProgramMove& move, const Kinematics& kinemati
   turn_ = move.to.tail<3>() - abc_;
   turn_rad_ = turn_.norm();
   axis_at_start_ = kinematics.orientation(abc_).col(2);
+  // The axis turns no faster than all rotary words together, whatever the machine: the sum of their ways is a
+  // bound.
   rate_deg_ = deg_from_rad(turn_.lpNorm<1>());
   if (turn_rad_ > 0) shares_at_once_ = std::min(1.0, kTurnPieceRad * kTurnPiecesMax / turn_.lpNorm<1>());
   const int pieces = turn_rad_ > 0 ? turn_pieces(1) : 0;
@@ -60,6 +63,7 @@ ProgrammedLeg::ProgrammedLeg(const ProgramMove& move, const Kinematics& kinemati
     axis_way_deg_ += angle_deg(before, here);
     before = here;
   }
+  // In the exact modes nothing may be cut off, and the tolerances stay 0.
   if (move.mode != PathMode::kContinuous) return;
   tolerance_mm_ = move.tolerance_mm;
   tolerance_deg_ = deg_from_rad(move.tolerance_rad);
@@ -87,6 +91,8 @@ void ProgrammedLeg::nearest(const Vec3& p, double from, double to, std::vector<L
   if (!arc_) return add(std::clamp((p - start_).dot(along_) / along_.squaredNorm(), from, to));
   const int pieces =
       std::max(1, static_cast<int>(std::ceil(std::abs(sweep_rad_) * (to - from) / kArcPieceRad)));
+  // A minimum lies where the distance stops falling. The ends of the stretch count as minima if the distance
+  // rises from there on.
   bool falling = true;  // the distance, as the place comes in from before `from`
   double begin = from;
   for (int i = 1; i <= pieces; ++i) {
@@ -108,6 +114,8 @@ double ProgrammedLeg::arc_minimum(const Vec3& p, double from, double to) const {
     const Vec3 away = tip(share) - p, t = tangent(share);
     const double slope = away.dot(t);
     (slope < 0 ? from : to) = share;
+    // Newton's method on the slope of the squared distance, kept between two places where the slope has
+    // opposite signs: where a step leaves them, the middle serves.
     const Vec3 curvature = sweep_rad_ * sweep_rad_ * (start_ + along_ * share - tip(share));
     const double second = t.squaredNorm() + away.dot(curvature);
     const double step = second > 0 ? -slope / second : 1;
@@ -123,6 +131,7 @@ double ProgrammedLeg::reach_at_most(const Vec3& p, const LegPlace& place, double
   if (tip_length_mm_ <= 0) return most;
   if (place.distance_mm > within_mm) return 0;
   const double square = within_mm * within_mm - place.distance_mm * place.distance_mm;
+  // Pythagoras: the distance to the line is one side, the way along it the other.
   double shares = std::sqrt(square) / tip_length_mm_;  // exact for a line, near for an arc
   if (!arc_) return std::min(shares, most);
   const auto fits = [&] { return (tip(place.share + direction * shares) - p).norm() <= within_mm; };
@@ -170,6 +179,8 @@ double ProgrammedLeg::smallest_angle_deg(const Vec3& u, double from, double to, 
   }
   for (int i = 1; i <= pieces && best > enough_deg; ++i) {
     const auto k = static_cast<std::size_t>(i);
+    // Between the ends of a piece the angle is at least the mean of both less half of the way: pieces that
+    // cannot hold a better place are passed over.
     if ((angle[k - 1] + angle[k] - way[k]) / 2 >= best) continue;
     const double begin = from + width * (i - 1);
     best = std::min(best, refined_angle_deg(u, begin, begin + width, enough_deg));
@@ -194,6 +205,7 @@ double ProgrammedLeg::refined_angle_deg(const Vec3& u, double from, double to, d
   double left = to - kGolden * (to - from), right = from + kGolden * (to - from);
   double at_left = angle_deg(u, axis(left)), at_right = angle_deg(u, axis(right));
   for (int i = 0; i < kGoldenSteps && std::min(at_left, at_right) > enough_deg; ++i) {
+    // Each step keeps one of the two places inside, so that it costs one evaluation of the kinematics.
     if (at_left < at_right) {
       to = right;
       right = left;

@@ -33,6 +33,8 @@ double step_of(const TraceRow& first, const TraceRow& second, double period_s, c
         1, fmt::format("rows are {} s apart, but the machine's period is {} s: peaks would be missed", step_s,
                        period_s));
   const bool fraction = std::abs(step_s - period_s / parts) <= kStepSlack * step_s + 4 * ulp(second.t_s);
+  // Times in a trace are rounded. A step that is off by a millionth would put the jerk off by three, and the
+  // exact fraction of the period is known.
   return fraction ? period_s / parts : step_s;
 }
 

@@ -45,6 +45,7 @@ WrittenDigits digits_of(std::string_view text) {
     if (digits.starts_with('+')) digits.remove_prefix(1);
     int exponent = 0;
     std::from_chars(digits.data(), digits.data() + digits.size(), exponent);
+    // 1.5e-3 has four decimals: one behind the point and three by the exponent.
     written.decimals -= exponent;
   }
   const std::size_t first = mantissa.find_first_of("123456789");
@@ -90,6 +91,7 @@ bool TraceReader::read_line(std::string_view& text) {
     const char* from = buffer_.data() + begin_;
     const std::size_t size = end_ - begin_;
     if (size > seen) newline = static_cast<const char*>(std::memchr(from + seen, '\n', size - seen));
+    // A file without line ends, such as a binary one, must not be read into memory whole.
     if (newline || size > kLineBytesMax) break;
     seen = size;
     if (refill()) continue;
@@ -122,6 +124,7 @@ void TraceReader::read_header(const std::vector<std::string>& wanted) {
     if (at != wanted.end()) role = static_cast<int>(at - wanted.begin());
     if (role >= 0 && ++found[static_cast<std::size_t>(role)] > 1)
       throw error(column, fmt::format("two columns are named {}", quoted(name)));
+    // The time first and once: a table of something else is not taken for a trace.
     if ((column == 1) != (role == kTime))
       throw error(column, fmt::format("column 1 must be 't_s', and no other; here stands {}", quoted(name)));
     role_.push_back(role);

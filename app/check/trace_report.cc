@@ -30,6 +30,7 @@ double shown(const Joint& joint, double value) {
 double limit_of(const JointLimit& limit, Quantity quantity, double value) {
   switch (quantity) {
     case Quantity::kPosition:
+      // The end that the place is nearer to.
       return value < (limit.min + limit.max) / 2 ? limit.min : limit.max;
     case Quantity::kVelocity:
       return limit.velocity;
@@ -82,6 +83,7 @@ std::vector<std::string> resolution_notes(const TraceVerdict& verdict, const Joi
     if (verdict.joints[i].peak(Quantity::kVelocity).ratio == 0) continue;  // never moved
     for (const Quantity quantity : kQuantities) {
       const Peak& peak = verdict.joints[i].peak(quantity);
+      // Rounding that cannot bring a ratio across the margin of the verdict need not be told.
       if (peak.resolution_ratio <= kMargin) continue;
       const bool noise = peak.resolution_ratio >= peak.ratio || peak.resolution_ratio >= 1;
       notes.push_back(

@@ -11,6 +11,7 @@ namespace trn {
 
 namespace {
 
+// The lengths of docs/sources.md S1.6 and S1.7, mm.
 constexpr double kRadius = 100, kBar = 100, kLongBar = 150, kHeight = 75;
 constexpr double kDistanceA = 550, kDistanceC = 78;
 
@@ -35,13 +36,18 @@ double BallbarTrace::peak_to_peak_mm() const {
 
 std::vector<BallbarTest> ballbar_tests(const ActualChain& chain) {
   const int A = work_axis_along(chain, Vec3::UnitX()), C = work_axis_along(chain, Vec3::UnitZ());
+  // With the cup moved along the axis by this much, the longer bar reaches the same circle, now as a cone. A
+  // tilt of the axis then shows in the reading to first order; in the plane test it does not.
   const double extension = std::sqrt(kLongBar * kLongBar - kRadius * kRadius), H = kHeight;
   const auto a = [&](const char* name, const Vec3& ball, const Vec3& cup, double bar) {
+    // The cradle cannot turn all the way round: 110 degrees about A give 441 readings of a quarter degree,
+    // and C gives 721.
     return BallbarTest{name, A, ball, cup, bar, -100 * kRadPerDeg, 10 * kRadPerDeg, 0, 0.25 * kRadPerDeg};
   };
   const auto c = [&](const char* name, const Vec3& ball, const Vec3& cup, double bar) {
     return BallbarTest{name, C, ball, cup, bar, 0, 2 * kPi, kPi / 4, 0.5 * kRadPerDeg};
   };
+  // Two circles of the same axis, half the distance to either side of the middle, for the planar method.
   const double da = kDistanceA / 2, dc = kDistanceC / 2;
   return {a("a", {0, kRadius, H}, {0, 0, 0}, kBar),
           a("a_extended", {0, kRadius, H}, {extension, 0, 0}, kLongBar),
@@ -68,6 +74,8 @@ JointVec ballbar_joints(const ActualChain& chain, const BallbarTest& test, doubl
   JointVec q = JointVec::Zero(count);
   Vec3 start = Vec3::Zero();
   for (const ActualAxis& axis : chain.tool) start += axis.offset_mm;
+  // The linear axes are square to each other in the nominal chain, so each has its own part of the way to the
+  // cup.
   for (const ActualAxis& axis : chain.tool)
     if (axis.joint >= 0 && axis.kind == JointKind::kLinear)
       q[axis.joint] = axis.direction.dot(test.cup_M - start);

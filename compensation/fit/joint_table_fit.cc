@@ -28,6 +28,8 @@ void fit_line(const std::vector<AxisMeasurement>& m, bool both, JointTableFit& f
     const AxisMeasurement& point = m[static_cast<std::size_t>(i)];
     A(i, 0) = 1;
     A(i, 1) = point.commanded;
+    // Driven forward the axis lags by half of the backlash, driven backward it leads by the other half. With
+    // one direction only, this column would be that of the datum.
     if (both) A(i, 2) = -fit.direction[static_cast<std::size_t>(i)] / 2.0;
     e[i] = point.actual - point.commanded;
   }
@@ -36,6 +38,7 @@ void fit_line(const std::vector<AxisMeasurement>& m, bool both, JointTableFit& f
   const Eigen::MatrixXd covariance =
       left / static_cast<double>(std::max<Eigen::Index>(1, n - columns)) * (A.transpose() * A).inverse();
   fit.datum = x[0];
+  // An axis that goes 1.001 mm for each commanded one must be told 1 / 1.001.
   fit.slope = 1 / (1 + x[1]) - 1;
   fit.slope_deviation = std::sqrt(covariance(1, 1));
   fit.backlash = both ? x[2] : 0;
@@ -58,10 +61,13 @@ std::vector<double> fit_curve(const std::vector<AxisMeasurement>& m, const Joint
     const double w = cell - static_cast<double>(left), error = m[i].actual - m[i].commanded - fit.datum;
     const double weights[] = {1 - w, w};
     for (Eigen::Index r = 0; r < 2; ++r) {
+      // Each measurement lies between two places of the table and pulls at both of their heights, by the
+      // shares with which linear interpolation would use them.
       b[left + r] += weights[r] * error;
       for (Eigen::Index c = 0; c < 2; ++c) N(left + r, left + c) += weights[r] * weights[c];
     }
   }
+  // A height that no measurement pulls at could be anything, and the system has no single answer.
   if (N.diagonal().minCoeff() <= 1e-6)
     throw std::invalid_argument("a place of the table has no measurement near it; ask for fewer places");
   const Eigen::VectorXd y = N.ldlt().solve(b);
@@ -86,6 +92,8 @@ JointTableFit fit_joint_table(const std::vector<AxisMeasurement>& measurements, 
     fit.at.push_back(low->commanded + (high->commanded - low->commanded) * i / (places - 1));
   if (there) fit.forward = fit_curve(measurements, fit, 1);
   if (back) fit.backward = fit_curve(measurements, fit, -1);
+  // An axis that was measured in one direction only gets the same table for the other: a backlash of zero
+  // rather than one of the whole error.
   if (!there) fit.forward = fit.backward;
   if (!back) fit.backward = fit.forward;
   return fit;

@@ -38,6 +38,8 @@ class NetworkCost final : public ceres::CostFunction {
     const Eigen::Index samples = targets_.size(), count = shape_.weight_count();
     Eigen::Map<VectorXd> r(residuals, samples + count);
     r.head(samples) = affine(weights, offset, 1, active.back()).row(0).transpose() - targets_;
+    // The penalty is written as further residuals, one a weight, so that a method for sums of squares sees
+    // it.
     r.tail(count) = kWeightPenalty * Eigen::Map<const VectorXd>(weights, count);
     if (!jacobians || !jacobians[0]) return true;
     Eigen::Map<RowMajor> J(jacobians[0], samples + count, count);
@@ -57,6 +59,7 @@ class NetworkCost final : public ceres::CostFunction {
 
   template <typename Rows>
   void back_propagate(const double* weights, int offset, const std::vector<MatrixXd>& active, Rows& J) const {
+    // The output is linear, so its own slope is 1. From there the loop goes back layer by layer.
     MatrixXd delta = MatrixXd::Ones(1, targets_.size());  // d output / d sum of the layer's nodes
     for (int layer = shape_.layers;; --layer) {
       const MatrixXd& x = active[static_cast<std::size_t>(layer)];
@@ -67,6 +70,7 @@ class NetworkCost final : public ceres::CostFunction {
       for (Eigen::Index n = 0; n < rows; ++n) J.col(offset + width * rows + n) = delta.row(n).transpose();
       if (layer == 0) return;
       const Eigen::Map<const MatrixXd> W(weights + offset, rows, width);
+      // The slope of a sigmoid by its own value, x (1 - x).
       const MatrixXd slope = (x.array() * (1 - x.array())).matrix();
       delta = (W.transpose() * delta).cwiseProduct(slope);
       const Eigen::Index before = active[static_cast<std::size_t>(layer - 1)].rows();
@@ -122,12 +126,16 @@ int solve(const FrictionNetwork::Shape& shape, const TrainingSet& data, int iter
 // Samples of an axis that moves: of one that stands the network is not asked.
 TrainingSet moving(const TrainingSet& all, double standing_mm) {
   std::vector<Eigen::Index> kept;
+  // At rest friction may be anything up to its greatest value in either direction. Such samples would teach
+  // the network noise.
   for (Eigen::Index i = 0; i < all.force_N.size(); ++i)
     if (std::abs(all.taps(1, i)) >= standing_mm) kept.push_back(i);
   return {all.taps(Eigen::all, kept), all.force_N(kept)};
 }
 
 void set_scales(FrictionNetwork::Shape& shape, const TrainingSet& data) {
+  // The greatest values of the training also mark where the network knows something
+  // (`FrictionNetwork::Output`).
   shape.position_scale_mm = data.taps.row(0).cwiseAbs().maxCoeff();
   shape.travel_scale_mm = data.taps.bottomRows(data.taps.rows() - 1).cwiseAbs().maxCoeff();
   shape.force_scale_N = data.force_N.cwiseAbs().maxCoeff();
@@ -139,6 +147,7 @@ FrictionNetwork train_network(FrictionNetwork::Shape shape, const TrainingSet& a
                               const TrainingSet& held_back, const TrainingOptions& options,
                               TrainingRecord& record) {
   const TrainingSet data = moving(all, shape.standing_mm);
+  // Ten samples a weight: with fewer, a network learns the noise by heart and does well on its own data only.
   if (data.taps.rows() != shape.inputs() || data.force_N.size() < 10 * shape.weight_count())
     throw std::invalid_argument("too little data to train a network of this shape");
   set_scales(shape, data);
@@ -151,6 +160,8 @@ FrictionNetwork train_network(FrictionNetwork::Shape shape, const TrainingSet& a
     record.iterations += solve(shape, data, options.iterations_max, weights);
     const FrictionNetwork network(shape, weights);
     const double rms_N = network_error(network, held_back).rms_N;
+    // The start is chosen by data that it was not trained on. Written so that a start that ran into NaN
+    // loses.
     if (!(rms_N < best_rms_N)) continue;
     best_rms_N = rms_N;
     best = network;

@@ -32,6 +32,8 @@ DeflectionCorrection::DeflectionCorrection(const Config& config)
 
 void DeflectionCorrection::wanted(const CorrectionInput& input, JointVec& offset) TRN_RT {
   offset.setZero(input.q.size());
+  // Without power the currents say nothing of the force, and the observer would take friction for a cut. It
+  // starts anew when the drives are on again.
   told_ = input.feedback.current_A.size() >= 2 && input.feedback.state == DriveState::kEnabled;
   if (!told_) {
     state_ = DeflectionEstimator::State{};
@@ -39,9 +41,12 @@ void DeflectionCorrection::wanted(const CorrectionInput& input, JointVec& offset
   } else {
     estimator_.step(input.feedback.current_A.head<2>(), input.feedback.q.head<2>(), state_, out_);
   }
+  // A correction that is not sure of itself goes back to zero, by the same low pass and the same rate as it
+  // came: a step in the path would mark the work more than the bend does.
   const bool usable = told_ && config_.trained && out_.known && !out_.alarm;
   const double step_max = config_.rate_mm_s * config_.period_s;
   for (int i = 0; i < 2; ++i) {
+    // The tool bends away from the cut, so the path goes the other way by the same amount.
     const double goal = usable ? -config_.gain * out_.deflection_mm[i] : 0.0;
     smooth_mm_[i] += share_ * (goal - smooth_mm_[i]);
     shift_mm_[i] += std::clamp(smooth_mm_[i] - shift_mm_[i], -step_max, step_max);
@@ -65,12 +70,18 @@ CorrectionMargins correction_margins(const DeflectionCorrection::Config& config,
   CorrectionMargins out;
   out.phase_margin_rad = std::numeric_limits<double>::infinity();
   const std::complex<double> w(servo_rad_s), one(1);
+  // Up to nearly pi over the period, which is as fast as anything sampled can swing. Steps of 1 % pass over
+  // no peak of these smooth functions.
   for (double omega = 0.1; omega < 3 / config.period_s; omega *= 1.01) {  // up to half the tick's rate
     const std::complex<double> s(0, omega);
+    // Three equal poles with the zeros that a PID with its speed fed forward has: at low frequencies it
+    // follows without any lag.
     const std::complex<double> servo = w * (3.0 * s * s + 3.0 * w * s + w * w) / std::pow(s + w, 3);
     const std::complex<double> filter = 1.0 / ((one + s * config.lag_s) * std::pow(one + s * smoothing_s, 3));
     const std::complex<double> L = process * config.gain * filter * observer.load_response(omega) * servo;
     const double gain = std::abs(L);
+    // The deflection feeds the cut: the loop closes with a plus, so 1 is the critical point and not -1, and
+    // the phase margin counts from 0.
     if (gain >= 1) out.phase_margin_rad = std::min(out.phase_margin_rad, std::abs(std::arg(L)));
     if (gain <= out.loop_gain_max) continue;
     out.loop_gain_max = gain;
@@ -102,6 +113,8 @@ DeflectionCorrection::Config read_deflection(const ConfigTable& table, double pe
     out.observer = {read_motor(axis), read_noise(axis), period_s, every};
     out.stiffness_N_mm = stiffness[i];
     out.network = networks.network[i];
+    // A stage that was never trained has nothing to compare with. Its alarm never comes; `trained` keeps it
+    // from correcting.
     out.innovation_rms_max_mm = std::numeric_limits<double>::infinity();
     if (config.trained) out.innovation_rms_max_mm = alarm * networks.record[i].innovation_rms_mm;
   }

@@ -10,6 +10,8 @@ constexpr double kKnownMargin = 1.1;  // beyond the trained range by so much is 
 }
 
 void DelayLine::step(double position_mm, State& state) TRN_RT {
+  // An axis that is heard for the first time counts as one that stood there all along. A line full of zeros
+  // would look like a leap from the origin.
   if (!state.started) state.position_mm.fill(position_mm);
   state.started = true;
   state.newest = (state.newest + 1) % static_cast<int>(state.position_mm.size());
@@ -24,6 +26,8 @@ void DelayLine::read(const Config& config, double position_mm, const State& stat
   for (int i = 1; i <= config.delays; ++i) {
     const int at = (state.newest + size - i * config.spacing) % size;
     const double tap = state.position_mm[static_cast<std::size_t>(at)];
+    // Three places of an axis that moves slowly are nearly the same number. Their differences carry the
+    // speed, which friction depends on, and the weights need not find them by subtracting large numbers.
     taps[i] = before - tap;
     before = tap;
   }
@@ -57,6 +61,7 @@ FrictionNetwork::FrictionNetwork(const Shape& shape, const std::vector<double>& 
 
 double FrictionNetwork::perceptron_N(const DelayLine::Taps& taps) const TRN_RT {
   Nodes x = taps / shape_.travel_scale_mm;
+  // The inputs come to between -1 and 1, where the sigmoids are neither flat nor all alike.
   x[0] = taps[0] / shape_.position_scale_mm;
   for (int i = 0; i < shape_.layers; ++i) {
     const Layer& layer = layers_[static_cast<std::size_t>(i)];
@@ -74,6 +79,8 @@ FrictionNetwork::Output FrictionNetwork::evaluate(const DelayLine::Taps& taps) c
   const double travel = taps.tail(taps.size() - 1).cwiseAbs().maxCoeff();
   out.known = std::abs(taps[0]) <= kKnownMargin * shape_.position_scale_mm &&
               travel <= kKnownMargin * shape_.travel_scale_mm;
+  // Between creeping down and creeping up the friction turns round. In between the answer is drawn as a
+  // straight line, so it is continuous and passes through the mean at rest.
   const double creep = shape_.standing_mm;
   if (!(std::abs(taps[1]) < creep)) {
     out.force_N = perceptron_N(taps);
@@ -82,6 +89,7 @@ FrictionNetwork::Output FrictionNetwork::evaluate(const DelayLine::Taps& taps) c
   DelayLine::Taps way = DelayLine::Taps::Constant(taps.size(), creep);
   way[0] = taps[0];
   const double up_N = perceptron_N(way);
+  // The place stays: ripple depends on it and not on the direction.
   way.tail(way.size() - 1) *= -1;
   const double down_N = perceptron_N(way);
   out.force_N = (up_N + down_N) / 2 + taps[1] / creep * (up_N - down_N) / 2;

@@ -59,9 +59,9 @@ class FrictionNetwork {
   /// shape out of range.
   FrictionNetwork(const Shape& shape, const std::vector<double>& weights);
 
-  /// Friction and ripple. Of an axis that stands nobody knows the friction's direction, and the cutter's
-  /// rhythm shakes it loose: there it is taken between what creeping either way would meet, in proportion to
-  /// the travel.
+  /// Friction and ripple together. At rest the direction of friction is not known, and the cutter's rhythm
+  /// shakes the axis loose. So below `standing_mm` of travel from tap to tap the answer lies between those of
+  /// creeping up and of creeping down, in proportion to the travel.
   Output evaluate(const DelayLine::Taps& taps) const TRN_RT;
   /// What the perceptron alone says, N.
   double perceptron_N(const DelayLine::Taps& taps) const TRN_RT;

@@ -26,6 +26,7 @@ std::uint32_t crc32(const std::string& text) {
 
 std::string number_list(const std::vector<double>& values) {
   std::string out;
+  // 17 digits give back the same double. Fewer would change the last bits, and the checksum with them.
   for (std::size_t i = 0; i < values.size(); ++i)
     out += fmt::format("{}{:.17g},", i % 4 ? " " : "\n  ", values[i]);
   return out;
@@ -71,6 +72,8 @@ FrictionNetwork read_network(const ConfigTable& table) {
   if (static_cast<int>(weights.size()) != s.weight_count())
     throw table.error("weights", fmt::format("has {} numbers; a network of this shape has {}", weights.size(),
                                              s.weight_count()));
+  // The checksum is taken over the numbers as they were read, so a file may be laid out anew, but no weight
+  // may differ.
   const FrictionNetwork network(s, weights);
   if (const std::string given = table.text("checksum"); given != checksum(network))
     throw table.error("checksum",

@@ -28,6 +28,7 @@ class BitCounter {
       crc_ = (crc_ << 1 & 0x7FFFu) ^ (invert ? 0x4599u : 0u);
     }
     put(bit);
+    // A stuff bit is not part of the CRC, but begins a new run of equal bits.
     if (run_ == 5) put(last_ ^ 1u);
   }
   void put(std::uint32_t bit) {
@@ -45,6 +46,8 @@ constexpr int kUnstuffedTail = 10 + 3;  // CRC delimiter, acknowledge, end of fr
 }  // namespace
 
 int worst_frame_bits(int bytes, bool extended) TRN_RT {
+  // Stuff bits come after five equal bits, and the stuff bit itself may begin the next five: at worst one
+  // every four bits (Davis and others, equation 1).
   const int data = 8 * bytes;
   return extended ? data + 67 + (54 + data - 1) / 4 : data + 47 + (34 + data - 1) / 4;
 }
@@ -90,6 +93,7 @@ double BusBudget::frame_s(const Item& item) const {
 }
 
 double BusBudget::longest_frame_s() const {
+  // Eight bytes at least: SDO frames are never shorter, though no item of the list names them.
   double longest = worst_frame_bits(8) / bitrate;
   for (const Item& item : items) longest = std::max(longest, frame_s(item));
   return longest;
@@ -101,12 +105,16 @@ double BusBudget::cyclic_s() const {
   return sum;
 }
 
+// CAN does not interrupt a frame that is under way. Whatever just began when SYNC is due delays the whole
+// period by its length.
 double BusBudget::needed_s() const { return cyclic_s() + longest_frame_s(); }
 
 double BusBudget::smallest_period_s() const {
   BusBudget longer = *this;
   for (int ms = 1; ms <= 1000; ++ms) {
     longer.period_s = 1e-3 * ms;
+    // Items of one to ten periods are PDOs and grow with the period; slower ones are heartbeats, whose time
+    // is fixed in ms.
     for (std::size_t i = 0; i < items.size(); ++i)
       longer.items[i].cycle_s =
           items[i].cycle_s * (items[i].cycle_s < 10.5 * period_s ? longer.period_s / period_s : 1);

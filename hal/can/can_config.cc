@@ -21,6 +21,8 @@ namespace {
 
 // Periods between PDOs that need not be fast; these are behind setpoints and feedback in priority.
 constexpr int kSlowPeriods = 10;
+// Latched positions come in slow PDOs. After one turn of those, and some periods for the way there and back,
+// they are all in.
 constexpr int kTouchPeriods = kSlowPeriods + 5;
 
 struct Timing {
@@ -37,6 +39,7 @@ Timing read_timing(const ConfigTable& drives, double period_s) {
   t.period_s = period_s;
   t.master_id = static_cast<int>(drives.integer("master_id", 127, Range{1, kNodeIdMax}));
   t.heartbeat_ms = static_cast<int>(drives.integer("heartbeat_ms", 50, Range{0, 10000}));
+  // Three heartbeats by default: one that is late behind other traffic is no loss of a drive.
   t.heartbeat_timeout_ms =
       static_cast<int>(drives.integer("heartbeat_timeout_ms", 3L * t.heartbeat_ms, Range{0, 30000}));
   if (t.heartbeat_ms > 0 && t.heartbeat_timeout_ms <= t.heartbeat_ms)
@@ -59,6 +62,7 @@ Timing read_timing(const ConfigTable& drives, double period_s) {
 }
 
 std::uint32_t periods(double duration_s, double period_s) {
+  // The 1e-9 keeps 0.05 / 0.001, which is 50 and a rounding error, from becoming 51.
   return static_cast<std::uint32_t>(std::ceil(duration_s / period_s - 1e-9));
 }
 
@@ -82,11 +86,14 @@ class NodeReader {
     node.link.name = fmt::format("{} node {} (joint {})", bus.interface, node.link.id, joint().name);
     read_axis(node);
     read_dictionary(node);
+    // The PDOs before the steps: the steps write their mapping.
     plan(node, bus.fd);
     DriveSetup setup = read_setup(node);
     node.setup.id = node.link.id;
     node.setup.name = node.link.name;
     node.setup.steps = setup_steps(setup, node.dictionary, node.link.rpdos, node.link.tpdos);
+    // What the config writes comes last, so that it has the last word over the data sheet and over what the
+    // master sets by itself.
     for (const SetupStep& step : read_writes(node)) node.setup.steps.push_back(step);
     node.setup.signature = signature_step(setup);
     node.setup.wait_for_heartbeat = timing_.heartbeat_ms > 0;
@@ -124,6 +131,8 @@ class NodeReader {
     axis.absolute = table_.boolean("absolute", false);
     axis.gain_1_s = table_.number("velocity_gain_1_s", 20.0, kPositive);
     axis.following_error_max = unit() * table_.number(key("following_error"), 0.0, kNotNegative);
+    // Three periods at the joint's full speed, and ten counts for an encoder that is coarse: more in one
+    // period cannot be a motion.
     axis.step_max = 3 * joint().limit.velocity * timing_.period_s + 10 / counts;
     axis.enable_periods_max = periods(timing_.enable_timeout_s, timing_.period_s);
     axis.homing_periods_max = periods(timing_.homing_timeout_s, timing_.period_s);
@@ -161,6 +170,8 @@ class NodeReader {
   }
 
   void plan(CanNodeConfig& node, bool fd) {
+    // In the order of urgency: control and status word with the positions fill the first PDO, which goes
+    // every period. What does not fit there, such as the mode, goes into slow ones.
     std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}};
     if (timing_.touch) in.push_back({0x60B9, 0});
     in.push_back({0x6061, 0});
@@ -183,6 +194,8 @@ class NodeReader {
     } catch (const EdsError& error) {
       throw table_.error("eds", error.what());
     }
+    // A TPDO sends itself with every tenth SYNC (transmission type 10). For an RPDO the type says when the
+    // drive takes it over, so there the master sends more seldom.
     for (std::size_t i = 1; i < node.link.tpdos.size(); ++i) node.link.tpdos[i].transmission = kSlowPeriods;
     for (std::size_t i = 1; i < node.link.rpdos.size(); ++i) node.link.rpdos[i].every = kSlowPeriods;
   }
@@ -198,6 +211,7 @@ class NodeReader {
     setup.heartbeat_timeout_ms = timing_.heartbeat_timeout_ms;
     setup.sync_counter = timing_.sync_counter;
     const double scale = node.link.axis.counts_per_unit;
+    // Zero if the joint reaches it, else the end of its range next to zero.
     const double home = std::clamp(0.0, limit.min, limit.max);
     node.home =
         unit() * table_.number(key("home"), home / unit(), Range{limit.min / unit(), limit.max / unit()});
@@ -213,6 +227,7 @@ class NodeReader {
     setup.index_counts_s = magnitude(std::min(slow, limit.velocity));
     setup.acceleration_counts_s2 = magnitude(limit.acceleration);
     setup.velocity_counts_s = magnitude(limit.velocity);
+    // A quick stop brakes harder than any plan, since it need not keep the work.
     const double quick = table_.number("quick_stop_factor", 2.0, kPositive);
     setup.quick_stop_counts_s2 = magnitude(quick * limit.acceleration);
     setup.vendor = table_.integer("vendor", 0, Range{0, 4294967295.0});
@@ -260,6 +275,8 @@ void fill_budget(CanBusConfig& bus, const Timing& timing, int sync_bytes) {
   budget.bitrate = bus.bitrate;
   budget.data_bitrate = bus.data_bitrate;
   budget.period_s = timing.period_s;
+  // All that is sent cyclically. SDO transfers are not: of them only one frame at a time stands in the way
+  // (`BusBudget::needed_s`).
   add_item(budget, "SYNC", 1, sync_bytes, timing.period_s);
   for (const CanNodeConfig& node : bus.nodes) {
     for (const Pdo& pdo : node.link.rpdos)

@@ -47,6 +47,7 @@ bool CanDrives::restore(Bus& bus) {
   if (!bus.service) return false;
   const bool lost = bus.lost.exchange(false);
   std::array<CanFrame, 64> in;
+  // All that was heard since: the endpoint's state is brought up to date by hearing it.
   for (int batch = 0; batch < 1000 && bus.service->receive(in) > 0;) ++batch;
   if (bus.service->state() == BusState::kOnline) return !lost;
   bus.service->recover();
@@ -62,6 +63,8 @@ void CanDrives::open(Bus& bus) {
     throw std::runtime_error(no_fd_text(interface, master.config().bus));
   bus.opened.push_back(opener_->open(interface, master.tick_filters()));
   bus.opened.back()->confirm_sends();
+  // The tick takes the new endpoint at its next exchange, never in the middle of one. Until it has, the old
+  // one must not be closed under it, so that is left to a later call.
   bus.offered.store(bus.opened.back().get(), std::memory_order_release);
   std::erase_if(bus.opened, [&](const auto& old) {
     return old.get() != bus.opened.back().get() && old.get() != bus.in_use.load(std::memory_order_acquire);
@@ -90,6 +93,8 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
     for (NodeSetup& setup : setups)
       while (setup.next_frame(frame)) unsent.push_back(frame);
     if (!busy() && unsent.empty()) return;
+    // A controller's queue is short, ten frames by default. What does not fit is offered again a millisecond
+    // later, in the same order.
     const int taken = endpoint.send(unsent);
     unsent.erase(unsent.begin(), unsent.begin() + std::max(taken, 0));
     if (endpoint.state() != BusState::kOnline) {
@@ -124,7 +129,10 @@ void CanDrives::finish(Bus& bus, const std::vector<NodeSetup>& setups) {
       errors.push_back(setup.error());
       continue;
     }
+    // A drive that lost power has lost its zero as well, unless its encoder is absolute.
     if (setup.was_restarted()) node.shared().position_lost.store(true);
+    // In this order: the tick sees `watched` last, and by then the new count of set-ups tells it to forget
+    // what it heard before.
     node.shared().needs_setup.store(false);
     node.shared().setups.fetch_add(1, std::memory_order_release);
     node.shared().watched.store(true, std::memory_order_release);
@@ -133,6 +141,7 @@ void CanDrives::finish(Bus& bus, const std::vector<NodeSetup>& setups) {
 }
 
 void CanDrives::bring_up() {
+  // All interfaces first: a second one that is missing must be told before drives of the first are under way.
   for (auto& bus : buses_) open(*bus);
   for (auto& bus : buses_) set_up(*bus);
   requests_.fetch_or(kEnable);
@@ -177,6 +186,8 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
     }
     bus->master->receive();
   }
+  // What was heard, then what was asked for, then the drives' steps, then sending: a drive that has just
+  // reported a fault gets no setpoint in this period.
   take_requests();
   for (auto& bus : buses_) {
     for (NodeLink& node : bus->master->nodes()) {
@@ -186,6 +197,8 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
     bus->master->send();
   }
   report(feedback);
+  // All or none: a path with one joint missing is another path. While one drive is not enabled the others
+  // hold their place.
   follow_ = feedback.state == DriveState::kEnabled;
 }
 
@@ -229,6 +242,7 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
   feedback.fault = Fault::kOk;
   feedback.fault_joint = -1;
   feedback.homed_mask = feedback.limit_switch_mask = 0;
+  // One contact is enough, but all drives must be armed: each latches its own position at the same moment.
   touch_ = {false, true, 0, feedback.q};
   for (auto& bus : buses_) {
     for (const NodeLink& node : bus->master->nodes()) report_node(node, feedback);

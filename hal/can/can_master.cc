@@ -13,6 +13,7 @@ namespace trn {
 
 CanMaster::CanMaster(const Config& config) : config_(config), statistics_(std::make_unique<Statistics>()) {
   for (const CanNodeConfig& node : config.bus.nodes) nodes_.emplace_back(node.link);
+  // The first heartbeat leaves with the first frames: drives that watch the master start their clock with it.
   since_heartbeat_ = config.heartbeat_periods;
 }
 
@@ -46,9 +47,12 @@ void CanMaster::receive() TRN_RT {
     const int count = endpoint_->receive(in_);
     TRN_CHECK(count >= 0 && count <= static_cast<int>(kBatch));
     for (int i = 0; i < count; ++i) take(in_[static_cast<std::size_t>(i)]);
+    // Fewer than there was room for: nothing is left. The batches are bounded, so that a node that babbles
+    // cannot hold up the tick.
     if (count < static_cast<int>(kBatch)) break;
   }
   const std::int64_t confirmed_ns = endpoint_->confirmed_ns();
+  // The time stamp of the last own frame on the bus. Older ones belong to the period before.
   if (confirmed_ns > last_sync_ns_ && last_sync_ns_ > 0)
     statistics_->bus_latency.add(confirmed_ns - last_sync_ns_);
   watch_bus();
@@ -61,10 +65,13 @@ void CanMaster::take(const CanFrame& frame) TRN_RT {
     statistics_->error_reports.fetch_add(1, std::memory_order_relaxed);
     return;
   }
+  // A second master, or a tool that sends setpoints. A drive would obey whoever spoke last, so this is a
+  // fault even though all drives still answer.
   if (is_foreign(frame)) {
     if (fault_ == Fault::kOk) fault_ = Fault::kForeignMaster;
     return;
   }
+  // Each looks at the identifier itself: a bus has a handful of nodes.
   for (NodeLink& node : nodes_) node.receive(frame);
 }
 
@@ -110,6 +117,8 @@ void CanMaster::reset() TRN_RT {
 std::size_t CanMaster::collect() TRN_RT {
   std::size_t count = 0;
   if (config_.sync_counter > 0) counter_ = counter_ % config_.sync_counter + 1;
+  // SYNC first: everything else of the period is sent behind it, and jitter of the setpoints' frames does not
+  // matter, since they act with the next SYNC.
   out_[count++] = sync_frame(counter_);
   std::array<CanFrame, 5> frames;
   for (NodeLink& node : nodes_) {
@@ -118,6 +127,8 @@ std::size_t CanMaster::collect() TRN_RT {
     TRN_CHECK(count + static_cast<std::size_t>(more) <= out_.size());
     for (int i = 0; i < more && count < out_.size(); ++i) out_[count++] = frames[static_cast<std::size_t>(i)];
   }
+  // Last, since it may wait: a heartbeat that did not fit leaves with the next period, because its count is
+  // not reset.
   const bool beats = config_.heartbeat_periods > 0 && ++since_heartbeat_ >= config_.heartbeat_periods;
   if (beats && count < out_.size()) {
     since_heartbeat_ = 0;
@@ -141,6 +152,7 @@ void CanMaster::send() TRN_RT {
   statistics_->sent.fetch_add(static_cast<std::uint64_t>(std::max(taken, 0)), std::memory_order_relaxed);
   for (int i = 0; i < taken; ++i) count_time(out_[static_cast<std::size_t>(i)]);
   const bool all = taken == static_cast<int>(count);
+  // One period without room is a burst of services. Several in a row mean drives without setpoints.
   overloaded_ = all ? 0 : overloaded_ + 1;
   if (!all) statistics_->unsent.fetch_add(count - static_cast<std::size_t>(std::max(taken, 0)));
   if (overloaded_ > config_.overload_max && fault_ == Fault::kOk) fault_ = Fault::kBusOverload;

@@ -32,6 +32,8 @@ std::string_view to_string(Cia402Mode mode) {
 }
 
 Cia402State cia402_state(std::uint16_t status) TRN_RT {
+  // The masks of CiA 402-2: bit 5 (quick stop) says nothing in the three states of the mask 0x4F and tells
+  // Operation Enabled from Quick Stop Active in the others.
   const unsigned with_quick_stop = status & 0x6Fu, without = status & 0x4Fu;
   if (without == 0x40) return Cia402State::kSwitchOnDisabled;
   if (without == 0x0F) return Cia402State::kFaultReactionActive;
@@ -74,6 +76,8 @@ std::uint16_t controlword_towards_enabled(Cia402State state) TRN_RT {
     case Cia402State::kSwitchedOn:
     case Cia402State::kOperationEnabled:
       return controlword::kEnable;
+    // Not ready, quick stop active and the states of a fault: nothing leads on from there but Disable Voltage
+    // or waiting. A reset of a fault has its own edge (`Cia402Axis::step_fault`).
     default:
       return controlword::kDisableVoltage;
   }
@@ -96,6 +100,8 @@ std::string describe_statusword(std::uint16_t status) {
 
 std::string describe_controlword(std::uint16_t control) {
   std::string text;
+  // In the order in which a drive judges them: reset before all else, then the bits whose 0 switches off,
+  // voltage first.
   if (control & controlword::kFaultReset)
     text = "fault reset";
   else if (!(control & 0x02))

@@ -17,6 +17,8 @@ bool powered(Cia402State state) TRN_RT {
 }  // namespace
 
 void Cia402Axis::enable() TRN_RT {
+  // A wish that stands already keeps its count of periods: an enable that is repeated every period must still
+  // run out of time.
   if (wish_ != Wish::kEnabled) {
     periods_ = 0;
     was_enabled_ = false;
@@ -25,11 +27,14 @@ void Cia402Axis::enable() TRN_RT {
 }
 
 void Cia402Axis::quick_stop() TRN_RT {
+  // A drive that is off or on its way there has nothing to stop, and must not be led back to Quick Stop
+  // Active.
   if (wish_ == Wish::kEnabled) wish_ = Wish::kStop;
   homing_ = Homing::kNone;
 }
 
 void Cia402Axis::home() TRN_RT {
+  // An absolute encoder knows where it is. A homing run would only lose it.
   if (state_ != DriveState::kEnabled || config_.absolute) return;
   homing_ = Homing::kMode;
   homed_ = false;
@@ -46,6 +51,8 @@ void Cia402Axis::reset() TRN_RT {
 
 void Cia402Axis::fail(Fault fault) TRN_RT {
   TRN_CHECK(fault != Fault::kOk);
+  // The first fault is kept: what follows, such as a drive that drops out after a following error, is most
+  // often its consequence.
   if (fault_ == Fault::kOk) fault_ = fault;
   if (fault_info(fault).reaction == Reaction::kQuickStop) quick_stop();
 }
@@ -53,6 +60,7 @@ void Cia402Axis::fail(Fault fault) TRN_RT {
 std::int32_t Cia402Axis::counts(double q) const TRN_RT {
   constexpr double kMax = 2147483647.0;
   TRN_CHECK(std::isfinite(q));
+  // To the nearest count. Cutting off would shift every position towards zero, by half a count on the mean.
   return static_cast<std::int32_t>(std::clamp(std::nearbyint(q * config_.counts_per_unit), -kMax, kMax));
 }
 
@@ -64,9 +72,13 @@ void Cia402Axis::measure(const Input& input) TRN_RT {
   const auto jumps_from = [&](double other) TRN_RT {
     return config_.step_max > 0 && std::abs(q - other) > config_.step_max;
   };
+  // Two different judgements: `agrees_` compares with what was heard last, whether believed or not, `watched`
+  // with what was believed last.
   agrees_ = heard_once_ && !jumps_from(heard_);
   heard_ = q;
   heard_once_ = true;
+  // A drive that obeys cannot leap by more than its speed allows in a period. One impossible value is left
+  // out. After more than three in a row the drive really is somewhere else, which is worth a fault.
   const bool watched = measured_once_ && state_ == DriveState::kEnabled;
   implausible_ = watched && jumps_from(measured_) ? implausible_ + 1 : 0;
   if (implausible_ > kImplausibleMax) {
@@ -84,12 +96,16 @@ void Cia402Axis::step(const Input& input, double q, double qd, bool follow, Outp
   const Cia402State drive = cia402_state(input.statusword);
   TRN_CHECK(config_.counts_per_unit != 0);
   measure(input);
+  // The control word starts as 0, which is Disable Voltage: whoever sets nothing below switches the drive
+  // off.
   output = Output{};
   output.mode = static_cast<std::int8_t>(config_.mode);
   if (drive == Cia402State::kFault || drive == Cia402State::kFaultReactionActive)
     step_fault(drive, output);
   else
     step_wish(drive, input, output);
+  // Behind the state machine, which may have changed the state in this very period: a setpoint must not go to
+  // a drive that has just dropped out.
   set_targets(input, q, qd, follow && state_ == DriveState::kEnabled, output);
   watch_following(q, follow && state_ == DriveState::kEnabled);
 }
@@ -100,6 +116,8 @@ void Cia402Axis::step_fault(Cia402State drive, Output& output) TRN_RT {
   state_ = DriveState::kFault;
   homing_ = Homing::kNone;
   if (reset_wish_ && ++periods_ <= config_.enable_periods_max) {
+    // A drive sees an edge only if it saw the bit at 0 before, so 0 and 1 take turns. While the reaction to
+    // the fault is still running a reset would be lost.
     reset_edge_ = !reset_edge_ && drive == Cia402State::kFault;
     output.controlword = reset_edge_ ? controlword::kFaultReset : 0;
     state_ = DriveState::kStarting;
@@ -111,7 +129,11 @@ void Cia402Axis::step_fault(Cia402State drive, Output& output) TRN_RT {
 }
 
 void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT {
+  // The drive has left Fault: the reset has done its work. Status words that are not fresh still show the
+  // time before it.
   if (input.fresh && drive != Cia402State::kNotReady) reset_wish_ = false;
+  // The quick stop ends in Switch On Disabled (0x605A = 2, as written at bring-up). From there nothing may
+  // lead it on again by itself.
   if (wish_ == Wish::kStop && !powered(drive)) wish_ = Wish::kOff;
   if (wish_ == Wish::kStop) {
     output.controlword = controlword::kQuickStop;
@@ -124,8 +146,12 @@ void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output
                                                                                          : DriveState::kOff;
     return;
   }
+  // One transition a period, by what the drive shows and not by what it should have done: drives take their
+  // time for each.
   output.controlword = controlword_towards_enabled(drive);
   if (drive == Cia402State::kOperationEnabled) return step_enabled(input, output);
+  // It had been enabled and is not any more, without being told: an STO input, a lost supply, somebody with a
+  // service tool.
   if (was_enabled_) {
     wish_ = Wish::kOff;
     state_ = DriveState::kFault;
@@ -141,6 +167,8 @@ void Cia402Axis::step_enabled(const Input& input, Output& output) TRN_RT {
   was_enabled_ = true;
   if (homing_ != Homing::kNone) return step_homing(input, output);
   const bool in_mode = input.mode == static_cast<std::int8_t>(config_.mode);
+  // The mode display (0x6061) decides, not the mode that was sent: a drive takes up to some periods to change
+  // it, and in the wrong mode a position would be taken for a speed.
   if (in_mode) {
     state_ = DriveState::kEnabled;
     periods_ = 0;
@@ -166,6 +194,8 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
   }
   if (homing_ == Homing::kRun) {
     output.controlword |= controlword::kBit4;
+    // Bits 12 and 13 of the status word may still be those of an earlier run. For some periods they say
+    // nothing of this one.
     if (periods_ < kStaleStatusPeriods) return;
     if (input.statusword & statusword::kBit13) return fail(Fault::kHomingFailed);
     const bool done =
@@ -173,6 +203,7 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
     if (done) homing_ = Homing::kBack;
   }
   const bool back = homing_ == Homing::kBack && input.mode == static_cast<std::int8_t>(config_.mode);
+  // The position jumps when homing sets the zero. It is taken over when two feedbacks in a row agree on it.
   if (!back || !agrees_) return;
   homing_ = Homing::kNone;
   homed_ = true;
@@ -182,6 +213,8 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
 }
 
 void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT {
+  // Enabled but not followed: it holds the last target. Not enabled: the target goes with the measured place,
+  // so that the axis does not jump to an old one when it gets power.
   const bool holds = state_ == DriveState::kEnabled && !follow;
   if (follow)
     target_ = counts(q);
@@ -189,6 +222,8 @@ void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follo
     target_ = measured_counts_;
   output.position = target_;
   const double hold = target_ / config_.counts_per_unit;
+  // In cyclic velocity mode the position loop is closed here: the plan's own speed in front, and a gain on
+  // what is missing.
   const double wanted =
       follow ? qd + config_.gain_1_s * (q - measured_) : config_.gain_1_s * (hold - measured_);
   if (state_ == DriveState::kEnabled) output.velocity = counts(wanted);
@@ -209,6 +244,7 @@ void Cia402Axis::start_new_setpoint(const Input& input, Output& output) TRN_RT {
     acknowledged_ = false;
   }
   output.position = sent_target_;
+  // Within a handshake the target stays, or the drive could take half of one setpoint and half of the next.
   if (acknowledge)
     acknowledged_ = true;
   else
@@ -221,6 +257,8 @@ void Cia402Axis::watch_following(double q, bool follow) TRN_RT {
     history_ = 0;
     return;
   }
+  // q_history_[0] is the setpoint of the period before, [1] of two before. Compared with the newest one, an
+  // axis at 500 mm/s and 1 ms would seem to be 1 mm behind without any lag.
   const double error = std::abs(q_history_[1] - measured_);
   const bool watched = config_.following_error_max > 0 && history_ >= 2;
   TRN_CHECK(history_ >= 0 && history_ <= 2);

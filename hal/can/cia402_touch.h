@@ -15,7 +15,9 @@ class Cia402Touch {
 
   /// 0x60B8, what the drive is told.
   std::uint16_t function() const TRN_RT;
-  /// 0x60B9, and then 0x60BA (`contact`) or 0x60BB of the same moment or later.
+  /// Takes the status of the probe (0x60B9) and the position that the drive has latched: 0x60BA where the
+  /// contact closed (`contact`), 0x60BB where it opened. The status goes first, since a position counts only
+  /// when the status has told of it.
   void take_status(std::uint16_t status) TRN_RT;
   void take_position(bool contact, std::int32_t counts) TRN_RT;
 

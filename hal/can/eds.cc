@@ -66,6 +66,8 @@ std::string from_windows_1252(std::string_view text) {
 class IniReader {
  public:
   IniReader(std::string_view text, ObjectDictionary& out) : out_(out) {
+    // Editors on Windows put a byte order mark in front of UTF-8; it would become part of the first section's
+    // name. Text that is no UTF-8 is the code page that most vendors' tools write.
     if (text.substr(0, 3) == "\xEF\xBB\xBF") text.remove_prefix(3);
     const std::string converted = is_utf8(text) ? std::string(text) : from_windows_1252(text);
     std::istringstream in(converted);
@@ -85,6 +87,7 @@ class IniReader {
     if (equals == std::string_view::npos) return warn(number, "neither section nor key=value; left out");
     if (sections_.empty()) return warn(number, "a key in front of the first section; left out");
     std::string_view value = line.substr(equals + 1);
+    // The standard has no comment behind a value, many files do.
     if (const auto comment = value.find(';'); comment != std::string_view::npos)
       value = value.substr(0, comment);
     const std::string key = lower(trimmed(line.substr(0, equals)));
@@ -120,6 +123,8 @@ class DictionaryReader {
       return;
     }
     if (section.name == "devicecomissioning" || section.name == "devicecommissioning") {
+      // The standard itself spells the section with one m (CiA 306-1), some tools with two. Only a DCF, which
+      // belongs to one node, has it.
       if (const auto id = number(section, "nodeid"); id && *id > 0) out_.node_id = static_cast<int>(*id);
       return;
     }
@@ -164,6 +169,7 @@ class DictionaryReader {
       const std::size_t plus = std::min(value.find('+', i), value.size());
       const std::string term = value.substr(i, plus - i);
       i = plus + 1;
+      // Identifiers of the predefined connection set are written as $NODEID+0x180, in any order of the terms.
       if (term == "$nodeid")
         sum += node_id_;
       else
@@ -206,6 +212,7 @@ class DictionaryReader {
     DictionaryEntry entry;
     entry.name = text(section, "parametername");
     entry.line = section.line;
+    // An object without ObjectType is a variable (7) by CiA 306-1.
     const std::int64_t object_type = number(section, "objecttype").value_or(7);
     if (object_type < 2 || object_type > 9)
       fail(section.line,
@@ -213,6 +220,8 @@ class DictionaryReader {
                        section.name, object_type));
     if (top) parents_[key.index] = entry.name;
     fill_value(section, entry);
+    // An array or a record has no value of its own: its values are its sub-objects, which follow as sections
+    // or, in a compact file, are made here.
     if (top && (object_type == 8 || object_type == 9)) return add_compact(section, key, entry);
     if (!top) entry.name = parents_[key.index] + ": " + entry.name;
     out_.entries[key] = entry;
@@ -227,11 +236,14 @@ class DictionaryReader {
     if (!access.empty() && !entry.writable && access != "ro" && access != "const" && access != "wo")
       warn(section.line, fmt::format("AccessType '{}' is not known; taken as ro", access));
     entry.mappable = number(section, "pdomapping").value_or(0) != 0;
+    // Limits of real numbers would need their own decoding, and nothing here asks for them.
     const bool real = entry.type == DataType::kReal32 || entry.type == DataType::kReal64;
     if (!real && bits_of(entry.type) != 0) {
       entry.low = number(section, "lowlimit");
       entry.high = number(section, "highlimit");
     }
+    // DefaultValue is what the device powers up with, ParameterValue what the configuration tool of a DCF
+    // set. The two are kept apart, since only the second is written to the drive.
     entry.value = encoded(section, "defaultvalue", entry.type);
     if (!text(section, "parametervalue").empty())
       entry.configured = encoded(section, "parametervalue", entry.type);

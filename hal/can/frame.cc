@@ -36,10 +36,12 @@ void put_le(std::uint8_t* bytes, int size, std::uint64_t value) TRN_RT {
 std::int64_t get_le_signed(const std::uint8_t* bytes, int size) TRN_RT {
   const int unused = 64 - 8 * size;
   TRN_CHECK(unused >= 0 && unused < 64);
+  // The sign bit is moved to the top, and the arithmetic shift back carries it along.
   return static_cast<std::int64_t>(get_le(bytes, size) << unused) >> unused;
 }
 
 int fd_size(int bytes) TRN_RT {
+  // The lengths that an FD frame may have beyond 8 bytes (ISO 11898-1). What lies between is filled up.
   for (const int size : {12, 16, 20, 24, 32, 48})
     if (bytes > 8 && bytes <= size) return size;
   return bytes <= 8 ? bytes : 64;

@@ -69,6 +69,8 @@ void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
   if (touch_status_.pdo == pdo) touch_.take_status(static_cast<std::uint16_t>(value(touch_status_)));
   if (touch_rise_.pdo == pdo) touch_.take_position(true, static_cast<std::int32_t>(value(touch_rise_)));
   if (touch_fall_.pdo == pdo) touch_.take_position(false, static_cast<std::int32_t>(value(touch_fall_)));
+  // Only the PDO with the position counts as feedback. Slow ones would keep a drive alive whose position does
+  // not come any more.
   fresh_ |= position_.pdo == pdo;
 }
 
@@ -76,6 +78,7 @@ void NodeLink::take_state(const CanFrame& frame) TRN_RT {
   if (frame.size < 1) return;
   const NmtState state = nmt_state(frame.data[0]);
   shared_->nmt.store(static_cast<std::uint8_t>(state), std::memory_order_relaxed);
+  // Any message of its state shows that the node is alive: heartbeat, answer to guarding or boot-up.
   since_heartbeat_ = 0;
   if (config_.watch.guard_periods > 0 && guard_known_) {
     const bool toggle = frame.data[0] & 0x80;
@@ -83,8 +86,11 @@ void NodeLink::take_state(const CanFrame& frame) TRN_RT {
     guard_toggle_ = toggle;
   }
   guard_known_ = state != NmtState::kBootUp;  // the first answer after it says what the next must differ from
+  // During its own set-up a node boots and is not operational; none of that is a fault then.
   if (!was_watched_) return;
   if (state == NmtState::kBootUp) {
+    // It counts from anywhere after a restart. What it says next may be far from the last position without
+    // being impossible.
     axis_.forget_position();
     fail(Fault::kDriveRestarted, true);
   } else if (state != NmtState::kOperational) {
@@ -128,6 +134,8 @@ DriveState NodeLink::state() const TRN_RT {
   if (lost_) return DriveState::kLost;
   if (!was_watched_) return DriveState::kOff;
   const bool stopped = fault_ != Fault::kOk && fault_info(fault_).reaction == Reaction::kQuickStop;
+  // A drive that was stopped for a fault of the link stands switched off. It must not look like one that
+  // nobody has asked for.
   return stopped && axis_.state() == DriveState::kOff ? DriveState::kFault : axis_.state();
 }
 
@@ -146,11 +154,15 @@ void NodeLink::watch() TRN_RT {
   if (!fresh_ && watched) shared_->missed.fetch_add(1, std::memory_order_relaxed);
   ++since_heartbeat_;
   if (!watched || lost_) return;
+  // With a period of 1 ms and three missed, 3 ms without feedback. A drive that is not heard may still obey,
+  // so the master goes on telling it to stop.
   if (missed_ > config_.watch.missed_max) {
     fail(Fault::kDriveLost, true);
     lost_ = true;
   }
   const std::uint32_t pause_max = config_.watch.heartbeat_periods;
+  // Feedback without heartbeats is not yet a drive that is lost: its position is known and it can be stopped
+  // on its ramp.
   if (pause_max > 0 && since_heartbeat_ > pause_max) fail(Fault::kHeartbeatLost, false);
 }
 
@@ -198,6 +210,7 @@ int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
   ++periods_;
   TRN_CHECK(count <= 4);
   std::size_t due = 0;
+  // In place: `due` never overtakes i.
   for (std::size_t i = 0; i < count; ++i)
     if (is_due(config_.rpdos[i])) frames[due++] = frames[i];
   const bool guards = config_.watch.guard_periods > 0 && ++since_guard_ >= config_.watch.guard_periods;

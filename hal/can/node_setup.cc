@@ -18,12 +18,15 @@ std::string hex(const std::vector<std::uint8_t>& bytes) {
 
 NodeSetup::NodeSetup(const Config& config, std::int64_t now_ns)
     : config_(config), sdo_({config.id, config.sdo_timeout_ns, 1 << 16, 64, false}) {
+  // Pre-operational first: PDOs are still off there and may be mapped anew, and SDO works.
   nmt_.push_back(nmt_frame(NmtCommand::kPreOperational, config_.id));
   deadline_ns_ = now_ns + config_.boot_timeout_ns;
   sdo_.read(config_.signature.key, now_ns);
 }
 
 bool NodeSetup::next_frame(CanFrame& frame) {
+  // Commands of the network management go before service data: the start must not overtake the last write,
+  // and it does not, since it is made only when that was answered.
   if (nmt_.empty()) return sdo_.next_frame(frame);
   frame = nmt_.front();
   nmt_.erase(nmt_.begin());
@@ -34,6 +37,8 @@ void NodeSetup::receive(const CanFrame& frame, std::int64_t now_ns) {
   if (finished()) return;
   const bool state =
       frame.id == cob::kGuard + static_cast<unsigned>(config_.id) && frame.size >= 1 && !frame.remote;
+  // Only now is it certain that the node took everything: one that refuses Operational stays silent or stays
+  // where it was.
   if (state && phase_ == Phase::kStart && nmt_state(frame.data[0]) == NmtState::kOperational)
     phase_ = Phase::kDone;
   if (state && phase_ == Phase::kSteps && nmt_state(frame.data[0]) == NmtState::kBootUp)
@@ -67,6 +72,9 @@ void NodeSetup::finish_signature(std::int64_t now_ns) {
                     "termination, the node id and the bit rate",
                     cob::kSdoAnswer + static_cast<unsigned>(config_.id),
                     1e-9 * static_cast<double>(config_.boot_timeout_ns)));
+  // The consumer heartbeat is 0 at power-on. If it still is what this master wrote, the node has not been
+  // restarted and knows its place. A node that cannot answer for the object counts as restarted, which costs
+  // a homing and no more.
   restarted_ = sdo_.state() == SdoClient::State::kAborted || sdo_.data() != config_.signature.bytes;
   phase_ = Phase::kSteps;
   step_ = 0;
@@ -90,6 +98,7 @@ std::string NodeSetup::abort_text() const {
 void NodeSetup::finish_step(std::int64_t now_ns) {
   const SetupStep& step = config_.steps[step_];
   if (sdo_.state() == SdoClient::State::kDone) return judge_value(now_ns);
+  // Silence may be a lost frame and is tried again. A refusal would be the same the next time.
   if (!sdo_.aborted_by_node() && tries_++ < config_.retries) return begin_step(now_ns);
   const bool absent = sdo_.abort_code() == sdo_abort::kNoObject || sdo_.abort_code() == sdo_abort::kNoSub;
   const bool optional = step.kind == SetupStep::Kind::kWriteIfThere && sdo_.aborted_by_node() && absent;

@@ -35,6 +35,8 @@ std::vector<Pdo> plan_pdos(const ObjectDictionary& dictionary, const std::vector
   std::vector<Pdo> pdos;
   for (const ObjectKey key : objects) {
     const int bits = bits_of(mappable(dictionary, key, receive).type);
+    // In the order that was asked for, without looking for gaps: the first PDO is the fast one, and what
+    // belongs to it must not slip behind.
     if (pdos.empty() || pdos.back().size() + bits / 8 > (fd ? kFdBytes : kBytes)) {
       Pdo pdo;
       pdo.fd = fd;

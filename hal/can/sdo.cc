@@ -116,6 +116,8 @@ void SdoClient::write(ObjectKey key, std::span<const std::uint8_t> bytes, std::i
   begin(key, block ? Phase::kBlockDownload : Phase::kDownload, now_ns);
   data_.assign(bytes.begin(), bytes.end());
   const auto size = static_cast<std::uint32_t>(data_.size());
+  // The three ways of CiA 301, 7.2.4.3: by block for long data, in the request itself up to 4 bytes, and else
+  // in segments of 7 bytes.
   if (block) return put_initiate(kBlockDownloadRequest | kCrcSupported | kSizeIndicated, size);
   const bool expedited = size >= 1 && size <= 4;
   if (!expedited) return put_initiate(kInitiateDownload | 0x01, size);
@@ -128,6 +130,7 @@ void SdoClient::write(ObjectKey key, std::span<const std::uint8_t> bytes, std::i
 void SdoClient::fail(std::uint32_t code) {
   out_.clear();
   abort_code_ = code;
+  // The node must hear it too. It would otherwise wait for the next segment and refuse the next transfer.
   put_initiate(kAbort, code);
   end(State::kAborted);
 }
@@ -140,6 +143,8 @@ void SdoClient::receive(const CanFrame& frame, std::int64_t now_ns) {
   const bool ours = !frame.error && !frame.remote && !frame.extended && frame.size == 8 &&
                     frame.id == 0x580u + static_cast<unsigned>(config_.node);
   if (!ours || state_ != State::kBusy) return;
+  // An abort of another object is left over from an earlier transfer that was given up here while the node's
+  // answer was under way.
   if (frame.data[0] == kAbort && names_our_object(frame)) {  // no segment of a block has the number 0
     abort_code_ = word_at(frame, 4);
     aborted_by_node_ = true;
@@ -177,6 +182,8 @@ void SdoClient::answer(const CanFrame& frame) {
 
 void SdoClient::on_download(const CanFrame& frame) {
   if (frame.data[0] != 0x60 || !names_our_object(frame)) return fail(sdo_abort::kCommand);
+  // The expedited request had all of the data. An object of no bytes still gets one segment, which says that
+  // it is the last.
   if (sent_ == data_.size() && !data_.empty()) return end(State::kDone);
   phase_ = Phase::kDownloadSegment;
   put_download_segment();
@@ -212,6 +219,7 @@ void SdoClient::on_upload(const CanFrame& frame) {
     return end(State::kDone);
   }
   announced_ = sized ? word_at(frame, 4) : 0;
+  // A node that announces a gigabyte must not make this process take the memory.
   if (announced_ > config_.size_max) return fail(sdo_abort::kMemory);
   phase_ = Phase::kUploadSegment;
   put({kUploadSegmentRequest});
@@ -243,6 +251,7 @@ void SdoClient::put_block() {
   if (block_size_ < 1 || block_size_ > kBlockSegments) return fail(sdo_abort::kBlockSize);
   block_start_ = sent_;
   phase_ = Phase::kBlockDownloadAck;
+  // All segments of a sub-block without waiting for an answer: that is what makes a block transfer fast.
   for (sequence_ = 0; sequence_ < block_size_ && sent_ < data_.size();) {
     const std::size_t size = std::min(kSegmentBytes, data_.size() - sent_);
     std::array<std::uint8_t, 8> bytes{};
@@ -265,6 +274,7 @@ void SdoClient::on_block_ack(const CanFrame& frame) {
 
 void SdoClient::put_block_end() {
   phase_ = Phase::kBlockDownloadEnd;
+  // The last segment has always seven bytes on the wire. How many of them are no data is told only here.
   const std::size_t in_last = data_.size() % kSegmentBytes;
   const std::size_t unused = in_last == 0 ? 0 : kSegmentBytes - in_last;
   const std::uint16_t crc = sdo_crc(data_);
@@ -285,12 +295,15 @@ void SdoClient::on_block_upload(const CanFrame& frame) {
 
 void SdoClient::on_block_data(const CanFrame& frame) {
   const int number = frame.data[0] & 0x7F;
+  // A segment that is missing breaks the sub-block: the rest of it is heard but not kept, and the
+  // acknowledgement names the last good one, behind which the node begins again.
   const bool in_order = number == sequence_ + 1 && !sequence_broken_;
   sequence_broken_ |= !in_order;
   if (in_order) {
     sequence_ = number;
     last_seen_ = frame.data[0] & 0x80;
     data_.insert(data_.end(), frame.data.begin() + 1, frame.data.begin() + 8);
+    // The last segment may have up to seven bytes that are no data, so the exact length is judged at the end.
     if (data_.size() > config_.size_max + kSegmentBytes) return fail(sdo_abort::kMemory);
   }
   if (number == kBlockSegments || (frame.data[0] & 0x80)) acknowledge_block();
@@ -307,6 +320,7 @@ void SdoClient::on_block_end(const CanFrame& frame) {
   if ((frame.data[0] & 0xE3) != 0xC1) return fail(sdo_abort::kCommand);
   const std::size_t unused = frame.data[0] >> 2 & 7u;
   if (unused > data_.size()) return fail(sdo_abort::kLength);
+  // Before length and checksum are judged: both are of the data alone.
   data_.resize(data_.size() - unused);
   if (announced_ != 0 && announced_ != data_.size()) return fail(sdo_abort::kLength);
   if (sdo_crc(data_) != get_le(frame.data.data() + 1, 2)) return fail(sdo_abort::kCrc);

@@ -35,6 +35,7 @@ class StepList {
   }
   /// What a DCF sets. Communication objects (0x1000 to 0x1FFF) follow from the config.
   void write_configured() {
+    // Identifiers and PDOs of the DCF may be of another network; those of this one are computed.
     for (const auto& [key, entry] : dictionary_.entries)
       if (!entry.configured.empty() && entry.writable && key.index >= 0x2000)
         steps.push_back({Kind::kWrite, key, entry.configured, entry.name,
@@ -58,6 +59,8 @@ void add_pdo(StepList& list, const Pdo& pdo, bool receive) {
   const auto record = static_cast<std::uint16_t>((receive ? 0x1400 : 0x1800) + pdo.number);
   const auto mapping = static_cast<std::uint16_t>((receive ? 0x1600 : 0x1A00) + pdo.number);
   constexpr std::string_view kRemedy = "the drive refuses this PDO; check the EDS against its firmware";
+  // Bit 31 of the identifier. A mapping can be changed only while the PDO is off, and its count only by way
+  // of 0.
   list.write({record, 1}, pdo.id | kPdoOff, 4, kRemedy);
   list.write({record, 2}, pdo.transmission, 1, kRemedy);
   list.write({mapping, 0}, 0, 1, kRemedy);
@@ -80,12 +83,15 @@ void add_pdos(StepList& list, const std::vector<Pdo>& rpdos, const std::vector<P
   for (const Pdo& pdo : rpdos) add_pdo(list, pdo, true);
   for (const Pdo& pdo : tpdos) add_pdo(list, pdo, false);
   constexpr std::string_view kRemedy = "the drive cannot switch this PDO off; it would load the bus";
+  // Drives come with PDOs of their maker's. Left on, they would load the bus beyond its budget, and one that
+  // sends under an identifier of ours would be taken for feedback.
   for (std::uint16_t i = static_cast<std::uint16_t>(rpdos.size()); i < 4; ++i)
     if (list.has({static_cast<std::uint16_t>(0x1400 + i), 1}))
       list.write({static_cast<std::uint16_t>(0x1400 + i), 1}, kPdoOff, 4, kRemedy, Kind::kWriteIfThere);
   for (std::uint16_t i = static_cast<std::uint16_t>(tpdos.size()); i < 4; ++i)
     if (list.has({static_cast<std::uint16_t>(0x1800 + i), 1}))
       list.write({static_cast<std::uint16_t>(0x1800 + i), 1}, kPdoOff, 4, kRemedy, Kind::kWriteIfThere);
+  // Read back: some drives take every entry without complaint and keep their own.
   for (const Pdo& pdo : rpdos) check_pdo(list, pdo, true);
   for (const Pdo& pdo : tpdos) check_pdo(list, pdo, false);
 }
@@ -94,6 +100,7 @@ void add_pdos(StepList& list, const std::vector<Pdo>& rpdos, const std::vector<P
 void add_period(StepList& list, double period_s) {
   int exponent = -6;
   long value = std::lround(period_s * 1e6);
+  // 1 ms is 1 * 10^-3 and not 100 * 10^-5: drives accept few exponents, and the value has 8 bits.
   for (; value % 10 == 0 && exponent < 0; ++exponent) value /= 10;
   for (; value > 255; ++exponent) value /= 10;
   constexpr std::string_view kRemedy =
@@ -114,6 +121,7 @@ void add_drive(StepList& list, const DriveSetup& setup) {
   list.write_if({0x6081, 0}, setup.velocity_counts_s, kRemedy);
   list.write_if({0x6083, 0}, setup.acceleration_counts_s2, kRemedy);
   list.write_if({0x6084, 0}, setup.acceleration_counts_s2, kRemedy);
+  // An absolute encoder has no homing, and a drive for one may not know these objects.
   if (!setup.homes) return;
   list.write({0x6098, 0}, setup.homing_method, 1, "the drive does not know this homing_method; see 0x60E3");
   list.write_if({0x607C, 0}, setup.home_counts, kRemedy);
@@ -137,8 +145,10 @@ std::vector<SetupStep> setup_steps(const DriveSetup& setup, const ObjectDictiona
   StepList list(dictionary);
   const std::int64_t type = dictionary.integer({0x1000, 0}).value_or(0x20000 | kDriveProfile);
   list.check({0x1000, 0}, type, 4, "another device has this node id, or the EDS is another drive's");
+  // Before anything is written: settings of one drive may do harm in another.
   if (setup.vendor != 0) list.check({0x1018, 1}, setup.vendor, 4, "another maker's drive has this node id");
   if (setup.product != 0) list.check({0x1018, 2}, setup.product, 4, "another drive has this node id");
+  // The DCF first, so that what the config and this master say about the same objects comes later and stays.
   list.write_configured();
   list.write({0x1017, 0}, setup.heartbeat_ms, 2,
              "the drive cannot send heartbeats; set drives.guarding_ms instead");

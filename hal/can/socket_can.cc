@@ -75,6 +75,8 @@ void set_filters(int fd, const std::string& interface, const std::vector<CanFilt
   const auto size = static_cast<socklen_t>(kernel.size() * sizeof(can_filter));
   if (!kernel.empty() && setsockopt(fd, SOL_CAN_RAW, CAN_RAW_FILTER, kernel.data(), size) != 0)
     fail(interface, "the kernel refuses the filters", errno);
+  // Bus-off and restart of the controller come as frames. A kernel or driver without them leaves the state as
+  // it was, so a refusal here is no error.
   const can_err_mask_t errors = CAN_ERR_MASK;
   setsockopt(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof errors);
 }
@@ -144,6 +146,7 @@ SocketCan::SocketCan(const std::string& interface, const std::vector<CanFilter>&
   fd_ = socket(PF_CAN, SOCK_RAW | SOCK_NONBLOCK | SOCK_CLOEXEC, CAN_RAW);
   if (fd_ < 0) fail(interface, "no CAN socket", errno);
   try {
+    // Before binding, or the first frames would come unfiltered.
     set_filters(fd_, interface, filters);
     const int on = 1;
     setsockopt(fd_, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
@@ -183,6 +186,8 @@ int SocketCan::send(std::span<const CanFrame> frames) TRN_RT {
     b.headers[i].msg_hdr.msg_iovlen = 1;
   }
   if (count == 0) return 0;
+  // The kernel's stamps are of the wall clock, everything else here of the monotonic one. The difference is
+  // taken anew at each send, so a clock that is set does not matter for longer than a period.
   timespec real;
   clock_gettime(CLOCK_REALTIME, &real);  // what the kernel's stamps are of
   clock_offset_ns_ = now_ns() - (real.tv_sec * 1'000'000'000LL + real.tv_nsec);
@@ -199,6 +204,7 @@ int SocketCan::receive(std::span<CanFrame> frames) TRN_RT {
   for (int round = 0; round < kRoundsMax && taken < room; ++round) {
     const std::size_t asked = room - taken;
     const int count = read_batch(asked);
+    // Frames come: the interface is up again.
     if (count > 0 && state_ == BusState::kDown) state_ = BusState::kOnline;
     for (int i = 0; i < count; ++i)
       if (take_message(static_cast<std::size_t>(i), frames[taken])) ++taken;
@@ -229,6 +235,7 @@ int SocketCan::read_batch(std::size_t room) TRN_RT {
 bool SocketCan::take_message(std::size_t i, CanFrame& frame) TRN_RT {
   Buffers& b = *buffers_;
   const std::int64_t stamp_ns = stamp_of(b.headers[i].msg_hdr);
+  // The kernel marks frames that this very socket has sent; they come back once they were on the bus.
   if (b.headers[i].msg_hdr.msg_flags & MSG_CONFIRM) {
     confirmed_ns_ = stamp_ns + clock_offset_ns_;
     return false;
@@ -257,6 +264,8 @@ void SocketCan::wait(std::int64_t timeout_ns) {
   socklen_t size = sizeof error;
   getsockopt(fd_, SOL_SOCKET, SO_ERROR, &error, &size);
   take_errno(error);
+  // An interface that is down makes poll return at once. Without the pause the caller would spin until it is
+  // up.
   std::this_thread::sleep_for(std::chrono::nanoseconds(timeout_ns));
 }
 

@@ -11,6 +11,8 @@ namespace trn {
 
 namespace {
 
+// A character on the line is a start bit, 8 data bits, parity and stop, or two stops without parity. Frames
+// are parted by a silence of 3.5 characters (Modbus over serial line 1.02).
 constexpr double kBitsPerCharacter = 11, kSilence = 3.5;
 
 std::int64_t now_ns() {
@@ -75,6 +77,8 @@ void check_budget(const ModbusConfig& config, std::size_t line, const ConfigTabl
 }  // namespace
 
 void leave_signals_to_others() {
+  // SIGTERM and its like must reach the thread that ends the daemon in order, not one that is just waiting
+  // for an inverter.
   sigset_t all;
   sigfillset(&all);
   pthread_sigmask(SIG_BLOCK, &all, nullptr);
@@ -82,6 +86,8 @@ void leave_signals_to_others() {
 
 double poll_time_s(const ModbusAddress& address, const ModbusDeviceConfig& device) {
   if (!address.host.empty()) return 0;
+  // Unit, function, address, count and CRC are 8 bytes; unit, function, byte count, one register and CRC are
+  // 7.
   const double characters = 8 + 7 + 2 * kSilence;  // request; answer with one register or byte of bits
   return static_cast<double>(device.values.size()) * characters * kBitsPerCharacter / address.baud;
 }
@@ -112,6 +118,7 @@ ModbusConfig read_modbus(const ConfigTable& root) {
 
 FieldDevices::FieldDevices(const ModbusConfig& config, Listener listener)
     : config_(config), listener_(std::move(listener)), states_(config.devices.size()) {
+  // From now on: a device that never answers is lost when its time is up, not at once.
   for (DeviceState& state : states_) state.heard_ns = now_ns();
   for (std::size_t line = 0; line < config_.lines.size(); ++line)
     threads_.emplace_back([this, line] { serve(line); });
@@ -141,6 +148,7 @@ void FieldDevices::serve(std::size_t line) {
       next_ns = std::min(next_ns, states_[i].next_ns);
     }
     lock.lock();
+    // Until the next poll is due, or until somebody wants something written.
     const auto pause = std::chrono::nanoseconds(std::max<std::int64_t>(next_ns - now_ns(), 1'000'000));
     wake_.wait_for(lock, pause, [&] { return stop_ || news_; });
   }
@@ -155,8 +163,11 @@ std::string FieldDevices::read_value(ModbusLink& link, const ModbusDeviceConfig&
     if (trouble.empty()) break;
   }
   if (!trouble.empty()) return trouble;
+  // A register has 16 bits and no sign of its own; what it means is the device's matter.
   const double raw = value.is_signed ? static_cast<std::int16_t>(words[0]) : words[0];
   const double reading = raw * value.scale;
+  // A reading that cannot be, such as -32768 of a sensor with a broken wire, is kept for the report but not
+  // handed to corrections.
   const bool possible = value.max <= value.min || (reading >= value.min && reading <= value.max);
   if (listener_ && possible) listener_(value.name, reading);
   const std::lock_guard lock(mutex_);
@@ -167,6 +178,7 @@ std::string FieldDevices::read_value(ModbusLink& link, const ModbusDeviceConfig&
 void FieldDevices::poll(ModbusLink& link, std::size_t index) {
   const ModbusDeviceConfig& device = config_.devices[index];
   DeviceState& state = states_[index];
+  // Behind its time a device is polled once and not as often as was missed.
   state.next_ns = std::max(state.next_ns + ns(device.poll_s), now_ns());
   std::string trouble;
   for (const ModbusValueConfig& value : device.values)
@@ -178,6 +190,7 @@ void FieldDevices::judge(std::size_t index, const std::string& trouble) {
   const ModbusDeviceConfig& device = config_.devices[index];
   const std::lock_guard lock(mutex_);
   DeviceState& state = states_[index];
+  // One failed poll is no loss: the device is lost when nothing was heard for `stale_s`.
   if (trouble.empty()) state.heard_ns = now_ns();
   state.lost = now_ns() - state.heard_ns > ns(device.stale_s);
   state.lies = false;
@@ -185,6 +198,7 @@ void FieldDevices::judge(std::size_t index, const std::string& trouble) {
   for (const ModbusValueConfig& value : device.values) {
     const auto sample = samples_.find(value.name);
     const bool judged = value.max > value.min && sample != samples_.end() && !state.lost;
+    // A value without bounds (max not above min) is never impossible.
     if (!judged || (sample->second.value >= value.min && sample->second.value <= value.max)) continue;
     state.lies = true;
     state.trouble = fmt::format("{} is {:g}; {:g} to {:g} is possible", value.name, sample->second.value,
@@ -205,6 +219,7 @@ void FieldDevices::run_writes(ModbusLink& link, std::size_t line) {
       for (int tries = 0; tries <= device.retries; ++tries)
         if (trouble = link.write(device.unit, value.table, value.address, {word}); trouble.empty()) break;
       finish_write(i, value, wanted, trouble);
+      // The device does not answer, and the other values would each wait for the time-out as well.
       if (!trouble.empty()) break;
     }
   }
@@ -232,6 +247,7 @@ void FieldDevices::finish_write(std::size_t index, const ModbusValueConfig& valu
   if (trouble.empty()) return;
   state.trouble = device.name + ": " + trouble;
   state.write_again_ns = now_ns() + ns(device.poll_s);
+  // emplace leaves a newer wish for the same value as it stands.
   writes_.emplace(value.name, wanted);
 }
 
@@ -260,6 +276,7 @@ bool FieldDevices::write(const std::string& name, double value) {
 
 std::int64_t FieldDevices::settled_ns() const {
   const std::lock_guard lock(mutex_);
+  // A write that is taken out of the list but not yet answered is not settled either.
   return writing_ > 0 || !writes_.empty() ? -1 : settled_ns_;
 }
 
@@ -267,6 +284,8 @@ Fault FieldDevices::fault(std::string& detail) const {
   const std::lock_guard lock(mutex_);
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const DeviceState& state = states_[i];
+    // A device that is read well but takes no writes is of no use for the machine either: its outputs stay as
+    // they were.
     const bool lost = state.lost || state.refuses;
     if (!config_.devices[i].required || (!lost && !state.lies)) continue;
     detail = state.trouble;

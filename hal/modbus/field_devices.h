@@ -80,8 +80,8 @@ class FieldDevices {
   std::optional<Value> value(const std::string& name) const;
   /// Writes `value` (in the value's unit) with the next turn of its line; the last one asked for counts.
   bool write(const std::string& name, double value);
-  /// Steady clock, ns: when the last value that had been written was acknowledged; -1: one is still on its
-  /// way, as it also is when its device does not take it.
+  /// When the last written value was acknowledged, in ns of the steady clock. -1 while a value still waits
+  /// for that, also where its device refuses it.
   std::int64_t settled_ns() const;
   /// kDeviceLost or kDeviceFault of a required device as it is now, and which, in words.
   Fault fault(std::string& detail) const;

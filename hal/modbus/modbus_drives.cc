@@ -18,6 +18,8 @@ constexpr auto kLook = std::chrono::microseconds(500);  // of a line's thread, f
 constexpr int kWords = 4;
 
 std::uint64_t pack(std::uint16_t word, std::int8_t mode, std::int32_t position, std::uint8_t count) TRN_RT {
+  // One atomic word holds all that belongs together, so neither side ever sees the position of one period
+  // with the mode of another.
   return std::uint64_t{word} << 48 | std::uint64_t{static_cast<std::uint8_t>(mode)} << 40 |
          std::uint64_t{static_cast<std::uint32_t>(position)} << 8 | count;
 }
@@ -65,7 +67,10 @@ void ModbusDrives::set_up(std::size_t line) {
   ModbusLink link(config_.lines[line].address, config_.lines[line].timeout_s);
   for (auto& axis : axes_) {
     if (axis->config.line != line) continue;
+    // One question to each drive before its thread starts, so that a wrong address is told by name and not as
+    // a drive that is lost a second later.
     check(link, *axis);
+    // What the drive said before it was lost means nothing any more; 0 is no answer.
     if (axis->needs_setup.exchange(false)) axis->answer = 0;
   }
   lines_[line]->thread = std::thread([this, line] { serve(line); });
@@ -91,6 +96,8 @@ void ModbusDrives::serve(std::size_t line) {
   while (!lines_[line]->stop) {
     const std::uint32_t now = ticks_.load(std::memory_order_acquire);
     if (now == seen) {
+      // The tick must not wake anybody (a system call that may wait), so this thread looks for itself, many
+      // times in a period of some tens of ms.
       std::this_thread::sleep_for(kLook);
       continue;
     }
@@ -102,8 +109,10 @@ void ModbusDrives::serve(std::size_t line) {
 
 void ModbusDrives::turn(ModbusLink& link, Axis& axis) {
   const ModbusAxisConfig& config = axis.config;
+  // The newest command, also if the line has missed some: of a setpoint only the last one counts.
   const std::uint64_t command = axis.command.load(std::memory_order_relaxed);
   std::vector<std::uint16_t> words;
+  // First the command, then the answer: what is read has seen this period's command.
   std::string trouble = link.write(config.unit, ModbusTable::kHolding, config.command, registers_of(command));
   if (trouble.empty()) trouble = link.read(config.unit, config.answer_table, config.answer, kWords, words);
   if (!trouble.empty()) {
@@ -112,6 +121,8 @@ void ModbusDrives::turn(ModbusLink& link, Axis& axis) {
     axis.trouble = trouble;
     return;
   }
+  // The count from 1 to 255 makes two answers with the same values differ, so that a drive at rest still
+  // counts as heard.
   const auto count =
       static_cast<std::uint8_t>(axis.answers.fetch_add(1, std::memory_order_relaxed) % 255 + 1);
   const auto position = static_cast<std::int32_t>(std::uint32_t{words[2]} << 16 | words[3]);
@@ -138,6 +149,7 @@ void ModbusDrives::step(Axis& axis, const Setpoints& setpoints) TRN_RT {
   axis.taken = answer;
   axis.input = {word_of(answer), position_of(answer), mode_of(answer), fresh};
   axis.missed = fresh ? 0 : axis.missed + 1;
+  // A drive that was never heard is not lost; bring-up tells of it.
   if (axis.missed > config_.missed_max && axis.drive.measured_once()) {
     axis.lost = true;
     axis.drive.fail(Fault::kDriveLost);
@@ -148,6 +160,7 @@ void ModbusDrives::step(Axis& axis, const Setpoints& setpoints) TRN_RT {
   axis.command.store(pack(out.controlword, out.mode, out.position, 0), std::memory_order_relaxed);
   axis.statusword.store(axis.input.statusword, std::memory_order_relaxed);
   axis.fault.store(axis.drive.fault(), std::memory_order_relaxed);
+  // The line of such a drive is checked anew at the next reset.
   if (fault_info(axis.drive.fault()).reaction == Reaction::kQuickStop)
     axis.needs_setup.store(true, std::memory_order_release);
 }

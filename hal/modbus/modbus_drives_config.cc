@@ -63,6 +63,7 @@ Cia402Axis::Config read_axis(const ConfigTable& table, const Joint& joint, doubl
   axis.counts_per_unit = table.boolean("reverse", false) ? -counts : counts;
   axis.absolute = table.boolean("absolute", false);
   axis.following_error_max = unit * table.number("following_error_" + suffix, 0.0, kNotNegative);
+  // Answers may be as old as the periods that may be missed, so the axis may have gone as far in that time.
   axis.step_max = (3.0 + missed_max) * joint.limit.velocity * period_s + 10 / counts;
   return axis;
 }
@@ -79,6 +80,7 @@ ModbusAxisConfig read_drive(const Machine& machine, const ConfigTable& table,
   out.line = static_cast<std::size_t>(std::find(lines.begin(), lines.end(), line) - lines.begin());
   out.unit = static_cast<int>(table.integer("unit", 1, Range{1, 247}));
   out.name = fmt::format("{} unit {} (joint {})", line, out.unit, joint);
+  // Four registers from here on, so the last legal beginning is 65532.
   out.command = static_cast<int>(table.integer("command", Range{0, 65532}));
   out.answer = static_cast<int>(table.integer("answer", Range{0, 65532}));
   const bool input = table.choice("answer_table", {"input", "holding"}, "input") == "input";
@@ -123,6 +125,7 @@ void check_twice(const ModbusDrivesConfig& config, const ModbusAxisConfig& axis,
 }  // namespace
 
 double exchange_time_s(const ModbusAddress& address, const ModbusAxisConfig& axis) {
+  // Four frames, request and answer of both exchanges, and a silence behind each.
   const double characters = kWriteCharacters + kReadCharacters + 4 * kSilence;
   const double wire_s = address.host.empty() ? characters * kBitsPerCharacter / address.baud : 0;
   return wire_s + 2 * axis.turnaround_s;

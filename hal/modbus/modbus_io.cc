@@ -20,7 +20,9 @@ ModbusIo::ModbusIo(const ModbusIoConfig& config, FieldDevices::Listener listener
 ModbusIo::~ModbusIo() { shut_down(); }
 
 void ModbusIo::bring_up() {
+  // It runs already: a reset of the drives alone must not stop the spindle.
   if (thread_.joinable()) return;
+  // After a pause the devices may have been switched off and on: everything is told to them anew.
   put_.clear();
   stop_ = false;
   devices_ = std::make_unique<FieldDevices>(config_.devices, listener_);
@@ -32,6 +34,7 @@ void ModbusIo::shut_down() noexcept {
   if (!thread_.joinable()) return;
   stop_ = true;
   thread_.join();
+  // The worker is gone, so this thread may send in its place.
   digital_out_ = 0;
   for (auto& analog : analog_out_) analog = 0;
   rpm_ = 0;
@@ -51,7 +54,10 @@ void ModbusIo::exchange(const IoOutputs& outputs, const IoPlace&, IoInputs& inpu
   for (std::size_t i = 0; i < config_.analog_outputs.size(); ++i)
     analog_out_[i].store(outputs.analog[i], kRelaxed);
   coolant_.store(outputs.coolant, kRelaxed);
+  // No inverter here can orient a spindle. It stops and is never ready, so the program waits until its time
+  // is up instead of going on.
   const double rpm = outputs.spindle_orients ? 0 : outputs.spindle_rpm;
+  // First the speed, then the number of the command with release: whoever sees the number sees its speed.
   if (rpm != rpm_told_) {
     rpm_told_ = rpm;
     rpm_.store(rpm, kRelaxed);
@@ -68,6 +74,8 @@ void ModbusIo::exchange(const IoOutputs& outputs, const IoPlace&, IoInputs& inpu
 void ModbusIo::work() {
   leave_signals_to_others();
   while (!stop_) {
+    // The number is read before the speed is sent. If a new command comes in between, the readiness that is
+    // found below belongs to the older number, and the tick goes on waiting.
     const std::uint32_t command = spindle_commands_.load(std::memory_order_acquire);
     send_outputs();
     take_inputs();
@@ -80,6 +88,7 @@ void ModbusIo::work() {
 void ModbusIo::put(const std::string& name, double value) {
   if (name.empty()) return;
   const auto [place, first] = put_.emplace(name, value);
+  // A line carries some tens of values a second: only what changes is written.
   if (!first && place->second == value) return;
   place->second = value;
   devices_->write(name, value);
@@ -88,6 +97,7 @@ void ModbusIo::put(const std::string& name, double value) {
 void ModbusIo::send_outputs() {
   const double rpm = rpm_;
   const ModbusIoConfig::Spindle& spindle = config_.spindle;
+  // Direction and speed before `run`, so that the spindle does not start the wrong way round.
   put(spindle.reverse, rpm < 0 ? 1 : 0);
   put(spindle.speed, spindle.reverse.empty() ? rpm : std::abs(rpm));
   put(spindle.run, rpm != 0 ? 1 : 0);
@@ -128,6 +138,7 @@ bool ModbusIo::spindle_follows() const {
   double reading = 0;
   if (!spindle.at_speed.empty() && rpm != 0 && (!fresh(spindle.at_speed, reading) || reading == 0))
     return false;
+  // An inverter that does not tell its speed is taken at its word that it took the command.
   if (spindle.actual.empty()) return true;
   const double wanted = spindle.reverse.empty() ? rpm : std::abs(rpm);
   return fresh(spindle.actual, reading) && std::abs(reading - wanted) <= spindle.tolerance_rpm;
@@ -137,6 +148,7 @@ void ModbusIo::watch_faults() {
   std::string trouble;
   Fault fault = devices_->fault(trouble);
   const double code = known(config_.spindle.fault);
+  // A device that is lost explains more than a code that was read from it earlier.
   if (fault == Fault::kOk && code != 0) {
     fault = Fault::kDeviceFault;
     trouble = fmt::format("the spindle's inverter reports fault {:g} ({})", code, config_.spindle.fault);

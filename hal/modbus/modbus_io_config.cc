@@ -74,6 +74,7 @@ ModbusIoConfig read_modbus_io(const ConfigTable& root) {
   ModbusIoConfig config;
   config.devices = read_modbus(root);
   const auto io = root.table_if("io");
+  // Devices may be read for corrections and reports alone, with the I/O of the machine simulated.
   if (!io || io->text("type", "simulated") != "modbus") return config;
   if (config.devices.devices.empty())
     throw io->error("type", "'type' is \"modbus\", but there is no [[modbus.device]]");

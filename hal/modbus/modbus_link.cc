@@ -78,6 +78,7 @@ ModbusLink::ModbusLink(const ModbusAddress& address, double timeout_s) : address
       tcp ? modbus_new_tcp_pi(address.host.c_str(), std::to_string(address.port).c_str())
           : modbus_new_rtu(address.device.c_str(), address.baud, address.parity, 8, address.stop_bits));
   if (!context_) throw std::runtime_error(fmt::format("{}: {}", address.text(), modbus_strerror(errno)));
+  // libmodbus takes seconds and microseconds apart and refuses both at 0.
   const auto seconds = static_cast<std::uint32_t>(timeout_s);
   const auto micros = static_cast<std::uint32_t>(std::lround((timeout_s - seconds) * 1e6)) % 1000000;
   modbus_set_response_timeout(context_.get(), seconds, seconds == 0 && micros == 0 ? 1 : micros);
@@ -98,6 +99,9 @@ std::string ModbusLink::open() {
 // it.
 std::string ModbusLink::failure(int unit, const std::string& what) {
   const int error = errno;
+  // An exception answer (illegal function, address, value and so on) came in due form, so the line itself is
+  // in order. A time-out or a wrong checksum may leave half a frame behind, which the next answer would be
+  // taken for.
   const bool refused = error > MODBUS_ENOBASE && error < EMBBADCRC;
   if (!refused) {
     modbus_flush(context_.get());
@@ -123,6 +127,7 @@ std::string ModbusLink::read(int unit, ModbusTable table, int first, int count,
     got = modbus_read_registers(context_.get(), first, count, values.data());
   if (got != count)
     return failure(unit, fmt::format("reading {} {} to {}", to_string(table), first, first + count - 1));
+  // Bits come from libmodbus in a form of their own, one byte each.
   if (table == ModbusTable::kCoil || table == ModbusTable::kDiscrete) values.assign(bits.begin(), bits.end());
   return "";
 }
@@ -135,6 +140,7 @@ std::string ModbusLink::write(int unit, ModbusTable table, int first,
   int done = -1;
   if (table == ModbusTable::kCoil && count == 1)
     done = modbus_write_bit(context_.get(), first, values[0] != 0);
+  // Function 6 for one register, 16 for several: many inverters know only the one for single words.
   else if (table == ModbusTable::kHolding && count == 1)
     done = modbus_write_register(context_.get(), first, values[0]);
   else if (table == ModbusTable::kHolding)

@@ -102,7 +102,8 @@ struct ArcFeed {
   Plane plane;
   double inverse_per_min = 0;
 };
-/// Back to the clear height by hand after G88; what the operator does, so that the path goes on from there.
+/// The way up to the clear height behind the stop of G88. The operator may have gone some of it by hand; the
+/// path goes on from its end.
 struct ManualRetract {
   ProgramWords to;
 };

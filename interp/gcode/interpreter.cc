@@ -89,6 +89,8 @@ void Interpreter::open_text(std::string text, std::string name, const MmWords& a
 }
 
 void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
+  // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
+  // then what they would be.
   gate_.open = false;
   const int in_spindle = executor_.settings().current_tool;
   while (flow_.next_main_line() < line || !held_.empty()) {
@@ -102,6 +104,8 @@ void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
           GcodeErrorCode::kFromLine, line, 0,
           fmt::format("{}:{}: the program ends before this line is reached; legal: {}", flow_.file_name(),
                       line, gcode_error_info(GcodeErrorCode::kFromLine).legal));
+    // A tool change before the line counts as done. The tool that would be in the spindle by then is asked
+    // for once, in `enter`.
     if (asks_for_tool()) executor_.answer({});
     if (waiting())
       throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
@@ -125,6 +129,8 @@ void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
 GcodeError Interpreter::located(const BlockError& error) {
   const std::string line = flow_.current_text();
   const std::string text = offending(line, error.column);
+  // The daemon shows no more of a file than one G-code word, so that its messages cannot be used to read
+  // other people's files.
   const std::string word = parts_.config.quote_lines ? text : leading_word(text);
   std::string message =
       fmt::format("{}:{}:{}: {}", flow_.file_name(), flow_.line(), error.column, error.what());
@@ -197,9 +203,11 @@ void Interpreter::tell_gouges() {
 void Interpreter::run_block(const ParsedBlock& parsed) {
   executor_.at_line(flow_.line(), flow_.file_number());
   evaluate_block(parsed, evaluator_, table_, block_);
+  // Before the words are looked at: a code that the config ignores must not make its words unused.
   executor_.drop_ignored(block_);
   halve_diameter(executor_.settings().modal.diameter, block_);
   block_.line = flow_.line();
+  // Behind the values of the words: "#1 = 5 X#1" goes to the old #1 (RS274/NGC).
   if (!parsed.assignments.empty()) assign(parsed);
   const bool program_ends = carry_out(false);
   if (executor_.tool_wait() == Executor::ToolWait::kNone)

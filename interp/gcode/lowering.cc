@@ -29,6 +29,7 @@ Vec3 bezier(const Vec3* c, double t) {
 
 // Unit vector a share t of the angle between a and b from a.
 Vec3 slerp(const Vec3& a, const Vec3& b, double t) {
+  // Exact for small angles, where the arc cosine has lost half of its digits.
   const double angle = std::atan2(a.cross(b).norm(), a.dot(b));
   return (std::sin((1 - t) * angle) * a + std::sin(t * angle) * b) / std::sin(angle);
 }
@@ -60,6 +61,8 @@ Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, Mo
 Words Lowering::words_of(const ProgramWords& program) const {
   MmWords p = in_mm(program, inch_);
   p.xyz = plain_ ? Vec3(p.xyz + X_TP_.p) : X_TP_ * p.xyz;
+  // Rotary words have no frame: offsets are added to them, and a rotation about Z or a tilted plane does not
+  // turn them.
   p.abc_deg = (p + frame_.g5x + frame_.g92).abc_deg;
   return in_radians(p);
 }
@@ -67,6 +70,7 @@ Words Lowering::words_of(const ProgramWords& program) const {
 void Lowering::set_frame() {
   X_TP_ = frame_.X_MP();
   if (tip_in_table() && kinematics_) X_TP_ = kinematics_->home_X_BM() * X_TP_;
+  // Without any turn the frame is a shift, which every word of a long program then costs one addition.
   plain_ = X_TP_.R.isIdentity(0);
   move_.context.rtcp = tip_in_table();
   move_.context.tool_offset = tool_.xyz;
@@ -87,10 +91,13 @@ void Lowering::moved_frame(const ProgramWords& program) {
 void Lowering::limit_feed() {
   FeedLimit& limit = move_.feed;
   limit = FeedLimit{};
+  // In G33 the spindle gives the speed. The plan is made for the commanded speed and a reserve, and the tick
+  // drives it at the rate at which the spindle really turns.
   const double per_min = geared_           ? kGearReserve * per_turn_ * speed_rpm_
                          : per_revolution_ ? feed_ * speed_rpm_
                                            : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
+  // F of a move in which nothing but rotary axes turns is in degrees a minute.
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
 }
 
@@ -124,6 +131,7 @@ void Lowering::send(const std::vector<Words>& way, double inverse_per_min) {
 
 void Lowering::straight(const ProgramWords& to, ProgramMove::Kind kind, double inverse_per_min) {
   const Words words = words_of(to);
+  // A move to where the machine stands is none; it would only be a stop between its neighbours.
   if (words == words_) return;
   move_.kind = kind;
   const bool tip_rests = (words - words_).head<3>().norm() <= kTipAtRest;
@@ -132,6 +140,7 @@ void Lowering::straight(const ProgramWords& to, ProgramMove::Kind kind, double i
   if (way.empty()) way.push_back(words);
   move_.feed = FeedLimit{};
   if (kind == ProgramMove::Kind::kFeed && inverse_per_min == 0) limit_feed();
+  // Where the tip moves F is the tip's, and the rotary axes go along.
   if (!tip_rests) move_.feed.rotary_rad_s = FeedLimit::kNone;
   send(way, inverse_per_min);
 }
@@ -155,6 +164,7 @@ bool Lowering::on_great_circle(const Words& to, int parts, std::vector<Words>& w
   TRN_CHECK(parts >= 1 && parts <= kAxisChordsMax);
   const auto axis = [&](const Vec3& abc) { return Vec3(kinematics_->orientation(abc).col(2)); };
   const Vec3 from_u = axis(words_.tail<3>()), to_u = axis(to.tail<3>());
+  // The same or the opposite axis: no great circle, or every one of them.
   if (from_u.cross(to_u).norm() < kSameWords_rad) return false;
   way.clear();
   Vec3 before = words_.tail<3>();
@@ -166,6 +176,7 @@ bool Lowering::on_great_circle(const Words& to, int parts, std::vector<Words>& w
       if ((abc - Vec3(to.tail<3>())).norm() > kSameWords_rad) return false;
       abc = to.tail<3>();
     }
+    // Between two places the words go evenly. The middle of the chord shows how far that is from the circle.
     if ((axis((before + abc) / 2) - slerp(from_u, to_u, t - 0.5 / parts)).norm() > kAxisChord_rad)
       return false;
     Words& next = way.emplace_back(words_ + (to - words_) * t);

@@ -45,6 +45,8 @@ void parse_parameters(std::string_view text, const std::string& name, Parameters
       if (rest == second || Lexer(rest).peek() != '\0')
         fail(GcodeErrorCode::kBadNumber, static_cast<std::uint32_t>(second - line.c_str()) + 1);
       if (index < 1 || index > parameter::kMax) fail(GcodeErrorCode::kParameterRange, 1, index);
+      // The numbers rise in such a file (RS274/NGC). One that falls back is a file that was put together from
+      // two.
       if (index <= last) fail(GcodeErrorCode::kRepeatedWord, 1, index);
       last = index;
       parameters[static_cast<int>(index)] = value;

@@ -113,7 +113,10 @@ void Parameters::push_frame(std::span<const double> arguments) {
   ++depth_;
   if (frames_.size() <= depth_) frames_.resize(depth_ + 1);
   Named& frame = frames_[depth_];
+  // Frames are used again and keep their memory: a sub-program that is called a million times allocates once.
   frame.clear();
+  // #1 to #30 belong to the call. The caller's are put aside, so that every access to a number goes to one
+  // and the same place.
   std::copy_n(numbered_.begin() + 1, parameter::kLocalCount, frame.caller_locals.begin());
   std::fill_n(numbered_.begin() + 1, parameter::kLocalCount, 0.0);
   std::copy(arguments.begin(), arguments.end(), numbered_.begin() + 1);

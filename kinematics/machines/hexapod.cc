@@ -28,6 +28,8 @@ struct LegEquations {
   }
 
   static Pose moved(const Pose& X_RP, const Eigen::Matrix<double, 6, 1>& step) TRN_RT {
+    // The step's turn is a vector in the base frame, as in `leg_jacobian`, so it acts from the left. The
+    // platform is turned about its own origin and its place is moved apart from that.
     const Vec3 turn = step.tail<3>();
     const double angle = turn.norm();
     const Mat3 R = angle > 0 ? rotation_about(turn / angle, angle) : Mat3::Identity();
@@ -36,6 +38,8 @@ struct LegEquations {
 };
 
 /// Squared length of a leg against the turn g about the tool: constant + cosine cos g + sine sin g.
+/// Seen from the tool axis, turning the platform about the tool moves each of its joints on a circle. The
+/// square of a leg's length is then a plain sine of the turn, where the length itself would be its root.
 struct TurnedLeg {
   double cosine = 0, sine = 0, constant = 0;
   double at(double g) const TRN_RT { return constant + cosine * std::cos(g) + sine * std::sin(g); }
@@ -44,6 +48,8 @@ struct TurnedLeg {
 };
 
 /// leg = fixed + Rz(sense g) turning, in a frame whose Z is the tool axis.
+/// With f fixed and t turning, |f + Rz t|^2 = f^2 + t^2 + 2 f . Rz t, and only the last term depends on the
+/// turn.
 TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_RT {
   return {2 * (fixed.x() * turning.x() + fixed.y() * turning.y()),
           2 * sense * (fixed.y() * turning.x() - fixed.x() * turning.y()),
@@ -54,6 +60,8 @@ TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_R
 /// their mean.
 double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
   constexpr int kIterationsMax = 20;
+  // The machine works in the valley next to turn 0. Steps of at most 0.3 rad (17 degrees) keep the iteration
+  // in it.
   constexpr double kStepMax = 0.3, kRounding = 1e-15;
   double g = 0;
   for (int i = 0; i < kIterationsMax; ++i) {
@@ -63,6 +71,8 @@ double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
       gauss += leg.slope(g) * leg.slope(g);
       rest += leg.at(g) * leg.bend(g);
     }
+    // Newton's step needs a positive curvature. Far from the minimum the true one may be negative, and the
+    // step would climb; the part that is a sum of squares never is (Gauss-Newton).
     const double bend = gauss + rest > 0.1 * gauss ? gauss + rest : gauss;
     if (!(bend > 0)) return g;  // no leg feels the turn
     const double step = std::clamp(-slope / bend, -kStepMax, kStepMax);
@@ -75,6 +85,8 @@ double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
 }  // namespace
 
 Hexapod::Hexapod(const HexapodConfig& config) : PlatformKinematics(config.platform, 6, 2), config_(config) {
+  // A turn of the platform by 1 rad moves its joints by about this radius, in mm. `conditioning` divides by
+  // it, so that turns and shifts have the same unit and the figure does not depend on mm or m.
   radius_ = 0;
   for (int i = 0; i < 6; ++i) {
     home_direction_[i] = leg(config_.platform.home_X_RP, i).normalized();
@@ -106,6 +118,8 @@ NewtonReport Hexapod::platform_from(const JointVec& q, Pose& X_RP) const TRN_RT 
 
 KinStatus Hexapod::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
   if (q.minCoeff() < kLegMin) return KinStatus::kUnreachable;
+  // The same start each time: the answer depends on the lengths alone, and the tick and the planner get the
+  // same bits whatever they asked before.
   X_RP = config_.platform.home_X_RP;
   return platform_from(q, X_RP).status;
 }
@@ -114,6 +128,8 @@ Hexapod::Square Hexapod::leg_jacobian(const Pose& X_RP) const TRN_RT {
   Square J;
   for (int i = 0; i < 6; ++i) {
     const Vec3 arm = X_RP.R * config_.platform_P[i];
+    // A leg grows by the part of its end's velocity that points along the leg: n . (v + w x arm) = n . v +
+    // (arm x n) . w.
     const Vec3 n = (X_RP.p + arm - config_.base_R[i]).normalized();
     J.row(i) << n.transpose(), arm.cross(n).transpose();
   }
@@ -130,6 +146,8 @@ double Hexapod::joint_angle(const Pose& X_RP) const TRN_RT {
   double least_cosine = 1.0;
   for (int i = 0; i < 6; ++i) {
     const Vec3 n = leg(X_RP, i).normalized();
+    // The joint in the base swings against the base, the joint in the platform against the platform. So the
+    // leg is compared with its home direction in both frames, and the worse of the two counts.
     least_cosine = std::min({least_cosine, n.dot(home_direction_[i]), n.dot(X_RP.R * home_direction_[i])});
   }
   return std::acos(std::max(least_cosine, -1.0));
@@ -154,6 +172,9 @@ double Hexapod::balancing_turn(const Pose& X_RP) const TRN_RT {
   }
   const double limit = config_.free_turn_max;
   TRN_CHECK(limit >= 0);
+  // A hard stop at the limit would leave a kink in the legs' speeds there, and the planner needs three
+  // continuous derivatives. The hyperbolic tangent leaves small turns as they are and never reaches the
+  // limit.
   return limit > 0 ? limit * std::tanh(least_variance(legs) / limit) : 0.0;
 }
 
@@ -161,6 +182,9 @@ Pose Hexapod::turned(const Pose& X_RP) const TRN_RT {
   const Vec3& S = config_.platform.spindle_mm;
   const double turn = balancing_turn(X_RP);
   if (!std::isfinite(turn)) return X_RP;
+  // The spindle's axis goes through S. A table turns about that axis as it stands in the base (from the
+  // left), a spindle that is carried turns about its own (from the right). Tip and tool axis in the work
+  // stay.
   if (config_.platform.carries_work)
     return translation(S) * Pose{rot_z(-turn), Vec3::Zero()} * translation(-S) * X_RP;
   return X_RP * translation(S) * Pose{rot_z(turn), Vec3::Zero()} * translation(-S);

@@ -31,6 +31,9 @@ double along2_of(const Rail& rail, const Vec3& v) TRN_RT {
 }
 
 /// Equations of the forward problem: (|v_i - d_i (q_i + c_i)|^2 - l_i^2) / 2 l_i, in mm.
+/// The squares of the lengths are used, not the lengths themselves: they are polynomials in the slider's
+/// place, and a link of length zero in between does no harm. Over 2 l the residual is still about the error
+/// in mm.
 struct LinkEquations {
   const std::array<Rail, 4>& rails;
   const JointVec& q;
@@ -42,6 +45,8 @@ struct LinkEquations {
       const Vec3 arm = X_RP.R * rail.platform_P;
       const Vec3 link = at.p + arm - rail.rail_R - rail.direction_R * (q[i] + rail.offset_mm);
       e[i] = (link.squaredNorm() - rail.link_mm * rail.link_mm) / (2 * rail.link_mm);
+      // The derivative of |link|^2 / 2 by the platform's place is the link itself, and by alpha it is what
+      // the turn moves the link's end along it.
       J.row(i) << link.transpose(), Vec3::UnitX().cross(arm).dot(link);
       J.row(i) /= rail.link_mm;
     }
@@ -78,6 +83,8 @@ RailMill::RailMill(const RailMillConfig& config)
 
 KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
   q.resize(4);
+  // The parallelogram links keep the platform from turning about y and z. A pose that asks for it, such as a
+  // word B, has no solution with any sliders.
   if ((X_RP.R.col(0) - Vec3::UnitX()).norm() > kTurnOnly) return KinStatus::kUnreachable;
   bool square = false;
   for (int i = 0; i < 4; ++i) {
@@ -86,6 +93,8 @@ KinStatus RailMill::actuators(const Pose& X_RP, JointVec& q) const TRN_RT {
     const double along2 = along2_of(rail, v);
     if (!(along2 >= 0)) return KinStatus::kUnreachable;
     const double along = std::sqrt(along2);
+    // With a link square to its rail the slider's speed for a finite speed of the platform grows without
+    // bound, since q has a square root that comes to 0 there. It is the edge of the reach.
     square = square || along < kSquare * rail.link_mm;
     q[i] = -rail.offset_mm + rail.direction_R.dot(v) + rail.sign * along;
   }
@@ -102,6 +111,8 @@ KinStatus RailMill::follow(const JointVec& q, Pose& X_RP) const TRN_RT {
   X_RP = {rot_x(state.alpha), state.p};
   for (int i = 0; i < 4; ++i) {
     const Rail& rail = config_.rails[i];
+    // The equations have squared lengths and do not know on which side of the platform the slider sits.
+    // Newton may end in the mirror image of the machine, which nobody could have assembled.
     const double along = q[i] + rail.offset_mm - rail.direction_R.dot(v_of(rail, X_RP));
     if (along * rail.sign < 0) return KinStatus::kUnreachable;
   }
@@ -116,6 +127,8 @@ KinStatus RailMill::platform(const JointVec& q, Pose& X_RP) const TRN_RT {
   KinStatus status = KinStatus::kOk;
   for (int i = 1; i <= kLeadSteps && status == KinStatus::kOk; ++i) {
     const double part = static_cast<double>(i) / kLeadSteps;
+    // Each small step starts from the pose of the step before, near enough that Newton stays with the
+    // assembly of the home pose.
     status = follow(home_q_ + part * (q - home_q_), X_RP);
   }
   return status;
@@ -144,6 +157,8 @@ double RailMill::reach(const Pose& X_RP) const TRN_RT {
   double least = 1.0;
   for (const Rail& rail : config_.rails) {
     const double along2 = along2_of(rail, v_of(rail, X_RP));
+    // A negative number under the root keeps its sign: the figure goes on falling beyond the edge of the
+    // reach, and a search for the edge has a slope to follow on both sides.
     least = std::min(least, std::copysign(std::sqrt(std::abs(along2)), along2) / rail.link_mm);
   }
   return least;

@@ -44,6 +44,9 @@ void read_words(const std::vector<BranchAxis>& branch, SerialConfig& config, std
 
 SerialChain make_chain(const SerialBranches& branches) {
   SerialChain chain;
+  // The chain begins at the table and goes to the base against the order of the config. There each joint acts
+  // with its sign turned round and each offset comes behind its joint: (Trans(o) M(q))^-1 = M(-q) Trans(-o).
+  // A table that goes to X+ carries the work away under the tool, which goes to X- over the work.
   for (auto axis = branches.work.rbegin(); axis != branches.work.rend(); ++axis) {
     if (axis->joint >= 0) chain.append_joint(axis->joint, axis->kind, -axis->direction);
     chain.append_offset(-axis->offset_mm);

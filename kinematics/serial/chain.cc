@@ -24,6 +24,8 @@ int principal_axis(const Vec3& axis) {
 
 /// R <- R * rotation about the step's axis; along x, y or z only two columns change.
 void turn(Mat3& R, const ChainStep& step, double angle_rad) TRN_RT {
+  // Nearly every real axis lies along x, y or z of the machine. Then one column stays as it is, and four
+  // products a row do instead of nine; a 45 degree head takes the general way.
   if (step.principal < 0) {
     R = (R * rotation_about(step.axis, angle_rad)).eval();
     return;
@@ -57,6 +59,8 @@ SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
     const ChainStep& step = steps_[i];
     if (step.kind == JointKind::kRotary) {
       turn(out.R, step, q[step.joint]);
+      // A linear joint does not turn anything, so the pose is linear in all of them. With their places at
+      // zero and their directions noted, the caller finds them by one system of three equations.
     } else if (column < 3) {
       out.columns.col(column++) = direction(out.R, step);
     }
@@ -92,6 +96,8 @@ Pose SerialChain::pose_and_jacobian(const JointVec& q, Jacobian& J) const TRN_RT
   Pose X{Mat3::Identity(), start_};
   for (int i = 0; i < count_; ++i) {
     const ChainStep& step = steps_[i];
+    // A joint acts at the place and in the direction that its frame has behind the joints before it. Both are
+    // noted on the way, since the tip, which the lever arm of a turn needs, is known only at the end.
     place[i] = X.p;
     axis_B[i] = direction(X.R, step);
     if (step.kind == JointKind::kRotary) turn(X.R, step, q[step.joint]);
@@ -101,6 +107,8 @@ Pose SerialChain::pose_and_jacobian(const JointVec& q, Jacobian& J) const TRN_RT
   for (int i = 0; i < count_; ++i) {
     const bool rotary = steps_[i].kind == JointKind::kRotary;
     auto column = J.col(steps_[i].joint);
+    // The columns of a geometric Jacobian: a turn about w through `place` moves the tip by w x (tip - place),
+    // a slide moves it along its axis and turns nothing.
     column.head<3>() = rotary ? Vec3(axis_B[i].cross(X.p - place[i])) : axis_B[i];
     if (rotary) column.tail<3>() = axis_B[i];
   }

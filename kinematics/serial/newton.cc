@@ -10,8 +10,12 @@ namespace trn {
 
 namespace {
 
+// The tick may call this, so the number of steps is bounded. A pose in reach takes a few; near a singularity
+// the damping makes them many and small.
 constexpr int kIterationsMax = 100;
 constexpr double kReachedMm = 1e-9, kReachedRad = 1e-12;
+// A tip that is off by 1 mm counts as much as an axis that is off by 0.01 rad, which 100 mm of tool make 1 mm
+// of.
 constexpr double kMmPerRad = 100.0;  // weight of the tool axis against the tip
 
 using Residual = Eigen::Matrix<double, 6, 1>;
@@ -33,6 +37,8 @@ bool reached(const Residual& e) TRN_RT {
 
 /// Tool-axis rows of the Jacobian: u x du = (I - u u^T) w.
 void project_axis_rows(const Vec3& u, SerialChain::Jacobian& J) TRN_RT {
+  // A turn about the tool changes nothing of the tool axis, so its part along u is taken out: nobody asks for
+  // it.
   for (Eigen::Index i = 0; i < J.cols(); ++i) {
     const Vec3 w = J.col(i).tail<3>();
     J.col(i).tail<3>() = kMmPerRad * (w - u * u.dot(w));
@@ -41,6 +47,8 @@ void project_axis_rows(const Vec3& u, SerialChain::Jacobian& J) TRN_RT {
 
 JointVec damped_step(const SerialChain::Jacobian& J, const Residual& e, double damping) TRN_RT {
   Square A = J.transpose() * J;
+  // Marquardt's scaling of the damping by the diagonal, so that mm and rad are damped alike. The 1 beside it
+  // keeps the matrix regular where a joint moves nothing, as a turn about the tool does.
   for (Eigen::Index i = 0; i < A.rows(); ++i) A(i, i) += damping * (1.0 + A(i, i));
   const JointVec rhs = J.transpose() * e;
   return A.ldlt().solve(rhs);
@@ -54,6 +62,8 @@ KinStatus solve_by_newton(const SerialChain& chain, const Pose& X_BS, JointVec& 
   Pose X = chain.pose_and_jacobian(q, J);
   Residual e = residual_of(X, X_BS);
   for (int i = 0; i < kIterationsMax && !reached(e); ++i) {
+    // It changes J in place and weights it, so it must act once for each J: behind a step that was given up J
+    // is computed anew.
     project_axis_rows(X.R.col(2), J);
     const JointVec next = q + damped_step(J, e, damping);
     SerialChain::Jacobian J_next;
@@ -70,6 +80,8 @@ KinStatus solve_by_newton(const SerialChain& chain, const Pose& X_BS, JointVec& 
     e = e_next;
     J = J_next;
   }
+  // The residual of an axis that is turned by 180 degrees is not 0 (see `residual_of`), yet the last test is
+  // made on the axes themselves: a tool that looks away from the work is no answer.
   return reached(e) && X.R.col(2).dot(X_BS.R.col(2)) > 0 ? KinStatus::kOk : KinStatus::kUnreachable;
 }
 

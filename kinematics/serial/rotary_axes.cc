@@ -14,20 +14,28 @@ namespace {
 // Angles and sines below this are rounding: an axis nearer to a pole keeps its free angle (the tool axis is
 // then wrong by no more than this), a direction this far beyond reach is in reach.
 constexpr double kRounding = 5e-13;
+// Two axes whose directions differ by less than this turn the tool in one plane only, and the closed form
+// would divide by nearly nothing.
 constexpr double kParallel = 1e-6;
 constexpr double kTurnsMax = 1e6;  // a seed further off than this is no seed
 
 double unwrapped(double angle, double seed) TRN_RT {
+  // A rotary axis may stand at 3605 degrees after ten turns. The answer goes on from there, at 3600 and some,
+  // instead of winding all turns back.
   const double turns = std::round((seed - angle) / (2 * kPi));
   return std::abs(turns) < kTurnsMax ? angle + 2 * kPi * turns : angle;
 }
 
 /// Angle about the unit vector `axis` that turns v into u (both at the same angle to the axis).
 double angle_between(const Vec3& axis, const Vec3& v, const Vec3& u) TRN_RT {
+  // What is left across the axis turns in a plane, and the angle there needs no division: two vectors along
+  // the axis give atan2(0, 0) = 0.
   const Vec3 v_flat = v - axis.dot(v) * axis, u_flat = u - axis.dot(u) * axis;
   return std::atan2(axis.dot(v_flat.cross(u_flat)), v_flat.dot(u_flat));
 }
 
+// An A/C table has gaps of exactly 0 that come out as 1e-16. Such a rest would let the pole lie just out of
+// reach.
 double snapped(double value) { return std::abs(value) < kRounding ? 0.0 : value; }
 
 }  // namespace
@@ -40,6 +48,8 @@ bool RotaryAxes::add_axis(const Vec3& axis) {
   const Vec3 z = Vec3::UnitZ();
   const Vec3 &w1 = axis_[0], &w2 = axis_[1];
   if (w1.cross(w2).norm() < kParallel || w2.cross(z).norm() < kParallel) return false;
+  // By Rodrigues' formula E2 z = (w2.z) w2 + cos (z - (w2.z) w2) + sin (w2 x z). Its part along w1 is what
+  // the first axis cannot change, and w1.(w2 x z) is the sine's factor.
   const double a = w1.dot(z - w2.dot(z) * w2), b = w1.dot(w2.cross(z));
   mean_ = w1.dot(w2) * w2.dot(z);
   amplitude_ = std::hypot(a, b);
@@ -77,9 +87,15 @@ RotaryAxes::Solutions RotaryAxes::solve_two(const Vec3& u, const Angles& seed) c
   const Vec3 &w1 = axis_[0], &w2 = axis_[1];
   const double upper = gap_up_ + 0.5 * (u - w1).squaredNorm();
   const double lower = gap_down_ + 0.5 * (u + w1).squaredNorm();
+  // No turn of the second axis gives u that angle to the first: a head whose A axis is inclined by 45 degrees
+  // cannot tilt the tool beyond the horizontal.
   if (upper < -kRounding || lower < -kRounding) return {};
+  // The equation is amplitude cos(x) = w1.u - mean, and upper and lower are amplitude -+ that. Their product
+  // is (amplitude sin x)^2. The arc tangent of both keeps the digits that the arc cosine loses near its ends.
   const double sine = std::sqrt(std::max(upper, 0.0) * std::max(lower, 0.0));
   const double half_angle = std::atan2(sine, 0.5 * (lower - upper));
+  // With the tool along the first axis that axis may stand anywhere. Its angle stays where it is, instead of
+  // leaping to what the rounding of u says.
   const bool pole = w1.cross(u).squaredNorm() < kRounding * kRounding;
   Solutions out;
   for (const double sign : {1.0, -1.0}) {

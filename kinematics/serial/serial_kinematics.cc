@@ -33,11 +33,15 @@ SerialKinematics::SerialKinematics(const SerialConfig& config)
       const int n = rotary_.count();
       if (n < RotaryAxes::kMax) rotary_joint_[n] = step.joint;
       if (!rotary_.add_axis(step.axis)) rotary_closed_ = false;
+      // A fourth linear joint, such as a quill beside Z, leaves a choice that the closed form cannot make. It
+      // is counted, and `closed_form_` is then false.
     } else if (linear++ < 3) {
       linear_joint_[linear - 1] = step.joint;
     }
   }
   const JointVec zero = JointVec::Zero(joint_count_);
+  // Three linear joints in one plane reach no space. At home this is a mistake of the machine's description;
+  // where rotary joints carry linear ones it may also happen on the way, and `linear_joints` looks again.
   const SerialChain::Sweep home = config_.chain.sweep(zero);
   closed_form_ = rotary_closed_ && linear == 3 && std::abs(home.columns.determinant()) > kFlat;
 }
@@ -66,6 +70,8 @@ double SerialKinematics::overtravel(const RotaryAxes::Angles& angles) const TRN_
 void SerialKinematics::into_limits(RotaryAxes::Angles& angles) const TRN_RT {
   for (int i = 0; i < rotary_.count(); ++i) {
     const JointLimit& limit = config_.joints[rotary_joint_[i]].limit;
+    // Whole turns only, as many as are missing: a C axis of -360 to 360 degrees whose nearest answer is 370
+    // goes to 10. What no whole turn brings inside stays, for the limits' own check to refuse by name.
     const double over = std::max(0.0, angles[i] - limit.max), under = std::max(0.0, limit.min - angles[i]);
     const double turned = angles[i] + 2 * kPi * (std::ceil(under / (2 * kPi)) - std::ceil(over / (2 * kPi)));
     if (turned >= limit.min && turned <= limit.max) angles[i] = turned;
@@ -88,6 +94,8 @@ KinStatus SerialKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc
     RotaryAxes::Solutions found = rotary_.solve(u, seed);
     if (found.count == 0) return KinStatus::kUnreachable;
     for (int i = 0; i < found.count; ++i) into_limits(found.angles[i]);
+    // A radian of overtravel outweighs any way to the seed. Where both answers are inside, the nearer one
+    // goes on in the same branch.
     const auto cost = [&](const RotaryAxes::Angles& angles) {
       return overtravel(angles) * 1e6 + distance2(angles, seed);  // inside the limits first, then the nearest
     };
@@ -140,6 +148,8 @@ KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const 
 KinStatus SerialKinematics::linear_joints(const SerialChain::Sweep& at, const Vec3& p_BS,
                                           JointVec& q) const TRN_RT {
   Vec3 linear;
+  // The columns are unit vectors, so the determinant is the volume that they span, 1 for three axes square to
+  // each other, whatever the size of the machine.
   if (std::abs(solve3(at.columns, p_BS - at.p, linear)) < kFlat) return KinStatus::kSingular;
   if (!std::isfinite(linear.sum())) return KinStatus::kUnreachable;
   for (int i = 0; i < 3; ++i) q[linear_joint_[i]] = linear[i];

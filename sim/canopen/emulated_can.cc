@@ -21,8 +21,11 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
     out.emplace_back();
     for (const CanNodeConfig& node : bus.nodes) {
       SimulatedJoint::Config plant = plants.joints[static_cast<std::size_t>(node.link.joint)];
+      // The transitions of CiA 402 take their own periods; the plant behind them needs no further time.
       plant.start_up_periods = 0;
       plant.homed = node.link.axis.absolute;
+      // The plant calls the place home where its index pulse is; the drive's home offset (0x607C) is the
+      // position that this place gets.
       plant.home = node.home - plant.index_distance;
       out.back().push_back(std::make_unique<EmulatedNode>(EmulatedNode::Config{
           node.link.id,
@@ -68,9 +71,13 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
 
 void EmulatedCanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
   master_->exchange(setpoints, feedback);
+  // Before the first frame the master knows no position. The rehearsal shows where the axes really stand, as
+  // the operator would see it.
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     for (const NodeLink& link : master_->master(i).nodes())
       if (!link.axis().measured_once()) feedback.q[link.config().joint] = standing_[link.config().joint];
+  // Behind the master's part: what it has sent in this period goes over the bus now, and is heard in the
+  // next.
   for (auto& bus : buses_) bus->run_until(bus->now_ns() + period_ns_);
   probe_.step();
 }

@@ -77,6 +77,7 @@ void EmulatedDrive::fail(std::uint16_t code) {
 }
 
 void EmulatedDrive::lose_connection(std::uint16_t code) {
+  // A drive without power has nothing to bring to a stand.
   if (powered()) fail(code);
 }
 
@@ -84,12 +85,14 @@ int EmulatedDrive::take_emergency() { return std::exchange(emergency_, -1); }
 
 void EmulatedDrive::step() {
   const auto control = static_cast<std::uint16_t>(control_.get());
+  // The state first: in the period in which it is enabled the drive takes its first target.
   obey_controlword(control);
   mode_now_ = mode_.get();
   if (state_ == Cia402State::kOperationEnabled && joint_.state() == DriveState::kEnabled) {
     step_homing(control);
     q_target_ = target();
   } else {
+    // Switched off, the target goes with the axis, so that nothing jumps when power comes back.
     q_target_ = joint_.measured();
     profile_speed_ = 0;
   }
@@ -104,17 +107,21 @@ void EmulatedDrive::step() {
 // Table of commands, CiA 402-2, 8.4.1; one transition a period
 void EmulatedDrive::obey_controlword(std::uint16_t control) {
   using S = Cia402State;
+  // An edge: a master that holds the bit high resets once.
   const bool reset = (control & ~control_before_) & controlword::kFaultReset;
   if (state_ == S::kFault) {
     if (!reset) return;
     joint_.reset();
     state_ = S::kSwitchOnDisabled;
     homing_error_ = false;
+    // An emergency message with the code 0 tells that the error is gone (CiA 301).
     raise(0);
     return;
   }
   if (state_ == S::kFaultReactionActive || state_ == S::kNotReady) return;
   const unsigned low = control & 0x0Fu;
+  // In the order of the command table: bit 1 (voltage) at 0 beats all others, then bit 2 (quick stop), bit 0
+  // and bit 3.
   if (!(low & 2)) {
     if (powered()) joint_.disable();
     state_ = S::kSwitchOnDisabled;
@@ -125,6 +132,8 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
     } else if (state_ != S::kQuickStopActive) {
       state_ = S::kSwitchOnDisabled;
     }
+    // Nothing leads on from Quick Stop Active but Disable Voltage (0x605A = 2), and its own end in
+    // `follow_joint`.
   } else if (state_ == S::kQuickStopActive) {
     return;
   } else if (!(low & 1)) {
@@ -144,6 +153,8 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
 void EmulatedDrive::follow_joint() {
   using S = Cia402State;
   const bool faulty = state_ == S::kFault || state_ == S::kFaultReactionActive;
+  // The plant finds faults by itself (a lag, a switch, a search in vain), and the drive tells of them with
+  // the code that CiA 402 has for each.
   if (joint_.state() == DriveState::kFault && !faulty) {
     state_ = S::kFaultReactionActive;
     homing_error_ = joint_.fault() == Fault::kHomingFailed;
@@ -152,6 +163,7 @@ void EmulatedDrive::follow_joint() {
           : joint_.fault() == Fault::kLimitSwitch  ? kLimitSwitchCode
                                                    : kHomingCode);
   }
+  // First it brakes, and only at rest it is in Fault and can be reset.
   if (state_ == S::kFaultReactionActive && !joint_.braking()) state_ = S::kFault;
   if (state_ == S::kQuickStopActive && joint_.state() == DriveState::kOff) state_ = S::kSwitchOnDisabled;
   if (homing_ && joint_.state() == DriveState::kEnabled && joint_.homed()) {
@@ -162,8 +174,10 @@ void EmulatedDrive::follow_joint() {
 
 double EmulatedDrive::target() {
   if (mode_now_ == mode_number(Cia402Mode::kCyclicPosition)) return cyclic_target();
+  // Cyclic velocity: the speed is added up from the last target, as the loop in a drive does.
   if (mode_now_ == mode_number(Cia402Mode::kCyclicVelocity))
     return q_target_ + counts_to_unit(static_cast<double>(target_velocity_.get())) * config_.period_s;
+  // Interpolation runs only while bit 4 enables it; else the drive holds its last target.
   if (mode_now_ == mode_number(Cia402Mode::kInterpolatedPosition) && (control_.get() & controlword::kBit4))
     return counts_to_unit(static_cast<double>(interpolation_.get()));
   if (mode_now_ == mode_number(Cia402Mode::kProfilePosition)) return profile_target();
@@ -173,6 +187,7 @@ double EmulatedDrive::target() {
 // A straight line to the last target, over the time until the next one
 double EmulatedDrive::cyclic_target() {
   const double goal = counts_to_unit(static_cast<double>(target_position_.get()));
+  // A new target begins a new line. One that comes again lets the line run out.
   if (goal != cyclic_goal_) steps_left_ = config_.interpolation_steps;
   cyclic_goal_ = goal;
   if (steps_left_ <= 1) return goal;
@@ -188,6 +203,7 @@ double EmulatedDrive::profile_target() {
   const double a = std::max(1.0, static_cast<double>(store_.integer({0x6083, 0}))) / scale;
   const double v_max = std::max(1.0, static_cast<double>(store_.integer({0x6081, 0}))) / scale;
   const double way = profile_goal_ - q_target_;
+  // The speed from which the way that is left is just enough to stop: v^2 = 2 a s.
   const double v_wanted = std::copysign(std::min(v_max, std::sqrt(2 * a * std::abs(way))), way);
   profile_speed_ += std::clamp(v_wanted - profile_speed_, -a * dt, a * dt);
   const double step = profile_speed_ * dt;
@@ -201,9 +217,11 @@ void EmulatedDrive::step_homing(std::uint16_t control) {
   attained_ = homing_error_ = false;
   const std::int64_t method = store_.integer({0x6098, 0});
   if (method == kIndexMethod) {
+    // Method 5: the home switch at the lower end, then the index pulse.
     homing_ = true;
     joint_.home();
   } else if (method == kHereMethod || method == kHereMethodOld) {
+    // Method 37, and 35 as it was numbered before: home is where the axis stands.
     joint_.take_position(counts_to_unit(static_cast<double>(store_.integer({0x607C, 0}))));
     q_target_ = joint_.measured();
     attained_ = true;
@@ -223,6 +241,7 @@ void EmulatedDrive::touch(bool contact, double q) {
   contact_ = contact;
   const std::int64_t function = touch_function_.get(), status = touch_status_.get();
   const std::int64_t wanted = contact ? 1 << 4 : 1 << 5, stored = contact ? 1 << 1 : 1 << 2;
+  // Only the edge that is armed, and only the first one: a bouncing contact must not write over it.
   if (!(status & 1) || !(function & wanted) || (status & stored)) return;
   (contact ? touch_rise_ : touch_fall_).set(std::llround(q * config_.counts_per_unit));
   touch_status_.set(status | stored);
@@ -249,6 +268,7 @@ void EmulatedDrive::report() {
   const double q = joint_.measured();
   position_.set(std::llround(q * config_.counts_per_unit));
   velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit));
+  // Limit switches are named by the drive's own direction, which is the other way round on a reversed axis.
   const bool positive = config_.counts_per_unit > 0 ? q > 0 : q < 0;
   const std::int64_t touch = contact_ ? std::int64_t{1} << config_.touch_input_bit : 0;
   inputs_.set((joint_.on_limit_switch() ? (positive ? 2 : 1) : 0) | touch);

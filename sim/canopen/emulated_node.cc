@@ -32,6 +32,7 @@ bool EmulatedNode::next_frame(std::int64_t now_ns, CanFrame& frame) {
 }
 
 void EmulatedNode::boot(std::int64_t now_ns, bool power) {
+  // A reset of communication keeps what the drive itself was set to; power loses all that was not stored.
   store_.restore(!power);
   if (power) drive_.power_cycle();
   sdo_.reset();
@@ -50,6 +51,8 @@ void EmulatedNode::boot(std::int64_t now_ns, bool power) {
 void EmulatedNode::obey_nmt(NmtCommand command, std::int64_t now_ns) {
   switch (command) {
     case NmtCommand::kStart:
+      // The mapping is taken over on the way into Operational, once: what is written later does not act
+      // before.
       if (nmt_ != NmtState::kOperational) map_pdos();
       nmt_ = NmtState::kOperational;
       last_sync_ns_ = now_ns;
@@ -59,6 +62,7 @@ void EmulatedNode::obey_nmt(NmtCommand command, std::int64_t now_ns) {
       drive_.lose_connection(kHeartbeatCode);
       break;
     case NmtCommand::kPreOperational:
+      // Setpoints cannot come any more, so an enabled drive brakes.
       if (nmt_ == NmtState::kOperational) drive_.lose_connection(kHeartbeatCode);
       nmt_ = NmtState::kPreOperational;
       break;
@@ -106,6 +110,7 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
     return obey_nmt(static_cast<NmtCommand>(frame.data[0]), now_ns);
   if (frame.id == cob::kGuard + id && frame.remote) {
     CanFrame answer = heartbeat_frame(config_.id, nmt_);
+    // The toggle bit of node guarding, by which the master tells that an answer is a new one (CiA 301).
     answer.data[0] |= guard_toggle_ ? 0x80 : 0;
     guard_toggle_ = !guard_toggle_;
     return put(answer, now_ns);
@@ -115,6 +120,8 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
     master_seen_ns_ = now_ns;
     master_known_ = true;
   }
+  // Stopped, a node answers to network management and guarding only; SDO needs Pre-operational, PDOs
+  // Operational.
   if (nmt_ == NmtState::kStopped) return;
   for (sdo_.receive(frame, answers_); !answers_.empty(); answers_.pop()) put(answers_.front(), now_ns);
   if (nmt_ != NmtState::kOperational) return;
@@ -127,11 +134,13 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
 void EmulatedNode::take_rpdo(const CanFrame& frame) {
   for (MappedPdo& pdo : rpdos_) {
     if (pdo.id == 0 || frame.id != pdo.id) continue;
+    // A PDO that is too short would leave half of a setpoint from before.
     if (frame.size < pdo.size) {
       drive_.fail(kPdoLengthCode);
       continue;
     }
     pdo.data = frame.data;
+    // Kept until SYNC: all drives of the bus take their setpoints in the same moment.
     pdo.pending = true;
   }
 }
@@ -148,6 +157,7 @@ void EmulatedNode::on_sync(std::int64_t now_ns) {
     }
   }
   step_drive(now_ns);
+  // Transmission types 1 to 240: with every so many SYNC frames. Others are no business of SYNC.
   for (MappedPdo& pdo : tpdos_)
     if (pdo.id != 0 && pdo.transmission >= 1 && pdo.transmission <= 240 && ++pdo.count >= pdo.transmission)
       send_tpdo(pdo, now_ns);
@@ -161,12 +171,14 @@ void EmulatedNode::send_tpdo(MappedPdo& pdo, std::int64_t now_ns) {
     std::copy_n(bytes->begin(), size, frame.data.begin() + frame.size);
     frame.size = static_cast<std::uint8_t>(frame.size + size);
   }
+  // The position lies behind the status word in the first PDO.
   if (lie_ != 0 && frame.size >= 6)
     put_le(frame.data.data() + 2, 4,
            static_cast<std::uint64_t>(get_le_signed(frame.data.data() + 2, 4) + lie_));
   frame.fd = config_.fd;
   if (frame.fd) frame.size = static_cast<std::uint8_t>(fd_size(frame.size));
   if (short_ && frame.size > 0) frame.size = static_cast<std::uint8_t>(std::min(frame.size - 1, 8));
+  // Each frame waits until the next one comes, so that every two go in the wrong order.
   if (reorder_) std::swap(frame, held_back_);
   if (reorder_ && frame.id == 0) return;
   put(frame, now_ns);
@@ -210,6 +222,7 @@ void EmulatedNode::poll(std::int64_t now_ns) {
   watch_master(now_ns);
   const auto period_ns = static_cast<std::int64_t>(config_.drive.period_s * 1e9);
   if (now_ns - last_sync_ns_ > config_.sync_periods_max * period_ns) drive_.lose_connection(kSyncCode);
+  // Two periods of grace: SYNC that is a little late must not make the drive step twice.
   while (now_ns - last_step_ns_ > 2 * period_ns) {
     const std::int64_t next_ns = last_step_ns_ + period_ns;
     step_drive(now_ns);

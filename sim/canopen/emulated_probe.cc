@@ -45,6 +45,8 @@ void EmulatedProbe::step() TRN_RT {
   if (plates_.empty()) return;
   const JointVec q = where();
   if (plates_.touches(q, tool_offset_) != contact_) {
+    // All drives latch the position of the same moment, each its own: together they are the place where the
+    // tip touched.
     const double share = share_at_change(q);
     contact_ = !contact_;
     for (const auto& [node, joint] : nodes_)

@@ -56,6 +56,7 @@ FaultScript read_fault_script(const ConfigTable& root) {
 void FaultScript::run(std::vector<std::unique_ptr<EmulatedNode>>& nodes, std::size_t bus,
                       std::int64_t since_begin_ns, std::int64_t now_ns) {
   for (Event& event : events) {
+    // Once each, in the first turn at or behind its time.
     if (event.done || event.bus != bus || event.at_s * 1e9 > static_cast<double>(since_begin_ns)) continue;
     event.done = true;
     for (auto& node : nodes)

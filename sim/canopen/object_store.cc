@@ -16,6 +16,7 @@ ObjectStore::ObjectStore(const ObjectDictionary& dictionary, int pdo_bytes)
 }
 
 void ObjectStore::restore(bool communication_only) {
+  // 0x1000 to 0x1FFF is the communication profile.
   for (const auto& [key, entry] : dictionary_.entries)
     if (!communication_only || key.index < 0x2000) values_[key] = entry.value;
 }
@@ -52,12 +53,14 @@ std::uint32_t ObjectStore::write(ObjectKey key, std::span<const std::uint8_t> by
   const DictionaryEntry& entry = dictionary_.entries.at(key);
   const bool mapping_count = is_mapping(key.index) && key.sub == 0;
   if (!entry.writable && !mapping_count) return sdo_abort::kReadOnly;
+  // Strings and domains have no size of their own, and any length fits.
   const std::size_t size = static_cast<std::size_t>(bits_of(entry.type) / 8);
   if (size != 0 && bytes.size() > size) return sdo_abort::kTooLong;
   if (size != 0 && bytes.size() < size) return sdo_abort::kTooShort;
   const std::int64_t value = decode_integer(entry.type, bytes);
   if (size != 0 && entry.high && value > *entry.high) return sdo_abort::kValueHigh;
   if (size != 0 && entry.low && value < *entry.low) return sdo_abort::kValueLow;
+  // Checked last: a value that does not even fit its object is refused for that reason.
   if (const std::uint32_t refused = check_pdo_write(key, value)) return refused;
   found->second.assign(bytes.begin(), bytes.end());
   return 0;
@@ -88,6 +91,7 @@ std::uint32_t ObjectStore::check_mapping_length(ObjectKey key, std::int64_t coun
   for (std::int64_t sub = 1; sub <= count; ++sub) {
     const ObjectKey object{key.index, static_cast<std::uint8_t>(sub)};
     if (!has(object)) return sdo_abort::kValueHigh;
+    // The low byte of a mapping entry is the object's length in bits.
     bits += integer(object) & 0xFF;
   }
   return bits > 8 * pdo_bytes_ ? sdo_abort::kPdoLength : 0;

@@ -35,6 +35,8 @@ void SdoServer::receive(const CanFrame& frame, FrameQueue& answers) {
   answers_ = &answers;
   const unsigned command = frame.data[0];
   if (command == 0x80) return reset();
+  // Inside a block the first byte is a number and no command, so this is asked before commands are told
+  // apart.
   if (mode_ == Mode::kBlockDownload) return take_block_segment(frame);
   const unsigned specifier = command >> 5;
   const bool initiates = specifier == 1 || specifier == 2 || (specifier == 6 && (command & 1) == 0) ||
@@ -59,6 +61,7 @@ void SdoServer::receive(const CanFrame& frame, FrameQueue& answers) {
 }
 
 std::uint32_t SdoServer::load() {
+  // A fault that a script has asked for: the object exists, and this drive refuses it.
   if (refused_code_ != 0 && key_.index == refused_index_) return refused_code_;
   position_ = 0;
   toggle_ = false;
@@ -79,6 +82,7 @@ void SdoServer::start_download(const CanFrame& frame) {
   if (command & 2) {
     const std::size_t size = command & 1 ? 4 - (command >> 2 & 3) : 4;
     data_.assign(frame.data.begin() + 4, frame.data.begin() + 4 + static_cast<std::ptrdiff_t>(size));
+    // An abort is an answer as well: where one has been put, the confirmation is left out.
     const std::size_t before = answers_->size();
     store();
     if (answers_->size() == before) answer({0x60, low, high, key_.sub});
@@ -134,6 +138,7 @@ void SdoServer::start_block_download(const CanFrame&) {
   data_.clear();
   mode_ = Mode::kBlockDownload;
   sequence_ = 0;
+  // Answer to the request for a block download, with the bit that says that the checksum is known (CiA 301).
   answer({0xA4, static_cast<std::uint8_t>(key_.index), static_cast<std::uint8_t>(key_.index >> 8), key_.sub,
           kBlock});
 }
@@ -181,11 +186,13 @@ void SdoServer::block_upload(const CanFrame& frame) {
   }
   if (mode_ != Mode::kBlockUpload) return step == 1 ? void() : abort(sdo_abort::kCommand);
   if (step == 3) return give_block();
+  // The client confirms the end of the transfer.
   if (step == 1) return reset();
   position_ = std::min(block_start_ + kSegment * frame.data[1], data_.size());
   block_size_ = std::clamp<int>(frame.data[2], 1, kBlock);
   if (position_ < data_.size()) return give_block();
   const std::size_t in_last = data_.size() % kSegment;
+  // An object without any byte goes as one segment of which all seven bytes are unused.
   const std::size_t unused = in_last == 0 && !data_.empty() ? 0 : kSegment - in_last;
   const std::uint16_t crc = sdo_crc(data_);
   answer({static_cast<std::uint8_t>(0xC1 | unused << 2), static_cast<std::uint8_t>(crc),

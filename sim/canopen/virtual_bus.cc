@@ -39,6 +39,7 @@ class VirtualBus::Endpoint final : public CanEndpoint {
   BusState state() const TRN_RT override { return bus_ ? bus_->state_ : BusState::kDown; }
   std::int64_t now_ns() const TRN_RT override { return bus_ ? bus_->now_ns_ : 0; }
   void wait(std::int64_t timeout_ns) override {
+    // Who waits lets the virtual time pass; nothing here waits for the host's clock.
     if (bus_) bus_->run_until(bus_->now_ns_ + timeout_ns);
   }
   std::string recover() override {
@@ -119,6 +120,7 @@ void VirtualBus::deliver(const CanFrame& frame, Endpoint* sender) {
   ++frames_;
   if (listener_) listener_(heard);
   for (EmulatedNode* node : nodes_) node->receive(heard, now_ns_);
+  // Only the host's controller is off the bus. The nodes go on hearing each other.
   if (state_ != BusState::kOnline) return;
   for (Endpoint* endpoint : endpoints_) endpoint == sender ? endpoint->confirm() : endpoint->hear(heard);
 }
@@ -140,6 +142,8 @@ void VirtualBus::run_until(std::int64_t time_ns) {
     if (now_ns_ >= next_poll_ns_) poll_nodes();
     if (!in_flight_ && pick(current_, current_sender_)) {
       in_flight_ = true;
+      // A frame that has begun is not interrupted: who is ready meanwhile waits for its end, and then the
+      // lowest identifier goes first.
       const std::int64_t takes_ns = duration_ns(current_);
       end_ns_ = now_ns_ + takes_ns;
       busy_ns_ += takes_ns;

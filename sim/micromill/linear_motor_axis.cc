@@ -22,6 +22,7 @@ void LinearMotorAxis::place(double x_mm) {
 }
 
 void LinearMotorAxis::set_enabled(bool enabled) TRN_RT {
+  // The loop begins at rest, without a memory of the time when the axis was pushed about by hand.
   if (enabled && !enabled_) {
     target_ = measured_before_ = x_;
     target_slope_ = slope_before_ = target_curve_ = integral_ = v_measured_ = 0;
@@ -37,6 +38,8 @@ void LinearMotorAxis::begin_period(double target_mm, double duration_s) TRN_RT {
 
 void LinearMotorAxis::step(double external_N, double dt_s) TRN_RT {
   target_ += target_slope_ * dt_s;
+  // The amplifier closes its loop several times in a period of the control, but more seldom than the
+  // mechanics are computed.
   if (steps_to_drive_-- <= 0) {
     steps_to_drive_ = config_.steps_per_drive_period - 1;
     drive_loop(dt_s * config_.steps_per_drive_period);
@@ -47,6 +50,8 @@ void LinearMotorAxis::step(double external_N, double dt_s) TRN_RT {
   const double motor_N = config_.force_N_A * (flowing_A_ + flow_noise_A_);
   const double sum_N = motor_N - friction_N_ - ripple_now_N_ + external_N;
   v_ += dt_s * (kMmPerM * sum_N / config_.mass_kg - config_.damping_1_s * v_);
+  // The new speed moves the place (semi-implicit Euler): so a swinging system does not gain energy from the
+  // steps.
   x_ += dt_s * v_;
 }
 
@@ -59,6 +64,8 @@ void LinearMotorAxis::drive_loop(double dt_s) TRN_RT {
   command_A_ = 0;
   if (enabled_) {
     const double w = config_.loop_rad_s, error = target_ - measured;
+    // PID with three equal poles at -w: (s + w)^3 = s^3 + 3 w s^2 + 3 w^2 s + w^3, with acceleration and
+    // damping of the target fed forward.
     const double wanted = target_curve_ + config_.damping_nominal_1_s * target_slope_ +
                           3 * w * (target_slope_ - v_measured_) + 3 * w * w * error + w * w * w * integral_;
     const double per_A = kMmPerM * config_.force_nominal_N_A / config_.mass_nominal_kg;
@@ -67,12 +74,14 @@ void LinearMotorAxis::drive_loop(double dt_s) TRN_RT {
                            config_.current_step_A);
     if (std::abs(unlimited) < config_.current_max_A) integral_ += dt_s * error;  // else it would wind up
   }
+  // What the drive tells has the noise of its own measurement on top of the current that really flows.
   const double reading = flowing_A_ + flow_noise_A_ + config_.current_read_noise_A * noise_.gaussian();
   reading_sum_A_ += quantised(reading, config_.current_step_A);
   ++readings_;
 }
 
 double LinearMotorAxis::ripple_N(double x_mm) const TRN_RT {
+  // The harmonics are the powers of one rotation, so a single sine and cosine give all of them.
   const std::complex<double> turn = std::polar(1.0, 2 * kPi * x_mm / config_.magnet_pitch_mm);
   std::complex<double> harmonic = turn;
   double sum = 0;

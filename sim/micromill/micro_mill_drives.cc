@@ -29,6 +29,7 @@ void MicroMillDrives::obey_requests() TRN_RT {
 
 void MicroMillDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
   obey_requests();
+  // Without power the target stands still where it was; the axes are free.
   Eigen::Vector3d target(plant_.axis(0).target_mm(), plant_.axis(1).target_mm(), plant_.z_mm());
   if (state_ == DriveState::kEnabled) target = setpoints.q.head<3>();
   plant_.step(target);
@@ -71,6 +72,7 @@ MicroMillDrives::Config read_micro_mill_drives(const Machine& machine, const Con
   const auto seed = static_cast<std::uint64_t>(drives.integer("seed", 0, Range{0, 1e9}));
   config.plant = micro_mill_plant(seed, machine.period_s);
   const double error = drives.number("mass_error", 0, Range{-0.2, 0.2});
+  // The real mass only. The drive and the estimator go on working with the nominal one.
   for (LinearMotorAxis::Config& axis : config.plant.axes) axis.mass_kg *= 1 + error;
   const std::string part = drives.choice("part", {"none", "round", "square"}, "none");
   if (part == "round") config.part.emplace(PartSurface::Config{PartSurface::Shape::kRound});

@@ -25,15 +25,19 @@ Vector2d MicroMillPlant::block_force_N(const Vector2d& holder_mm) const TRN_RT {
   Vector2d force = Vector2d::Zero();
   for (int i = 0; i < 2; ++i) {
     const double pressed = holder_mm[i] - config_.block_mm[static_cast<std::size_t>(i)];
+    // A block pushes and does not pull: the tool bends like a spring once it touches.
     if (pressed > 0) force[i] = -config_.cutter.stiffness_N_mm[i] * pressed;
   }
   return force;
 }
 
 void MicroMillPlant::step(const Eigen::Vector3d& target_mm) TRN_RT {
+  // The cutter's teeth and the bristles of friction swing within a fraction of a period, so the stage is
+  // computed in small steps and reported by its means.
   const double dt_s = config_.period_s / config_.steps_per_period;
   for (int i = 0; i < 2; ++i) axes_[static_cast<std::size_t>(i)].begin_period(target_mm[i], config_.period_s);
   z_mm_ = target_mm[2];
+  // Below the plate there is nothing more to cut.
   const double depth_mm = part_ ? std::min(-z_mm_, config_.plate_mm) : 0.0;
   Vector2d force_sum = Vector2d::Zero(), disturbance_sum = force_sum, deflection_sum = force_sum;
   for (int step = 0; step < config_.steps_per_period; ++step) {
@@ -62,6 +66,7 @@ namespace {
 // docs/sources.md S5.1: J (mm/s^2 per A), alpha (1/s) and mass (kg); force per current is J M.
 LinearMotorAxis::Config nominal_axis(double gain, double damping, double mass, double coulomb_N) {
   LinearMotorAxis::Config axis;
+  // J is mm/s^2 per A; times the mass it is a force in mN, hence the thousand.
   axis.force_N_A = axis.force_nominal_N_A = gain * mass / 1000;
   axis.mass_kg = axis.mass_nominal_kg = mass;
   axis.damping_1_s = axis.damping_nominal_1_s = damping;
@@ -112,6 +117,8 @@ MicroMillPlant::Config micro_mill_plant(std::uint64_t seed, double period_s) {
   plant.axes[0].ripple_phase_rad = {0.4, 1.9, 3.1, 5.0};
   plant.axes[1].ripple_phase_rad = {2.2, 0.3, 4.4, 1.0};
   plant.cutter.step_s = period_s / plant.steps_per_period;
+  // Seed 0 is the stage of the paper. Any other is one like it, as two machines of a series differ; the same
+  // seed is always the same stage.
   NoiseSource noise(seed);
   if (seed != 0) {
     for (LinearMotorAxis::Config& axis : plant.axes) vary_axis(axis, noise);

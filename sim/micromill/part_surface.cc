@@ -22,6 +22,8 @@ PartSurface::PartSurface(const Config& config)
 
 double PartSurface::distance_mm(const Eigen::Vector2d& p_mm) const TRN_RT {
   const Eigen::Vector2d d = p_mm - config_.middle_mm;
+  // The distance of a square is that of the square through the point, so its sides are places of equal
+  // distance.
   return config_.shape == Shape::kRound ? d.norm() : d.cwiseAbs().maxCoeff();
 }
 
@@ -44,6 +46,8 @@ bool PartSurface::cut(const Eigen::Vector2d& p_mm) TRN_RT {
 void PartSurface::settle(const Eigen::Vector2d& centre_mm) TRN_RT {
   const int bins = config_.bins, at = bin_of(centre_mm);
   if (settled_to_ < 0) settled_to_ = at;
+  // What lies so far behind the tool cannot be touched by it any more and counts as surface for the next
+  // turn.
   const int behind = static_cast<int>(kBehindRad / (2 * kPi) * bins);
   int ahead = (at - settled_to_ + bins) % bins;  // 0 .. bins; more than half a turn means backwards
   const int step = ahead <= bins / 2 ? 1 : -1;
@@ -60,6 +64,7 @@ double PartSurface::diameter_mm() const {
   double sum = 0;
   int count = 0;
   for (int i = 0; i < config_.bins; ++i) {
+    // Around the place where the tool comes in and leaves it marks the part; the measurement leaves that out.
     if (std::abs(2 * kPi * (i + 0.5) / config_.bins - kPi) < kMarkRad) continue;
     sum += nearest_[static_cast<std::size_t>(i)];
     ++count;

@@ -40,6 +40,7 @@ EmulatedCabinet::EmulatedCabinet(const ModbusIoConfig& config, const std::vector
     lines_.push_back(std::make_unique<EmulatedLine>(devices.lines[i].address, units));
   }
   for (const std::string& name : names_of(devices)) set(name, 0);
+  // A first step, so that the inputs have their values before anybody asks.
   step(0);
 }
 
@@ -75,6 +76,7 @@ void EmulatedCabinet::step_spindle(double dt_s) {
   const ModbusIoConfig::Spindle& spindle = config_.spindle;
   const bool runs = spindle.run.empty() || get(spindle.run) != 0;
   const double wanted = runs ? get(spindle.speed) : 0;
+  // The spindle comes up at a constant rate, so that a program really has to wait for its speed.
   rpm_ += std::clamp(wanted - rpm_, -kRpmPerS * dt_s, kRpmPerS * dt_s);
   set(spindle.actual, rpm_);
   set(spindle.at_speed, std::abs(wanted - rpm_) <= kAtSpeedRpm ? 1 : 0);
@@ -84,6 +86,7 @@ void EmulatedCabinet::step(double dt_s) {
   time_s_ += dt_s;
   for (const EmulatedValue& value : values_) set(value.name, value.start + value.rate_per_s * time_s_);
   step_spindle(dt_s);
+  // The first inputs are wired to the outputs of the same number, so that M66 has something to wait for.
   const std::size_t wires = std::min(config_.digital_inputs.size(), config_.digital_outputs.size());
   for (std::size_t i = 0; i < wires; ++i) set(config_.digital_inputs[i], get(config_.digital_outputs[i]));
 }

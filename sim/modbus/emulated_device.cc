@@ -7,6 +7,7 @@ namespace {
 enum Exception : std::uint8_t { kIllegalFunction = 1, kIllegalAddress = 2, kIllegalValue = 3 };
 
 constexpr std::size_t kReadSize = 5, kWriteHead = 6;
+// The most that one request may ask for by the Modbus application protocol.
 constexpr int kBitsMax = 2000, kWordsMax = 125, kWriteBitsMax = 1968, kWriteWordsMax = 123;
 
 int word_at(std::span<const std::uint8_t> bytes, std::size_t at) { return bytes[at] << 8 | bytes[at + 1]; }
@@ -17,6 +18,7 @@ void put_word(EmulatedDevice::Pdu& pdu, int value) {
 }
 
 EmulatedDevice::Pdu refuse(std::uint8_t function, Exception code) {
+  // An exception answer has bit 7 of the function set (Modbus application protocol).
   return {static_cast<std::uint8_t>(function | 0x80u), code};
 }
 
@@ -64,6 +66,7 @@ EmulatedDevice::Pdu EmulatedDevice::read_bits(std::span<const std::uint8_t> requ
   if (request.size() != kReadSize || !good_count(word_at(request, 3), kBitsMax))
     return refuse(request[0], kIllegalValue);
   const int first = word_at(request, 1), count = word_at(request, 3);
+  // One address that does not exist refuses the whole request, as real devices do.
   if (!has(table, first, count)) return refuse(request[0], kIllegalAddress);
   Pdu out{request[0], static_cast<std::uint8_t>((count + 7) / 8)};
   out.resize(2 + static_cast<std::size_t>(out[1]), 0);
@@ -88,6 +91,7 @@ EmulatedDevice::Pdu EmulatedDevice::write_one(std::span<const std::uint8_t> requ
   if (request.size() != kReadSize) return refuse(request[0], kIllegalValue);
   const int address = word_at(request, 1), value = word_at(request, 3);
   const bool coil = table == ModbusTable::kCoil;
+  // A coil is written as 0 or 0xFF00, nothing else is legal.
   if (coil && value != 0 && value != 0xFF00) return refuse(request[0], kIllegalValue);
   if (!has(table, address, 1)) return refuse(request[0], kIllegalAddress);
   set(table, address, static_cast<std::uint16_t>(coil ? value != 0 : value));

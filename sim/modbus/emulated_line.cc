@@ -45,9 +45,11 @@ EmulatedLine::~EmulatedLine() {
 void EmulatedLine::listen_on(int port) {
   listener_ = socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   const int on = 1;
+  // A rehearsal that is started again at once finds the port free, though old connections are still closing.
   setsockopt(listener_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   sockaddr_in here{};
   here.sin_family = AF_INET;
+  // This host only: nobody else has anything to ask of an emulated cabinet.
   here.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
   here.sin_port = htons(static_cast<std::uint16_t>(port));
   sockaddr general{};
@@ -70,6 +72,8 @@ void EmulatedLine::open_terminal(const std::string& name) {
   cfmakeraw(&settings);
   tcsetattr(fd, TCSANOW, &settings);
   struct stat status {};
+  // A link that an earlier run has left behind. Anything else of this name, such as a real serial line,
+  // stays.
   if (lstat(name.c_str(), &status) == 0 && S_ISLNK(status.st_mode)) unlink(name.c_str());
   clients_.push_back({fd, {}});
   if (symlink(other.data(), name.c_str()) != 0) {
@@ -116,6 +120,7 @@ void EmulatedLine::serve() {
     if (tcp_) waiting.push_back({listener_, POLLIN, 0});
     poll(waiting.data(), waiting.size(), kPollMs);
     if (tcp_ && waiting.back().revents) accept_client();
+    // From the last one, so that erasing does not move those still to come.
     for (std::size_t i = clients_.size(); i-- > 0;) {
       const bool ready = i < waiting.size() && waiting[i].fd == clients_[i].fd && waiting[i].revents;
       if (!ready || read_from(clients_[i]) || !tcp_) continue;
@@ -138,6 +143,7 @@ bool EmulatedLine::read_from(Client& client) {
   const ssize_t count = read(client.fd, in.data(), in.size());
   if (count <= 0) return count < 0 && errno == EAGAIN;
   client.bytes.insert(client.bytes.end(), in.begin(), in.begin() + count);
+  // One read may hold several requests, or a part of one.
   while (const auto request = tcp_ ? take_tcp_request(client.bytes) : take_rtu_request(client.bytes))
     answer(client.fd, *request);
   return true;
@@ -149,6 +155,7 @@ EmulatedDevice::Pdu EmulatedLine::answer_of(const ModbusRequest& request, Troubl
   if (found == units_.end()) return {};
   trouble = found->second.trouble;
   EmulatedDevice::Pdu pdu = found->second.device.answer(request.pdu);
+  // Functions 3 and 4 answer with registers; a lie is added to each of them.
   const bool registers = pdu[0] == 3 || pdu[0] == 4;
   for (std::size_t i = 2; registers && trouble.lie != 0 && i + 1 < pdu.size(); i += 2) {
     const int value = (pdu[i] << 8 | pdu[i + 1]) + trouble.lie;
@@ -173,6 +180,7 @@ bool EmulatedLine::make_noise(const ModbusRequest& request, const EmulatedDevice
   const std::lock_guard lock(mutex_);
   if (!noise_) return false;
   std::mt19937& random = *noise_;
+  // The nearer noise comes to a sound answer, the further into the master's checks it gets.
   const unsigned kind = random() % 8;  // 0: nothing fits; 1 to 7: ever more does
   EmulatedDevice::Pdu pdu(kind == 7 && !truth.empty() ? truth.size() : 1 + random() % 40);
   for (std::uint8_t& byte : pdu) byte = static_cast<std::uint8_t>(random());

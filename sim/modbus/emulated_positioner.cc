@@ -43,6 +43,7 @@ ObjectDictionary objects_of(const Joint& joint, double counts_per_unit) {
 SimulatedJoint::Config read_positioner_plant(const Machine& machine, const ConfigTable& drives, int joint) {
   const auto section = drives.table_if("emulation");
   Machine own = machine;
+  // A positioning drive closes its loop every millisecond, however seldom the line asks.
   own.period_s = kClock_s;
   const ConfigTable table = section ? *section : parse_config("", machine.root.file());
   SimulatedJoint::Config plant = read_simulated_drives(own, table).joints[static_cast<std::size_t>(joint)];
@@ -60,11 +61,13 @@ EmulatedPositioners::EmulatedPositioners(const Machine& machine, const ModbusDri
   }
   for (const ModbusAxisConfig& axis : config.axes) {
     SimulatedJoint::Config plant = read_positioner_plant(machine, drives, axis.joint);
+    // A drive with an absolute encoder knows its place from the start.
     plant.homed = axis.axis.absolute;
     Axis out{axis, nullptr, nullptr};
     const Joint& joint = machine.joints[static_cast<std::size_t>(axis.joint)];
     out.store = std::make_unique<ObjectStore>(objects_of(joint, axis.axis.counts_per_unit));
     EmulatedDrive::Config drive{plant, axis.axis.counts_per_unit, kClock_s};
+    // From one setpoint of the line to the next the drive goes evenly, in as many steps of its own clock.
     drive.interpolation_steps = static_cast<int>(std::lround(config.period_s / kClock_s));
     out.drive = std::make_unique<EmulatedDrive>(drive, *out.store);
     axes_.push_back(std::move(out));
@@ -94,6 +97,7 @@ void EmulatedPositioners::give_answer(Axis& axis) {
 
 void EmulatedPositioners::step(double dt_s) {
   left_s_ += dt_s;
+  // What is left of the period goes into the next call, so that no time is lost over a long run.
   for (; left_s_ >= kClock_s; left_s_ -= kClock_s) {
     for (Axis& axis : axes_) {
       take_command(axis);

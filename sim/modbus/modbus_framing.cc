@@ -35,9 +35,12 @@ std::optional<ModbusRequest> take_tcp_request(std::vector<std::uint8_t>& bytes) 
   if (bytes.size() < kMbapSize) return std::nullopt;
   const std::size_t length = static_cast<std::size_t>(bytes[4]) << 8 | bytes[5];
   if (bytes[2] != 0 || bytes[3] != 0 || length < 2 || length > kMbapLengthMax) {
+    // Not a Modbus header (protocol number 0, a length that a request can have): where the next begins cannot
+    // be known.
     bytes.clear();
     return std::nullopt;
   }
+  // The header's length counts from the unit on, which is the header's own last byte.
   const std::size_t size = kMbapSize - 1 + length;
   if (bytes.size() < size) return std::nullopt;
   ModbusRequest request{static_cast<std::uint16_t>(bytes[0] << 8 | bytes[1]), bytes[6], {}};
@@ -52,12 +55,15 @@ std::optional<ModbusRequest> take_rtu_request(std::vector<std::uint8_t>& bytes) 
   while (!bytes.empty()) {
     const auto size = rtu_request_size(bytes);
     if (size && (*size == 0 || bytes.size() < *size)) return std::nullopt;
+    // The checksum over a frame with its own checksum is 0, whatever the frame.
     if (size && modbus_crc({bytes.data(), *size}) == 0) {
       const auto end = bytes.begin() + static_cast<std::ptrdiff_t>(*size);
       ModbusRequest request{0, bytes[0], {bytes.begin() + 1, end - 2}};
       bytes.erase(bytes.begin(), end);
       return request;
     }
+    // No request begins here. The next byte is tried, so that a line with noise on it finds its way back by
+    // itself.
     bytes.erase(bytes.begin());
   }
   return std::nullopt;
@@ -80,6 +86,7 @@ std::vector<std::uint8_t> rtu_answer(const ModbusRequest& request, std::span<con
   out[0] = static_cast<std::uint8_t>(request.unit);
   std::copy(pdu.begin(), pdu.end(), out.begin() + 1);
   const std::uint16_t crc = modbus_crc({out.data(), pdu.size() + 1});
+  // On the serial line the checksum goes low byte first, all other words high byte first.
   out[pdu.size() + 1] = static_cast<std::uint8_t>(crc);
   out[pdu.size() + 2] = static_cast<std::uint8_t>(crc >> 8);
   return out;

@@ -10,6 +10,8 @@ void BoxTree::add(const PlaneBox& box) {
       level[index].extend(box);
     else
       level.push_back(box);
+    // Each level has one box for kFan of the level below, and grows only at its end: contours come move by
+    // move.
     index /= kFan;
   }
   while (levels_.back().size() > kFan) add_level();

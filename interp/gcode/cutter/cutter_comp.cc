@@ -34,6 +34,8 @@ bool line_circle(const Point& p, const Point& d, const Point& centre, double rad
   const double along = d.dot(centre - p);
   const double gap2 = (p + along * d - centre).squaredNorm();
   const double half2 = radius * radius - gap2;
+  // A line that just touches its circle misses it by rounding. A billionth of the radius squared counts as
+  // touching.
   if (half2 < -1e-9 * radius * radius) return false;
   const double half = std::sqrt(std::max(0.0, half2));
   const Point one = p + (along - half) * d, two = p + (along + half) * d;
@@ -68,6 +70,8 @@ void bend_entry(Element& e, const Point2& beside_end, double tool_radius) {
   const Point spoke = e.to - e.centre;
   const double size = spoke.norm();
   const Point u = spoke / size, d = beside_end - e.from;
+  // A circle through the start and the offset end has its centre on the spoke where both are as far away: |d
+  // - r u| = r gives r = d^2 / (2 d.u).
   const double radius = d.squaredNorm() / (2 * d.dot(u));
   if (size < tool_radius - kTiny || !(radius > kTiny) || !std::isfinite(radius))
     fail(GcodeErrorCode::kCompCorner, 1,
@@ -140,6 +144,7 @@ CutterComp::Element CutterComp::make_element(const CanonCommand& command, const 
     e.centre = {arc->centre1, arc->centre2};
     e.turn = arc->turns > 0 ? 1 : -1;
   } else {
+    // A move along the tool's axis, or of rotary axes alone, has no direction in the plane and so no side.
     e.shape = (e.to - e.from).norm() < kTiny ? Shape::kVertical : Shape::kLine;
   }
   return e;
@@ -154,6 +159,8 @@ void CutterComp::offset(Element& e) const {
     e.radius = (e.b - e.centre).norm();
     return;
   }
+  // G41 on a counterclockwise arc runs inside it, and the tool's centre on a smaller circle. If the tool does
+  // not fit in, no path is beside that arc.
   const bool inside = (e.turn > 0) == left_;
   const double size = (e.from - e.centre).norm();
   e.radius = inside ? size - radius_ : size + radius_;
@@ -188,6 +195,8 @@ CutterComp::Point CutterComp::meet(const Element& before, const Element& after, 
 // about the corner point; inside, both elements end where their offset curves meet (RS274/NGC appendix B).
 void CutterComp::corner(Element& before, Element& after) const {
   const Point t1 = tangent(before, true), t2 = tangent(after, false);
+  // Positive to the left. G41 at an inside corner of 30 degrees: the contour turns left by 150 degrees,
+  // towards the tool, and the tool stops short of the corner on both sides.
   const double turn = std::atan2(cross(t1, t2), t1.dot(t2));
   const bool reversal = std::fabs(turn) > kPi - kReversal_rad;
   // Where the contour turns back into itself, curvature says on which side of it the tool is.
@@ -197,6 +206,8 @@ void CutterComp::corner(Element& before, Element& after) const {
     after.a = before.b;
     before.bend_rad = std::max(before.bend_rad, std::fabs(turn));
     after.bend_rad = std::fabs(turn);
+    // Away from the tool: the tool's edge must stay on the corner point, so its centre goes round it by the
+    // radius.
   } else if (towards_tool <= 0) {
     before.rounded = true;
     before.round_to = after.a;
@@ -265,6 +276,7 @@ void CutterComp::move(const CanonCommand& command, const BlockPlace& at, CanonSi
   }
   Element e = make_element(command, at);
   if (e.shape == Shape::kVertical && !entered_) entry_too_short(0);
+  // It goes where the tool is in the plane, which is known once the move before it has its end.
   if (e.shape == Shape::kVertical) {
     programmed_ = target_of(command);
     waiting_.push_back(std::move(e));
@@ -272,6 +284,8 @@ void CutterComp::move(const CanonCommand& command, const BlockPlace& at, CanonSi
     if (!entered_) release(sink);
     return;
   }
+  // The entry brings the tool to the side of the contour: from the programmed place to a place square beside
+  // the end. A way shorter than the radius would bring it back through the corner.
   if (!entered_) {
     if (e.shape == Shape::kArc)
       bend_entry(e, Point(e.to + radius_ * side_normal(tangent(e, true))), radius_);
@@ -316,6 +330,8 @@ void CutterComp::release(CanonSink& sink) {
   const bool rounded = waiting_.front().rounded;
   const Point about = waiting_.front().to, round_to = waiting_.front().round_to;
   const std::uint32_t line = waiting_.front().place.line;
+  // In the order of the program: M codes and comments between two moves come when the first has come to its
+  // end.
   for (; !waiting_.empty(); waiting_.pop_front()) emit(waiting_.front(), sink);
   if (!rounded) return;  // what stood between the two moves happens before the corner
   tool_ = place(round_to, tool_);

@@ -52,6 +52,8 @@ void GougeCheck::Contour::clear() {
 
 void GougeCheck::Contour::keep(const Move& move, double touch) {
   const bool began = !moves.empty();
+  // Sums up to the beginning of each move, so that the area and the way between any two places take two
+  // subtractions, and a contour of a hundred thousand moves is not gone through for every one of them.
   area.push_back(began ? area.back() + swept_area(moves.back().contour) : 0);
   length.push_back(began ? length.back() + length_of(moves.back().contour) : 0);
   moves.push_back(move);
@@ -71,6 +73,8 @@ double GougeCheck::Contour::swept(std::size_t from, const Station& to) const {
 
 void GougeCheck::begin(double radius, bool left, double rounding) {
   radius_ = radius;
+  // The last digit of a program moves the wall by as much, in both directions. A tool that is nearer than its
+  // radius by only that has not gouged.
   least_ = std::max(0.0, radius * (1 - kMargin) - rounding);
   touch_ = std::max(kTouch, rounding);
   left_ = left;
@@ -244,6 +248,8 @@ bool GougeCheck::comes_back(const Station& station, double fraction) const {
 
 // What comes behind a closed contour. If that closes too, it may cut into the one before.
 void GougeCheck::follow(const Move& move, double first) {
+  // A tail is told only when the contour behind ends without a closing: if it closes as well, it was another
+  // lap and is judged as one.
   if (loop_.moves.empty() || tail_) return;
   if (const auto wall = wall_near(move, first, 1, loop_))
     tail_ = Gouge{move.place, loop_.moves[*wall].place, false};
@@ -255,6 +261,8 @@ void GougeCheck::close(const Station& start, double fraction) {
   TRN_CHECK(start.move <= contour_.last && contour_.last < contour_.moves.size());
   loop_area_ = enclosed(start, {contour_.last, fraction});
   const Move closing = contour_.moves.back();
+  // The tool's path is longer or shorter than its wall, so the place on the wall is carried over to the path
+  // beside it.
   const double at = fraction_of(closing.path, point_at(closing.contour, fraction));
   PlaneCurve& first_wall = contour_.moves[start.move].contour;
   PlaneCurve& last_wall = contour_.moves.back().contour;
@@ -288,6 +296,7 @@ bool GougeCheck::leads(std::size_t move, std::size_t neighbour) const {
   TRN_CHECK(move < contour_.moves.size() && neighbour < contour_.moves.size());
   TRN_CHECK(move != neighbour);
   const PlaneCurve& arc = contour_.moves[move].contour;
+  // Bent round the tool: counterclockwise for G41. An arc the other way would be a part of the work.
   if ((arc.turn > 0) != left_ || arc.turn == 0) return false;
   const bool before = move < neighbour;
   const Point one = direction_of(arc, before);

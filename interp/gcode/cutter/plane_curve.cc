@@ -22,6 +22,7 @@ double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.
 // True if the ray from the arc's centre to p meets the arc.
 bool faces(const PlaneCurve& arc, const Point& p) {
   TRN_CHECK(arc.turn != 0);
+  // Every point of the arc is as near to the centre as any other.
   if ((p - arc.centre).norm() < kTiny) return true;
   const double whole = sweep_of(arc.centre, arc.from, arc.to, arc.turn);
   const double part = sweep_of(arc.centre, arc.from, p, arc.turn);
@@ -43,6 +44,7 @@ double to_arc(const Point& p, const PlaneCurve& arc) {
 
 bool lines_cross(const PlaneCurve& one, const PlaneCurve& two) {
   const Point d1 = one.to - one.from, d2 = two.to - two.from;
+  // Each line has the ends of the other on its two sides.
   return cross(d1, two.from - one.from) * cross(d1, two.to - one.from) < 0 &&
          cross(d2, one.from - two.from) * cross(d2, one.to - two.from) < 0;
 }
@@ -136,6 +138,7 @@ double sweep_of(const Point& centre, const Point& from, const Point& to, int tur
   TRN_CHECK(turn == 1 || turn == -1);
   const Point a = from - centre, b = to - centre;
   double angle = turn * std::atan2(cross(a, b), a.dot(b));
+  // Equal ends are a full turn, as in a program.
   if (angle <= kTiny) angle += 2 * kPi;
   return angle;
 }
@@ -146,6 +149,8 @@ double length_of(const PlaneCurve& curve) {
 }
 
 double swept_area(const PlaneCurve& curve) {
+  // Green's theorem: the area that the spoke from the origin sweeps. Summed over a closed contour it is what
+  // the contour encloses, wherever the origin lies. An arc adds the segment between itself and its chord.
   const double triangle = cross(curve.from, curve.to) / 2;
   if (curve.turn == 0) return triangle;
   const double sweep = sweep_of(curve.centre, curve.from, curve.to, curve.turn), r = curve.radius();
@@ -191,6 +196,8 @@ Point direction_of(const PlaneCurve& curve, bool at_end) {
 
 Meetings meetings(const PlaneCurve& one, const PlaneCurve& two, double touch) {
   FewPoints points;
+  // Contours meet at the ends of their moves most of the time, also where the curves themselves only touch or
+  // run along each other.
   for (const Point& end : {one.from, one.to, two.from, two.to}) points.add(end);
   if (one.turn == 0 && two.turn == 0)
     cross_lines(one, two, points);
@@ -227,6 +234,7 @@ PlaneBox box_of(const PlaneCurve& curve) {
   PlaneBox box(curve.from.cwiseMin(curve.to), curve.from.cwiseMax(curve.to));
   if (curve.turn == 0) return box;
   const double r = curve.radius();
+  // An arc reaches beyond its ends where it passes east, north, west or south of its centre.
   for (const Point& way : {Point(1, 0), Point(0, 1), Point(-1, 0), Point(0, -1)})
     if (faces(curve, curve.centre + way)) box.extend(Point(curve.centre + r * way));
   return box;

@@ -21,7 +21,7 @@ double sweep_of(const PlaneCurve::Point& centre, const PlaneCurve::Point& from, 
                 int turn);
 
 double length_of(const PlaneCurve& curve);
-/// What the ray from the origin to the curve's point sweeps over; positive counterclockwise.
+/// Area that a ray from the origin sweeps over while its end runs along the curve; positive counterclockwise.
 double swept_area(const PlaneCurve& curve);
 
 /// Points of a curve by the fraction of its length, 0 to 1: the point there, the fraction of the curve's

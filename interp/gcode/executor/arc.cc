@@ -45,9 +45,13 @@ Point2 centre_from_radius(Point2 from, Point2 to, double radius, bool clockwise,
   const double size = std::fabs(radius);
   if (half == 0) fail(GcodeErrorCode::kArcSamePoint, column);
   if (half - size > slack) fail(GcodeErrorCode::kArcRadius, column, size, 2 * half);
+  // Within the slack the two ends and the radius agree but for the last digit. The chord is then the
+  // diameter, and the root below is 0 and not the root of something negative.
   half = std::min(half, size);
   const double side = (clockwise == (radius > 0)) ? -1 : 1;
   const double theta = std::atan2(dy, dx) + side * kPi / 2;
+  // The centre lies on the middle perpendicular of the chord, at the height of the triangle of two radii and
+  // the chord.
   const double offset = size * std::cos(std::asin(half / size));
   return {(from.x + to.x) / 2 + offset * std::cos(theta), (from.y + to.y) / 2 + offset * std::sin(theta)};
 }
@@ -81,6 +85,8 @@ void Executor::arc(const Block& b, bool clockwise) {
   if (left_contour_)
     fail(GcodeErrorCode::kCompCorner, column, "the first move after G40 is an arc", "a straight move");
   const char i_word = axes.centre_words[0], j_word = axes.centre_words[1];
+  // A K in G17 is most often a block that was meant for another plane. K0, which many postprocessors write,
+  // does no harm.
   for (const char letter : {'I', 'J', 'K'})
     if (b.has(letter) && letter != i_word && letter != j_word && b[letter] != 0)
       fail(GcodeErrorCode::kPlane, b.at(letter), letter, axes.name, fmt::format("{} and {}", i_word, j_word));
@@ -108,11 +114,14 @@ void Executor::arc(const Block& b, bool clockwise) {
     const double gap_mm = to_mm(std::fabs(r1 - r2));
     if (gap_mm > arc_tolerance_mm(to_mm(std::max(r1, r2))) || r1 == 0 || r2 == 0)
       fail(GcodeErrorCode::kArcGap, column, std::fabs(r1 - r2), r1, r2);
+    // A micrometre is the last digit of a program in mm and not worth a word.
     if (gap_mm > 1e-3 + 1e-9)
       parts_.warn(
           column,
           fmt::format("the arc's end misses its circle by {:.4f} mm; the centre is moved to fit", gap_mm));
   } else {
+    // The slack is the least tolerance: there is no radius at both ends to compare, only a chord against a
+    // diameter.
     centre = centre_from_radius(from, end, b['R'], clockwise, from_mm(arc_tolerance_mm(0)), b.at('R'));
   }
   const int signed_turns = clockwise ? -static_cast<int>(turns) : static_cast<int>(turns);

@@ -30,6 +30,7 @@ void Executor::cutter_comp(const Block& b) {
   const std::string name = g_name(code);
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, name);
   if (s_.modal.plane == Plane::kYZ) fail(GcodeErrorCode::kPlane, column, name, "G19", "G17 or G18");
+  // The offset lies in the plane of the machine's axes; with RTCP the tool need not stand square to it.
   if (s_.rtcp) fail(GcodeErrorCode::kCompCorner, column, "not with tool-centre-point control", "G49 first");
   double diameter = 0;
   int orientation = 0;
@@ -48,10 +49,13 @@ void Executor::cutter_comp(const Block& b) {
     if (!tool && number != 0) unknown_tool(static_cast<int>(number), b.has('D') ? b.at('D') : column);
     diameter = tool ? from_mm(tool->diameter) : 0;
     orientation = tool ? tool->orientation : 0;
+    // 0 and 9 are the centre of the nose, as of any mill. 1 to 8 are corners and edges of a lathe's insert,
+    // which is held in ZX.
     if (orientation % 9 != 0 && s_.modal.plane != Plane::kXZ)
       fail(GcodeErrorCode::kPlane, column, name + " with a lathe's tool", "G17", "G18");
   }
   bool left = code == 41_g || code == 41.1_g;
+  // A negative diameter, as for an inside measured as an outside, turns the side round.
   if (diameter < 0) left = !left;
   note(left ? "interpreter: cutter radius compensation on left"
             : "interpreter: cutter radius compensation on right");

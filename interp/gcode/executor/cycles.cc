@@ -45,6 +45,8 @@ struct Executor::Hole {
 
 void Executor::check_cycle_spindle(GCode motion, std::uint32_t column) const {
   const SpindleTurn turn = s_.modal.turn;
+  // A right-hand tap must turn clockwise on its way in. With the spindle the wrong way round it would be
+  // pressed into the hole.
   if (motion == 84_g && turn != SpindleTurn::kClockwise) fail(GcodeErrorCode::kNoSpindle, column, "G84 (M3)");
   if (motion == 74_g && turn != SpindleTurn::kCounterclockwise)
     fail(GcodeErrorCode::kNoSpindle, column, "G74 (M4)");
@@ -109,6 +111,7 @@ void Executor::cycle(const Block& b, GCode motion) {
     cycle_to(hole, s_.position[axes.first], s_.position[axes.second], hole.r, true);
     height = hole.r;
   }
+  // G98 retracts to the height before the series, G99 to R. A series that began below R never goes below R.
   hole.clear = s_.modal.retract_to_start ? std::max(s_.cycle.initial, hole.r) : hole.r;
   TRN_CHECK(hole.clear >= hole.r);
   // A cycle is drilled in exact path mode, so that no corner at the bottom of a hole is rounded off.
@@ -150,6 +153,7 @@ void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, in
     if (s_.modal.incremental && b.has_polar()) {
       polar(b, hole.first, hole.second);
     } else if (s_.modal.incremental) {
+      // "G91 X10 L5" while G81 is in force: five more holes, each 10 further.
       hole.first += b.get(kWordLetters[axes.first], 0);
       hole.second += b.get(kWordLetters[axes.second], 0);
     }
@@ -213,6 +217,8 @@ void Executor::cycle_hole(GCode motion, const Hole& hole) {
     case 88_g: {
       dwell_here();
       stop_spindle();
+      // G88: the program stops at the bottom, so that the operator may draw the tool back by hand. What is
+      // left of the way up follows when it goes on.
       put(PlainCanon::kProgramStop);
       ProgramWords up = hole.base;
       up[hole.axes.first] = hole.first;
@@ -232,6 +238,7 @@ void Executor::cycle_hole(GCode motion, const Hole& hole) {
 void Executor::peck(const Hole& hole, bool full_retract) {
   TRN_CHECK(s_.cycle.q > 0);
   const double clearance = from_mm(parts_.config.peck_clearance_mm);
+  // The last peck is what is left, and goes exactly to the bottom.
   for (double depth = hole.r - s_.cycle.q; depth > hole.bottom; depth -= s_.cycle.q) {
     cycle_to(hole, hole.first, hole.second, depth, false);
     if (full_retract) cycle_to(hole, hole.first, hole.second, hole.r, true);
@@ -265,6 +272,8 @@ void Executor::back_bore(const Hole& hole) {
   const int direction = turn == SpindleTurn::kClockwise ? 2 : 3;  // as the canonical functions number them
   cycle_to(hole, side_first, side_second, hole.r, true);
   stop_spindle();
+  // The tip must point away from the wall while the tool passes sideways; at any other angle it would scratch
+  // the bore.
   put(canon::OrientSpindle{0, direction});
   cycle_to(hole, side_first, side_second, hole.bottom, true);
   cycle_to(hole, hole.first, hole.second, hole.bottom, true);
@@ -294,6 +303,8 @@ void Executor::tilted_drilling(const Block& b) {
   if (!goes_on && !b.has('H')) fail(GcodeErrorCode::kMissingWord, column, "G183", "an H word, the depth");
   if (!(s_.cycle.h < 0))
     fail(GcodeErrorCode::kBadValue, b.at('H'), 'H', s_.cycle.h, "G183", "a depth below 0");
+  // In a series each word stays until it is given anew. The first block of a series takes the defaults: one
+  // peck, and the clearance of the config.
   if (b.has('Q') || !goes_on) s_.cycle.q = b.get('Q', 1);
   if (b.has('R') || !goes_on) s_.cycle.retract = b.get('R', from_mm(parts_.config.g183_retract_mm));
   const double pecks = s_.cycle.q;
@@ -303,8 +314,11 @@ void Executor::tilted_drilling(const Block& b) {
     fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', s_.cycle.retract, "G183", "R of 0 or more");
 
   const bool was_on = s_.rtcp;
+  // The hole's axis is straight in the work only if the tip is what moves. The machine stands still while
+  // RTCP is switched on.
   if (!was_on) set_rtcp(true, s_.tool_offset, column, "G183");
   const ProgramWords mouth = target(b);
+  // The kinematics gives the tool axis in the table frame B; the words of the block are in program axes P.
   const Mat3 R_PB = (parts_.kinematics->home_X_BM().R * frame().X_MP().R).transpose();
   const Vec3 axis = R_PB * parts_.kinematics->orientation(orientation_abc_rad(mouth)).col(2);
   TRN_CHECK(std::abs(axis.norm() - 1) < 1e-9);
@@ -321,6 +335,7 @@ void Executor::tilted_drilling(const Block& b) {
   const double clearance = from_mm(parts_.config.peck_clearance_mm);
   for (int i = 1; i <= count; ++i) {
     const double before = s_.cycle.h * (i - 1) / count;
+    // Back to just above what is drilled, but never higher than the clear plane, from which it has just come.
     if (i > 1) put(canon::StraightTraverse{along(before + std::min(clearance, s_.cycle.retract - before))});
     put(canon::StraightFeed{along(s_.cycle.h * i / count), 0});
     put(canon::StraightTraverse{clear});

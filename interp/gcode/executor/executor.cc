@@ -198,6 +198,8 @@ void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, l
 
 void Executor::begin(const MmWords& start) {
   line_ = 0;
+  // In the order in which the machine needs to know: units before any length, offsets before the place that
+  // they make of the machine's.
   s_.modal.path = parts_.config.path_mode;
   s_.modal.great_circle = parts_.config.great_circle;
   if (const int tool = spindle_tool(); tool != 0) tool_is_in(tool);
@@ -210,6 +212,8 @@ void Executor::begin(const MmWords& start) {
   put(canon::SetXyRotation{s_.rotation_deg});
   put(PlainCanon::kFeedReferenceXyz);
   put(PlainCanon::kOnReset);
+  // Last, since it depends on all offsets above: the machine stands still and only its coordinates are the
+  // program's.
   s_.position = from_mm(frame().to_program(start));
 }
 
@@ -218,6 +222,7 @@ GCode Executor::motion_of(const Block& b) const {
   if (only_sets_mode(b)) return kNoGCode;
   if (code != kNoGCode) return code;
   if (other_axis_code(b)) return kNoGCode;
+  // The motion mode goes on without its code: "I5" in G2 is a full circle, for which no axis word is needed.
   const bool arc_only = (s_.motion == 2_g || s_.motion == 3_g) && (b.present & letters("IJK"));
   const bool vector_only = s_.tool_vector && (b.present & letters("IJK"));
   const bool knot_only = s_.motion == 6.2_g && b.has('K');
@@ -244,6 +249,7 @@ bool Executor::other_axis_code(const Block& b) const {
     default:
       break;
   }
+  // G43.1 and G68.2 have their axis words as an offset and as the plane's origin, not as a place to go to.
   return b.code(GGroup::kToolLength) == 43.1_g || b.code(GGroup::kTiltedPlane) == 68.2_g ||
          (b.code(GGroup::kToolLength) == 43.2_g && !b.has('H'));
 }
@@ -260,6 +266,8 @@ std::uint32_t Executor::used_letters(const Block& b, GCode motion) const {
 }
 
 void Executor::check_unused(const Block& b, GCode motion) const {
+  // Most blocks have axis words and F, S, T only and are done with one mask. A letter that no code of the
+  // line uses is refused: it is most often a code that was forgotten, such as "P0.5" without its G4.
   const std::uint32_t unused = b.present & ~kAlways ? b.present & ~used_letters(b, motion) : 0;
   if (unused)
     for (char letter = 'A'; letter <= 'Z'; ++letter)
@@ -283,6 +291,8 @@ bool Executor::execute(const Block& b) {
   const GCode motion = motion_of(b);
   if (b.code(GGroup::kNonModal) == 53_g) check_g53(b);
   check_unused(b, motion);
+  // "G80 X10" and a plain "X10" in G80 are different mistakes: the one has words that nothing uses, the other
+  // lacks a motion.
   if (motion == 80_g && b.has_axis_word() && !other_axis_code(b)) {
     if (b.code(GGroup::kMotion) == 80_g) fail(GcodeErrorCode::kAxisWordsUnused, b.at(GGroup::kMotion), "G80");
     fail(GcodeErrorCode::kNoMotionMode, b.present & letters("XYZ") ? b.at(b.has('X')   ? 'X'
@@ -290,6 +300,7 @@ bool Executor::execute(const Block& b) {
                                                                                        : 'Z')
                                                                    : 1);
   }
+  // What can be refused without knowing the machine is refused here, before anything of the block is done.
   check_words(b, motion);
   if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
@@ -297,6 +308,8 @@ bool Executor::execute(const Block& b) {
     if (b.has(GGroup::kFeedMode)) feed_mode(b);
     if (b.has(GGroup::kSpindleMode)) spindle_mode(b);
   }
+  // From here on in the order of execution of RS274/NGC (section 3.8): feed mode, F, S, T, tool
+  // change, spindle, coolant, overrides, dwell, plane, units, offsets, distance mode, motion, stop.
   if (b.has('F')) feed(b);
   if (b.has('S')) speed(b);
   if (b.has('T')) tool_select(b);
@@ -304,6 +317,8 @@ bool Executor::execute(const Block& b) {
   if (b.any_m) {
     if (b.has(MGroup::kOutput)) output(b);
     if (b.has(MGroup::kToolChange)) tool_change(b);
+    // The rest of the block comes when the tool is in the spindle (`execute_rest`): its moves are with the
+    // new tool.
     if (tool_wait_ != ToolWait::kNone) return false;
   }
   return execute_rest(b);
@@ -321,6 +336,9 @@ bool Executor::execute_rest(const Block& b) {
 }
 
 void Executor::pass_over(const Block& b) {
+  // The block was refused, and the check of a whole program goes on behind it. Without the place where the
+  // block would have gone, each of the moves behind it would be judged from a wrong start, and one mistake
+  // would bring forth many.
   comp_.give_up();
   const GCode motion = motion_of(b);
   if (motion != 0_g && motion != 1_g && motion != 2_g && motion != 3_g) return;
@@ -342,6 +360,7 @@ void Executor::g_codes(const Block& b) {
   const GCode plain = b.code(GGroup::kNonModal);
   if (plain == 4_g) dwell(b);
   if (b.has(GGroup::kPlane)) plane(b);
+  // Units before all that has a length in its words: in "G20 G43.1 Z1" the 1 is an inch.
   if (b.has(GGroup::kUnits)) units(b);
   const GCode diameter = b.code(GGroup::kDiameter);
   if (diameter != kNoGCode && (diameter == 7_g) != s_.modal.diameter) set_diameter(diameter == 7_g);
@@ -388,6 +407,7 @@ void Executor::check_open_curve(const Block& b, GCode motion) const {
 
 void Executor::motion_code(const Block& b, GCode motion) {
   check_open_curve(b, motion);
+  // A G5 without I and J goes on with the tangent of the G5 before it, and of no other move.
   if (motion != 5_g) spline_chained_ = false;
   if (motion == 0_g || motion == 1_g) {
     straight(b, motion);

@@ -30,6 +30,8 @@ constexpr int kMaxTool = 99999999;
 }  // namespace
 
 void Executor::m_codes(const Block& b) {
+  // RS274/NGC, section 3.8: spindle, what keeps and restores modes, coolant, overrides. M codes of the user
+  // come behind them, so that they meet the machine as the line has set it.
   if (b.has(MGroup::kSpindle)) spindle(b);
   if (b.has(MGroup::kState)) modal_state(b);
   if (b.has(MGroup::kCoolant)) coolant(b);
@@ -168,6 +170,8 @@ void Executor::output(const Block& b) {
     put(canon::SetOutputValue{code == 67, whole_word(b, 'E', 0, kMaxOutput, name), b.get('Q', -1)});
   } else {
     if (b.has('P') == b.has('E')) fail(GcodeErrorCode::kMissingWord, column, name, "either P or E");
+    // L0 takes the input as it is now; 1 to 4 wait for a rise, a fall, high or low, which an analog value has
+    // not.
     const int type = b.has('L') ? whole_word(b, 'L', 0, 4, name) : 0;
     if (type != 0 && b.has('E'))
       fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', type, "an analog input", "L0");
@@ -181,6 +185,7 @@ void Executor::output(const Block& b) {
 
 void Executor::modal_state(const Block& b) {
   const auto level = static_cast<std::size_t>(call_level_);
+  // Each level of calls has its own, so that a sub-program's M70 does not write over that of its caller.
   if (kept_.size() <= level) kept_.resize(level + 1);
   Kept& kept = kept_[level];
   switch (b.code(MGroup::kState)) {
@@ -235,6 +240,8 @@ void Executor::restore_modal(const Settings& state) {
 void Executor::restore_feed(const ModalState& kept) {
   ModalState& m = s_.modal;
   if (kept.inch != m.inch) set_units(kept.inch);
+  // Asked before the mode is restored, since that sets the feed to 0 and the question would then have another
+  // answer.
   const bool other_feed = kept.feed != m.feed;
   if (kept.feed_mode != m.feed_mode) set_feed_mode(kept.feed_mode);  // which forgets the feed
   if (kept.css != m.css || kept.css_max != m.css_max) {
@@ -352,6 +359,8 @@ void Executor::retract_to_safe_height() {
 void Executor::enter(const MmWords& start, int in_spindle) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
   entered_ = s_;
+  // As a program starts, with the tool that is really in the spindle. What the skipped lines have set comes
+  // back in `enter_rest`, behind the tool change.
   s_ = Settings{};
   tool_is_in(in_spindle);
   begin(start);
@@ -363,6 +372,8 @@ void Executor::enter(const MmWords& start, int in_spindle) {
 void Executor::enter_rest() {
   const Settings kept = entered_;
   resume(kept);
+  // Up, across and down: at the higher of both heights the tool passes over the work, if safe_z_mm is above
+  // it.
   ProgramWords to = s_.position;
   to[kZ] = std::max(s_.position[kZ], kept.position[kZ]);
   put(canon::StraightTraverse{to});
@@ -379,6 +390,7 @@ void Executor::user_m(const Block& b) {
   if (const SwitchCode* found = find_switch(parts_.config, code)) {
     for (const char letter : {'P', 'Q'})
       if (b.has(letter)) fail(GcodeErrorCode::kUnusedWord, b.at(letter), letter, "no switch of a correction");
+    // Kept for a start in the middle, which must switch the same corrections again.
     (found->on ? s_.switched_on : s_.switched_off) |= found->corrections;
     (found->on ? s_.switched_off : s_.switched_on) &= ~found->corrections;
   }
@@ -448,6 +460,7 @@ void Executor::end_program() {
 
 // What M2 and M30 reset (RS274/NGC section 3.6.1, with the dialect's additions).
 void Executor::reset_at_end() {
+  // RTCP and the plane go first: the work offset below is changed in plain machine coordinates.
   if (s_.rtcp) set_rtcp(false, s_.tool_offset, 1, "M2");
   if (s_.tilted) cancel_tilted_plane();
   ModalState& m = s_.modal;

@@ -32,6 +32,8 @@ void Executor::set_feed_mode(FeedMode mode) {
        : mode == FeedMode::kPerMinute ? "interpreter: feed mode set to units per minute"
                                       : "interpreter: feed mode set to units per revolution");
   put(canon::SetFeedMode{mode == FeedMode::kPerRevolution});
+  // A feed in mm/min says nothing in mm a turn, so F must be given anew. G94 and G95 forget it; in G93 every
+  // line has its own.
   if (mode == FeedMode::kInverseTime) return;
   s_.modal.feed = 0;
   put(canon::SetFeedRate{0});
@@ -78,6 +80,8 @@ void Executor::units(const Block& b) {
 void Executor::set_units(bool inch) {
   put(canon::UseLengthUnits{inch});
   if (inch == s_.modal.inch) return;
+  // The machine stands still. All that is kept in program units changes its number so that it means the same
+  // place and the same length.
   const double factor = inch ? 1 / kMmPerInch : kMmPerInch;
   for (ProgramWords* v : {&s_.position, &s_.g5x, &s_.g92, &s_.tool_offset}) v->xyz *= factor;
   s_.tilt_origin *= factor;
@@ -94,6 +98,8 @@ void Executor::path_mode(const Block& b) {
       fail(GcodeErrorCode::kBadValue, b.at(letter), letter, b[letter], "G64", "a tolerance of 0 or more");
   if (code != 64_g)
     return set_path(code == 61_g ? MotionControl::kExactPath : MotionControl::kExactStop, 0, 0, 0);
+  // "G64 P0.01" means 0.01 for both the corners and the joining of short lines; G64 alone means no bound of
+  // its own, which the config gives then.
   const double tolerance = b.get('P', 0);
   set_path(MotionControl::kContinuous, tolerance, b.get('Q', tolerance), b.get('R', 0));
 }

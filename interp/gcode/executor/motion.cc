@@ -23,6 +23,8 @@ constexpr double kProbeBackoff_mm = 0.254;
 double linear_length(const ProgramWords& from, const ProgramWords& to) {
   const ProgramWords d = to - from;
   const double linear = d.xyz.norm();
+  // RS274/NGC: the way of X, Y and Z counts, and that of the rotary axes only where nothing
+  // else moves. Its unit is then the degree.
   return linear > 0 ? linear : d.abc_deg.norm();
 }
 
@@ -40,6 +42,8 @@ ProgramWords Executor::target(const Block& b) const {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
     const double value = b[letter];
+    // In G90 a wrapped axis goes the short way: from 350 to 10 degrees is 20 on, not 340 back. In G91 the
+    // word is the way itself.
     if (s_.modal.incremental)
       to[i] += value;
     else
@@ -58,6 +62,7 @@ void Executor::polar(const Block& b, double& x, double& y) const {
   if (radius == 0 && !b.has(kPolarAngle))
     fail(GcodeErrorCode::kPolar, column, "stands at the origin without ^");
   const bool more = s_.modal.incremental;
+  // The angle of the origin is whatever atan2 says of it; a step from there would lead somewhere by chance.
   if (radius == 0 && more) fail(GcodeErrorCode::kPolar, column, "stands at the origin in G91");
   if (b.has(kPolarRadius)) radius = b[kPolarRadius] + (more ? radius : 0);
   if (b.has(kPolarAngle)) angle_deg = b[kPolarAngle] + (more ? angle_deg : 0);
@@ -74,6 +79,8 @@ void Executor::check_polar_plane(const Block& b) const {
 
 // G53: the words are the machine's own coordinates.
 ProgramWords Executor::machine_target(const Block& b) const {
+  // G53 means the place of the spindle with its tool, so the offset is added before a word is replaced and
+  // taken off again behind.
   MmWords machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
   for (int i = 0; i < 6; ++i)
     if (b.has(kWordLetters[i])) machine[i] = i < 3 ? to_mm(b[kWordLetters[i]]) : b[kWordLetters[i]];
@@ -110,6 +117,8 @@ void Executor::straight(const Block& b, GCode motion) {
     if (comp_.active()) fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G53");
     if (s_.tilted)
       fail(GcodeErrorCode::kTiltedPlane, b.at(GGroup::kNonModal), "G53 in a tilted plane", "G69 first");
+    // With RTCP on the words are a tip in the work. Machine coordinates are those of the axes, so it is off
+    // for this move.
     if (s_.rtcp) return suspend_rtcp(b, [&] { put_straight(b, target(b), motion == 0_g); });
   }
   ProgramWords to = target(b);
@@ -118,6 +127,8 @@ void Executor::straight(const Block& b, GCode motion) {
 }
 
 void Executor::put_straight(const Block& b, const ProgramWords& to, bool traverse) {
+  // In G93 the time of the block is given, so the speed follows from its length and must be set before the
+  // move.
   if (!traverse && s_.modal.feed_mode == FeedMode::kInverseTime)
     set_motion_limits(linear_length(s_.position, to), b);
   if (comp_.active()) {
@@ -144,6 +155,8 @@ void Executor::probe(const Block& b, GCode motion) {
   put(PlainCanon::kTurnProbeOn);
   put(canon::StraightProbe{to, motion});
   put(PlainCanon::kTurnProbeOff);
+  // With a machine the answer comes later, and the lines behind wait for it. Without one the end of the move
+  // is taken for the contact.
   if (parts_.asks)
     questions_.push_back(Question::kProbe);
   else

@@ -114,6 +114,8 @@ void Executor::tool_length(const Block& b) {
 
 void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
   s_.tool_length_code = code;
+  // Where the words are the tip in the table, another tool length means another tip under the same spindle,
+  // and the kinematics has to find it.
   if (tip_in_table() || (s_.rtcp && code == 49_g))
     return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
   if (s_.tilted) {
@@ -121,6 +123,8 @@ void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
     const MmWords machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
     s_.position = from_mm(f.to_program(machine));
   } else if (s_.rotation_deg != 0) {
+    // The offset lies along the machine's axes, the position in those turned by G10 L2 R: the difference is
+    // turned back into them.
     Vec3 shift = (s_.tool_offset - offset).xyz;
     s_.position.xyz += rot_z(rad_from_deg(-s_.rotation_deg)) * shift;
     s_.position.abc_deg += (s_.tool_offset - offset).abc_deg;
@@ -212,11 +216,14 @@ void Executor::g10_system(const Block& b, int l) {
     const char letter = kWordLetters[i];
     if (!b.has(letter)) continue;
     const double word = i < 3 ? to_mm(b[letter]) : b[letter];
+    // L2 gives the offset itself, L20 the coordinate that the present place shall have. G92 lies on top of
+    // the system and is taken off.
     offset[i] = l == 2 ? word : here[i] - word - g92_mm[i];
   }
   if (l == 20) offset = turned(offset, rotation);
   store(base, offset);
   parameters[base + parameter::kOffsetRotation] = rotation;
+  // Only the active system changes coordinates now; any other waits for its G54 to G59.3.
   if (index != s_.modal.work_offset) return note("interpreter: setting coordinate system origin");
   keep_machine([&] { load_system(index); });
   put_system(false);
@@ -231,6 +238,7 @@ void Executor::g92(const Block& b) {
   if (code == 92_g) {
     for (int i = 0; i < 6; ++i) {
       if (!b.has(kWordLetters[i])) continue;
+      // The machine does not move: the offset takes up what the place is called anew.
       s_.g92[i] += s_.position[i] - b[kWordLetters[i]];
       s_.position[i] = b[kWordLetters[i]];
     }
@@ -240,6 +248,8 @@ void Executor::g92(const Block& b) {
     s_.g92 = wanted;
   }
   set_g92_active(code == 92_g || code == 92.3_g);
+  // G92.1 forgets the offset for good. G92.2 keeps its numbers in the parameters, from where G92.3 takes them
+  // back.
   if (code != 92.2_g) store(parameter::kG92, to_mm(s_.g92));
   put(canon::SetG92Offset{s_.g92});
 }
@@ -265,6 +275,7 @@ void Executor::g52(const Block& b) {
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, "G52 in a tilted plane", "G69 first");
   for (int i = 0; i < 6; ++i) {
     if (!b.has(kWordLetters[i])) continue;
+    // G52 gives the shift itself. It lies in the same place as G92's, so that one replaces the other.
     s_.position[i] += s_.g92[i] - b[kWordLetters[i]];
     s_.g92[i] = b[kWordLetters[i]];
   }
@@ -284,6 +295,8 @@ void Executor::home_position(const Block& b, GCode code) {
   put(canon::StraightTraverse{by_way});
   s_.position = by_way;
   suspend_rtcp(b, [&] {
+    // With axis words only those axes go to the reference place: "G91 G28 Z0" draws the spindle up and leaves
+    // X and Y where they are.
     ProgramWords to = from_mm(frame().to_program(stored(base) - to_mm(s_.tool_offset)));
     if (b.has_axis_word())
       for (int i = 0; i < 6; ++i)

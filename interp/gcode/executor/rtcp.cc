@@ -40,12 +40,15 @@ Pose Executor::spindle_pose(std::uint32_t column, std::string_view word) const {
   const Kinematics& kinematics = *parts_.kinematics;
   const MmWords machine = frame().to_machine(to_mm(s_.position));
   const Vec3 tool = to_mm(s_.tool_offset).xyz;
+  // The words are the tip in the table, as they lie in M with every axis at zero; home_X_BM carries them to
+  // B, and the tool leads from the tip to the spindle.
   if (tip_in_table()) {
     const Mat3 R_BS = kinematics.orientation(machine.abc_deg * kRadPerDeg);
     const Vec3 p_B = kinematics.home_X_BM() * machine.xyz;
     return {R_BS, p_B + R_BS * tool};
   }
   Words words = in_radians(machine);
+  // With RTCP off the words are the axes less the tool offset, so adding it gives where the axes stand.
   words.head<3>() += tool;
   JointVec q;
   Pose X_BS;
@@ -76,6 +79,8 @@ ProgramWords Executor::position_for(const Pose& X_BS, bool tip_in_table, std::ui
     machine.xyz = words.head<3>() - tool;
   }
   ProgramWords program = from_mm(f.to_program(machine));
+  // The inverse may give a rotary axis a whole turn or a rounding error more. The program's own angles are
+  // kept: nothing has turned.
   program.abc_deg = s_.position.abc_deg;
   return program;
 }
@@ -86,6 +91,8 @@ void Executor::set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t 
   if (!parts_.kinematics || !(parts_.kinematics->word_mask() >> kA))
     fail(GcodeErrorCode::kNoRtcp, column, word);
   if (on == s_.rtcp && tool_offset == s_.tool_offset) return;
+  // Where the spindle stands under the old words. Then everything is switched, and the same pose is read off
+  // under the new ones.
   const Pose X_BS = spindle_pose(column, word);
   const bool new_offset = tool_offset != s_.tool_offset;
   s_.rtcp = on;
@@ -104,6 +111,7 @@ void Executor::suspend_rtcp(const Block& b, const std::function<void()>& move) {
   if (was_on) set_rtcp(false, s_.tool_offset, column, "G53");
   move();
   if (was_on) set_rtcp(true, s_.tool_offset, column, "G53");
+  // Switching RTCP off forgot it.
   s_.tool_vector = vector;
 }
 
@@ -147,6 +155,8 @@ void Executor::tilt(const Vec3& origin, const Mat3& R_tilt) {
 void Executor::cancel_tilted_plane() {
   const bool was_aligned = s_.tilted_aligned;
   Pose X_BS;
+  // While the plane was obeyed the tip was what counted, as with RTCP. Otherwise the plane only renamed
+  // coordinates.
   if (was_aligned) X_BS = spindle_pose(1, "G69");
   const MmWords machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = s_.tilted_aligned = false;

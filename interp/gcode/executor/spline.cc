@@ -55,6 +55,8 @@ void Executor::cubic_spline(const Block& b) {
   if (b.has('I') != b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5", "both I and J, or neither");
   const ProgramWords to = target(b);
   const bool chained = !b.has('I') && spline_chained_;  // without I and J a first G5 begins in a point
+  // The tangent of the last piece at its end was P Q, seen from the end backwards. Turned round it leads on,
+  // and the two pieces meet without a corner.
   const double i = chained ? -spline_tangent_[kX] : b.get('I', 0);
   const double j = chained ? -spline_tangent_[kY] : b.get('J', 0);
   auto hull = std::make_shared<std::vector<Vec3>>();
@@ -94,6 +96,7 @@ void Executor::control_point(const Block& b) {
 void Executor::nurbs(const Block& b, GCode motion) {
   const std::uint32_t column = b.at(GGroup::kMotion);
   if (motion == 5.2_g) {
+    // The place where the tool stands is the first control point.
     if (!in_nurbs_) {
       nurbs_.assign(1, {s_.position[kX], s_.position[kY], b.get('P', 1)});
       nurbs_order_ = b.get('L', 3);
@@ -139,9 +142,13 @@ void Executor::rational_spline(const Block& b) {
     fail(GcodeErrorCode::kSpline, column, "a curve ends before this line", "G6.2 P K X Y Z first");
   if (!rational_.knots.empty() && b['K'] < rational_.knots.back())
     fail(GcodeErrorCode::kBadValue, b.at('K'), 'K', b['K'], "G6.2", "knots that do not fall");
+  // A line with a knot only has been there: from then on there are more knots than points, and no further
+  // point may come.
   const bool tail = rational_.knots.size() > rational_.points.size();
   rational_.knots.push_back(b['K']);
   if (b.has_axis_word()) return rational_point(b, tail, column);
+  // A curve has as many knots as control points and order together (m = n + p + 1 in Piegl and Tiller, The
+  // NURBS Book, all of them counted from 0).
   const std::size_t needed = rational_.points.size() + static_cast<std::size_t>(rational_.order);
   if (rational_.knots.size() == needed) finish_rational(column);
 }

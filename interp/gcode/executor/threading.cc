@@ -64,6 +64,7 @@ Executor::Thread Executor::thread_of(const Block& b) const {
   value('L', l == std::round(l) && l >= 0, "0 to 3: no taper, at the entry, at the exit, at both");
   value('H', h == std::round(h) && h < kPassesMax, "a whole number of spring passes");
   value('Q', std::abs(b.get('Q', 0)) < 90, "an angle of less than 90 degrees");
+  // In G7 the words along X are diameters, while the passes are reckoned in radii.
   const double scale = s_.modal.diameter ? 0.5 : 1;
   const int ends = static_cast<int>(std::min(l, 1e6));
   const double taper = b.get('E', 0);
@@ -89,6 +90,8 @@ void Executor::threading_cycle(const Block& b) {
   const double first = (s_.modal.diameter ? 0.5 : 1) * b['J'];
   const double power = 1 / std::max(1.0, b.get('R', 1));
   TRN_CHECK(first > 0 && first < thread.depth);
+  // Depth of pass n is first * n^power, so the number of passes follows before the first is made. A first
+  // depth of a nanometre would make millions.
   if (std::pow(thread.depth / first, 1 / power) > kPassesMax)
     fail(GcodeErrorCode::kBadValue, b.at('J'), 'J', b['J'], "G76",
          fmt::format("a first depth that needs at most {} passes", kPassesMax));
@@ -110,16 +113,19 @@ void Executor::thread_pass(const Thread& thread, double depth) {
   ProgramWords at = s_.position;
   const auto traverse = [&] { put(canon::StraightTraverse{at}); };
   const auto feed = [&] { put(canon::StraightFeed{at, 0}); };
+  // A shallow pass begins further out by what it does not cut, so every pass has the same way in.
   const double clear = thread.x - thread.into() * (thread.depth - depth);
   const double cut = thread.x + thread.peak + thread.into() * depth;
   const double end = thread.z_end - thread.along() * (thread.depth - depth) * thread.slope;
   at[kX] = clear;
+  // The flank's angle: a deeper pass begins further on, so that the insert cuts with one flank only.
   at[kZ] = thread.z + thread.along() * depth * thread.slope;
   traverse();
   if (!thread.entry) {
     at[kX] = cut;
     traverse();
   }
+  // An override would change the way a turn and spoil the pitch.
   put(PlainCanon::kDisableFeedOverride);
   if (thread.entry) {
     put(canon::StartFeedSync{thread.taper_pitch(), false});

@@ -29,6 +29,8 @@ void Executor::ask_for_tool(int number) {
   incoming_tool_ = number;
   const ToolConfirm confirm = in_tool_call_ ? ToolConfirm::kOperator : parts_.config.tool_confirm;
   if (confirm == ToolConfirm::kSubProgram) {
+    // The sub-program has an M6 of its own, for the moment when the tool is exchanged. Without the mark it
+    // would call itself.
     in_tool_call_ = true;
     tool_wait_ = ToolWait::kCall;
     return;
@@ -37,6 +39,7 @@ void Executor::ask_for_tool(int number) {
   if (confirm == ToolConfirm::kOperator) change.confirm = kToolByOperator;
   if (confirm == ToolConfirm::kInput) change.confirm = parts_.config.tool_input;
   put(change);
+  // Nobody to ask, as in a check of the program: the tool is in at once.
   if (!parts_.asks || confirm == ToolConfirm::kNobody) return tool_is_in(number);
   questions_.push_back(Question::kTool);
   tool_wait_ = ToolWait::kAnswer;

@@ -39,6 +39,8 @@ void Flow::load(std::unique_ptr<ByteSource> source, std::string name, std::strin
 }
 
 const ParsedBlock* Flow::next() {
+  // A loop without any move, such as "o1 while [1]" around nothing, must not hang the planner: after so many
+  // O-words in a row an empty block is handed out, and the caller may stop.
   for (int words = 0; !ended_;) {
     const ParsedBlock* block = fetch();
     ++lines_run_;
@@ -79,6 +81,7 @@ bool Flow::percent() {
 void Flow::at_file_end() {
   if (!frames_.empty()) {
     const Frame& frame = frames_.back();
+    // A sub-program of M98 in a file of its own may end with its file, as on other controls.
     if (frame.numbered && current_.file != 0) return leave(nullptr);
     fail(GcodeErrorCode::kFlowNoEnd, 1, "endsub", labels_.name(frame.label), frame.called_line);
   }
@@ -92,6 +95,7 @@ void Flow::at_file_end() {
   ended_ = true;
   const bool empty = config_.end == ProgramEnd::kExpected && !file().any;
   if (config_.end == ProgramEnd::kRequired || empty) fail(GcodeErrorCode::kNoProgramEnd, 1);
+  // A file that was cut off on its way here looks just like this.
   if (config_.end == ProgramEnd::kExpected)
     executor_.warn(1, fmt::format("{}; it ends here, perhaps cut off ([program] end_required)",
                                   gcode_error_info(GcodeErrorCode::kNoProgramEnd).sentence));
@@ -121,6 +125,8 @@ bool Flow::read_line(std::string_view& line) {
   try {
     more = f.reader->next(line);
   } catch (...) {
+    // The line behind the one that cannot be read: whoever goes on in spite of the error does not meet it
+    // again.
     next_.at = f.reader->place();
     throw;
   }
@@ -134,6 +140,7 @@ void Flow::parse(std::string_view line) {
   if (scratch_.code.empty()) return;
   const ForeignParameter foreign = foreign_parameter(scratch_);
   const auto told = std::find(told_parameters_.begin(), told_parameters_.end(), foreign.warning);
+  // Once for each kind, however often the program has it.
   if (foreign.warning.empty() || told != told_parameters_.end()) return;
   told_parameters_.push_back(foreign.warning);
   executor_.warn(foreign.column, foreign.warning);
@@ -249,6 +256,7 @@ void Flow::obey(const ParsedBlock& block) {
       return obey_if(block, label);
     case FlowKind::kElseIf:
     case FlowKind::kElse:
+      // Reached by running on, so the branch before it has run. The rest is passed over.
       close_if(label, block.flow.kind == FlowKind::kElse ? "else" : "elseif");
       skip_to(label, {FlowKind::kEndIf});
       return;
@@ -297,6 +305,7 @@ void Flow::obey_while(const ParsedBlock& block, std::int32_t label) {
       loops_.push_back({FlowKind::kWhile, label, current_, current_node_, 0, ifs_.size()});
     return;
   }
+  // A condition that is false at once never opened the loop, and there is none to close.
   const bool was_inside = in_loop(FlowKind::kWhile, label);
   skip_to(label, {FlowKind::kEndWhile});
   if (was_inside) loops_.pop_back();
@@ -482,6 +491,8 @@ bool Flow::recover() {
   loops_.clear();
   ifs_.clear();
   if (frames_.empty()) return true;
+  // Sub-programs are left from the inside outwards, each with what it has to restore, and the check goes on
+  // behind the outermost call.
   const Frame outermost = frames_.front();
   while (!frames_.empty()) {
     executor_.on_return(static_cast<int>(frames_.size()));

@@ -19,6 +19,7 @@ void Flow::call(const ParsedBlock& block, std::int32_t label) {
   std::array<double, parameter::kLocalCount> arguments{};
   const std::size_t count = block.flow.arguments.size();
   TRN_CHECK(count <= arguments.size());
+  // All arguments before the frame is changed: "o1 call [#1 + #2]" means the caller's #1.
   for (std::size_t i = 0; i < count; ++i) arguments[i] = argument(block, i);
   enter(label, std::span(arguments.data(), count), false, 0);
 }
@@ -55,6 +56,7 @@ void Flow::leave(const ParsedBlock* with_value) {
     const bool returns = with_value && !with_value->flow.arguments.empty();
     executor_.set_return_value(returns ? std::optional(argument(*with_value, 0)) : std::nullopt);
   }
+  // Before the frame is popped: M73 restores what was kept at this level.
   executor_.on_return(static_cast<int>(frames_.size()));
   if (!frame.numbered) parameters_.pop_frame();
   TRN_CHECK(frame.loops <= loops_.size());
@@ -75,6 +77,7 @@ void Flow::call_numbered(const Block& block) {
     fail(GcodeErrorCode::kNotInteger, block.at('P'), 'P', number);
   if (repeats != std::round(repeats) || repeats < 0)
     fail(GcodeErrorCode::kNotInteger, block.at('L'), 'L', repeats);
+  // L0 is a call that was switched off.
   if (repeats == 0) return;
   enter(labels_.intern(fmt::format("{:.0f}", number)), {}, true, static_cast<std::int64_t>(repeats));
 }
@@ -111,6 +114,8 @@ bool Flow::return_numbered(const Block& block) {
 bool Flow::find_sub(std::int32_t label, CodePlace& place) {
   TRN_CHECK(label >= 0 && static_cast<std::size_t>(current_.file) < files_.size());
   const std::string name = labels_.name(label);  // a copy: indexing may add labels
+  // The nearest definition counts: that of the file which calls, then the main program's, then those of files
+  // that are open, and only then a file of that name.
   for (const int index : {current_.file, 0}) {
     File& f = *files_[static_cast<std::size_t>(index)];
     auto found = f.subs.find(label);
@@ -162,6 +167,7 @@ void Flow::index_file(std::size_t index) {
 
 bool Flow::open_sub_file(const std::string& name, CodePlace& place, std::int32_t label) {
   namespace fs = std::filesystem;
+  // A label is a name and no path: a program must not open what lies outside its folders.
   if (name.find('/') != std::string::npos || name.find("..") != std::string::npos) return false;
   for (const std::string& entry : config_.sub_path) {
     const fs::path folder =

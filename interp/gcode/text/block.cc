@@ -10,11 +10,13 @@ namespace trn {
 
 namespace {
 
+// G[1 + 0.1 * 5] may come out as 1.4999999. Codes have one decimal, so a thousandth of a tenth is rounding.
 constexpr double kCodeTolerance = 1e-3;
 constexpr GCode kCancelMotion = 80_g;
 constexpr int kMWordsMax = 4;  // of a line (RS274/NGC section 3.3.1)
 
 int to_code(double value, double scale, std::uint32_t column, char letter) {
+  // G codes are held in tenths, M codes as they are.
   const double scaled = value * scale;
   const double rounded = std::round(scaled);
   if (!(std::fabs(scaled - rounded) <= kCodeTolerance) || rounded < 0 || rounded > 99999) {
@@ -30,6 +32,7 @@ void add_g(const ModalTable& table, double value, std::uint32_t column, Block& o
   if (group < 0) fail(GcodeErrorCode::kUnknownG, column, g_name(code));
   GCode& slot = out.g[static_cast<std::size_t>(group)];
   if (code == kCancelMotion && slot != kNoGCode) return;  // G80 goes with any other code of its group
+  // Codes that the config ignores may stand together: they mean nothing.
   if (slot != kNoGCode && slot != kCancelMotion && group != static_cast<int>(GGroup::kIgnored))
     fail(GcodeErrorCode::kGroupConflict, column, g_name(slot), g_name(code));
   slot = code;
@@ -72,6 +75,8 @@ void add_m(const ModalTable& table, double value, std::uint32_t column, Block& o
 
 void Block::clear() {
   present = 0;
+  // Most lines have no M and many no G code; the tables are cleared only when the line before has filled
+  // them.
   if (any_g || parsed == nullptr) g.fill(kNoGCode);
   if (any_m || parsed == nullptr) m.fill(-1);
   any_g = any_m = false;

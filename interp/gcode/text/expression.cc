@@ -35,12 +35,15 @@ constexpr UnaryFunction kFunctions[] = {{"abs", Op::kAbs}, {"acos", Op::kAcos}, 
                                         {"fup", Op::kFup}, {"ln", Op::kLn},     {"round", Op::kRound},
                                         {"sin", Op::kSin}, {"sqrt", Op::kSqrt}, {"tan", Op::kTan}};
 
+// Numbers in programs come from sums of decimals: "#1 EQ 0.3" after three times 0.1 shall be true.
 constexpr double kEqualTolerance = 1e-4;
 constexpr double kIntegerTolerance = 1e-4;
+// Each level of brackets keeps at most a left operand while its right one is computed.
 constexpr int kStackSize = 2 * ExpressionCompiler::kMaxDepth + 8;
 
 double modulo(double left, double right, std::uint32_t column) {
   if (right == 0) fail(GcodeErrorCode::kDivideByZero, column);
+  // RS274/NGC's MOD is never negative: -1 MOD 360 is 359.
   const double rest = std::fmod(left, right);
   return rest < 0 ? rest + std::fabs(right) : rest;
 }
@@ -114,6 +117,7 @@ double apply_unary(Op op, double a, std::uint32_t column) {
       return std::tan(rad_from_deg(a));
     case Op::kExp:
       return std::exp(a);
+    // FIX rounds down and not towards zero: FIX[-2.8] is -3 (RS274/NGC).
     case Op::kFix:
       return std::floor(a);
     case Op::kFup:
@@ -198,11 +202,13 @@ ExpressionCompiler::Reference ExpressionCompiler::reference() {
   if (c == '<') {
     lexer_.skip();
     const std::string name = lexer_.name('>');
+    // Names that begin with an underscore are global, all others belong to the sub-program.
     if (name[0] != '_') return {Op::kLocal, names_.intern(name)};
     const int predefined = find_predefined(name);
     if (predefined >= 0) return {Op::kPredefined, predefined};
     return {Op::kGlobal, names_.intern(name)};
   }
+  // "#5" is found while the line is read and costs no computation when it runs.
   if (Lexer::is_digit(c)) {
     const double value = lexer_.number();
     const auto number = static_cast<std::int64_t>(value);
@@ -234,11 +240,14 @@ void ExpressionCompiler::binary(int least_precedence) {
       lexer_.back_to(mark);
       fail(GcodeErrorCode::kBadExpression, lexer_.column(), show_byte(c));
     }
+    // The operator belongs to an expression further out: in "2 * 3 + 4" the plus ends the product.
     if (found->precedence < least_precedence) {
       lexer_.back_to(mark);
       break;
     }
+    // One higher, so that operators of the same rank are taken from the left: 8 / 4 / 2 is 1.
     binary(found->precedence + 1);
+    // Behind both operands: the code is in postfix order and needs no brackets when it runs.
     emit(found->op, column);
   }
   --depth_;
@@ -247,6 +256,7 @@ void ExpressionCompiler::binary(int least_precedence) {
 void ExpressionCompiler::exists(std::uint32_t column) {
   expect('[');
   if (!lexer_.accept('#')) fail(GcodeErrorCode::kBadName, lexer_.column());
+  // A number exists if it lies in range; only names can be unknown.
   if (lexer_.peek() != '<') {
     operand();
     emit(Op::kExistsIndirect, column);
@@ -268,6 +278,7 @@ void ExpressionCompiler::exists(std::uint32_t column) {
 
 void ExpressionCompiler::function() {
   const std::uint32_t column = lexer_.column();
+  // EXISTS asks whether there is such a parameter, so its argument must not be loaded.
   if (lexer_.accept_word("exists")) return exists(column);
   const auto argument = [&] {
     expect('[');
@@ -276,6 +287,7 @@ void ExpressionCompiler::function() {
   };
   if (lexer_.accept_word("atan")) {
     argument();
+    // ATAN[y]/[x] has two arguments with a slash between them, which is no division.
     expect('/');
     argument();
     return emit(Op::kAtan2, column);
@@ -290,6 +302,7 @@ void ExpressionCompiler::function() {
 
 int Evaluator::parameter_number(double value, std::uint32_t column) {
   const double rounded = std::round(value);
+  // "#[#1 + 0.1 * 10]" is meant as a whole number though it may miss it by rounding.
   if (!(std::fabs(value - rounded) <= kIntegerTolerance))
     fail(GcodeErrorCode::kNotInteger, column, "the parameter number", value);
   if (!(rounded >= 1 && rounded <= parameter::kMax)) fail(GcodeErrorCode::kParameterRange, column, rounded);
@@ -305,6 +318,7 @@ bool Evaluator::exists(double value, std::uint32_t column) {
 
 double Evaluator::numbered(int number, std::uint32_t column) const {
   if (number < 1 || number > parameter::kMax) fail(GcodeErrorCode::kParameterRange, column, number);
+  // #5420 to #5425 are not stored: they are where the machine stands when the expression is computed.
   if (number >= parameter::kPosition && number < parameter::kPosition + 6)
     return state_.position(number - parameter::kPosition);
   return parameters_[number];
@@ -355,6 +369,7 @@ double Evaluator::run(const std::vector<Instruction>& code, std::int32_t start) 
   std::size_t top = 0;
   TRN_CHECK(start >= 0 && static_cast<std::size_t>(start) < code.size());
   for (const Instruction* i = code.data() + start; i->op != Op::kEnd; ++i) {
+    // Codes below kNegate put a value on the stack, or replace the number on top by what it names.
     if (i->op < Op::kNegate) {
       if (i->op == Op::kIndirect || i->op == Op::kExistsIndirect) {
         stack[top - 1] = load(*i, stack[top - 1]);

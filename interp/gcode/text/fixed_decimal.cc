@@ -35,6 +35,7 @@ char* write_whole(char* to, std::uint64_t number) {
   std::array<char, 20> digits;
   char* const end = digits.data() + digits.size();
   char* first = end;
+  // Two digits at a time: half as many divisions, which are what writing a number costs.
   for (; number >= 100; number /= 100) write_pair(first -= 2, number % 100);
   if (number >= 10)
     write_pair(first -= 2, number);
@@ -55,11 +56,14 @@ char* write_four_decimals(char* to, double value) {
   if (!(magnitude < kLimit)) return nullptr;
   const double scaled = magnitude * kScale;
   auto number = static_cast<std::int64_t>(scaled);
+  // How far the scaled value lies above the half between two results.
   const double over = scaled - static_cast<double>(number) - 0.5;
   if (std::fabs(over) > scaled * kRelativeError) {
     number += over > 0;
   } else {
+    // The fused multiplication gives what the rounding of the product has taken away.
     const double beyond_half = over + std::fma(magnitude, kScale, -scaled);
+    // Exactly a half: the caller's slow way rounds it as the standard library does.
     if (beyond_half == 0) return nullptr;
     number += beyond_half > 0;
   }

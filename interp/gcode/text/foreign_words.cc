@@ -46,10 +46,12 @@ LetterRun next_run(std::string_view line, std::size_t& i) {
   while (i < line.size()) {
     const char c = line[i];
     if (c == ';') break;
+    // Comments and names of parameters may have any words in them.
     if (c == '(' || c == '<') {
       i = behind(line, i, c == '(' ? ')' : '>');
       continue;
     }
+    // Inside brackets letters are functions and operators of this language.
     depth += c == '[' ? 1 : c == ']' ? -1 : 0;
     if (depth > 0 || !Lexer::is_letter(c)) {
       ++i;
@@ -89,6 +91,7 @@ void refuse_foreign_word(std::string_view line, const BlockError& error) {
     const auto column = static_cast<std::uint32_t>(run.at) + 1;
     for (const ForeignWord& word : kForeignWords)
       if (word.text == run.text) fail(word.code, column);
+    // Only a word at which the line really failed is called foreign; others of the line may be in order.
     const bool here = error.column >= column && error.column <= column + run.text.size();
     if (here && run.text.size() > 1 && !run.bracket_follows) fail(GcodeErrorCode::kForeignWord, column);
   }
@@ -100,6 +103,8 @@ ForeignParameter foreign_parameter(const ParsedBlock& block) {
       return {kAlarm, a.column};
   for (const Instruction& i : block.code) {
     if (i.op != Op::kNumbered) continue;
+    // Fanuc's numbers: 5001 to 5008 the end of the block before, 5021 to 5028 and 5041 to 5048 the present
+    // place in machine and work coordinates.
     const bool position = (i.index >= 5001 && i.index <= 5008) || (i.index >= 5021 && i.index <= 5028) ||
                           (i.index >= 5041 && i.index <= 5048);
     if (position) return {kPosition, i.column};

@@ -15,6 +15,7 @@ constexpr double kNumberLimit = 1e15;  // longer ones have lost their last digit
 double parse_digits(const char* first, const char* last, std::uint32_t column, const char** stop) {
   double value = 0;
   const auto result = fast_float::from_chars(first, last, value, fast_float::chars_format::fixed);
+  // Fixed notation only: in G-code an E behind a number is the next word and no exponent.
   if (result.ec != std::errc() || !(value < kNumberLimit)) fail(GcodeErrorCode::kBadNumber, column);
   *stop = result.ptr;
   return value;
@@ -25,6 +26,8 @@ double parse_digits(const char* first, const char* last, std::uint32_t column, c
 bool Lexer::accept_word(std::string_view word) {
   const char* start = p_;
   for (const char c : word) {
+    // White space inside a word is passed over, as in "G O T O", so what was taken must be given back if the
+    // word is another one.
     if (peek() != c) {
       p_ = start;
       return false;
@@ -35,6 +38,8 @@ bool Lexer::accept_word(std::string_view word) {
 }
 
 ShortDecimal Lexer::decimal(const char* p) const {
+  // A double holds every whole number of 15 digits, and one division by a power of ten rounds once: the
+  // result is the nearest double, as the slow way would give it.
   constexpr int kExactDigits = 15;
   ShortDecimal found;
   int digits = 0;
@@ -68,7 +73,10 @@ double Lexer::number() {
   if (!is_digit(c) && c != '.') fail(GcodeErrorCode::kBadNumber, column());
   const char* start = p_;
   const auto of_number = [](char byte) { return is_digit(byte) || byte == '.'; };
+  // How far the number goes without white space; if more of it comes behind some, it is read anew in one
+  // piece.
   while (p_ != end_ && of_number(*p_)) ++p_;
+  // White space is allowed anywhere in RS274/NGC (section 3.3), numbers included.
   if (of_number(peek())) return spaced_number(start, negative);
   p_ = start;
   const std::uint32_t at = column();
@@ -122,6 +130,8 @@ std::string Lexer::name(char close) {
 std::string_view Lexer::comment() {
   const char* start = p_;
   for (; p_ != end_; ++p_) {
+    // A comment inside a comment is most often one whose closing bracket is missing, and would swallow what
+    // follows.
     if (*p_ == '(') fail(GcodeErrorCode::kNestedComment, column());
     if (*p_ == ')') {
       const std::string_view text(start, static_cast<std::size_t>(p_ - start));

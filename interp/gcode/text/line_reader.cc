@@ -65,6 +65,7 @@ std::unique_ptr<ByteSource> open_file(const std::string& path, bool may_be_missi
   if (descriptor < 0)
     fail(GcodeErrorCode::kCannotOpen, 0, fmt::format("'{}': {}", path, std::strerror(errno)));
   struct stat info {};
+  // Opening a folder succeeds. Reading it would fail with a message that helps nobody.
   if (::fstat(descriptor, &info) == 0 && S_ISDIR(info.st_mode)) {
     ::close(descriptor);
     if (may_be_missing) return nullptr;
@@ -86,12 +87,15 @@ LineReader::LineReader(std::unique_ptr<ByteSource> source, std::size_t line_leng
 // Moves what is left to the front and reads on; false when nothing new came.
 bool LineReader::refill() {
   if (source_ended_) return false;
+  // A line that lies across the end of the buffer comes to its front, so that every line is one piece of
+  // memory.
   std::memmove(buffer_.get(), buffer_.get() + at_, end_ - at_);
   buffer_offset_ += at_;
   end_ -= at_;
   at_ = 0;
   const std::size_t got = source_->read(buffer_.get() + end_, buffer_size_ - end_);
   if (got == 0) source_ended_ = true;
+  // Noted once for all that was read, so that lines of text are not searched for zeros each.
   has_zero_ = (has_zero_ && end_ > 0) || std::memchr(buffer_.get() + end_, '\0', got) != nullptr;
   end_ += got;
   return got > 0;
@@ -105,12 +109,14 @@ void LineReader::check_start() {
     at_ = 3;
     return;
   }
+  // UTF-16 with its mark, or, without one, ASCII letters with zeros between them.
   const bool little =
       (byte(0) == 0xFF && byte(1) == 0xFE) || (end_ >= 4 && byte(0) && !byte(1) && byte(2) && !byte(3));
   const bool big =
       (byte(0) == 0xFE && byte(1) == 0xFF) || (end_ >= 4 && !byte(0) && byte(1) && !byte(2) && byte(3));
   if (little || big) {
     at_ = end_;
+    // Read to the end, so that an error is told once and not for each line of it.
     while (refill()) at_ = end_;
     fail(GcodeErrorCode::kUtf16, 1, little ? "UTF-16LE" : "UTF-16BE");
   }
@@ -123,6 +129,7 @@ bool LineReader::next(std::string_view& line) {
     const char* start = buffer_.get() + at_;
     const auto* found = static_cast<const char*>(std::memchr(start + searched, '\n', end_ - at_ - searched));
     if (found) return finish_line(static_cast<std::size_t>(found - start), 1, line);
+    // What was searched need not be searched again when more has come.
     searched = end_ - at_;
     if (searched > line_length_max_) overlong();
     if (refill()) continue;
@@ -134,6 +141,7 @@ bool LineReader::finish_line(std::size_t length, std::size_t step, std::string_v
   line = std::string_view(buffer_.get() + at_, length);
   at_ += length + step;
   ++line_;
+  // The line is counted and passed before it is judged: the error names it, and reading goes on behind it.
   if (length > line_length_max_) fail(GcodeErrorCode::kLineTooLong, 1, line_length_max_);
   while (!line.empty() && line.back() == '\r') line.remove_suffix(1);  // "\r\r\n": written in text mode twice
   if (!has_zero_) return true;

@@ -12,6 +12,7 @@ namespace trn {
 namespace {
 
 constexpr std::size_t kMaxCallArguments = 30;
+// No postprocessor writes so many. A line of garbage must not make the block grow without bound.
 constexpr std::size_t kMaxWords = 200;
 
 struct FlowName {
@@ -110,6 +111,8 @@ void Parser::parse(std::string_view text, ParsedBlock& out) {
   Lexer lexer(text);
   try {
     line(lexer, out);
+    // A line of another control's language fails somewhere in the middle of a word. Who reads "E is no axis"
+    // of an ENDIF is not helped; the word itself is named where it is known.
   } catch (const BlockError& error) {
     refuse_foreign_word(text, error);
     throw;
@@ -118,10 +121,12 @@ void Parser::parse(std::string_view text, ParsedBlock& out) {
 
 void Parser::line(Lexer& lexer, ParsedBlock& out) {
   char c = lexer.peek();
+  // What stands behind a percent sign on its line is no program.
   if (c == '%') {
     out.percent = true;
     return;
   }
+  // Block delete stands in front of the line number in RS274/NGC.
   if (c == '/') {
     out.block_delete = true;
     lexer.skip();
@@ -139,6 +144,7 @@ void Parser::line(Lexer& lexer, ParsedBlock& out) {
 bool Parser::is_flow_line(std::string_view line) {
   Lexer lexer(line);
   lexer.accept('/');
+  // Digits are enough here: a number of another form is refused when the line itself is parsed.
   if (lexer.accept('n'))
     while (Lexer::is_digit(lexer.peek())) lexer.skip();
   return lexer.peek() == 'o';
@@ -154,6 +160,8 @@ void Parser::parse_flow_only(std::string_view line, ParsedBlock& out) {
 void Parser::segments(Lexer& lexer, ParsedBlock& out) {
   for (char c = lexer.peek(); c != '\0'; c = lexer.peek()) {
     const auto byte = static_cast<unsigned char>(c);
+    // A keyword such as TRAORI begins with the letter of a word. The letter behind it tells the two apart,
+    // since a value begins with a letter only where it is a function.
     if (begins_keyword_[byte] && letter_follows(lexer) && keyword(lexer, c, out)) continue;
     if (kWordNames[byte])
       word(lexer, kWordNames[byte], out);
@@ -181,6 +189,7 @@ void Parser::other_segment(Lexer& lexer, char c, ParsedBlock& out) {
     case 'o':
       fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "not at the beginning of the line",
            "the O-word first on its line");
+    // X=10 is how Sinumerik and others give a value. Here the value follows its letter at once.
     case '=':
       if (!out.words.empty())
         fail(GcodeErrorCode::kForeignEquals, lexer.column(), shown_letter(out.words.back().letter));
@@ -204,6 +213,7 @@ void Parser::word(Lexer& lexer, char name, ParsedBlock& out) {
   parsed.letter = name;
   parsed.column = lexer.column();
   lexer.skip();
+  // Nearly every value is a short plain number, for which the quick way does.
   if (!lexer.short_number(parsed.value)) word_value(lexer, parsed, out);
 }
 
@@ -243,6 +253,7 @@ void Parser::assignment(Lexer& lexer, ParsedBlock& out) {
     case Op::kGlobal:
       made.target = Assignment::Target::kGlobal;
       break;
+    // Found here and refused when the line is obeyed, so that a line that is never reached does no harm.
     case Op::kPredefined:
       made.target = Assignment::Target::kReadOnly;
       break;
@@ -270,6 +281,7 @@ void Parser::comment(Lexer& lexer, ParsedBlock& out) {
   Lexer inner(text);
   out.comment_kind = CommentKind::kPlain;
   for (const CommentName& name : kCommentNames) {
+    // "(MSG, text)" acts, "(M SG, text)" is a comment: no white space inside the word.
     if (text.size() < name.text.size() || text.find_first_of(" \t") < name.text.size() ||
         !inner.accept_word(name.text))
       continue;
@@ -281,6 +293,7 @@ void Parser::comment(Lexer& lexer, ParsedBlock& out) {
 
 bool Parser::keyword(Lexer& lexer, char letter, ParsedBlock& out) {
   const std::uint32_t column = lexer.column();
+  // In the order of the config: a keyword that begins with another one must stand before it there.
   for (std::size_t i = 0; i < words_.size(); ++i) {
     const MappedWord& mapped = words_[i];
     if (!mapped.is_keyword() || mapped.text[0] != letter || !lexer.accept_word(mapped.text)) continue;
@@ -325,6 +338,7 @@ void Parser::flow(Lexer& lexer, ParsedBlock& out) {
     break;
   }
   const char c = lexer.peek();
+  // O1234 with nothing behind it is the number of a program, as other controls write it.
   if (out.flow.kind == FlowKind::kNone) {
     if (c != '\0' && c != '(' && c != ';')
       fail(GcodeErrorCode::kFlowSyntax, lexer.column(), "unknown keyword",
