@@ -71,12 +71,21 @@ void CanDrives::open(Bus& bus) {
   });
 }
 
-std::vector<NodeSetup> CanDrives::make_setups(Bus& bus) const {
+// Which nodes these are is kept: the tick may lose another one meanwhile, which is a matter of the next
+// reset.
+std::vector<NodeLink*> CanDrives::nodes_to_set_up(Bus& bus) {
+  std::vector<NodeLink*> nodes;
+  for (NodeLink& node : bus.master->nodes())
+    if (node.shared().needs_setup.load()) nodes.push_back(&node);
+  return nodes;
+}
+
+std::vector<NodeSetup> CanDrives::make_setups(Bus& bus, const std::vector<NodeLink*>& nodes) {
   std::vector<NodeSetup> setups;
-  auto& nodes = bus.master->nodes();
-  for (std::size_t i = 0; i < nodes.size(); ++i)
-    if (nodes[i].shared().needs_setup.load())
-      setups.emplace_back(bus.master->config().bus.nodes[i].setup, bus.service->now_ns());
+  for (const NodeLink* node : nodes) {
+    const auto i = static_cast<std::size_t>(node - bus.master->nodes().data());
+    setups.emplace_back(bus.master->config().bus.nodes[i].setup, bus.service->now_ns());
+  }
   return setups;
 }
 
@@ -114,17 +123,18 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
 }
 
 void CanDrives::set_up(Bus& bus) {
-  std::vector<NodeSetup> setups = make_setups(bus);
+  const std::vector<NodeLink*> nodes = nodes_to_set_up(bus);
+  std::vector<NodeSetup> setups = make_setups(bus, nodes);
   run(setups, *bus.service);
-  finish(bus, setups);
+  finish(nodes, setups);
 }
 
-void CanDrives::finish(Bus& bus, const std::vector<NodeSetup>& setups) {
+void CanDrives::finish(const std::vector<NodeLink*>& nodes, const std::vector<NodeSetup>& setups) {
   std::vector<std::string> errors;
-  std::size_t next = 0;
-  for (NodeLink& node : bus.master->nodes()) {
-    if (!node.shared().needs_setup.load()) continue;
-    const NodeSetup& setup = setups[next++];
+  TRN_CHECK(nodes.size() == setups.size());
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    NodeLink& node = *nodes[i];
+    const NodeSetup& setup = setups[i];
     if (!setup.error().empty()) {
       errors.push_back(setup.error());
       continue;

@@ -53,10 +53,11 @@ class CanDrives final : public Drives, public TouchDrives {
 
   static bool restore(Bus& bus);
   void open(Bus& bus);
-  std::vector<NodeSetup> make_setups(Bus& bus) const;
+  static std::vector<NodeLink*> nodes_to_set_up(Bus& bus);
+  static std::vector<NodeSetup> make_setups(Bus& bus, const std::vector<NodeLink*>& nodes);
   void set_up(Bus& bus);
   static void run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint);
-  void finish(Bus& bus, const std::vector<NodeSetup>& setups);
+  static void finish(const std::vector<NodeLink*>& nodes, const std::vector<NodeSetup>& setups);
 
   void take_requests() TRN_RT;
   void report(Feedback& feedback) TRN_RT;

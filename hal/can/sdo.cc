@@ -10,6 +10,7 @@ namespace trn {
 
 namespace {
 
+constexpr int kIdleAcks = 3;         // blocks of which the node has taken nothing, one after the other
 constexpr int kBlockSegments = 127;  // the most a block may have
 constexpr std::size_t kSegmentBytes = 7;
 
@@ -84,6 +85,7 @@ void SdoClient::begin(ObjectKey key, Phase phase, std::int64_t now_ns) {
   state_ = State::kBusy;
   out_.clear();
   sent_ = block_start_ = 0;
+  idle_acks_ = 0;
   toggle_ = aborted_by_node_ = sequence_broken_ = last_seen_ = false;
   abort_code_ = announced_ = 0;
   deadline_ns_ = now_ns + config_.timeout_ns;
@@ -266,6 +268,10 @@ void SdoClient::on_block_ack(const CanFrame& frame) {
   if (frame.data[0] != 0xA2) return fail(sdo_abort::kCommand);
   const int acknowledged = frame.data[1];
   if (acknowledged > sequence_) return fail(sdo_abort::kSequence);
+  // A node that takes nothing would keep the transfer alive for ever, for each of its answers renews the
+  // time.
+  idle_acks_ = acknowledged > 0 ? 0 : idle_acks_ + 1;
+  if (idle_acks_ > kIdleAcks) return fail(sdo_abort::kSequence);
   // segments behind the last good one are sent again
   sent_ = std::min(block_start_ + kSegmentBytes * static_cast<std::size_t>(acknowledged), data_.size());
   block_size_ = frame.data[2];

@@ -116,7 +116,7 @@ class SdoClient {
   std::int64_t deadline_ns_ = 0;
   std::uint32_t abort_code_ = 0, announced_ = 0;
   std::size_t sent_ = 0, block_start_ = 0;
-  int block_size_ = 0, sequence_ = 0;
+  int block_size_ = 0, sequence_ = 0, idle_acks_ = 0;
   bool toggle_ = false, aborted_by_node_ = false, sequence_broken_ = false, last_seen_ = false;
 };
 

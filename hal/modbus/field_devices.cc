@@ -74,6 +74,19 @@ void check_budget(const ModbusConfig& config, std::size_t line, const ConfigTabl
                                 config.lines[line].name, 100 * share, sum, share / kShareMax));
 }
 
+// What the register would hold must mean what was asked for: 80000 in sixteen bits would be 14464.
+std::string word_of(const ModbusValueConfig& value, double wanted, std::uint16_t& word) {
+  const double low = value.is_signed ? -32768 : 0, high = value.is_signed ? 32767 : 65535;
+  const double raw = std::round(wanted / value.scale);
+  if (!(raw >= low && raw <= high)) {
+    const auto [from, to] = std::minmax(low * value.scale, high * value.scale);
+    return fmt::format("{} = {:g} does not fit register {} ({:g} to {:g})", value.name, wanted, value.address,
+                       from, to);
+  }
+  word = static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
+  return "";
+}
+
 }  // namespace
 
 void leave_signals_to_others() {
@@ -213,10 +226,10 @@ void FieldDevices::run_writes(ModbusLink& link, std::size_t line) {
     for (const ModbusValueConfig& value : device.values) {
       double wanted = 0;
       if (!take_write(value, wanted)) continue;
-      const auto word =
-          static_cast<std::uint16_t>(static_cast<std::int32_t>(std::lround(wanted / value.scale)));
-      std::string trouble;
-      for (int tries = 0; tries <= device.retries; ++tries)
+      std::uint16_t word = 0;
+      std::string trouble = word_of(value, wanted, word);
+      const bool fits = trouble.empty();
+      for (int tries = 0; fits && tries <= device.retries; ++tries)
         if (trouble = link.write(device.unit, value.table, value.address, {word}); trouble.empty()) break;
       finish_write(i, value, wanted, trouble);
       // The device does not answer, and the other values would each wait for the time-out as well.

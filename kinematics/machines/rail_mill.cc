@@ -173,6 +173,9 @@ std::unique_ptr<Kinematics> make_rail_mill(const Machine& machine, const ConfigT
   section.finish();  // a misspelt key explains a missing rail better than what follows
   if (rails.size() != 4)
     throw section.error("rail", fmt::format("a rail mill has 4 rails, not {}", rails.size()));
+  const auto at_origin = [](const Rail& rail) { return rail.platform_P.norm() < 1e-9; };
+  if (std::all_of(config.rails.begin(), config.rails.end(), at_origin))
+    throw section.error("rail", "every platform_mm is zero, so the rails could not turn the platform");
   if (machine.joints.size() != 4)
     throw section.error("type", "a rail mill has four linear joints, one a rail");
   for (const Joint& joint : machine.joints)

@@ -87,7 +87,10 @@ KinStatus SerialKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc
   JointVec q = joints_of(abc);
   if ((config_.chain.rotation(q).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
   if (!rotary_closed_) {
-    const KinStatus status = solve_by_newton(config_.chain, {orientation(abc), config_.chain.pose(q).p}, q);
+    // The tool's own turn is free: the present frame is turned by the shortest way.
+    const Pose X = config_.chain.pose(q);
+    const Mat3 turned = Eigen::Quaterniond::FromTwoVectors(X.R.col(2), u) * X.R;
+    const KinStatus status = solve_by_newton(config_.chain, {turned, X.p}, q);
     if (status != KinStatus::kOk) return status;
   } else {
     const RotaryAxes::Angles seed{q[rotary_joint_[0]], q[rotary_joint_[1]]};

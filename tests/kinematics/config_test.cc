@@ -93,5 +93,12 @@ TEST(KinematicsConfig, LegsAndRailsAreCounted) {
   EXPECT_NE(more.find("a rail mill has 4 rails, not 5"), std::string::npos) << more;
 }
 
+TEST(KinematicsConfig, APlatformWithoutSizeIsRefused) {
+  std::string text = read_text(config_path("rail_mill"));
+  text = std::regex_replace(text, std::regex(R"(platform_mm = \[[^\]]*\])"), "platform_mm = [0.0, 0.0, 0.0]");
+  const std::string message = failure_of(text);
+  EXPECT_NE(message.find("every platform_mm is zero"), std::string::npos) << message;
+}
+
 }  // namespace
 }  // namespace trn

@@ -190,5 +190,22 @@ TEST(Serial, TheAxisAloneIsFollowedThroughThePole) {
   }
 }
 
+// Three rotary joints leave a choice that no closed form makes. Whatever is chosen, the axis is the one asked
+// for.
+TEST(Serial, ThreeRotaryJointsPointTheToolWhereItIsAskedTo) {
+  const LoadedMachine loaded = machine_of(
+      "XYZABC", tool_xyz() + tool('B', "0,1,0") + work('C', "0,0,1") + work('A', "1,0,0", "0,0,-75"));
+  const Kinematics& kin = *loaded.kinematics;
+  std::mt19937_64 rng(3);
+  std::uniform_real_distribution<double> unit(-1, 1);
+  for (int i = 0; i < 500; ++i) {
+    const Vec3 u = Vec3(0.9 * unit(rng), 0.9 * unit(rng), 1).normalized();
+    const Vec3 seed = 0.5 * Vec3(unit(rng), unit(rng), unit(rng));
+    Vec3 abc;
+    ASSERT_EQ(kin.words_for_axis(u, seed, abc), KinStatus::kOk) << i;
+    EXPECT_LT((kin.orientation(abc).col(2) - u).norm(), 1e-9) << i;
+  }
+}
+
 }  // namespace
 }  // namespace trn

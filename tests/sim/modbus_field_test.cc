@@ -130,6 +130,23 @@ TEST(FieldDevices, WhatADeviceDoesNotTakeIsTriedAgain) {
   EXPECT_GE(Bench::polls_until([&] { return devices.fault(detail) == Fault::kOk; }), 0) << detail;
 }
 
+// 80000 in sixteen bits would be 14464, and -5 would be 65531: a spindle would turn as nobody asked.
+TEST(FieldDevices, WhatDoesNotFitItsRegisterIsNotWritten) {
+  for (const double wanted : {80000.0, 65536.0, -5.0, 1e300}) {
+    Bench bench(false);
+    FieldDevices devices(bench.config);
+    std::string detail;
+    ASSERT_GE(Bench::polls_until([&] { return !devices.value("box.speed")->stale; }), 0);
+    devices.write("box.speed", wanted);
+    ASSERT_GE(Bench::polls_until([&] { return devices.fault(detail) == Fault::kDeviceLost; }), 0) << wanted;
+    EXPECT_NE(detail.find("does not fit register 2 (0 to 65535)"), std::string::npos) << detail;
+    EXPECT_EQ(bench.line->get(3, ModbusTable::kHolding, 2), 0) << wanted;
+    devices.write("box.speed", 65535);
+    ASSERT_GE(Bench::polls_until([&] { return bench.line->get(3, ModbusTable::kHolding, 2) == 65535; }), 0);
+    EXPECT_GE(Bench::polls_until([&] { return devices.fault(detail) == Fault::kOk; }), 0) << detail;
+  }
+}
+
 TEST(FieldDevices, EveryReadingIsToldToTheListener) {
   Bench bench(false);
   std::atomic<int> told = 0;

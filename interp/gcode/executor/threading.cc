@@ -125,7 +125,8 @@ void Executor::thread_pass(const Thread& thread, double depth) {
     at[kX] = cut;
     traverse();
   }
-  // An override would change the way a turn and spoil the pitch.
+  // An override would change the way a turn and spoil the pitch. Behind the pass the program's own word counts.
+  const bool feed_override = s_.modal.feed_override;
   put(PlainCanon::kDisableFeedOverride);
   if (thread.entry) {
     put(canon::StartFeedSync{thread.taper_pitch(), false});
@@ -147,7 +148,7 @@ void Executor::thread_pass(const Thread& thread, double depth) {
   put(PlainCanon::kStopFeedSync);
   at[kX] = clear;
   traverse();
-  put(PlainCanon::kEnableFeedOverride);
+  if (feed_override) put(PlainCanon::kEnableFeedOverride);
 }
 
 }  // namespace trn

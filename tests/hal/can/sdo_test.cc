@@ -32,5 +32,28 @@ TEST(SdoClient, ANodeMayAbortABlockUploadAfterALostSegment) {
   EXPECT_TRUE(client.aborted_by_node());
 }
 
+// Each answer renews the time-out, so a node that acknowledges no segment of any block must be given up by
+// count.
+TEST(SdoClient, ANodeThatTakesNoSegmentOfABlockIsGivenUp) {
+  SdoClient client({5, 1'000'000, 1 << 16, 64, true});
+  const std::vector<std::uint8_t> data(100, 7);
+  client.write({0x2000, 0}, data, 0);
+  const auto sent = [&] {
+    int count = 0;
+    for (CanFrame frame; client.next_frame(frame); ++count) continue;
+    return count;
+  };
+  EXPECT_EQ(sent(), 1);
+  client.receive(make_frame(0x585, {0xA0, 0x00, 0x20, 0x00, 4, 0, 0, 0}), 0);
+  int blocks = 0;
+  while (client.state() == SdoClient::State::kBusy && blocks < 100) {
+    EXPECT_EQ(sent(), 4);
+    ++blocks;
+    client.receive(make_frame(0x585, {0xA2, 0, 4, 0, 0, 0, 0, 0}), 0);
+  }
+  EXPECT_EQ(client.state(), SdoClient::State::kAborted);
+  EXPECT_EQ(blocks, 4) << "the first and three more";
+}
+
 }  // namespace
 }  // namespace trn

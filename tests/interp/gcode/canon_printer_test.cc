@@ -249,5 +249,19 @@ TEST(Canon, ToolEntriesTurnWithTheirSystem) {
   EXPECT_NE(text.find("SET_TOOL_TABLE_ENTRY(0, 1, 0.0000 0.0000 4.0000 "), std::string::npos) << text;
 }
 
+// What a cycle switches off for itself comes back as the program had it.
+TEST(Canon, AThreadLeavesTheFeedOverrideAsItWas) {
+  const std::string pass = "G76 P1 Z-5 I-1 J0.5 K1 R1 Q0 H0 E0 L0\n";
+  for (const bool on : {true, false}) {
+    test::CanonText sink;
+    Session().run(std::string("G18 F10 S100 M3\nG0 X10 Z0\n") + (on ? "" : "M50 P0\n") + pass + "M2\n", sink);
+    const std::string cycle = sink.text.substr(0, sink.text.rfind("SET_G5X_OFFSET(1"));
+    EXPECT_NE(cycle.find("START_SPEED_FEED_SYNCH"), std::string::npos) << "no thread was cut";
+    EXPECT_EQ(cycle.find("ENABLE_FEED_OVERRIDE()") != std::string::npos &&
+                  cycle.rfind("ENABLE_FEED_OVERRIDE()") > cycle.rfind("DISABLE_FEED_OVERRIDE()"),
+              on);
+  }
+}
+
 }  // namespace
 }  // namespace trn
