@@ -128,6 +128,18 @@ TEST_F(ProgramFile, OtherTextsAreNoProgramsAndNothingOfThemIsTold) {
   }
 }
 
+// A hundred lines with more than comments are looked at; comments and empty lines are none of them.
+TEST_F(ProgramFile, OneOfTheFirstHundredLinesMustBeCode) {
+  const auto text = [](int foreign) {
+    std::string out = "(head)\n\n";
+    for (int i = 0; i < foreign; ++i) out += "this is a letter\n; remark\n";
+    return out + "G0 X1\n";
+  };
+  EXPECT_TRUE(may_be_program(text(0), words_));
+  EXPECT_TRUE(may_be_program(text(99), words_));
+  EXPECT_FALSE(may_be_program(text(100), words_));
+}
+
 TEST_F(ProgramFile, ProgramsArePrograms) {
   const ProgramFiles files(given_up_, words_);
   for (const std::string text :
