@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <unistd.h>
 
 #include <chrono>
 #include <filesystem>
@@ -70,7 +71,7 @@ class Planner : public ::testing::Test {
     }
   }
 
-  std::string path_ = ::testing::TempDir() + "planner_thread.ngc";
+  std::string path_ = fmt::format("{}planner_thread_{}.ngc", ::testing::TempDir(), getpid());
   Assembly assembly_ = assemble(source_dir() + "/configs/mill.toml");
   MotionQueue queue_{4096};
   PlannerThread planner_{assembly_, queue_, Parameters(), ToolTable::parse("T1 P1 Z+50\n", "t")};
@@ -139,7 +140,7 @@ TEST_F(Planner, AMistakeThatComesLateIsToldOnce) {
   EXPECT_NEAR(end_of_motion()[kX], 5, 1e-9);
   planner_.settle();
   const std::string failure = planner_.take_failure();
-  EXPECT_NE(failure.find("planner_thread.ngc:3:"), std::string::npos) << failure;
+  EXPECT_NE(failure.find(path_ + ":3:"), std::string::npos) << failure;
   EXPECT_EQ(planner_.take_failure(), "") << "once";
 }
 
