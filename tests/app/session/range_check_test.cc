@@ -15,9 +15,9 @@
 namespace trn {
 namespace {
 
-class Range : public ::testing::Test {
+class RangeCheckOnMill : public ::testing::Test {
  protected:
-  explicit Range(const std::string& machine = "mill")
+  explicit RangeCheckOnMill(const std::string& machine = "mill")
       : assembly_(assemble(source_dir() + "/configs/" + machine + ".toml")) {}
 
   static Words at(double x, double y, double z, double a_deg = 0) {
@@ -53,7 +53,7 @@ class Range : public ::testing::Test {
   std::uint32_t line_ = 0;
 };
 
-TEST_F(Range, EveryJointIsHeldToBothEndsOfItsRange) {
+TEST_F(RangeCheckOnMill, EveryJointIsHeldToBothEndsOfItsRange) {
   const double most[] = {300, 200, 250};
   for (int k = 0; k < 3; ++k)
     for (const double sign : {-1.0, 1.0}) {
@@ -73,7 +73,7 @@ TEST_F(Range, EveryJointIsHeldToBothEndsOfItsRange) {
   EXPECT_EQ(check_.moves, 18u);
 }
 
-TEST_F(Range, SaysWhichJointGoesWhereAndWhatItsRangeIs) {
+TEST_F(RangeCheckOnMill, SaysWhichJointGoesWhereAndWhatItsRangeIs) {
   check_.move(line_to(at(-300.5, 0, 0)));
   const auto told = refused();
   ASSERT_EQ(told.size(), 1u);
@@ -82,7 +82,7 @@ TEST_F(Range, SaysWhichJointGoesWhereAndWhatItsRangeIs) {
             "the part, or change the program");
 }
 
-TEST_F(Range, EachJointIsToldOnceUntilItHasBeenInside) {
+TEST_F(RangeCheckOnMill, EachJointIsToldOnceUntilItHasBeenInside) {
   check_.move(line_to(at(310, 0, 0)));
   check_.move(line_to(at(320, 0, 0)));
   EXPECT_EQ(refused().size(), 1u);
@@ -96,7 +96,7 @@ TEST_F(Range, EachJointIsToldOnceUntilItHasBeenInside) {
 }
 
 // From (280, -30) to (280, 30) about (280, 0): one half goes through X310, the other through X250.
-TEST_F(Range, AnArcIsFollowedBetweenItsGoodEnds) {
+TEST_F(RangeCheckOnMill, AnArcIsFollowedBetweenItsGoodEnds) {
   here_ = at(280, -30, 0);
   check_.move(arc_to(at(280, 30, 0), {280, 0, 0}, -kPi));
   EXPECT_TRUE(refused().empty());
@@ -110,7 +110,7 @@ TEST_F(Range, AnArcIsFollowedBetweenItsGoodEnds) {
 }
 
 // What was good with one tool says nothing of a longer one, which the Z joint must make up for.
-TEST_F(Range, AnotherToolIsJudgedAnew) {
+TEST_F(RangeCheckOnMill, AnotherToolIsJudgedAnew) {
   check_.move(line_to(at(0, 0, 220)));
   check_.move(line_to(at(0, 0, 0)));
   check_.move(line_to(at(0, 0, 220)));
@@ -122,7 +122,7 @@ TEST_F(Range, AnotherToolIsJudgedAnew) {
   EXPECT_NE(refused_[0].text.find("joint Z would go to 270.0000 mm"), std::string::npos) << refused_[0].text;
 }
 
-TEST_F(Range, KeepsTheWayToAProgramBegunFurtherDown) {
+TEST_F(RangeCheckOnMill, KeepsTheWayToAProgramBegunFurtherDown) {
   for (const double x : {10.0, 20.0}) {
     ProgramMove move = line_to(at(x, 0, 0));
     move.source.line = 0;
@@ -134,12 +134,12 @@ TEST_F(Range, KeepsTheWayToAProgramBegunFurtherDown) {
   EXPECT_EQ(check_.approach[1], at(20, 0, 0));
 }
 
-class CradleRange : public Range {
+class RangeCheckOnCradle : public RangeCheckOnMill {
  protected:
-  CradleRange() : Range("cradle") {}
+  RangeCheckOnCradle() : RangeCheckOnMill("cradle") {}
 };
 
-TEST_F(CradleRange, RotaryJointsAreToldInDegrees) {
+TEST_F(RangeCheckOnCradle, RotaryJointsAreToldInDegrees) {
   check_.move(line_to(at(0, 0, 0, -119)));
   EXPECT_TRUE(refused().empty());
   check_.move(line_to(at(0, 0, 0, -121)));
