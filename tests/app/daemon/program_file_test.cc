@@ -35,6 +35,7 @@ class ProgramFile : public ::testing::Test {
       std::string text(1000, ' ');
       source->read(text.data(), text.size());
     } catch (const BlockError& error) {
+      EXPECT_EQ(error.column, 0u) << "no place in a line is to blame";
       return error.what();
     }
     return "";
