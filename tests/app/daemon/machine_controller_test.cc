@@ -11,10 +11,12 @@
 #include <random>
 #include <utility>
 
+#include "app/session/assembly.h"
 #include "core/motion.h"
 #include "hal/loopback.h"
 #include "interp/move.h"
 #include "tests/hal/hostile_datagrams.h"
+#include "tests/support/paths.h"
 
 namespace trn {
 namespace {
@@ -114,7 +116,9 @@ struct Chain {
 /// A controller whose tick is played by the test: reports are made by hand, commands to the tick are kept.
 struct Bench {
   Bench() : Bench(loopback_drives) {}
-  explicit Bench(Drives& drives_in) : drives(drives_in) {
+  explicit Bench(const MachineJointMap& map_in) : Bench(loopback_drives, &map_in) {}
+  explicit Bench(Drives& drives_in, const MachineJointMap* map_in = nullptr)
+      : map(map_in), drives(drives_in) {
     link.subscribe<acknowledge_t>(lcm.acknowledge_channel(),
                                   [this](const auto& answer) { answers.push_back(answer); });
     link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
@@ -166,6 +170,7 @@ struct Bench {
   LcmConfig lcm{"memq://", "bench"};
   LcmLink link{lcm.url};
   LoopbackDrives loopback_drives{JointVec::Zero(1)};
+  const MachineJointMap* map;
   Drives& drives;
   FakePrograms programs;
   LoopStatistics statistics;
@@ -177,7 +182,7 @@ struct Bench {
   int sequence = 0;
   Chain corrections{machine};
   MachineController controller{
-      {machine, lcm, link, drives, fake_tick, programs, statistics, nullptr, nullptr, &corrections.chain},
+      {machine, lcm, link, drives, fake_tick, programs, statistics, nullptr, map, &corrections.chain},
       {"no real-time priority"}};
 };
 
@@ -206,6 +211,7 @@ TEST(MachineController, SwitchesTheCorrectionThatIsNamed) {
       EXPECT_EQ(bench.last(), Kind::kCorrection);
       EXPECT_EQ(bench.posted.back().joint, number) << name;
       EXPECT_EQ(bench.posted.back().value, value) << name;
+      EXPECT_EQ(bench.posted.back().speed, 0) << name;
     }
   const std::size_t before = bench.posted.size();
   const acknowledge_t answer = bench.send(command_t::CORRECTION, "growths", 1);
@@ -226,6 +232,32 @@ TEST(MachineController, TellsWhatEachCorrectionDoes) {
   EXPECT_TRUE(bench.status->correction_on[0]);
   EXPECT_FALSE(bench.status->correction_on[1]);
   EXPECT_EQ(bench.status->correction_warning, (std::vector<std::string>{"", "sensor t1 is silent"}));
+}
+
+// A correction inside the plan would make a plan wrong that is being driven.
+TEST(MachineController, ACorrectionInThePlanIsSwitchedWhileTheMachineIsIdle) {
+  const Assembly measured = assemble(source_dir() + "/configs/cradle_measured.toml");
+  Bench bench(*measured.map);
+  bench.until([&] { return bench.status.has_value(); });
+  ASSERT_EQ(bench.status->correction_name, (std::vector<std::string>{"geometric", "growth", "sag"}));
+  EXPECT_TRUE(bench.status->correction_on[0]);
+  EXPECT_EQ(bench.status->correction_offset[0], 0) << "of those in the plan nothing is told";
+  EXPECT_EQ(bench.send(command_t::CORRECTION, "geometric", 0).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.programs.corrections_off(), kGeometricBit);
+  bench.status.reset();
+  bench.until([&] { return bench.status.has_value(); });
+  EXPECT_FALSE(bench.status->correction_on[0]);
+  bench.start_program();
+  const acknowledge_t answer = bench.send(command_t::CORRECTION, "geometric", 1);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(answer.message.find("while the machine is idle"), std::string::npos) << answer.message;
+  EXPECT_EQ(bench.programs.corrections_off(), kGeometricBit);
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::CORRECTION, "geometric", 1).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.programs.corrections_off(), 0);
+  EXPECT_EQ(bench.send(command_t::CORRECTION, "joint_table", 1).outcome, +acknowledge_t::REFUSED)
+      << "this machine has none";
 }
 
 TEST(MachineController, RunsAProgramToItsEnd) {

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <filesystem>
 #include <fstream>
+#include <future>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -142,6 +143,25 @@ TEST_F(Planner, AMistakeThatComesLateIsToldOnce) {
   const std::string failure = planner_.take_failure();
   EXPECT_NE(failure.find(path_ + ":3:"), std::string::npos) << failure;
   EXPECT_EQ(planner_.take_failure(), "") << "once";
+}
+
+// The operator may be quicker than the planner, which has yet to come to the change.
+TEST_F(Planner, AToolMayBeConfirmedBeforeTheProgramWaitsForIt) {
+  std::string text = zigzag(400);
+  text.insert(text.size() - 3, "T1 M6\nG0 X5\n");
+  planner_.load(program(text), q_);
+  auto confirmed = std::async(std::launch::async, [&] { planner_.confirm_tool(1); });
+  while (take().event.kind != QueueEvent::Kind::kToolChange) continue;
+  EXPECT_NO_THROW(confirmed.get());
+  queue_.answer({});
+  EXPECT_NEAR(end_of_motion()[kX], 5, 1e-9);
+  EXPECT_EQ(planner_.take_failure(), "");
+}
+
+TEST_F(Planner, WhereNoProgramWaitsNoToolIsConfirmed) {
+  planner_.load(program("G0 X5\nM2\n"), q_);
+  planner_.abandon();
+  EXPECT_THROW(planner_.confirm_tool(1), std::runtime_error);
 }
 
 TEST_F(Planner, AMistakeAtTheBeginningRefusesTheProgram) {
