@@ -54,6 +54,16 @@ TEST_F(Meter, SidewaysOffsetIsTheDeviation) {
   EXPECT_EQ(meter_.report().tip_exact_mm.value, 0);
 }
 
+TEST_F(Meter, OfEqualDeviationsTheFirstIsNamed) {
+  polyline({{0, 0, 0}, {16, 0, 0}}, 0.5);
+  for (const std::uint32_t line : {1u, 2u, 3u}) meter_.sample({2.0 * line, 0, 0}, kUp, line);
+  EXPECT_EQ(meter_.report().tip_mm.line, 0u) << "none";
+  for (const std::uint32_t line : {4u, 5u, 6u}) meter_.sample({2.0 * line, 0.25, 0}, kUp, line);
+  EXPECT_EQ(meter_.report().tip_mm.value, 0.25);
+  EXPECT_EQ(meter_.report().tip_mm.line, 4u);
+  EXPECT_EQ(meter_.report().tip_ratio.line, 4u);
+}
+
 TEST_F(Meter, ChamferedCornerDeviatesByHalfItsLeg) {
   polyline({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}}, 0.01);
   drive({0, 0, 0}, {9.98, 0, 0}, 0.1);
@@ -235,6 +245,17 @@ TEST_F(Meter, WhatCorrectionsLeaveDoesNotMoveThePlaceAhead) {
   }
   EXPECT_FALSE(meter_.report().broken());
   EXPECT_LE(meter_.report().axis_deg.value, kLeftDeg * (1 + 1e-6));
+}
+
+// A sample may be ahead of its place by a tolerance and the next one behind by as much, on the other side of
+// a corner too.
+TEST_F(Meter, AStepBackOverACornerWithinTheToleranceIsNoDeviation) {
+  polyline({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}}, 0.1);
+  drive({0, 0, 0}, {10, 0, 0}, 0.1);
+  meter_.sample({10, 0.12, 0}, kUp, 1);  // beyond the tolerance of the first leg
+  meter_.sample({9.93, 0, 0}, kUp, 2);
+  EXPECT_LT(meter_.report().tip_mm.value, 1e-12);
+  EXPECT_EQ(meter_.report().lost, 0u);
 }
 
 // A place that was passed counts for as little as two tolerances, also where every move is short.
