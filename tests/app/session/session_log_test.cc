@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <filesystem>
@@ -295,6 +296,23 @@ TEST_F(SessionLogFile, AFaultMayStandThereAsItsNumber) {
                     "\n"),
             "");
   EXPECT_EQ(read_session(path_).entries.at(0).fault, Fault::kFollowingError);
+  EXPECT_EQ(refusal(R"({"machine":"m.toml","tools":"","vars":""})"
+                    "\n"
+                    R"({"entry":"fault","period":1,"fault":0,"joint":-1})"
+                    "\n"),
+            "")
+      << "the least";
+}
+
+// What the machine did is its owner's and the group's to read.
+TEST_F(SessionLogFile, OthersMayNotReadIt) {
+  const mode_t mask = umask(0);
+  const std::string made = make_log_file(path_ + ".new");
+  umask(mask);
+  struct stat info {};
+  ASSERT_EQ(stat(made.c_str(), &info), 0);
+  EXPECT_EQ(info.st_mode & 0777u, 0640u);
+  std::filesystem::remove(made);
 }
 
 }  // namespace
