@@ -10,13 +10,13 @@
 #include <cstdio>
 #include <cstdlib>
 #include <optional>
-#include <set>
 #include <stdexcept>
 #include <thread>
 
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/process_lock.h"
 #include "app/daemon/second_daemon.h"
+#include "app/daemon/sensor_receiver.h"
 #include "app/daemon/tick_thread.h"
 #include "app/session/feature_meter.h"
 #include "app/session/feature_report.h"
@@ -90,15 +90,6 @@ void drain_reports(const DaemonParts& parts, MachineController& controller) {
   }
 }
 
-// A name that anybody may have sent, fit for the log.
-std::string shown(const std::string& name) {
-  constexpr std::size_t kShownMax = 40;
-  std::string out = name.substr(0, kShownMax);
-  for (char& c : out)
-    if (c < ' ' || c > '~') c = '?';
-  return out;
-}
-
 /// Tells, once a minute at most, that messages were dropped.
 class DropTeller {
  public:
@@ -114,27 +105,6 @@ class DropTeller {
  private:
   std::uint64_t told_ = 0;
   std::chrono::steady_clock::time_point quiet_until_;
-};
-
-/// Hands readings on to the corrections that want them; who sends others is told once.
-class SensorReceiver {
- public:
-  explicit SensorReceiver(SensorBoard& board) : board_(board) {}
-  void receive(const trunnion::sensor_t& readings) {
-    for (std::size_t i = 0; i < readings.name.size(); ++i) {
-      const int channel = board_.find(readings.name[i]);
-      if (channel >= 0)
-        board_.publish(channel, readings.value[i]);
-      else if (unknown_.size() < kUnknownMax && unknown_.insert(readings.name[i]).second)
-        spdlog::warn("sensor '{}': no correction asks for it; they ask for: {}", shown(readings.name[i]),
-                     board_.names().empty() ? "none" : fmt::format("{}", fmt::join(board_.names(), ", ")));
-    }
-  }
-
- private:
-  static constexpr std::size_t kUnknownMax = 100;
-  SensorBoard& board_;
-  std::set<std::string> unknown_;
 };
 
 // Who hangs in a system call cannot be waited for: then the process ends from here.

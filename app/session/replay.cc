@@ -1,5 +1,7 @@
 #include "app/session/replay.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <limits>
 
@@ -10,6 +12,7 @@
 #include "core/ports.h"
 #include "core/touch_probe.h"
 #include "interp/gcode/settings.h"
+#include "interp/move.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
 
@@ -82,6 +85,44 @@ class RecordedIo final : public MachineIo {
 int touch_periods_of(const Drives& drives) {
   const auto* touch = dynamic_cast<const TouchDrives*>(&drives);
   return touch ? touch->touch_periods() : 0;
+}
+
+// What the tick takes for granted of its drives, sensors and commands, a log has only if it is this
+// machine's. What of an entry is not; "": all is.
+std::string foreign_part(const SessionEntry& entry, const Assembly& assembly) {
+  using Kind = SessionEntry::Kind;
+  const int joints = static_cast<int>(assembly.machine.joints.size());
+  const auto is_place = [&](const JointVec& q) { return q.size() == joints; };
+  const RtCommand& command = entry.command;
+  const bool of_joint = command.kind == RtCommand::Kind::kJog || command.kind == RtCommand::Kind::kHome;
+  const bool of_chain = command.kind == RtCommand::Kind::kCorrection;
+  const int most = of_joint ? joints : of_chain ? assembly.corrections.setpoint->size() : 1;
+  const int least = command.kind == RtCommand::Kind::kHome ? -1 : 0;
+  const bool place = entry.kind == Kind::kProgram || entry.kind == Kind::kStands;
+  if (place && !is_place(entry.program.q)) return fmt::format("a place of {} joints", entry.program.q.size());
+  if (entry.kind == Kind::kAnswer && entry.answer.probe && !is_place(entry.answer.q_contact))
+    return fmt::format("a contact of {} joints", entry.answer.q_contact.size());
+  if (entry.kind == Kind::kCommand && (of_joint || of_chain) &&
+      (command.joint < least || command.joint >= most))
+    return fmt::format("a command for {} {}", of_joint ? "joint" : "correction", command.joint);
+  if (entry.kind == Kind::kFault && (entry.joint < -1 || entry.joint >= joints))
+    return fmt::format("a fault of joint {}", entry.joint);
+  const auto channels = static_cast<int>(assembly.corrections.sensors->names().size());
+  if (entry.kind == Kind::kSensor && entry.sensor.channel >= channels)
+    return fmt::format("a reading of sensor {}", entry.sensor.channel);
+  return "";
+}
+
+void refuse_foreign(const Session& session, const Assembly& assembly) {
+  for (const SessionEntry& entry : session.entries) {
+    const std::string part = foreign_part(entry, assembly);
+    if (part.empty()) continue;
+    throw ProgramError(
+        fmt::format("the log is not of the machine '{}', which has {} joints: in period {} it has {}; replay "
+                    "it with the config "
+                    "that the session had",
+                    assembly.machine.name, assembly.machine.joints.size(), entry.period, part));
+  }
 }
 
 class Replay {
@@ -246,6 +287,7 @@ class Replay {
 
 ReplayResult replay(const Session& session, const Assembly& assembly, Parameters& parameters,
                     ToolTable& tools, ReportSink& sink) {
+  refuse_foreign(session, assembly);
   return Replay(session, assembly, parameters, tools, sink).run();
 }
 

@@ -19,7 +19,8 @@ struct ReplayResult {
 /// planned anew, and where the tick once had little motion ahead it sees just as many blocks again. `sink`
 /// gets every report in which the drives are powered, as the daemon's record does. What a program read ahead
 /// of a stop has done to parameters is not known to a log, so a session that stops programs and then runs
-/// others on their parameters may part from it there. ProgramError as Pipeline.
+/// others on their parameters may part from it there. ProgramError as Pipeline, and where the
+/// log has joints, corrections or sensors that the machine does not have.
 ReplayResult replay(const Session& session, const Assembly& assembly, Parameters& parameters,
                     ToolTable& tools, ReportSink& sink);
 

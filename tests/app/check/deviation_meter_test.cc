@@ -8,68 +8,11 @@
 
 #include "core/axes.h"
 #include "core/units.h"
+#include "tests/app/check/table_moves.h"
 
 // Motions whose deviation from the program is known by construction.
 namespace trn {
 namespace {
-
-// An A/C tilting table as far as the meter needs it: u in the table frame.
-class TableKinematics : public Kinematics {
- public:
-  int joint_count() const TRN_RT override { return 5; }
-  unsigned word_mask() const TRN_RT override { return 0b101111; }
-  Pose home_X_BM() const TRN_RT override { return {}; }
-  Mat3 orientation(const Vec3& abc) const TRN_RT override { return rot_z(-abc[2]) * rot_x(-abc[0]); }
-  KinStatus words_for_axis(const Vec3&, const Vec3&, Vec3&) const TRN_RT override {
-    return KinStatus::kUnreachable;
-  }
-  KinStatus forward(const JointVec&, Pose&) const TRN_RT override { return KinStatus::kUnreachable; }
-  KinStatus inverse(const Pose&, const JointVec&, JointVec&) const TRN_RT override {
-    return KinStatus::kUnreachable;
-  }
-  KinStatus joints_from_words(const Words&, JointVec&) const TRN_RT override {
-    return KinStatus::kUnreachable;
-  }
-  KinStatus words_from_joints(const JointVec&, Words&) const TRN_RT override {
-    return KinStatus::kUnreachable;
-  }
-};
-
-const Vec3 kUp(0, 0, 1);
-
-Words words(const Vec3& p, double a_deg = 0, double c_deg = 0) {
-  Words y = Words::Zero();
-  y.head<3>() = p;
-  y[kA] = rad_from_deg(a_deg);
-  y[kC] = rad_from_deg(c_deg);
-  return y;
-}
-
-ProgramMove line(const Words& from, const Words& to, double tolerance_mm = 0.01,
-                 double tolerance_deg = 0.05) {
-  ProgramMove move;
-  move.kind = ProgramMove::Kind::kFeed;
-  move.from = from;
-  move.to = to;
-  move.context.rtcp = true;
-  move.mode = tolerance_mm > 0 ? PathMode::kContinuous : PathMode::kExactPath;
-  move.tolerance_mm = tolerance_mm;
-  move.tolerance_rad = rad_from_deg(tolerance_deg);
-  return move;
-}
-
-ProgramMove arc(const Words& from, const Vec3& centre, double sweep_rad, double rise,
-                double tolerance_mm = 0.01) {
-  const Vec3 radial = from.head<3>() - centre;
-  Words to = from;
-  to.head<3>() = centre + rot_z(sweep_rad) * radial + Vec3(0, 0, rise);
-  ProgramMove move = line(from, to, tolerance_mm);
-  move.kind = ProgramMove::Kind::kArc;
-  move.arc_centre = centre;
-  move.arc_axis = kUp;
-  move.arc_sweep_rad = sweep_rad;
-  return move;
-}
 
 class Meter : public ::testing::Test {
  protected:
@@ -109,6 +52,16 @@ TEST_F(Meter, SidewaysOffsetIsTheDeviation) {
   EXPECT_NEAR(meter_.report().tip_ratio.value, 0.5, 1e-12);
   EXPECT_EQ(meter_.report().tip_mm.line, 42u);
   EXPECT_EQ(meter_.report().tip_exact_mm.value, 0);
+}
+
+TEST_F(Meter, OfEqualDeviationsTheFirstIsNamed) {
+  polyline({{0, 0, 0}, {16, 0, 0}}, 0.5);
+  for (const std::uint32_t line : {1u, 2u, 3u}) meter_.sample({2.0 * line, 0, 0}, kUp, line);
+  EXPECT_EQ(meter_.report().tip_mm.line, 0u) << "none";
+  for (const std::uint32_t line : {4u, 5u, 6u}) meter_.sample({2.0 * line, 0.25, 0}, kUp, line);
+  EXPECT_EQ(meter_.report().tip_mm.value, 0.25);
+  EXPECT_EQ(meter_.report().tip_mm.line, 4u);
+  EXPECT_EQ(meter_.report().tip_ratio.line, 4u);
 }
 
 TEST_F(Meter, ChamferedCornerDeviatesByHalfItsLeg) {
@@ -279,6 +232,57 @@ TEST_F(Meter, WhatCorrectionsLeaveIsNoBrokenPromise) {
   EXPECT_TRUE(meter_.report().broken());
   EXPECT_NEAR(meter_.report().tip_over_mm.value, 0.001, 1e-5);
   EXPECT_EQ(meter_.report().tip_over_mm.line, 7u);
+}
+
+// What a correction leaves may point forward in one sample and back in the next: the place must stay near
+// enough to the start to fit both, though the first fits exactly a little further on.
+TEST_F(Meter, WhatCorrectionsLeaveDoesNotMoveThePlaceAhead) {
+  constexpr double kLeftDeg = 0.01;
+  meter_.programmed(line(words({1, 2, 3}, 20, 0), words({1, 2, 3}, 30, 0), 0));
+  for (int i = 0; i <= 1000; ++i) {
+    const double off_deg = i % 2 == 0 ? kLeftDeg : -kLeftDeg;
+    meter_.sample({1, 2, 3}, axis(20 + 0.001 * i + off_deg, 0), 1, {0, kLeftDeg * (1 + 1e-6)});
+  }
+  EXPECT_FALSE(meter_.report().broken());
+  EXPECT_LE(meter_.report().axis_deg.value, kLeftDeg * (1 + 1e-6));
+}
+
+// A sample may be ahead of its place by a tolerance and the next one behind by as much, on the other side of
+// a corner too.
+TEST_F(Meter, AStepBackOverACornerWithinTheToleranceIsNoDeviation) {
+  polyline({{0, 0, 0}, {10, 0, 0}, {10, 10, 0}}, 0.1);
+  drive({0, 0, 0}, {10, 0, 0}, 0.1);
+  meter_.sample({10, 0.12, 0}, kUp, 1);  // beyond the tolerance of the first leg
+  meter_.sample({9.93, 0, 0}, kUp, 2);
+  EXPECT_LT(meter_.report().tip_mm.value, 1e-12);
+  EXPECT_EQ(meter_.report().lost, 0u);
+}
+
+// A place that was passed counts for as little as two tolerances, also where every move is short.
+TEST_F(Meter, JumpBackOverShortMovesIsSeen) {
+  std::vector<Vec3> points;
+  for (int i = 0; i <= 20; ++i) points.push_back({0.5 * i, 0, 0});
+  polyline(points, 0.01);
+  drive({0, 0, 0}, {8, 0, 0}, 0.1, 1);
+  meter_.sample({2, 0, 0}, kUp, 9);
+  EXPECT_NEAR(meter_.report().tip_mm.value, 5.9, 0.1) << "the samples stood at 7.9, two tolerances are 0.02";
+  EXPECT_EQ(meter_.report().tip_mm.line, 9u);
+  EXPECT_EQ(meter_.report().lost, 1u);
+}
+
+TEST_F(Meter, HistogramHoldsTwentiethsOfTheToleranceAndWhatIsBeyond) {
+  DeviationMeter meter(table_, true);
+  meter.programmed(line(words({0, 0, 0}, 20, 0), words({10, 0, 0}, 20, 0), 0.01, 0.05));
+  const std::vector<double> tip_shares = {0, 0.26, 0.51, 0.96, 1.2, 3};
+  const std::vector<double> axis_shares = {0, 0.01, 0.53, 0.54, 1.01, 2};
+  for (std::size_t i = 0; i < tip_shares.size(); ++i)
+    meter.sample({static_cast<double>(i), 0.01 * tip_shares[i], 0}, axis(20 + 0.05 * axis_shares[i], 0), 1);
+  DeviationHistogram tip{}, axis{};
+  tip[0] = tip[5] = tip[10] = tip[19] = 1;
+  tip[20] = 2;
+  axis[0] = axis[10] = axis[20] = 2;
+  EXPECT_EQ(meter.report().tip_histogram, tip);
+  EXPECT_EQ(meter.report().axis_histogram, axis);
 }
 
 // Random turns on the spot, each followed by a straight move, in an exact mode. The axis is off by a constant

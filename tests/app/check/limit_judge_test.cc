@@ -51,6 +51,19 @@ TEST(LimitJudge, AStreamThatEndsInMotionIsCaughtAtItsEnd) {
   EXPECT_EQ(judge.verdicts()[0].peak(Quantity::kJerk).over, 3u) << "the jump and two rows behind it";
 }
 
+// 0.3 written with 12 decimals is right to 0.5e-12; a difference adds that up with the weights 1 1, 1 2 1, 1
+// 3 3 1.
+TEST(LimitJudge, WhatRoundingCanAddIsSaidOfEveryQuantity) {
+  const LimitJudge judge = judged({0, 0.3, 0.3, 0});
+  const auto resolution = [&](Quantity quantity) {
+    return judge.verdicts()[0].peak(quantity).resolution_ratio;
+  };
+  EXPECT_NEAR(resolution(Quantity::kPosition), 0.5e-12 / 20, 1e-24) << "the half range is 20 mm";
+  EXPECT_NEAR(resolution(Quantity::kVelocity), 2 * 0.5e-12 / 1e-3 / 50, 1e-20);
+  EXPECT_NEAR(resolution(Quantity::kAcceleration), 4 * 0.5e-12 / 1e-6 / 500, 1e-18);
+  EXPECT_NEAR(resolution(Quantity::kJerk), 8 * 0.5e-12 / 1e-9 / 6000, 1e-15);
+}
+
 TEST(LimitJudge, ANewPieceBeginsAtRestWhereItIs) {
   LimitJudge judge(one_joint(), kStep);
   judge.row(row(0, 1));

@@ -2,6 +2,7 @@
 
 #include <map>
 #include <set>
+#include <string>
 #include <vector>
 
 #include "app/daemon/supervisor.h"
@@ -161,6 +162,25 @@ TEST(Supervisor, MotionNeedsAProgramAndKnownPositions) {
       << "or nobody could clear a switch before homing";
   copy = idle;
   EXPECT_EQ(copy.handle(E::kMdi, {false, true}).actions, kDoMdi);
+}
+
+// Who is refused is told the state, where the command would be legal, and what leads there.
+TEST(Supervisor, ARefusalSaysWhatHelps) {
+  const std::map<S, std::string> help = {
+      {S::kFault, "; clear it with 'reset'"},
+      {S::kEstop, "; clear it with 'reset'"},
+      {S::kOff, "; bring the drives up with 'reset'"},
+      {S::kHolding, "; 'resume' or 'start' goes on, 'stop' gives the program up"}};
+  for (auto& [state, supervisor] : everywhere()) {
+    const std::string refusal = supervisor.handle(E::kMdi, kReady).refusal;
+    if (state == S::kIdle) {
+      EXPECT_EQ(refusal, "");
+      continue;
+    }
+    const auto found = help.find(state);
+    EXPECT_EQ(refusal, "the machine is in state '" + std::string(to_string(state)) +
+                           "'; 'mdi' is legal in: idle" + (found == help.end() ? "" : found->second));
+  }
 }
 
 TEST(Supervisor, EveryStateCanBeReachedAndNamed) {

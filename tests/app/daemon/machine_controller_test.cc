@@ -11,10 +11,12 @@
 #include <random>
 #include <utility>
 
+#include "app/session/assembly.h"
 #include "core/motion.h"
 #include "hal/loopback.h"
 #include "interp/move.h"
 #include "tests/hal/hostile_datagrams.h"
+#include "tests/support/paths.h"
 
 namespace trn {
 namespace {
@@ -96,10 +98,27 @@ struct FakeTick final : TickPort {
   std::vector<RtCommand> posted;
 };
 
+/// Asks for nothing; the test says what it reports.
+struct IdleCorrection final : SetpointCorrection {
+  void wanted(const CorrectionInput&, JointVec& offset) TRN_RT override { offset.setZero(); }
+  unsigned joint_mask() const override { return 1; }
+};
+
+/// Two corrections behind the plan.
+struct Chain {
+  explicit Chain(const Machine& machine) : chain(machine.joints, machine.period_s) {
+    chain.append({"growth", true, 0.1, 0, 0.01, 4}, std::make_unique<IdleCorrection>());
+    chain.append({"sag", false, 0.1, 0, 0.01, 8}, std::make_unique<IdleCorrection>());
+  }
+  SetpointChain chain;
+};
+
 /// A controller whose tick is played by the test: reports are made by hand, commands to the tick are kept.
 struct Bench {
   Bench() : Bench(loopback_drives) {}
-  explicit Bench(Drives& drives_in) : drives(drives_in) {
+  explicit Bench(const MachineJointMap& map_in) : Bench(loopback_drives, &map_in) {}
+  explicit Bench(Drives& drives_in, const MachineJointMap* map_in = nullptr)
+      : map(map_in), drives(drives_in) {
     link.subscribe<acknowledge_t>(lcm.acknowledge_channel(),
                                   [this](const auto& answer) { answers.push_back(answer); });
     link.subscribe<status_t>(lcm.status_channel(), [this](const auto& message) { status = message; });
@@ -151,6 +170,7 @@ struct Bench {
   LcmConfig lcm{"memq://", "bench"};
   LcmLink link{lcm.url};
   LoopbackDrives loopback_drives{JointVec::Zero(1)};
+  const MachineJointMap* map;
   Drives& drives;
   FakePrograms programs;
   LoopStatistics statistics;
@@ -160,8 +180,10 @@ struct Bench {
   std::optional<status_t> status;
   CycleReport now;
   int sequence = 0;
-  MachineController controller{{machine, lcm, link, drives, fake_tick, programs, statistics},
-                               {"no real-time priority"}};
+  Chain corrections{machine};
+  MachineController controller{
+      {machine, lcm, link, drives, fake_tick, programs, statistics, nullptr, map, &corrections.chain},
+      {"no real-time priority"}};
 };
 
 TEST(MachineController, BringsTheDrivesUpAndBecomesIdle) {
@@ -170,6 +192,72 @@ TEST(MachineController, BringsTheDrivesUpAndBecomesIdle) {
   bench.until([&] { return bench.status && bench.status->state == "idle"; });
   EXPECT_EQ(bench.status->warnings, std::vector<std::string>{"no real-time priority"});
   EXPECT_FALSE(bench.status->realtime);
+}
+
+TEST(MachineController, TellsItsStatusAgainWhereNothingChanges) {
+  Bench bench;
+  for (int i = 0; i < 3; ++i) {
+    bench.status.reset();
+    bench.until([&] { return bench.status.has_value(); });
+    EXPECT_EQ(bench.status->state, "idle");
+  }
+}
+
+TEST(MachineController, SwitchesTheCorrectionThatIsNamed) {
+  Bench bench;
+  for (const auto& [name, number] : {std::pair("growth", 0), std::pair("sag", 1)})
+    for (const double value : {1.0, 0.0}) {
+      EXPECT_EQ(bench.send(command_t::CORRECTION, name, value).outcome, +acknowledge_t::ACCEPTED);
+      EXPECT_EQ(bench.last(), Kind::kCorrection);
+      EXPECT_EQ(bench.posted.back().joint, number) << name;
+      EXPECT_EQ(bench.posted.back().value, value) << name;
+      EXPECT_EQ(bench.posted.back().speed, 0) << name;
+    }
+  const std::size_t before = bench.posted.size();
+  const acknowledge_t answer = bench.send(command_t::CORRECTION, "growths", 1);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(answer.message.find("no correction 'growths'"), std::string::npos) << answer.message;
+  EXPECT_EQ(bench.posted.size(), before);
+}
+
+TEST(MachineController, TellsWhatEachCorrectionDoes) {
+  Bench bench;
+  bench.now.corrections[0] = {JointVec::Constant(1, -0.25), true, ""};
+  bench.now.corrections[1] = {JointVec::Constant(1, 0.125), false, "sensor t1 is silent"};
+  bench.tick();
+  bench.until([&] { return bench.status && bench.status->correction_warning.back() != ""; });
+  EXPECT_EQ(bench.status->correction_count, 2);
+  EXPECT_EQ(bench.status->correction_name, (std::vector<std::string>{"growth", "sag"}));
+  EXPECT_EQ(bench.status->correction_offset, (std::vector<double>{0.25, 0.125})) << "the greatest size";
+  EXPECT_TRUE(bench.status->correction_on[0]);
+  EXPECT_FALSE(bench.status->correction_on[1]);
+  EXPECT_EQ(bench.status->correction_warning, (std::vector<std::string>{"", "sensor t1 is silent"}));
+}
+
+// A correction inside the plan would make a plan wrong that is being driven.
+TEST(MachineController, ACorrectionInThePlanIsSwitchedWhileTheMachineIsIdle) {
+  const Assembly measured = assemble(source_dir() + "/configs/cradle_measured.toml");
+  Bench bench(*measured.map);
+  bench.until([&] { return bench.status.has_value(); });
+  ASSERT_EQ(bench.status->correction_name, (std::vector<std::string>{"geometric", "growth", "sag"}));
+  EXPECT_TRUE(bench.status->correction_on[0]);
+  EXPECT_EQ(bench.status->correction_offset[0], 0) << "of those in the plan nothing is told";
+  EXPECT_EQ(bench.send(command_t::CORRECTION, "geometric", 0).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.programs.corrections_off(), kGeometricBit);
+  bench.status.reset();
+  bench.until([&] { return bench.status.has_value(); });
+  EXPECT_FALSE(bench.status->correction_on[0]);
+  bench.start_program();
+  const acknowledge_t answer = bench.send(command_t::CORRECTION, "geometric", 1);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(answer.message.find("while the machine is idle"), std::string::npos) << answer.message;
+  EXPECT_EQ(bench.programs.corrections_off(), kGeometricBit);
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  EXPECT_EQ(bench.send(command_t::CORRECTION, "geometric", 1).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.programs.corrections_off(), 0);
+  EXPECT_EQ(bench.send(command_t::CORRECTION, "joint_table", 1).outcome, +acknowledge_t::REFUSED)
+      << "this machine has none";
 }
 
 TEST(MachineController, RunsAProgramToItsEnd) {

@@ -264,6 +264,28 @@ forward_mm = [0.01, 0.02, 0.0, -0.01, 0.01]
 backward_mm = [0.02, 0.03, 0.01, 0.0, 0.02]
 )";
 
+// A slope of 0.02 adds 8 mm at an end of X, 400 mm from its middle, and 2.4 degrees at an end of A.
+TEST(Corrections, ATableThatAddsTooMuchIsRefusedWithWhatItAdds) {
+  const auto refusal = [](const std::string& joint, const std::string& slope) -> std::string {
+    try {
+      assemble(extended("cradle",
+                        "\n[corrections.joint_table]\nlimit_mm = 0.05\nlimit_deg = 0.05\n"
+                        "table_limit_mm = 5\ntable_limit_deg = 2\n"
+                        "[[corrections.joint_table.joint]]\njoint = \"" +
+                            joint + "\"\nslope = " + slope + "\n"));
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  EXPECT_EQ(refusal("X", "0.012"), "") << "4.8 mm";
+  EXPECT_EQ(refusal("A", "0.016"), "") << "1.92 degrees";
+  const std::string linear = refusal("X", "0.02"), rotary = refusal("A", "0.02");
+  EXPECT_NE(linear.find("the table of joint X adds "), std::string::npos) << linear;
+  EXPECT_NE(linear.find("8 at -400, more than 5"), std::string::npos) << linear;
+  EXPECT_NE(rotary.find("2.4 at -120, more than 2"), std::string::npos) << rotary;
+}
+
 TEST(Corrections, TablesAndBacklashKeepEveryLimit) {
   const std::string program = testing::TempDir() + "/zigzag.ngc";
   std::ofstream out(program);

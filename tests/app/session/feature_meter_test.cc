@@ -98,5 +98,16 @@ TEST(FeatureMeter, ArcsOfOneCircleAreOneFeatureAndOpenArcsAreNone) {
   EXPECT_NEAR(features[2].size_mm, 12, 1e-12);
 }
 
+// A cut of a millimetre is measured, a shorter one is part of a contour.
+TEST(FeatureMeter, ShortCutsAreNoFeatures) {
+  FeatureMeter meter;
+  meter.programmed(cut(3, {0, 0, 0}, {0.999, 0, 0}));
+  meter.programmed(cut(4, {0, 0, 0}, {1, 0, 0}));
+  for (const std::uint32_t line : {3u, 4u}) meter.sample(at(line, {0, 0, 0}, {0, 0.05}));
+  const auto features = meter.features();
+  ASSERT_EQ(features.size(), 1u);
+  EXPECT_EQ(features[0].line, 4u);
+}
+
 }  // namespace
 }  // namespace trn

@@ -90,5 +90,61 @@ TEST_F(Modes, PassFromOneMdiLineToTheNext) {
   }
 }
 
+class Check : public testing::Test {
+ protected:
+  ProgramSummary check(const std::string& text) {
+    ProgramStart start{"p.ngc", text, JointVec::Zero(5)};
+    return check_program(assembly_, Parameters(), ToolTable::parse("", "t"), start, {});
+  }
+  Assembly assembly_ = assemble(source_dir() + "/configs/cradle.toml");
+};
+
+TEST_F(Check, AProgramThatEndsNeedsNoRemark) {
+  const ProgramSummary summary = check("G21 G90\nG0 X10\nG0 X20\nM2\n");
+  EXPECT_EQ(summary.lines, 4U);
+  EXPECT_EQ(summary.moves, 2U);
+  EXPECT_EQ(remark_on(summary), "");
+}
+
+TEST_F(Check, HowFarItCameIsTold) {
+  EXPECT_EQ(remark_on(check("G21 G90\nG0 X10\nG0 X0\nM99\n")),
+            "M99 in line 4 begins the program again, for ever\n");
+  const ProgramSummary endless = check("G21 G90\n#1=1\nO100 while [#1 GT 0]\n#1=1\nO100 endwhile\nM2\n");
+  EXPECT_GT(endless.endless, 0U);
+  EXPECT_EQ(remark_on(endless).find("checked the first"), 0U) << remark_on(endless);
+}
+
+class LinesMax : public testing::Test {
+ protected:
+  // How many motions come before nothing does, or "perhaps for ever".
+  std::string outcome(const std::string& text, std::uint64_t lines_max) {
+    Parameters parameters;
+    ToolTable tools = ToolTable::parse("", "t");
+    Pipeline pipeline(assembly_, parameters, tools, {"p.ngc", text, JointVec::Zero(5)}, {});
+    MotionBlock block;
+    int stops = 0;
+    try {
+      while (pipeline.next(block, nullptr, lines_max))
+        stops += block.segment_count > 0 && block.ends_at_rest ? 1 : 0;
+    } catch (const ProgramError& error) {
+      const std::string told = error.what();
+      return told.substr(0, told.find(", perhaps for ever"));
+    }
+    return std::to_string(stops);
+  }
+  Assembly assembly_ = assemble(source_dir() + "/configs/cradle.toml");
+};
+
+// The bound is that of the lines for one block, however many have been run for those before.
+TEST_F(LinesMax, BoundsTheLinesWithoutMotionAndNotTheProgram) {
+  std::string text = "G21 G90 G94 G61.1 F1000\n";
+  for (int i = 1; i <= 300; ++i) text += "G1 X" + std::to_string(i % 2) + "\n";
+  EXPECT_EQ(outcome(text + "M2\n", 20), "300");
+  for (int i = 0; i < 30; ++i) text += "#1=" + std::to_string(i) + "\n";
+  EXPECT_EQ(outcome(text + "M2\n", 40), "300");
+  const std::string told = outcome(text + "M2\n", 20);
+  EXPECT_NE(told.find("lines were run here without any motion"), std::string::npos) << told;
+}
+
 }  // namespace
 }  // namespace trn

@@ -147,6 +147,64 @@ TEST(Replay, GivesTheSameBitsWithSensors) {
   expect_same_bits(7, source_dir() + "/configs/head_screws.toml", 12000);
 }
 
+// A log is replayed with the config that stands there now, which may have another joint or sensor since.
+TEST(Replay, RefusesTheLogOfAnotherMachine) {
+  using Kind = SessionEntry::Kind;
+  const Assembly assembly = assemble(source_dir() + "/configs/head_screws.toml");
+  const int joints = static_cast<int>(assembly.machine.joints.size());
+  const int sensors = static_cast<int>(assembly.corrections.sensors->names().size());
+  ASSERT_GT(sensors, 0);
+  const auto refusal = [&](const SessionEntry& entry) -> std::string {
+    Parameters parameters;
+    ToolTable tools;
+    Rows rows;
+    Session session{{"m.toml", "", ""}, {entry}};
+    session.entries[0].period = 3;
+    try {
+      replay(session, assembly, parameters, tools, rows);
+    } catch (const ProgramError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  SessionEntry stands, contact, fault, sensor, command;
+  stands.kind = Kind::kStands;
+  contact.kind = Kind::kAnswer;
+  contact.answer.probe = true;
+  for (const int size : {joints - 1, joints, joints + 1}) {
+    stands.program.q = contact.answer.q_contact = JointVec::Zero(size);
+    EXPECT_EQ(refusal(stands).empty(), size == joints) << size;
+    EXPECT_EQ(refusal(contact).empty(), size == joints) << size;
+  }
+  sensor.kind = Kind::kSensor;
+  for (const int channel : {0, sensors - 1, sensors}) {
+    sensor.sensor = {channel, 20};
+    EXPECT_EQ(refusal(sensor).empty(), channel < sensors) << channel;
+  }
+  fault.kind = Kind::kFault;
+  fault.fault = Fault::kDriveFault;
+  for (const int joint : {-2, -1, 0, joints - 1, joints}) {
+    fault.joint = command.command.joint = joint;
+    EXPECT_EQ(refusal(fault).empty(), joint >= -1 && joint < joints) << joint;
+    command.command.kind = RtCommand::Kind::kJog;
+    EXPECT_EQ(refusal(command).empty(), joint >= 0 && joint < joints) << joint;
+    command.command.kind = RtCommand::Kind::kHome;
+    EXPECT_EQ(refusal(command).empty(), joint >= -1 && joint < joints) << joint;
+    command.command.kind = RtCommand::Kind::kOverride;
+    EXPECT_EQ(refusal(command), "") << "is of no joint";
+  }
+  command.command.kind = RtCommand::Kind::kCorrection;
+  const int corrections = assembly.corrections.setpoint->size();
+  for (const int number : {-1, 0, corrections - 1, corrections}) {
+    command.command.joint = number;
+    EXPECT_EQ(refusal(command).empty(), number >= 0 && number < corrections) << number;
+  }
+  const std::string told = refusal(command);
+  EXPECT_NE(told.find("in period 3 it has a command for correction " + std::to_string(corrections)),
+            std::string::npos)
+      << told;
+}
+
 TEST(Replay, RefusesWhatIsNoLog) {
   const std::string path = testing::TempDir() + "no.log";
   std::ofstream(path) << "{\"machine\": \"x\", \"tools\": \"\", \"vars\": \"\"}\nX10\n";

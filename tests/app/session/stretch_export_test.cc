@@ -71,6 +71,17 @@ TEST(StretchExport, TipLengthOfAHelixIsTheClosedForm) {
   EXPECT_NEAR(tip_length(helix), 2 * kPi * std::hypot(10, 3), 1e-9);
 }
 
+// Straight along X as the fourth power of the parameter: the speed is far from even, the length that of the
+// ends.
+TEST(StretchExport, TipLengthOfAStraightPolynomialIsTheDistanceOfItsEnds) {
+  PathPiece piece;
+  piece.kind = PathPiece::Kind::kPolynomial;
+  piece.length = 2;
+  for (Words& c : piece.c) c.setZero();
+  piece.c[4][kX] = 7;
+  EXPECT_NEAR(tip_length(piece), 7, 1e-12);
+}
+
 TEST(StretchExport, WriterSeparatesStretchesByABlankLine) {
   const Joints joints = linear_joints(1);
   const IdentityMap map({kX});

@@ -1,0 +1,75 @@
+#include "app/session/simulation.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <vector>
+
+#include "app/session/assembly.h"
+#include "core/fault.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "tests/support/paths.h"
+
+// What a run says of itself, on programs whose answers are known.
+namespace trn {
+namespace {
+
+SimulationResult run(const std::string& machine, const std::string& text, SimulationOptions options = {}) {
+  Assembly assembly = assemble(source_dir() + "/configs/" + machine + ".toml");
+  Parameters parameters;
+  ToolTable tools = ToolTable::parse("T1 P1 Z+50\n", "t");
+  options.program = "p.ngc";
+  options.program_text = text;
+  return simulate(assembly, parameters, tools, options);
+}
+
+// A dwell of 45 s has 45,000 periods of a millisecond.
+TEST(Simulation, TellsItsProgressEveryTwentyThousandPeriods) {
+  std::vector<double> told_s;
+  std::vector<std::uint32_t> lines;
+  SimulationOptions options;
+  options.progress = [&](std::uint32_t line, double time_s) {
+    lines.push_back(line);
+    told_s.push_back(time_s);
+  };
+  const SimulationResult result = run("mill", "G21 G94\nG4 P45\nM2\n", options);
+  EXPECT_NEAR(result.cycle_time_s, 45, 0.01);
+  ASSERT_EQ(told_s.size(), 2u);
+  EXPECT_NEAR(told_s[0], 20, 0.002);
+  EXPECT_NEAR(told_s[1], 40, 0.002);
+  EXPECT_EQ(lines, (std::vector<std::uint32_t>{2, 2}));
+}
+
+// 30 mm at 600 mm/min take 3 s, and a little for the ramps at either end.
+TEST(Simulation, AStraightCutTakesItsTimeAndItsWay) {
+  const SimulationResult result = run("mill", "G21 G90 G94\nG1 X30 F600\nM2\n");
+  EXPECT_LE(result.path_mm, 30);
+  EXPECT_GT(result.path_mm, 30 - 1e-3) << "but for the first period";
+  EXPECT_GT(result.cycle_time_s, 3);
+  EXPECT_LT(result.cycle_time_s, 3 + 0.12);
+  EXPECT_TRUE(result.within_limits);
+  EXPECT_EQ(result.fault, Fault::kOk);
+  EXPECT_EQ(result.lines, 3u);
+  EXPECT_EQ(result.starvations, 0u);
+  EXPECT_LE(result.joints[0].peak(Quantity::kVelocity).value, 10 + 1e-9);
+  EXPECT_GT(result.joints[0].peak(Quantity::kVelocity).value, 9.9);
+  EXPECT_EQ(result.joints[1].peak(Quantity::kVelocity).value, 0);
+}
+
+// The measured cradle's errors are some hundredths of a millimetre; a program that goes nowhere near its
+// tables' ends cannot ask for more than a tenth.
+TEST(Simulation, SumsUpWhatEachCorrectionDid) {
+  EXPECT_TRUE(run("mill", "G21 G90 G94\nG1 X30 F6000\nM2\n").corrections.empty());
+  const SimulationResult result = run("cradle_measured", "G21 G90 G94\nG1 X50 Y40 A20 C30 F6000\nM2\n");
+  ASSERT_GE(result.corrections.size(), 1u);
+  const CorrectionSummary& geometric = result.corrections[0];
+  EXPECT_EQ(geometric.name, "geometric");
+  EXPECT_GT(geometric.peak_mm, 0);
+  EXPECT_LT(geometric.peak_mm, 0.2);
+  EXPECT_LT(geometric.peak_rad, 0.01);
+  EXPECT_LT(geometric.left_tip_mm, 1e-6);
+}
+
+}  // namespace
+}  // namespace trn
