@@ -206,7 +206,10 @@ def killer(copy, file, programs):
                 flags.flush()
                 shards = SHARDS.get(program, 1) if number else 1
                 options = [f"--gtest_flagfile={flags.name}", "--gtest_fail_fast"]
-                if not copy.passes(program, limit_s, options, shards):
+                if copy.passes(program, limit_s, options, shards):
+                    continue
+                # Tests that wait for answers may fail on a busy host: only what they fail alone too counts.
+                if program not in SHARDS or not copy.passes(program, limit_s, options):
                     return f"{program}, stage {number}"
     return None
 
@@ -264,9 +267,7 @@ def judge_all(copy, options):
     names = [PROGRAMS[folder], *ALSO.get(folder, [])]
     built = copy.build(names)
     programs = {name: copy.durations_s(name) if built else None for name in names}
-    # Parts that run side by side must not disturb each other, or every mutant would count as killed.
-    beside = [name for name in names if name in SHARDS]
-    if None in programs.values() or not all(copy.passes(name, 3600, [], SHARDS[name]) for name in beside):
+    if None in programs.values():
         print("the tests fail without any change", file=sys.stderr)
         return 2
     mutants, possible = chosen(copy.folder, options)
