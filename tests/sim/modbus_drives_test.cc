@@ -155,6 +155,8 @@ class Indexer : public testing::TestWithParam<const char*> {
   void start() {
     drives->bring_up();
     ASSERT_TRUE(until([&] { return enabled(); })) << drives->explain_fault(-1);
+    ASSERT_EQ(feedback.homed_mask, 0u);
+    ASSERT_EQ(feedback.limit_switch_mask, 0u);
     drives->request_home(3);
     tick();
     ASSERT_TRUE(until([&] { return enabled() && feedback.homed_mask == 3; })) << drives->explain_fault(-1);

@@ -63,6 +63,16 @@ TEST(ModbusDrivesConfig, WhatCannotBeIsRefused) {
            "is used by [[modbus.line]] 'b' already"));
 }
 
+// Four registers, of which the last one may be 65535.
+TEST(ModbusDrivesConfig, RegistersEndWithTheirTable) {
+  for (const std::string key : {"command", "answer"}) {
+    const std::string axis = "[[drives.axis]]\njoint = \"Z\"\nunit = 2\ncounts_per_mm = 1000\n" +
+                             std::string(key == "answer" ? "command" : "answer") + " = 0\n" + key + " = ";
+    EXPECT_NE(refusal(0.1, "", axis + "65533\n").find("65532 is legal"), std::string::npos) << key;
+    EXPECT_NE(refusal(0.1, "", axis + "65532\n").find("has a drive already"), std::string::npos) << key;
+  }
+}
+
 TEST(ModbusDrivesConfig, AnExchangeTakesTheLinesTime) {
   ModbusAxisConfig axis;
   axis.turnaround_s = 0.005;
