@@ -1,8 +1,16 @@
 #include "hal/modbus/modbus_link.h"
 
 #include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <netinet/tcp.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <chrono>
+#include <cstdint>
+#include <stdexcept>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "sim/modbus/emulated_line.h"
@@ -51,6 +59,56 @@ TEST(ModbusLink, ARefusalSaysWhoWhatAndWhy) {
             who + "only a coil or holding registers can be written");
   EXPECT_EQ(bench.link.read(3, ModbusTable::kInput, 7, 1, bench.values), "");
   EXPECT_EQ(bench.values, std::vector<std::uint16_t>{5});
+}
+
+/// Answers one request on TCP: register 7 is 0x1234, told in two parts with a pause between.
+class HaltingDevice {
+ public:
+  HaltingDevice() : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    socklen_t size = sizeof address;
+    if (bind(listener_, reinterpret_cast<sockaddr*>(&address), size) != 0 || listen(listener_, 1) != 0 ||
+        getsockname(listener_, reinterpret_cast<sockaddr*>(&address), &size) != 0)
+      throw std::runtime_error("no port");
+    port_ = ntohs(address.sin_port);
+    thread_ = std::thread([this] { serve(); });
+  }
+  ~HaltingDevice() {
+    shutdown(listener_, SHUT_RDWR);
+    thread_.join();
+    close(listener_);
+  }
+  HaltingDevice(const HaltingDevice&) = delete;
+  HaltingDevice& operator=(const HaltingDevice&) = delete;
+  int port() const { return port_; }
+
+ private:
+  void serve() const {
+    const int client = accept(listener_, nullptr, nullptr);
+    std::uint8_t request[12];
+    if (recv(client, request, sizeof request, MSG_WAITALL) == sizeof request) {
+      const std::uint8_t answer[] = {request[0], request[1], 0, 0, 0, 5, request[6], 4, 2, 0x12, 0x34};
+      const int no_delay = 1;
+      setsockopt(client, IPPROTO_TCP, TCP_NODELAY, &no_delay, sizeof no_delay);
+      send(client, answer, 9, MSG_NOSIGNAL);
+      std::this_thread::sleep_for(std::chrono::milliseconds(30));
+      send(client, answer + 9, 2, MSG_NOSIGNAL);
+    }
+    close(client);
+  }
+  int listener_, port_ = 0;
+  std::thread thread_;
+};
+
+// The time is for the whole answer, however its bytes are spread over it.
+TEST(ModbusLink, ADeviceMayHaltWithinItsAnswer) {
+  const HaltingDevice device;
+  ModbusLink link(parse_modbus_address("tcp:127.0.0.1:" + std::to_string(device.port())), 5);
+  std::vector<std::uint16_t> values;
+  EXPECT_EQ(link.read(1, ModbusTable::kInput, 7, 1, values), "");
+  EXPECT_EQ(values, std::vector<std::uint16_t>{0x1234});
 }
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include "core/config.h"
 #include "core/machine.h"
 #include "hal/modbus/modbus_drives.h"
+#include "hal/modbus/modbus_link.h"
 
 // Section [drives] of type "modbus".
 namespace trn {
@@ -61,6 +62,39 @@ TEST(ModbusDrivesConfig, WhatCannotBeIsRefused) {
   EXPECT_TRUE(
       says(refusal(0.1, "", "[modbus]\n[[modbus.line]]\nname = \"b\"\naddress = \"rtu:/dev/ttyUSB0\"\n"),
            "is used by [[modbus.line]] 'b' already"));
+}
+
+TEST(ModbusDrivesConfig, AUnitIsTheFirstUnlessItIsSaid) {
+  const Machine machine = read_machine(parse_config(R"([machine]
+name = "m"
+period_s = 0.1
+[[joint]]
+name = "Z"
+type = "linear"
+min_mm = -100
+max_mm = 200
+velocity_mm_s = 50
+acceleration_mm_s2 = 500
+jerk_mm_s3 = 5000
+[drives]
+type = "modbus"
+[[drives.line]]
+name = "net"
+address = "tcp:indexer"
+[[drives.axis]]
+joint = "Z"
+command = 0
+answer = 0
+counts_per_mm = 1000
+)",
+                                                    "m.toml"));
+  const ModbusDrivesConfig config = read_modbus_drives(machine, machine.root.table("drives"));
+  ASSERT_EQ(config.axes.size(), 1u);
+  EXPECT_EQ(config.axes[0].unit, 1);
+  EXPECT_EQ(config.axes[0].name, "net unit 1 (joint Z)");
+  EXPECT_EQ(config.axes[0].answer_table, ModbusTable::kInput);
+  EXPECT_EQ(config.axes[0].turnaround_s, 0.005);
+  EXPECT_EQ(config.missed_max, 5u);
 }
 
 // Four registers, of which the last one may be 65535.
