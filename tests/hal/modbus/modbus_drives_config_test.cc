@@ -95,6 +95,7 @@ counts_per_mm = 1000
   EXPECT_EQ(config.axes[0].answer_table, ModbusTable::kInput);
   EXPECT_EQ(config.axes[0].turnaround_s, 0.005);
   EXPECT_EQ(config.missed_max, 5u);
+  EXPECT_NEAR(config.axes[0].axis.step_max, 40.01, 1e-12) << "5 + 3 periods at 50 mm/s, and ten counts";
 }
 
 // Four registers, of which the last one may be 65535.
