@@ -70,6 +70,9 @@ TEST(EmulatedDevice, RefusesWithTheCodeOfTheStandard) {
   EXPECT_TRUE(refused({3, 0x08, 0x33, 0, 2}, 2)) << "2099 and 2100";
   EXPECT_TRUE(refused({2, 0, 0, 0, 1}, 2));
   EXPECT_TRUE(refused({6, 0x08, 0x34, 0, 1}, 2));
+  EXPECT_TRUE(refused({5, 0x08, 0x34, 0xFF, 0}, 2));
+  EXPECT_TRUE(refused({15, 0x08, 0x33, 0, 2, 1, 3}, 2));
+  EXPECT_TRUE(refused({16, 0x08, 0x33, 0, 2, 4, 0, 1, 0, 2}, 2));
   EXPECT_TRUE(refused({3, 0, 0, 0, 0}, 3)) << "none";
   EXPECT_TRUE(refused({3, 0, 0, 0, 126}, 3)) << "125 registers are the most";
   EXPECT_EQ(device.answer(Pdu{3, 0, 0, 0, 125}).size(), 252u);

@@ -37,6 +37,7 @@ ObjectStore make_store(int pdo_bytes = 8) {
   text += object("2001", 6, "wo", "DefaultValue=1\nPDOMapping=1\n");
   text += object("2002", 6, "ro", "DefaultValue=2\nPDOMapping=1\n");
   text += object("2003", 6, "rw", "DefaultValue=3\nPDOMapping=0\n");
+  text += object("2005", 5, "rw", "DefaultValue=9\n");
   text += object("2004", 9, "rw", "DefaultValue=abc\n");
   return ObjectStore(parse_eds(text, "x.eds", 1), pdo_bytes);
 }
@@ -70,6 +71,8 @@ TEST(ObjectStore, WritesWhatMayBeWritten) {
   EXPECT_EQ(store.write({0x2000, 0}, le(static_cast<std::uint32_t>(-101), 2)), 0x06090032u) << "too low";
   EXPECT_EQ(store.write({0x2000, 0}, le(1, 3)), 0x06070012u) << "too long";
   EXPECT_EQ(store.write({0x2000, 0}, le(1, 1)), 0x06070013u) << "too short";
+  EXPECT_EQ(store.write({0x2005, 0}, Bytes{}), 0x06070013u) << "nothing at all";
+  EXPECT_EQ(store.integer({0x2005, 0}), 9);
   EXPECT_EQ(store.integer({0x2000, 0}), 100) << "what is refused leaves no trace";
   EXPECT_EQ(store.write({0x2002, 0}, le(1, 2)), 0x06010002u) << "read only";
   EXPECT_EQ(store.write({0x2010, 0}, le(1, 2)), 0x06020000u);

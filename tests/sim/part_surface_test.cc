@@ -60,6 +60,20 @@ TEST(PartSurface, WhereTheToolHasPassedThereIsNoMaterial) {
   }
 }
 
+// About -x the tool comes and goes: its mark there is no part of the diameter, one elsewhere is.
+TEST(PartSurface, TheMarkOfTheToolsWayInIsLeftOut) {
+  for (const double mark : {kPi, 0.0}) {
+    PartSurface part({PartSurface::Shape::kRound});
+    for (int i = 0; i < 100000; ++i) {
+      const double angle = 2 * kPi * i / 100000;
+      const bool marked = std::abs(std::remainder(angle - mark, 2 * kPi)) < 0.2;
+      part.cut(round_about({0, 0}, marked ? 4 : 5, angle));
+    }
+    const double share = 0.4 / (2 * kPi - 2 * PartSurface::kMarkRad);
+    EXPECT_NEAR(part.diameter_mm(), mark == 0 ? 10 - 2 * share : 10, 0.002);
+  }
+}
+
 TEST(PartSurface, HasNoSizeBeforeItIsCut) {
   PartSurface part({PartSurface::Shape::kSquare});
   for (const double x : {-1.0, 1.0})
