@@ -11,7 +11,9 @@
 #include "core/config.h"
 #include "hal/can/eds.h"
 #include "hal/can/frame.h"
+#include "hal/modbus/modbus_link.h"
 #include "sim/canopen/emulated_node.h"
+#include "sim/modbus/emulated_cabinet.h"
 #include "sim/modbus/emulated_line.h"
 #include "tests/support/paths.h"
 
@@ -100,6 +102,28 @@ TEST(FaultScript, WhatIsDueHappensOnceAndToItsNode) {
   EXPECT_EQ(booted(0, 500'000'000), std::vector<int>{4});
   EXPECT_EQ(booted(0, 600'000'000), std::vector<int>{});
   EXPECT_EQ(booted(1, 600'000'000), std::vector<int>{3});
+}
+
+// A device that is unplugged at half a second, and plugged in again by hand, stays so.
+TEST(FaultScript, ADevicesTroubleIsDueOnce) {
+  const std::string address = "rtu:" + testing::TempDir() + "script:115200:N";
+  const ConfigTable root = parse_config("[modbus]\n[[modbus.line]]\nname = \"a\"\naddress = \"" + address +
+                                            "\"\n[[modbus.device]]\nname = \"box\"\n[[modbus.device.value]]\n"
+                                            "name = \"v\"\ntable = \"input\"\naddress = 0\n"
+                                            "[io]\ntype = \"modbus\"\n",
+                                        "m.toml");
+  EmulatedCabinet cabinet(read_modbus_io(root), {});
+  FaultScript script = read("[[fault]]\nat_s = 0.5\ndevice = \"box\"\nkind = \"silent\"\n");
+  const auto answers = [&](std::int64_t time_ns, double timeout_s) {
+    script.run(cabinet, time_ns);
+    ModbusLink link(parse_modbus_address(address), timeout_s);
+    std::vector<std::uint16_t> values;
+    return link.read(1, ModbusTable::kInput, 0, 1, values).empty();
+  };
+  EXPECT_TRUE(answers(499'999'999, 5));
+  EXPECT_FALSE(answers(500'000'000, 0.2));
+  cabinet.trouble("box", {});
+  EXPECT_TRUE(answers(600'000'000, 5));
 }
 
 }  // namespace
