@@ -206,7 +206,10 @@ def killer(copy, file, programs):
                 flags.flush()
                 shards = SHARDS.get(program, 1) if number else 1
                 options = [f"--gtest_flagfile={flags.name}", "--gtest_fail_fast"]
-                if not copy.passes(program, limit_s, options, shards):
+                if copy.passes(program, limit_s, options, shards):
+                    continue
+                # Tests that wait for answers may fail on a busy host: only what they fail alone too counts.
+                if program not in SHARDS or not copy.passes(program, limit_s, options):
                     return f"{program}, stage {number}"
     return None
 

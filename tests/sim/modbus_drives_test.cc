@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <cmath>
+#include <cstdio>
 #include <cstdlib>
 #include <functional>
 #include <thread>
@@ -23,6 +24,7 @@ namespace trn {
 namespace {
 
 constexpr double kCountsPerMm = 1000, kCountsPerDeg = 100;
+constexpr int kPatience_ms = 40;  // for a line's turn: a busy host may take that long, a silent drive does
 
 struct Edit {
   std::string from, to;
@@ -119,9 +121,28 @@ class Indexer : public testing::TestWithParam<const char*> {
   }
   void tick() {
     if (feedback.state != DriveState::kEnabled) setpoints.q = feedback.q;
+    const std::vector<long> before = turns();
     drives->exchange(setpoints, feedback);
-    std::this_thread::sleep_for(std::chrono::milliseconds(4));
+    for (int ms = 0; ms < kPatience_ms && !all_turned(before); ++ms)
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     field->step(0.02);
+  }
+  /// Exchanges of each drive so far, good and failed.
+  std::vector<long> turns() const {
+    std::vector<long> out;
+    const std::string health = drives->health();
+    for (std::size_t at = 0; (at = health.find(": ", at)) != std::string::npos; at += 2) {
+      long answers = 0, failures = 0;
+      if (std::sscanf(health.c_str() + at, ": %ld answers, %ld failures", &answers, &failures) == 2)
+        out.push_back(answers + failures);
+    }
+    return out;
+  }
+  bool all_turned(const std::vector<long>& before) const {
+    const std::vector<long> now = turns();
+    for (std::size_t i = 0; i < now.size(); ++i)
+      if (now[i] <= before[i]) return false;
+    return true;
   }
   bool until(const std::function<bool()>& done, int limit = 1500) {
     for (int i = 0; i < limit; ++i) {
@@ -134,6 +155,8 @@ class Indexer : public testing::TestWithParam<const char*> {
   void start() {
     drives->bring_up();
     ASSERT_TRUE(until([&] { return enabled(); })) << drives->explain_fault(-1);
+    ASSERT_EQ(feedback.homed_mask, 0u);
+    ASSERT_EQ(feedback.limit_switch_mask, 0u);
     drives->request_home(3);
     tick();
     ASSERT_TRUE(until([&] { return enabled() && feedback.homed_mask == 3; })) << drives->explain_fault(-1);

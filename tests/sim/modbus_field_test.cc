@@ -147,6 +147,22 @@ TEST(FieldDevices, WhatDoesNotFitItsRegisterIsNotWritten) {
   }
 }
 
+// Until a slow device has acknowledged it, a value is on its way.
+TEST(FieldDevices, AWriteIsSettledWhenItIsAcknowledged) {
+  Bench bench(false, 2);
+  FieldDevices devices(bench.config);
+  for (const int speed : {500, 600}) {
+    bench.line->trouble(3, {false, false, 100, 0});
+    const std::int64_t asked_ns =
+        std::chrono::duration_cast<std::chrono::nanoseconds>(Clock::now().time_since_epoch()).count();
+    devices.write("box.speed", speed);
+    std::int64_t settled_ns = -1;
+    ASSERT_GE(Bench::polls_until([&] { return (settled_ns = devices.settled_ns()) != -1; }), 0);
+    EXPECT_GT(settled_ns, asked_ns + 100'000'000) << "the acknowledgement of this one";
+    EXPECT_EQ(bench.line->get(3, ModbusTable::kHolding, 2), speed);
+  }
+}
+
 TEST(FieldDevices, EveryReadingIsToldToTheListener) {
   Bench bench(false);
   std::atomic<int> told = 0;

@@ -148,5 +148,35 @@ TEST(ModbusIoConfig, ARoleNeedsAValueThatExistsAndCanBeWritten) {
             std::string::npos);
 }
 
+// An inverter that takes its orders in registers: its run word is 1 or 0.
+TEST(ModbusIo, AnInverterOfRegistersIsToldOneToRun) {
+  const std::string value = "[[modbus.device.value]]\ntable = \"holding\"\n";
+  const ConfigTable root = parse_config(
+      "[modbus]\n[[modbus.line]]\nname = \"a\"\naddress = \"rtu:" + testing::TempDir() +
+          "inverter:115200:N\"\n[[modbus.device]]\nname = \"i\"\npoll_s = 0.02\n" + value +
+          "name = \"speed\"\naddress = 0\nsigned = true\n" + value + "name = \"run\"\naddress = 1\n" +
+          "[io]\ntype = \"modbus\"\n[io.spindle]\nspeed = \"i.speed\"\nrun = \"i.run\"\n",
+      "m.toml");
+  const ModbusIoConfig config = read_modbus_io(root);
+  EmulatedCabinet cabinet(config, {});
+  ModbusIo io(config, {});
+  io.bring_up();
+  IoOutputs outputs;
+  IoInputs inputs;
+  const JointVec q;
+  const Vec3 offset = Vec3::Zero();
+  for (const double rpm : {-900.0, 0.0, 700.0}) {
+    outputs.spindle_rpm = rpm;
+    for (int i = 0; i < 2000 && cabinet.get("i.speed") != rpm; ++i) {
+      io.exchange(outputs, {q, offset}, inputs);
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    }
+    EXPECT_EQ(cabinet.get("i.speed"), rpm) << "with its sign: nothing else says which way";
+    for (int i = 0; i < 2000 && cabinet.get("i.run") != (rpm != 0 ? 1 : 0); ++i)
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+    EXPECT_EQ(cabinet.get("i.run"), rpm != 0 ? 1 : 0);
+  }
+}
+
 }  // namespace
 }  // namespace trn

@@ -311,5 +311,16 @@ TEST(MakeDrives, LoopbackStandsAtTheSetpointOfThePeriod) {
   EXPECT_EQ(feedback.homed_mask, 3u);
 }
 
+TEST(SimulatedDrives, AQuickStopOfDrivesThatAreOffLeavesThemOff) {
+  Bench bench("");
+  bench.run(1);
+  bench.drives.quick_stop();
+  bench.run(1);
+  EXPECT_EQ(bench.feedback.state, DriveState::kOff);
+  bench.drives.bring_up();
+  bench.run(1);
+  EXPECT_EQ(bench.feedback.state, DriveState::kStarting);
+}
+
 }  // namespace
 }  // namespace trn

@@ -1,0 +1,45 @@
+#include "hal/modbus/modbus_link.h"
+
+#include <gtest/gtest.h>
+
+#include <stdexcept>
+#include <string>
+#include <utility>
+
+namespace trn {
+namespace {
+
+// A character on a serial line has 11 bits: without parity two stop bits (serial line 1.02, 2.5.1).
+TEST(ModbusAddress, IsReadAndTold) {
+  const std::pair<std::string, std::string> rows[] = {
+      {"tcp:10.0.0.5", "tcp 10.0.0.5:502"},
+      {"tcp:cabinet:15020", "tcp cabinet:15020"},
+      {"tcp:cabinet:65535", "tcp cabinet:65535"},
+      {"rtu:/dev/ttyUSB0", "rtu /dev/ttyUSB0 19200 8E1"},
+      {"rtu:/dev/ttyUSB0:9600", "rtu /dev/ttyUSB0 9600 8E1"},
+      {"rtu:/dev/ttyUSB0:115200:N", "rtu /dev/ttyUSB0 115200 8N2"},
+      {"rtu:/dev/ttyUSB0:115200:O", "rtu /dev/ttyUSB0 115200 8O1"}};
+  for (const auto& [text, told] : rows) EXPECT_EQ(parse_modbus_address(text).text(), told) << text;
+}
+
+TEST(ModbusAddress, AnythingElseIsRefused) {
+  for (const char* text :
+       {"", "tcp", "tcp:", "tcp::502", "tcp:a:0", "tcp:a:65536", "tcp:a:5x", "tcp:a:502:1", "rtu",
+        "rtu:", "rtu:/dev/x:0", "rtu:/dev/x:-1", "rtu:/dev/x:fast", "rtu:/dev/x:9600:X",
+        "rtu:/dev/x:9600:", "rtu:/dev/x:0:E", "rtu:/dev/x:9600:E:1", "udp:a", "10.0.0.5"})
+    EXPECT_THROW(parse_modbus_address(text), std::runtime_error) << text;
+}
+
+TEST(ModbusLink, ALineThatIsNotThereIsNamed) {
+  ModbusAddress address;
+  address.device = testing::TempDir() + "no_such_line";
+  ModbusLink link(address, 0.1);
+  std::vector<std::uint16_t> values;
+  const std::string wanted =
+      "rtu " + address.device + " 19200 8E1: cannot be opened: No such file or directory";
+  EXPECT_EQ(link.read(1, ModbusTable::kInput, 0, 1, values), wanted);
+  EXPECT_EQ(link.write(1, ModbusTable::kHolding, 0, {1}), wanted);
+}
+
+}  // namespace
+}  // namespace trn
