@@ -125,7 +125,8 @@ void Executor::thread_pass(const Thread& thread, double depth) {
     at[kX] = cut;
     traverse();
   }
-  // An override would change the way a turn and spoil the pitch. Behind the pass the program's own word counts.
+  // An override would change the way a turn and spoil the pitch. Behind the pass the program's own word
+  // counts.
   const bool feed_override = s_.modal.feed_override;
   put(PlainCanon::kDisableFeedOverride);
   if (thread.entry) {
