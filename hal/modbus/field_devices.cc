@@ -79,9 +79,9 @@ std::string word_of(const ModbusValueConfig& value, double wanted, std::uint16_t
   const double low = value.is_signed ? -32768 : 0, high = value.is_signed ? 32767 : 65535;
   const double raw = std::round(wanted / value.scale);
   if (!(raw >= low && raw <= high)) {
-    const auto [from, to] = std::minmax(low * value.scale, high * value.scale);
+    const double one = low * value.scale, other = high * value.scale;
     return fmt::format("{} = {:g} does not fit register {} ({:g} to {:g})", value.name, wanted, value.address,
-                       from, to);
+                       std::min(one, other), std::max(one, other));
   }
   word = static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
   return "";

@@ -57,6 +57,8 @@ struct SpeedProblem {
 struct Headroom {
   double velocity = 1, acceleration = 1, jerk = 1;
   double dip = 1.6;  ///< see SpeedProblem; below 2
+  /// Of the last round: the logarithms of the excess of velocity, and of what it was lowered by for that.
+  double velocity_excess = 0, velocity_lowered = 0;
 };
 
 /// Sets up the problem on grid[first, first + n). `changed`, by interval of the grid: where the headroom has

@@ -16,6 +16,7 @@ constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990, 1.6};
 constexpr double kVelocityAccept = 0.99999, kAccelerationAccept = 0.9995, kJerkAccept = 0.998;
 constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;                     // of solving and verifying
+constexpr double kLoweredMax = 0.7;                // in a round: a half
 constexpr double kWindow = 3, kProvisional = 1.5;  // brake times planned at once, and of these left open
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
 constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which the law would turn back
@@ -410,13 +411,26 @@ bool WindowPlanner::verify(int round) {
       if (round < 0) return false;
       const double extra = 1 + 0.001 * (1 << std::min(round, 5));  // and somewhat more than it exceeds
       Headroom& room = lower(k);
-      if (velocity > 1) room.velocity /= std::pow(velocity, 2 * firmer) * 1.0001;
+      if (velocity > 1) lower_velocity(room, velocity, firmer);
       if (acceleration > 1) room.acceleration /= std::pow(acceleration, 1.3) * extra;
       if (jerk > 1) room.jerk /= std::pow(jerk, 1.3) * extra;
       if (jerk > 1 && round >= kSlowerFrom) lower_speed(k, segment, jerk);
     }
   }
   return good;
+}
+
+// The bound is on the square of the speed. Beside a slow place the spline goes down to that place's bound,
+// and the speed falls by a share only of what the bound is lowered by: what the last round has brought tells
+// which.
+void WindowPlanner::lower_velocity(Headroom& room, double excess, double firmer) {
+  const double now = std::log(excess), gained = room.velocity_excess - now;
+  double lowered = 2 * firmer * now;
+  if (room.velocity_lowered > 0 && gained > 0)
+    lowered = std::max(lowered, std::min(room.velocity_lowered * now / gained, kLoweredMax));
+  room.velocity_excess = now;
+  room.velocity_lowered = lowered;
+  room.velocity *= std::exp(-lowered) / 1.0001;
 }
 
 // The headroom of an interval, to be lowered.

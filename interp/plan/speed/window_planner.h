@@ -53,6 +53,7 @@ class WindowPlanner {
   bool verify(int round);
   void lower_speed(size_t interval, const LawSegment& segment, double excess);
   Headroom& lower(size_t interval);
+  static void lower_velocity(Headroom& room, double excess, double firmer);
   bool slow_down(size_t head, size_t tail);
   void plan_s_curve();
   void commit(size_t segments, size_t head);

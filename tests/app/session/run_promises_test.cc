@@ -134,6 +134,23 @@ TEST(RunPromises, ASlowBlockBetweenRapidsNeedsNoStopOfThePlan) {
   EXPECT_EQ(result.speed.fallbacks, 0u);
 }
 
+// The last line but one is slow, and short beside the blend in front of it: there the speed falls by a
+// quarter only of what its bound is lowered by, and ten rounds were not enough.
+TEST(PlanStops, NoneWhereASlowLineIsShort) {
+  for (int seed = 0; seed < 40; ++seed) {
+    std::mt19937_64 rng(static_cast<unsigned>(seed));
+    std::uniform_real_distribution<double> unit(-1, 1);
+    const double feed = seed == 0 ? 44.44 : 44.44 * std::exp(unit(rng));
+    const std::string text = fmt::format(
+        "G21 G90 G94\nG1 X-4.8923 Y-15.6419 Z-5.9765 B-16.1008 C-0.2226 F573.222\nX-4.8805 Y-15.6489\n"
+        "G91 G0 X0.0119 Y-0.0067\nG90 G1 X-4.8567 Y-15.6620\nX-4.8447 Y-15.6681\nX-4.8327 Y-15.6739 "
+        "F1525.821\n"
+        "X-4.8206 Y-15.6795 F573.222\nX-4.8084 Y-15.6848 F{:.4f}\nG0 X-4.7962 Y-15.6898\nM2\n",
+        feed);
+    EXPECT_EQ(test::run_text(test::config_of("head_table"), text).result.speed.fallbacks, 0u) << "F" << feed;
+  }
+}
+
 TEST(RunPromises, AChangeOfToolsIsNoDeviation) {
   Assembly assembly = assemble(config_of("cradle_measured"));
   Reports reports;

@@ -256,7 +256,7 @@ TEST(Canon, AThreadLeavesTheFeedOverrideAsItWas) {
     test::CanonText sink;
     Session().run(std::string("G18 F10 S100 M3\nG0 X10 Z0\n") + (on ? "" : "M50 P0\n") + pass + "M2\n", sink);
     const std::string cycle = sink.text.substr(0, sink.text.rfind("SET_G5X_OFFSET(1"));
-    EXPECT_NE(cycle.find("START_SPEED_FEED_SYNCH"), std::string::npos) << "no thread was cut";
+    EXPECT_NE(cycle.find("START_SPEED_FEED_SYNC("), std::string::npos) << "no thread was cut";
     EXPECT_EQ(cycle.find("ENABLE_FEED_OVERRIDE()") != std::string::npos &&
                   cycle.rfind("ENABLE_FEED_OVERRIDE()") > cycle.rfind("DISABLE_FEED_OVERRIDE()"),
               on);

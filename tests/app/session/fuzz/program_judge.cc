@@ -74,8 +74,11 @@ class TimeBound {
     }
     if (step.kind == Step::Kind::kArc || (to - at_).norm() > 0) add_least(step);  // no way takes no time
     const double periods_s = 4 * assembly_.machine.period_s;
-    // A drive's homing may end a few counts beside its zero, where the first move then begins.
-    if (!std::exchange(moved_, true) && step.feed > 0) total_s_ += kStartMm / (step.feed / 60);
+    // A drive's homing may end a few counts beside its zero: the first move begins there, and so does the
+    // first one that names a word.
+    const bool first =
+        !std::exchange(moved_, true) || (step.words & ~std::exchange(named_, named_ | step.words)) != 0;
+    if (first && step.feed > 0) total_s_ += kStartMm / (step.feed / 60);
     if (step.kind == Step::Kind::kArc)
       total_s_ += arc_s(step, std::abs(to[step.across] - at_[step.across])) + periods_s;
     else
@@ -148,7 +151,7 @@ class TimeBound {
   Words at_ = Words::Zero();
   MapContext context_;
   bool straight_ = false, moved_ = false;
-  unsigned written_ = 0;
+  unsigned written_ = 0, named_ = 0;
   double total_s_ = 0, least_s_ = 0, room_ = kRoomOnCurve;
 };
 
