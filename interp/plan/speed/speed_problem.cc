@@ -131,6 +131,13 @@ void lay_out(const std::deque<GridInterval>& grid, size_t first, size_t n, const
 
 }  // namespace
 
+double coefficient_bound(const std::deque<GridInterval>& grid, size_t first, size_t n, size_t k) {
+  double b_max = range_of(grid[first + k].samples).b_max;
+  if (k > 0) b_max = std::min(b_max, grid[first + k - 1].samples.back().b_max);
+  if (k + 1 < n) b_max = std::min(b_max, grid[first + k + 1].samples.front().b_max);
+  return b_max;
+}
+
 SpeedState SpeedProblem::at_node(const Doubles& c, size_t k) const {
   const double before = k > 0 ? c[k - 1] : 0, after = k < c.size() ? c[k] : 0;
   return {node_b0[k] * before + node_b1[k] * after, node_a0[k] * before + node_a1[k] * after};
@@ -147,10 +154,7 @@ void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n,
     const GridInterval& g = grid[first + k];
     const Headroom& room = headroom[first + k];
     const SampleRange range = range_of(g.samples);
-    double b_max = range.b_max;
-    if (k > 0) b_max = std::min(b_max, grid[first + k - 1].samples.back().b_max);
-    if (k + 1 < n) b_max = std::min(b_max, grid[first + k + 1].samples.front().b_max);
-    p.c_max[k] = b_max * room.velocity;
+    p.c_max[k] = coefficient_bound(grid, first, n, k) * room.velocity;
     p.dip[k] = room.dip;
     set_jerk_rows(g, range, rates, room.jerk, k, p);
   }

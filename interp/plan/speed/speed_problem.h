@@ -61,6 +61,10 @@ struct Headroom {
   double velocity_excess = 0, velocity_lowered = 0;
 };
 
+/// The greatest c_k of interval k of grid[first, first + n) at full headroom, from (P4): the least b_max of
+/// its samples and of the neighbours' at the nodes between, where a jump of the feed may lie.
+double coefficient_bound(const std::deque<GridInterval>& grid, size_t first, size_t n, size_t k);
+
 /// Sets up the problem on grid[first, first + n). `changed`, by interval of the grid: where the headroom has
 /// changed since the problem was set up last, nothing else having changed; empty: all is new.
 void build_problem(const std::deque<GridInterval>& grid, size_t first, size_t n, const JointRates& rates,

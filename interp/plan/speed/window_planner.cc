@@ -444,10 +444,10 @@ Headroom& WindowPlanner::lower(size_t interval) {
 // the excess asks for.
 void WindowPlanner::lower_speed(size_t interval, const LawSegment& segment, double excess) {
   const double v = std::max(segment.from.v, segment.end().v);
-  double b_max = 1e30;
-  for (const PathSample& sample : grid_.intervals()[interval].samples) b_max = std::min(b_max, sample.b_max);
+  const auto& grid = grid_.intervals();
+  const double bound = coefficient_bound(grid, 0, grid.size(), interval);
   double& room = headroom_[interval].velocity;
-  room = std::min(room, v * v / b_max / std::pow(excess, 0.8) * 0.99);
+  room = std::min(room, v * v / bound / std::pow(excess, 0.8) * 0.99);
 }
 
 // The whole window from rest to rest, slower and slower until it keeps all limits.
