@@ -23,6 +23,7 @@ constexpr double kUndershoot = 0.6;   // of the dip left to an interval in which
 constexpr int kSlowerFrom = 4;        // round from which a place that stays beyond its jerk is slowed down
 constexpr double kPartsMost = 1000;   // of a piece at one feed
 constexpr int kFeedSamples = 64;      // of a piece, to find out whether its feed is the same all along
+constexpr double kSlowGuess = 0.3;    // of the squared speeds of the first guess
 constexpr double kRestGrading = 0.6;  // longest interval over its distance from a standstill
 
 // Time between nodes: a tenth of the shortest time in which a joint's acceleration grows to its limit.
@@ -313,7 +314,11 @@ bool WindowPlanner::solve_window(size_t head, size_t tail) {
       if (verify(round)) return true;
       fresh = false;
     } else {
-      if (fresh && !result.feasible) return false;
+      if (fresh && !result.feasible) {
+        if (round > 0) return false;
+        slow_guess(head, tail);
+        continue;
+      }
       if (result.feasible) damp_undershoot(head);
       c_ = found;  // with fresh slacks and multipliers
       fresh = true;
@@ -375,6 +380,16 @@ void WindowPlanner::initial_guess(size_t head, size_t tail) {
   const size_t n = grid.size() - head - tail, keep = kept_intervals(n);
   c_ = estimated_speeds(head, n, keep);
   limit_acceleration(grid, head, keep, c_);
+  smooth_below(keep, c_);
+}
+
+// Another start for a search that has not come to where all rows are kept, as before a place that is hundreds
+// of times slower than the way to it: from far below it does.
+void WindowPlanner::slow_guess(size_t head, size_t tail) {
+  initial_guess(head, tail);
+  const size_t keep = start_.at_rest ? 0 : 1;
+  for (size_t k = keep; k < c_.size(); ++k) c_[k] *= kSlowGuess;
+  limit_acceleration(grid_.intervals(), head, keep, c_);
   smooth_below(keep, c_);
 }
 

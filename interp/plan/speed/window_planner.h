@@ -48,6 +48,7 @@ class WindowPlanner {
   size_t kept_intervals(size_t n) const;
   Doubles estimated_speeds(size_t head, size_t n, size_t keep) const;
   void initial_guess(size_t head, size_t tail);
+  void slow_guess(size_t head, size_t tail);
   void damp_undershoot(size_t head);
   bool make_law(size_t head, size_t tail);
   bool verify(int round);

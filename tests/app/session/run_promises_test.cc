@@ -188,6 +188,33 @@ TEST(PlanStops, NoneWhereTurningComesToASlowLine) {
   }
 }
 
+// A fast way to an arc at 0.8 mm/s. The solver's first guess led nowhere, and the machine stopped before it.
+// The program, and neighbours that are faster or slower in that arc and elsewhere.
+TEST(PlanStops, NoneBeforeAPlaceThatIsHundredsOfTimesSlower) {
+  for (int seed = 0; seed < 40; ++seed) {
+    std::mt19937_64 rng(static_cast<unsigned>(seed));
+    std::uniform_real_distribution<double> unit(-1, 1);
+    const double slow = seed == 0 ? 48.183 : 48.183 * std::exp(unit(rng)),
+                 fast = seed == 0 ? 6845.153 : 6845.153 * std::exp(unit(rng) / 2);
+    const std::string text = fmt::format(
+        "G21 G17 G40 G49 G90 G94\n"
+        "G94 G90 G1 X0.5109 Y5.2468 Z-301.2939 F2953.443\n"
+        "G90 G0 X5.7425 Y8.1704 Z-308.7611\n"
+        "G94 G90 G1 X5.7719 Y8.1547 Z-308.8016 F24.486\n"
+        "G94 G90 G1 X15.5091 Y-0.6668 Z-348.5645 A0.0483 F{1:.3f}\n"
+        "G94 G17 G90 G2 X15.4591 Y-0.3101 Z-349.4635 I0.4485 J0.2447 F{0:.3f}\n"
+        "G93 G17 G90 G2 X18.1293 Y-1.1430 Z-349.4635 I1.1691 J-0.9486 F570.1579\n"
+        "G93 G17 G90 G2 X2.5852 Y-8.8874 Z-349.4635 I-9.3425 J-0.7201 F627.1291\n"
+        "G94 G17 G90 G3 X1.8068 Y-9.5481 Z-349.4635 I-0.3414 J-0.3867 F{1:.3f}\n"
+        "G90 G0 X1.9012 Y-9.6092\n"
+        "G94 G90 G1 X37.2309 Y-1.8881 A-3.7558 F{1:.3f}\n"
+        "M2\n",
+        slow, fast);
+    EXPECT_EQ(test::run_text(test::config_of("rail_mill_measured"), text).result.speed.fallbacks, 0u)
+        << "F" << slow << " in F" << fast;
+  }
+}
+
 TEST(RunPromises, AChangeOfToolsIsNoDeviation) {
   Assembly assembly = assemble(config_of("cradle_measured"));
   Reports reports;
