@@ -78,7 +78,7 @@ class TimeBound {
     // first one that names a word.
     const bool first =
         !std::exchange(moved_, true) || (step.words & ~std::exchange(named_, named_ | step.words)) != 0;
-    if (first && step.feed > 0) total_s_ += kStartMm / (step.feed / 60);
+    if (first) total_s_ += step.feed > 0 ? kStartMm / (step.feed / 60) : step.time_s;
     if (step.kind == Step::Kind::kArc)
       total_s_ += arc_s(step, std::abs(to[step.across] - at_[step.across])) + periods_s;
     else
