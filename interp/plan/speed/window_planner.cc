@@ -14,7 +14,7 @@ namespace {
 constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990, 1.6};
 // Uses that verification accepts; the rest covers what lies between the places judged.
 constexpr double kVelocityAccept = 0.99999, kAccelerationAccept = 0.9995, kJerkAccept = 0.998;
-constexpr InteriorPointOptions kFirstSolve{60, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
+constexpr InteriorPointOptions kFirstSolve{200, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
 constexpr int kRoundsMax = 10;                     // of solving and verifying
 constexpr double kLoweredMax = 0.7;                // in a round: a half
 constexpr double kWindow = 3, kProvisional = 1.5;  // brake times planned at once, and of these left open

@@ -198,20 +198,22 @@ TEST(PlanStops, NoneBeforeAPlaceThatIsHundredsOfTimesSlower) {
                  fast = seed == 0 ? 6845.153 : 6845.153 * std::exp(unit(rng) / 2);
     const std::string text = fmt::format(
         "G21 G17 G40 G49 G90 G94\n"
-        "G94 G90 G1 X0.5109 Y5.2468 Z-301.2939 F2953.443\n"
-        "G90 G0 X5.7425 Y8.1704 Z-308.7611\n"
-        "G94 G90 G1 X5.7719 Y8.1547 Z-308.8016 F24.486\n"
-        "G94 G90 G1 X15.5091 Y-0.6668 Z-348.5645 A0.0483 F{1:.3f}\n"
-        "G94 G17 G90 G2 X15.4591 Y-0.3101 Z-349.4635 I0.4485 J0.2447 F{0:.3f}\n"
-        "G93 G17 G90 G2 X18.1293 Y-1.1430 Z-349.4635 I1.1691 J-0.9486 F570.1579\n"
-        "G93 G17 G90 G2 X2.5852 Y-8.8874 Z-349.4635 I-9.3425 J-0.7201 F627.1291\n"
-        "G94 G17 G90 G3 X1.8068 Y-9.5481 Z-349.4635 I-0.3414 J-0.3867 F{1:.3f}\n"
-        "G90 G0 X1.9012 Y-9.6092\n"
-        "G94 G90 G1 X37.2309 Y-1.8881 A-3.7558 F{1:.3f}\n"
+        "G94 G90 G1 X0.9536 Y5.1878 Z-301.5715 F2953.443\n"
+        "G90 G0 X6.1852 Y8.1114 Z-309.0387\n"
+        "G94 G90 G1 X6.2146 Y8.0957 Z-309.0792 F24.486\n"
+        "G94 G90 G1 X10.4895 Y5.8145 Z-314.9698 F4239.019\n"
+        "G94 G90 G1 X15.9518 Y-0.7258 Z-348.8421 A-0.3312 F{1:.3f}\n"
+        "G94 G17 G90 G2 X15.9018 Y-0.3691 Z-349.7411 I0.4485 J0.2447 F{0:.3f}\n"
+        "G93 G17 G90 G2 X18.5720 Y-1.2020 Z-349.7411 I1.1691 J-0.9486 F570.1579\n"
+        "G93 G17 G90 G2 X3.0279 Y-8.9464 Z-349.7411 I-9.3425 J-0.7201 F627.1291\n"
+        "G94 G17 G90 G3 X2.2495 Y-9.6071 Z-349.7411 I-0.3414 J-0.3867 F{1:.3f}\n"
+        "G90 G0 X2.3439 Y-9.6682\n"
+        "G94 G90 G1 X37.6735 Y-1.9471 A-4.1353 F{1:.3f}\n"
         "M2\n",
         slow, fast);
-    EXPECT_EQ(test::run_text(test::config_of("rail_mill_measured"), text).result.speed.fallbacks, 0u)
-        << "F" << slow << " in F" << fast;
+    for (const char* const config : {"rail_mill", "rail_mill_measured"})
+      EXPECT_EQ(test::run_text(test::config_of(config), text).result.speed.fallbacks, 0u)
+          << config << " F" << slow << " in F" << fast;
   }
 }
 
