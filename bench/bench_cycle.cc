@@ -66,7 +66,8 @@ void ticks(benchmark::State& state, Operator acts, const std::string& config,
     Parameters parameters;
     ToolTable tools = ToolTable::load(source + "/examples/tools.tbl");
     MotionQueue queue(1 << 14);
-    Cycle cycle = make_cycle(assembly, queue, ProgramStops::kPass, *assembly.drives, nullptr);
+    Cycle cycle =
+        make_cycle(assembly, queue, ProgramStops::kPass, *assembly.drives, nullptr, *assembly.rate_plans);
     assembly.drives->bring_up();
     while (cycle.last_report().drives != DriveState::kEnabled) cycle.tick();
     Pipeline pipeline(assembly, parameters, tools,

@@ -6,6 +6,7 @@
 #include "compensation/micromill/deflection_correction.h"
 #include "compensation/micromill/deflection_estimator.h"
 #include "core/check.h"
+#include "kernel/rate_plan.h"
 #include "kernel/setpoint_check.h"
 
 namespace trn {
@@ -25,7 +26,9 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       commands_(256),
       reports_(config.report_capacity),
       interpolator_(parts.queue, config.X_WB_idle),
-      path_rate_(config.plan_joints, config.period_s),
+      rate_(parts.plans, config.period_s),
+      stop_s_(plan_stop_s(config.plan_joints)),
+      unusable_s_(2 * config.period_s * (1 + rate_lead_periods(config.period_s))),
       ramp_(config.plan_joints, config.period_s),
       single_block_(parts.queue, interpolator_),
       probe_(parts.drives, config.joints.size()),
@@ -159,10 +162,10 @@ void Cycle::move() TRN_RT {
   if (!obeyed_ && ending_ != Ending::kRunOut) setpoint_.q = feedback_.q - setpoint_.offset;
   switch (motion_) {
     case MotionState::kRest:
-      queue_.front();
-      return;  // lets a dropped program's blocks go
+      queue_.front();  // lets a dropped program's blocks go
+      return rate_.rest(queue_);
     case MotionState::kPaused:
-      return;
+      return rate_.rest(queue_);
     case MotionState::kHoming:
       return follow_homing();
     case MotionState::kJogging:
@@ -188,9 +191,9 @@ double Cycle::target_rate() TRN_RT {
 // pace, one that is gone lets it run out smoothly, and at any moment a hold is shorter than what is left.
 double Cycle::rate_by_queue(double wanted) TRN_RT {
   if (queue_.sees_stop()) return Overrides::kMax;
-  const double usable_s = std::max(0.0, queue_.seen_s() - 2 * config_.period_s);
-  const double full_s = kQueueFactor * path_rate_.stop_s();
-  if (usable_s < kLowFactor * full_s * std::max(wanted, path_rate_.rate()))
+  const double usable_s = std::max(0.0, queue_.seen_s() - unusable_s_);
+  const double full_s = kQueueFactor * stop_s_;
+  if (usable_s < kLowFactor * full_s * std::max(wanted, rate_.rate()))
     report_.blocks_when_low = queue_.seen_number();
   return usable_s / full_s;
 }
@@ -204,16 +207,16 @@ void Cycle::follow_path() TRN_RT {
   planner_late_ = late;
   // Both the joints and the probe were last heard at the end of the period before.
   if (io_.probe_found() && !interpolator_.at_rest()) probe_.touch(feedback_.q);
-  const auto stands = [&] { return path_rate_.standing() || interpolator_.at_rest(); };
+  const auto stands = [&] { return rate_.standing() || interpolator_.at_rest(); };
   if (!ending() && single_block_.pauses(dwell_left_s_ <= 0 && stands())) {
     motion_ = MotionState::kPaused;
     return;
   }
   const double target = std::min(wanted, most);
-  if (interpolator_.at_rest()) path_rate_.restart(target);
   const double stop_in_s =
-      ending() ? PathRate::kNoStop : single_block_.to_line_end_s(path_rate_.stop_horizon_s());
-  passed_.plan_s = path_rate_.step(queue_, interpolator_.place(), target, stop_in_s);
+      ending() ? RateWish::kNoStop : single_block_.to_line_end_s(stop_horizon_s(stop_s_, rate_.rate()));
+  passed_.plan_s = interpolator_.at_rest() ? rate_.start(queue_, target)
+                                           : rate_.step(queue_, interpolator_.place(), {target, stop_in_s});
   drive(passed_.plan_s);
   if (!stands()) return single_block_.pass_line();
   if (probe_.touched()) end_probe();
@@ -517,7 +520,9 @@ void Cycle::report_place() TRN_RT {
   report_.on_path = interpolator_.has_position() && !switch_.off_path;
   report_.speed_mm_s = (report_.y - y_before).head<3>().norm() / config_.period_s;
   const bool on_ramp = motion_ == MotionState::kJogging || switch_.settling;
-  report_.override_now = on_ramp ? ramp_.rate() : path_rate_.rate();
+  report_.rate_plan_late = rate_.late();
+  report_.late_rate_plans = rate_.late_answers();
+  report_.override_now = on_ramp ? ramp_.rate() : rate_.rate();
 }
 
 void Cycle::report_io() TRN_RT {

@@ -14,6 +14,7 @@
 #include "kernel/overrides.h"
 #include "kernel/path_rate.h"
 #include "kernel/probe_move.h"
+#include "kernel/rate_plans.h"
 #include "kernel/rt_messages.h"
 #include "kernel/setpoint_chain.h"
 #include "kernel/single_block.h"
@@ -40,6 +41,7 @@ struct CycleParts {
   const JointMap& map;
   MotionQueue& queue;
   Drives& drives;
+  RatePlans& plans;
   SetpointChain* corrections = nullptr;  ///< null: the plan goes to the drives as it is
   MachineIo* io = nullptr;               ///< null: there are no devices beside the drives
 };
@@ -56,7 +58,7 @@ class Cycle final : public TickPort {
 
   /// The report of the last tick, for whoever runs in the tick's own thread.
   const CycleReport& last_report() const TRN_RT { return report_; }
-  const PathRate& path_rate() const TRN_RT { return path_rate_; }
+  const PathRate& rate() const TRN_RT { return rate_; }
   const Interpolator& interpolator() const TRN_RT { return interpolator_; }
 
  private:
@@ -160,8 +162,10 @@ class Cycle final : public TickPort {
   MotionState motion_ = MotionState::kRest;
   Ending ending_ = Ending::kNone;
   Interpolator interpolator_;
-  PathRate path_rate_;  ///< of the plan
-  JointRamp ramp_;      ///< of jogs, and between stretches with other corrections
+  PathRate rate_;      ///< of the plan
+  double stop_s_;      ///< plan time that a stop may take
+  double unusable_s_;  ///< plan time at the end of what is seen: the rate planner's lead
+  JointRamp ramp_;     ///< of jogs, and between stretches with other corrections
   Overrides overrides_;
   SingleBlock single_block_;
   ProbeMove probe_;

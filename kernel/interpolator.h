@@ -4,7 +4,7 @@
 #include "core/frames.h"
 #include "core/motion.h"
 #include "kernel/motion_queue.h"
-#include "kernel/rate_walk.h"
+#include "kernel/rate_plan.h"
 
 namespace trn {
 
@@ -34,7 +34,7 @@ class Interpolator {
   bool has_position() const TRN_RT { return has_position_; }
   bool at_rest() const TRN_RT { return at_rest_; }
   /// Where in the queue's plan that is.
-  PlanPlace place() const TRN_RT { return {0, segment_, time_s_}; }
+  PlanPlace place() const TRN_RT { return {queue_.front_number(), segment_, time_s_}; }
 
   /// Output changes of the blocks that have begun since the last call.
   OutputChanges take_outputs() TRN_RT;

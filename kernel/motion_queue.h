@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <vector>
 
 #include "core/axes.h"
@@ -32,7 +34,8 @@ class MotionQueue {
   bool push(const MotionBlock& block) {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     TRN_CHECK(block.segment_count <= MotionBlock::kMaxSegments);
-    if (tail - head_.load(std::memory_order_acquire) == items_.size()) return false;
+    const std::uint64_t head = head_.load(std::memory_order_acquire);
+    if (tail - std::min(head, kept_from_.load(std::memory_order_acquire)) >= items_.size()) return false;
     pushed_ns_.fetch_add(duration_ns(block), std::memory_order_relaxed);
     if (is_stop(block)) pushed_stops_.fetch_add(1, std::memory_order_relaxed);
     items_[tail % items_.size()] = {block, generation_.load(std::memory_order_relaxed), ++number_, pushed_ns_,
@@ -67,6 +70,28 @@ class MotionQueue {
     if (tail != seen_) seen_number_ = items_[(tail - 1) % items_.size()].number;
     seen_ = tail;
   }
+  /// The number of the front, counted from the first block ever pushed.
+  std::uint64_t front_number() const TRN_RT { return head_.load(std::memory_order_relaxed); }
+  /// Blocks from this number on stay where they are, though the tick has passed them: somebody looks at them.
+  void keep_from(std::uint64_t number) TRN_RT { kept_from_.store(number, std::memory_order_release); }
+  void keep_nothing() TRN_RT { keep_from(std::numeric_limits<std::uint64_t>::max()); }
+  /// What is seen now, for a look from beside the tick at what is kept.
+  class View {
+   public:
+    View() = default;
+    View(const MotionQueue& queue) TRN_RT : queue_(&queue), seen_(queue.seen_), dropped_(queue.dropped_) {}
+    /// The block with this number; null if it was not seen yet.
+    const MotionBlock* at(std::uint64_t number) const {
+      if (number >= seen_) return nullptr;
+      const Item& item = queue_->items_[number % queue_->items_.size()];
+      return item.generation > dropped_ ? &item.block : nullptr;
+    }
+
+   private:
+    const MotionQueue* queue_ = nullptr;
+    std::uint64_t seen_ = 0, dropped_ = 0;
+  };
+  View view() const TRN_RT { return View(*this); }
   /// How many blocks of its program the last one seen completes.
   std::uint32_t seen_number() const TRN_RT { return seen_number_; }
   const MotionBlock* front() TRN_RT {
@@ -135,6 +160,7 @@ class MotionQueue {
   std::vector<Item> items_;
   Ring<ProgramAnswer> answers_;
   std::atomic<std::uint64_t> head_{0}, tail_{0};  ///< counts of all blocks popped and pushed
+  std::atomic<std::uint64_t> kept_from_{std::numeric_limits<std::uint64_t>::max()};
   std::atomic<std::uint64_t> generation_{1};
   std::atomic<std::int64_t> pushed_ns_{0}, begun_ns_{0};
   std::atomic<std::int64_t> pushed_stops_{0}, popped_stops_{0};

@@ -85,6 +85,8 @@ struct CycleReport {
   std::uint32_t last_command_id = 0;  ///< of the last command that took effect
   std::uint32_t starvations = 0;      ///< since start
   std::uint32_t lost_reports = 0;     ///< since start: nobody took them in time
+  bool rate_plan_late = false;        ///< the rate planner's answer was due and had not come
+  std::uint32_t late_rate_plans = 0;  ///< since start: late by a time that a person may notice, in a motion
   std::uint32_t blocks_when_low = 0;  ///< of the program, seen by a tick with little ahead; else 0
   unsigned homed_mask = 0, limit_switch_mask = 0;
   int fault_joint = -1;

@@ -3,8 +3,7 @@
 #include <algorithm>
 
 #include "core/check.h"
-#include "kernel/path_rate.h"
-#include "kernel/rate_walk.h"
+#include "kernel/rate_plan.h"
 
 namespace trn {
 
@@ -49,19 +48,19 @@ bool SingleBlock::pauses(bool stands) TRN_RT {
 }
 
 double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
-  if (!on_ || interpolator_.at_rest()) return PathRate::kNoStop;
+  if (!on_ || interpolator_.at_rest()) return RateWish::kNoStop;
   const PlanPlace place = interpolator_.place();
   double way_s = -place.time_s;
   TRN_CHECK(place.time_s >= 0);
   for (std::uint64_t i = 0; i < kLineBlocks && way_s < horizon_s; ++i) {
     const MotionBlock* block = queue_.ahead(i);
-    if (!block || block->segment_count == 0) return PathRate::kNoStop;
+    if (!block || block->segment_count == 0) return RateWish::kNoStop;
     if (queue_.number_ahead(i) > number_ && block->line != line_) return std::max(way_s, 0.0);
     for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
       way_s += block->segments[static_cast<std::size_t>(k)].duration_s;
-    if (block->ends_at_rest) return PathRate::kNoStop;
+    if (block->ends_at_rest) return RateWish::kNoStop;
   }
-  return PathRate::kNoStop;
+  return RateWish::kNoStop;
 }
 
 void SingleBlock::pass_line() TRN_RT {

@@ -9,6 +9,7 @@
 
 #include "app/cli/commands.h"
 #include "app/daemon/planner_thread.h"
+#include "app/daemon/rate_planner_thread.h"
 #include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/make_cycle.h"
@@ -70,7 +71,10 @@ std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
 }
 
 void run_machine(const DaemonOptions& options) {
-  const Assembly assembly = assemble(options.machine, Field::kReal);
+  Assembly assembly = assemble(options.machine, Field::kReal);
+  auto rate_plans = std::make_unique<RatePlannerThread>(assembly.plan_joints, assembly.machine.period_s);
+  RatePlannerThread& rate_planner = *rate_plans;
+  assembly.rate_plans = std::move(rate_plans);
   log_to_stderr();
   check_memory(options);
   MotionQueue queue(kQueueBlocks);
@@ -88,7 +92,7 @@ void run_machine(const DaemonOptions& options) {
                                            *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, planner,
-              record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
+              rate_planner, record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
               assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
   if (assembly.io) assembly.io->shut_down();

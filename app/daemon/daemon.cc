@@ -159,6 +159,7 @@ void run_daemon(const DaemonParts& parts) {
   refuse_second_daemon(parts.lcm);
   const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
   const int late_max = parts.realtime.late_periods(parts.drives.real());
+  parts.rate_plans.start(parts.realtime);
   TickThread thread(parts.realtime, parts.machine.period_s, [&tick = parts.tick, late_max](int late_periods) {
     if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
     tick.tick();

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/daemon/program_source.h"
+#include "app/daemon/rate_planner_thread.h"
 #include "app/daemon/realtime.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/realtime_config.h"
@@ -29,6 +30,7 @@ struct DaemonParts {
   Drives& drives;
   TickPort& tick;
   ProgramSource& programs;
+  RatePlannerThread& rate_plans;
   ReportSink* record = nullptr;
   SessionLog* log = nullptr;
   const MachineJointMap* map = nullptr;  ///< see MachineController::Parts

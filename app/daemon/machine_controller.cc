@@ -240,12 +240,28 @@ CommandServer::Answer MachineController::confirm_tool(const Ticket& ticket) {
 void MachineController::hear_wait(const CycleReport& report) {
   const QueueEvent& was = report_.waits_at;
   const QueueEvent& is = report.waits_at;
-  if (report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument) return;
+  const bool same = report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument;
+  if (same && !report.rate_plan_late && !report_.rate_plan_late) return;
   const std::string text = waits_text(report, [this](int tool) { return parts_.programs.tool_name(tool); });
   if (text == view_.waits_for) return;
   if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
   view_.waits_for = text;
   status_due_ = true;
+}
+
+// Once in ten seconds at most.
+void MachineController::hear_rate_plans(const CycleReport& report) {
+  const auto now = std::chrono::steady_clock::now();
+  if (report.late_rate_plans == late_rate_plans_told_ || now < rate_plans_quiet_until_) return;
+  spdlog::warn(
+      "rate_plan_late: the rate planner did not answer in time ({} times so far). Overrides act later, and "
+      "if it does not "
+      "answer at all the motion stops on its path. Other work on this host has priority over it: see 'NOT "
+      "REAL TIME' "
+      "above, or give the daemon a processor of its own",
+      report.late_rate_plans);
+  late_rate_plans_told_ = report.late_rate_plans;
+  rate_plans_quiet_until_ = now + std::chrono::seconds(10);
 }
 
 void MachineController::machine_event(Event event) {
@@ -476,6 +492,7 @@ void MachineController::report(const CycleReport& report) {
   report_ = report;
   heard_id_ = report.last_command_id;
   hear_corrections(report);
+  hear_rate_plans(report);
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;

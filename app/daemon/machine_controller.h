@@ -93,6 +93,7 @@ class MachineController {
   void forget_message();
   bool stands_for_tool() const;
   Answer confirm_tool(const Ticket& ticket);
+  void hear_rate_plans(const CycleReport& report);
   void hear_wait(const CycleReport& report);
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
   void machine_event(Event event);
@@ -126,6 +127,8 @@ class MachineController {
   Supervisor supervisor_;
   DaemonView view_;
   CycleReport report_;
+  std::uint32_t late_rate_plans_told_ = 0;
+  std::chrono::steady_clock::time_point rate_plans_quiet_until_;
   std::array<const char*, kMaxSetpointCorrections>
       warned_;  ///< what each correction behind the plan last said
   Fault last_fault_ = Fault::kOk;

@@ -50,6 +50,8 @@ std::int64_t monotonic_us() {
 std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
   using Kind = QueueEvent::Kind;
   const QueueEvent& event = report.waits_at;
+  if (report.rate_plan_late && report.motion == MotionState::kMoving && report.override_now == 0)
+    return "the rate planner (rate_plan_late): the motion goes on when it answers";
   if (report.motion == MotionState::kHeld) return "hold: 'resume' goes on";
   switch (event.kind) {
     case Kind::kToolChange: {

@@ -37,7 +37,8 @@ class Stage : public RehearsalStage {
         field_(dynamic_cast<EmulatedCanDrives*>(assembly_.drives.get())) {
     if (!field_)
       throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
-    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, nullptr)));
+    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, nullptr,
+                                      *assembly_.rate_plans)));
     victim = static_cast<int>(bus_config().nodes.size()) / 2;
   }
 

@@ -54,7 +54,8 @@ class Stage : public RehearsalStage {
  public:
   explicit Stage(const std::string& config) : RehearsalStage(assemble(config)) {
     make_field(read_modbus_io(assembly_.machine.root));
-    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, io_.get())));
+    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, io_.get(),
+                                      *assembly_.rate_plans)));
     next_ = Clock::now();
   }
 

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 
+#include "app/session/inline_rate_plans.h"
 #include "compensation/sensor_board.h"
 #include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
-#include "kernel/path_rate.h"
+#include "kernel/rate_plan.h"
 #include "kinematics/factory.h"
 #include "sim/modbus/emulated_cabinet.h"
 
@@ -58,12 +59,21 @@ void add_io(Assembly& a, Field field) {
 
 }  // namespace
 
+namespace {
+
+void add_rate_plans(Assembly& assembly) {
+  assembly.rate_plans = std::make_unique<InlineRatePlans>(assembly.plan_joints, assembly.machine.period_s);
+}
+
+}  // namespace
+
 Assembly assemble(const std::string& config_path, Field field) {
   return assemble(load_config(config_path), field);
 }
 
 Assembly assemble(const ConfigTable& config, Field field) {
-  Assembly a{read_machine(config), nullptr, {}, {}, nullptr, {}, {}, {}, {}, nullptr, nullptr, nullptr};
+  Assembly a{
+      read_machine(config), nullptr, {}, {}, nullptr, nullptr, {}, {}, {}, {}, nullptr, nullptr, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
   add_corrections(a);
@@ -72,8 +82,8 @@ Assembly assemble(const ConfigTable& config, Field field) {
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
-  const PathRate hold(a.plan_joints, a.machine.period_s);
-  a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * hold.stop_s());
+  a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * plan_stop_s(a.plan_joints));
+  add_rate_plans(a);
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
   a.drives = make_drives(a.machine, field);
@@ -96,6 +106,7 @@ void set_period(Assembly& assembly, double period_s) {
   assembly.drives = make_drives(assembly.machine);
   add_io(assembly, Field::kEmulated);
   add_corrections(assembly);
+  add_rate_plans(assembly);
 }
 
 }  // namespace trn

@@ -17,6 +17,7 @@
 #include "interp/plan/speed/speed_options.h"
 #include "interp/plan/speed/speed_planner.h"
 #include "kernel/joint_map.h"
+#include "kernel/rate_plans.h"
 #include "sim/simulated_screws.h"
 
 namespace trn {
@@ -38,6 +39,7 @@ struct Assembly {
   Corrections corrections;
   Joints plan_joints;  ///< limits less what the corrections keep for themselves
   std::unique_ptr<MachineJointMap> map;
+  std::unique_ptr<RatePlans> rate_plans;  ///< made in the tick's own thread
   ProgramConfig program;
   PlannerConfig planner;
   RealtimeConfig realtime;

@@ -14,13 +14,13 @@ CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
 }
 
 Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops) {
-  return make_cycle(assembly, queue, stops, *assembly.drives, assembly.io.get());
+  return make_cycle(assembly, queue, stops, *assembly.drives, assembly.io.get(), *assembly.rate_plans);
 }
 
 Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
-                 MachineIo* io) {
+                 MachineIo* io, RatePlans& plans) {
   return {cycle_config(assembly, stops),
-          {*assembly.map, queue, drives, assembly.corrections.setpoint.get(), io}};
+          {*assembly.map, queue, drives, plans, assembly.corrections.setpoint.get(), io}};
 }
 
 }  // namespace trn

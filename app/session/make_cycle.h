@@ -4,6 +4,7 @@
 #include "core/ports.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
+#include "kernel/rate_plans.h"
 
 namespace trn {
 
@@ -12,8 +13,9 @@ CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops);
 
 /// The tick of a machine, with the machine's own drives and devices. `assembly` and `queue` must outlive it.
 Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops);
-/// The same with others in their place. `io` null: no devices beside the drives.
+/// The same with others in their place, as with the plans of `assembly.rate_plans`. `io` null: no devices
+/// beside the drives.
 Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
-                 MachineIo* io);
+                 MachineIo* io, RatePlans& plans);
 
 }  // namespace trn

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "app/session/inline_rate_plans.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
 #include "core/axes.h"
@@ -137,9 +138,10 @@ class Replay {
         sink_(sink),
         drives_(static_cast<Eigen::Index>(assembly.machine.joints.size()),
                 touch_periods_of(*assembly.drives)),
+        plans_(assembly.plan_joints, assembly.machine.period_s),
         queue_(kQueueBlocks),
         cycle_(make_cycle(assembly, queue_, session.head.run ? ProgramStops::kPass : ProgramStops::kWait,
-                          drives_, assembly.io ? &io_ : nullptr)) {}
+                          drives_, assembly.io ? &io_ : nullptr, plans_)) {}
 
   ReplayResult run() {
     const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();
@@ -178,6 +180,7 @@ class Replay {
         drives_.set_homes(shows_homing());
         cycle_.post(entry.command);
       }
+      if (entry.kind == Kind::kRatePlans) plans_.set_late(entry.late);
       if (entry.kind == Kind::kStands) drives_.stand(entry.program.q, DriveState::kEnabled);
       if (entry.kind == Kind::kInputs) {
         io_.set(entry.inputs);
@@ -271,6 +274,7 @@ class Replay {
   ToolTable& tools_;
   ReportSink& sink_;
   RecordedDrives drives_;
+  InlineRatePlans plans_;
   MotionQueue queue_;
   RecordedIo io_;
   Cycle cycle_;

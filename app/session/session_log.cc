@@ -26,8 +26,8 @@ using Kind = SessionEntry::Kind;
 constexpr int kLogsMax = 100'000;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",  "fault",
-                                       "inputs",  "answer",  "sensor", "features"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",     "fault",
+                                       "inputs",  "answer",  "sensor", "rate_plans", "features"};
 constexpr const char* kCommandNames[] = {
     "start",       "hold",           "resume",           "stop",           "override",
     "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
@@ -75,6 +75,7 @@ Json to_json(const SessionEntry& entry) {
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
+  if (entry.kind == Kind::kRatePlans) json["late"] = entry.late;
   if (entry.kind == Kind::kFault) json["fault"] = fault_info(entry.fault).name;
   if (entry.kind == Kind::kFault) json["joint"] = entry.joint;
   if (entry.kind == Kind::kInputs) {
@@ -126,6 +127,7 @@ SessionEntry from_json(const Json& json) {
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
+  if (entry.kind == Kind::kRatePlans) entry.late = json.at("late");
   if (entry.kind == Kind::kFault) entry.fault = fault_of(json.at("fault"));
   if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
   if (entry.kind == Kind::kInputs) {
@@ -209,6 +211,9 @@ void SessionLog::report(const CycleReport& report) {
   entry.kind = Kind::kLow;
   entry.blocks = report.blocks_when_low;
   if (entry.blocks > 0) write(entry);
+  entry.kind = Kind::kRatePlans;
+  entry.late = report.rate_plan_late;
+  if (entry.late != last_.rate_plan_late) write(entry);
   entry.kind = Kind::kStands;
   entry.program.q = report.q_setpoint;
   if (report.drives == DriveState::kEnabled && last_.drives != DriveState::kEnabled) write(entry);

@@ -21,21 +21,23 @@ namespace trn {
 /// One thing that reached the tick from outside, in the period in which it did.
 struct SessionEntry {
   enum class Kind : std::uint8_t {
-    kProgram,  ///< `program` was prepared, before the tick of its period
-    kCommand,  ///< `command` took effect
-    kLow,      ///< little motion was queued: the tick saw `blocks` blocks of the program
-    kStands,   ///< the drives are powered, at `program.q`
-    kFault,    ///< the drives reported `fault`
-    kInputs,   ///< the inputs are now `inputs`
-    kAnswer,   ///< the program was given `answer`
-    kSensor,   ///< the corrections heard `sensor`
-    kFeatures  ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
+    kProgram,    ///< `program` was prepared, before the tick of its period
+    kCommand,    ///< `command` took effect
+    kLow,        ///< little motion was queued: the tick saw `blocks` blocks of the program
+    kStands,     ///< the drives are powered, at `program.q`
+    kFault,      ///< the drives reported `fault`
+    kInputs,     ///< the inputs are now `inputs`
+    kAnswer,     ///< the program was given `answer`
+    kSensor,     ///< the corrections heard `sensor`
+    kRatePlans,  ///< the rate planner's answers are `late` from now on, or come again
+    kFeatures    ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
   RtCommand command;
   ProgramStart program;
   std::uint32_t blocks = 0;
+  bool late = false;
   Fault fault = Fault::kOk;
   int joint = -1;
   IoInputs inputs;  ///< digital, probe, spindle_ready

@@ -141,7 +141,7 @@ class Simulation {
       post(options_.script[next_action_].command);
     const bool paused = report.motion == MotionState::kPaused;
     if (paused && options_.single_block) return post({RtCommand::Kind::kResume});
-    const bool stands = paused || (cycle_.path_rate().standing() && report.motion != MotionState::kRest);
+    const bool stands = paused || (cycle_.rate().standing() && report.motion != MotionState::kRest);
     standing_periods_ = stands ? standing_periods_ + 1 : 0;
     if (standing_periods_ * period_s_ < kPatienceS || next_action_ < options_.script.size()) return;
     if (options_.on_warning)

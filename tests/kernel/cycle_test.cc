@@ -35,7 +35,8 @@ class Bench {
       : assembly_(assemble(config)),
         queue_(1 << 14),
         cycle_(few_reports(cycle_config(assembly_, ProgramStops::kPass)),
-               {*assembly_.map, queue_, *assembly_.drives, assembly_.corrections.setpoint.get()}) {
+               {*assembly_.map, queue_, *assembly_.drives, *assembly_.rate_plans,
+                assembly_.corrections.setpoint.get()}) {
     assembly_.drives->bring_up();
     for (int i = 0; i < 20000 && cycle_.last_report().drives != DriveState::kEnabled; ++i) cycle_.tick();
     start(program);

@@ -39,7 +39,8 @@ TEST(FailedCheck, NothingComputedBehindItIsSentAndTheMachineStops) {
   BreakingMap map(*motion.assembly().map);
   MotionQueue queue(motion.blocks().size() + 1);
   LoopbackDrives drives(motion.q(0));
-  Cycle cycle(cycle_config(motion.assembly(), ProgramStops::kPass), {map, queue, drives});
+  Cycle cycle(cycle_config(motion.assembly(), ProgramStops::kPass),
+              {map, queue, drives, *motion.assembly().rate_plans});
   cycle.tick();
   drives.bring_up();
   for (int i = 0; i < 3; ++i) cycle.tick();

@@ -56,7 +56,8 @@ class LostDrives : public testing::Test {
   const PlannedMotion motion{source_dir() + "/configs/mill.toml", "G21 G91 G1 X50 F3000\nM2\n"};
   MotionQueue queue{motion.blocks().size() + 1};
   LeavingDrives drives{motion.q(0)};
-  Cycle cycle{cycle_config(motion.assembly(), ProgramStops::kPass), {*motion.assembly().map, queue, drives}};
+  Cycle cycle{cycle_config(motion.assembly(), ProgramStops::kPass),
+              {*motion.assembly().map, queue, drives, *motion.assembly().rate_plans}};
 };
 
 TEST_F(LostDrives, ThePlanRunsOutWhileTheDrivesAreToldWhereTheyStand) {
@@ -120,7 +121,8 @@ class StandingMachine : public testing::Test {
   const PlannedMotion motion{source_dir() + "/configs/mill.toml", "G21 G91 G1 X50 F3000\nM2\n"};
   MotionQueue queue{400};
   LeavingDrives drives{motion.q(0)};
-  Cycle cycle{cycle_config(motion.assembly(), ProgramStops::kPass), {*motion.assembly().map, queue, drives}};
+  Cycle cycle{cycle_config(motion.assembly(), ProgramStops::kPass),
+              {*motion.assembly().map, queue, drives, *motion.assembly().rate_plans}};
 };
 
 TEST_F(StandingMachine, AHoldIsOfMotionOnThePathOnly) {

@@ -9,6 +9,7 @@
 #include "app/check/limit_judge.h"
 #include "app/check/trace_reader.h"
 #include "app/session/assembly.h"
+#include "app/session/inline_rate_plans.h"
 #include "app/session/pipeline.h"
 #include "core/axes.h"
 #include "core/frames.h"
@@ -19,6 +20,7 @@
 #include "kernel/interpolator.h"
 #include "kernel/motion_queue.h"
 #include "kernel/path_rate.h"
+#include "kernel/rate_plan.h"
 
 // What the tests of override and hold share: a whole program planned beforehand, and the joints it stands for
 // at any plan time.
@@ -121,7 +123,8 @@ class RateBench {
       : motion_(motion),
         queue_(capacity),
         interpolator_(queue_, Pose()),
-        rate_(motion.joints(), motion.assembly().machine.period_s) {
+        plans_(motion.joints(), motion.assembly().machine.period_s),
+        rate_(plans_, motion.assembly().machine.period_s) {
     fill(1e9);
   }
   /// Pushes blocks until `ahead_s` of plan time are queued.
@@ -135,8 +138,8 @@ class RateBench {
   template <typename See>
   Interpolator::Outcome tick(double target, int density, See see) {
     queue_.look();
-    if (interpolator_.at_rest()) rate_.restart(target);
-    const double passed = rate_.step(queue_, interpolator_.place(), target);
+    const double passed = interpolator_.at_rest() ? rate_.start(queue_, target)
+                                                  : rate_.step(queue_, interpolator_.place(), {target});
     const double rest_s = motion_.rest_after(time_s_);
     for (int i = 1; i <= density; ++i)
       see(std::min(time_s_ + rate_.plan_time_at(static_cast<double>(i) / density), rest_s));
@@ -152,6 +155,7 @@ class RateBench {
   const PlannedMotion& motion_;
   MotionQueue queue_;
   Interpolator interpolator_;
+  InlineRatePlans plans_;
   PathRate rate_;
   std::size_t next_ = 0;
   double time_s_ = 0;

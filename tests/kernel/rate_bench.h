@@ -10,7 +10,7 @@
 #include "core/axes.h"
 #include "core/motion.h"
 #include "kernel/motion_queue.h"
-#include "kernel/rate_walk.h"
+#include "kernel/rate/rate_walk.h"
 
 // One joint whose planned motion is given by hand, for the tests of what a rate may do.
 namespace trn {
@@ -57,7 +57,7 @@ class RateRoad {
     queue_.look();
   }
   RateWalk walk(double rate, double slope, double time_s = 0) {
-    return RateWalk(limits, queue_, {0, 0, time_s}, rate, slope);
+    return RateWalk(limits, queue_.view(), {0, 0, time_s}, rate, slope);
   }
   const PlanLimits limits{one_joint(), kPeriodS};
 

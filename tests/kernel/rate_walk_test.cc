@@ -1,4 +1,4 @@
-#include "kernel/rate_walk.h"
+#include "kernel/rate/rate_walk.h"
 
 #include <gtest/gtest.h>
 
@@ -6,6 +6,8 @@
 #include <random>
 #include <vector>
 
+#include "core/motion.h"
+#include "kernel/rate_plan.h"
 #include "tests/kernel/rate_bench.h"
 
 namespace trn {
@@ -115,7 +117,7 @@ TEST(RateWalk, EndsWhereThePlanRestsAndKnowsNothingBehindTheQueue) {
   two[0] = joint_block({{0.002, 1}}, true);
   RateRoad rests(two);
   RateWalk walk = rests.walk(1, 0);
-  RateStep steps[RateWalk::kStepsMax];
+  RateStep steps[RatePlan::kStepsMax];
   int count = 0;
   EXPECT_TRUE(walk.run(0, 1, steps, count));
   EXPECT_TRUE(walk.ended());
@@ -130,7 +132,7 @@ TEST(RateWalk, EndsWhereThePlanRestsAndKnowsNothingBehindTheQueue) {
 TEST(RateWalk, RunTakesTheWholeTimeInStepsThatAddUp) {
   RateRoad road(joint_block({{0.01, 50}, {1, 50}}));
   RateWalk walk = road.walk(1, 0);
-  RateStep steps[RateWalk::kStepsMax];
+  RateStep steps[RatePlan::kStepsMax];
   int count = 0;
   ASSERT_TRUE(walk.run(-50, 0.03, steps, count));
   double sum = 0;
@@ -145,7 +147,7 @@ TEST(RateWalk, RunTakesTheWholeTimeInStepsThatAddUp) {
 TEST(RateWalk, SkipAndCoastComeToTheSamePlaceAsSteps) {
   RateRoad road(joint_block({{0.004, 50, 200, 0}, {0.004, 50.8, 200, 0}, {1, 51.6}}));
   RateWalk stepped = road.walk(1, 0), coasted = stepped, skipped = stepped;
-  RateStep steps[RateWalk::kStepsMax];
+  RateStep steps[RatePlan::kStepsMax];
   int count = 0;
   ASSERT_TRUE(stepped.run(-20, 0.009, steps, count));
   coasted.coast(0.009, -20);

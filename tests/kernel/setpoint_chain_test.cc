@@ -67,7 +67,7 @@ Outcome run(SetpointChain& chain, Assembly& assembly, bool switch_often) {
   MotionQueue queue(1 << 14);
   CycleConfig config = cycle_config(assembly, ProgramStops::kPass);
   config.plan_joints = chain.plan_joints();
-  Cycle cycle(config, {*assembly.map, queue, *assembly.drives, &chain});
+  Cycle cycle(config, {*assembly.map, queue, *assembly.drives, *assembly.rate_plans, &chain});
   assembly.plan_joints = chain.plan_joints();
   // Judged from the first tick on, when nothing has moved.
   LimitJudge judge(assembly.machine.joints, assembly.machine.period_s);

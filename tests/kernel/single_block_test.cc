@@ -6,7 +6,7 @@
 
 #include "core/axes.h"
 #include "core/frames.h"
-#include "kernel/path_rate.h"
+#include "kernel/rate_plan.h"
 
 // Lines of 0.1 s each along X by hand.
 namespace trn {
@@ -48,7 +48,7 @@ TEST_F(SingleBlockTest, ALineMayEndWithBlocksThatTakeNoTime) {
   EXPECT_TRUE(single.pauses(true));
   single.release();
   EXPECT_FALSE(single.pauses(true));
-  EXPECT_EQ(single.to_line_end_s(1e9), PathRate::kNoStop) << "line 2 has no end yet";
+  EXPECT_EQ(single.to_line_end_s(1e9), RateWish::kNoStop) << "line 2 has no end yet";
 }
 
 TEST_F(SingleBlockTest, OffItNeverPauses) {
@@ -57,7 +57,7 @@ TEST_F(SingleBlockTest, OffItNeverPauses) {
   EXPECT_FALSE(single.pauses(true));
   interpolator.advance(0.1);
   EXPECT_FALSE(single.pauses(true));
-  EXPECT_EQ(single.to_line_end_s(1e9), PathRate::kNoStop);
+  EXPECT_EQ(single.to_line_end_s(1e9), RateWish::kNoStop);
 }
 
 TEST_F(SingleBlockTest, ItStandsBehindALineThatEndsAtRestUntilReleased) {
@@ -82,10 +82,10 @@ TEST_F(SingleBlockTest, TheEndOfALineInTheMiddleOfAStretchIsFound) {
   push(2);
   push(3, true);
   single.pauses(true);
-  EXPECT_EQ(single.to_line_end_s(1e9), PathRate::kNoStop) << "it has not begun";
+  EXPECT_EQ(single.to_line_end_s(1e9), RateWish::kNoStop) << "it has not begun";
   interpolator.advance(0.03);
   EXPECT_NEAR(single.to_line_end_s(1e9), 0.17, 1e-12);
-  EXPECT_EQ(single.to_line_end_s(0.05), PathRate::kNoStop) << "beyond the horizon";
+  EXPECT_EQ(single.to_line_end_s(0.05), RateWish::kNoStop) << "beyond the horizon";
   interpolator.advance(0.1);
   EXPECT_NEAR(single.to_line_end_s(1e9), 0.07, 1e-12);
 }
@@ -97,7 +97,7 @@ TEST_F(SingleBlockTest, ALineThatEndsAtRestNeedsNoStopOfItsOwn) {
   push(2, true);
   single.pauses(true);
   interpolator.advance(0.03);
-  EXPECT_EQ(single.to_line_end_s(1e9), PathRate::kNoStop);
+  EXPECT_EQ(single.to_line_end_s(1e9), RateWish::kNoStop);
 }
 
 // The line that motion goes on with is released, which is the next one where the last is as good as done.

@@ -1,4 +1,4 @@
-#include "kernel/stop_search.h"
+#include "kernel/rate/stop_search.h"
 
 #include <gtest/gtest.h>
 
@@ -9,6 +9,8 @@
 #include <vector>
 
 #include "core/motion.h"
+#include "kernel/rate/rate_walk.h"
+#include "kernel/rate_plan.h"
 #include "tests/kernel/rate_bench.h"
 
 namespace trn {

@@ -10,8 +10,9 @@ INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
 
 ENGINE = {"core", "interp", "interp/gcode", "interp/plan", "kinematics", "compensation", "hal", "sim", "kernel"}
 APP = {"app/check", "app/session", "app/daemon", "app/lab", "app/cli"}
+RATE = "kernel/rate"  # beside the tick: it searches, and the tick must not
 FITS = "compensation/fit"  # off-line, with a solver that nothing else needs
-EVERYTHING = ENGINE | APP | {FITS, "bench", "tests"}
+EVERYTHING = ENGINE | APP | {RATE, FITS, "bench", "tests"}
 ALLOWED = {
     "core": {"core"},
     "interp": {"core", "interp"},
@@ -23,9 +24,10 @@ ALLOWED = {
     "hal": {"core", "hal"},
     "sim": {"core", "kinematics", "compensation", "hal", "sim"},
     "kernel": {"core", "compensation", "kernel"},
+    RATE: {"core", "kernel", RATE},
     "app/check": {"core", "interp", "app/check"},
-    "app/session": ENGINE | {"app/check", "app/session"},
-    "app/daemon": ENGINE | {"app/check", "app/session", "app/daemon"},
+    "app/session": ENGINE | {RATE, "app/check", "app/session"},
+    "app/daemon": ENGINE | {RATE, "app/check", "app/session", "app/daemon"},
     "app/lab": ENGINE | {FITS, "app/check", "app/session", "app/lab"},
     "app/cli": ENGINE | APP | {FITS},
     "bench": EVERYTHING,

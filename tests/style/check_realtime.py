@@ -11,7 +11,8 @@ from dataclasses import dataclass
 
 from source_text import ROOT, code_only, functions, source_files
 
-FOLDERS = ("core/", "kinematics/", "compensation/", "kernel/", "hal/")  # sim stands in their place
+# sim stands in their place
+FOLDERS = ("core/", "kinematics/", "compensation/", "kernel/", "hal/", "app/daemon/rate_planner_thread")
 CALL = re.compile(r"(?<![\w~])((?:\w+::)*)(~?[A-Za-z_]\w*)\s*\(")
 CHECKED_BY_TEXT = {"if", "for", "while", "switch", "return", "sizeof", "decltype", "noexcept", "catch", "alignof"}
 # Of the standard library's containers and atomics, where something stands before the dot.

@@ -241,7 +241,8 @@ TEST(MicroStage, StatusAndSessionLogTellThePredictedDiameter) {
   int ended = 0;
   {
     MotionQueue queue(8192);
-    Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait, *assembly.drives, nullptr);
+    Cycle cycle =
+        make_cycle(assembly, queue, ProgramStops::kWait, *assembly.drives, nullptr, *assembly.rate_plans);
     SessionLog log(path, {config_of("micro_stage"), "", ""});
     PlannerThread planner(assembly, queue, {}, {}, &log, &recorder);
     const auto tick = [&] {

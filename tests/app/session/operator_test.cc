@@ -40,7 +40,7 @@ class OperatedRun {
         queue_(motion_.blocks().size() + 1),
         drives_(motion_.q(0)),
         cycle_(cycle_config(motion_.assembly(), ProgramStops::kWait),
-               {*motion_.assembly().map, queue_, drives_}) {
+               {*motion_.assembly().map, queue_, drives_, *motion_.assembly().rate_plans}) {
     cycle_.tick();
     drives_.bring_up();
     for (int i = 0; i < 3; ++i) cycle_.tick();
@@ -57,7 +57,7 @@ class OperatedRun {
     std::vector<CycleReport> out;
     do {
       out.push_back(tick());
-      const bool held = out.back().motion == MotionState::kHeld && cycle_.path_rate().standing();
+      const bool held = out.back().motion == MotionState::kHeld && cycle_.rate().standing();
       if (held || out.back().motion == MotionState::kPaused) break;
     } while (out.back().motion != MotionState::kRest && static_cast<int>(out.size()) < periods_max);
     EXPECT_EQ(out.back().fault, Fault::kOk);

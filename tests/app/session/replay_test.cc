@@ -14,137 +14,32 @@
 #include "interp/move.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
+#include "tests/app/session/session_bench.h"
 #include "tests/support/paths.h"
 
 namespace trn {
 namespace {
 
-struct Rows : ReportSink {
-  void write(const CycleReport& report) override { q.push_back(report.q_setpoint); }
-  std::vector<JointVec> q;
-};
-
-/// A session as the daemon has it, in one thread: random commands, and a planner that sometimes sleeps.
-class SessionBench {
- public:
-  SessionBench(std::uint64_t seed, const std::string& config)
-      : rng_(seed),
-        assembly_(assemble(config)),
-        drives_(JointVec::Zero(5)),
-        queue_(8192),
-        cycle_(make_cycle(assembly_, queue_, ProgramStops::kWait, drives_, nullptr)),
-        log_(log_path(), {config, "", ""}) {
-    drives_.bring_up();
-  }
-  static std::string log_path() {
-    return testing::TempDir() + testing::UnitTest::GetInstance()->current_test_info()->name() + ".log";
-  }
-
-  void run(int periods) {
-    std::uniform_int_distribution<int> wait(1, 300), kind(0, 7);
-    std::uniform_real_distribution<double> value(0, 2);
-    int next = 5, planner_sleeps = 0;
-    for (int i = 0; i < periods; ++i) {
-      if (cycle_.last_report().motion == MotionState::kRest && i > 3) begin();
-      if (--planner_sleeps < 0) fill();
-      if (--next == 0) {
-        next = wait(rng_);
-        using Kind = RtCommand::Kind;
-        const Kind kinds[] = {Kind::kHold,     Kind::kResume, Kind::kOverride, Kind::kOverride,
-                              Kind::kOverride, Kind::kStop,   Kind::kResume,   Kind::kResume};
-        post({kinds[kind(rng_)], value(rng_)});
-        if (kind(rng_) < 2) planner_sleeps = 8 * wait(rng_);
-      }
-      tick();
-    }
-  }
-  const Assembly& assembly() const { return assembly_; }
-  const CycleReport& report() const { return cycle_.last_report(); }
-  const std::vector<JointVec>& rows() const { return rows_.q; }
-
- private:
-  void post(RtCommand command) {
-    command.id = ++id_;
-    log_.posted(command);
-    cycle_.post(command);
-  }
-  void tick() {
-    const int channels = static_cast<int>(assembly_.corrections.sensors->names().size());
-    std::uniform_int_distribution<int> when(0, 400);
-    if (const int n = when(rng_); n < channels)
-      assembly_.corrections.sensors->publish(n, 24 + 0.001 * when(rng_));
-    cycle_.tick();
-    for (const auto& work : assembly_.corrections.background) work();
-    log_.report(cycle_.last_report());
-    if (cycle_.last_report().drives == DriveState::kEnabled) rows_.write(cycle_.last_report());
-  }
-  void begin() {
-    post({RtCommand::Kind::kStop});
-    do tick();
-    while (queue_.holds_stop() || queue_.buffered_s() > 0);  // often at once, in the period of the stop
-    const ProgramStart start{
-        "mdi", "G21 G94 G64 P0.02\nG91\nG1 F4000 X20\nY20 A5\nX-20 C10\nF900 Y-20 A-5\nX5 C-10\nX-5\n",
-        cycle_.last_report().q_setpoint};
-    pipeline_.emplace(assembly_, parameters_, tools_, start, PipelineObservers{});
-    log_.program(start);
-    queue_.begin_generation();
-    ended_ = has_block_ = false;
-    fill();
-    post({RtCommand::Kind::kStart});
-  }
-  void fill() {
-    while (pipeline_ && !ended_ && queue_.buffered_s() < assembly_.planner.buffer_s) {
-      if (!has_block_ && !(has_block_ = pipeline_->next(block_))) ended_ = true;
-      if (!has_block_ || !queue_.push(block_)) break;
-      has_block_ = false;
-    }
-  }
-
-  std::mt19937_64 rng_;
-  Assembly assembly_;
-  LoopbackDrives drives_;
-  MotionQueue queue_;
-  Cycle cycle_;
-  SessionLog log_;
-  Parameters parameters_;
-  ToolTable tools_;
-  std::optional<Pipeline> pipeline_;
-  MotionBlock block_;
-  bool ended_ = true, has_block_ = false;
-  std::uint32_t id_ = 0;
-  Rows rows_;
-};
-
-/// A session and its replay on a machine assembled anew; how often the planner was late.
-std::uint32_t expect_same_bits(std::uint64_t seed, const std::string& config, int periods) {
-  std::optional<SessionBench> bench;
-  bench.emplace(seed, config);
-  bench->run(periods);
-  const Session session = read_session(SessionBench::log_path());
-  const Assembly assembly = assemble(config);
-  Parameters parameters;
-  ToolTable tools;
-  Rows again;
-  replay(session, assembly, parameters, tools, again);
-  EXPECT_GE(again.q.size() + 400, bench->rows().size());
-  for (std::size_t i = 0; i < std::min(again.q.size(), bench->rows().size()); ++i)
-    if (again.q[i] != bench->rows()[i]) {
-      ADD_FAILURE() << "seed " << seed << " row " << i;
-      break;
-    }
-  return bench->report().starvations;
-}
-
 TEST(Replay, GivesTheSameBitsAlsoWhereThePlannerWasLate) {
-  std::uint32_t starvations = 0;
-  for (std::uint64_t seed = 1; seed <= 6; ++seed)
-    starvations += expect_same_bits(seed, source_dir() + "/configs/cradle.toml", 12000);
+  std::uint32_t starvations = 0, late_rate_plans = 0;
+  const std::string config = source_dir() + "/configs/cradle.toml";
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    SessionBench bench(seed, config);
+    bench.run(12000);
+    expect_same_bits(bench, seed, config);
+    starvations += bench.report().starvations;
+    late_rate_plans += bench.report().late_rate_plans;
+  }
   EXPECT_GT(starvations, 0u) << "the planner was never late: this proves less than it should";
+  EXPECT_GT(late_rate_plans, 0u) << "the rate planner was never late: this proves less than it should";
 }
 
 // What the sensors of the screws read is part of the session.
 TEST(Replay, GivesTheSameBitsWithSensors) {
-  expect_same_bits(7, source_dir() + "/configs/head_screws.toml", 12000);
+  const std::string config = source_dir() + "/configs/head_screws.toml";
+  SessionBench bench(7, config);
+  bench.run(12000);
+  expect_same_bits(bench, 7, config);
 }
 
 // A log is replayed with the config that stands there now, which may have another joint or sensor since.
@@ -157,7 +52,7 @@ TEST(Replay, RefusesTheLogOfAnotherMachine) {
   const auto refusal = [&](const SessionEntry& entry) -> std::string {
     Parameters parameters;
     ToolTable tools;
-    Rows rows;
+    SessionRows rows;
     Session session{{"m.toml", "", ""}, {entry}};
     session.entries[0].period = 3;
     try {

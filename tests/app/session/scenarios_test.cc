@@ -7,6 +7,7 @@
 #include "app/check/limit_judge.h"
 #include "app/session/assembly.h"
 #include "app/session/corrections.h"
+#include "app/session/inline_rate_plans.h"
 #include "app/session/make_cycle.h"
 #include "core/axes.h"
 #include "core/fault.h"
@@ -14,15 +15,15 @@
 #include "hal/loopback.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
-#include "kernel/rate_walk.h"
+#include "kernel/rate_plan.h"
 #include "kernel/rt_messages.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
 
 // The operator at any tick: overrides of feed and rapid, adaptive feed, hold, resume, single block, stop, and
-// a planner that is late. The joints are judged twice by a judge that shares no code with the law: the
-// setpoints with all corrections by the period's differences, and the plan's joints on samples ten times
-// denser. TRN_LONG=10000: so many scenarios over all configs.
+// a planner that is late, or a rate planner. The joints are judged twice by a judge that shares no code with
+// the law: the setpoints with all corrections by the period's differences, and the plan's joints on samples
+// ten times denser. TRN_LONG=10000: so many scenarios over all configs.
 namespace trn {
 namespace {
 
@@ -61,21 +62,28 @@ std::string seeded_program(const Assembly& assembly, std::uint64_t seed) {
 
 struct Tally {
   long scenarios = 0, periods = 0, steps = 0, holds = 0, stops = 0, starvations = 0;
+  long late_rate_plans = 0;
   std::vector<double> worst;  ///< of each scenario
 };
+
+/// Who makes the rate plans beside the tick.
+enum class RatePlannerHealth { kSound, kStarved, kDies };
 
 /// One program under one operator.
 class Scenario {
  public:
-  Scenario(const PlannedMotion& motion, std::uint64_t seed)
+  Scenario(const PlannedMotion& motion, std::uint64_t seed,
+           RatePlannerHealth health = RatePlannerHealth::kSound)
       : motion_(motion),
         rng_(seed),
+        health_(health),
         period_s_(motion.assembly().machine.period_s),
         corrections_(read_corrections(motion.assembly().machine)),
+        rate_plans_(motion.assembly().plan_joints, period_s_),
         queue_(motion.blocks().size() + 1),
         drives_(motion.q(0)),
         cycle_(cycle_config(motion.assembly(), ProgramStops::kPass),
-               {*motion.assembly().map, queue_, drives_, corrections_.setpoint.get()}),
+               {*motion.assembly().map, queue_, drives_, rate_plans_, corrections_.setpoint.get()}),
         coarse_(motion.assembly().machine.joints, period_s_),
         dense_(motion.joints(), period_s_ / kDensity) {}
 
@@ -90,9 +98,15 @@ class Scenario {
     fill();
     post(Kind::kStart, 0);
     if (chance(0.3)) post(Kind::kSingleBlock, 1);
+    if (health_ == RatePlannerHealth::kDies) dies_in_ = static_cast<int>(between(3, 400));
     for (int i = 0; i < kPeriodsMax && (i < 3 || cycle_.last_report().motion != MotionState::kRest); ++i)
       if (!one_period(tally, why)) return false;
+    if (dies_in_ < 0 && cycle_.last_report().motion == MotionState::kMoving && !cycle_.rate().standing()) {
+      why = "moves on without a rate planner";
+      return false;
+    }
     ++tally.scenarios;
+    tally.late_rate_plans += cycle_.last_report().late_rate_plans;
     tally.starvations += cycle_.last_report().starvations;
     std::string at_setpoint, at_plan;
     const double setpoints = coarse_.worst(&at_setpoint), plan = dense_.worst(&at_plan);
@@ -148,7 +162,16 @@ class Scenario {
     if (held_ && chance(0.7)) post(Kind::kResume, 0), held_ = false;
   }
 
+  void disturb_rate_planner() {
+    if (health_ == RatePlannerHealth::kDies && --dies_in_ < 0) rate_plans_.set_late(true);
+    if (health_ != RatePlannerHealth::kStarved) return;
+    if (starves_ == 0 && chance(0.02)) starves_ = static_cast<int>(between(1, chance(0.5) ? 8 : 200));
+    rate_plans_.set_late(starves_ > 0);
+    starves_ = std::max(0, starves_ - 1);
+  }
+
   bool one_period(Tally& tally, std::string& why) {
+    disturb_rate_planner();
     operate(tally);
     if (sweep_ != 0) post(Kind::kOverride, swept_ = std::clamp(swept_ + sweep_, 0.0, 2.0));
     if (--planner_sleeps_ < 0) fill();
@@ -174,7 +197,7 @@ class Scenario {
 
   // After a stop the queue is forgotten: the tick stands at the end of its last step, or where it was.
   double plan_time_after_stop(double t0, const JointVec& q) const {
-    const double t1 = std::min(t0 + cycle_.path_rate().plan_time_at(1), motion_.rest_after(t0));
+    const double t1 = std::min(t0 + cycle_.rate().plan_time_at(1), motion_.rest_after(t0));
     return (motion_.q(t1) - q).norm() < (motion_.q(t0) - q).norm() ? t1 : t0;
   }
 
@@ -184,7 +207,7 @@ class Scenario {
     still_ = t1 > t0 ? 0 : still_ + 1;
     if (still_ > kRowsOfJudge) return;  // it stands: nothing new to see
     for (int i = 1; i <= kDensity; ++i) {
-      const double part = cycle_.path_rate().plan_time_at(static_cast<double>(i) / kDensity);
+      const double part = cycle_.rate().plan_time_at(static_cast<double>(i) / kDensity);
       if (t1 > t0) q_between_ = motion_.q(std::min(t0 + part, t1));
       dense_(q_between_);
     }
@@ -204,14 +227,16 @@ class Scenario {
 
   const PlannedMotion& motion_;
   std::mt19937_64 rng_;
+  RatePlannerHealth health_;
   double period_s_;
   Corrections corrections_;
+  InlineRatePlans rate_plans_;
   MotionQueue queue_;
   LoopbackDrives drives_;
   Cycle cycle_;
   JointJudge coarse_, dense_;
   std::size_t pushed_ = 0;
-  int next_ = 5, planner_sleeps_ = 0, still_ = 0;
+  int next_ = 5, planner_sleeps_ = 0, still_ = 0, starves_ = 0, dies_in_ = 0;
   JointVec q_between_;
   bool held_ = false;
   double sweep_ = 0, swept_ = 1;
@@ -219,20 +244,20 @@ class Scenario {
 
 class Operator : public testing::TestWithParam<std::string> {};
 
-TEST_P(Operator, MayDoAnythingAtAnyTick) {
+void run_scenarios(const std::string& config, RatePlannerHealth health, int in_short) {
   const char* count = std::getenv("TRN_LONG");
   const auto configs = static_cast<int>(shipped_configs().size());
-  const int scenarios = count ? std::max(1, (std::atoi(count) + configs - 1) / configs) : 12;
+  const int scenarios = count ? std::max(1, (std::atoi(count) + configs - 1) / configs) : in_short;
   std::optional<PlannedMotion> motion;
   Tally tally;
   int failures = 0;
   for (int i = 0; i < scenarios; ++i) {
     if (i % kScenariosPerProgram == 0) {
       const auto seed = static_cast<std::uint64_t>(i / kScenariosPerProgram) + 1;
-      motion.emplace(GetParam(), seeded_program(assemble(GetParam()), seed));
+      motion.emplace(config, seeded_program(assemble(config), seed));
     }
     std::string why;
-    Scenario scenario(*motion, static_cast<std::uint64_t>(i) + 1);
+    Scenario scenario(*motion, static_cast<std::uint64_t>(i) + 1, health);
     if (!scenario.run(tally, why) && ++failures <= 5)
       ADD_FAILURE() << "scenario " << i << ": " << (tally.worst.empty() ? 0 : tally.worst.back()) << " "
                     << why;
@@ -242,11 +267,27 @@ TEST_P(Operator, MayDoAnythingAtAnyTick) {
     return tally.worst[static_cast<std::size_t>(part * static_cast<double>(tally.worst.size() - 1))];
   };
   std::printf(
-      "%d scenarios, %ld periods, %ld holds, %ld stops, %ld single blocks, %ld starvations; worst ratio: "
-      "median "
+      "%d scenarios, %ld periods, %ld holds, %ld stops, %ld single blocks, %ld starvations, %ld late rate "
+      "plans; "
+      "worst ratio: median "
       "%.6f, 90 %% %.6f, 99 %% %.6f, worst %.7f; failures %d\n",
-      scenarios, tally.periods, tally.holds, tally.stops, tally.steps, tally.starvations, at(0.5), at(0.9),
-      at(0.99), at(1), failures);
+      scenarios, tally.periods, tally.holds, tally.stops, tally.steps, tally.starvations,
+      tally.late_rate_plans, at(0.5), at(0.9), at(0.99), at(1), failures);
+  if (health == RatePlannerHealth::kStarved) {
+    EXPECT_GT(tally.late_rate_plans, 0);
+  }
+}
+
+TEST_P(Operator, MayDoAnythingAtAnyTick) { run_scenarios(GetParam(), RatePlannerHealth::kSound, 12); }
+
+// The stop in store begins where an answer is late.
+TEST_P(Operator, MayDoAnythingWhileTheRatePlannerStarves) {
+  run_scenarios(GetParam(), RatePlannerHealth::kStarved, 12);
+}
+
+// And the machine stands, on its path.
+TEST_P(Operator, MayDoAnythingWhenTheRatePlannerDies) {
+  run_scenarios(GetParam(), RatePlannerHealth::kDies, 12);
 }
 
 // What the operator changes rests on: the plan of each program alone, as it is driven at 100 %.

@@ -45,7 +45,8 @@ TEST(StarvedPlanner, SlowsOnThePathToThePlannersPaceAndNeverJerks) {
   const double T = motion.assembly().machine.period_s;
   MotionQueue queue(motion.blocks().size() + 1);
   LoopbackDrives drives(motion.q(0));
-  Cycle cycle(cycle_config(motion.assembly(), ProgramStops::kPass), {*motion.assembly().map, queue, drives});
+  Cycle cycle(cycle_config(motion.assembly(), ProgramStops::kPass),
+              {*motion.assembly().map, queue, drives, *motion.assembly().rate_plans});
   cycle.tick();
   drives.bring_up();
   for (int i = 0; i < 3; ++i) cycle.tick();

@@ -1,4 +1,4 @@
-#include "kernel/rate_walk.h"
+#include "kernel/rate/rate_walk.h"
 
 #include <algorithm>
 #include <cmath>
@@ -36,13 +36,10 @@ PlanLimits::PlanLimits(const Joints& joints, double period_s) : count(static_cas
   step_s_max = std::max(period_s, ramp / 20);
 }
 
-RateWalk::RateWalk(const PlanLimits& limits, const MotionQueue& queue, const PlanPlace& place, double rate,
-                   double slope) TRN_RT : limits_(&limits),
-                                          queue_(&queue),
-                                          place_(place),
-                                          rate_(rate),
-                                          slope_(slope) {
-  block_ = queue.ahead(place.block);
+RateWalk::RateWalk(const PlanLimits& limits, const MotionQueue::View& blocks, const PlanPlace& place,
+                   double rate, double slope)
+    : limits_(&limits), blocks_(blocks), place_(place), rate_(rate), slope_(slope) {
+  block_ = blocks.at(place.block);
   ended_ = !block_ || block_->segment_count == 0;
   TRN_CHECK(rate >= -kRounding);
   TRN_CHECK(ended_ || place.segment < block_->segment_count);
@@ -50,28 +47,28 @@ RateWalk::RateWalk(const PlanLimits& limits, const MotionQueue& queue, const Pla
     leave_segment();
 }
 
-void RateWalk::leave_segment() TRN_RT {
+void RateWalk::leave_segment() {
   TRN_CHECK(block_ != nullptr);
   place_.time_s = 0;
   judged_ = false;
   if (++place_.segment < block_->segment_count) return;
   ended_ = block_->ends_at_rest;
   place_.segment = 0;
-  block_ = queue_->ahead(++place_.block);
+  block_ = blocks_.at(++place_.block);
 }
 
-void RateWalk::coast(double duration_s, double u) TRN_RT {
+void RateWalk::coast(double duration_s, double u) {
   skip(std::max(0.0, duration_s * (rate_ + duration_s * (slope_ / 2 + duration_s * u / 6))));
   rate_ = std::max(0.0, rate_ + duration_s * (slope_ + duration_s * u / 2));
   slope_ += duration_s * u;
   judged_ = false;
 }
 
-void RateWalk::skip(double plan_time_s) TRN_RT {
+void RateWalk::skip(double plan_time_s) {
   judged_ = false;
   place_.time_s += plan_time_s;
   passed_s_ += plan_time_s;
-  for (int i = 0; i < kStepsMax && !ended_ && block_; ++i) {
+  for (int i = 0; i < RatePlan::kStepsMax && !ended_ && block_; ++i) {
     const double beyond =
         place_.time_s - block_->segments[static_cast<std::size_t>(place_.segment)].duration_s;
     if (beyond < 0) return;
@@ -80,7 +77,7 @@ void RateWalk::skip(double plan_time_s) TRN_RT {
   }
 }
 
-RateBounds RateWalk::judge() const TRN_RT {
+RateBounds RateWalk::judge() const {
   const double r = rate_, w = slope_, rr = r * r, rrr = rr * r, rw3 = 3 * r * w;
   RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr, limits_->u_max};
   if (!block_) return out;
@@ -115,11 +112,11 @@ RateBounds RateWalk::judge() const TRN_RT {
 }
 
 // Rapid moves, and moves without feed override, go as planned at most, from their first moment on.
-bool RateWalk::goes_too_fast() const TRN_RT {
+bool RateWalk::goes_too_fast() const {
   return block_ && !ended_ && rate_ > 1 + kRounding && (block_->rapid || !block_->overrides.feed);
 }
 
-double RateWalk::step(double u, double duration_s) TRN_RT {
+double RateWalk::step(double u, double duration_s) {
   if (!block_) return -1;
   const auto travel = [&](double t) { return t * (rate_ + t * (slope_ / 2 + t * (u / 6))); };
   const double left = block_->segments[static_cast<std::size_t>(place_.segment)].duration_s - place_.time_s;
@@ -154,10 +151,10 @@ double RateWalk::step(double u, double duration_s) TRN_RT {
   return goes_too_fast() ? -1 : dt;
 }
 
-bool RateWalk::run(double u, double duration_s, RateStep* steps, int& count) TRN_RT {
-  TRN_CHECK(count >= 0 && count <= kStepsMax);
+bool RateWalk::run(double u, double duration_s, RateStep* steps, int& count) {
+  TRN_CHECK(count >= 0 && count <= RatePlan::kStepsMax);
   while (duration_s > kRoundingS && !ended_) {
-    if (count == kStepsMax) return false;
+    if (count == RatePlan::kStepsMax) return false;
     const RateBounds start = bounds();
     const double tolerance = kRounding * (start.u_max - start.u_min) + kRounding;
     if (!start.legal || u < start.u_min - tolerance || u > start.u_max + tolerance) return false;

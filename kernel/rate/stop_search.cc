@@ -1,4 +1,4 @@
-#include "kernel/stop_search.h"
+#include "kernel/rate/stop_search.h"
 
 #include <algorithm>
 #include <cmath>
@@ -22,7 +22,7 @@ constexpr double kLowRate = 0.1;  // below, r' must come to 0 before the rate do
 
 // How long u < 0 may last until a constant `release_u` brings rate and slope to 0 together:
 // (w + u t)^2 = 2 release_u (r + w t + u t^2 / 2). So the end of a stop does not depend on where steps begin.
-double time_to_final_release(double r, double w, double u, double release_u) TRN_RT {
+double time_to_final_release(double r, double w, double u, double release_u) {
   const double never = std::numeric_limits<double>::infinity();
   if (u >= 0 || release_u <= 0) return never;
   const double p = w / u, q = (w * w - 2 * release_u * r) / (u * (u - release_u)), root = p * p - q;
@@ -32,13 +32,13 @@ double time_to_final_release(double r, double w, double u, double release_u) TRN
 }
 
 // The brake is released: r' comes back to 0.
-double release(const RateWalk& walk, const RateBounds& bounds) TRN_RT {
-  const double most = bounds.u_max - bounds.margin(RatePlan::kMargin);
+double release(const RateWalk& walk, const RateBounds& bounds) {
+  const double most = bounds.u_max - bounds.margin(StopSearch::kMargin);
   return walk.slope() < 0 ? most : std::min(0.0, most);
 }
 
 // The lowest r' above the present one that its place seems to bear at this rate.
-double feasible_slope(RateWalk walk) TRN_RT {
+double feasible_slope(RateWalk walk) {
   const double r = walk.rate(), w = walk.slope();
   for (int i = kSlopes - 1; i > 0; --i) {
     const double tried = w * i / kSlopes;
@@ -52,22 +52,15 @@ double feasible_slope(RateWalk walk) TRN_RT {
 
 }  // namespace
 
-double RatePlan::time_s(int from) const TRN_RT {
-  double sum = 0;
-  for (int i = from; i < count; ++i) sum += steps[static_cast<std::size_t>(i)].duration_s;
-  return sum;
-}
-
-double StopSearch::find(const RateWalk& from, double to, double release_share, int& budget,
-                        RatePlan& plan) TRN_RT {
+double StopSearch::find(const RateWalk& from, double to, double release_share, int& budget, RatePlan& plan) {
   const int behind = plan.count;
-  TRN_CHECK(behind >= 0 && behind <= RateWalk::kStepsMax);
+  TRN_CHECK(behind >= 0 && behind <= RatePlan::kStepsMax);
   TRN_CHECK(to >= 0 && to <= 1);
   TRN_CHECK(release_share > 0 && release_share < 1);
   to_ = to;
   release_share_ = release_share;
   at_ = behind;
-  release_from_ = RateWalk::kStepsMax;
+  release_from_ = RatePlan::kStepsMax;
   release_until_s_ = 0;
   checkpoints_[static_cast<std::size_t>(at_)] = from;
   plan.stops = to == 0;
@@ -83,7 +76,7 @@ double StopSearch::find(const RateWalk& from, double to, double release_share, i
     }
     if (here.slope() == 0 && here.rate() <= to + kRest)
       return here.rate() < to - kRest ? -1 : here.passed_s();  // not from below
-    if (at_ == RateWalk::kStepsMax) return -1;
+    if (at_ == RatePlan::kStepsMax) return -1;
     const RateBounds bounds = here.bounds();
     const bool off = at_ >= release_from_ && here.passed_s() < release_until_s_;
     if (bounds.legal && advance(here, bounds, off, plan.steps[k], checkpoints_[k + 1])) {
@@ -99,7 +92,7 @@ double StopSearch::find(const RateWalk& from, double to, double release_share, i
 // One step, at most to where r' has become 0 or `release_u` brings both rate and slope to 0. Where u breaks a
 // bound at the end of the step, that bound is taken into account, within the bounds here.
 bool StopSearch::advance(const RateWalk& here, const RateBounds& bounds, bool releasing, RateStep& step,
-                         RateWalk& next) const TRN_RT {
+                         RateWalk& next) const {
   const double w = here.slope(), release_u = final_release(bounds), margin_here = bounds.margin(kHereMargin);
   double u = releasing ? release(here, bounds) : brake(here, bounds);
   for (int i = 0; i < kRetries; ++i) {
@@ -114,7 +107,7 @@ bool StopSearch::advance(const RateWalk& here, const RateBounds& bounds, bool re
       return true;
     }
     const RateBounds end = next.bounds();
-    const double margin = end.margin(RatePlan::kMargin);
+    const double margin = end.margin(StopSearch::kMargin);
     if (!end.legal) return false;
     const double to_slope = (kSlopeUse * end.slope_min - w) / step_s_max_;
     u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
@@ -127,7 +120,7 @@ bool StopSearch::advance(const RateWalk& here, const RateBounds& bounds, bool re
 // Back to the step from which releasing the brake sooner recovers 8 % of the slope deficit here. More would
 // overshoot: what is gained there keeps growing up to here, and the stop becomes slow. False: there is no
 // such step.
-bool StopSearch::backtrack(int behind, const RatePlan& plan) TRN_RT {
+bool StopSearch::backtrack(int behind, const RatePlan& plan) {
   const RateWalk& here = checkpoints_[static_cast<std::size_t>(at_)];
   double deficit = kDeficitShare * (feasible_slope(here) - here.slope()) + kDeficitMin;
   release_until_s_ = std::max(release_until_s_, here.passed_s());
@@ -144,8 +137,8 @@ bool StopSearch::backtrack(int behind, const RatePlan& plan) TRN_RT {
 }
 
 // As hard as the place allows, until the brake must be released.
-double StopSearch::brake(const RateWalk& walk, const RateBounds& bounds) const TRN_RT {
-  const double above = walk.rate() - to_, w = walk.slope(), margin = bounds.margin(RatePlan::kMargin);
+double StopSearch::brake(const RateWalk& walk, const RateBounds& bounds) const {
+  const double above = walk.rate() - to_, w = walk.slope(), margin = bounds.margin(StopSearch::kMargin);
   const double release_u = final_release(bounds);
   if (w < 0 && release_u > 0 && w * w >= 2 * above * release_u * (1 - kNear)) {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
@@ -156,7 +149,7 @@ double StopSearch::brake(const RateWalk& walk, const RateBounds& bounds) const T
 }
 
 // What brings r' to 0 in the end. Where 3 r r' a helps it does so less and less on the way to rest.
-double StopSearch::final_release(const RateBounds& bounds) const TRN_RT {
+double StopSearch::final_release(const RateBounds& bounds) const {
   return release_share_ * (to_ > 0 ? bounds.u_max : std::min(bounds.u_max, bounds.u_still));
 }
 
