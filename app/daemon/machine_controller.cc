@@ -47,13 +47,13 @@ bool drives_at_work(DriveState state) {
 
 MachineController::MachineController(const Parts& parts, std::vector<std::string> warnings)
     : parts_(parts),
+      status_(first_status(parts.machine, std::move(warnings))),
       next_status_(Clock::now()),
       next_motion_(Clock::now()),
       request_(
           parts.link, parts.lcm,
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
-  view_.warnings = std::move(warnings);
   warned_.fill("");
 }
 
@@ -115,10 +115,10 @@ CommandServer::Answer MachineController::obey_setting(const CommandRow& row, dou
   if (value < 0 || value > row.setting_max)
     return refused(
         fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.setting_max));
-  if (row.setting == Kind::kOverride) view_.override_wanted = value;
-  if (row.setting == Kind::kRapidOverride) view_.rapid_override = value;
-  if (row.setting == Kind::kSpindleOverride) view_.spindle_override = value;
-  if (row.setting == Kind::kAdaptiveFeed) view_.adaptive_feed = value;
+  if (row.setting == Kind::kOverride) status_.override_wanted = value;
+  if (row.setting == Kind::kRapidOverride) status_.rapid_override = value;
+  if (row.setting == Kind::kSpindleOverride) status_.spindle_override = value;
+  if (row.setting == Kind::kAdaptiveFeed) status_.adaptive_feed = value;
   spdlog::info("{} {:g}: {}", row.name, value, cause_);
   status_due_ = true;
   post({*row.setting, value});
@@ -216,8 +216,8 @@ CommandServer::Answer MachineController::jog(const JogOrder& order) {
 
 // What went wrong before is over when something new begins.
 void MachineController::forget_message() {
-  view_.message.clear();
-  view_.program_failed = false;
+  status_.message.clear();
+  status_.program_failed = false;
 }
 
 bool MachineController::stands_for_tool() const {
@@ -243,9 +243,9 @@ void MachineController::hear_wait(const CycleReport& report) {
   const bool same = report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument;
   if (same && !report.rate_plan_late && !report_.rate_plan_late) return;
   const std::string text = waits_text(report, [this](int tool) { return parts_.programs.tool_name(tool); });
-  if (text == view_.waits_for) return;
+  if (text == status_.waits_for) return;
   if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
-  view_.waits_for = text;
+  status_.waits_for = text;
   status_due_ = true;
 }
 
@@ -283,10 +283,9 @@ void MachineController::enter_state(MachineState before) {
     if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
     if (!detail.empty()) {
       spdlog::error("{}", detail);
-      view_.message = detail;
+      status_.message = detail;
     }
   }
-  view_.state = now;
   status_due_ = true;
 }
 
@@ -336,7 +335,7 @@ void MachineController::bring_up(bool reset_faults) {
     }
     return Worker::Done([this, error] {
       --jobs_;
-      view_.message = error;
+      status_.message = error;
       if (error.empty()) return post({RtCommand::Kind::kResetFault});
       spdlog::error("the drives do not come up: {}", error);
       machine_event(Event::kStartFailed);
@@ -373,14 +372,14 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   if (path.empty()) path = program_path_;
   if (path.empty()) return refused("no program is loaded; load one first");
   program_path_.clear();
-  view_.program.clear();
+  status_.program.clear();
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
       ticket,
       clear_then([this, path, q, line, approach] { *approach = parts_.programs.load_from(path, q, line); }),
       [this, path, q, line, approach] {
-        program_path_ = view_.program = path;
+        program_path_ = status_.program = path;
         prepared_at_ = q;
         from_line_ = line;
         job_message_ = *approach;
@@ -391,14 +390,14 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
 
 CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
-  view_.program.clear();
+  status_.program.clear();
   from_line_ = 0;
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
   run_job(
       ticket, clear_then([this, path, q, remark] { *remark = parts_.programs.load(path, q); }),
       [this, path, q, remark] {
-        program_path_ = view_.program = path;
+        program_path_ = status_.program = path;
         prepared_at_ = q;
         job_message_ = *remark;
       },
@@ -416,7 +415,7 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
   const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
   const std::function<void()> nothing = [] {};
   run_job(
-      ticket, prepared ? nothing : clear_then(load_again), [this] { view_.program = program_path_; },
+      ticket, prepared ? nothing : clear_then(load_again), [this] { status_.program = program_path_; },
       Job::kStart);
   return {acknowledge_t::WORKING, ""};
 }
@@ -424,7 +423,7 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
 CommandServer::Answer MachineController::mdi(const std::string& text, const Ticket& ticket) {
   const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
   run_job(
-      ticket, clear_then(prepare), [this] { view_.program = "mdi"; }, Job::kStart);
+      ticket, clear_then(prepare), [this] { status_.program = "mdi"; }, Job::kStart);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -476,7 +475,7 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
     }
     return request_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
-  view_.message = error;
+  status_.message = error;
   if (starts_motion) machine_event(Event::kMotionDone);
   request_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
 }
@@ -526,8 +525,8 @@ void MachineController::poll() {
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
     spdlog::error("{}", failure);
-    view_.message = failure;
-    view_.program_failed = status_due_ = true;
+    status_.message = failure;
+    status_.program_failed = status_due_ = true;
   }
   const auto now = Clock::now();
   if (supervisor_.state() == MachineState::kClosing && now > closing_until_) {
@@ -542,7 +541,8 @@ void MachineController::poll() {
 void MachineController::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
-  trunnion::status_t status = make_status(parts_.machine, view_, report_, parts_.statistics);
+  trunnion::status_t status = status_;
+  fill_status(parts_.machine, supervisor_.state(), report_, parts_.statistics, status);
   status.message = status.message.substr(0, kMessageBytesMax);
   status.bus_health = parts_.drives.health();
   add_corrections(status);

@@ -125,7 +125,7 @@ class MachineController {
 
   Parts parts_;
   Supervisor supervisor_;
-  DaemonView view_;
+  trunnion::status_t status_;  ///< with what no other part knows; the rest is filled in when it is sent
   CycleReport report_;
   std::uint32_t late_rate_plans_told_ = 0;
   std::chrono::steady_clock::time_point rate_plans_quiet_until_;

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <utility>
 
 #include "core/axes.h"
 #include "core/fault.h"
@@ -77,36 +78,32 @@ std::string waits_text(const CycleReport& report, const std::function<std::strin
   }
 }
 
-trunnion::status_t make_status(const Machine& machine, const DaemonView& view, const CycleReport& report,
-                               const LoopStatistics& statistics) {
+trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings) {
   trunnion::status_t status{};
   status.pid = getpid();
   status.machine = machine.name;
-  status.state = to_string(view.state);
-  const bool pressed = view.state == MachineState::kEstop && report.fault == Fault::kOk;
+  status.period_s = machine.period_s;
+  status.override_wanted = status.rapid_override = status.spindle_override = status.adaptive_feed = 1;
+  status.realtime = warnings.empty();
+  status.warning_count = static_cast<std::int32_t>(warnings.size());
+  status.warnings = std::move(warnings);
+  return status;
+}
+
+void fill_status(const Machine& machine, MachineState state, const CycleReport& report,
+                 const LoopStatistics& statistics, trunnion::status_t& status) {
+  status.state = to_string(state);
+  const bool pressed = state == MachineState::kEstop && report.fault == Fault::kOk;
   status.fault = fault_info(pressed ? Fault::kEmergencyStop : report.fault).name;
-  if (report.fault_joint >= 0)
-    status.fault_joint = machine.joints[static_cast<std::size_t>(report.fault_joint)].name;
-  status.message = view.message;
-  status.waits_for = view.waits_for;
-  status.program_failed = view.program_failed;
-  status.program = view.program;
+  const bool at_joint = report.fault_joint >= 0;
+  status.fault_joint = at_joint ? machine.joints[static_cast<std::size_t>(report.fault_joint)].name : "";
   status.line = static_cast<std::int32_t>(report.line);
-  status.override_wanted = view.override_wanted;
-  status.rapid_override = view.rapid_override;
-  status.spindle_override = view.spindle_override;
-  status.adaptive_feed = view.adaptive_feed;
   status.spindle_rpm = report.spindle_rpm;
   status.single_block = report.single_block;
   status.override_now = report.override_now;
-  status.period_s = machine.period_s;
   status.starvations = report.starvations;
   add_timing(statistics, status);
-  status.warnings = view.warnings;
-  status.warning_count = static_cast<std::int32_t>(view.warnings.size());
-  status.realtime = view.warnings.empty();
   add_joints(machine, report, status);
-  return status;
 }
 
 void add_features(const std::vector<FeatureDeflection>& features, trunnion::status_t& status) {

@@ -14,17 +14,6 @@
 
 namespace trn {
 
-/// What the daemon knows of itself, beside the tick's report.
-struct DaemonView {
-  MachineState state = MachineState::kOff;
-  std::string program;    ///< path, "mdi" or ""
-  std::string message;    ///< last message of the program or the planner
-  std::string waits_for;  ///< what the machine stands for
-  bool program_failed = false;
-  double override_wanted = 1, rapid_override = 1, spindle_override = 1, adaptive_feed = 1;
-  std::vector<std::string> warnings;
-};
-
 /// Unix time, us.
 std::int64_t unix_time_us();
 /// A clock of this host that only runs forward, us.
@@ -33,9 +22,12 @@ std::int64_t monotonic_us();
 /// What the machine stands and waits for, and who goes on, in words for people; "" if it does not.
 std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name);
 
-/// status_t and motion_t (hal/lcm) from what the daemon knows; time_us and count are left to the caller.
-trunnion::status_t make_status(const Machine& machine, const DaemonView& view, const CycleReport& report,
-                               const LoopStatistics& statistics);
+/// The status of a daemon that has done nothing yet: overrides at 1, nothing loaded, and what was not granted.
+trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings);
+/// What the tick and the supervisor know into a status; what the daemon alone knows stands in it already.
+/// time_us, clock_us and count are left to the caller.
+void fill_status(const Machine& machine, MachineState state, const CycleReport& report,
+                 const LoopStatistics& statistics, trunnion::status_t& status);
 /// The first twenty features of a program into its status.
 void add_features(const std::vector<FeatureDeflection>& features, trunnion::status_t& status);
 /// The way back, of a client.

@@ -83,8 +83,7 @@ TEST(Features, ACirclesDiameterGrowsByTwiceTheOffset) {
 }
 
 TEST(Status, HasWhatTheDaemonAndTheTickKnow) {
-  DaemonView view;
-  view.state = MachineState::kRunning;
+  trunnion::status_t view = first_status(bench(), {"one", "two"});
   view.program = "part.ngc";
   view.message = "a message";
   view.waits_for = "a tool";
@@ -93,7 +92,6 @@ TEST(Status, HasWhatTheDaemonAndTheTickKnow) {
   view.rapid_override = 0.2;
   view.spindle_override = 0.3;
   view.adaptive_feed = 0.4;
-  view.warnings = {"one", "two"};
   CycleReport report;
   report.line = 17;
   report.spindle_rpm = 8000;
@@ -105,7 +103,8 @@ TEST(Status, HasWhatTheDaemonAndTheTickKnow) {
   LoopStatistics statistics;
   statistics.periods = 1000;
   statistics.overruns = 7;
-  const trunnion::status_t status = make_status(bench(), view, report, statistics);
+  trunnion::status_t status = view;
+  fill_status(bench(), MachineState::kRunning, report, statistics, status);
   EXPECT_EQ(status.pid, getpid());
   EXPECT_EQ(status.machine, "bench");
   EXPECT_EQ(status.state, "running");
@@ -140,19 +139,23 @@ TEST(Status, HasWhatTheDaemonAndTheTickKnow) {
 }
 
 TEST(Status, NamesTheFaultAndItsJoint) {
-  DaemonView view;
   CycleReport report;
   const LoopStatistics statistics;
-  EXPECT_TRUE(make_status(bench(), view, report, statistics).realtime) << "nothing was refused";
-  view.state = MachineState::kFault;
+  trunnion::status_t status = first_status(bench(), {});
+  EXPECT_TRUE(status.realtime) << "nothing was refused";
+  EXPECT_EQ(status.override_wanted, 1);
   report.fault = Fault::kDriveFault;
   report.fault_joint = 2;
-  EXPECT_EQ(make_status(bench(), view, report, statistics).fault, "drive_fault");
-  EXPECT_EQ(make_status(bench(), view, report, statistics).fault_joint, "Y");
-  view.state = MachineState::kEstop;
-  EXPECT_EQ(make_status(bench(), view, report, statistics).fault, "drive_fault") << "the first cause stays";
+  fill_status(bench(), MachineState::kFault, report, statistics, status);
+  EXPECT_EQ(status.fault, "drive_fault");
+  EXPECT_EQ(status.fault_joint, "Y");
+  status = first_status(bench(), {});
+  fill_status(bench(), MachineState::kEstop, report, statistics, status);
+  EXPECT_EQ(status.fault, "drive_fault") << "the first cause stays";
   report.fault = Fault::kOk;
-  EXPECT_EQ(make_status(bench(), view, report, statistics).fault, fault_info(Fault::kEmergencyStop).name)
+  status = first_status(bench(), {});
+  fill_status(bench(), MachineState::kEstop, report, statistics, status);
+  EXPECT_EQ(status.fault, fault_info(Fault::kEmergencyStop).name)
       << "pressed, before the tick has heard of it";
 }
 
