@@ -7,7 +7,7 @@
 namespace trn {
 
 namespace {
-constexpr int kRenewLeads = 16;     // between questions while nothing changes: for new stops in store
+constexpr int kRenewLeads = 8;      // between questions while nothing changes: for new stops in store
 constexpr double kArrived = 1e-9;   // of the rate
 constexpr int kNoticeLeads = 4;     // that an answer must be late to be told
 constexpr int kPatienceLeads = 10;  // that answers may be late before a motion from rest waits for them
@@ -83,7 +83,8 @@ void PathRate::take_answer() TRN_RT {
   since_answer_ = 0;
   if (plan) follower_.adopt(*plan);
   const RateState& state = follower_.state();
-  steady_ = !plan && state.plan_ended(follower_.plan()) && std::abs(state.rate - asked_rate_) <= kArrived;
+  steady_ = !plan && state.plan_ended(follower_.plan()) && std::abs(state.rate - asked_rate_) <= kArrived &&
+            has_later_stop(-1);
 }
 
 // The stop in store that begins so many periods from now; -1: none.

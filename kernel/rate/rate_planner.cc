@@ -23,7 +23,9 @@ constexpr double kNearS = 1e-12;
 constexpr double kFarS = 0.02;  // before the last time to stop: look again with the next request
 constexpr double kRest = 1e-9;  // of the rate: no difference
 constexpr int kLooksAhead = 2;
-constexpr std::size_t kStopsInChange = 2;  // in store while plans follow each other
+constexpr int kStopsInChange = 2;  // in store while plans follow each other
+constexpr double kLateStopShare = 0.1;  // of stop_s: steps in which a stop is looked for farther ahead
+constexpr int kLateStops = 15;
 constexpr double kApproach = 0.5;          // of stop_s: the time in which the distance to a stop becomes 1/e
 constexpr double kSlowest = 0.02;          // of the rate, towards a stop
 constexpr double kAimS = 1e-8;             // of plan time, before the place of a stop
@@ -51,7 +53,8 @@ const RatePlan* RatePlanner::plan(const RateRequest& request) {
   RateWalk walk(limits_, blocks_, request.place, state_.rate, state_.slope);
   walk.skip(gone_s);
   ends_ = walk.ended();
-  has_store_ = changes_ = false;
+  stops_sought_ = 0;
+  changes_ = false;
   if (ends_) return nullptr;
   place_ = walk.place();
   begin_trials();
@@ -79,40 +82,51 @@ void RatePlanner::begin_trials() {
 
 const RatePlan* RatePlanner::stop(int index) {
   TRN_CHECK(index >= 0 && index < kStopsInStore);
-  if (!has_store_) fill_store();
+  while (stops_sought_ <= index) seek_stop(stops_sought_++);
   const auto k = static_cast<std::size_t>(index);
   return has_stop_[k] ? &store_[k] : nullptr;
 }
 
-// From the nearest on, until the steps are spent. While plans follow each other the far ones would not be
-// used.
-void RatePlanner::fill_store() {
-  has_store_ = true;
-  has_stop_.fill(false);
-  int left = kStoreBudget;
-  for (std::size_t k = 0; k < (changes_ ? kStopsInChange : store_.size()) && left > 0; ++k) {
-    begin_trials();
-    budget_left_ = std::min(kBudget, left);
-    left -= budget_left_;
-    has_stop_[k] = !ends_ && find_stop_in_store((kStopLeads[k] - 1) * lead_s_);
-    left += budget_left_;
-    if (has_stop_[k]) store_[k].copy_from(trial_);
-  }
+// While plans follow each other the far ones would not be used: some are enough. One there must be, so the last
+// one may go on for a while before it brakes.
+void RatePlanner::seek_stop(int index) {
+  const auto k = static_cast<std::size_t>(index);
+  const auto found = std::count(has_stop_.begin(), has_stop_.begin() + index, true);
+  has_stop_[k] = false;
+  if (ends_ || (changes_ && found >= kStopsInChange)) return;
+  const double ahead_s = (kStopLeads[k] - 1) * lead_s_;
+  has_stop_[k] = find_stop_in_store(ahead_s) || (index + 1 == kStopsInStore && find_late_stop(ahead_s));
+  if (has_stop_[k]) store_[k].copy_from(trial_);
 }
 
-// Farther ahead than a stop takes nothing need be known of the path.
+// As far ahead as the path is known for sure.
 bool RatePlanner::find_stop_in_store(double ahead_s) {
-  if (ahead_s > stop_s_) return false;
+  if (ahead_s > 2 * stop_s_) return false;
   RateState state = begin_;
   const double passed_s = state.follow(followed_, ahead_s);
   RateWalk walk(limits_, blocks_, place_, state.rate, state.slope);
   walk.skip(passed_s);
   if (walk.ended() || state.standing()) return false;
+  begin_trials();
+  budget_left_ = kStopBudget;
   trial_.target = 0;
   for (const double release_share : {kReleaseShare, kLateReleaseShare}) {
     trial_.count = trial_.arrival = 0;
     if (comes_down(walk, 0, release_share)) return true;
   }
+  return false;
+}
+
+// Where joints with their greatest jerk leave u no choice, as long as a segment lasts, no stop begins: it goes
+// on until one does.
+bool RatePlanner::find_late_stop(double ahead_s) {
+  RateState state = begin_;
+  const double passed_s = state.follow(followed_, ahead_s);
+  if (state.standing()) return false;
+  begin_trials();
+  for (int i = 1; i <= kLateStops; ++i)
+    if (stop_after(followed_, state, i * kLateStopShare * stop_s_, passed_s) >= 0)
+      return trial_.end_rate < state.rate;  // else the path ends there
   return false;
 }
 
@@ -163,10 +177,10 @@ double RatePlanner::time_to_stop(const RatePlan& chosen, const RateState& state,
   return longest;
 }
 
-// Follows a plan for this long and then a stop, in trial_; plan time from here to rest, negative if no stop
-// is found.
-double RatePlanner::stop_after(const RatePlan& plan, RateState state, double duration_s) {
-  TRN_CHECK(duration_s >= 0 && duration_s <= lead_s_);
+// Follows a plan for this long and then a stop, in trial_, from plan time `passed_s` behind place_ on. Plan time
+// from there to rest, negative if no stop is found.
+double RatePlanner::stop_after(const RatePlan& plan, RateState state, double duration_s, double passed_s) {
+  TRN_CHECK(duration_s >= 0 && passed_s >= 0);
   trial_.count = trial_.arrival = 0;
   trial_.target = plan.target;
   double left_s = duration_s, spent_s = state.spent_s;
@@ -181,7 +195,7 @@ double RatePlanner::stop_after(const RatePlan& plan, RateState state, double dur
   if (left_s > 0 && duration_s > 0) trial_.steps[static_cast<std::size_t>(trial_.count++)] = {left_s, 0};
   const double gone = duration_s > 0 ? state.follow(plan, duration_s) : 0;
   RateWalk walk(limits_, blocks_, place_, state.rate, state.slope);
-  walk.skip(gone);
+  walk.skip(passed_s + gone);
   const int arrival = trial_.arrival;
   const double travel = find_stop(walk);
   trial_.arrival = arrival;

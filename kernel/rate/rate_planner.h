@@ -45,20 +45,21 @@ class RatePlanner {
 
  private:
   static constexpr int kTries = 24;
-  /// Steps of all searches, of one search for a lower override, and for the stops in store.
-  static constexpr int kBudget = 800, kOverrideBudget = 120, kStoreBudget = 800;
+  /// Steps of all searches, of one search for a lower override, and for one stop in store.
+  static constexpr int kBudget = 800, kOverrideBudget = 120, kStopBudget = 160;
   static constexpr int kAims = 8;  ///< walks to come to a stop at a given place
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
 
   void begin_trials();
-  void fill_store();
+  void seek_stop(int index);
   bool find_stop_in_store(double ahead_s);
+  bool find_late_stop(double ahead_s);
   const RatePlan* choose();
   const RatePlan* plan_stop_at(double stop_in_s);
   double time_to_stop(const RatePlan& chosen, const RateState& state, std::array<double, 2> travel,
                       double stop_in_s);
-  double stop_after(const RatePlan& plan, RateState state, double duration_s);
+  double stop_after(const RatePlan& plan, RateState state, double duration_s, double passed_s = 0);
   double find_slowdown(const RateWalk& walk, double to, double release_share, int& budget);
   double find_stop(const RateWalk& walk);
   bool comes_down(const RateWalk& walk, double to, double release_share);
@@ -89,7 +90,7 @@ class RatePlanner {
   bool changes_ = false;  ///< it is an answer
   std::array<RatePlan, kStopsInStore> store_;
   std::array<bool, kStopsInStore> has_stop_{};
-  bool has_store_ = true;  ///< what was asked for of it
+  int stops_sought_ = kStopsInStore;  ///< of the store, for this request
   bool ends_ = true;       ///< the path rests before
   int budget_left_ = 0;    ///< steps of searches for this request
 };

@@ -84,14 +84,22 @@ TEST_F(PathRateProtocol, AsksOnceALeadAndTakesTheAnswerOneLeadLater) {
 }
 
 TEST_F(PathRateProtocol, AsksRarelyWhileNothingChangesAndAtOnceWhenSomethingDoes) {
+  plans_.in_store = &stop_;
   rate_.start(queue_, 1);
   steps(100 * lead_, {1});
-  EXPECT_NEAR(static_cast<double>(plans_.asked.size()), 100 / 16.0, 1);
+  EXPECT_NEAR(static_cast<double>(plans_.asked.size()), 100 / 8.0, 1);
   const std::size_t before = plans_.asked.size();
   steps(2 * lead_, {1});
   const bool open = plans_.asked.size() > before;
   steps(open ? lead_ : 1, {0.7});
   EXPECT_EQ(plans_.asked.back().wish.rate, 0.7);
+}
+
+// Without a stop in store it goes on asking.
+TEST_F(PathRateProtocol, AsksEveryLeadWhereNoStopIsFound) {
+  rate_.start(queue_, 1);
+  steps(100 * lead_, {1});
+  EXPECT_NEAR(static_cast<double>(plans_.asked.size()), 100, 1);
 }
 
 TEST_F(PathRateProtocol, GoesOnWhileAnAnswerIsLateAndStopsWhereNoneComes) {
