@@ -60,52 +60,36 @@ std::string lcm_self_test(const std::string& url) {
   return "";
 }
 
+LcmPublisher::LcmPublisher(const std::string& url) {
+  if (url.empty()) return;
+  address_ = UdpAddress::parse(url);
+  out_.emplace(*address_);
+}
+
+std::string LcmPublisher::send(const EncodedMessage& message) const {
+  if (!message.error.empty()) return message.error;
+  return out_->send(message.datagram, address_->port)
+             ? ""
+             : fmt::format("LCM cannot send to {}: {}", address_->text(), std::strerror(errno));
+}
+
 LcmLink::LcmLink(const std::string& url) {
   if (is_queue(url)) return;
   const std::string bad = lcm_self_test(url);
   if (!bad.empty()) throw std::runtime_error(bad);
   address_ = UdpAddress::parse(url);
-  out_.emplace(*address_);
+  out_.emplace(url);
 }
 
 void LcmLink::begin_receiving() {
   if (address_ && !in_) in_ = std::make_unique<UdpReceiver>(*address_);
 }
 
-std::string LcmLink::send(const std::string& channel, int payload_bytes,
-                          const std::function<int(std::uint8_t*, int)>& encode) {
-  std::vector<std::uint8_t> datagram = datagram_head(sequence_++, channel);
-  const std::size_t head = datagram.size();
-  if (channel.size() > kChannelBytesMax || head + static_cast<std::size_t>(payload_bytes) > kDatagramBytesMax)
-    return fmt::format("a message of {} bytes is too long for '{}': {} are possible", payload_bytes, channel,
-                       kDatagramBytesMax - head);
-  datagram.resize(head + static_cast<std::size_t>(payload_bytes));
-  if (encode(datagram.data() + head, payload_bytes) != payload_bytes)
-    return fmt::format("a message for '{}' cannot be encoded: a list of it is shorter than its count",
-                       channel);
-  if (out_)
-    return out_->send(datagram, address_->port)
-               ? ""
-               : fmt::format("LCM cannot send on '{}': {}", channel, std::strerror(errno));
+std::string LcmLink::keep(EncodedMessage message) {
+  if (!message.error.empty()) return message.error;
   const std::lock_guard lock(mutex_);
-  queue_.push_back(std::move(datagram));
+  queue_.push_back(std::move(message.datagram));
   return "";
-}
-
-bool LcmLink::accept(std::span<const std::uint8_t> datagram) {
-  const std::optional<WireMessage> message = read_datagram(datagram);
-  if (!message) return false;
-  const auto found = handlers_.find(message->channel);
-  if (found == handlers_.end()) return false;
-  bool sound = false;
-  for (const Handler& handler : found->second) {
-    try {
-      sound = handler(message->payload) || sound;
-    } catch (const std::exception&) {  // one message must not end whoever listens
-    }
-  }
-  if (!sound) ++dropped_;
-  return sound;
 }
 
 bool LcmLink::take_queued(bool& handed_on) {

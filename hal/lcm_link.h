@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <deque>
 #include <functional>
-#include <map>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -13,10 +12,8 @@
 #include <vector>
 
 #include "core/config.h"
-#include "hal/lcm_messages.h"
+#include "hal/message_codec.h"
 #include "hal/udp_group.h"
-#include "hal/wire_layout.h"
-#include "lcm_types/layouts.h"
 
 namespace trn {
 
@@ -24,7 +21,9 @@ namespace trn {
 struct LcmConfig {
   static constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
 
-  std::string url = kDefaultUrl;  ///< key `url`; ttl=0 keeps every datagram on this host
+  /// Key `url`: where status and motion are told to whoever listens; ttl=0 keeps every datagram on this host;
+  /// empty: nothing is told.
+  std::string url = kDefaultUrl;
   std::string machine;
 
   std::string command_channel() const { return machine + ".command"; }
@@ -41,10 +40,28 @@ LcmConfig read_lcm(const ConfigTable& root, const std::string& machine_name);
 /// command that mends it. Takes at most 0.5 s. A memq:// url needs no test.
 std::string lcm_self_test(const std::string& url);
 
-/// Messages in LCM's wire form over UDP multicast ("udpm://...") or, for tests, within this object
-/// ("memq://"). Whatever arrives is checked whole against the layout of its type before a decoder sees it;
-/// what is not well formed, fragments among it, is dropped and counted. One thread calls `handle`; publishing
-/// is open to all.
+/// Sends messages over UDP multicast and hears nothing: it has no socket that receives. Open to all threads.
+class LcmPublisher {
+ public:
+  /// An empty url: nothing is sent. std::runtime_error with the remedy if this host cannot do it.
+  explicit LcmPublisher(const std::string& url);
+
+  /// "" or why the message could not be sent.
+  template <typename Message>
+  std::string try_publish(const std::string& channel, const Message& message) {
+    return address_ ? send(encode_message(sequence_++, channel, message)) : "";
+  }
+
+ private:
+  std::string send(const EncodedMessage& message) const;
+
+  std::optional<UdpAddress> address_;
+  std::optional<UdpSender> out_;
+  std::atomic<std::uint32_t> sequence_ = 0;
+};
+
+/// Sends messages and hears them, over UDP multicast ("udpm://...") or, for tests, within this object
+/// ("memq://"). One thread calls `handle`; publishing is open to all.
 class LcmLink {
  public:
   /// std::runtime_error with the remedy if this host cannot do it.
@@ -59,19 +76,12 @@ class LcmLink {
   /// "" or why the message could not be sent.
   template <typename Message>
   std::string try_publish(const std::string& channel, const Message& message) {
-    return send(channel, message.getEncodedSize(),
-                [&](std::uint8_t* to, int size) { return message.encode(to, 0, size); });
+    return out_ ? out_->try_publish(channel, message) : keep(encode_message(sequence_++, channel, message));
   }
 
   template <typename Message>
   void subscribe(const std::string& channel, std::function<void(const Message&)> receive) {
-    handlers_[channel].push_back([receive = std::move(receive)](std::span<const std::uint8_t> payload) {
-      if (!well_formed(payload, Message::getHash(), WireLayout<Message>::kFields)) return false;
-      Message message;
-      if (message.decode(payload.data(), 0, static_cast<int>(payload.size())) < 0) return false;
-      receive(message);
-      return true;
-    });
+    dispatcher_.subscribe<Message>(channel, std::move(receive));
     begin_receiving();
   }
 
@@ -79,31 +89,27 @@ class LcmLink {
   /// leaves it.
   bool handle(int timeout_ms);
   /// Hands on what is in one datagram; false if nothing is. `handle` does this with whatever arrives.
-  bool accept(std::span<const std::uint8_t> datagram);
+  bool accept(std::span<const std::uint8_t> datagram) { return dispatcher_.accept(datagram); }
 
   /// Of the message that is being handled.
   const WireSender& sender() const { return sender_; }
   /// How many datagrams came on a channel that is listened to but were no sound message of its type.
-  std::uint64_t dropped() const { return dropped_; }
+  std::uint64_t dropped() const { return dispatcher_.dropped(); }
 
  private:
-  using Handler = std::function<bool(std::span<const std::uint8_t>)>;
-
-  std::string send(const std::string& channel, int payload_bytes,
-                   const std::function<int(std::uint8_t*, int)>& encode);
+  std::string keep(EncodedMessage message);
   void begin_receiving();
   bool take_one(bool& handed_on);
   bool take_queued(bool& handed_on);
 
   std::optional<UdpAddress> address_;  ///< nothing: messages stay in queue_
-  std::optional<UdpSender> out_;
+  std::optional<LcmPublisher> out_;
   std::unique_ptr<UdpReceiver> in_;  ///< from the first subscription on
+  MessageDispatcher dispatcher_;
   std::mutex mutex_;
   std::deque<std::vector<std::uint8_t>> queue_;  ///< guarded by mutex_
   std::atomic<std::uint32_t> sequence_ = 0;
-  std::map<std::string, std::vector<Handler>, std::less<>> handlers_;
   WireSender sender_;
-  std::uint64_t dropped_ = 0;
 };
 
 }  // namespace trn

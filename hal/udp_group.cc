@@ -2,6 +2,7 @@
 
 #include <arpa/inet.h>
 #include <fmt/format.h>
+#include <linux/filter.h>
 #include <net/if.h>
 #include <poll.h>
 #include <sys/socket.h>
@@ -58,6 +59,13 @@ ip_mreqn membership(in_addr group, int device) {
 
 int loopback_of(const UdpAddress& address) {
   return address.stays_here() ? static_cast<int>(if_nametoindex("lo")) : 0;
+}
+
+// A socket that sends has a port, and what anybody sends there would wait to be read: the kernel drops it.
+bool hear_nothing(int fd) {
+  sock_filter drop_all = BPF_STMT(BPF_RET | BPF_K, 0);
+  const sock_fprog program{1, &drop_all};
+  return set(fd, SOL_SOCKET, SO_ATTACH_FILTER, program);
 }
 
 }  // namespace
@@ -178,10 +186,10 @@ std::uint16_t UdpReceiver::port() const {
 
 UdpSender::UdpSender(const UdpAddress& address) : fd_(open_socket()), group_(address.group) {
   // Sent over the loopback device whatever the routes say: a route for multicast that leads to the shop's
-  // network must not carry commands there.
+  // network must not carry the machine's state there.
   const bool kept = !address.stays_here() ||
                     set(fd_, IPPROTO_IP, IP_MULTICAST_IF, membership(in_addr{}, loopback_of(address)));
-  if (kept && set(fd_, IPPROTO_IP, IP_MULTICAST_TTL, address.ttl) &&
+  if (kept && hear_nothing(fd_) && set(fd_, IPPROTO_IP, IP_MULTICAST_TTL, address.ttl) &&
       set(fd_, IPPROTO_IP, IP_MULTICAST_LOOP, 1))
     return;
   const std::runtime_error error = failure("a socket cannot be made to send to " + address.text());

@@ -54,7 +54,7 @@ class UdpReceiver {
   std::vector<std::uint8_t> buffer_;
 };
 
-/// Sends to a group; open to all threads.
+/// Sends to a group and hears nothing, not even at the port that it sends from; open to all threads.
 class UdpSender {
  public:
   /// std::runtime_error with the remedy.

@@ -47,7 +47,7 @@ struct Options {
 struct Session {
   explicit Session(const Options& options)
       : machine(read_machine(load_config(options.machine))),
-        client({read_lcm(machine.root, machine.name), options.timeout_s}) {}
+        client({read_lcm(machine.root, machine.name), read_access(machine.root), options.timeout_s}) {}
   Machine machine;
   CommandClient client;
 };

@@ -288,9 +288,27 @@ const ChapterMeaning kHostMeanings = {
          "",
          {
              {"url",
-              "Where the daemon and its clients meet: a group address of LCM. `ttl=0` keeps every message on "
-              "this "
-              "host."},
+              "Where the daemon tells status and motion to whoever listens: a group address of LCM. It hears "
+              "nothing there. `ttl=0` keeps every message on this host; an empty text tells nothing."},
+         }},
+        {"Who may command the machine",
+         {{"access", ""}},
+         "Commands come over a Unix socket of this host. Root and the daemon's own user may do everything. "
+         "Whoever "
+         "may connect may also stop the machine.",
+         {
+             {"socket",
+              "Path of the socket. An empty text: `trunnion-NAME.sock` in the folder of the machine's lock "
+              "file."},
+             {"look", "Group whose members may connect, and see state and motion."},
+             {"operate",
+              "Group whose members may, besides, move the machine: programs, MDI, jog, home, overrides, "
+              "reset, "
+              "sensor readings. An empty text: the group of `look`."},
+             {"set_up",
+              "Group whose members may, besides, change how the machine moves: switch corrections. An empty "
+              "text: "
+              "the group of `operate`."},
          }},
     }};
 

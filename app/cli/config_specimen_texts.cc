@@ -90,6 +90,10 @@ output = 5
 [realtime]
 late_periods_max = 5
 [lcm]
+[access]
+socket = "/run/trunnion/mill.sock"
+operate = "operators"
+set_up = "setters"
 )";
 
 constexpr char kCorrections[] = R"(

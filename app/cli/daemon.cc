@@ -91,10 +91,11 @@ void run_machine(const DaemonOptions& options) {
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
-  run_daemon({assembly.machine, assembly.lcm, assembly.realtime, *assembly.drives, cycle, planner,
-              rate_planner, record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
-              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
-              assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
+  run_daemon({assembly.machine, assembly.lcm, assembly.access, assembly.realtime, *assembly.drives, cycle,
+              planner, rate_planner, record.get(), log.get(), assembly.map.get(),
+              assembly.corrections.setpoint.get(), assembly.corrections.sensors.get(),
+              assembly.corrections.background, warm_screws(assembly), assembly.io.get(), features,
+              assembly.kinematics.get(), &assembly.plan_joints});
   if (assembly.io) assembly.io->shut_down();
   planner.settle();
   if (record) record->close();
@@ -120,7 +121,7 @@ void add_daemon(CLI::App& app, Exit& exit) {
       "status,\n"
       "monitor, estop, reset.\n"
       "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
-      "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (no LCM, already "
+      "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (already "
       "running,\n"
       "drives), 5 usage.");
   daemon->callback([&exit, options] {

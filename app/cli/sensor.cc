@@ -5,6 +5,7 @@
 #include <thread>
 
 #include "app/cli/commands.h"
+#include "app/daemon/command_client.h"
 #include "app/daemon/telemetry.h"
 #include "core/machine.h"
 #include "hal/lcm_link.h"
@@ -20,15 +21,14 @@ struct SensorOptions {
 
 Exit send_reading(const SensorOptions& options) {
   const Machine machine = read_machine(load_config(options.machine));
-  const LcmConfig lcm = read_lcm(machine.root, machine.name);
-  LcmLink link(lcm.url);
+  CommandClient client({read_lcm(machine.root, machine.name), read_access(machine.root)});
   trunnion::sensor_t reading;
   reading.count = 1;
   reading.name = {options.name};
   reading.value = {options.value};
   do {
     reading.time_us = unix_time_us();
-    link.publish(lcm.sensor_channel(), reading);
+    client.send_sensor(reading);
     std::this_thread::sleep_for(std::chrono::duration<double>(options.every_s));
   } while (options.every_s > 0);
   return Exit::kDone;

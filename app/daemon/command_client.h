@@ -3,12 +3,14 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <memory>
 #include <optional>
 #include <stdexcept>
 #include <string>
 
+#include "app/session/access_config.h"
 #include "hal/lcm_link.h"
-#include "hal/udp_group.h"
+#include "hal/local_socket.h"
 
 namespace trn {
 
@@ -17,21 +19,22 @@ struct NoAnswer : std::runtime_error {
   using std::runtime_error::runtime_error;
 };
 
-/// Talks to the daemon of one machine. Not thread-safe.
+/// Talks to the daemon of one machine over its socket. Not thread-safe.
 class CommandClient {
  public:
   struct Config {
-    LcmConfig lcm;
-    double timeout_s = 2;  ///< for the first answer
+    LcmConfig lcm;  ///< the names of the channels
+    AccessConfig access;
+    double timeout_s = 2;  ///< for the connection, and for the first answer
   };
 
-  /// std::runtime_error if LCM cannot work on this host.
+  /// Connects to the first socket of `sockets_to_try` that a user whom this one trusts listens at. NoAnswer
+  /// if there is none, or this user may not use it.
   explicit CommandClient(const Config& config);
 
   /// Sends (what may not be obeyed late only once the daemon's clock is known, at most a tenth of a second),
-  /// and repeats every 0.1 s until the daemon answers; then waits for its final word (outcome is not
-  /// WORKING), asking again every second in case that was lost. NoAnswer after the timeout, or when a working
-  /// daemon falls silent.
+  /// and waits for the daemon's final word (outcome is not WORKING), asking again every second in case that
+  /// was lost. NoAnswer after the timeout, when a working daemon falls silent, and when it has gone.
   trunnion::acknowledge_t send(trunnion::command_t command);
 
   /// The first status, from now on, that `wanted` accepts. NoAnswer if no status at all comes within the
@@ -39,11 +42,18 @@ class CommandClient {
   std::optional<trunnion::status_t> wait_status(const std::function<bool(const trunnion::status_t&)>& wanted,
                                                 double patience_s);
 
+  /// A reading for the machine's corrections. NoAnswer if the daemon is gone.
+  void send_sensor(const trunnion::sensor_t& readings);
+
   /// Calls `show` for every motion_t until it returns false; NoAnswer if none comes within the timeout.
   void watch_motion(const std::function<bool(const trunnion::motion_t&)>& show);
 
  private:
-  [[noreturn]] void no_answer() const;
+  void connect();
+  std::string try_connect();
+  void listen();
+  bool handle(std::chrono::steady_clock::time_point until);
+  [[noreturn]] void no_answer(const std::string& why) const;
   std::int64_t expiry_us();
 
   Config config_;
@@ -52,10 +62,9 @@ class CommandClient {
   std::optional<trunnion::acknowledge_t> answer_;
   std::optional<trunnion::status_t> status_;
   std::optional<trunnion::motion_t> motion_;
-  std::optional<WireSender> daemon_;  ///< who answered; nobody else's status counts from then on
   std::int64_t daemon_clock_us_ = 0;  ///< as the last status told it; 0: none was heard
   std::chrono::steady_clock::time_point clock_heard_;
-  LcmLink link_;
+  std::unique_ptr<LocalClient> link_;
 };
 
 }  // namespace trn

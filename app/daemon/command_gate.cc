@@ -19,7 +19,7 @@ bool CommandGate::Bucket::take(double rate, double burst, Clock::time_point now)
 }
 
 // Where too many are known, the one that has been silent longest is forgotten.
-CommandGate::Bucket& CommandGate::bucket_of(const WireSender& sender, Clock::time_point now) {
+CommandGate::Bucket& CommandGate::bucket_of(const Sender& sender, Clock::time_point now) {
   const auto found = senders_.find(sender);
   if (found != senders_.end()) return found->second;
   if (senders_.size() >= kSendersMax)
@@ -29,7 +29,7 @@ CommandGate::Bucket& CommandGate::bucket_of(const WireSender& sender, Clock::tim
   return senders_[sender] = {kSenderBurst, now};
 }
 
-bool CommandGate::admit(const WireSender& sender, Clock::time_point now) {
+bool CommandGate::admit(const Sender& sender, Clock::time_point now) {
   return bucket_of(sender, now).take(kSenderRate, kSenderBurst, now) &&
          total_.take(kTotalRate, kTotalBurst, now);
 }

@@ -1,23 +1,29 @@
 #pragma once
 
 #include <chrono>
+#include <compare>
 #include <map>
 
-#include "hal/lcm_link.h"
-#include "hal/udp_group.h"
+#include "hal/local_socket.h"
 
 namespace trn {
 
-/// How many commands are heard: of one sender, and of all together.
+/// How many commands are heard: of one process, and of all together.
 class CommandGate {
  public:
+  /// A process, however many connections it makes.
+  struct Sender {
+    uid_t uid = 0;
+    pid_t pid = 0;
+    auto operator<=>(const Sender&) const = default;
+  };
   using Clock = std::chrono::steady_clock;
   static constexpr double kSenderRate = 200, kSenderBurst = 100;  ///< commands a second; commands at once
   static constexpr double kTotalRate = 1000, kTotalBurst = 500;
   static constexpr std::size_t kSendersMax = 256;  ///< that are known at a time
 
   /// Counts a command that comes at `now`; false if it is too many.
-  bool admit(const WireSender& sender, Clock::time_point now);
+  bool admit(const Sender& sender, Clock::time_point now);
   /// True when a sender was turned away and nobody has been told for a minute.
   bool must_tell(Clock::time_point now);
 
@@ -27,9 +33,9 @@ class CommandGate {
     Clock::time_point filled;
     bool take(double rate, double burst, Clock::time_point now);
   };
-  Bucket& bucket_of(const WireSender& sender, Clock::time_point now);
+  Bucket& bucket_of(const Sender& sender, Clock::time_point now);
 
-  std::map<WireSender, Bucket> senders_;
+  std::map<Sender, Bucket> senders_;
   Bucket total_{kTotalBurst, {}};
   Clock::time_point quiet_until_;
 };

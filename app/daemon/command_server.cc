@@ -8,8 +8,6 @@
 
 #include "app/daemon/telemetry.h"
 #include "core/check.h"
-#include "hal/socket_owner.h"
-#include "hal/udp_group.h"
 
 namespace trn {
 
@@ -20,56 +18,72 @@ using Clock = CommandGate::Clock;
 
 constexpr std::size_t kMessageBytesMax = 4000;  // a message of an error is text for people
 
-std::string name_of(const WireSender& sender) {
-  const auto owner = owner_of_port(sender.port);
-  return owner ? fmt::format("user {} (port {})", *owner, sender.port) : fmt::format("port {}", sender.port);
-}
-
 }  // namespace
 
-CommandServer::CommandServer(LcmLink& link, const LcmConfig& config, Obey obey, StatusCount status_count,
-                             Ready ready)
-    : link_(link),
+CommandServer::CommandServer(LocalServer& socket, const AccessRules& access, const LcmConfig& config,
+                             Obey obey, StatusCount status_count, Ready ready)
+    : socket_(socket),
+      access_(access),
       channel_(config.acknowledge_channel()),
       obey_(std::move(obey)),
       status_count_(std::move(status_count)),
       ready_(std::move(ready)) {
-  link_.subscribe<trunnion::command_t>(config.command_channel(),
-                                       [this](const trunnion::command_t& command) { receive(command); });
+  socket_.subscribe<trunnion::command_t>(config.command_channel(),
+                                         [this](const trunnion::command_t& command) { receive(command); });
 }
 
 void CommandServer::receive(const trunnion::command_t& command) {
-  const Ticket ticket{command.client, command.sequence};
-  const bool admitted = gate_.admit(link_.sender(), Clock::now());
-  if (const acknowledge_t* answered = replies_.find(command)) {
-    if (admitted) send(*answered);
+  if (const Peer* peer = socket_.peer(socket_.sender())) receive_from(*peer, command);
+}
+
+void CommandServer::receive_from(const Peer& peer, const trunnion::command_t& command) {
+  const Ticket ticket{command.client, command.sequence, socket_.sender(), peer.uid, peer.text()};
+  const CommandGate::Sender process{peer.uid, peer.pid};
+  const bool admitted = gate_.admit(process, Clock::now());
+  if (const acknowledge_t* answered = replies_.find(peer.uid, command)) {
+    if (admitted) send(ticket, *answered);
     return;
   }
   if (makes_safe(command)) {
     give_up_waiting();
-    return obey(command);
+    return obey(command, ticket);
   }
-  if (!admitted) return turn_away(ticket, refusals_.admit(link_.sender(), Clock::now()));
-  if (waiting_.empty() && ready_()) return obey(command);
-  const bool waits = std::any_of(waiting_.begin(), waiting_.end(), [&](const auto& other) {
-    return other.client == command.client && other.sequence == command.sequence;
+  if (!admitted) return turn_away(ticket, refusals_.admit(process, Clock::now()));
+  if (!may(peer, command, ticket)) return;
+  if (waiting_.empty() && ready_()) return obey(command, ticket);
+  wait(command, ticket);
+}
+
+// Not entered in the cache: it may be given the role, and ask again.
+bool CommandServer::may(const Peer& peer, const trunnion::command_t& command, const Ticket& ticket) {
+  const CommandRow* row = find_command(command.verb);
+  const Role role = row ? row->role : Role::kOperate;
+  if (access_.allows(peer, role)) return true;
+  spdlog::warn("{} is refused '{}': no right to {}", ticket.from, row ? row->name : "?", to_string(role));
+  send(ticket, message_of(ticket, {acknowledge_t::REFUSED, access_.refusal(peer, role)}));
+  return false;
+}
+
+void CommandServer::wait(const trunnion::command_t& command, const Ticket& ticket) {
+  const bool waits = std::any_of(waiting_.begin(), waiting_.end(), [&](const Waiting& other) {
+    return other.ticket.user == ticket.user && other.ticket.client == ticket.client &&
+           other.ticket.sequence == ticket.sequence;
   });
   if (waits) return;
   if (waiting_.size() >= kWaitingMax) return turn_away(ticket, true);
-  waiting_.push_back(command);
+  waiting_.push_back({command, ticket});
   TRN_CHECK(waiting_.size() <= kWaitingMax);
 }
 
 void CommandServer::poll() {
   while (!waiting_.empty() && ready_()) {
-    const trunnion::command_t command = std::move(waiting_.front());
+    const Waiting next = std::move(waiting_.front());
     waiting_.pop_front();
-    obey(command);
+    obey(next.command, next.ticket);
   }
 }
 
-void CommandServer::obey(const trunnion::command_t& command) {
-  const Ticket ticket{command.client, command.sequence};
+void CommandServer::obey(const trunnion::command_t& command, const Ticket& ticket) {
   const bool expires = command.expires_us != 0 && !makes_safe(command);  // no clock stands before a stop
   const bool expired = expires && monotonic_us() > command.expires_us;
   if (expired)
@@ -84,8 +98,8 @@ void CommandServer::obey(const trunnion::command_t& command) {
 
 // What was sent before a stop must not move the machine behind it.
 void CommandServer::give_up_waiting() {
-  for (const trunnion::command_t& command : waiting_)
-    reply({command.client, command.sequence},
+  for (const Waiting& waiting : waiting_)
+    reply(waiting.ticket,
           {acknowledge_t::REFUSED, "not obeyed: a stop or hold came while it waited; send it again"});
   waiting_.clear();
 }
@@ -93,10 +107,11 @@ void CommandServer::give_up_waiting() {
 // Not entered in the cache, which would forget what others sent: a copy is judged anew.
 void CommandServer::turn_away(const Ticket& ticket, bool may_answer) {
   if (gate_.must_tell(Clock::now()))
-    spdlog::warn("{} sends more commands than are heard ({:g} a second): the rest is refused",
-                 name_of(link_.sender()), CommandGate::kSenderRate);
+    spdlog::warn("{} sends more commands than are heard ({:g} a second): the rest is refused", ticket.from,
+                 CommandGate::kSenderRate);
   if (may_answer)
-    send(message_of(ticket, {acknowledge_t::REFUSED,
+    send(ticket,
+         message_of(ticket, {acknowledge_t::REFUSED,
                              fmt::format("too many commands: {:g} a second are heard; send it again later",
                                          CommandGate::kSenderRate)}));
 }
@@ -105,8 +120,8 @@ void CommandServer::finish(const Ticket& ticket, const Answer& answer) { reply(t
 
 void CommandServer::reply(const Ticket& ticket, const Answer& answer) {
   const acknowledge_t message = message_of(ticket, answer);
-  replies_.enter(message);
-  send(message);
+  replies_.enter(ticket.user, message);
+  send(ticket, message);
 }
 
 acknowledge_t CommandServer::message_of(const Ticket& ticket, const Answer& answer) const {
@@ -120,10 +135,8 @@ acknowledge_t CommandServer::message_of(const Ticket& ticket, const Answer& answ
 }
 
 // A machine that nobody hears goes on; the client asks again.
-void CommandServer::send(const acknowledge_t& message) {
-  const std::string bad = link_.try_publish(channel_, message);
-  if (!bad.empty() && !send_failed_) spdlog::error("no answer reaches the clients: {}", bad);
-  send_failed_ = !bad.empty();
+void CommandServer::send(const Ticket& ticket, const acknowledge_t& message) {
+  socket_.send(ticket.connection, channel_, message);
 }
 
 }  // namespace trn

@@ -21,7 +21,7 @@ constexpr std::array<CommandRow, command_t::SINGLE_BLOCK> kCommands{{
     {command_t::OVERRIDE, "override", {}, Kind::kOverride, 2, MakesSafe::kAtZero},
     {command_t::ESTOP, "estop", Event::kEstop, {}, 0, MakesSafe::kAlways},
     {command_t::RESET, "reset", Event::kReset, {}, 0, MakesSafe::kNever},
-    {command_t::CORRECTION, "correction", {}, {}, 0, MakesSafe::kNever},
+    {command_t::CORRECTION, "correction", {}, {}, 0, MakesSafe::kNever, Role::kSetUp},
     {command_t::RAPID_OVERRIDE, "rapid override", {}, Kind::kRapidOverride, 1, MakesSafe::kAtZero},
     {command_t::SPINDLE_OVERRIDE, "spindle override", {}, Kind::kSpindleOverride, 2, MakesSafe::kNever},
     {command_t::ADAPTIVE_FEED, "adaptive feed", {}, Kind::kAdaptiveFeed, 1, MakesSafe::kAtZero},

@@ -3,8 +3,9 @@
 #include <optional>
 #include <string_view>
 
+#include "app/daemon/access.h"
 #include "app/daemon/supervisor.h"
-#include "hal/lcm_link.h"
+#include "hal/lcm_messages.h"
 #include "kernel/rt_messages.h"
 
 namespace trn {
@@ -24,6 +25,7 @@ struct CommandRow {
   std::optional<RtCommand::Kind> setting;  ///< passed on to the tick with the command's value
   double setting_max = 0;                  ///< of the value, from 0
   MakesSafe makes_safe = MakesSafe::kNever;
+  Role role = Role::kOperate;  ///< that it needs, where it does not make the machine safer
 };
 
 /// Null if there is no such verb.

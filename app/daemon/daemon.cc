@@ -11,16 +11,19 @@
 #include <cstdlib>
 #include <optional>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 
+#include "app/daemon/access.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/process_lock.h"
-#include "app/daemon/second_daemon.h"
 #include "app/daemon/sensor_receiver.h"
 #include "app/daemon/tick_thread.h"
 #include "app/session/feature_meter.h"
 #include "app/session/feature_report.h"
 #include "core/fault.h"
+#include "hal/lcm_link.h"
+#include "hal/local_socket.h"
 
 namespace trn {
 
@@ -30,7 +33,7 @@ constexpr int kPollMs = 5;
 constexpr int kExitMachineFault = 4;
 constexpr int kLastWaits = 100;
 constexpr auto kLastWait = std::chrono::milliseconds(10);
-constexpr int kMessagesAtOnce = 2000;  // those that are too many cost next to nothing
+constexpr int kRoundsAtOnce = 8;  // a flood must not keep the daemon from its other work
 
 std::vector<std::string> collect_warnings(const RealtimeConfig& config, const std::string& memory_refused,
                                           const TickThread& thread, bool late_is_fault) {
@@ -93,12 +96,11 @@ void drain_reports(const DaemonParts& parts, MachineController& controller) {
 /// Tells, once a minute at most, that messages were dropped.
 class DropTeller {
  public:
-  void look(const LcmLink& link) {
+  void look(const LocalServer& clients) {
     const auto now = std::chrono::steady_clock::now();
-    if (link.dropped() == told_ || now < quiet_until_) return;
-    spdlog::warn("{} datagrams on this machine's channels were no messages and were dropped",
-                 link.dropped() - told_);
-    told_ = link.dropped();
+    if (clients.dropped() == told_ || now < quiet_until_) return;
+    spdlog::warn("{} packets of clients were no messages and were dropped", clients.dropped() - told_);
+    told_ = clients.dropped();
     quiet_until_ = now + std::chrono::minutes(1);
   }
 
@@ -120,16 +122,15 @@ void end_with(const MachineController& controller) {
   std::_Exit(kExitMachineFault);
 }
 
-void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, TerminationSignals& signals,
-           MachineController& controller) {
+void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thread,
+           TerminationSignals& signals, MachineController& controller) {
   ServiceNotifier notifier;
   DropTeller drops;
   controller.begin();
   notifier.ready();
   while (!controller.done()) {
-    if (link.handle(kPollMs))
-      for (int more = 0; more < kMessagesAtOnce && link.handle(0);) ++more;
-    drops.look(link);
+    for (int round = 0; round < kRoundsAtOnce && clients.handle(round == 0 ? kPollMs : 0);) ++round;
+    drops.look(clients);
     for (const auto& work : parts.background) work();
     drain_reports(parts, controller);
     if (signals.taken()) {
@@ -144,6 +145,36 @@ void serve(const DaemonParts& parts, LcmLink& link, const TickThread& thread, Te
   drain_reports(parts, controller);
 }
 
+// Where another daemon listens, the lock was in another folder: of another user, or by another environment.
+void refuse_second_daemon(const DaemonParts& parts) {
+  for (const std::string& path : sockets_to_try(parts.access, parts.machine.name)) {
+    try {
+      const LocalClient other(path);
+      if (is_trusted_user(other.server().uid))
+        throw std::runtime_error(
+            fmt::format("machine '{}' is already run: {} listens at {}; stop that one first",
+                        parts.machine.name, other.server().text(), path));
+    } catch (const std::system_error&) {  // nobody listens there
+    }
+  }
+}
+
+void tell_warnings(const AccessRules& access) {
+  for (const std::string& warning : access.warnings()) spdlog::info("{}", warning);
+}
+
+std::string socket_path(const DaemonParts& parts, gid_t group) {
+  refuse_second_daemon(parts);
+  return socket_to_make(parts.access, parts.machine.name, group);
+}
+
+// Telemetry is for whoever likes to listen; a machine runs without.
+LcmPublisher make_telemetry(const std::string& url) {
+  const std::string bad = url.empty() ? "" : lcm_self_test(url);
+  if (!bad.empty()) spdlog::warn("no telemetry over LCM; clients work without it: {}", bad);
+  return LcmPublisher(bad.empty() ? url : "");
+}
+
 }  // namespace
 
 void log_to_stderr() {
@@ -154,9 +185,11 @@ void log_to_stderr() {
 void run_daemon(const DaemonParts& parts) {
   log_to_stderr();
   TerminationSignals signals;  // first: threads inherit what is blocked
-  LcmLink link(parts.lcm.url);
   const ProcessLock lock(parts.machine.name);
-  refuse_second_daemon(parts.lcm);
+  const AccessRules access(parts.access);
+  tell_warnings(access);
+  LocalServer clients(socket_path(parts, access.socket_group()), access.socket_group());
+  LcmPublisher telemetry = make_telemetry(parts.lcm.url);
   const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
   const int late_max = parts.realtime.late_periods(parts.drives.real());
   parts.rate_plans.start(parts.realtime);
@@ -164,19 +197,21 @@ void run_daemon(const DaemonParts& parts) {
     if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
     tick.tick();
   });
-  MachineController controller(
-      {parts.machine, parts.lcm, link, parts.drives, parts.tick, parts.programs, thread.statistics(),
-       parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics, parts.plan_joints},
-      collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
-  spdlog::info("machine '{}', period {:g} ms, {}", parts.machine.name, 1000 * parts.machine.period_s,
-               parts.lcm.url);
+  MachineController controller({parts.machine, parts.lcm, clients, access, telemetry, parts.drives,
+                                parts.tick, parts.programs, thread.statistics(), parts.log, parts.map,
+                                parts.chain, parts.io, parts.features, parts.kinematics, parts.plan_joints},
+                               collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
+  spdlog::info("machine '{}', period {:g} ms, socket {}", parts.machine.name, 1000 * parts.machine.period_s,
+               clients.path());
   std::optional<SensorReceiver> receiver;
   if (parts.sensors) {
     receiver.emplace(*parts.sensors);
-    link.subscribe<trunnion::sensor_t>(parts.lcm.sensor_channel(),
-                                       [&receiver](const auto& readings) { receiver->receive(readings); });
+    clients.subscribe<trunnion::sensor_t>(parts.lcm.sensor_channel(), [&](const auto& readings) {
+      const Peer* sender = clients.peer(clients.sender());
+      if (sender) receiver->receive(readings, access.allows(*sender, Role::kOperate) ? "" : sender->text());
+    });
   }
-  serve(parts, link, thread, signals, controller);
+  serve(parts, clients, thread, signals, controller);
   if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
   end_with(controller);
 }

@@ -7,6 +7,7 @@
 #include "app/daemon/program_source.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/daemon/realtime.h"
+#include "app/session/access_config.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/realtime_config.h"
 #include "app/session/session_log.h"
@@ -26,6 +27,7 @@ namespace trn {
 struct DaemonParts {
   const Machine& machine;
   LcmConfig lcm;
+  AccessConfig access;
   RealtimeConfig realtime;
   Drives& drives;
   TickPort& tick;
@@ -35,7 +37,7 @@ struct DaemonParts {
   SessionLog* log = nullptr;
   const MachineJointMap* map = nullptr;  ///< see MachineController::Parts
   const SetpointChain* chain = nullptr;
-  SensorBoard* sensors = nullptr;  ///< readings that come over LCM go there; null: nobody wants any
+  SensorBoard* sensors = nullptr;  ///< readings of clients go there; null: nobody wants any
   std::vector<std::function<void()>> background = {};      ///< called many times a second outside the tick
   std::function<void(const CycleReport&)> on_report = {};  ///< hears of every period; may be empty
   const MachineIo* io = nullptr;                           ///< for the text of its fault; null: there is none
@@ -48,8 +50,8 @@ struct DaemonParts {
 void log_to_stderr();
 
 /// Runs the machine until SIGTERM or SIGINT has ended it in good order: motion, then drives, then this
-/// returns. std::runtime_error with what is wrong and how to mend it: no LCM on this host, a second daemon, a
-/// dead clock. Must be called before the process has other threads.
+/// returns. std::runtime_error with what is wrong and how to mend it: no place for its socket, a second
+/// daemon, a dead clock. Must be called before the process has other threads.
 void run_daemon(const DaemonParts& parts);
 
 }  // namespace trn

@@ -50,11 +50,12 @@ MachineController::MachineController(const Parts& parts, std::vector<std::string
       status_(first_status(parts.machine, std::move(warnings))),
       next_status_(Clock::now()),
       next_motion_(Clock::now()),
-      request_(
-          parts.link, parts.lcm,
+      commands_(
+          parts.clients, parts.access, parts.lcm,
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
   warned_.fill("");
+  parts_.clients.on_connect([this](ConnectionId) { status_due_ = true; });  // it needs our clock
 }
 
 MachineController::~MachineController() { parts_.programs.close(); }
@@ -87,7 +88,7 @@ CommandServer::Answer MachineController::check_values(const command_t& command) 
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
-  cause_ = fmt::format("{}, client {:x}", find_command(command.verb)->name, command.client);
+  cause_ = fmt::format("{}, by {}", find_command(command.verb)->name, ticket.from);
   const Answer answer = obey_legal(command, ticket);
   cause_.clear();
   return answer;
@@ -457,7 +458,7 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
     return Worker::Done([=, this, &open_jobs] {
       --open_jobs;
       if (generation != generation_)
-        return request_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
+        return commands_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
       finish_job(ticket, error, then, kind == Job::kStart);
     });
   });
@@ -473,11 +474,11 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
       from_line_ = 0;
       post({RtCommand::Kind::kStart});
     }
-    return request_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
+    return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
   status_.message = error;
   if (starts_motion) machine_event(Event::kMotionDone);
-  request_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
+  commands_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
 }
 
 void MachineController::fault_event(Fault fault) {
@@ -520,7 +521,7 @@ void MachineController::events_from(const CycleReport& report) {
 void MachineController::poll() {
   drive_worker_.collect();
   program_worker_.collect();
-  request_.poll();
+  commands_.poll();
   // while a job prepares a program, its failure is the job's answer
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
@@ -538,6 +539,12 @@ void MachineController::poll() {
   if (now >= next_motion_) publish_motion();
 }
 
+template <typename Message>
+void MachineController::publish(const std::string& channel, const Message& message) {
+  parts_.clients.broadcast(channel, message);
+  parts_.telemetry.try_publish(channel, message);
+}
+
 void MachineController::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
@@ -550,14 +557,14 @@ void MachineController::publish_status() {
   status.time_us = unix_time_us();
   status.clock_us = monotonic_us();
   status.count = ++status_count_;
-  parts_.link.try_publish(parts_.lcm.status_channel(), status);
+  publish(parts_.lcm.status_channel(), status);
 }
 
 void MachineController::publish_motion() {
   next_motion_ = Clock::now() + kMotionPeriod;
   trunnion::motion_t motion = make_motion(report_);
   motion.time_us = unix_time_us();
-  parts_.link.try_publish(parts_.lcm.motion_channel(), motion);
+  publish(parts_.lcm.motion_channel(), motion);
 }
 
 }  // namespace trn

@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "app/daemon/access.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/command_table.h"
 #include "app/daemon/jog_order.h"
@@ -24,6 +25,7 @@
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/lcm_link.h"
+#include "hal/local_socket.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
 #include "kernel/setpoint_chain.h"
@@ -36,8 +38,10 @@ class MachineController {
  public:
   struct Parts {
     const Machine& machine;
-    const LcmConfig& lcm;
-    LcmLink& link;
+    const LcmConfig& lcm;  ///< the names of the channels
+    LocalServer& clients;
+    const AccessRules& access;
+    LcmPublisher& telemetry;  ///< hears what all clients hear
     Drives& drives;
     TickPort& tick;
     ProgramSource& programs;
@@ -119,6 +123,8 @@ class MachineController {
   bool powerless(DriveState drives) const;
   void fault_event(Fault fault);
   void events_from(const CycleReport& report);
+  template <typename Message>
+  void publish(const std::string& channel, const Message& message);
   void publish_status();
   void publish_motion();
   Conditions conditions() const;
@@ -150,7 +156,7 @@ class MachineController {
   std::int64_t status_count_ = 0;
   bool status_due_ = true;
   Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_, exit_by_;
-  CommandServer request_;
+  CommandServer commands_;
   Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
 };
 

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <utility>
+
 namespace trn {
 
 namespace {
@@ -17,7 +19,12 @@ std::string shown_name(const std::string& name) {
   return out;
 }
 
-void SensorReceiver::receive(const trunnion::sensor_t& readings) {
+void SensorReceiver::receive(const trunnion::sensor_t& readings, const std::string& stranger) {
+  if (!stranger.empty()) {
+    if (!std::exchange(told_stranger_, true))
+      spdlog::warn("sensor readings of {} are not taken: no right to operate", stranger);
+    return;
+  }
   for (std::size_t i = 0; i < readings.name.size(); ++i) {
     const int channel = board_.find(readings.name[i]);
     if (channel >= 0)

@@ -17,11 +17,13 @@ class SensorReceiver {
  public:
   /// The board must outlive it.
   explicit SensorReceiver(SensorBoard& board) : board_(board) {}
-  void receive(const trunnion::sensor_t& readings);
+  /// `stranger`: who sent them, if that is somebody who may not; "" if it is not.
+  void receive(const trunnion::sensor_t& readings, const std::string& stranger = "");
 
  private:
   SensorBoard& board_;
   std::set<std::string> unknown_;
+  bool told_stranger_ = false;
 };
 
 }  // namespace trn

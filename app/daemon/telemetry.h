@@ -22,7 +22,8 @@ std::int64_t monotonic_us();
 /// What the machine stands and waits for, and who goes on, in words for people; "" if it does not.
 std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name);
 
-/// The status of a daemon that has done nothing yet: overrides at 1, nothing loaded, and what was not granted.
+/// The status of a daemon that has done nothing yet: overrides at 1, nothing loaded, and what was not
+/// granted.
 trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings);
 /// What the tick and the supervisor know into a status; what the daemon alone knows stands in it already.
 /// time_us, clock_us and count are left to the caller.

@@ -73,7 +73,7 @@ Assembly assemble(const std::string& config_path, Field field) {
 
 Assembly assemble(const ConfigTable& config, Field field) {
   Assembly a{
-      read_machine(config), nullptr, {}, {}, nullptr, nullptr, {}, {}, {}, {}, nullptr, nullptr, nullptr};
+      read_machine(config), nullptr, {}, {}, nullptr, nullptr, {}, {}, {}, {}, {}, nullptr, nullptr, nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
   add_corrections(a);
@@ -86,6 +86,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   add_rate_plans(a);
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
+  a.access = read_access(root);
   a.drives = make_drives(a.machine, field);
   add_io(a, field);
   root.finish();

@@ -3,6 +3,7 @@
 #include <memory>
 #include <string>
 
+#include "app/session/access_config.h"
 #include "app/session/corrections.h"
 #include "app/session/make_drives.h"
 #include "app/session/make_io.h"
@@ -44,6 +45,7 @@ struct Assembly {
   PlannerConfig planner;
   RealtimeConfig realtime;
   LcmConfig lcm;
+  AccessConfig access;
   std::unique_ptr<Drives> drives;
   std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
   std::unique_ptr<MachineIo> io;            ///< null: no section [io]

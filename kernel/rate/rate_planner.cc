@@ -23,12 +23,12 @@ constexpr double kNearS = 1e-12;
 constexpr double kFarS = 0.02;  // before the last time to stop: look again with the next request
 constexpr double kRest = 1e-9;  // of the rate: no difference
 constexpr int kLooksAhead = 2;
-constexpr int kStopsInChange = 2;  // in store while plans follow each other
+constexpr int kStopsInChange = 2;       // in store while plans follow each other
 constexpr double kLateStopShare = 0.1;  // of stop_s: steps in which a stop is looked for farther ahead
 constexpr int kLateStops = 15;
-constexpr double kApproach = 0.5;          // of stop_s: the time in which the distance to a stop becomes 1/e
-constexpr double kSlowest = 0.02;          // of the rate, towards a stop
-constexpr double kAimS = 1e-8;             // of plan time, before the place of a stop
+constexpr double kApproach = 0.5;  // of stop_s: the time in which the distance to a stop becomes 1/e
+constexpr double kSlowest = 0.02;  // of the rate, towards a stop
+constexpr double kAimS = 1e-8;     // of plan time, before the place of a stop
 
 }  // namespace
 
@@ -87,8 +87,8 @@ const RatePlan* RatePlanner::stop(int index) {
   return has_stop_[k] ? &store_[k] : nullptr;
 }
 
-// While plans follow each other the far ones would not be used: some are enough. One there must be, so the last
-// one may go on for a while before it brakes.
+// While plans follow each other the far ones would not be used: some are enough. One there must be, so the
+// last one may go on for a while before it brakes.
 void RatePlanner::seek_stop(int index) {
   const auto k = static_cast<std::size_t>(index);
   const auto found = std::count(has_stop_.begin(), has_stop_.begin() + index, true);
@@ -117,8 +117,8 @@ bool RatePlanner::find_stop_in_store(double ahead_s) {
   return false;
 }
 
-// Where joints with their greatest jerk leave u no choice, as long as a segment lasts, no stop begins: it goes
-// on until one does.
+// Where joints with their greatest jerk leave u no choice, as long as a segment lasts, no stop begins: it
+// goes on until one does.
 bool RatePlanner::find_late_stop(double ahead_s) {
   RateState state = begin_;
   const double passed_s = state.follow(followed_, ahead_s);
@@ -177,8 +177,8 @@ double RatePlanner::time_to_stop(const RatePlan& chosen, const RateState& state,
   return longest;
 }
 
-// Follows a plan for this long and then a stop, in trial_, from plan time `passed_s` behind place_ on. Plan time
-// from there to rest, negative if no stop is found.
+// Follows a plan for this long and then a stop, in trial_, from plan time `passed_s` behind place_ on. Plan
+// time from there to rest, negative if no stop is found.
 double RatePlanner::stop_after(const RatePlan& plan, RateState state, double duration_s, double passed_s) {
   TRN_CHECK(duration_s >= 0 && passed_s >= 0);
   trial_.count = trial_.arrival = 0;

@@ -91,8 +91,8 @@ class RatePlanner {
   std::array<RatePlan, kStopsInStore> store_;
   std::array<bool, kStopsInStore> has_stop_{};
   int stops_sought_ = kStopsInStore;  ///< of the store, for this request
-  bool ends_ = true;       ///< the path rests before
-  int budget_left_ = 0;    ///< steps of searches for this request
+  bool ends_ = true;                  ///< the path rests before
+  int budget_left_ = 0;               ///< steps of searches for this request
 };
 
 }  // namespace trn

@@ -2,9 +2,6 @@
 
 #include <gtest/gtest.h>
 
-#include <sstream>
-
-#include "hal/socket_owner.h"
 #include "tests/hal/hostile_datagrams.h"
 
 namespace trn {
@@ -130,27 +127,6 @@ TEST(UdpAddress, IsStrict) {
        {"tcpq://a:1", "udpm://127.0.0.1:7667", "udpm://239.255.76.67:0", "udpm://:70000",
         "udpm://239.255.76.67:7667?ttl=-1", "udpm://239.255.76.67:7667?ttl=0&x=1", "udpm://:1x"})
     EXPECT_THROW(UdpAddress::parse(bad), std::runtime_error) << bad;
-}
-
-TEST(SocketOwner, IsReadFromTheKernelsTable) {
-  const std::string table =
-      "   sl  local_address rem_address   st tx_queue rx_queue tr tm->when retrnsmt   uid  timeout inode\n"
-      "  100: 00000000:8F2A 00000000:0000 07 00000000:00000000 00:00000000 00000000 65534        0 5150 2 0 "
-      "0\n"
-      "  101: 434CFFEF:1DF3 00000000:0000 07 00000000:00000000 00:00000000 00000000     0        0 5151 2 0 "
-      "0\n"
-      "  102: 434CFFEF:1DF3 00000000:0000 07 00000000:00000000 00:00000000 00000000  1000        0 5152 2 0 "
-      "0\n"
-      "  103: 0100007F:8F2B 00000000:0000 07 00000000:00000000 00:00000000 00000000  1000        0 5153 2 0 "
-      "0\n";
-  const auto owner = [&](std::uint16_t port) {
-    std::istringstream in(table);
-    return owner_of_port(port, in);
-  };
-  EXPECT_EQ(owner(0x8F2A), 65534u);
-  EXPECT_EQ(owner(0x8F2B), 1000u);
-  EXPECT_EQ(owner(7667), std::nullopt) << "two owners are none";
-  EXPECT_EQ(owner(1), std::nullopt);
 }
 
 }  // namespace

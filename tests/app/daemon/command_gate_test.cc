@@ -9,7 +9,8 @@ namespace {
 using namespace std::chrono_literals;
 constexpr CommandGate::Clock::time_point kBegin{std::chrono::hours(1)};
 
-int admitted(CommandGate& gate, const WireSender& sender, int commands, CommandGate::Clock::time_point now) {
+int admitted(CommandGate& gate, const CommandGate::Sender& sender, int commands,
+             CommandGate::Clock::time_point now) {
   int count = 0;
   for (int i = 0; i < commands; ++i) count += gate.admit(sender, now) ? 1 : 0;
   return count;
@@ -25,18 +26,18 @@ TEST(CommandGate, ASenderHasItsBurstAndThenItsRate) {
 TEST(CommandGate, ALoudSenderKeepsNobodyOut) {
   CommandGate gate;
   admitted(gate, {1, 1}, 1000, kBegin);
-  EXPECT_EQ(admitted(gate, {1, 2}, 1000, kBegin), 100) << "another port";
-  EXPECT_EQ(admitted(gate, {2, 1}, 1000, kBegin), 100) << "another address";
+  EXPECT_EQ(admitted(gate, {1, 2}, 1000, kBegin), 100) << "another process";
+  EXPECT_EQ(admitted(gate, {2, 1}, 1000, kBegin), 100) << "another user";
 }
 
 TEST(CommandGate, AllTogetherHaveABurstAndARateToo) {
   CommandGate gate;
   int together = 0;
-  for (std::uint16_t port = 1; port <= 20; ++port) together += admitted(gate, {1, port}, 100, kBegin);
+  for (pid_t process = 1; process <= 20; ++process) together += admitted(gate, {1, process}, 100, kBegin);
   EXPECT_EQ(together, 500);
   together = 0;
-  for (std::uint16_t port = 101; port <= 120; ++port)
-    together += admitted(gate, {1, port}, 100, kBegin + 250ms);
+  for (pid_t process = 101; process <= 120; ++process)
+    together += admitted(gate, {1, process}, 100, kBegin + 250ms);
   EXPECT_EQ(together, 250) << "1000 a second";
 }
 
@@ -44,9 +45,10 @@ TEST(CommandGate, AllTogetherHaveABurstAndARateToo) {
 TEST(CommandGate, OfTooManySendersTheOneThatWasSilentLongestIsForgotten) {
   CommandGate gate;
   EXPECT_EQ(admitted(gate, {1, 1}, 101, kBegin), 100);
-  for (std::uint16_t port = 2; port <= CommandGate::kSendersMax; ++port) gate.admit({1, port}, kBegin + 1ms);
+  for (pid_t process = 2; process <= static_cast<pid_t>(CommandGate::kSendersMax); ++process)
+    gate.admit({1, process}, kBegin + 1ms);
   EXPECT_EQ(admitted(gate, {1, 1}, 1, kBegin + 2ms), 0) << "as many as may be known";
-  gate.admit({2, 1}, kBegin + 3ms);  // forgets port 2, the first of those silent since 1 ms
+  gate.admit({2, 1}, kBegin + 3ms);  // forgets process 2, the first of those silent since 1 ms
   EXPECT_EQ(admitted(gate, {1, 1}, 1, kBegin + 4ms), 0) << "its bucket still is empty";
 }
 

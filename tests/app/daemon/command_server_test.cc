@@ -7,6 +7,7 @@
 
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
+#include "tests/app/daemon/socket_bench.h"
 
 namespace trn {
 namespace {
@@ -16,8 +17,8 @@ using trunnion::command_t;
 
 struct Bench {
   Bench() {
-    link.subscribe<acknowledge_t>(config.acknowledge_channel(),
-                                  [this](const auto& answer) { heard.push_back(answer); });
+    socket.client.subscribe<acknowledge_t>(config.acknowledge_channel(),
+                                           [this](const auto& answer) { heard.push_back(answer); });
   }
   command_t command(std::int32_t sequence) const {
     command_t out{};
@@ -27,25 +28,28 @@ struct Bench {
     return out;
   }
   void send(const command_t& command) {
-    link.publish(config.command_channel(), command);
-    while (link.handle(20)) {
-    }
+    publish(command);
+    socket.pump();
   }
+  void publish(const command_t& command) { socket.client.publish(config.command_channel(), command); }
   LcmConfig config{LcmConfig::kDefaultUrl, "bench"};
-  LcmLink link{"memq://"};
+  SocketBench socket;
   std::vector<acknowledge_t> heard;
   std::vector<int> obeyed;
   bool ready = true, fails = false;
   std::int8_t outcome = acknowledge_t::ACCEPTED;
   std::optional<CommandServer::Ticket> ticket;
-  CommandServer server{link, config,
+  CommandServer server{socket.server,
+                       socket.access,
+                       config,
                        [this](const command_t& c, const CommandServer::Ticket& t) {
                          if (fails) throw std::runtime_error("no thread");
                          obeyed.push_back(c.sequence);
                          ticket = t;
                          return CommandServer::Answer{outcome, ""};
                        },
-                       [] { return 17; }, [this] { return ready; }};
+                       [] { return 17; },
+                       [this] { return ready; }};
 };
 
 TEST(CommandServer, ObeysOnceAndAnswersEveryCopy) {
@@ -124,8 +128,10 @@ TEST(CommandServer, WorkingCommandsGetTheirFinalAnswerLater) {
 
 TEST(CommandServer, AFloodIsRefusedAndNeverAcknowledgedAsObeyed) {
   Bench bench;
-  for (int i = 1; i <= 2000; ++i) bench.link.publish(bench.config.command_channel(), bench.command(i));
-  while (bench.link.handle(0)) bench.server.poll();
+  for (int i = 1; i <= 2000; ++i) {
+    bench.send(bench.command(i));
+    bench.server.poll();
+  }
   std::vector<int> accepted;
   for (const acknowledge_t& answer : bench.heard)
     if (answer.outcome == acknowledge_t::ACCEPTED) accepted.push_back(answer.sequence);
@@ -143,9 +149,11 @@ TEST(CommandServer, AStopInAFloodActsAtOnceAndEndsTheWaiting) {
     for (int i = 1; i <= 300; ++i) {
       command_t command = bench.command(i);
       if (i == 290) command.verb = stop;
-      bench.link.publish(bench.config.command_channel(), command);
+      bench.publish(command);
+      bench.socket.server.handle(0);
     }
-    while (bench.link.handle(0)) bench.server.poll();
+    bench.socket.pump();
+    bench.server.poll();
     EXPECT_EQ(bench.obeyed, std::vector<int>{290});
     bench.ready = true;
     bench.server.poll();
@@ -171,9 +179,8 @@ TEST(CommandGate, LimitsASenderAndAllTogether) {
   EXPECT_NEAR(one, CommandGate::kSenderBurst + CommandGate::kSenderRate, 2);
   EXPECT_TRUE(gate.admit({1, 2}, start + std::chrono::seconds(1))) << "another sender is heard";
   for (int i = 0; i < 20'000; ++i)
-    many +=
-        gate.admit({2, static_cast<std::uint16_t>(i)}, start + std::chrono::microseconds(1000000 + 50 * i));
-  EXPECT_LE(many, CommandGate::kTotalBurst + CommandGate::kTotalRate + 1) << "a new port for each command";
+    many += gate.admit({2, static_cast<pid_t>(i)}, start + std::chrono::microseconds(1000000 + 50 * i));
+  EXPECT_LE(many, CommandGate::kTotalBurst + CommandGate::kTotalRate + 1) << "a new process for each command";
   EXPECT_TRUE(gate.must_tell(start));
   EXPECT_FALSE(gate.must_tell(start + std::chrono::seconds(59)));
 }

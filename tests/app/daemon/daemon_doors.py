@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""What a hostile or careless process on the host can do to the daemon and its clients, over real sockets.
+"""What a hostile or careless process on the host can do to the daemon and its clients, over its real socket.
 
 usage: daemon_doors.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
 Starts itself again in a network of its own; exit code 77 (skipped) where the kernel does not allow that.
-TRN_LONG=COUNT: so many hostile datagrams.
+TRN_LONG=COUNT: so many hostile packets.
 """
 import os
 import random
@@ -21,184 +21,135 @@ import unittest
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "../../support")]
 import daemon_e2e  # noqa: E402
-from daemon_e2e import GROUP, LONG_PROGRAM, PORT, Bench, CommandTap  # noqa: E402
+from daemon_e2e import LONG_PROGRAM, Bench  # noqa: E402
+from daemon_socket import DaemonSocket, packet_of, sensor_t  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
-LOAD, STOP, HOME, OVERRIDE, ESTOP, RESET = 1, 5, 8, 9, 10, 11
-ACCEPTED, REFUSED = 2, 3
+OVERRIDE, ESTOP, RESET = 9, 10, 11
+ACCEPTED = 2
 
 
-def sender():
-    """A socket that sends as liblcm does, by the host's routes."""
+def udp_sender():
     made = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     made.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
     return made
 
 
-class Forger:
-    """Makes datagrams of a machine's channels; the hashes come from messages that were heard."""
+def malformed(client):
+    """What ends a decoder that believes lengths and counts, and fragments."""
+    for length in (b"\0\0\0\0", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\x80\0\0\0"):
+        yield client.command(RESET, 1)[:-5] + length + b"\0"
+        sensor = sensor_t()
+        yield packet_of(client.machine, "sensor", sensor.encode()[:-4] + length)
+        for channel in ("status", "acknowledge", "motion"):
+            yield packet_of(client.machine, channel, bytes(20) + length)
+    for offset in (0xffffffff, 0x7fffffff, 1 << 20):
+        head = b"LC03" + struct.pack(">III", 9, 100, offset)
+        yield head + struct.pack(">HH", 0, 2) + f"{client.machine}.command".encode() + b"\0" + bytes(60)
+        yield head + struct.pack(">HH", 1, 2) + bytes(90)
 
-    def __init__(self, bench, tap):
-        self.name, self.hash = bench.name, {}
-        client = threading.Thread(target=lambda: bench.client("override", "100"))
-        client.start()
-        end = time.time() + 20
-        while len(self.hash) < 4 and time.time() < end:
-            for data in tap.listen(None, 0.2):
-                channel, payload = data[8:].split(b"\0", 1)
-                if channel.decode().startswith(self.name + "."):
-                    self.hash[channel.decode().split(".")[-1]] = payload[:8]
-        client.join()
 
-    def datagram(self, channel, body):
-        return b"LC02\0\0\0\1" + f"{self.name}.{channel}".encode() + b"\0" + self.hash[channel] + body
-
-    def command(self, verb, sequence, value=0.0, text=b"\0\0\0\1\0", client=77, joint=0):
-        return self.datagram("command", struct.pack(">qiqbidd", client, sequence, 0, verb, joint, value, 0) + text)
-
-    def status(self, pid=4242, name=b"forged"):
-        def text(content):
-            return struct.pack(">i", len(content) + 1) + content + b"\0"
-        body = struct.pack(">qqi", 1, 1, pid) + text(name) + text(b"idle") + text(b"ok") + text(b"") + text(b"")
-        body += b"\0" + text(b"") + struct.pack(">idddddbd", 0, 1, 1, 1, 1, 0, 0, 1)
-        body += struct.pack(">dqqqddddddb", 0.001, 1, 0, 0, 0, 0, 0, 0, 0, 0, 1)
-        return self.datagram("status", body + struct.pack(">i", 0) + text(b"") + struct.pack(">iiii", 0, 0, 0, 0))
-
-    def malformed(self):
-        """Snippet by snippet what once ended the daemon or a client."""
-        for length in (b"\0\0\0\0", b"\xff\xff\xff\xff", b"\x7f\xff\xff\xff", b"\x80\0\0\0"):
-            yield self.command(RESET, 1, text=length)
-            yield self.datagram("status", bytes(20) + length)
-            yield self.datagram("acknowledge", bytes(21) + length)
-            yield self.datagram("motion", bytes(20) + length)
-        for offset in (0xffffffff, 0x7fffffff, 1 << 20):
-            head = b"LC03" + struct.pack(">III", 9, 100, offset)
-            yield head + struct.pack(">HH", 0, 2) + f"{self.name}.command".encode() + b"\0" + bytes(60)
-            yield head + struct.pack(">HH", 1, 2) + bytes(90)
-
-    def hostile(self, rng):
-        data = bytearray(rng.choice([self.command(rng.randrange(-128, 128), rng.randrange(1 << 31), rng.uniform(-9, 9)),
-                                     self.status(), *self.malformed()]))
-        for _ in range(rng.randrange(4)):
-            data[rng.randrange(len(data))] = rng.randrange(256)
-        return bytes(data[:rng.randrange(len(data))] if rng.random() < 0.2 else data)
+def hostile(client, rng):
+    data = bytearray(rng.choice([client.command(rng.randrange(-128, 128), rng.randrange(1 << 31), rng.uniform(-9, 9)),
+                                 *malformed(client)]))
+    for _ in range(rng.randrange(4)):
+        data[rng.randrange(len(data))] = rng.randrange(256)
+    return bytes(data[:rng.randrange(1, len(data))] if rng.random() < 0.2 else data)
 
 
 class Doors(unittest.TestCase):
-    def test_no_datagram_ends_daemon_or_client(self):
-        with Bench() as bench, CommandTap() as tap:
+    def test_no_packet_ends_daemon_or_client(self):
+        with Bench() as bench:
             bench.start_daemon()
-            forger, rng = Forger(bench, tap), random.Random(1)
+            rng = random.Random(1)
             bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
             bench.ask("start")
             watch = subprocess.Popen([daemon_e2e.BINARY, "monitor", "--count", "100", "--machine", bench.config],
                                      stdout=subprocess.DEVNULL)
-            with sender() as out:
-                for datagram in forger.malformed():
-                    out.sendto(datagram, (GROUP, PORT))
-            self.assertEqual(watch.wait(30), 0)
-            self.assertIsNone(bench.process.poll(), bench.log_text())
-            self.assertIn(bench.status()["state"], ("running", "idle"))
-            with sender() as out:
-                for i in range(max(20000, int(os.environ.get("TRN_LONG", "0")))):
-                    out.sendto(forger.hostile(rng), (GROUP, PORT))
-                    if i % 200 == 0:
-                        time.sleep(0.002)
+            with DaemonSocket.of(bench) as client:
+                for packet in malformed(client):
+                    client.send(packet)
+                self.assertEqual(watch.wait(30), 0)
+                self.assertIsNone(bench.process.poll(), bench.log_text())
+                self.assertIn(bench.status()["state"], ("running", "idle"))
+                for _ in range(max(20000, int(os.environ.get("TRN_LONG", "0")))):
+                    client.send(hostile(client, rng))
             self.assertIsNone(bench.process.poll(), bench.log_text())
             bench.status()
             self.assertEqual(bench.end(), 0)
 
-    def test_malformed_statuses_stop_neither_daemon_nor_client(self):
-        with Bench() as bench, CommandTap() as tap:
+    def test_the_daemon_hears_nothing_from_a_network(self):
+        """Not even at the port that its own telemetry leaves from: the kernel drops what comes there."""
+        with Bench(machine="mill") as bench:
             bench.start_daemon()
-            forger = Forger(bench, tap)
-            self.assertEqual(bench.end(), 0)
-            bad = [d for d in forger.malformed() if b".status" in d]
-            going = threading.Event()
-
-            def publish():
-                with sender() as out:
-                    while not going.wait(0.005):
-                        out.sendto(random.choice(bad), (GROUP, PORT))
-            thread = threading.Thread(target=publish)
-            thread.start()
-            try:
-                bench.start_daemon()
-                bench.ask("mdi", "G0 X1", "--wait")
-                self.assertEqual(bench.end(), 0)
-            finally:
-                going.set()
-                thread.join()
-
-    def test_nothing_but_the_loopback_device_is_heard(self):
-        with Bench() as bench, CommandTap() as tap:
-            bench.start_daemon()
-            forger = Forger(bench, tap)
-            with sender() as out:  # what other hosts could reach
-                for address in ("127.0.0.1", "127.0.0.2"):
-                    out.sendto(forger.command(ESTOP, 5), (address, PORT))
+            ports = self.udp_ports(bench.process.pid)
+            self.assertTrue(ports, "it sends telemetry")
+            with DaemonSocket.of(bench) as client, udp_sender() as out:
+                for address in ("127.0.0.1", "239.255.76.67"):
+                    for port in [7667, *ports]:
+                        out.sendto(client.command(ESTOP, 5), (address, port))
             time.sleep(0.3)
             self.assertEqual(bench.status()["state"], "idle")
-            self.assertNotIn("00000000:%04X" % PORT, self.sockets_of(bench.process.pid))
+            self.assertEqual(self.udp_ports(bench.process.pid, waiting=True), [], "nothing waits to be read")
+            self.assertNotIn(7667, ports)
+            with open(f"/proc/{bench.process.pid}/net/tcp") as file:
+                self.assertEqual(len(file.readlines()), 1)
             self.assertEqual(bench.end(), 0)
 
     @staticmethod
-    def sockets_of(pid):
+    def udp_ports(pid, waiting=False):
+        """Ports of the UDP sockets of a process; `waiting`: of those only with something in the receive queue."""
         with open(f"/proc/{pid}/net/udp") as file:
             inodes = {os.readlink(f"/proc/{pid}/fd/{fd}")[8:-1] for fd in os.listdir(f"/proc/{pid}/fd")
                       if os.readlink(f"/proc/{pid}/fd/{fd}").startswith("socket:")}
-            return [row.split()[1] for row in file.readlines()[1:] if row.split()[9] in inodes]
+            rows = [row.split() for row in file.readlines()[1:]]
+        return [int(row[1].split(":")[1], 16) for row in rows
+                if row[9] in inodes and (not waiting or int(row[4].split(":")[1], 16) > 0)]
 
     def test_an_estop_in_a_flood_acts_at_once_and_the_flood_is_told_once(self):
-        with Bench() as bench, CommandTap() as tap:
+        with Bench() as bench:
             bench.start_daemon()
-            forger = Forger(bench, tap)
             bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
             bench.ask("start")
             bench.until(lambda s: s["line"] >= 3)
-            seen, going = [], threading.Event()
-            reader = threading.Thread(target=lambda: seen.extend(tap.listen(f"{bench.name}.acknowledge", 4)))
-            reader.start()
+            answers, going = [], threading.Event()
+            with DaemonSocket.of(bench) as loud, DaemonSocket.of(bench) as quiet:
+                reader = threading.Thread(target=lambda: answers.extend(loud.hear(4, "acknowledge")))
+                reader.start()
 
-            def flood():
-                with sender() as out:
-                    for i in range(1, 40000):
-                        out.sendto(forger.command(OVERRIDE, i, 0.5 + i % 2 * 0.1), (GROUP, PORT))
-                        if i % 20 == 0:
-                            time.sleep(0.001)
+                def flood():
+                    for i in range(1, 1000000):
+                        loud.send(loud.command(OVERRIDE, i, 0.5 + i % 2 * 0.1))
                         if going.is_set():
                             return
-            thread = threading.Thread(target=flood)
-            thread.start()
-            time.sleep(1)
-            asked = time.time()
-            with sender() as out:
-                out.sendto(forger.command(ESTOP, 1, client=78), (GROUP, PORT))  # once: it must not be lost
-            bench.until(lambda s: s["state"] == "estop", 5)
-            self.assertLess(time.time() - asked, 2)
-            going.set()
-            thread.join()
-            reader.join()
-            outcomes = [struct.unpack(">qib", d[8:].split(b"\0", 1)[1][8:21]) for d in seen]
-            accepted = [o for o in outcomes if o[0] == 77 and o[2] == ACCEPTED]
-            self.assertLess(len(accepted), 2500)
+                thread = threading.Thread(target=flood)
+                thread.start()
+                time.sleep(1)
+                asked = time.time()
+                quiet.send(quiet.command(ESTOP, 1, client=78))  # once: it must not be lost
+                quiet.hear(0.2, "status")
+                bench.until(lambda s: s["state"] == "estop", 5)
+                self.assertLess(time.time() - asked, 2)
+                going.set()
+                thread.join()
+                reader.join()
+            self.assertLess(len([a for a in answers if a.outcome == ACCEPTED]), 2500)
             log = bench.log_text()
             self.assertEqual(log.count("more commands than are heard"), 1)
             self.assertNotIn("takes no commands", log)
             self.assertEqual(bench.end(), 0)
 
     def test_one_estop_in_a_burst_is_never_lost(self):
-        with Bench() as bench, CommandTap() as tap:
+        with Bench() as bench:
             bench.start_daemon()
-            forger = Forger(bench, tap)
-            for turn in range(10):
-                burst = [forger.command(OVERRIDE, 1000 * turn + i, 1.0) for i in range(299)]
-                burst.insert(150 + 14 * turn, forger.command(ESTOP, turn + 1, client=78))
-                with sender() as out:
-                    for datagram in burst:
-                        out.sendto(datagram, (GROUP, PORT))
-                bench.until(lambda s: s["state"] == "estop", 5)
-                bench.ask("reset", "--wait")
+            with DaemonSocket.of(bench) as client:
+                for turn in range(10):
+                    burst = [client.command(OVERRIDE, 1000 * turn + i, 1.0) for i in range(299)]
+                    burst.insert(150 + 14 * turn, client.command(ESTOP, turn + 1, client=78))
+                    for packet in burst:
+                        client.send(packet)
+                    bench.until(lambda s: s["state"] == "estop", 5)
+                    bench.ask("reset", "--wait")
             self.assertEqual(bench.end(), 0)
 
     def test_a_load_of_what_is_no_file_fails_at_once(self):

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Drives the daemon with its own clients over real LCM, in a network of its own.
+"""Drives the daemon with its own clients over its real socket, in a network of its own.
 
 usage: daemon_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
@@ -12,8 +12,6 @@ import math
 import os
 import re
 import signal
-import socket
-import struct
 import subprocess
 import sys
 import tempfile
@@ -21,10 +19,10 @@ import time
 import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
+from daemon_socket import DaemonSocket, packet_of  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
 BINARY, SOURCE = "", ""
-GROUP, PORT = "239.255.76.67", 7667
 
 PROGRAM = """G21 G90 G94 G17
 G0 X0 Y0 Z50
@@ -182,44 +180,6 @@ class Bench:
         return self.process.wait(timeout=20)
 
 
-class CommandTap:
-    """Reads and repeats raw datagrams of the command and acknowledge channels."""
-
-    def __init__(self):
-        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
-        self.socket.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-        self.socket.bind(("", PORT))
-        member = struct.pack("4s4s", socket.inet_aton(GROUP), socket.inet_aton("0.0.0.0"))
-        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, member)
-        self.socket.setsockopt(socket.IPPROTO_IP, socket.IP_MULTICAST_TTL, 0)
-        self.socket.settimeout(0.05)
-
-    def __enter__(self):
-        return self
-
-    def __exit__(self, *_):
-        self.socket.close()
-
-    def listen(self, channel, duration_s):
-        """Payload datagrams seen on a channel; None: on all."""
-        seen, end = [], time.time() + duration_s
-        while time.time() < end:
-            try:
-                data = self.socket.recv(65536)
-            except socket.timeout:
-                continue
-            if data[:4] == b"LC02" and channel in (None, data[8:].split(b"\0", 1)[0].decode()):
-                seen.append(data)
-        return seen
-
-    def drain(self, channel):
-        return self.listen(channel, 0.2)
-
-    def send(self, datagram):
-        self.socket.sendto(datagram, (GROUP, PORT))
-
-
 def rows(path):
     with open(path) as file:
         return list(csv.DictReader(file))
@@ -233,12 +193,27 @@ class DaemonTest(unittest.TestCase):
             self.assertIn("no daemon answers", err)
             self.assertIn("trunnion daemon", err)
 
-    def test_self_test_says_how_to_mend_lcm(self):
+    def test_where_lcm_cannot_work_the_daemon_says_so_and_works(self):
         with Bench() as bench:
-            done = subprocess.run(["unshare", "-n", BINARY, "daemon", "--machine", bench.config], text=True,
-                                  capture_output=True, timeout=20)
-            self.assertEqual(done.returncode, 4)
-            self.assertIn("ip link set lo up", done.stderr)
+            log = os.path.join(bench.folder.name, "daemon.log")
+            with open(log, "w") as out:
+                bench.process = subprocess.Popen(["unshare", "-n", BINARY, "daemon", "--machine", bench.config],
+                                                 stderr=out)
+            bench.log = log
+            bench.until(lambda s: s["state"] == "idle")
+            self.assertIn("no telemetry over LCM", bench.log_text())
+            self.assertIn("ip link set lo up", bench.log_text())
+            bench.ask("mdi", "G0 X1", "--wait")
+            self.assertAlmostEqual(bench.motion()[0]["q_setpoint"][0], 1, places=9)
+            self.assertEqual(bench.end(), 0)
+
+    def test_without_lcm_nothing_is_sent(self):
+        with Bench(extra='[lcm]\nurl = ""\n') as bench:
+            bench.start_daemon()
+            with open(f"/proc/{bench.process.pid}/net/udp") as file:
+                self.assertEqual(len(file.readlines()), 1, "no UDP socket in this network")
+            bench.ask("mdi", "G0 X1", "--wait")
+            self.assertEqual(bench.end(), 0)
 
     def test_program_hold_resume_override_stop(self):
         with Bench() as bench:
@@ -378,44 +353,44 @@ class DaemonTest(unittest.TestCase):
                                     timeout=20)
             self.assertEqual(second.returncode, 4)
             self.assertIn(f"process {bench.process.pid}", second.stderr)
-            # a lock that does not hold, as in another user's folder: the first daemon is heard on LCM
+            # a lock that does not hold, as in another user's folder: the first daemon listens at its socket
             os.unlink(re.search(r"lock file (\S+?)\)", second.stderr).group(1))
             third = subprocess.run([BINARY, "daemon", "--machine", bench.config], text=True, capture_output=True,
                                    timeout=20)
             self.assertEqual(third.returncode, 4)
-            self.assertIn(f"process {bench.process.pid} answers", third.stderr)
+            self.assertIn(f"process {bench.process.pid} listens", third.stderr)
             bench.process.kill()
             bench.process.wait()
             bench.start_daemon()
 
-    def test_repeated_datagram_acts_once(self):
-        with Bench() as bench, CommandTap() as tap:
+    def test_a_repeated_packet_acts_once(self):
+        with Bench() as bench:
             bench.start_daemon()
             before = bench.motion()[0]["q_setpoint"][0]
-            bench.ask("jog", "X", "2", "--wait")
-            commands = tap.drain(f"{bench.name}.command")
-            self.assertGreaterEqual(len(commands), 1)
-            for _ in range(5):
-                tap.send(commands[0])
-            answers = tap.drain(f"{bench.name}.acknowledge")
+            with DaemonSocket.of(bench) as client:
+                for _ in range(5):
+                    client.send(client.command(7, 1, 2.0))  # jog joint 0 by 2 mm
+                answers = client.hear(0.5, "acknowledge")
             self.assertEqual(len(answers), 5, "every copy is answered")
-            self.assertEqual(len({answer[8:] for answer in answers}), 1, "with the same answer")
+            self.assertEqual(len({answer.encode() for answer in answers}), 1, "with the same answer")
             bench.until(lambda s: s["state"] == "idle")
             self.assertAlmostEqual(bench.motion()[0]["q_setpoint"][0] - before, 2, places=6)
 
-    def test_lost_datagrams_are_sent_again(self):
+    def test_a_client_waits_for_a_daemon_that_starts(self):
         with Bench() as bench:
             late = subprocess.Popen([BINARY, "override", "42", "--timeout", "20", "--machine", bench.config])
-            time.sleep(0.5)  # the first copies find nobody
+            time.sleep(0.5)  # nobody listens yet
             bench.start_daemon()
             self.assertEqual(late.wait(timeout=20), 0)
             self.assertAlmostEqual(bench.status()["override_wanted"], 0.42)
 
     def test_noise_on_the_command_channel_does_nothing(self):
-        with Bench() as bench, CommandTap() as tap:
+        with Bench() as bench:
             bench.start_daemon()
-            for size in (0, 1, 7, 8, 60, 1000):
-                tap.send(b"LC02" + b"\0\0\0\1" + f"{bench.name}.command".encode() + b"\0" + os.urandom(size))
+            with DaemonSocket.of(bench) as client:
+                for size in (0, 1, 7, 8, 60, 1000):
+                    client.send(packet_of(bench.name, "command", os.urandom(size)))
+                    client.send(os.urandom(size + 1))
             self.assertEqual(bench.status()["state"], "idle")
             bench.ask("mdi", "G0 X1", "--wait")
 

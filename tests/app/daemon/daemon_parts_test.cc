@@ -42,22 +42,23 @@ trunnion::acknowledge_t answer(std::int64_t client, std::int32_t sequence, std::
 
 TEST(ReplyCache, RemembersTheLatestAnswerOfEachCommand) {
   ReplyCache replies;
-  EXPECT_EQ(replies.find(command(7, 1)), nullptr);
-  replies.enter(answer(7, 1, trunnion::acknowledge_t::WORKING));
-  replies.enter(answer(7, 1, trunnion::acknowledge_t::ACCEPTED));
-  ASSERT_NE(replies.find(command(7, 1)), nullptr);
-  EXPECT_EQ(replies.find(command(7, 1))->outcome, +trunnion::acknowledge_t::ACCEPTED);
-  EXPECT_EQ(replies.find(command(7, 2)), nullptr);
-  EXPECT_EQ(replies.find(command(8, 1)), nullptr) << "another client's count is its own";
+  EXPECT_EQ(replies.find(1000, command(7, 1)), nullptr);
+  replies.enter(1000, answer(7, 1, trunnion::acknowledge_t::WORKING));
+  replies.enter(1000, answer(7, 1, trunnion::acknowledge_t::ACCEPTED));
+  ASSERT_NE(replies.find(1000, command(7, 1)), nullptr);
+  EXPECT_EQ(replies.find(1000, command(7, 1))->outcome, +trunnion::acknowledge_t::ACCEPTED);
+  EXPECT_EQ(replies.find(1000, command(7, 2)), nullptr);
+  EXPECT_EQ(replies.find(1000, command(8, 1)), nullptr) << "another client's count is its own";
+  EXPECT_EQ(replies.find(1001, command(7, 1)), nullptr) << "another user's client is another";
 }
 
 TEST(ReplyCache, IsBounded) {
   ReplyCache replies;
   const int n = static_cast<int>(ReplyCache::kCapacity);
-  for (int i = 0; i < n + 10; ++i) replies.enter(answer(1, i, trunnion::acknowledge_t::ACCEPTED));
-  EXPECT_EQ(replies.find(command(1, 9)), nullptr);
-  EXPECT_NE(replies.find(command(1, 10)), nullptr);
-  EXPECT_NE(replies.find(command(1, n + 9)), nullptr);
+  for (int i = 0; i < n + 10; ++i) replies.enter(1000, answer(1, i, trunnion::acknowledge_t::ACCEPTED));
+  EXPECT_EQ(replies.find(1000, command(1, 9)), nullptr);
+  EXPECT_NE(replies.find(1000, command(1, 10)), nullptr);
+  EXPECT_NE(replies.find(1000, command(1, n + 9)), nullptr);
 }
 
 TEST(ProcessLock, RefusesASecondProcessAndNamesTheFirst) {

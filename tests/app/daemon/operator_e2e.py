@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What an operator relies on, with the daemon's own clients over real LCM: tool changes, commands that must get
+"""What an operator relies on, with the daemon's own clients over its real socket: tool changes, commands that must get
 through, what is kept through kills, jogs, and a first daemon without real-time rights.
 
 usage: operator_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
@@ -11,7 +11,6 @@ import random
 import re
 import signal
 import stat
-import struct
 import subprocess
 import sys
 import time
@@ -20,7 +19,8 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-from daemon_e2e import Bench, CommandTap, rows  # noqa: E402
+from daemon_e2e import Bench, rows  # noqa: E402
+from daemon_socket import DaemonSocket  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
 BINARY = SOURCE = ""
@@ -134,26 +134,20 @@ class OperatorTest(unittest.TestCase):
                 shop.until(lambda s: s["state"] == "idle")
 
     def test_what_makes_it_safer_is_obeyed_however_late(self):
-        with Shop() as shop, CommandTap() as tap:
+        with Shop() as shop:
             shop.start()
-            shop.ask("step", "off")
-            datagram, = tap.drain(f"{shop.name}.command")[:1]
-            fields = datagram.index(b"\0", 8) + 9  # behind the channel's name and the hash
-            sequence = 1000
-            for verb, state in ((3, "holding"), (9, "running"), (5, "idle"), (10, "estop")):  # hold, override 0, stop
-                if verb != 10:
-                    shop.ask("mdi", "G91 G1 X100 F600")
-                    shop.until(lambda s: s["state"] == "running")
-                sequence += 1
-                late = struct.pack(">qiqbidd", 99, sequence, 1, verb, 0, 0, 0)
-                tap.send(datagram[:fields] + late + datagram[fields + len(late):])
-                shop.until(lambda s: s["state"] == state and (state != "running" or s["override_now"] == 0), 5)
-                if verb != 10:
-                    shop.ask("override", "100")
-                    shop.ask("stop", "--wait")
-            tap.send(datagram[:fields] + struct.pack(">qiqbidd", 99, 2000, 1, 11, 0, 0, 0) +
-                     datagram[fields + len(late):])
-            time.sleep(0.5)
+            with DaemonSocket.of(shop) as client:
+                for sequence, (verb, state) in enumerate(((3, "holding"), (9, "running"), (5, "idle"), (10, "estop"))):
+                    if verb != 10:  # hold, override 0, stop, estop
+                        shop.ask("mdi", "G91 G1 X100 F600")
+                        shop.until(lambda s: s["state"] == "running")
+                    client.send(client.command(verb, 1000 + sequence, expires_us=1))
+                    shop.until(lambda s: s["state"] == state and (state != "running" or s["override_now"] == 0), 5)
+                    if verb != 10:
+                        shop.ask("override", "100")
+                        shop.ask("stop", "--wait")
+                client.send(client.command(11, 2000, expires_us=1))
+                time.sleep(0.5)
             self.assertEqual(shop.status()["state"], "estop", "a reset that is late is none")
 
     def test_acknowledged_means_kept_through_kills(self):
@@ -278,7 +272,7 @@ class OperatorTest(unittest.TestCase):
             shop.ask("mdi", "G0 X2", "--wait")
             self.assertEqual(shop.status()["message"], "")
             shop.ask("override", "50")
-            self.assertRegex(shop.log_text(), r"idle -> running: mdi, client [0-9a-f]+")
+            self.assertRegex(shop.log_text(), r"idle -> running: mdi, by \w+, process \d+")
             self.assertRegex(shop.log_text(), r"override 0\.5: override, client [0-9a-f]+")
 
     def test_an_unknown_command_is_explained(self):

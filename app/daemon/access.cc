@@ -1,0 +1,80 @@
+#include "app/daemon/access.h"
+
+#include <fmt/format.h>
+#include <grp.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <array>
+#include <filesystem>
+
+#include "app/daemon/process_lock.h"
+
+namespace trn {
+
+namespace {
+
+constexpr auto kNobody = static_cast<gid_t>(-1);
+constexpr std::array<std::string_view, static_cast<std::size_t>(Role::kCount)> kRoles{"look", "operate",
+                                                                                      "set up"};
+
+gid_t group_id(const std::string& name) {
+  const group* found = getgrnam(name.c_str());
+  return found ? found->gr_gid : kNobody;
+}
+
+std::string file_name(const std::string& machine) { return fmt::format("trunnion-{}.sock", machine); }
+
+}  // namespace
+
+std::string_view to_string(Role role) { return kRoles[static_cast<std::size_t>(role)]; }
+
+AccessRules::AccessRules(const AccessConfig& config) : names_{config.look, config.operate, config.set_up} {
+  for (std::size_t i = 0; i < std::size(names_); ++i) {
+    if (i > 0 && names_[i].empty()) names_[i] = names_[i - 1];
+    groups_[i] = group_id(names_[i]);
+    const bool told = i > 0 && names_[i] == names_[i - 1];
+    if (groups_[i] == kNobody && !told)
+      warnings_.push_back(
+          fmt::format("this host has no group '{}': nobody but root and this user may {} (make it "
+                      "with: groupadd --system {})",
+                      names_[i], to_string(static_cast<Role>(i)), names_[i]));
+  }
+}
+
+// A role needs its own group and those of the roles before it.
+bool AccessRules::allows(const Peer& peer, Role role) const {
+  if (peer.uid == 0 || peer.uid == geteuid()) return true;
+  for (std::size_t i = 0; i <= static_cast<std::size_t>(role); ++i)
+    if (groups_[i] == kNobody || !peer.is_in(groups_[i])) return false;
+  return true;
+}
+
+std::string AccessRules::refusal(const Peer& peer, Role role) const {
+  const std::string& name = names_[static_cast<std::size_t>(role)];
+  return fmt::format("{} may not {} this machine: that needs group '{}' (usermod -aG {} {})", peer.user,
+                     to_string(role), name, name, peer.user);
+}
+
+// The group must be able to reach the socket; whoever may not give it the folder has one that only he can
+// enter.
+std::string socket_to_make(const AccessConfig& config, const std::string& machine, gid_t group) {
+  if (!config.socket.empty()) return config.socket;
+  const std::string folder = private_folder(lock_folders());
+  const bool given = group == kNobody || chown(folder.c_str(), static_cast<uid_t>(-1), group) == 0;
+  if (!given) spdlog::info("{}: group '{}' cannot enter this folder", folder, config.look);
+  return fmt::format("{}/{}", folder, file_name(machine));
+}
+
+std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine) {
+  if (!config.socket.empty()) return {config.socket};
+  std::vector<std::string> paths;
+  for (const std::string& folder : lock_folders())
+    paths.push_back(fmt::format("{}/{}", folder, file_name(machine)));
+  std::error_code none;  // no service has ever run here
+  for (const auto& entry : std::filesystem::directory_iterator("/run/trunnion", none))
+    if (entry.is_directory(none)) paths.push_back(entry.path() / file_name(machine));
+  return paths;
+}
+
+}  // namespace trn
