@@ -170,10 +170,8 @@ class DictionaryReader {
       const std::string term = value.substr(i, plus - i);
       i = plus + 1;
       // Identifiers of the predefined connection set are written as $NODEID+0x180, in any order of the terms.
-      if (term == "$nodeid")
-        sum += node_id_;
-      else
-        sum += integer(term, found->second);
+      const std::int64_t summand = term == "$nodeid" ? node_id_ : integer(term, found->second);
+      if (__builtin_add_overflow(sum, summand, &sum)) fail_number(found->second);
     }
     return sum;
   }
@@ -186,9 +184,16 @@ class DictionaryReader {
     std::uint64_t value = 0;
     const auto [end, error] =
         std::from_chars(digits.data(), digits.data() + digits.size(), value, hex ? 16 : 10);
-    if (error != std::errc() || end != digits.data() + digits.size() || digits.empty())
-      fail(line.number, fmt::format("'{}' is no number; legal: 123, -5, 0x1F, $NODEID+0x180", line.value));
-    return negative ? -static_cast<std::int64_t>(value) : static_cast<std::int64_t>(value);
+    constexpr std::uint64_t kLeast = std::uint64_t{1} << 63;
+    if (error != std::errc() || end != digits.data() + digits.size() || digits.empty() ||
+        (negative && value > kLeast))
+      fail_number(line);
+    // Without a sign all 64 bits may be used, as those of an unsigned value.
+    return static_cast<std::int64_t>(negative ? 0 - value : value);
+  }
+
+  [[noreturn]] void fail_number(const Line& line) const {
+    fail(line.number, fmt::format("'{}' is no number; legal: 123, -5, 0x1F, $NODEID+0x180", line.value));
   }
 
   void take_object(const Section& section, std::uint16_t index, std::string_view rest) {

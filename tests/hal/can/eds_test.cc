@@ -59,6 +59,30 @@ TEST(Eds, NamesInUtf8AndInTheCodePage) {
   EXPECT_EQ(name_in("\x80 5"), "EUR 5");
 }
 
+std::string error_of(const std::string& text) {
+  try {
+    parse_eds(text, "x.eds", 1);
+  } catch (const EdsError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Eds, NumbersHave64Bits) {
+  const auto sheet = [](const std::string& value) {
+    return "[2000]\nDataType=0x15\nDefaultValue=" + value + "\n";
+  };
+  const auto read = [&](const std::string& value) {
+    return parse_eds(sheet(value), "x.eds", 1).integer({0x2000, 0});
+  };
+  EXPECT_EQ(read("-9223372036854775808"), INT64_MIN);
+  EXPECT_EQ(read("0xFFFFFFFFFFFFFFFF"), -1);
+  EXPECT_EQ(read("$NODEID+0x7FFFFFFFFFFFFFFE"), INT64_MAX);
+  for (const char* value : {"-9223372036854775809", "-0xFFFFFFFFFFFFFFFF", "0x10000000000000000",
+                            "$NODEID+0x7FFFFFFFFFFFFFFF", "-9223372036854775808+-1"})
+    EXPECT_EQ(error_of(sheet(value)).find("x.eds:3: '" + std::string(value) + "' is no number"), 0u) << value;
+}
+
 TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
   const auto warnings = [](const std::string& suffix) {
     return parse_eds("[1003]\nParameterName=Errors\nDataType=7\n[1003" + suffix + "]\nNrOfEntries=1\n1=x\n",
