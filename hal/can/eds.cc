@@ -176,6 +176,18 @@ class DictionaryReader {
     return sum;
   }
 
+  struct Limits {
+    std::int64_t low, high;
+  };
+  std::optional<std::int64_t> number_within(const Section& section, const std::string& key,
+                                            Limits legal) const {
+    const std::optional<std::int64_t> value = number(section, key);
+    if (value && (*value < legal.low || *value > legal.high))
+      fail(section.keys.at(key).number,
+           fmt::format("{} {}; legal: {} to {}", key, *value, legal.low, legal.high));
+    return value;
+  }
+
   std::int64_t integer(std::string_view term, const Line& line) const {
     const bool negative = !term.empty() && term[0] == '-';
     std::string_view digits = negative ? term.substr(1) : term;
@@ -233,7 +245,7 @@ class DictionaryReader {
   }
 
   void fill_value(const Section& section, DictionaryEntry& entry) {
-    const std::int64_t type = number(section, "datatype").value_or(0);
+    const std::int64_t type = number_within(section, "datatype", {0, 0xFFFF}).value_or(0);
     entry.type = static_cast<DataType>(type);
     const std::string access = lower(text(section, "accesstype"));
     entry.writable = access == "rw" || access == "wo" || access == "rww" || access == "rwr";

@@ -83,6 +83,12 @@ TEST(Eds, NumbersHave64Bits) {
     EXPECT_EQ(error_of(sheet(value)).find("x.eds:3: '" + std::string(value) + "' is no number"), 0u) << value;
 }
 
+TEST(Eds, ADataTypeHas16Bits) {
+  EXPECT_EQ(parse_eds("[2000]\nDataType=0xFFFF\n", "x.eds", 1).entries.size(), 1u);
+  EXPECT_EQ(error_of("[2000]\nDataType=0x10005\n"), "x.eds:2: datatype 65541; legal: 0 to 65535");
+  EXPECT_EQ(error_of("[2000]\nDataType=-1\n"), "x.eds:2: datatype -1; legal: 0 to 65535");
+}
+
 TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
   const auto warnings = [](const std::string& suffix) {
     return parse_eds("[1003]\nParameterName=Errors\nDataType=7\n[1003" + suffix + "]\nNrOfEntries=1\n1=x\n",
