@@ -9,6 +9,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "hal/can/nmt.h"
+
 namespace trn {
 
 namespace {
@@ -125,7 +127,8 @@ class DictionaryReader {
     if (section.name == "devicecomissioning" || section.name == "devicecommissioning") {
       // The standard itself spells the section with one m (CiA 306-1), some tools with two. Only a DCF, which
       // belongs to one node, has it.
-      if (const auto id = number(section, "nodeid"); id && *id > 0) out_.node_id = static_cast<int>(*id);
+      const auto id = number_within(section, "nodeid", {0, kNodeIdMax});
+      if (id && *id > 0) out_.node_id = static_cast<int>(*id);
       return;
     }
     static const std::vector<std::string> kKnown = {

@@ -89,6 +89,16 @@ TEST(Eds, ADataTypeHas16Bits) {
   EXPECT_EQ(error_of("[2000]\nDataType=-1\n"), "x.eds:2: datatype -1; legal: 0 to 65535");
 }
 
+TEST(Eds, TheNodeIdOfADcfIsOneOfABus) {
+  const auto dcf = [](const std::string& id) {
+    return "[DeviceComissioning]\nNodeID=" + id + "\n[2000]\nDataType=5\n";
+  };
+  EXPECT_EQ(parse_eds(dcf("127"), "x.dcf", 1).node_id, 127);
+  EXPECT_FALSE(parse_eds(dcf("0"), "x.dcf", 1).node_id.has_value());
+  EXPECT_EQ(error_of(dcf("128")), "x.eds:2: nodeid 128; legal: 0 to 127");
+  EXPECT_EQ(error_of(dcf("0x100000001")), "x.eds:2: nodeid 4294967297; legal: 0 to 127");
+}
+
 TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
   const auto warnings = [](const std::string& suffix) {
     return parse_eds("[1003]\nParameterName=Errors\nDataType=7\n[1003" + suffix + "]\nNrOfEntries=1\n1=x\n",
