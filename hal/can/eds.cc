@@ -297,14 +297,15 @@ class DictionaryReader {
 
   // CompactSubObj=n: sub-objects 1 to n like the parent, sub-object 0 their number (CiA 306-1, 4.6.3)
   void add_compact(const Section& section, ObjectKey key, DictionaryEntry entry) {
-    const std::int64_t count = number(section, "compactsubobj").value_or(0);
-    if (count <= 0) return;
-    DictionaryEntry zero = entry;
+    const std::int64_t count = number_within(section, "compactsubobj", {0, 254}).value_or(0);
+    if (count == 0) return;
+    DictionaryEntry zero;
+    zero.name = entry.name;
     zero.type = DataType::kUnsigned8;
     zero.value = {static_cast<std::uint8_t>(count)};
-    zero.writable = false;
+    zero.line = entry.line;
     out_.entries[key] = zero;
-    for (std::int64_t sub = 1; sub <= std::min<std::int64_t>(count, 254); ++sub)
+    for (std::int64_t sub = 1; sub <= count; ++sub)
       out_.entries[{key.index, static_cast<std::uint8_t>(sub)}] = entry;
   }
 

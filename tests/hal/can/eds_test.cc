@@ -99,6 +99,22 @@ TEST(Eds, TheNodeIdOfADcfIsOneOfABus) {
   EXPECT_EQ(error_of(dcf("0x100000001")), "x.eds:2: nodeid 4294967297; legal: 0 to 127");
 }
 
+TEST(Eds, SubObject0OfACompactArrayIsANumberOfItsOwn) {
+  const auto array = [](const std::string& count) {
+    return "[2000]\nObjectType=8\nDataType=7\nAccessType=wo\nPDOMapping=1\nHighLimit=9\nParameterValue=3\n"
+           "CompactSubObj=" +
+           count + "\n";
+  };
+  const ObjectDictionary dictionary = parse_eds(array("254"), "x.eds", 1);
+  EXPECT_EQ(dictionary.entries.size(), 255u);
+  EXPECT_FALSE(dictionary.find({0x2000, 254})->readable);
+  const DictionaryEntry& zero = *dictionary.find({0x2000, 0});
+  EXPECT_EQ(zero.value, Bytes{254});
+  EXPECT_TRUE(zero.readable && !zero.writable && !zero.mappable);
+  EXPECT_TRUE(zero.configured.empty() && !zero.high);
+  EXPECT_EQ(error_of(array("256")), "x.eds:8: compactsubobj 256; legal: 0 to 254");
+}
+
 TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
   const auto warnings = [](const std::string& suffix) {
     return parse_eds("[1003]\nParameterName=Errors\nDataType=7\n[1003" + suffix + "]\nNrOfEntries=1\n1=x\n",
