@@ -46,6 +46,8 @@ TEST(Tables, ParameterFilesThatAreNoneAreRefused) {
   EXPECT_EQ(parameter_error("31 x\n"), "v.var:1:3: not a number");
   EXPECT_EQ(parameter_error("31 1 ; mine\n"), "v.var:1:3: not a number");
   EXPECT_EQ(parameter_error("31 1 2\n"), "v.var:1:3: not a number");
+  for (const char* value : {"inf", "-INFINITY", "nan", "1e999"})
+    EXPECT_EQ(parameter_error(std::string("31 ") + value + "\n"), "v.var:1:3: not a number") << value;
   EXPECT_EQ(parameter_error("0 1\n"), "v.var:1:1: there is no parameter number 0");
   EXPECT_EQ(parameter_error("31 1\n31 2\n"), "v.var:2:1: the word 31 is given twice");
   EXPECT_EQ(parameter_error("32 1\n31 2\n"), "v.var:2:1: the word 31 is given twice");
