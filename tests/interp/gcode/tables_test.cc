@@ -91,6 +91,16 @@ TEST(Tables, ToolTablesHaveEveryField) {
   EXPECT_EQ(again.to_text(), table.to_text());
 }
 
+TEST(Tables, AToolsSizesAreReadAgainAsTheyWere) {
+  for (const char* size :
+       {"0.040048071202438655", "-0.000000000000000000123456789", "+123.456789012345678"}) {
+    const ToolTable table = ToolTable::parse(std::string("T1 P1 Z") + size, "t.tbl");
+    const ToolTable again = ToolTable::parse(table.to_text(), "t.tbl");
+    EXPECT_EQ(again.find(1)->offset[kZ], table.find(1)->offset[kZ]) << table.to_text();
+  }
+  EXPECT_EQ(ToolTable::parse("T1 P1 Z50 D0.5", "t.tbl").to_text(), "T1 P1 Z+50.000000 D+0.500000\n");
+}
+
 TEST(Tables, ToolTablesThatAreNoneAreRefused) {
   EXPECT_EQ(tool_error("T1 P1\nT1 P2\n"), "t.tbl:2:1: the word T1 is given twice");
   EXPECT_EQ(tool_error("P1 Z5\n"), "t.tbl:1:1: a tool needs T and its number");
