@@ -36,6 +36,8 @@ void parse_parameters(std::string_view text, const std::string& name, Parameters
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
     while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
+      const std::size_t zero = line.find('\0');
+      if (zero != std::string::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
       Lexer lexer(line);
       if (lexer.peek() == '\0' || lexer.peek() == ';') continue;
       char* rest = nullptr;

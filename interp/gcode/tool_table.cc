@@ -135,6 +135,8 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name, doubl
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
     while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
+      const std::size_t zero = line.find('\0');
+      if (zero != std::string::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
       Tool tool;
       if (table.lines_ == 0 && is_headline(line)) continue;
       if (!read_tool(line, tool)) continue;

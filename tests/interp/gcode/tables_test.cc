@@ -53,6 +53,14 @@ TEST(Tables, ParameterFilesThatAreNoneAreRefused) {
   EXPECT_EQ(parameter_error("32 1\n31 2\n"), "v.var:2:1: the word 31 is given twice");
 }
 
+TEST(Tables, FilesWithZerosAreNoText) {
+  const std::string zeros(100, '\0');
+  EXPECT_EQ(parameter_error(zeros), "v.var:1:1: byte 0x00 is not text");
+  EXPECT_EQ(parameter_error("31 1\n32 1" + zeros), "v.var:2:5: byte 0x00 is not text");
+  EXPECT_EQ(tool_error(zeros), "t.tbl:1:1: byte 0x00 is not text");
+  EXPECT_EQ(tool_error("T1 P1\nT2 P2" + zeros + " Z50\n"), "t.tbl:2:6: byte 0x00 is not text");
+}
+
 TEST(Tables, FilesAreReplacedInOneStep) {
   const std::string path = testing::TempDir() + "tables_test.var";
   Parameters one;
