@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "app/session/feature_report.h"
@@ -63,6 +64,11 @@ Fault fault_of(const Json& json) {
 
 // The text of an MDI line may be any bytes.
 std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json to_json(const SessionHead& head) {
+  return {{"machine", head.machine}, {"tools", head.tools},           {"vars", head.vars},
+          {"run", head.run},         {"tools_text", head.tools_text}, {"vars_text", head.vars_text}};
+}
 
 Json to_json(const SessionEntry& entry) {
   TRN_CHECK(static_cast<std::size_t>(entry.kind) < std::size(kEntryNames));
@@ -179,9 +185,7 @@ SessionHead session_head(const std::string& machine, const std::string& tools, c
 
 SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
-  const Json json{{"machine", head.machine}, {"tools", head.tools},           {"vars", head.vars},
-                  {"run", head.run},         {"tools_text", head.tools_text}, {"vars_text", head.vars_text}};
-  out_ << one_line(json) << std::endl;
+  out_ << one_line(to_json(head)) << std::endl;
 }
 
 void SessionLog::program(const ProgramStart& start) {
@@ -258,14 +262,19 @@ void SessionLog::features(const std::vector<FeatureDeflection>& features) {
 
 void SessionLog::write(const SessionEntry& entry) { out_ << one_line(to_json(entry)) << std::endl; }
 
-Session read_session(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+std::string session_text(const Session& session) {
+  std::string text = one_line(to_json(session.head)) + "\n";
+  for (const SessionEntry& entry : session.entries) text += one_line(to_json(entry)) + "\n";
+  return text;
+}
+
+Session parse_session(std::string_view text, const std::string& name) {
+  std::istringstream in{std::string(text)};
   Session session;
-  std::string text;
-  for (int line = 1; std::getline(in, text); ++line) {
+  std::string row;
+  for (int line = 1; std::getline(in, row); ++line) {
     try {
-      const Json json = Json::parse(text);
+      const Json json = Json::parse(row);
       if (line == 1)
         session.head = {json.at("machine"),
                         json.at("tools"),
@@ -276,11 +285,19 @@ Session read_session(const std::string& path) {
       else
         session.entries.push_back(from_json(json));
     } catch (const std::exception& error) {
-      throw ProgramError(fmt::format("{}:{}: not a line of a session's log: {}", path, line, error.what()));
+      throw ProgramError(fmt::format("{}:{}: not a line of a session's log: {}", name, line, error.what()));
     }
   }
-  if (session.head.machine.empty()) throw ProgramError(fmt::format("{}:1: the log's head is missing", path));
+  if (session.head.machine.empty()) throw ProgramError(fmt::format("{}:1: the log's head is missing", name));
   return session;
+}
+
+Session read_session(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse_session(text.str(), path);
 }
 
 }  // namespace trn
