@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "app/session/json_numbers.h"
+
 namespace trn {
 
 std::string features_text(const std::vector<FeatureDeflection>& features, std::size_t more) {
@@ -47,8 +49,8 @@ std::vector<FeatureDeflection> features_from(const nlohmann::json& json) {
   std::vector<FeatureDeflection> out;
   for (const nlohmann::json& entry : json) {
     FeatureDeflection f;
-    f.line = entry.at("line");
-    f.last_line = entry.at("last_line");
+    f.line = whole<std::uint32_t>(entry.at("line"));
+    f.last_line = whole<std::uint32_t>(entry.at("last_line"));
     f.circle = entry.at("feature") == "circle";
     f.size_mm = entry.at("size_mm");
     f.bending_mm = entry.at("bending_mm");

@@ -12,6 +12,7 @@
 #include <stdexcept>
 
 #include "app/session/feature_report.h"
+#include "app/session/json_numbers.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "interp/gcode/parameter_file.h"
@@ -56,7 +57,7 @@ std::size_t index_of(const Names& names, const std::string& name) {
 // By name; earlier logs have its number.
 Fault fault_of(const Json& json) {
   if (json.is_string()) return fault_named(json.get<std::string>());
-  const int number = json.get<int>();
+  const int number = whole<int>(json);
   if (number < 0 || number >= static_cast<int>(Fault::kCount))
     throw std::runtime_error(fmt::format("fault {} is not known", number));
   return static_cast<Fault>(number);
@@ -123,28 +124,29 @@ ProgramAnswer answer_from(const Json& json) {
 
 SessionEntry from_json(const Json& json) {
   SessionEntry entry;
-  entry.period = json.at("period");
+  entry.period = whole<std::uint64_t>(json.at("period"));
   entry.kind = static_cast<Kind>(index_of(kEntryNames, json.at("entry")));
   if (entry.kind == Kind::kProgram) {
     entry.program.path = json.at("path");
-    entry.program.from_line = json.value("from_line", 0U);
+    if (json.contains("from_line")) entry.program.from_line = whole<std::uint32_t>(json.at("from_line"));
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
-    entry.program.corrections_off = json.value("corrections_off", std::uint8_t{0});
+    if (json.contains("corrections_off"))
+      entry.program.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
-  if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
+  if (entry.kind == Kind::kLow) entry.blocks = whole<std::uint32_t>(json.at("blocks"));
   if (entry.kind == Kind::kRatePlans) entry.late = json.at("late");
   if (entry.kind == Kind::kFault) entry.fault = fault_of(json.at("fault"));
-  if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
+  if (entry.kind == Kind::kFault) entry.joint = whole<int>(json.at("joint"));
   if (entry.kind == Kind::kInputs) {
-    entry.inputs.digital = json.at("digital");
+    entry.inputs.digital = whole<std::uint64_t>(json.at("digital"));
     entry.inputs.probe = json.at("probe");
     entry.inputs.spindle_ready = json.at("spindle_ready");
     entry.inputs.spindle_turns = json.at("turns");
   }
   if (entry.kind == Kind::kAnswer) entry.answer = answer_from(json);
   if (entry.kind == Kind::kSensor) {
-    entry.sensor = {json.at("channel"), json.at("value")};
+    entry.sensor = {whole<int>(json.at("channel")), json.at("value")};
     if (entry.sensor.channel < 0 || entry.sensor.channel >= SensorBoard::kMax)
       throw std::runtime_error("no such channel");
   }
@@ -153,7 +155,7 @@ SessionEntry from_json(const Json& json) {
   entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
   entry.command.value = json.at("value");
   entry.command.speed = json.at("speed");
-  entry.command.joint = json.at("joint");
+  entry.command.joint = whole<int>(json.at("joint"));
   return entry;
 }
 
