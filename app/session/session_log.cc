@@ -56,7 +56,11 @@ std::size_t index_of(const Names& names, const std::string& name) {
 
 // By name; earlier logs have its number.
 Fault fault_of(const Json& json) {
-  if (json.is_string()) return fault_named(json.get<std::string>());
+  if (json.is_string()) {
+    const std::string name = json.get<std::string>();
+    if (!find_fault(name)) throw std::runtime_error(fmt::format("fault '{}' is not known", name));
+    return fault_named(name);
+  }
   const int number = whole<int>(json);
   if (number < 0 || number >= static_cast<int>(Fault::kCount))
     throw std::runtime_error(fmt::format("fault {} is not known", number));

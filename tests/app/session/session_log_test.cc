@@ -281,6 +281,7 @@ TEST_F(SessionLogFile, DamageIsNamedByItsLine) {
   EXPECT_EQ(bad(R"({"entry":"low","period":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":1000,"joint":0})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":-1,"joint":0})"), ":3:");
+  EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":"following_eror","joint":0})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":16,"value":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":-1,"value":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"answer","period":1,"value":1,"contact":[1],"stands":[1,2,3,4,5]})"), ":3:");
