@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "app/session/json_numbers.h"
 
@@ -51,7 +52,9 @@ std::vector<FeatureDeflection> features_from(const nlohmann::json& json) {
     FeatureDeflection f;
     f.line = whole<std::uint32_t>(entry.at("line"));
     f.last_line = whole<std::uint32_t>(entry.at("last_line"));
-    f.circle = entry.at("feature") == "circle";
+    const std::string kind = entry.at("feature");
+    if (kind != "circle" && kind != "cut") throw std::runtime_error(fmt::format("'{}' is no feature", kind));
+    f.circle = kind == "circle";
     f.size_mm = entry.at("size_mm");
     f.bending_mm = entry.at("bending_mm");
     f.offset_mm = entry.at("offset_mm");

@@ -281,6 +281,9 @@ TEST_F(SessionLogFile, DamageIsNamedByItsLine) {
   EXPECT_EQ(bad(R"({"entry":"low","period":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":1000,"joint":0})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":-1,"joint":0})"), ":3:");
+  EXPECT_EQ(bad(R"({"entry":"features","period":1,"features":[{"line":1,"last_line":2,"feature":"circel",)"
+                R"("size_mm":1,"bending_mm":0,"offset_mm":0,"unknown_share":0}]})"),
+            ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":"following_eror","joint":0})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":16,"value":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":-1,"value":1})"), ":3:");
