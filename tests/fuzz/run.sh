@@ -21,7 +21,7 @@ length_of() {
     config_fuzz) echo 5000 ;;
     eds_fuzz) echo 1200 ;;
     session_log_fuzz) echo 900 ;;
-    message_fuzz) echo 700 ;;
+    message_fuzz) echo 4000 ;;
     can_frame_fuzz) echo 400 ;;
     table_fuzz | modbus_fuzz) echo 300 ;;
     *) echo 192 ;;
