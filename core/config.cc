@@ -5,6 +5,7 @@
 #include <toml++/toml.h>
 
 #include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <map>
 #include <sstream>
@@ -118,6 +119,8 @@ double as_number(const Node& node, const toml::node& value, std::string_view key
     throw error_at(node, value.source(),
                    fmt::format("'{}' = {} is out of range: {} to {} is legal", dotted(node, key), *number,
                                range.min, range.max));
+  if (!std::isfinite(*number))
+    throw error_at(node, value.source(), fmt::format("'{}' must be a finite number", dotted(node, key)));
   return *number;
 }
 

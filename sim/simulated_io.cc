@@ -1,13 +1,16 @@
 #include "sim/simulated_io.h"
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace trn {
 
 namespace {
 
 std::uint32_t periods(double duration_s, double period_s) {
-  return static_cast<std::uint32_t>(std::ceil(duration_s / period_s - 1e-9));
+  constexpr double kNever = std::numeric_limits<std::uint32_t>::max();
+  return static_cast<std::uint32_t>(std::min(std::ceil(duration_s / period_s - 1e-9), kNever));
 }
 
 const Range kIoNumber{0, kMaxIo - 1};

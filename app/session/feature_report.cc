@@ -4,6 +4,9 @@
 
 #include <algorithm>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
+
+#include "app/session/json_numbers.h"
 
 namespace trn {
 
@@ -47,9 +50,11 @@ std::vector<FeatureDeflection> features_from(const nlohmann::json& json) {
   std::vector<FeatureDeflection> out;
   for (const nlohmann::json& entry : json) {
     FeatureDeflection f;
-    f.line = entry.at("line");
-    f.last_line = entry.at("last_line");
-    f.circle = entry.at("feature") == "circle";
+    f.line = whole<std::uint32_t>(entry.at("line"));
+    f.last_line = whole<std::uint32_t>(entry.at("last_line"));
+    const std::string kind = entry.at("feature");
+    if (kind != "circle" && kind != "cut") throw std::runtime_error(fmt::format("'{}' is no feature", kind));
+    f.circle = kind == "circle";
     f.size_mm = entry.at("size_mm");
     f.bending_mm = entry.at("bending_mm");
     f.offset_mm = entry.at("offset_mm");

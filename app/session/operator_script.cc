@@ -72,23 +72,30 @@ OperatorAction action_of(const std::string& text) {
 
 }  // namespace
 
-std::vector<OperatorAction> read_operator_script(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+std::vector<OperatorAction> parse_operator_script(std::string_view text, const std::string& name) {
+  std::istringstream in{std::string(text)};
   std::vector<OperatorAction> script;
-  std::string text;
-  for (int line = 1; std::getline(in, text); ++line) {
-    text.resize(std::min(text.size(), text.find('#')));
-    if (text.find_first_not_of(" \t\r") == std::string::npos) continue;
+  std::string words;
+  for (int line = 1; std::getline(in, words); ++line) {
+    words.resize(std::min(words.size(), words.find('#')));
+    if (words.find_first_not_of(" \t\r") == std::string::npos) continue;
     try {
-      script.push_back(action_of(text));
+      script.push_back(action_of(words));
       if (script.size() > 1 && script.back().time_s < script[script.size() - 2].time_s)
         throw ProgramError("this is before the line above; put the actions in order of time");
     } catch (const ProgramError& error) {
-      throw ProgramError(fmt::format("{}:{}: {}", path, line, error.what()));
+      throw ProgramError(fmt::format("{}:{}: {}", name, line, error.what()));
     }
   }
   return script;
+}
+
+std::vector<OperatorAction> read_operator_script(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse_operator_script(text.str(), path);
 }
 
 }  // namespace trn

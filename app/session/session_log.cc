@@ -8,9 +8,11 @@
 #include <cstring>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
 #include <stdexcept>
 
 #include "app/session/feature_report.h"
+#include "app/session/json_numbers.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "interp/gcode/parameter_file.h"
@@ -54,8 +56,12 @@ std::size_t index_of(const Names& names, const std::string& name) {
 
 // By name; earlier logs have its number.
 Fault fault_of(const Json& json) {
-  if (json.is_string()) return fault_named(json.get<std::string>());
-  const int number = json.get<int>();
+  if (json.is_string()) {
+    const std::string name = json.get<std::string>();
+    if (!find_fault(name)) throw std::runtime_error(fmt::format("fault '{}' is not known", name));
+    return fault_named(name);
+  }
+  const int number = whole<int>(json);
   if (number < 0 || number >= static_cast<int>(Fault::kCount))
     throw std::runtime_error(fmt::format("fault {} is not known", number));
   return static_cast<Fault>(number);
@@ -63,6 +69,11 @@ Fault fault_of(const Json& json) {
 
 // The text of an MDI line may be any bytes.
 std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+Json to_json(const SessionHead& head) {
+  return {{"machine", head.machine}, {"tools", head.tools},           {"vars", head.vars},
+          {"run", head.run},         {"tools_text", head.tools_text}, {"vars_text", head.vars_text}};
+}
 
 Json to_json(const SessionEntry& entry) {
   TRN_CHECK(static_cast<std::size_t>(entry.kind) < std::size(kEntryNames));
@@ -117,28 +128,29 @@ ProgramAnswer answer_from(const Json& json) {
 
 SessionEntry from_json(const Json& json) {
   SessionEntry entry;
-  entry.period = json.at("period");
+  entry.period = whole<std::uint64_t>(json.at("period"));
   entry.kind = static_cast<Kind>(index_of(kEntryNames, json.at("entry")));
   if (entry.kind == Kind::kProgram) {
     entry.program.path = json.at("path");
-    entry.program.from_line = json.value("from_line", 0U);
+    if (json.contains("from_line")) entry.program.from_line = whole<std::uint32_t>(json.at("from_line"));
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
-    entry.program.corrections_off = json.value("corrections_off", std::uint8_t{0});
+    if (json.contains("corrections_off"))
+      entry.program.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
-  if (entry.kind == Kind::kLow) entry.blocks = json.at("blocks");
+  if (entry.kind == Kind::kLow) entry.blocks = whole<std::uint32_t>(json.at("blocks"));
   if (entry.kind == Kind::kRatePlans) entry.late = json.at("late");
   if (entry.kind == Kind::kFault) entry.fault = fault_of(json.at("fault"));
-  if (entry.kind == Kind::kFault) entry.joint = json.at("joint");
+  if (entry.kind == Kind::kFault) entry.joint = whole<int>(json.at("joint"));
   if (entry.kind == Kind::kInputs) {
-    entry.inputs.digital = json.at("digital");
+    entry.inputs.digital = whole<std::uint64_t>(json.at("digital"));
     entry.inputs.probe = json.at("probe");
     entry.inputs.spindle_ready = json.at("spindle_ready");
     entry.inputs.spindle_turns = json.at("turns");
   }
   if (entry.kind == Kind::kAnswer) entry.answer = answer_from(json);
   if (entry.kind == Kind::kSensor) {
-    entry.sensor = {json.at("channel"), json.at("value")};
+    entry.sensor = {whole<int>(json.at("channel")), json.at("value")};
     if (entry.sensor.channel < 0 || entry.sensor.channel >= SensorBoard::kMax)
       throw std::runtime_error("no such channel");
   }
@@ -147,7 +159,7 @@ SessionEntry from_json(const Json& json) {
   entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
   entry.command.value = json.at("value");
   entry.command.speed = json.at("speed");
-  entry.command.joint = json.at("joint");
+  entry.command.joint = whole<int>(json.at("joint"));
   return entry;
 }
 
@@ -179,9 +191,7 @@ SessionHead session_head(const std::string& machine, const std::string& tools, c
 
 SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
   if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
-  const Json json{{"machine", head.machine}, {"tools", head.tools},           {"vars", head.vars},
-                  {"run", head.run},         {"tools_text", head.tools_text}, {"vars_text", head.vars_text}};
-  out_ << one_line(json) << std::endl;
+  out_ << one_line(to_json(head)) << std::endl;
 }
 
 void SessionLog::program(const ProgramStart& start) {
@@ -258,14 +268,19 @@ void SessionLog::features(const std::vector<FeatureDeflection>& features) {
 
 void SessionLog::write(const SessionEntry& entry) { out_ << one_line(to_json(entry)) << std::endl; }
 
-Session read_session(const std::string& path) {
-  std::ifstream in(path);
-  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+std::string session_text(const Session& session) {
+  std::string text = one_line(to_json(session.head)) + "\n";
+  for (const SessionEntry& entry : session.entries) text += one_line(to_json(entry)) + "\n";
+  return text;
+}
+
+Session parse_session(std::string_view text, const std::string& name) {
+  std::istringstream in{std::string(text)};
   Session session;
-  std::string text;
-  for (int line = 1; std::getline(in, text); ++line) {
+  std::string row;
+  for (int line = 1; std::getline(in, row); ++line) {
     try {
-      const Json json = Json::parse(text);
+      const Json json = Json::parse(row);
       if (line == 1)
         session.head = {json.at("machine"),
                         json.at("tools"),
@@ -276,11 +291,19 @@ Session read_session(const std::string& path) {
       else
         session.entries.push_back(from_json(json));
     } catch (const std::exception& error) {
-      throw ProgramError(fmt::format("{}:{}: not a line of a session's log: {}", path, line, error.what()));
+      throw ProgramError(fmt::format("{}:{}: not a line of a session's log: {}", name, line, error.what()));
     }
   }
-  if (session.head.machine.empty()) throw ProgramError(fmt::format("{}:1: the log's head is missing", path));
+  if (session.head.machine.empty()) throw ProgramError(fmt::format("{}:1: the log's head is missing", name));
   return session;
+}
+
+Session read_session(const std::string& path) {
+  std::ifstream in(path);
+  if (!in) throw ProgramError(fmt::format("{}: cannot be read", path));
+  std::ostringstream text;
+  text << in.rdbuf();
+  return parse_session(text.str(), path);
 }
 
 }  // namespace trn

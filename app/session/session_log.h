@@ -6,6 +6,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/session/feature_meter.h"
@@ -87,11 +88,16 @@ class SessionLog {
   std::uint64_t next_period_ = 0;  ///< the first one of which no report has come
 };
 
-/// Reads a log as a whole. ProgramError "file:line: what" where it is not one.
+/// A log as a whole.
 struct Session {
   SessionHead head;
   std::vector<SessionEntry> entries;
 };
+/// As `SessionLog` writes it.
+std::string session_text(const Session& session);
+/// Reads a log, `text` of the file `name`. ProgramError "file:line: what" where it is not one.
+Session parse_session(std::string_view text, const std::string& name);
+/// The same from the file itself; ProgramError if it cannot be read.
 Session read_session(const std::string& path);
 
 }  // namespace trn

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <limits>
 #include <optional>
 
 #include "core/axes.h"
@@ -218,11 +219,16 @@ class NodeReader {
     node.homing_method = static_cast<int>(table_.integer("homing_method", 5, Range{-128, 37}));
     setup.homes = !node.link.axis.absolute;
     setup.homing_method = node.homing_method;
+    if (std::abs(node.home * scale) > std::numeric_limits<std::int32_t>::max())
+      throw table_.error(key("home"), "the home point is beyond the 32 bits of a drive's counts");
     setup.home_counts = static_cast<std::int64_t>(std::nearbyint(node.home * scale));
     const double rotary_factor = joint().kind == JointKind::kRotary ? 2 : 1;  // 20 mm/s, 10 deg/s
     const double search = unit() * table_.number(key("homing_speed", "_s"), 20.0 / rotary_factor, kPositive);
     const double slow = unit() * table_.number(key("index_speed", "_s"), 2.0 / rotary_factor, kPositive);
-    const auto magnitude = [&](double value) { return static_cast<std::int64_t>(std::abs(value * scale)); };
+    const auto magnitude = [&](double value) {
+      constexpr double kMost = std::numeric_limits<std::uint32_t>::max();  // all these objects are UNSIGNED32
+      return static_cast<std::int64_t>(std::min(std::abs(value * scale), kMost));
+    };
     setup.search_counts_s = magnitude(std::min(search, limit.velocity));
     setup.index_counts_s = magnitude(std::min(slow, limit.velocity));
     setup.acceleration_counts_s2 = magnitude(limit.acceleration);

@@ -9,6 +9,8 @@
 #include <fstream>
 #include <sstream>
 
+#include "hal/can/nmt.h"
+
 namespace trn {
 
 namespace {
@@ -125,7 +127,8 @@ class DictionaryReader {
     if (section.name == "devicecomissioning" || section.name == "devicecommissioning") {
       // The standard itself spells the section with one m (CiA 306-1), some tools with two. Only a DCF, which
       // belongs to one node, has it.
-      if (const auto id = number(section, "nodeid"); id && *id > 0) out_.node_id = static_cast<int>(*id);
+      const auto id = number_within(section, "nodeid", {0, kNodeIdMax});
+      if (id && *id > 0) out_.node_id = static_cast<int>(*id);
       return;
     }
     static const std::vector<std::string> kKnown = {
@@ -170,12 +173,22 @@ class DictionaryReader {
       const std::string term = value.substr(i, plus - i);
       i = plus + 1;
       // Identifiers of the predefined connection set are written as $NODEID+0x180, in any order of the terms.
-      if (term == "$nodeid")
-        sum += node_id_;
-      else
-        sum += integer(term, found->second);
+      const std::int64_t summand = term == "$nodeid" ? node_id_ : integer(term, found->second);
+      if (__builtin_add_overflow(sum, summand, &sum)) fail_number(found->second);
     }
     return sum;
+  }
+
+  struct Limits {
+    std::int64_t low, high;
+  };
+  std::optional<std::int64_t> number_within(const Section& section, const std::string& key,
+                                            Limits legal) const {
+    const std::optional<std::int64_t> value = number(section, key);
+    if (value && (*value < legal.low || *value > legal.high))
+      fail(section.keys.at(key).number,
+           fmt::format("{} {}; legal: {} to {}", key, *value, legal.low, legal.high));
+    return value;
   }
 
   std::int64_t integer(std::string_view term, const Line& line) const {
@@ -186,9 +199,16 @@ class DictionaryReader {
     std::uint64_t value = 0;
     const auto [end, error] =
         std::from_chars(digits.data(), digits.data() + digits.size(), value, hex ? 16 : 10);
-    if (error != std::errc() || end != digits.data() + digits.size() || digits.empty())
-      fail(line.number, fmt::format("'{}' is no number; legal: 123, -5, 0x1F, $NODEID+0x180", line.value));
-    return negative ? -static_cast<std::int64_t>(value) : static_cast<std::int64_t>(value);
+    constexpr std::uint64_t kLeast = std::uint64_t{1} << 63;
+    if (error != std::errc() || end != digits.data() + digits.size() || digits.empty() ||
+        (negative && value > kLeast))
+      fail_number(line);
+    // Without a sign all 64 bits may be used, as those of an unsigned value.
+    return static_cast<std::int64_t>(negative ? 0 - value : value);
+  }
+
+  [[noreturn]] void fail_number(const Line& line) const {
+    fail(line.number, fmt::format("'{}' is no number; legal: 123, -5, 0x1F, $NODEID+0x180", line.value));
   }
 
   void take_object(const Section& section, std::uint16_t index, std::string_view rest) {
@@ -228,7 +248,7 @@ class DictionaryReader {
   }
 
   void fill_value(const Section& section, DictionaryEntry& entry) {
-    const std::int64_t type = number(section, "datatype").value_or(0);
+    const std::int64_t type = number_within(section, "datatype", {0, 0xFFFF}).value_or(0);
     entry.type = static_cast<DataType>(type);
     const std::string access = lower(text(section, "accesstype"));
     entry.writable = access == "rw" || access == "wo" || access == "rww" || access == "rwr";
@@ -277,14 +297,15 @@ class DictionaryReader {
 
   // CompactSubObj=n: sub-objects 1 to n like the parent, sub-object 0 their number (CiA 306-1, 4.6.3)
   void add_compact(const Section& section, ObjectKey key, DictionaryEntry entry) {
-    const std::int64_t count = number(section, "compactsubobj").value_or(0);
-    if (count <= 0) return;
-    DictionaryEntry zero = entry;
+    const std::int64_t count = number_within(section, "compactsubobj", {0, 254}).value_or(0);
+    if (count == 0) return;
+    DictionaryEntry zero;
+    zero.name = entry.name;
     zero.type = DataType::kUnsigned8;
     zero.value = {static_cast<std::uint8_t>(count)};
-    zero.writable = false;
+    zero.line = entry.line;
     out_.entries[key] = zero;
-    for (std::int64_t sub = 1; sub <= std::min<std::int64_t>(count, 254); ++sub)
+    for (std::int64_t sub = 1; sub <= count; ++sub)
       out_.entries[{key.index, static_cast<std::uint8_t>(sub)}] = entry;
   }
 

@@ -34,9 +34,8 @@ bool NodeSetup::next_frame(CanFrame& frame) {
 }
 
 void NodeSetup::receive(const CanFrame& frame, std::int64_t now_ns) {
-  if (finished()) return;
-  const bool state =
-      frame.id == cob::kGuard + static_cast<unsigned>(config_.id) && frame.size >= 1 && !frame.remote;
+  if (finished() || frame.error || frame.remote || frame.extended) return;
+  const bool state = frame.id == cob::kGuard + static_cast<unsigned>(config_.id) && frame.size >= 1;
   // Only now is it certain that the node took everything: one that refuses Operational stays silent or stays
   // where it was.
   if (state && phase_ == Phase::kStart && nmt_state(frame.data[0]) == NmtState::kOperational)

@@ -95,6 +95,14 @@ std::string ModbusLink::open() {
   return "";
 }
 
+std::string ModbusLink::begin_request(int unit) {
+  if (std::string trouble = open(); !trouble.empty()) return trouble;
+  // What came late, or behind an answer, would be taken for the answer to this request.
+  modbus_flush(context_.get());
+  modbus_set_slave(context_.get(), unit);
+  return "";
+}
+
 // After a refusal the line is as good as before; after anything else it is opened anew, without old bytes in
 // it.
 std::string ModbusLink::failure(int unit, const std::string& what) {
@@ -114,8 +122,7 @@ std::string ModbusLink::failure(int unit, const std::string& what) {
 std::string ModbusLink::read(int unit, ModbusTable table, int first, int count,
                              std::vector<std::uint16_t>& values) {
   values.assign(static_cast<std::size_t>(count), 0);
-  if (std::string trouble = open(); !trouble.empty()) return trouble;
-  modbus_set_slave(context_.get(), unit);
+  if (std::string trouble = begin_request(unit); !trouble.empty()) return trouble;
   std::vector<std::uint8_t> bits(static_cast<std::size_t>(count));
   int got = -1;
   if (table == ModbusTable::kCoil) got = modbus_read_bits(context_.get(), first, count, bits.data());
@@ -134,8 +141,7 @@ std::string ModbusLink::read(int unit, ModbusTable table, int first, int count,
 
 std::string ModbusLink::write(int unit, ModbusTable table, int first,
                               const std::vector<std::uint16_t>& values) {
-  if (std::string trouble = open(); !trouble.empty()) return trouble;
-  modbus_set_slave(context_.get(), unit);
+  if (std::string trouble = begin_request(unit); !trouble.empty()) return trouble;
   const int count = static_cast<int>(values.size());
   int done = -1;
   if (table == ModbusTable::kCoil && count == 1)

@@ -41,6 +41,7 @@ class ModbusLink {
 
  private:
   std::string open();
+  std::string begin_request(int unit);
   std::string failure(int unit, const std::string& what);
 
   ModbusAddress address_;

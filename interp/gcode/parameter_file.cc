@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <cerrno>
+#include <cmath>
 #include <cstring>
 #include <fstream>
 #include <sstream>
@@ -35,6 +36,8 @@ void parse_parameters(std::string_view text, const std::string& name, Parameters
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
     while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
+      const std::size_t zero = line.find('\0');
+      if (zero != std::string::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
       Lexer lexer(line);
       if (lexer.peek() == '\0' || lexer.peek() == ';') continue;
       char* rest = nullptr;
@@ -42,7 +45,7 @@ void parse_parameters(std::string_view text, const std::string& name, Parameters
       if (rest == line.c_str()) fail(GcodeErrorCode::kBadNumber, 1);
       const char* second = rest;
       const double value = std::strtod(second, &rest);
-      if (rest == second || Lexer(rest).peek() != '\0')
+      if (rest == second || Lexer(rest).peek() != '\0' || !std::isfinite(value))
         fail(GcodeErrorCode::kBadNumber, static_cast<std::uint32_t>(second - line.c_str()) + 1);
       if (index < 1 || index > parameter::kMax) fail(GcodeErrorCode::kParameterRange, 1, index);
       // The numbers rise in such a file (RS274/NGC). One that falls back is a file that was put together from

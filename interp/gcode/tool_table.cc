@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <charconv>
 #include <cmath>
 #include <cstdlib>
 #include <sstream>
@@ -88,13 +89,14 @@ bool read_tool(std::string_view line, Tool& tool) {
 
 // Six digits, as the form has it, or as many more as the value needs to be read again as it is.
 std::string digits(double value) {
-  constexpr int kUsual = 6, kMost = 17;
-  std::string text;
-  for (int n = kUsual; n <= kMost; ++n) {
-    text = fmt::format("{:+.{}f}", value, n);
-    if (std::strtod(text.c_str(), nullptr) == value) break;
-  }
-  return text;
+  const std::string text = fmt::format("{:+.6f}", value);
+  if (std::strtod(text.c_str(), nullptr) == value) return text;
+  std::string shortest(400, '+');  // the least double has 324 digits behind the point
+  char* const first = shortest.data() + (value > 0 ? 1 : 0);
+  char* const last = shortest.data() + shortest.size();
+  const char* end = std::to_chars(first, last, value, std::chars_format::fixed).ptr;
+  shortest.resize(static_cast<std::size_t>(end - shortest.data()));
+  return shortest;
 }
 
 std::string line_of(const Tool& tool) {
@@ -133,6 +135,8 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name, doubl
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
     while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
+      const std::size_t zero = line.find('\0');
+      if (zero != std::string::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
       Tool tool;
       if (table.lines_ == 0 && is_headline(line)) continue;
       if (!read_tool(line, tool)) continue;

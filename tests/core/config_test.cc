@@ -44,6 +44,14 @@ TEST(Config, ErrorsNamePlaceAndRemedy) {
             "t.toml:2:5: 'c.d' = \"x\" is not legal; did you mean \"y\"? Legal: y, z");
 }
 
+TEST(Config, NumbersAreFinite) {
+  const ConfigTable root = parse_config("a = inf\nb = [0, 1, -inf]\n", "t.toml");
+  EXPECT_EQ(failure([&] { root.number("a"); }), "t.toml:1:5: 'a' must be a finite number");
+  EXPECT_EQ(failure([&] { root.number("a", 1, kPositive); }), "t.toml:1:5: 'a' must be a finite number");
+  EXPECT_EQ(failure([&] { root.vec3("b"); }), "t.toml:2:12: 'b' must be a finite number");
+  EXPECT_EQ(failure([&] { root.numbers("b"); }), "t.toml:2:12: 'b' must be a finite number");
+}
+
 /// A question in words: "table kind key form required fallback min..max choices".
 std::string words(const AskedKey& a) {
   std::string out = a.table + " <" + a.kind + "> " + a.key + " " + std::to_string(static_cast<int>(a.form)) +

@@ -281,11 +281,35 @@ TEST_F(SessionLogFile, DamageIsNamedByItsLine) {
   EXPECT_EQ(bad(R"({"entry":"low","period":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":1000,"joint":0})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":-1,"joint":0})"), ":3:");
+  EXPECT_EQ(bad(R"({"entry":"features","period":1,"features":[{"line":1,"last_line":2,"feature":"circel",)"
+                R"("size_mm":1,"bending_mm":0,"offset_mm":0,"unknown_share":0}]})"),
+            ":3:");
+  EXPECT_EQ(bad(R"({"entry":"fault","period":1,"fault":"following_eror","joint":0})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":16,"value":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":-1,"value":1})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"answer","period":1,"value":1,"contact":[1],"stands":[1,2,3,4,5]})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"stands","period":1,"q":[1,2,3,4,5,6,7,8,9,10,11,12,13,14,15,16,17]})"), ":3:");
   EXPECT_EQ(bad(R"({"entry":"sensor","period":1,"channel":15,"value":1})"), "");
+}
+
+TEST_F(SessionLogFile, WholeNumbersAreWholeAndFit) {
+  const std::string head = R"({"machine":"m.toml","tools":"","vars":""})"
+                           "\n";
+  const auto refused = [&](const std::string& line) {
+    return refusal(head + line + "\n").substr(0, 3) == ":2:";
+  };
+  for (const char* period : {"-1", "1.5", "2e19", "18446744073709551616", "true"}) {
+    EXPECT_TRUE(refused(fmt::format(R"({{"entry":"low","period":{},"blocks":2}})", period))) << period;
+    EXPECT_TRUE(refused(fmt::format(R"({{"entry":"low","period":1,"blocks":{}}})", period))) << period;
+  }
+  EXPECT_TRUE(refused(R"({"entry":"low","period":1,"blocks":4294967296})"));
+  EXPECT_TRUE(refused(R"({"entry":"sensor","period":1,"channel":4294967299,"value":1})"));
+  EXPECT_TRUE(refused(R"({"entry":"fault","period":1,"fault":"drive_lost","joint":2147483648})"));
+  EXPECT_TRUE(refused(R"({"entry":"program","period":1,"path":"a","q":[],"corrections_off":256})"));
+  EXPECT_TRUE(
+      refused(R"({"entry":"features","period":1,"features":[{"line":-1,"last_line":2,"feature":"cut",)"
+              R"("size_mm":1,"bending_mm":0,"offset_mm":0,"unknown_share":0}]})"));
+  EXPECT_FALSE(refused(R"({"entry":"low","period":18446744073709551615,"blocks":4294967295})"));
 }
 
 // Earlier logs have the fault's number in place of its name.

@@ -7,20 +7,25 @@
 #include <string>
 
 #include "core/machine.h"
+#include "hal/can/sdo.h"
 #include "tests/support/paths.h"
 
 namespace trn {
 namespace {
 
-/// The message with which the cradle's config is refused when `text` stands at the end of its first node.
-std::string refusal(const std::string& text) {
+/// The cradle's config when `text` stands at the end of its first node.
+CanDrivesConfig cradle_with(const std::string& text) {
   std::ifstream in(source_dir() + "/configs/cradle_can.toml");
   std::string config{std::istreambuf_iterator<char>(in), {}};
   config.insert(config.find("[[drives.node]]", config.find("[[drives.node]]") + 1), text);
+  const ConfigTable root = parse_config(config, source_dir() + "/configs/cradle_can.toml");
+  return read_can_drives(read_machine(root), root.table("drives"));
+}
+
+/// The message with which it is refused.
+std::string refusal(const std::string& text) {
   try {
-    const ConfigTable root = parse_config(config, source_dir() + "/configs/cradle_can.toml");
-    const Machine machine = read_machine(root);
-    read_can_drives(machine, root.table("drives"));
+    cradle_with(text);
   } catch (const ConfigError& error) {
     return error.what();
   }
@@ -29,6 +34,19 @@ std::string refusal(const std::string& text) {
 
 std::string write_of(const std::string& index, const std::string& sub, const std::string& value) {
   return "[[drives.node.write]]\nindex = " + index + "\nsub = " + sub + "\nvalue = " + value + "\n";
+}
+
+TEST(CanConfig, ARampBeyondItsObjectIsTheSteepest) {
+  for (const char* factor : {"1e9", "1e300"}) {
+    const CanDrivesConfig config = cradle_with(std::string("quick_stop_factor = ") + factor + "\n");
+    int found = 0;
+    for (const SetupStep& step : config.buses.at(0).nodes.at(0).setup.steps) {
+      if (step.key != ObjectKey{0x6085, 0}) continue;
+      EXPECT_EQ(step.bytes, (std::vector<std::uint8_t>{0xFF, 0xFF, 0xFF, 0xFF})) << factor;
+      ++found;
+    }
+    EXPECT_EQ(found, 1);
+  }
 }
 
 TEST(CanConfig, WritesAreOfObjectsThatThereAre) {

@@ -59,6 +59,62 @@ TEST(Eds, NamesInUtf8AndInTheCodePage) {
   EXPECT_EQ(name_in("\x80 5"), "EUR 5");
 }
 
+std::string error_of(const std::string& text) {
+  try {
+    parse_eds(text, "x.eds", 1);
+  } catch (const EdsError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(Eds, NumbersHave64Bits) {
+  const auto sheet = [](const std::string& value) {
+    return "[2000]\nDataType=0x15\nDefaultValue=" + value + "\n";
+  };
+  const auto read = [&](const std::string& value) {
+    return parse_eds(sheet(value), "x.eds", 1).integer({0x2000, 0});
+  };
+  EXPECT_EQ(read("-9223372036854775808"), INT64_MIN);
+  EXPECT_EQ(read("0xFFFFFFFFFFFFFFFF"), -1);
+  EXPECT_EQ(read("$NODEID+0x7FFFFFFFFFFFFFFE"), INT64_MAX);
+  for (const char* value : {"-9223372036854775809", "-0xFFFFFFFFFFFFFFFF", "0x10000000000000000",
+                            "$NODEID+0x7FFFFFFFFFFFFFFF", "-9223372036854775808+-1"})
+    EXPECT_EQ(error_of(sheet(value)).find("x.eds:3: '" + std::string(value) + "' is no number"), 0u) << value;
+}
+
+TEST(Eds, ADataTypeHas16Bits) {
+  EXPECT_EQ(parse_eds("[2000]\nDataType=0xFFFF\n", "x.eds", 1).entries.size(), 1u);
+  EXPECT_EQ(error_of("[2000]\nDataType=0x10005\n"), "x.eds:2: datatype 65541; legal: 0 to 65535");
+  EXPECT_EQ(error_of("[2000]\nDataType=-1\n"), "x.eds:2: datatype -1; legal: 0 to 65535");
+}
+
+TEST(Eds, TheNodeIdOfADcfIsOneOfABus) {
+  const auto dcf = [](const std::string& id) {
+    return "[DeviceComissioning]\nNodeID=" + id + "\n[2000]\nDataType=5\n";
+  };
+  EXPECT_EQ(parse_eds(dcf("127"), "x.dcf", 1).node_id, 127);
+  EXPECT_FALSE(parse_eds(dcf("0"), "x.dcf", 1).node_id.has_value());
+  EXPECT_EQ(error_of(dcf("128")), "x.eds:2: nodeid 128; legal: 0 to 127");
+  EXPECT_EQ(error_of(dcf("0x100000001")), "x.eds:2: nodeid 4294967297; legal: 0 to 127");
+}
+
+TEST(Eds, SubObject0OfACompactArrayIsANumberOfItsOwn) {
+  const auto array = [](const std::string& count) {
+    return "[2000]\nObjectType=8\nDataType=7\nAccessType=wo\nPDOMapping=1\nHighLimit=9\nParameterValue=3\n"
+           "CompactSubObj=" +
+           count + "\n";
+  };
+  const ObjectDictionary dictionary = parse_eds(array("254"), "x.eds", 1);
+  EXPECT_EQ(dictionary.entries.size(), 255u);
+  EXPECT_FALSE(dictionary.find({0x2000, 254})->readable);
+  const DictionaryEntry& zero = *dictionary.find({0x2000, 0});
+  EXPECT_EQ(zero.value, Bytes{254});
+  EXPECT_TRUE(zero.readable && !zero.writable && !zero.mappable);
+  EXPECT_TRUE(zero.configured.empty() && !zero.high);
+  EXPECT_EQ(error_of(array("256")), "x.eds:8: compactsubobj 256; legal: 0 to 254");
+}
+
 TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
   const auto warnings = [](const std::string& suffix) {
     return parse_eds("[1003]\nParameterName=Errors\nDataType=7\n[1003" + suffix + "]\nNrOfEntries=1\n1=x\n",

@@ -113,5 +113,17 @@ TEST_F(NodeSetupSteps, ABootUpMessageInBetweenIsAnError) {
   EXPECT_NE(setup.error().find("it booted while it was being set up"), std::string::npos);
 }
 
+TEST_F(NodeSetupSteps, FramesOfAnotherFormSayNothingOfItsState) {
+  answer(setup, {0x60, 0x60, 0x60, 0, 0, 0, 0, 0}, 0);
+  for (bool CanFrame::*form : {&CanFrame::extended, &CanFrame::error, &CanFrame::remote}) {
+    CanFrame frame = heartbeat_frame(5, NmtState::kOperational);
+    frame.*form = true;
+    setup.receive(frame, 1);
+    EXPECT_FALSE(setup.finished());
+  }
+  setup.receive(heartbeat_frame(5, NmtState::kOperational), 1);
+  EXPECT_TRUE(setup.finished());
+}
+
 }  // namespace
 }  // namespace trn

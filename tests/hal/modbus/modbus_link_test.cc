@@ -1,10 +1,17 @@
 #include "hal/modbus/modbus_link.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <stdlib.h>
+#include <termios.h>
+#include <unistd.h>
 
+#include <cstdint>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
 namespace trn {
 namespace {
@@ -39,6 +46,40 @@ TEST(ModbusLink, ALineThatIsNotThereIsNamed) {
       "rtu " + address.device + " 19200 8E1: cannot be opened: No such file or directory";
   EXPECT_EQ(link.read(1, ModbusTable::kInput, 0, 1, values), wanted);
   EXPECT_EQ(link.write(1, ModbusTable::kHolding, 0, {1}), wanted);
+}
+
+/// A pair of terminals; `far` is the device's end.
+struct SerialLine {
+  SerialLine() : far(posix_openpt(O_RDWR | O_NOCTTY)) {
+    EXPECT_TRUE(far >= 0 && grantpt(far) == 0 && unlockpt(far) == 0);
+    near = open(ptsname(far), O_RDWR | O_NOCTTY);
+    termios raw{};
+    tcgetattr(near, &raw);
+    cfmakeraw(&raw);
+    tcsetattr(near, TCSANOW, &raw);
+  }
+  ~SerialLine() {
+    close(near);
+    close(far);
+  }
+  int far, near = -1;
+};
+
+// Unit 17, function 3, two bytes, their value, checksum (Modbus over serial line 1.02, 6.2)
+TEST(ModbusLink, BytesBehindAnAnswerAreNotTheNextOne) {
+  SerialLine line;
+  ModbusLink link(parse_modbus_address("rtu:" + std::string(ptsname(line.far)) + ":115200:N"), 0.2);
+  std::thread device([&line] {
+    std::uint8_t request[8];
+    EXPECT_EQ(read(line.far, request, sizeof request), 8);
+    const std::uint8_t answers[] = {17, 3, 2, 0, 1, 0xB8, 0x47, 17, 3, 2, 0, 2, 0xF8, 0x46};
+    EXPECT_EQ(write(line.far, answers, sizeof answers), static_cast<ssize_t>(sizeof answers));
+  });
+  std::vector<std::uint16_t> values;
+  EXPECT_EQ(link.read(17, ModbusTable::kHolding, 0, 1, values), "");
+  EXPECT_EQ(values, std::vector<std::uint16_t>{1});
+  device.join();
+  EXPECT_NE(link.read(17, ModbusTable::kHolding, 5, 1, values), "") << "the device is silent";
 }
 
 }  // namespace

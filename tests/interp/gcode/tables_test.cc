@@ -46,9 +46,19 @@ TEST(Tables, ParameterFilesThatAreNoneAreRefused) {
   EXPECT_EQ(parameter_error("31 x\n"), "v.var:1:3: not a number");
   EXPECT_EQ(parameter_error("31 1 ; mine\n"), "v.var:1:3: not a number");
   EXPECT_EQ(parameter_error("31 1 2\n"), "v.var:1:3: not a number");
+  for (const char* value : {"inf", "-INFINITY", "nan", "1e999"})
+    EXPECT_EQ(parameter_error(std::string("31 ") + value + "\n"), "v.var:1:3: not a number") << value;
   EXPECT_EQ(parameter_error("0 1\n"), "v.var:1:1: there is no parameter number 0");
   EXPECT_EQ(parameter_error("31 1\n31 2\n"), "v.var:2:1: the word 31 is given twice");
   EXPECT_EQ(parameter_error("32 1\n31 2\n"), "v.var:2:1: the word 31 is given twice");
+}
+
+TEST(Tables, FilesWithZerosAreNoText) {
+  const std::string zeros(100, '\0');
+  EXPECT_EQ(parameter_error(zeros), "v.var:1:1: byte 0x00 is not text");
+  EXPECT_EQ(parameter_error("31 1\n32 1" + zeros), "v.var:2:5: byte 0x00 is not text");
+  EXPECT_EQ(tool_error(zeros), "t.tbl:1:1: byte 0x00 is not text");
+  EXPECT_EQ(tool_error("T1 P1\nT2 P2" + zeros + " Z50\n"), "t.tbl:2:6: byte 0x00 is not text");
 }
 
 TEST(Tables, FilesAreReplacedInOneStep) {
@@ -87,6 +97,16 @@ TEST(Tables, ToolTablesHaveEveryField) {
   EXPECT_EQ(table.find(2), nullptr);
   const ToolTable again = ToolTable::parse(table.to_text(), "t.tbl");
   EXPECT_EQ(again.to_text(), table.to_text());
+}
+
+TEST(Tables, AToolsSizesAreReadAgainAsTheyWere) {
+  for (const char* size :
+       {"0.040048071202438655", "-0.000000000000000000123456789", "+123.456789012345678"}) {
+    const ToolTable table = ToolTable::parse(std::string("T1 P1 Z") + size, "t.tbl");
+    const ToolTable again = ToolTable::parse(table.to_text(), "t.tbl");
+    EXPECT_EQ(again.find(1)->offset[kZ], table.find(1)->offset[kZ]) << table.to_text();
+  }
+  EXPECT_EQ(ToolTable::parse("T1 P1 Z50 D0.5", "t.tbl").to_text(), "T1 P1 Z+50.000000 D+0.500000\n");
 }
 
 TEST(Tables, ToolTablesThatAreNoneAreRefused) {
