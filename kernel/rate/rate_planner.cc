@@ -24,6 +24,7 @@ constexpr double kFarS = 0.02;  // before the last time to stop: look again with
 constexpr double kRest = 1e-9;  // of the rate: no difference
 constexpr int kLooksAhead = 2;
 constexpr int kStopsInChange = 2;       // in store while plans follow each other
+constexpr int kNearStops = 4;           // begin before the tick asks again
 constexpr double kLateStopShare = 0.1;  // of stop_s: steps in which a stop is looked for farther ahead
 constexpr int kLateStops = 15;
 constexpr double kApproach = 0.5;  // of stop_s: the time in which the distance to a stop becomes 1/e
@@ -95,12 +96,14 @@ void RatePlanner::seek_stop(int index) {
   has_stop_[k] = false;
   if (ends_ || (changes_ && found >= kStopsInChange)) return;
   const double ahead_s = (kStopLeads[k] - 1) * lead_s_;
-  has_stop_[k] = find_stop_in_store(ahead_s) || (index + 1 == kStopsInStore && find_late_stop(ahead_s));
+  const int budget = index < kNearStops ? kNearStopBudget : kFarStopBudget;
+  has_stop_[k] =
+      find_stop_in_store(ahead_s, budget) || (index + 1 == kStopsInStore && find_late_stop(ahead_s));
   if (has_stop_[k]) store_[k].copy_from(trial_);
 }
 
 // As far ahead as the path is known for sure.
-bool RatePlanner::find_stop_in_store(double ahead_s) {
+bool RatePlanner::find_stop_in_store(double ahead_s, int budget) {
   if (ahead_s > 2 * stop_s_) return false;
   RateState state = begin_;
   const double passed_s = state.follow(followed_, ahead_s);
@@ -108,7 +111,7 @@ bool RatePlanner::find_stop_in_store(double ahead_s) {
   walk.skip(passed_s);
   if (walk.ended() || state.standing()) return false;
   begin_trials();
-  budget_left_ = kStopBudget;
+  budget_left_ = budget;
   trial_.target = 0;
   for (const double release_share : {kReleaseShare, kLateReleaseShare}) {
     trial_.count = trial_.arrival = 0;

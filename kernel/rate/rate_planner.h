@@ -45,15 +45,16 @@ class RatePlanner {
 
  private:
   static constexpr int kTries = 24;
-  /// Steps of all searches, of one search for a lower override, and for one stop in store.
-  static constexpr int kBudget = 800, kOverrideBudget = 120, kStopBudget = 160;
+  /// Steps of all searches, of one search for a lower override, and for one stop in store: the near ones
+  /// begin a hold, the far ones serve only if this planner dies.
+  static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 400, kFarStopBudget = 160;
   static constexpr int kAims = 8;  ///< walks to come to a stop at a given place
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
 
   void begin_trials();
   void seek_stop(int index);
-  bool find_stop_in_store(double ahead_s);
+  bool find_stop_in_store(double ahead_s, int budget);
   bool find_late_stop(double ahead_s);
   const RatePlan* choose();
   const RatePlan* plan_stop_at(double stop_in_s);
