@@ -24,7 +24,7 @@ constexpr double kFarS = 0.02;  // before the last time to stop: look again with
 constexpr double kRest = 1e-9;  // of the rate: no difference
 constexpr int kLooksAhead = 2;
 constexpr int kStopsInChange = 2;       // in store while plans follow each other
-constexpr int kNearStops = 4;           // begin before the tick asks again
+constexpr int kNearStops = 3;           // begin soon
 constexpr double kLateStopShare = 0.1;  // of stop_s: steps in which a stop is looked for farther ahead
 constexpr int kLateStops = 15;
 constexpr double kApproach = 0.5;  // of stop_s: the time in which the distance to a stop becomes 1/e
@@ -88,17 +88,19 @@ const RatePlan* RatePlanner::stop(int index) {
   return has_stop_[k] ? &store_[k] : nullptr;
 }
 
-// While plans follow each other the far ones would not be used: some are enough. One there must be, so the
-// last one may go on for a while before it brakes.
+// The near ones take each other's place, and so do the two farthest: where one is found, the next are not
+// looked for. While plans follow each other the far ones would not be used either; but one stop there must
+// be, so the last may go on for a while before it brakes.
 void RatePlanner::seek_stop(int index) {
   const auto k = static_cast<std::size_t>(index);
   const auto found = std::count(has_stop_.begin(), has_stop_.begin() + index, true);
   has_stop_[k] = false;
-  if (ends_ || (changes_ && found >= kStopsInChange)) return;
+  const bool near = index < kNearStops, last = index + 1 == kStopsInStore;
+  if (ends_ || (near && found > 0) || (last && has_stop_[k - 1]) || (changes_ && found >= kStopsInChange))
+    return;
   const double ahead_s = (kStopLeads[k] - 1) * lead_s_;
-  const int budget = index < kNearStops ? kNearStopBudget : kFarStopBudget;
-  has_stop_[k] =
-      find_stop_in_store(ahead_s, budget) || (index + 1 == kStopsInStore && find_late_stop(ahead_s));
+  has_stop_[k] = find_stop_in_store(ahead_s, near ? kNearStopBudget : kFarStopBudget) ||
+                 (last && find_late_stop(ahead_s));
   if (has_stop_[k]) store_[k].copy_from(trial_);
 }
 
@@ -346,16 +348,22 @@ RatePlanner::Verdict RatePlanner::try_change(RateWalk walk, double direction, do
 
 bool RatePlanner::has_stop() const { return in_force_->stops && !state_.plan_ended(*in_force_); }
 
-// A stop behind what is in trial_, sooner than the one that there is.
+// A stop behind what is in trial_, sooner than the one that there is: the soonest of the shares tried.
 bool RatePlanner::try_stop(const RateWalk& walk) {
-  const double most_s =
+  double most_s =
       has_stop() ? in_force_->time_s(state_.next) - state_.spent_s : std::numeric_limits<double>::infinity();
   const int steps_tried = trial_.count;
+  bool found = false;
   for (const double release_share : {kReleaseShare, kLateReleaseShare}) {
     trial_.count = steps_tried;
-    if (comes_down(walk, 0, release_share) && trial_.time_s(0) < most_s) return true;
+    trial_.arrival = 0;
+    if (!comes_down(walk, 0, release_share) || trial_.time_s(0) >= most_s) continue;
+    found = true;
+    most_s = trial_.time_s(0);
+    soonest_.copy_from(trial_);
   }
-  return false;
+  if (found) trial_.copy_from(soonest_);
+  return found;
 }
 
 bool RatePlanner::try_arrival(RateWalk walk) {

@@ -47,7 +47,7 @@ class RatePlanner {
   static constexpr int kTries = 24;
   /// Steps of all searches, of one search for a lower override, and for one stop in store: the near ones
   /// begin a hold, the far ones serve only if this planner dies.
-  static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 400, kFarStopBudget = 160;
+  static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 250, kFarStopBudget = 160;
   static constexpr int kAims = 8;  ///< walks to come to a stop at a given place
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
@@ -85,7 +85,7 @@ class RatePlanner {
   const RatePlan* in_force_ = nullptr;
   double target_ = 1;
 
-  RatePlan trial_, best_, chosen_;
+  RatePlan trial_, soonest_, best_, chosen_;
   RatePlan followed_;     ///< from one lead behind the request on: the answer, or the plan in force
   RateState begin_;       ///< there
   bool changes_ = false;  ///< it is an answer

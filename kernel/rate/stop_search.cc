@@ -16,6 +16,8 @@ constexpr int kRetries = 3;
 constexpr double kNearS = 1e-12, kNear = 1e-9;
 constexpr double kRest = 1e-9;          // of the rate: no difference
 constexpr double kDeficitShare = 0.08;  // of what r' is too low by, recovered in one backtracking
+constexpr double kShareGrowth = 4;      // the same, while the search does not get past a place
+constexpr double kPastS = 0.001;        // of plan time: a place is passed
 constexpr double kDeficitMin = 1e-6;
 constexpr int kSlopes = 8;        // looked at for the r' that a place bears
 constexpr double kLowRate = 0.1;  // below, r' must come to 0 before the rate does
@@ -62,6 +64,7 @@ double StopSearch::find(const RateWalk& from, double to, double release_share, i
   at_ = behind;
   release_from_ = RatePlan::kStepsMax;
   release_until_s_ = 0;
+  deficit_share_ = kDeficitShare;
   checkpoints_[static_cast<std::size_t>(at_)] = from;
   plan.stops = to == 0;
   plan.level_rate = plan.end_rate = to;
@@ -118,11 +121,14 @@ bool StopSearch::advance(const RateWalk& here, const RateBounds& bounds, bool re
 }
 
 // Back to the step from which releasing the brake sooner recovers 8 % of the slope deficit here. More would
-// overshoot: what is gained there keeps growing up to here, and the stop becomes slow. False: there is no
+// overshoot: what is gained there keeps growing up to here, and the stop becomes slow. Only where that was
+// not enough, and the search comes back from the same place, more is recovered at once. False: there is no
 // such step.
 bool StopSearch::backtrack(int behind, const RatePlan& plan) {
   const RateWalk& here = checkpoints_[static_cast<std::size_t>(at_)];
-  double deficit = kDeficitShare * (feasible_slope(here) - here.slope()) + kDeficitMin;
+  const bool passed = here.passed_s() > release_until_s_ + kPastS;
+  deficit_share_ = passed ? kDeficitShare : std::min(1.0, deficit_share_ * kShareGrowth);
+  double deficit = deficit_share_ * (feasible_slope(here) - here.slope()) + kDeficitMin;
   release_until_s_ = std::max(release_until_s_, here.passed_s());
   while (at_ > behind && released_[static_cast<std::size_t>(at_ - 1)]) --at_;
   if (at_ == behind) return false;
