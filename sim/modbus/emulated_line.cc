@@ -20,7 +20,7 @@
 namespace trn {
 
 namespace {
-constexpr int kPollMs = 20;
+constexpr int kPollMs = 20, kClosedMs = 1;
 
 [[noreturn]] void fail(const std::string& what) {
   throw std::runtime_error(fmt::format("{}: {}", what, std::strerror(errno)));
@@ -127,9 +127,10 @@ void EmulatedLine::serve() {
       close(clients_[i].fd);
       clients_.erase(clients_.begin() + static_cast<std::ptrdiff_t>(i));
     }
-    // a terminal that nobody has open says so at once, again and again
+    // A terminal that nobody has open says so at once, again and again. A master opens it anew behind a
+    // time-out, and its next request must not find a sleeper that lets it time out as well.
     if (!tcp_ && (waiting[0].revents & POLLHUP))
-      std::this_thread::sleep_for(std::chrono::milliseconds(kPollMs));
+      std::this_thread::sleep_for(std::chrono::milliseconds(kClosedMs));
   }
 }
 

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <cstdlib>
 #include <filesystem>
 #include <fstream>
@@ -78,11 +79,17 @@ struct Session {
       planner->load(path, report().q_plan);
     post(RtCommand::Kind::kStart);
   }
-  /// Until it stands at an event that is not done, or rests.
+  /// Until it stands at an event that is not done, or rests. The planner's thread needs time of the clock,
+  /// which ticks do not take.
   void go() {
-    for (int i = 0; i < 400000; ++i) {
-      if (report().motion == MotionState::kRest || report().motion == MotionState::kPaused) return;
-      tick();
+    constexpr int kTicksAtOnce = 1000;
+    const auto end = std::chrono::steady_clock::now() + std::chrono::minutes(1);
+    while (std::chrono::steady_clock::now() < end) {
+      for (int i = 0; i < kTicksAtOnce; ++i) {
+        if (report().motion == MotionState::kRest || report().motion == MotionState::kPaused) return;
+        tick();
+      }
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
     }
     ADD_FAILURE() << "it never rests";
   }
