@@ -6,9 +6,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <string>
+#include <vector>
 
 #include "app/cli/commands.h"
+#include "app/daemon/door.h"
 #include "app/daemon/planner_thread.h"
+#include "app/daemon/privileges.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
@@ -70,12 +74,22 @@ std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
                                       session_head(options.machine, options.tools, options.vars, false));
 }
 
+// Where the daemon writes: what it keeps, and the folder of its socket.
+std::vector<std::string> write_folders(const DaemonOptions& options, const Door& door) {
+  std::vector<std::string> folders{std::filesystem::path(door.clients().path()).parent_path()};
+  for (const std::string& file : {options.vars, options.tools, options.record, options.log})
+    if (!file.empty()) folders.push_back(std::filesystem::absolute(file).parent_path());
+  return folders;
+}
+
 void run_machine(const DaemonOptions& options) {
   Assembly assembly = assemble(options.machine, Field::kReal);
+  log_to_stderr();
+  Door door(assembly.machine.name, assembly.access);
+  for (const std::string& bad : give_up_privileges(write_folders(options, door))) spdlog::warn("{}", bad);
   auto rate_plans = std::make_unique<RatePlannerThread>(assembly.plan_joints, assembly.machine.period_s);
   RatePlannerThread& rate_planner = *rate_plans;
   assembly.rate_plans = std::move(rate_plans);
-  log_to_stderr();
   check_memory(options);
   MotionQueue queue(kQueueBlocks);
   Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait);
@@ -91,11 +105,10 @@ void run_machine(const DaemonOptions& options) {
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
-  run_daemon({assembly.machine, assembly.lcm, assembly.access, assembly.realtime, *assembly.drives, cycle,
-              planner, rate_planner, record.get(), log.get(), assembly.map.get(),
-              assembly.corrections.setpoint.get(), assembly.corrections.sensors.get(),
-              assembly.corrections.background, warm_screws(assembly), assembly.io.get(), features,
-              assembly.kinematics.get(), &assembly.plan_joints});
+  run_daemon({assembly.machine, assembly.lcm, door, assembly.realtime, *assembly.drives, cycle, planner,
+              rate_planner, record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
+              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
+              assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
   if (assembly.io) assembly.io->shut_down();
   planner.settle();
   if (record) record->close();

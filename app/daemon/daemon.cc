@@ -16,7 +16,6 @@
 
 #include "app/daemon/access.h"
 #include "app/daemon/machine_controller.h"
-#include "app/daemon/process_lock.h"
 #include "app/daemon/sensor_receiver.h"
 #include "app/daemon/tick_thread.h"
 #include "app/session/feature_meter.h"
@@ -145,29 +144,6 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
   drain_reports(parts, controller);
 }
 
-// Where another daemon listens, the lock was in another folder: of another user, or by another environment.
-void refuse_second_daemon(const DaemonParts& parts) {
-  for (const std::string& path : sockets_to_try(parts.access, parts.machine.name)) {
-    try {
-      const LocalClient other(path);
-      if (is_trusted_user(other.server().uid))
-        throw std::runtime_error(
-            fmt::format("machine '{}' is already run: {} listens at {}; stop that one first",
-                        parts.machine.name, other.server().text(), path));
-    } catch (const std::system_error&) {  // nobody listens there
-    }
-  }
-}
-
-void tell_warnings(const AccessRules& access) {
-  for (const std::string& warning : access.warnings()) spdlog::info("{}", warning);
-}
-
-std::string socket_path(const DaemonParts& parts, gid_t group) {
-  refuse_second_daemon(parts);
-  return socket_to_make(parts.access, parts.machine.name, group);
-}
-
 // Telemetry is for whoever likes to listen; a machine runs without.
 LcmPublisher make_telemetry(const std::string& url) {
   const std::string bad = url.empty() ? "" : lcm_self_test(url);
@@ -185,10 +161,8 @@ void log_to_stderr() {
 void run_daemon(const DaemonParts& parts) {
   log_to_stderr();
   TerminationSignals signals;  // first: threads inherit what is blocked
-  const ProcessLock lock(parts.machine.name);
-  const AccessRules access(parts.access);
-  tell_warnings(access);
-  LocalServer clients(socket_path(parts, access.socket_group()), access.socket_group());
+  LocalServer& clients = parts.door.clients();
+  const AccessRules& access = parts.door.access();
   LcmPublisher telemetry = make_telemetry(parts.lcm.url);
   const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
   const int late_max = parts.realtime.late_periods(parts.drives.real());

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "app/daemon/door.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/daemon/realtime.h"
-#include "app/session/access_config.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/realtime_config.h"
 #include "app/session/session_log.h"
@@ -27,7 +27,7 @@ namespace trn {
 struct DaemonParts {
   const Machine& machine;
   LcmConfig lcm;
-  AccessConfig access;
+  Door& door;
   RealtimeConfig realtime;
   Drives& drives;
   TickPort& tick;

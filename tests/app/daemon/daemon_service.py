@@ -98,6 +98,9 @@ class Service(unittest.TestCase):
         done = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True,
                               check=False)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
+        exposure = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=20", unit],
+                                  capture_output=True, text=True, check=False)  # in tenths
+        self.assertEqual(exposure.returncode, 0, exposure.stdout[-300:])
 
 
 if __name__ == "__main__":

@@ -56,6 +56,16 @@ class WhoMay(unittest.TestCase):
         info = os.stat(self.path)
         self.assertEqual((stat.S_IMODE(info.st_mode), info.st_gid), (0o660, DAEMON))
 
+    def test_the_daemon_of_root_has_three_rights_left(self):
+        kept = 1 << 12 | 1 << 14 | 1 << 23  # CAP_NET_ADMIN, CAP_IPC_LOCK, CAP_SYS_NICE
+        folder = f"/proc/{self.bench.process.pid}/task"
+        for thread in os.listdir(folder):
+            with open(f"{folder}/{thread}/status", encoding="ascii") as file:
+                status = dict(line.split(":\t", 1) for line in file.read().splitlines() if ":\t" in line)
+            for which in ("CapEff", "CapPrm", "CapBnd", "CapInh", "CapAmb"):
+                self.assertEqual(int(status[which], 16) & ~kept, 0, f"{which} of {status['Name']}")
+            self.assertEqual((status["NoNewPrivs"], status["Seccomp"]), ("1", "2"), status["Name"])
+
     def test_a_stranger_gets_nowhere(self):
         for groups in ([], [BIN, SYS], [100]):
             for command in (("status",), ("home",), ("estop",), ("mdi", "G0 X1")):

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+
+#include "app/daemon/access.h"
+#include "app/daemon/process_lock.h"
+#include "app/session/access_config.h"
+#include "hal/local_socket.h"
+
+namespace trn {
+
+/// What the daemon opens first, while it still may: the lock of its machine and the socket for its clients.
+class Door {
+ public:
+  /// std::runtime_error with what is wrong and how to mend it: a second daemon, no place for lock or socket.
+  Door(const std::string& machine, const AccessConfig& config);
+
+  LocalServer& clients() { return clients_; }
+  const LocalServer& clients() const { return clients_; }
+  const AccessRules& access() const { return access_; }
+
+ private:
+  ProcessLock lock_;
+  AccessRules access_;
+  LocalServer clients_;
+};
+
+}  // namespace trn
