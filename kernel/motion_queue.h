@@ -1,15 +1,17 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <limits>
+#include <memory_resource>
 #include <vector>
 
 #include "core/axes.h"
 #include "core/check.h"
 #include "core/motion.h"
-#include "core/ring.h"
+#include "core/realtime.h"
 
 namespace trn {
 
@@ -25,9 +27,16 @@ struct ProgramAnswer {
 /// whether a stop is among it. Blocks belong to a generation (a program); those of a dropped one are skipped.
 /// One writer, one reader, nobody waits. The reader may look at everything in the ring, not only at its
 /// front, and sees what was there when it last called `look`: all it decides in a period rests on that count.
+///
+/// Writer and reader may be two processes, where `memory` and this object lie in memory that both have at the
+/// same place.
 class MotionQueue {
  public:
-  explicit MotionQueue(std::size_t capacity) : items_(capacity), answers_(kAnswersMax) {}
+  explicit MotionQueue(std::size_t capacity,
+                       std::pmr::memory_resource* memory = std::pmr::get_default_resource())
+      : items_(capacity, memory) {}
+  /// Memory for the blocks of a queue.
+  static constexpr std::size_t bytes(std::size_t capacity) { return capacity * sizeof(Item); }
 
   // Planner's side.
   /// False if the ring is full.
@@ -45,13 +54,26 @@ class MotionQueue {
   }
   /// What is pushed from now on belongs to a new program.
   void begin_generation() {
-    ProgramAnswer old;
-    while (answers_.try_pop(old)) continue;
+    answers_taken_.store(answers_given_.load(std::memory_order_acquire), std::memory_order_release);
     number_ = 0;
     generation_.fetch_add(1, std::memory_order_acq_rel);
   }
   /// The next answer that the program waits for; false if it has not come yet.
-  bool take_answer(ProgramAnswer& answer) { return answers_.try_pop(answer); }
+  bool take_answer(ProgramAnswer& answer) {
+    const std::uint32_t taken = answers_taken_.load(std::memory_order_relaxed);
+    if (taken == answers_given_.load(std::memory_order_acquire)) return false;
+    answer = answers_[taken % kAnswersMax];
+    answers_taken_.store(taken + 1, std::memory_order_release);
+    return true;
+  }
+  /// The writer has ended, perhaps within `push`; another one takes its place.
+  void replace_writer() {
+    const std::uint64_t tail = tail_.load(std::memory_order_acquire);
+    const Item* const last = tail == 0 ? nullptr : &items_[(tail - 1) % items_.size()];
+    pushed_ns_.store(last ? last->end_ns : 0, std::memory_order_release);
+    pushed_stops_.store(last ? last->stops : 0, std::memory_order_release);
+    number_ = 0;
+  }
   /// Plan time behind the block that is being driven.
   double buffered_s() const {
     return 1e-9 * static_cast<double>(pushed_ns_.load(std::memory_order_acquire) -
@@ -62,7 +84,12 @@ class MotionQueue {
   }
 
   // Tick's side.
-  void answer(const ProgramAnswer& answer) TRN_RT { answers_.try_push(answer); }
+  void answer(const ProgramAnswer& answer) TRN_RT {
+    const std::uint32_t given = answers_given_.load(std::memory_order_relaxed);
+    if (given - answers_taken_.load(std::memory_order_acquire) >= kAnswersMax) return;
+    answers_[given % kAnswersMax] = answer;
+    answers_given_.store(given + 1, std::memory_order_release);
+  }
   /// Takes notice of what has been pushed by now.
   void look() TRN_RT {
     const std::uint64_t tail = tail_.load(std::memory_order_acquire);
@@ -140,7 +167,7 @@ class MotionQueue {
     std::int64_t end_ns = 0, stops = 0;  ///< pushed up to and with this one
   };
   static constexpr int kDropsPerTick = 64;
-  static constexpr std::size_t kAnswersMax = 8;  ///< a block of the program asks at most twice
+  static constexpr std::uint32_t kAnswersMax = 8;  ///< a block of the program asks at most twice
 
   bool sees(std::uint64_t index) const TRN_RT {
     return head_.load(std::memory_order_relaxed) + index < seen_;
@@ -157,8 +184,9 @@ class MotionQueue {
     return static_cast<std::int64_t>(1e9 * sum);
   }
 
-  std::vector<Item> items_;
-  Ring<ProgramAnswer> answers_;
+  std::pmr::vector<Item> items_;
+  std::array<ProgramAnswer, kAnswersMax> answers_;
+  std::atomic<std::uint32_t> answers_given_{0}, answers_taken_{0};
   std::atomic<std::uint64_t> head_{0}, tail_{0};  ///< counts of all blocks popped and pushed
   std::atomic<std::uint64_t> kept_from_{std::numeric_limits<std::uint64_t>::max()};
   std::atomic<std::uint64_t> generation_{1};

@@ -263,6 +263,10 @@ const ChapterMeaning kPlannerMeanings = {
            "Motion that is planned ahead of the tick. Longer helps a busy host; it is never less than four "
            "times "
            "what a hold takes."},
+          {"memory_mb",
+           "Memory that the daemon's process for programs may use. A program that needs more is refused, and "
+           "the "
+           "machine stands where it stood."},
       }}}};
 
 const ChapterMeaning kHostMeanings = {

@@ -11,14 +11,15 @@
 
 #include "app/cli/commands.h"
 #include "app/daemon/door.h"
-#include "app/daemon/planner_thread.h"
 #include "app/daemon/privileges.h"
+#include "app/daemon/program_process.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/make_cycle.h"
 #include "app/session/session_log.h"
 #include "app/session/trace.h"
+#include "core/config.h"
 #include "core/safe_file.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
@@ -52,11 +53,12 @@ void check_memory(const DaemonOptions& options) {
   }
 }
 
-Parameters parameters_of(const DaemonOptions& options) {
+// The process that plans programs reads them; what is wrong with them is told before the machine starts.
+void check_files(const DaemonOptions& options) {
   Parameters parameters;
   if (!options.vars.empty() && std::filesystem::exists(options.vars))
     load_parameters(options.vars, parameters);
-  return parameters;
+  if (!options.tools.empty()) ToolTable::load(options.tools);
 }
 
 // The screws of a simulated machine warm up as it moves; real ones do so by themselves.
@@ -83,34 +85,36 @@ std::vector<std::string> write_folders(const DaemonOptions& options, const Door&
 }
 
 void run_machine(const DaemonOptions& options) {
-  Assembly assembly = assemble(options.machine, Field::kReal);
   log_to_stderr();
+  const ConfigTable config = load_config(options.machine);
+  check_files(options);
+  ProgramProcess programs(config, {options.vars, options.tools}, kQueueBlocks);  // before threads and sockets
+  Assembly assembly = assemble(config, Field::kReal);
   Door door(assembly.machine.name, assembly.access);
-  for (const std::string& bad : give_up_privileges(write_folders(options, door))) spdlog::warn("{}", bad);
+  Rights rights;
+  rights.write_folders = write_folders(options, door);
+  for (const std::string& bad : give_up_privileges(rights)) spdlog::warn("{}", bad);
   auto rate_plans = std::make_unique<RatePlannerThread>(assembly.plan_joints, assembly.machine.period_s);
   RatePlannerThread& rate_planner = *rate_plans;
   assembly.rate_plans = std::move(rate_plans);
   check_memory(options);
-  MotionQueue queue(kQueueBlocks);
-  Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait);
+  Cycle cycle = make_cycle(assembly, programs.queue(), ProgramStops::kWait);
   std::unique_ptr<SessionLog> log;
   if (!options.log.empty()) log = begin_log(options);
   FeatureRecorder recorder;
   FeatureRecorder* const features = assembly.corrections.setpoint->deflection() ? &recorder : nullptr;
-  PlannerThread planner(assembly, queue, parameters_of(options),
-                        options.tools.empty() ? ToolTable() : ToolTable::load(options.tools), log.get(),
-                        features, {options.vars, options.tools});
+  programs.tell(log.get(), features, assembly.corrections.planned_off);
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
-  run_daemon({assembly.machine, assembly.lcm, door, assembly.realtime, *assembly.drives, cycle, planner,
+  run_daemon({assembly.machine, assembly.lcm, door, assembly.realtime, *assembly.drives, cycle, programs,
               rate_planner, record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
               assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
               assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
   if (assembly.io) assembly.io->shut_down();
-  planner.settle();
+  programs.settle();
   if (record) record->close();
 }
 

@@ -87,6 +87,7 @@ void drain_reports(const DaemonParts& parts, MachineController& controller) {
     if (parts.record && report.drives != DriveState::kEnabled) parts.record->power_lost();
     if (parts.log) parts.log->report(report);
     if (parts.on_report) parts.on_report(report);
+    if (parts.features) parts.programs.hand_on_moves();
     if (parts.features && parts.features->report(report)) tell_features(parts);
     controller.report(report);
   }

@@ -528,6 +528,7 @@ void MachineController::poll() {
     spdlog::error("{}", failure);
     status_.message = failure;
     status_.program_failed = status_due_ = true;
+    if (parts_.programs.lost()) machine_event(Event::kStop);
   }
   const auto now = Clock::now();
   if (supervisor_.state() == MachineState::kClosing && now > closing_until_) {

@@ -16,15 +16,32 @@ void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
 }  // namespace
 
+PlannerListeners planner_listeners(SessionLog* log, FeatureRecorder* features) {
+  PlannerListeners out;
+  out.starts = [log, features](const ProgramStart& start) {
+    if (log) log->program(start);
+    if (features) features->begin();
+  };
+  if (features) out.move = [features](const ProgramMove& move) { features->programmed(move); };
+  return out;
+}
+
 PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
-                             ToolTable tools, SessionLog* log, FeatureRecorder* features, MemoryFiles files)
+                             ToolTable tools, PlannerListeners listeners, MemoryFiles files)
+    : PlannerThread(assembly, queue, std::move(parameters), std::move(tools), std::move(listeners),
+                    std::move(files), {own_abandoned_, own_closed_}) {}
+
+PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
+                             ToolTable tools, PlannerListeners listeners, MemoryFiles files,
+                             PlannerFlags flags)
     : assembly_(assembly),
       queue_(queue),
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
       memory_(parameters_, tools_, std::move(files)),
-      log_(log),
-      features_(features),
+      listeners_(std::move(listeners)),
+      abandoned_(flags.abandoned),
+      closed_(flags.closed),
       files_(abandoned_, assembly.program.words),
       corrections_off_(assembly.corrections.planned_off) {}
 
@@ -81,8 +98,8 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   start.corrections_off = corrections_off_;
   const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
   wait_until_cleared();
+  if (listeners_.starts) listeners_.starts(start);
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
-  if (log_) log_->program(start);
   queue_.begin_generation();
   ended_ = waits_ = false;
   if (!start.text) mdi_.reset();
@@ -98,9 +115,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
 PipelineObservers PlannerThread::observers() {
   PipelineObservers observers;
   observers.line_done = [this](bool event) { memory_.keep(event); };
-  if (!features_) return observers;
-  features_->begin();
-  observers.move = [this](const ProgramMove& move) { features_->programmed(move); };
+  observers.move = listeners_.move;
   return observers;
 }
 

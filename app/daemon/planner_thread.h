@@ -1,6 +1,7 @@
 #pragma once
 
 #include <atomic>
+#include <functional>
 #include <mutex>
 #include <string>
 #include <thread>
@@ -17,9 +18,24 @@
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/settings.h"
 #include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 #include "kernel/motion_queue.h"
 
 namespace trn {
+
+/// Who looks on; each may be empty.
+struct PlannerListeners {
+  std::function<void(const ProgramStart&)> starts;  ///< before its first block
+  std::function<void(const ProgramMove&)> move;     ///< before it is driven
+};
+
+/// A session's log and a recorder of features as listeners; null: without. Both must outlive them.
+PlannerListeners planner_listeners(SessionLog* log, FeatureRecorder* features);
+
+/// Told from elsewhere: the program is given up; the same, and for all those that come later.
+struct PlannerFlags {
+  std::atomic<bool>&abandoned, &closed;
+};
 
 /// Keeps the tick's queue filled from one program at a time, in a thread of its own. The queue must have been
 /// cleared by the tick before each load. Owns the parameters and tools that programs change, keeps them on
@@ -29,7 +45,10 @@ namespace trn {
 class PlannerThread final : public ProgramSource {
  public:
   PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
-                SessionLog* log = nullptr, FeatureRecorder* features = nullptr, MemoryFiles files = {});
+                PlannerListeners listeners = {}, MemoryFiles files = {});
+  /// With flags of somebody else, who must outlive this.
+  PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters, ToolTable tools,
+                PlannerListeners listeners, MemoryFiles files, PlannerFlags flags);
   ~PlannerThread() override;
 
   std::string load(const std::string& path, const JointVec& q) override;
@@ -66,9 +85,10 @@ class PlannerThread final : public ProgramSource {
   Parameters parameters_;
   ToolTable tools_;
   MachineMemory memory_;  ///< of the two
-  SessionLog* log_;
-  FeatureRecorder* features_;
-  std::atomic<bool> abandoned_ = false, closed_ = false, ended_ = true;
+  PlannerListeners listeners_;
+  std::atomic<bool> own_abandoned_ = false, own_closed_ = false;
+  std::atomic<bool>&abandoned_, &closed_;
+  std::atomic<bool> ended_ = true;
   ProgramFiles files_;
   std::atomic<std::uint8_t> corrections_off_;
   std::atomic<bool> waits_ = false;  ///< for the machine's answer

@@ -96,20 +96,21 @@ std::string not_done(const char* what) {
   return fmt::format("{} was refused by this host: {}", what, std::strerror(errno));
 }
 
-std::uint32_t mask_of_kept() {
+std::uint32_t mask_of_kept(bool real_time) {
   std::uint32_t mask = 0;
-  for (const unsigned capability : kKept) mask |= 1u << capability;
+  for (const unsigned capability : kKept) mask |= real_time ? 1u << capability : 0;
   return mask;
 }
 
 // The bounding set, which needs a right of its own to be made smaller, goes first.
-std::string keep_capabilities() {
+std::string keep_capabilities(bool real_time) {
+  const std::uint32_t may = mask_of_kept(real_time);
   for (unsigned capability = 0; prctl(PR_CAPBSET_READ, capability, 0, 0, 0) >= 0; ++capability)
-    if (capability >= 32 || !(mask_of_kept() >> capability & 1)) prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);
+    if (capability >= 32 || !(may >> capability & 1)) prctl(PR_CAPBSET_DROP, capability, 0, 0, 0);
   __user_cap_header_struct head{_LINUX_CAPABILITY_VERSION_3, 0};
   __user_cap_data_struct data[2]{};
   if (syscall(SYS_capget, &head, data) != 0) return not_done("the look at the capabilities");
-  const std::uint32_t kept = data[0].permitted & mask_of_kept();
+  const std::uint32_t kept = data[0].permitted & may;
   if (data[0].permitted == kept && data[1].permitted == 0) return "";  // as under its unit
   data[0] = {kept, kept, 0};
   data[1] = {0, 0, 0};
@@ -149,6 +150,10 @@ using Filter = std::unique_ptr<void, decltype(&seccomp_release)>;
 // Threads are made by clone with CLONE_VM and CLONE_THREAD, or by clone3, whose flags a filter cannot see:
 // the C library falls back to the first where the second is not there.
 bool refuse_processes(scmp_filter_ctx filter) {
+  for (const char* name : {"fork", "vfork"}) {
+    const int number = seccomp_syscall_resolve_name(name);
+    if (number >= 0 && seccomp_rule_add(filter, SCMP_ACT_ERRNO(EPERM), number, 0) != 0) return false;
+  }
   constexpr std::uint64_t kThread = 0x00010000;  // CLONE_THREAD of linux/sched.h
   return seccomp_rule_add(filter, SCMP_ACT_ERRNO(ENOSYS), SCMP_SYS(clone3), 0) == 0 &&
          seccomp_rule_add(filter, SCMP_ACT_ERRNO(EPERM), SCMP_SYS(clone), 1,
@@ -156,7 +161,8 @@ bool refuse_processes(scmp_filter_ctx filter) {
 }
 
 // The families that stay leave gaps, and a rule for each gap.
-bool refuse_sockets(scmp_filter_ctx filter) {
+bool refuse_sockets(scmp_filter_ctx filter, bool all) {
+  if (all) return seccomp_rule_add(filter, SCMP_ACT_ERRNO(EPERM), SCMP_SYS(socket), 0) == 0;
   bool done = true;
   for (int family = 0; family < AF_MAX; ++family) {
     bool kept = false;
@@ -168,9 +174,10 @@ bool refuse_sockets(scmp_filter_ctx filter) {
   return done;
 }
 
-std::string refuse_calls() {
+std::string refuse_calls(const Rights& rights) {
   const Filter filter(seccomp_init(SCMP_ACT_ALLOW), seccomp_release);
-  bool done = filter && refuse_processes(filter.get()) && refuse_sockets(filter.get());
+  bool done = filter && refuse_sockets(filter.get(), !rights.sockets);
+  done = done && (rights.processes || refuse_processes(filter.get()));
   for (const char* name : kRefused) {
     const int number = seccomp_syscall_resolve_name(name);
     if (number < 0) continue;
@@ -182,15 +189,15 @@ std::string refuse_calls() {
 
 }  // namespace
 
-std::vector<std::string> give_up_privileges(const std::vector<std::string>& write_folders) {
+std::vector<std::string> give_up_privileges(const Rights& rights) {
   std::vector<std::string> not_given_up;
   const auto note = [&](const std::string& bad) {
     if (!bad.empty()) not_given_up.push_back(bad);
   };
   if (prctl(PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) != 0) note(not_done("the promise to gain no rights"));
-  note(keep_writes_in(write_folders));
-  note(keep_capabilities());
-  note(refuse_calls());
+  note(keep_writes_in(rights.write_folders));
+  note(keep_capabilities(rights.real_time));
+  note(refuse_calls(rights));
   return not_given_up;
 }
 

@@ -32,6 +32,10 @@ class ProgramSource {
   virtual void close() { abandon(); }
   /// The message of an error that came later, once; "" if there was none.
   virtual std::string take_failure() = 0;
+  /// After a failure, once: not even an end of the program follows; what there is of it must be given up.
+  virtual bool lost() { return false; }
+  /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.
+  virtual void hand_on_moves() {}
 };
 
 }  // namespace trn

@@ -23,6 +23,7 @@ PlannerConfig read_planner(const ConfigTable& root) {
   config.speed.jerk_share = table->number("jerk_share", config.speed.jerk_share, share);
   config.tolerance_mm_max = table->number("tolerance_mm_max", config.tolerance_mm_max, kPositive);
   config.buffer_s = table->number("buffer_s", config.buffer_s, Range{0.5, 10});
+  config.memory_mb = table->integer("memory_mb", config.memory_mb, Range{64, 65536});
   return config;
 }
 
@@ -71,7 +72,7 @@ Assembly assemble(const std::string& config_path, Field field) {
   return assemble(load_config(config_path), field);
 }
 
-Assembly assemble(const ConfigTable& config, Field field) {
+Assembly assemble_planning(const ConfigTable& config) {
   Assembly a{
       read_machine(config), nullptr, {}, {}, nullptr, nullptr, {}, {}, {}, {}, {}, nullptr, nullptr, nullptr};
   const ConfigTable& root = a.machine.root;
@@ -83,6 +84,12 @@ Assembly assemble(const ConfigTable& config, Field field) {
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
   a.planner.buffer_s = std::max(a.planner.buffer_s, 4 * plan_stop_s(a.plan_joints));
+  return a;
+}
+
+Assembly assemble(const ConfigTable& config, Field field) {
+  Assembly a = assemble_planning(config);
+  const ConfigTable& root = a.machine.root;
   add_rate_plans(a);
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);

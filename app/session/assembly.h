@@ -30,6 +30,7 @@ struct PlannerConfig {
   double tolerance_mm_max = 1.0;  ///< key `tolerance_mm_max`: a larger G64 P is an error
   double buffer_s =
       1.0;  ///< key `buffer_s`: motion planned ahead of the tick, at the least; four holds at least
+  long memory_mb = 1024;  ///< key `memory_mb`: what the daemon's process that plans programs may use
 };
 PlannerConfig read_planner(const ConfigTable& root);
 
@@ -57,6 +58,10 @@ struct Assembly {
 Assembly assemble(const std::string& config_path, Field field = Field::kEmulated);
 /// The same of a config that has been read already: its root table.
 Assembly assemble(const ConfigTable& config, Field field = Field::kEmulated);
+
+/// What plans programs of a machine, and no more: neither drives nor inputs, outputs and rate plans. For a
+/// config that `assemble` takes as well: keys that nothing here reads are not judged.
+Assembly assemble_planning(const ConfigTable& config);
 
 /// Where the joints of a machine stand that has not moved yet (mm, rad): one exchange with its drives, which
 /// are told to stay at zero.

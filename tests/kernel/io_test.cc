@@ -381,7 +381,7 @@ std::vector<JointVec> recorded_session(const std::string& config, const std::str
   MotionQueue queue(8192);
   Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait);
   SessionLog log(log_path, {config, "", ""});
-  PlannerThread planner(assembly, queue, {}, {}, &log);
+  PlannerThread planner(assembly, queue, {}, {}, planner_listeners(&log, nullptr));
   std::vector<JointVec> rows;
   RtCommand start{RtCommand::Kind::kStart};
   const auto tick = [&] {

@@ -275,6 +275,52 @@ class OperatorTest(unittest.TestCase):
             self.assertRegex(shop.log_text(), r"idle -> running: mdi, by \w+, process \d+")
             self.assertRegex(shop.log_text(), r"override 0\.5: override, by \w+, process \d+")
 
+    def test_a_dead_process_for_programs_stops_no_machine(self):
+        def process_for_programs():
+            for pid in filter(str.isdigit, os.listdir("/proc")):
+                try:
+                    with open(f"/proc/{pid}/stat", encoding="ascii") as file:
+                        name, rest = file.read().rsplit(")", 1)
+                    maker = rest.split()[1]
+                    with open(f"/proc/{maker}/stat", encoding="ascii") as file:
+                        daemon = file.read().rsplit(")", 1)[1].split()[1]
+                except OSError:  # it has ended
+                    continue
+                if name.endswith("(programs") and daemon == str(shop.process.pid):
+                    return int(pid)
+            self.fail("no process plans programs")
+
+        with Shop() as shop:
+            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            shop.start("--record", record, "--log", log)
+            part = shop.write("part.ngc", "G21 G90\nG1 F600 G64 P0.01\n" +
+                              "".join(f"X{i % 200 / 2} Y{i % 2 / 2}\n" for i in range(20000)) + "M2\n")
+            for kill in (signal.SIGKILL, signal.SIGABRT, signal.SIGSTOP):
+                shop.ask("load", part)
+                shop.ask("start")
+                shop.until(lambda s: s["state"] == "running" and s["line"] > 10)
+                os.kill(process_for_programs(), kill)
+                if kill == signal.SIGSTOP:  # it hangs: motion goes on as far as it is planned, and stops there
+                    time.sleep(1.5)
+                    self.assertEqual(shop.status()["state"], "running")
+                    shop.ask("hold")
+                    shop.ask("stop")
+                status = shop.until(lambda s: s["state"] == "idle")
+                self.assertEqual(status["fault"], "ok")
+                if kill != signal.SIGSTOP:
+                    self.assertIn("the process that plans programs", status["message"])
+                    self.assertTrue(status["program_failed"])
+                shop.ask("jog", "X", "1", "--wait")
+                shop.ask("mdi", "G0 X1", "--wait")
+            self.assertIn("was killed", shop.log_text())
+            self.assertIn("signal 6", shop.log_text())
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 500)
+            self.assertEqual(first[:len(second)], second[:len(first)])
+
     def test_an_unknown_command_is_explained(self):
         for word, near in (("hlep", "help"), ("statsu", "status"), ("jgo", "jog")):
             done = subprocess.run([BINARY, word], text=True, capture_output=True)

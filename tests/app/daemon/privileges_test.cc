@@ -26,10 +26,10 @@ namespace {
 constexpr int kOtherFailure = 255, kNotGivenUp = 254;
 
 // There is no way back, so each try is in a process of its own: 0, or errno of what failed.
-int errno_in_child(const std::string& own_folder, const std::function<bool()>& act) {
+int errno_in_child(const Rights& rights, const std::function<bool()>& act) {
   const pid_t child = fork();
   if (child == 0) {
-    const std::vector<std::string> not_given_up = give_up_privileges({own_folder});
+    const std::vector<std::string> not_given_up = give_up_privileges(rights);
     for (const std::string& what : not_given_up) std::fprintf(stderr, "%s\n", what.c_str());
     if (!not_given_up.empty()) _exit(kNotGivenUp);
     errno = 0;
@@ -54,7 +54,7 @@ class Privileges : public testing::Test {
   }
   static std::string own() { return testing::TempDir() + "/own"; }
   static std::string other() { return testing::TempDir() + "/other"; }
-  static int attempt(const std::function<bool()>& act) { return errno_in_child(own(), act); }
+  static int attempt(const std::function<bool()>& act) { return errno_in_child({{own()}}, act); }
 };
 
 TEST_F(Privileges, ItsOwnWorkGoesOn) {
@@ -119,6 +119,32 @@ TEST_F(Privileges, OnlyThreeCapabilitiesStay) {
               return in_thread;
             }),
             0);
+}
+
+// As a process that reads and plans programs.
+TEST_F(Privileges, RightsMayBeFewerOrMore) {
+  const Rights least{{own()}, false, false, false}, makes_processes{{}, false, false, true};
+  EXPECT_EQ(errno_in_child(least, [] { return socket(AF_UNIX, SOCK_SEQPACKET, 0) >= 0; }), EPERM);
+  EXPECT_EQ(errno_in_child(least, [] { return fork() >= 0; }), EPERM);
+  EXPECT_EQ(errno_in_child(least, [] { return opens(own() + "/new", O_CREAT | O_WRONLY); }), 0);
+  EXPECT_EQ(errno_in_child(least,
+                           [] {
+                             __user_cap_header_struct head{_LINUX_CAPABILITY_VERSION_3, 0};
+                             __user_cap_data_struct data[2]{};
+                             return syscall(SYS_capget, &head, data) == 0 && data[0].permitted == 0 &&
+                                    data[1].permitted == 0;
+                           }),
+            0);
+  EXPECT_EQ(errno_in_child(makes_processes, [] { return opens(own() + "/new", O_CREAT | O_WRONLY); }),
+            EACCES);
+  EXPECT_EQ(errno_in_child(makes_processes,
+                           [] {
+                             const pid_t child = fork();
+                             if (child == 0) _exit(0);
+                             return child > 0;
+                           }),
+            0);
+  EXPECT_EQ(errno_in_child(makes_processes, [] { return execl("/bin/true", "true", nullptr) == 0; }), EPERM);
 }
 
 }  // namespace

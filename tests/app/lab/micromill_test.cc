@@ -244,7 +244,7 @@ TEST(MicroStage, StatusAndSessionLogTellThePredictedDiameter) {
     Cycle cycle =
         make_cycle(assembly, queue, ProgramStops::kWait, *assembly.drives, nullptr, *assembly.rate_plans);
     SessionLog log(path, {config_of("micro_stage"), "", ""});
-    PlannerThread planner(assembly, queue, {}, {}, &log, &recorder);
+    PlannerThread planner(assembly, queue, {}, {}, planner_listeners(&log, &recorder));
     const auto tick = [&] {
       cycle.tick();
       log.report(cycle.last_report());

@@ -53,8 +53,8 @@ struct Session {
     std::filesystem::remove(vars);
     if (!log_path.empty())
       log = std::make_unique<SessionLog>(log_path, SessionHead{config, "", "", false, kTable});
-    planner.emplace(assembly, queue, Parameters(), ToolTable::parse(kTable, "t"), log.get(), nullptr,
-                    MemoryFiles{vars, ""});
+    planner.emplace(assembly, queue, Parameters(), ToolTable::parse(kTable, "t"),
+                    planner_listeners(log.get(), nullptr), MemoryFiles{vars, ""});
     assembly.drives->bring_up();
     while (report().drives != DriveState::kEnabled) tick();
   }

@@ -1,0 +1,320 @@
+#include "app/daemon/program_process.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <signal.h>
+#include <sys/prctl.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
+#include <cerrno>
+#include <chrono>
+#include <cstring>
+#include <memory>
+#include <new>
+#include <stdexcept>
+#include <system_error>
+#include <utility>
+
+#include "app/daemon/privileges.h"
+#include "app/session/assembly.h"
+#include "core/safe_file.h"
+#include "interp/move.h"
+
+namespace trn {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr int kPollMs = 5;
+constexpr std::chrono::seconds kGiveUpTime{1};   // for a process that was told to give up
+constexpr std::chrono::seconds kSettleTime{10};  // for slow disks
+constexpr std::size_t kSlackBytes = std::size_t{1} << 16;
+
+/// From the process that makes the workers: one began (value: its process), or ended (value: as of waitpid).
+struct WorkerNews {
+  enum class Kind : std::uint8_t { kBegan, kEnded };
+  Kind kind = Kind::kBegan;
+  int value = 0;
+};
+
+// Ctrl-C in a terminal, and the service manager's end, mean the daemon, which ends this by going.
+void live_for_the_daemon() {
+  prctl(PR_SET_PDEATHSIG, SIGKILL);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP, SIGPIPE}) signal(number, SIG_IGN);
+}
+
+bool is_waiting(int socket) { return recv(socket, nullptr, 0, MSG_PEEK | MSG_DONTWAIT | MSG_TRUNC) > 0; }
+
+// One at a time, each time that a byte comes.
+void make_workers(const ProgramWorkerParts& parts, int calls, int control) {
+  std::string old;
+  for (char go = 0; recv(control, &go, 1, 0) == 1;) {
+    while (is_waiting(calls) && receive_program_packet(calls, old) > 0) continue;  // for one that has died
+    const pid_t maker = getpid(), worker = fork();
+    if (worker == 0) {
+      live_for_the_daemon();
+      if (getppid() != maker) _exit(0);
+      prctl(PR_SET_NAME, "programs");
+      close(control);
+      work_on_programs(parts, calls);
+      _exit(0);
+    }
+    WorkerNews news{WorkerNews::Kind::kBegan, worker};
+    if (send(control, &news, sizeof news, MSG_NOSIGNAL) < 0) return;
+    news = {WorkerNews::Kind::kEnded, 0};
+    if (worker > 0) waitpid(worker, &news.value, 0);
+    if (send(control, &news, sizeof news, MSG_NOSIGNAL) < 0) return;
+  }
+}
+
+[[noreturn]] void live_as_maker(const ConfigTable& config, MotionQueue& queue, SharedProgramState& shared,
+                                const MemoryFiles& files, std::array<int, 2> ends) {
+  live_for_the_daemon();
+  prctl(PR_SET_NAME, "program maker");
+  try {
+    const Assembly assembly = assemble_planning(config);
+    const ProgramWorkerParts parts{assembly,
+                                   queue,
+                                   shared,
+                                   files,
+                                   assembly.corrections.setpoint->deflection() != nullptr,
+                                   static_cast<std::size_t>(assembly.planner.memory_mb) << 20};
+    make_workers(parts, ends[0], ends[1]);
+  } catch (const std::exception&) {  // the daemon itself tells what is wrong with its config
+  }
+  _exit(0);
+}
+
+std::string ending_text(int status) {
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGKILL)
+    return "the process that plans programs was killed: by somebody, or for want of memory";
+  if (WIFSIGNALED(status))
+    return fmt::format(
+        "the process that plans programs died of signal {} ({}); this is a defect of the control: report it "
+        "with the program",
+        WTERMSIG(status), strsignal(WTERMSIG(status)));
+  return "the process that plans programs has ended by itself";
+}
+
+std::array<int, 2> socket_pair() {
+  std::array<int, 2> ends{};
+  if (socketpair(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0, ends.data()) != 0)
+    throw std::system_error(errno, std::generic_category(), "a pair of sockets");
+  return ends;
+}
+
+template <typename T>
+T* make_in(SharedMemory& memory) {
+  return new (memory.allocate(sizeof(T), alignof(T))) T;
+}
+
+}  // namespace
+
+ProgramProcess::ProgramProcess(const ConfigTable& config, const MemoryFiles& files, std::size_t queue_blocks)
+    : memory_(MotionQueue::bytes(queue_blocks) + sizeof(MotionQueue) + sizeof(SharedProgramState) +
+              kSlackBytes),
+      queue_(new (memory_.allocate(sizeof(MotionQueue), alignof(MotionQueue)))
+                 MotionQueue(queue_blocks, &memory_)),
+      shared_(make_in<SharedProgramState>(memory_)) {
+  const std::array<int, 2> calls = socket_pair(), control = socket_pair();
+  maker_ = fork();
+  if (maker_ < 0) throw std::system_error(errno, std::generic_category(), "a process for programs");
+  if (maker_ == 0) {
+    ::close(calls[0]);
+    ::close(control[0]);
+    live_as_maker(config, *queue_, *shared_, files, {calls[1], control[1]});
+  }
+  ::close(calls[1]);
+  ::close(control[1]);
+  calls_ = calls[0];
+  control_ = control[0];
+}
+
+ProgramProcess::~ProgramProcess() {
+  close();
+  ::close(calls_);
+  ::close(control_);  // ends the maker, and that its worker
+  waitpid(maker_, nullptr, 0);
+}
+
+void ProgramProcess::tell(SessionLog* log, FeatureRecorder* features, std::uint8_t corrections_off) {
+  log_ = log;
+  features_ = features;
+  corrections_off_ = corrections_off;
+}
+
+void ProgramProcess::hand_on_moves() {
+  const std::lock_guard lock(moves_mutex_);
+  std::uint32_t taken = shared_->moves_taken.load(std::memory_order_relaxed);
+  for (; taken != shared_->moves_put.load(std::memory_order_acquire); ++taken) {
+    if (features_) features_->programmed(shared_->moves[taken % SharedProgramState::kMovesMax]);
+    shared_->moves_taken.store(taken + 1, std::memory_order_release);
+  }
+}
+
+void ProgramProcess::abandon() {
+  ++abandons_;
+  shared_->abandoned = true;
+}
+
+void ProgramProcess::close() {
+  shared_->closed = true;
+  abandon();
+}
+
+void ProgramProcess::start(const ProgramStart& start) {
+  if (log_) log_->program(start);
+  if (!features_) return;
+  hand_on_moves();
+  features_->begin();
+}
+
+std::string ProgramProcess::load_from(const std::string& path, const JointVec& q, std::uint32_t line) {
+  ProgramCall loading;
+  loading.path = path;
+  loading.q = q;
+  loading.line = line;
+  return call(loading, [&] {
+    ProgramStart program{path, std::nullopt, q};
+    program.from_line = line;
+    program.corrections_off = corrections_off_;
+    start(program);
+  });
+}
+
+void ProgramProcess::load_mdi(const std::string& text, const JointVec& q) {
+  ProgramCall mdi;
+  mdi.kind = ProgramCall::Kind::kMdi;
+  mdi.text = text;
+  mdi.q = q;
+  call(mdi, [&] {
+    ProgramStart program{"mdi", text, q};
+    program.corrections_off = corrections_off_;
+    start(program);
+  });
+}
+
+void ProgramProcess::confirm_tool(int number) {
+  ProgramCall confirmed;
+  confirmed.kind = ProgramCall::Kind::kConfirmTool;
+  confirmed.tool = number;
+  call(confirmed);
+}
+
+std::string ProgramProcess::tool_name(int number) const {
+  if (number == 0) return "no tool";
+  const std::lock_guard lock(names_mutex_);
+  const auto found = tool_names_.find(number);
+  return found == tool_names_.end() ? fmt::format("tool {}", number) : found->second;
+}
+
+void ProgramProcess::settle() {
+  shared_->abandoned = true;
+  ProgramCall settling;
+  settling.kind = ProgramCall::Kind::kSettle;
+  if (worker_ == 0) return;  // it had nothing to keep
+  try {
+    call(settling);
+  } catch (const ProgramError& error) {
+    throw FileError(error.what());
+  }
+}
+
+std::string ProgramProcess::call(const ProgramCall& what, const Go& go) {
+  const std::lock_guard lock(mutex_);
+  ProgramCall with_switches = what;
+  with_switches.corrections_off = corrections_off_;
+  const std::uint32_t abandons = abandons_;
+  ProgramReply reply;
+  try {
+    reply = ask(with_switches, go);
+  } catch (const ProgramError&) {
+    // The one before may have hung, and was ended for it: this one was not at fault.
+    if (ended_why_.empty() || abandons != abandons_) throw;
+    reply = ask(with_switches, go);
+  }
+  if (reply.kind == ProgramReply::Kind::kRefused) throw ProgramError(reply.text);
+  const std::lock_guard names_lock(names_mutex_);
+  tool_names_ = std::move(reply.tools);
+  return reply.text;
+}
+
+ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
+  look_for_end();
+  if (worker_ == 0) begin_worker();
+  ended_why_.clear();
+  if (send_program_packet(calls_, encode(what)) < 0)
+    throw ProgramError(fmt::format("the program is too long for a call: {}", std::strerror(errno)));
+  std::string packet;
+  for (Clock::time_point given_up{};;) {
+    pollfd waits[] = {{calls_, POLLIN, 0}, {control_, POLLIN, 0}};
+    poll(waits, 2, kPollMs);
+    if (waits[0].revents && receive_program_packet(calls_, packet) > 0) {
+      const ProgramReply reply = decode_reply(packet);
+      if (reply.kind == ProgramReply::Kind::kStarts) {
+        if (go) go();
+        send_program_packet(calls_, "go");
+      } else if (reply.kind != ProgramReply::Kind::kFailed) {
+        return reply;
+      }
+      continue;
+    }
+    if (const std::string end = look_for_end(); !end.empty()) throw ProgramError(end);
+    if (!shared_->abandoned)
+      given_up = {};
+    else if (given_up == Clock::time_point{})
+      given_up = Clock::now();
+    else if (Clock::now() - given_up > (what.kind == ProgramCall::Kind::kSettle ? kSettleTime : kGiveUpTime))
+      end_worker("the process that plans programs did not give up its program, and was ended");
+  }
+}
+
+void ProgramProcess::begin_worker() {
+  shared_->moves_taken.store(shared_->moves_put.load());
+  // Answers to a process that has died are nobody's.
+  std::string old;
+  while (is_waiting(calls_) && receive_program_packet(calls_, old) > 0) continue;
+  WorkerNews news;
+  const char go = 'g';
+  if (send(control_, &go, 1, MSG_NOSIGNAL) != 1 || recv(control_, &news, sizeof news, 0) != sizeof news)
+    throw ProgramError(
+        "no process for programs can be made: the one that makes them has ended; restart the daemon");
+  if (news.value < 0) throw ProgramError("no process for programs can be made on this host now");
+  worker_ = news.value;
+}
+
+// "" while it is at work, or none is.
+std::string ProgramProcess::look_for_end() {
+  WorkerNews news;
+  if (worker_ == 0 || recv(control_, &news, sizeof news, MSG_DONTWAIT) != sizeof news) return "";
+  worker_ = 0;
+  queue_->replace_writer();
+  return ended_why_.empty() ? ending_text(news.value) : ended_why_;
+}
+
+void ProgramProcess::end_worker(const std::string& why) {
+  if (!ended_why_.empty()) return;
+  ended_why_ = why;
+  kill(worker_, SIGKILL);
+}
+
+std::string ProgramProcess::take_failure() {
+  const std::unique_lock lock(mutex_, std::try_to_lock);
+  if (!lock) return "";
+  std::string packet;
+  if (is_waiting(calls_) && receive_program_packet(calls_, packet) > 0) {
+    const ProgramReply reply = decode_reply(packet);
+    if (reply.kind == ProgramReply::Kind::kFailed) return reply.text;
+  }
+  std::string end = look_for_end();
+  if (!end.empty()) lost_ = true;
+  return end;
+}
+
+}  // namespace trn

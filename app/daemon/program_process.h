@@ -1,0 +1,90 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <atomic>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <string>
+
+#include "app/daemon/program_source.h"
+#include "app/daemon/program_wire.h"
+#include "app/daemon/program_worker.h"
+#include "app/daemon/shared_memory.h"
+#include "app/session/feature_recorder.h"
+#include "app/session/machine_memory.h"
+#include "app/session/pipeline.h"
+#include "app/session/session_log.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "kernel/motion_queue.h"
+
+namespace trn {
+
+/// Programs are read, interpreted and planned in a process of their own, with a limit of memory and next to
+/// no rights; the queue to the tick lies in memory that both have. Whatever happens to that process - a
+/// defect, too much memory, a file that hangs - is a named failure here, and the next call begins with a new
+/// one, which reads from the files what the machine must not forget.
+///
+/// The constructor makes a process that waits, knows the machine and makes the others: it must be called
+/// before this process has threads, sockets or locked memory, for the others have what it has.
+class ProgramProcess final : public ProgramSource {
+ public:
+  /// Of a config that `assemble` takes. std::system_error.
+  ProgramProcess(const ConfigTable& config, const MemoryFiles& files, std::size_t queue_blocks);
+  ~ProgramProcess() override;
+  ProgramProcess(const ProgramProcess&) = delete;
+  ProgramProcess& operator=(const ProgramProcess&) = delete;
+
+  MotionQueue& queue() { return *queue_; }
+  /// Null: nobody. Before the first call.
+  void tell(SessionLog* log, FeatureRecorder* features, std::uint8_t corrections_off);
+
+  std::string load(const std::string& path, const JointVec& q) override { return load_from(path, q, 0); }
+  std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
+  void load_mdi(const std::string& text, const JointVec& q) override;
+  void confirm_tool(int number) override;
+  std::string tool_name(int number) const override;
+  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
+  std::uint8_t corrections_off() const override { return corrections_off_; }
+  void abandon() override;
+  void close() override;
+  std::string take_failure() override;
+  void hand_on_moves() override;
+  bool lost() override { return lost_.exchange(false); }
+
+  /// Ends the preparation and keeps all that programs have left behind. FileError.
+  void settle();
+  /// Of the process that is at work; 0: none.
+  pid_t worker() const { return worker_; }
+
+ private:
+  using Go = std::function<void()>;  ///< the program starts
+
+  std::string call(const ProgramCall& call, const Go& go = {});
+  ProgramReply ask(const ProgramCall& call, const Go& go);
+  void begin_worker();
+  std::string look_for_end();
+  void end_worker(const std::string& why);
+  void start(const ProgramStart& start);
+
+  SharedMemory memory_;
+  MotionQueue* queue_;
+  SharedProgramState* shared_;
+  int calls_ = -1, control_ = -1;
+  pid_t maker_ = -1;
+  std::atomic<pid_t> worker_ = 0;
+  std::string ended_why_;  ///< why this side ended the worker; "": it did not
+  std::mutex mutex_;       ///< of a call
+  std::mutex moves_mutex_;
+  mutable std::mutex names_mutex_;
+  std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_
+  std::atomic<std::uint8_t> corrections_off_ = 0;
+  std::atomic<std::uint32_t> abandons_ = 0;
+  std::atomic<bool> lost_ = false;
+  SessionLog* log_ = nullptr;
+  FeatureRecorder* features_ = nullptr;
+};
+
+}  // namespace trn

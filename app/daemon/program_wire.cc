@@ -1,0 +1,86 @@
+#include "app/daemon/program_wire.h"
+
+#include <fmt/format.h>
+#include <sys/socket.h>
+
+#include <cerrno>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <vector>
+
+namespace trn {
+
+namespace {
+
+using Json = nlohmann::json;
+
+constexpr std::size_t kToolsMax = 1000, kToolNameMax = 60, kTextMax = 16'000;
+
+// What is cut may end within a letter; JSON wants whole ones.
+std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+}  // namespace
+
+std::string encode(const ProgramCall& call) {
+  std::vector<double> q(call.q.data(), call.q.data() + call.q.size());
+  return text_of({{"kind", static_cast<int>(call.kind)},
+                  {"path", call.path},
+                  {"text", call.text},
+                  {"line", call.line},
+                  {"q", q},
+                  {"off", call.corrections_off},
+                  {"tool", call.tool}});
+}
+
+std::string encode(const ProgramReply& reply) {
+  Json tools = Json::array();
+  for (const auto& [number, name] : reply.tools)
+    if (tools.size() < kToolsMax) tools.push_back({number, name.substr(0, kToolNameMax)});
+  return text_of(
+      {{"kind", static_cast<int>(reply.kind)}, {"text", reply.text.substr(0, kTextMax)}, {"tools", tools}});
+}
+
+ProgramCall decode_call(const std::string& packet) {
+  const Json json = Json::parse(packet);
+  ProgramCall call;
+  call.kind = static_cast<ProgramCall::Kind>(json.at("kind").get<int>());
+  call.path = json.at("path");
+  call.text = json.at("text");
+  call.line = json.at("line");
+  const auto q = json.at("q").get<std::vector<double>>();
+  if (q.size() > static_cast<std::size_t>(kMaxJoints)) throw std::runtime_error("too many joints");
+  call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
+  call.corrections_off = json.at("off");
+  call.tool = json.at("tool");
+  return call;
+}
+
+ProgramReply decode_reply(const std::string& packet) {
+  const Json json = Json::parse(packet);
+  ProgramReply reply;
+  const int kind = json.at("kind");
+  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kFailed))
+    throw std::runtime_error(fmt::format("no reply of kind {}", kind));
+  reply.kind = static_cast<ProgramReply::Kind>(kind);
+  reply.text = json.at("text");
+  for (const Json& tool : json.at("tools")) reply.tools[tool.at(0)] = tool.at(1);
+  return reply;
+}
+
+long send_program_packet(int fd, const std::string& packet) {
+  ssize_t sent = -1;
+  do sent = send(fd, packet.data(), packet.size(), MSG_NOSIGNAL);
+  while (sent < 0 && errno == EINTR);
+  return sent;
+}
+
+long receive_program_packet(int fd, std::string& packet) {
+  packet.resize(kProgramPacketMax);
+  ssize_t got = -1;
+  do got = recv(fd, packet.data(), packet.size(), 0);
+  while (got < 0 && errno == EINTR);
+  packet.resize(static_cast<std::size_t>(got > 0 ? got : 0));
+  return got;
+}
+
+}  // namespace trn

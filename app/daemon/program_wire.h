@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <map>
+#include <string>
+
+#include "core/axes.h"
+
+namespace trn {
+
+/// What the daemon asks of the process that reads and plans its programs: one call of ProgramSource.
+struct ProgramCall {
+  enum class Kind : std::uint8_t { kLoad, kMdi, kConfirmTool, kSettle };
+  Kind kind = Kind::kLoad;
+  std::string path, text;  ///< kLoad; kMdi: the lines
+  std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start
+  JointVec q;              ///< kLoad, kMdi: where the machine stands, mm or rad
+  std::uint8_t corrections_off = 0;
+  int tool = 0;  ///< kConfirmTool
+};
+
+/// What comes back.
+struct ProgramReply {
+  enum class Kind : std::uint8_t {
+    kStarts,   ///< the program is sound, its first block is about to be made: the daemon says when to go on
+    kDone,     ///< the call is over
+    kRefused,  ///< the same; `text` is why
+    kFailed,   ///< without a call: the program cannot go on; `text` is why
+  };
+  Kind kind = Kind::kDone;
+  std::string text;
+  std::map<int, std::string> tools;  ///< kDone: names of the tools in the table, for people
+};
+
+std::string encode(const ProgramCall& call);
+std::string encode(const ProgramReply& reply);
+/// std::runtime_error for what `encode` does not make.
+ProgramCall decode_call(const std::string& packet);
+ProgramReply decode_reply(const std::string& packet);
+
+/// The longest packet, bytes.
+inline constexpr std::size_t kProgramPacketMax = std::size_t{1} << 17;
+/// One packet to or from a local socket, whole; -1 with errno, 0: the other end has gone.
+long send_program_packet(int fd, const std::string& packet);
+long receive_program_packet(int fd, std::string& packet);
+
+}  // namespace trn

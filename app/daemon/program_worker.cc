@@ -1,0 +1,181 @@
+#include "app/daemon/program_worker.h"
+
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <filesystem>
+#include <new>
+#include <stdexcept>
+#include <string>
+#include <thread>
+
+#include "app/daemon/planner_thread.h"
+#include "app/daemon/privileges.h"
+#include "app/daemon/program_wire.h"
+#include "app/session/pipeline.h"
+#include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+
+namespace trn {
+
+namespace {
+
+constexpr int kPollMs = 20;
+
+struct DaemonGone : std::runtime_error {
+  DaemonGone() : std::runtime_error("the daemon has gone") {}
+};
+
+// The sanitizers' own memory would count.
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kLimited = false;
+#else
+constexpr bool kLimited = true;
+#endif
+
+// Where memory is short, the kernel shall end this process, not the one that moves the machine.
+void limit_resources(std::size_t memory_bytes) {
+  const rlimit limit{memory_bytes, memory_bytes};
+  if (kLimited && memory_bytes > 0) setrlimit(RLIMIT_DATA, &limit);
+  const rlimit none{0, 0};
+  setrlimit(RLIMIT_CORE, &none);
+  const int fd = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);
+  if (fd < 0) return;
+  if (write(fd, "1000", 4) != 4) errno = 0;  // then it is as likely as others
+  close(fd);
+}
+
+std::vector<std::string> folders_of(const MemoryFiles& files) {
+  std::vector<std::string> folders;
+  for (const std::string& file : {files.vars, files.tools})
+    if (!file.empty()) folders.push_back(std::filesystem::absolute(file).parent_path());
+  return folders;
+}
+
+Parameters read_parameters(const std::string& path) {
+  Parameters parameters;
+  if (!path.empty() && std::filesystem::exists(path)) load_parameters(path, parameters);
+  return parameters;
+}
+
+class ProgramWorker {
+ public:
+  ProgramWorker(const ProgramWorkerParts& parts, int socket)
+      : parts_(parts),
+        socket_(socket),
+        tools_(parts.files.tools.empty() ? ToolTable() : ToolTable::load(parts.files.tools)),
+        planner_(parts.assembly, parts.queue, read_parameters(parts.files.vars), tools_, listeners(),
+                 parts.files, {parts.shared.abandoned, parts.shared.closed}) {}
+
+  void serve() {
+    std::string packet;
+    while (true) {
+      pollfd waits{socket_, POLLIN, 0};
+      poll(&waits, 1, kPollMs);
+      if (const std::string failure = planner_.take_failure(); !failure.empty())
+        tell({ProgramReply::Kind::kFailed, failure, {}});
+      if (!waits.revents) continue;
+      if (receive_program_packet(socket_, packet) <= 0) throw DaemonGone();
+      answer(decode_call(packet));
+    }
+  }
+
+ private:
+  void tell(const ProgramReply& reply) const {
+    if (send_program_packet(socket_, encode(reply)) <= 0) throw DaemonGone();
+  }
+
+  void answer(const ProgramCall& call) {
+    ProgramReply reply;
+    try {
+      reply.text = obey(call);
+      for (const auto& [number, tool] : tools_.tools()) reply.tools[number] = planner_.tool_name(number);
+    } catch (const DaemonGone&) {
+      throw;
+    } catch (const std::bad_alloc&) {
+      reply = {ProgramReply::Kind::kRefused, kNoMemory, {}};
+    } catch (const std::exception& error) {
+      reply = {ProgramReply::Kind::kRefused, error.what(), {}};
+    }
+    tell(reply);
+  }
+
+  std::string obey(const ProgramCall& call) {
+    planner_.set_corrections_off(call.corrections_off);
+    switch (call.kind) {
+      case ProgramCall::Kind::kLoad:
+        return call.line > 1 ? planner_.load_from(call.path, call.q, call.line)
+                             : planner_.load(call.path, call.q);
+      case ProgramCall::Kind::kMdi:
+        planner_.load_mdi(call.text, call.q);
+        return "";
+      case ProgramCall::Kind::kConfirmTool:
+        planner_.confirm_tool(call.tool);
+        return planner_.tool_name(call.tool);
+      case ProgramCall::Kind::kSettle:
+        planner_.settle();
+        return "";
+    }
+    throw std::runtime_error("no such call");
+  }
+
+  // The daemon writes into the session's log what begins, before any of its blocks is there.
+  PlannerListeners listeners() {
+    PlannerListeners out;
+    out.starts = [this](const ProgramStart&) {
+      tell({ProgramReply::Kind::kStarts, "", {}});
+      std::string go;
+      if (receive_program_packet(socket_, go) <= 0) throw DaemonGone();
+    };
+    if (parts_.tells_moves) out.move = [this](const ProgramMove& move) { put(move); };
+    return out;
+  }
+
+  void put(const ProgramMove& move) const {
+    SharedProgramState& shared = parts_.shared;
+    const std::uint32_t put = shared.moves_put.load(std::memory_order_relaxed);
+    while (put - shared.moves_taken.load(std::memory_order_acquire) >= SharedProgramState::kMovesMax) {
+      if (shared.abandoned) return;
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    shared.moves[put % SharedProgramState::kMovesMax] = move;
+    shared.moves_put.store(put + 1, std::memory_order_release);
+  }
+
+  static constexpr const char* kNoMemory =
+      "the program needs more memory than planner.memory_mb allows the process that plans it";
+
+  const ProgramWorkerParts& parts_;
+  int socket_;
+  ToolTable tools_;
+  PlannerThread planner_;
+};
+
+// What cannot be read is the answer to every call.
+void refuse_all(int socket, const std::string& why) {
+  std::string packet;
+  while (receive_program_packet(socket, packet) > 0)
+    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, {}})) <= 0) return;
+}
+
+}  // namespace
+
+void work_on_programs(const ProgramWorkerParts& parts, int socket) {
+  limit_resources(parts.memory_bytes);
+  Rights rights;
+  rights.write_folders = folders_of(parts.files);
+  rights.real_time = rights.sockets = false;
+  give_up_privileges(rights);  // the daemon has told what this host cannot do
+  try {
+    ProgramWorker(parts, socket).serve();
+  } catch (const DaemonGone&) {
+  } catch (const std::exception& error) {
+    refuse_all(socket, error.what());
+  }
+}
+
+}  // namespace trn

@@ -1,0 +1,253 @@
+#include "app/daemon/program_process.h"
+
+#include <fmt/format.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstdlib>
+#include <cstring>
+#include <fstream>
+#include <random>
+#include <stdexcept>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "app/session/assembly.h"
+#include "app/session/pipeline.h"
+#include "core/axes.h"
+#include "core/config.h"
+#include "core/motion.h"
+#include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "kernel/motion_queue.h"
+#include "tests/support/paths.h"
+
+// The process that plans programs, before a queue whose tick is played by the test.
+namespace trn {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+std::string written(const std::string& name, const std::string& text) {
+  std::string path = testing::TempDir() + "/" + name;
+  std::ofstream(path) << text;
+  return path;
+}
+
+// With this line in the section of the planner.
+std::string mill_with(const std::string& line) {
+  std::string text = read_text_file(source_dir() + "/configs/mill.toml");
+  const std::string section = "[planner]\n";
+  return text.insert(text.find(section) + section.size(), line);
+}
+
+/// Hundreds of blocks without a stop between them.
+std::string zigzag(int lines) {
+  std::string text = "G21 G90 G94 G64 P0.01\nG1 F600\n";
+  for (int i = 0; i < lines; ++i) text += fmt::format("X{:.1f} Y{:.1f}\n", 0.5 * (i % 200), 0.5 * (i % 2));
+  return text + "M2\n";
+}
+
+class ProgramProcessTest : public testing::Test {
+ protected:
+  explicit ProgramProcessTest(const std::string& line = "", const MemoryFiles& files = {})
+      : config_(parse_config(mill_with(line), "mill.toml")),
+        process_(config_, files, 4096),
+        assembly_(assemble(config_)),
+        q_(standing_joints(assembly_)) {}
+
+  MotionQueue& queue() { return process_.queue(); }
+  /// The next block, as soon as it has come; false if the process has failed.
+  bool take(MotionBlock& block) {
+    const auto end = Clock::now() + std::chrono::seconds(60);
+    while (Clock::now() < end) {
+      queue().look();
+      if (const MotionBlock* front = queue().front()) {
+        block = *front;
+        queue().pop();
+        return true;
+      }
+      failure_ = process_.take_failure();
+      if (!failure_.empty()) return false;
+      std::this_thread::yield();
+    }
+    ADD_FAILURE() << "no block comes";
+    return false;
+  }
+  std::vector<MotionBlock> take_all() {
+    std::vector<MotionBlock> blocks(1);
+    while (take(blocks.back()) && blocks.back().event.kind != QueueEvent::Kind::kProgramEnd)
+      blocks.emplace_back();
+    return blocks;
+  }
+  void drop_everything() {
+    queue().drop_all();
+    for (int i = 0; i < 100'000 && (queue().buffered_s() > 0 || queue().holds_stop()); ++i) {
+      queue().look();
+      queue().front();
+    }
+    ASSERT_EQ(queue().buffered_s(), 0);
+    ASSERT_FALSE(queue().holds_stop());
+  }
+  /// What the same program gives in one process.
+  std::vector<MotionBlock> planned_here(const std::string& path) {
+    Parameters parameters;
+    ToolTable tools;
+    Pipeline pipeline(assembly_, parameters, tools, {path, std::nullopt, q_}, {});
+    std::vector<MotionBlock> blocks;
+    for (MotionBlock block; pipeline.next(block);) blocks.push_back(block);
+    return blocks;
+  }
+  static void expect_same(const std::vector<MotionBlock>& a, const std::vector<MotionBlock>& b) {
+    ASSERT_EQ(a.size(), b.size());
+    for (std::size_t i = 0; i < a.size(); ++i) {
+      ASSERT_EQ(a[i].segment_count, b[i].segment_count) << i;
+      ASSERT_EQ(a[i].line, b[i].line) << i;
+      for (int k = 0; k < a[i].segment_count; ++k)
+        ASSERT_EQ(std::memcmp(&a[i].segments[static_cast<std::size_t>(k)],
+                              &b[i].segments[static_cast<std::size_t>(k)], sizeof a[i].segments[0]),
+                  0)
+            << i << " " << k;
+    }
+  }
+
+  ConfigTable config_;
+  ProgramProcess process_;
+  Assembly assembly_;
+  JointVec q_;
+  std::string failure_;
+};
+
+TEST_F(ProgramProcessTest, BlocksAreThoseOfOneProcess) {
+  const std::string path = written("zigzag.ngc", zigzag(500));
+  process_.load(path, q_);
+  EXPECT_NE(process_.worker(), 0);
+  EXPECT_NE(process_.worker(), getpid());
+  expect_same(take_all(), planned_here(path));
+}
+
+TEST_F(ProgramProcessTest, WhatIsWrongWithAProgramIsToldAsBefore) {
+  try {
+    process_.load(written("bad.ngc", "G21\nG1 X[1+ F100\nM2\n"), q_);
+    FAIL() << "it was taken";
+  } catch (const ProgramError& error) {
+    EXPECT_NE(std::string(error.what()).find("bad.ngc:2:"), std::string::npos) << error.what();
+  }
+  const pid_t worker = process_.worker();
+  process_.load_mdi("G0 X1", q_);
+  EXPECT_EQ(process_.worker(), worker) << "an error of the program is none of the process";
+}
+
+// At random moments of planning, loading and resting. Nothing is left of the old program, and the next one is
+// whole.
+TEST_F(ProgramProcessTest, OneThatIsKilledIsANamedFailureAndTheNextOneWorks) {
+  const char* const count = std::getenv("TRN_LONG");
+  const int kills = count ? std::max(20, std::atoi(count)) : 20;
+  const std::string path = written("zigzag.ngc", zigzag(3000));
+  const std::vector<MotionBlock> whole = planned_here(path);
+  std::mt19937 rng(7);
+  int while_planning = 0;
+  for (int i = 0; i < kills; ++i) {
+    process_.load(path, q_);
+    const int taken = std::uniform_int_distribution<int>(0, static_cast<int>(whole.size()) - 1)(rng);
+    MotionBlock block;
+    for (int k = 0; k < taken; ++k) ASSERT_TRUE(take(block));
+    kill(process_.worker(), SIGKILL);
+    const std::vector<MotionBlock> rest = take_all();
+    const bool ended = rest.back().event.kind == QueueEvent::Kind::kProgramEnd;
+    for (const auto end = Clock::now() + std::chrono::seconds(20); failure_.empty() && Clock::now() < end;)
+      failure_ = process_.take_failure();
+    EXPECT_NE(failure_.find("was killed"), std::string::npos) << failure_;
+    EXPECT_TRUE(process_.lost());
+    EXPECT_FALSE(process_.lost()) << "said once";
+    while_planning += !ended;
+    process_.abandon();
+    drop_everything();
+    failure_.clear();
+  }
+  EXPECT_GT(while_planning, kills / 4) << "too few of the kills came while it planned";
+  process_.load(path, q_);
+  expect_same(take_all(), whole);
+}
+
+TEST_F(ProgramProcessTest, ADefectIsNamedByItsSignal) {
+  process_.load_mdi("G0 X1", q_);
+  kill(process_.worker(), SIGSEGV);
+  for (const auto end = Clock::now() + std::chrono::seconds(20); failure_.empty() && Clock::now() < end;)
+    failure_ = process_.take_failure();
+  EXPECT_NE(failure_.find("signal 11"), std::string::npos) << failure_;
+}
+
+// It does not even hear that it shall give up: it is ended, and who asks next does not notice.
+TEST_F(ProgramProcessTest, OneThatHangsIsReplaced) {
+  process_.load(written("zigzag.ngc", zigzag(3000)), q_);
+  const pid_t hangs = process_.worker();
+  kill(hangs, SIGSTOP);
+  process_.abandon();
+  drop_everything();
+  const auto before = Clock::now();
+  process_.load_mdi("G0 X1", q_);
+  EXPECT_LT(Clock::now() - before, std::chrono::seconds(30));
+  EXPECT_NE(process_.worker(), hangs);
+}
+
+// The call itself is given up by another thread, as a stop does.
+TEST_F(ProgramProcessTest, ACallThatHangsCanBeGivenUp) {
+  process_.load_mdi("G0 X1", q_);
+  drop_everything();
+  kill(process_.worker(), SIGSTOP);
+  std::thread stop([&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    process_.abandon();
+  });
+  EXPECT_THROW(process_.load_mdi("G0 X2", q_), ProgramError);
+  stop.join();
+}
+
+class SmallProgramProcess : public ProgramProcessTest {
+ protected:
+  SmallProgramProcess() : ProgramProcessTest("memory_mb = 64\n") {}
+};
+
+TEST_F(SmallProgramProcess, AProgramThatNeedsTooMuchMemoryIsRefused) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "a sanitizer's own memory has no limit";
+#endif
+  std::string text = "G21\n";
+  for (int i = 0; i < 900'000; ++i) text += fmt::format("#<_a_name_of_some_length_{}>=1\n", i);
+  try {
+    process_.load(written("large.ngc", text + "M2\n"), q_);
+    FAIL() << "it was taken";
+  } catch (const ProgramError& error) {
+    EXPECT_NE(std::string(error.what()).find("memory_mb"), std::string::npos) << error.what();
+  }
+  process_.load(written("zigzag.ngc", zigzag(50)), q_);
+  EXPECT_EQ(take_all().back().event.kind, QueueEvent::Kind::kProgramEnd);
+}
+
+class KeepingProgramProcess : public ProgramProcessTest {
+ protected:
+  KeepingProgramProcess() : ProgramProcessTest("", {testing::TempDir() + "/kept.var", ""}) {}
+};
+
+// What a line has set is on the disk before the call is answered, so the next process has it.
+TEST_F(KeepingProgramProcess, OffsetsOutliveTheProcess) {
+  process_.load_mdi("G10 L2 P1 X12.5", q_);
+  take_all();
+  kill(process_.worker(), SIGKILL);
+  for (const auto end = Clock::now() + std::chrono::seconds(20); failure_.empty() && Clock::now() < end;)
+    failure_ = process_.take_failure();
+  process_.load_mdi("G0 X0", q_);
+  double last_x = 0;
+  for (const MotionBlock& block : take_all())
+    if (block.segment_count > 0) last_x = block.piece.at(block.piece.length)[kX];
+  EXPECT_NEAR(last_x, 12.5, 1e-9);
+}
+
+}  // namespace
+}  // namespace trn
