@@ -53,14 +53,17 @@ SimulatedSpindle::Config read_spindle(const Machine& machine, const ConfigTable&
 }  // namespace
 
 SimulatedIo::SimulatedIo(const Config& config, const Kinematics& kinematics)
-    : script_(config.script), plates_(config.plates, kinematics), spindle_(config.spindle) {
+    : script_(config.script),
+      table_(config.table, kinematics),
+      touch_(config.touch),
+      spindle_(config.spindle) {
   for (const Wire& wire : config.wires) wires_.push_back({wire, 0, 0});
 }
 
 void SimulatedIo::exchange(const IoOutputs& outputs, const IoPlace& place, IoInputs& inputs) TRN_RT {
   follow_wires(outputs);
   run_script();
-  inputs_.probe = plates_.touches(place.q, place.tool_offset);
+  if (!table_.empty()) inputs_.probe = touch_.closed(table_.gap(place.q, place.tool_offset));
   spindle_.step(outputs, inputs_);
   ++period_;
   inputs = inputs_;
@@ -97,7 +100,8 @@ SimulatedIo::Config read_simulated_io(const Machine& machine, const ConfigTable&
   for (const ConfigTable& table : io.tables_if("wire")) config.wires.push_back(read_wire(machine, table));
   for (const ConfigTable& table : io.tables_if("script"))
     config.script.push_back(read_script(machine, table));
-  config.plates = read_plates(io);
+  config.table = read_touch_table(machine, io);
+  config.touch = read_touch_switch(io);
   config.spindle = read_spindle(machine, io);
   return config;
 }

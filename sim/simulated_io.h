@@ -7,12 +7,12 @@
 #include "core/ports.h"
 #include "core/units.h"
 #include "sim/simulated_spindle.h"
-#include "sim/touch_plates.h"
+#include "sim/touch_table.h"
 
 namespace trn {
 
 /// Devices beside the drives, stepped once an exchange; deterministic: inputs wired to outputs, inputs that
-/// change by a script, a probe that touches plates on the table, and a spindle.
+/// change by a script, a probe that touches shapes on the table, and a spindle.
 class SimulatedIo final : public MachineIo {
  public:
   /// Input `input` follows output `output`, `delay` periods later.
@@ -31,7 +31,8 @@ class SimulatedIo final : public MachineIo {
   struct Config {
     std::vector<Wire> wires;
     std::vector<ScriptedInput> script;
-    std::vector<TouchPlates::Plate> plates;
+    TouchTable::Config table;
+    TouchSwitch::Config touch;
     SimulatedSpindle::Config spindle;
   };
 
@@ -53,7 +54,8 @@ class SimulatedIo final : public MachineIo {
 
   std::vector<LiveWire> wires_;
   std::vector<ScriptedInput> script_;
-  TouchPlates plates_;
+  TouchTable table_;
+  TouchSwitch touch_;
   SimulatedSpindle spindle_;
   IoInputs inputs_;
   std::uint64_t period_ = 0;

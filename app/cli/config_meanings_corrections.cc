@@ -53,10 +53,14 @@ const ChapterMeaning kCorrectionMeanings = {
               "rest, as with another tool."},
          }},
         {"Errors of one axis",
-         {{"corrections.geometric.axis", ""}},
+         {{"corrections.geometric.axis", ""},
+          {"io.errors.axis", "simulated"},
+          {"io.emulation.errors.axis", "modbus"},
+          {"drives.emulation.errors.axis", "canopen"}},
          "Names as in ISO 230-1: x, y, z are shifts along, a, b, c tilts about X, Y, Z. `trunnion ballbar "
-         "identify` "
-         "finds those of rotary axes and writes the section.",
+         "identify` and `trunnion ball fit` find those of rotary axes and write the section. The tables "
+         "below "
+         "`[io]` and `[drives]` say where the axes of the simulated machine really lie, as its probe feels.",
          {
              {"joint", "The axis.", "", "the name of a joint"},
              {"ex0_mm ey0_mm ez0_mm", "Where the axis lies beside its nominal place."},
@@ -66,7 +70,10 @@ const ChapterMeaning kCorrectionMeanings = {
               "carries."},
          }},
         {"Errors along an axis",
-         {{"corrections.geometric.axis.table", ""}},
+         {{"corrections.geometric.axis.table", ""},
+          {"io.errors.axis.table", "simulated"},
+          {"io.emulation.errors.axis.table", "modbus"},
+          {"drives.emulation.errors.axis.table", "canopen"}},
          "Measured at places along the axis and smooth between them.",
          {
              {"at_mm at_deg", "Places along the joint at which the errors are known; they must rise.",

@@ -214,9 +214,31 @@ mounting = "fixed-free"
 fixed_bearing_mm = -@bearing
 far_bearing_mm = @bearing
 )";
-constexpr char kPlate[] = R"(
+constexpr char kShapes[] = R"(
+[[@io.plate]]
 min_mm = [-40, -40, -60]
 max_mm = [40, 40, -20]
+[[@io.plate.bore]]
+x_mm = 0
+y_mm = 0
+diameter_mm = @k
+depth_mm = 40
+[[@io.boss]]
+diameter_mm = @k
+height_mm = @k
+[[@io.ball]]
+at_mm = [0, 0, @k]
+diameter_mm = @k
+[@io.probe]
+[[@io.errors.axis]]
+joint = "@X"
+[@io.errors.axis.table]
+at_mm = [-400, 600]
+[[@io.errors.axis]]
+joint = "@C"
+[@io.errors.axis.table]
+periodic = true
+at_deg = [0, 90, 180, 270, 360]
 )";
 constexpr char kSimulatedIo[] = R"(
 [@io.spindle]
@@ -234,7 +256,6 @@ value = 1
 at_s = 1
 analog_input = 1
 value = 1
-[[@io.plate]]
 )";
 
 constexpr char kCan[] = R"(
@@ -482,24 +503,24 @@ std::string screws(const char* first, const char* second) {
   return below(below(kScrew, "@X", first), "@Y", second);
 }
 std::string drives_below(const char* table) { return below(kSimulatedDrives, "@drives", table); }
-std::string io_below(const char* table) { return below(kSimulatedIo, "@io", table) + kPlate; }
+std::string io_below(const char* table) { return below(std::string(kSimulatedIo) + kShapes, "@io", table); }
 
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
   const std::string five = std::string(kFiveJoints) + kProgram, can = kCan;
-  const std::string plate = "[[drives.emulation.plate]]" + std::string(kPlate);
+  const std::string shapes = below(kShapes, "@io", "drives.emulation");
   return {
       {"simulated",
        five + kCorrections + "[tool_change]\nconfirm = \"input\"\ninput = 3\n[drives]\ntype = \"simulated\"" +
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + plate + kScrew +
+       five + below(can, "@bus", "") + drives_below("drives.emulation") + shapes + kScrew +
            "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
-       five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + plate +
+       five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +
            "[tool_change]\nconfirm = \"none\"\n[[drives.bus]]\ninterface = \"can1\"\n",
        "[[drives.bus]]\ninterface = \"can2\"\n"},
       {"modbus",

@@ -6,9 +6,9 @@ namespace trn {
 
 namespace {
 
-std::vector<TouchPlates::Plate> plates_of(const ConfigTable& drives) {
+TouchTable::Config table_of(const Machine& machine, const ConfigTable& drives) {
   const auto emulation = drives.table_if("emulation");
-  return emulation ? read_plates(*emulation) : std::vector<TouchPlates::Plate>{};
+  return emulation ? read_touch_table(machine, *emulation) : TouchTable::Config{};
 }
 
 double length_of(const ConfigTable& drives) {
@@ -20,7 +20,7 @@ double length_of(const ConfigTable& drives) {
 
 EmulatedProbe::EmulatedProbe(const Machine& machine, const ConfigTable& drives)
     : kinematics_(make_kinematics(machine)),
-      plates_(plates_of(drives), *kinematics_),
+      table_(table_of(machine, drives), *kinematics_),
       tool_offset_(0, 0, length_of(drives)),
       q_before_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))) {}
 
@@ -36,15 +36,15 @@ double EmulatedProbe::share_at_change(const JointVec& q) const TRN_RT {
   for (int i = 0; i < 40; ++i) {
     const double middle = 0.5 * (low + high);
     const JointVec there = q_before_ + middle * (q - q_before_);
-    (plates_.touches(there, tool_offset_) == contact_ ? low : high) = middle;
+    (table_.touches(there, tool_offset_) == contact_ ? low : high) = middle;
   }
   return high;
 }
 
 void EmulatedProbe::step() TRN_RT {
-  if (plates_.empty()) return;
+  if (table_.empty()) return;
   const JointVec q = where();
-  if (plates_.touches(q, tool_offset_) != contact_) {
+  if (table_.touches(q, tool_offset_) != contact_) {
     // All drives latch the position of the same moment, each its own: together they are the place where the
     // tip touched.
     const double share = share_at_change(q);

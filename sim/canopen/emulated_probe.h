@@ -9,15 +9,15 @@
 #include "core/machine.h"
 #include "core/ports.h"
 #include "sim/canopen/emulated_node.h"
-#include "sim/touch_plates.h"
+#include "sim/touch_table.h"
 
 namespace trn {
 
-/// A touch probe whose signal goes to the fast inputs of all emulated drives: it meets the plates of
-/// [[drives.emulation.plate]], and every drive is told where it stood at that moment between two periods.
+/// A touch probe whose signal goes to the fast inputs of all emulated drives: it meets the shapes of
+/// [drives.emulation], and every drive is told where it stood at that moment between two periods.
 class EmulatedProbe {
  public:
-  /// `drives`: section [drives]; [drives.emulation] may have plates and the probe's length. ConfigError as
+  /// `drives`: section [drives]; [drives.emulation] may have shapes and the probe's length. ConfigError as
   /// ConfigTable.
   EmulatedProbe(const Machine& machine, const ConfigTable& drives);
 
@@ -31,7 +31,7 @@ class EmulatedProbe {
   double share_at_change(const JointVec& q) const TRN_RT;
 
   std::unique_ptr<Kinematics> kinematics_;
-  TouchPlates plates_;
+  TouchTable table_;
   Vec3 tool_offset_ = Vec3::Zero();
   std::vector<std::pair<EmulatedNode*, int>> nodes_;
   JointVec q_before_;
