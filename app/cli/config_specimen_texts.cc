@@ -96,13 +96,11 @@ operate = "operators"
 set_up = "setters"
 )";
 
-constexpr char kCorrections[] = R"(
-[corrections.geometric]
-m_on = "M401"
-m_off = "M402"
-[[corrections.geometric.axis]]
+// What axes lie beside their places, below @errors.
+constexpr char kAxisErrors[] = R"(
+[[@errors.axis]]
 joint = "@X"
-[corrections.geometric.axis.table]
+[@errors.axis.table]
 at_mm = [-400, 0, 400, 600]
 ex_mm = [0, 0, 0, 0]
 ey_mm = [0, 0, 0, 0]
@@ -110,9 +108,9 @@ ez_mm = [0, 0, 0, 0]
 ea_arcsec = [0, 0, 0, 0]
 eb_arcsec = [0, 0, 0, 0]
 ec_arcsec = [0, 0, 0, 0]
-[[corrections.geometric.axis]]
+[[@errors.axis]]
 joint = "@C"
-[corrections.geometric.axis.table]
+[@errors.axis.table]
 periodic = true
 at_deg = [0, 90, 180, 270, 360]
 ex_mm = [0, 0, 0, 0, 0]
@@ -121,6 +119,12 @@ ez_mm = [0, 0, 0, 0, 0]
 ea_arcsec = [0, 0, 0, 0, 0]
 eb_arcsec = [0, 0, 0, 0, 0]
 ec_arcsec = [0, 0, 0, 0, 0]
+)";
+
+constexpr char kCorrections[] = R"(
+[corrections.geometric]
+m_on = "M401"
+m_off = "M402"
 [corrections.joint_table]
 m_on = "M411"
 m_off = "M412"
@@ -230,15 +234,6 @@ height_mm = @k
 at_mm = [0, 0, @k]
 diameter_mm = @k
 [@io.probe]
-[[@io.errors.axis]]
-joint = "@X"
-[@io.errors.axis.table]
-at_mm = [-400, 600]
-[[@io.errors.axis]]
-joint = "@C"
-[@io.errors.axis.table]
-periodic = true
-at_deg = [0, 90, 180, 270, 360]
 )";
 constexpr char kSimulatedIo[] = R"(
 [@io.spindle]
@@ -503,16 +498,21 @@ std::string screws(const char* first, const char* second) {
   return below(below(kScrew, "@X", first), "@Y", second);
 }
 std::string drives_below(const char* table) { return below(kSimulatedDrives, "@drives", table); }
-std::string io_below(const char* table) { return below(std::string(kSimulatedIo) + kShapes, "@io", table); }
+std::string errors_below(const std::string& table) { return below(kAxisErrors, "@errors", table); }
+std::string shapes_below(const std::string& table) {
+  return below(kShapes, "@io", table) + errors_below(table + ".errors");
+}
+std::string io_below(const char* table) { return below(kSimulatedIo, "@io", table) + shapes_below(table); }
 
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
   const std::string five = std::string(kFiveJoints) + kProgram, can = kCan;
-  const std::string shapes = below(kShapes, "@io", "drives.emulation");
+  const std::string shapes = shapes_below("drives.emulation");
   return {
       {"simulated",
-       five + kCorrections + "[tool_change]\nconfirm = \"input\"\ninput = 3\n[drives]\ntype = \"simulated\"" +
+       five + kCorrections + errors_below("corrections.geometric") +
+           "[tool_change]\nconfirm = \"input\"\ninput = 3\n[drives]\ntype = \"simulated\"" +
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
