@@ -89,10 +89,15 @@ const ChapterMeaning kIoMeanings = {
          {{"io.probe", "simulated"}, {"io.emulation.probe", "modbus"}, {"drives.emulation.probe", "canopen"}},
          "",
          {{"tip_diameter_mm", "Diameter of the ball that stands on the tool's tip; 0: the tip is a point."}}},
-        {"The simulated probe's noise",
+        {"The simulated probe as it really is",
          {{"io.probe", "simulated"}, {"io.emulation.probe", "modbus"}},
          "",
          {
+             {"length_mm",
+              "Length of what is in the spindle, from the gauge point to the tip. With it the simulated tip "
+              "is "
+              "there whatever the program says, as on a machine.",
+              "what the program says of the tool"},
              {"noise_mm", "Standard deviation of the gap at which a touch is felt."},
              {"seed", "Another one gives other noise; the same one gives the same."},
          }},

@@ -226,14 +226,13 @@ max_mm = [40, 40, -20]
 x_mm = 0
 y_mm = 0
 diameter_mm = @k
-depth_mm = 40
+depth_mm = 4
 [[@io.boss]]
 diameter_mm = @k
 height_mm = @k
 [[@io.ball]]
 at_mm = [0, 0, @k]
 diameter_mm = @k
-[@io.probe]
 )";
 constexpr char kSimulatedIo[] = R"(
 [@io.spindle]
@@ -502,13 +501,15 @@ std::string errors_below(const std::string& table) { return below(kAxisErrors, "
 std::string shapes_below(const std::string& table) {
   return below(kShapes, "@io", table) + errors_below(table + ".errors");
 }
-std::string io_below(const char* table) { return below(kSimulatedIo, "@io", table) + shapes_below(table); }
+std::string io_below(const char* table) {
+  return below(kSimulatedIo, "@io", table) + "[" + table + ".probe]\nlength_mm = 40\n" + shapes_below(table);
+}
 
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
   const std::string five = std::string(kFiveJoints) + kProgram, can = kCan;
-  const std::string shapes = shapes_below("drives.emulation");
+  const std::string shapes = "[drives.emulation.probe]\n" + shapes_below("drives.emulation");
   return {
       {"simulated",
        five + kCorrections + errors_below("corrections.geometric") +

@@ -33,7 +33,7 @@ namespace trn {
 namespace {
 
 struct DaemonOptions {
-  std::string machine, tools, vars, record, log;
+  std::string machine, tools, vars, record, log, logs;
 };
 
 constexpr std::size_t kQueueBlocks = 8192;
@@ -88,7 +88,7 @@ void run_machine(const DaemonOptions& options) {
   log_to_stderr();
   const ConfigTable config = load_config(options.machine);
   check_files(options);
-  ProgramProcess programs(config, {options.vars, options.tools}, kQueueBlocks);  // before threads and sockets
+  ProgramProcess programs(config, {options.vars, options.tools, options.logs}, kQueueBlocks);  // before threads and sockets
   Assembly assembly = assemble(config, Field::kReal);
   Door door(assembly.machine.name, assembly.access);
   Rights rights;
@@ -133,6 +133,10 @@ void add_daemon(CLI::App& app, Exit& exit) {
   daemon->add_option("--log", options->log,
                      "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "
                      "session, to FILE.1, FILE.2 ...");
+  daemon->add_option(
+      "--logs", options->logs,
+      "Folder for the files that programs write by (LOGOPEN,NAME) and (LOG,TEXT); without it they "
+      "are not written");
   daemon->footer(
       "Clients: load, start, hold, resume, stop, mdi, jog, home, override, step, correction, sensor, "
       "status,\n"

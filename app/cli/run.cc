@@ -5,6 +5,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <string_view>
 
 #include "app/cli/commands.h"
 #include "app/cli/run_inputs.h"
@@ -13,12 +14,14 @@
 #include "app/lab/run_report.h"
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "app/session/program_log.h"
 #include "app/session/session_log.h"
 #include "app/session/simulation.h"
 #include "app/session/stretch_export.h"
 #include "app/session/trace.h"
 #include "core/fault.h"
 #include "core/ports.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
@@ -31,7 +34,8 @@ namespace trn {
 namespace {
 
 struct RunOptions {
-  std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log, project;
+  std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log, logs,
+      project;
   int trace_density = 1;
   bool json = false, trace_corrections = false, single_block = false;
   std::uint32_t from_line = 0;
@@ -165,6 +169,9 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   simulation.on_tool = [&](std::uint32_t line, int number) {
     fmt::print(stderr, "{}:{}: M6: {} counts as put in\n", options.program, line, tool_name(tools, number));
   };
+  simulation.on_message = [](std::string_view text, std::uint32_t) { fmt::print(stderr, "{}\n", text); };
+  ProgramLog program_log(options.logs, [](const std::string& text) { fmt::print(stderr, "{}\n", text); });
+  simulation.on_log = [&](const canon::Log& written, std::uint32_t line) { program_log.take(written, line); };
   simulation.progress = [&](std::uint32_t line, double time_s) { progress.show(line, time_s); };
   const SimulationResult result = simulate(assembly, parameters, tools, simulation);
   if (trace) trace->close();
@@ -256,6 +263,10 @@ void add_run(CLI::App& app, Exit& exit) {
   command->add_flag("--step", options->single_block,
                     "single block: stand on the path at the end of every line, then go on at once");
   command->add_option("--log", options->log, "write the session to this file, for 'trunnion replay'");
+  command->add_option(
+      "--logs", options->logs,
+      "folder for the files that the program writes by (LOGOPEN,NAME) and (LOG,TEXT); without it "
+      "they are not written");
   command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
   command->callback([options, &exit] { exit = run(*options); });
 }

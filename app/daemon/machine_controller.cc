@@ -530,6 +530,11 @@ void MachineController::poll() {
     status_.program_failed = status_due_ = true;
     if (parts_.programs.lost()) machine_event(Event::kStop);
   }
+  for (const ProgramMessage& said : parts_.programs.take_messages()) {
+    spdlog::info("the program says in line {}: {}", said.line, said.text);
+    status_.message = said.text;
+    status_due_ = true;
+  }
   const auto now = Clock::now();
   if (supervisor_.state() == MachineState::kClosing && now > closing_until_) {
     spdlog::error("the machine does not come to rest; taking the power from the drives");

@@ -6,11 +6,15 @@
 #include <utility>
 
 #include "core/safe_file.h"
+#include "interp/gcode/canon.h"
 #include "interp/move.h"
 
 namespace trn {
 
 namespace {
+
+constexpr int kMessagesMax = 1000;  // of one program
+constexpr std::size_t kMessageBytesMax = 500;
 
 void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
@@ -38,8 +42,9 @@ PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Param
       queue_(queue),
       parameters_(std::move(parameters)),
       tools_(std::move(tools)),
-      memory_(parameters_, tools_, std::move(files)),
+      memory_(parameters_, tools_, files),
       listeners_(std::move(listeners)),
+      program_log_(files.logs, [this](const std::string& text) { say(text, 0); }),
       abandoned_(flags.abandoned),
       closed_(flags.closed),
       files_(abandoned_, assembly.program.words),
@@ -116,7 +121,18 @@ PipelineObservers PlannerThread::observers() {
   PipelineObservers observers;
   observers.line_done = [this](bool event) { memory_.keep(event); };
   observers.move = listeners_.move;
+  said_ = 0;
+  program_log_.close();
+  observers.message = [this](std::string_view text, std::uint32_t line) { say(text, line); };
+  observers.log = [this](const canon::Log& log, std::uint32_t line) { program_log_.take(log, line); };
   return observers;
+}
+
+// A program that talks in a loop must not fill a log.
+void PlannerThread::say(std::string_view text, std::uint32_t line) {
+  if (!listeners_.message || ++said_ > kMessagesMax) return;
+  listeners_.message(text.substr(0, kMessageBytesMax), line);
+  if (said_ == kMessagesMax) listeners_.message("what this program says further is not shown", line);
 }
 
 // The tick lets dropped blocks go while it stands; a second is thousands of periods.

@@ -4,6 +4,7 @@
 #include <functional>
 #include <mutex>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "app/daemon/program_file.h"
@@ -12,6 +13,7 @@
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
+#include "app/session/program_log.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/motion.h"
@@ -27,6 +29,8 @@ namespace trn {
 struct PlannerListeners {
   std::function<void(const ProgramStart&)> starts;  ///< before its first block
   std::function<void(const ProgramMove&)> move;     ///< before it is driven
+  /// What a program says to people (MSG, DEBUG, PRINT), when its line is read; not all of one that says very much.
+  std::function<void(std::string_view text, std::uint32_t line)> message;
 };
 
 /// A session's log and a recorder of features as listeners; null: without. Both must outlive them.
@@ -71,6 +75,7 @@ class PlannerThread final : public ProgramSource {
  private:
   ProgramSummary begin(ProgramStart start);
   PipelineObservers observers();
+  void say(std::string_view text, std::uint32_t line);
   void wait_until_cleared();
   void wait_until_primed();
   /// False if the program failed or was abandoned.
@@ -86,6 +91,8 @@ class PlannerThread final : public ProgramSource {
   ToolTable tools_;
   MachineMemory memory_;  ///< of the two
   PlannerListeners listeners_;
+  ProgramLog program_log_;
+  int said_ = 0;  ///< messages of the present program
   std::atomic<bool> own_abandoned_ = false, own_closed_ = false;
   std::atomic<bool>&abandoned_, &closed_;
   std::atomic<bool> ended_ = true;

@@ -260,6 +260,8 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
       if (reply.kind == ProgramReply::Kind::kStarts) {
         if (go) go();
         send_program_packet(calls_, "go");
+      } else if (reply.kind == ProgramReply::Kind::kSays) {
+        hear(reply);
       } else if (reply.kind != ProgramReply::Kind::kFailed) {
         return reply;
       }
@@ -273,6 +275,16 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
     else if (Clock::now() - given_up > (what.kind == ProgramCall::Kind::kSettle ? kSettleTime : kGiveUpTime))
       end_worker("the process that plans programs did not give up its program, and was ended");
   }
+}
+
+void ProgramProcess::hear(const ProgramReply& said) {
+  const std::lock_guard lock(said_mutex_);
+  said_.push_back({said.line, said.text});
+}
+
+std::vector<ProgramMessage> ProgramProcess::take_messages() {
+  const std::lock_guard lock(said_mutex_);
+  return std::exchange(said_, {});
 }
 
 void ProgramProcess::begin_worker() {
@@ -308,8 +320,9 @@ std::string ProgramProcess::take_failure() {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock) return "";
   std::string packet;
-  if (is_waiting(calls_) && receive_program_packet(calls_, packet) > 0) {
+  while (is_waiting(calls_) && receive_program_packet(calls_, packet) > 0) {
     const ProgramReply reply = decode_reply(packet);
+    if (reply.kind == ProgramReply::Kind::kSays) hear(reply);
     if (reply.kind == ProgramReply::Kind::kFailed) return reply.text;
   }
   std::string end = look_for_end();

@@ -51,6 +51,7 @@ class ProgramProcess final : public ProgramSource {
   void abandon() override;
   void close() override;
   std::string take_failure() override;
+  std::vector<ProgramMessage> take_messages() override;
   void hand_on_moves() override;
   bool lost() override { return lost_.exchange(false); }
 
@@ -65,6 +66,7 @@ class ProgramProcess final : public ProgramSource {
   std::string call(const ProgramCall& call, const Go& go = {});
   ProgramReply ask(const ProgramCall& call, const Go& go);
   void begin_worker();
+  void hear(const ProgramReply& said);
   std::string look_for_end();
   void end_worker(const std::string& why);
   void start(const ProgramStart& start);
@@ -78,6 +80,8 @@ class ProgramProcess final : public ProgramSource {
   std::string ended_why_;  ///< why this side ended the worker; "": it did not
   std::mutex mutex_;       ///< of a call
   std::mutex moves_mutex_;
+  std::mutex said_mutex_;
+  std::vector<ProgramMessage> said_;  ///< guarded by said_mutex_
   mutable std::mutex names_mutex_;
   std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_
   std::atomic<std::uint8_t> corrections_off_ = 0;

@@ -2,10 +2,17 @@
 
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "core/axes.h"
 
 namespace trn {
+
+/// What a program says to people: (MSG,), (DEBUG,), (PRINT,).
+struct ProgramMessage {
+  std::uint32_t line = 0;  ///< 0: it is about the program
+  std::string text;
+};
 
 /// Prepares motion for the tick. Calls may take long; the daemon makes them in its worker thread.
 class ProgramSource {
@@ -34,6 +41,8 @@ class ProgramSource {
   virtual std::string take_failure() = 0;
   /// After a failure, once: not even an end of the program follows; what there is of it must be given up.
   virtual bool lost() { return false; }
+  /// What the program has said since, in order.
+  virtual std::vector<ProgramMessage> take_messages() { return {}; }
   /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.
   virtual void hand_on_moves() {}
 };

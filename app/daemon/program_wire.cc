@@ -37,7 +37,7 @@ std::string encode(const ProgramReply& reply) {
   for (const auto& [number, name] : reply.tools)
     if (tools.size() < kToolsMax) tools.push_back({number, name.substr(0, kToolNameMax)});
   return text_of(
-      {{"kind", static_cast<int>(reply.kind)}, {"text", reply.text.substr(0, kTextMax)}, {"tools", tools}});
+      {{"kind", static_cast<int>(reply.kind)}, {"text", reply.text.substr(0, kTextMax)}, {"line", reply.line}, {"tools", tools}});
 }
 
 ProgramCall decode_call(const std::string& packet) {
@@ -59,10 +59,11 @@ ProgramReply decode_reply(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramReply reply;
   const int kind = json.at("kind");
-  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kFailed))
+  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kSays))
     throw std::runtime_error(fmt::format("no reply of kind {}", kind));
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
+  reply.line = json.at("line");
   for (const Json& tool : json.at("tools")) reply.tools[tool.at(0)] = tool.at(1);
   return reply;
 }

@@ -26,9 +26,11 @@ struct ProgramReply {
     kDone,     ///< the call is over
     kRefused,  ///< the same; `text` is why
     kFailed,   ///< without a call: the program cannot go on; `text` is why
+    kSays,     ///< the same: the program says `text` to people, in `line`
   };
   Kind kind = Kind::kDone;
   std::string text;
+  std::uint32_t line = 0;            ///< kSays
   std::map<int, std::string> tools;  ///< kDone: names of the tools in the table, for people
 };
 

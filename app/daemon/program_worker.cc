@@ -53,6 +53,7 @@ std::vector<std::string> folders_of(const MemoryFiles& files) {
   std::vector<std::string> folders;
   for (const std::string& file : {files.vars, files.tools})
     if (!file.empty()) folders.push_back(std::filesystem::absolute(file).parent_path());
+  if (!files.logs.empty()) folders.push_back(std::filesystem::absolute(files.logs));
   return folders;
 }
 
@@ -77,7 +78,7 @@ class ProgramWorker {
       pollfd waits{socket_, POLLIN, 0};
       poll(&waits, 1, kPollMs);
       if (const std::string failure = planner_.take_failure(); !failure.empty())
-        tell({ProgramReply::Kind::kFailed, failure, {}});
+        tell({ProgramReply::Kind::kFailed, failure, 0, {}});
       if (!waits.revents) continue;
       if (receive_program_packet(socket_, packet) <= 0) throw DaemonGone();
       answer(decode_call(packet));
@@ -97,9 +98,9 @@ class ProgramWorker {
     } catch (const DaemonGone&) {
       throw;
     } catch (const std::bad_alloc&) {
-      reply = {ProgramReply::Kind::kRefused, kNoMemory, {}};
+      reply = {ProgramReply::Kind::kRefused, kNoMemory, 0, {}};
     } catch (const std::exception& error) {
-      reply = {ProgramReply::Kind::kRefused, error.what(), {}};
+      reply = {ProgramReply::Kind::kRefused, error.what(), 0, {}};
     }
     tell(reply);
   }
@@ -127,9 +128,12 @@ class ProgramWorker {
   PlannerListeners listeners() {
     PlannerListeners out;
     out.starts = [this](const ProgramStart&) {
-      tell({ProgramReply::Kind::kStarts, "", {}});
+      tell({ProgramReply::Kind::kStarts, "", 0, {}});
       std::string go;
       if (receive_program_packet(socket_, go) <= 0) throw DaemonGone();
+    };
+    out.message = [this](std::string_view text, std::uint32_t line) {
+      tell({ProgramReply::Kind::kSays, std::string(text), line, {}});
     };
     if (parts_.tells_moves) out.move = [this](const ProgramMove& move) { put(move); };
     return out;
@@ -159,7 +163,7 @@ class ProgramWorker {
 void refuse_all(int socket, const std::string& why) {
   std::string packet;
   while (receive_program_packet(socket, packet) > 0)
-    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, {}})) <= 0) return;
+    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, 0, {}})) <= 0) return;
 }
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace trn {
 struct MemoryFiles {
   std::string vars;   ///< numbered parameters: offsets, the tool in the spindle, the user's own (.var)
   std::string tools;  ///< the tool table (.tbl)
+  std::string logs;   ///< folder of what programs write themselves, by (LOGOPEN,)
 };
 
 /// What programs leave behind, and its files. Whoever runs a program's lines calls `keep` behind each of

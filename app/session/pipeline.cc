@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <utility>
+#include <variant>
 
 #include "app/session/range_check.h"
 #include "core/check.h"
@@ -126,6 +127,24 @@ struct Pipeline::PieceObserver : PieceSink {
   double time_before_s = 0;
 };
 
+/// Shows what the program says on its way to the lowering.
+struct Pipeline::MessageTap : CanonSink {
+  MessageTap(CanonSink& next_in, const PipelineObservers& observers)
+      : next(next_in), message(observers.message), log(observers.log) {}
+  void put(const CanonCommand& command, std::uint32_t line) override {
+    if (const auto* said = std::get_if<canon::Message>(&command)) show(said->text, line);
+    if (const auto* said = std::get_if<canon::Print>(&command)) show(said->text, line);
+    if (const auto* written = std::get_if<canon::Log>(&command); written && log) log(*written, line);
+    next.put(command, line);
+  }
+  void show(std::string_view text, std::uint32_t line) const {
+    if (message) message(text, line);
+  }
+  CanonSink& next;
+  std::function<void(std::string_view, std::uint32_t)> message;
+  std::function<void(const canon::Log&, std::uint32_t)> log;
+};
+
 struct Pipeline::BlockQueue : BlockSink {
   void block(const MotionBlock& b) override {
     TRN_CHECK(!end_given);
@@ -151,7 +170,8 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
           [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.corrections_off),
-      interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_,
+      messages_(std::make_unique<MessageTap>(lowering_, observers)),
+      interpreter_({program_, parameters, tools, assembly.kinematics.get(), *messages_,
                     std::move(observers.warning), true, start.ends_round}),
       map_(*assembly.map),
       line_done_(std::move(observers.line_done)) {

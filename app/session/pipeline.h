@@ -6,11 +6,13 @@
 #include <limits>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "app/session/assembly.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "core/motion.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
 #include "interp/gcode/parameters.h"
@@ -51,6 +53,10 @@ struct PipelineObservers {
   /// After every line, before anything that it made is handed out; `event`: there was more than motion in it.
   /// FileError: what the line changed cannot be kept; the program ends before it.
   std::function<void(bool event)> line_done;
+  /// What the program says to people: (MSG,), (DEBUG,), (PRINT,); when its line is read, not when it moves.
+  std::function<void(std::string_view text, std::uint32_t line)> message;
+  /// (LOG,) and its kin. ProgramError: the log cannot be written; the program ends here.
+  std::function<void(const canon::Log& log, std::uint32_t line)> log;
 };
 
 /// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.
@@ -86,6 +92,7 @@ class Pipeline {
   struct ProgramRules;
   struct PieceObserver;
   struct BlockQueue;
+  struct MessageTap;
 
   void fill();
   bool run_line();
@@ -103,6 +110,7 @@ class Pipeline {
   GeometryPlanner geometry_;
   std::unique_ptr<ProgramRules> moves_;
   Lowering lowering_;
+  std::unique_ptr<MessageTap> messages_;
   Interpreter interpreter_;
   const MachineJointMap& map_;
   std::function<void(bool)> line_done_;

@@ -97,7 +97,9 @@ class Simulation {
                                         [this](const ProgramMove& move) { programmed(move); },
                                         options_.on_piece,
                                         options_.on_stretch,
-                                        {}});
+                                        {},
+                                        options_.on_message,
+                                        options_.on_log});
     if (options_.log) options_.log->program(start);
     if (options_.single_block) post({RtCommand::Kind::kSingleBlock, 1});
     post({RtCommand::Kind::kStart});

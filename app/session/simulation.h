@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 
 #include "app/check/deviation_meter.h"
 #include "app/check/limit_judge.h"
@@ -15,6 +16,7 @@
 #include "app/session/session_log.h"
 #include "core/check.h"
 #include "core/fault.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -39,7 +41,9 @@ struct SimulationOptions {
   bool histograms = false;  ///< of the deviations
   std::function<void(const ProgramMove&)> on_move;
   std::function<void(const PlanPiece&)> on_piece;
-  std::function<void(double time_s)> on_stretch;  ///< as PipelineObservers::stretch
+  std::function<void(std::string_view, std::uint32_t)> on_message;  ///< as PipelineObservers::message
+  std::function<void(const canon::Log&, std::uint32_t)> on_log;     ///< as PipelineObservers::log
+  std::function<void(double time_s)> on_stretch;                    ///< as PipelineObservers::stretch
   std::function<void(const Diagnostic&)> on_warning;
   std::function<void(std::uint32_t line, int tool)> on_tool;  ///< a tool counts as put in that M6 waits for
   std::function<void(std::uint32_t line, double time_s)> progress;

@@ -192,8 +192,10 @@ struct Comment {
 struct Print {
   std::string_view text;
 };
-/// A comment of the LOG kind, as it is written.
+/// A comment of the LOG kind: what to do with the program's log file. `text` is a line of it, or its name.
 struct Log {
+  enum class What : std::uint8_t { kLine, kOpen, kAppend, kClose };
+  What what = What::kLine;
   std::string text;
 };
 /// Tool-centre-point control on or off, at rest; `to` is where the machine then stands in program

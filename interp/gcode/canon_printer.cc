@@ -155,7 +155,13 @@ struct Print {
   void operator()(const canon::Message& c) const { add(out, "MESSAGE(\"{}\")", c.text); }
   void operator()(const canon::Comment& c) const { add(out, "COMMENT(\"{}\")", c.text); }
   void operator()(const canon::Print& c) const { out += c.text; }
-  void operator()(const canon::Log& c) const { out += c.text; }
+  void operator()(const canon::Log& c) const {
+    constexpr const char* kNames[] = {"LOG", "LOGOPEN", "LOGAPPEND"};
+    if (c.what == canon::Log::What::kClose)
+      out += "LOGCLOSE()";
+    else
+      add(out, "{}(\"{}\")", kNames[static_cast<std::size_t>(c.what)], c.text);
+  }
   void operator()(const canon::SetRtcp& c) const {
     add(out, "SET_TOOL_CENTRE_POINT_CONTROL({})", c.on ? "ON" : "OFF");
   }

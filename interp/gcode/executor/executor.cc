@@ -496,7 +496,7 @@ double Executor::predefined(int index) const {
 // program's units.
 double Executor::predefined_place(int index) const {
   if (index <= 37) return s_.position[index - 32];
-  return from_mm(frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset))[index - 38];
+  return from_mm(machine_now(1))[index - 38];
 }
 
 // #<_metric> to #<_rpm>, numbers 6 to 31 of the table.

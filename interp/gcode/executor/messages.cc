@@ -26,16 +26,16 @@ void Executor::comment(const Block& b) {
       put_now(canon::Print{expand_message(text)});
       break;
     case CommentKind::kLog:
-      put_now(canon::Log{fmt::format("LOG(\"{}\")", expand_message(text))});
+      put_now(canon::Log{canon::Log::What::kLine, expand_message(text)});
       break;
     case CommentKind::kLogOpen:
-      put_now(canon::Log{fmt::format("LOGOPEN(\"{}\")", text)});
+      put_now(canon::Log{canon::Log::What::kOpen, text});
       break;
     case CommentKind::kLogAppend:
-      put_now(canon::Log{fmt::format("LOGAPPEND(\"{}\")", text)});
+      put_now(canon::Log{canon::Log::What::kAppend, text});
       break;
     case CommentKind::kLogClose:
-      put_now(canon::Log{"LOGCLOSE()"});
+      put_now(canon::Log{canon::Log::What::kClose, ""});
       break;
     case CommentKind::kAbort:
       fail(GcodeErrorCode::kAbort, 1, expand_message(text));

@@ -1,0 +1,35 @@
+#pragma once
+
+#include <cstdint>
+#include <fstream>
+#include <functional>
+#include <string>
+
+#include "interp/gcode/canon.h"
+
+namespace trn {
+
+/// The file that a program writes by (LOGOPEN,name), (LOG,text) and (LOGCLOSE). It lies in one folder, which
+/// whoever starts the program has named; a program can write nowhere else.
+class ProgramLog {
+ public:
+  /// `folder`: "" keeps nothing, and says so by `warn` at the first (LOGOPEN).
+  ProgramLog(std::string folder, std::function<void(const std::string&)> warn)
+      : folder_(std::move(folder)), warn_(std::move(warn)) {}
+
+  /// A line without an open file goes nowhere. ProgramError "line N: .." for a name that is more than a name,
+  /// and where the file cannot be written.
+  void take(const canon::Log& log, std::uint32_t line);
+  /// The program is over, or another one begins.
+  void close() { out_.close(); }
+
+ private:
+  void open(const std::string& name, bool append, std::uint32_t line);
+
+  std::string folder_;
+  std::function<void(const std::string&)> warn_;
+  std::ofstream out_;
+  bool warned_ = false;
+};
+
+}  // namespace trn
