@@ -102,6 +102,8 @@ SimulatedIo::Config read_simulated_io(const Machine& machine, const ConfigTable&
     config.script.push_back(read_script(machine, table));
   config.table = read_touch_table(machine, io);
   config.touch = read_touch_switch(io);
+  if (const auto probe = io.table_if("probe"); probe && probe->has("length_mm"))
+    config.table.length_mm = probe->number("length_mm", kNotNegative);
   config.spindle = read_spindle(machine, io);
   return config;
 }

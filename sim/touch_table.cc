@@ -30,7 +30,8 @@ double TouchTable::gap(const JointVec& q, const Vec3& tool_offset) const TRN_RT 
   const double r = config_.tip_radius_mm;
   Vec3 p_B;
   // Joints that no pose belongs to touch nothing.
-  if (empty() || !stylus(q, tool_offset - Vec3(0, 0, r), p_B)) return std::numeric_limits<double>::infinity();
+  const Vec3 tool = config_.length_mm ? Vec3(0, 0, *config_.length_mm) : tool_offset;
+  if (empty() || !stylus(q, tool - Vec3(0, 0, r), p_B)) return std::numeric_limits<double>::infinity();
   // Shapes lie in machine coordinates, as the program sees them with every offset at zero, also when the
   // table carries the work.
   return distance(config_.shapes, X_MB_ * p_B) - r;

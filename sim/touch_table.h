@@ -19,6 +19,7 @@ class TouchTable {
  public:
   struct Config {
     TouchShapes shapes;
+    std::optional<double> length_mm;    ///< of what is in the spindle; none: what the program says of it
     double tip_radius_mm = 0;           ///< of the stylus' ball, which stands on the tool's tip
     std::optional<ActualChain> actual;  ///< where the machine's axes really lie; none: where they should
   };
