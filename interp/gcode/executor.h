@@ -213,6 +213,7 @@ class Executor : public StateValues {
   // rtcp.cc: tool-centre-point control, tilted plane
   void set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t column, std::string_view word);
   void tilted_plane(const Block& b);
+  void square_to_tool(const Block& b);
   void cancel_tilted_plane();
   void tilt(const Vec3& origin, const Mat3& R_tilt);
   void align_tool(const Block& b);

@@ -33,7 +33,7 @@ const GRow kGRows[] = {
     {GGroup::kPath, {61_g, 61.1_g, 64_g}},
     {GGroup::kSpindleMode, {96_g, 97_g}},
     {GGroup::kDiameter, {7_g, 8_g}},
-    {GGroup::kTiltedPlane, {68.2_g, 69_g}},
+    {GGroup::kTiltedPlane, {68.2_g, 68.3_g, 69_g}},
 };
 
 const MRow kMRows[] = {

@@ -66,6 +66,8 @@ std::uint32_t g_letters(GCode code) {
       return letters("PQR");
     case 68.2_g:
       return letters("IJKPQR");
+    case 68.3_g:
+      return letters("R");
     case 73_g:
     case 83_g:
       return letters("LQR");
@@ -249,8 +251,10 @@ bool Executor::other_axis_code(const Block& b) const {
     default:
       break;
   }
-  // G43.1 and G68.2 have their axis words as an offset and as the plane's origin, not as a place to go to.
-  return b.code(GGroup::kToolLength) == 43.1_g || b.code(GGroup::kTiltedPlane) == 68.2_g ||
+  // G43.1, G68.2 and G68.3 have their axis words as an offset and as the plane's origin, not as a place to go
+  // to.
+  const GCode plane = b.code(GGroup::kTiltedPlane);
+  return b.code(GGroup::kToolLength) == 43.1_g || plane == 68.2_g || plane == 68.3_g ||
          (b.code(GGroup::kToolLength) == 43.2_g && !b.has('H'));
 }
 

@@ -124,23 +124,39 @@ MmWords Executor::machine_now(std::uint32_t column) const {
   return machine;
 }
 
-// G68.2 X Y Z I J K defines the plane; G69 takes it away.
+// G68.2 X Y Z I J K defines the plane, G68.3 X Y Z R lays it square to the tool as it stands; G69 takes it
+// away.
 void Executor::tilted_plane(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kTiltedPlane);
   if (b.code(GGroup::kTiltedPlane) == 69_g) {
     if (s_.tilted) cancel_tilted_plane();
     return;
   }
-  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, "G68.2");
-  if (!parts_.kinematics) fail(GcodeErrorCode::kNoRtcp, column, "G68.2");
-  if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, "G68.2 inside a tilted plane", "G69 first");
+  const GCode code = b.code(GGroup::kTiltedPlane);
+  if (comp_.active()) fail(GcodeErrorCode::kCompState, column, g_name(code));
+  if (!parts_.kinematics) fail(GcodeErrorCode::kNoRtcp, column, g_name(code));
+  if (s_.tilted)
+    fail(GcodeErrorCode::kTiltedPlane, column, g_name(code) + " inside a tilted plane", "G69 first");
   if (b.has('P') && b['P'] != 0)
     fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', b['P'], "G68.2", "P0 or none: Euler angles I J K");
   for (const char letter : {'A', 'B', 'C'})
     if (b.has(letter))
-      fail(GcodeErrorCode::kTiltedPlane, b.at(letter), "G68.2 with a rotary word", "X Y Z and I J K");
+      fail(GcodeErrorCode::kTiltedPlane, b.at(letter), g_name(code) + " with a rotary word",
+           "X Y Z and I J K or R");
+  if (code == 68.3_g) return square_to_tool(b);
   tilt(Vec3(b.get('X', 0), b.get('Y', 0), b.get('Z', 0)),
        euler_zxz(b.get('I', 0), b.get('J', 0), b.get('K', 0)));
+}
+
+// Nothing turns: the plane's axes are those of the spindle as it stands over the table, turned by R about the
+// tool. It is obeyed at once.
+void Executor::square_to_tool(const Block& b) {
+  const Kinematics& kinematics = *parts_.kinematics;
+  const Mat3 R_BP = kinematics.home_X_BM().R * frame().X_MP().R;
+  const Mat3 R_BS = kinematics.orientation(orientation_abc_rad(s_.position));
+  tilt(Vec3(b.get('X', 0), b.get('Y', 0), b.get('Z', 0)),
+       R_BP.transpose() * R_BS * rot_z(rad_from_deg(b.get('R', 0))));
+  obey_plane(b.at(GGroup::kTiltedPlane));
 }
 
 void Executor::tilt(const Vec3& origin, const Mat3& R_tilt) {
