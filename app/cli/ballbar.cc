@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/lab/ball_contacts.h"
 #include "app/lab/ballbar_run.h"
 #include "app/lab/polar_plot.h"
 #include "app/lab/text_file.h"
@@ -48,13 +49,6 @@ ActualChain read_truth(const Machine& machine, const std::string& path) {
   const ConfigTable root = load_config(path);
   const GeometricConfig config = read_geometric(machine, root.table("corrections").table("geometric"));
   return config.chain;
-}
-
-/// The machine's own knowledge of its errors; without any, the nominal machine.
-ActualChain known_chain(const Machine& machine) {
-  const auto corrections = machine.root.table_if("corrections");
-  const auto table = corrections ? corrections->table_if("geometric") : std::nullopt;
-  return table ? read_geometric(machine, *table).chain : read_chain(machine);
 }
 
 Assembly without_geometry(const std::string& path) {

@@ -20,6 +20,8 @@ void add_check_trace(CLI::App& app, Exit& exit);
 void add_config(CLI::App& app, Exit& exit);
 void add_daemon(CLI::App& app, Exit& exit);
 void add_ballbar(CLI::App& app, Exit& exit);
+/// ball fit, plan
+void add_ball(CLI::App& app, Exit& exit);
 void add_joint_table(CLI::App& app, Exit& exit);
 /// can scan, sdo, nmt, monitor, faults
 void add_can(CLI::App& app, Exit& exit);

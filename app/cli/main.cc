@@ -58,6 +58,7 @@ int main(int argc, char** argv) {
   trn::add_micromill(app, exit);
   trn::add_daemon(app, exit);
   trn::add_ballbar(app, exit);
+  trn::add_ball(app, exit);
   trn::add_joint_table(app, exit);
   trn::add_clients(app, exit);
   trn::add_sensor(app, exit);

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "interp/gcode/g_code.h"
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/ports.h"

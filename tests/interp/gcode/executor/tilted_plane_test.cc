@@ -6,6 +6,8 @@
 #include <random>
 #include <string>
 
+#include "core/ports.h"
+#include "interp/gcode/parameters.h"
 #include "core/frames.h"
 #include "core/units.h"
 #include "interp/gcode/error.h"
