@@ -29,7 +29,8 @@ namespace trn {
 struct PlannerListeners {
   std::function<void(const ProgramStart&)> starts;  ///< before its first block
   std::function<void(const ProgramMove&)> move;     ///< before it is driven
-  /// What a program says to people (MSG, DEBUG, PRINT), when its line is read; not all of one that says very much.
+  /// What a program says to people (MSG, DEBUG, PRINT), when its line is read; not all of one that says very
+  /// much.
   std::function<void(std::string_view text, std::uint32_t line)> message;
 };
 

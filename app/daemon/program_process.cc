@@ -319,11 +319,15 @@ void ProgramProcess::end_worker(const std::string& why) {
 std::string ProgramProcess::take_failure() {
   const std::unique_lock lock(mutex_, std::try_to_lock);
   if (!lock) return "";
-  std::string packet;
-  while (is_waiting(calls_) && receive_program_packet(calls_, packet) > 0) {
-    const ProgramReply reply = decode_reply(packet);
-    if (reply.kind == ProgramReply::Kind::kSays) hear(reply);
-    if (reply.kind == ProgramReply::Kind::kFailed) return reply.text;
+  try {
+    for (std::string packet; is_waiting(calls_) && receive_program_packet(calls_, packet) > 0;) {
+      const ProgramReply reply = decode_reply(packet);
+      if (reply.kind == ProgramReply::Kind::kSays) hear(reply);
+      if (reply.kind == ProgramReply::Kind::kFailed) return reply.text;
+    }
+  } catch (const std::exception& error) {  // it is out of its mind, whoever drove it there
+    end_worker(fmt::format("the process that plans programs was ended: it sends what nobody understands ({})",
+                           error.what()));
   }
   std::string end = look_for_end();
   if (!end.empty()) lost_ = true;

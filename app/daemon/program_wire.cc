@@ -36,8 +36,10 @@ std::string encode(const ProgramReply& reply) {
   Json tools = Json::array();
   for (const auto& [number, name] : reply.tools)
     if (tools.size() < kToolsMax) tools.push_back({number, name.substr(0, kToolNameMax)});
-  return text_of(
-      {{"kind", static_cast<int>(reply.kind)}, {"text", reply.text.substr(0, kTextMax)}, {"line", reply.line}, {"tools", tools}});
+  return text_of({{"kind", static_cast<int>(reply.kind)},
+                  {"text", reply.text.substr(0, kTextMax)},
+                  {"line", reply.line},
+                  {"tools", tools}});
 }
 
 ProgramCall decode_call(const std::string& packet) {

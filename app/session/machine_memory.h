@@ -13,9 +13,9 @@ namespace trn {
 
 /// Files of what a machine must not forget; "": kept in memory only.
 struct MemoryFiles {
-  std::string vars;   ///< numbered parameters: offsets, the tool in the spindle, the user's own (.var)
-  std::string tools;  ///< the tool table (.tbl)
-  std::string logs;   ///< folder of what programs write themselves, by (LOGOPEN,)
+  std::string vars;       ///< numbered parameters: offsets, the tool in the spindle, the user's own (.var)
+  std::string tools;      ///< the tool table (.tbl)
+  std::string logs = {};  ///< folder of what programs write themselves, by (LOGOPEN,)
 };
 
 /// What programs leave behind, and its files. Whoever runs a program's lines calls `keep` behind each of

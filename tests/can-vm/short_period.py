@@ -17,8 +17,9 @@ import guest
 
 MODES = ("planned", "override", "holds", "single_block", "late_planner")
 MOVES = [(8, 3), (-5, 6), (3, -9), (-6, 4), (5, -8), (-5, 4)] * 4
-PART = ("G21 G94 G64 P0.02\n#1=0\no1 while [#1 lt 12]\nG91\n" + "".join(f"G1 X{x} Y{y} F3000\n" for x, y in MOVES) +
+PART = ("G21 G94 G64 P0.02\nG91 G1 Z{0} F3000\n#1=0\no1 while [#1 lt 12]\nG91\n" + "".join(f"G1 X{x} Y{y} F3000\n" for x, y in MOVES) +
         "G90\n#1=[#1+1]\no1 endwhile\nM2\n")
+RETREAT = {"hexapod": 40}  # its legs are near their shortest where it is homed, mm
 SCRIPT = """trunnion daemon --machine machine.toml > daemon.log 2>&1 &
 daemon=$!
 ask() { trunnion "$@" --machine machine.toml --timeout 30; }
@@ -52,7 +53,7 @@ def run(config, build, source):
     work = build / "can-vm" / f"short_period_{config}"
     work.mkdir(parents=True, exist_ok=True)
     root = guest.kernel_folder(build / "can-vm")
-    files = {"machine.toml": text, "part.ngc": PART}
+    files = {"machine.toml": text, "part.ngc": PART.format(RETREAT.get(config, 0))}
     guest.boot(work, root, guest.make_initramfs(work / "fs", root, [build / "trunnion"], ["vcan"], files, SCRIPT))
     lines = (work / "console.log").read_text().splitlines()
     good = True

@@ -143,6 +143,21 @@ TEST_F(ProgramProcessTest, WhatIsWrongWithAProgramIsToldAsBefore) {
   EXPECT_EQ(process_.worker(), worker) << "an error of the program is none of the process";
 }
 
+TEST_F(ProgramProcessTest, WhatTheProgramSaysIsHeardInOrder) {
+  process_.load(written("says.ngc", "(MSG, turn the part)\n#1=2\nG0 X1\n(DEBUG, #1 holes)\nM2\n"), q_);
+  take_all();
+  std::vector<ProgramMessage> said;
+  for (const auto end = Clock::now() + std::chrono::seconds(20); said.size() < 2 && Clock::now() < end;) {
+    EXPECT_EQ(process_.take_failure(), "");
+    for (ProgramMessage& message : process_.take_messages()) said.push_back(message);
+  }
+  ASSERT_EQ(said.size(), 2u);
+  EXPECT_EQ(said[0].line, 1u);
+  EXPECT_NE(said[0].text.find("turn the part"), std::string::npos) << said[0].text;
+  EXPECT_EQ(said[1].line, 4u);
+  EXPECT_NE(said[1].text.find("2"), std::string::npos) << said[1].text;
+}
+
 // At random moments of planning, loading and resting. Nothing is left of the old program, and the next one is
 // whole.
 TEST_F(ProgramProcessTest, OneThatIsKilledIsANamedFailureAndTheNextOneWorks) {
