@@ -15,6 +15,7 @@
 #include "compensation/fit/ball_fit.h"
 #include "core/axes.h"
 #include "core/frames.h"
+#include "core/machine.h"
 #include "core/motion.h"
 #include "core/units.h"
 
@@ -47,6 +48,14 @@ double shown(const BallParameter& p, double value) { return value * (is_tilt(p) 
 const char* unit_of(const BallParameter& p) { return is_tilt(p) ? "arcsec" : "um"; }
 bool is_place(const BallParameter& p) {
   return p.kind == BallParameter::Kind::kBall || p.kind == BallParameter::Kind::kRadius;
+}
+
+// The machine as it is known; ConfigError where it has no axis to measure.
+ActualChain chain_to_measure(const Machine& machine) {
+  const ActualChain chain = known_chain(machine);
+  for (const Joint& joint : machine.joints)
+    if (joint.kind == JointKind::kRotary) return chain;
+  throw machine.root.error("joint", "no joint is rotary: there is nothing that a ball could tell");
 }
 
 std::vector<BallContact> read_all(const std::vector<std::string>& files, const Assembly& assembly,
@@ -106,7 +115,7 @@ nlohmann::json json_of(const BallFit& fit, const std::vector<double>& known) {
 
 Exit fit(const FitOptions& options) {
   const Assembly assembly = assemble(options.machine);
-  const ActualChain known = known_chain(assembly.machine);
+  const ActualChain known = chain_to_measure(assembly.machine);
   auto off = static_cast<std::uint8_t>(assembly.corrections.planned_off);
   if (options.uncorrected) off |= kGeometricBit;
   const BallFit fit = fit_ball(known, read_all(options.contacts, assembly, off, options.probe));
@@ -176,7 +185,7 @@ void print_plan_json(const BallInformation& information, double start_mm,
 
 Exit plan(const PlanOptions& options) {
   const Assembly assembly = assemble(options.machine);
-  const ActualChain known = known_chain(assembly.machine);
+  const ActualChain known = chain_to_measure(assembly.machine);
   BallTouches touches = options.touches;
   touches.tilt_max_rad = options.tilt_max_deg * kRadPerDeg;
   touches.latitude_rad = options.latitude_deg * kRadPerDeg;

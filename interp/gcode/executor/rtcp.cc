@@ -2,7 +2,6 @@
 
 #include <cmath>
 
-#include "interp/gcode/g_code.h"
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/ports.h"
@@ -10,6 +9,7 @@
 #include "interp/gcode/canon.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
+#include "interp/gcode/g_code.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/text/block.h"
 #include "interp/gcode/work_frame.h"

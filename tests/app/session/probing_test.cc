@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdio>
+#include <cstdlib>
 #include <fstream>
+#include <map>
 #include <random>
 #include <string>
 #include <vector>
@@ -122,8 +125,28 @@ std::string words(const WorkOffset& s, std::initializer_list<double> lengths) {
   return out;
 }
 
+/// The worst error of each routine against the truth, printed at the end of the long form.
+class Worst : public testing::Environment {
+ public:
+  static void note(const std::string& what, double error) {
+    double& worst = all()[what];
+    worst = std::max(worst, std::abs(error));
+  }
+  void TearDown() override {
+    if (!std::getenv("TRN_LONG")) return;
+    for (const auto& [what, worst] : all()) std::printf("%-28s %.5f\n", what.c_str(), worst);
+  }
+
+ private:
+  static std::map<std::string, double>& all() {
+    static std::map<std::string, double> worst;
+    return worst;
+  }
+};
+testing::Environment* const kWorst = testing::AddGlobalTestEnvironment(new Worst);
+
 class ProbingAt : public testing::TestWithParam<unsigned> {};
-INSTANTIATE_TEST_SUITE_P(Seeds, ProbingAt, testing::Range(1u, 6u));
+INSTANTIATE_TEST_SUITE_P(Seeds, ProbingAt, testing::Range(1u, std::getenv("TRN_LONG") ? 61u : 6u));
 
 void expect_done(const Probing& run) {
   EXPECT_EQ(run.error, "");
@@ -157,26 +180,28 @@ TEST_P(ProbingAt, EdgesAndHeight) {
   expect_done(run);
   EXPECT_LE(run.mm(100), top.z() + kRounding);
   EXPECT_GE(run.mm(100), top.z() - kStep - kRounding);
+  Worst::note("height, um", 1000 * (run.mm(100) - top.z()));
   for (int k = 0; k < 4; ++k) {
     const int axis = k / 2;
     const double sign = k % 2 ? -1 : 1;
     const double inside = sign * (run.mm(101 + k) - (top[axis] - sign * half[axis]));
     EXPECT_GE(inside, -kRounding) << k;
     EXPECT_LE(inside, kStep + kRounding) << k;
+    Worst::note("edge, um", 1000 * inside);
     // It stands where it began.
     EXPECT_NEAR(run.mm(111 + 3 * k + axis), top[axis] - sign * (half[axis] + 7), kRounding);
     EXPECT_NEAR(run.mm(113 + 3 * k), top.z() - 6, kRounding);
   }
 }
 
-// Four touches, each up to a step deep. The line through two that lie 8 and 20 mm from the corner is off
-// there by 20/12 of one and 8/12 of the other at the most, and the corner lies on two such lines.
+// Four touches, each up to a step deep. The line through two that lie a and a + 12 mm from the corner is off
+// there by (a + 12) / 12 of one or a / 12 of the other at the most, and the corner lies on two such lines.
+// Outside a is 8 mm at the most, inside 18.
 TEST_P(ProbingAt, CornersOfATurnedPart) {
   Lots lots(100 + GetParam());
   const WorkOffset s = lots.work_offset();
   const double turn = lots.between(-8, 8);
   const Vec3 corner(lots.between(-20, 20), lots.between(-20, 20), -20);
-  const double bound = std::sqrt(2.0) * (20.0 / 12) * kStep + kRounding;
   // A part that lies to X+ Y+ of the corner, and one whose pocket lies there.
   const std::string solid =
       "[[io.plate]]\n" + s.frame(corner, turn) + "min_mm = [0, 0, -30]\nmax_mm = [50, 60, 0]\n";
@@ -195,8 +220,12 @@ TEST_P(ProbingAt, CornersOfATurnedPart) {
   for (const bool inside : {false, true}) {
     const Probing run = measured(inside ? pocket : solid, inside ? -1 : 1);
     expect_done(run);
+    const double bound = std::sqrt(2.0) * ((inside ? 30.0 : 20.0) / 12) * kStep + kRounding;
     EXPECT_NEAR(run.mm(101), corner.x(), bound) << inside;
     EXPECT_NEAR(run.mm(102), corner.y(), bound) << inside;
+    Worst::note(inside ? "corner inside, um" : "corner outside, um",
+                1000 * std::hypot(run.mm(101) - corner.x(), run.mm(102) - corner.y()));
+    Worst::note("corner, angle, deg", run.parameters[103] - turn);
     EXPECT_NEAR(run.parameters[103], turn, kStep / 12 * kDegPerRad * 1.01) << inside;
     EXPECT_NEAR(run.parameters[104], 90, 2 * kStep / 12 * kDegPerRad * 1.01) << inside;
   }
@@ -231,6 +260,10 @@ TEST_P(ProbingAt, BoreAndBoss) {
     EXPECT_NEAR(run->mm(101), middle.x(), kStep / 2 + kRounding);
     EXPECT_NEAR(run->mm(102), middle.y(), kStep / 2 + kRounding);
     EXPECT_NEAR(run->mm(104), 0, 2 * kStep + kRounding);
+    const std::string name = run == &in_bore ? "bore" : "boss";
+    Worst::note(name + ", middle, um",
+                1000 * std::hypot(run->mm(101) - middle.x(), run->mm(102) - middle.y()));
+    Worst::note(name + ", diameter, um", 1000 * (run->mm(103) - d));
   }
   EXPECT_GE(in_bore.mm(103), d - kRounding);
   EXPECT_LE(in_bore.mm(103), d + 2 * kStep + kRounding);
@@ -272,6 +305,9 @@ TEST_P(ProbingAt, WebAndPocket) {
     const double side = run == &web ? -kStep : kStep;  // deep in the web is narrow, in the pocket wide
     EXPECT_NEAR(run->mm(103), wx + side, kStep + kRounding);
     EXPECT_NEAR(run->mm(104), wy + side, kStep + kRounding);
+    const std::string name = run == &web ? "web" : "pocket";
+    Worst::note(name + ", middle, um", 1000 * (run->mm(101) - middle.x()));
+    Worst::note(name + ", width, um", 1000 * (run->mm(103) - wx));
   }
 }
 
@@ -296,6 +332,7 @@ TEST_P(ProbingAt, OffsetsAreSet) {
   expect_done(run);
   EXPECT_NEAR(run.mm(101), 0, kStep + kRounding) << "8 above a face that is called 2.5";
   EXPECT_NEAR(run.parameters[104], s.rotation_deg + turn, kStep / 25 * kDegPerRad * 1.05);
+  Worst::note("angle at 25 mm, deg", run.parameters[104] - s.rotation_deg - turn);
   EXPECT_NEAR(run.mm(103), run.mm(102), kStep * (1 + 15.0 / 25) + kRounding) << "the edge runs along X";
   EXPECT_NEAR(run.mm(105), -4, kStep + kRounding) << "the edge is where it was said to be";
 }
@@ -332,6 +369,7 @@ TEST_P(ProbingAt, ToolSetter) {
   expect_done(run);
   EXPECT_LE(run.mm(101), 40 + kRounding);
   EXPECT_GE(run.mm(101), 40 - kStep - kRounding);
+  Worst::note("tool setter, um", 1000 * (run.mm(101) - 40));
   EXPECT_NEAR(run.parameters[102] - run.mm(101), 0, kRounding) << "lengths of the table are mm";
 }
 
@@ -369,6 +407,7 @@ TEST_P(ProbingAt, TiltedPlanes) {
   EXPECT_NEAR(run.mm(104), -3, 2.4 * kStep);
   EXPECT_NEAR(run.mm(105), -4, 2.4 * kStep);
   EXPECT_NEAR(run.parameters[106], 0, kStep / 12 * kDegPerRad * 1.01);
+  Worst::note("tilted plane, bore, um", 1000 * std::hypot(run.mm(101) - 25, run.mm(102) - 18));
 }
 
 // Fifty edges with 1 um of noise: scatter as that of one touch, and no bias but half a step.

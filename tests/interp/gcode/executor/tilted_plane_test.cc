@@ -6,11 +6,11 @@
 #include <random>
 #include <string>
 
-#include "core/ports.h"
-#include "interp/gcode/parameters.h"
 #include "core/frames.h"
+#include "core/ports.h"
 #include "core/units.h"
 #include "interp/gcode/error.h"
+#include "interp/gcode/parameters.h"
 #include "tests/interp/gcode/run_program.h"
 #include "tests/kinematics/machines.h"
 
