@@ -88,7 +88,8 @@ void run_machine(const DaemonOptions& options) {
   log_to_stderr();
   const ConfigTable config = load_config(options.machine);
   check_files(options);
-  ProgramProcess programs(config, {options.vars, options.tools, options.logs}, kQueueBlocks);  // before threads and sockets
+  ProgramProcess programs(config, {options.vars, options.tools, options.logs},
+                          kQueueBlocks);  // before threads and sockets
   Assembly assembly = assemble(config, Field::kReal);
   Door door(assembly.machine.name, assembly.access);
   Rights rights;

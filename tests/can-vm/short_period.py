@@ -3,9 +3,9 @@
 
 usage: short_period.py BUILD_DIR SOURCE_DIR [CONFIG...]         (skipped, exit code 77, without TRN_LONG)
 
-The guest (guest.py) has one processor that runs an instruction in a nanosecond of its own time, whatever the host does: tick,
-both planners, simulated drives and all clients share it. A program is cut as planned, under a sweep of the override, with
-holds, line by line, and with a planner that stands for 1.5 s at a time. No period may be overrun.
+The guest (guest.py) has one processor that runs an instruction in a nanosecond of its own time, whatever the host
+does: tick, both planners, simulated drives and all clients share it. A program is cut as planned, under a sweep of the
+override, with holds, line by line, and with a planner that stands for 1.5 s at a time. No period may be overrun.
 """
 import json
 import os
@@ -17,8 +17,8 @@ import guest
 
 MODES = ("planned", "override", "holds", "single_block", "late_planner")
 MOVES = [(8, 3), (-5, 6), (3, -9), (-6, 4), (5, -8), (-5, 4)] * 4
-PART = ("G21 G94 G64 P0.02\nG91 G1 Z{0} F3000\n#1=0\no1 while [#1 lt 12]\nG91\n" + "".join(f"G1 X{x} Y{y} F3000\n" for x, y in MOVES) +
-        "G90\n#1=[#1+1]\no1 endwhile\nM2\n")
+STROKES = "".join(f"G1 X{x} Y{y} F3000\n" for x, y in MOVES)
+PART = "G21 G94 G64 P0.02\nG91 G1 Z{0} F3000\n#1=0\no1 while [#1 lt 12]\n" + STROKES + "#1=[#1+1]\no1 endwhile\nM2\n"
 RETREAT = {"hexapod": 40}  # its legs are near their shortest where it is homed, mm
 SCRIPT = """trunnion daemon --machine machine.toml > daemon.log 2>&1 &
 daemon=$!
@@ -61,9 +61,9 @@ def run(config, build, source):
         status = json.loads(lines[lines.index(f"mode {mode}") + 1])
         good &= status["overruns"] == 0 and status["periods"] > 20000 and status["realtime"]
         good &= (status["starvations"] > 0) == (mode == "late_planner")
-        print(f"{config} {mode}: {status['periods']} periods so far, {status['overruns']} overruns, {status['starvations']} "
-              f"starvations; tick p50 {status['tick_us_p50']:.1f}, worst {status['tick_us_max']:.1f} us; late by at most "
-              f"{status['wake_us_max']:.1f} us", flush=True)
+        print(f"{config} {mode}: {status['periods']} periods so far, {status['overruns']} overruns, "
+              f"{status['starvations']} starvations; tick p50 {status['tick_us_p50']:.1f}, worst "
+              f"{status['tick_us_max']:.1f} us; late by at most {status['wake_us_max']:.1f} us", flush=True)
     return good
 
 
