@@ -26,9 +26,21 @@ double TimeHistogram::percentile_us(double share) const {
   std::uint64_t seen = 0;
   for (int bucket = 0; bucket < kBuckets && total > 0; ++bucket) {
     seen += counts_[static_cast<std::size_t>(bucket)].load(std::memory_order_relaxed);
-    if (seen >= wanted) return std::min(max_us(), std::ldexp(1 + (bucket % 4 + 1) / 4.0, bucket / 4));
+    if (seen >= wanted) return std::min(max_us(), edge_us(bucket));
   }
   return 0;
+}
+
+double TimeHistogram::edge_us(int bucket) { return std::ldexp(1 + (bucket % 4 + 1) / 4.0, bucket / 4); }
+
+std::vector<TimeHistogram::Bucket> TimeHistogram::buckets() const {
+  std::vector<Bucket> out;
+  for (int bucket = 0; bucket < kBuckets; ++bucket) {
+    const std::uint32_t count = counts_[static_cast<std::size_t>(bucket)].load(std::memory_order_relaxed);
+    if (count > 0 || !out.empty()) out.push_back({edge_us(bucket), count});
+  }
+  while (!out.empty() && out.back().count == 0) out.pop_back();
+  return out;
 }
 
 }  // namespace trn

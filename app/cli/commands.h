@@ -30,6 +30,7 @@ void add_can_faults(CLI::App& can, Exit& exit);
 void add_modbus(CLI::App& app, Exit& exit);
 void add_modbus_faults(CLI::App& modbus, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
+void add_latency(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, step, correction, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);

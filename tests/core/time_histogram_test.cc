@@ -30,6 +30,30 @@ TEST(TimeHistogram, PercentilesBoundTheTruthFromAbove) {
   EXPECT_EQ(TimeHistogram().percentile_us(0.5), 0);
 }
 
+TEST(TimeHistogram, BucketsHoldEveryDurationBelowTheirEdges) {
+  EXPECT_TRUE(TimeHistogram().buckets().empty());
+  TimeHistogram histogram;
+  std::vector<double> truth;
+  std::mt19937 random(5);
+  std::lognormal_distribution<double> latency_us(4, 1);
+  for (int i = 0; i < 5000; ++i) {
+    truth.push_back(std::max(1.0, latency_us(random)));
+    histogram.add(static_cast<std::int64_t>(truth.back() * 1000));
+  }
+  const std::vector<TimeHistogram::Bucket> buckets = histogram.buckets();
+  ASSERT_GT(buckets.size(), 10u);
+  EXPECT_GT(buckets.front().count, 0u);
+  EXPECT_GT(buckets.back().count, 0u);
+  std::uint64_t seen = 0;
+  for (const TimeHistogram::Bucket& bucket : buckets) {
+    seen += bucket.count;
+    const auto below =
+        std::count_if(truth.begin(), truth.end(), [&](double us) { return us < bucket.edge_us; });
+    EXPECT_NEAR(static_cast<double>(seen), static_cast<double>(below), 2) << bucket.edge_us;
+  }
+  EXPECT_EQ(seen, truth.size());
+}
+
 TEST(TimeHistogram, HoldsEveryDuration) {
   TimeHistogram histogram;
   for (const std::int64_t ns :

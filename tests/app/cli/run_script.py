@@ -30,6 +30,7 @@ VALUES = {
     "--stop-after": ("0.1", None),
     "--operator": ("op.txt", None),
     "--log": ("out/l.log", "out/l.log"),
+    "--logs": ("out", None),
 }
 
 
