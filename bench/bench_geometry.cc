@@ -16,7 +16,7 @@ namespace {
 struct Count : PieceSink {
   size_t pieces = 0;
   void piece(const PlanPiece&) override { ++pieces; }
-  void event(const QueueEvent&, std::uint32_t) override {}
+  void event(const QueueEvent&, SourceLine) override {}
 };
 
 /// A surface pass with a tilting tool, chords of the given length, four decimals.

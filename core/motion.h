@@ -150,6 +150,12 @@ struct OutputChanges {
   }
 };
 
+/// What a motion or an event was made for.
+struct SourceLine {
+  std::uint32_t line = 0;  ///< of the program's text, 1-based; a loop comes to it many times
+  std::uint32_t step = 0;  ///< counts the moves and events of a program from 1; 0: none
+};
+
 /// One item of the ring between planner and interpolator: a path piece with the time law over (part of) it,
 /// or an event. Plain data. Time segments follow each other without gap; s is local to the piece.
 struct MotionBlock {
@@ -163,7 +169,7 @@ struct MotionBlock {
   bool ends_at_rest = false;                     ///< the last segment ends with v = a = 0
   bool rapid = false;                            ///< G0: feed override does not act, rapid override does
   OverrideMode overrides;
-  std::uint32_t line = 0;  ///< source line, 1-based
+  SourceLine source;
   QueueEvent event;
   OutputChanges outputs;  ///< act where the block begins
 };

@@ -27,10 +27,6 @@ enum class PathMode : unsigned char {
   kContinuous,  ///< G64: leave the path within the tolerances
 };
 
-struct SourceLine {
-  std::uint32_t line = 0;  ///< 1-based
-};
-
 /// One programmed move. Words are absolute, all offsets applied. RTCP on: X Y Z are the tip in the table
 /// frame B, mm. RTCP off: the machine's own axes, still without the tool offset (the bracket adds it). A B C
 /// are the program's angles in rad (an axis' sense is the kinematics' business).

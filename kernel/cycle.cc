@@ -238,7 +238,7 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   const Vec3 tip = interpolator_.y().head<3>();
   passed_.tip_mm = io_.geared() ? (tip - tip_before).norm() : 0;
   if (io_.taps()) io_.follow_tip(tip);
-  report_.line = interpolator_.line();
+  report_source(interpolator_.source());
   io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
@@ -321,7 +321,7 @@ void Cycle::pass_event() TRN_RT {
   report_.waits_at = event;
   if (outcome == TickIo::Outcome::kWaits) return;
   report_.event = event;
-  report_.line = interpolator_.event().line;
+  report_source(interpolator_.event().source);
   if (outcome == TickIo::Outcome::kFailed) return latch(io_.failure(), -1);
   if (pauses_at(event)) {
     motion_ = MotionState::kPaused;  // the event stays in front until kResume
@@ -370,7 +370,7 @@ void Cycle::end_probe() TRN_RT {
   probe_.reset();
   io_.end_probe(true);
   report_.event = interpolator_.event().event;
-  report_.line = interpolator_.event().line;
+  report_source(interpolator_.event().source);
   answer({1, true, probe_.q_contact(), interpolator_.y()});
   interpolator_.pass_event();
 }
@@ -507,6 +507,11 @@ void Cycle::report_tool_load() TRN_RT {
   const DeflectionEstimator::Output& estimate = source->estimate();
   report_.tool_load = {estimate.force_N, estimate.deflection_mm, corrections_->deflection_shift_mm(),
                        estimate.known && source->config().trained, estimate.alarm};
+}
+
+void Cycle::report_source(const SourceLine& source) TRN_RT {
+  report_.line = source.line;
+  report_.step = source.step;
 }
 
 void Cycle::report_place() TRN_RT {

@@ -146,6 +146,7 @@ class Cycle final : public TickPort {
   bool ending() const TRN_RT { return ending_ != Ending::kNone; }
 
   void write_report() TRN_RT;
+  void report_source(const SourceLine& source) TRN_RT;
   void report_place() TRN_RT;
   void report_io() TRN_RT;
   void report_corrections() TRN_RT;

@@ -88,7 +88,7 @@ void Interpolator::evaluate(const MotionBlock& block) TRN_RT {
   TRN_CHECK(y_.allFinite());
   context_ = block.context;
   overrides_ = block.overrides;
-  line_ = block.line;
+  source_ = block.source;
   at_rest_ = false;
   has_position_ = true;
 }

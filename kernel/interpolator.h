@@ -29,7 +29,7 @@ class Interpolator {
   const Words& y() const TRN_RT { return y_; }
   /// Of the motion; before the first block: of the first one ahead, if that is known.
   const MapContext& context() const TRN_RT { return context_; }
-  std::uint32_t line() const TRN_RT { return line_; }
+  SourceLine source() const TRN_RT { return source_; }
   const OverrideMode& overrides() const TRN_RT { return overrides_; }
   bool has_position() const TRN_RT { return has_position_; }
   bool at_rest() const TRN_RT { return at_rest_; }
@@ -64,7 +64,7 @@ class Interpolator {
   Words y_ = Words::Zero();
   MapContext context_;
   OverrideMode overrides_;
-  std::uint32_t line_ = 0;
+  SourceLine source_;
 };
 
 }  // namespace trn

@@ -81,7 +81,7 @@ struct CycleReport {
   double override_now = 1;            ///< rate of the motion
   double spindle_rpm = 0;             ///< with the spindle override; + clockwise
   bool single_block = false;          ///< stands at the end of every line
-  std::uint32_t line = 0;             ///< source line, 1-based; 0: none
+  std::uint32_t line = 0, step = 0;   ///< as SourceLine, of what moves or happened last; 0: none
   std::uint32_t last_command_id = 0;  ///< of the last command that took effect
   std::uint32_t starvations = 0;      ///< since start
   std::uint32_t lost_reports = 0;     ///< since start: nobody took them in time

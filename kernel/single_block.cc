@@ -41,10 +41,10 @@ bool SingleBlock::pauses(bool stands) TRN_RT {
   if (!on_ || !here) return false;
   if (begins_) {
     begins_ = false;
-    line_ = here->line;
+    line_ = here->source.line;
     number_ = queue_.number_ahead(index);
   }
-  return stands && queue_.number_ahead(index) > number_ && here->line != line_;
+  return stands && queue_.number_ahead(index) > number_ && here->source.line != line_;
 }
 
 double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
@@ -55,7 +55,7 @@ double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
   for (std::uint64_t i = 0; i < kLineBlocks && way_s < horizon_s; ++i) {
     const MotionBlock* block = queue_.ahead(i);
     if (!block || block->segment_count == 0) return RateWish::kNoStop;
-    if (queue_.number_ahead(i) > number_ && block->line != line_) return std::max(way_s, 0.0);
+    if (queue_.number_ahead(i) > number_ && block->source.line != line_) return std::max(way_s, 0.0);
     for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
       way_s += block->segments[static_cast<std::size_t>(k)].duration_s;
     if (block->ends_at_rest) return RateWish::kNoStop;
@@ -65,9 +65,9 @@ double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
 
 void SingleBlock::pass_line() TRN_RT {
   const MotionBlock* front = queue_.front();
-  if (!on_ || !front || front->segment_count == 0 || front->line == line_) return;
+  if (!on_ || !front || front->segment_count == 0 || front->source.line == line_) return;
   if (queue_.number_ahead(0) <= number_ || interpolator_.place().time_s < kLineEndS) return;
-  line_ = front->line;
+  line_ = front->source.line;
   TRN_CHECK(queue_.number_ahead(0) > number_);
   number_ = queue_.number_ahead(0);
 }

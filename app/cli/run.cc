@@ -76,7 +76,7 @@ class PathExport {
       double tip_mm = 0;
       for (; i < stretch_.size() && stretch_[i].feed.tip_mm_s == first.feed.tip_mm_s; ++i)
         tip_mm += tip_length(stretch_[i].piece);
-      stretches_ << fmt::format("{},{},{:.17g},{:.17g},{:.17g}\n", count_, first.line, time_s, tip_mm,
+      stretches_ << fmt::format("{},{},{:.17g},{:.17g},{:.17g}\n", count_, first.source.line, time_s, tip_mm,
                                 first.feed.tip_mm_s);
     }
   }

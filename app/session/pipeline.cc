@@ -120,7 +120,7 @@ struct Pipeline::PieceObserver : PieceSink {
     if (planned) planned(next.stats().time_s - time_before_s);
     time_before_s = next.stats().time_s;
   }
-  void event(const QueueEvent& event, std::uint32_t line) override { next.event(event, line); }
+  void event(const QueueEvent& event, SourceLine source) override { next.event(event, source); }
   SpeedPlanner& next;
   std::function<void(const PlanPiece&)> seen;
   std::function<void(double)> planned;
@@ -277,7 +277,7 @@ void Pipeline::end_program() {
   if (blocks_->end_given) return;
   MotionBlock end;
   end.event.kind = QueueEvent::Kind::kProgramEnd;
-  end.line = interpreter_.line();
+  end.source.line = interpreter_.line();
   blocks_->block(end);
 }
 

@@ -114,6 +114,7 @@ void Lowering::send(const Words& to) {
   words_ = to;
   ++moves_;
   move_.feed.overrides = overrides_;
+  ++move_.source.step;
   sink_.move(move_);
   move_.outputs = {};
   move_.duration_s = 0;
@@ -260,6 +261,7 @@ void Lowering::spline(const canon::NurbsFeed& spline) {
 }
 
 void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument) {
+  ++move_.source.step;
   sink_.event(QueueEvent{kind, value, argument, overrides_}, move_.source);
 }
 
@@ -305,6 +307,7 @@ void Lowering::gear_event(GearMode mode, double turns_s) {
   TRN_CHECK(per_turn_ > 0);
   const double per_turn_mm = inch_ ? per_turn_ * kMmPerInch : per_turn_;
   const auto argument = static_cast<std::int32_t>(mode);
+  ++move_.source.step;
   sink_.event({QueueEvent::Kind::kGearStart, turns_s, argument, overrides_, per_turn_mm}, move_.source);
 }
 

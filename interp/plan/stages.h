@@ -17,7 +17,7 @@ struct PlanPiece {
   FeedLimit feed;
   bool rapid = false;
   bool ends_stretch = false;  ///< the machine comes to rest at the end of this piece
-  std::uint32_t line = 0;
+  SourceLine source;
   OutputChanges outputs;  ///< act where the piece begins
 };
 
@@ -26,7 +26,7 @@ class PieceSink {
  public:
   virtual ~PieceSink() = default;
   virtual void piece(const PlanPiece& piece) = 0;
-  virtual void event(const QueueEvent& event, std::uint32_t line) = 0;
+  virtual void event(const QueueEvent& event, SourceLine source) = 0;
 };
 
 /// Receives finished blocks in order.

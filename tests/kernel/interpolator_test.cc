@@ -23,7 +23,7 @@ MotionBlock moving(double from, double duration_s, std::uint32_t line, bool ends
   block.segment_count = 2;
   block.segments[0] = {duration_s / 4, 0, 1, 0, 0};
   block.segments[1] = {duration_s * 3 / 4, duration_s / 4, 1, 0, 0};
-  block.line = line;
+  block.source.line = line;
   block.ends_at_rest = ends_at_rest;
   return block;
 }
@@ -52,7 +52,7 @@ TEST_F(InterpolatorTest, ItIsWhereThePlanIsAtEveryTime) {
   for (int i = 1; i <= 19; ++i) {
     EXPECT_EQ(interpolator.advance(0.03), Outcome::kMoving);
     EXPECT_NEAR(interpolator.y()[kX], 0.03 * i, 1e-12) << i;
-    EXPECT_EQ(interpolator.line(), i < 14 ? 1u : 2u) << i;
+    EXPECT_EQ(interpolator.source().line, i < 14 ? 1u : 2u) << i;
     EXPECT_FALSE(interpolator.at_rest());
   }
   EXPECT_EQ(interpolator.place().segment, 1);

@@ -9,7 +9,7 @@ MotionBlock block_of(double duration_s, std::uint32_t line, bool ends_at_rest = 
   MotionBlock block;
   block.segment_count = 1;
   block.segments[0].duration_s = duration_s;
-  block.line = line;
+  block.source.line = line;
   block.ends_at_rest = ends_at_rest;
   return block;
 }
@@ -26,12 +26,12 @@ TEST(MotionQueue, TheReaderSeesWhatWasThereWhenItLooked) {
   EXPECT_EQ(queue.front(), nullptr) << "it has not looked";
   queue.look();
   ASSERT_NE(queue.front(), nullptr);
-  EXPECT_EQ(queue.front()->line, 7u);
+  EXPECT_EQ(queue.front()->source.line, 7u);
   queue.push(block_of(0.25, 8));
   EXPECT_EQ(queue.ahead(1), nullptr);
   EXPECT_EQ(queue.seen_number(), 1u);
   queue.look();
-  EXPECT_EQ(queue.ahead(1)->line, 8u);
+  EXPECT_EQ(queue.ahead(1)->source.line, 8u);
   EXPECT_EQ(queue.number_ahead(1), 2u);
   EXPECT_EQ(queue.number_ahead(2), 0u);
   EXPECT_EQ(queue.seen_number(), 2u);
@@ -43,13 +43,13 @@ TEST(MotionQueue, AFullQueueTakesNothingAndLosesNothing) {
   EXPECT_FALSE(queue.push(block_of(1, 4)));
   queue.look();
   for (std::uint32_t line = 1; line <= 3; ++line) {
-    ASSERT_EQ(queue.front()->line, line);
+    ASSERT_EQ(queue.front()->source.line, line);
     queue.pop();
   }
   EXPECT_EQ(queue.front(), nullptr);
   EXPECT_TRUE(queue.push(block_of(1, 5)));
   queue.look();
-  EXPECT_EQ(queue.front()->line, 5u);
+  EXPECT_EQ(queue.front()->source.line, 5u);
 }
 
 TEST(MotionQueue, TimeThatIsAheadBeginsBehindTheBlockThatIsDriven) {
@@ -103,7 +103,7 @@ TEST(MotionQueue, ADroppedProgramsBlocksAreSkippedAndTheNextOnesAreNot) {
   queue.push(block_of(1, 99));
   queue.look();
   ASSERT_NE(queue.front(), nullptr);
-  EXPECT_EQ(queue.front()->line, 99u);
+  EXPECT_EQ(queue.front()->source.line, 99u);
   EXPECT_EQ(queue.number_ahead(0), 1u) << "numbers begin anew with each program";
 }
 

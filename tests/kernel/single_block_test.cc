@@ -20,7 +20,7 @@ MotionBlock line_block(double from, std::uint32_t line, bool ends_at_rest = fals
   block.piece = make_line(a, b);
   block.segment_count = 1;
   block.segments[0] = {duration_s, 0, 1, 0, 0};
-  block.line = line;
+  block.source.line = line;
   block.ends_at_rest = ends_at_rest;
   return block;
 }

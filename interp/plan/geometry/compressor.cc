@@ -137,7 +137,7 @@ void Compressor::append(const PathItem& item, double length, double u) {
   TRN_CHECK(length > 0 && u > 0);
   TRN_CHECK(!vertices_.empty());
   vertices_.push_back({vertices_.back().u + u, item.piece.at(length) - origin_, item.tolerance_used});
-  Move& move = moves_.emplace_back(Move{item.feed, speed_of(item, length, u), length / u, item.line});
+  Move& move = moves_.emplace_back(Move{item.feed, speed_of(item, length, u), length / u, item.source});
   move.feed.path_units_s /= move.units_per_u;
   direction_ = item.piece.c[1];
   last_length_ = item.piece.length;
@@ -233,7 +233,7 @@ void Compressor::emit_lines(size_t count) {
     PathItem item = pattern_;
     item.feed = moves_[i].feed;
     item.feed.path_units_s *= moves_[i].units_per_u;
-    item.line = item.last_line = moves_[i].line;
+    item.source = item.last_source = moves_[i].source;
     item.tolerance_used = vertices_[i + 1].tolerance_used;
     if (i == 0 && lead_in_)
       item.piece = lead_in_->piece;
@@ -388,8 +388,8 @@ void Compressor::append_parts(const PathPiece& piece, double u0, double usage,
   item.tolerance_rad *= kToleranceKept * (1 - std::min(usage, 1.0));
   for (const Part& part : parts_of(u0, piece.length)) {
     item.feed = part.feed;
-    item.line = moves_[part.first].line;
-    item.last_line = moves_[part.end - 1].line;
+    item.source = moves_[part.first].source;
+    item.last_source = moves_[part.end - 1].source;
     item.piece = part.to - part.from == piece.length ? piece : cut(piece, part.from, part.to);
     out.push_back(item);
   }

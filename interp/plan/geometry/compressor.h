@@ -38,7 +38,7 @@ class Compressor {
     FeedLimit feed;          ///< path_units_s by the run's parameter u
     double speed = 0;        ///< du/dt at which the move takes the time that was programmed, mm/s
     double units_per_u = 1;  ///< units of the move's own parameter in one of u
-    std::uint32_t line = 0;
+    SourceLine source;
   };
   /// The part of a span, from move `first` to before move `end`, that is driven under one limit.
   struct Part {

@@ -13,10 +13,14 @@ namespace {
 // the same blends.
 double span_available(double length, double other) { return std::max(length / 2, length - other); }
 
-// The source line at s of an item that stands for many moves, as if all of them were of the same length.
-std::uint32_t line_at(const PathItem& item, double s) {
+// The source at s of an item that stands for many moves, as if all of them were of the same length.
+SourceLine source_at(const PathItem& item, double s) {
   const double part = std::clamp(s / item.piece.length, 0.0, 1.0);
-  return item.line + static_cast<std::uint32_t>(part * (item.last_line - item.line));
+  const auto between = [part](std::uint32_t first, std::uint32_t last) {
+    return first + static_cast<std::uint32_t>(part * (last - first));
+  };
+  const SourceLine &first = item.source, &last = item.last_source;
+  return {between(first.line, last.line), between(first.step, last.step)};
 }
 
 // Shorter remainders than this are rounding.
@@ -67,8 +71,8 @@ void CornerBlender::resolve_junction(double span_after_next) {
   if (blend) {
     const PathPiece whole = make_blend(before, after, span);
     // In halves, each under its own item's feed limit, outputs and source line.
-    emit(*first_, cut(whole, 0, span), line_at(*first_, before.length - span));
-    emit(*second_, cut(whole, span, 2 * span), second_->line);
+    emit(*first_, cut(whole, 0, span), source_at(*first_, before.length - span));
+    emit(*second_, cut(whole, span, 2 * span), second_->source);
   }
   first_from_ = blend ? span : 0;
   span_before_ = blend ? junction_.span : 0;
@@ -79,13 +83,13 @@ void CornerBlender::resolve_junction(double span_after_next) {
 void CornerBlender::emit_remainder(PathItem& item, double from, double to) {
   if (to - from < kRemainderMin) return;
   const bool whole = from == 0 && to == item.piece.length;
-  emit(item, whole ? item.piece : cut(item.piece, from, to), item.line);
+  emit(item, whole ? item.piece : cut(item.piece, from, to), item.source);
 }
 
-void CornerBlender::emit(PathItem& item, const PathPiece& piece, std::uint32_t line) {
+void CornerBlender::emit(PathItem& item, const PathPiece& piece, SourceLine source) {
   TRN_CHECK(piece.length > 0);
   if (held_) sink_.piece(*held_);
-  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, line, item.outputs};
+  held_ = PlanPiece{piece, item.context, item.feed, item.rapid, false, source, item.outputs};
   item.outputs = {};  // with its first piece
 }
 

@@ -23,7 +23,7 @@ class CornerBlender {
  private:
   void resolve_junction(double span_after_next);
   void emit_remainder(PathItem& item, double from, double to);
-  void emit(PathItem& item, const PathPiece& piece, std::uint32_t line);
+  void emit(PathItem& item, const PathPiece& piece, SourceLine source);
   void end_stretch();
 
   PieceSink& sink_;

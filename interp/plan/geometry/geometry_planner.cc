@@ -54,7 +54,7 @@ PathItem item_of(const JoinedMove& joined) {
   item.tolerance_mm = move.tolerance_mm;
   item.tolerance_rad = move.tolerance_rad;
   item.tolerance_used = joined.tolerance_used;
-  item.line = item.last_line = move.source.line;
+  item.source = item.last_source = move.source;
   item.outputs = move.outputs;
   return item;
 }
@@ -97,7 +97,7 @@ void GeometryPlanner::joined(const JoinedMove& move) {
 
 void GeometryPlanner::event(const QueueEvent& event, SourceLine source) {
   finish();
-  sink_.event(event, source.line);
+  sink_.event(event, source);
 }
 
 void GeometryPlanner::finish() {

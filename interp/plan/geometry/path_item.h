@@ -19,8 +19,8 @@ struct PathItem {
   double tolerance_rad = 0;
   double tolerance_used = 0;  ///< share of the tolerances that the piece itself uses; its blends get the rest
   bool joins_next = false;    ///< the next item continues this one with three derivatives, by construction
-  std::uint32_t line = 0;     ///< where it starts
-  std::uint32_t last_line = 0;  ///< where it ends: a curve stands for many moves
+  SourceLine source;          ///< where it starts
+  SourceLine last_source;     ///< where it ends: a curve stands for many moves
   OutputChanges outputs;        ///< act where it starts: in the middle of the blend, if there is one
 };
 

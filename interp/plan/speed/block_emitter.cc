@@ -64,20 +64,20 @@ void BlockEmitter::flush(bool at_rest) {
   block_.context = plan.context;
   block_.rapid = plan.rapid;
   block_.overrides = plan.feed.overrides;
-  block_.line = plan.line;
+  block_.source = plan.source;
   block_.ends_at_rest = at_rest;
   out_.block(block_);
   ++block_count_;
   block_.segment_count = 0;
 }
 
-void BlockEmitter::event(const QueueEvent& event, std::uint32_t line) {
+void BlockEmitter::event(const QueueEvent& event, SourceLine source) {
   TRN_CHECK(block_.segment_count == 0);
   TRN_CHECK(event.kind != QueueEvent::Kind::kNone);
   MotionBlock block{};
   block.event = event;
   block.overrides = event.overrides;
-  block.line = line;
+  block.source = source;
   block.ends_at_rest = true;
   out_.block(block);
   ++block_count_;

@@ -22,7 +22,7 @@ class BlockEmitter {
   void add_piece(const PlanPiece& piece, double s_start);
   /// The next segment of the law. `grid`: the intervals that its indices mean. `at_rest`: it ends at rest.
   void segment(const LawSegment& segment, const std::deque<GridInterval>& grid, bool at_rest);
-  void event(const QueueEvent& event, std::uint32_t line);
+  void event(const QueueEvent& event, SourceLine source);
 
   size_t piece_count() const { return pieces_.size(); }
   std::uint64_t block_count() const { return block_count_; }

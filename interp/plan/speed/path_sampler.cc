@@ -25,7 +25,7 @@ constexpr double kNothingBinds = 1e6;  // ds/dt where neither feed nor a joint b
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kDegPerRad : 1.0;
   throw ProgramError(fmt::format("line {}: joint {} would reach {:.4f} {}, {} its {} limit of {:.4f} {}",
-                                 piece.line, joint.name, q * unit, rotary ? "deg" : "mm",
+                                 piece.source.line, joint.name, q * unit, rotary ? "deg" : "mm",
                                  high ? "above" : "below", high ? "upper" : "lower", limit * unit,
                                  rotary ? "deg" : "mm"));
 }
@@ -105,7 +105,7 @@ void PathSampler::check_position(const PlanPiece& piece, const JointDerivatives&
 double PathSampler::speed_bound(const PlanPiece& piece, const JointDerivatives& d, double s_piece) const {
   double speed = feed_speed(piece, s_piece);
   if (!(speed > 0))
-    throw ProgramError(fmt::format("line {}: the feed is zero; give a positive F word", piece.line));
+    throw ProgramError(fmt::format("line {}: the feed is zero; give a positive F word", piece.source.line));
   double share = 1 / speed;
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i)
     share = std::max(share, std::abs(d.d1[i]) * rates_.velocity_inverse[i]);
@@ -120,7 +120,7 @@ JointDerivatives PathSampler::map_derivatives(const PlanPiece& piece, double s_p
   if (status != KinStatus::kOk) {
     const Words y = piece.piece.at(s_piece);
     throw ProgramError(fmt::format(
-        "line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}", piece.line,
+        "line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}", piece.source.line,
         y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad, y[kC] * kDegPerRad, to_string(status)));
   }
   return d;

@@ -12,7 +12,7 @@ SpeedPlanner::~SpeedPlanner() = default;
 
 void SpeedPlanner::piece(const PlanPiece& piece) { windows_->piece(piece); }
 
-void SpeedPlanner::event(const QueueEvent& event, std::uint32_t line) { windows_->event(event, line); }
+void SpeedPlanner::event(const QueueEvent& event, SourceLine source) { windows_->event(event, source); }
 
 void SpeedPlanner::finish() { windows_->finish(); }
 

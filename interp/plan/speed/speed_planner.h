@@ -27,7 +27,7 @@ class SpeedPlanner : public PieceSink {
   ~SpeedPlanner() override;
 
   void piece(const PlanPiece& piece) override;
-  void event(const QueueEvent& event, std::uint32_t line) override;
+  void event(const QueueEvent& event, SourceLine source) override;
   /// Ends the stretch that is open, if any, at the end of its last piece.
   void finish();
 

@@ -168,9 +168,9 @@ void WindowPlanner::accept(const PlanPiece& piece) {
   if (!piece.ends_stretch) advance(false);
 }
 
-void WindowPlanner::event(const QueueEvent& event, std::uint32_t line) {
+void WindowPlanner::event(const QueueEvent& event, SourceLine source) {
   finish();
-  emitter_.event(event, line);
+  emitter_.event(event, source);
   TRN_CHECK(!open_);
   stats_.blocks = emitter_.block_count();
 }

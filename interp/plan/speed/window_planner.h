@@ -23,7 +23,7 @@ class WindowPlanner {
   WindowPlanner(const Joints& joints, const JointMap& map, const SpeedOptions& options, BlockSink& out);
 
   void piece(const PlanPiece& piece);
-  void event(const QueueEvent& event, std::uint32_t line);
+  void event(const QueueEvent& event, SourceLine source);
   /// Ends the stretch that is open, if any, at the end of its last piece.
   void finish();
 

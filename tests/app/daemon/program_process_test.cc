@@ -107,7 +107,7 @@ class ProgramProcessTest : public testing::Test {
     ASSERT_EQ(a.size(), b.size());
     for (std::size_t i = 0; i < a.size(); ++i) {
       ASSERT_EQ(a[i].segment_count, b[i].segment_count) << i;
-      ASSERT_EQ(a[i].line, b[i].line) << i;
+      ASSERT_EQ(a[i].source.line, b[i].source.line) << i;
       for (int k = 0; k < a[i].segment_count; ++k)
         ASSERT_EQ(std::memcmp(&a[i].segments[static_cast<std::size_t>(k)],
                               &b[i].segments[static_cast<std::size_t>(k)], sizeof a[i].segments[0]),

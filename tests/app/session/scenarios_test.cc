@@ -223,7 +223,7 @@ class Scenario {
     const double t = plan_time();
     for (std::size_t i = 1; i < motion_.blocks().size(); ++i) {
       const auto number = static_cast<std::uint32_t>(i + 1);
-      if (motion_.blocks()[i].line == motion_.blocks()[i - 1].line) continue;
+      if (motion_.blocks()[i].source.line == motion_.blocks()[i - 1].source.line) continue;
       if (std::abs(motion_.begin_s(number) - t) <= 1.01e-6) return true;
     }
     why = "a single block ends within a line, at " + std::to_string(t) + " of the plan";

@@ -41,7 +41,7 @@ TEST(BlockEmitter, CutsSegmentsAtTheBordersOfPieces) {
     for (size_t k = 0; k < durations[i].size(); ++k)
       EXPECT_NEAR(blocks[i].segments[k].duration_s, durations[i][k], 1e-12);
     EXPECT_NEAR(blocks[i].segments[0].s, 0, 1e-12);
-    EXPECT_EQ(blocks[i].line, i + 1);
+    EXPECT_EQ(blocks[i].source.line, i + 1);
     EXPECT_EQ(blocks[i].ends_at_rest, i == 2);
   }
 }

@@ -111,7 +111,7 @@ void expect_sound(const std::vector<ProgramMove>& moves, const std::vector<PlanP
   EXPECT_LT((pieces.front().piece.at(0) - moves.front().from).norm(), 1e-11);
   EXPECT_LT((pieces.back().piece.at(pieces.back().piece.length) - moves.back().to).norm(), 1e-11);
   EXPECT_TRUE(pieces.back().ends_stretch);
-  for (size_t i = 1; i < pieces.size(); ++i) EXPECT_GE(pieces[i].line, pieces[i - 1].line);
+  for (size_t i = 1; i < pieces.size(); ++i) EXPECT_GE(pieces[i].source.line, pieces[i - 1].source.line);
 }
 
 TEST(Compressor, SampledCurvesComeOutAsTheCurve) {
@@ -219,8 +219,8 @@ TEST(Compressor, FeedsStayWithTheirMoves) {
   expect_sound(moves, pieces);
   double slow = 0;
   for (const auto& p : pieces) {
-    EXPECT_EQ(p.feed.tip_mm_s, p.line <= 100 ? 20 : 40);
-    if (p.line <= 100) slow += p.piece.length;
+    EXPECT_EQ(p.feed.tip_mm_s, p.source.line <= 100 ? 20 : 40);
+    if (p.source.line <= 100) slow += p.piece.length;
   }
   EXPECT_NEAR(slow, 30, 0.5);
 }
@@ -269,7 +269,7 @@ TEST(Compressor, LooksABoundedNumberOfMovesAhead) {
     ProgramMove move = line_move(sine(0.02 * i), sine(0.02 * (i + 1)), 0.01);
     move.source.line = i + 1;
     planner.move(move);
-    if (!out.pieces.empty()) lag = std::max(lag, i - out.pieces.back().line);
+    if (!out.pieces.empty()) lag = std::max(lag, i - out.pieces.back().source.line);
   }
   planner.finish();
   expect_continuous(out.pieces);

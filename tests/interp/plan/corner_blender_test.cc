@@ -18,7 +18,7 @@ PathItem line(const Words& from, const Words& to, double tol_mm, std::uint32_t n
   i.piece = make_line(from, to);
   i.tolerance_mm = tol_mm;
   i.tolerance_rad = 0.01;
-  i.line = i.last_line = number;
+  i.source.line = i.last_source.line = number;
   return i;
 }
 
@@ -110,7 +110,7 @@ TEST(CornerBlender, OutputsActInTheMiddleOfTheBlend) {
   ASSERT_EQ(pieces.size(), 4u);
   const std::uint32_t lines[] = {7, 7, 8, 8};
   for (size_t i = 0; i < 4; ++i) {
-    EXPECT_EQ(pieces[i].line, lines[i]);
+    EXPECT_EQ(pieces[i].source.line, lines[i]);
     EXPECT_EQ(pieces[i].outputs.any(), i == 2);
   }
 }

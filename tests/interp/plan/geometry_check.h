@@ -26,7 +26,9 @@ struct Collector : PieceSink {
   std::vector<PlanPiece> pieces;
   std::vector<Event> events;
   void piece(const PlanPiece& p) override { pieces.push_back(p); }
-  void event(const QueueEvent& e, std::uint32_t line) override { events.push_back({pieces.size(), e, line}); }
+  void event(const QueueEvent& e, SourceLine source) override {
+    events.push_back({pieces.size(), e, source.line});
+  }
 };
 
 inline Words words(double x, double y, double z = 0, double a = 0, double b = 0, double c = 0) {
@@ -120,7 +122,7 @@ inline double worst_usage(const std::vector<ProgramMove>& moves, const std::vect
     for (int k = 0; k <= samples; ++k) {
       const Words y = p.piece.at(p.piece.length * k / samples);
       double best = 1e300;
-      const int i = static_cast<int>(p.line) - 1;
+      const int i = static_cast<int>(p.source.line) - 1;
       for (int d = 0; d <= around && best > 0.5; ++d)
         for (int j : {i - d, i + d})
           if (j >= 0 && j < static_cast<int>(moves.size()))
@@ -147,8 +149,8 @@ inline double worst_usage_of_runs(const std::vector<ProgramMove>& moves, const s
   };
   double worst = 0;
   for (size_t i = 0; i < pieces.size(); ++i) {
-    const int from = std::max(0, static_cast<int>(pieces[i > 1 ? i - 2 : 0].line) - 1 - kMargin);
-    const int next = i + 2 < pieces.size() ? static_cast<int>(pieces[i + 2].line) : n;
+    const int from = std::max(0, static_cast<int>(pieces[i > 1 ? i - 2 : 0].source.line) - 1 - kMargin);
+    const int next = i + 2 < pieces.size() ? static_cast<int>(pieces[i + 2].source.line) : n;
     const int to = std::min(n - 1, next - 1 + kMargin), parts = std::max(samples, 2 * (to - from));
     for (int k = 0; k <= parts; ++k) {
       const Words y = pieces[i].piece.at(pieces[i].piece.length * k / parts);
@@ -170,12 +172,12 @@ inline void expect_continuous(const std::vector<PlanPiece>& pieces) {
     ASSERT_GT(a.length, 0);
     const PathPoint p = a.derivatives(a.length), q = b.derivatives(0);
     const double eps = 1e-12 * (1 + p.y.norm() / 100);
-    ASSERT_LT((p.y - q.y).norm(), eps) << "piece " << i << " line " << pieces[i].line;
+    ASSERT_LT((p.y - q.y).norm(), eps) << "piece " << i << " line " << pieces[i].source.line;
     if (pieces[i - 1].ends_stretch) continue;
     const double h = std::min({a.length, b.length, 1.0});
-    ASSERT_LT((p.d1 - q.d1).norm(), 20 * eps / h) << "piece " << i << " line " << pieces[i].line;
-    ASSERT_LT((p.d2 - q.d2).norm(), 400 * eps / (h * h)) << "piece " << i << " line " << pieces[i].line;
-    ASSERT_LT((p.d3 - q.d3).norm(), 8000 * eps / (h * h * h)) << "piece " << i << " line " << pieces[i].line;
+    ASSERT_LT((p.d1 - q.d1).norm(), 20 * eps / h) << "piece " << i << " line " << pieces[i].source.line;
+    ASSERT_LT((p.d2 - q.d2).norm(), 400 * eps / (h * h)) << "piece " << i << " line " << pieces[i].source.line;
+    ASSERT_LT((p.d3 - q.d3).norm(), 8000 * eps / (h * h * h)) << "piece " << i << " line " << pieces[i].source.line;
   }
 }
 

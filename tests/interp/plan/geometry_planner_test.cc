@@ -43,11 +43,11 @@ TEST(GeometryPlanner, RandomPolylinesAreSmoothInsideToleranceAndComplete) {
     EXPECT_LT((pieces.front().piece.at(0) - points.front()).norm(), 1e-12);
     EXPECT_LT((pieces.back().piece.at(pieces.back().piece.length) - points.back()).norm(), 1e-12);
     EXPECT_TRUE(pieces.back().ends_stretch);
-    for (size_t i = 1; i < pieces.size(); ++i) EXPECT_GE(pieces[i].line, pieces[i - 1].line);
+    for (size_t i = 1; i < pieces.size(); ++i) EXPECT_GE(pieces[i].source.line, pieces[i - 1].source.line);
     for (size_t line = 1, i = 0; line <= moves.size(); ++line) {  // every line has a piece
-      while (i < pieces.size() && pieces[i].line < line) ++i;
+      while (i < pieces.size() && pieces[i].source.line < line) ++i;
       ASSERT_LT(i, pieces.size());
-      EXPECT_EQ(pieces[i].line, line);
+      EXPECT_EQ(pieces[i].source.line, line);
     }
   }
 }
@@ -140,8 +140,8 @@ TEST(GeometryPlanner, HalvesOfABlendCarryTheirOwnMove) {
   ASSERT_EQ(pieces.size(), 4u);
   EXPECT_TRUE(pieces[1].rapid);
   EXPECT_FALSE(pieces[2].rapid);
-  EXPECT_EQ(pieces[1].line, 1u);
-  EXPECT_EQ(pieces[2].line, 2u);
+  EXPECT_EQ(pieces[1].source.line, 1u);
+  EXPECT_EQ(pieces[2].source.line, 2u);
   EXPECT_EQ(pieces[1].feed.tip_mm_s, 50);
   EXPECT_EQ(pieces[2].feed.tip_mm_s, 7);
   EXPECT_NEAR(pieces[2].feed.path_units_s, 3, 1e-12);
@@ -207,8 +207,8 @@ TEST(GeometryPlanner, DegenerateInput) {
 
   auto pieces = plan(polyline({words(0, 0), words(0, 0), words(3, 0), words(3, 0), words(6, 0)}), kBlendOnly);
   ASSERT_EQ(pieces.size(), 2u);  // collinear: joined without a blend
-  EXPECT_EQ(pieces[0].line, 2u);
-  EXPECT_EQ(pieces[1].line, 4u);
+  EXPECT_EQ(pieces[0].source.line, 2u);
+  EXPECT_EQ(pieces[1].source.line, 4u);
   EXPECT_FALSE(pieces[0].ends_stretch);
 
   std::vector<ProgramMove> circles = {arc_move(words(20, 0), words(20, 0), Vec3(0, 0, 0), 2 * kPi),

@@ -148,7 +148,7 @@ TEST(SpeedPlanner, FeedStepsAreMetBeforehand) {
     for (int k = 0; k < b.segment_count; ++k)
       for (int i = 0; i <= 8; ++i) {
         const TimeSegment& g = b.segments[static_cast<size_t>(k)];
-        EXPECT_LE(g.v_at(g.duration_s * i / 8), feeds[b.line] * 1.000001);
+        EXPECT_LE(g.v_at(g.duration_s * i / 8), feeds[b.source.line] * 1.000001);
       }
 }
 
@@ -158,7 +158,7 @@ TEST(SpeedPlanner, EventsKeepTheirPlace) {
   Collector out;
   SpeedPlanner planner(joints, map, {}, out);
   planner.piece(plan(make_line(along_x(0), along_x(1)), 100, true, 1));
-  planner.event({QueueEvent::Kind::kDwell, 0.5, 0}, 2);
+  planner.event({QueueEvent::Kind::kDwell, 0.5, 0}, {2, 0});
   planner.piece(plan(make_line(along_x(1), along_x(2)), 100, true, 3));
   planner.finish();
   ASSERT_GE(out.blocks.size(), 3u);
@@ -167,10 +167,10 @@ TEST(SpeedPlanner, EventsKeepTheirPlace) {
     if (out.blocks[i].segment_count > 0) continue;
     ++events;
     EXPECT_EQ(out.blocks[i].event.kind, QueueEvent::Kind::kDwell);
-    EXPECT_EQ(out.blocks[i].line, 2u);
-    EXPECT_EQ(out.blocks[i - 1].line, 1u);
+    EXPECT_EQ(out.blocks[i].source.line, 2u);
+    EXPECT_EQ(out.blocks[i - 1].source.line, 1u);
     EXPECT_TRUE(out.blocks[i - 1].ends_at_rest);
-    EXPECT_EQ(out.blocks[i + 1].line, 3u);
+    EXPECT_EQ(out.blocks[i + 1].source.line, 3u);
   }
   EXPECT_EQ(events, 1u);
 }

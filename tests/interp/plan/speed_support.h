@@ -80,7 +80,7 @@ inline PlanPiece plan(const PathPiece& piece, double feed_mm_s, bool ends = fals
   p.feed.tip_mm_s = feed_mm_s;
   p.feed.rotary_rad_s = 1e9;
   p.ends_stretch = ends;
-  p.line = line;
+  p.source.line = line;
   return p;
 }
 
