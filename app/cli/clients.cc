@@ -1,5 +1,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
+#include <sys/ioctl.h>
+#include <unistd.h>
 
 #include <cctype>
 #include <cmath>
@@ -10,6 +12,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/shown_state.h"
 #include "app/daemon/command_client.h"
 #include "app/daemon/message_json.h"
 #include "app/daemon/telemetry.h"
@@ -36,11 +39,12 @@ struct Options {
   bool wait = false;
   double patience_s = 3600;
   bool json = false;
-  bool yes = false;   // start --from: do not ask
-  std::string text;   // program, MDI line, joint
-  double amount = 0;  // jog: mm or deg; override: percent
-  double speed = 0;   // jog: mm/s or deg/s
-  long count = 0;     // monitor: lines, 0 = no end; start: first line
+  bool lines = false;  // monitor: no screen
+  bool yes = false;    // start --from: do not ask
+  std::string text;    // program, MDI line, joint
+  double amount = 0;   // jog: mm or deg; override: percent
+  double speed = 0;    // jog: mm/s or deg/s
+  long count = 0;      // monitor: lines, 0 = no end; start: first line
 };
 
 /// A client's view of its machine: the config and the line to its daemon.
@@ -155,15 +159,6 @@ command_t text_command(std::int8_t verb, const std::string& text) {
 // What came in a message may be any bytes.
 std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
-void print_corrections(const status_t& status) {
-  for (std::size_t i = 0; i < status.correction_name.size(); ++i) {
-    const std::string& warning = status.correction_warning[i];
-    fmt::print("{:<9} {} {}, {:.6f} now{}{}\n", i == 0 ? "corrects" : "", status.correction_name[i],
-               status.correction_on[i] ? "on" : "off", status.correction_offset[i],
-               warning.empty() ? "" : "; ", warning);
-  }
-}
-
 // The message, and what the fault table and the session's log know besides.
 Json status_json(const status_t& status) {
   const FaultInfo* fault = find_fault(status.fault);
@@ -174,82 +169,42 @@ Json status_json(const status_t& status) {
   return out;
 }
 
-std::string joints_line(const status_t& status) {
-  std::string text;
-  for (std::size_t i = 0; i < status.joint_name.size(); ++i)
-    text += fmt::format(" {}{}{}", status.joint_name[i], status.joint_homed[i] ? "" : " (not homed)",
-                        status.joint_limit_switch[i] ? " (on a limit switch)" : "");
-  return text;
-}
-
-void print_status(const status_t& status) {
-  fmt::print("machine   {} (process {})\n", status.machine, status.pid);
-  fmt::print("state     {}\n", status.state);
-  if (status.fault != "ok")
-    fmt::print("fault     {}{}{}\n", status.fault, status.fault_joint.empty() ? "" : " at joint ",
-               status.fault_joint);
-  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok")
-    fmt::print("          {}\ncure      {}\n", fault->meaning, fault->remedy);
-  if (!status.waits_for.empty()) fmt::print("waits for {}\n", status.waits_for);
-  if (!status.message.empty()) fmt::print("message   {}\n", status.message);
-  fmt::print("program   {}, line {}\n", status.program.empty() ? "none" : status.program, status.line);
-  fmt::print("override  {:.0f} % wanted, {:.0f} % now\n", 100 * status.override_wanted,
-             100 * status.override_now);
-  fmt::print("          rapid {:.0f} %, spindle {:.0f} %, adaptive feed {:.0f} %\n",
-             100 * status.rapid_override, 100 * status.spindle_override, 100 * status.adaptive_feed);
-  fmt::print("spindle   {:g} rpm{}\n", status.spindle_rpm,
-             status.single_block ? "; single block: stands at the end of every line" : "");
-  fmt::print("joints   {}\n", joints_line(status));
-  print_corrections(status);
-  fmt::print("tick      every {:g} ms, {} so far, {} overruns, {} starvations\n", 1000 * status.period_s,
-             status.periods, status.overruns, status.starvations);
-  fmt::print("lateness  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.wake_us_p50,
-             status.wake_us_p999, status.wake_us_max);
-  fmt::print("duration  {:.0f} us median, {:.0f} us p99.9, {:.0f} us worst\n", status.tick_us_p50,
-             status.tick_us_p999, status.tick_us_max);
-  if (!status.bus_health.empty()) fmt::print("bus       {}\n", status.bus_health);
-  fmt::print("{}", features_text(features_of(status), static_cast<std::size_t>(status.features_more)));
-  for (const std::string& warning : status.warnings) fmt::print("WARNING   {}\n", warning);
-}
-
 Exit show_status(const Options& options) {
   Session session(options);
-  const auto any = [](const status_t&) { return true; };
-  const auto status = session.client.wait_status(any, 2 * options.timeout_s + 1);
-  if (!status) return Exit::kMachineFault;
-  if (options.json)
-    fmt::print("{}\n", one_line(status_json(*status)));
-  else
-    print_status(*status);
+  session.client.watch([&](const status_t& status, const motion_t& motion) {
+    if (options.json)
+      fmt::print("{}\n", one_line(status_json(status)));
+    else
+      fmt::print("{}", status_text(status, motion));
+    return false;
+  });
   return Exit::kDone;
 }
 
-std::string tool_load_text(const motion_t& motion) {
-  if (motion.tool_load_alarm) return "  the tool's load is unknown: the model no longer fits";
-  if (!motion.tool_load_known) return "";
-  return fmt::format("  tool {:.2f} {:.2f} N, bent {:.4f} {:.4f} mm", motion.tool_force_N[0],
-                     motion.tool_force_N[1], motion.tool_deflection_mm[0], motion.tool_deflection_mm[1]);
+int screen_columns() {
+  winsize size{};
+  return ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 0 ? size.ws_col : 80;
 }
 
-void print_motion(const Machine& machine, const motion_t& motion) {
-  std::string joints;
-  for (std::size_t i = 0; i < machine.joints.size() && i < motion.q_measured.size(); ++i) {
-    const bool rotary = machine.joints[i].kind == JointKind::kRotary;
-    joints +=
-        fmt::format(" {}{:.4f}", machine.joints[i].name, (rotary ? kDegPerRad : 1) * motion.q_measured[i]);
-  }
-  fmt::print("{:10} line {:6} {:9.3f} mm/s {:4.0f} % {}{}\n", motion.period, motion.line, motion.speed_mm_s,
-             100 * motion.override_now, joints, tool_load_text(motion));
+// From the top left, each line to its end and what is below them empty: nothing flickers.
+void refresh_screen(const std::string& text) {
+  std::string out = "\x1b[H";
+  for (const char c : text) out += c == '\n' ? std::string("\x1b[K\n") : std::string(1, c);
+  fmt::print("{}\x1b[J", out);
 }
 
 Exit monitor(const Options& options) {
   Session session(options);
+  const bool screen = !options.json && !options.lines && isatty(STDOUT_FILENO) == 1;
+  if (screen) fmt::print("\x1b[2J");
   long shown = 0;
-  session.client.watch_motion([&](const motion_t& motion) {
+  session.client.watch([&](const status_t& status, const motion_t& motion) {
     if (options.json)
       fmt::print("{}\n", one_line(json_of(motion)));
+    else if (screen)
+      refresh_screen(screen_text(status, motion, screen_columns()));
     else
-      print_motion(session.machine, motion);
+      fmt::print("{}", motion_line(status, motion));
     std::fflush(stdout);
     return ++shown != options.count;
   });
@@ -459,9 +414,12 @@ void add_watchers(CLI::App& app, Exit& exit) {
       .add_flag("--json", status->json, "For programs: one JSON object");
   auto watch = std::make_shared<Options>();
   CLI::App& watch_app = add_client(app, exit, watch, "monitor",
-                                   "Show where the machine is, line by line, until Ctrl-C", monitor);
+                                   "Show what the machine does and where it is, on one screen that follows "
+                                   "it, until Ctrl-C",
+                                   monitor);
+  watch_app.add_flag("--lines", watch->lines, "One line for each message instead; so also into a pipe");
   watch_app.add_flag("--json", watch->json, "For programs: one JSON object a line; mm and rad");
-  watch_app.add_option("--count", watch->count, "End after so many lines; 0: no end")
+  watch_app.add_option("--count", watch->count, "End after so many messages; 0: no end")
       ->check(CLI::NonNegativeNumber);
 }
 

@@ -155,14 +155,15 @@ std::optional<trunnion::status_t> CommandClient::wait_status(
   return std::nullopt;
 }
 
-void CommandClient::watch_motion(const std::function<bool(const trunnion::motion_t&)>& show) {
+void CommandClient::watch(
+    const std::function<bool(const trunnion::status_t&, const trunnion::motion_t&)>& show) {
   auto last_heard = Clock::now();
   while (true) {
     motion_.reset();
     handle(Clock::now() + kLook);
-    if (motion_) {
+    if (motion_ && status_) {
       last_heard = Clock::now();
-      if (!show(*motion_)) return;
+      if (!show(*status_, *motion_)) return;
     }
     if (Clock::now() - last_heard > seconds(config_.timeout_s)) no_answer("");
   }

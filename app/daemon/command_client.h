@@ -45,8 +45,9 @@ class CommandClient {
   /// A reading for the machine's corrections. NoAnswer if the daemon is gone.
   void send_sensor(const trunnion::sensor_t& readings);
 
-  /// Calls `show` for every motion_t until it returns false; NoAnswer if none comes within the timeout.
-  void watch_motion(const std::function<bool(const trunnion::motion_t&)>& show);
+  /// Calls `show` for every motion_t, with the last status_t, until it returns false; NoAnswer if none comes
+  /// within the timeout.
+  void watch(const std::function<bool(const trunnion::status_t&, const trunnion::motion_t&)>& show);
 
  private:
   void connect();

@@ -55,12 +55,28 @@ MachineController::MachineController(const Parts& parts, std::vector<std::string
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
   warned_.fill("");
+  const unsigned words = parts_.kinematics ? parts_.kinematics->word_mask() : 0;
+  for (std::size_t i = 0; kWordLetters[i] != 0; ++i)
+    if (words >> i & 1u) status_.axes += kWordLetters[i];
   parts_.clients.on_connect([this](ConnectionId) { status_due_ = true; });  // it needs our clock
 }
 
 MachineController::~MachineController() { parts_.programs.close(); }
 
-void MachineController::begin() { machine_event(Event::kReset); }
+void MachineController::begin() {
+  machine_event(Event::kReset);
+  program_worker_.post([this] {
+    std::string error;
+    try {
+      parts_.programs.show();
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([error] {
+      if (!error.empty()) spdlog::warn("offsets and tools cannot be shown: {}", error);
+    });
+  });
+}
 
 void MachineController::terminate() {
   parts_.programs.close();
@@ -166,25 +182,6 @@ void MachineController::hear_corrections(const CycleReport& report) {
     *warning ? spdlog::warn("correction '{}': {}", name, warning)
              : spdlog::info("correction '{}': all is well again", name);
   }
-}
-
-void MachineController::add_corrections(trunnion::status_t& status) const {
-  const auto add = [&](const std::string& name, bool on, double offset, const char* warning) {
-    status.correction_name.push_back(name);
-    status.correction_on.push_back(on);
-    status.correction_offset.push_back(offset);
-    status.correction_warning.emplace_back(warning);
-  };
-  const bool in_program = report_.on_path && report_.motion != MotionState::kRest;
-  const int off = in_program ? report_.context.corrections_off : parts_.programs.corrections_off();
-  if (parts_.map && parts_.map->has_pose()) add("geometric", (off & kGeometricBit) == 0, 0, "");
-  if (parts_.map && parts_.map->has_joint()) add("joint_table", (off & kJointTableBit) == 0, 0, "");
-  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
-    const CorrectionReport& link = report_.corrections[static_cast<std::size_t>(i)];
-    const double offset = link.offset.size() > 0 ? link.offset.cwiseAbs().maxCoeff() : 0;
-    add(parts_.chain->budget(i).name, link.enabled, offset, link.warning);
-  }
-  status.correction_count = static_cast<std::int32_t>(status.correction_name.size());
 }
 
 // What needs the command's own values; the rest is the same for commands and events.
@@ -558,7 +555,9 @@ void MachineController::publish_status() {
   fill_status(parts_.machine, supervisor_.state(), report_, parts_.statistics, status);
   status.message = status.message.substr(0, kMessageBytesMax);
   status.bus_health = parts_.drives.health();
-  add_corrections(status);
+  add_corrections(report_, parts_.programs.corrections_off(), parts_.map, parts_.chain, status);
+  if (const ProgramStep* step = parts_.programs.step(present_step(report_)))
+    add_step(*step, parts_.programs.tool_name(step->settings.current_tool), status);
   if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();
   status.clock_us = monotonic_us();
@@ -569,6 +568,9 @@ void MachineController::publish_status() {
 void MachineController::publish_motion() {
   next_motion_ = Clock::now() + kMotionPeriod;
   trunnion::motion_t motion = make_motion(report_);
+  const ProgramStep* step = parts_.programs.step(present_step(report_));
+  if (step && parts_.map)
+    add_positions(shown_position(*parts_.map, *step, report_.q_plan, report_.on_path, report_.y), motion);
   motion.time_us = unix_time_us();
   publish(parts_.lcm.motion_channel(), motion);
 }

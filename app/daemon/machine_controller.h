@@ -19,6 +19,7 @@
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "app/session/feature_recorder.h"
+#include "app/session/program_step.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/fault.h"
@@ -90,7 +91,6 @@ class MachineController {
   Answer obey_correction(const std::string& name, bool on);
   Answer switch_planned(const std::string& name, bool on);
   void hear_corrections(const CycleReport& report);
-  void add_corrections(trunnion::status_t& status) const;
   Answer check_values(const trunnion::command_t& command) const;
   JogOrder order_jog(const trunnion::command_t& command) const;
   Answer jog(const JogOrder& order);

@@ -106,11 +106,13 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   if (listeners_.starts) listeners_.starts(start);
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
   queue_.begin_generation();
+  if (listeners_.begins) listeners_.begins();
   ended_ = waits_ = false;
   if (!start.text) mdi_.reset();
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
     if (feed(*pipeline) && mdi) mdi_ = pipeline->settings();
+    show_idle();
     ended_ = true;
   });
   wait_until_primed();
@@ -124,6 +126,7 @@ PipelineObservers PlannerThread::observers() {
   said_ = 0;
   program_log_.close();
   observers.message = [this](std::string_view text, std::uint32_t line) { say(text, line); };
+  observers.steps = static_cast<bool>(listeners_.step);
   observers.log = [this](const canon::Log& log, std::uint32_t line) { program_log_.take(log, line); };
   return observers;
 }
@@ -160,6 +163,7 @@ bool PlannerThread::feed(Pipeline& pipeline) {
   for (bool more = true; more && !abandoned_;) {
     try {
       more = pipeline.next(block, &abandoned_);
+      if (more && pipeline.step() && listeners_.step) listeners_.step(*pipeline.step());
       if (more) push(block);
       if (!more && pipeline.waiting()) more = wait_for_answer(pipeline);
     } catch (const std::exception& error) {  // the end of the program still follows
@@ -169,6 +173,16 @@ bool PlannerThread::feed(Pipeline& pipeline) {
     }
   }
   return sound && !abandoned_;
+}
+
+// Only for people: where it cannot be found out, nothing else is wrong.
+void PlannerThread::show_idle() {
+  if (!listeners_.stands) return;
+  try {
+    listeners_.stands(idle_step(assembly_, parameters_, tools_, mdi_ ? &*mdi_ : nullptr));
+  } catch (const std::exception&) {
+    return;
+  }
 }
 
 bool PlannerThread::wait_for_answer(Pipeline& pipeline) {

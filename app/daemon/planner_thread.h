@@ -14,6 +14,7 @@
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
 #include "app/session/program_log.h"
+#include "app/session/program_step.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/motion.h"
@@ -32,6 +33,9 @@ struct PlannerListeners {
   /// What a program says to people (MSG, DEBUG, PRINT), when its line is read; not all of one that says very
   /// much.
   std::function<void(std::string_view text, std::uint32_t line)> message;
+  std::function<void()> begins;                    ///< steps of a new program are counted from 1
+  std::function<void(const ProgramStep&)> step;    ///< before its first block is in the queue
+  std::function<void(const ProgramStep&)> stands;  ///< with which modes, offsets and tool the next one begins
 };
 
 /// A session's log and a recorder of features as listeners; null: without. Both must outlive them.
@@ -72,6 +76,8 @@ class PlannerThread final : public ProgramSource {
 
   /// Ends the preparation and keeps all that programs have left behind; when no load is under way. FileError.
   void settle();
+  /// Tells the listener how the next program begins; when no load is under way.
+  void show_idle();
 
  private:
   ProgramSummary begin(ProgramStart start);

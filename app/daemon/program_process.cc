@@ -109,19 +109,24 @@ std::array<int, 2> socket_pair() {
   return ends;
 }
 
-template <typename T>
-T* make_in(SharedMemory& memory) {
-  return new (memory.allocate(sizeof(T), alignof(T))) T;
+// As far as it is used as more than a number: the process that made it may be out of its mind.
+ProgramStep believable(const ProgramStep& step) {
+  ProgramStep out = step;
+  out.text.back() = out.file.back() = 0;
+  int& work_offset = out.settings.modal.work_offset;
+  work_offset = std::clamp(work_offset, 1, static_cast<int>(kWorkOffsetCodes.size()));
+  return out;
 }
 
 }  // namespace
 
 ProgramProcess::ProgramProcess(const ConfigTable& config, const MemoryFiles& files, std::size_t queue_blocks)
     : memory_(MotionQueue::bytes(queue_blocks) + sizeof(MotionQueue) + sizeof(SharedProgramState) +
-              kSlackBytes),
+              SharedProgramState::bytes(queue_blocks) + kSlackBytes),
       queue_(new (memory_.allocate(sizeof(MotionQueue), alignof(MotionQueue)))
                  MotionQueue(queue_blocks, &memory_)),
-      shared_(make_in<SharedProgramState>(memory_)) {
+      shared_(new (memory_.allocate(sizeof(SharedProgramState), alignof(SharedProgramState)))
+                  SharedProgramState(queue_blocks, &memory_)) {
   const std::array<int, 2> calls = socket_pair(), control = socket_pair();
   maker_ = fork();
   if (maker_ < 0) throw std::system_error(errno, std::generic_category(), "a process for programs");
@@ -151,11 +156,8 @@ void ProgramProcess::tell(SessionLog* log, FeatureRecorder* features, std::uint8
 
 void ProgramProcess::hand_on_moves() {
   const std::lock_guard lock(moves_mutex_);
-  std::uint32_t taken = shared_->moves_taken.load(std::memory_order_relaxed);
-  for (; taken != shared_->moves_put.load(std::memory_order_acquire); ++taken) {
-    if (features_) features_->programmed(shared_->moves[taken % SharedProgramState::kMovesMax]);
-    shared_->moves_taken.store(taken + 1, std::memory_order_release);
-  }
+  for (; const ProgramMove* move = shared_->moves.front(); shared_->moves.pop())
+    if (features_) features_->programmed(*move);
 }
 
 void ProgramProcess::abandon() {
@@ -277,6 +279,27 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
   }
 }
 
+void ProgramProcess::show() {
+  ProgramCall show;
+  show.kind = ProgramCall::Kind::kShow;
+  call(show);
+}
+
+const ProgramStep* ProgramProcess::step(std::uint32_t number) {
+  for (; const ProgramStep* stands = shared_->stands.front(); shared_->stands.pop()) {
+    stands_ = believable(*stands);
+    stands_known_ = true;
+  }
+  const std::uint32_t program = shared_->program;
+  for (; const NumberedStep* next = shared_->steps.front(); shared_->steps.pop()) {
+    const bool due = next->step.source.step <= number;
+    if (next->program == program && !due) break;
+    if (next->program == program) step_ = {program, believable(next->step)};
+  }
+  if (number == 0) return stands_known_ ? &stands_ : nullptr;
+  return step_.program == program && step_.step.source.step <= number ? &step_.step : nullptr;
+}
+
 void ProgramProcess::hear(const ProgramReply& said) {
   const std::lock_guard lock(said_mutex_);
   said_.push_back({said.line, said.text});
@@ -288,7 +311,7 @@ std::vector<ProgramMessage> ProgramProcess::take_messages() {
 }
 
 void ProgramProcess::begin_worker() {
-  shared_->moves_taken.store(shared_->moves_put.load());
+  shared_->moves.clear();
   // Answers to a process that has died are nobody's.
   std::string old;
   while (is_waiting(calls_) && receive_program_packet(calls_, old) > 0) continue;

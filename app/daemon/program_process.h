@@ -15,6 +15,7 @@
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
+#include "app/session/program_step.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/config.h"
@@ -52,6 +53,8 @@ class ProgramProcess final : public ProgramSource {
   void close() override;
   std::string take_failure() override;
   std::vector<ProgramMessage> take_messages() override;
+  void show() override;
+  const ProgramStep* step(std::uint32_t number) override;
   void hand_on_moves() override;
   bool lost() override { return lost_.exchange(false); }
 
@@ -82,6 +85,9 @@ class ProgramProcess final : public ProgramSource {
   std::mutex moves_mutex_;
   std::mutex said_mutex_;
   std::vector<ProgramMessage> said_;  ///< guarded by said_mutex_
+  NumberedStep step_;                 ///< the last that was taken
+  ProgramStep stands_;                ///< SharedProgramState::stands
+  bool stands_known_ = false;
   mutable std::mutex names_mutex_;
   std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_
   std::atomic<std::uint8_t> corrections_off_ = 0;

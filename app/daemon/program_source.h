@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/session/program_step.h"
 #include "core/axes.h"
 
 namespace trn {
@@ -43,6 +44,11 @@ class ProgramSource {
   virtual bool lost() { return false; }
   /// What the program has said since, in order.
   virtual std::vector<ProgramMessage> take_messages() { return {}; }
+  /// Finds out how the next program begins; `step(0)` then knows it, a little later. ProgramError.
+  virtual void show() {}
+  /// The step of the program that the tick reports; 0: between programs. Null: not known. Valid until the
+  /// next call.
+  virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }
   /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.
   virtual void hand_on_moves() {}
 };

@@ -10,7 +10,7 @@ namespace trn {
 
 /// What the daemon asks of the process that reads and plans its programs: one call of ProgramSource.
 struct ProgramCall {
-  enum class Kind : std::uint8_t { kLoad, kMdi, kConfirmTool, kSettle };
+  enum class Kind : std::uint8_t { kLoad, kMdi, kConfirmTool, kSettle, kShow };
   Kind kind = Kind::kLoad;
   std::string path, text;  ///< kLoad; kMdi: the lines
   std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start

@@ -120,6 +120,9 @@ class ProgramWorker {
       case ProgramCall::Kind::kSettle:
         planner_.settle();
         return "";
+      case ProgramCall::Kind::kShow:
+        planner_.show_idle();
+        return "";
     }
     throw std::runtime_error("no such call");
   }
@@ -135,19 +138,20 @@ class ProgramWorker {
     out.message = [this](std::string_view text, std::uint32_t line) {
       tell({ProgramReply::Kind::kSays, std::string(text), line, {}});
     };
-    if (parts_.tells_moves) out.move = [this](const ProgramMove& move) { put(move); };
+    SharedProgramState& shared = parts_.shared;
+    if (parts_.tells_moves)
+      out.move = [&shared](const ProgramMove& move) { put(move, shared.moves, shared); };
+    out.begins = [&shared] { ++shared.program; };
+    // Who does not look misses what does not fit.
+    out.step = [&shared](const ProgramStep& step) { shared.steps.try_push({shared.program, step}); };
+    out.stands = [&shared](const ProgramStep& step) { put(step, shared.stands, shared); };
     return out;
   }
 
-  void put(const ProgramMove& move) const {
-    SharedProgramState& shared = parts_.shared;
-    const std::uint32_t put = shared.moves_put.load(std::memory_order_relaxed);
-    while (put - shared.moves_taken.load(std::memory_order_acquire) >= SharedProgramState::kMovesMax) {
-      if (shared.abandoned) return;
+  template <typename T>
+  static void put(const T& item, SharedRing<T>& ring, const SharedProgramState& shared) {
+    while (!ring.try_push(item) && !shared.abandoned)
       std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
-    shared.moves[put % SharedProgramState::kMovesMax] = move;
-    shared.moves_put.store(put + 1, std::memory_order_release);
   }
 
   static constexpr const char* kNoMemory =

@@ -1,25 +1,42 @@
 #pragma once
 
-#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <memory_resource>
 
+#include "app/daemon/shared_ring.h"
 #include "app/session/assembly.h"
 #include "app/session/machine_memory.h"
+#include "app/session/program_step.h"
 #include "interp/move.h"
 #include "kernel/motion_queue.h"
 
 namespace trn {
 
+/// A step of the program with this number.
+struct NumberedStep {
+  std::uint32_t program = 0;
+  ProgramStep step;
+};
+
 /// In memory that the daemon and its process for programs share, besides the queue.
 struct SharedProgramState {
-  std::atomic<bool> abandoned = false, closed = false;  ///< as in PlannerThread
+  static constexpr std::size_t kMovesMax = 1024, kStandsMax = 4;
 
-  /// Moves of the program, for who measures its features: one writer, one reader.
-  static constexpr std::uint32_t kMovesMax = 1024;
-  std::array<ProgramMove, kMovesMax> moves;
-  std::atomic<std::uint32_t> moves_put = 0, moves_taken = 0;
+  /// `memory`: for the rings. There is never more than one step for each block of the queue.
+  SharedProgramState(std::size_t queue_blocks, std::pmr::memory_resource* memory)
+      : moves(kMovesMax, memory), steps(queue_blocks + 2, memory), stands(kStandsMax, memory) {}
+  static constexpr std::size_t bytes(std::size_t queue_blocks) {
+    return SharedRing<ProgramMove>::bytes(kMovesMax) + SharedRing<NumberedStep>::bytes(queue_blocks + 2) +
+           SharedRing<ProgramStep>::bytes(kStandsMax);
+  }
+
+  std::atomic<bool> abandoned = false, closed = false;  ///< as in PlannerThread
+  std::atomic<std::uint32_t> program = 0;               ///< counts programs
+  SharedRing<ProgramMove> moves;                        ///< for who measures the program's features
+  SharedRing<NumberedStep> steps;                       ///< of what is in the queue
+  SharedRing<ProgramStep> stands;                       ///< PlannerListeners::stands
 };
 
 /// What a process for programs works with.

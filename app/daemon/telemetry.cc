@@ -10,6 +10,9 @@
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/motion.h"
+#include "interp/gcode/active_codes.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/settings.h"
 
 namespace trn {
 
@@ -136,6 +139,68 @@ std::vector<FeatureDeflection> features_of(const trunnion::status_t& status) {
     out[i].unknown = status.feature_unknown[i];
   }
   return out;
+}
+
+void add_corrections(const CycleReport& report, int off_between, const MachineJointMap* map,
+                     const SetpointChain* chain, trunnion::status_t& status) {
+  const auto add = [&](const std::string& name, bool on, double offset, const char* warning) {
+    status.correction_name.push_back(name);
+    status.correction_on.push_back(on);
+    status.correction_offset.push_back(offset);
+    status.correction_warning.emplace_back(warning);
+  };
+  const bool in_program = report.on_path && report.motion != MotionState::kRest;
+  const int off = in_program ? report.context.corrections_off : off_between;
+  if (map && map->has_pose()) add("geometric", (off & kGeometricBit) == 0, 0, "");
+  if (map && map->has_joint()) add("joint_table", (off & kJointTableBit) == 0, 0, "");
+  for (int i = 0; chain && i < chain->size(); ++i) {
+    const CorrectionReport& link = report.corrections[static_cast<std::size_t>(i)];
+    const double offset = link.offset.size() > 0 ? link.offset.cwiseAbs().maxCoeff() : 0;
+    add(chain->budget(i).name, link.enabled, offset, link.warning);
+  }
+  status.correction_count = static_cast<std::int32_t>(status.correction_name.size());
+}
+
+std::uint32_t present_step(const CycleReport& report) {
+  const bool at_work = report.motion == MotionState::kMoving || report.motion == MotionState::kHeld ||
+                       report.motion == MotionState::kPaused;
+  return at_work ? report.step : 0;
+}
+
+void add_step(const ProgramStep& step, const std::string& tool_name, trunnion::status_t& status) {
+  const Settings& s = step.settings;
+  const auto put = [&](const ProgramWords& words, double* out) {
+    const Words si = in_radians(in_mm(words, s.modal.inch));
+    std::copy(si.begin(), si.end(), out);
+  };
+  status.file = step.file.data();
+  status.block = step.text.data();
+  status.codes = active_codes(s, step.cutter_comp);
+  status.inch = s.modal.inch;
+  status.work_offset = g_name(kWorkOffsetCodes[static_cast<std::size_t>(s.modal.work_offset - 1)]);
+  put(s.g5x, status.work_offset_value);
+  put(s.g92, status.g92);
+  status.rotation_rad = rad_from_deg(s.rotation_deg);
+  status.tool = s.current_tool;
+  status.tool_name = tool_name;
+  status.tool_selected = s.selected_tool;
+  put(s.tool_offset, status.tool_offset);
+  status.tool_radius_mm = step.tool_radius_mm;
+  status.feed = s.modal.feed;
+  status.spindle_speed = s.modal.speed;
+  status.mist = s.modal.mist;
+  status.flood = s.modal.flood;
+  status.rtcp = s.rtcp;
+}
+
+void add_positions(const ShownPosition& position, trunnion::motion_t& motion) {
+  const auto put = [](const MmWords& words, double* out) {
+    const Words si = in_radians(words);
+    std::copy(si.begin(), si.end(), out);
+  };
+  put(position.work, motion.work);
+  put(position.machine, motion.machine);
+  put(position.to_go, motion.to_go);
 }
 
 trunnion::motion_t make_motion(const CycleReport& report) {

@@ -8,9 +8,12 @@
 #include "app/daemon/realtime.h"
 #include "app/daemon/supervisor.h"
 #include "app/session/feature_meter.h"
+#include "app/session/program_step.h"
 #include "core/machine.h"
 #include "hal/lcm_messages.h"
+#include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
+#include "kernel/setpoint_chain.h"
 
 namespace trn {
 
@@ -33,6 +36,16 @@ void fill_status(const Machine& machine, MachineState state, const CycleReport& 
 void add_features(const std::vector<FeatureDeflection>& features, trunnion::status_t& status);
 /// The way back, of a client.
 std::vector<FeatureDeflection> features_of(const trunnion::status_t& status);
+/// The machine's corrections, in the order in which they act. `off_between`: those inside the plan that are
+/// off between programs, as MapContext; `map`, `chain`: null where there are none.
+void add_corrections(const CycleReport& report, int off_between, const MachineJointMap* map,
+                     const SetpointChain* chain, trunnion::status_t& status);
+/// The step that is shown: of the program while it is at work; 0: what the next one begins with.
+std::uint32_t present_step(const CycleReport& report);
+/// What is in force where the machine is, in words and numbers for people.
+void add_step(const ProgramStep& step, const std::string& tool_name, trunnion::status_t& status);
+/// Where it is.
+void add_positions(const ShownPosition& position, trunnion::motion_t& motion);
 trunnion::motion_t make_motion(const CycleReport& report);
 
 }  // namespace trn

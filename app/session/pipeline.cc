@@ -62,11 +62,13 @@ ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
 struct Pipeline::ProgramRules : MoveSink {
   ProgramRules(MoveSink& next_in, const Assembly& assembly_in,
                std::function<void(const ProgramMove&)> seen_in,
+               std::function<void(SourceLine, const ProgramMove*)> step_in,
                std::function<std::string(std::uint32_t)> place_in)
       : next(next_in),
         assembly(assembly_in),
         tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
         seen(std::move(seen_in)),
+        step(std::move(step_in)),
         place(std::move(place_in)) {}
   void move(const ProgramMove& m) override {
     if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
@@ -76,12 +78,14 @@ struct Pipeline::ProgramRules : MoveSink {
           place(m.source.line), m.tolerance_mm, tolerance_mm_max));
     if (geared) check_thread(m);
     if (seen) seen(m);
+    if (step) step(m.source, &m);
     next.move(m);
   }
   void event(const QueueEvent& event, SourceLine source) override {
     if (event.kind == QueueEvent::Kind::kGearStart) geared = true;
     if (event.kind == QueueEvent::Kind::kGearEnd) geared = false;
     had_event = true;
+    if (step) step(source, nullptr);
     next.event(event, source);
   }
   // A joint that cannot follow the spindle would make another pitch.
@@ -106,7 +110,8 @@ struct Pipeline::ProgramRules : MoveSink {
   bool geared = false, had_event = false;
   double tolerance_mm_max;
   std::function<void(const ProgramMove&)> seen;
-  std::function<std::string(std::uint32_t)> place;  ///< of a line, for messages
+  std::function<void(SourceLine, const ProgramMove*)> step;  ///< null: nobody asks for steps
+  std::function<std::string(std::uint32_t)> place;           ///< of a line, for messages
 };
 
 struct Pipeline::PieceObserver : PieceSink {
@@ -166,7 +171,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       pieces_(std::make_unique<PieceObserver>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
       moves_(std::make_unique<ProgramRules>(
-          geometry_, assembly, std::move(observers.move),
+          geometry_, assembly, std::move(observers.move), step_recorder(observers.steps),
           [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.corrections_off),
@@ -174,6 +179,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), *messages_,
                     std::move(observers.warning), true, start.ends_round}),
       map_(*assembly.map),
+      tools_(tools),
       line_done_(std::move(observers.line_done)) {
   const CheckScope checks(failed_check_);
   open(interpreter_, start, start_words(*assembly.map, start));
@@ -198,9 +204,26 @@ bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std:
   }
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
+  find_step(block);
   TRN_CHECK(block.segment_count <= MotionBlock::kMaxSegments);
   blocks_->items.pop_front();
   return true;
+}
+
+std::function<void(SourceLine, const ProgramMove*)> Pipeline::step_recorder(bool wanted) {
+  if (!wanted) return {};
+  return [this](SourceLine source, const ProgramMove* move) {
+    steps_.push_back(step_of(interpreter_, lowering_, tools_, source, move));
+  };
+}
+
+// Steps of no length, and those that a curve swallows, have no block.
+void Pipeline::find_step(const MotionBlock& block) {
+  step_.reset();
+  while (!steps_.empty() && steps_.front().source.step <= block.source.step) {
+    step_ = steps_.front();
+    steps_.pop_front();
+  }
 }
 
 bool Pipeline::run_line() {
@@ -248,26 +271,18 @@ void Pipeline::give_up() {
 
 bool Pipeline::waiting() const { return !ended_ && blocks_->items.empty() && interpreter_.waiting(); }
 
-// The probe was heard with the joints at q_contact; they are turned as at the end of the path.
-Words Pipeline::contact_words(const ProgramAnswer& answer) const {
-  const MapContext& context = lowering_.context();
-  Words words = answer.y_stand;
-  ToolPose pose;
-  if (context.rtcp && tool_pose(map_, answer.q_contact, context, pose) == KinStatus::kOk)
-    words.head<3>() = pose.p_B;
-  if (!context.rtcp && map_.words_at(answer.q_contact, context, words) != KinStatus::kOk)
-    words = answer.y_stand;
-  words.tail<3>() = answer.y_stand.tail<3>();
-  return words;
-}
-
 void Pipeline::answer(const ProgramAnswer& answer) {
   MachineAnswer out;
   out.value = answer.value;
   if (answer.probe) {
     lowering_.stand_at(answer.y_stand);
     out.stands = lowering_.program_of(answer.y_stand);
-    out.contact = lowering_.program_of(contact_words(answer));
+    // The probe was heard with the joints at q_contact; they are turned as at the end of the path.
+    Words contact = answer.y_stand;
+    if (words_in(map_, answer.q_contact, lowering_.context(), contact) != KinStatus::kOk)
+      contact = answer.y_stand;
+    contact.tail<3>() = answer.y_stand.tail<3>();
+    out.contact = lowering_.program_of(contact);
   }
   interpreter_.answer(out);
 }

@@ -9,6 +9,7 @@
 #include <string_view>
 
 #include "app/session/assembly.h"
+#include "app/session/program_step.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "core/motion.h"
@@ -57,6 +58,7 @@ struct PipelineObservers {
   std::function<void(std::string_view text, std::uint32_t line)> message;
   /// (LOG,) and its kin. ProgramError: the log cannot be written; the program ends here.
   std::function<void(const canon::Log& log, std::uint32_t line)> log;
+  bool steps = false;  ///< `Pipeline::step` is asked for
 };
 
 /// One program from text to motion blocks: interpreter, lowering, geometry stage, speed stage in a row.
@@ -76,6 +78,9 @@ class Pipeline {
   /// follows.
   bool next(MotionBlock& block, const std::atomic<bool>* abandoned = nullptr,
             std::uint64_t lines_max = std::numeric_limits<std::uint64_t>::max());
+
+  /// What the block that `next` gave last was made for; null: the same as the block before, or nobody asks.
+  const ProgramStep* step() const { return step_ ? &*step_ : nullptr; }
 
   /// The program asks the machine (M6, M66, G38): `next` gives no more before the answer has come.
   bool waiting() const;
@@ -100,7 +105,8 @@ class Pipeline {
   void end_program();
   void refuse_failed_check() const;
   [[noreturn]] void give_up();
-  Words contact_words(const ProgramAnswer& answer) const;
+  std::function<void(SourceLine, const ProgramMove*)> step_recorder(bool wanted);
+  void find_step(const MotionBlock& block);
 
   std::string name_;
   ProgramConfig program_;
@@ -113,6 +119,9 @@ class Pipeline {
   std::unique_ptr<MessageTap> messages_;
   Interpreter interpreter_;
   const MachineJointMap& map_;
+  const ToolTable& tools_;
+  std::deque<ProgramStep> steps_;  ///< on their way through the planner
+  std::optional<ProgramStep> step_;
   std::function<void(bool)> line_done_;
   CheckFailure failed_check_;
   bool ended_ = false;

@@ -42,8 +42,8 @@ void sample_stretch(std::span<const PlanPiece> stretch, const JointMap& map, dou
       if (i > 0) tip += tip_length(plan.piece, length * (i - 1) / n, here);
       const KinStatus status = map.map(plan.piece.at(here), plan.context, q);
       if (status != KinStatus::kOk)
-        throw ProgramError(fmt::format("line {}: the machine cannot follow the path here: {}", plan.source.line,
-                                       to_string(status)));
+        throw ProgramError(fmt::format("line {}: the machine cannot follow the path here: {}",
+                                       plan.source.line, to_string(status)));
       row(s + here, q, tip);
     }
     s += length;

@@ -99,6 +99,9 @@ class Executor : public StateValues {
   }
 
   const Settings& settings() const { return s_; }
+  /// Of the block that is being carried out: its settings have it only behind it.
+  GCode motion_now() const { return motion_now_; }
+  GCode cutter_comp_code() const { return !comp_.active() ? 40_g : comp_.left() ? 41_g : 42_g; }
   /// So many sub-programs are open: #<_call_level>, and the level at which M70 and M73 keep the modes.
   void set_call_level(int level) { call_level_ = level; }
   /// A sub-program returns, with a value or without: #<_value> and #<_value_returned>.
@@ -295,6 +298,7 @@ class Executor : public StateValues {
   ExecutorParts parts_;
   unsigned axis_mask_;
   Settings s_;
+  GCode motion_now_ = 80_g;
   std::uint32_t line_ = 0;
   int file_ = 0;  ///< as in BlockPlace
   struct Kept {

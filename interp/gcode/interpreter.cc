@@ -202,6 +202,7 @@ void Interpreter::tell_gouges() {
 
 void Interpreter::run_block(const ParsedBlock& parsed) {
   executor_.at_line(flow_.line(), flow_.file_number());
+  text_ = parsed.text;
   evaluate_block(parsed, evaluator_, table_, block_);
   // Before the words are looked at: a code that the config ignores must not make its words unused.
   executor_.drop_ignored(block_);

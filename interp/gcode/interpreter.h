@@ -11,6 +11,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 #include "interp/gcode/flow/flow.h"
+#include "interp/gcode/g_code.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
@@ -87,6 +88,14 @@ class Interpreter {
   /// It has ended because it goes round for ever.
   bool came_round() const { return came_round_; }
 
+  /// The text of the line that was run last, for people (ParsedBlock::text), and the name of its file.
+  const std::string& text() const { return text_; }
+  const std::string& file_name() const { return flow_.file_name(); }
+  /// The motion code of the last line that moved.
+  GCode motion() const { return executor_.motion_now(); }
+  /// G40, G41 or G42.
+  GCode cutter_comp() const { return executor_.cutter_comp_code(); }
+
   std::uint64_t blocks() const { return blocks_; }
   const Settings& settings() const { return executor_.settings(); }
 
@@ -132,6 +141,7 @@ class Interpreter {
   std::vector<Held> held_;      ///< the innermost last
   Held rest_;                   ///< whose rest is being carried out
   std::vector<double> values_;  ///< of the assignments of one line
+  std::string text_;
   std::uint64_t blocks_ = 0;
   bool ended_ = false, came_round_ = false;
   bool block_done_ = false;               ///< the last block has been carried out: what failed was another

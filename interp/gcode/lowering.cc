@@ -45,6 +45,14 @@ double length_of(Words from, const std::vector<Words>& way) {
 
 }  // namespace
 
+MmWords ProgramFrame::mm_of(const Words& words) const {
+  MmWords p = in_degrees(words);
+  // Without a turn the coordinates differ by a shift, which loses no digits.
+  p.xyz = X_TP.R.isIdentity(0) ? Vec3(p.xyz - X_TP.p) : inverse(X_TP) * p.xyz;
+  p.abc_deg -= abc_deg;
+  return p;
+}
+
 Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, MoveSink& sink,
                    const Words& start, std::uint8_t corrections_off)
     : config_(config), kinematics_(kinematics), sink_(sink), words_(start) {
@@ -99,13 +107,6 @@ void Lowering::limit_feed() {
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   // F of a move in which nothing but rotary axes turns is in degrees a minute.
   limit.rotary_rad_s = per_min * kRadPerDeg / kSecondsPerMinute;
-}
-
-ProgramWords Lowering::program_of(const Words& words) const {
-  MmWords p = in_degrees(words);
-  p.xyz = plain_ ? Vec3(p.xyz - X_TP_.p) : inverse(X_TP_) * p.xyz;
-  p.abc_deg -= (frame_.g5x + frame_.g92).abc_deg;
-  return in_program_units(p, inch_);
 }
 
 void Lowering::send(const Words& to) {

@@ -12,6 +12,16 @@
 
 namespace trn {
 
+/// The program's coordinates of a place that is given in words, as in ProgramMove.
+struct ProgramFrame {
+  Pose X_TP;                    ///< program frame in the frame of the words
+  Vec3 abc_deg = Vec3::Zero();  ///< offsets of the rotary words, which have no frame
+  bool inch = false;            ///< the program's unit of length
+
+  MmWords mm_of(const Words& words) const;
+  ProgramWords program_of(const Words& words) const { return in_program_units(mm_of(words), inch); }
+};
+
 /// Turns canonical functions into moves in absolute words (mm, rad) for the planner: applies units and
 /// offsets, puts the tip into the table frame while tool-centre-point control is on, and works out feed
 /// limits.
@@ -32,7 +42,8 @@ class Lowering : public CanonSink {
   /// After a probe move: the machine stands at these words (as in ProgramMove), not at the move's end.
   void stand_at(const Words& words) { words_ = words; }
   /// Such words in program coordinates and units.
-  ProgramWords program_of(const Words& words) const;
+  ProgramWords program_of(const Words& words) const { return frame().program_of(words); }
+  ProgramFrame frame() const { return {X_TP_, (frame_.g5x + frame_.g92).abc_deg, inch_}; }
   /// What the words mean now.
   const MapContext& context() const { return move_.context; }
 

@@ -410,6 +410,7 @@ void Executor::check_open_curve(const Block& b, GCode motion) const {
 }
 
 void Executor::motion_code(const Block& b, GCode motion) {
+  motion_now_ = motion;
   check_open_curve(b, motion);
   // A G5 without I and J goes on with the tangent of the G5 before it, and of no other move.
   if (motion != 5_g) spline_chained_ = false;
@@ -466,7 +467,7 @@ double Executor::predefined(int index) const {
     case 4:
       return tenths(plane_code(s_.modal.plane));
     case 5:
-      return tenths(!comp_.active() ? 40_g : comp_.left() ? 41_g : 42_g);
+      return tenths(cutter_comp_code());
     case 44:
     case 45:
       return s_.current_tool;

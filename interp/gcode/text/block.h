@@ -81,6 +81,8 @@ struct ParsedBlock {
   std::vector<std::uint32_t> keyword_columns;
   CommentKind comment_kind = CommentKind::kNone;
   std::string comment;
+  std::string text;  ///< the line for people: without blanks around it, at most kTextMax bytes
+  static constexpr std::size_t kTextMax = 95;
   bool block_delete = false;
   bool percent = false;
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "interp/gcode/error.h"
 #include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/foreign_words.h"
@@ -88,6 +90,7 @@ void ParsedBlock::clear() {
   flow.arguments.clear();
   comment_kind = CommentKind::kNone;
   comment.clear();
+  text.clear();
   block_delete = percent = false;
 }
 
@@ -108,6 +111,9 @@ void Parser::line_number(Lexer& lexer) {
 
 void Parser::parse(std::string_view text, ParsedBlock& out) {
   out.clear();
+  const std::size_t begin = std::min(text.find_first_not_of(" \t"), text.size());
+  const std::size_t end = text.find_last_not_of(" \t\r\n");
+  if (begin < text.size()) out.text = text.substr(begin, std::min(end + 1 - begin, ParsedBlock::kTextMax));
   Lexer lexer(text);
   try {
     line(lexer, out);

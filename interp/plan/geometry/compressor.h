@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/axes.h"
+#include "core/motion.h"
 #include "core/path.h"
 #include "interp/move.h"
 #include "interp/plan/geometry/corner_blender.h"

@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "core/motion.h"
 #include "core/path.h"
 #include "interp/plan/geometry/corner_blend.h"
 #include "interp/plan/geometry/path_item.h"

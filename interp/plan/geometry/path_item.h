@@ -21,7 +21,7 @@ struct PathItem {
   bool joins_next = false;    ///< the next item continues this one with three derivatives, by construction
   SourceLine source;          ///< where it starts
   SourceLine last_source;     ///< where it ends: a curve stands for many moves
-  OutputChanges outputs;        ///< act where it starts: in the middle of the blend, if there is one
+  OutputChanges outputs;      ///< act where it starts: in the middle of the blend, if there is one
 };
 
 /// The item with the tolerances that are left to its blends.

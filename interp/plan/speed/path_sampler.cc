@@ -119,9 +119,10 @@ JointDerivatives PathSampler::map_derivatives(const PlanPiece& piece, double s_p
   const KinStatus status = joint_derivatives(map_, piece, s_piece, d);
   if (status != KinStatus::kOk) {
     const Words y = piece.piece.at(s_piece);
-    throw ProgramError(fmt::format(
-        "line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}", piece.source.line,
-        y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad, y[kC] * kDegPerRad, to_string(status)));
+    throw ProgramError(
+        fmt::format("line {}: the machine cannot reach X{:.4f} Y{:.4f} Z{:.4f} A{:.4f} B{:.4f} C{:.4f}: {}",
+                    piece.source.line, y[kX], y[kY], y[kZ], y[kA] * kDegPerRad, y[kB] * kDegPerRad,
+                    y[kC] * kDegPerRad, to_string(status)));
   }
   return d;
 }

@@ -192,7 +192,7 @@ TEST_F(Client, ADaemonThatSaysNothingGivesNoAnswer) {
   CommandClient client(at(daemon.path(), 0.05));
   EXPECT_THROW(client.send(command(command_t::STOP)), NoAnswer);
   EXPECT_THROW(client.wait_status([](const auto&) { return true; }, 60), NoAnswer);
-  EXPECT_THROW(client.watch_motion([](const auto&) { return true; }), NoAnswer);
+  EXPECT_THROW(client.watch([](const auto&, const auto&) { return true; }), NoAnswer);
 }
 
 TEST_F(Client, ADaemonThatGoesIsNoticed) {
@@ -296,7 +296,8 @@ TEST_F(Client, ShowsEveryMotionUntilThatIsEnough) {
   const PlayedDaemon daemon([](const command_t&, int) { return std::vector<acknowledge_t>{}; });
   CommandClient client(at(daemon.path(), 60));
   std::vector<std::int64_t> periods;
-  client.watch_motion([&](const trunnion::motion_t& motion) {
+  client.watch([&](const trunnion::status_t& status, const trunnion::motion_t& motion) {
+    EXPECT_EQ(status.clock_us, kClockUs);
     periods.push_back(motion.period);
     return periods.size() < 10;
   });

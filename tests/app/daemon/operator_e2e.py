@@ -6,6 +6,7 @@ usage: operator_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
 Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: that many kills.
 """
+import math
 import os
 import random
 import re
@@ -277,6 +278,39 @@ class OperatorTest(unittest.TestCase):
             shop.ask("override", "50")
             self.assertRegex(shop.log_text(), r"idle -> running: mdi, by \w+, process \d+")
             self.assertRegex(shop.log_text(), r"override 0\.5: override, by \w+, process \d+")
+
+    def test_where_the_machine_is_and_what_is_in_force(self):
+        with Shop() as shop:
+            shop.start()
+            self.assertEqual("XYZ", shop.status()["axes"])
+            shop.ask("mdi", "--wait", "G21 G90 G10 L2 P2 X100 Y50 Z-20 R90\nG55\nT2 M61 Q2 G43\nG1 X-30 Y10 Z5 F6000")
+            shop.until(lambda s: s["work_offset"] == "G55" and s["state"] == "idle")
+            status, motion = shop.status(), shop.motion()[0]
+            self.assertIn("G1 G17 G21 G90", status["codes"])
+            self.assertIn(" G55 G43 ", status["codes"])
+            self.assertEqual([100, 50, -20, 0, 0, 0], status["work_offset_value"])
+            self.assertAlmostEqual(math.pi / 2, status["rotation_rad"])
+            self.assertEqual((2, 80), (status["tool"], status["tool_offset"][2]))
+            self.assertIn("8 mm ball", status["tool_name"])
+            # The work's X points along the machine's Y: (-30, 10) lies at (100 - 10, 50 - 30); the spindle is
+            # the tool's length above the tip.
+            for shown, wanted in ((motion["work"], [-30, 10, 5]), (motion["machine"], [90, 20, 65])):
+                for a, b in zip(shown, wanted):
+                    self.assertAlmostEqual(b, a, delta=0.01)
+            # While a line is under way: its text, and what is left of it.
+            shop.ask("load", shop.write("p.ngc", "G21 G90 G55 G43\n(a remark)\nG1 X120 F600 (slowly)\nM2\n"))
+            shop.ask("start")
+            status = shop.until(lambda s: s["block"] == "G1 X120 F600 (slowly)")
+            self.assertEqual(3, status["line"])
+            self.assertTrue(status["file"].endswith("p.ngc"), status["file"])
+            motions = shop.motion(20)
+            for motion in motions:
+                self.assertAlmostEqual(120, motion["work"][0] + motion["to_go"][0], delta=1e-6)
+            self.assertLess(motions[-1]["to_go"][0], motions[0]["to_go"][0])
+            text = shop.ask("status")
+            for words in ("G1 X120 F600 (slowly)", "offset    G55 X100", "tool 2 (8 mm ball), offset Z80.0000",
+                          "F600;"):
+                self.assertIn(words, text)
 
     def test_a_dead_process_for_programs_stops_no_machine(self):
         def process_for_programs():

@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <random>
 #include <stdexcept>
 #include <string>
@@ -156,6 +157,45 @@ TEST_F(ProgramProcessTest, WhatTheProgramSaysIsHeardInOrder) {
   EXPECT_NE(said[0].text.find("turn the part"), std::string::npos) << said[0].text;
   EXPECT_EQ(said[1].line, 4u);
   EXPECT_NE(said[1].text.find("2"), std::string::npos) << said[1].text;
+}
+
+TEST_F(ProgramProcessTest, WhatEachBlockIsForComesOverBeforeIt) {
+  std::string text = "G21 G90 F600\n";
+  for (int i = 1; i <= 300; ++i) text += fmt::format("G1 X{} (hole {})\n", i, i);
+  process_.load(written("holes.ngc", text + "M2\n"), q_);
+  int moves = 0;
+  for (MotionBlock block; take(block) && block.event.kind != QueueEvent::Kind::kProgramEnd;) {
+    const ProgramStep* step = process_.step(block.source.step);
+    ASSERT_NE(step, nullptr) << block.source.step;
+    EXPECT_EQ(step->source.line, block.source.line);
+    if (!step->moves) continue;
+    const int hole = static_cast<int>(block.source.line) - 1;
+    EXPECT_EQ(std::string(step->text.data()), fmt::format("G1 X{} (hole {})", hole, hole));
+    EXPECT_NEAR(step->frame.mm_of(step->to)[kX], hole, 1e-9);
+    ++moves;
+  }
+  EXPECT_GE(moves, 300);
+  EXPECT_EQ(process_.step(1'000'000)->source.line, 302u) << "the last that there was";
+}
+
+TEST_F(ProgramProcessTest, BetweenProgramsItIsKnownHowTheNextOneBegins) {
+  EXPECT_EQ(process_.step(0), nullptr);
+  process_.show();
+  const auto stands = [&](const std::function<bool(const ProgramStep&)>& wanted) {
+    for (const auto end = Clock::now() + std::chrono::seconds(20); Clock::now() < end;)
+      if (const ProgramStep* step = process_.step(0); step && wanted(*step)) return true;
+    return false;
+  };
+  EXPECT_TRUE(stands([](const ProgramStep& step) { return !step.settings.modal.inch; }));
+  process_.load_mdi("G20 G10 L2 P2 X1 Y0.5\nG55", q_);
+  take_all();
+  EXPECT_TRUE(stands([](const ProgramStep& step) { return step.settings.modal.inch; }));
+  const ProgramStep& step = *process_.step(0);
+  EXPECT_EQ(step.settings.modal.work_offset, 2);
+  // The offsets are in force: what lies at 25.4, 12.7 mm is the program's zero.
+  Words place = Words::Zero();
+  place.head<2>() << 25.4, 12.7;
+  EXPECT_NEAR(step.frame.mm_of(place).xyz.norm(), 0, 1e-9);
 }
 
 // At random moments of planning, loading and resting. Nothing is left of the old program, and the next one is

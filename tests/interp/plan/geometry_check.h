@@ -176,8 +176,10 @@ inline void expect_continuous(const std::vector<PlanPiece>& pieces) {
     if (pieces[i - 1].ends_stretch) continue;
     const double h = std::min({a.length, b.length, 1.0});
     ASSERT_LT((p.d1 - q.d1).norm(), 20 * eps / h) << "piece " << i << " line " << pieces[i].source.line;
-    ASSERT_LT((p.d2 - q.d2).norm(), 400 * eps / (h * h)) << "piece " << i << " line " << pieces[i].source.line;
-    ASSERT_LT((p.d3 - q.d3).norm(), 8000 * eps / (h * h * h)) << "piece " << i << " line " << pieces[i].source.line;
+    ASSERT_LT((p.d2 - q.d2).norm(), 400 * eps / (h * h))
+        << "piece " << i << " line " << pieces[i].source.line;
+    ASSERT_LT((p.d3 - q.d3).norm(), 8000 * eps / (h * h * h))
+        << "piece " << i << " line " << pieces[i].source.line;
   }
 }
 

@@ -1,0 +1,212 @@
+#include "app/cli/shown_state.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <string_view>
+
+#include "app/daemon/telemetry.h"
+#include "app/session/feature_report.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+using trunnion::motion_t;
+using trunnion::status_t;
+
+/// Lines with a name in front.
+class Lines {
+ public:
+  template <typename... Args>
+  void put(std::string_view name, fmt::format_string<Args...> format, Args&&... args) {
+    fmt::format_to(std::back_inserter(text_), "{:<9} ", name);
+    fmt::format_to(std::back_inserter(text_), format, std::forward<Args>(args)...);
+    text_ += '\n';
+  }
+  std::string take() { return std::move(text_); }
+
+ private:
+  std::string text_;
+};
+
+// In the program's unit of length, and degrees.
+double shown(double value, int axis, bool inch) {
+  if (axis >= kA) return value * kDegPerRad;
+  return inch ? value / kMmPerInch : value;
+}
+
+std::string number(double value, int axis, bool inch) {
+  // Without the minus of a zero that is only rounded.
+  const int digits = inch && axis < kA ? 5 : 4;
+  const double scale = std::pow(10.0, digits);
+  return fmt::format("{:.{}f}", std::round(shown(value, axis, inch) * scale) / scale + 0.0, digits);
+}
+
+void put_state(const status_t& status, Lines& out) {
+  out.put("machine", "{} (process {})", status.machine, status.pid);
+  out.put("state", "{}{}", status.state,
+          status.single_block ? "; single block: stands at the end of every line" : "");
+  if (status.fault != "ok")
+    out.put("fault", "{}{}{}", status.fault, status.fault_joint.empty() ? "" : " at joint ",
+            status.fault_joint);
+  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok") {
+    out.put("", "{}", fault->meaning);
+    out.put("cure", "{}", fault->remedy);
+  }
+  if (!status.waits_for.empty()) out.put("waits for", "{}", status.waits_for);
+  if (!status.message.empty()) out.put("message", "{}", status.message);
+}
+
+void put_program(const status_t& status, Lines& out) {
+  if (status.program.empty()) return out.put("program", "none");
+  out.put("program", "{}, line {}", status.program, status.line);
+  const bool sub = !status.file.empty() && !status.program.ends_with(status.file);
+  if (!status.block.empty()) out.put(sub ? status.file : "", "{}", status.block);
+}
+
+void put_positions(const status_t& status, const motion_t& motion, Lines& out) {
+  out.put("position", "{:>13}{:>14}{:>14}", "work", "machine", "to go");
+  const std::string_view words = kWordLetters;
+  for (const char letter : status.axes) {
+    const auto axis = static_cast<int>(words.find(letter));
+    if (axis < 0 || axis >= 6) continue;
+    const auto text = [&](const double* values) { return number(values[axis], axis, status.inch); };
+    out.put("", "{} {:>11}{:>14}{:>14}{}", letter, text(motion.work), text(motion.machine),
+            text(motion.to_go),
+            axis >= kA    ? " deg"
+            : status.inch ? " in"
+                          : " mm");
+  }
+}
+
+std::string offset_text(const status_t& status, const double* values) {
+  std::string text;
+  const std::string_view words = kWordLetters;
+  for (const char letter : status.axes) {
+    const auto axis = static_cast<int>(words.find(letter));
+    if (axis >= 0 && axis < 6 && values[axis] != 0)
+      text += fmt::format(" {}{}", letter, number(values[axis], axis, status.inch));
+  }
+  return text;
+}
+
+void put_modes(const status_t& status, Lines& out) {
+  const std::string g92 = offset_text(status, status.g92);
+  out.put(
+      "offset", "{}{}{}{}", status.work_offset, offset_text(status, status.work_offset_value),
+      g92.empty() ? "" : "; G92" + g92,
+      status.rotation_rad == 0 ? "" : fmt::format("; turned by {:g} deg", status.rotation_rad * kDegPerRad));
+  const std::string length = offset_text(status, status.tool_offset);
+  out.put("tool", "{}{}{}", status.tool_name, length.empty() ? ", no length offset" : ", offset" + length,
+          status.tool_radius_mm > 0
+              ? fmt::format(", radius {}", number(status.tool_radius_mm, kX, status.inch))
+              : "");
+  out.put("codes", "{}{}", status.codes, status.rtcp ? "; tool centre point control" : "");
+}
+
+void put_speeds(const status_t& status, const motion_t& motion, Lines& out) {
+  const double unit = status.inch ? kMmPerInch : 1;
+  out.put("feed", "F{:g}; {:.1f} {}/min now, at {:.0f} % of the plan", status.feed,
+          60 * motion.speed_mm_s / unit, status.inch ? "in" : "mm", 100 * motion.override_now);
+  out.put("override", "feed {:.0f} %, rapid {:.0f} %, spindle {:.0f} %, adaptive feed {:.0f} %",
+          100 * status.override_wanted, 100 * status.rapid_override, 100 * status.spindle_override,
+          100 * status.adaptive_feed);
+  out.put("spindle", "S{:g}; {:g} rpm asked for now; coolant {}", status.spindle_speed, status.spindle_rpm,
+          status.mist && status.flood ? "mist and flood"
+          : status.mist               ? "mist"
+          : status.flood              ? "flood"
+                                      : "off");
+  if (motion.tool_load_alarm) out.put("load", "unknown: the model no longer fits");
+  if (motion.tool_load_known)
+    out.put("load", "tool {:.2f} {:.2f} N, bent {:.4f} {:.4f} mm", motion.tool_force_N[0],
+            motion.tool_force_N[1], motion.tool_deflection_mm[0], motion.tool_deflection_mm[1]);
+}
+
+void put_joints(const status_t& status, const motion_t& motion, Lines& out) {
+  std::string text;
+  for (std::size_t i = 0; i < status.joint_name.size(); ++i) {
+    const bool rotary = status.joint_unit[i] == "rad";
+    const double q = i < motion.q_measured.size() ? motion.q_measured[i] : 0;
+    text += fmt::format("{}{} {:.4f}{}{}", i == 0 ? "" : ", ", status.joint_name[i],
+                        (rotary ? kDegPerRad : 1) * q, status.joint_homed[i] ? "" : " (not homed)",
+                        status.joint_limit_switch[i] ? " (on a limit switch)" : "");
+  }
+  out.put("joints", "{}", text);
+}
+
+void put_corrections(const status_t& status, Lines& out) {
+  for (std::size_t i = 0; i < status.correction_name.size(); ++i) {
+    const std::string& warning = status.correction_warning[i];
+    out.put(i == 0 ? "corrects" : "", "{} {}, {:.6f} now{}{}", status.correction_name[i],
+            status.correction_on[i] ? "on" : "off", status.correction_offset[i], warning.empty() ? "" : "; ",
+            warning);
+  }
+}
+
+void put_timing(const status_t& status, Lines& out) {
+  out.put("tick", "every {:g} ms, {} so far, {} overruns, {} starvations", 1000 * status.period_s,
+          status.periods, status.overruns, status.starvations);
+  out.put("lateness", "{:.0f} us median, {:.0f} us p99.9, {:.0f} us worst", status.wake_us_p50,
+          status.wake_us_p999, status.wake_us_max);
+  out.put("duration", "{:.0f} us median, {:.0f} us p99.9, {:.0f} us worst", status.tick_us_p50,
+          status.tick_us_p999, status.tick_us_max);
+  if (!status.bus_health.empty()) out.put("bus", "{}", status.bus_health);
+}
+
+// A line that is longer than the screen would push the ones below it out of their places.
+std::string cut_lines(const std::string& text, int columns) {
+  std::string out;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    out += text.substr(begin, std::min(end - begin, static_cast<std::size_t>(std::max(columns, 1))));
+    out += '\n';
+    begin = end + 1;
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string status_text(const status_t& status, const motion_t& motion) {
+  Lines out;
+  put_state(status, out);
+  put_program(status, out);
+  put_positions(status, motion, out);
+  put_modes(status, out);
+  put_speeds(status, motion, out);
+  put_joints(status, motion, out);
+  put_corrections(status, out);
+  put_timing(status, out);
+  std::string text = out.take();
+  text += features_text(features_of(status), static_cast<std::size_t>(status.features_more));
+  for (const std::string& warning : status.warnings) text += fmt::format("WARNING   {}\n", warning);
+  return text;
+}
+
+std::string screen_text(const status_t& status, const motion_t& motion, int columns) {
+  Lines out;
+  put_state(status, out);
+  put_program(status, out);
+  put_positions(status, motion, out);
+  put_modes(status, out);
+  put_speeds(status, motion, out);
+  put_joints(status, motion, out);
+  return cut_lines(out.take(), columns);
+}
+
+std::string motion_line(const status_t& status, const motion_t& motion) {
+  std::string joints;
+  for (std::size_t i = 0; i < status.joint_name.size() && i < motion.q_measured.size(); ++i)
+    joints += fmt::format(" {}{:.4f}", status.joint_name[i],
+                          (status.joint_unit[i] == "rad" ? kDegPerRad : 1) * motion.q_measured[i]);
+  return fmt::format("{:10} line {:6} {:9.3f} mm/s {:4.0f} %{}\n", motion.period, motion.line,
+                     motion.speed_mm_s, 100 * motion.override_now, joints);
+}
+
+}  // namespace trn
