@@ -31,6 +31,7 @@ struct LcmConfig {
   std::string status_channel() const { return machine + ".status"; }
   std::string sensor_channel() const { return machine + ".sensor"; }
   std::string motion_channel() const { return machine + ".motion"; }
+  std::string tables_channel() const { return machine + ".tables"; }
 };
 
 /// ConfigError as ConfigTable; the section may be missing.

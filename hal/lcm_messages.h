@@ -7,3 +7,4 @@
 #include "lcm_types/trunnion/motion_t.hpp"
 #include "lcm_types/trunnion/sensor_t.hpp"
 #include "lcm_types/trunnion/status_t.hpp"
+#include "lcm_types/trunnion/tables_t.hpp"

@@ -11,6 +11,7 @@
 #include <iostream>
 #include <nlohmann/json.hpp>
 
+#include "app/cli/client_session.h"
 #include "app/cli/commands.h"
 #include "app/cli/shown_state.h"
 #include "app/daemon/command_client.h"
@@ -32,81 +33,6 @@ using trunnion::motion_t;
 using trunnion::status_t;
 using Json = nlohmann::ordered_json;
 
-/// What every client takes, and what the single ones take besides.
-struct Options {
-  std::string machine;
-  double timeout_s = 2;
-  bool wait = false;
-  double patience_s = 3600;
-  bool json = false;
-  bool lines = false;  // monitor: no screen
-  bool yes = false;    // start --from: do not ask
-  std::string text;    // program, MDI line, joint
-  double amount = 0;   // jog: mm or deg; override: percent
-  double speed = 0;    // jog: mm/s or deg/s
-  long count = 0;      // monitor: lines, 0 = no end; start: first line
-};
-
-/// A client's view of its machine: the config and the line to its daemon.
-struct Session {
-  explicit Session(const Options& options)
-      : machine(read_machine(load_config(options.machine))),
-        client({read_lcm(machine.root, machine.name), read_access(machine.root), options.timeout_s}) {}
-  Machine machine;
-  CommandClient client;
-};
-
-Exit exit_of(const acknowledge_t& answer) {
-  if (!answer.message.empty()) fmt::print(stderr, "{}\n", answer.message);
-  switch (answer.outcome) {
-    case acknowledge_t::ACCEPTED:
-      return Exit::kDone;
-    case acknowledge_t::BAD_PROGRAM:
-      return Exit::kBadProgram;
-    case acknowledge_t::REFUSED:
-      return Exit::kUsage;
-    default:
-      return Exit::kMachineFault;
-  }
-}
-
-bool at_work(const status_t& status) {
-  return status.state != "idle" && status.state != "off" && status.state != "fault" &&
-         status.state != "estop";
-}
-
-void print_fault(const status_t& status) {
-  const std::string at = status.fault_joint.empty() ? "" : fmt::format(" at joint {}", status.fault_joint);
-  fmt::print(stderr, "fault: {}{}{}\n", status.fault, at,
-             status.message.empty() ? "" : ": " + status.message);
-  if (const FaultInfo* fault = find_fault(status.fault); fault && status.fault != "ok")
-    fmt::print(stderr, "{}; {}\n", fault->meaning, fault->remedy);
-}
-
-// Until the command's work is over; kMachineFault if it ended in a fault.
-Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, double patience_s) {
-  const auto status = client.wait_status(
-      [&](const status_t& now) { return now.count >= answer.status_count && !at_work(now); }, patience_s);
-  if (!status) {
-    fmt::print(stderr, "trunnion: the machine is still at work after {} s\n", patience_s);
-    return Exit::kMachineFault;
-  }
-  if (status->state != "idle") {
-    print_fault(*status);
-    return Exit::kMachineFault;
-  }
-  if (!status->program_failed) return Exit::kDone;
-  fmt::print(stderr, "{}\n", status->message);
-  return Exit::kBadProgram;
-}
-
-Exit send(Session& session, const Options& options, const command_t& command) {
-  const acknowledge_t answer = session.client.send(command);
-  const Exit exit = exit_of(answer);
-  if (exit != Exit::kDone || !options.wait) return exit;
-  return wait_until_rest(session.client, answer, options.patience_s);
-}
-
 int joint_index(const Machine& machine, const std::string& name) {
   std::vector<std::string> names;
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
@@ -117,15 +43,9 @@ int joint_index(const Machine& machine, const std::string& name) {
                                                   name, fmt::join(names, ", ")));
 }
 
-command_t command_of(std::int8_t verb) {
-  command_t command{};
-  command.verb = verb;
-  return command;
-}
-
 // By axis word, as a program means it; the daemon knows which joint moves. A joint that is called otherwise
 // moves in its own direction.
-command_t jog_command(const Machine& machine, const Options& options) {
+command_t jog_command(const Machine& machine, const ClientOptions& options) {
   command_t command = command_of(command_t::JOG);
   std::string upper = options.text;
   for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
@@ -144,20 +64,11 @@ command_t jog_command(const Machine& machine, const Options& options) {
   return command;
 }
 
-command_t home_command(const Machine& machine, const Options& options) {
+command_t home_command(const Machine& machine, const ClientOptions& options) {
   command_t command = command_of(command_t::HOME);
   command.joint = options.text.empty() ? -1 : joint_index(machine, options.text);
   return command;
 }
-
-command_t text_command(std::int8_t verb, const std::string& text) {
-  command_t command = command_of(verb);
-  command.text = text;
-  return command;
-}
-
-// What came in a message may be any bytes.
-std::string one_line(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
 
 // The message, and what the fault table and the session's log know besides.
 Json status_json(const status_t& status) {
@@ -169,8 +80,8 @@ Json status_json(const status_t& status) {
   return out;
 }
 
-Exit show_status(const Options& options) {
-  Session session(options);
+Exit show_status(const ClientOptions& options) {
+  ClientSession session(options);
   session.client.watch([&](const status_t& status, const motion_t& motion) {
     if (options.json)
       fmt::print("{}\n", one_line(status_json(status)));
@@ -193,8 +104,8 @@ void refresh_screen(const std::string& text) {
   fmt::print("{}\x1b[J", out);
 }
 
-Exit monitor(const Options& options) {
-  Session session(options);
+Exit monitor(const ClientOptions& options) {
+  ClientSession session(options);
   const bool screen = !options.json && !options.lines && isatty(STDOUT_FILENO) == 1;
   if (screen) fmt::print("\x1b[2J");
   long shown = 0;
@@ -211,61 +122,36 @@ Exit monitor(const Options& options) {
   return Exit::kDone;
 }
 
-/// One client: adds its sub-command with the options all clients share; `work` runs when it was chosen.
-CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<Options>& options,
-                     const std::string& name, const std::string& help,
-                     std::function<Exit(const Options&)> work) {
-  CLI::App* client = app.add_subcommand(name, help);
-  client
-      ->add_option("--machine", options->machine,
-                   "Config of the machine whose daemon is asked (configs/X.toml)")
-      ->required();
-  client->add_option("--timeout", options->timeout_s, "Seconds to wait for the daemon's first answer")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  client->footer(
-      "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault or no daemon, 5 not legal in this state or "
-      "usage.");
-  client->callback([&exit, options, work] { exit = work(*options); });
-  return *client;
-}
-
 /// A client that sends one command, made by `command` from config and options.
-using MakeCommand = std::function<command_t(const Machine&, const Options&)>;
+using MakeCommand = std::function<command_t(const Machine&, const ClientOptions&)>;
 
-CLI::App& add_sender(CLI::App& app, Exit& exit, const std::shared_ptr<Options>& options,
+CLI::App& add_sender(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOptions>& options,
                      const std::string& name, const std::string& help, MakeCommand command) {
-  return add_client(app, exit, options, name, help, [command](const Options& chosen) {
-    Session session(chosen);
+  return add_client(app, exit, options, name, help, [command](const ClientOptions& chosen) {
+    ClientSession session(chosen);
     return send(session, chosen, command(session.machine, chosen));
   });
 }
 
-void add_wait(CLI::App& client, const std::shared_ptr<Options>& options) {
-  client.add_flag("--wait", options->wait,
-                  "Return when the machine is at rest again, not when it has understood");
-  client.add_option("--patience", options->patience_s, "With --wait: at most this many seconds")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-}
-
 MakeCommand plain(std::int8_t verb) {
-  return [verb](const Machine&, const Options&) { return command_of(verb); };
+  return [verb](const Machine&, const ClientOptions&) { return command_of(verb); };
 }
 
 void add_program_clients(CLI::App& app, Exit& exit) {
-  auto load = std::make_shared<Options>();
+  auto load = std::make_shared<ClientOptions>();
   add_sender(app, exit, load, "load", "Give the daemon a program to prepare; nothing moves yet",
-             [](const Machine&, const Options& options) {
+             [](const Machine&, const ClientOptions& options) {
                return text_command(command_t::LOAD,
                                    std::filesystem::absolute(options.text).lexically_normal());
              })
       .add_option("program", load->text, "G-code file, read by the daemon's host")
       ->required();
-  auto mdi = std::make_shared<Options>();
-  CLI::App& mdi_app = add_sender(
-      app, exit, mdi, "mdi", "Run a line of G-code at once, e.g. trunnion mdi 'G0 X10' --machine ...",
-      [](const Machine&, const Options& options) { return text_command(command_t::MDI, options.text); });
+  auto mdi = std::make_shared<ClientOptions>();
+  CLI::App& mdi_app = add_sender(app, exit, mdi, "mdi",
+                                 "Run a line of G-code at once, e.g. trunnion mdi 'G0 X10' --machine ...",
+                                 [](const Machine&, const ClientOptions& options) {
+                                   return text_command(command_t::MDI, options.text);
+                                 });
   mdi_app.add_option("line", mdi->text, "G-code, in quotes; lines are separated by \\n")->required();
   add_wait(mdi_app, mdi);
 }
@@ -289,7 +175,7 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
       {"reset", "Clear a fault or an emergency stop and bring the drives up again", command_t::RESET, true},
   };
   for (const auto& entry : kPlain) {
-    auto options = std::make_shared<Options>();
+    auto options = std::make_shared<ClientOptions>();
     CLI::App& client = add_sender(app, exit, options, entry.name, entry.help, plain(entry.verb));
     if (entry.wait) add_wait(client, options);
   }
@@ -303,8 +189,8 @@ bool confirmed() {
 }
 
 // From a line: the daemon prepares and tells the way there, people say yes, then it starts.
-Exit start(const Options& options) {
-  Session session(options);
+Exit start(const ClientOptions& options) {
+  ClientSession session(options);
   if (options.count > 1) {
     command_t load = text_command(command_t::LOAD, "");
     load.value = static_cast<double>(options.count);
@@ -319,7 +205,7 @@ Exit start(const Options& options) {
 }
 
 void add_start(CLI::App& app, Exit& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ClientOptions>();
   CLI::App& client = add_client(app, exit, options, "start", "Start the loaded program", start);
   client
       .add_option("--from", options->count,
@@ -331,7 +217,7 @@ void add_start(CLI::App& app, Exit& exit) {
 }
 
 void add_joint_clients(CLI::App& app, Exit& exit) {
-  auto jog = std::make_shared<Options>();
+  auto jog = std::make_shared<ClientOptions>();
   CLI::App& jog_app =
       add_sender(app, exit, jog, "jog", "Move one axis by a distance, as G91 G0 would", jog_command);
   jog_app
@@ -343,7 +229,7 @@ void add_joint_clients(CLI::App& app, Exit& exit) {
       .add_option("--speed", jog->speed, "mm/s or degrees/s, up to the joint's limit; default: a tenth of it")
       ->check(CLI::PositiveNumber);
   add_wait(jog_app, jog);
-  auto home = std::make_shared<Options>();
+  auto home = std::make_shared<ClientOptions>();
   CLI::App& home_app =
       add_sender(app, exit, home, "home", "Let the joints find their positions", home_command);
   home_app.add_option("joint", home->text, "Name of one joint; default: all");
@@ -351,13 +237,13 @@ void add_joint_clients(CLI::App& app, Exit& exit) {
 }
 
 void add_override(CLI::App& app, Exit& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ClientOptions>();
   auto what = std::make_shared<std::string>("feed");
   CLI::App& client =
       add_sender(app, exit, options, "override",
                  "Set the speed of feed moves, of rapid moves or of the spindle, now and later. M49, M50 P0 "
                  "and M51 P0 of a program take feed and spindle out of the operator's hand.",
-                 [what](const Machine&, const Options& chosen) {
+                 [what](const Machine&, const ClientOptions& chosen) {
                    command_t command = command_of(*what == "rapid"      ? command_t::RAPID_OVERRIDE
                                                   : *what == "spindle"  ? command_t::SPINDLE_OVERRIDE
                                                   : *what == "adaptive" ? command_t::ADAPTIVE_FEED
@@ -377,12 +263,12 @@ void add_override(CLI::App& app, Exit& exit) {
 }
 
 void add_step(CLI::App& app, Exit& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ClientOptions>();
   auto on = std::make_shared<std::string>();
   add_sender(app, exit, options, "step",
              "Single block: 'on' lets the machine stand on the path at the end of every line of the program "
              "until 'resume' or 'start'; one that comes too soon to stop there is passed",
-             [on](const Machine&, const Options&) {
+             [on](const Machine&, const ClientOptions&) {
                command_t command = command_of(command_t::SINGLE_BLOCK);
                command.value = *on == "on" ? 1 : 0;
                return command;
@@ -393,13 +279,13 @@ void add_step(CLI::App& app, Exit& exit) {
 }
 
 void add_correction(CLI::App& app, Exit& exit) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ClientOptions>();
   auto on = std::make_shared<std::string>();
   CLI::App& client =
       add_sender(app, exit, options, "correction",
                  "Switch a correction on or off: geometric and joint_table while the machine is idle, "
                  "the others at any time",
-                 [on](const Machine&, const Options& chosen) {
+                 [on](const Machine&, const ClientOptions& chosen) {
                    command_t command = text_command(command_t::CORRECTION, chosen.text);
                    command.value = *on == "on" ? 1 : 0;
                    return command;
@@ -409,10 +295,10 @@ void add_correction(CLI::App& app, Exit& exit) {
 }
 
 void add_watchers(CLI::App& app, Exit& exit) {
-  auto status = std::make_shared<Options>();
+  auto status = std::make_shared<ClientOptions>();
   add_client(app, exit, status, "status", "Show the state of machine and daemon, once", show_status)
       .add_flag("--json", status->json, "For programs: one JSON object");
-  auto watch = std::make_shared<Options>();
+  auto watch = std::make_shared<ClientOptions>();
   CLI::App& watch_app = add_client(app, exit, watch, "monitor",
                                    "Show what the machine does and where it is, on one screen that follows "
                                    "it, until Ctrl-C",

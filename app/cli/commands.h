@@ -34,5 +34,7 @@ void add_latency(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
 /// load, start, hold, resume, stop, mdi, jog, home, override, step, correction, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);
+/// offset, touch-off, tool: clients, too.
+void add_tables(CLI::App& app, Exit& exit);
 
 }  // namespace trn

@@ -61,6 +61,7 @@ int main(int argc, char** argv) {
   trn::add_ball(app, exit);
   trn::add_joint_table(app, exit);
   trn::add_clients(app, exit);
+  trn::add_tables(app, exit);
   trn::add_latency(app, exit);
   trn::add_sensor(app, exit);
   trn::add_can(app, exit);

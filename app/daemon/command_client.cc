@@ -86,6 +86,8 @@ void CommandClient::listen() {
     daemon_clock_us_ = status.clock_us;
     clock_heard_ = Clock::now();
   });
+  link_->subscribe<trunnion::tables_t>(config_.lcm.tables_channel(),
+                                       [this](const auto& tables) { tables_ = tables; });
   link_->subscribe<trunnion::motion_t>(config_.lcm.motion_channel(),
                                        [this](const auto& motion) { motion_ = motion; });
 }
@@ -119,6 +121,14 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
     }
   }
   return *answer_;
+}
+
+trunnion::tables_t CommandClient::tables() {
+  for (const auto end = Clock::now() + seconds(config_.timeout_s); !tables_;) {
+    if (Clock::now() > end) no_answer("");
+    handle(std::min<Clock::time_point>(end, Clock::now() + kLook));
+  }
+  return *tables_;
 }
 
 void CommandClient::send_sensor(const trunnion::sensor_t& readings) {

@@ -42,6 +42,9 @@ class CommandClient {
   std::optional<trunnion::status_t> wait_status(const std::function<bool(const trunnion::status_t&)>& wanted,
                                                 double patience_s);
 
+  /// Offsets and tools as they are now; NoAnswer if they do not come within the timeout.
+  trunnion::tables_t tables();
+
   /// A reading for the machine's corrections. NoAnswer if the daemon is gone.
   void send_sensor(const trunnion::sensor_t& readings);
 
@@ -63,6 +66,7 @@ class CommandClient {
   std::optional<trunnion::acknowledge_t> answer_;
   std::optional<trunnion::status_t> status_;
   std::optional<trunnion::motion_t> motion_;
+  std::optional<trunnion::tables_t> tables_;
   std::int64_t daemon_clock_us_ = 0;  ///< as the last status told it; 0: none was heard
   std::chrono::steady_clock::time_point clock_heard_;
   std::unique_ptr<LocalClient> link_;

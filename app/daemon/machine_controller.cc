@@ -58,7 +58,8 @@ MachineController::MachineController(const Parts& parts, std::vector<std::string
   const unsigned words = parts_.kinematics ? parts_.kinematics->word_mask() : 0;
   for (std::size_t i = 0; kWordLetters[i] != 0; ++i)
     if (words >> i & 1u) status_.axes += kWordLetters[i];
-  parts_.clients.on_connect([this](ConnectionId) { status_due_ = true; });  // it needs our clock
+  // It needs our clock, and the tables.
+  parts_.clients.on_connect([this](ConnectionId) { status_due_ = tables_due_ = true; });
 }
 
 MachineController::~MachineController() { parts_.programs.close(); }
@@ -540,6 +541,7 @@ void MachineController::poll() {
   }
   if (status_due_ || now >= next_status_) publish_status();
   if (now >= next_motion_) publish_motion();
+  publish_tables();
 }
 
 template <typename Message>
@@ -563,6 +565,18 @@ void MachineController::publish_status() {
   status.clock_us = monotonic_us();
   status.count = ++status_count_;
   publish(parts_.lcm.status_channel(), status);
+}
+
+void MachineController::publish_tables() {
+  trunnion::tables_t fresh;
+  if (parts_.programs.take_tables(fresh)) {
+    tables_ = std::move(fresh);
+    tables_due_ = true;
+  }
+  if (!tables_due_ || !tables_) return;
+  tables_due_ = false;
+  tables_->time_us = unix_time_us();
+  publish(parts_.lcm.tables_channel(), *tables_);
 }
 
 void MachineController::publish_motion() {

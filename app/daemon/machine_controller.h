@@ -127,6 +127,7 @@ class MachineController {
   void publish(const std::string& channel, const Message& message);
   void publish_status();
   void publish_motion();
+  void publish_tables();
   Conditions conditions() const;
 
   Parts parts_;
@@ -154,7 +155,8 @@ class MachineController {
   bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
   bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
   std::int64_t status_count_ = 0;
-  bool status_due_ = true;
+  bool status_due_ = true, tables_due_ = false;
+  std::optional<trunnion::tables_t> tables_;
   Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_, exit_by_;
   CommandServer commands_;
   Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives

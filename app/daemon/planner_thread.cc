@@ -178,6 +178,7 @@ bool PlannerThread::feed(Pipeline& pipeline) {
 // Only for people: where it cannot be found out, nothing else is wrong.
 void PlannerThread::show_idle() {
   if (!listeners_.stands) return;
+  if (listeners_.tables) listeners_.tables(parameters_, tools_);
   try {
     listeners_.stands(idle_step(assembly_, parameters_, tools_, mdi_ ? &*mdi_ : nullptr));
   } catch (const std::exception&) {

@@ -33,8 +33,10 @@ struct PlannerListeners {
   /// What a program says to people (MSG, DEBUG, PRINT), when its line is read; not all of one that says very
   /// much.
   std::function<void(std::string_view text, std::uint32_t line)> message;
-  std::function<void()> begins;                    ///< steps of a new program are counted from 1
-  std::function<void(const ProgramStep&)> step;    ///< before its first block is in the queue
+  std::function<void()> begins;                  ///< steps of a new program are counted from 1
+  std::function<void(const ProgramStep&)> step;  ///< before its first block is in the queue
+  /// Offsets and tools, when the next program would begin.
+  std::function<void(const Parameters&, const ToolTable&)> tables;
   std::function<void(const ProgramStep&)> stands;  ///< with which modes, offsets and tool the next one begins
 };
 

@@ -262,7 +262,7 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
       if (reply.kind == ProgramReply::Kind::kStarts) {
         if (go) go();
         send_program_packet(calls_, "go");
-      } else if (reply.kind == ProgramReply::Kind::kSays) {
+      } else if (reply.kind == ProgramReply::Kind::kSays || reply.kind == ProgramReply::Kind::kTables) {
         hear(reply);
       } else if (reply.kind != ProgramReply::Kind::kFailed) {
         return reply;
@@ -302,7 +302,15 @@ const ProgramStep* ProgramProcess::step(std::uint32_t number) {
 
 void ProgramProcess::hear(const ProgramReply& said) {
   const std::lock_guard lock(said_mutex_);
-  said_.push_back({said.line, said.text});
+  if (said.kind == ProgramReply::Kind::kSays) said_.push_back({said.line, said.text});
+  if (said.kind == ProgramReply::Kind::kTables) tables_ = said.tables;
+}
+
+bool ProgramProcess::take_tables(trunnion::tables_t& tables) {
+  const std::lock_guard lock(said_mutex_);
+  if (!tables_) return false;
+  tables = *std::exchange(tables_, std::nullopt);
+  return true;
 }
 
 std::vector<ProgramMessage> ProgramProcess::take_messages() {
@@ -345,7 +353,7 @@ std::string ProgramProcess::take_failure() {
   try {
     for (std::string packet; is_waiting(calls_) && receive_program_packet(calls_, packet) > 0;) {
       const ProgramReply reply = decode_reply(packet);
-      if (reply.kind == ProgramReply::Kind::kSays) hear(reply);
+      hear(reply);
       if (reply.kind == ProgramReply::Kind::kFailed) return reply.text;
     }
   } catch (const std::exception& error) {  // it is out of its mind, whoever drove it there

@@ -53,6 +53,7 @@ class ProgramProcess final : public ProgramSource {
   void close() override;
   std::string take_failure() override;
   std::vector<ProgramMessage> take_messages() override;
+  bool take_tables(trunnion::tables_t& tables) override;
   void show() override;
   const ProgramStep* step(std::uint32_t number) override;
   void hand_on_moves() override;
@@ -84,9 +85,10 @@ class ProgramProcess final : public ProgramSource {
   std::mutex mutex_;       ///< of a call
   std::mutex moves_mutex_;
   std::mutex said_mutex_;
-  std::vector<ProgramMessage> said_;  ///< guarded by said_mutex_
-  NumberedStep step_;                 ///< the last that was taken
-  ProgramStep stands_;                ///< SharedProgramState::stands
+  std::vector<ProgramMessage> said_;          ///< guarded by said_mutex_
+  std::optional<trunnion::tables_t> tables_;  ///< the same
+  NumberedStep step_;                         ///< the last that was taken
+  ProgramStep stands_;                        ///< SharedProgramState::stands
   bool stands_known_ = false;
   mutable std::mutex names_mutex_;
   std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_

@@ -6,6 +6,7 @@
 
 #include "app/session/program_step.h"
 #include "core/axes.h"
+#include "hal/lcm_messages.h"
 
 namespace trn {
 
@@ -49,6 +50,8 @@ class ProgramSource {
   /// The step of the program that the tick reports; 0: between programs. Null: not known. Valid until the
   /// next call.
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }
+  /// Offsets and tools, once after each change; false if there is nothing new.
+  virtual bool take_tables(trunnion::tables_t& /*tables*/) { return false; }
   /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.
   virtual void hand_on_moves() {}
 };

@@ -8,6 +8,8 @@
 #include <stdexcept>
 #include <vector>
 
+#include "hal/message_codec.h"
+
 namespace trn {
 
 namespace {
@@ -18,6 +20,20 @@ constexpr std::size_t kToolsMax = 1000, kToolNameMax = 60, kTextMax = 16'000;
 
 // What is cut may end within a letter; JSON wants whole ones.
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
+
+constexpr const char kTables[] = "tables", kLcmBegin[] = "LC02";
+
+ProgramReply decode_tables(const std::string& packet) {
+  ProgramReply reply;
+  MessageDispatcher dispatcher;
+  dispatcher.subscribe<trunnion::tables_t>(kTables, [&](const trunnion::tables_t& tables) {
+    reply.kind = ProgramReply::Kind::kTables;
+    reply.tables = tables;
+  });
+  const auto* const bytes = reinterpret_cast<const std::uint8_t*>(packet.data());
+  if (!dispatcher.accept({bytes, packet.size()})) throw std::runtime_error("tables that are none");
+  return reply;
+}
 
 }  // namespace
 
@@ -42,6 +58,12 @@ std::string encode(const ProgramReply& reply) {
                   {"tools", tools}});
 }
 
+// In LCM's form, which is checked whole before it is decoded.
+std::string encode(const trunnion::tables_t& tables) {
+  const EncodedMessage message = encode_message(0, kTables, tables);
+  return {message.datagram.begin(), message.datagram.end()};
+}
+
 ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
@@ -58,6 +80,7 @@ ProgramCall decode_call(const std::string& packet) {
 }
 
 ProgramReply decode_reply(const std::string& packet) {
+  if (packet.rfind(kLcmBegin, 0) == 0) return decode_tables(packet);
   const Json json = Json::parse(packet);
   ProgramReply reply;
   const int kind = json.at("kind");

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "core/axes.h"
+#include "hal/lcm_messages.h"
 
 namespace trn {
 
@@ -27,15 +28,19 @@ struct ProgramReply {
     kRefused,  ///< the same; `text` is why
     kFailed,   ///< without a call: the program cannot go on; `text` is why
     kSays,     ///< the same: the program says `text` to people, in `line`
+    kTables,   ///< the same: offsets and tools are now `tables`
   };
   Kind kind = Kind::kDone;
   std::string text;
-  std::uint32_t line = 0;            ///< kSays
+  std::uint32_t line = 0;  ///< kSays
+  trunnion::tables_t tables{};
   std::map<int, std::string> tools;  ///< kDone: names of the tools in the table, for people
 };
 
 std::string encode(const ProgramCall& call);
 std::string encode(const ProgramReply& reply);
+/// A reply of kTables.
+std::string encode(const trunnion::tables_t& tables);
 /// std::runtime_error for what `encode` does not make.
 ProgramCall decode_call(const std::string& packet);
 ProgramReply decode_reply(const std::string& packet);

@@ -12,6 +12,7 @@
 #include <string>
 #include <thread>
 
+#include "app/daemon/machine_tables.h"
 #include "app/daemon/planner_thread.h"
 #include "app/daemon/privileges.h"
 #include "app/daemon/program_wire.h"
@@ -78,7 +79,7 @@ class ProgramWorker {
       pollfd waits{socket_, POLLIN, 0};
       poll(&waits, 1, kPollMs);
       if (const std::string failure = planner_.take_failure(); !failure.empty())
-        tell({ProgramReply::Kind::kFailed, failure, 0, {}});
+        tell({ProgramReply::Kind::kFailed, failure, 0, {}, {}});
       if (!waits.revents) continue;
       if (receive_program_packet(socket_, packet) <= 0) throw DaemonGone();
       answer(decode_call(packet));
@@ -98,9 +99,9 @@ class ProgramWorker {
     } catch (const DaemonGone&) {
       throw;
     } catch (const std::bad_alloc&) {
-      reply = {ProgramReply::Kind::kRefused, kNoMemory, 0, {}};
+      reply = {ProgramReply::Kind::kRefused, kNoMemory, 0, {}, {}};
     } catch (const std::exception& error) {
-      reply = {ProgramReply::Kind::kRefused, error.what(), 0, {}};
+      reply = {ProgramReply::Kind::kRefused, error.what(), 0, {}, {}};
     }
     tell(reply);
   }
@@ -131,16 +132,20 @@ class ProgramWorker {
   PlannerListeners listeners() {
     PlannerListeners out;
     out.starts = [this](const ProgramStart&) {
-      tell({ProgramReply::Kind::kStarts, "", 0, {}});
+      tell({ProgramReply::Kind::kStarts, "", 0, {}, {}});
       std::string go;
       if (receive_program_packet(socket_, go) <= 0) throw DaemonGone();
     };
     out.message = [this](std::string_view text, std::uint32_t line) {
-      tell({ProgramReply::Kind::kSays, std::string(text), line, {}});
+      tell({ProgramReply::Kind::kSays, std::string(text), line, {}, {}});
     };
     SharedProgramState& shared = parts_.shared;
     if (parts_.tells_moves)
       out.move = [&shared](const ProgramMove& move) { put(move, shared.moves, shared); };
+    out.tables = [this](const Parameters& parameters, const ToolTable& tools) {
+      const double unit_mm = parts_.assembly.program.parameter_unit_mm;
+      send_program_packet(socket_, encode(tables_of(parameters, tools, unit_mm)));
+    };
     out.begins = [&shared] { ++shared.program; };
     // Who does not look misses what does not fit.
     out.step = [&shared](const ProgramStep& step) { shared.steps.try_push({shared.program, step}); };
@@ -167,7 +172,7 @@ class ProgramWorker {
 void refuse_all(int socket, const std::string& why) {
   std::string packet;
   while (receive_program_packet(socket, packet) > 0)
-    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, 0, {}})) <= 0) return;
+    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, 0, {}, {}})) <= 0) return;
 }
 
 }  // namespace

@@ -38,6 +38,7 @@ void listen_to_all(trn::LcmLink& link, Heard& heard) {
   listen<trunnion::motion_t>(link, "m.motion", heard);
   listen<trunnion::sensor_t>(link, "m.sensor", heard);
   listen<trunnion::status_t>(link, "m.status", heard);
+  listen<trunnion::tables_t>(link, "m.tables", heard);
 }
 
 }  // namespace

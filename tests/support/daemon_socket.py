@@ -28,8 +28,10 @@ from trunnion.command_t import command_t  # noqa: E402
 from trunnion.motion_t import motion_t  # noqa: E402
 from trunnion.sensor_t import sensor_t  # noqa: E402
 from trunnion.status_t import status_t  # noqa: E402
+from trunnion.tables_t import tables_t  # noqa: E402
 
-TYPES = {"acknowledge": acknowledge_t, "command": command_t, "motion": motion_t, "sensor": sensor_t, "status": status_t}
+TYPES = {"acknowledge": acknowledge_t, "command": command_t, "motion": motion_t, "sensor": sensor_t, "status": status_t,
+         "tables": tables_t}
 
 
 def packet_of(machine, channel, payload):

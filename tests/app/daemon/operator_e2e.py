@@ -6,6 +6,7 @@ usage: operator_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
 Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: that many kills.
 """
+import json
 import math
 import os
 import random
@@ -311,6 +312,42 @@ class OperatorTest(unittest.TestCase):
             for words in ("G1 X120 F600 (slowly)", "offset    G55 X100", "tool 2 (8 mm ball), offset Z80.0000",
                           "F600;"):
                 self.assertIn(words, text)
+
+    def test_offsets_and_tools_are_shown_and_set(self):
+        with Shop() as shop:
+            shop.start()
+            tables = lambda: json.loads(shop.ask("offset", "--json"))
+            shop.ask("mdi", "--wait", "G21 G90 G0 X30 Y20 Z-10")
+            # Here shall be X5 of the offset in force, and Y0 of another one: it lies at 30 - 5, and at 20.
+            shop.ask("touch-off", "X", "5")
+            shop.ask("touch-off", "y0", "--offset", "g56")
+            shop.ask("offset", "G55", "X", "10", "Z-2.5", "R", "30")
+            rows = {row["name"]: row for row in tables()["offsets"]}
+            self.assertAlmostEqual(25, rows["G54"]["x"], delta=0.01)
+            self.assertAlmostEqual(20, rows["G56"]["y"], delta=0.01)
+            self.assertEqual((10, 0, -2.5), tuple(rows["G55"][axis] for axis in "xyz"))
+            self.assertAlmostEqual(math.radians(30), rows["G55"]["rotation"])
+            self.assertAlmostEqual(5, shop.motion()[0]["work"][0], delta=1e-6)
+            # On disk when it was answered.
+            self.assertAlmostEqual(25, shop.parameter(5221), delta=0.01)
+            # Tools: the one in the spindle, its length by touching off, a diameter.
+            code, _, told = shop.client("touch-off", "Z", "0", "--tool")
+            self.assertEqual((5, True), (code, "no tool is in the spindle" in told), told)
+            shop.ask("tool", "2", "--in-spindle")
+            shop.ask("touch-off", "Z", "0", "--tool")
+            self.assertAlmostEqual(-10, shop.length(2), delta=0.01)
+            self.assertAlmostEqual(0, shop.motion()[0]["work"][2], delta=1e-6)
+            shop.ask("tool", "1", "Z", "51.5", "D", "6.25")
+            tool = next(row for row in tables()["tools"] if row["number"] == 1)
+            self.assertEqual((51.5, 6.25, "end mill"), (tool["z"], tool["diameter"], tool["remark"]))
+            self.assertRegex(shop.ask("tool"), r"> +2 .*8 mm ball")
+            self.assertRegex(shop.ask("offset"), r"> G54 +25\.0")
+            # What is wrong is told, and changes nothing.
+            before = tables()["offsets"]
+            for words, code in ((("offset", "G60", "X1"), 5), (("offset", "G55", "Q1"), 5), (("offset", "G55"), 5),
+                                (("touch-off", "X", "nan"), 5), (("tool", "77", "Z1"), 2)):
+                self.assertEqual(code, shop.client(*words)[0], words)
+            self.assertEqual(before, tables()["offsets"])
 
     def test_a_dead_process_for_programs_stops_no_machine(self):
         def process_for_programs():

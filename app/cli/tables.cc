@@ -1,0 +1,218 @@
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <CLI/CLI.hpp>
+#include <cctype>
+#include <cmath>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "app/cli/client_session.h"
+#include "app/cli/commands.h"
+#include "app/daemon/message_json.h"
+#include "core/axes.h"
+#include "core/units.h"
+#include "hal/lcm_messages.h"
+
+// Offsets and tools: shown from the daemon's tables, changed by the lines of G-code that a program would use,
+// so that they are checked, kept on disk and replayed as those are.
+namespace trn {
+
+namespace {
+
+using trunnion::command_t;
+using trunnion::tables_t;
+
+struct TableOptions {
+  std::shared_ptr<ClientOptions> client = std::make_shared<ClientOptions>();
+  std::string offset;
+  std::vector<std::string> words;
+  int tool = -1;
+  bool of_tool = false;
+};
+
+constexpr std::array<std::string_view, 9> kOffsets = {"G54", "G55",   "G56",   "G57",  "G58",
+                                                      "G59", "G59.1", "G59.2", "G59.3"};
+
+std::string upper(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  return text;
+}
+
+// 1 to 9; 0: "", the one in force.
+std::size_t offset_number(const std::string& name) {
+  if (name.empty()) return 0;
+  const auto found = std::find(kOffsets.begin(), kOffsets.end(), upper(name));
+  if (found == kOffsets.end())
+    throw CLI::ValidationError(
+        "OFFSET", fmt::format("'{}' is no work offset; they are {}", name, fmt::join(kOffsets, ", ")));
+  return static_cast<std::size_t>(found - kOffsets.begin()) + 1;
+}
+
+// "X" "10" "Y-3" as words of a block: "X10 Y-3". `letters`: those that may stand there.
+std::string block_words(const std::vector<std::string>& given, std::string_view letters) {
+  std::string all;
+  for (const std::string& word : given) all += upper(word) + " ";
+  std::string out;
+  for (std::size_t i = 0; i < all.size();) {
+    const char letter = all[i];
+    if (letter == ' ') {
+      ++i;
+      continue;
+    }
+    std::size_t used = 0;
+    double value = 0;
+    try {
+      value = std::stod(all.substr(i + 1), &used);
+    } catch (const std::exception&) {
+      used = 0;
+    }
+    if (letters.find(letter) == std::string_view::npos || used == 0 || !std::isfinite(value))
+      throw CLI::ValidationError(
+          "WORDS", fmt::format("'{}' is not understood; give a letter of {} and a number, as in X 10 or X10",
+                               all.substr(i, all.find(' ', i) - i), letters));
+    out += fmt::format(" {}{}", letter, value);
+    i += 1 + used;
+  }
+  return out;
+}
+
+Exit run_line(const TableOptions& options, const std::string& line) {
+  ClientSession session(*options.client);
+  ClientOptions waiting = *options.client;
+  waiting.wait = true;
+  return send(session, waiting, text_command(command_t::MDI, line));
+}
+
+std::string cells(const double (&values)[6], bool all) {
+  std::string text;
+  for (int i = 0; i < 6; ++i)
+    if (all || i < 3) text += fmt::format("{:>12.4f}", i < 3 ? values[i] : values[i] * kDegPerRad);
+  return text;
+}
+
+void print_head(const char* first) {
+  fmt::print("{}", first);
+  for (const char letter : std::string_view(kWordLetters)) fmt::print("{:>12}", letter);
+}
+
+void print_offsets(const tables_t& t, const std::string& in_force) {
+  print_head("       ");
+  fmt::print("{:>10}\n", "rotation");
+  for (std::size_t i = 0; i < t.offset_name.size(); ++i) {
+    const double row[] = {t.offset_x[i], t.offset_y[i], t.offset_z[i],
+                          t.offset_a[i], t.offset_b[i], t.offset_c[i]};
+    fmt::print("{} {:<5}{}{:>10g}\n", t.offset_name[i] == in_force ? '>' : ' ', t.offset_name[i],
+               cells(row, true), t.offset_rotation[i] * kDegPerRad);
+  }
+  fmt::print("mm and degrees; > is in force\n");
+}
+
+void print_tools(const tables_t& t, int in_spindle) {
+  if (t.tool_number.empty())
+    return fmt::print("the machine has no tool table (trunnion daemon --tools FILE)\n");
+  fmt::print("    tool pocket    diameter           X           Y           Z  remark\n");
+  for (std::size_t i = 0; i < t.tool_number.size(); ++i) {
+    const double row[] = {t.tool_x[i], t.tool_y[i], t.tool_z[i], t.tool_a[i], t.tool_b[i], t.tool_c[i]};
+    fmt::print("{} {:>6} {:>6}{:>12.4f}{}  {}\n", t.tool_number[i] == in_spindle ? '>' : ' ',
+               t.tool_number[i], t.tool_pocket[i], t.tool_diameter[i], cells(row, false), t.tool_remark[i]);
+  }
+  if (t.tools_more > 0) fmt::print("and {} more\n", t.tools_more);
+  fmt::print("mm; > is in the spindle\n");
+}
+
+Exit show(const TableOptions& options, bool tools) {
+  ClientSession session(*options.client);
+  const tables_t tables = session.client.tables();
+  if (options.client->json) {
+    fmt::print("{}\n", one_line(json_of(tables)));
+    return Exit::kDone;
+  }
+  const auto status =
+      session.client.wait_status([](const trunnion::status_t&) { return true; }, options.client->timeout_s);
+  if (tools)
+    print_tools(tables, status ? status->tool : 0);
+  else
+    print_offsets(tables, status ? status->work_offset : "");
+  return Exit::kDone;
+}
+
+Exit offset(const TableOptions& options) {
+  if (options.words.empty() && options.offset.empty()) return show(options, false);
+  const std::size_t number = offset_number(options.offset);
+  if (options.words.empty())
+    throw CLI::ValidationError("WORDS", "say what it shall be, as in: trunnion offset G55 X 10");
+  return run_line(options, fmt::format("G10 L2 P{}{}", number, block_words(options.words, "XYZABCR")));
+}
+
+Exit touch_off(const TableOptions& options) {
+  const std::string words = block_words(options.words, "XYZABC");
+  if (!options.of_tool)
+    return run_line(options, fmt::format("G10 L20 P{}{}", offset_number(options.offset), words));
+  ClientSession session(*options.client);
+  const auto status =
+      session.client.wait_status([](const trunnion::status_t&) { return true; }, options.client->timeout_s);
+  if (!status || status->tool == 0) {
+    fmt::print(stderr, "no tool is in the spindle; say which one it is: trunnion tool NUMBER --in-spindle\n");
+    return Exit::kUsage;
+  }
+  ClientOptions waiting = *options.client;
+  waiting.wait = true;
+  return send(session, waiting,
+              text_command(command_t::MDI, fmt::format("G10 L10 P{}{}\nG43", status->tool, words)));
+}
+
+Exit tool(const TableOptions& options) {
+  if (options.of_tool) return run_line(options, fmt::format("M61 Q{}", options.tool));
+  if (options.words.empty()) return show(options, true);
+  std::string words = block_words(options.words, "XYZABCD");
+  // A table is made of diameters, G10 of radii.
+  if (const std::size_t d = words.find('D'); d != std::string::npos) {
+    std::size_t used = 0;
+    const double diameter = std::stod(words.substr(d + 1), &used);
+    words.replace(d, used + 1, fmt::format("R{}", diameter / 2));
+  }
+  return run_line(options, fmt::format("G10 L1 P{}{}", options.tool, words));
+}
+
+}  // namespace
+
+void add_tables(CLI::App& app, Exit& exit) {
+  const auto of_offset = std::make_shared<TableOptions>();
+  CLI::App& offset_app = add_client(app, exit, of_offset->client, "offset",
+                                    "Show the work offsets, or set one: trunnion offset G55 X 10 Y -5 R 30",
+                                    [of_offset](const ClientOptions&) { return offset(*of_offset); });
+  offset_app.add_option("offset", of_offset->offset, "G54 to G59.3");
+  offset_app
+      .add_option("words", of_offset->words,
+                  "Letters and values, in the unit in force; R turns it about Z; what is not named stays")
+      ->allow_extra_args();
+  offset_app.add_flag("--json", of_offset->client->json, "For programs: offsets and tools, mm and rad");
+
+  const auto touch = std::make_shared<TableOptions>();
+  CLI::App& touch_app =
+      add_client(app, exit, touch->client, "touch-off",
+                 "Say what the work position here shall be: 'trunnion touch-off X 0' makes this place X0",
+                 [touch](const ClientOptions&) { return touch_off(*touch); });
+  touch_app.add_option("words", touch->words, "Letters and values, in the unit in force")->required();
+  touch_app.add_option("--offset", touch->offset, "G54 to G59.3 instead of the one in force");
+  touch_app.add_flag("--tool", touch->of_tool,
+                     "Change the length of the tool in the spindle instead of the offset, and use it (G43)");
+
+  const auto of_tool = std::make_shared<TableOptions>();
+  CLI::App& tool_app =
+      add_client(app, exit, of_tool->client, "tool", "Show the tools, or set one: trunnion tool 3 Z 50.2 D 8",
+                 [of_tool](const ClientOptions&) { return tool(*of_tool); });
+  tool_app.add_option("number", of_tool->tool, "Of the tool")->check(CLI::NonNegativeNumber);
+  tool_app.add_option(
+      "words", of_tool->words,
+      "X to C: gauge point to tip; D: diameter; in the unit in force; what is not named stays");
+  tool_app.add_flag("--in-spindle", of_tool->of_tool, "This tool is in the spindle now (M61); 0: none is")
+      ->needs("number");
+  tool_app.add_flag("--json", of_tool->client->json, "For programs: offsets and tools, mm and rad");
+}
+
+}  // namespace trn
