@@ -38,8 +38,8 @@ class Shop(Bench):
         self.vars = os.path.join(self.folder.name, "m.var")
         self.tools = self.write("tools.tbl", TABLE)
 
-    def start(self, *options):
-        self.start_daemon("--vars", self.vars, "--tools", self.tools, *options)
+    def start(self, *options, idle=True):
+        self.start_daemon("--vars", self.vars, "--tools", self.tools, *options, idle=idle)
 
     def parameter(self, number):
         if not os.path.exists(self.vars):
@@ -245,7 +245,8 @@ class OperatorTest(unittest.TestCase):
                 text = file.read()
             for late, state in (("", "idle"), ("late_periods_max = 5", "fault")):
                 shop.write("machine.toml", text.replace("late_periods_max = 0", late))
-                shop.start()
+                shop.start(idle=False)  # on a busy host it may be late, and in fault, from the first moment on
+                shop.until(lambda s: s["state"] in ("idle", "fault"))
                 shop.process.send_signal(signal.SIGSTOP)
                 time.sleep(0.5)
                 shop.process.send_signal(signal.SIGCONT)
