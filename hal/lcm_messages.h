@@ -6,5 +6,6 @@
 #include "lcm_types/trunnion/command_t.hpp"
 #include "lcm_types/trunnion/motion_t.hpp"
 #include "lcm_types/trunnion/sensor_t.hpp"
+#include "lcm_types/trunnion/signed_command_t.hpp"
 #include "lcm_types/trunnion/status_t.hpp"
 #include "lcm_types/trunnion/tables_t.hpp"

@@ -123,6 +123,8 @@ class LocalClient {
   bool handle(int timeout_ms);
   /// The server has ended the connection.
   bool closed() const { return closed_; }
+  /// To wait for it beside others.
+  int fd() const { return fd_; }
   /// Whose server it is.
   const Peer& server() const { return server_; }
 

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -30,6 +31,24 @@ EncodedMessage encode_message(std::uint32_t sequence, const std::string& channel
                         [&](std::uint8_t* to, int size) { return message.encode(to, 0, size); });
 }
 
+/// The payload of a message alone, as it lies in another message; empty if it cannot be encoded.
+template <typename Message>
+std::vector<std::uint8_t> encode_inner(const Message& message) {
+  std::vector<std::uint8_t> bytes(static_cast<std::size_t>(message.getEncodedSize()));
+  const int size = static_cast<int>(bytes.size());
+  if (message.encode(bytes.data(), 0, size) != size) bytes.clear();
+  return bytes;
+}
+
+/// The message of a payload; nothing if it is not well formed.
+template <typename Message>
+std::optional<Message> decode_inner(std::span<const std::uint8_t> payload) {
+  if (!well_formed(payload, Message::getHash(), WireLayout<Message>::kFields)) return std::nullopt;
+  Message message{};
+  if (message.decode(payload.data(), 0, static_cast<int>(payload.size())) < 0) return std::nullopt;
+  return message;
+}
+
 /// Hands the messages in datagrams to whom they are for. Whatever arrives is checked whole against the layout
 /// of its type before a decoder sees it; what is not well formed, fragments among it, is dropped and counted.
 class MessageDispatcher {
@@ -37,11 +56,9 @@ class MessageDispatcher {
   template <typename Message>
   void subscribe(const std::string& channel, std::function<void(const Message&)> receive) {
     handlers_[channel].push_back([receive = std::move(receive)](std::span<const std::uint8_t> payload) {
-      if (!well_formed(payload, Message::getHash(), WireLayout<Message>::kFields)) return false;
-      Message message;
-      if (message.decode(payload.data(), 0, static_cast<int>(payload.size())) < 0) return false;
-      receive(message);
-      return true;
+      const std::optional<Message> message = decode_inner<Message>(payload);
+      if (message) receive(*message);
+      return message.has_value();
     });
   }
 

@@ -43,6 +43,8 @@ class UdpReceiver {
   /// Waits for a datagram, up to `timeout_ms`.
   bool wait(int timeout_ms) const;
   std::uint16_t port() const;
+  /// To wait for it beside others.
+  int fd() const { return fd_; }
 
  private:
   void join(const UdpAddress& address);

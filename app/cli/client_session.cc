@@ -4,7 +4,7 @@
 
 #include <string_view>
 
-#include "app/session/access_config.h"
+#include "app/client/access_config.h"
 #include "core/config.h"
 #include "core/fault.h"
 #include "hal/lcm_link.h"
@@ -98,6 +98,7 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
   client->add_option("--timeout", options->timeout_s, "Seconds to wait for the daemon's first answer")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  client->add_option("--remote", options->remote, kRemoteHelp);
   client->footer(
       "Exit codes: 0 done, 2 bad program, 3 bad config, 4 fault or no daemon, 5 not legal in this state or "
       "usage.");

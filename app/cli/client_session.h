@@ -7,8 +7,9 @@
 #include <nlohmann/json.hpp>
 #include <string>
 
+#include "app/cli/client_line.h"
 #include "app/cli/commands.h"
-#include "app/daemon/command_client.h"
+#include "app/client/command_client.h"
 #include "core/machine.h"
 #include "hal/lcm_messages.h"
 
@@ -18,6 +19,7 @@ namespace trn {
 /// What every client takes, and what the single ones take besides.
 struct ClientOptions {
   std::string machine;
+  std::string remote;  // file of a private key; empty: the daemon's socket
   double timeout_s = 2;
   bool wait = false;
   double patience_s = 3600;
@@ -34,7 +36,7 @@ struct ClientOptions {
 struct ClientSession {
   explicit ClientSession(const ClientOptions& options)
       : machine(read_machine(load_config(options.machine))),
-        client({read_lcm(machine.root, machine.name), read_access(machine.root), options.timeout_s}) {}
+        client(make_client(machine, options.remote, options.timeout_s)) {}
   Machine machine;
   CommandClient client;
 };

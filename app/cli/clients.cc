@@ -14,7 +14,7 @@
 #include "app/cli/client_session.h"
 #include "app/cli/commands.h"
 #include "app/cli/shown_state.h"
-#include "app/daemon/command_client.h"
+#include "app/client/command_client.h"
 #include "app/daemon/message_json.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/feature_report.h"
@@ -137,12 +137,19 @@ MakeCommand plain(std::int8_t verb) {
   return [verb](const Machine&, const ClientOptions&) { return command_of(verb); };
 }
 
+// As the daemon's host knows it.
+std::string program_path(const ClientOptions& options) {
+  const std::filesystem::path path = options.text;
+  if (!options.remote.empty() && path.is_relative())
+    throw CLI::ValidationError("program", "from another host, name the whole path on the daemon's");
+  return std::filesystem::absolute(path).lexically_normal();
+}
+
 void add_program_clients(CLI::App& app, Exit& exit) {
   auto load = std::make_shared<ClientOptions>();
   add_sender(app, exit, load, "load", "Give the daemon a program to prepare; nothing moves yet",
              [](const Machine&, const ClientOptions& options) {
-               return text_command(command_t::LOAD,
-                                   std::filesystem::absolute(options.text).lexically_normal());
+               return text_command(command_t::LOAD, program_path(options));
              })
       .add_option("program", load->text, "G-code file, read by the daemon's host")
       ->required();

@@ -32,6 +32,9 @@ void add_modbus_faults(CLI::App& modbus, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
 void add_latency(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
+void add_gateway(CLI::App& app, Exit& exit);
+/// key make, show
+void add_key(CLI::App& app);
 /// load, start, hold, resume, stop, mdi, jog, home, override, step, correction, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);
 /// offset, touch-off, tool: clients, too.

@@ -314,6 +314,39 @@ const ChapterMeaning kHostMeanings = {
               "text: "
               "the group of `operate`."},
          }},
+        {"Commands from other hosts",
+         {{"gateway", ""}},
+         "For `trunnion gateway`, and for clients with `--remote`. "
+         "[operator.md](operator.md#another-computer) tells "
+         "how to let one in.",
+         {
+             {"url",
+              "The group address of LCM at which signed commands are taken, with a `ttl` of 1 or more for "
+              "other "
+              "hosts. An empty text: there is no gateway.",
+              "", "`udpm://ADDRESS:PORT?ttl=N`, or empty"},
+             {"counters",
+              "File in which the gateway keeps the last counter of each key, so that nothing comes in twice. "
+              "It must "
+              "outlive restarts of the host. An empty text: `NAME.counters` in the service's own folder "
+              "(`$STATE_DIRECTORY`).",
+              "", "a whole path, or empty"},
+             {"rate_hz_max",
+              "Commands and sensor readings a second of one key. What stops the machine always passes."},
+         }},
+        {"A key that may send them",
+         {{"gateway.key", ""}},
+         "`trunnion key make FILE NAME` prints such a section.",
+         {
+             {"name", "Who holds the key; log and refusals name it.", "",
+              "1 to 40 letters, digits and . _ @ -"},
+             {"public", "The public key, or the path of a file that has it as its first line.", "",
+              "44 characters of base64, or a path"},
+             {"role",
+              "What it may do, as the groups of `[access]`. Each may do what those before it may, and all "
+              "may stop "
+              "the machine."},
+         }},
     }};
 
 std::vector<const ChapterMeaning*> all_meanings() {

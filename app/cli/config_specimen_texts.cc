@@ -94,6 +94,11 @@ late_periods_max = 5
 socket = "/run/trunnion/mill.sock"
 operate = "operators"
 set_up = "setters"
+[gateway]
+[[gateway.key]]
+name = "desk"
+public = "11qYAYKxCrfVS/7TyWQHOg7hcvPapiMlrwIaaPcHURo="
+role = "operate"
 )";
 
 // What axes lie beside their places, below @errors.
@@ -537,64 +542,5 @@ std::vector<ConfigSpecimen> machine_specimens() {
       {"rail mill", sliders(4, "-1200", "1200") + kRailMill + screws("slider0", "slider1"), ""},
   };
 }
-
-const char kFaultScriptSpecimen[] = R"(
-[[fault]]
-at_s = 1
-node = 1
-kind = "silent"
-[[fault]]
-at_s = 1
-device = "inverter"
-kind = "silent"
-)";
-
-// The smallest networks that there can be.
-const char kNetworksSpecimen[] = R"(
-[X]
-delays = 1
-spacing_periods = 1
-standing_mm = 0
-layers = 1
-nodes = 1
-position_scale_mm = 1
-travel_scale_mm = 1
-force_scale_N = 1
-checksum = "e0c36fc5"
-weights = [0, 0, 0, 0, 0]
-[X.record]
-method = "none"
-data = "none"
-samples = 0
-iterations = 0
-starts = 0
-rms_training_N = 0
-explained_training = 0
-rms_validation_N = 0
-explained_validation = 0
-innovation_rms_mm = 1
-[Y]
-delays = 1
-spacing_periods = 1
-standing_mm = 0
-layers = 1
-nodes = 1
-position_scale_mm = 1
-travel_scale_mm = 1
-force_scale_N = 1
-checksum = "e0c36fc5"
-weights = [0, 0, 0, 0, 0]
-[Y.record]
-method = "none"
-data = "none"
-samples = 0
-iterations = 0
-starts = 0
-rms_training_N = 0
-explained_training = 0
-rms_validation_N = 0
-explained_validation = 0
-innovation_rms_mm = 1
-)";
 
 }  // namespace trn

@@ -64,6 +64,8 @@ int main(int argc, char** argv) {
   trn::add_tables(app, exit);
   trn::add_latency(app, exit);
   trn::add_sensor(app, exit);
+  trn::add_gateway(app, exit);
+  trn::add_key(app);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);
   trn::add_replay(app, exit);

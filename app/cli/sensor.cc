@@ -4,24 +4,26 @@
 #include <memory>
 #include <thread>
 
+#include "app/cli/client_line.h"
 #include "app/cli/commands.h"
-#include "app/daemon/command_client.h"
+#include "app/client/command_client.h"
 #include "app/daemon/telemetry.h"
 #include "core/machine.h"
-#include "hal/lcm_link.h"
 
 namespace trn {
 
 namespace {
 
+constexpr double kTimeoutS = 2;
+
 struct SensorOptions {
-  std::string machine, name;
+  std::string machine, remote, name;
   double value = 0, every_s = 0;
 };
 
 Exit send_reading(const SensorOptions& options) {
   const Machine machine = read_machine(load_config(options.machine));
-  CommandClient client({read_lcm(machine.root, machine.name), read_access(machine.root)});
+  CommandClient client = make_client(machine, options.remote, kTimeoutS);
   trunnion::sensor_t reading;
   reading.count = 1;
   reading.name = {options.name};
@@ -43,6 +45,7 @@ void add_sensor(CLI::App& app, Exit& exit) {
   command->add_option("name", options->name, "as the config's corrections name it")->required();
   command->add_option("value", options->value, "temperature in degrees Celsius")->required();
   command->add_option("--machine", options->machine, "config of the machine whose daemon runs")->required();
+  command->add_option("--remote", options->remote, kRemoteHelp);
   command->add_option("--every", options->every_s, "go on, with one reading every so many seconds")
       ->check(CLI::PositiveNumber);
   command->callback([options, &exit] { exit = send_reading(*options); });

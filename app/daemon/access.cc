@@ -5,29 +5,19 @@
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
-#include <array>
-#include <filesystem>
-
-#include "app/daemon/process_lock.h"
+#include "app/client/daemon_place.h"
 
 namespace trn {
 
 namespace {
 
 constexpr auto kNobody = static_cast<gid_t>(-1);
-constexpr std::array<std::string_view, static_cast<std::size_t>(Role::kCount)> kRoles{"look", "operate",
-                                                                                      "set up"};
-
 gid_t group_id(const std::string& name) {
   const group* found = getgrnam(name.c_str());
   return found ? found->gr_gid : kNobody;
 }
 
-std::string file_name(const std::string& machine) { return fmt::format("trunnion-{}.sock", machine); }
-
 }  // namespace
-
-std::string_view to_string(Role role) { return kRoles[static_cast<std::size_t>(role)]; }
 
 AccessRules::AccessRules(const AccessConfig& config) : names_{config.look, config.operate, config.set_up} {
   for (std::size_t i = 0; i < std::size(names_); ++i) {
@@ -63,18 +53,7 @@ std::string socket_to_make(const AccessConfig& config, const std::string& machin
   const std::string folder = private_folder(lock_folders());
   const bool given = group == kNobody || chown(folder.c_str(), static_cast<uid_t>(-1), group) == 0;
   if (!given) spdlog::info("{}: group '{}' cannot enter this folder", folder, config.look);
-  return fmt::format("{}/{}", folder, file_name(machine));
-}
-
-std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine) {
-  if (!config.socket.empty()) return {config.socket};
-  std::vector<std::string> paths;
-  for (const std::string& folder : lock_folders())
-    paths.push_back(fmt::format("{}/{}", folder, file_name(machine)));
-  std::error_code none;  // no service has ever run here
-  for (const auto& entry : std::filesystem::directory_iterator("/run/trunnion", none))
-    if (entry.is_directory(none)) paths.push_back(entry.path() / file_name(machine));
-  return paths;
+  return fmt::format("{}/{}", folder, socket_name(machine));
 }
 
 }  // namespace trn

@@ -7,19 +7,11 @@
 #include <string_view>
 #include <vector>
 
-#include "app/session/access_config.h"
+#include "app/client/access_config.h"
+#include "app/client/command_rights.h"
 #include "hal/local_socket.h"
 
 namespace trn {
-
-/// What somebody may do. Each role may do what those before it may.
-enum class Role : std::uint8_t {
-  kLook,     ///< see state and motion; stop the machine
-  kOperate,  ///< move it: programs, MDI, jog, home, overrides, reset, sensor readings
-  kSetUp,    ///< change how it moves: switch corrections
-  kCount
-};
-std::string_view to_string(Role role);
 
 /// Who may do what, by the groups of this host. Root and the daemon's own user may do everything.
 class AccessRules {
@@ -43,7 +35,5 @@ class AccessRules {
 /// Where the daemon of this machine makes its socket; the folder is given to the socket's group (-1: none).
 /// std::runtime_error if no folder will do.
 std::string socket_to_make(const AccessConfig& config, const std::string& machine, gid_t group);
-/// Where a client of this machine looks for it, best first.
-std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine);
 
 }  // namespace trn

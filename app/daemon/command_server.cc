@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 
+#include "app/client/command_rights.h"
 #include "app/daemon/telemetry.h"
 #include "core/check.h"
 
@@ -56,10 +57,11 @@ void CommandServer::receive_from(const Peer& peer, const trunnion::command_t& co
 
 // Not entered in the cache: it may be given the role, and ask again.
 bool CommandServer::may(const Peer& peer, const trunnion::command_t& command, const Ticket& ticket) {
-  const CommandRow* row = find_command(command.verb);
-  const Role role = row ? row->role : Role::kOperate;
+  const Role role = role_for(command);
   if (access_.allows(peer, role)) return true;
-  spdlog::warn("{} is refused '{}': no right to {}", ticket.from, row ? row->name : "?", to_string(role));
+  const CommandRights* rights = find_rights(command.verb);
+  spdlog::warn("{} is refused '{}': no right to {}", ticket.from, rights ? rights->name : "?",
+               to_string(role));
   send(ticket, message_of(ticket, {acknowledge_t::REFUSED, access_.refusal(peer, role)}));
   return false;
 }

@@ -7,7 +7,6 @@
 
 #include "app/daemon/access.h"
 #include "app/daemon/command_gate.h"
-#include "app/daemon/command_table.h"
 #include "app/daemon/reply_cache.h"
 #include "hal/lcm_link.h"
 #include "hal/local_socket.h"

@@ -14,6 +14,8 @@
 #include <system_error>
 #include <thread>
 
+#include "app/client/command_rights.h"
+#include "app/client/daemon_place.h"
 #include "app/daemon/access.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/sensor_receiver.h"

@@ -2,9 +2,10 @@
 
 #include <string>
 
+#include "app/client/access_config.h"
+#include "app/client/daemon_place.h"
 #include "app/daemon/access.h"
 #include "app/daemon/process_lock.h"
-#include "app/session/access_config.h"
 #include "hal/local_socket.h"
 
 namespace trn {

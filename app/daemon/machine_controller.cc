@@ -19,6 +19,7 @@ using trunnion::acknowledge_t;
 using trunnion::command_t;
 
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
+constexpr auto kTablesPeriod = std::chrono::seconds(2);  // over LCM nobody is seen to begin to listen
 constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime =
     std::chrono::seconds(10);  // both together: less than the 15 s that are promised
@@ -105,7 +106,7 @@ CommandServer::Answer MachineController::check_values(const command_t& command) 
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
   const Answer legal = check_values(command);
   if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
-  cause_ = fmt::format("{}, by {}", find_command(command.verb)->name, ticket.from);
+  cause_ = fmt::format("{}, by {}", find_rights(command.verb)->name, ticket.from);
   const Answer answer = obey_legal(command, ticket);
   cause_.clear();
   return answer;
@@ -131,13 +132,13 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
 CommandServer::Answer MachineController::obey_setting(const CommandRow& row, double value) {
   using Kind = RtCommand::Kind;
   if (value < 0 || value > row.setting_max)
-    return refused(
-        fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.setting_max));
+    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", find_rights(row.verb)->name,
+                               value, row.setting_max));
   if (row.setting == Kind::kOverride) status_.override_wanted = value;
   if (row.setting == Kind::kRapidOverride) status_.rapid_override = value;
   if (row.setting == Kind::kSpindleOverride) status_.spindle_override = value;
   if (row.setting == Kind::kAdaptiveFeed) status_.adaptive_feed = value;
-  spdlog::info("{} {:g}: {}", row.name, value, cause_);
+  spdlog::info("{} {:g}: {}", find_rights(row.verb)->name, value, cause_);
   status_due_ = true;
   post({*row.setting, value});
   return accepted();
@@ -573,8 +574,9 @@ void MachineController::publish_tables() {
     tables_ = std::move(fresh);
     tables_due_ = true;
   }
-  if (!tables_due_ || !tables_) return;
+  if (!tables_ || (!tables_due_ && Clock::now() < next_tables_)) return;
   tables_due_ = false;
+  next_tables_ = Clock::now() + kTablesPeriod;
   tables_->time_us = unix_time_us();
   publish(parts_.lcm.tables_channel(), *tables_);
 }

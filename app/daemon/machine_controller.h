@@ -157,7 +157,7 @@ class MachineController {
   std::int64_t status_count_ = 0;
   bool status_due_ = true, tables_due_ = false;
   std::optional<trunnion::tables_t> tables_;
-  Clock::time_point next_status_, next_motion_, closing_until_, power_off_by_, exit_by_;
+  Clock::time_point next_status_, next_motion_, next_tables_, closing_until_, power_off_by_, exit_by_;
   CommandServer commands_;
   Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
 };

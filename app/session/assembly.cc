@@ -73,8 +73,21 @@ Assembly assemble(const std::string& config_path, Field field) {
 }
 
 Assembly assemble_planning(const ConfigTable& config) {
-  Assembly a{
-      read_machine(config), nullptr, {}, {}, nullptr, nullptr, {}, {}, {}, {}, {}, nullptr, nullptr, nullptr};
+  Assembly a{read_machine(config),
+             nullptr,
+             {},
+             {},
+             nullptr,
+             nullptr,
+             {},
+             {},
+             {},
+             {},
+             {},
+             {},
+             nullptr,
+             nullptr,
+             nullptr};
   const ConfigTable& root = a.machine.root;
   a.kinematics = make_kinematics(a.machine);
   add_corrections(a);
@@ -94,6 +107,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   a.realtime = read_realtime(root);
   a.lcm = read_lcm(root, a.machine.name);
   a.access = read_access(root);
+  a.gateway = read_gateway(root);
   a.drives = make_drives(a.machine, field);
   add_io(a, field);
   root.finish();

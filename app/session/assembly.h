@@ -3,7 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "app/session/access_config.h"
+#include "app/client/access_config.h"
+#include "app/client/gateway_config.h"
 #include "app/session/corrections.h"
 #include "app/session/make_drives.h"
 #include "app/session/make_io.h"
@@ -47,6 +48,7 @@ struct Assembly {
   RealtimeConfig realtime;
   LcmConfig lcm;
   AccessConfig access;
+  GatewayConfig gateway;
   std::unique_ptr<Drives> drives;
   std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
   std::unique_ptr<MachineIo> io;            ///< null: no section [io]

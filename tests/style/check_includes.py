@@ -9,7 +9,7 @@ from source_text import ROOT, source_files
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
 
 ENGINE = {"core", "interp", "interp/gcode", "interp/plan", "kinematics", "compensation", "hal", "sim", "kernel"}
-APP = {"app/check", "app/session", "app/daemon", "app/lab", "app/cli"}
+APP = {"app/check", "app/client", "app/gateway", "app/session", "app/daemon", "app/lab", "app/cli"}
 RATE = "kernel/rate"  # beside the tick: it searches, and the tick must not
 FITS = "compensation/fit"  # off-line, with a solver that nothing else needs
 EVERYTHING = ENGINE | APP | {RATE, FITS, "bench", "tests"}
@@ -26,8 +26,10 @@ ALLOWED = {
     "kernel": {"core", "compensation", "kernel"},
     RATE: {"core", "kernel", RATE},
     "app/check": {"core", "interp", "app/check"},
-    "app/session": ENGINE | {RATE, "app/check", "app/session"},
-    "app/daemon": ENGINE | {RATE, "app/check", "app/session", "app/daemon"},
+    "app/client": {"core", "hal", "app/client"},
+    "app/gateway": {"core", "hal", "app/client", "app/gateway"},
+    "app/session": ENGINE | {RATE, "app/check", "app/client", "app/session"},
+    "app/daemon": ENGINE | {RATE, "app/check", "app/client", "app/session", "app/daemon"},
     "app/lab": ENGINE | {FITS, "app/check", "app/session", "app/lab"},
     "app/cli": ENGINE | APP | {FITS},
     "bench": EVERYTHING,
@@ -43,6 +45,7 @@ SYSTEM = [
     (re.compile(r"^(pthread|sched|sys/mman|sys/timerfd|thread$|mutex$|condition_variable$)"),
      APP | {"hal", "sim", "bench", "tests"}),
     (re.compile(r"^ceres/"), {FITS, "bench", "tests"}),
+    (re.compile(r"^sodium"), {"app/client", "tests"}),
     (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "bench", "cmake"}),
     (re.compile(r"^toml"), {"core", "tests"}),
 ]

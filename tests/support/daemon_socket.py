@@ -27,6 +27,7 @@ from trunnion.acknowledge_t import acknowledge_t  # noqa: E402
 from trunnion.command_t import command_t  # noqa: E402
 from trunnion.motion_t import motion_t  # noqa: E402
 from trunnion.sensor_t import sensor_t  # noqa: E402
+from trunnion.signed_command_t import signed_command_t  # noqa: E402, F401
 from trunnion.status_t import status_t  # noqa: E402
 from trunnion.tables_t import tables_t  # noqa: E402
 

@@ -36,8 +36,9 @@ class InstallTest(unittest.TestCase):
             self.assertIn("every joint within its limits", done.stdout)
 
     def test_the_service_starts_the_installed_program(self):
-        unit = (self.prefix / "lib/systemd/system/trunnion@.service").read_text()
-        self.assertIn(f"ExecStart={self.prefix}/bin/trunnion daemon", unit)
+        for name, command in (("trunnion", "daemon"), ("trunnion-gateway", "gateway")):
+            unit = (self.prefix / f"lib/systemd/system/{name}@.service").read_text()
+            self.assertIn(f"ExecStart={self.prefix}/bin/trunnion {command}", unit)
 
     def test_a_package_is_made_below_destdir_and_names_the_final_place(self):
         root = pathlib.Path(self.folder.name, "package")

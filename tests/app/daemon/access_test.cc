@@ -5,6 +5,7 @@
 
 #include <algorithm>
 
+#include "app/client/daemon_place.h"
 #include "core/config.h"
 
 namespace trn {

@@ -2,21 +2,17 @@
 
 #include <gtest/gtest.h>
 
-#include <set>
-
 namespace trn {
 namespace {
 
 using trunnion::command_t;
 
 TEST(CommandTable, EveryVerbHasARowAndNothingElseHas) {
-  std::set<std::string_view> names;
   for (int verb = -128; verb <= 127; ++verb) {
     const CommandRow* row = find_command(static_cast<std::int8_t>(verb));
     ASSERT_EQ(row != nullptr, verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK) << verb;
     if (!row) continue;
     EXPECT_EQ(row->verb, verb);
-    EXPECT_TRUE(names.insert(row->name).second) << row->name;
   }
 }
 
@@ -35,20 +31,6 @@ TEST(CommandTable, EveryVerbAsksTheSupervisorForItsOwnEvent) {
   for (const auto verb : {command_t::OVERRIDE, command_t::CORRECTION, command_t::RAPID_OVERRIDE,
                           command_t::SPINDLE_OVERRIDE, command_t::ADAPTIVE_FEED, command_t::SINGLE_BLOCK})
     EXPECT_FALSE(find_command(verb)->event);
-}
-
-TEST(CommandTable, WhatMakesTheMachineSaferIsKnown) {
-  for (int verb = -128; verb <= 127; ++verb) {
-    command_t command{};
-    command.verb = static_cast<std::int8_t>(verb);
-    const bool always = verb == command_t::ESTOP || verb == command_t::STOP || verb == command_t::HOLD;
-    const bool at_zero =
-        verb == command_t::OVERRIDE || verb == command_t::RAPID_OVERRIDE || verb == command_t::ADAPTIVE_FEED;
-    command.value = 0.1;
-    EXPECT_EQ(makes_safe(command), always) << verb;
-    command.value = 0;
-    EXPECT_EQ(makes_safe(command), always || at_zero) << verb;
-  }
 }
 
 }  // namespace

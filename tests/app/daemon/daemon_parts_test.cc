@@ -8,6 +8,7 @@
 #include <random>
 #include <thread>
 
+#include "app/client/daemon_place.h"
 #include "app/daemon/process_lock.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/reply_cache.h"

@@ -87,13 +87,18 @@ class Service(unittest.TestCase):
                          "alive, though the tick stands; the service manager would wait for ever")
         self.await_message("WATCHDOG=1")
 
-    def test_the_unit_is_sound(self):
+    def test_the_units_are_sound(self):
         if not shutil.which("systemd-analyze"):
             self.skipTest("systemd-analyze is not here")
-        unit = pathlib.Path(self.folder.name, "trunnion@.service")
         text = (SOURCE / "packaging/trunnion@.service").read_text()
         self.assertIn("Type=notify", text)
         self.assertIn("WatchdogSec=", text)
+        self.check_unit("trunnion@.service")
+        self.check_unit("trunnion-gateway@.service")
+
+    def check_unit(self, name):
+        unit = pathlib.Path(self.folder.name, name)
+        text = (SOURCE / "packaging" / name).read_text()
         unit.write_text(text.replace("/usr/bin/trunnion", os.path.abspath(BINARY)))
         done = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True,
                               check=False)

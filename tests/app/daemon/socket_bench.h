@@ -4,8 +4,8 @@
 
 #include <string>
 
+#include "app/client/access_config.h"
 #include "app/daemon/access.h"
-#include "app/session/access_config.h"
 #include "hal/local_socket.h"
 
 namespace trn {

@@ -1,4 +1,4 @@
-#include "app/session/access_config.h"
+#include "app/client/access_config.h"
 
 namespace trn {
 

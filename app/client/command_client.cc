@@ -1,25 +1,17 @@
-#include "app/daemon/command_client.h"
-
-#include <fmt/format.h>
+#include "app/client/command_client.h"
 
 #include <algorithm>
 #include <chrono>
 #include <random>
-#include <system_error>
-#include <thread>
 #include <utility>
 
-#include "app/daemon/access.h"
-#include "app/daemon/command_table.h"
-#include "app/daemon/process_lock.h"
+#include "app/client/command_rights.h"
 
 namespace trn {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr const char* kEnded = "; it has ended the connection (one user may have 24 at a time)";
-constexpr auto kConnectAgain = std::chrono::milliseconds(20);
 constexpr auto kFirstStatus = std::chrono::milliseconds(500);
 constexpr auto kLook = std::chrono::milliseconds(50);
 constexpr auto kAskAgain = std::chrono::seconds(1);
@@ -40,62 +32,34 @@ std::int64_t random_client() {
 
 }  // namespace
 
-CommandClient::CommandClient(const Config& config) : config_(config), client_(random_client()) {
-  connect();
+CommandClient::CommandClient(const Config& config)
+    : CommandClient(std::make_unique<SocketLine>(config.lcm, config.access, config.timeout_s),
+                    config.timeout_s) {}
+
+CommandClient::CommandClient(std::unique_ptr<DaemonLine> line, double timeout_s)
+    : line_(std::move(line)), timeout_s_(timeout_s), client_(random_client()) {
   listen();
 }
 
-// A daemon that is being started may need a moment.
-void CommandClient::connect() {
-  const auto end = Clock::now() + seconds(config_.timeout_s);
-  while (true) {
-    const std::string why = try_connect();
-    if (link_) return;
-    if (!why.empty() || Clock::now() > end) no_answer(why);
-    std::this_thread::sleep_for(kConnectAgain);
-  }
-}
-
-// Returns what will not mend itself.
-std::string CommandClient::try_connect() {
-  std::string why;
-  for (const std::string& path : sockets_to_try(config_.access, config_.lcm.machine)) {
-    try {
-      auto link = std::make_unique<LocalClient>(path);
-      if (is_trusted_user(link->server().uid)) {
-        link_ = std::move(link);
-        return "";
-      }
-      why = fmt::format("; {} is a socket of {}, whom nobody here trusts", path, link->server().text());
-    } catch (const std::system_error& error) {
-      if (error.code() != std::errc::permission_denied) continue;
-      why = fmt::format(
-          "; this user may not use {}: that needs group '{}' (usermod -aG {} USER, then log in anew)", path,
-          config_.access.look, config_.access.look);
-    }
-  }
-  return why;
-}
-
 void CommandClient::listen() {
-  link_->subscribe<trunnion::acknowledge_t>(config_.lcm.acknowledge_channel(), [this](const auto& answer) {
+  DaemonListener listener;
+  listener.acknowledge = [this](const auto& answer) {
     if (answer.client == client_ && answer.sequence == sequence_) answer_ = answer;
-  });
-  link_->subscribe<trunnion::status_t>(config_.lcm.status_channel(), [this](const auto& status) {
+  };
+  listener.status = [this](const auto& status) {
     status_ = status;
     daemon_clock_us_ = status.clock_us;
     clock_heard_ = Clock::now();
-  });
-  link_->subscribe<trunnion::tables_t>(config_.lcm.tables_channel(),
-                                       [this](const auto& tables) { tables_ = tables; });
-  link_->subscribe<trunnion::motion_t>(config_.lcm.motion_channel(),
-                                       [this](const auto& motion) { motion_ = motion; });
+  };
+  listener.motion = [this](const auto& motion) { motion_ = motion; };
+  listener.tables = [this](const auto& tables) { tables_ = tables; };
+  line_->listen(listener);
 }
 
 // One message, or until then.
 bool CommandClient::handle(Clock::time_point until) {
-  const bool heard = link_->handle(milliseconds_until(until));
-  if (!heard && link_->closed()) no_answer(kEnded);
+  const bool heard = line_->handle(milliseconds_until(until));
+  if (const std::string why = heard ? "" : line_->ended(); !why.empty()) no_answer(why);
   return heard;
 }
 
@@ -108,11 +72,11 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
   auto last_heard = Clock::now();
   const auto working = [&] { return answer_ && answer_->outcome == acknowledge_t::WORKING; };
   while (!answer_ || working()) {
-    const auto patience =
-        seconds(config_.timeout_s) + (working() ? Clock::duration(kAskAgain) : Clock::duration(0));
+    const auto patience = seconds(timeout_s_) + (working() ? Clock::duration(kAskAgain) : Clock::duration(0));
     if (Clock::now() - last_heard > patience) no_answer("");
-    if (!link_->publish(config_.lcm.command_channel(), command)) no_answer(kEnded);
-    const auto ask_again = Clock::now() + std::min<Clock::duration>(kAskAgain, seconds(config_.timeout_s));
+    if (const std::string why = line_->send(command); !why.empty()) no_answer(why);
+    const Clock::duration pause = working() ? Clock::duration(kAskAgain) : line_->ask_again();
+    const auto ask_again = Clock::now() + std::min(pause, seconds(timeout_s_));
     while (Clock::now() < ask_again && (!answer_ || working())) {
       const std::optional<acknowledge_t> before = std::exchange(answer_, std::nullopt);
       handle(ask_again);
@@ -124,7 +88,7 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
 }
 
 trunnion::tables_t CommandClient::tables() {
-  for (const auto end = Clock::now() + seconds(config_.timeout_s); !tables_;) {
+  for (const auto end = Clock::now() + seconds(timeout_s_); !tables_;) {
     if (Clock::now() > end) no_answer("");
     handle(std::min<Clock::time_point>(end, Clock::now() + kLook));
   }
@@ -132,21 +96,21 @@ trunnion::tables_t CommandClient::tables() {
 }
 
 void CommandClient::send_sensor(const trunnion::sensor_t& readings) {
-  if (!link_->publish(config_.lcm.sensor_channel(), readings)) no_answer(kEnded);
-  while (link_->handle(0)) {  // what is not read is lost, but fills the socket
+  if (const std::string why = line_->send(readings); !why.empty()) no_answer(why);
+  while (line_->handle(0)) {  // what is not read is lost, but fills the socket
   }
 }
 
 // Two clocks need not agree, not even on one host: the daemon's is read from its status messages.
 std::int64_t CommandClient::expiry_us() {
   const auto asked = Clock::now();
-  const auto end = asked + std::max<Clock::duration>(seconds(config_.timeout_s), kFirstStatus);
+  const auto end = asked + std::max<Clock::duration>(seconds(timeout_s_), kFirstStatus);
   while (daemon_clock_us_ == 0) {
     handle(end);
     if (daemon_clock_us_ == 0 && Clock::now() > end) no_answer("");
   }
   const auto since = std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - clock_heard_);
-  return daemon_clock_us_ + since.count() + static_cast<std::int64_t>(config_.timeout_s * 1e6);
+  return daemon_clock_us_ + since.count() + static_cast<std::int64_t>(timeout_s_ * 1e6);
 }
 
 std::optional<trunnion::status_t> CommandClient::wait_status(
@@ -160,7 +124,7 @@ std::optional<trunnion::status_t> CommandClient::wait_status(
       last_heard = Clock::now();
       if (wanted(*status_)) return status_;
     }
-    if (Clock::now() - last_heard > seconds(config_.timeout_s)) no_answer("");
+    if (Clock::now() - last_heard > seconds(timeout_s_)) no_answer("");
   }
   return std::nullopt;
 }
@@ -175,15 +139,12 @@ void CommandClient::watch(
       last_heard = Clock::now();
       if (!show(*status_, *motion_)) return;
     }
-    if (Clock::now() - last_heard > seconds(config_.timeout_s)) no_answer("");
+    if (Clock::now() - last_heard > seconds(timeout_s_)) no_answer("");
   }
 }
 
 void CommandClient::no_answer(const std::string& why) const {
-  throw NoAnswer(
-      fmt::format("no daemon answers for machine '{}' within {} s{}; start one with 'trunnion daemon "
-                  "--machine CONFIG'",
-                  config_.lcm.machine, config_.timeout_s, why));
+  throw NoAnswer(line_->silence(timeout_s_, why));
 }
 
 }  // namespace trn

@@ -5,21 +5,15 @@
 #include <functional>
 #include <memory>
 #include <optional>
-#include <stdexcept>
 #include <string>
 
-#include "app/session/access_config.h"
+#include "app/client/access_config.h"
+#include "app/client/daemon_line.h"
 #include "hal/lcm_link.h"
-#include "hal/local_socket.h"
 
 namespace trn {
 
-/// Nobody answered in time; what() says who was asked and what to do.
-struct NoAnswer : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
-
-/// Talks to the daemon of one machine over its socket. Not thread-safe.
+/// Talks to the daemon of one machine, over its socket or another line. Not thread-safe.
 class CommandClient {
  public:
   struct Config {
@@ -28,9 +22,11 @@ class CommandClient {
     double timeout_s = 2;  ///< for the connection, and for the first answer
   };
 
-  /// Connects to the first socket of `sockets_to_try` that a user whom this one trusts listens at. NoAnswer
-  /// if there is none, or this user may not use it.
+  /// Over the daemon's socket; NoAnswer as SocketLine.
   explicit CommandClient(const Config& config);
+  CommandClient(std::unique_ptr<DaemonLine> line, double timeout_s);
+  CommandClient(const CommandClient&) = delete;
+  CommandClient& operator=(const CommandClient&) = delete;
 
   /// Sends (what may not be obeyed late only once the daemon's clock is known, at most a tenth of a second),
   /// and waits for the daemon's final word (outcome is not WORKING), asking again every second in case that
@@ -53,14 +49,13 @@ class CommandClient {
   void watch(const std::function<bool(const trunnion::status_t&, const trunnion::motion_t&)>& show);
 
  private:
-  void connect();
-  std::string try_connect();
   void listen();
   bool handle(std::chrono::steady_clock::time_point until);
   [[noreturn]] void no_answer(const std::string& why) const;
   std::int64_t expiry_us();
 
-  Config config_;
+  std::unique_ptr<DaemonLine> line_;
+  double timeout_s_;
   std::int64_t client_;
   std::int32_t sequence_ = 0;
   std::optional<trunnion::acknowledge_t> answer_;
@@ -69,7 +64,6 @@ class CommandClient {
   std::optional<trunnion::tables_t> tables_;
   std::int64_t daemon_clock_us_ = 0;  ///< as the last status told it; 0: none was heard
   std::chrono::steady_clock::time_point clock_heard_;
-  std::unique_ptr<LocalClient> link_;
 };
 
 }  // namespace trn

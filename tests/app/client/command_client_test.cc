@@ -1,4 +1,4 @@
-#include "app/daemon/command_client.h"
+#include "app/client/command_client.h"
 
 #include <grp.h>
 #include <gtest/gtest.h>

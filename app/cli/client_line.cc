@@ -1,0 +1,21 @@
+#include "app/cli/client_line.h"
+
+#include <memory>
+
+#include "app/client/access_config.h"
+#include "app/client/gateway_config.h"
+#include "app/client/remote_line.h"
+#include "hal/lcm_link.h"
+
+namespace trn {
+
+CommandClient make_client(const Machine& machine, const std::string& key_file, double timeout_s) {
+  const LcmConfig names = read_lcm(machine.root, machine.name);
+  if (key_file.empty()) return CommandClient({names, read_access(machine.root), timeout_s});
+  const GatewayConfig gateway = read_gateway(machine.root);
+  if (gateway.url.empty())
+    throw machine.root.error("gateway", "--remote needs the gateway's group: '[gateway] url' in this config");
+  return {std::make_unique<RemoteLine>(names, gateway.url, key_file), timeout_s};
+}
+
+}  // namespace trn

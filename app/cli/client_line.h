@@ -1,0 +1,19 @@
+#pragma once
+
+#include <string>
+
+#include "app/client/command_client.h"
+#include "core/machine.h"
+
+namespace trn {
+
+/// A client of the machine's daemon: over its socket on this host, or, where `key_file` names a private key,
+/// signed and through the machine's gateway. NoAnswer, KeyError, ConfigError where the config has no gateway.
+CommandClient make_client(const Machine& machine, const std::string& key_file, double timeout_s);
+
+/// What `--remote` means, for its help.
+inline constexpr const char* kRemoteHelp =
+    "From another host: sign with this private key ('trunnion key make'), and go through the machine's "
+    "gateway";
+
+}  // namespace trn

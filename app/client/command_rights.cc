@@ -1,0 +1,62 @@
+#include "app/client/command_rights.h"
+
+#include <array>
+
+namespace trn {
+
+namespace {
+
+using trunnion::command_t;
+
+constexpr std::array<std::string_view, static_cast<std::size_t>(Role::kCount)> kRoles{"look", "operate",
+                                                                                      "set up"};
+
+constexpr std::array<CommandRights, command_t::SINGLE_BLOCK> kRights{{
+    {command_t::LOAD, "load"},
+    {command_t::START, "start"},
+    {command_t::HOLD, "hold", MakesSafe::kAlways},
+    {command_t::RESUME, "resume"},
+    {command_t::STOP, "stop", MakesSafe::kAlways},
+    {command_t::MDI, "mdi"},
+    {command_t::JOG, "jog"},
+    {command_t::HOME, "home"},
+    {command_t::OVERRIDE, "override", MakesSafe::kAtZero},
+    {command_t::ESTOP, "estop", MakesSafe::kAlways},
+    {command_t::RESET, "reset"},
+    {command_t::CORRECTION, "correction", MakesSafe::kNever, Role::kSetUp},
+    {command_t::RAPID_OVERRIDE, "rapid override", MakesSafe::kAtZero},
+    {command_t::SPINDLE_OVERRIDE, "spindle override"},
+    {command_t::ADAPTIVE_FEED, "adaptive feed", MakesSafe::kAtZero},
+    {command_t::SINGLE_BLOCK, "single block"},
+}};
+
+// A row in a wrong place would be another command.
+constexpr bool complete() {
+  for (std::size_t i = 0; i < kRights.size(); ++i)
+    if (kRights[i].verb != command_t::LOAD + static_cast<int>(i) || kRights[i].name.empty()) return false;
+  return true;
+}
+static_assert(complete());
+
+}  // namespace
+
+std::string_view to_string(Role role) { return kRoles[static_cast<std::size_t>(role)]; }
+
+const CommandRights* find_rights(std::int8_t verb) {
+  const bool known = verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK;
+  return known ? &kRights[static_cast<std::size_t>(verb - command_t::LOAD)] : nullptr;
+}
+
+bool makes_safe(const command_t& command) {
+  const CommandRights* rights = find_rights(command.verb);
+  if (!rights || rights->makes_safe == MakesSafe::kNever) return false;
+  return rights->makes_safe == MakesSafe::kAlways || command.value == 0;
+}
+
+Role role_for(const command_t& command) {
+  if (makes_safe(command)) return Role::kLook;
+  const CommandRights* rights = find_rights(command.verb);
+  return rights ? rights->role : Role::kOperate;
+}
+
+}  // namespace trn

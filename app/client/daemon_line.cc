@@ -1,0 +1,55 @@
+#include "app/client/daemon_line.h"
+
+#include <fmt/format.h>
+
+#include <thread>
+
+#include "app/client/daemon_place.h"
+
+namespace trn {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+constexpr const char* kEnded = "; it has ended the connection (one user may have 24 at a time)";
+constexpr auto kConnectAgain = std::chrono::milliseconds(20);
+
+}  // namespace
+
+// A daemon that is being started may need a moment.
+SocketLine::SocketLine(const LcmConfig& names, const AccessConfig& access, double timeout_s)
+    : names_(names), access_(access) {
+  const auto end = Clock::now() + std::chrono::duration<double>(timeout_s);
+  while (true) {
+    const std::string why = try_connect();
+    if (link_) return;
+    if (!why.empty() || Clock::now() > end) throw NoAnswer(silence(timeout_s, why));
+    std::this_thread::sleep_for(kConnectAgain);
+  }
+}
+
+// Returns what will not mend itself.
+std::string SocketLine::try_connect() {
+  Connection made = connect_to_daemon(access_, names_.machine);
+  link_ = std::move(made.link);
+  return made.refused;
+}
+
+std::string SocketLine::send(const trunnion::command_t& command) {
+  return link_->publish(names_.command_channel(), command) ? "" : kEnded;
+}
+
+std::string SocketLine::send(const trunnion::sensor_t& readings) {
+  return link_->publish(names_.sensor_channel(), readings) ? "" : kEnded;
+}
+
+std::string SocketLine::ended() const { return link_->closed() ? kEnded : ""; }
+
+std::string SocketLine::silence(double timeout_s, const std::string& why) const {
+  return fmt::format(
+      "no daemon answers for machine '{}' within {} s{}; start one with 'trunnion daemon "
+      "--machine CONFIG'",
+      names_.machine, timeout_s, why);
+}
+
+}  // namespace trn

@@ -1,0 +1,81 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <stdexcept>
+#include <string>
+
+#include "app/client/access_config.h"
+#include "hal/lcm_link.h"
+#include "hal/lcm_messages.h"
+#include "hal/local_socket.h"
+
+namespace trn {
+
+/// Nobody answered in time; what() says who was asked and what to do.
+struct NoAnswer : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// What a client hears of the daemon.
+struct DaemonListener {
+  std::function<void(const trunnion::acknowledge_t&)> acknowledge;
+  std::function<void(const trunnion::status_t&)> status;
+  std::function<void(const trunnion::motion_t&)> motion;
+  std::function<void(const trunnion::tables_t&)> tables;
+
+  /// Hears these messages of the machine from a link that has them all.
+  template <typename Link>
+  void subscribe(Link& link, const LcmConfig& names) const {
+    link.template subscribe<trunnion::acknowledge_t>(names.acknowledge_channel(), acknowledge);
+    link.template subscribe<trunnion::status_t>(names.status_channel(), status);
+    link.template subscribe<trunnion::motion_t>(names.motion_channel(), motion);
+    link.template subscribe<trunnion::tables_t>(names.tables_channel(), tables);
+  }
+};
+
+/// A client's way to the daemon of one machine, and back. Not thread-safe.
+class DaemonLine {
+ public:
+  virtual ~DaemonLine() = default;
+
+  /// Whatever is heard from now on goes there; to be called once.
+  virtual void listen(const DaemonListener& listener) = 0;
+  /// "", or why it cannot be sent. What was sent may still be lost, unless it is answered.
+  virtual std::string send(const trunnion::command_t& command) = 0;
+  virtual std::string send(const trunnion::sensor_t& readings) = 0;
+  /// Waits up to `timeout_ms` for one message and hands it on; false if none came.
+  virtual bool handle(int timeout_ms) = 0;
+  /// Why nothing will come any more; "" while something may.
+  virtual std::string ended() const = 0;
+  /// How long the answer to a command takes at most, where nothing was lost.
+  virtual std::chrono::milliseconds ask_again() const = 0;
+  /// For people: that nobody answers within the time, for this reason ("": none is known), and what to do.
+  virtual std::string silence(double timeout_s, const std::string& why) const = 0;
+};
+
+/// Over the daemon's socket, on its own host.
+class SocketLine : public DaemonLine {
+ public:
+  /// Connects to the first socket of `sockets_to_try` that a user whom this one trusts listens at. NoAnswer
+  /// if there is none within the time, or this user may not use it.
+  SocketLine(const LcmConfig& names, const AccessConfig& access, double timeout_s);
+
+  void listen(const DaemonListener& listener) override { listener.subscribe(*link_, names_); }
+  std::string send(const trunnion::command_t& command) override;
+  std::string send(const trunnion::sensor_t& readings) override;
+  bool handle(int timeout_ms) override { return link_->handle(timeout_ms); }
+  std::string ended() const override;
+  std::chrono::milliseconds ask_again() const override { return std::chrono::seconds(1); }
+  std::string silence(double timeout_s, const std::string& why) const override;
+
+ private:
+  std::string try_connect();
+
+  LcmConfig names_;
+  AccessConfig access_;
+  std::unique_ptr<LocalClient> link_;
+};
+
+}  // namespace trn

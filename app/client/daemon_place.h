@@ -1,0 +1,39 @@
+#pragma once
+
+#include <sys/types.h>
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "app/client/access_config.h"
+#include "hal/local_socket.h"
+
+namespace trn {
+
+/// Folders for the locks of this process's machines, best first: $RUNTIME_DIRECTORY (a service's own),
+/// /run/trunnion, $XDG_RUNTIME_DIR, ~/.local/state/trunnion, /tmp/trunnion-UID.
+std::vector<std::string> lock_folders();
+
+/// The first of the folders that is, or can be made, one that only this user (or root) can write: a folder
+/// and no link. std::runtime_error with what is wrong with each if there is none.
+std::string private_folder(const std::vector<std::string>& folders);
+
+/// The name of the machine's socket in such a folder.
+std::string socket_name(const std::string& machine);
+/// Where a client of this machine looks for the daemon's socket, best first.
+std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine);
+
+/// True for users whose word counts on this host: root, this process's own, and those to whom root gave a
+/// folder in /run/trunnion (the services' users).
+bool is_trusted_user(uid_t user);
+
+/// An attempt to reach the daemon of a machine.
+struct Connection {
+  std::unique_ptr<LocalClient> link;  ///< null: nobody whom this user trusts listens
+  std::string refused;                ///< why, where that will not mend itself; else ""
+};
+/// Tries the sockets of `sockets_to_try` once.
+Connection connect_to_daemon(const AccessConfig& config, const std::string& machine);
+
+}  // namespace trn
