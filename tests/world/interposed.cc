@@ -3,12 +3,14 @@
 // program goes before what it finds in a library, so that the product needs no change.
 
 #include <dlfcn.h>
+#include <fcntl.h>
 #include <linux/futex.h>
 #include <poll.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/socket.h>
 #include <sys/syscall.h>
+#include <cstdio>
 #include <time.h>
 #include <unistd.h>
 
@@ -16,10 +18,12 @@
 #include <cstdarg>
 #include <random>
 
+#include "tests/world/disk.h"
 #include "tests/world/scheduler.h"
 
 namespace {
 
+using trn::world::Disk;
 using trn::world::kMillisecond;
 using trn::world::kNever;
 using trn::world::kSecond;
@@ -308,7 +312,54 @@ int connect(int socket, const sockaddr* address, socklen_t size) {
   return outcome;
 }
 
+int open(const char* path, int flags, ...) {
+  va_list list;
+  va_start(list, flags);
+  const int mode = va_arg(list, int);
+  va_end(list);
+  Disk* const disk = Scheduler::current() ? Disk::of(path) : nullptr;
+  if (disk && (flags & O_ACCMODE) != O_RDONLY)
+    if (const int error = disk->trouble("open")) return static_cast<int>(as_errno(-error));
+  const int fd = static_cast<int>(as_errno(raw_call(SYS_open, word(path), flags, mode)));
+  if (disk && fd >= 0) disk->opened(path, fd, flags);
+  return fd;
+}
+
+ssize_t write(int fd, const void* bytes, size_t size) {
+  Disk* const disk = Scheduler::current() ? Disk::of(fd) : nullptr;
+  if (!disk) return as_errno(raw_call(SYS_write, fd, word(bytes), static_cast<long>(size)));
+  if (const int error = disk->trouble("write")) return as_errno(-error);
+  const long done = as_errno(raw_call(SYS_write, fd, word(bytes), static_cast<long>(disk->share_of(size))));
+  disk->written(fd);
+  return done;
+}
+
+int fsync(int fd) {
+  Disk* const disk = Scheduler::current() ? Disk::of(fd) : nullptr;
+  if (!disk) return static_cast<int>(as_errno(raw_call(SYS_fsync, fd)));
+  if (const int error = disk->trouble("fsync")) return static_cast<int>(as_errno(-error));
+  disk->synced(fd);
+  return 0;
+}
+
+int rename(const char* from, const char* to) noexcept {
+  Disk* const disk = Scheduler::current() ? Disk::of(to) : nullptr;
+  if (disk)
+    if (const int error = disk->trouble("rename")) return static_cast<int>(as_errno(-error));
+  const int outcome = static_cast<int>(as_errno(raw_call(SYS_rename, word(from), word(to))));
+  if (disk && outcome == 0) disk->renamed(from, to);
+  return outcome;
+}
+
+int unlink(const char* path) noexcept {
+  const int outcome = static_cast<int>(as_errno(raw_call(SYS_unlink, word(path))));
+  Disk* const disk = Scheduler::current() ? Disk::of(path) : nullptr;
+  if (disk && outcome == 0) disk->unlinked(path);
+  return outcome;
+}
+
 int close(int fd) {
+  if (Disk* const disk = Disk::of(fd)) disk->closed(fd);
   const int outcome = static_cast<int>(as_errno(raw_call(SYS_close, fd)));
   if (Scheduler* const scheduler = Scheduler::current()) scheduler->io_happened();
   return outcome;

@@ -90,8 +90,11 @@ bool Scheduler::spurious() { return chance(malice_.spurious_share); }
 
 void Scheduler::pass(const char* call) {
   const bool is_tick = t_self->name == "tick";
-  if (chance(malice_.hold_share))
-    return sleep_until(now_ns_ + draw(is_tick ? malice_.tick_hold_ns : malice_.hold_ns), call);
+  if (chance(malice_.hold_share)) {
+    const std::int64_t hold_ns = draw(is_tick ? malice_.tick_hold_ns : malice_.hold_ns);
+    if (t_self->name.find("planner") == std::string::npos) held_ns_ += hold_ns;
+    return sleep_until(now_ns_ + hold_ns, call);
+  }
   if (!chance(malice_.switch_share)) return;
   t_self->call = call;
   t_self->state = WorldThread::State::kReady;

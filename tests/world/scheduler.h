@@ -58,6 +58,8 @@ class Scheduler {
   std::int64_t look_at_clock();
   /// No thread sees a later time.
   void set_end(std::int64_t end_ns) { end_ns_ = end_ns; }
+  /// How long the threads that carry a command (all but the planners) have been held so far, together.
+  std::int64_t held_ns() const { return held_ns_; }
   /// Of every decision so far.
   std::uint64_t digest() const { return digest_; }
   std::uint64_t switches() const { return switches_; }
@@ -94,7 +96,7 @@ class Scheduler {
   Malice malice_;
   std::function<void(const std::string&)> fail_;
   std::vector<std::unique_ptr<WorldThread>> threads_;
-  std::int64_t now_ns_ = 1000 * kSecond, end_ns_ = kNever;
+  std::int64_t now_ns_ = 1000 * kSecond, end_ns_ = kNever, held_ns_ = 0;
   std::uint64_t digest_ = 14695981039346656037u, switches_ = 0;
 };
 

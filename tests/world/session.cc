@@ -1,0 +1,256 @@
+#include "tests/world/session.h"
+
+#include <fmt/format.h>
+#include <signal.h>
+#include <spdlog/sinks/base_sink.h>
+#include <spdlog/spdlog.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <bit>
+#include <chrono>
+#include <cstdlib>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <thread>
+
+#include "app/daemon/daemon.h"
+#include "app/daemon/door.h"
+#include "app/daemon/planner_thread.h"
+#include "app/session/assembly.h"
+#include "app/session/make_cycle.h"
+#include "app/session/replay.h"
+#include "app/session/session_log.h"
+#include "interp/gcode/parameter_file.h"
+#include "kernel/cycle.h"
+#include "tests/support/paths.h"
+#include "tests/world/clients.h"
+#include "tests/world/disk.h"
+#include "tests/world/programs.h"
+#include "tests/world/promises.h"
+#include "tests/world/scheduler.h"
+#include "tests/world/watched_drives.h"
+
+namespace trn::world {
+
+namespace {
+
+constexpr std::size_t kQueueBlocks = 8192;
+constexpr double kFirstOffset_mm = 0.5;
+constexpr double kPatience_s = 5;  // of a client
+
+/// Everything that a seed decides at the beginning.
+struct Fate {
+  Malice malice;
+  DriveMalice drives;
+  DiskMalice disk;
+  std::int64_t length_ns = 0;
+  bool power_cut = false, guarded = false, harassed = false, doubted = false;
+  int programs = 0;
+};
+
+bool one_in(std::mt19937_64& random, unsigned count) { return random() % count == 0; }
+
+Fate draw_fate(std::mt19937_64& random) {
+  Fate fate;
+  fate.malice.switch_share = one_in(random, 2) ? 0.02 : 0.3;
+  if (one_in(random, 2)) fate.malice.hold_share = 0.0003;
+  fate.malice.hold_ns = one_in(random, 4) ? 400 * kMillisecond : 5 * kMillisecond;
+  fate.malice.tick_hold_ns = 3 * kMillisecond;
+  if (one_in(random, 2)) fate.malice.spurious_share = 0.1;
+  if (one_in(random, 3)) fate.drives.fault_share = 0.0007;
+  if (one_in(random, 3)) fate.disk = {one_in(random, 2) ? 0.1 : 0, 0.3, one_in(random, 2) ? 60 * kMillisecond : 0};
+  fate.length_ns = 2 * kSecond + static_cast<std::int64_t>(random() % (4 * kSecond));
+  fate.power_cut = one_in(random, 3);
+  fate.guarded = one_in(random, 2);
+  fate.harassed = one_in(random, 2);
+  fate.doubted = one_in(random, 2);
+  fate.programs = 1 + static_cast<int>(random() % 3);
+  return fate;
+}
+
+class ChronicleSink final : public spdlog::sinks::base_sink<spdlog::details::null_mutex> {
+ private:
+  void sink_it_(const spdlog::details::log_msg& message) override {
+    Chronicle::note(std::string(message.payload.begin(), message.payload.end()));
+  }
+  void flush_() override {}
+};
+
+/// The setpoints of all periods with power, as the daemon's record and a replay give them.
+class RecordedSetpoints final : public ReportSink {
+ public:
+  void write(const CycleReport& report) override {
+    rows_.push_back(report.period);
+    for (const double q : report.q_setpoint) rows_.push_back(std::bit_cast<std::uint64_t>(q));
+    width_ = static_cast<std::size_t>(report.q_setpoint.size()) + 1;
+  }
+  /// "" or the first difference. A session's end may find the replay a few periods short.
+  std::string compare(const RecordedSetpoints& replayed) const {
+    const std::size_t both = std::min(rows_.size(), replayed.rows_.size());
+    for (std::size_t i = 0; i < both; ++i)
+      if (rows_[i] != replayed.rows_[i])
+        return fmt::format("period {}, column {}: {:x} was recorded, {:x} replayed", rows_[i - i % width_],
+                           i % width_, rows_[i], replayed.rows_[i]);
+    if (rows_.size() == replayed.rows_.size()) return "";
+    return fmt::format("{} periods were recorded, {} replayed", rows_.size() / width_, replayed.rows_.size() / width_);
+  }
+
+ private:
+  std::vector<std::uint64_t> rows_;
+  std::size_t width_ = 1;
+};
+
+void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
+
+class Life {
+ public:
+  Life(std::uint64_t seed, std::string folder)
+      : random_(seed), folder_(std::move(folder)), fate_(draw_fate(random_)), offsets_(kFirstOffset_mm) {}
+
+  const Fate& fate() const { return fate_; }
+  void run();
+
+ private:
+  void prepare();
+  void serve(Assembly& assembly);
+  void direct(ClientWorld& world);
+  void judge_disk();
+  void judge_replay(const std::string& machine);
+  std::string vars() const { return folder_ + "/kept/mill.var"; }
+  std::string log() const { return folder_ + "/session.log"; }
+
+  std::mt19937_64 random_;
+  std::string folder_;
+  Fate fate_;
+  KeptOffsets offsets_;
+  std::vector<std::string> programs_;
+  RecordedSetpoints recorded_;
+  std::uint32_t lost_reports_ = 0;
+};
+
+void Life::prepare() {
+  std::filesystem::create_directory(folder_ + "/kept");
+  Parameters parameters;
+  parameters[KeptOffsets::kParameter] = kFirstOffset_mm;
+  write_text(vars(), parameters_text(parameters));
+  for (int i = 0; i < fate_.programs; ++i) {
+    programs_.push_back(fmt::format("{}/part{}.ngc", folder_, i));
+    write_text(programs_.back(), draw_program(random_));
+  }
+  Disk::begin(folder_ + "/kept", fate_.disk, random_());
+}
+
+// Ends the session, in good order or by a power cut.
+void Life::direct(ClientWorld& world) {
+  std::this_thread::sleep_for(std::chrono::nanoseconds(fate_.length_ns));
+  if (fate_.power_cut) {
+    Chronicle::note("power cut");
+    judge_disk();
+    Chronicle::good_end();
+  }
+  world.closing = true;
+  world.drives.calm_down();
+  kill(getpid(), SIGTERM);
+}
+
+void Life::judge_disk() {
+  const Disk::Content left = Disk::of(vars().c_str())->after_power_cut(vars());
+  if (const std::string bad = offsets_.judge(left.there, left.text); !bad.empty())
+    Chronicle::finding("kept on disk", bad);
+}
+
+void Life::serve(Assembly& assembly) {
+  auto* const inner = dynamic_cast<SimulatedDrives*>(assembly.drives.get());
+  WatchedDrives drives(*inner, assembly.machine, fate_.drives, random_());
+  auto plans = std::make_unique<RatePlannerThread>(assembly.plan_joints, assembly.machine.period_s);
+  RatePlannerThread& rate_plans = *plans;
+  assembly.rate_plans = std::move(plans);
+  MotionQueue queue(kQueueBlocks);
+  Door door(assembly.machine.name, assembly.access);
+  Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait, drives, assembly.io.get(), rate_plans);
+  SessionLog session_log(make_log_file(log()), session_head("mill", "", vars(), false));
+  Parameters parameters;
+  load_parameters(vars(), parameters);
+  PlannerListeners listeners = planner_listeners(&session_log, nullptr);
+  listeners.message = [](std::string_view text, std::uint32_t) { Chronicle::note(fmt::format("program: {}", text)); };
+  PlannerThread programs(assembly, queue, parameters, {}, listeners, {vars(), ""});
+  ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives};
+  std::vector<std::thread> clients;
+  clients.emplace_back([&, seed = random_()] { operate(world, offsets_, seed); });
+  if (fate_.guarded) clients.emplace_back([&, seed = random_()] { guard(world, seed); });
+  if (fate_.doubted) clients.emplace_back([&, seed = random_()] { doubt(world, seed); });
+  if (fate_.harassed) clients.emplace_back([&, seed = random_()] { harass(world, seed); });
+  clients.emplace_back([&] { direct(world); });
+  DaemonParts parts{assembly.machine, assembly.lcm, door, assembly.realtime, drives, cycle, programs, rate_plans};
+  parts.record = &recorded_;
+  parts.log = &session_log;
+  parts.map = assembly.map.get();
+  parts.chain = assembly.corrections.setpoint.get();
+  parts.io = assembly.io.get();
+  parts.kinematics = assembly.kinematics.get();
+  parts.plan_joints = &assembly.plan_joints;
+  parts.on_report = [this](const CycleReport& report) { lost_reports_ = report.lost_reports; };
+  run_daemon(parts);
+  world.closing = true;
+  Disk::of(vars().c_str())->mend();
+  programs.settle();
+  for (std::thread& client : clients) client.join();
+}
+
+// A log that lacks periods, or whose programs failed because of the disk, gives other setpoints.
+void Life::judge_replay(const std::string& machine) {
+  if (lost_reports_ > 0 || fate_.disk.fault_share > 0) return;
+  const Session session = read_session(log());
+  const Assembly assembly = assemble(machine);
+  Parameters parameters;
+  parse_parameters(session.head.vars_text, "variables", parameters);
+  ToolTable tools;
+  RecordedSetpoints replayed;
+  replay(session, assembly, parameters, tools, replayed);
+  if (const std::string bad = recorded_.compare(replayed); !bad.empty()) Chronicle::finding("replay", bad);
+}
+
+void Life::run() {
+  prepare();
+  const std::string machine = source_dir() + "/configs/mill.toml";
+  {
+    Assembly assembly = assemble(machine);
+    assembly.lcm.url.clear();
+    assembly.realtime.cpu = -1;
+    assembly.realtime.lock_memory = false;
+    assembly.access.socket = folder_ + "/socket";
+    serve(assembly);
+  }
+  judge_disk();
+  judge_replay(machine);
+}
+
+void block_signals() {
+  sigset_t set;
+  sigemptyset(&set);
+  sigaddset(&set, SIGTERM);
+  pthread_sigmask(SIG_BLOCK, &set, nullptr);
+}
+
+}  // namespace
+
+void live(std::uint64_t seed, bool verbose, int result_fd, const std::string& folder) {
+  block_signals();
+  setenv("RUNTIME_DIRECTORY", folder.c_str(), 1);
+  Chronicle::begin(seed, verbose, result_fd, folder);
+  spdlog::set_default_logger(std::make_shared<spdlog::logger>("trunnion", std::make_shared<ChronicleSink>()));
+  Life session(seed, folder);
+  Scheduler::begin(seed, session.fate().malice,
+                   [](const std::string& what) { Chronicle::finding("goes on", what); });
+  Scheduler::current()->set_end(Scheduler::current()->now_ns() + session.fate().length_ns + 60 * kSecond);
+  try {
+    session.run();
+  } catch (const std::exception& error) {
+    Chronicle::finding("good order", error.what());
+  }
+  Chronicle::good_end();
+}
+
+}  // namespace trn::world
