@@ -83,6 +83,7 @@ void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
   TraceRow row;
   row.t_s = static_cast<double>(period_) * machine_.period_s;
   row.q.assign(setpoints.q.begin(), setpoints.q.end());
+  row.digits.assign(row.q.size(), WrittenDigits{17, 17});
   judge_.row(row);
   if (judge_.within_limits()) return;
   for (std::size_t joint = 0; joint < judge_.verdicts().size(); ++joint)
