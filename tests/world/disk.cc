@@ -8,6 +8,7 @@
 #include <array>
 #include <cerrno>
 #include <cstring>
+#include <filesystem>
 
 #include "tests/world/promises.h"
 #include "tests/world/scheduler.h"
@@ -41,6 +42,7 @@ void Disk::begin(const std::string& folder, const DiskMalice& malice, std::uint6
   g_disk->folder_ = g_folder = folder + "/";
   g_disk->malice_ = malice;
   g_disk->random_.seed(seed);
+  for (const auto& entry : std::filesystem::directory_iterator(folder)) g_disk->file_of(entry.path());
 }
 
 Disk* Disk::of(const char* path) {

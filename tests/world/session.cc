@@ -7,7 +7,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <bit>
 #include <chrono>
 #include <cstdlib>
 #include <filesystem>
@@ -22,6 +21,7 @@
 #include "app/session/make_cycle.h"
 #include "app/session/replay.h"
 #include "app/session/session_log.h"
+#include "app/session/trace.h"
 #include "interp/gcode/parameter_file.h"
 #include "kernel/cycle.h"
 #include "tests/support/paths.h"
@@ -78,29 +78,18 @@ class ChronicleSink final : public spdlog::sinks::base_sink<spdlog::details::nul
   void flush_() override {}
 };
 
-/// The setpoints of all periods with power, as the daemon's record and a replay give them.
-class RecordedSetpoints final : public ReportSink {
- public:
-  void write(const CycleReport& report) override {
-    rows_.push_back(report.period);
-    for (const double q : report.q_setpoint) rows_.push_back(std::bit_cast<std::uint64_t>(q));
-    width_ = static_cast<std::size_t>(report.q_setpoint.size()) + 1;
+// "" or the first line in which two traces differ.
+std::string compare_traces(const std::string& recorded, const std::string& replayed) {
+  std::ifstream one(recorded), other(replayed);
+  std::string row, replayed_row;
+  for (int line = 1;; ++line) {
+    const bool more = static_cast<bool>(std::getline(one, row));
+    if (static_cast<bool>(std::getline(other, replayed_row)) != more)
+      return fmt::format("line {}: only the {} goes on", line, more ? "record" : "replay");
+    if (!more) return "";
+    if (row != replayed_row) return fmt::format("line {}: '{}' was recorded, '{}' replayed", line, row, replayed_row);
   }
-  /// "" or the first difference. A session's end may find the replay a few periods short.
-  std::string compare(const RecordedSetpoints& replayed) const {
-    const std::size_t both = std::min(rows_.size(), replayed.rows_.size());
-    for (std::size_t i = 0; i < both; ++i)
-      if (rows_[i] != replayed.rows_[i])
-        return fmt::format("period {}, column {}: {:x} was recorded, {:x} replayed", rows_[i - i % width_],
-                           i % width_, rows_[i], replayed.rows_[i]);
-    if (rows_.size() == replayed.rows_.size()) return "";
-    return fmt::format("{} periods were recorded, {} replayed", rows_.size() / width_, replayed.rows_.size() / width_);
-  }
-
- private:
-  std::vector<std::uint64_t> rows_;
-  std::size_t width_ = 1;
-};
+}
 
 void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
@@ -120,13 +109,13 @@ class Life {
   void judge_replay(const std::string& machine);
   std::string vars() const { return folder_ + "/kept/mill.var"; }
   std::string log() const { return folder_ + "/session.log"; }
+  std::string trace() const { return folder_ + "/trace.csv"; }
 
   std::mt19937_64 random_;
   std::string folder_;
   Fate fate_;
   KeptOffsets offsets_;
   std::vector<std::string> programs_;
-  RecordedSetpoints recorded_;
   std::uint32_t lost_reports_ = 0;
 };
 
@@ -175,6 +164,7 @@ void Life::serve(Assembly& assembly) {
   load_parameters(vars(), parameters);
   PlannerListeners listeners = planner_listeners(&session_log, nullptr);
   listeners.message = [](std::string_view text, std::uint32_t) { Chronicle::note(fmt::format("program: {}", text)); };
+  TraceWriter record(trace(), assembly.machine, *assembly.map, *assembly.corrections.setpoint, false, true);
   PlannerThread programs(assembly, queue, parameters, {}, listeners, {vars(), ""});
   ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives};
   std::vector<std::thread> clients;
@@ -184,7 +174,7 @@ void Life::serve(Assembly& assembly) {
   if (fate_.harassed) clients.emplace_back([&, seed = random_()] { harass(world, seed); });
   clients.emplace_back([&] { direct(world); });
   DaemonParts parts{assembly.machine, assembly.lcm, door, assembly.realtime, drives, cycle, programs, rate_plans};
-  parts.record = &recorded_;
+  parts.record = &record;
   parts.log = &session_log;
   parts.map = assembly.map.get();
   parts.chain = assembly.corrections.setpoint.get();
@@ -197,6 +187,7 @@ void Life::serve(Assembly& assembly) {
   Disk::of(vars().c_str())->mend();
   programs.settle();
   for (std::thread& client : clients) client.join();
+  record.close();
 }
 
 // A log that lacks periods, or whose programs failed because of the disk, gives other setpoints.
@@ -207,9 +198,11 @@ void Life::judge_replay(const std::string& machine) {
   Parameters parameters;
   parse_parameters(session.head.vars_text, "variables", parameters);
   ToolTable tools;
-  RecordedSetpoints replayed;
-  replay(session, assembly, parameters, tools, replayed);
-  if (const std::string bad = recorded_.compare(replayed); !bad.empty()) Chronicle::finding("replay", bad);
+  const std::string again = folder_ + "/again.csv";
+  TraceWriter writer(again, assembly.machine, *assembly.map, *assembly.corrections.setpoint, false, true);
+  replay(session, assembly, parameters, tools, writer);
+  writer.close();
+  if (const std::string bad = compare_traces(trace(), again); !bad.empty()) Chronicle::finding("replay", bad);
 }
 
 void Life::run() {

@@ -16,7 +16,7 @@ namespace {
 constexpr std::int64_t kStopNs = 20 * kMillisecond;
 // The simulated drives brake with twice the joint's acceleration: 400 mm/s takes 50 ms, and the servo follows.
 constexpr std::uint64_t kBrakePeriods = 150;
-constexpr double kStands_mm = 1e-4;
+constexpr double kStands_mm = 1e-4, kBegins_mm = 0.1;
 
 }  // namespace
 
@@ -73,13 +73,16 @@ void WatchedDrives::do_harm() {
   }
 }
 
+// A drive that has just been enabled obeys the next setpoint: that one begins where the joint stands.
 void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
-  if (!enabled) {
-    if (was_enabled_) judge_.next_piece();
-    was_enabled_ = false;
-    return;
-  }
-  was_enabled_ = true;
+  const bool begins = obeyed_ == 0;
+  if (!enabled && obeyed_ > 0) judge_.next_piece();
+  obeyed_ = enabled && was_enabled_ ? obeyed_ + 1 : 0;
+  was_enabled_ = enabled;
+  if (obeyed_ == 0) return;
+  if (begins && (setpoints.q - q_last_).cwiseAbs().maxCoeff() > kBegins_mm)
+    Chronicle::finding("no jump", fmt::format("the first setpoint is {:.3f} mm from where the drives stand",
+                                              (setpoints.q - q_last_).cwiseAbs().maxCoeff()));
   TraceRow row;
   row.t_s = static_cast<double>(period_) * machine_.period_s;
   row.q.assign(setpoints.q.begin(), setpoints.q.end());

@@ -49,7 +49,7 @@ class WatchedDrives final : public Drives {
   DriveMalice malice_;
   std::mt19937_64 random_;
   LimitJudge judge_;
-  std::uint64_t period_ = 0, lost_until_ = 0, stuck_until_ = 0;
+  std::uint64_t period_ = 0, obeyed_ = 0, lost_until_ = 0, stuck_until_ = 0;
   std::int64_t stop_due_ns_ = 0, stop_held_ns_ = 0;  ///< 0: none is due
   std::uint64_t stopped_at_ = 0;                     ///< period of the quick stop that is not over; 0: none
   bool was_enabled_ = false;
