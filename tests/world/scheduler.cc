@@ -92,13 +92,23 @@ void Scheduler::pass(const char* call) {
   const bool is_tick = t_self->name == "tick";
   if (chance(malice_.hold_share)) {
     const std::int64_t hold_ns = draw(is_tick ? malice_.tick_hold_ns : malice_.hold_ns);
-    if (t_self->name.find("planner") == std::string::npos) held_ns_ += hold_ns;
+    if (t_self->name.find("planner") == std::string::npos) {
+      held_ns_ += hold_ns;
+      t_self->held_until_ns = now_ns_ + hold_ns;
+    }
     return sleep_until(now_ns_ + hold_ns, call);
   }
   if (!chance(malice_.switch_share)) return;
   t_self->call = call;
   t_self->state = WorldThread::State::kReady;
   schedule();
+}
+
+// What is still to come of a hold is not over.
+std::int64_t Scheduler::held_ns() const {
+  std::int64_t sum = held_ns_;
+  for (const auto& thread : threads_) sum -= std::max<std::int64_t>(0, thread->held_until_ns - now_ns_);
+  return sum;
 }
 
 void Scheduler::sleep_until(std::int64_t wake_ns, const char* call) { wait(nullptr, wake_ns, call); }

@@ -34,6 +34,7 @@ struct WorldThread {
   const char* call = "";            ///< that it is in, for people
   bool woken = false;               ///< by another thread, not by the clock
   bool waits_for_io = false;
+  std::int64_t held_until_ns = 0;  ///< by the scheduler's malice
   int turn = 0;  ///< futex: 1 when it has the baton
   pthread_t handle{};
   bool detached = false;
@@ -59,7 +60,7 @@ class Scheduler {
   /// No thread sees a later time.
   void set_end(std::int64_t end_ns) { end_ns_ = end_ns; }
   /// How long the threads that carry a command (all but the planners) have been held so far, together.
-  std::int64_t held_ns() const { return held_ns_; }
+  std::int64_t held_ns() const;
   /// Of every decision so far.
   std::uint64_t digest() const { return digest_; }
   std::uint64_t switches() const { return switches_; }

@@ -78,16 +78,30 @@ class ChronicleSink final : public spdlog::sinks::base_sink<spdlog::details::nul
   void flush_() override {}
 };
 
-// "" or the first line in which two traces differ.
+// The next row in which a joint moves, without its time and the number of its piece, which are no setpoints;
+// false at the end.
+bool next_moving(std::ifstream& trace, std::string& joints) {
+  for (std::string row; std::getline(trace, row);) {
+    const std::size_t begin = row.find(','), end = row.rfind(',');
+    std::string now = row.substr(begin, end - begin);
+    if (now == joints) continue;
+    joints = std::move(now);
+    return true;
+  }
+  return false;
+}
+
+// "" or the first setpoint in which two traces differ.
 std::string compare_traces(const std::string& recorded, const std::string& replayed) {
   std::ifstream one(recorded), other(replayed);
   std::string row, replayed_row;
-  for (int line = 1;; ++line) {
-    const bool more = static_cast<bool>(std::getline(one, row));
-    if (static_cast<bool>(std::getline(other, replayed_row)) != more)
-      return fmt::format("line {}: only the {} goes on", line, more ? "record" : "replay");
+  for (int count = 0;; ++count) {
+    const bool more = next_moving(one, row);
+    if (next_moving(other, replayed_row) != more)
+      return fmt::format("only the {} goes on behind {} moving rows", more ? "record" : "replay", count);
     if (!more) return "";
-    if (row != replayed_row) return fmt::format("line {}: '{}' was recorded, '{}' replayed", line, row, replayed_row);
+    if (row != replayed_row)
+      return fmt::format("moving row {}: '{}' was recorded, '{}' replayed", count, row, replayed_row);
   }
 }
 
