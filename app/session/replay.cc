@@ -33,7 +33,8 @@ class RecordedDrives final : public Drives, public TouchDrives {
   void shut_down() noexcept override {}
   void reset_faults() override {}
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override {
-    if (state_ == DriveState::kEnabled) q_ = setpoints.q;
+    if (state_ == DriveState::kEnabled && !returns_) q_ = setpoints.q;
+    returns_ = false;
     feedback = {};
     feedback.q = q_;
     feedback.state = state_;
@@ -56,6 +57,12 @@ class RecordedDrives final : public Drives, public TouchDrives {
     q_ = q;
     state_ = state;
   }
+  /// They obey from the next setpoint on, and are measured at q now.
+  void come_back(const JointVec& q) {
+    stand(q, DriveState::kEnabled);
+    returns_ = true;
+  }
+  void leave(DriveState state) { state_ = state; }
   void set_contact(bool contact) { contact_ = contact; }
   void set_homes(bool homes) { homes_ = homes; }
   void report_fault(Fault fault, int joint) {
@@ -69,7 +76,7 @@ class RecordedDrives final : public Drives, public TouchDrives {
   Fault fault_ = Fault::kOk;
   int fault_joint_ = -1;
   int touch_periods_;
-  bool contact_ = false, homes_ = true;
+  bool contact_ = false, homes_ = true, returns_ = false;
   TouchProbe touch_;
 };
 
@@ -100,6 +107,8 @@ std::string foreign_part(const SessionEntry& entry, const Assembly& assembly) {
   const int most = of_joint ? joints : of_chain ? assembly.corrections.setpoint->size() : 1;
   const int least = command.kind == RtCommand::Kind::kHome ? -1 : 0;
   const bool place = entry.kind == Kind::kProgram || entry.kind == Kind::kStands;
+  if (entry.kind == Kind::kStands && !is_place(entry.q_measured))
+    return fmt::format("a place of {} joints", entry.q_measured.size());
   if (place && !is_place(entry.program.q)) return fmt::format("a place of {} joints", entry.program.q.size());
   if (entry.kind == Kind::kAnswer && entry.answer.probe && !is_place(entry.answer.q_contact))
     return fmt::format("a contact of {} joints", entry.answer.q_contact.size());
@@ -181,7 +190,8 @@ class Replay {
         cycle_.post(entry.command);
       }
       if (entry.kind == Kind::kRatePlans) plans_.set_late(entry.late);
-      if (entry.kind == Kind::kStands) drives_.stand(entry.program.q, DriveState::kEnabled);
+      if (entry.kind == Kind::kStands) drives_.come_back(entry.q_measured);
+      if (entry.kind == Kind::kDrives) drives_.leave(entry.drives);
       if (entry.kind == Kind::kInputs) {
         io_.set(entry.inputs);
         drives_.set_contact(entry.inputs.probe);

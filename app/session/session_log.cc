@@ -28,13 +28,15 @@ using Kind = SessionEntry::Kind;
 constexpr int kLogsMax = 100'000;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",    "stands",     "fault",
-                                       "inputs",  "answer",  "sensor", "rate_plans", "features"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",        "stands",   "fault", "inputs",
+                                       "answer",  "sensor",  "rate_plans", "features", "drives"};
+constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
 constexpr const char* kCommandNames[] = {
     "start",       "hold",           "resume",           "stop",           "override",
     "jog",         "home",           "quick_stop",       "emergency_stop", "correction",
     "reset_fault", "rapid_override", "spindle_override", "adaptive_feed",  "single_block"};
-static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kFeatures) + 1);
+static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDrives) + 1);
+static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
 static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kSingleBlock) + 1);
 
 template <typename Vector>
@@ -85,6 +87,8 @@ Json to_json(const SessionEntry& entry) {
     json["corrections_off"] = entry.program.corrections_off;
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
+  if (entry.kind == Kind::kStands) json["measured"] = numbers(entry.q_measured);
+  if (entry.kind == Kind::kDrives) json["state"] = kDriveNames[static_cast<std::size_t>(entry.drives)];
   if (entry.kind == Kind::kLow) json["blocks"] = entry.blocks;
   if (entry.kind == Kind::kRatePlans) json["late"] = entry.late;
   if (entry.kind == Kind::kFault) json["fault"] = fault_info(entry.fault).name;
@@ -138,6 +142,10 @@ SessionEntry from_json(const Json& json) {
       entry.program.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
+  if (entry.kind == Kind::kStands)  // earlier logs have the setpoint alone
+    entry.q_measured = json.contains("measured") ? joints(json.at("measured")) : entry.program.q;
+  if (entry.kind == Kind::kDrives)
+    entry.drives = static_cast<DriveState>(index_of(kDriveNames, json.at("state")));
   if (entry.kind == Kind::kLow) entry.blocks = whole<std::uint32_t>(json.at("blocks"));
   if (entry.kind == Kind::kRatePlans) entry.late = json.at("late");
   if (entry.kind == Kind::kFault) entry.fault = fault_of(json.at("fault"));
@@ -226,7 +234,9 @@ void SessionLog::report(const CycleReport& report) {
   if (entry.late != last_.rate_plan_late) write(entry);
   entry.kind = Kind::kStands;
   entry.program.q = report.q_setpoint;
+  entry.q_measured = report.q_measured;
   if (report.drives == DriveState::kEnabled && last_.drives != DriveState::kEnabled) write(entry);
+  report_drives(report);
   entry.kind = Kind::kFault;
   entry.fault = report.fault;
   entry.joint = report.fault_joint;
@@ -235,6 +245,17 @@ void SessionLog::report(const CycleReport& report) {
   report_io(report);
   last_ = report;
   next_period_ = report.period + 1;
+}
+
+// How drives come up changes nothing: the log has where they stand then.
+void SessionLog::report_drives(const CycleReport& report) {
+  const bool up = report.drives == DriveState::kEnabled || report.drives == DriveState::kStarting;
+  if (up || report.drives == last_.drives) return;
+  SessionEntry entry;
+  entry.period = report.period;
+  entry.kind = Kind::kDrives;
+  entry.drives = report.drives;
+  write(entry);
 }
 
 void SessionLog::report_io(const CycleReport& report) {

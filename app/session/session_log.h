@@ -12,6 +12,7 @@
 #include "app/session/feature_meter.h"
 #include "app/session/pipeline.h"
 #include "compensation/sensor_board.h"
+#include "core/axes.h"
 #include "core/fault.h"
 #include "core/ports.h"
 #include "kernel/motion_queue.h"
@@ -25,13 +26,14 @@ struct SessionEntry {
     kProgram,    ///< `program` was prepared, before the tick of its period
     kCommand,    ///< `command` took effect
     kLow,        ///< little motion was queued: the tick saw `blocks` blocks of the program
-    kStands,     ///< the drives are powered, at `program.q`
+    kStands,     ///< the drives are powered: told `program.q`, and measured at `q_measured`
     kFault,      ///< the drives reported `fault`
     kInputs,     ///< the inputs are now `inputs`
     kAnswer,     ///< the program was given `answer`
     kSensor,     ///< the corrections heard `sensor`
     kRatePlans,  ///< the rate planner's answers are `late` from now on, or come again
-    kFeatures    ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
+    kFeatures,   ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
+    kDrives      ///< the drives follow no setpoints any more: they are in state `drives`
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -41,6 +43,8 @@ struct SessionEntry {
   bool late = false;
   Fault fault = Fault::kOk;
   int joint = -1;
+  JointVec q_measured;
+  DriveState drives = DriveState::kOff;
   IoInputs inputs;  ///< digital, probe, spindle_ready
   ProgramAnswer answer;
   SensorSample sensor;
@@ -79,6 +83,7 @@ class SessionLog {
 
  private:
   void write(const SessionEntry& entry);
+  void report_drives(const CycleReport& report);
   void report_io(const CycleReport& report);
 
   std::mutex mutex_;

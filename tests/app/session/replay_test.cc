@@ -67,9 +67,11 @@ TEST(Replay, RefusesTheLogOfAnotherMachine) {
   contact.kind = Kind::kAnswer;
   contact.answer.probe = true;
   for (const int size : {joints - 1, joints, joints + 1}) {
-    stands.program.q = contact.answer.q_contact = JointVec::Zero(size);
+    stands.program.q = stands.q_measured = contact.answer.q_contact = JointVec::Zero(size);
     EXPECT_EQ(refusal(stands).empty(), size == joints) << size;
     EXPECT_EQ(refusal(contact).empty(), size == joints) << size;
+    stands.program.q = JointVec::Zero(joints);
+    EXPECT_EQ(refusal(stands).empty(), size == joints) << "measured, " << size;
   }
   sensor.kind = Kind::kSensor;
   for (const int channel : {0, sensors - 1, sensors}) {

@@ -145,6 +145,7 @@ TEST_F(SessionLogFile, AProgramBelongsToTheNextPeriod) {
 
 TEST_F(SessionLogFile, WhereTheDrivesStandIsToldWhenTheyAreEnabled) {
   now_.q_setpoint = JointVec::Constant(2, 1.0 / 3);
+  now_.q_measured = JointVec::Constant(2, 2.0 / 3);
   using State = DriveState;
   for (const State state :
        {State::kStarting, State::kEnabled, State::kEnabled, State::kQuickStop, State::kEnabled}) {
@@ -152,11 +153,41 @@ TEST_F(SessionLogFile, WhereTheDrivesStandIsToldWhenTheyAreEnabled) {
     log_->report(next());
   }
   const auto read = entries();
-  ASSERT_EQ(read.size(), 2u);
+  ASSERT_EQ(read.size(), 3u);
   EXPECT_EQ(read[0].kind, Kind::kStands);
   EXPECT_EQ(read[0].period, 2u);
   EXPECT_EQ(read[0].program.q, now_.q_setpoint);
-  EXPECT_EQ(read[1].period, 5u);
+  EXPECT_EQ(read[0].q_measured, now_.q_measured);
+  EXPECT_EQ(read[1].kind, Kind::kDrives);
+  EXPECT_EQ(read[1].period, 4u);
+  EXPECT_EQ(read[1].drives, State::kQuickStop);
+  EXPECT_EQ(read[2].kind, Kind::kStands);
+  EXPECT_EQ(read[2].period, 5u);
+}
+
+TEST_F(SessionLogFile, EveryStateInWhichDrivesObeyNobodyIsTold) {
+  using State = DriveState;
+  const State states[] = {State::kEnabled, State::kHoming, State::kFault,
+                          State::kLost,    State::kOff,    State::kQuickStop};
+  for (const State state : states) {
+    now_.drives = state;
+    log_->report(next());
+    log_->report(next());
+  }
+  const auto read = entries();
+  ASSERT_EQ(read.size(), std::size(states));
+  for (std::size_t i = 1; i < std::size(states); ++i) {
+    EXPECT_EQ(read[i].drives, states[i]) << i;
+    EXPECT_EQ(read[i].period, 2 * i + 1) << i;
+  }
+}
+
+TEST(SessionLog, DrivesOfEarlierLogsWereMeasuredWhereTheyWereTold) {
+  const Session read = parse_session(
+      "{\"machine\":\"m\",\"tools\":\"\",\"vars\":\"\"}\n"
+      "{\"entry\":\"stands\",\"period\":1,\"q\":[3,4]}\n",
+      "log");
+  EXPECT_EQ(read.entries.at(0).q_measured, (JointVec(2) << 3, 4).finished());
 }
 
 // What the operator pressed is a command already; a fault that stays is told once.
