@@ -55,8 +55,8 @@ class Operator {
   bool tell(const command_t& command) {
     const acknowledge_t answer = client_.send(command);
     Chronicle::note(fmt::format("operator: verb {} '{}' {:g}: outcome {} {}", command.verb,
-                                command.text.substr(0, command.text.find('\n')), command.value, answer.outcome,
-                                answer.message));
+                                command.text.substr(0, command.text.find('\n')), command.value,
+                                answer.outcome, answer.message));
     return answer.outcome == acknowledge_t::ACCEPTED;
   }
 
@@ -65,7 +65,8 @@ class Operator {
   }
 
   void run_program() {
-    const std::string& path = world_.programs[static_cast<std::size_t>(dice_.below(static_cast<int>(world_.programs.size())))];
+    const std::string& path =
+        world_.programs[static_cast<std::size_t>(dice_.below(static_cast<int>(world_.programs.size())))];
     if (!tell(command_of(command_t::LOAD, 0, path))) {
       tell(command_of(dice_.below(2) == 0 ? command_t::STOP : command_t::RESET));
       return;
@@ -166,19 +167,23 @@ void doubt(ClientWorld& world, std::uint64_t seed) {
     std::map<int, acknowledge_t> answers;
     link.subscribe<acknowledge_t>(world.config.lcm.acknowledge_channel(), [&](const acknowledge_t& answer) {
       // a flood is turned away without a word that binds
-      if (answer.client != 77 || answer.outcome == acknowledge_t::WORKING || answer.message.starts_with("too many"))
+      if (answer.client != 77 || answer.outcome == acknowledge_t::WORKING ||
+          answer.message.starts_with("too many"))
         return;
       const auto [first, fresh] = answers.try_emplace(answer.sequence, answer);
       if (!fresh && (first->second.outcome != answer.outcome || first->second.message != answer.message))
-        Chronicle::finding("one answer", fmt::format("command {}: {} '{}', and later {} '{}'", answer.sequence,
-                                                     first->second.outcome, first->second.message, answer.outcome,
-                                                     answer.message));
+        Chronicle::finding("one answer", fmt::format("command {}: {} '{}', and later {} '{}'",
+                                                     answer.sequence, first->second.outcome,
+                                                     first->second.message, answer.outcome, answer.message));
     });
     std::vector<command_t> sent;
     while (!world.closing && !link.closed()) {
       const bool again = !sent.empty() && dice.below(2) == 0;
-      command_t command = again ? sent[sent.size() - 1 - static_cast<std::size_t>(dice.below(static_cast<int>(std::min<std::size_t>(sent.size(), 20))))]
-                                : command_of(dice.below(3) == 0 ? command_t::HOLD : command_t::OVERRIDE, dice.between(0.3, 1.5));
+      command_t command = again ? sent[sent.size() - 1 -
+                                       static_cast<std::size_t>(dice.below(
+                                           static_cast<int>(std::min<std::size_t>(sent.size(), 20))))]
+                                : command_of(dice.below(3) == 0 ? command_t::HOLD : command_t::OVERRIDE,
+                                             dice.between(0.3, 1.5));
       if (!again) {
         if (dice.below(3) == 0) command = command_of(command_t::MDI, 0, "G4 P0.01");
         command.client = 77;
@@ -203,7 +208,8 @@ void harass(ClientWorld& world, std::uint64_t seed) {
         command.client = 66;
         command.sequence = dice.below(1000);
         std::vector<std::uint8_t> packet =
-            encode_message(static_cast<std::uint32_t>(i), world.config.lcm.command_channel(), command).datagram;
+            encode_message(static_cast<std::uint32_t>(i), world.config.lcm.command_channel(), command)
+                .datagram;
         if (dice.below(3) == 0) packet.resize(static_cast<std::size_t>(1 + dice.below(3000)));
         for (int k = dice.below(4); k > 0; --k)
           packet[dice.random() % packet.size()] = static_cast<std::uint8_t>(dice.random());

@@ -33,7 +33,9 @@ std::string read_raw(const std::string& path) {
   return text;
 }
 
-bool is_folder(const std::string& path, const std::string& folder) { return path + "/" == folder || path == folder; }
+bool is_folder(const std::string& path, const std::string& folder) {
+  return path + "/" == folder || path == folder;
+}
 
 }  // namespace
 
@@ -56,9 +58,9 @@ Disk* Disk::of(int fd) { return g_disk && g_disk->open_.contains(fd) ? g_disk : 
 int Disk::trouble(const char* call) {
   Scheduler* const scheduler = Scheduler::current();
   if (malice_.slow_ns > 0 && scheduler)
-    scheduler->sleep_until(
-        scheduler->now_ns() + static_cast<std::int64_t>(random_() % static_cast<std::uint64_t>(malice_.slow_ns)),
-        call);
+    scheduler->sleep_until(scheduler->now_ns() + static_cast<std::int64_t>(
+                                                     random_() % static_cast<std::uint64_t>(malice_.slow_ns)),
+                           call);
   if (static_cast<double>(random_() >> 11) * 0x1p-53 >= malice_.fault_share) return 0;
   constexpr std::array<int, 3> kErrors = {ENOSPC, EROFS, EIO};
   const int error = kErrors[random_() % kErrors.size()];

@@ -12,14 +12,14 @@ namespace trn::world {
 
 /// What goes wrong with the disk of a session.
 struct DiskMalice {
-  double fault_share = 0;     ///< of the calls that write, those that fail
-  double torn_share = 0;      ///< of the writes, those that take a part only
-  std::int64_t slow_ns = 0;   ///< a call takes up to this long
+  double fault_share = 0;    ///< of the calls that write, those that fail
+  double torn_share = 0;     ///< of the writes, those that take a part only
+  std::int64_t slow_ns = 0;  ///< a call takes up to this long
 };
 
-/// The disk below one folder, with a cache that forgets: what was written is there for all to see, but a power
-/// cut leaves of a file's content what was synced, and of what came later nothing, a part or all; and of the
-/// names of the folder those that were synced, and of what came later a part in its order.
+/// The disk below one folder, with a cache that forgets: what was written is there for all to see, but a
+/// power cut leaves of a file's content what was synced, and of what came later nothing, a part or all; and
+/// of the names of the folder those that were synced, and of what came later a part in its order.
 class Disk {
  public:
   static void begin(const std::string& folder, const DiskMalice& malice, std::uint64_t seed);
@@ -50,8 +50,8 @@ class Disk {
 
  private:
   struct File {
-    std::string safe;     ///< content that is on the disk
-    bool dirty = false;   ///< there is more in the cache
+    std::string safe;    ///< content that is on the disk
+    bool dirty = false;  ///< there is more in the cache
   };
   using FilePtr = std::shared_ptr<File>;
   struct Change {

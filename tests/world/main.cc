@@ -57,12 +57,14 @@ Child begin(std::uint64_t seed, bool verbose) {
 Result finish(const Child& child, int status) {
   std::string text;
   char part[1024];
-  for (ssize_t got; (got = read(child.fd, part, sizeof part)) > 0;) text.append(part, static_cast<std::size_t>(got));
+  for (ssize_t got; (got = read(child.fd, part, sizeof part)) > 0;)
+    text.append(part, static_cast<std::size_t>(got));
   close(child.fd);
-  std::filesystem::remove_all(child.folder);
+  if (!std::getenv("TRN_WORLD_KEEP")) std::filesystem::remove_all(child.folder);
   if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {true, text};
   if (!text.empty()) return {false, text};
-  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM) return {false, "runs in a circle: no end in real time"};
+  if (WIFSIGNALED(status) && WTERMSIG(status) == SIGALRM)
+    return {false, "runs in a circle: no end in real time"};
   if (WIFSIGNALED(status)) return {false, fmt::format("crash: {}", strsignal(WTERMSIG(status)))};
   return {false, fmt::format("ended by itself, exit code {}", WEXITSTATUS(status))};
 }
@@ -83,8 +85,9 @@ class Runner {
       }
     }
     while (!children_.empty()) collect();
-    fmt::print("{} seeds, {:.0f} s of the machines' time, {} run twice: {}\n", options_.last - options_.first + 1,
-               seconds_, compared_, findings_ == 0 ? "every promise was kept" : fmt::format("{} findings", findings_));
+    fmt::print("{} seeds, {:.0f} s of the machines' time, {} run twice: {}\n",
+               options_.last - options_.first + 1, seconds_, compared_,
+               findings_ == 0 ? "every promise was kept" : fmt::format("{} findings", findings_));
     return findings_ == 0 ? 0 : 1;
   }
 
@@ -102,7 +105,8 @@ class Runner {
     const auto [other, fresh] = results_.try_emplace(child.seed, result.text);
     if (fresh) return;
     ++compared_;
-    if (other->second != result.text) tell(child.seed, fmt::format("two runs differ: {}; {}", other->second, result.text));
+    if (other->second != result.text)
+      tell(child.seed, fmt::format("two runs differ: {}; {}", other->second, result.text));
     results_.erase(other);
   }
 
@@ -125,7 +129,8 @@ int usage() {
 }
 
 bool read_options(int argc, char** argv, Options& options) {
-  if (const char* many = std::getenv("TRN_LONG")) options.last = std::min(100'000ull, std::strtoull(many, nullptr, 10));
+  if (const char* many = std::getenv("TRN_LONG"))
+    options.last = std::min(100'000ull, std::strtoull(many, nullptr, 10));
   for (int i = 1; i < argc; ++i) {
     const std::string name = argv[i];
     const bool has_value = i + 1 < argc;

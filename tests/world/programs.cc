@@ -12,7 +12,9 @@ double between(std::mt19937_64& random, double low, double high) {
   return low + (high - low) * static_cast<double>(random() >> 11) * 0x1p-53;
 }
 
-int one_of(std::mt19937_64& random, int count) { return static_cast<int>(random() % static_cast<unsigned>(count)); }
+int one_of(std::mt19937_64& random, int count) {
+  return static_cast<int>(random() % static_cast<unsigned>(count));
+}
 
 std::string place(std::mt19937_64& random) {
   return fmt::format("X{:.3f} Y{:.3f} Z{:.3f}", between(random, -120, 120), between(random, -120, 120),
@@ -21,14 +23,16 @@ std::string place(std::mt19937_64& random) {
 
 // A whole turn about a middle beside the place where the tool stands.
 std::string circle(std::mt19937_64& random) {
-  return fmt::format("{} I{:.3f} J{:.3f} F{:.0f}", one_of(random, 2) == 0 ? "G2" : "G3", between(random, 2, 40),
-                     between(random, 2, 40), between(random, 200, 20000));
+  return fmt::format("{} I{:.3f} J{:.3f} F{:.0f}", one_of(random, 2) == 0 ? "G2" : "G3",
+                     between(random, 2, 40), between(random, 2, 40), between(random, 200, 20000));
 }
 
 std::string wave(std::mt19937_64& random) {
-  std::string text = fmt::format("G64 P{:.3f}\nF{:.0f}\n", between(random, 0.002, 0.1), between(random, 500, 15000));
+  std::string text =
+      fmt::format("G64 P{:.3f}\nF{:.0f}\n", between(random, 0.002, 0.1), between(random, 500, 15000));
   const double size = between(random, 1, 20), step = between(random, 0.1, 1);
-  for (int i = 0; i < 60; ++i) text += fmt::format("G1 X{:.4f} Y{:.4f}\n", i * step, size * std::sin(0.1 * i));
+  for (int i = 0; i < 60; ++i)
+    text += fmt::format("G1 X{:.4f} Y{:.4f}\n", i * step, size * std::sin(0.1 * i));
   return text;
 }
 

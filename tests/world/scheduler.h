@@ -35,7 +35,7 @@ struct WorldThread {
   bool woken = false;               ///< by another thread, not by the clock
   bool waits_for_io = false;
   std::int64_t held_until_ns = 0;  ///< by the scheduler's malice
-  int turn = 0;  ///< futex: 1 when it has the baton
+  int turn = 0;                    ///< futex: 1 when it has the baton
   pthread_t handle{};
   bool detached = false;
 };

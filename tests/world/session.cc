@@ -17,13 +17,19 @@
 #include "app/daemon/daemon.h"
 #include "app/daemon/door.h"
 #include "app/daemon/planner_thread.h"
+#include "app/daemon/rate_planner_thread.h"
 #include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/replay.h"
 #include "app/session/session_log.h"
 #include "app/session/trace.h"
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
 #include "kernel/cycle.h"
+#include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
+#include "sim/simulated_drives.h"
 #include "tests/support/paths.h"
 #include "tests/world/clients.h"
 #include "tests/world/disk.h"
@@ -60,7 +66,8 @@ Fate draw_fate(std::mt19937_64& random) {
   fate.malice.tick_hold_ns = 3 * kMillisecond;
   if (one_in(random, 2)) fate.malice.spurious_share = 0.1;
   if (one_in(random, 3)) fate.drives.fault_share = 0.0007;
-  if (one_in(random, 3)) fate.disk = {one_in(random, 2) ? 0.1 : 0, 0.3, one_in(random, 2) ? 60 * kMillisecond : 0};
+  if (one_in(random, 3))
+    fate.disk = {one_in(random, 2) ? 0.1 : 0, 0.3, one_in(random, 2) ? 60 * kMillisecond : 0};
   fate.length_ns = 2 * kSecond + static_cast<std::int64_t>(random() % (4 * kSecond));
   fate.power_cut = one_in(random, 3);
   fate.guarded = one_in(random, 2);
@@ -177,7 +184,9 @@ void Life::serve(Assembly& assembly) {
   Parameters parameters;
   load_parameters(vars(), parameters);
   PlannerListeners listeners = planner_listeners(&session_log, nullptr);
-  listeners.message = [](std::string_view text, std::uint32_t) { Chronicle::note(fmt::format("program: {}", text)); };
+  listeners.message = [](std::string_view text, std::uint32_t) {
+    Chronicle::note(fmt::format("program: {}", text));
+  };
   TraceWriter record(trace(), assembly.machine, *assembly.map, *assembly.corrections.setpoint, false, true);
   PlannerThread programs(assembly, queue, parameters, {}, listeners, {vars(), ""});
   ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives};
@@ -187,7 +196,8 @@ void Life::serve(Assembly& assembly) {
   if (fate_.doubted) clients.emplace_back([&, seed = random_()] { doubt(world, seed); });
   if (fate_.harassed) clients.emplace_back([&, seed = random_()] { harass(world, seed); });
   clients.emplace_back([&] { direct(world); });
-  DaemonParts parts{assembly.machine, assembly.lcm, door, assembly.realtime, drives, cycle, programs, rate_plans};
+  DaemonParts parts{assembly.machine, assembly.lcm, door,     assembly.realtime,
+                    drives,           cycle,        programs, rate_plans};
   parts.record = &record;
   parts.log = &session_log;
   parts.map = assembly.map.get();

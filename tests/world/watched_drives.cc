@@ -5,6 +5,9 @@
 #include <bit>
 #include <cmath>
 
+#include "app/check/trace_reader.h"
+#include "core/fault.h"
+#include "sim/simulated_joint.h"
 #include "tests/world/promises.h"
 #include "tests/world/scheduler.h"
 
@@ -14,7 +17,8 @@ namespace {
 
 // A command is heard once in 5 ms, travels to the tick within a period and acts there.
 constexpr std::int64_t kStopNs = 20 * kMillisecond;
-// The simulated drives brake with twice the joint's acceleration: 400 mm/s takes 50 ms, and the servo follows.
+// The simulated drives brake with twice the joint's acceleration: 400 mm/s takes 50 ms, and the servo
+// follows.
 constexpr std::uint64_t kBrakePeriods = 150;
 constexpr double kStands_mm = 1e-4, kBegins_mm = 0.1;
 
@@ -116,7 +120,8 @@ void WatchedDrives::judge_stop(const Feedback& feedback) {
   if (stop_due_ns_ == 0) return;
   const Scheduler& scheduler = *Scheduler::current();
   if (scheduler.now_ns() > stop_due_ns_ + (scheduler.held_ns() - stop_held_ns_))
-    Chronicle::finding("emergency stop", fmt::format("20 ms after the command the drives still follow setpoints"));
+    Chronicle::finding("emergency stop",
+                       fmt::format("20 ms after the command the drives still follow setpoints"));
 }
 
 void WatchedDrives::judge_rest(const Feedback& feedback) {
@@ -126,8 +131,9 @@ void WatchedDrives::judge_rest(const Feedback& feedback) {
   if (stopped_at_ == 0 || period_ < stopped_at_ + kBrakePeriods) return;
   for (Eigen::Index i = 0; i < feedback.q.size(); ++i)
     if (std::abs(feedback.q[i] - q_last_[i]) > kStands_mm)
-      Chronicle::finding("at rest", fmt::format("{} still moves {} periods after the quick stop",
-                                                machine_.joints[static_cast<std::size_t>(i)].name, kBrakePeriods));
+      Chronicle::finding("at rest",
+                         fmt::format("{} still moves {} periods after the quick stop",
+                                     machine_.joints[static_cast<std::size_t>(i)].name, kBrakePeriods));
 }
 
 }  // namespace trn::world

@@ -4,6 +4,7 @@
 #include <random>
 
 #include "app/check/limit_judge.h"
+#include "core/axes.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "sim/simulated_drives.h"
@@ -19,7 +20,8 @@ struct DriveMalice {
 /// in which it is sent, and so is how long the drives take to be told to stop, and to stand.
 class WatchedDrives final : public Drives {
  public:
-  WatchedDrives(SimulatedDrives& inner, const Machine& machine, const DriveMalice& malice, std::uint64_t seed);
+  WatchedDrives(SimulatedDrives& inner, const Machine& machine, const DriveMalice& malice,
+                std::uint64_t seed);
 
   void bring_up() override { inner_.bring_up(); }
   void shut_down() noexcept override;
