@@ -128,7 +128,8 @@ void WatchedDrives::judge_rest(const Feedback& feedback) {
   const bool braking = feedback.state == DriveState::kQuickStop || feedback.state == DriveState::kFault ||
                        feedback.state == DriveState::kLost;
   if (!braking) stopped_at_ = 0;
-  if (stopped_at_ == 0 || period_ < stopped_at_ + kBrakePeriods) return;
+  const bool heard_again = period_ == lost_until_;  // the place jumps from the last one that was told
+  if (heard_again || stopped_at_ == 0 || period_ < stopped_at_ + kBrakePeriods) return;
   for (Eigen::Index i = 0; i < feedback.q.size(); ++i)
     if (std::abs(feedback.q[i] - q_last_[i]) > kStands_mm)
       Chronicle::finding("at rest",
