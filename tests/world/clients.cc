@@ -45,6 +45,11 @@ class Operator {
       : world_(world), offsets_(offsets), dice_(seed), client_(world.config) {}
 
   void work() {
+    if (world_.home_first) {
+      client_.wait_status([](const auto& status) { return status.state == "idle"; }, 0.5);
+      tell(command_of(command_t::HOME, 0, "", -1));
+      client_.wait_status([](const auto& status) { return status.state != "homing"; }, 3);
+    }
     while (!world_.closing) {
       dice_.think(dice_.below(4) == 0 ? 600 : 60);
       act();
@@ -90,7 +95,7 @@ class Operator {
         tell(command_of(command_t::RESUME));
         return;
       case 6:
-        tell(command_of(command_t::MDI, 0, draw_line(dice_.random)));
+        tell(command_of(command_t::MDI, 0, draw_line(dice_.random, world_.means)));
         return;
       case 7:
         tell(command_of(command_t::JOG, dice_.between(-20, 20), "", dice_.below(3)));

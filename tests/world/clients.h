@@ -10,6 +10,7 @@
 
 #include "app/daemon/command_client.h"
 #include "hal/lcm_messages.h"
+#include "tests/world/programs.h"
 #include "tests/world/watched_drives.h"
 
 namespace trn::world {
@@ -19,6 +20,8 @@ struct ClientWorld {
   CommandClient::Config config;
   std::vector<std::string> programs;  ///< paths
   WatchedDrives& drives;
+  Means means;
+  bool home_first = false;
   std::atomic<bool> closing = false;  ///< the daemon was told to end: it need not answer any more
 };
 

@@ -33,6 +33,7 @@
 #include "tests/support/paths.h"
 #include "tests/world/clients.h"
 #include "tests/world/disk.h"
+#include "tests/world/harm.h"
 #include "tests/world/programs.h"
 #include "tests/world/promises.h"
 #include "tests/world/scheduler.h"
@@ -49,7 +50,8 @@ constexpr double kPatience_s = 5;  // of a client
 /// Everything that a seed decides at the beginning.
 struct Fate {
   Malice malice;
-  DriveMalice drives;
+  double drive_faults = 0;  ///< share of the periods
+  bool on_can = false;
   DiskMalice disk;
   std::int64_t length_ns = 0;
   bool power_cut = false, guarded = false, harassed = false, doubted = false;
@@ -58,14 +60,14 @@ struct Fate {
 
 bool one_in(std::mt19937_64& random, unsigned count) { return random() % count == 0; }
 
-Fate draw_fate(std::mt19937_64& random) {
+Fate draw_fate(std::uint64_t seed, std::mt19937_64& random) {
   Fate fate;
   fate.malice.switch_share = one_in(random, 2) ? 0.02 : 0.3;
   if (one_in(random, 2)) fate.malice.hold_share = 0.0003;
   fate.malice.hold_ns = one_in(random, 4) ? 400 * kMillisecond : 5 * kMillisecond;
   fate.malice.tick_hold_ns = 3 * kMillisecond;
   if (one_in(random, 2)) fate.malice.spurious_share = 0.1;
-  if (one_in(random, 3)) fate.drives.fault_share = 0.0007;
+  if (one_in(random, 3)) fate.drive_faults = 0.0007;
   if (one_in(random, 3))
     fate.disk = {one_in(random, 2) ? 0.1 : 0, 0.3, one_in(random, 2) ? 60 * kMillisecond : 0};
   fate.length_ns = 2 * kSecond + static_cast<std::int64_t>(random() % (4 * kSecond));
@@ -73,6 +75,7 @@ Fate draw_fate(std::mt19937_64& random) {
   fate.guarded = one_in(random, 2);
   fate.harassed = one_in(random, 2);
   fate.doubted = one_in(random, 2);
+  fate.on_can = seed % 3 == 0;
   fate.programs = 1 + static_cast<int>(random() % 3);
   return fate;
 }
@@ -117,7 +120,7 @@ void write_text(const std::string& path, const std::string& text) { std::ofstrea
 class Life {
  public:
   Life(std::uint64_t seed, std::string folder)
-      : random_(seed), folder_(std::move(folder)), fate_(draw_fate(random_)), offsets_(kFirstOffset_mm) {}
+      : random_(seed), folder_(std::move(folder)), fate_(draw_fate(seed, random_)), offsets_(kFirstOffset_mm) {}
 
   const Fate& fate() const { return fate_; }
   void run();
@@ -129,6 +132,7 @@ class Life {
   void judge_disk();
   void judge_replay(const std::string& machine);
   std::string vars() const { return folder_ + "/kept/mill.var"; }
+  Means means() const { return {!fate_.on_can, fate_.on_can}; }
   std::string log() const { return folder_ + "/session.log"; }
   std::string trace() const { return folder_ + "/trace.csv"; }
 
@@ -147,7 +151,7 @@ void Life::prepare() {
   write_text(vars(), parameters_text(parameters));
   for (int i = 0; i < fate_.programs; ++i) {
     programs_.push_back(fmt::format("{}/part{}.ngc", folder_, i));
-    write_text(programs_.back(), draw_program(random_));
+    write_text(programs_.back(), draw_program(random_, means()));
   }
   Disk::begin(folder_ + "/kept", fate_.disk, random_());
 }
@@ -172,15 +176,16 @@ void Life::judge_disk() {
 }
 
 void Life::serve(Assembly& assembly) {
-  auto* const inner = dynamic_cast<SimulatedDrives*>(assembly.drives.get());
-  WatchedDrives drives(*inner, assembly.machine, fate_.drives, random_());
+  const auto joints = static_cast<Eigen::Index>(assembly.machine.joints.size());
+  const std::unique_ptr<Harm> harm = make_harm(*assembly.drives, joints, fate_.drive_faults, random_());
+  WatchedDrives drives(*assembly.drives, assembly.machine, *harm);
   auto plans = std::make_unique<RatePlannerThread>(assembly.plan_joints, assembly.machine.period_s);
   RatePlannerThread& rate_plans = *plans;
   assembly.rate_plans = std::move(plans);
   MotionQueue queue(kQueueBlocks);
   Door door(assembly.machine.name, assembly.access);
   Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait, drives, assembly.io.get(), rate_plans);
-  SessionLog session_log(make_log_file(log()), session_head("mill", "", vars(), false));
+  SessionLog session_log(make_log_file(log()), session_head("machine", "", vars(), false));
   Parameters parameters;
   load_parameters(vars(), parameters);
   PlannerListeners listeners = planner_listeners(&session_log, nullptr);
@@ -189,7 +194,7 @@ void Life::serve(Assembly& assembly) {
   };
   TraceWriter record(trace(), assembly.machine, *assembly.map, *assembly.corrections.setpoint, false, true);
   PlannerThread programs(assembly, queue, parameters, {}, listeners, {vars(), ""});
-  ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives};
+  ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives, means(), fate_.on_can};
   std::vector<std::thread> clients;
   clients.emplace_back([&, seed = random_()] { operate(world, offsets_, seed); });
   if (fate_.guarded) clients.emplace_back([&, seed = random_()] { guard(world, seed); });
@@ -231,7 +236,7 @@ void Life::judge_replay(const std::string& machine) {
 
 void Life::run() {
   prepare();
-  const std::string machine = source_dir() + "/configs/mill.toml";
+  const std::string machine = source_dir() + (fate_.on_can ? "/configs/cradle_can.toml" : "/configs/mill.toml");
   {
     Assembly assembly = assemble(machine);
     assembly.lcm.url.clear();

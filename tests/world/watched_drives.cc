@@ -3,7 +3,10 @@
 #include <fmt/format.h>
 
 #include <bit>
+#include <chrono>
 #include <cmath>
+#include <stdexcept>
+#include <thread>
 
 #include "app/check/trace_reader.h"
 #include "core/fault.h"
@@ -19,19 +22,36 @@ namespace {
 constexpr std::int64_t kStopNs = 20 * kMillisecond;
 // The simulated drives brake with twice the joint's acceleration: 400 mm/s takes 50 ms, and the servo
 // follows.
-constexpr std::uint64_t kBrakePeriods = 150;
-constexpr double kStands_mm = 1e-4, kBegins_mm = 0.1;
+constexpr double kBrake_s = 0.15;
+constexpr double kStands = 1e-4, kBegins_mm = 0.1;
 
 }  // namespace
 
-WatchedDrives::WatchedDrives(SimulatedDrives& inner, const Machine& machine, const DriveMalice& malice,
-                             std::uint64_t seed)
+WatchedDrives::WatchedDrives(Drives& inner, const Machine& machine, Harm& harm)
     : inner_(inner),
       machine_(machine),
-      malice_(malice),
-      random_(seed),
+      harm_(harm),
       judge_(machine.joints, machine.period_s),
-      q_last_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))) {}
+      q_last_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
+      place_last_(q_last_) {}
+
+void WatchedDrives::bring_up() {
+  if (!harm_.one_thread()) return inner_.bring_up();
+  asked_ = true;
+  while (asked_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  if (!refusal_.empty()) throw std::runtime_error(refusal_);
+}
+
+void WatchedDrives::bring_up_if_asked() {
+  if (!asked_) return;
+  refusal_.clear();
+  try {
+    inner_.bring_up();
+  } catch (const std::exception& error) {
+    refusal_ = error.what();
+  }
+  asked_ = false;
+}
 
 void WatchedDrives::shut_down() noexcept {
   stopped_at_ = 0;
@@ -40,41 +60,19 @@ void WatchedDrives::shut_down() noexcept {
 
 void WatchedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) noexcept {
   ++period_;
-  do_harm();
+  bring_up_if_asked();
+  harm_.step();
   inner_.exchange(setpoints, feedback);
   for (const double q : setpoints.q) Chronicle::count(std::bit_cast<std::uint64_t>(q));
   judge(setpoints, feedback.state == DriveState::kEnabled);
   judge_stop(feedback);
   judge_rest(feedback);
   q_last_ = feedback.q;
+  place_last_ = harm_.places();
 }
 
-void WatchedDrives::do_harm() {
-  const auto joints = machine_.joints.size();
-  if (period_ == lost_until_)
-    for (std::size_t i = 0; i < joints; ++i) inner_.joint(static_cast<int>(i)).set_lost(false);
-  if (period_ == stuck_until_)
-    for (std::size_t i = 0; i < joints; ++i) inner_.joint(static_cast<int>(i)).set_stuck(false);
-  const double share = static_cast<double>(random_() >> 11) * 0x1p-53;
-  if (share >= malice_.fault_share) return;
-  SimulatedJoint& joint = inner_.joint(static_cast<int>(random_() % joints));
-  const std::uint64_t until = period_ + 1 + random_() % 400;
-  switch (random_() % 4) {
-    case 0:
-      Chronicle::note("harm: a drive faults");
-      return joint.fail(Fault::kDriveFault);
-    case 1:
-      Chronicle::note("harm: a drive does not answer");
-      lost_until_ = until;
-      return joint.set_lost(true);
-    case 2:
-      Chronicle::note("harm: an axis is stuck");
-      stuck_until_ = until;
-      return joint.set_stuck(true);
-    default:
-      Chronicle::note("harm: brown-out, all drives restart");
-      for (std::size_t i = 0; i < joints; ++i) inner_.joint(static_cast<int>(i)).power_cycle();
-  }
+std::uint64_t WatchedDrives::brake_periods() const {
+  return static_cast<std::uint64_t>(std::ceil(kBrake_s / machine_.period_s));
 }
 
 // A drive that has just been enabled obeys the next setpoint: that one begins where the joint stands.
@@ -128,13 +126,12 @@ void WatchedDrives::judge_rest(const Feedback& feedback) {
   const bool braking = feedback.state == DriveState::kQuickStop || feedback.state == DriveState::kFault ||
                        feedback.state == DriveState::kLost;
   if (!braking) stopped_at_ = 0;
-  const bool heard_again = period_ == lost_until_;  // the place jumps from the last one that was told
-  if (heard_again || stopped_at_ == 0 || period_ < stopped_at_ + kBrakePeriods) return;
-  for (Eigen::Index i = 0; i < feedback.q.size(); ++i)
-    if (std::abs(feedback.q[i] - q_last_[i]) > kStands_mm)
-      Chronicle::finding("at rest",
-                         fmt::format("{} still moves {} periods after the quick stop",
-                                     machine_.joints[static_cast<std::size_t>(i)].name, kBrakePeriods));
+  if (harm_.mended() || stopped_at_ == 0 || period_ < stopped_at_ + brake_periods()) return;
+  const JointVec places = harm_.places();
+  for (Eigen::Index i = 0; i < places.size(); ++i)
+    if (std::abs(places[i] - place_last_[i]) > kStands)
+      Chronicle::finding("at rest", fmt::format("{} still moves {:g} s after the quick stop",
+                                                machine_.joints[static_cast<std::size_t>(i)].name, kBrake_s));
 }
 
 }  // namespace trn::world
