@@ -8,7 +8,8 @@ usage() {
   cat <<'END'
 usage: ./test.sh [--long] [--asan | --tsan | --debug] [-R REGEX] [-j N]
 
-  --long   the long form of the proofs (a million poses) and clang-tidy on every file; tens of minutes
+  --long   the long form of the proofs (a million poses, 100,000 sessions of the simulated world) and clang-tidy on
+           every file; hours
   --asan   address and undefined-behaviour sanitizers    --tsan  thread sanitizer    --debug  no optimisation
   -R       only the tests whose name matches REGEX
 END

@@ -8,7 +8,7 @@
 #include <string>
 #include <vector>
 
-#include "app/daemon/command_client.h"
+#include "app/client/command_client.h"
 #include "hal/lcm_messages.h"
 #include "tests/world/programs.h"
 #include "tests/world/watched_drives.h"

@@ -12,6 +12,7 @@
 #include "sim/canopen/emulated_node.h"
 #include "sim/canopen/virtual_bus.h"
 #include "sim/simulated_drives.h"
+#include "sim/simulated_joint.h"
 #include "tests/world/promises.h"
 
 namespace trn::world {
@@ -60,7 +61,8 @@ class CanHarm final : public Harm {
   JointVec places() override {
     const auto& nodes = field_.config().buses[0].nodes;
     JointVec q = JointVec::Zero(static_cast<Eigen::Index>(nodes.size()));
-    for (std::size_t i = 0; i < nodes.size(); ++i) q[nodes[i].link.joint] = field_.node(0, i).drive().joint().measured();
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      q[nodes[i].link.joint] = field_.node(0, i).drive().joint().measured();
     return q;
   }
 
@@ -94,7 +96,8 @@ class CanHarm final : public Harm {
     Chronicle::note("harm: noise on the bus");
     for (int frames = 1 + below(6); frames > 0; --frames) {
       CanFrame frame = make_frame(static_cast<std::uint32_t>(below(0x800)), {0, 0, 0, 0, 0, 0, 0, 0});
-      for (int i = 0; i < 8; ++i) frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(below(256));
+      for (int i = 0; i < 8; ++i)
+        frame.data[static_cast<std::size_t>(i)] = static_cast<std::uint8_t>(below(256));
       bus.inject(frame);
     }
   }
@@ -122,7 +125,8 @@ class CanHarm final : public Harm {
         {T::kSlow, 3000, true, "a node answers late"},
     };
     const Row& row = kRows[kind];
-    const auto victim = static_cast<std::size_t>(below(static_cast<int>(field_.config().buses[0].nodes.size())));
+    const auto victim =
+        static_cast<std::size_t>(below(static_cast<int>(field_.config().buses[0].nodes.size())));
     field_.node(0, victim).trouble(row.trouble, row.value, field_.bus(0).now_ns());
     if (!row.lasts) return Chronicle::note(fmt::format("harm: {}", row.text));
     for_a_while(row.text, [this, victim, trouble = row.trouble] {
@@ -154,7 +158,8 @@ void Harm::for_a_while(const char* what, std::function<void()> mend) {
 std::unique_ptr<Harm> make_harm(Drives& drives, Eigen::Index joints, double share, std::uint64_t seed) {
   if (auto* const simulated = dynamic_cast<SimulatedDrives*>(&drives))
     return std::make_unique<SimulatedHarm>(*simulated, joints, share, seed);
-  if (auto* const field = dynamic_cast<EmulatedCanDrives*>(&drives)) return std::make_unique<CanHarm>(*field, share, seed);
+  if (auto* const field = dynamic_cast<EmulatedCanDrives*>(&drives))
+    return std::make_unique<CanHarm>(*field, share, seed);
   return nullptr;
 }
 

@@ -24,7 +24,8 @@ class Harm {
   /// Before each exchange.
   void step();
   void calm_down() { share_ = 0; }
-  /// Encoders' places, mm or rad. A drive that was not heard may tell of a way at once when it is heard again.
+  /// Encoders' places, mm or rad. A drive that was not heard may tell of a way at once when it is heard
+  /// again.
   virtual JointVec places() = 0;
   /// In this period something was mended.
   bool mended() const { return mended_; }

@@ -18,7 +18,8 @@ int one_of(std::mt19937_64& random, int count) {
 
 std::string place(std::mt19937_64& random, const Means& means) {
   const std::string turn =
-      means.rotary ? fmt::format(" A{:.2f} C{:.2f}", between(random, -60, 60), between(random, -180, 180)) : "";
+      means.rotary ? fmt::format(" A{:.2f} C{:.2f}", between(random, -60, 60), between(random, -180, 180))
+                   : "";
   return fmt::format("X{:.3f} Y{:.3f} Z{:.3f}", between(random, -120, 120), between(random, -120, 120),
                      between(random, -10, 90)) +
          turn;
@@ -75,7 +76,8 @@ std::string draw_line(std::mt19937_64& random, const Means& means) {
 std::string draw_program(std::mt19937_64& random, const Means& means) {
   std::string text = "G21 G90 G17 G94 G64 P0.01\n";
   const int lines = 3 + one_of(random, 30);
-  for (int i = 0; i < lines; ++i) text += (one_of(random, 6) == 0 ? wave(random) : draw_line(random, means)) + "\n";
+  for (int i = 0; i < lines; ++i)
+    text += (one_of(random, 6) == 0 ? wave(random) : draw_line(random, means)) + "\n";
   return text + "M2\n";
 }
 

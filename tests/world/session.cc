@@ -120,7 +120,10 @@ void write_text(const std::string& path, const std::string& text) { std::ofstrea
 class Life {
  public:
   Life(std::uint64_t seed, std::string folder)
-      : random_(seed), folder_(std::move(folder)), fate_(draw_fate(seed, random_)), offsets_(kFirstOffset_mm) {}
+      : random_(seed),
+        folder_(std::move(folder)),
+        fate_(draw_fate(seed, random_)),
+        offsets_(kFirstOffset_mm) {}
 
   const Fate& fate() const { return fate_; }
   void run();
@@ -236,7 +239,8 @@ void Life::judge_replay(const std::string& machine) {
 
 void Life::run() {
   prepare();
-  const std::string machine = source_dir() + (fate_.on_can ? "/configs/cradle_can.toml" : "/configs/mill.toml");
+  const std::string machine =
+      source_dir() + (fate_.on_can ? "/configs/cradle_can.toml" : "/configs/mill.toml");
   {
     Assembly assembly = assemble(machine);
     assembly.lcm.url.clear();

@@ -49,7 +49,7 @@ class WatchedDrives final : public Drives {
   std::int64_t stop_due_ns_ = 0, stop_held_ns_ = 0;  ///< 0: none is due
   std::uint64_t stopped_at_ = 0;                     ///< period of the quick stop that is not over; 0: none
   bool was_enabled_ = false;
-  JointVec q_last_, place_last_;  ///< as the drives told it, as it is
+  JointVec q_last_, place_last_;     ///< as the drives told it, as it is
   std::atomic<bool> asked_ = false;  ///< to bring up the drives, in the tick's thread
   std::string refusal_;              ///< why that failed
 };
