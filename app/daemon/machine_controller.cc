@@ -276,7 +276,8 @@ void MachineController::enter_state(MachineState before) {
   if (now == before) return;
   spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
   if (now == MachineState::kFault) {
-    const FaultInfo& fault = fault_info(report_.fault);
+    unnamed_ = before == MachineState::kStarting ? Fault::kDriveNotReady : Fault::kDriveDropped;
+    const FaultInfo& fault = fault_info(shown_report().fault);
     spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
     std::string detail = explain(report_.failed_check);
     if (detail.empty()) detail = parts_.drives.explain_fault(report_.fault_joint);
@@ -555,7 +556,7 @@ void MachineController::publish_status() {
   status_due_ = false;
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = status_;
-  fill_status(parts_.machine, supervisor_.state(), report_, parts_.statistics, status);
+  fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, kMessageBytesMax);
   status.bus_health = parts_.drives.health();
   add_corrections(report_, parts_.programs.corrections_off(), parts_.map, parts_.chain, status);

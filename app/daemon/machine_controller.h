@@ -103,6 +103,12 @@ class MachineController {
   void machine_event(Event event);
   void act(std::uint32_t actions);
   void enter_state(MachineState before);
+  /// Drives that are off and tell no fault have one all the same.
+  CycleReport shown_report() const {
+    CycleReport shown = report_;
+    if (supervisor_.state() == MachineState::kFault && shown.fault == Fault::kOk) shown.fault = unnamed_;
+    return shown;
+  }
 
   void post(RtCommand command);
   std::uint32_t unheard() const { return last_id_ - heard_id_; }
@@ -139,7 +145,8 @@ class MachineController {
   std::array<const char*, kMaxSetpointCorrections>
       warned_;  ///< what each correction behind the plan last said
   Fault last_fault_ = Fault::kOk;
-  std::uint32_t last_id_ = 0;  ///< of the commands to the tick
+  Fault unnamed_ = Fault::kOk;  ///< behind the state `fault`, where the tick has latched none
+  std::uint32_t last_id_ = 0;   ///< of the commands to the tick
   RtCommand last_posted_;
   bool told_full_ = false;                   ///< that the tick takes no commands
   std::atomic<std::uint32_t> heard_id_ = 0;  ///< of the last command that the tick has heard

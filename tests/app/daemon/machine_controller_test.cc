@@ -480,6 +480,17 @@ TEST(MachineController, EndsMotionThenDrivesThenItself) {
   EXPECT_FALSE(bench.controller.hangs());
 }
 
+// As when a contactor falls: the operator must not read "fault: ok".
+TEST(MachineController, DrivesThatAreOffWithoutAFaultAreNamed) {
+  Bench bench;
+  bench.start_program();
+  bench.now.drives = DriveState::kOff;
+  bench.tick();
+  EXPECT_EQ(bench.controller.state(), MachineState::kFault);
+  bench.until([&] { return bench.status && bench.status->state == "fault"; });
+  EXPECT_EQ(bench.status->fault, "drive_dropped");
+}
+
 /// Lets go whoever waits at the gate, at the latest when the test is over.
 struct Release {
   explicit Release(std::promise<void>& gate_in) : gate(gate_in) {}
