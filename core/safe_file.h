@@ -16,6 +16,8 @@ struct FileError : std::runtime_error {
 /// folder. When this returns, the text is on the disk. A new file gets mode 0640, one that is replaced keeps
 /// its mode and, as far as the system allows, its owner. FileError, with the old file untouched, if the disk
 /// is full, the folder cannot be written, or `path` is read-only (also for root), a link or no regular file.
+/// One exception: a disk that fails while the folder is synced, as the last step, leaves the new content with
+/// a FileError, and after a power cut the old or the new.
 void write_file_safely(const std::string& path, std::string_view text);
 
 /// Throws as `write_file_safely` would for what can be known beforehand; writes nothing.
