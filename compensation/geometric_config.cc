@@ -17,7 +17,7 @@ namespace trn {
 namespace {
 
 constexpr double kRadPerArcsec = kRadPerDeg / 3600;
-constexpr char kAxes[] = "xyz", kTurns[] = "abc";
+constexpr char kOffsets[] = "xyz", kTurns[] = "abc";
 
 int joint_of(const Machine& machine, const ConfigTable& table) {
   std::vector<std::string> names;
@@ -58,7 +58,7 @@ ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
     throw table.error(at, "the places of a periodic table must span 360 degrees");
   ErrorTables out;
   for (std::size_t i = 0; i < 3; ++i) {
-    out.offset[i] = read_column(table, fmt::format("e{}_mm", kAxes[i]), 1, places, periodic);
+    out.offset[i] = read_column(table, fmt::format("e{}_mm", kOffsets[i]), 1, places, periodic);
     out.tilt[i] = read_column(table, fmt::format("e{}_arcsec", kTurns[i]), kRadPerArcsec, places, periodic);
   }
   return out;
@@ -77,7 +77,7 @@ void read_axis_errors(const Machine& machine, const ConfigTable& section, Actual
     // 10 mm and 2 degrees are no errors any more but another machine; most likely the unit is wrong.
     const Range mm{-10, 10}, arcsec{-7200, 7200};
     for (int i = 0; i < 3; ++i) {
-      axis.location.offset[i] = table.number(fmt::format("e{}0_mm", kAxes[i]), 0, mm);
+      axis.location.offset[i] = table.number(fmt::format("e{}0_mm", kOffsets[i]), 0, mm);
       axis.location.tilt[i] = kRadPerArcsec * table.number(fmt::format("e{}0_arcsec", kTurns[i]), 0, arcsec);
     }
     axis.tables.clear();

@@ -7,7 +7,7 @@ namespace trn {
 
 namespace {
 // One a thread: the tick's failures are not the planner's.
-thread_local CheckFailure* note = nullptr;
+thread_local CheckFailure* note_here = nullptr;
 }  // namespace
 
 std::string explain(const CheckFailure& failure) {
@@ -17,14 +17,14 @@ std::string explain(const CheckFailure& failure) {
 }
 
 // Scopes may lie within each other; at the end of the inner one the note of the outer one is in force again.
-CheckScope::CheckScope(CheckFailure& into) TRN_RT : before_(note) { note = &into; }
+CheckScope::CheckScope(CheckFailure& into) TRN_RT : before_(note_here) { note_here = &into; }
 
-CheckScope::~CheckScope() { note = before_; }
+CheckScope::~CheckScope() { note_here = before_; }
 
 void check_failed(const char* file, int line, const char* condition) TRN_RT {
-  if (note) {
+  if (note_here) {
     // The first failure is told. What fails behind it works with values that are wrong already.
-    if (!*note) *note = {file, line, condition};
+    if (!*note_here) *note_here = {file, line, condition};
     return;
   }
   // Outside of the tick and the planner nobody takes the note. The process ends, and the drives stop because

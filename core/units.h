@@ -8,6 +8,7 @@ namespace trn {
 inline constexpr double kPi = std::numbers::pi;
 inline constexpr double kRadPerDeg = kPi / 180.0;
 inline constexpr double kDegPerRad = 180.0 / kPi;
+inline constexpr double kArcsecPerRad = 3600 * kDegPerRad;
 inline constexpr double kMmPerInch = 25.4;
 
 constexpr double rad_from_deg(double angle_deg) { return angle_deg * kRadPerDeg; }

@@ -11,8 +11,6 @@ namespace {
 
 constexpr double kStopReserve = 2;  // plan time of a stop over the time of a joint's shortest stop
 constexpr double kLeadS = 0.002;
-constexpr double kNearS = 1e-12;
-constexpr double kRest = 1e-9;  // of the rate: no difference
 
 // r = r0 + w0 t + u t^2 / 2, and plan time is its integral.
 double pass(RateState& state, double u, double duration_s) TRN_RT {
@@ -62,13 +60,13 @@ double RateState::follow(const RatePlan& plan, double time_s) TRN_RT {
   TRN_CHECK(time_s >= 0);
   TRN_CHECK(next >= 0 && next <= plan.count);
   double passed = 0;
-  while (time_s > kNearS && next < plan.count) {
+  while (time_s > kNoTime_s && next < plan.count) {
     const RateStep& step = plan.steps[static_cast<std::size_t>(next)];
     const double dt = std::min(time_s, step.duration_s - spent_s);
     passed += pass(*this, step.u, dt);
     time_s -= dt;
     spent_s += dt;
-    if (spent_s < step.duration_s - kNearS) continue;
+    if (spent_s < step.duration_s - kNoTime_s) continue;
     ++next;
     spent_s = 0;
     if (next == plan.arrival) {  // exactly there: sums of steps end beside it by rounding
@@ -76,12 +74,12 @@ double RateState::follow(const RatePlan& plan, double time_s) TRN_RT {
       slope = 0;
     }
     if (next == plan.count) {
-      TRN_CHECK(plan.end_rate >= -kRest && plan.end_rate <= 2);
+      TRN_CHECK(plan.end_rate >= -kNoRate && plan.end_rate <= 2);
       rate = plan.end_rate;
       slope = 0;
     }
   }
-  return time_s > kNearS ? passed + pass(*this, 0, time_s) : passed;
+  return time_s > kNoTime_s ? passed + pass(*this, 0, time_s) : passed;
 }
 
 }  // namespace trn

@@ -10,6 +10,9 @@
 
 namespace trn {
 
+/// Below these a time (s) and a rate count as none.
+inline constexpr double kNoTime_s = 1e-12, kNoRate = 1e-9;
+
 /// A time with constant second derivative u of the rate.
 struct RateStep {
   double duration_s = 0, u = 0;

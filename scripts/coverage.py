@@ -28,7 +28,8 @@ def run(*command, **more):
 def build(build_folder, folder):
     library = LIBRARIES[folder]
     for where, targets, option in ((RELEASE, TARGETS, ""), (build_folder, [library], folder)):
-        run("cmake", "-S", ROOT, "-B", where, "-GNinja", "-DCMAKE_BUILD_TYPE=Release", "-DTRN_COVERAGE=" + option)
+        run("cmake", "-S", ROOT, "-B", where, "-GNinja", "-DCMAKE_BUILD_TYPE=Release", "-DTRN_COVERAGE=" + option,
+            "-DTRN_UNITY=OFF")
         run("cmake", "--build", where, "--target", *targets)
     for target in TARGETS:
         link = run("ninja", "-C", RELEASE, "-t", "commands", target).splitlines()[-1]

@@ -141,7 +141,7 @@ class Copy:
         else:
             command = ["git", "-C", ROOT, "worktree", "add", "--detach", "--force", self.folder, "HEAD"]
         subprocess.run(command, check=True, capture_output=True)
-        subprocess.run(["cmake", "--preset", "release"], cwd=folder, check=True, capture_output=True)
+        subprocess.run(["cmake", "--preset", "release", "-DTRN_UNITY=OFF"], cwd=folder, check=True, capture_output=True)
 
     def close(self):
         subprocess.run(["git", "-C", ROOT, "worktree", "remove", "--force", self.folder], check=False)

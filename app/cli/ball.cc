@@ -23,7 +23,6 @@ namespace trn {
 
 namespace {
 
-constexpr double kArcsec = kDegPerRad * 3600;
 constexpr double kUmPerMm = 1000;
 
 struct FitOptions {
@@ -44,7 +43,7 @@ struct PlanOptions {
 };
 
 bool is_tilt(const BallParameter& p) { return p.kind == BallParameter::Kind::kTilt; }
-double shown(const BallParameter& p, double value) { return value * (is_tilt(p) ? kArcsec : kUmPerMm); }
+double shown(const BallParameter& p, double value) { return value * (is_tilt(p) ? kArcsecPerRad : kUmPerMm); }
 const char* unit_of(const BallParameter& p) { return is_tilt(p) ? "arcsec" : "um"; }
 bool is_place(const BallParameter& p) {
   return p.kind == BallParameter::Kind::kBall || p.kind == BallParameter::Kind::kRadius;
@@ -96,7 +95,7 @@ void print_fit(const BallFit& fit, const std::vector<double>& known) {
   fmt::print("condition of the Jacobian {:.1f}\n", fit.condition);
 }
 
-nlohmann::json json_of(const BallFit& fit, const std::vector<double>& known) {
+nlohmann::json fit_json(const BallFit& fit, const std::vector<double>& known) {
   nlohmann::json out = {{"contacts", fit.residual_mm.size()}, {"before_mm", fit.before_mm},
                         {"noise_mm", fit.noise_mm},           {"condition", fit.condition},
                         {"residual_mm", fit.residual_mm},     {"parameters", nlohmann::json::array()}};
@@ -121,7 +120,7 @@ Exit fit(const FitOptions& options) {
   const BallFit fit = fit_ball(known, read_all(options.contacts, assembly, off, options.probe));
   const std::vector<double> values = known_values(known, fit);
   if (options.json)
-    fmt::print("{}\n", json_of(fit, values).dump(2));
+    fmt::print("{}\n", fit_json(fit, values).dump(2));
   else
     print_fit(fit, values);
   const std::string section = ball_config_section(fit, assembly.machine);
@@ -208,16 +207,6 @@ Exit plan(const PlanOptions& options) {
   return Exit::kDone;
 }
 
-// What is thrown here without a kind of its own is about the measurements.
-template <typename Options>
-Exit guarded(Exit (*work)(const Options&), const Options& options) {
-  try {
-    return work(options);
-  } catch (const std::exception&) {
-    return tell_exception(Exit::kBadProgram);
-  }
-}
-
 void add_ball_fit(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<FitOptions>();
   CLI::App* app = parent.add_subcommand(
@@ -246,7 +235,7 @@ void add_ball_fit(CLI::App& parent, Exit& exit) {
       "acts like. On a turning table a probe that is too long, or does not run true, acts like a shift of "
       "the axes.\n"
       "Exit codes: 0 done, 2 bad contacts, 3 bad config, 5 usage.");
-  app->callback([options, &exit] { exit = guarded(&fit, *options); });
+  app->callback([options, &exit] { exit = judging_measurements(&fit, *options); });
 }
 
 void add_ball_plan(CLI::App& parent, Exit& exit) {
@@ -287,7 +276,7 @@ void add_ball_plan(CLI::App& parent, Exit& exit) {
       "Every position within the joints' ranges is tried in turn; the one that leaves the least of the axes' "
       "mean\n"
       "variance is next (A-optimal). Exit codes: 0 done, 2 bad contacts, 3 bad config, 5 usage.");
-  app->callback([options, &exit] { exit = guarded(&plan, *options); });
+  app->callback([options, &exit] { exit = judging_measurements(&plan, *options); });
 }
 
 }  // namespace

@@ -27,8 +27,6 @@ namespace trn {
 
 namespace {
 
-constexpr double kArcsec = kDegPerRad * 3600;
-
 struct RunOptions {
   std::string machine, truth, out = "ballbar";
   std::vector<std::string> tests{"a", "a_extended", "c", "c_extended"};
@@ -185,13 +183,13 @@ std::string config_section(const BallbarFit& fit, const Machine& machine) {
                          machine.joints[static_cast<std::size_t>(p.joint)].name);
     joint = p.joint;
     out += fmt::format("{}_{} = {:.9g}\n", p.name.substr(p.name.find('.') + 1), tilt ? "arcsec" : "mm",
-                       tilt ? p.value * kArcsec : p.value);
+                       tilt ? p.value * kArcsecPerRad : p.value);
   }
   return out;
 }
 
 double shown(const BallbarParameter& p, double value) {
-  return p.kind == BallbarParameter::Kind::kTilt ? value * kArcsec : 1000 * value;
+  return p.kind == BallbarParameter::Kind::kTilt ? value * kArcsecPerRad : 1000 * value;
 }
 const char* unit_of(const BallbarParameter& p) {
   return p.kind == BallbarParameter::Kind::kTilt ? "arcsec" : "um";
@@ -260,16 +258,6 @@ Exit identify(const IdentifyOptions& options) {
   return Exit::kDone;
 }
 
-// What is thrown here without a kind of its own is about the measurements.
-template <typename Options>
-Exit guarded(Exit (*work)(const Options&), const Options& options) {
-  try {
-    return work(options);
-  } catch (const std::exception&) {
-    return tell_exception(Exit::kBadProgram);
-  }
-}
-
 void add_ballbar_run(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run_app = parent.add_subcommand(
@@ -293,7 +281,7 @@ void add_ballbar_run(CLI::App& parent, Exit& exit) {
       ->expected(3);
   run_app->add_flag("--every-period", options->every_period,
                     "a reading every period, not every 0.25 or 0.5 deg");
-  run_app->callback([options, &exit] { exit = guarded(&run, *options); });
+  run_app->callback([options, &exit] { exit = judging_measurements(&run, *options); });
 }
 
 void add_ballbar_patterns(CLI::App& parent, Exit& exit) {
@@ -303,7 +291,7 @@ void add_ballbar_patterns(CLI::App& parent, Exit& exit) {
   app->add_option("--machine", options->machine, "machine config (.toml)")->required();
   app->add_option("--out", options->out, "folder for the pictures")->capture_default_str();
   app->add_option("--tests", options->tests, "as in 'run'");
-  app->callback([options, &exit] { exit = guarded(&patterns, *options); });
+  app->callback([options, &exit] { exit = judging_measurements(&patterns, *options); });
 }
 
 void add_ballbar_identify(CLI::App& parent, Exit& exit) {
@@ -321,7 +309,7 @@ void add_ballbar_identify(CLI::App& parent, Exit& exit) {
   identify_app->add_option("--noise-um", options->noise_um, "of one reading; default: from the residuals");
   identify_app->add_option("--write", options->write, "write the config section to this file");
   identify_app->add_flag("--json", options->json, "report as JSON (mm, rad)");
-  identify_app->callback([options, &exit] { exit = guarded(&identify, *options); });
+  identify_app->callback([options, &exit] { exit = judging_measurements(&identify, *options); });
 }
 
 }  // namespace

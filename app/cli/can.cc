@@ -241,7 +241,7 @@ std::string describe(const CanFrame& frame, const ObjectDictionary* eds) {
   return "";
 }
 
-Exit monitor(const CanOptions& options) {
+Exit print_frames(const CanOptions& options) {
   std::optional<ObjectDictionary> eds;
   if (!options.eds.empty()) eds = load_eds(options.eds, options.node);
   SocketCan bus(options.interface, {});
@@ -295,7 +295,7 @@ void add_can(CLI::App& app, Exit& exit) {
       ->required()
       ->check(CLI::IsMember({"start", "stop", "pre-operational", "reset-node", "reset-communication"}));
   nmt_app->add_option("node", options->nmt_node, "Node id; 0: all")->check(CLI::Range(0, kNodeIdMax));
-  CLI::App* monitor_app = add("monitor", "Print every frame, decoded", monitor);
+  CLI::App* monitor_app = add("monitor", "Print every frame, decoded", print_frames);
   monitor_app
       ->add_option("--eds", options->eds, "Data sheet of the nodes: names of the objects in SDO transfers")
       ->check(CLI::ExistingFile);

@@ -18,7 +18,7 @@ struct CheckTraceOptions {
   bool json = false;
 };
 
-constexpr const char kFooter[] =
+constexpr const char kCheckTraceFooter[] =
     "Position, velocity, acceleration and jerk of every motor joint, as first, second and third differences "
     "of\n"
     "the recorded setpoints over the time step, at rest before the first and after the last row, against "
@@ -54,7 +54,7 @@ void add_check_trace(CLI::App& app, Exit& exit) {
       ->required();
   command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
   command->add_flag("--json", options->json, "the verdict as JSON (mm, rad, s)");
-  command->footer(kFooter);
+  command->footer(kCheckTraceFooter);
   command->callback([options, &exit] { exit = judge(*options); });
 }
 

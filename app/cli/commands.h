@@ -1,6 +1,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <exception>
 
 namespace trn {
 
@@ -10,6 +11,17 @@ enum class Exit : int { kDone = 0, kBadProgram = 2, kBadConfig = 3, kMachineFaul
 /// In a handler: prints what was thrown and gives the exit code of its kind, `otherwise` if it is of none.
 /// Errors of the command line go on to whoever parsed it.
 Exit tell_exception(Exit otherwise);
+
+/// Runs the work of a command that reads measurements: what it throws without a kind of its own is about
+/// these.
+template <typename Options>
+Exit judging_measurements(Exit (*work)(const Options&), const Options& options) {
+  try {
+    return work(options);
+  } catch (const std::exception&) {
+    return tell_exception(Exit::kBadProgram);
+  }
+}
 
 /// Each adds one sub-command; its callback sets `exit` (kDone unless something failed).
 void add_run(CLI::App& app, Exit& exit);

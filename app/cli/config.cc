@@ -17,7 +17,7 @@ struct ConfigOptions {
   bool keys = false, json = false;
 };
 
-constexpr const char kFooter[] =
+constexpr const char kConfigFooter[] =
     "Every key of a machine's config with its range, unit, default and meaning, as docs/config.md has them:\n"
     "  trunnion config --keys > docs/config.md\n"
     "The readers of all kinds of machines and drives are run, and what they ask for is written down.\n"
@@ -37,7 +37,7 @@ void add_config(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand("config", "what the config of a machine may say");
   command->add_flag("--keys", options->keys, "every key that there is, as Markdown")->required();
   command->add_flag("--json", options->json, "the same as JSON");
-  command->footer(kFooter);
+  command->footer(kConfigFooter);
   command->callback([options, &exit] {
     show_keys(*options);
     exit = Exit::kDone;

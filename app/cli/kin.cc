@@ -30,7 +30,7 @@ struct KinOptions {
   std::string direction;
 };
 
-constexpr const char kFooter[] =
+constexpr const char kKinFooter[] =
     "One JSON object a line in, one a line out; mm and rad; p and u are tip and tool axis (from the tip "
     "towards\n"
     "the spindle) in the table frame. Blank lines are skipped.\n"
@@ -86,18 +86,18 @@ void check_keys(const Json& request, const std::vector<std::string>& legal) {
   }
 }
 
-Json json_of(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
+Json pose_json(const Vec3& v) { return {v.x(), v.y(), v.z()}; }
 
-Json json_of(const JointVec& q) {
+Json pose_json(const JointVec& q) {
   Json out = Json::array();
   for (const double value : q) out.push_back(value);
   return out;
 }
 
-Json json_of(const Pose& X) {
+Json pose_json(const Pose& X) {
   Json rows = Json::array();
-  for (int i = 0; i < 3; ++i) rows.push_back(json_of(Vec3(X.R.row(i))));
-  return {{"p", json_of(X.p)}, {"R", rows}};
+  for (int i = 0; i < 3; ++i) rows.push_back(pose_json(Vec3(X.R.row(i))));
+  return {{"p", pose_json(X.p)}, {"R", rows}};
 }
 
 Pose platform_at(const Json& request) {
@@ -153,7 +153,7 @@ class KinServer {
     ToolPose tool;
     const KinStatus status = tool_pose(*kinematics_, q, context, tool);
     if (status != KinStatus::kOk) return failed(status);
-    Json out{{"p", json_of(tool.p_B)}, {"u", json_of(tool.u_B)}};
+    Json out{{"p", pose_json(tool.p_B)}, {"u", pose_json(tool.u_B)}};
     if (Pose X_BS; platform_ && kinematics_->forward(q, X_BS) == KinStatus::kOk)
       add_platform(platform_->platform_from_spindle(X_BS), out);
     return out;
@@ -198,14 +198,14 @@ class KinServer {
 
   Json report(KinStatus status, const JointVec& q) const {
     if (status != KinStatus::kOk) return failed(status);
-    Json out{{"q", json_of(q)}};
+    Json out{{"q", pose_json(q)}};
     if (Pose X_RP; platform_ && platform_->platform(q, X_RP) == KinStatus::kOk) add_platform(X_RP, out);
     return out;
   }
 
   /// Where the platform stands and how near it is to what it cannot do.
   void add_platform(const Pose& X_RP, Json& out) const {
-    out["platform"] = json_of(X_RP);
+    out["platform"] = pose_json(X_RP);
     out["conditioning"] = platform_->conditioning(X_RP);
     if (const auto* hexapod = dynamic_cast<const Hexapod*>(platform_)) {
       out["joint_angle_deg"] = deg_from_rad(hexapod->joint_angle(X_RP));
@@ -272,7 +272,7 @@ void add_kin(CLI::App& app, Exit& exit) {
       ->required()
       ->check(CLI::IsMember({"forward", "inverse", "setpoint"}));
   command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
-  command->footer(kFooter);
+  command->footer(kKinFooter);
   command->callback([options, &exit] { exit = serve(*options); });
 }
 

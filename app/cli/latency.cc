@@ -39,7 +39,7 @@ struct LatencyOptions {
   bool json = false;
 };
 
-constexpr const char kFooter[] =
+constexpr const char kLatencyFooter[] =
     "Example: trunnion latency --seconds 3600 --svg latency.svg      beside the load that the machine will "
     "have\n"
     "A thread wakes once a period, as the daemon's tick does. How late it wakes is the host's doing: kernel, "
@@ -113,7 +113,7 @@ void print_text(const LoopStatistics& statistics, const std::vector<std::string>
         "processor help, in this order.\n");
 }
 
-Json json_of(const TimeHistogram& histogram) {
+Json histogram_json(const TimeHistogram& histogram) {
   Json buckets = Json::array();
   for (const TimeHistogram::Bucket& bucket : histogram.buckets())
     buckets.push_back({bucket.edge_us, bucket.count});
@@ -132,8 +132,8 @@ void print_json(const LoopStatistics& statistics, const std::vector<std::string>
                  {"overruns", statistics.overruns.load()},
                  {"realtime", refused.empty()},
                  {"refused", refused},
-                 {"wake", json_of(statistics.wake)},
-                 {"tick", json_of(statistics.tick)},
+                 {"wake", histogram_json(statistics.wake)},
+                 {"tick", histogram_json(statistics.tick)},
                  {"verdict_of_period_us", verdicts}};
   fmt::print("{}\n", out.dump());
 }
@@ -185,7 +185,7 @@ void add_latency(CLI::App& app, Exit& exit) {
   command->add_option("--cpu", options->cpu, "processor; -1: any")->check(CLI::Range(-1, 1023));
   command->add_option("--svg", options->svg, "also draw both histograms into this file");
   command->add_flag("--json", options->json, "one JSON object instead of text");
-  command->footer(kFooter);
+  command->footer(kLatencyFooter);
   command->callback([options, &exit] {
     try {
       exit = measure(*options);

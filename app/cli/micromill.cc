@@ -28,8 +28,6 @@ struct MicromillOptions {
   bool json = false, no_test_cut = false;
 };
 
-constexpr const char* kAxes[] = {"X", "Y"};
-
 using Json = nlohmann::ordered_json;
 
 void tell(const std::string& what) {
@@ -43,7 +41,7 @@ void print_now(const std::string& text) {
 }
 
 /// What is done and how long it may still take.
-class ProgressLine {
+class DoneLine {
  public:
   void operator()(const std::string& doing, double done) const {
     const double spent_s = std::chrono::duration<double>(Clock::now() - start_).count();
@@ -105,12 +103,12 @@ Exit train(const MicromillOptions& options) {
   Json out = {{"networks", options.networks}, {"seed", lab.seed()}};
   for (std::size_t i = 0; i < 2; ++i) {
     const TrainingRecord& r = networks.record[i];
-    out[kAxes[i]] = record_json(r);
+    out[kStageAxes[i]] = record_json(r);
     if (!options.json)
       fmt::print(
           "{}: {} samples, {} iterations; explains {:.1f} % of the training runs' variance, {:.1f} % of "
           "unseen runs' (left {:.3f} N rms)\n",
-          kAxes[i], r.samples, r.iterations, 100 * r.explained_training, 100 * r.explained_validation,
+          kStageAxes[i], r.samples, r.iterations, 100 * r.explained_training, 100 * r.explained_validation,
           r.rms_validation_N);
   }
   fmt::print("{}\n", options.json ? out.dump(2) : fmt::format("written to {}", options.networks));
@@ -123,18 +121,19 @@ Exit stiffness(const MicromillOptions& options) {
       options.networks.empty() ? learn(lab, training_runs(lab), options) : read_networks(options.networks);
   Json out = {{"seed", lab.seed()}};
   for (int axis = 0; axis < 2; ++axis) {
-    tell(fmt::format("presses the tool along {}", kAxes[axis]));
+    tell(fmt::format("presses the tool along {}", kStageAxes[axis]));
     const PressingResult result = press(lab, networks, axis);
     tell("");
-    out[kAxes[axis]] = {{"stiffness_N_mm", result.fit.stiffness_N_mm},
-                        {"sigma_N_mm", result.fit.sigma_N_mm},
-                        {"rms_N", result.fit.rms_N},
-                        {"true_N_mm", result.true_N_mm}};
+    out[kStageAxes[axis]] = {{"stiffness_N_mm", result.fit.stiffness_N_mm},
+                             {"sigma_N_mm", result.fit.sigma_N_mm},
+                             {"rms_N", result.fit.rms_N},
+                             {"true_N_mm", result.true_N_mm}};
     if (!options.json)
       fmt::print(
           "{}: k_t = {:.2f} N/mm (+- {:.2f}; the line leaves {:.3f} N rms; the simulator's tool has "
           "{:.2f})\n",
-          kAxes[axis], result.fit.stiffness_N_mm, result.fit.sigma_N_mm, result.fit.rms_N, result.true_N_mm);
+          kStageAxes[axis], result.fit.stiffness_N_mm, result.fit.sigma_N_mm, result.fit.rms_N,
+          result.true_N_mm);
   }
   if (options.json) fmt::print("{}\n", out.dump(2));
   return Exit::kDone;
@@ -162,7 +161,7 @@ Exit sweep(const MicromillOptions& options) {
     print_now(
         "layers  nodes  delays  weights  X: unseen explained %, left N   Y: unseen explained %, left N\n");
   Json out = Json::array();
-  const ProgressLine progress;
+  const DoneLine progress;
   for (std::size_t k = 0; k < shapes.size(); ++k) {
     progress(fmt::format("trains shape {} of {}", k + 1, shapes.size()),
              static_cast<double>(k) / static_cast<double>(shapes.size()));
@@ -196,7 +195,7 @@ Exit experiment(const MicromillOptions& options) {
   run.test_cut = !options.no_test_cut;
   run.training = choice(options);
   run.pictures = options.pictures;
-  run.progress = ProgressLine();
+  run.progress = DoneLine();
   if (!options.json) run.finished = [&run](const PlantResult& plant) { print_now(plant_text(run, plant)); };
   const std::vector<PlantResult> plants = run_experiment(run);
   print_now(options.json ? experiment_json(run, plants) : summary_text(run, plants));

@@ -25,7 +25,7 @@ struct WorkspaceFiles {
   WorkspaceOptions options;
 };
 
-constexpr const char kFooter[] =
+constexpr const char kWorkspaceFooter[] =
     "Places are tool tips in the table frame. A tilt counts as reached if the tool can lean that way in all\n"
     "directions the machine has. Conditioning: least over greatest singular value of the joints' speeds by\n"
     "tip and tool axis (100 mm to the radian); 0 is singular, and a five-axis machine is, upright.\n"
@@ -137,7 +137,7 @@ void add_workspace(CLI::App& app, Exit& exit) {
       ->check(CLI::Range(0.0, 180.0))
       ->capture_default_str();
   command->add_flag("--json", files->json, "the table as JSON");
-  command->footer(kFooter);
+  command->footer(kWorkspaceFooter);
   command->callback([files, &exit] { exit = workspace_command(*files); });
 }
 

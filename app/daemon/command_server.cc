@@ -17,8 +17,6 @@ namespace {
 using trunnion::acknowledge_t;
 using Clock = CommandGate::Clock;
 
-constexpr std::size_t kMessageBytesMax = 4000;  // a message of an error is text for people
-
 }  // namespace
 
 CommandServer::CommandServer(LocalServer& socket, const AccessRules& access, const LcmConfig& config,

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <functional>
@@ -19,6 +20,7 @@ namespace trn {
 /// waiting of all others. Lives in the thread that handles the socket.
 class CommandServer {
  public:
+  static constexpr std::size_t kMessageBytesMax = 4000;  ///< of an answer: text for people
   struct Answer {
     std::int8_t outcome = trunnion::acknowledge_t::ACCEPTED;  ///< as in acknowledge_t
     std::string message;

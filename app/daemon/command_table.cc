@@ -7,8 +7,6 @@ namespace trn {
 namespace {
 
 using trunnion::command_t;
-using Kind = RtCommand::Kind;
-
 constexpr std::array<CommandRow, command_t::SINGLE_BLOCK> kCommands{{
     {command_t::LOAD, Event::kLoad, {}, 0},
     {command_t::START, Event::kStart, {}, 0},
@@ -18,14 +16,14 @@ constexpr std::array<CommandRow, command_t::SINGLE_BLOCK> kCommands{{
     {command_t::MDI, Event::kMdi, {}, 0},
     {command_t::JOG, Event::kJog, {}, 0},
     {command_t::HOME, Event::kHome, {}, 0},
-    {command_t::OVERRIDE, {}, Kind::kOverride, 2},
+    {command_t::OVERRIDE, {}, RtCommand::Kind::kOverride, 2},
     {command_t::ESTOP, Event::kEstop, {}, 0},
     {command_t::RESET, Event::kReset, {}, 0},
     {command_t::CORRECTION, {}, {}, 0},
-    {command_t::RAPID_OVERRIDE, {}, Kind::kRapidOverride, 1},
-    {command_t::SPINDLE_OVERRIDE, {}, Kind::kSpindleOverride, 2},
-    {command_t::ADAPTIVE_FEED, {}, Kind::kAdaptiveFeed, 1},
-    {command_t::SINGLE_BLOCK, {}, Kind::kSingleBlock, 1},
+    {command_t::RAPID_OVERRIDE, {}, RtCommand::Kind::kRapidOverride, 1},
+    {command_t::SPINDLE_OVERRIDE, {}, RtCommand::Kind::kSpindleOverride, 2},
+    {command_t::ADAPTIVE_FEED, {}, RtCommand::Kind::kAdaptiveFeed, 1},
+    {command_t::SINGLE_BLOCK, {}, RtCommand::Kind::kSingleBlock, 1},
 }};
 
 // A row in a wrong place would be another command; one that says nothing would be acknowledged and do

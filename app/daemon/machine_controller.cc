@@ -27,7 +27,6 @@ constexpr auto kSwitchOffTime = std::chrono::seconds(3);
 constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
 constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
-constexpr std::size_t kMessageBytesMax = 4000;
 
 CommandServer::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
 CommandServer::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
@@ -557,7 +556,7 @@ void MachineController::publish_status() {
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = status_;
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
-  status.message = status.message.substr(0, kMessageBytesMax);
+  status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.bus_health = parts_.drives.health();
   add_corrections(report_, parts_.programs.corrections_off(), parts_.map, parts_.chain, status);
   if (const ProgramStep* step = parts_.programs.step(present_step(report_)))

@@ -14,7 +14,7 @@ namespace trn {
 namespace {
 
 constexpr int kMessagesMax = 1000;  // of one program
-constexpr std::size_t kMessageBytesMax = 500;
+constexpr std::size_t kPlannerMessageBytesMax = 500;
 
 void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
@@ -134,7 +134,7 @@ PipelineObservers PlannerThread::observers() {
 // A program that talks in a loop must not fill a log.
 void PlannerThread::say(std::string_view text, std::uint32_t line) {
   if (!listeners_.message || ++said_ > kMessagesMax) return;
-  listeners_.message(text.substr(0, kMessageBytesMax), line);
+  listeners_.message(text.substr(0, kPlannerMessageBytesMax), line);
   if (said_ == kMessagesMax) listeners_.message("what this program says further is not shown", line);
 }
 

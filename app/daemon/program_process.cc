@@ -31,7 +31,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr int kPollMs = 5;
+constexpr int kAnswerPollMs = 5;
 constexpr std::chrono::seconds kGiveUpTime{1};   // for a process that was told to give up
 constexpr std::chrono::seconds kSettleTime{10};  // for slow disks
 constexpr std::size_t kSlackBytes = std::size_t{1} << 16;
@@ -256,7 +256,7 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
   std::string packet;
   for (Clock::time_point given_up{};;) {
     pollfd waits[] = {{calls_, POLLIN, 0}, {control_, POLLIN, 0}};
-    poll(waits, 2, kPollMs);
+    poll(waits, 2, kAnswerPollMs);
     if (waits[0].revents && receive_program_packet(calls_, packet) > 0) {
       const ProgramReply reply = decode_reply(packet);
       if (reply.kind == ProgramReply::Kind::kStarts) {

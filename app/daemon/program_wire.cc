@@ -16,7 +16,7 @@ namespace {
 
 using Json = nlohmann::json;
 
-constexpr std::size_t kToolsMax = 1000, kToolNameMax = 60, kTextMax = 16'000;
+constexpr std::size_t kNamedToolsMax = 1000, kToolNameMax = 60, kTextMax = 16'000;
 
 // What is cut may end within a letter; JSON wants whole ones.
 std::string text_of(const Json& json) { return json.dump(-1, ' ', false, Json::error_handler_t::replace); }
@@ -51,7 +51,7 @@ std::string encode(const ProgramCall& call) {
 std::string encode(const ProgramReply& reply) {
   Json tools = Json::array();
   for (const auto& [number, name] : reply.tools)
-    if (tools.size() < kToolsMax) tools.push_back({number, name.substr(0, kToolNameMax)});
+    if (tools.size() < kNamedToolsMax) tools.push_back({number, name.substr(0, kToolNameMax)});
   return text_of({{"kind", static_cast<int>(reply.kind)},
                   {"text", reply.text.substr(0, kTextMax)},
                   {"line", reply.line},

@@ -25,7 +25,7 @@ namespace trn {
 
 namespace {
 
-constexpr int kPollMs = 20;
+constexpr int kWorkerPollMs = 20;
 
 struct DaemonGone : std::runtime_error {
   DaemonGone() : std::runtime_error("the daemon has gone") {}
@@ -77,7 +77,7 @@ class ProgramWorker {
     std::string packet;
     while (true) {
       pollfd waits{socket_, POLLIN, 0};
-      poll(&waits, 1, kPollMs);
+      poll(&waits, 1, kWorkerPollMs);
       if (const std::string failure = planner_.take_failure(); !failure.empty())
         tell({ProgramReply::Kind::kFailed, failure, 0, {}, {}});
       if (!waits.revents) continue;

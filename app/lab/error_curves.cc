@@ -12,10 +12,10 @@ namespace {
 
 using picture::Axes;
 using picture::line_colour;
-using picture::Range;
 using picture::Svg;
 
-constexpr double kWidth = 800, kLeft = 80, kRight = 25, kPlot = 170, kEach = 262, kTop = 100;
+constexpr double kCurvesWidth = 800, kCurvesLeft = 80, kCurvesRight = 25, kPlot = 170, kEach = 262,
+                 kCurvesTop = 100;
 const char* const kForward = line_colour(1);
 const char* const kBackward = line_colour(0);
 const char* const kAfter = line_colour(2);
@@ -33,7 +33,9 @@ Axes axes_of(const ErrorCurve& c, double top) {
   }
   if (c.after)
     for (const AxisMeasurement& m : *c.after) errors.push_back(m.actual - m.commanded);
-  return {{kLeft, top, kWidth - kLeft - kRight, kPlot}, Range::over(places, 0.02), Range::over(errors, 0.08)};
+  return {{kCurvesLeft, top, kCurvesWidth - kCurvesLeft - kCurvesRight, kPlot},
+          picture::Range::over(places, 0.02),
+          picture::Range::over(errors, 0.08)};
 }
 
 void draw_dots(Svg& svg, const ErrorCurve& c, const Axes& axes) {
@@ -62,7 +64,7 @@ void draw_joint(Svg& svg, const ErrorCurve& c, double top) {
   if (c.after)
     title += fmt::format("; error up to {:.4g}, corrected {:.4g} {}", error_amplitude(*c.measured),
                          error_amplitude(*c.after), c.unit);
-  svg.text(kLeft, top - 26, title, {"start", 12, true, kWidth - kLeft - kRight});
+  svg.text(kCurvesLeft, top - 26, title, {"start", 12, true, kCurvesWidth - kCurvesLeft - kCurvesRight});
   axes.draw(svg, fmt::format("commanded place, {}", c.unit), fmt::format("error, {}", c.unit));
   draw_fit(svg, c, axes, 1);
   draw_fit(svg, c, axes, -1);
@@ -72,15 +74,15 @@ void draw_joint(Svg& svg, const ErrorCurve& c, double top) {
 }  // namespace
 
 std::string error_curves(const std::vector<ErrorCurve>& curves) {
-  Svg svg(kWidth, kTop - 48 + kEach * static_cast<double>(curves.size()));
-  svg.text(kLeft, 24, "Error of the axis, actual less commanded", {"start", 16});
+  Svg svg(kCurvesWidth, kCurvesTop - 48 + kEach * static_cast<double>(curves.size()));
+  svg.text(kCurvesLeft, 24, "Error of the axis, actual less commanded", {"start", 16});
   std::vector<picture::LegendEntry> legend{{"measured forward, and fit", kForward},
                                            {"measured backward, and fit", kBackward}};
   for (const ErrorCurve& c : curves)
     if (c.after && legend.size() == 2) legend.push_back({"with correction", kAfter});
-  draw_legend(svg, kLeft, 46, kWidth - kRight, legend);
+  draw_legend(svg, kCurvesLeft, 46, kCurvesWidth - kCurvesRight, legend);
   for (std::size_t i = 0; i < curves.size(); ++i)
-    draw_joint(svg, curves[i], kTop + kEach * static_cast<double>(i));
+    draw_joint(svg, curves[i], kCurvesTop + kEach * static_cast<double>(i));
   return svg.str();
 }
 

@@ -24,7 +24,7 @@ namespace trn {
 
 namespace {
 
-constexpr double kDwell_s = 1, kReadAfter_s = 0.9, kOverrun = 2, kFeedMmMin = 6000;
+constexpr double kDwell_s = 1, kReadAfter_s = 0.9, kOverrun = 2, kJointFeedMmMin = 6000;
 constexpr double kMoved = 0.1;  // mm or rad: less is standing still
 
 /// Reads every joint near the end of every dwell.
@@ -88,7 +88,7 @@ std::string measuring_program(const JointMeasureConfig& config) {
   const char letter = kWordLetters[config.word];
   const double step = (config.to - config.from) / (config.places - 1) * unit;
   const double overrun = std::min(kOverrun, std::abs(step)) * (step > 0 ? 1 : -1);
-  std::string out = fmt::format("G21 G90 G94 G61 G49 G54\nF{:g}\n", kFeedMmMin);
+  std::string out = fmt::format("G21 G90 G94 G61 G49 G54\nF{:g}\n", kJointFeedMmMin);
   const auto stand = [&](double at) { out += fmt::format("G1 {}{:.9f}\nG4 P{:g}\n", letter, at, kDwell_s); };
   for (int pass = 0; pass < config.passes; ++pass) {
     out += fmt::format("G1 {}{:.9f}\n", letter, config.from * unit - overrun);

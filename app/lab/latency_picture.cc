@@ -15,17 +15,19 @@ namespace {
 using picture::Box;
 using picture::Svg;
 
-constexpr double kWidth = 820, kHeight = 430, kLeft = 70, kTop = 60, kPanel = 130, kGap = 50, kRight = 20;
+constexpr double kLatencyWidth = 820, kLatencyHeight = 430, kLatencyLeft = 70, kLatencyTop = 60,
+                 kLatencyPanel = 130, kLatencyGap = 50, kLatencyRight = 20;
 constexpr double kEdgesAnOctave = 4;  // as TimeHistogram has them
 
 struct Scale {
   double decades_us;     ///< of the axis, from 1 us on
   double decades_count;  ///< of the counts, from 1 on
   double x(double us) const {
-    return kLeft + (kWidth - kLeft - kRight) * std::clamp(std::log10(us) / decades_us, 0.0, 1.0);
+    return kLatencyLeft +
+           (kLatencyWidth - kLatencyLeft - kLatencyRight) * std::clamp(std::log10(us) / decades_us, 0.0, 1.0);
   }
   double height(double count) const {
-    return count <= 0 ? 0 : kPanel * (std::log10(count) + 0.3) / (decades_count + 0.3);
+    return count <= 0 ? 0 : kLatencyPanel * (std::log10(count) + 0.3) / (decades_count + 0.3);
   }
 };
 
@@ -36,8 +38,8 @@ std::string time_text(double us) {
 
 void draw_panel(Svg& svg, double top, const std::string& name,
                 const std::vector<TimeHistogram::Bucket>& buckets, const Scale& scale, const char* colour) {
-  const double bottom = top + kPanel;
-  svg.text(kLeft, top - 8, name, {.size = 13, .bold = true});
+  const double bottom = top + kLatencyPanel;
+  svg.text(kLatencyLeft, top - 8, name, {.size = 13, .bold = true});
   for (int decade = 0; decade <= scale.decades_us; ++decade) {
     const double us = std::pow(10, decade), x = scale.x(us);
     svg.line({x, top}, {x, bottom}, picture::kGrid);
@@ -45,8 +47,8 @@ void draw_panel(Svg& svg, double top, const std::string& name,
   }
   for (int decade = 0; decade <= scale.decades_count; ++decade) {
     const double count = std::pow(10, decade), y = bottom - scale.height(count);
-    svg.line({kLeft, y}, {kWidth - kRight, y}, picture::kGrid);
-    svg.text(kLeft - 6, y + 4, fmt::format("{:g}", count), {.anchor = "end", .size = 11});
+    svg.line({kLatencyLeft, y}, {kLatencyWidth - kLatencyRight, y}, picture::kGrid);
+    svg.text(kLatencyLeft - 6, y + 4, fmt::format("{:g}", count), {.anchor = "end", .size = 11});
   }
   for (const TimeHistogram::Bucket& bucket : buckets) {
     const double octave = std::exp2(std::floor(std::log2(bucket.edge_us) - 1e-9));
@@ -55,7 +57,7 @@ void draw_panel(Svg& svg, double top, const std::string& name,
     const double height = scale.height(bucket.count);
     if (height > 0) svg.fill(Box{from, bottom - height, std::max(1.0, to - from - 1), height}, colour);
   }
-  svg.frame(Box{kLeft, top, kWidth - kLeft - kRight, kPanel});
+  svg.frame(Box{kLatencyLeft, top, kLatencyWidth - kLatencyLeft - kLatencyRight, kLatencyPanel});
 }
 
 }  // namespace
@@ -69,10 +71,10 @@ std::string latency_svg(const std::string& title, const std::vector<TimeHistogra
       most = std::max(most, static_cast<double>(bucket.count));
     }
   const Scale scale{std::ceil(std::log10(longest_us)), std::ceil(std::log10(most))};
-  Svg svg(kWidth, kHeight);
-  svg.text(kLeft, 26, title, {.size = 15, .bold = true});
-  draw_panel(svg, kTop, "how late the tick woke: periods", wake, scale, picture::line_colour(0));
-  draw_panel(svg, kTop + kPanel + kGap, "how long the tick took: periods", tick, scale,
+  Svg svg(kLatencyWidth, kLatencyHeight);
+  svg.text(kLatencyLeft, 26, title, {.size = 15, .bold = true});
+  draw_panel(svg, kLatencyTop, "how late the tick woke: periods", wake, scale, picture::line_colour(0));
+  draw_panel(svg, kLatencyTop + kLatencyPanel + kLatencyGap, "how long the tick took: periods", tick, scale,
              picture::line_colour(1));
   return svg.str();
 }

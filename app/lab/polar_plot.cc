@@ -13,7 +13,7 @@ namespace trn {
 
 namespace {
 
-constexpr double kWidth = 680, kMargin = 20, kTop = 60, kUmPerMm = 1000;
+constexpr double kPolarWidth = 680, kMargin = 20, kPolarTop = 60, kUmPerMm = 1000;
 constexpr double kLeastShownUm = 1e-6;  // less is rounding
 
 /// Greatest deviation of all readings, um.
@@ -29,10 +29,10 @@ double peak_um(const std::vector<PolarCurve>& curves) {
 
 std::string polar_plot(const std::string& title, const std::vector<PolarCurve>& curves) {
   const double reach = picture::PolarAxes::reach_px();
-  const double below = kTop + 2 * reach + 20;
-  picture::Svg svg(kWidth, below + 20 * static_cast<double>(curves.size()));
-  const picture::PolarAxes axes({kWidth / 2, kTop + reach}, peak_um(curves));
-  svg.text(kMargin, 28, title, {"start", 17, false, kWidth - 2 * kMargin});
+  const double below = kPolarTop + 2 * reach + 20;
+  picture::Svg svg(kPolarWidth, below + 20 * static_cast<double>(curves.size()));
+  const picture::PolarAxes axes({kPolarWidth / 2, kPolarTop + reach}, peak_um(curves));
+  svg.text(kMargin, 28, title, {"start", 17, false, kPolarWidth - 2 * kMargin});
   svg.text(kMargin, 48,
            fmt::format("{:g} µm from ring to ring; dark circle: nominal length", axes.per_ring()));
   axes.draw(svg, "µm");
@@ -47,7 +47,7 @@ std::string polar_plot(const std::string& title, const std::vector<PolarCurve>& 
     svg.polyline(points, picture::line_colour(i), 1.5 + 0.8 * wider);
     const double deviation_um = kUmPerMm * c.trace->peak_to_peak_mm();
     y = draw_legend(
-        svg, kMargin, y, kWidth - kMargin,
+        svg, kMargin, y, kPolarWidth - kMargin,
         {{fmt::format("{}: deviation {:.4g} µm", c.label, deviation_um < kLeastShownUm ? 0 : deviation_um),
           picture::line_colour(i)}});
   }

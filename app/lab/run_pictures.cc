@@ -20,7 +20,7 @@ using picture::kLineColours;
 using picture::Px;
 using picture::Svg;
 
-constexpr double kWidth = 1000, kLeft = 80, kRight = 20, kPanel = 150, kGap = 40, kTop = 86;
+constexpr double kRunWidth = 1000, kRunLeft = 80, kRunRight = 20, kRunPanel = 150, kRunGap = 40, kRunTop = 86;
 constexpr double kDeviationSide = 405;
 constexpr float kAtLimit = 0.95F;  // as in the summary
 constexpr const char* kFree = picture::kNeutral;
@@ -33,8 +33,8 @@ const char* colour_of(const RunBin& bin) {
 }
 
 Svg begin(double height, const std::string& title) {
-  Svg svg(kWidth, height);
-  svg.text(kLeft, 26, title, {"start", 17});
+  Svg svg(kRunWidth, height);
+  svg.text(kRunLeft, 26, title, {"start", 17});
   return svg;
 }
 
@@ -42,10 +42,11 @@ double end_s(const std::vector<RunBin>& bins) { return bins.empty() ? 1 : std::m
 
 /// The `index`-th of three diagrams over time, one under the other; y from 0.
 Axes panel(const std::vector<RunBin>& bins, int index, double y_max) {
-  return {
-      {kLeft, kTop + index * (kPanel + kGap), kWidth - kLeft - kRight, kPanel}, {0, end_s(bins)}, {0, y_max}};
+  return {{kRunLeft, kRunTop + index * (kRunPanel + kRunGap), kRunWidth - kRunLeft - kRunRight, kRunPanel},
+          {0, end_s(bins)},
+          {0, y_max}};
 }
-constexpr double kPanelsEnd = kTop + 3 * (kPanel + kGap);
+constexpr double kPanelsEnd = kRunTop + 3 * (kRunPanel + kRunGap);
 const char* time_label(int index) { return index == 2 ? "time, s" : ""; }
 
 /// Value over time; a new line where the colour changes.
@@ -67,7 +68,7 @@ void draw_key(Svg& svg, const Machine& machine, bool with_free) {
   for (std::size_t i = 0; i < machine.joints.size(); ++i)
     entries.push_back({machine.joints[i].name, kLineColours[i]});
   if (with_free) entries.push_back({"no joint: the feed, or the way there and back", kFree});
-  draw_legend(svg, kLeft, 50, kWidth - kRight, entries);
+  draw_legend(svg, kRunLeft, 50, kRunWidth - kRunRight, entries);
 }
 
 template <typename Value>
@@ -98,24 +99,24 @@ std::vector<RunBin> thinned(const std::vector<RunBin>& bins, std::size_t count) 
 
 void draw_usage(Svg& svg, const Machine& machine, const SimulationResult& result, double top) {
   svg.text(
-      kLeft, top - 8,
+      kRunLeft, top - 8,
       "time at 95 % of a limit or more: velocity, acceleration, jerk (dark to light); % of the cycle time");
-  const double all = std::max(result.cycle_time_s, 1e-9), scale = (kWidth - kLeft - kRight) / 100;
+  const double all = std::max(result.cycle_time_s, 1e-9), scale = (kRunWidth - kRunLeft - kRunRight) / 100;
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
     const double y = top + 22 * static_cast<double>(i);
     const TimeAtLimit& at = result.at_limit[i];
-    svg.text(kLeft - 6, y + 13, machine.joints[i].name, {"end", 12, false, kLeft - 10});
-    double x = kLeft;
+    svg.text(kRunLeft - 6, y + 13, machine.joints[i].name, {"end", 12, false, kRunLeft - 10});
+    double x = kRunLeft;
     for (const auto& [time_s, opacity] :
          {std::pair{at.velocity, 1.0}, {at.acceleration, 0.65}, {at.jerk, 0.35}}) {
-      const double width = std::min(100 * time_s / all * scale, kWidth - kRight - x);
+      const double width = std::min(100 * time_s / all * scale, kRunWidth - kRunRight - x);
       svg.fill({x, y, width, 16}, kLineColours[i], opacity);
       x += width;
     }
     const std::string shares = fmt::format("{:.1f}, {:.1f}, {:.1f}", 100 * at.velocity / all,
                                            100 * at.acceleration / all, 100 * at.jerk / all);
-    const bool beside = x + 6 + picture::text_width_px(shares, 12) < kWidth;
-    svg.text(beside ? x + 6 : kWidth - kRight - 6, y + 13, shares, {beside ? "start" : "end"});
+    const bool beside = x + 6 + picture::text_width_px(shares, 12) < kRunWidth;
+    svg.text(beside ? x + 6 : kRunWidth - kRunRight - 6, y + 13, shares, {beside ? "start" : "end"});
   }
 }
 
@@ -127,7 +128,7 @@ void draw_projection(Svg& svg, const std::vector<RunBin>& bins, int right, int u
       across.push_back(bin.p_W[right]);
       upwards.push_back(bin.p_W[up]);
     }
-  Axes axes({left, kTop, side, side}, picture::Range::over(across, 0.04),
+  Axes axes({left, kRunTop, side, side}, picture::Range::over(across, 0.04),
             picture::Range::over(upwards, 0.04));
   axes.make_square();
   axes.draw(svg, fmt::format("{}, mm", "XYZ"[right]), fmt::format("{}, mm", "XYZ"[up]));
@@ -153,9 +154,9 @@ void draw_bars(Svg& svg, const DeviationHistogram& histogram, const std::string&
     all += count;
     most = std::max(most, count);
   }
-  const picture::Box box{left, kTop, kDeviationSide, 200};
+  const picture::Box box{left, kRunTop, kDeviationSide, 200};
   if (all == 0) {
-    svg.text(left, kTop - 7, title + ": nothing to judge");
+    svg.text(left, kRunTop - 7, title + ": nothing to judge");
     return svg.frame(box);
   }
   const auto percent = [&](std::uint64_t count) {
@@ -214,18 +215,19 @@ std::string joint_picture(const Machine& machine, const std::vector<RunBin>& all
 
 std::string path_picture(const std::vector<RunBin>& bins) {
   constexpr double kSide = 405;
-  Svg svg = begin(kTop + kSide + 50, "The tip's way in the work, coloured by speed");
-  draw_projection(svg, bins, kX, kY, kLeft, kSide);
-  draw_projection(svg, bins, kX, kZ, kWidth - kRight - kSide, kSide);
+  Svg svg = begin(kRunTop + kSide + 50, "The tip's way in the work, coloured by speed");
+  draw_projection(svg, bins, kX, kY, kRunLeft, kSide);
+  draw_projection(svg, bins, kX, kZ, kRunWidth - kRunRight - kSide, kSide);
   const double fastest = largest(bins, [](const RunBin& b) { return b.speed_mm_s; });
-  picture::draw_shades(svg, {kWidth - kRight - kSide, 20}, kSide, "0", fmt::format("{:.4g} mm/s", fastest));
+  picture::draw_shades(svg, {kRunWidth - kRunRight - kSide, 20}, kSide, "0",
+                       fmt::format("{:.4g} mm/s", fastest));
   return svg.str();
 }
 
 std::string deviation_picture(const DeviationReport& report) {
-  Svg svg = begin(kTop + 250, "Deviation from the program");
-  draw_bars(svg, report.tip_histogram, "tip", kLeft);
-  draw_bars(svg, report.axis_histogram, "tool axis", kWidth - kRight - kDeviationSide);
+  Svg svg = begin(kRunTop + 250, "Deviation from the program");
+  draw_bars(svg, report.tip_histogram, "tip", kRunLeft);
+  draw_bars(svg, report.axis_histogram, "tool axis", kRunWidth - kRunRight - kDeviationSide);
   return svg.str();
 }
 

@@ -17,10 +17,10 @@ namespace {
 
 using picture::Svg;
 
-constexpr double kPanel = 230, kGapX = 75, kGapY = 75, kLeft = 60, kTop = 150;
+constexpr double kMapPanel = 230, kGapX = 75, kGapY = 75, kMapLeft = 60, kMapTop = 150;
 
 /// What a column of the picture shows: a value of a grid column, negative for none.
-struct Quantity {
+struct Shown {
   std::string title, unit;
   std::vector<double> values;  ///< by z, y, x
   double max = 0;
@@ -31,8 +31,8 @@ std::size_t places(const Workspace& w) {
 }
 
 /// The largest tilt of the survey that is reached there, deg.
-Quantity tilt_reached(const Workspace& w) {
-  Quantity out{"tilt reached", "deg", std::vector<double>(places(w), -1), 0};
+Shown tilt_reached(const Workspace& w) {
+  Shown out{"tilt reached", "deg", std::vector<double>(places(w), -1), 0};
   for (std::size_t i = 0; i < places(w); ++i)
     for (std::size_t tilt = 0; tilt < w.tilts_deg.size(); ++tilt) {
       if (w.values[tilt * places(w) + i].reach != Reach::kOk) break;
@@ -42,8 +42,8 @@ Quantity tilt_reached(const Workspace& w) {
 }
 
 template <typename Get>
-Quantity measured(const Workspace& w, std::size_t tilt, const char* title, const char* unit, Get get) {
-  Quantity out{fmt::format("{}, tilt {:g} deg", title, w.tilts_deg[tilt]), unit, {}, 0};
+Shown measured(const Workspace& w, std::size_t tilt, const char* title, const char* unit, Get get) {
+  Shown out{fmt::format("{}, tilt {:g} deg", title, w.tilts_deg[tilt]), unit, {}, 0};
   for (std::size_t i = 0; i < places(w); ++i) {
     const WorkspaceValue& v = w.values[tilt * places(w) + i];
     out.values.push_back(v.reach == Reach::kOk ? get(v) : -1);
@@ -59,16 +59,16 @@ std::size_t shown_tilt(const Workspace& w) {
   return 0;
 }
 
-std::vector<Quantity> quantities(const Workspace& w) {
+std::vector<Shown> quantities(const Workspace& w) {
   const std::size_t tilt = shown_tilt(w);
-  std::vector<Quantity> out{
+  std::vector<Shown> out{
       tilt_reached(w),
       measured(w, tilt, "conditioning", "of 1", [](const WorkspaceValue& v) { return v.conditioning; }),
       measured(w, tilt, "joint speed", "times tip speed",
                [](const WorkspaceValue& v) { return v.speed_gain; }),
       measured(w, tilt, "tool turn possible", "deg/s",
                [](const WorkspaceValue& v) { return deg_from_rad(v.turn_rad_s_max); })};
-  for (Quantity& quantity : out)
+  for (Shown& quantity : out)
     quantity.max = std::max(1e-9, *std::max_element(quantity.values.begin(), quantity.values.end()));
   return out;
 }
@@ -80,14 +80,14 @@ picture::Range edges(const Workspace& w, int axis) {
 }
 
 /// One section: `across` and `up` are the axes in the picture, the third is at home.
-void draw_section(Svg& svg, const Workspace& w, const Quantity& quantity, int across, int up, double left,
+void draw_section(Svg& svg, const Workspace& w, const Shown& quantity, int across, int up, double left,
                   double top) {
   const int normal = 3 - across - up;
   std::array<int, 3> at{};
   at[static_cast<std::size_t>(normal)] =
       static_cast<int>(std::lround((w.home_B[normal] - w.min_B[normal]) / w.step_mm));
   const int columns = w.count[static_cast<std::size_t>(across)], rows = w.count[static_cast<std::size_t>(up)];
-  const double cell = kPanel / std::max(columns, rows);
+  const double cell = kMapPanel / std::max(columns, rows);
   const picture::Axes axes({left, top, cell * columns, cell * rows}, edges(w, across), edges(w, up));
   axes.draw(svg, fmt::format("{}, mm", "XYZ"[across]), fmt::format("{}, mm", "XYZ"[up]));
   for (int r = 0; r < rows; ++r)
@@ -106,22 +106,22 @@ void draw_section(Svg& svg, const Workspace& w, const Quantity& quantity, int ac
 }  // namespace
 
 std::string workspace_svg(const Workspace& w, const std::string& title) {
-  const std::vector<Quantity> columns = quantities(w);
-  constexpr double kEachX = kPanel + kGapX, kEachY = kPanel + kGapY;
-  Svg svg(kLeft + static_cast<double>(columns.size()) * kEachX - kGapX + 25, kTop + 2 * kEachY);
-  svg.text(kLeft, 28, title, {"start", 17});
+  const std::vector<Shown> columns = quantities(w);
+  constexpr double kEachX = kMapPanel + kGapX, kEachY = kMapPanel + kGapY;
+  Svg svg(kMapLeft + static_cast<double>(columns.size()) * kEachX - kGapX + 25, kMapTop + 2 * kEachY);
+  svg.text(kMapLeft, 28, title, {"start", 17});
   svg.text(
-      kLeft, 48,
+      kMapLeft, 48,
       fmt::format("tip in the table frame; sections through home ({:.0f}, {:.0f}, {:.0f}) mm; white: not "
                   "reached",
                   w.home_B.x(), w.home_B.y(), w.home_B.z()));
   for (std::size_t i = 0; i < columns.size(); ++i) {
-    const Quantity& q = columns[i];
-    const double left = kLeft + static_cast<double>(i) * kEachX;
-    svg.text(left, kTop - 78, q.title, {"start", 12, true, kPanel + kGapX - 10});
-    picture::draw_shades(svg, {left, kTop - 70}, kPanel, "0", fmt::format("{:.3g} {}", q.max, q.unit));
-    draw_section(svg, w, q, 0, 1, left, kTop);
-    draw_section(svg, w, q, 0, 2, left, kTop + kEachY);
+    const Shown& q = columns[i];
+    const double left = kMapLeft + static_cast<double>(i) * kEachX;
+    svg.text(left, kMapTop - 78, q.title, {"start", 12, true, kMapPanel + kGapX - 10});
+    picture::draw_shades(svg, {left, kMapTop - 70}, kMapPanel, "0", fmt::format("{:.3g} {}", q.max, q.unit));
+    draw_section(svg, w, q, 0, 1, left, kMapTop);
+    draw_section(svg, w, q, 0, 2, left, kMapTop + kEachY);
   }
   return svg.str();
 }

@@ -12,26 +12,24 @@ namespace trn {
 
 namespace {
 
-using Kind = RtCommand::Kind;
-
 enum class Value : unsigned char { kNone, kPercent, kSwitch };
 
 struct Word {
   const char* name;
-  Kind kind;
+  RtCommand::Kind kind;
   Value value;
   double percent_max;
 };
 
 constexpr Word kWords[] = {
-    {"hold", Kind::kHold, Value::kNone, 0},
-    {"resume", Kind::kResume, Value::kNone, 0},
-    {"stop", Kind::kStop, Value::kNone, 0},
-    {"override", Kind::kOverride, Value::kPercent, 200},
-    {"rapid", Kind::kRapidOverride, Value::kPercent, 100},
-    {"spindle", Kind::kSpindleOverride, Value::kPercent, 200},
-    {"adaptive", Kind::kAdaptiveFeed, Value::kPercent, 100},
-    {"step", Kind::kSingleBlock, Value::kSwitch, 0},
+    {"hold", RtCommand::Kind::kHold, Value::kNone, 0},
+    {"resume", RtCommand::Kind::kResume, Value::kNone, 0},
+    {"stop", RtCommand::Kind::kStop, Value::kNone, 0},
+    {"override", RtCommand::Kind::kOverride, Value::kPercent, 200},
+    {"rapid", RtCommand::Kind::kRapidOverride, Value::kPercent, 100},
+    {"spindle", RtCommand::Kind::kSpindleOverride, Value::kPercent, 200},
+    {"adaptive", RtCommand::Kind::kAdaptiveFeed, Value::kPercent, 100},
+    {"step", RtCommand::Kind::kSingleBlock, Value::kSwitch, 0},
 };
 
 const Word& word_of(const std::string& name) {

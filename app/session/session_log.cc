@@ -176,7 +176,7 @@ SessionEntry from_json(const Json& json) {
 std::string make_log_file(const std::string& path) {
   std::string name = path;
   for (int number = 1; number <= kLogsMax; ++number) {
-    const int fd = open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0640);
+    const int fd = ::open(name.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC | O_NOFOLLOW, 0640);
     if (fd >= 0) {
       close(fd);
       return name;

@@ -6,35 +6,37 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "compensation/fit/rotary_fit.h"
+
 namespace trn {
 
 namespace {
 
-using Kind = BallParameter::Kind;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 using Index = Eigen::Index;
 
-constexpr double kTiltArm = 100;    // a tilt counts as the shift it makes at this distance, mm
-constexpr double kStep = 1e-3;      // of the differences, mm
-constexpr double kTellable = 0.02;  // share of a column that no other column explains
-constexpr double kPrior = 1;        // mm, of a plan
+constexpr double kPrior = 1;  // mm, of a plan
 constexpr int kStepsMax = 30;
 constexpr double kConverged = 1e-10;  // mm
 
-double unit_of(const BallParameter& p) { return p.kind == Kind::kTilt ? 1 / kTiltArm : 1; }
-bool is_error(const BallParameter& p) { return p.kind == Kind::kOffset || p.kind == Kind::kTilt; }
+double unit_of(const BallParameter& p) { return p.kind == BallParameter::Kind::kTilt ? 1 / kTiltArm_mm : 1; }
+bool is_error(const BallParameter& p) {
+  return p.kind == BallParameter::Kind::kOffset || p.kind == BallParameter::Kind::kTilt;
+}
 std::size_t at(int i) { return static_cast<std::size_t>(i); }
 
 /// The machine, the ball and the stylus as a set of parameters says.
 struct Guess {
   Guess(const ActualChain& known, const std::vector<BallParameter>& parameters) : chain(known) {
     for (const BallParameter& p : parameters) {
-      if (p.kind == Kind::kBall) ball_B[p.component] = p.value;
-      if (p.kind == Kind::kRadius) reach_mm = p.value;
-      if (p.kind == Kind::kStylus) stylus_S[p.component] = p.value;
-      if (p.kind == Kind::kOffset) find_axis(chain, p.joint)->location.offset[p.component] = p.value;
-      if (p.kind == Kind::kTilt) find_axis(chain, p.joint)->location.tilt[p.component] = p.value;
+      if (p.kind == BallParameter::Kind::kBall) ball_B[p.component] = p.value;
+      if (p.kind == BallParameter::Kind::kRadius) reach_mm = p.value;
+      if (p.kind == BallParameter::Kind::kStylus) stylus_S[p.component] = p.value;
+      if (p.kind == BallParameter::Kind::kOffset)
+        find_axis(chain, p.joint)->location.offset[p.component] = p.value;
+      if (p.kind == BallParameter::Kind::kTilt)
+        find_axis(chain, p.joint)->location.tilt[p.component] = p.value;
     }
   }
   double gap(BallContact contact) const {
@@ -63,19 +65,13 @@ MatrixXd jacobian(const ActualChain& known, std::vector<BallParameter> parameter
   for (std::size_t k = 0; k < which.size(); ++k) {
     BallParameter& p = parameters[at(which[k])];
     const double value = p.value;
-    p.value = value + kStep * unit_of(p);
+    p.value = value + kDifferenceStep_mm * unit_of(p);
     const VectorXd high = gaps(known, parameters, contacts);
-    p.value = value - kStep * unit_of(p);
-    out.col(static_cast<Index>(k)) = (high - gaps(known, parameters, contacts)) / (2 * kStep);
+    p.value = value - kDifferenceStep_mm * unit_of(p);
+    out.col(static_cast<Index>(k)) = (high - gaps(known, parameters, contacts)) / (2 * kDifferenceStep_mm);
     p.value = value;
   }
   return out;
-}
-
-std::string axis_name(const ActualAxis& axis) {
-  int k = 0;
-  axis.direction.cwiseAbs().maxCoeff(&k);
-  return std::string(1, "ABC"[k]);
 }
 
 /// The four errors of a rotary axis: offsets and tilts across its direction. A shift along it and a turn
@@ -85,7 +81,7 @@ void append_axis(const ActualAxis& axis, std::vector<BallParameter>& out) {
     for (int k = 0; k < 3; ++k) {
       if (std::abs(axis.direction[k]) > 0.5) continue;
       out.push_back({fmt::format("{}.e{}0", axis_name(axis), (tilt ? "abc" : "xyz")[k]),
-                     tilt ? Kind::kTilt : Kind::kOffset, axis.joint, k,
+                     tilt ? BallParameter::Kind::kTilt : BallParameter::Kind::kOffset, axis.joint, k,
                      tilt ? axis.location.tilt[k] : axis.location.offset[k], 0, ""});
     }
 }
@@ -95,13 +91,13 @@ void append_axis(const ActualAxis& axis, std::vector<BallParameter>& out) {
 std::vector<BallParameter> unknowns(const ActualChain& chain, const Vec3& ball_B, double reach_mm) {
   std::vector<BallParameter> out;
   for (int k = 0; k < 3; ++k)
-    out.push_back({fmt::format("ball.{}", "xyz"[k]), Kind::kBall, -1, k, ball_B[k], 0, ""});
-  out.push_back({"ball.radius", Kind::kRadius, -1, 0, reach_mm, 0, ""});
+    out.push_back({fmt::format("ball.{}", "xyz"[k]), BallParameter::Kind::kBall, -1, k, ball_B[k], 0, ""});
+  out.push_back({"ball.radius", BallParameter::Kind::kRadius, -1, 0, reach_mm, 0, ""});
   for (const auto* branch : {&chain.tool, &chain.work})
     for (const ActualAxis& axis : *branch)
       if (axis.joint >= 0 && axis.kind == JointKind::kRotary) append_axis(axis, out);
   for (int k = 0; k < 3; ++k)
-    out.push_back({fmt::format("stylus.{}", "xyz"[k]), Kind::kStylus, -1, k, 0, 0, ""});
+    out.push_back({fmt::format("stylus.{}", "xyz"[k]), BallParameter::Kind::kStylus, -1, k, 0, 0, ""});
   return out;
 }
 
@@ -162,9 +158,9 @@ std::vector<int> tellable(const ActualChain& known, std::vector<BallParameter>& 
     if (told.cols() > 0) rest -= told * told.colPivHouseholderQr().solve(column);
     // What others explain to 98 % would be told with fifty times the noise of a touch: a number that looks
     // like a result and is none.
-    if (column.norm() < kTellable * largest) {
+    if (column.norm() < kTellableShare * largest) {
       p.unknown = "the contacts do not depend on it to first order";
-    } else if (rest.norm() < kTellable * column.norm()) {
+    } else if (rest.norm() < kTellableShare * column.norm()) {
       p.unknown = acts_like(told, column, parameters, chosen);
     } else {
       chosen.push_back(i);
@@ -244,7 +240,8 @@ BallInformation::BallInformation(const ActualChain& known, const Vec3& ball_B, d
                                  double noise_mm)
     : known_(known), noise_mm_(noise_mm), parameters_(unknowns(known, ball_B, reach_mm)) {
   // The stylus is taken as known: no position tells its errors from those of the axes on most machines.
-  while (!parameters_.empty() && parameters_.back().kind == Kind::kStylus) parameters_.pop_back();
+  while (!parameters_.empty() && parameters_.back().kind == BallParameter::Kind::kStylus)
+    parameters_.pop_back();
   const auto n = static_cast<Index>(parameters_.size());
   information_ = MatrixXd::Identity(n, n) / (kPrior * kPrior);
 }

@@ -6,21 +6,19 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/fit/rotary_fit.h"
 #include "core/axes.h"
 
 namespace trn {
 
 namespace {
 
-using Kind = BallbarParameter::Kind;
 using Eigen::MatrixXd;
 using Eigen::VectorXd;
 
-constexpr double kTiltArm = 100;    // a tilt counts as the shift it makes at this distance, mm
-constexpr double kStep = 1e-3;      // of the differences, mm
-constexpr double kTellable = 0.02;  // share of a column that no other column explains
-
-double unit_of(const BallbarParameter& p) { return p.kind == Kind::kTilt ? 1 / kTiltArm : 1; }
+double unit_of(const BallbarParameter& p) {
+  return p.kind == BallbarParameter::Kind::kTilt ? 1 / kTiltArm_mm : 1;
+}
 
 /// Everything a fit is about: traces and unknowns. Unknowns are scaled to mm.
 class Model {
@@ -60,10 +58,10 @@ class Model {
       const double value = p.value;
       // A step of 1 um is far above rounding and small enough that the squares it leaves, which central
       // differences cancel at that, do not count.
-      p.value = value + kStep * unit_of(p);
+      p.value = value + kDifferenceStep_mm * unit_of(p);
       const VectorXd high = residuals(parameters);
-      p.value = value - kStep * unit_of(p);
-      out.col(static_cast<Eigen::Index>(k)) = (high - residuals(parameters)) / (2 * kStep);
+      p.value = value - kDifferenceStep_mm * unit_of(p);
+      out.col(static_cast<Eigen::Index>(k)) = (high - residuals(parameters)) / (2 * kDifferenceStep_mm);
       p.value = value;
     }
     return out;
@@ -71,14 +69,17 @@ class Model {
 
  private:
   static void place(const BallbarParameter& p, ActualChain& chain) {
-    if (p.kind == Kind::kOffset) find_axis(chain, p.joint)->location.offset[p.component] = p.value;
-    if (p.kind == Kind::kTilt) find_axis(chain, p.joint)->location.tilt[p.component] = p.value;
+    if (p.kind == BallbarParameter::Kind::kOffset)
+      find_axis(chain, p.joint)->location.offset[p.component] = p.value;
+    if (p.kind == BallbarParameter::Kind::kTilt)
+      find_axis(chain, p.joint)->location.tilt[p.component] = p.value;
   }
   static BallbarSetup setup_of(const std::vector<BallbarParameter>& parameters, const BallbarTest& test) {
     BallbarSetup setup;
     for (const BallbarParameter& p : parameters) {
-      if (p.kind == Kind::kBall && p.joint == test.joint) setup.ball_offset_B[p.component] = p.value;
-      if (p.kind == Kind::kCup) setup.cup_offset_M[p.component] = p.value;
+      if (p.kind == BallbarParameter::Kind::kBall && p.joint == test.joint)
+        setup.ball_offset_B[p.component] = p.value;
+      if (p.kind == BallbarParameter::Kind::kCup) setup.cup_offset_M[p.component] = p.value;
     }
     return setup;
   }
@@ -97,15 +98,10 @@ void append_axis(const ActualAxis& axis, const std::string& name, std::vector<Ba
       if (std::abs(axis.direction[k]) > 0.5) continue;
       const char letter = (tilt ? "abc" : "xyz")[k];
       const double value = tilt ? axis.location.tilt[k] : axis.location.offset[k];
-      out.push_back({fmt::format("{}.e{}0", name, letter), tilt ? Kind::kTilt : Kind::kOffset, axis.joint, k,
+      out.push_back({fmt::format("{}.e{}0", name, letter),
+                     tilt ? BallbarParameter::Kind::kTilt : BallbarParameter::Kind::kOffset, axis.joint, k,
                      value, 0, ""});
     }
-}
-
-std::string axis_name(const ActualAxis& axis) {
-  int k = 0;
-  axis.direction.cwiseAbs().maxCoeff(&k);
-  return std::string(1, "ABC"[k]);
 }
 
 std::vector<BallbarParameter> unknowns(const ActualChain& chain, bool setup) {
@@ -117,11 +113,12 @@ std::vector<BallbarParameter> unknowns(const ActualChain& chain, bool setup) {
   if (!setup) return out;
   for (const ActualAxis* axis : axes)
     for (int k = 0; k < 3; ++k)
-      out.push_back(
-          {fmt::format("ball of {}.{}", axis_name(*axis), "xyz"[k]), Kind::kBall, axis->joint, k, 0, 0, ""});
+      out.push_back({fmt::format("ball of {}.{}", axis_name(*axis), "xyz"[k]), BallbarParameter::Kind::kBall,
+                     axis->joint, k, 0, 0, ""});
   // One cup for all tests, but a ball for each axis: the ball is set up anew when the bar is turned to the
   // other axis.
-  for (int k = 0; k < 3; ++k) out.push_back({fmt::format("cup.{}", "xyz"[k]), Kind::kCup, 0, k, 0, 0, ""});
+  for (int k = 0; k < 3; ++k)
+    out.push_back({fmt::format("cup.{}", "xyz"[k]), BallbarParameter::Kind::kCup, 0, k, 0, 0, ""});
   return out;
 }
 
@@ -144,9 +141,9 @@ std::vector<int> tellable(const Model& model, std::vector<BallbarParameter>& par
     rest -= basis * (basis.transpose() * rest);
     // An unknown whose column others explain to 98 % would be told with fifty times the noise of a reading: a
     // number that looks like a result and is none.
-    if (norm < kTellable * largest) {
+    if (norm < kTellableShare * largest) {
       p.unknown = "the readings do not depend on it to first order";
-    } else if (rest.norm() < kTellable * norm) {
+    } else if (rest.norm() < kTellableShare * norm) {
       p.unknown = "acts like a sum of the errors above it";
     } else {
       chosen.push_back(i);
@@ -155,7 +152,8 @@ std::vector<int> tellable(const Model& model, std::vector<BallbarParameter>& par
     }
     // A fit that leaves a set-up error out is still a fit of the machine. One that leaves an error of the
     // machine out would put that error into the others without a word.
-    if (!p.unknown.empty() && (p.kind == Kind::kOffset || p.kind == Kind::kTilt))
+    if (!p.unknown.empty() &&
+        (p.kind == BallbarParameter::Kind::kOffset || p.kind == BallbarParameter::Kind::kTilt))
       throw std::runtime_error(fmt::format("these traces cannot tell {}: {}", p.name, p.unknown));
   }
   return chosen;

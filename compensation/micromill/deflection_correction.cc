@@ -13,8 +13,6 @@ namespace trn {
 
 namespace {
 
-constexpr const char* kAxes[] = {"X", "Y"};
-
 MotorModel read_motor(const ConfigTable& axis) {
   return {axis.number("gain_mm_s2_A", kPositive), axis.number("damping_1_s", kPositive),
           axis.number("mass_kg", kPositive)};
@@ -108,7 +106,7 @@ DeflectionCorrection::Config read_deflection(const ConfigTable& table, double pe
   const std::filesystem::path beside = std::filesystem::path(table.file()).parent_path() / file;
   const StageNetworks networks = config.trained ? read_networks(beside.string()) : StageNetworks{};
   for (std::size_t i = 0; i < 2; ++i) {
-    const ConfigTable axis = table.table(kAxes[i]);
+    const ConfigTable axis = table.table(kStageAxes[i]);
     DeflectionEstimator::Axis& out = config.estimator.axes[i];
     out.observer = {read_motor(axis), read_noise(axis), period_s, every};
     out.stiffness_N_mm = stiffness[i];

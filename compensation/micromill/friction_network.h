@@ -10,6 +10,9 @@
 
 namespace trn {
 
+/// The two axes of an XY stage, in the order of everything that has one value for each.
+inline constexpr const char* kStageAxes[] = {"X", "Y"};
+
 /// Position of an axis through a tapped delay line.
 class DelayLine {
  public:

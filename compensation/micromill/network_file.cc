@@ -12,8 +12,6 @@ namespace trn {
 
 namespace {
 
-constexpr const char* kAxes[] = {"X", "Y"};
-
 // CRC-32 (ISO 3309, the polynomial of Ethernet, reflected).
 std::uint32_t crc32(const std::string& text) {
   std::uint32_t crc = 0xffffffffu;
@@ -105,7 +103,7 @@ StageNetworks read_networks(const std::string& path) { return read_networks(load
 StageNetworks read_networks(const ConfigTable& root) {
   StageNetworks out;
   for (std::size_t i = 0; i < 2; ++i) {
-    const ConfigTable axis = root.table(kAxes[i]);
+    const ConfigTable axis = root.table(kStageAxes[i]);
     out.network[i] = read_network(axis);
     out.record[i] = read_record(axis.table("record"));
   }
@@ -121,7 +119,8 @@ void write_networks(const std::string& path, const StageNetworks& networks) {
          "travel_scale_mm,\n"
          "# newest first. Weights: layer by layer, matrix column by column, then bias; sigmoid nodes, linear "
          "output.\n";
-  for (std::size_t i = 0; i < 2; ++i) out << network_text(kAxes[i], networks.network[i], networks.record[i]);
+  for (std::size_t i = 0; i < 2; ++i)
+    out << network_text(kStageAxes[i], networks.network[i], networks.record[i]);
   out.close();
   if (!out) throw std::runtime_error(fmt::format("{}: cannot write the networks", path));
 }

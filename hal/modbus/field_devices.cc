@@ -13,7 +13,6 @@ namespace {
 
 // A character on the line is a start bit, 8 data bits, parity and stop, or two stops without parity. Frames
 // are parted by a silence of 3.5 characters (Modbus over serial line 1.02).
-constexpr double kBitsPerCharacter = 11, kSilence = 3.5;
 
 std::int64_t now_ns() {
   return std::chrono::duration_cast<std::chrono::nanoseconds>(
@@ -101,8 +100,9 @@ double poll_time_s(const ModbusAddress& address, const ModbusDeviceConfig& devic
   if (!address.host.empty()) return 0;
   // Unit, function, address, count and CRC are 8 bytes; unit, function, byte count, one register and CRC are
   // 7.
-  const double characters = 8 + 7 + 2 * kSilence;  // request; answer with one register or byte of bits
-  return static_cast<double>(device.values.size()) * characters * kBitsPerCharacter / address.baud;
+  const double characters =
+      8 + 7 + 2 * kRtuSilence_characters;  // request; answer with one register or byte of bits
+  return static_cast<double>(device.values.size()) * characters * kRtuBitsPerCharacter / address.baud;
 }
 
 ModbusConfig read_modbus(const ConfigTable& root) {

@@ -17,7 +17,7 @@ namespace trn {
 
 namespace {
 
-constexpr double kBitsPerCharacter = 11, kSilence = 3.5, kShareMax = 0.7;
+constexpr double kShareMax = 0.7;
 // unit, function, address, count, byte count, four registers, CRC; and so on (protocol 1.1b3, 6.4 and 6.12)
 constexpr double kWriteCharacters = 9 + 8 + 8, kReadCharacters = 8 + 5 + 8;
 
@@ -126,8 +126,8 @@ void check_twice(const ModbusDrivesConfig& config, const ModbusAxisConfig& axis,
 
 double exchange_time_s(const ModbusAddress& address, const ModbusAxisConfig& axis) {
   // Four frames, request and answer of both exchanges, and a silence behind each.
-  const double characters = kWriteCharacters + kReadCharacters + 4 * kSilence;
-  const double wire_s = address.host.empty() ? characters * kBitsPerCharacter / address.baud : 0;
+  const double characters = kWriteCharacters + kReadCharacters + 4 * kRtuSilence_characters;
+  const double wire_s = address.host.empty() ? characters * kRtuBitsPerCharacter / address.baud : 0;
   return wire_s + 2 * axis.turnaround_s;
 }
 

@@ -9,6 +9,10 @@ struct _modbus;
 
 namespace trn {
 
+/// A serial line's frames (Modbus over serial line 1.02, 2.5.1): bits of a character, with start, parity and
+/// stop, and the silence between frames.
+inline constexpr double kRtuBitsPerCharacter = 11, kRtuSilence_characters = 3.5;
+
 /// Where Modbus devices are: a serial line (RTU) or a host (TCP).
 struct ModbusAddress {
   std::string host;    ///< TCP; empty: RTU

@@ -19,9 +19,7 @@ constexpr double kLateReleaseShare = 0.85;  // the same, where that finds no sto
 constexpr double kGentleArrival = 0.3;      // of the greatest u: below, trying on is faster
 constexpr double kClimbFrom = 0.98;         // from this rate a trial towards more than 1 must last so
 constexpr double kClimbS = 0.008;           // long, or the rate would tremble where there is no room
-constexpr double kNearS = 1e-12;
-constexpr double kFarS = 0.02;  // before the last time to stop: look again with the next request
-constexpr double kRest = 1e-9;  // of the rate: no difference
+constexpr double kFarS = 0.02;              // before the last time to stop: look again with the next request
 constexpr int kLooksAhead = 2;
 constexpr int kStopsInChange = 2;       // in store while plans follow each other
 constexpr int kNearStops = 3;           // begin soon
@@ -49,7 +47,7 @@ const RatePlan* RatePlanner::plan(const RateRequest& request) {
   in_force_ = request.plan;
   TRN_CHECK(target_ >= 0 && target_ <= 2);
   TRN_CHECK(request.wish.stop_in_s >= 0);
-  TRN_CHECK(state_.rate >= -kRest && std::isfinite(state_.rate));
+  TRN_CHECK(state_.rate >= -kNoRate && std::isfinite(state_.rate));
   const double gone_s = state_.follow(*in_force_, lead_s_);
   RateWalk walk(limits_, blocks_, request.place, state_.rate, state_.slope);
   walk.skip(gone_s);
@@ -235,7 +233,7 @@ double RatePlanner::find_slowdown(const RateWalk& walk, double to, double releas
 // A better plan towards target_; null where the one in force stays.
 const RatePlan* RatePlanner::choose() {
   const double rate = state_.rate, slope = state_.slope;
-  const bool arrived = slope == 0 && std::abs(rate - target_) <= kRest && rate <= 1 + kRest;
+  const bool arrived = slope == 0 && std::abs(rate - target_) <= kNoRate && rate <= 1 + kNoRate;
   if (arrived) return nullptr;
   const RateWalk walk(limits_, blocks_, place_, rate, slope);
   if (walk.ended()) return nullptr;
@@ -380,7 +378,7 @@ bool RatePlanner::try_arrival(RateWalk walk) {
   trial_.arrival = trial_.count;
   trial_.level_rate = trial_.end_rate = target_;
   walk.set_rate(target_, 0);
-  return walk.ended() || target_ <= 1 + kRest || return_to_one(walk);
+  return walk.ended() || target_ <= 1 + kNoRate || return_to_one(walk);
 }
 
 // The end of a trial's plan: first r' to 0, then, above rate 1, down to it.
@@ -390,7 +388,7 @@ bool RatePlanner::level_out(RateWalk& walk) {
     trial_.end_rate = std::min(r, 1.0);
     if (w == 0 || walk.ended()) {
       trial_.level_rate = r;
-      return walk.ended() || r <= 1 + kRest || return_to_one(walk);
+      return walk.ended() || r <= 1 + kNoRate || return_to_one(walk);
     }
     if (trial_.count == RatePlan::kStepsMax) return false;
     const RateBounds bounds = walk.bounds();
@@ -405,7 +403,7 @@ bool RatePlanner::level_out(RateWalk& walk) {
     const double gone = walk.step(u, to_turn);
     if (gone < 0) return false;
     trial_.steps[static_cast<std::size_t>(trial_.count++)] = {gone, u};
-    if (gone >= to_turn - kNearS) walk.set_rate(walk.rate(), 0);
+    if (gone >= to_turn - kNoTime_s) walk.set_rate(walk.rate(), 0);
   }
   return false;
 }

@@ -11,10 +11,9 @@ namespace trn {
 namespace {
 
 constexpr double kHereMargin = 0.003;  // of the range of u, where a step that was tried again begins
-constexpr double kSlopeUse = 0.98;
+constexpr double kRetrySlopeUse = 0.98;
 constexpr int kRetries = 3;
-constexpr double kNearS = 1e-12, kNear = 1e-9;
-constexpr double kRest = 1e-9;          // of the rate: no difference
+constexpr double kNear = 1e-9;
 constexpr double kDeficitShare = 0.08;  // of what r' is too low by, recovered in one backtracking
 constexpr double kShareGrowth = 4;      // the same, while the search does not get past a place
 constexpr double kPastS = 0.001;        // of plan time: a place is passed
@@ -77,8 +76,8 @@ double StopSearch::find(const RateWalk& from, double to, double release_share, i
       plan.end_rate = std::min(here.rate(), 1.0);
       return here.passed_s();
     }
-    if (here.slope() == 0 && here.rate() <= to + kRest)
-      return here.rate() < to - kRest ? -1 : here.passed_s();  // not from below
+    if (here.slope() == 0 && here.rate() <= to + kNoRate)
+      return here.rate() < to - kNoRate ? -1 : here.passed_s();  // not from below
     if (at_ == RatePlan::kStepsMax) return -1;
     const RateBounds bounds = here.bounds();
     const bool off = at_ >= release_from_ && here.passed_s() < release_until_s_;
@@ -106,13 +105,13 @@ bool StopSearch::advance(const RateWalk& here, const RateBounds& bounds, bool re
     if (gone >= 0) {
       step = {gone, u};
       TRN_CHECK(std::isfinite(u));
-      if (gone >= to_turn - kNearS) next.set_rate(next.rate(), 0);
+      if (gone >= to_turn - kNoTime_s) next.set_rate(next.rate(), 0);
       return true;
     }
     const RateBounds end = next.bounds();
     const double margin = end.margin(StopSearch::kMargin);
     if (!end.legal) return false;
-    const double to_slope = (kSlopeUse * end.slope_min - w) / step_s_max_;
+    const double to_slope = (kRetrySlopeUse * end.slope_min - w) / step_s_max_;
     u = std::clamp(u, std::min(end.u_max - margin, std::max(end.u_min + margin, to_slope)),
                    end.u_max - margin);
     if (u < bounds.u_min + margin_here || u > bounds.u_max - margin_here) return false;
@@ -150,7 +149,7 @@ double StopSearch::brake(const RateWalk& walk, const RateBounds& bounds) const {
     const double exact = above > 0 ? w * w / (2 * above) : bounds.u_max;
     return std::min(bounds.u_max - margin, std::max(bounds.u_min + margin, exact));
   }
-  const double to_slope = (kSlopeUse * bounds.slope_min - w) / step_s_max_;
+  const double to_slope = (kRetrySlopeUse * bounds.slope_min - w) / step_s_max_;
   return std::min(bounds.u_max - margin, std::max(bounds.u_min + margin, to_slope));
 }
 

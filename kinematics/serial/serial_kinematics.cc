@@ -13,7 +13,7 @@ namespace trn {
 namespace {
 
 // The seed's rotary joints are kept if they point the tool along the wanted axis to within this.
-constexpr double kSameAxis = 1e-14;
+constexpr double kSameDirection = 1e-14;
 // Volume of the three linear directions below which they no longer reach every point.
 constexpr double kFlat = 1e-9;
 
@@ -85,7 +85,7 @@ KinStatus SerialKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc
     return KinStatus::kUnreachable;
   const Vec3 u = u_B / length;
   JointVec q = joints_of(abc);
-  if ((config_.chain.rotation(q).col(2) - u).norm() < kSameAxis) return KinStatus::kOk;
+  if ((config_.chain.rotation(q).col(2) - u).norm() < kSameDirection) return KinStatus::kOk;
   if (!rotary_closed_) {
     // The tool's own turn is free: the present frame is turned by the shortest way.
     const Pose X = config_.chain.pose(q);
@@ -133,7 +133,7 @@ KinStatus SerialKinematics::inverse(const Pose& X_BS, const JointVec& seed, Join
 KinStatus SerialKinematics::inverse_closed(const Pose& X_BS, JointVec& q) const TRN_RT {
   const Vec3 u = X_BS.R.col(2);
   SerialChain::Sweep at = config_.chain.sweep(q);
-  if ((at.R.col(2) - u).squaredNorm() > kSameAxis * kSameAxis) {
+  if ((at.R.col(2) - u).squaredNorm() > kSameDirection * kSameDirection) {
     const int last = rotary_.count() - 1;
     const RotaryAxes::Angles seed{last >= 0 ? q[rotary_joint_[0]] : 0.0,
                                   last >= 1 ? q[rotary_joint_[1]] : 0.0};

@@ -13,7 +13,7 @@ import subprocess
 import sys
 from dataclasses import dataclass
 
-FLAGS_OF = "/interp/gcode/lowering.cc"
+FLAGS_OF = "trn_gcode.dir"
 HEADERS = ("core/ports.h", "interp/gcode/canon.h", "interp/gcode/text/block.h", "interp/gcode/work_frame.h")
 
 # An error at the case's own place, or in a constant expression that begins there.
@@ -68,9 +68,10 @@ def source_of(bodies):
 
 
 def compiler_command(path):
-    """The command that compiles FLAGS_OF, told to look at a source on its input instead."""
+    """A command that compiles for the target FLAGS_OF, told to look at a source on its input instead."""
     with open(path, encoding="utf-8") as file:
-        entry = next(entry for entry in json.load(file) if entry["file"].endswith(FLAGS_OF))
+        entry = next(entry for entry in json.load(file)
+                     if FLAGS_OF in entry["command"] and "cmake_pch" not in entry["file"])
     words = shlex.split(entry["command"])
     start = next(i for i, word in enumerate(words) if word.endswith(("++", "g++", "clang++")))
     kept = [words[start]]

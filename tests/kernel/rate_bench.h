@@ -16,14 +16,14 @@
 namespace trn {
 
 inline constexpr double kPeriodS = 1e-3;
-inline constexpr double kSpeed = 100, kAccel = 1000, kJerk = 20000;  // mm/s, mm/s^2, mm/s^3
+inline constexpr double kSpeed = 100, kAccel = 1000, kJerkMax = 20000;  // mm/s, mm/s^2, mm/s^3
 
 inline Joints one_joint() {
   Joint joint;
   joint.name = "X";
   joint.limit.velocity = kSpeed;
   joint.limit.acceleration = kAccel;
-  joint.limit.jerk = kJerk;
+  joint.limit.jerk = kJerkMax;
   return {joint};
 }
 
@@ -40,10 +40,10 @@ inline MotionBlock joint_block(const std::vector<JointSegment>& segments, bool e
     const std::size_t k = block.segment_count++;
     block.segments[k].duration_s = segment.duration_s;
     JointMotion& joint = block.joints[k];
-    joint.v[0] = static_cast<float>(segment.v / kJerk);
-    joint.a[0] = static_cast<float>(segment.a / kJerk);
-    joint.a_end[0] = static_cast<float>((segment.a + segment.duration_s * segment.j) / kJerk);
-    joint.j_min[0] = joint.j_max[0] = static_cast<float>(segment.j / kJerk);
+    joint.v[0] = static_cast<float>(segment.v / kJerkMax);
+    joint.a[0] = static_cast<float>(segment.a / kJerkMax);
+    joint.a_end[0] = static_cast<float>((segment.a + segment.duration_s * segment.j) / kJerkMax);
+    joint.j_min[0] = joint.j_max[0] = static_cast<float>(segment.j / kJerkMax);
   }
   return block;
 }

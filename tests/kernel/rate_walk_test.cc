@@ -18,8 +18,8 @@ TEST(RateWalk, BoundsAtASteadySpeed) {
   RateRoad road(joint_block({{1, 50}}));
   const RateBounds bounds = road.walk(1, 0).bounds();
   EXPECT_TRUE(bounds.legal);
-  EXPECT_LE(bounds.u_max, kJerk / 50);
-  EXPECT_GE(bounds.u_max, 0.99 * kJerk / 50);
+  EXPECT_LE(bounds.u_max, kJerkMax / 50);
+  EXPECT_GE(bounds.u_max, 0.99 * kJerkMax / 50);
   EXPECT_LE(bounds.slope_max, kAccel / 50);
   EXPECT_GE(bounds.slope_max, 0.99 * kAccel / 50);
   EXPECT_DOUBLE_EQ(bounds.u_min, -bounds.u_max);
@@ -32,7 +32,7 @@ TEST(RateWalk, SeededBoundsAreNeverWiderThanTheLimitsAndHardlyNarrower) {
   std::uniform_real_distribution<double> unit(-1, 1);
   int judged = 0;
   for (int i = 0; i < 3000; ++i) {
-    const double v = 90 * unit(rng), a = 900 * unit(rng), j = 0.9 * kJerk * unit(rng);
+    const double v = 90 * unit(rng), a = 900 * unit(rng), j = 0.9 * kJerkMax * unit(rng);
     const double r = std::abs(unit(rng)), w = 5 * unit(rng);
     if (std::abs(v) < 5) continue;  // the error of the speed counts there
     RateRoad road(joint_block({{1e-3, v, a, j}}));
@@ -40,8 +40,9 @@ TEST(RateWalk, SeededBoundsAreNeverWiderThanTheLimitsAndHardlyNarrower) {
     const double held = r * r * a, jerk = r * r * r * j + 3 * r * w * a;
     const double slope_max = ((v > 0 ? kAccel : -kAccel) - held) / v,
                  slope_min = ((v > 0 ? -kAccel : kAccel) - held) / v;
-    const double u_max = ((v > 0 ? kJerk : -kJerk) - jerk) / v, u_min = ((v > 0 ? -kJerk : kJerk) - jerk) / v;
-    const double slack = 0.01 * kAccel / std::abs(v), u_slack = 0.02 * kJerk / std::abs(v);
+    const double u_max = ((v > 0 ? kJerkMax : -kJerkMax) - jerk) / v,
+                 u_min = ((v > 0 ? -kJerkMax : kJerkMax) - jerk) / v;
+    const double slack = 0.01 * kAccel / std::abs(v), u_slack = 0.02 * kJerkMax / std::abs(v);
     EXPECT_LE(bounds.slope_max, slope_max + 1e-9) << i;
     EXPECT_GE(bounds.slope_max, slope_max - slack) << i;
     EXPECT_GE(bounds.slope_min, slope_min - 1e-9) << i;

@@ -19,7 +19,7 @@ namespace {
 /// The time from rate 1 to a rate lower by `drop` at a steady speed v: u = -J/v, then the release with
 /// `share` of J/v, and a slope of -A/v in between where it gets there.
 double closed_form_s(double v, double drop, double share) {
-  const double U = kJerk / v, W = kAccel / v;
+  const double U = kJerkMax / v, W = kAccel / v;
   const double w = std::sqrt(2 * U * drop * share / (1 + share));
   if (w <= W) return w / U + w / (share * U);
   const double ramps = W * W / (2 * U) + W * W / (2 * share * U);
@@ -108,12 +108,12 @@ std::vector<JointSegment> wander(std::mt19937_64& rng) {
   JointSegment s{0, 60 * unit(rng), 0, 0};
   while (out.size() < 48) {
     s.duration_s = 0.004 + 0.016 * std::abs(unit(rng));
-    s.j = 0.98 * kJerk * unit(rng);
+    s.j = 0.98 * kJerkMax * unit(rng);
     const double t = s.duration_s, a = s.a + s.j * t, v = s.v + t * (s.a + t * s.j / 2);
-    const double stop = v + a * std::abs(a) / (2 * kJerk);  // where a comes back to 0
+    const double stop = v + a * std::abs(a) / (2 * kJerkMax);  // where a comes back to 0
     if (std::abs(a) > 0.98 * kAccel || std::abs(stop) > 90 || std::abs(v) > 90) {
-      s.j = s.a == 0 ? 0 : -std::copysign(0.97 * kJerk, s.a);
-      s.duration_s = s.a == 0 ? 0.004 : std::abs(s.a) / (0.97 * kJerk);
+      s.j = s.a == 0 ? 0 : -std::copysign(0.97 * kJerkMax, s.a);
+      s.duration_s = s.a == 0 ? 0.004 : std::abs(s.a) / (0.97 * kJerkMax);
     }
     out.push_back(s);
     const double d = s.duration_s;
@@ -136,7 +136,7 @@ double worst_ratio(const RatePlan& plan, const std::vector<JointSegment>& road) 
       const JointSegment& s = road[k];
       const double a = s.a + passed * s.j, v = s.v + passed * (s.a + passed * s.j / 2);
       worst = std::max({worst, std::abs(r * v) / kSpeed, std::abs(r * r * a + w * v) / kAccel,
-                        std::abs(r * r * r * s.j + 3 * r * w * a + u * v) / kJerk});
+                        std::abs(r * r * r * s.j + 3 * r * w * a + u * v) / kJerkMax});
       passed += t * (r + t * (w / 2 + t * u / 6));
       r += t * (w + t * u / 2);
       w += t * u;

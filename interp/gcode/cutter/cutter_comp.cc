@@ -25,7 +25,6 @@ constexpr double kReversal_rad = 1e-6;
 constexpr double kSweepMore_rad = 1;    // a corner that counts as none may lengthen an arc, by less than this
 constexpr double kStraight_rad = 0.05;  // corners flatter than this are no corners (the dialect's own bound)
 
-double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
 Point turned_left(const Point& t) { return {-t.y(), t.x()}; }
 
 // Where a line (point, unit direction) and a circle meet, nearest to `near`; false if they do not.

@@ -28,8 +28,6 @@ PlaneBox around(const PlaneCurve& curve, double by) {
 
 double mix(double from, double to, double fraction) { return from + fraction * (to - from); }
 
-double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
-
 // The part of the path on which the tool is no higher than `height`; false if there is none.
 bool lower_part(const PlaneCurve& path, double from, double to, double height, PlaneCurve& part) {
   part = path;

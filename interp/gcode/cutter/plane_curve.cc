@@ -13,20 +13,18 @@ namespace {
 
 using Point = PlaneCurve::Point;
 
-constexpr double kTiny = 1e-9;
+constexpr double kTinyMm = 1e-9;
 constexpr double kRounding = 1e-12;  // of a radius
 constexpr double kShortest_rad = 1e-7;
-
-double cross(const Point& a, const Point& b) { return a.x() * b.y() - a.y() * b.x(); }
 
 // True if the ray from the arc's centre to p meets the arc.
 bool faces(const PlaneCurve& arc, const Point& p) {
   TRN_CHECK(arc.turn != 0);
   // Every point of the arc is as near to the centre as any other.
-  if ((p - arc.centre).norm() < kTiny) return true;
+  if ((p - arc.centre).norm() < kTinyMm) return true;
   const double whole = sweep_of(arc.centre, arc.from, arc.to, arc.turn);
   const double part = sweep_of(arc.centre, arc.from, p, arc.turn);
-  return part <= whole || part >= 2 * kPi - kTiny;
+  return part <= whole || part >= 2 * kPi - kTinyMm;
 }
 
 double to_line(const Point& p, const PlaneCurve& line) {
@@ -55,7 +53,7 @@ double line_to_arc(const PlaneCurve& line, const PlaneCurve& arc) {
   TRN_CHECK(line.turn == 0 && arc.turn != 0);
   const Point d = line.to - line.from;
   const double length = d.norm();
-  if (length < kTiny) return to_arc(line.from, arc);
+  if (length < kTinyMm) return to_arc(line.from, arc);
   const Point u = d / length;
   const double along = u.dot(arc.centre - line.from);
   const Point foot = line.from + along * u;
@@ -111,7 +109,7 @@ void cross_lines(const PlaneCurve& one, const PlaneCurve& two, FewPoints& points
 void cross_line_and_circle(const PlaneCurve& line, const PlaneCurve& arc, FewPoints& points) {
   TRN_CHECK(line.turn == 0 && arc.turn != 0);
   const Point d = line.to - line.from;
-  if (d.norm() < kTiny) return;
+  if (d.norm() < kTinyMm) return;
   const Point u = d.normalized();
   const Point foot = line.from + u.dot(arc.centre - line.from) * u;
   const double half2 = arc.radius() * arc.radius() - (foot - arc.centre).squaredNorm();
@@ -139,7 +137,7 @@ double sweep_of(const Point& centre, const Point& from, const Point& to, int tur
   const Point a = from - centre, b = to - centre;
   double angle = turn * std::atan2(cross(a, b), a.dot(b));
   // Equal ends are a full turn, as in a program.
-  if (angle <= kTiny) angle += 2 * kPi;
+  if (angle <= kTinyMm) angle += 2 * kPi;
   return angle;
 }
 
@@ -167,7 +165,7 @@ Point point_at(const PlaneCurve& curve, double fraction) {
 
 double fraction_of(const PlaneCurve& curve, const Point& p) {
   const double from_start = (p - curve.from).norm();
-  if (from_start < kTiny) return 0;
+  if (from_start < kTinyMm) return 0;
   if (curve.turn == 0) {
     const Point d = curve.to - curve.from;
     return d.squaredNorm() > 0 ? std::clamp((p - curve.from).dot(d) / d.squaredNorm(), 0.0, 1.0) : 0;

@@ -16,6 +16,10 @@ struct PlaneCurve {
   double radius() const { return (from - centre).norm(); }
 };
 
+inline double cross(const PlaneCurve::Point& a, const PlaneCurve::Point& b) {
+  return a.x() * b.y() - a.y() * b.x();
+}
+
 /// Angle of an arc from one point to another about `centre`, in the sense of `turn`, in (0, 2 pi].
 double sweep_of(const PlaneCurve::Point& centre, const PlaneCurve::Point& from, const PlaneCurve::Point& to,
                 int turn);

@@ -8,7 +8,7 @@
 namespace trn {
 
 namespace {
-constexpr double kMaxTool = 99999999;
+constexpr double kLastTool = 99999999;
 }  // namespace
 
 void Executor::tool_is_in(int number) {
@@ -21,7 +21,7 @@ void Executor::tool_is_in(int number) {
 // As the parameters have it from the last program.
 int Executor::spindle_tool() const {
   const double number = std::as_const(parts_.parameters)[parameter::kTool];
-  return number > 0 && number <= kMaxTool ? static_cast<int>(number) : 0;
+  return number > 0 && number <= kLastTool ? static_cast<int>(number) : 0;
 }
 
 // Inside the sub-program that changes tools, M6 is the operator's part of it.

@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTube = 0.93;           // of the tolerance: leaves room for what lies between the samples
 constexpr double kUsageMax = 0.98;       // of an accepted curve
-constexpr double kNearlyAll = 0.9;       // looked at more closely
+constexpr double kNearGreatest = 0.9;    // looked at more closely
 constexpr double kTubeAtCorner = 0.05;   // of the tolerance: the rest belongs to the blend
 constexpr double kCornerReach = 20;      // tolerances: how far from a corner its blend may come
 constexpr double kCornerSpan = 5;        // tolerances: longest span beside a corner
@@ -223,7 +223,7 @@ class RunFitter {
       const double u = from + step * p;
       const TubeUse used = use(u);
       worst.raise(used);
-      if (used.worst() < kNearlyAll || parts == 1) continue;
+      if (used.worst() < kNearGreatest || parts == 1) continue;
       double peak_at = u, peak = used.worst();  // it may lie between
       for (const double beside : {-0.5, -0.25, 0.25, 0.5}) {
         const double at = std::clamp(u + beside * step, from, to);

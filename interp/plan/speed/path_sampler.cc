@@ -15,8 +15,8 @@ namespace {
 
 constexpr double kCurveAccuracy = 5e-4;  // of a limit: error that a panel of polynomials may have
 constexpr double kBoundMargin = 1.5;   // (ds/dt)^2 possible in a panel over the bounds at three places of it
-constexpr int kHalvingsMax = 3;        // of a piece into panels
-constexpr double kTiny = 1e-12;        // share of a limit below which nothing moves
+constexpr int kPanelHalvingsMax = 3;   // of a piece into panels
+constexpr double kTinyShare = 1e-12;   // share of a limit below which nothing moves
 constexpr double kNothingBinds = 1e6;  // ds/dt where neither feed nor a joint bounds it
 
 [[noreturn]] void fail_position(const PlanPiece& piece, const Joint& joint, double q) {
@@ -54,7 +54,7 @@ PathSampler::PathSampler(const Joints& joints, const JointMap& map, const JointR
 
 void PathSampler::curve(const PlanPiece& piece, JointCurve& out) const {
   out.clear();
-  add_panels(piece, 0, piece.piece.length, kHalvingsMax, out);
+  add_panels(piece, 0, piece.piece.length, kPanelHalvingsMax, out);
 }
 
 void PathSampler::add_panels(const PlanPiece& piece, double s0, double s1, int halvings,
@@ -109,7 +109,7 @@ double PathSampler::speed_bound(const PlanPiece& piece, const JointDerivatives& 
   double share = 1 / speed;
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i)
     share = std::max(share, std::abs(d.d1[i]) * rates_.velocity_inverse[i]);
-  speed = share > kTiny ? 1 / share : kNothingBinds;
+  speed = share > kTinyShare ? 1 / share : kNothingBinds;
   return speed * speed;
 }
 

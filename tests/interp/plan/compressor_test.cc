@@ -7,10 +7,10 @@
 #include "core/axes.h"
 #include "core/path.h"
 #include "core/units.h"
-#include "geometry_check.h"
 #include "interp/move.h"
 #include "interp/plan/geometry/geometry_planner.h"
 #include "interp/plan/stages.h"
+#include "tests/interp/plan/geometry_check.h"
 
 namespace trn {
 namespace {

@@ -6,9 +6,9 @@
 #include "core/frames.h"
 #include "core/motion.h"
 #include "core/path.h"
-#include "geometry_check.h"
 #include "interp/move.h"
 #include "interp/plan/stages.h"
+#include "tests/interp/plan/geometry_check.h"
 
 namespace trn {
 namespace {
