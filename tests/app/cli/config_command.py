@@ -133,12 +133,14 @@ READ = re.compile(r"(?:\.|->)(?:number|integer|boolean|text|choice|vec3|numbers|
 HANDED_ON = re.compile(r"\b(\w+)\((?:[\w.]+, *)*\*?(?:\w*table|entry|section|io|root|drives|axis|spindle), *"
                        r"(?=\"|fmt::format)")
 NOT_OF_KEYS = {"read_budget", "read_common"}  # they take a correction's name, a unit
-# Expressions without a text of their own: where their texts stand in the same file; None: with the callers.
+# Expressions without a text of their own: where their texts stand in the same file, or the one named below; None: with
+# the callers.
 ELSEWHERE = {
     "key": r"\bkey = (?!\[)([^;]*);", "key.c_str()": None, "at": r"\bat = ([^;,]*)[;,]", "at.c_str()": None,
     "forward": r"\bforward = ([^;,]*)[;,]", "backward": r"\bbackward = ([^;,]*)[;,]",
-    "kAxes[i]": r"\bkAxes\[\] = \{(\"\w+\")", "kind.name": r"CorrectionKind kKinds\[\] = \{(.*?)\n\};",
+    "kStageAxes[i]": r"\bkStageAxes\[\] = \{(\"\w+\")", "kind.name": r"CorrectionKind kKinds\[\] = \{(.*?)\n\};",
     "owned.key": r"kOwned\[\] = \{(.*?)\};"}
+IN_FILE = {"kStageAxes[i]": "compensation/micromill/friction_network.h"}
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
@@ -180,7 +182,8 @@ def asked_in(name, text):
         expression, place = argument(text, at), f"{name}:{text.count(chr(10), 0, at) + 1}"
         if expression in ELSEWHERE:
             where = ELSEWHERE[expression]
-            for row in re.findall(where, text, re.S) if where else []:
+            source = (SOURCE / IN_FILE[expression]).read_text() if expression in IN_FILE else text
+            for row in re.findall(where, source, re.S) if where else []:
                 for line in re.findall(r"\{(\"\w+\")", row) or [row]:  # rows of a table begin with their key
                     yield from ((p, place) for p in patterns_of(line))
         elif expression != '""':  # an error of the whole table
