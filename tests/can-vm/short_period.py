@@ -19,7 +19,7 @@ MODES = ("planned", "override", "holds", "single_block", "late_planner")
 MOVES = [(8, 3), (-5, 6), (3, -9), (-6, 4), (5, -8), (-5, 4)] * 4
 STROKES = "".join(f"G1 X{x} Y{y} F3000\n" for x, y in MOVES)
 PART = "G21 G94 G64 P0.02\nG91 G1 Z{0} F3000\n#1=0\no1 while [#1 lt 12]\n" + STROKES + "#1=[#1+1]\no1 endwhile\nM2\n"
-RETREAT = {"hexapod": 40}  # its legs are near their shortest where it is homed, mm
+RETREAT = {"hexapod": -60}  # its legs are near their shortest where it is homed: down, mm
 SCRIPT = """trunnion daemon --machine machine.toml > daemon.log 2>&1 &
 daemon=$!
 ask() { trunnion "$@" --machine machine.toml --timeout 30; }
@@ -60,8 +60,10 @@ def run(config, build, source):
     for mode in MODES:
         status = json.loads(lines[lines.index(f"mode {mode}") + 1])
         good &= status["overruns"] == 0 and status["periods"] > 20000 and status["realtime"]
+        good &= status["state"] == "idle" if mode == "planned" else status["state"] in ("running", "holding")
+        good &= status["program"] != "" and status["fault"] == "ok"
         good &= (status["starvations"] > 0) == (mode == "late_planner")
-        print(f"{config} {mode}: {status['periods']} periods so far, {status['overruns']} overruns, "
+        print(f"{config} {mode}: {status['state']}, {status['periods']} periods so far, {status['overruns']} overruns, "
               f"{status['starvations']} starvations; tick p50 {status['tick_us_p50']:.1f}, worst "
               f"{status['tick_us_max']:.1f} us; late by at most {status['wake_us_max']:.1f} us", flush=True)
     return good
