@@ -30,7 +30,9 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       stop_s_(plan_stop_s(config.plan_joints)),
       unusable_s_(2 * config.period_s * (1 + rate_lead_periods(config.period_s))),
       ramp_(config.plan_joints, config.period_s),
+      jog_(config.plan_joints, config.period_s),
       single_block_(parts.queue, interpolator_),
+      optional_stop_(config.optional_stop),
       probe_(parts.drives, config.joints.size()),
       io_(parts.io, config.period_s, config.spindle_timeout_s) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
@@ -81,8 +83,11 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       return stop();
     case Kind::kSingleBlock:
       return single_block_.set(command.value != 0);
+    case Kind::kOptionalStop:
+      optional_stop_ = command.value != 0;
+      return;
     case Kind::kJog:
-      if (may_begin) begin_jog(command);
+      if (may_begin || (motion_ == MotionState::kJogging && !ending())) jog(command);
       return;
     case Kind::kHome:
       if (may_begin) begin_homing(command.joint);
@@ -139,9 +144,10 @@ void Cycle::quick_stop() TRN_RT {
   abandon_motion();
 }
 
-void Cycle::begin_jog(const RtCommand& command) TRN_RT {
+void Cycle::jog(const RtCommand& command) TRN_RT {
   if (command.joint < 0 || static_cast<std::size_t>(command.joint) >= config_.joints.size()) return;
-  ramp_.begin_jog(setpoint_.q, command.joint, command.value, command.speed, overrides_.feed());
+  if (motion_ != MotionState::kJogging) jog_.begin(setpoint_.q);
+  jog_.move_on(command.joint, command.value, command.speed);
   motion_ = MotionState::kJogging;
 }
 
@@ -169,7 +175,7 @@ void Cycle::move() TRN_RT {
     case MotionState::kHoming:
       return follow_homing();
     case MotionState::kJogging:
-      return follow_jog(ending() ? 0.0 : overrides_.feed());
+      return follow_jog();
     case MotionState::kMoving:
     case MotionState::kHeld:
       return follow_path();
@@ -300,7 +306,7 @@ void Cycle::switch_corrections(const QueueEvent& event) TRN_RT {
 bool Cycle::pauses_at(const QueueEvent& event) const TRN_RT {
   if (config_.stops == ProgramStops::kPass || wait_.tool_confirmed) return false;
   using Kind = QueueEvent::Kind;
-  return event.kind == Kind::kProgramStop || event.kind == Kind::kOptionalStop ||
+  return event.kind == Kind::kProgramStop || (event.kind == Kind::kOptionalStop && optional_stop_) ||
          (event.kind == Kind::kToolChange && event.value == kToolByOperator);
 }
 
@@ -381,9 +387,10 @@ void Cycle::exchange_io() TRN_RT {
   if (fault != Fault::kOk) latch(fault, -1);
 }
 
-void Cycle::follow_jog(double target) TRN_RT {
-  setpoint_.q = ramp_.step(target);
-  if (ramp_.ended() || (ending() && ramp_.rate() == 0)) come_to_rest();
+void Cycle::follow_jog() TRN_RT {
+  if (ending()) jog_.stop();
+  setpoint_.q = jog_.step(std::min(1.0, overrides_.feed()));
+  if (jog_.ended()) come_to_rest();
 }
 
 // The drive moves by itself, and what it reads jumps when it finds its position.
@@ -524,10 +531,11 @@ void Cycle::report_place() TRN_RT {
   report_.context = interpolator_.context();
   report_.on_path = interpolator_.has_position() && !switch_.off_path;
   report_.speed_mm_s = (report_.y - y_before).head<3>().norm() / config_.period_s;
-  const bool on_ramp = motion_ == MotionState::kJogging || switch_.settling;
   report_.rate_plan_late = rate_.late();
   report_.late_rate_plans = rate_.late_answers();
-  report_.override_now = on_ramp ? ramp_.rate() : rate_.rate();
+  report_.override_now = rate_.rate();
+  if (switch_.settling) report_.override_now = ramp_.rate();
+  if (motion_ == MotionState::kJogging) report_.override_now = std::min(1.0, overrides_.feed());
 }
 
 void Cycle::report_io() TRN_RT {
@@ -551,6 +559,7 @@ void Cycle::write_report() TRN_RT {
   report_tool_load();
   report_io();
   report_.single_block = single_block_.on();
+  report_.optional_stop = optional_stop_;
   report_.homed_mask = feedback_.homed_mask;
   report_.limit_switch_mask = feedback_.limit_switch_mask;
   report_.fault = latched_.fault;

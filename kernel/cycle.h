@@ -9,6 +9,7 @@
 #include "core/ports.h"
 #include "core/ring.h"
 #include "kernel/interpolator.h"
+#include "kernel/joint_jog.h"
 #include "kernel/joint_ramp.h"
 #include "kernel/motion_queue.h"
 #include "kernel/overrides.h"
@@ -31,6 +32,7 @@ struct CycleConfig {
   Joints joints;
   Joints plan_joints;  ///< limits of the planned motion, without what the corrections keep for themselves
   ProgramStops stops = ProgramStops::kWait;
+  bool optional_stop = true;           ///< M1 is one, until the operator switches it
   double spindle_timeout_s = 10;       ///< for its speed or place
   Pose X_WB_idle = {};                 ///< in reports before a program's first motion
   std::size_t report_capacity = 4096;  ///< reports that wait to be read; more are lost, and counted
@@ -107,7 +109,7 @@ class Cycle final : public TickPort {
   void resume() TRN_RT;
   void stop() TRN_RT;
   void quick_stop() TRN_RT;
-  void begin_jog(const RtCommand& command) TRN_RT;
+  void jog(const RtCommand& command) TRN_RT;
   void begin_homing(int joint) TRN_RT;
 
   void move() TRN_RT;
@@ -119,7 +121,7 @@ class Cycle final : public TickPort {
   bool meet_next_stretch() TRN_RT;
   void begin_settling(const JointVec& way) TRN_RT;
   void settle(double target) TRN_RT;
-  void follow_jog(double target) TRN_RT;
+  void follow_jog() TRN_RT;
   void follow_homing() TRN_RT;
 
   void pass_event() TRN_RT;
@@ -166,9 +168,11 @@ class Cycle final : public TickPort {
   PathRate rate_;      ///< of the plan
   double stop_s_;      ///< plan time that a stop may take
   double unusable_s_;  ///< plan time at the end of what is seen: the rate planner's lead
-  JointRamp ramp_;     ///< of jogs, and between stretches with other corrections
+  JointRamp ramp_;     ///< between stretches with other corrections
+  JointJog jog_;
   Overrides overrides_;
   SingleBlock single_block_;
+  bool optional_stop_;  ///< M1 stops
   ProbeMove probe_;
   TickIo io_;
   ProgramWait wait_;

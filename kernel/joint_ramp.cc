@@ -9,39 +9,14 @@ namespace trn {
 
 namespace {
 constexpr PlanShares kShares{0.9, 0.8};  // of the limits; the rest stops the ramp at any moment
-constexpr double kJogShare = 0.1;        // of the velocity limit when a jog names no speed
 constexpr double kFast = 1e12;           // no limit at all
 constexpr double kNoWay = 1e-9;          // mm, rad: keeps the division by a joint's way finite
 }  // namespace
-
-double jog_target(const JointLimit& limit, double from, double way) TRN_RT {
-  return std::clamp(from + way, std::min(limit.min, from), std::max(limit.max, from));
-}
 
 JointRamp::JointRamp(const Joints& joints, double period_s)
     : joints_(joints), time_scale_(joints, kShares, period_s) {
   from_.setZero(static_cast<Eigen::Index>(joints.size()));
   way_ = from_;
-}
-
-void JointRamp::begin(double rate) TRN_RT {
-  time_s_ = 0;
-  time_scale_.set_target(rate);
-  time_scale_.restart();
-}
-
-void JointRamp::begin_jog(const JointVec& from, int joint, double way, double speed, double rate) TRN_RT {
-  const JointLimit& limit = joints_[static_cast<std::size_t>(joint)].limit;
-  from_ = from;
-  TRN_CHECK(static_cast<std::size_t>(joint) < joints_.size());
-  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size());
-  way_.setZero();
-  way_[joint] = 1;
-  const double distance = jog_target(limit, from[joint], way) - from[joint];
-  const double wanted = speed > 0 ? speed : kJogShare * limit.velocity;
-  curve_ = SCurve(distance, std::min(wanted, limit.velocity), kShares.acceleration * limit.acceleration,
-                  kShares.jerk * limit.jerk);
-  begin(rate);
 }
 
 // The curve runs from 0 to 1; each joint's limit, divided by its way, is a limit of the curve.
@@ -59,7 +34,9 @@ void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate
   curve_ = SCurve(1, velocity, acceleration, jerk);
   from_ = from;
   way_ = way;
-  begin(rate);
+  time_s_ = 0;
+  time_scale_.set_target(rate);
+  time_scale_.restart();
 }
 
 JointVec JointRamp::step(double rate_target) TRN_RT {

@@ -8,20 +8,13 @@
 
 namespace trn {
 
-/// Where a joint that stands at `from` ends when it is jogged by `way`: at its limit at the latest; one that
-/// stands outside may come back, and goes no further out. mm or rad.
-double jog_target(const JointLimit& limit, double from, double way) TRN_RT;
-
-/// A straight way of the joints from rest to rest that no plan has made: q(t) = from + way * curve(t). Jogs
-/// and the change to other corrections use it. It takes a share of the joints' limits, and the rest lets the
+/// A straight way of the joints from rest to rest that no plan has made: q(t) = from + way * curve(t). The
+/// change to other corrections uses it. It takes a share of the joints' limits, and the rest lets the
 /// override and a stop act at any moment (TimeScale).
 class JointRamp {
  public:
   JointRamp(const Joints& joints, double period_s);
 
-  /// Joint `joint` moves by `way` (mm or rad), or as far as its range goes, at `speed` (per s; 0: a tenth of
-  /// its limit).
-  void begin_jog(const JointVec& from, int joint, double way, double speed, double rate) TRN_RT;
   /// All joints move by `way` together, as fast as the slowest of them can.
   void begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT;
 
@@ -32,8 +25,6 @@ class JointRamp {
   double rate() const TRN_RT { return time_scale_.rate(); }
 
  private:
-  void begin(double rate) TRN_RT;
-
   const Joints joints_;
   TimeScale time_scale_;
   SCurve curve_;

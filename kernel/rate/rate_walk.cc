@@ -9,6 +9,7 @@ namespace trn {
 
 namespace {
 
+constexpr int kSkippedMax = 512;            // segments at once; the path has hardly more in the longest skip
 constexpr double kAccelerationUse = 0.999;  // the rest is for what lies between a step's ends
 constexpr double kJerkUse = 0.996;
 constexpr double kVelocityUse = 0.9999;
@@ -68,13 +69,14 @@ void RateWalk::skip(double plan_time_s) {
   judged_ = false;
   place_.time_s += plan_time_s;
   passed_s_ += plan_time_s;
-  for (int i = 0; i < RatePlan::kStepsMax && !ended_ && block_; ++i) {
+  for (int i = 0; i < kSkippedMax && !ended_ && block_; ++i) {
     const double beyond =
         place_.time_s - block_->segments[static_cast<std::size_t>(place_.segment)].duration_s;
     if (beyond < 0) return;
     leave_segment();
     place_.time_s = beyond;
   }
+  if (!ended_) block_ = nullptr;  // so far ahead nothing is known
 }
 
 RateBounds RateWalk::judge() const {

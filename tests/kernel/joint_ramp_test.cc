@@ -24,48 +24,6 @@ JointVec joints_at(double x, double a) {
   return q;
 }
 
-TEST(JogTarget, EndsAtTheLimitAndNeverGoesFartherOut) {
-  const JointLimit limit{-100, 100, 1, 1, 1};
-  EXPECT_EQ(jog_target(limit, 10, 20), 30);
-  EXPECT_EQ(jog_target(limit, 90, 20), 100);
-  EXPECT_EQ(jog_target(limit, -90, -20), -100);
-  EXPECT_EQ(jog_target(limit, 120, 5), 120) << "outside already";
-  EXPECT_EQ(jog_target(limit, 120, -5), 115) << "it may come back";
-  EXPECT_EQ(jog_target(limit, -120, 300), 100);
-}
-
-TEST(JointRamp, AJogMovesItsJointAloneTheWholeWayWithinTheLimits) {
-  const Joints joints = two_joints();
-  JointRamp ramp(joints, kT);
-  JointJudge judge(joints, kT);
-  ramp.begin_jog(joints_at(5, 0.3), 0, -40, 150, 1);
-  JointVec q = joints_at(5, 0.3);
-  judge(q);
-  int periods = 0;
-  for (; !ramp.ended() && periods < 5000; ++periods) {
-    q = ramp.step(1);
-    judge(q);
-    ASSERT_EQ(q[1], 0.3);
-  }
-  EXPECT_EQ(q[0], -35);
-  std::string where;
-  EXPECT_LE(judge.worst(&where), 1 + 1e-6) << where;
-  // Closed form with the shares of the limits that a jog takes, rounded up to periods.
-  EXPECT_NEAR(periods * kT, 40 / 150.0 + 150 / (0.9 * 2000) + 0.9 * 2000 / (0.8 * 40000), 1.01 * kT);
-}
-
-TEST(JointRamp, WithoutASpeedAJogTakesATenthOfTheLimit) {
-  JointRamp ramp(two_joints(), kT);
-  ramp.begin_jog(joints_at(0, 0), 0, 50, 0, 1);
-  double fastest = 0, before = 0;
-  while (!ramp.ended()) {
-    const double x = ramp.step(1)[0];
-    fastest = std::max(fastest, (x - before) / kT);
-    before = x;
-  }
-  EXPECT_NEAR(fastest, 20, 1e-6);
-}
-
 TEST(JointRamp, AllJointsArriveTogetherAndTheSlowestDecides) {
   const Joints joints = two_joints();
   JointRamp ramp(joints, kT);
@@ -88,7 +46,7 @@ TEST(JointRamp, AStopWithinTheWayKeepsTheLimits) {
   const Joints joints = two_joints();
   JointRamp ramp(joints, kT);
   JointJudge judge(joints, kT);
-  ramp.begin_jog(joints_at(0, 0), 0, 90, 200, 1);
+  ramp.begin_way(joints_at(0, 0), joints_at(90, 0), 1);
   judge(joints_at(0, 0));
   for (int i = 0; i < 150; ++i) judge(ramp.step(1));
   int periods = 0;

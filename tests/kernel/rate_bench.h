@@ -52,7 +52,7 @@ inline MotionBlock joint_block(const std::vector<JointSegment>& segments, bool e
 class RateRoad {
  public:
   RateRoad(const MotionBlock& block) : RateRoad(std::vector<MotionBlock>(1, block)) {}
-  explicit RateRoad(const std::vector<MotionBlock>& blocks) : queue_(64) {
+  explicit RateRoad(const std::vector<MotionBlock>& blocks) : queue_(blocks.size() + 63) {
     for (const MotionBlock& block : blocks) EXPECT_TRUE(queue_.push(block));
     queue_.look();
   }

@@ -161,5 +161,28 @@ TEST(RateWalk, SkipAndCoastComeToTheSamePlaceAsSteps) {
   EXPECT_NEAR(skipped.bounds().slope_max, (0.999 * kAccel - 200) / 51.2, 0.1) << "in the second segment";
 }
 
+// As on a path of half a millimetre a move: the place may lie hundreds of segments ahead. Farther than it
+// looks nothing is known there, and no step goes on from there.
+TEST(RateWalk, ASkipOverManySegmentsComesToItsPlaceOrToNone) {
+  std::vector<JointSegment> segments(MotionBlock::kMaxSegments, {1e-4, 50});
+  for (const int blocks : {40, 63, 100}) {
+    RateRoad road(std::vector<MotionBlock>(static_cast<std::size_t>(blocks), joint_block(segments)));
+    for (const double skip_s : {0.0251, 0.0307, 0.0493, 0.0675}) {
+      RateWalk walk = road.walk(1, 0);
+      walk.skip(skip_s);
+      EXPECT_FALSE(walk.ended());
+      EXPECT_NEAR(walk.passed_s(), skip_s, 1e-12);
+      const int segment = static_cast<int>(skip_s / 1e-4);
+      const bool known = segment < blocks * MotionBlock::kMaxSegments && segment < 512;
+      EXPECT_EQ(walk.bounds().legal, known) << blocks << " blocks, " << skip_s << " s";
+      EXPECT_EQ(walk.step(0, 1e-3) > 0, known);
+      if (!known) continue;
+      EXPECT_EQ(static_cast<int>(walk.place().block) * MotionBlock::kMaxSegments + walk.place().segment,
+                segment + 1)
+          << "a step ends with its segment";
+    }
+  }
+}
+
 }  // namespace
 }  // namespace trn
