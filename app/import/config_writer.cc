@@ -1,0 +1,251 @@
+#include "app/import/config_writer.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "app/import/config_text.h"
+#include "core/frames.h"
+
+namespace trn {
+
+namespace {
+
+constexpr std::size_t kCommentWidth = 108;
+
+/// Writes tables, keys and wrapped comments one after the other.
+class ConfigText {
+ public:
+  explicit ConfigText(const ImportedMachine& machine) : machine_(machine) {}
+
+  void comment(const std::string& text) {
+    std::string line = "#";
+    for (std::size_t at = 0; at < text.size();) {
+      const std::size_t end = std::min(text.find(' ', at), text.size());
+      if (line.size() > 1 && line.size() + 1 + end - at > kCommentWidth) {
+        out_ += line + "\n";
+        line = "#  ";
+      }
+      if (end > at) line += " " + text.substr(at, end - at);
+      at = end + 1;
+    }
+    out_ += line + "\n";
+  }
+  void blank() { out_ += "\n"; }
+  void line(const std::string& text) { out_ += text + "\n"; }
+  void table(const std::string& name) { out_ += fmt::format("\n[{}]\n", name); }
+  void tables(const std::string& name) { out_ += fmt::format("\n[[{}]]\n", name); }
+  void number(const std::string& key, double value) { line(fmt::format("{} = {}", key, toml_number(value))); }
+  void text(const std::string& key, const std::string& value) {
+    line(fmt::format("{} = {}", key, toml_text(value)));
+  }
+  void vec3(const std::string& key, const Vec3& v) {
+    line(fmt::format("{} = [{}, {}, {}]", key, toml_number(v.x()), toml_number(v.y()), toml_number(v.z())));
+  }
+  void texts(const std::string& key, const std::vector<std::string>& values) {
+    std::string all;
+    for (const std::string& value : values) all += (all.empty() ? "" : ", ") + toml_text(value);
+    line(fmt::format("{} = [{}]", key, all));
+  }
+  void notes(ImportSpot spot, const std::string& joint = {}) {
+    for (const ImportNote& note : machine_.notes)
+      if (note.spot == spot && note.joint == joint) comment(note_line(beside_source(note)));
+  }
+  std::string take() { return std::move(out_); }
+
+ private:
+  // The first line of the config has the folder.
+  ImportNote beside_source(ImportNote note) const {
+    if (const std::string folder = folder_of(machine_.source); note.place.file.starts_with(folder))
+      note.place.file.erase(0, folder.size());
+    return note;
+  }
+
+  const ImportedMachine& machine_;
+  std::string out_;
+};
+
+std::string unit_of(const ImportedJoint& joint) { return joint.rotary ? "deg" : "mm"; }
+
+void write_joint(const ImportedJoint& joint, ConfigText& out) {
+  const std::string unit = unit_of(joint);
+  out.tables("joint");
+  out.notes(ImportSpot::kJoint, joint.name);
+  out.text("name", joint.name);
+  out.text("type", joint.rotary ? "rotary" : "linear");
+  out.number("min_" + unit, joint.min);
+  out.number("max_" + unit, joint.max);
+  out.number("velocity_" + unit + "_s", joint.velocity);
+  out.number("acceleration_" + unit + "_s2", joint.acceleration);
+  out.number("jerk_" + unit + "_s3", joint.jerk);
+}
+
+void write_branch(const std::string& name, const std::vector<ImportedAxis>& axes, ConfigText& out) {
+  for (const ImportedAxis& axis : axes) {
+    out.tables("kinematics." + name);
+    if (!axis.joint.empty()) {
+      out.text("joint", axis.joint);
+      out.vec3("direction", axis.direction);
+    }
+    if (axis.joint.empty() || axis.offset_mm != Vec3::Zero()) out.vec3("offset_mm", axis.offset_mm);
+  }
+}
+
+void write_kinematics(const ImportedMachine& machine, ConfigText& out) {
+  out.table("kinematics");
+  out.comment(fmt::format("From {}.", machine.kinematics));
+  out.notes(ImportSpot::kKinematics);
+  if (!machine.hexapod) {
+    out.text("type", "serial");
+    write_branch("tool_branch", machine.tool_branch, out);
+    write_branch("work_branch", machine.work_branch, out);
+    return;
+  }
+  out.text("type", "hexapod");
+  out.text("carries", "spindle");
+  out.vec3("spindle_mm", machine.hexapod->spindle_mm);
+  out.vec3("home_mm", machine.hexapod->home_mm);
+  for (std::size_t i = 0; i < 6; ++i) {
+    out.tables("kinematics.leg");
+    out.vec3("base_mm", machine.hexapod->base_mm[i]);
+    out.vec3("platform_mm", machine.hexapod->platform_mm[i]);
+  }
+}
+
+void write_program(const ImportedMachine& machine, ConfigText& out) {
+  out.table("program");
+  out.notes(ImportSpot::kProgram);
+  if (!machine.path_mode.empty()) out.text("path_mode", machine.path_mode);
+  if (machine.tolerance_mm) out.number("tolerance_mm", *machine.tolerance_mm);
+  if (!machine.sub_path.empty()) out.texts("sub_path", machine.sub_path);
+  if (!machine.wrapped.empty()) out.texts("wrapped", machine.wrapped);
+  if (!machine.rtcp_on.empty()) out.texts("rtcp_on", machine.rtcp_on);
+  if (!machine.rtcp_off.empty()) out.texts("rtcp_off", machine.rtcp_off);
+  for (const ImportedCode& code : machine.codes) {
+    out.tables("program.m_code");
+    out.text("code", code.code);
+    out.text("call", code.call);
+  }
+  if (machine.tolerance_mm.value_or(0) > 1) {
+    out.table("planner");
+    out.number("tolerance_mm_max", *machine.tolerance_mm);
+  }
+  out.table("tool_change");
+  out.notes(ImportSpot::kToolChange);
+  out.text("confirm", machine.tool_change == ImportedToolChange::kNobody ? "none" : "operator");
+}
+
+void write_backlash(const ImportedMachine& machine, ConfigText& out) {
+  double most_mm = 0, most_deg = 0;
+  for (const ImportedJoint& joint : machine.joints)
+    (joint.rotary ? most_deg : most_mm) = std::max(joint.rotary ? most_deg : most_mm, joint.backlash);
+  if (most_mm == 0 && most_deg == 0) return;
+  out.table("corrections.joint_table");
+  out.comment("BACKLASH of the joints; 'trunnion joint-table fit' finds it from measurements.");
+  if (most_mm > 0) out.number("limit_mm", std::max(0.1, most_mm));
+  if (most_deg > 0) out.number("limit_deg", std::max(0.01, most_deg));
+  for (const ImportedJoint& joint : machine.joints) {
+    if (joint.backlash == 0) continue;
+    out.tables("corrections.joint_table.joint");
+    out.text("joint", joint.name);
+    out.number("backlash_" + unit_of(joint), joint.backlash);
+  }
+}
+
+/// What a CANopen drive of this joint would need, as a comment to begin with.
+void write_node(const ImportedJoint& joint, ConfigText& out) {
+  const std::string unit = unit_of(joint);
+  out.blank();
+  out.line("# [[drives.node]]");
+  out.line(fmt::format("# joint = {}", toml_text(joint.name)));
+  if (joint.counts) {
+    out.line(fmt::format("# counts_per_{} = {}", unit, toml_number(std::abs(*joint.counts))));
+    if (*joint.counts < 0) out.line("# reverse = true");
+  }
+  if (joint.following_error > 0)
+    out.line(fmt::format("# following_error_{} = {}", unit, toml_number(joint.following_error)));
+}
+
+void write_drive(const ImportedJoint& joint, double start, ConfigText& out) {
+  const std::string unit = unit_of(joint);
+  const auto inside = [&](double at) { return std::clamp(at, joint.min, joint.max); };
+  out.tables("drives.joint");
+  if (joint.sequence)
+    out.comment(fmt::format(
+        "HOME_SEQUENCE = {}: 'trunnion home' finds all joints at once, 'trunnion home {}' this one; "
+        "whatever starts the machine keeps the order.",
+        *joint.sequence, joint.name));
+  out.text("name", joint.name);
+  out.number("start_" + unit, inside(start));
+  out.number("home_" + unit, inside(joint.switch_at));
+  if (!joint.searches) return;
+  out.line("homed = false");
+  if (joint.search_speed > 0) out.number("homing_speed_" + unit + "_s", joint.search_speed);
+  if (joint.latch_speed > 0) out.number("index_speed_" + unit + "_s", joint.latch_speed);
+}
+
+void write_drives(const ImportedMachine& machine, ConfigText& out) {
+  out.table("drives");
+  out.notes(ImportSpot::kDrives);
+  out.comment(
+      "Simulated drives, so that programs can be tried at once. What CANopen drives (type = \"canopen\") "
+      "would take "
+      "from the INI stands below each joint; configs/cradle_can.toml has a whole machine of them.");
+  out.text("type", "simulated");
+  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
+    const ImportedJoint& joint = machine.joints[i];
+    write_drive(joint, machine.hexapod ? machine.hexapod->home_legs_mm[i] : joint.home, out);
+    write_node(joint, out);
+  }
+}
+
+bool has_notes(const ImportedMachine& machine, ImportSpot spot) {
+  return std::any_of(machine.notes.begin(), machine.notes.end(),
+                     [&](const ImportNote& note) { return note.spot == spot; });
+}
+
+void write_io(const ImportedMachine& machine, ConfigText& out) {
+  if (machine.io) {
+    out.table("io");
+    out.notes(ImportSpot::kIo);
+    out.text("type", "simulated");
+    out.table("io.spindle");
+    out.line(fmt::format("encoder = {}", machine.spindle_encoder));
+  } else if (has_notes(machine, ImportSpot::kIo)) {
+    out.blank();
+    out.notes(ImportSpot::kIo);
+  }
+  if (!has_notes(machine, ImportSpot::kEnd)) return;
+  out.blank();
+  out.comment("What has no place above:");
+  out.notes(ImportSpot::kEnd);
+}
+
+}  // namespace
+
+std::string note_line(const ImportNote& note) {
+  return plain_text(fmt::format("{}: {}: {}; to do: {}", note.place.text(), note.what, note.why, note.to_do));
+}
+
+std::string config_text(const ImportedMachine& machine) {
+  ConfigText out(machine);
+  out.comment(
+      plain_text(fmt::format("From {} by 'trunnion import linuxcnc'. Lengths are mm, angles degrees. A "
+                             "comment that begins with a place of the "
+                             "old files tells what was chosen, or not carried over, and what to do.",
+                             machine.source)));
+  out.table("machine");
+  out.notes(ImportSpot::kMachine);
+  out.text("name", machine.name);
+  out.number("period_s", machine.period_s);
+  for (const ImportedJoint& joint : machine.joints) write_joint(joint, out);
+  write_kinematics(machine, out);
+  write_program(machine, out);
+  write_backlash(machine, out);
+  write_drives(machine, out);
+  write_io(machine, out);
+  return out.take();
+}
+
+}  // namespace trn

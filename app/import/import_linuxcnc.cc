@@ -1,0 +1,119 @@
+#include "app/import/import_linuxcnc.h"
+
+#include <fmt/format.h>
+
+#include "app/import/config_text.h"
+#include "app/import/config_writer.h"
+#include "app/import/hal_setup.h"
+#include "app/import/ini_file.h"
+#include "app/import/machine_reader.h"
+#include "interp/gcode/parameter_file.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+
+namespace trn {
+
+namespace {
+
+/// The text of a file that the INI names; nothing, with a note, if it is not there.
+std::optional<std::string> named_text(const IniFile& ini, const ImportReader& read, const char* section,
+                                      const char* key, ImportedFiles& out, std::string& path) {
+  const IniEntry* entry = ini.find(section, key);
+  if (!entry) return std::nullopt;
+  path = beside(folder_of(ini.path()), ini.text(section, key));
+  std::optional<std::string> text = read(path);
+  if (text)
+    out.read.push_back(path);
+  else
+    out.machine.note(ImportSpot::kEnd, entry->value_place, fmt::format("{} = {}", key, entry->value),
+                     "this file cannot be read; LinuxCNC begins an empty one then",
+                     "nothing, or copy it and import again");
+  return text;
+}
+
+/// The factor of #n: lengths and angles of offsets, homes and the probe's place.
+double parameter_unit(int n, const ImportedMachine& machine) {
+  int word = -1;
+  for (const int first : {5061, 5161, 5181, 5211})
+    if (n >= first && n < first + 9) word = n - first;
+  if (n >= 5221 && n <= 5390 && (n - 5221) % 20 < 9) word = (n - 5221) % 20;
+  if (word < 0) return 1;
+  return word >= 3 && word < 6 ? machine.deg_per_unit : machine.mm_per_unit;
+}
+
+void convert_variables(const std::string& text, const std::string& path, ImportedFiles& out) {
+  Parameters parameters;
+  parse_parameters(text, path, parameters);
+  bool own = false;
+  for (int n = parameter::kUserFirst; n <= parameter::kMachineLast; ++n) {
+    parameters[n] *= parameter_unit(n, out.machine);
+    own = own || (n <= parameter::kUserLast && parameters[n] != 0);
+  }
+  out.variables = parameters_text(parameters);
+  if (own && out.machine.mm_per_unit != 1)
+    out.machine.note(ImportSpot::kEnd, {path}, "your own parameters #31 to #5000",
+                     "nobody knows which of them are lengths; they were kept as they are",
+                     "convert the lengths to mm");
+}
+
+void convert_tables(const IniFile& ini, const ImportReader& read, ImportedFiles& out) {
+  std::string path;
+  out.variables = parameters_text(Parameters());
+  if (const auto text = named_text(ini, read, "EMCIO", "TOOL_TABLE", out, path))
+    out.tools = ToolTable::parse(*text, path, out.machine.mm_per_unit).to_text();
+  if (const auto text = named_text(ini, read, "RS274NGC", "PARAMETER_FILE", out, path))
+    convert_variables(*text, path, out);
+}
+
+}  // namespace
+
+ImportedFiles import_linuxcnc(const std::string& path, const ImportReader& read, const std::string& library) {
+  const IniFile ini = IniFile::load(path, read);
+  const HalSetup hal = HalSetup::load(ini, read, library);
+  // They are asked for here, so that they are not told as left out.
+  ini.find("EMCIO", "TOOL_TABLE");
+  ini.find("RS274NGC", "PARAMETER_FILE");
+  ImportedFiles out;
+  out.machine = read_linuxcnc_machine(ini, hal);
+  out.read = ini.files();
+  out.read.insert(out.read.end(), hal.files().begin(), hal.files().end());
+  try {
+    convert_tables(ini, read, out);
+  } catch (const ProgramError& error) {
+    throw ImportError(error.what());
+  }
+  out.config = config_text(out.machine);
+  return out;
+}
+
+nlohmann::ordered_json import_json(const ImportedFiles& files) {
+  using Json = nlohmann::ordered_json;
+  Json joints = Json::array();
+  for (const ImportedJoint& joint : files.machine.joints)
+    joints.push_back({{"name", plain_text(joint.name)},
+                      {"type", joint.rotary ? "rotary" : "linear"},
+                      {"joint", joint.number},
+                      {"min", joint.min},
+                      {"max", joint.max},
+                      {"velocity", joint.velocity},
+                      {"acceleration", joint.acceleration},
+                      {"jerk", joint.jerk}});
+  Json notes = Json::array();
+  for (const ImportNote& note : files.machine.notes)
+    notes.push_back({{"file", plain_text(note.place.file)},
+                     {"line", note.place.line},
+                     {"column", note.place.column},
+                     {"what", plain_text(note.what)},
+                     {"why", plain_text(note.why)},
+                     {"to_do", plain_text(note.to_do)}});
+  Json read = Json::array();
+  for (const std::string& path : files.read) read.push_back(plain_text(path));
+  return {{"machine", plain_text(files.machine.name)},
+          {"kinematics", plain_text(files.machine.kinematics)},
+          {"joints", joints},
+          {"read", read},
+          {"notes", notes}};
+}
+
+}  // namespace trn

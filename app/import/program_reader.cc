@@ -1,0 +1,219 @@
+#include "app/import/program_reader.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <sstream>
+
+#include "app/import/import_place.h"
+
+namespace trn {
+
+namespace {
+
+/// A remapped code: REMAP = M428 modalgroup=10 ngc=428remap
+struct Remap {
+  std::string code = {}, ngc = {};
+  bool plain = true;  ///< nothing but modalgroup and ngc
+};
+
+Remap read_remap(const IniEntry& entry) {
+  Remap out;
+  std::istringstream words(entry.value);
+  words >> out.code;
+  for (char& c : out.code) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  for (std::string word; words >> word;) {
+    if (word[0] == '#' || word[0] == ';') break;
+    if (word.starts_with("ngc="))
+      out.ngc = word.substr(4);
+    else
+      out.plain = out.plain && word.starts_with("modalgroup=");
+  }
+  return out;
+}
+
+/// M100 to M999, as the config takes it.
+bool is_user_code(const std::string& code) {
+  const std::optional<double> number =
+      whole_number_text(std::string_view(code).substr(std::min<std::size_t>(1, code.size())));
+  return code.starts_with('M') && number && *number >= 100 && *number <= 999 &&
+         *number == std::floor(*number);
+}
+
+bool has_text(const std::vector<std::string>& texts, const std::string& text) {
+  return std::find(texts.begin(), texts.end(), text) != texts.end();
+}
+
+void read_remaps(const IniFile& ini, bool switchable, ImportedMachine& machine) {
+  for (const IniEntry* entry : ini.all("RS274NGC", "REMAP")) {
+    const Remap remap = read_remap(*entry);
+    if (switchable && (remap.code == "M428" || remap.code == "M429")) {
+      if (has_text(machine.rtcp_on, remap.code) || has_text(machine.rtcp_off, remap.code)) continue;
+      (remap.code == "M428" ? machine.rtcp_on : machine.rtcp_off).push_back(remap.code);
+      machine.note(
+          ImportSpot::kProgram, entry->key_place, entry->text(),
+          fmt::format(
+              "taken as what switches RTCP {}, as in LinuxCNC's own examples; the sub-program is not run",
+              remap.code == "M428" ? "on" : "off"),
+          "look whether your sub-program does more");
+      continue;
+    }
+    const bool known = std::any_of(machine.codes.begin(), machine.codes.end(),
+                                   [&](const ImportedCode& one) { return one.code == remap.code; });
+    if (is_user_code(remap.code) && remap.plain && !remap.ngc.empty() && !known) {
+      machine.codes.push_back({remap.code, remap.ngc});
+      continue;
+    }
+    machine.note(ImportSpot::kProgram, entry->key_place, entry->text(),
+                 "codes of one's own are M100 to M999 that call a sub-program with P and Q as #1 and #2; "
+                 "Python, other "
+                 "codes and argspec do not exist",
+                 "[[program.m_code]] with code and call; for M6 [tool_change] confirm = \"sub-program\"");
+  }
+}
+
+/// Whole paths, so that programs may lie anywhere.
+void read_folder(const IniFile& ini, const IniEntry& entry, const std::string& name,
+                 ImportedMachine& machine) {
+  if (name.empty()) return;
+  if (name[0] == '~')
+    return machine.note(ImportSpot::kProgram, entry.value_place, fmt::format("{} = {}", entry.key, name),
+                        "~ means another folder for each user", "write the whole path into sub_path");
+  std::error_code error;
+  const std::string path =
+      std::filesystem::absolute(beside(folder_of(ini.path()), name), error).lexically_normal().string();
+  if (!error && !has_text(machine.sub_path, path)) machine.sub_path.push_back(path);
+}
+
+void read_folders(const IniFile& ini, ImportedMachine& machine) {
+  const std::pair<const char*, const char*> keys[] = {
+      {"RS274NGC", "SUBROUTINE_PATH"}, {"RS274NGC", "WIZARD_ROOT"}, {"DISPLAY", "PROGRAM_PREFIX"}};
+  for (const auto& [section, key] : keys) {
+    const IniEntry* entry = ini.find(section, key);
+    if (!entry) continue;
+    std::istringstream all(ini.text(section, key));
+    for (std::string one; std::getline(all, one, ':');)
+      read_folder(ini, *entry, std::string(trimmed(one)), machine);
+  }
+}
+
+/// G64 P of the start code; everything else of it has no counterpart.
+void read_startup(const IniFile& ini, ImportedMachine& machine) {
+  const IniEntry* entry = ini.find("RS274NGC", "RS274NGC_STARTUP_CODE");
+  if (!entry) entry = ini.find("EMC", "RS274NGC_STARTUP_CODE");
+  if (!entry) return;
+  std::string code;
+  for (const char c : entry->value.substr(0, entry->value.find_first_of("(;")))
+    if (!std::isspace(static_cast<unsigned char>(c)))
+      code += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const auto has = [&](const char* word) {
+    const std::size_t at = code.find(word);
+    return at != std::string::npos && !std::isdigit(static_cast<unsigned char>(code.c_str()[at + 3])) &&
+           code.c_str()[at + 3] != '.';
+  };
+  const double unit = has("G20") ? 25.4 : has("G21") ? 1 : machine.mm_per_unit;
+  if (has("G61")) machine.path_mode = "G61";
+  if (code.find("G61.1") != std::string::npos) machine.path_mode = "G61.1";
+  if (const std::size_t at = code.find("G64P"); at != std::string::npos) {
+    const std::string number = code.substr(at + 4, code.find_first_not_of("0123456789.", at + 4) - at - 4);
+    const std::optional<double> tolerance = whole_number_text(number);
+    if (tolerance && *tolerance > 0) machine.tolerance_mm = *tolerance * unit;
+  }
+  machine.note(ImportSpot::kProgram, entry->key_place, entry->text(),
+               "no code is run at the start; path mode and tolerance were taken from it, the rest was not",
+               "write these codes into the first lines of your programs, or into the post-processor");
+}
+
+void read_tool_change(const IniFile& ini, const HalSetup& hal, ImportedMachine& machine) {
+  ImportPlace place = ini.place_of("EMCIO");
+  for (const HalSignal* signal : hal.signals_of("iocontrol.0.tool-change")) {
+    place = signal->place;
+    const bool loops = std::any_of(signal->pins.begin(), signal->pins.end(),
+                                   [](const HalWord& pin) { return pin.text == "iocontrol.0.tool-changed"; });
+    if (loops) machine.tool_change = ImportedToolChange::kNobody;
+  }
+  const bool manual = hal.has_module("hal_manualtoolchange");
+  if (manual) machine.tool_change = ImportedToolChange::kOperator;
+  if (manual || machine.tool_change == ImportedToolChange::kNobody) return;
+  if (!hal.signals_of("iocontrol.0.tool-change").empty())
+    machine.note(
+        ImportSpot::kToolChange, place, "the tool changer behind iocontrol.0.tool-change",
+        "HAL logic is not carried over; the operator confirms each tool",
+        "a changer of inputs and outputs is a sub-program: confirm = \"sub-program\" (docs/operator.md)");
+}
+
+void read_spindle(const IniFile& ini, const HalSetup& hal, ImportedMachine& machine) {
+  const bool wired = !hal.signals_of("spindle.0.").empty();
+  machine.io = wired || ini.has_section("SPINDLE_0") || !hal.signals_of("motion.digital-").empty() ||
+               !hal.signals_of("motion.analog-").empty() || !hal.signals_of("motion.probe-input").empty();
+  machine.spindle_encoder = !hal.signals_of("spindle.0.revs").empty();
+  const std::pair<const char*, const char*> keys[] = {
+      {"SPINDLE_0", "MAX_FORWARD_VELOCITY"}, {"SPINDLE_0", "MIN_FORWARD_VELOCITY"},
+      {"SPINDLE_0", "MAX_REVERSE_VELOCITY"}, {"SPINDLE_0", "MIN_REVERSE_VELOCITY"},
+      {"DISPLAY", "MAX_SPINDLE_0_SPEED"},    {"DISPLAY", "MIN_SPINDLE_0_SPEED"},
+      {"DISPLAY", "MAX_SPINDLE_RPM"}};
+  for (const auto& [section, key] : keys)
+    if (const IniEntry* entry = ini.find(section, key)) {
+      ini.number(section, key);
+      machine.note(ImportSpot::kIo, entry->key_place, entry->text(),
+                   "S is not bounded here: the inverter must bound the speed itself",
+                   "set this speed in the inverter's own parameters");
+      machine.io = true;
+    }
+  for (const HalSignal* signal : hal.signals_of("spindle.0.speed-out"))
+    machine.note(
+        ImportSpot::kIo, signal->place,
+        fmt::format("spindle output: signal {} to {}", signal->name, signal->pins.back().text),
+        "what HAL wires to the spindle is not carried over; it is simulated",
+        "an inverter on Modbus: [io] type = \"modbus\" with [io.spindle] speed, run (docs/config.md)");
+}
+
+void note_overrides(const IniFile& ini, ImportedMachine& machine) {
+  for (const char* key : {"MAX_FEED_OVERRIDE", "MAX_RAPID_OVERRIDE", "MIN_SPINDLE_OVERRIDE",
+                          "MAX_SPINDLE_OVERRIDE", "MIN_SPINDLE_0_OVERRIDE", "MAX_SPINDLE_0_OVERRIDE"})
+    if (const IniEntry* entry = ini.find("DISPLAY", key)) {
+      ini.number("DISPLAY", key);
+      machine.note(ImportSpot::kProgram, entry->key_place, entry->text(),
+                   "an override has no bounds in the config: feed goes from 0 to 200 %, rapid to 100 %, and "
+                   "the limits of the "
+                   "joints hold at any of them",
+                   "nothing");
+    }
+}
+
+void note_rtcp(const KinematicsModule& module, ImportedMachine& machine) {
+  machine.note(
+      ImportSpot::kProgram, module.place, fmt::format("{} at the start", module.name),
+      module.identity_first
+          ? "both begin with the axes' own coordinates, and M428 switches to those of the tool's tip"
+          : "LinuxCNC begins in the coordinates of the tool's tip; here RTCP is off until a program switches "
+            "it on",
+      fmt::format("programs for the tip begin with {} or G43.4 H",
+                  machine.rtcp_on.empty() ? "a word of [program] rtcp_on" : machine.rtcp_on.front()));
+}
+
+}  // namespace
+
+void read_program(const IniFile& ini, const HalSetup& hal, const KinematicsModule& module,
+                  ImportedMachine& machine) {
+  const bool tips = module.name != "trivkins";
+  read_remaps(ini, tips, machine);
+  if (tips && machine.rtcp_on.empty()) machine.rtcp_on = {"M428"};
+  if (tips && machine.rtcp_off.empty()) machine.rtcp_off = {"M429"};
+  read_folders(ini, machine);
+  read_startup(ini, machine);
+  for (const ImportedJoint& joint : machine.joints) {
+    const std::string section = "AXIS_" + joint.name;
+    if (joint.rotary && ini.number(section, "WRAPPED_ROTARY").value_or(0) != 0)
+      machine.wrapped.push_back(joint.name);
+  }
+  read_tool_change(ini, hal, machine);
+  read_spindle(ini, hal, machine);
+  note_overrides(ini, machine);
+  if (tips) note_rtcp(module, machine);
+}
+
+}  // namespace trn
