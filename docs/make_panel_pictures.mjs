@@ -1,0 +1,43 @@
+// Makes panel_run.png and panel_path.png of a page at work: ./run.sh --panel, then, with the address that it prints,
+//
+//     node docs/make_panel_pictures.mjs ADDRESS
+import { createRequire } from "node:module";
+import { dirname, join } from "node:path";
+import { fileURLToPath } from "node:url";
+
+const docs = dirname(fileURLToPath(import.meta.url));
+const { chromium } = createRequire(join(docs, "../panel/page/package.json"))("playwright-core");
+const kPatienceMs = 300000;
+const kFirstCut = 40;  // lines of the impeller: the way to the part is behind the tool
+const kPicture = 1500;
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+});
+const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "dark" });
+page.setDefaultTimeout(kPatienceMs);
+const view = (name) => page.getByRole("tab", { name }).click();
+const line = async () => Number(await page.locator('[data-test="path-line"]').textContent());
+
+async function untilLine(wanted) {
+  const end = Date.now() + kPatienceMs;
+  while (!((await line()) >= wanted)) {
+    if (Date.now() > end) throw new Error(`the program never came to line ${wanted}`);
+    await new Promise((done) => setTimeout(done, 100));
+  }
+}
+
+await page.goto(process.argv[2]);
+await page.locator('[data-test="take"]').click();
+await page.locator('[data-test="resume"]').click();  // the tool is in the spindle
+await view("Path");
+await untilLine(kFirstCut);
+await page.getByRole("button", { name: "Clear trail" }).click();
+await untilLine(kPicture);
+await page.getByRole("button", { name: "Show all" }).click();
+await page.screenshot({ path: join(docs, "panel_path.png") });
+await view("Run");
+await page.locator('[data-test="work-X"]').waitFor();
+await page.screenshot({ path: join(docs, "panel_run.png") });
+await browser.close();

@@ -1,0 +1,97 @@
+import { render } from "preact";
+import { useEffect, useState } from "preact/hooks";
+import { Alarms } from "./alarms";
+import { link, useLink } from "./link";
+import { sentence, stateName } from "./model";
+import { Path } from "./path";
+import { Run } from "./run";
+import "./style.css";
+import { TablesView } from "./tables";
+
+const kViews = [
+  { name: "Run", draw: () => <Run /> },
+  { name: "Path", draw: () => <Path /> },
+  { name: "Offsets and tools", draw: () => <TablesView /> },
+  { name: "Alarms", draw: () => <Alarms /> },
+];
+type Theme = "dark" | "light";
+
+function firstTheme(): Theme {
+  const kept = localStorage.getItem("theme");
+  if (kept === "dark" || kept === "light") return kept;
+  return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
+}
+
+function tone(state: string): string {
+  if (state === "fault" || state === "estop") return "danger";
+  if (state === "running" || state === "jogging" || state === "homing") return "active";
+  return state === "holding" || state === "stopping" ? "waits" : "calm";
+}
+
+function StateLine() {
+  const { status, gone, connected, refused } = useLink("status", "link");
+  if (refused) return <Silent name="No key" text={refused} />;
+  if (!connected) return <Silent name="No connection" text="The panel does not answer; trying again." />;
+  if (gone) return <Silent name="No machine" text={gone} />;
+  if (!status) return <Silent name="Connecting" text="" />;
+  return (
+    <div class="state" role="status" aria-live="polite">
+      <span class={`lamp ${tone(status.state)}`} data-test="state">{stateName(status.state)}</span>
+      <span class="sentence" data-test="sentence">{sentence(status)}</span>
+    </div>
+  );
+}
+
+const Silent = ({ name, text }: { name: string; text: string }) => (
+  <div class="state" role="status">
+    <span class="lamp danger" data-test="state">{name}</span>
+    <span class="sentence" data-test="sentence">{text}</span>
+  </div>
+);
+
+function Controls() {
+  const { mine, holder, connected } = useLink("link");
+  if (mine) return <span class="mine" data-test="controls">You have the controls</span>;
+  return (
+    <button class="accent" data-test="take" disabled={!connected} onClick={() => link.takeControls()}>
+      {holder ? "Take over the controls" : "Take the controls"}
+    </button>
+  );
+}
+
+function App() {
+  const { machine } = useLink("machine");
+  const [view, setView] = useState(0);
+  const [theme, setTheme] = useState<Theme>(firstTheme);
+  useEffect(() => {
+    document.documentElement.dataset.theme = theme;
+    localStorage.setItem("theme", theme);
+  }, [theme]);
+  return (
+    <>
+      <header>
+        <div class="brand">
+          <img src="./icon.svg" alt="" width="32" height="32" />
+          <div><strong>{machine?.name ?? "Trunnion"}</strong><small>Trunnion {machine?.version ?? ""}</small></div>
+        </div>
+        <StateLine />
+        <Controls />
+        <button class="estop" data-test="estop" onClick={() => void link.command({ verb: "estop" })}>
+          Emergency stop
+        </button>
+      </header>
+      <nav role="tablist" aria-label="Views">
+        {kViews.map(({ name }, i) => (
+          <button key={name} role="tab" aria-selected={view === i} onClick={() => setView(i)}>{name}</button>
+        ))}
+        <button class="theme" onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
+          {theme === "dark" ? "Light" : "Dark"}
+        </button>
+      </nav>
+      <main>{kViews[view].draw()}</main>
+    </>
+  );
+}
+
+link.start();
+render(<App />, document.getElementById("page")!);

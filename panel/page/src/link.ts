@@ -1,0 +1,255 @@
+import { useEffect, useState } from "preact/hooks";
+import type { LogEntry, Machine, Motion, ProgramFile, Status, Tables } from "./model";
+
+// The page's one line to the server, and all it knows from there.
+
+export interface Answer {
+  outcome: string;
+  text: string;
+  /** Of the first status after the answer. */
+  status_count?: number;
+}
+
+export interface Command {
+  verb: string;
+  joint?: number;
+  value?: number;
+  speed?: number;
+  text?: string;
+  /** Of a jog: number of the press of a button, and of the move within it. The server obeys each pair once. */
+  press?: number;
+  part?: number;
+}
+
+const kAliveMs = 250;
+const kReconnectMs = 1000;
+const kLogMax = 500;
+const kSameUs = 2e6;
+/** An answer that has not come by then is not waited for any longer; the state tells what happened. */
+const kAnswerMs = 15000;
+
+const kNoKey = 4401;
+const kKeyName = "key";
+const kNoKeyText = "This page has no key: open the address that 'trunnion panel' printed.";
+
+/**
+ * The key that opens the panel: from the address, out of which it goes at once, or what this tab had before. "": none.
+ */
+function takeKey(): string {
+  const found = new URLSearchParams(location.hash.slice(1)).get(kKeyName);
+  if (found) {
+    sessionStorage.setItem(kKeyName, found);
+    history.replaceState(null, "", location.pathname);
+  }
+  return sessionStorage.getItem(kKeyName) ?? "";
+}
+
+type Topic = "status" | "motion" | "tables" | "log" | "link" | "machine" | "programs";
+
+export class Link {
+  machine: Machine | null = null;
+  status: Status | null = null;
+  motion: Motion | null = null;
+  tables: Tables | null = null;
+  log: LogEntry[] = [];
+  programs: ProgramFile[] = [];
+  /** The page's connection to the server stands. */
+  connected = false;
+  /** Why no daemon is heard; "" while it is. */
+  gone = "";
+  /** Why the server has nothing to do with this page; "" while it has. */
+  refused = "";
+  mine = false;
+  holder = 0;
+
+  private key = "";
+  private socket: WebSocket | null = null;
+  private lastId = 0;
+  private readonly answers = new Map<number, (answer: Answer) => void>();
+  private readonly listeners = new Map<Topic, Set<() => void>>();
+  private aliveTimer = 0;
+
+  start() {
+    this.key = takeKey();
+    // An address with another key is the same page to the browser, which does not load it again.
+    window.addEventListener("hashchange", () => {
+      this.key = takeKey();
+      if (this.refused) this.connect();
+    });
+    this.connect();
+  }
+
+  private connect() {
+    this.refused = this.key ? "" : kNoKeyText;
+    this.tell("link");
+    if (!this.key) return;
+    const url = new URL("api/v1/stream", location.href);
+    url.protocol = url.protocol.replace("http", "ws");
+    const socket = new WebSocket(url, "trunnion-1");
+    this.socket = socket;
+    socket.onopen = () => {
+      socket.send(JSON.stringify({ type: "key", key: this.key }));
+    };
+    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string));
+    socket.onclose = (event) => this.closed(event.code === kNoKey ? event.reason : "");
+  }
+
+  on(topic: Topic, listener: () => void): () => void {
+    const all = this.listeners.get(topic) ?? new Set();
+    this.listeners.set(topic, all);
+    all.add(listener);
+    return () => all.delete(listener);
+  }
+
+  takeControls() {
+    this.send({ type: "take_controls" });
+  }
+
+  /** Sends a command; what is refused, or not answered, is also put into the log. */
+  async command(command: Command): Promise<Answer> {
+    if (!this.connected) return this.noted(command, { outcome: "unreachable", text: "No connection to the panel." });
+    const id = ++this.lastId;
+    const answer = await new Promise<Answer>((resolve) => {
+      const timer = window.setTimeout(() => {
+        this.answers.delete(id);
+        resolve({ outcome: "unreachable", text: "No answer came." });
+      }, kAnswerMs);
+      this.answers.set(id, (got) => {
+        window.clearTimeout(timer);
+        resolve(got);
+      });
+      this.send({ type: "command", id, ...command });
+    });
+    return this.noted(command, answer);
+  }
+
+  /** While this holds, the server is told that somebody is there; it stops a jog when that ceases. */
+  setAlive(on: boolean) {
+    window.clearInterval(this.aliveTimer);
+    this.aliveTimer = 0;
+    if (!on) return;
+    this.send({ type: "alive" });
+    this.aliveTimer = window.setInterval(() => this.send({ type: "alive" }), kAliveMs);
+  }
+
+  private noted(command: Command, answer: Answer): Answer {
+    if (answer.outcome !== "accepted") {
+      const what = command.verb.replace("_", " ");
+      const why = answer.text || answer.outcome.replace("_", " ");
+      this.note({ time_us: Date.now() * 1000, kind: "refused", text: `${what}: ${why}` });
+    }
+    return answer;
+  }
+
+  private note(entry: LogEntry) {
+    // A refusal comes as the answer and as the machine's message: once is enough.
+    const told = this.log.slice(-4).find((other) => Math.abs(other.time_us - entry.time_us) < kSameUs &&
+      (other.text.includes(entry.text) || entry.text.includes(other.text)));
+    if (told) return;
+    this.log = [...this.log, entry].slice(-kLogMax);
+    this.tell("log");
+  }
+
+  private send(message: object) {
+    if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
+  }
+
+  private tell(topic: Topic) {
+    this.listeners.get(topic)?.forEach((listener) => listener());
+  }
+
+  private closed(refused: string) {
+    this.refused = refused;
+    this.connected = false;
+    this.mine = false;
+    this.setAlive(false);
+    for (const answer of this.answers.values()) answer({ outcome: "unreachable", text: "The connection was lost." });
+    this.answers.clear();
+    this.tell("link");
+    if (!refused) window.setTimeout(() => this.connect(), kReconnectMs);
+  }
+
+  private receive(message: any) {
+    switch (message.type) {
+      case "hello":
+        this.connected = true;
+        void this.fetchMachine();
+        void this.fetchHistory();
+        void this.fetchPrograms();
+        return this.tell("link");
+      case "status":
+        this.status = message;
+        // The axes are known to the server only once the daemon has spoken.
+        if (this.machine && !this.machine.axes) void this.fetchMachine();
+        if (this.gone) {
+          this.gone = "";
+          this.tell("link");
+        }
+        return this.tell("status");
+      case "motion":
+        this.motion = message;
+        return this.tell("motion");
+      case "tables":
+        this.tables = message;
+        return this.tell("tables");
+      case "message":
+        return this.note(message);
+      case "error":
+        return this.note({ time_us: Date.now() * 1000, kind: "error", text: message.text });
+      case "gone":
+        this.gone = message.text;
+        return this.tell("link");
+      case "controls":
+        this.mine = message.mine;
+        this.holder = message.holder;
+        return this.tell("link");
+      case "answer":
+        this.answers.get(message.id)?.(message);
+        this.answers.delete(message.id);
+    }
+  }
+
+  /** What GET answers; null where nothing came. */
+  private async get(name: string): Promise<any> {
+    const headers = { Authorization: `Bearer ${this.key}` };
+    const answer = await fetch(`api/v1/${name}`, { headers }).catch(() => null);
+    return answer?.ok ? answer.json() : null;
+  }
+
+  private async fetchMachine() {
+    const machine = await this.get("machine");
+    if (!machine) return;
+    this.machine = machine;
+    this.tell("machine");
+  }
+
+  /** Asks for the programs of the panel's folder anew. */
+  async fetchPrograms() {
+    this.programs = (await this.get("programs")) ?? [];
+    this.tell("programs");
+  }
+
+  private async fetchHistory() {
+    const before: LogEntry[] | null = await this.get("history");
+    if (!before) return;
+    // What arrived over the socket meanwhile is in the history too.
+    const own = this.log.filter((entry) => !before.some((b) => b.time_us === entry.time_us && b.text === entry.text));
+    this.log = [...before, ...own].sort((a, b) => a.time_us - b.time_us).slice(-kLogMax);
+    this.tell("log");
+  }
+}
+
+export const link = new Link();
+
+/** Draws the component again whenever one of the topics has news. */
+export function useLink(...topics: Topic[]): Link {
+  const [, draw] = useState(0);
+  useEffect(() => {
+    const again = () => draw((count) => count + 1);
+    const ends = topics.map((topic) => link.on(topic, again));
+    // What came between the first drawing and this would never be seen.
+    again();
+    return () => ends.forEach((end) => end());
+  }, []);
+  return link;
+}

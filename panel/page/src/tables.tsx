@@ -1,0 +1,104 @@
+import { useState } from "preact/hooks";
+import { link, useLink } from "./link";
+import { isAngle, kWords, type Offset, positionText, unitText, wordsOf } from "./model";
+
+// Tables are changed by the lines of G-code that a program would use, as 'trunnion offset' and 'touch-off' do.
+
+const kSettable = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+
+const valueOf = (offset: Offset, word: number) => offset[kWords[word].toLowerCase() as "x" | "y" | "z" | "a" | "b" | "c"];
+
+/** A number as G-code takes it; null if it is none. */
+function numberOf(text: string): string | null {
+  const trimmed = text.trim().replace(",", ".");
+  return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(trimmed) ? trimmed : null;
+}
+
+function Offsets() {
+  const { status, tables, mine } = useLink("status", "tables", "link");
+  const [name, setName] = useState("");
+  const [values, setValues] = useState<Record<string, string>>({});
+  if (!status || !tables) return <section class="card" />;
+  const words = wordsOf(status.axes);
+  const chosen = name || status.work_offset;
+  const given = words.map((word) => [kWords[word], values[kWords[word]]?.trim() ?? ""]).filter(([, text]) => text);
+  const sound = given.length > 0 && given.every(([, text]) => numberOf(text) !== null);
+  const ready = mine && status.state === "idle" && sound;
+  const send = async (code: string) => {
+    const number = kSettable.indexOf(chosen) + 1;
+    const line = `G10 ${code} P${number} ${given.map(([letter, text]) => letter + numberOf(text)).join(" ")}`;
+    const answer = await link.command({ verb: "mdi", text: line });
+    if (answer.outcome === "accepted") setValues({});
+  };
+  const unit = (word: number) => unitText(isAngle(word), status.inch);
+  return (
+    <>
+    <section class="card change">
+      <h2>Change {chosen}</h2>
+      <p class="hint">Touch off makes the place where the tool stands read these values.</p>
+      <div class="fields">
+        {words.map((word) => (
+          <label key={word}>{kWords[word]} {unit(word)}
+            <input inputMode="decimal" value={values[kWords[word]] ?? ""} data-test={`set-${kWords[word]}`}
+              aria-invalid={!!values[kWords[word]]?.trim() && numberOf(values[kWords[word]]) === null}
+              onInput={(e) => setValues({ ...values, [kWords[word]]: e.currentTarget.value })} />
+          </label>
+        ))}
+      </div>
+      <div class="actions">
+        <button disabled={!ready} data-test="set-offset" onClick={() => void send("L2")}>Set to these values</button>
+        <button class="accent" disabled={!ready} data-test="touch-off" onClick={() => void send("L20")}>
+          Touch off here
+        </button>
+      </div>
+    </section>
+    <section class="card offsets">
+      <h2>Work offsets</h2>
+      <table class="rows">
+        <thead><tr><th>Offset</th>{words.map((word) => <th key={word}>{kWords[word]} <small>{unit(word)}</small></th>)}</tr></thead>
+        <tbody>
+          {tables.offsets.map((offset) => (
+            <tr key={offset.name} class={offset.name === status.work_offset ? "in-force" : ""}
+              data-test={`offset-${offset.name}`}>
+              <th>
+                {kSettable.includes(offset.name)
+                  ? <button aria-pressed={offset.name === chosen} onClick={() => setName(offset.name)}>{offset.name}</button>
+                  : <span>{offset.name}</span>}
+              </th>
+              {words.map((word) => <td key={word}>{positionText(valueOf(offset, word), isAngle(word), status.inch)}</td>)}
+            </tr>
+          ))}
+        </tbody>
+      </table>
+    </section>
+    </>
+  );
+}
+
+function Tools() {
+  const { status, tables } = useLink("status", "tables");
+  if (!status || !tables) return <section class="card" />;
+  const length = (value: number) => positionText(value, false, status.inch);
+  return (
+    <section class="card">
+      <h2>Tools</h2>
+      {!tables.tools.length && <p class="none">The machine has no tool table.</p>}
+      {tables.tools.length > 0 && (
+        <table class="rows">
+          <thead><tr><th>Tool</th><th>Pocket</th><th>Length</th><th>Diameter</th><th class="text">Remark</th></tr></thead>
+          <tbody>
+            {tables.tools.map((tool) => (
+              <tr key={tool.number} class={tool.number === status.tool ? "in-force" : ""}>
+                <th><span>{tool.number}</span></th><td>{tool.pocket}</td><td>{length(tool.z)}</td>
+                <td>{length(tool.diameter)}</td><td class="text">{tool.remark}</td>
+              </tr>
+            ))}
+          </tbody>
+        </table>
+      )}
+      {tables.tools_more > 0 && <p class="none">And {tables.tools_more} more.</p>}
+    </section>
+  );
+}
+
+export const TablesView = () => <div class="tables"><Offsets /><Tools /></div>;

@@ -1,0 +1,67 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "app/client/access_config.h"
+#include "app/client/daemon_line.h"
+#include "hal/lcm_link.h"
+#include "hal/lcm_messages.h"
+
+namespace trn {
+
+/// The panel's line to the daemon of one machine: keeps the last of what it tells, carries many commands at a
+/// time, and comes back when a daemon does. Waits for nothing. Not thread-safe.
+class DaemonWatch {
+ public:
+  using Clock = std::chrono::steady_clock;
+  /// Outcome as the page's interface names it, and the daemon's answer (empty where there was none).
+  using Answer = std::function<void(const std::string& outcome, const trunnion::acknowledge_t& answer)>;
+
+  DaemonWatch(const LcmConfig& names, const AccessConfig& access);
+
+  /// To be called some hundred times a second: hears what is there, asks again, connects again.
+  void step();
+  /// `done` is called once, from `step`.
+  void send(trunnion::command_t command, Answer done);
+
+  /// Heard within the last second.
+  bool connected() const;
+  double age_s() const;  ///< of the last status; -1: none was heard
+  const std::optional<trunnion::status_t>& status() const { return status_; }
+  const std::optional<trunnion::motion_t>& motion() const { return motion_; }
+  const std::optional<trunnion::tables_t>& tables() const { return tables_; }
+
+  /// Called from `step` when something new was heard; may be empty.
+  std::function<void()> on_status, on_motion, on_tables;
+
+ private:
+  struct Asked {
+    trunnion::command_t command;
+    Answer done;
+    Clock::time_point heard, sent;
+  };
+
+  void connect();
+  void answer(const trunnion::acknowledge_t& answer);
+  void ask_again();
+  void give_up(const std::string& why);
+
+  LcmConfig names_;
+  AccessConfig access_;
+  std::unique_ptr<DaemonLine> line_;
+  Clock::time_point tried_, status_heard_;
+  std::int64_t client_;
+  std::int32_t sequence_ = 0;
+  std::map<std::int32_t, Asked> asked_;  ///< by sequence
+  std::optional<trunnion::status_t> status_;
+  std::optional<trunnion::motion_t> motion_;
+  std::optional<trunnion::tables_t> tables_;
+};
+
+}  // namespace trn

@@ -1,0 +1,107 @@
+#include "panel/server/page_message.h"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <cstdint>
+#include <utility>
+
+#include "app/client/command_rights.h"
+
+namespace trn {
+
+namespace {
+
+using nlohmann::json;
+using trunnion::command_t;
+
+constexpr std::size_t kIdMax = 64;
+constexpr std::int64_t kWholeMax =
+    (std::int64_t{1} << 53) - 1;  // the greatest that JavaScript tells from the next
+
+// The verb by the name of the table of commands, with _ for its spaces.
+std::int8_t verb_of(const std::string& name) {
+  for (std::int8_t verb = command_t::LOAD; verb <= command_t::SINGLE_BLOCK; ++verb) {
+    std::string known(find_rights(verb)->name);
+    for (char& letter : known)
+      if (letter == ' ') letter = '_';
+    if (known == name) return verb;
+  }
+  throw BadPageMessage("there is no such verb");
+}
+
+std::string text_of(const json& message, const char* key) {
+  const auto found = message.find(key);
+  if (found == message.end()) return "";
+  if (!found->is_string()) throw BadPageMessage(fmt::format("'{}' must be text", key));
+  std::string text = found->get<std::string>();
+  if (text.find('\0') != std::string::npos) throw BadPageMessage(fmt::format("'{}' has a zero byte", key));
+  return text;
+}
+
+double number_of(const json& message, const char* key) {
+  const auto found = message.find(key);
+  if (found == message.end()) return 0;
+  const double value = found->is_number() ? found->get<double>() : std::nan("");
+  if (!std::isfinite(value)) throw BadPageMessage(fmt::format("'{}' must be a number", key));
+  return value;
+}
+
+// A whole number from `least` to `most`.
+std::int64_t whole_of(const json& message, const char* key, std::int64_t least, std::int64_t most) {
+  const auto found = message.find(key);
+  const bool whole = found != message.end() && found->is_number_integer();
+  const bool sound = whole && *found >= least && *found <= most;
+  if (!sound)
+    throw BadPageMessage(fmt::format("'{}' must be a whole number from {} to {}", key, least, most));
+  return found->get<std::int64_t>();
+}
+
+std::int32_t joint_of(const json& message) {
+  constexpr int kJointMax = 1000;  // the daemon knows how many there are
+  return message.contains("joint") ? static_cast<std::int32_t>(whole_of(message, "joint", -1, kJointMax)) : 0;
+}
+
+json id_of(const json& message) {
+  const auto found = message.find("id");
+  const bool sound = found != message.end() &&
+                     (found->is_number_integer() ||
+                      (found->is_string() && found->get_ref<const std::string&>().size() <= kIdMax));
+  if (!sound) throw BadPageMessage("a command needs an 'id', a whole number or a short text");
+  return *found;
+}
+
+}  // namespace
+
+PageMessage read_page_message(std::string_view text) {
+  if (text.size() > kPageMessageMax) throw BadPageMessage("longer than 64 kB");
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) throw BadPageMessage("no JSON object");
+  PageMessage out;
+  const std::string type = text_of(message, "type");
+  if (type == "alive") return out;
+  if (type == "key") {
+    out.kind = PageMessage::Kind::kKey;
+    out.key = text_of(message, "key");
+    return out;
+  }
+  if (type == "take_controls") {
+    out.kind = PageMessage::Kind::kTakeControls;
+    return out;
+  }
+  if (type != "command") throw BadPageMessage("'type' must be key, command, take_controls or alive");
+  out.kind = PageMessage::Kind::kCommand;
+  out.id = id_of(message);
+  out.command = {};
+  out.command.verb = verb_of(text_of(message, "verb"));
+  out.command.joint = joint_of(message);
+  out.command.value = number_of(message, "value");
+  out.command.speed = number_of(message, "speed");
+  out.command.text = text_of(message, "text");
+  if (out.command.verb != command_t::JOG) return out;
+  out.press = whole_of(message, "press", 1, kWholeMax);
+  out.part = whole_of(message, "part", 0, kWholeMax);
+  return out;
+}
+
+}  // namespace trn

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+
+#include "hal/lcm_messages.h"
+
+// What a page says over its WebSocket.
+namespace trn {
+
+inline constexpr std::size_t kPageMessageMax = 65536;  ///< bytes
+
+/// A message that is none; what() says why, for the page.
+struct BadPageMessage : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+struct PageMessage {
+  enum class Kind { kKey, kCommand, kTakeControls, kAlive };
+  Kind kind = Kind::kAlive;
+  std::string key;              ///< what the page says that it has
+  nlohmann::json id;            ///< of a command: a number or text that comes back with the answer
+  trunnion::command_t command;  ///< without client, sequence and expiry
+  std::int64_t press = 0;       ///< of a jog: number of the press of a button, which no other press has
+  std::int64_t part = 0;        ///< of a jog: counts the moves of this press from 0
+};
+
+/// BadPageMessage unless the text is a JSON object of one of the types, with values of the types of
+/// command_t.
+PageMessage read_page_message(std::string_view text);
+
+}  // namespace trn

@@ -1,0 +1,338 @@
+#include "panel/server/panel_server.h"
+
+#include <fmt/format.h>
+#include <libwebsockets.h>
+
+#include <algorithm>
+#include <array>
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <cstring>
+#include <map>
+#include <memory>
+#include <optional>
+#include <span>
+#include <stdexcept>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "panel/server/page_folder.h"
+#include "panel/server/page_message.h"
+#include "panel/server/panel_state.h"
+
+namespace trn {
+
+namespace {
+
+constexpr std::string_view kApi = "/api/v1/", kStream = "/api/v1/stream", kBearer = "Bearer ";
+constexpr lws_usec_t kStepUs = 10000;
+constexpr std::size_t kChunk = 16384, kHeadersMax = 2048;
+constexpr std::size_t kStrangersMax = 16;  // sockets whose page has not said its key yet
+constexpr std::chrono::seconds kKeyTime{5};
+constexpr unsigned kDone = 200, kBadRequest = 400, kNoKey = 401, kForbidden = 403, kNotFound = 404,
+                   kOnlyGet = 405, kBusy = 503;
+constexpr int kCloseNoKey = 4401,
+              kCloseBusy = 4503;  // RFC 6455, 7.4.2: from 4000 on they are the application's
+constexpr std::string_view kNoKeyText =
+    "This page has no key, or not this panel's: open the address that 'trunnion panel' printed.";
+constexpr std::string_view kQueryText =
+    "No request has a query here, and no key belongs in one, where logs keep it: it stands behind the '#'.\n";
+constexpr const char* kPolicy = "default-src 'self'; frame-ancestors 'none'";
+
+using Clock = std::chrono::steady_clock;
+
+struct Response {
+  unsigned code = kDone;
+  std::string type, body;
+  std::optional<OpenFile> file;  ///< instead of the body
+  std::uint64_t sent = 0;
+
+  std::uint64_t size() const { return file ? file->size() : body.size(); }
+};
+
+struct Socket {
+  PageId page = 0;  ///< 0: it has not said its key yet
+  std::string received;
+  Clock::time_point opened = Clock::now();
+};
+
+/// The sockets of the panel: hands what comes to the state, and takes from it what is to go.
+class PanelServer {
+ public:
+  explicit PanelServer(const PanelConfig& config)
+      : config_(config), files_(config.page_folder), state_(config) {}
+  void run(const std::atomic<bool>& stop);
+  int happened(lws* wsi, lws_callback_reasons reason, std::string_view in);
+  void step();
+
+ private:
+  Response answer(lws* wsi, std::string_view path) const;
+  Response answer_api(lws* wsi, std::string_view name) const;
+  int begin_response(lws* wsi, std::string_view path);
+  int go_on_response(lws* wsi);
+  int write_page(lws* wsi);
+  unsigned refuse_stream(lws* wsi) const;
+  int receive(lws* wsi, std::string_view in);
+  int let_in(lws* wsi, Socket& socket, std::string_view text);
+  std::size_t strangers() const;
+
+  const PanelConfig& config_;
+  PageFolder files_;
+  PanelState state_;
+  std::map<lws*, Response> responses_;
+  std::map<lws*, Socket> sockets_;
+  PageId last_page_ = 0;
+  std::vector<unsigned char> piece_ = std::vector<unsigned char>(LWS_PRE + kChunk);  ///< of a response
+};
+
+// The library's timer hands back its own address only, which is the first member of this.
+struct Timer {
+  lws_sorted_usec_list_t list{};
+  lws_context* context = nullptr;
+  PanelServer* server = nullptr;
+};
+
+std::string header(lws* wsi, lws_token_indexes name) {
+  const int size = lws_hdr_total_length(wsi, name);
+  if (size <= 0) return "";
+  std::string text(static_cast<std::size_t>(size) + 1, '\0');
+  if (lws_hdr_copy(wsi, text.data(), size + 1, name) < 0) return "";
+  text.resize(static_cast<std::size_t>(size));
+  return text;
+}
+
+// Says why, where the page can show it, and ends the connection.
+int close_stream(lws* wsi, int code, std::string_view why) {
+  std::string text(why);
+  lws_close_reason(wsi, static_cast<lws_close_status>(code), reinterpret_cast<unsigned char*>(text.data()),
+                   text.size());
+  return -1;
+}
+
+bool has_query(lws* wsi) { return lws_hdr_total_length(wsi, WSI_TOKEN_HTTP_URI_ARGS) > 0; }
+
+Response PanelServer::answer(lws* wsi, std::string_view path) const {
+  if (!is_own_host(header(wsi, WSI_TOKEN_HOST)))
+    return {kForbidden, "text/plain", "This panel answers as localhost or 127.0.0.1 only.\n", {}};
+  if (has_query(wsi)) return {kBadRequest, "text/plain", std::string(kQueryText), {}};
+  if (path.starts_with(kApi)) return answer_api(wsi, path.substr(kApi.size()));
+  const std::optional<std::string> name = page_file(path);
+  std::optional<OpenFile> file = name ? files_.open(*name) : std::nullopt;
+  if (file) return {kDone, std::string(media_type(*name)), "", std::move(file)};
+  return {kNotFound, "text/plain", "There is no such thing here.\n", {}};
+}
+
+Response PanelServer::answer_api(lws* wsi, std::string_view name) const {
+  const std::string said = header(wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
+  const bool may = said.starts_with(kBearer) && config_.key.is(std::string_view(said).substr(kBearer.size()));
+  if (!may) return {kNoKey, "text/plain", std::string(kNoKeyText) + "\n", {}};
+  std::optional<std::string> body = state_.get(name);
+  if (body) return {kDone, "application/json", std::move(*body), {}};
+  return {kNotFound, "text/plain", "There is no such thing here.\n", {}};
+}
+
+int PanelServer::begin_response(lws* wsi, std::string_view path) {
+  // Nothing but GET yet: a request of another kind has no such header.
+  Response response = lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) > 0
+                          ? answer(wsi, path)
+                          : Response{kOnlyGet, "text/plain", "Only GET is answered here.\n", {}};
+  std::array<unsigned char, LWS_PRE + kHeadersMax> buffer{};
+  unsigned char *begin = buffer.data() + LWS_PRE, *at = begin, *end = buffer.data() + buffer.size();
+  const auto add = [&](const char* name, std::string_view value) {
+    return lws_add_http_header_by_name(wsi, reinterpret_cast<const unsigned char*>(name),
+                                       reinterpret_cast<const unsigned char*>(value.data()),
+                                       static_cast<int>(value.size()), &at, end) != 0;
+  };
+  const lws_filepos_t size = response.size();
+  if (lws_add_http_common_headers(wsi, response.code, response.type.c_str(), size, &at, end) ||
+      add("content-security-policy:", kPolicy) || add("x-content-type-options:", "nosniff") ||
+      (response.code == kNoKey && add("www-authenticate:", "Bearer")) ||
+      add("referrer-policy:", "no-referrer") || add("cache-control:", "no-cache") ||
+      lws_finalize_write_http_header(wsi, begin, &at, end))
+    return 1;
+  responses_[wsi] = std::move(response);
+  lws_callback_on_writable(wsi);
+  return 0;
+}
+
+int PanelServer::go_on_response(lws* wsi) {
+  const auto found = responses_.find(wsi);
+  if (found == responses_.end()) return 0;
+  Response& response = found->second;
+  const std::size_t size = std::min<std::uint64_t>(kChunk, response.size() - response.sent);
+  const bool last = response.sent + size == response.size();
+  const std::span<unsigned char> piece = std::span(piece_).subspan(LWS_PRE, size);
+  if (!response.file)
+    std::memcpy(piece.data(), response.body.data() + response.sent, size);
+  else if (!response.file->read(response.sent, piece))
+    return -1;  // it has become shorter than was said
+  if (lws_write(wsi, piece.data(), size, last ? LWS_WRITE_HTTP_FINAL : LWS_WRITE_HTTP) < 0) return -1;
+  response.sent += size;
+  if (!last) {
+    lws_callback_on_writable(wsi);
+    return 0;
+  }
+  responses_.erase(found);
+  return lws_http_transaction_completed(wsi) ? -1 : 0;
+}
+
+int PanelServer::write_page(lws* wsi) {
+  const auto found = sockets_.find(wsi);
+  if (found == sockets_.end()) return -1;
+  const PageId page = found->second.page;
+  if (page == 0)
+    return Clock::now() - found->second.opened > kKeyTime ? close_stream(wsi, kCloseNoKey, kNoKeyText) : 0;
+  if (state_.overflown(page)) return -1;
+  const std::optional<std::string> text = state_.next(page);
+  if (!text) return 0;
+  std::vector<unsigned char> buffer(LWS_PRE + text->size());
+  std::memcpy(buffer.data() + LWS_PRE, text->data(), text->size());
+  if (lws_write(wsi, buffer.data() + LWS_PRE, text->size(), LWS_WRITE_TEXT) < 0) return -1;
+  if (state_.waiting(page)) lws_callback_on_writable(wsi);
+  return 0;
+}
+
+int PanelServer::receive(lws* wsi, std::string_view in) {
+  const auto found = sockets_.find(wsi);
+  if (found == sockets_.end() || found->second.received.size() + in.size() > kPageMessageMax) return -1;
+  found->second.received += in;
+  if (!lws_is_final_fragment(wsi) || lws_remaining_packet_payload(wsi) > 0) return 0;
+  const std::string text = std::exchange(found->second.received, {});
+  if (found->second.page == 0) return let_in(wsi, found->second, text);
+  return state_.receive(found->second.page, text) ? 0 : -1;
+}
+
+// The first message of a page is its key: a browser cannot give a WebSocket's request a header.
+int PanelServer::let_in(lws* wsi, Socket& socket, std::string_view text) {
+  PageMessage message;
+  try {
+    message = read_page_message(text);
+  } catch (const BadPageMessage&) {
+    message = {};
+  }
+  if (message.kind != PageMessage::Kind::kKey || !config_.key.is(message.key))
+    return close_stream(wsi, kCloseNoKey, kNoKeyText);
+  const PageId page = last_page_ + 1;
+  if (!state_.open(page)) return close_stream(wsi, kCloseBusy, "Too many pages are open.");
+  socket.page = last_page_ = page;
+  lws_callback_on_writable(wsi);
+  return 0;
+}
+
+std::size_t PanelServer::strangers() const {
+  return static_cast<std::size_t>(
+      std::count_if(sockets_.begin(), sockets_.end(), [](const auto& one) { return one.second.page == 0; }));
+}
+
+// 0: the stream may begin; otherwise the code of the answer.
+unsigned PanelServer::refuse_stream(lws* wsi) const {
+  if (!is_own_origin(header(wsi, WSI_TOKEN_ORIGIN), header(wsi, WSI_TOKEN_HOST))) return kForbidden;
+  if (has_query(wsi)) return kBadRequest;
+  if (header(wsi, WSI_TOKEN_GET_URI) != kStream) return kNotFound;
+  return strangers() >= kStrangersMax ? kBusy : 0;
+}
+
+int PanelServer::happened(lws* wsi, lws_callback_reasons reason, std::string_view in) {
+  switch (reason) {
+    case LWS_CALLBACK_HTTP:
+      return begin_response(wsi, in);
+    case LWS_CALLBACK_HTTP_WRITEABLE:
+      return go_on_response(wsi);
+    case LWS_CALLBACK_CLOSED_HTTP:
+      responses_.erase(wsi);
+      return 0;
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION: {
+      const unsigned refused = refuse_stream(wsi);
+      if (refused == 0) return 0;
+      lws_return_http_status(wsi, refused, nullptr);
+      return 1;
+    }
+    case LWS_CALLBACK_ESTABLISHED:
+      sockets_[wsi] = {};
+      return 0;
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+      return write_page(wsi);
+    case LWS_CALLBACK_RECEIVE:
+      return receive(wsi, in);
+    case LWS_CALLBACK_CLOSED:
+      if (const auto found = sockets_.find(wsi); found != sockets_.end()) state_.close(found->second.page);
+      sockets_.erase(wsi);
+      return 0;
+    default:
+      return 0;
+  }
+}
+
+void PanelServer::step() {
+  state_.step();
+  for (const auto& [wsi, socket] : sockets_) {
+    const bool late = socket.page == 0 && Clock::now() - socket.opened > kKeyTime;
+    if (late || state_.overflown(socket.page) || state_.waiting(socket.page)) lws_callback_on_writable(wsi);
+  }
+}
+
+// No exception may pass through the library, which is C: the connection ends instead.
+int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t size) {
+  auto* server = static_cast<PanelServer*>(lws_context_user(lws_get_context(wsi)));
+  if (!server) return 0;
+  try {
+    // Other reasons pass other things than text.
+    const bool text = in && (reason == LWS_CALLBACK_HTTP || reason == LWS_CALLBACK_RECEIVE);
+    return server->happened(wsi, reason, text ? std::string_view(static_cast<char*>(in), size) : "");
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "panel: {}\n", error.what());
+    return -1;
+  }
+}
+
+void on_timer(lws_sorted_usec_list_t* list) {
+  auto* timer = reinterpret_cast<Timer*>(list);
+  try {
+    timer->server->step();
+  } catch (const std::exception& error) {
+    fmt::print(stderr, "panel: {}\n", error.what());
+  }
+  lws_sul_schedule(timer->context, 0, list, on_timer, kStepUs);
+}
+
+void PanelServer::run(const std::atomic<bool>& stop) {
+  lws_set_log_level(LLL_ERR, nullptr);
+  std::array<lws_protocols, 3> protocols{};
+  protocols[0].name = "http";
+  protocols[0].callback = callback;
+  protocols[1].name = "trunnion-1";
+  protocols[1].callback = callback;
+  protocols[1].rx_buffer_size = kPageMessageMax;
+  lws_context_creation_info info{};
+  info.port = config_.listen.port;
+  info.iface = config_.listen.address.c_str();
+  info.protocols = protocols.data();
+  info.user = this;
+  info.gid = info.uid = -1;
+  info.options = LWS_SERVER_OPTION_FAIL_UPON_UNABLE_TO_BIND;
+  const std::unique_ptr<lws_context, decltype(&lws_context_destroy)> context(lws_create_context(&info),
+                                                                             lws_context_destroy);
+  if (!context)
+    throw std::runtime_error(fmt::format("cannot listen on {}:{}; is another panel running?",
+                                         config_.listen.address, config_.listen.port));
+  // Behind the '#' the key is in no request, so in no log and no Referer.
+  fmt::print("Panel of '{}': http://{}:{}/{}{}\n", config_.machine.name, config_.listen.address,
+             lws_get_vhost_listen_port(lws_get_vhost_by_name(context.get(), "default")),
+             config_.print_key ? "#key=" : "", config_.print_key ? config_.key.text() : "");
+  std::fflush(stdout);
+  Timer timer;
+  timer.context = context.get();
+  timer.server = this;
+  lws_sul_schedule(context.get(), 0, &timer.list, on_timer, kStepUs);
+  while (!stop && lws_service(context.get(), 0) >= 0) {
+  }
+}
+
+}  // namespace
+
+void serve_panel(const PanelConfig& config, const std::atomic<bool>& stop) { PanelServer(config).run(stop); }
+
+}  // namespace trn

@@ -1,0 +1,334 @@
+#include "panel/server/panel_state.h"
+
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
+#include "app/client/command_rights.h"
+#include "app/client/message_json.h"
+#include "core/axes.h"
+#include "panel/server/program_folder.h"
+
+namespace trn {
+
+namespace {
+
+using nlohmann::json;
+using trunnion::command_t;
+using namespace std::chrono_literals;
+
+constexpr auto kStatusEvery = 100ms, kMotionEvery = 50ms, kDeadMan = 500ms;
+constexpr int kMalformedMax = 3;
+constexpr std::size_t kHistoryMax = 1000, kPressesMax = 4096;
+
+std::string text_of(const json& message) {
+  return message.dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+bool begins_motion(const command_t& command) {
+  return command.verb == command_t::START || command.verb == command_t::RESUME ||
+         command.verb == command_t::MDI || command.verb == command_t::HOME;
+}
+
+json typed(const char* type, json message) {
+  message["type"] = type;
+  return message;
+}
+
+}  // namespace
+
+PanelState::PanelState(const PanelConfig& config) : config_(config), daemon_(config.lcm, config.access) {
+  daemon_.on_status = [this] { heard_status(); };
+  daemon_.on_motion = [this] {
+    for (auto& [id, page] : pages_) page.motion = true;
+  };
+  daemon_.on_tables = [this] {
+    for (auto& [id, page] : pages_) page.tables = true;
+  };
+}
+
+void PanelState::step() {
+  daemon_.step();
+  watch_jogs();
+  stop_jogs();
+  if (daemon_.connected()) {
+    told_gone_ = false;
+    return;
+  }
+  if (std::exchange(told_gone_, true)) return;
+  tell_all({{"type", "gone"}, {"text", "No daemon answers for this machine."}});
+}
+
+bool PanelState::open(PageId id) {
+  if (pages_.size() >= kPagesMax) return false;
+  Page& page = pages_[id];
+  page.heard = Clock::now();
+  page.status = daemon_.status().has_value();
+  page.motion = daemon_.motion().has_value();
+  page.tables = daemon_.tables().has_value();
+  const auto wall = std::chrono::system_clock::now().time_since_epoch();
+  put(page, {{"type", "hello"},
+             {"version", config_.version},
+             {"machine", config_.machine.name},
+             {"clock_us", daemon_.status() ? daemon_.status()->clock_us : 0},
+             {"server_time_us", std::chrono::duration_cast<std::chrono::microseconds>(wall).count()}});
+  put(page, {{"type", "controls"}, {"mine", false}, {"holder", holder_}});
+  if (told_gone_) put(page, {{"type", "gone"}, {"text", "No daemon answers for this machine."}});
+  return true;
+}
+
+void PanelState::close(PageId id) {
+  const auto found = pages_.find(id);
+  if (found == pages_.end()) return;
+  found->second.gone = found->second.stop_wanted = true;
+  found->second.events.clear();
+  if (!found->second.jogs()) pages_.erase(found);
+  if (holder_ != id) return;
+  holder_ = 0;
+  tell_controls();
+}
+
+bool PanelState::receive(PageId id, std::string_view text) {
+  const auto found = pages_.find(id);
+  if (found == pages_.end() || found->second.gone) return false;
+  Page& page = found->second;
+  PageMessage message;
+  try {
+    message = read_page_message(text);
+  } catch (const BadPageMessage& bad) {
+    put(page, {{"type", "error"}, {"text", bad.what()}});
+    return ++page.malformed < kMalformedMax;
+  }
+  if (message.kind == PageMessage::Kind::kAlive) page.heard = Clock::now();
+  if (message.kind == PageMessage::Kind::kTakeControls) {
+    if (const auto before = pages_.find(holder_); before != pages_.end() && holder_ != id)
+      before->second.stop_wanted = before->second.jogs();
+    holder_ = id;
+    tell_controls();
+  }
+  if (message.kind == PageMessage::Kind::kCommand) command(id, message);
+  return true;
+}
+
+void PanelState::command(PageId id, const PageMessage& message) {
+  Page& page = pages_.at(id);
+  command_t command = message.command;
+  const bool always =
+      command.verb == command_t::ESTOP || command.verb == command_t::STOP || command.verb == command_t::HOLD;
+  if (!always && holder_ != id)
+    return refuse(page, message.id, "this page only looks; take the controls first");
+  if (command.verb == command_t::JOG) return jog(id, message);
+  // The stop of a jog, which is a hold, must not meet what begins behind the jog.
+  if (begins_motion(command) && somebody_jogs())
+    return refuse(page, message.id, "a move by hand goes on; wait until it has ended");
+  if (command.verb == command_t::LOAD && !command.text.empty()) {
+    try {
+      command.text = program_path(config_.programs_folder, command.text);
+    } catch (const NoProgram& none) {
+      return refuse(page, message.id, none.what());
+    }
+  }
+  forward(id, message, command);
+}
+
+// A press that comes a second time, however that happened, moves nothing.
+void PanelState::jog(PageId id, const PageMessage& message) {
+  Page& page = pages_.at(id);
+  if (!is_new(message)) return refuse(page, message.id, "this press was obeyed before");
+  // While it jogs a new press is no sign that somebody still holds the old one.
+  if (!page.jogs() || message.part > 0) page.heard = Clock::now();
+  ++page.jogs_asked;
+  forward(id, message, message.command);
+}
+
+bool PanelState::is_new(const PageMessage& jog) {
+  const auto [last, first] = presses_.try_emplace(jog.press, jog.part);
+  if (!first) return jog.part > last->second && (last->second = jog.part, true);
+  oldest_presses_.push_back(jog.press);
+  if (oldest_presses_.size() > kPressesMax) {
+    presses_.erase(oldest_presses_.front());
+    oldest_presses_.pop_front();
+  }
+  return true;
+}
+
+void PanelState::forward(PageId id, const PageMessage& message, const command_t& command) {
+  const bool jog = command.verb == command_t::JOG;
+  daemon_.send(command, [this, id, number = message.id, jog](const auto& outcome, const auto& answer) {
+    answered(id, number, jog, outcome, answer);
+  });
+}
+
+void PanelState::refuse(Page& page, const json& number, const std::string& why) {
+  put(page, {{"type", "answer"}, {"id", number}, {"outcome", "refused"}, {"text", why}, {"status_count", 0}});
+}
+
+bool PanelState::somebody_jogs() const {
+  return std::any_of(pages_.begin(), pages_.end(), [](const auto& one) { return one.second.jogs(); });
+}
+
+void PanelState::answered(PageId id, const json& number, bool jog, const std::string& outcome,
+                          const trunnion::acknowledge_t& answer) {
+  const auto found = pages_.find(id);
+  if (found == pages_.end()) return;
+  Page& page = found->second;
+  if (jog) --page.jogs_asked;
+  if (jog && outcome == "accepted") page.jog_status = answer.status_count;
+  if (jog && outcome == "unreachable") {
+    // It may move all the same, and nobody waits for its end.
+    page.jog_status = daemon_.status() ? daemon_.status()->count + 1 : -1;
+    page.stop_wanted = true;
+  }
+  put(page, {{"type", "answer"},
+             {"id", number},
+             {"outcome", outcome},
+             {"text", answer.message},
+             {"status_count", answer.status_count}});
+}
+
+// A hold while a jog goes on stops the jog; a program it would hold, too. So it is sent only where the daemon
+// has said, since it accepted the jog, that it jogs.
+void PanelState::stop_jogs() {
+  bool hold = false;
+  for (auto page = pages_.begin(); page != pages_.end();) {
+    Page& one = page->second;
+    const bool goes_on = one.jog_status >= 0 && daemon_.status() && daemon_.status()->count >= one.jog_status;
+    hold = hold || (one.stop_wanted && goes_on);
+    if (goes_on || !one.jogs()) one.stop_wanted = false;
+    page = one.gone && !one.jogs() ? pages_.erase(page) : std::next(page);
+  }
+  if (!hold) return;
+  command_t command{};
+  command.verb = command_t::HOLD;
+  daemon_.send(command, [](const auto&, const auto&) {});
+}
+
+void PanelState::watch_jogs() {
+  for (auto& [id, page] : pages_) {
+    if (!page.jogs() || Clock::now() - page.heard < kDeadMan) continue;
+    page.heard = Clock::now();  // the next stop, if the jog goes on, in another half second
+    page.stop_wanted = true;
+    put(page, {{"type", "message"},
+               {"time_us", daemon_.status() ? daemon_.status()->time_us : 0},
+               {"kind", "dead_man"},
+               {"text", "The jog was stopped: nothing came from the page for half a second."}});
+  }
+}
+
+void PanelState::heard_status() {
+  const trunnion::status_t& status = *daemon_.status();
+  const bool another = std::exchange(daemon_pid_, status.pid) != status.pid;  // its counts begin anew
+  for (auto& [id, page] : pages_) {
+    page.status = true;
+    const bool ended = status.count >= page.jog_status && status.state != "jogging";
+    if (another || ended) page.jog_status = -1;
+  }
+  const auto keep = [&](const char* kind, const std::string& text) {
+    json entry{{"time_us", status.time_us}, {"kind", kind}, {"text", text}};
+    if (history_.size() >= kHistoryMax) history_.pop_front();
+    history_.push_back(entry);
+    tell_all(typed("message", std::move(entry)));
+  };
+  if (std::exchange(last_fault_, status.fault) != status.fault && status.fault != "ok")
+    keep("fault", status.fault);
+  if (std::exchange(last_message_, status.message) != status.message && !status.message.empty())
+    keep("message", status.message);
+}
+
+void PanelState::put(Page& page, const json& message) {
+  if (page.gone) return;
+  if (page.events.size() >= kEventsMax)
+    page.overflown = true;
+  else
+    page.events.push_back(text_of(message));
+}
+
+void PanelState::tell_all(const json& message) {
+  for (auto& [id, page] : pages_) put(page, message);
+}
+
+void PanelState::tell_controls() {
+  for (auto& [id, page] : pages_)
+    put(page, {{"type", "controls"}, {"mine", id == holder_}, {"holder", holder_}});
+}
+
+bool PanelState::waiting(PageId id) const {
+  const auto found = pages_.find(id);
+  if (found == pages_.end()) return false;
+  const Page& page = found->second;
+  const auto now = Clock::now();
+  return !page.events.empty() || page.tables || (page.status && now - page.status_sent >= kStatusEvery) ||
+         (page.motion && now - page.motion_sent >= kMotionEvery);
+}
+
+bool PanelState::overflown(PageId id) const {
+  const auto found = pages_.find(id);
+  return found != pages_.end() && found->second.overflown;
+}
+
+// The state is written when the page takes it, so that what waits is always the newest.
+std::optional<std::string> PanelState::next(PageId id) {
+  if (!waiting(id)) return std::nullopt;
+  Page& page = pages_.at(id);
+  if (!page.events.empty()) {
+    std::string text = std::move(page.events.front());
+    page.events.pop_front();
+    return text;
+  }
+  const auto now = Clock::now();
+  if (page.status && now - page.status_sent >= kStatusEvery) {
+    page.status = false;
+    page.status_sent = now;
+    return text_of(typed("status", json_of(*daemon_.status())));
+  }
+  if (page.tables) {
+    page.tables = false;
+    return text_of(typed("tables", json_of(*daemon_.tables())));
+  }
+  page.motion = false;
+  page.motion_sent = now;
+  return text_of(typed("motion", json_of(*daemon_.motion())));
+}
+
+std::optional<std::string> PanelState::get(std::string_view name) const {
+  if (name == "machine") return text_of(machine_json());
+  if (name == "state") return text_of(state_json());
+  if (name == "history") return text_of(json(history_));
+  if (name == "programs") return text_of(programs_json());
+  return std::nullopt;
+}
+
+json PanelState::machine_json() const {
+  json joints = json::array();
+  for (const Joint& joint : config_.machine.joints)
+    joints.push_back({{"name", joint.name},
+                      {"unit", joint.kind == JointKind::kRotary ? "rad" : "mm"},
+                      {"min", joint.limit.min},
+                      {"max", joint.limit.max},
+                      {"velocity", joint.limit.velocity},
+                      {"acceleration", joint.limit.acceleration},
+                      {"jerk", joint.limit.jerk}});
+  return {{"name", config_.machine.name},
+          {"version", config_.version},
+          {"config_path", config_.config_path},
+          {"period_s", config_.machine.period_s},
+          {"axes", daemon_.status() ? daemon_.status()->axes : ""},
+          {"joints", joints}};
+}
+
+json PanelState::programs_json() const {
+  json programs = json::array();
+  for (const ProgramFile& file : list_programs(config_.programs_folder))
+    programs.push_back({{"name", file.name}, {"size", file.size}, {"modified_s", file.modified_s}});
+  return programs;
+}
+
+json PanelState::state_json() const {
+  json out{{"connected", daemon_.connected()}, {"age_s", daemon_.age_s()}};
+  out["status"] = daemon_.status() ? json_of(*daemon_.status()) : json();
+  out["motion"] = daemon_.motion() ? json_of(*daemon_.motion()) : json();
+  out["tables"] = daemon_.tables() ? json_of(*daemon_.tables()) : json();
+  return out;
+}
+
+}  // namespace trn

@@ -1,0 +1,93 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "panel/server/daemon_watch.h"
+#include "panel/server/page_message.h"
+#include "panel/server/panel_config.h"
+
+namespace trn {
+
+using PageId = std::uint64_t;
+
+/// What the panel knows and decides, without its sockets: pages, who has the controls, and what each page is
+/// to be told next. A page that does not read keeps at most `kEventsMax` texts and the newest state waiting.
+class PanelState {
+ public:
+  static constexpr std::size_t kPagesMax = 100, kEventsMax = 256;
+
+  explicit PanelState(const PanelConfig& config);
+
+  /// To be called some hundred times a second.
+  void step();
+
+  /// False if there are too many.
+  bool open(PageId page);
+  void close(PageId page);
+  /// False if the page is to be closed, after too many malformed messages.
+  bool receive(PageId page, std::string_view text);
+  /// The next text for the page; nothing if there is none now.
+  std::optional<std::string> next(PageId page);
+  /// True if `next` has something.
+  bool waiting(PageId page) const;
+  /// True if the page read so little that it is to be closed.
+  bool overflown(PageId page) const;
+
+  /// The answer to GET /api/v1/NAME, nothing if there is no such thing.
+  std::optional<std::string> get(std::string_view name) const;
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  struct Page {
+    std::deque<std::string> events;
+    bool status = false, motion = false, tables = false;  ///< news that the page has not had
+    Clock::time_point status_sent, motion_sent, heard;
+    int malformed = 0;
+    bool overflown = false;
+    bool gone = false;         ///< kept until its jogs have ended
+    bool stop_wanted = false;  ///< of its jogs
+    int jogs_asked = 0;        ///< not answered yet
+    std::int64_t jog_status =
+        -1;  ///< count of the first status after the last accepted jog; -1: none goes on
+    bool jogs() const { return jogs_asked > 0 || jog_status >= 0; }
+  };
+
+  /// True for each press and part once.
+  bool is_new(const PageMessage& jog);
+  void refuse(Page& page, const nlohmann::json& number, const std::string& why);
+  bool somebody_jogs() const;
+  static void put(Page& page, const nlohmann::json& message);
+  void tell_all(const nlohmann::json& message);
+  void tell_controls();
+  void heard_status();
+  void command(PageId id, const PageMessage& message);
+  void jog(PageId id, const PageMessage& message);
+  void forward(PageId id, const PageMessage& message, const trunnion::command_t& command);
+  void answered(PageId id, const nlohmann::json& number, bool jog, const std::string& outcome,
+                const trunnion::acknowledge_t& answer);
+  void stop_jogs();
+  void watch_jogs();
+  nlohmann::json machine_json() const;
+  nlohmann::json programs_json() const;
+  nlohmann::json state_json() const;
+
+  const PanelConfig& config_;
+  DaemonWatch daemon_;
+  std::map<PageId, Page> pages_;
+  PageId holder_ = 0;                             ///< 0: nobody
+  std::map<std::int64_t, std::int64_t> presses_;  ///< the last part of each
+  std::deque<std::int64_t> oldest_presses_;
+  bool told_gone_ = false;
+  std::int32_t daemon_pid_ = 0;
+  std::string last_message_, last_fault_ = "ok";
+  std::deque<nlohmann::json> history_;
+};
+
+}  // namespace trn

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <cstdint>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+namespace trn {
+
+/// A program that a page may not load; what() says why, for the page.
+struct NoProgram : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The real path of a program that a page names, by its path in the folder or an absolute one. NoProgram
+/// unless it is a regular file that lies, behind all links, below `folder`.
+std::string program_path(const std::string& folder, const std::string& name);
+
+struct ProgramFile {
+  std::string name;
+  std::uint64_t size = 0;       ///< bytes
+  std::int64_t modified_s = 0;  ///< of Unix time
+};
+/// The programs that lie in the folder itself, by name: files that `program_path` gives, of an ending that
+/// programs have (.ngc .nc .cnc .tap .gcode), hidden ones not. At most 1000 of the first 10,000 entries.
+std::vector<ProgramFile> list_programs(const std::string& folder);
+
+}  // namespace trn

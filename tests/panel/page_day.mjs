@@ -1,0 +1,263 @@
+// The operator's day at the page, by clicks and keys in a real browser, against a real panel and daemon that
+// page_day.py started. Screenshots of every view go into the output folder.
+//
+// usage: node page_day.mjs ORIGIN KEY PAGE_SOURCES OUTPUT_FOLDER PROGRAM
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+
+const [origin, key, sources, output, program] = process.argv.slice(2);
+const address = `${origin}/#key=${key}`;
+const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");
+const kPatienceMs = 30000;
+const kWork = { width: 1280, height: 800 };
+const kTablet = { width: 820, height: 1180 };
+
+const complaints = [];
+let jogsSent = 0;
+
+const seen = new Map();
+
+/** What the page and the server tell each other: whether all is answered and the machine rests behind it. */
+function watch(page, socket) {
+  const now = { asked: new Set(), needs: 0, count: 0, state: "" };
+  seen.set(page, now);
+  socket.on("framesent", ({ payload }) => {
+    const message = JSON.parse(payload);
+    if (message.type === "command") now.asked.add(message.id);
+    if (message.verb === "jog") ++jogsSent;
+  });
+  socket.on("framereceived", ({ payload }) => {
+    const message = JSON.parse(payload);
+    if (message.type === "status") Object.assign(now, { count: message.count, state: message.state });
+    if (message.type !== "answer") return;
+    now.asked.delete(message.id);
+    now.needs = Math.max(now.needs, message.status_count);
+  });
+}
+
+/** Waits until all commands of the page are answered and the machine rests behind the last of them. */
+async function rests(page) {
+  const end = Date.now() + kPatienceMs;
+  const now = seen.get(page);
+  while (now.asked.size || now.count < now.needs || now.state !== "idle") {
+    if (Date.now() > end) assert.fail(`the machine does not come to rest: ${JSON.stringify(now)}`);
+    await new Promise((done) => setTimeout(done, 10));
+  }
+  await shows(page, "state", "Ready");
+}
+
+async function open(browser, size, from = address) {
+  const context = await browser.newContext({ viewport: size, colorScheme: "dark" });
+  const page = await context.newPage();
+  page.setDefaultTimeout(kPatienceMs);
+  page.on("pageerror", (error) => complaints.push(String(error)));
+  page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
+  page.on("request", (request) => {
+    const url = new URL(request.url());
+    if (url.host !== new URL(origin).host && url.protocol !== "blob:") complaints.push(`asked ${url.host}`);
+    if (request.url().includes(key) || request.headers().referer?.includes(key)) complaints.push("told the key");
+  });
+  page.on("websocket", (socket) => watch(page, socket));
+  await page.goto(from);
+  return page;
+}
+
+const part = (page, name) => page.locator(`[data-test="${name}"]`);
+const view = (page, name) => page.getByRole("tab", { name }).click();
+const picture = (page, name) => page.screenshot({ path: join(output, `${name}.png`) });
+
+const text = (page, name) => part(page, name).first().textContent();
+
+/** Waits until the element's text satisfies `wanted`; tells the text if it never does. */
+async function until(page, name, wanted, what) {
+  // From here, not in the page: the server's policy forbids it to make code of text, which is what a page-side wait does.
+  const end = Date.now() + kPatienceMs;
+  while (!wanted(await text(page, name)))
+    if (Date.now() > end) assert.fail(`${name} shows "${await text(page, name)}" and never ${what}`);
+}
+
+const shows = (page, name, wanted) => until(page, name, (shown) => shown.includes(wanted), `"${wanted}"`);
+
+async function typeLine(page, line) {
+  await rests(page);
+  await part(page, "mdi").fill(line);
+  // Tried only: what the page has heard it shows a moment later.
+  await page.getByRole("button", { name: "Run line" }).click({ trial: true });
+  await part(page, "mdi").press("Enter");
+}
+
+/** A click on a button that moves the machine by hand. */
+async function step(page, name) {
+  await rests(page);
+  await part(page, name).click();
+}
+
+/** Without the key the page says what to do; with it, it works, and keeps it out of sight. */
+async function keyOpens(browser) {
+  const page = await open(browser, kWork, `${origin}/`);
+  await shows(page, "sentence", "This page has no key: open the address that 'trunnion panel' printed.");
+  await page.goto(`${origin}/#key=${"0".repeat(key.length)}`);
+  await shows(page, "sentence", "This page has no key, or not this panel's: open the address");
+  assert(await part(page, "take").isDisabled(), "the controls are to be had without a key");
+  // The same page to the browser, which does not load it again.
+  await page.goto(address);
+  await shows(page, "state", "Ready");
+  assert.equal(page.url(), `${origin}/`);
+  await page.reload();
+  await shows(page, "state", "Ready");
+  await page.context().close();
+}
+
+async function looksOnly(page) {
+  await shows(page, "state", "Ready");
+  for (const name of ["jog-X+", "home", "start", "single", "override"])
+    assert(await part(page, name).isDisabled(), `${name} is free without the controls`);
+  assert(await part(page, "estop").isEnabled(), "the emergency stop needs no controls");
+}
+
+async function moves(page) {
+  await part(page, "take").click();
+  await shows(page, "controls", "You have the controls");
+  await typeLine(page, "G21 G90 G0 X12.5 Y-3");
+  await shows(page, "work-X", "12.500");
+  await shows(page, "work-Y", "-3.000");
+  await step(page, "jog-X+");
+  await shows(page, "machine-X", "13.500");
+  assert.equal(jogsSent, 1, "one press of a button is one step");
+  await step(page, "jog-A-");
+  await shows(page, "machine-A", "-1.000");
+  await rests(page);
+  assert.equal(await text(page, "machine-A"), "-1.000");
+  assert.equal(jogsSent, 2, "one press of a button is one step");
+  // Another button of the mouse moves nothing: the other way would be taken then. Two presses at once are one step.
+  await part(page, "jog-X-").click({ trial: true });
+  const press = (name, button) => part(page, name).evaluate((element, number) =>
+    element.dispatchEvent(new PointerEvent("pointerdown", { isPrimary: true, bubbles: true, button: number })), button);
+  await press("jog-X+", 2);
+  await part(page, "jog-X-").evaluate((element) => {
+    for (let i = 0; i < 2; ++i)
+      element.dispatchEvent(new PointerEvent("pointerdown", { isPrimary: true, bubbles: true, button: 0 }));
+  });
+  await shows(page, "machine-X", "12.500");
+  await rests(page);
+  assert.equal(jogsSent, 3, "a press while a step goes on is none");
+  await step(page, "jog-X+");
+  await shows(page, "machine-X", "13.500");
+  await typeLine(page, "G20");
+  await until(page, "machine-X", (shown) => shown === "0.5315", "0.5315 in");
+  await typeLine(page, "G21");
+  await shows(page, "machine-X", "13.500");
+}
+
+async function heldJogEnds(page) {
+  await page.getByRole("button", { name: "Held" }).click();
+  await rests(page);
+  await part(page, "jog-Z+").click({ trial: true });
+  const button = await part(page, "jog-Z+").boundingBox();
+  await page.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
+  await page.mouse.down();
+  // More than one renewal: a single one is 10 mm.
+  await until(page, "machine-Z", (shown) => Number(shown) > 15, "more than 15");
+  await page.mouse.up();
+  await rests(page);
+  // Positions are shown a moment after the state: those after a move along X are of later.
+  await typeLine(page, "G0 X5");
+  await shows(page, "work-X", "5.000");
+  const stands = await text(page, "machine-Z");
+  await typeLine(page, "G0 X0");
+  await shows(page, "work-X", "0.000");
+  assert.equal(await text(page, "machine-Z"), stands, "Z went on after the button was let go");
+}
+
+async function touchesOff(page) {
+  await view(page, "Offsets and tools");
+  await part(page, "set-X").fill("25");
+  await part(page, "touch-off").click();
+  // The machine stands at X 0: work 25 there means an offset of -25.
+  await shows(page, "offset-G54", "-25.000");
+  await picture(page, "offsets");
+  await part(page, "set-X").fill("2x");
+  assert(await part(page, "set-offset").isDisabled(), "'2x' passes for a number");
+  await part(page, "set-X").fill("0");
+  await part(page, "set-offset").click();
+  await until(page, "offset-G54", (shown) => !shown.includes("25"), "no 25");
+  await view(page, "Run");
+}
+
+async function cuts(page) {
+  await part(page, "load-name").focus();
+  const offered = part(page, "programs").locator("option");
+  assert.deepEqual(await offered.evaluateAll((all) => all.map((one) => one.value)), [program]);
+  await part(page, "load-name").fill("none.ngc");
+  await part(page, "load").click();
+  await shows(page, "messages", "none.ngc");
+  await part(page, "load-name").fill(program);
+  await part(page, "load").click();
+  await shows(page, "program", program);
+  await part(page, "start").click();
+  await shows(page, "sentence", "tool 1");
+  assert(await part(page, "hold").isDisabled(), "what stands cannot be held");
+  await part(page, "resume").click();
+  await shows(page, "state", "Running");
+  await until(page, "block", (shown) => /[XYZ]-?\d/.test(shown), "a block of motion");
+  await part(page, "override").focus();
+  await page.keyboard.press("ArrowLeft");
+  await page.getByRole("button", { name: "Feed to 100 percent" }).filter({ hasText: "95 %" }).waitFor();
+  await picture(page, "run_dark");
+  await part(page, "hold").click();
+  await shows(page, "state", "On hold");
+  await part(page, "resume").click();
+  await shows(page, "state", "Running");
+  await view(page, "Path");
+  await page.locator('[data-test="scene"] canvas').waitFor();
+  // In the middle of the cut: there is a way to see.
+  await until(page, "path-line", (shown) => Number(shown) >= 40, "line 40");
+}
+
+async function twoPages(browser, first) {
+  const second = await open(browser, kTablet);
+  await shows(second, "state", "Running");
+  await part(second, "take").click();
+  await shows(second, "controls", "You have the controls");
+  await part(first, "take").waitFor();
+  await picture(second, "run_tablet");
+  await second.getByRole("button", { name: "Light" }).click();
+  await picture(second, "run_tablet_light");
+  // The first page has lost the controls, and stops the machine all the same.
+  await picture(first, "path_dark");
+  await first.getByRole("button", { name: "Light" }).click();
+  await view(first, "Run");
+  await picture(first, "run_light");
+  await part(first, "estop").click();
+  await shows(second, "state", "Emergency stop");
+  await view(second, "Alarms");
+  await shows(second, "cure", "Release it, then reset.");
+  await picture(second, "alarms_tablet");
+  await second.getByRole("button", { name: "Reset" }).click();
+  await shows(second, "state", "Ready");
+}
+
+const browser = await chromium.launch({
+  executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+  args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+});
+let page;
+try {
+  await keyOpens(browser);
+  page = await open(browser, kWork);
+  await looksOnly(page);
+  await moves(page);
+  await heldJogEnds(page);
+  await touchesOff(page);
+  await cuts(page);
+  await twoPages(browser, page);
+  assert.deepEqual(complaints, [], "the browser complains");
+  console.log("the day at the page went well");
+} catch (error) {
+  if (page) await picture(page, "failed");
+  console.error(error, complaints);
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+}

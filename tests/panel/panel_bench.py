@@ -1,0 +1,94 @@
+"""A daemon on simulated drives and its panel, with nothing that another test has: folders, machine, sockets and port
+are their own."""
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+
+PATIENCE_S = 60
+
+
+class PanelBench:
+    """`folder` goes with `close`; `origin` and `key` are what the panel printed."""
+
+    def __init__(self, binary, source, daemon=True, tools=None):
+        self.binary, self.source = binary, source
+        self.temporary = tempfile.TemporaryDirectory()
+        self.folder = self.temporary.name
+        self.name = "panel_test"
+        self.environment = self._environment()
+        self.config = self._config()
+        os.mkdir(self.path("page"))
+        os.mkdir(self.path("programs"))
+        self.write("page/index.html", "<p>the page</p>")
+        self.daemon = self.panel = None
+        self.origin = self.key = None
+        if daemon:
+            # A copy: the daemon writes into its table.
+            self.start_daemon(*(("--tools", shutil.copy(tools, self.folder)) if tools else ()))
+
+    def _environment(self):
+        """Nothing of the caller's but the way to programs."""
+        out = {"PATH": os.environ["PATH"], "LANG": "C.UTF-8"}
+        for name in ("HOME", "TMPDIR", "XDG_RUNTIME_DIR", "XDG_CONFIG_HOME", "XDG_CACHE_HOME", "XDG_STATE_HOME",
+                     "RUNTIME_DIRECTORY", "STATE_DIRECTORY"):
+            out[name] = self.path(name.lower())
+            os.mkdir(out[name], mode=0o700)
+        return out
+
+    def _config(self):
+        """The cradle on simulated drives, which may be late, without telemetry to a network."""
+        with open(os.path.join(self.source, "configs/cradle.toml"), encoding="utf-8") as file:
+            text = file.read().replace('name = "cradle"', f'name = "{self.name}"')
+        assert "[lcm]" not in text and "[realtime]" not in text
+        return self.write("machine.toml", text + '\n[realtime]\nlate_periods_max = 0\n\n[lcm]\nurl = ""\n')
+
+    def path(self, name):
+        return os.path.join(self.folder, name)
+
+    def write(self, name, text, mode=0o644):
+        path = self.path(name)
+        with open(path, "w", encoding="utf-8") as file:
+            os.fchmod(file.fileno(), mode)
+            file.write(text)
+        return path
+
+    def start_daemon(self, *options):
+        with open(self.path("daemon.log"), "w", encoding="utf-8") as log:
+            self.daemon = subprocess.Popen([self.binary, "daemon", "--machine", self.config, *options], stdout=log,
+                                           stderr=log, env=self.environment, cwd=self.folder)
+
+    def start_panel(self, *options, page=None):
+        """Returns what it printed when it listens."""
+        self.panel = subprocess.Popen(
+            [self.binary, "panel", "--machine", self.config, "--listen", "127.0.0.1:0", "--page",
+             page or self.path("page"), "--programs", self.path("programs"), *options],
+            stdout=subprocess.PIPE, text=True, env=self.environment, cwd=self.folder)
+        line = self.panel.stdout.readline()
+        found = re.search(r"(http://127\.0\.0\.1:\d+)/(?:#key=([0-9a-f]{32}))?$", line.strip())
+        assert found, f"the panel printed '{line}'"
+        self.origin, self.key = found.groups()
+        return line
+
+    @property
+    def host(self):
+        return self.origin.removeprefix("http://")
+
+    @property
+    def port(self):
+        return int(self.origin.rpartition(":")[2])
+
+    def close(self):
+        for process in (self.panel, self.daemon):
+            if not process:
+                continue
+            process.terminate()
+            try:
+                process.wait(timeout=PATIENCE_S)
+            finally:
+                process.kill()
+                process.wait()
+        if self.panel:
+            self.panel.stdout.close()
+        self.temporary.cleanup()

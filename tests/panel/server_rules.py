@@ -1,0 +1,288 @@
+#!/usr/bin/env python3
+"""A real panel before a daemon that does what the test says: jogs that must move once and end with their page, programs
+and files that a page may have.
+
+usage: server_rules.py TRUNNION_BINARY SOURCE_DIR
+"""
+import json
+import os
+import sys
+import time
+import unittest
+
+from fake_daemon import FakeDaemon, command_t
+from page_client import PATIENCE_S, Page, get
+from panel_bench import PanelBench
+
+BINARY, SOURCE = "", ""
+
+
+class RulesTest(unittest.TestCase):
+    def setUp(self):
+        self.bench = PanelBench(BINARY, SOURCE, daemon=False)
+        self.addCleanup(self.bench.close)
+        self.daemon = FakeDaemon(self.bench)
+        self.addCleanup(self.daemon.close)
+        self.bench.start_panel()
+        self.daemon.accept()
+        self.page = self.operator()
+
+    def operator(self):
+        """A page that has the controls."""
+        page = Page(self.bench)
+        self.addCleanup(page.close)
+        page.state("idle")
+        page.take_controls()
+        return page
+
+    def jog(self, press, part=0, number=1):
+        """Asks for a jog without waiting for the answer."""
+        self.page.send({"type": "command", "id": number, "verb": "jog", "joint": 0, "value": 1, "speed": 1,
+                        "press": press, "part": part})
+
+    def answer(self, number=1):
+        return self.page.until(lambda m: m["type"] == "answer" and m["id"] == number)
+
+    def accepted_jog(self, press=1, part=0):
+        """A jog that goes on; returns how many there were."""
+        times = self.daemon.verbs().count(command_t.JOG) + 1
+        self.jog(press, part)
+        command = self.daemon.until(command_t.JOG, times)
+        self.daemon.said("jogging")
+        self.daemon.reply(command)
+        self.assertEqual(self.answer()["outcome"], "accepted")
+        self.page.state("jogging")
+        return times
+
+    def ended_jog(self, press=1, part=0):
+        times = self.accepted_jog(press, part)
+        self.daemon.said("idle")
+        self.page.state("idle")
+        return times
+
+
+class Jogs(RulesTest):
+    def refused(self, press, part):
+        self.jog(press, part, number=9)
+        answer = self.answer(9)
+        self.assertEqual((answer["outcome"], answer["text"]), ("refused", "this press was obeyed before"))
+
+    def test_a_press_moves_once(self):
+        self.ended_jog(press=7)
+        self.refused(7, 0)
+        self.assertEqual(self.ended_jog(press=8), 2)
+        self.refused(7, 0)
+        self.assertEqual(self.daemon.verbs().count(command_t.JOG), 2)
+
+    def test_each_part_of_a_held_press_moves_once(self):
+        self.ended_jog(press=7, part=0)
+        self.ended_jog(press=7, part=1)
+        self.refused(7, 1)
+        self.refused(7, 0)
+        self.assertEqual(self.ended_jog(press=7, part=2), 3)
+
+    def test_a_press_is_known_to_every_page(self):
+        self.ended_jog(press=7)
+        self.page = self.operator()
+        self.refused(7, 0)
+
+    def test_a_jog_has_a_press(self):
+        for extra in ({}, {"press": 0, "part": 0}, {"press": 1.5, "part": 0}, {"press": 1}, {"press": 1, "part": -1}):
+            page = self.operator()
+            page.send({"type": "command", "id": 1, "verb": "jog", "joint": 0, "value": 1, "speed": 1, **extra})
+            page.until(lambda m: m["type"] == "error")
+        self.assertNotIn(command_t.JOG, self.daemon.verbs())
+
+    def test_a_jog_that_nobody_answers_is_said_once(self):
+        self.jog(press=1)
+        self.page.send({"type": "command", "id": 2, "verb": "reset"})
+        self.daemon.until(command_t.RESET, 3)  # this one is said again, and later than the jog
+        self.assertEqual(self.daemon.verbs().count(command_t.JOG), 1)
+
+
+class EndsOfJogs(RulesTest):
+    def other(self):
+        page = Page(self.bench)
+        self.addCleanup(page.close)
+        page.state("idle")
+        return page
+
+    def nothing_held_before(self, other):
+        """No hold was sent before a stop that is asked for now."""
+        other.send({"type": "command", "id": 5, "verb": "estop"})
+        self.daemon.until(command_t.ESTOP)
+        self.assertNotIn(command_t.HOLD, self.daemon.verbs())
+
+    def test_a_jog_ends_with_its_page(self):
+        self.accepted_jog()
+        self.page.close()
+        self.daemon.until(command_t.HOLD)
+
+    def test_a_jog_of_a_silent_page_ends(self):
+        self.accepted_jog()
+        self.page.until(lambda m: m["type"] == "message" and m["kind"] == "dead_man")
+        self.daemon.until(command_t.HOLD)
+        self.daemon.until(command_t.HOLD, 2)  # and again while it goes on
+
+    def test_a_jog_that_is_accepted_when_its_page_has_gone_ends(self):
+        other = self.other()
+        self.jog(press=1)
+        command = self.daemon.until(command_t.JOG)
+        self.page.close()
+        other.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
+        self.daemon.said("jogging")
+        self.daemon.reply(command)
+        self.daemon.until(command_t.HOLD)
+
+    def test_a_program_that_began_behind_a_jog_is_not_held(self):
+        other = self.other()
+        self.jog(press=1)
+        command = self.daemon.until(command_t.JOG)
+        self.page.close()
+        other.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
+        self.daemon.reply(command)  # it ended at once, and another client starts a program
+        self.daemon.said("running")
+        other.state("running")
+        self.nothing_held_before(other)
+
+    def test_a_refused_jog_holds_nothing(self):
+        other = self.other()
+        self.jog(press=1)
+        command = self.daemon.until(command_t.JOG)
+        self.page.close()
+        other.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
+        self.daemon.reply(command, outcome=2)
+        self.daemon.said("running")
+        other.state("running")
+        self.nothing_held_before(other)
+
+    def test_no_motion_begins_behind_a_jog_that_may_have_to_end(self):
+        self.accepted_jog()
+        for verb in ("start", "mdi", "home", "resume"):
+            answer = self.page.ask(verb, verb, text="G0 X0" if verb == "mdi" else "")
+            self.assertEqual(answer["outcome"], "refused", verb)
+            self.assertIn("a move by hand goes on", answer["text"])
+        self.daemon.said("idle")
+        self.page.state("idle")
+        self.page.send({"type": "command", "id": 3, "verb": "start"})
+        self.daemon.until(command_t.START)
+
+    def test_a_jog_whose_answer_was_lost_ends(self):
+        self.jog(press=1)
+        self.daemon.until(command_t.JOG)
+        self.daemon.said("jogging")
+        self.daemon.drop()
+        self.assertEqual(self.answer()["outcome"], "unreachable")
+        self.daemon.accept()
+        self.daemon.until(command_t.HOLD)
+
+    def test_a_daemon_that_came_anew_jogs_no_more(self):
+        self.accepted_jog()
+        self.daemon.drop()
+        self.daemon.pid, self.daemon.count, self.daemon.state = 2000, 0, "idle"
+        self.daemon.accept()
+        self.page.state("idle")
+        self.page.send({"type": "command", "id": 3, "verb": "start"})
+        self.daemon.until(command_t.START)
+
+    def test_only_the_sign_of_life_counts_as_one(self):
+        self.accepted_jog(press=1)
+        others = ({"type": "take_controls"}, {"type": "command", "id": 2, "verb": "override", "value": 1},
+                  {"type": "command", "id": 3, "verb": "jog", "joint": 0, "value": 1, "press": 1, "part": 0})
+        new_press = {"type": "command", "id": 4, "verb": "jog", "joint": 0, "value": 1, "part": 0}
+
+        begin, heard = time.monotonic(), []
+        while not any(message.get("kind") == "dead_man" for message in heard):
+            self.assertLess(time.monotonic() - begin, PATIENCE_S, "other messages keep the jog alive")
+            self.page.send((*others, new_press | {"press": 2 + len(heard)})[len(heard) % 4])
+            heard.append(self.page.next())
+        self.daemon.until(command_t.HOLD)
+
+
+class Programs(RulesTest):
+    def load(self, name):
+        """What the daemon was asked for; or the refusal."""
+        before = self.daemon.verbs().count(command_t.LOAD)
+        self.page.send({"type": "command", "id": "load", "verb": "load", "text": name})
+        self.page.send({"type": "command", "id": "after", "verb": "hold"})
+        self.daemon.reply(self.daemon.until(command_t.HOLD, self.holds + 1))
+        self.holds += 1
+        asked = [command for command in self.daemon.heard if command.verb == command_t.LOAD][before:]
+        if asked:
+            self.daemon.reply(asked[0])
+        answer = self.answer("load")
+        self.assertEqual(answer["outcome"], "accepted" if asked else "refused")
+        return asked[0].text if asked else answer["text"]
+
+    def setUp(self):
+        super().setUp()
+        self.holds = 0
+        self.bench.write("outside.ngc", "M2\n")
+        self.bench.write("programs/part.ngc", "M2\n")
+        os.mkdir(self.bench.path("programs/sub"))
+        self.bench.write("programs/sub/part.ngc", "M2\n")
+        os.mkdir(self.bench.path("programs2"))
+        self.bench.write("programs2/part.ngc", "M2\n")
+        os.symlink("part.ngc", self.bench.path("programs/inside"))
+        os.symlink("../outside.ngc", self.bench.path("programs/link.ngc"))
+        os.symlink("..", self.bench.path("programs/up"))
+
+    def test_those_of_the_folder_are_loaded(self):
+        for name, real in (("part.ngc", "part.ngc"), ("sub/part.ngc", "sub/part.ngc"), ("inside", "part.ngc"),
+                           ("sub/../part.ngc", "part.ngc"), (self.bench.path("programs/part.ngc"), "part.ngc")):
+            self.assertEqual(self.load(name), os.path.realpath(self.bench.path("programs/" + real)), name)
+
+    def test_others_are_not(self):
+        for name in ("none.ngc", "../outside.ngc", self.bench.path("outside.ngc"), "link.ngc", "up/outside.ngc",
+                     "/etc/passwd", "../programs2/part.ngc", self.bench.path("programs2/part.ngc"), ".", "sub", "/",
+                     "/dev/zero", "x" * 5000):
+            self.assertEqual(self.load(name), f"there is no program '{name}' in the folder of this panel", name)
+
+    def test_the_list_has_those_that_can_be_loaded(self):
+        for name in ("b.nc", "a.gcode", ".hidden.ngc", "tools.tbl", "ngc"):
+            self.bench.write("programs/" + name, name)
+        os.symlink("part.ngc", self.bench.path("programs/other.ngc"))
+        os.mkdir(self.bench.path("programs/folder.ngc"))
+        os.utime(self.bench.path("programs/part.ngc"), (1e9, 1e9))
+        programs = json.loads(get(self.bench, "/api/v1/programs")[1])
+        self.assertEqual([program["name"] for program in programs], ["a.gcode", "b.nc", "other.ngc", "part.ngc"])
+        self.assertEqual(programs[-1], {"name": "part.ngc", "size": 3, "modified_s": 1000000000})
+        self.assertEqual(get(self.bench, "/api/v1/programs", key=None)[0].status, 401)
+
+    def test_the_loaded_program_is_loaded_again(self):
+        self.assertEqual(self.load(""), "")
+
+
+class Files(RulesTest):
+    def test_no_link_is_followed(self):
+        os.mkdir(self.bench.path("page/assets"))
+        self.bench.write("page/assets/a.js", "1")
+        self.assertEqual(get(self.bench, "/assets/a.js")[0].status, 200)
+        os.symlink("../machine.toml", self.bench.path("page/machine.toml"))
+        os.symlink("index.html", self.bench.path("page/own.html"))
+        os.symlink("..", self.bench.path("page/up"))
+        os.symlink("assets", self.bench.path("page/other"))
+        os.mkfifo(self.bench.path("page/pipe"))
+        for path in ("/machine.toml", "/own.html", "/up/machine.toml", "/other/a.js", "/pipe", "/assets", "/assets/"):
+            self.assertEqual(get(self.bench, path)[0].status, 404, path)
+
+    def most_memory(self):
+        with open(f"/proc/{self.bench.panel.pid}/status", encoding="ascii") as file:
+            return next(int(line.split()[1]) * 1024 for line in file if line.startswith("VmHWM"))
+
+    def test_a_long_file_passes_in_pieces(self):
+        size = 64 << 20
+        with open(self.bench.path("page/long.bin"), "wb") as file:
+            file.truncate(size - 5)
+            file.seek(size - 5)
+            file.write(b"\1\2end")
+        get(self.bench, "/")
+        before = self.most_memory()
+        body = get(self.bench, "/long.bin")[1]
+        self.assertEqual((len(body), body[-5:], body.count(0)), (size, b"\1\2end", size - 5))
+        self.assertLess(self.most_memory() - before, size / 2)
+
+
+if __name__ == "__main__":
+    BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    unittest.main(argv=sys.argv[:1] + sys.argv[3:])
