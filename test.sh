@@ -32,7 +32,7 @@ while [ $# -gt 0 ]; do
 done
 
 install_packages test
-build "$preset" all
+build "$preset" all panel_page
 if [ -n "$long" ]; then
   export TRN_LONG=${TRN_LONG:-1000000}
   say "clang-tidy on every file"

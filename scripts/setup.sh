@@ -8,12 +8,13 @@ die() {
   exit "${2:-1}"
 }
 
-# The packages of scripts/packages.txt that are needed by $1 (build|test) and not installed.
+# The packages of scripts/packages.txt that are needed by $1 (build|panel|test) and not there.
 missing_packages() {
-  local name who
-  while read -r name who; do
+  local name who command
+  while read -r name who command; do
     case "$name" in '' | '#'*) continue ;; esac
-    [ "$who" = build ] || [ "$1" = test ] || continue
+    [ "$who" = build ] || [ "$who" = "$1" ] || [ "$1" = test ] || continue
+    [ -z "$command" ] || ! command -v "$command" >/dev/null || continue
     case "$(dpkg-query -W -f='${db:Status-Status}' "$name" 2>/dev/null)" in
       installed) ;;
       *) printf '%s\n' "$name" ;;
@@ -21,7 +22,7 @@ missing_packages() {
   done <scripts/packages.txt
 }
 
-# install_packages build|test
+# install_packages build|panel|test
 install_packages() {
   local missing root=()
   command -v dpkg-query >/dev/null || die "This needs Debian 12; dpkg-query is not here."

@@ -7,10 +7,20 @@
 
 namespace trn {
 
+/// The machine that a client is for. `machine`: a config, or the name of one whose daemon runs here; "": the
+/// one that runs. NoAnswer where that is not one, ConfigError. Over a gateway (`key_file`) it must be a
+/// config.
+Machine client_machine(const std::string& machine, const std::string& key_file);
+
 /// A client of the machine's daemon: over its socket on this host, or, where `key_file` names a private key,
 /// signed and through the machine's gateway. NoAnswer, KeyError, ConfigError where the config has no gateway.
 CommandClient make_client(const Machine& machine, const std::string& key_file, double timeout_s);
 
+/// What `--machine` means to a client, for its help.
+inline constexpr const char* kMachineHelp =
+    "Config of the machine whose daemon is asked (configs/X.toml), or the machine's name; default: the one "
+    "that "
+    "runs here";
 /// What `--remote` means, for its help.
 inline constexpr const char* kRemoteHelp =
     "From another host: sign with this private key ('trunnion key make'), and go through the machine's "

@@ -1,8 +1,12 @@
 #include "app/cli/client_session.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
+#include <filesystem>
 #include <string_view>
+#include <vector>
 
 #include "app/client/access_config.h"
 #include "core/config.h"
@@ -63,11 +67,43 @@ Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, double 
 
 }  // namespace
 
+ClientSession::ClientSession(const ClientOptions& options)
+    : machine(client_machine(options.machine, options.remote)),
+      client(make_client(machine, options.remote, options.timeout_s)) {}
+
+void ClientSession::compare_configs(double timeout_s) {
+  // A daemon may answer a command before its first status arrives; what it loaded is told only there.
+  const auto any = [](const status_t&) { return true; };
+  if (!client.last_status()) client.wait_status(any, std::min(0.5, timeout_s / 2));
+  const status_t* status = client.last_status();
+  if (!status || status->config_mark.empty()) return;
+  if (file_mark(machine.root.file()) == status->config_mark) return;
+  const std::string own = std::filesystem::absolute(machine.root.file()).lexically_normal();
+  if (own == status->config_file) {
+    fmt::print(stderr, "warning: {} has changed since the daemon was started; it counts after a restart\n",
+               own);
+  } else {
+    fmt::print(stderr, "warning: the daemon of '{}' runs with {}, which is not the same as {}\n",
+               machine.name, status->config_file, own);
+  }
+}
+
 Exit send(ClientSession& session, const ClientOptions& options, const command_t& command) {
   const acknowledge_t answer = session.client.send(command);
+  session.compare_configs(options.timeout_s);
   const Exit exit = exit_of(answer);
   if (exit != Exit::kDone || !options.wait) return exit;
   return wait_until_rest(session.client, answer, options.patience_s);
+}
+
+int joint_index(const Machine& machine, const std::string& name) {
+  std::vector<std::string> names;
+  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
+    if (machine.joints[i].name == name) return static_cast<int>(i);
+    names.push_back(machine.joints[i].name);
+  }
+  throw CLI::ValidationError("JOINT", fmt::format("machine '{}' has no joint '{}'; it has {}", machine.name,
+                                                  name, fmt::join(names, ", ")));
 }
 
 command_t command_of(std::int8_t verb) {
@@ -90,11 +126,7 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
                      const std::string& name, const std::string& help,
                      std::function<Exit(const ClientOptions&)> work) {
   CLI::App* client = app.add_subcommand(name, help);
-  client
-      ->add_option("--machine", options->machine,
-                   "Config of the machine whose daemon is asked (configs/X.toml)")
-      ->envname("TRUNNION_MACHINE")
-      ->required();
+  client->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
   client->add_option("--timeout", options->timeout_s, "Seconds to wait for the daemon's first answer")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();

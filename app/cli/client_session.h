@@ -27,16 +27,16 @@ struct ClientOptions {
   bool lines = false;  // monitor: no screen
   bool yes = false;    // start --from: do not ask
   std::string text;    // program, MDI line, joint
-  double amount = 0;   // jog: mm or deg; override: percent
-  double speed = 0;    // jog: mm/s or deg/s
+  double amount = 0;   // override: percent
   long count = 0;      // monitor: lines, 0 = no end; start: first line
 };
 
 /// A client's view of its machine: the config and the line to its daemon.
 struct ClientSession {
-  explicit ClientSession(const ClientOptions& options)
-      : machine(read_machine(load_config(options.machine))),
-        client(make_client(machine, options.remote, options.timeout_s)) {}
+  explicit ClientSession(const ClientOptions& options);
+  /// Warns, on stderr, if the daemon has read another config than this client. It waits for a status if none
+  /// was heard yet: at most half a second, and at most half of `timeout_s`.
+  void compare_configs(double timeout_s);
   Machine machine;
   CommandClient client;
 };
@@ -48,11 +48,16 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
 /// Adds --wait and --patience.
 void add_wait(CLI::App& client, const std::shared_ptr<ClientOptions>& options);
 
+/// Of the joint with this name in the config; CLI::ValidationError where there is none.
+int joint_index(const Machine& machine, const std::string& name);
 trunnion::command_t command_of(std::int8_t verb);
 trunnion::command_t text_command(std::int8_t verb, const std::string& text);
 /// Sends it and, if the options say so, waits until its work is over. The answer for people goes to stderr.
 Exit send(ClientSession& session, const ClientOptions& options, const trunnion::command_t& command);
 Exit exit_of(const trunnion::acknowledge_t& answer);
+
+/// `trunnion jog`.
+void add_jog(CLI::App& app, Exit& exit);
 
 /// On one line; what came in a message may be any bytes.
 std::string one_line(const nlohmann::ordered_json& json);

@@ -15,7 +15,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/shown_state.h"
 #include "app/client/command_client.h"
-#include "app/daemon/message_json.h"
+#include "app/client/message_json.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/feature_report.h"
 #include "core/axes.h"
@@ -32,37 +32,6 @@ using trunnion::command_t;
 using trunnion::motion_t;
 using trunnion::status_t;
 using Json = nlohmann::ordered_json;
-
-int joint_index(const Machine& machine, const std::string& name) {
-  std::vector<std::string> names;
-  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
-    if (machine.joints[i].name == name) return static_cast<int>(i);
-    names.push_back(machine.joints[i].name);
-  }
-  throw CLI::ValidationError("JOINT", fmt::format("machine '{}' has no joint '{}'; it has {}", machine.name,
-                                                  name, fmt::join(names, ", ")));
-}
-
-// By axis word, as a program means it; the daemon knows which joint moves. A joint that is called otherwise
-// moves in its own direction.
-command_t jog_command(const Machine& machine, const ClientOptions& options) {
-  command_t command = command_of(command_t::JOG);
-  std::string upper = options.text;
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  const std::size_t word = std::string_view(kWordLetters).find(upper);
-  const bool by_word = upper.size() == 1 && word != std::string_view::npos;
-  bool rotary = by_word && word >= static_cast<std::size_t>(kA);
-  if (by_word) {
-    command.text = upper;
-  } else {
-    command.joint = joint_index(machine, options.text);
-    rotary = machine.joints[static_cast<std::size_t>(command.joint)].kind == JointKind::kRotary;
-  }
-  const double unit = rotary ? kRadPerDeg : 1;
-  command.value = unit * options.amount;
-  command.speed = unit * options.speed;
-  return command;
-}
 
 command_t home_command(const Machine& machine, const ClientOptions& options) {
   command_t command = command_of(command_t::HOME);
@@ -89,6 +58,7 @@ Exit show_status(const ClientOptions& options) {
       fmt::print("{}", status_text(status, motion));
     return false;
   });
+  session.compare_configs(options.timeout_s);
   return Exit::kDone;
 }
 
@@ -223,19 +193,7 @@ void add_start(CLI::App& app, Exit& exit) {
   add_wait(client, options);
 }
 
-void add_joint_clients(CLI::App& app, Exit& exit) {
-  auto jog = std::make_shared<ClientOptions>();
-  CLI::App& jog_app =
-      add_sender(app, exit, jog, "jog", "Move one axis by a distance, as G91 G0 would", jog_command);
-  jog_app
-      .add_option("axis", jog->text,
-                  "X, Y, Z, A, B or C, in the word's direction; or a motor joint by its name in the config")
-      ->required();
-  jog_app.add_option("distance", jog->amount, "Signed, mm or degrees; ends at the axis' limit")->required();
-  jog_app
-      .add_option("--speed", jog->speed, "mm/s or degrees/s, up to the joint's limit; default: a tenth of it")
-      ->check(CLI::PositiveNumber);
-  add_wait(jog_app, jog);
+void add_home(CLI::App& app, Exit& exit) {
   auto home = std::make_shared<ClientOptions>();
   CLI::App& home_app =
       add_sender(app, exit, home, "home", "Let the joints find their positions", home_command);
@@ -285,6 +243,25 @@ void add_step(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember({"on", "off"}));
 }
 
+void add_switch(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<ClientOptions>();
+  auto on = std::make_shared<std::string>();
+  CLI::App& client = add_sender(
+      app, exit, options, "switch",
+      "Operator's switches: optional-stop, whether M1 stops, at once; block-delete, whether "
+      "lines that begin with / are skipped, while the machine is idle",
+      [on](const Machine&, const ClientOptions& chosen) {
+        command_t command =
+            command_of(chosen.text == "optional-stop" ? command_t::OPTIONAL_STOP : command_t::BLOCK_DELETE);
+        command.value = *on == "on" ? 1 : 0;
+        return command;
+      });
+  client.add_option("name", options->text, "optional-stop or block-delete")
+      ->required()
+      ->check(CLI::IsMember({"optional-stop", "block-delete"}));
+  client.add_option("switch", *on, "on or off")->required()->check(CLI::IsMember({"on", "off"}));
+}
+
 void add_correction(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ClientOptions>();
   auto on = std::make_shared<std::string>();
@@ -322,9 +299,11 @@ void add_clients(CLI::App& app, Exit& exit) {
   add_program_clients(app, exit);
   add_start(app, exit);
   add_motion_clients(app, exit);
-  add_joint_clients(app, exit);
+  add_jog(app, exit);
+  add_home(app, exit);
   add_override(app, exit);
   add_step(app, exit);
+  add_switch(app, exit);
   add_correction(app, exit);
   add_watchers(app, exit);
 }

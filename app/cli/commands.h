@@ -30,6 +30,8 @@ void add_kin(CLI::App& app, Exit& exit);
 void add_workspace(CLI::App& app, Exit& exit);
 void add_check_trace(CLI::App& app, Exit& exit);
 void add_config(CLI::App& app, Exit& exit);
+/// import linuxcnc
+void add_import(CLI::App& app, Exit& exit);
 void add_daemon(CLI::App& app, Exit& exit);
 void add_ballbar(CLI::App& app, Exit& exit);
 /// ball fit, plan
@@ -45,6 +47,7 @@ void add_replay(CLI::App& app, Exit& exit);
 void add_latency(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
 void add_gateway(CLI::App& app, Exit& exit);
+void add_panel(CLI::App& app, Exit& exit);
 /// key make, show
 void add_key(CLI::App& app);
 /// load, start, hold, resume, stop, mdi, jog, home, override, step, correction, status, monitor, estop, reset

@@ -185,9 +185,12 @@ const ChapterMeaning kProgramMeanings = {
               "begins "
               "further down (`--from`).",
               "the higher of both ends, with a warning"},
-             {"block_delete", "Whether lines that begin with `/` are skipped."},
+             {"block_delete",
+              "Whether lines that begin with `/` are skipped, until `trunnion switch block-delete` says "
+              "otherwise."},
              {"optional_stop",
-              "What a program finds in `#<_optional_stop>`. In the daemon M1 stops whatever it says."},
+              "Whether M1 stops, until `trunnion switch optional-stop` says otherwise; also in "
+              "`#<_optional_stop>`."},
              {"end_required",
               "Whether a file must end with M2, M30 or `%`: true refuses one that just ends, false says "
               "nothing.",

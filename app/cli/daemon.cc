@@ -17,6 +17,7 @@
 #include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/make_cycle.h"
+#include "app/session/pipeline.h"
 #include "app/session/session_log.h"
 #include "app/session/trace.h"
 #include "core/config.h"
@@ -104,7 +105,7 @@ void run_machine(const DaemonOptions& options) {
   if (!options.log.empty()) log = begin_log(options);
   FeatureRecorder recorder;
   FeatureRecorder* const features = assembly.corrections.setpoint->deflection() ? &recorder : nullptr;
-  programs.tell(log.get(), features, assembly.corrections.planned_off);
+  programs.tell(log.get(), features, ProgramSwitches::of(assembly));
   std::unique_ptr<TraceWriter> record;
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,

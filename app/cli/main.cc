@@ -55,6 +55,7 @@ int main(int argc, char** argv) {
   trn::add_workspace(app, exit);
   trn::add_check_trace(app, exit);
   trn::add_config(app, exit);
+  trn::add_import(app, exit);
   trn::add_micromill(app, exit);
   trn::add_daemon(app, exit);
   trn::add_ballbar(app, exit);
@@ -65,6 +66,7 @@ int main(int argc, char** argv) {
   trn::add_latency(app, exit);
   trn::add_sensor(app, exit);
   trn::add_gateway(app, exit);
+  trn::add_panel(app, exit);
   trn::add_key(app);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);

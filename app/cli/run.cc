@@ -37,7 +37,7 @@ struct RunOptions {
   std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log, logs,
       project;
   int trace_density = 1;
-  bool json = false, trace_corrections = false, single_block = false;
+  bool json = false, trace_corrections = false, single_block = false, files = false;
   std::uint32_t from_line = 0;
   double stop_after_s = 0;  ///< 0: not given
 };
@@ -132,7 +132,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   // The whole program is judged before anything moves.
   ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
   start.from_line = options.from_line;
-  start.corrections_off = assembly.corrections.planned_off;
+  start.switches = ProgramSwitches::of(assembly);
   const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
   if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
   fmt::print(stderr, "{}", remark_on(checked));
@@ -203,6 +203,10 @@ Exit run(RunOptions options) {
   options.program = inputs.program;
   options.machine = inputs.machine;
   options.tools = inputs.tools;
+  if (options.files) {
+    fmt::print("{}\n{}\n{}\n", inputs.program, inputs.machine, inputs.tools);
+    return Exit::kDone;
+  }
   Assembly assembly = assemble(options.machine);
   if (options.trace_density > 1) set_period(assembly, assembly.machine.period_s / options.trace_density);
   return simulate_program(options, assembly);
@@ -225,6 +229,8 @@ void add_run(CLI::App& app, Exit& exit) {
       "--project", options->project,
       "the project's folder, as run.sh gives it: files not found from here are looked for in it, "
       "examples by their name alone; without a program its impeller, without a machine its cradle");
+  command->add_flag("--files", options->files,
+                    "print where program, machine and tools are found, a line each, and run nothing");
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)");
   command->add_flag("--trace-corrections", options->trace_corrections,
                     "in the trace, also what each correction adds to each joint");

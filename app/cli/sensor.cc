@@ -22,7 +22,7 @@ struct SensorOptions {
 };
 
 Exit send_reading(const SensorOptions& options) {
-  const Machine machine = read_machine(load_config(options.machine));
+  const Machine machine = client_machine(options.machine, options.remote);
   CommandClient client = make_client(machine, options.remote, kTimeoutS);
   trunnion::sensor_t reading;
   reading.count = 1;
@@ -44,7 +44,7 @@ void add_sensor(CLI::App& app, Exit& exit) {
       "sensor", "Give the daemon's corrections a reading, e.g. the temperature of a ball screw");
   command->add_option("name", options->name, "as the config's corrections name it")->required();
   command->add_option("value", options->value, "temperature in degrees Celsius")->required();
-  command->add_option("--machine", options->machine, "config of the machine whose daemon runs")->required();
+  command->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");
   command->add_option("--remote", options->remote, kRemoteHelp);
   command->add_option("--every", options->every_s, "go on, with one reading every so many seconds")
       ->check(CLI::PositiveNumber);

@@ -50,8 +50,10 @@ std::string number(double value, int axis, bool inch) {
 
 void put_state(const status_t& status, Lines& out) {
   out.put("machine", "{} (process {})", status.machine, status.pid);
-  out.put("state", "{}{}", status.state,
-          status.single_block ? "; single block: stands at the end of every line" : "");
+  out.put("state", "{}{}{}{}", status.state,
+          status.single_block ? "; single block: stands at the end of every line" : "",
+          status.optional_stop ? "" : "; M1 does not stop",
+          status.block_delete ? "; lines with / are skipped" : "");
   if (status.fault != "ok")
     out.put("fault", "{}{}{}", status.fault, status.fault_joint.empty() ? "" : " at joint ",
             status.fault_joint);

@@ -12,7 +12,7 @@
 
 #include "app/cli/client_session.h"
 #include "app/cli/commands.h"
-#include "app/daemon/message_json.h"
+#include "app/client/message_json.h"
 #include "core/axes.h"
 #include "core/units.h"
 #include "hal/lcm_messages.h"

@@ -47,7 +47,7 @@ void CommandClient::listen() {
     if (answer.client == client_ && answer.sequence == sequence_) answer_ = answer;
   };
   listener.status = [this](const auto& status) {
-    status_ = status;
+    status_ = known_ = status;
     daemon_clock_us_ = status.clock_us;
     clock_heard_ = Clock::now();
   };
@@ -67,7 +67,7 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
   using trunnion::acknowledge_t;
   command.client = client_;
   command.sequence = ++sequence_;
-  command.expires_us = makes_safe(command) ? 0 : expiry_us();
+  command.expires_us = makes_safe(command) ? 0 : expiry_us(command);
   answer_.reset();
   auto last_heard = Clock::now();
   const auto working = [&] { return answer_ && answer_->outcome == acknowledge_t::WORKING; };
@@ -102,7 +102,7 @@ void CommandClient::send_sensor(const trunnion::sensor_t& readings) {
 }
 
 // Two clocks need not agree, not even on one host: the daemon's is read from its status messages.
-std::int64_t CommandClient::expiry_us() {
+std::int64_t CommandClient::expiry_us(const trunnion::command_t& command) {
   const auto asked = Clock::now();
   const auto end = asked + std::max<Clock::duration>(seconds(timeout_s_), kFirstStatus);
   while (daemon_clock_us_ == 0) {
@@ -110,7 +110,9 @@ std::int64_t CommandClient::expiry_us() {
     if (daemon_clock_us_ == 0 && Clock::now() > end) no_answer("");
   }
   const auto since = std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - clock_heard_);
-  return daemon_clock_us_ + since.count() + static_cast<std::int64_t>(timeout_s_ * 1e6);
+  // A jog that somebody holds is not begun by what was said while he still held it.
+  const double valid_s = command.alive_ms > 0 ? 1e-3 * command.alive_ms : timeout_s_;
+  return daemon_clock_us_ + since.count() + static_cast<std::int64_t>(valid_s * 1e6);
 }
 
 std::optional<trunnion::status_t> CommandClient::wait_status(

@@ -38,6 +38,9 @@ class CommandClient {
   std::optional<trunnion::status_t> wait_status(const std::function<bool(const trunnion::status_t&)>& wanted,
                                                 double patience_s);
 
+  /// The last status that was heard; null: none yet.
+  const trunnion::status_t* last_status() const { return known_ ? &*known_ : nullptr; }
+
   /// Offsets and tools as they are now; NoAnswer if they do not come within the timeout.
   trunnion::tables_t tables();
 
@@ -52,14 +55,14 @@ class CommandClient {
   void listen();
   bool handle(std::chrono::steady_clock::time_point until);
   [[noreturn]] void no_answer(const std::string& why) const;
-  std::int64_t expiry_us();
+  std::int64_t expiry_us(const trunnion::command_t& command);
 
   std::unique_ptr<DaemonLine> line_;
   double timeout_s_;
   std::int64_t client_;
   std::int32_t sequence_ = 0;
   std::optional<trunnion::acknowledge_t> answer_;
-  std::optional<trunnion::status_t> status_;
+  std::optional<trunnion::status_t> status_, known_;
   std::optional<trunnion::motion_t> motion_;
   std::optional<trunnion::tables_t> tables_;
   std::int64_t daemon_clock_us_ = 0;  ///< as the last status told it; 0: none was heard

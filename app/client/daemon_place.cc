@@ -75,15 +75,42 @@ std::string private_folder(const std::vector<std::string>& folders) {
 
 std::string socket_name(const std::string& machine) { return fmt::format("trunnion-{}.sock", machine); }
 
+namespace {
+
+std::vector<std::string> socket_folders() {
+  std::vector<std::string> folders = lock_folders();
+  std::error_code none;  // no service has ever run here
+  for (const auto& entry : std::filesystem::directory_iterator(kSystemFolder, none))
+    if (entry.is_directory(none)) folders.push_back(entry.path());
+  return folders;
+}
+
+}  // namespace
+
 std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine) {
   if (!config.socket.empty()) return {config.socket};
   std::vector<std::string> paths;
-  for (const std::string& folder : lock_folders())
+  for (const std::string& folder : socket_folders())
     paths.push_back(fmt::format("{}/{}", folder, socket_name(machine)));
-  std::error_code none;  // no service has ever run here
-  for (const auto& entry : std::filesystem::directory_iterator("/run/trunnion", none))
-    if (entry.is_directory(none)) paths.push_back(entry.path() / socket_name(machine));
   return paths;
+}
+
+std::vector<SocketPlace> sockets_there() {
+  constexpr std::string_view kHead = "trunnion-", kTail = ".sock";
+  std::vector<SocketPlace> out;
+  for (const std::string& folder : socket_folders()) {
+    std::error_code none;
+    std::vector<SocketPlace> here;
+    for (const auto& entry : std::filesystem::directory_iterator(folder, none)) {
+      const std::string name = entry.path().filename();
+      if (name.size() <= kHead.size() + kTail.size() || !name.starts_with(kHead) || !name.ends_with(kTail))
+        continue;
+      here.push_back({name.substr(kHead.size(), name.size() - kHead.size() - kTail.size()), entry.path()});
+    }
+    std::sort(here.begin(), here.end(), [](const auto& a, const auto& b) { return a.machine < b.machine; });
+    out.insert(out.end(), here.begin(), here.end());
+  }
+  return out;
 }
 
 bool is_trusted_user(uid_t user) {

@@ -24,6 +24,13 @@ std::string socket_name(const std::string& machine);
 /// Where a client of this machine looks for the daemon's socket, best first.
 std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine);
 
+/// A socket of some daemon, or what one has left.
+struct SocketPlace {
+  std::string machine, path;
+};
+/// All of them where clients look whose config names no socket of its own, best first.
+std::vector<SocketPlace> sockets_there();
+
 /// True for users whose word counts on this host: root, this process's own, and those to whom root gave a
 /// folder in /run/trunnion (the services' users).
 bool is_trusted_user(uid_t user);

@@ -10,6 +10,7 @@
 #include <cstring>
 #include <fstream>
 
+#include "app/client/private_file.h"
 #include "core/config.h"
 
 namespace trn {
@@ -25,7 +26,6 @@ constexpr std::string_view kNameLetters =
 constexpr std::size_t kNameMax = 40;
 
 constexpr std::size_t kTextBytes = 44;  // 32 bytes in base64
-constexpr std::size_t kFileBytesMax = 4096;
 constexpr int kBase64 = sodium_base64_VARIANT_ORIGINAL;
 constexpr const char* kHead =
     "# A private key of Trunnion: who has this file may command the machines that know its public half.\n";
@@ -65,26 +65,6 @@ struct Descriptor {
     if (fd >= 0) close(fd);
   }
 };
-
-// Judged on the open file, so that what is read is what was judged.
-std::string read_private(const std::string& path) {
-  const Descriptor file{open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NOFOLLOW | O_NONBLOCK)};
-  if (file.fd < 0)
-    refuse(path, errno == ELOOP ? "is a link; name the key file itself" : std::strerror(errno));
-  struct stat info {};
-  if (fstat(file.fd, &info) != 0 || !S_ISREG(info.st_mode)) refuse(path, "is no key file");
-  if (info.st_uid != geteuid() && info.st_uid != 0) refuse(path, "belongs to another user");
-  if (info.st_mode & (S_IRWXG | S_IRWXO))
-    refuse(path,
-           fmt::format("others can read or write this private key: chmod 600 {}; who may have read it can "
-                       "sign with it, so make a new one if in doubt",
-                       path));
-  std::string text(kFileBytesMax, '\0');
-  const ssize_t size = ::read(file.fd, text.data(), text.size());
-  if (size < 0 || static_cast<std::size_t>(size) == kFileBytesMax) refuse(path, "is no key file");
-  text.resize(static_cast<std::size_t>(size));
-  return text;
-}
 
 void write_all(int fd, std::string_view text, const std::string& path) {
   const bool written = ::write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
@@ -143,7 +123,7 @@ SigningKey::~SigningKey() { sodium_memzero(secret_.data(), secret_.size()); }
 
 SigningKey SigningKey::read(const std::string& path) {
   begin_sodium();
-  std::string text = read_private(path);
+  std::string text = read_private_file(path);
   std::string name, secret;
   try {
     const ConfigTable root = parse_config(text, path);

@@ -4,18 +4,13 @@
 #include <cstdint>
 #include <optional>
 #include <span>
-#include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "app/client/command_rights.h"
+#include "app/client/private_file.h"
 
 namespace trn {
-
-/// A key file that cannot be used; what() says which, why and what to do.
-struct KeyError : std::runtime_error {
-  using std::runtime_error::runtime_error;
-};
 
 using PublicKey = std::array<std::uint8_t, 32>;
 using Signature = std::array<std::uint8_t, 64>;

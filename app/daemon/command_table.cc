@@ -1,13 +1,19 @@
 #include "app/daemon/command_table.h"
 
+#include <fmt/format.h>
+
 #include <array>
+#include <cmath>
+
+#include "app/daemon/held_jogs.h"
+#include "app/daemon/switches.h"
 
 namespace trn {
 
 namespace {
 
 using trunnion::command_t;
-constexpr std::array<CommandRow, command_t::SINGLE_BLOCK> kCommands{{
+constexpr std::array<CommandRow, command_t::BLOCK_DELETE> kCommands{{
     {command_t::LOAD, Event::kLoad, {}, 0},
     {command_t::START, Event::kStart, {}, 0},
     {command_t::HOLD, Event::kHold, {}, 0},
@@ -24,6 +30,8 @@ constexpr std::array<CommandRow, command_t::SINGLE_BLOCK> kCommands{{
     {command_t::SPINDLE_OVERRIDE, {}, RtCommand::Kind::kSpindleOverride, 2},
     {command_t::ADAPTIVE_FEED, {}, RtCommand::Kind::kAdaptiveFeed, 1},
     {command_t::SINGLE_BLOCK, {}, RtCommand::Kind::kSingleBlock, 1},
+    {command_t::OPTIONAL_STOP, {}, {}, 0},
+    {command_t::BLOCK_DELETE, {}, {}, 0},
 }};
 
 // A row in a wrong place would be another command; one that says nothing would be acknowledged and do
@@ -33,7 +41,7 @@ constexpr bool complete() {
     const CommandRow& row = kCommands[i];
     if (row.verb != command_t::LOAD + static_cast<int>(i)) return false;
     const bool acts = row.event.has_value() != row.setting.has_value();
-    if (!acts && row.verb != command_t::CORRECTION) return false;
+    if (!acts && !is_switch(row.verb)) return false;
     if (row.setting && !(row.setting_max > 0)) return false;
   }
   return true;
@@ -43,8 +51,25 @@ static_assert(complete());
 }  // namespace
 
 const CommandRow* find_command(std::int8_t verb) {
-  const bool known = verb >= command_t::LOAD && verb <= command_t::SINGLE_BLOCK;
+  const bool known = verb >= command_t::LOAD && verb <= command_t::BLOCK_DELETE;
   return known ? &kCommands[static_cast<std::size_t>(verb - command_t::LOAD)] : nullptr;
+}
+
+std::string bad_values(const command_t& command, int joints) {
+  const bool all_joints = command.verb == command_t::HOME && command.joint == -1;
+  if (!find_command(command.verb)) return fmt::format("verb {} is not known", command.verb);
+  if (!all_joints && (command.joint < 0 || command.joint >= joints))
+    return fmt::format("joint {} does not exist; joints are 0 to {}", command.joint, joints - 1);
+  if (!std::isfinite(command.value) || !std::isfinite(command.speed) || command.speed < 0)
+    return "value and speed must be finite, and speed not negative";
+  if (!(command.speed_share >= 0 && command.speed_share <= 1))
+    return fmt::format("speed_share {} is out of range: 0 to 1 is legal", command.speed_share);
+  if (command.frame < 0 || command.frame > command_t::TOOL ||
+      (command.frame && command.verb != command_t::JOG))
+    return fmt::format("frame {} is not known: a jog takes 0 to {}", command.frame, command_t::TOOL);
+  if (command.alive_ms != 0 && (command.verb != command_t::JOG || !HeldJogs::legal(command.alive_ms)))
+    return fmt::format("alive_ms {} is out of range: {}", command.alive_ms, HeldJogs::kLegal);
+  return "";
 }
 
 }  // namespace trn

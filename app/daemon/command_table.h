@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 #include <string_view>
 
 #include "app/daemon/access.h"
@@ -20,5 +21,7 @@ struct CommandRow {
 
 /// Null if there is no such verb.
 const CommandRow* find_command(std::int8_t verb);
+/// What of the command is out of any range, on a machine with so many joints; "": nothing.
+std::string bad_values(const trunnion::command_t& command, int joints);
 
 }  // namespace trn

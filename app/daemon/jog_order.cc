@@ -8,13 +8,14 @@
 
 #include "core/check.h"
 #include "core/units.h"
-#include "kernel/joint_ramp.h"
+#include "kernel/joint_jog.h"
 
 namespace trn {
 
 namespace {
 
 constexpr double kNoWay = 1e-9;  // mm, rad
+constexpr double kFarWay = 1e6;  // the same, of a jog that goes on until it is let go
 
 std::string joint_names(const Joints& joints) {
   std::vector<std::string> names;
@@ -57,28 +58,30 @@ JogOrder plan_jog(const JogWish& wish, const Kinematics* kinematics, const Joint
   std::optional<WordJoint> found = WordJoint{wish.joint, 1};
   if (!wish.word.empty()) found = find_joint(wish.word, kinematics, joints);
   if (!found) {
-    order.refusal = fmt::format(
-        "no single joint moves for '{}'; jog one of the joints {}, or move the axis with mdi 'G91 G0 {}...'",
-        wish.word, joint_names(joints), wish.word);
+    order.refusal =
+        fmt::format("no single joint moves for '{}'; jog it '--along machine', or one of the joints {}",
+                    wish.word, joint_names(joints));
     return order;
   }
   order.joint = found->joint;
   TRN_CHECK(found->joint >= 0 && static_cast<std::size_t>(found->joint) < joints.size());
   const Joint& joint = joints[static_cast<std::size_t>(found->joint)];
   const std::string& name = wish.word.empty() ? joint.name : wish.word;
-  const double from = q[found->joint], wanted = found->sense * wish.way;
+  const double way = wish.held && wish.way != 0 ? std::copysign(kFarWay, wish.way) : wish.way;
+  const double from = q[found->joint], wanted = found->sense * way;
   const double target = jog_target(joint.limit, from, wanted);
   const double unit = joint.kind == JointKind::kRotary ? kDegPerRad : 1.0;
   const char* const units = joint.kind == JointKind::kRotary ? "deg" : "mm";
   order.way = wanted;
-  order.speed = wish.speed;
+  order.speed = wish.speed > 0 ? wish.speed : wish.speed_share * joint.limit.velocity;
+  if (wish.moves || wish.way == 0) return order;
   const double shorter = std::abs(wanted) - std::abs(target - from);
   if (shorter > kNoWay && std::abs(target - from) < kNoWay) {
     order.refusal = fmt::format("{} stands at its limit, {:.4f} {}, and cannot go further that way; jog back",
                                 name, unit * found->sense * from, units);
     return order;
   }
-  if (shorter > kNoWay)
+  if (shorter > kNoWay && !wish.held)
     order.remark = fmt::format("{} stops at its limit, {:.4f} {}: {:.4f} {} instead of {:.4f}\n", name,
                                unit * found->sense * target, units, unit * std::abs(target - from), units,
                                unit * std::abs(wanted));

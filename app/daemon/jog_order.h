@@ -20,8 +20,11 @@ std::optional<WordJoint> joint_of_word(const Kinematics& kinematics, int word);
 struct JogWish {
   std::string word;  ///< axis word in whose direction `way` counts; "": `joint`, in its own direction
   int joint = 0;
-  double way = 0;
-  double speed = 0;  ///< per s; 0: the tick's own choice
+  double way = 0;          ///< 0: the joint stops
+  double speed = 0;        ///< per s; 0: by speed_share
+  double speed_share = 0;  ///< of the joint's velocity limit, 0 to 1; 0: the tick's own choice
+  bool held = false;       ///< goes on until it is let go or at its limit; only the sign of `way` counts
+  bool moves = false;      ///< a jog is under way, which this one continues
 };
 
 /// The same in motor joints, within the limits; or why it cannot be.

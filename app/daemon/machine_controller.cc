@@ -9,6 +9,9 @@
 #include <thread>
 #include <utility>
 
+#include "app/daemon/direction_jog.h"
+#include "app/daemon/jog_order.h"
+#include "app/session/pipeline.h"
 #include "core/motion.h"
 
 namespace trn {
@@ -26,10 +29,16 @@ constexpr auto kClosingTime =
 constexpr auto kSwitchOffTime = std::chrono::seconds(3);
 constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
-constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
+constexpr const char* kJogProgram = "jog";  // in the status, while one goes along a direction
+constexpr std::uint32_t kUnheardMax = 16;   // commands of clients ahead of a stop: the tick takes 8 a period
 
 CommandServer::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
 CommandServer::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
+
+CommandServer::Answer refusal(MachineState before, const Decision& decision) {
+  const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
+  return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
+}
 
 // A second one changes nothing while the first is still on its way.
 bool says_again(const RtCommand& last, const RtCommand& next) {
@@ -48,13 +57,13 @@ bool drives_at_work(DriveState state) {
 MachineController::MachineController(const Parts& parts, std::vector<std::string> warnings)
     : parts_(parts),
       status_(first_status(parts.machine, std::move(warnings))),
+      jogs_(parts.plan_joints ? *parts.plan_joints : parts.machine.joints, parts.kinematics, parts.map),
       next_status_(Clock::now()),
       next_motion_(Clock::now()),
       commands_(
           parts.clients, parts.access, parts.lcm,
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
           [this] { return status_count_ + 1; }, [this] { return unheard() < kUnheardMax; }) {
-  warned_.fill("");
   const unsigned words = parts_.kinematics ? parts_.kinematics->word_mask() : 0;
   for (std::size_t i = 0; kWordLetters[i] != 0; ++i)
     if (words >> i & 1u) status_.axes += kWordLetters[i];
@@ -91,20 +100,9 @@ Conditions MachineController::conditions() const {
   return {!program_path_.empty(), (report_.homed_mask & all) == all};
 }
 
-CommandServer::Answer MachineController::check_values(const command_t& command) const {
-  const int joints = static_cast<int>(parts_.machine.joints.size());
-  const bool all_joints = command.verb == command_t::HOME && command.joint == -1;
-  if (!find_command(command.verb)) return refused(fmt::format("verb {} is not known", command.verb));
-  if (!all_joints && (command.joint < 0 || command.joint >= joints))
-    return refused(fmt::format("joint {} does not exist; joints are 0 to {}", command.joint, joints - 1));
-  if (!std::isfinite(command.value) || !std::isfinite(command.speed) || command.speed < 0)
-    return refused("value and speed must be finite, and speed not negative");
-  return accepted();
-}
-
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
-  const Answer legal = check_values(command);
-  if (legal.outcome != acknowledge_t::ACCEPTED) return legal;
+  const std::string bad = bad_values(command, static_cast<int>(parts_.machine.joints.size()));
+  if (!bad.empty()) return refused(bad);
   cause_ = fmt::format("{}, by {}", find_rights(command.verb)->name, ticket.from);
   const Answer answer = obey_legal(command, ticket);
   cause_.clear();
@@ -114,15 +112,14 @@ CommandServer::Answer MachineController::obey(const command_t& command, const Ti
 CommandServer::Answer MachineController::obey_legal(const command_t& command, const Ticket& ticket) {
   const CommandRow& row = *find_command(command.verb);
   if (row.setting) return obey_setting(row, command.value);
-  if (command.verb == command_t::CORRECTION) return obey_correction(command.text, command.value != 0);
+  if (is_switch(command.verb)) return obey_switch(command);
   const MachineState before = supervisor_.state();
-  if (command.verb == command_t::JOG && before == MachineState::kIdle)
-    if (const JogOrder order = order_jog(command); !order.refusal.empty()) return refused(order.refusal);
+  if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
+  if (command.verb == command_t::JOG && (before == MachineState::kIdle || before == MachineState::kJogging))
+    if (const JogOrder order = jogs_.order(command, report_); !order.refusal.empty())
+      return refused(order.refusal);
   const Decision decision = supervisor_.handle(row.event.value(), conditions());
-  if (!decision.refusal.empty()) {
-    const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
-    return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
-  }
+  if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
   return act_on_command(decision.actions, command, ticket);
 }
@@ -143,46 +140,19 @@ CommandServer::Answer MachineController::obey_setting(const CommandRow& row, dou
   return accepted();
 }
 
-// Those behind the plan fade in and out at any time; those inside it would make a plan wrong that is being
-// driven.
-CommandServer::Answer MachineController::obey_correction(const std::string& name, bool on) {
-  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i)
-    if (parts_.chain->budget(i).name == name) {
-      post({RtCommand::Kind::kCorrection, on ? 1.0 : 0.0, 0, i});
-      spdlog::info("correction '{}' {}: {}", name, on ? "on" : "off", cause_);
-      return accepted();
-    }
-  return switch_planned(name, on);
-}
-
-CommandServer::Answer MachineController::switch_planned(const std::string& name, bool on) {
-  const bool pose = name == "geometric" && parts_.map && parts_.map->has_pose();
-  const bool joint = name == "joint_table" && parts_.map && parts_.map->has_joint();
-  if (!pose && !joint)
-    return refused(fmt::format("the machine has no correction '{}'; trunnion status lists them", name));
-  if (supervisor_.state() != MachineState::kIdle || jobs_ + loads_ > 0)
-    return refused(fmt::format(
-        "correction '{}' is part of the plan: it can be switched while the machine is idle", name));
-  spdlog::info("correction '{}' {}: {}", name, on ? "on" : "off", cause_);
-  parts_.programs.abandon();
-  prepared_at_.reset();
-  const int bit = pose ? kGeometricBit : kJointTableBit, off = parts_.programs.corrections_off();
-  parts_.programs.set_corrections_off(static_cast<std::uint8_t>(on ? off & ~bit : off | bit));
+CommandServer::Answer MachineController::obey_switch(const command_t& command) {
+  const bool idle = supervisor_.state() == MachineState::kIdle && jobs_ + loads_ == 0;
+  const SwitchOrder order = plan_switch(command, parts_.programs.switches(), idle, parts_.map, parts_.chain);
+  if (!order.refusal.empty()) return refused(order.refusal);
+  spdlog::info("{} {}: {}", order.name, command.value != 0 ? "on" : "off", cause_);
+  if (order.changes_plan) {
+    parts_.programs.abandon();
+    prepared_at_.reset();
+  }
+  parts_.programs.set_switches(order.programs);
+  if (order.command) post(*order.command);
   status_due_ = true;
   return accepted();
-}
-
-void MachineController::hear_corrections(const CycleReport& report) {
-  for (int i = 0; parts_.chain && i < parts_.chain->size(); ++i) {
-    const char* warning = report.corrections[static_cast<std::size_t>(i)].warning;
-    const char*& last = warned_[static_cast<std::size_t>(i)];
-    if (std::strcmp(warning, last) == 0) continue;
-    last = warning;
-    status_due_ = true;
-    const std::string& name = parts_.chain->budget(i).name;
-    *warning ? spdlog::warn("correction '{}': {}", name, warning)
-             : spdlog::info("correction '{}': all is well again", name);
-  }
 }
 
 // What needs the command's own values; the rest is the same for commands and events.
@@ -195,22 +165,58 @@ CommandServer::Answer MachineController::act_on_command(std::uint32_t actions, c
                ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
                : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
-  if (actions & kDoMdi) return mdi(command.text, ticket);
+  if (actions & kDoMdi) return mdi(command.text, ticket, [this] { status_.program = "mdi"; });
   if (actions & (kDoJog | kDoHome)) forget_message();
-  if (actions & kDoJog) return jog(order_jog(command));
+  if (actions & kDoJog) return jog(command);
   if (actions & kDoHome) post({RtCommand::Kind::kHome, 0, 0, command.joint});
   return accepted();
 }
 
-JogOrder MachineController::order_jog(const command_t& command) const {
-  const Joints& joints = parts_.plan_joints ? *parts_.plan_joints : parts_.machine.joints;
-  return plan_jog({command.text, command.joint, command.value, command.speed}, parts_.kinematics, joints,
-                  report_.q_plan);
-}
-
-CommandServer::Answer MachineController::jog(const JogOrder& order) {
+CommandServer::Answer MachineController::jog(const command_t& command) {
+  const JogOrder order = jogs_.order(command, report_);
+  jogs_.hear(order.joint, command, Clock::now());
   post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
   return {acknowledge_t::ACCEPTED, order.remark};
+}
+
+// Planned like a line of MDI, and ended by a stop on the path.
+CommandServer::Answer MachineController::jog_along(const command_t& command, const Ticket& ticket) {
+  if (jogs_along() && jogs_.continues(command)) {
+    jogs_.hear_direction(command, Clock::now());
+    return accepted();
+  }
+  if (command.value == 0) {
+    if (jogs_along()) machine_event(Event::kStop);
+    return accepted();
+  }
+  const MachineState before = supervisor_.state();
+  const DirectionOrder order = jogs_.direction(command, report_, parts_.programs.step(0));
+  if (before == MachineState::kIdle && !order.refusal.empty()) return refused(order.refusal);
+  const Decision decision = supervisor_.handle(Event::kMdi, conditions());
+  if (!decision.refusal.empty()) return refusal(before, decision);
+  enter_state(before);
+  return mdi(order.program, ticket, [this, command, remark = order.remark] {
+    status_.program = kJogProgram;
+    job_message_ = remark;
+    jogs_.hear_direction(command, Clock::now());
+  });
+}
+
+bool MachineController::jogs_along() const {
+  const MachineState state = supervisor_.state();
+  return (state == MachineState::kRunning || state == MachineState::kHolding) &&
+         status_.program == kJogProgram;
+}
+
+void MachineController::end_silent_jogs() {
+  while (const auto joint = jogs_.take_silent(Clock::now())) {
+    const bool direction = *joint == JogControl::kDirection;
+    if (direction ? !jogs_along() : supervisor_.state() != MachineState::kJogging) continue;
+    spdlog::warn("the jog of {} is ended: its client went silent",
+                 direction ? "several joints" : parts_.machine.joints[static_cast<std::size_t>(*joint)].name);
+    if (!direction) post({RtCommand::Kind::kJog, 0, 0, *joint});
+    if (direction) machine_event(Event::kStop);
+  }
 }
 
 // What went wrong before is over when something new begins.
@@ -246,21 +252,6 @@ void MachineController::hear_wait(const CycleReport& report) {
   if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
   status_.waits_for = text;
   status_due_ = true;
-}
-
-// Once in ten seconds at most.
-void MachineController::hear_rate_plans(const CycleReport& report) {
-  const auto now = std::chrono::steady_clock::now();
-  if (report.late_rate_plans == late_rate_plans_told_ || now < rate_plans_quiet_until_) return;
-  spdlog::warn(
-      "rate_plan_late: the rate planner did not answer in time ({} times so far). Overrides act later, and "
-      "if it does not "
-      "answer at all the motion stops on its path. Other work on this host has priority over it: see 'NOT "
-      "REAL TIME' "
-      "above, or give the daemon a processor of its own",
-      report.late_rate_plans);
-  late_rate_plans_told_ = report.late_rate_plans;
-  rate_plans_quiet_until_ = now + std::chrono::seconds(10);
 }
 
 void MachineController::machine_event(Event event) {
@@ -320,8 +311,11 @@ void MachineController::post(RtCommand command) {
   told_full_ = !taken;
 }
 
+// A stop that the tick has not yet passed on to the drives would come behind this, and take them from under
+// setpoints that stand already.
 void MachineController::bring_up(bool reset_faults) {
-  const auto prepare = [this, reset_faults] {
+  const auto prepare = [this, reset_faults, id = last_id_] {
+    wait_until_heard(id);
     if (reset_faults) parts_.drives.reset_faults();
     parts_.drives.bring_up();
   };
@@ -420,10 +414,10 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
   return {acknowledge_t::WORKING, ""};
 }
 
-CommandServer::Answer MachineController::mdi(const std::string& text, const Ticket& ticket) {
+CommandServer::Answer MachineController::mdi(const std::string& text, const Ticket& ticket,
+                                             const std::function<void()>& then) {
   const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
-  run_job(
-      ticket, clear_then(prepare), [this] { status_.program = "mdi"; }, Job::kStart);
+  run_job(ticket, clear_then(prepare), then, Job::kStart);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -433,13 +427,18 @@ std::function<void()> MachineController::clear_then(const std::function<void()>&
   prepared_at_.reset();
   post({RtCommand::Kind::kStop});
   return [this, prepare, id = last_id_] {
-    const auto end = Clock::now() + kTickAnswers;
-    while (static_cast<std::int32_t>(heard_id_.load() - id) < 0) {
-      if (Clock::now() > end) throw std::runtime_error("the tick does not answer; its thread has stopped");
-      std::this_thread::sleep_for(std::chrono::milliseconds(1));
-    }
+    wait_until_heard(id);
     prepare();
   };
+}
+
+// In a worker's thread: until the tick has taken the command.
+void MachineController::wait_until_heard(std::uint32_t id) const {
+  const auto end = Clock::now() + kTickAnswers;
+  while (static_cast<std::int32_t>(heard_id_.load() - id) < 0) {
+    if (Clock::now() > end) throw std::runtime_error("the tick does not answer; its thread has stopped");
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
 }
 
 void MachineController::run_job(const Ticket& ticket, const std::function<void()>& prepare,
@@ -490,8 +489,8 @@ void MachineController::report(const CycleReport& report) {
   hear_wait(report);
   report_ = report;
   heard_id_ = report.last_command_id;
-  hear_corrections(report);
-  hear_rate_plans(report);
+  if (parts_.chain && correction_warnings_.hear(*parts_.chain, report)) status_due_ = true;
+  late_rate_plans_.hear(report.late_rate_plans, Clock::now());
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;
@@ -521,6 +520,7 @@ void MachineController::poll() {
   drive_worker_.collect();
   program_worker_.collect();
   commands_.poll();
+  end_silent_jogs();
   // while a job prepares a program, its failure is the job's answer
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
@@ -558,7 +558,9 @@ void MachineController::publish_status() {
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.bus_health = parts_.drives.health();
-  add_corrections(report_, parts_.programs.corrections_off(), parts_.map, parts_.chain, status);
+  const ProgramSwitches switches = parts_.programs.switches();
+  status.block_delete = switches.block_delete;
+  add_corrections(report_, switches.corrections_off, parts_.map, parts_.chain, status);
   if (const ProgramStep* step = parts_.programs.step(present_step(report_)))
     add_step(*step, parts_.programs.tool_name(step->settings.current_tool), status);
   if (parts_.features) add_features(parts_.features->last(), status);
@@ -585,8 +587,9 @@ void MachineController::publish_motion() {
   next_motion_ = Clock::now() + kMotionPeriod;
   trunnion::motion_t motion = make_motion(report_);
   const ProgramStep* step = parts_.programs.step(present_step(report_));
+  const bool on_path = report_.on_path && follows_program(report_);
   if (step && parts_.map)
-    add_positions(shown_position(*parts_.map, *step, report_.q_plan, report_.on_path, report_.y), motion);
+    add_positions(shown_position(*parts_.map, *step, report_.q_plan, on_path, report_.y), motion);
   motion.time_us = unix_time_us();
   publish(parts_.lcm.motion_channel(), motion);
 }

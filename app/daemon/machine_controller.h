@@ -12,10 +12,13 @@
 #include "app/daemon/access.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/command_table.h"
-#include "app/daemon/jog_order.h"
+#include "app/daemon/correction_warnings.h"
+#include "app/daemon/jog_control.h"
+#include "app/daemon/late_rate_plans.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/supervisor.h"
+#include "app/daemon/switches.h"
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "app/session/feature_recorder.h"
@@ -88,16 +91,14 @@ class MachineController {
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_setting(const CommandRow& row, double value);
-  Answer obey_correction(const std::string& name, bool on);
-  Answer switch_planned(const std::string& name, bool on);
-  void hear_corrections(const CycleReport& report);
-  Answer check_values(const trunnion::command_t& command) const;
-  JogOrder order_jog(const trunnion::command_t& command) const;
-  Answer jog(const JogOrder& order);
+  Answer obey_switch(const trunnion::command_t& command);
+  Answer jog(const trunnion::command_t& command);
+  Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
+  bool jogs_along() const;
+  void end_silent_jogs();
   void forget_message();
   bool stands_for_tool() const;
   Answer confirm_tool(const Ticket& ticket);
-  void hear_rate_plans(const CycleReport& report);
   void hear_wait(const CycleReport& report);
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
   void machine_event(Event event);
@@ -113,11 +114,12 @@ class MachineController {
   void post(RtCommand command);
   std::uint32_t unheard() const { return last_id_ - heard_id_; }
   void bring_up(bool reset_faults);
+  void wait_until_heard(std::uint32_t id) const;
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
   Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
   Answer start(const Ticket& ticket);
-  Answer mdi(const std::string& text, const Ticket& ticket);
+  Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
   enum class Job { kLoad, kStart, kResume };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
@@ -140,10 +142,8 @@ class MachineController {
   Supervisor supervisor_;
   trunnion::status_t status_;  ///< with what no other part knows; the rest is filled in when it is sent
   CycleReport report_;
-  std::uint32_t late_rate_plans_told_ = 0;
-  std::chrono::steady_clock::time_point rate_plans_quiet_until_;
-  std::array<const char*, kMaxSetpointCorrections>
-      warned_;  ///< what each correction behind the plan last said
+  LateRatePlans late_rate_plans_;
+  CorrectionWarnings correction_warnings_;
   Fault last_fault_ = Fault::kOk;
   Fault unnamed_ = Fault::kOk;  ///< behind the state `fault`, where the tick has latched none
   std::uint32_t last_id_ = 0;   ///< of the commands to the tick
@@ -161,6 +161,7 @@ class MachineController {
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins
   bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
   bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
+  JogControl jogs_;
   std::int64_t status_count_ = 0;
   bool status_due_ = true, tables_due_ = false;
   std::optional<trunnion::tables_t> tables_;

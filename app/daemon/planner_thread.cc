@@ -48,7 +48,7 @@ PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Param
       abandoned_(flags.abandoned),
       closed_(flags.closed),
       files_(abandoned_, assembly.program.words),
-      corrections_off_(assembly.corrections.planned_off) {}
+      switches_(ProgramSwitches::of(assembly)) {}
 
 PlannerThread::~PlannerThread() {
   close();
@@ -100,7 +100,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   };
   take_failure();
   if (start.text) start.kept = mdi_;
-  start.corrections_off = corrections_off_;
+  start.switches = switches_;
   const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
   wait_until_cleared();
   if (listeners_.starts) listeners_.starts(start);

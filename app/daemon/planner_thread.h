@@ -67,8 +67,8 @@ class PlannerThread final : public ProgramSource {
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override { return memory_.tool_name(number); }
-  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
-  std::uint8_t corrections_off() const override { return corrections_off_; }
+  void set_switches(const ProgramSwitches& switches) override { switches_ = switches; }
+  ProgramSwitches switches() const override { return switches_; }
   void abandon() override { abandoned_ = true; }
   void close() override {
     closed_ = true;
@@ -106,7 +106,7 @@ class PlannerThread final : public ProgramSource {
   std::atomic<bool>&abandoned_, &closed_;
   std::atomic<bool> ended_ = true;
   ProgramFiles files_;
-  std::atomic<std::uint8_t> corrections_off_;
+  std::atomic<ProgramSwitches> switches_;
   std::atomic<bool> waits_ = false;  ///< for the machine's answer
   std::mutex mutex_;
   std::string failure_;  ///< guarded by mutex_

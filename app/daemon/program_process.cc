@@ -148,10 +148,10 @@ ProgramProcess::~ProgramProcess() {
   waitpid(maker_, nullptr, 0);
 }
 
-void ProgramProcess::tell(SessionLog* log, FeatureRecorder* features, std::uint8_t corrections_off) {
+void ProgramProcess::tell(SessionLog* log, FeatureRecorder* features, const ProgramSwitches& switches) {
   log_ = log;
   features_ = features;
-  corrections_off_ = corrections_off;
+  switches_ = switches;
 }
 
 void ProgramProcess::hand_on_moves() {
@@ -185,7 +185,7 @@ std::string ProgramProcess::load_from(const std::string& path, const JointVec& q
   return call(loading, [&] {
     ProgramStart program{path, std::nullopt, q};
     program.from_line = line;
-    program.corrections_off = corrections_off_;
+    program.switches = switches_;
     start(program);
   });
 }
@@ -197,7 +197,7 @@ void ProgramProcess::load_mdi(const std::string& text, const JointVec& q) {
   mdi.q = q;
   call(mdi, [&] {
     ProgramStart program{"mdi", text, q};
-    program.corrections_off = corrections_off_;
+    program.switches = switches_;
     start(program);
   });
 }
@@ -231,7 +231,7 @@ void ProgramProcess::settle() {
 std::string ProgramProcess::call(const ProgramCall& what, const Go& go) {
   const std::lock_guard lock(mutex_);
   ProgramCall with_switches = what;
-  with_switches.corrections_off = corrections_off_;
+  with_switches.switches = switches_;
   const std::uint32_t abandons = abandons_;
   ProgramReply reply;
   try {

@@ -40,15 +40,15 @@ class ProgramProcess final : public ProgramSource {
 
   MotionQueue& queue() { return *queue_; }
   /// Null: nobody. Before the first call.
-  void tell(SessionLog* log, FeatureRecorder* features, std::uint8_t corrections_off);
+  void tell(SessionLog* log, FeatureRecorder* features, const ProgramSwitches& switches);
 
   std::string load(const std::string& path, const JointVec& q) override { return load_from(path, q, 0); }
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override;
-  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
-  std::uint8_t corrections_off() const override { return corrections_off_; }
+  void set_switches(const ProgramSwitches& switches) override { switches_ = switches; }
+  ProgramSwitches switches() const override { return switches_; }
   void abandon() override;
   void close() override;
   std::string take_failure() override;
@@ -92,7 +92,7 @@ class ProgramProcess final : public ProgramSource {
   bool stands_known_ = false;
   mutable std::mutex names_mutex_;
   std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_
-  std::atomic<std::uint8_t> corrections_off_ = 0;
+  std::atomic<ProgramSwitches> switches_;
   std::atomic<std::uint32_t> abandons_ = 0;
   std::atomic<bool> lost_ = false;
   SessionLog* log_ = nullptr;

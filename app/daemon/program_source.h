@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/session/pipeline.h"
 #include "app/session/program_step.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
@@ -32,9 +33,9 @@ class ProgramSource {
   /// Any thread: a tool for people, with the remark that the table has of it.
   virtual std::string tool_name(int number) const = 0;
   virtual void load_mdi(const std::string& text, const JointVec& q) = 0;
-  /// Corrections that are off (MapContext) in all programs loaded from now on, unless they switch themselves.
-  virtual void set_corrections_off(std::uint8_t off) = 0;
-  virtual std::uint8_t corrections_off() const = 0;
+  /// Of all programs loaded from now on.
+  virtual void set_switches(const ProgramSwitches& switches) = 0;
+  virtual ProgramSwitches switches() const = 0;
   /// Ends the preparation; from any thread, at once.
   virtual void abandon() = 0;
   /// The same, for good: what begins later ends at once too.

@@ -44,7 +44,9 @@ std::string encode(const ProgramCall& call) {
                   {"text", call.text},
                   {"line", call.line},
                   {"q", q},
-                  {"off", call.corrections_off},
+                  {"off", call.switches.corrections_off},
+                  {"block_delete", call.switches.block_delete},
+                  {"optional_stop", call.switches.optional_stop},
                   {"tool", call.tool}});
 }
 
@@ -74,7 +76,7 @@ ProgramCall decode_call(const std::string& packet) {
   const auto q = json.at("q").get<std::vector<double>>();
   if (q.size() > static_cast<std::size_t>(kMaxJoints)) throw std::runtime_error("too many joints");
   call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
-  call.corrections_off = json.at("off");
+  call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop")};
   call.tool = json.at("tool");
   return call;
 }

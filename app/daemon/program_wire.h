@@ -4,6 +4,7 @@
 #include <map>
 #include <string>
 
+#include "app/session/pipeline.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
 
@@ -16,7 +17,7 @@ struct ProgramCall {
   std::string path, text;  ///< kLoad; kMdi: the lines
   std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start
   JointVec q;              ///< kLoad, kMdi: where the machine stands, mm or rad
-  std::uint8_t corrections_off = 0;
+  ProgramSwitches switches;
   int tool = 0;  ///< kConfirmTool
 };
 

@@ -107,7 +107,7 @@ class ProgramWorker {
   }
 
   std::string obey(const ProgramCall& call) {
-    planner_.set_corrections_off(call.corrections_off);
+    planner_.set_switches(call.switches);
     switch (call.kind) {
       case ProgramCall::Kind::kLoad:
         return call.line > 1 ? planner_.load_from(call.path, call.q, call.line)

@@ -75,6 +75,7 @@ constexpr auto kTable = std::to_array<Transition>({
     {S::kStopping, E::kPathFault, S::kFault, kDoNothing},
     {S::kStopping, E::kQuickFault, S::kFault, kDoEmergency},
 
+    {S::kJogging, E::kJog, S::kJogging, kDoJog},
     {S::kJogging, E::kStop, S::kStopping, kDoStopOnPath},
     {S::kJogging, E::kHold, S::kStopping, kDoStopOnPath},
     {S::kJogging, E::kMotionDone, S::kIdle, kDoNothing},

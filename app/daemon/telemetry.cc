@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <chrono>
+#include <filesystem>
 #include <utility>
 
+#include "app/client/running_daemons.h"
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/motion.h"
@@ -85,6 +87,8 @@ trunnion::status_t first_status(const Machine& machine, std::vector<std::string>
   trunnion::status_t status{};
   status.pid = getpid();
   status.machine = machine.name;
+  status.config_file = std::filesystem::absolute(machine.root.file()).lexically_normal();
+  status.config_mark = file_mark(status.config_file);
   status.period_s = machine.period_s;
   status.override_wanted = status.rapid_override = status.spindle_override = status.adaptive_feed = 1;
   status.realtime = warnings.empty();
@@ -103,6 +107,7 @@ void fill_status(const Machine& machine, MachineState state, const CycleReport& 
   status.line = static_cast<std::int32_t>(report.line);
   status.spindle_rpm = report.spindle_rpm;
   status.single_block = report.single_block;
+  status.optional_stop = report.optional_stop;
   status.override_now = report.override_now;
   status.starvations = report.starvations;
   add_timing(statistics, status);
@@ -161,11 +166,12 @@ void add_corrections(const CycleReport& report, int off_between, const MachineJo
   status.correction_count = static_cast<std::int32_t>(status.correction_name.size());
 }
 
-std::uint32_t present_step(const CycleReport& report) {
-  const bool at_work = report.motion == MotionState::kMoving || report.motion == MotionState::kHeld ||
-                       report.motion == MotionState::kPaused;
-  return at_work ? report.step : 0;
+bool follows_program(const CycleReport& report) {
+  return report.motion == MotionState::kMoving || report.motion == MotionState::kHeld ||
+         report.motion == MotionState::kPaused;
 }
+
+std::uint32_t present_step(const CycleReport& report) { return follows_program(report) ? report.step : 0; }
 
 void add_step(const ProgramStep& step, const std::string& tool_name, trunnion::status_t& status) {
   const Settings& s = step.settings;

@@ -25,6 +25,10 @@ std::int64_t monotonic_us();
 /// What the machine stands and waits for, and who goes on, in words for people; "" if it does not.
 std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name);
 
+/// A program or MDI line moves or holds the machine: what the report says of the path is of now. Between
+/// programs it is where the last one ended, and jogs and homing have moved on since.
+bool follows_program(const CycleReport& report);
+
 /// The status of a daemon that has done nothing yet: overrides at 1, nothing loaded, and what was not
 /// granted.
 trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings);

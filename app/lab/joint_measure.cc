@@ -149,7 +149,7 @@ JointMeasurements measure_joints(Assembly& assembly, const std::vector<JointTabl
   for (int i = 0; i < corrections.setpoint->size(); ++i)
     if (corrections.setpoint->budget(i).bit == kJointTableBit) corrections.setpoint->enable(i, corrected);
   ProgramStart start{program_path, std::nullopt, standing_joints(assembly)};
-  start.corrections_off = corrections.planned_off;
+  start.switches.corrections_off = corrections.planned_off;
   check_program(assembly, {}, {}, start, {});
   ScaleReader reader(assembly, truth, config);
   SimulationOptions options;

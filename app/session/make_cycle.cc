@@ -8,6 +8,7 @@ CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
   config.joints = assembly.machine.joints;
   config.plan_joints = assembly.plan_joints;
   config.stops = stops;
+  config.optional_stop = assembly.program.optional_stop;
   config.spindle_timeout_s = assembly.spindle_timeout_s;
   config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
   return config;

@@ -20,7 +20,7 @@ namespace {
 
 Words start_words(const MachineJointMap& map, const ProgramStart& start) {
   Words words = Words::Zero();
-  if (map.words_at(start.q, start.corrections_off, words) != KinStatus::kOk)
+  if (map.words_at(start.q, start.switches.corrections_off, words) != KinStatus::kOk)
     throw ProgramError("the machine stands where its own position has no axis words; jog it away first");
   return words;
 }
@@ -50,6 +50,8 @@ void refuse(const CheckFailure& failed) {
 
 ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   if (start.text) config.end = ProgramEnd::kFree;
+  config.block_delete = start.switches.block_delete;
+  config.optional_stop = start.switches.optional_stop;
   if (start.open) {
     config.open = start.open;
     config.quote_lines = start.text.has_value();  // the operator's own words
@@ -58,6 +60,10 @@ ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
 }
 
 }  // namespace
+
+ProgramSwitches ProgramSwitches::of(const Assembly& assembly) {
+  return {assembly.corrections.planned_off, assembly.program.block_delete, assembly.program.optional_stop};
+}
 
 struct Pipeline::ProgramRules : MoveSink {
   ProgramRules(MoveSink& next_in, const Assembly& assembly_in,
@@ -174,7 +180,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
           geometry_, assembly, std::move(observers.move), step_recorder(observers.steps),
           [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
-                start.corrections_off),
+                start.switches.corrections_off),
       messages_(std::make_unique<MessageTap>(lowering_, observers)),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), *messages_,
                     std::move(observers.warning), true, start.ends_round}),
@@ -324,7 +330,7 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   RangeCheck range_check(assembly, [&](const RefusedMove& refused) {
     throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
   });
-  Lowering lowering(program, assembly.kinematics.get(), range_check, words, start.corrections_off);
+  Lowering lowering(program, assembly.kinematics.get(), range_check, words, start.switches.corrections_off);
   Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true, true});
   reader = &interpreter;
   std::uint64_t steps = 0;

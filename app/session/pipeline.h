@@ -31,6 +31,18 @@
 
 namespace trn {
 
+/// What the operator has switched before a program begins.
+struct ProgramSwitches {
+  /// MapContext's, where the program does not switch them itself. Aligned so that all is one word.
+  alignas(4) std::uint8_t corrections_off = 0;
+  bool block_delete = false;  ///< lines that begin with '/' are skipped
+  bool optional_stop = true;  ///< what a program finds in #<_optional_stop>
+
+  /// As the config has them.
+  static ProgramSwitches of(const Assembly& assembly);
+  bool operator==(const ProgramSwitches&) const = default;
+};
+
 /// A program, as a file or as text, and where the machine stands when it begins.
 struct ProgramStart {
   std::string path;                 ///< file; or the name that stands for `text`
@@ -41,8 +53,8 @@ struct ProgramStart {
       std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
   OpenFile open =
       {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
-  std::uint8_t corrections_off = 0;  ///< MapContext's, where the program does not switch them itself
-  bool ends_round = false;           ///< as InterpreterParts
+  ProgramSwitches switches = {};
+  bool ends_round = false;  ///< as InterpreterParts
 };
 
 /// Who looks on while a program passes; each may be empty.

@@ -90,7 +90,7 @@ class Simulation {
     const auto wall = std::chrono::steady_clock::now();
     ProgramStart start{options_.program, options_.program_text, cycle_.last_report().q_plan};
     start.from_line = options_.from_line;
-    start.corrections_off = assembly_.corrections.planned_off;
+    start.switches = ProgramSwitches::of(assembly_);
     start.ends_round = true;
     pipeline_.emplace(assembly_, parameters_, tools_, start,
                       PipelineObservers{options_.on_warning,

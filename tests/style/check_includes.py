@@ -9,7 +9,8 @@ from source_text import ROOT, source_files
 INCLUDE = re.compile(r'^\s*#\s*include\s+(["<])([^">]+)[">]')
 
 ENGINE = {"core", "interp", "interp/gcode", "interp/plan", "kinematics", "compensation", "hal", "sim", "kernel"}
-APP = {"app/check", "app/client", "app/gateway", "app/session", "app/daemon", "app/lab", "app/cli"}
+APP = {"app/check", "app/client", "app/gateway", "app/import", "app/session", "app/daemon", "app/lab", "app/cli",
+       "panel/server"}
 RATE = "kernel/rate"  # beside the tick: it searches, and the tick must not
 FITS = "compensation/fit"  # off-line, with a solver that nothing else needs
 EVERYTHING = ENGINE | APP | {RATE, FITS, "bench", "tests"}
@@ -28,6 +29,8 @@ ALLOWED = {
     "app/check": {"core", "interp", "app/check"},
     "app/client": {"core", "hal", "app/client"},
     "app/gateway": {"core", "hal", "app/client", "app/gateway"},
+    "panel/server": {"core", "hal", "app/client", "panel/server"},
+    "app/import": {"core", "interp", "interp/gcode", "app/import"},
     "app/session": ENGINE | {RATE, "app/check", "app/client", "app/session"},
     "app/daemon": ENGINE | {RATE, "app/check", "app/client", "app/session", "app/daemon"},
     "app/lab": ENGINE | {FITS, "app/check", "app/session", "app/lab"},
@@ -45,7 +48,8 @@ SYSTEM = [
     (re.compile(r"^(pthread|sched|sys/mman|sys/timerfd|thread$|mutex$|condition_variable$)"),
      APP | {"hal", "sim", "bench", "tests"}),
     (re.compile(r"^ceres/"), {FITS, "bench", "tests"}),
-    (re.compile(r"^sodium"), {"app/client", "tests"}),
+    (re.compile(r"^sodium"), {"app/client", "panel/server", "tests"}),
+    (re.compile(r"^libwebsockets"), {"panel/server"}),
     (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "bench", "cmake"}),
     (re.compile(r"^toml"), {"core", "tests"}),
 ]

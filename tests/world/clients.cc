@@ -98,8 +98,7 @@ class Operator {
         tell(command_of(command_t::MDI, 0, draw_line(dice_.random, world_.means)));
         return;
       case 7:
-        tell(command_of(command_t::JOG, dice_.between(-20, 20), "", dice_.below(3)));
-        return;
+        return jog();
       case 8:
         tell(command_of(command_t::OVERRIDE, dice_.below(5) == 0 ? 0 : dice_.between(0.1, 2)));
         return;
@@ -110,8 +109,7 @@ class Operator {
         tell(command_of(command_t::RAPID_OVERRIDE, dice_.between(0.05, 1)));
         return;
       case 11:
-        tell(command_of(command_t::SINGLE_BLOCK, dice_.below(4) == 0));
-        return;
+        return turn_a_switch();
       case 12:
         tell(command_of(dice_.below(3) == 0 ? command_t::STOP : command_t::RESET));
         return;
@@ -121,6 +119,20 @@ class Operator {
       default:
         return keep_offset();
     }
+  }
+
+  // A step; or a button that is held, and let go by the next jog or by silence.
+  void jog() {
+    command_t command = command_of(command_t::JOG, dice_.between(-20, 20), "", dice_.below(3));
+    if (dice_.below(2) == 0) command.alive_ms = 20 + dice_.below(200);
+    if (dice_.below(5) == 0) command.value = 0;
+    tell(command);
+  }
+
+  void turn_a_switch() {
+    const std::int8_t kSwitches[] = {command_t::SINGLE_BLOCK, command_t::OPTIONAL_STOP,
+                                     command_t::BLOCK_DELETE};
+    tell(command_of(kSwitches[dice_.below(3)], dice_.below(4) == 0));
   }
 
   ClientWorld& world_;

@@ -85,11 +85,8 @@ void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
   if (begins && (setpoints.q - q_last_).cwiseAbs().maxCoeff() > kBegins_mm)
     Chronicle::finding("no jump", fmt::format("the first setpoint is {:.3f} mm from where the drives stand",
                                               (setpoints.q - q_last_).cwiseAbs().maxCoeff()));
-  TraceRow row;
-  row.t_s = static_cast<double>(period_) * machine_.period_s;
-  row.q.assign(setpoints.q.begin(), setpoints.q.end());
-  row.digits.assign(row.q.size(), WrittenDigits{17, 17});
-  judge_.row(row);
+  if (begins) judge_row(period_ - 1, q_last_);  // it stands there, and may move with the very first one
+  judge_row(period_, setpoints.q);
   if (judge_.within_limits()) return;
   for (std::size_t joint = 0; joint < judge_.verdicts().size(); ++joint)
     for (std::size_t k = 0; k < kQuantityCount; ++k) {
@@ -98,6 +95,14 @@ void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
       Chronicle::finding("joint limit", fmt::format("{} {:.6f} of its {}", machine_.joints[joint].name,
                                                     peak.ratio, to_string(static_cast<Quantity>(k))));
     }
+}
+
+void WatchedDrives::judge_row(std::uint64_t period, const JointVec& q) {
+  TraceRow row;
+  row.t_s = static_cast<double>(period) * machine_.period_s;
+  row.q.assign(q.begin(), q.end());
+  row.digits.assign(row.q.size(), WrittenDigits{17, 17});
+  judge_.row(row);
 }
 
 void WatchedDrives::expect_stop() {

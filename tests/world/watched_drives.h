@@ -36,6 +36,7 @@ class WatchedDrives final : public Drives {
 
  private:
   void bring_up_if_asked();
+  void judge_row(std::uint64_t period, const JointVec& q);
   void judge(const Setpoints& setpoints, bool enabled);
   void judge_stop(const Feedback& feedback);
   void judge_rest(const Feedback& feedback);

@@ -1,18 +1,23 @@
 #!/usr/bin/env python3
 """./run.sh beside a built program: every example by its name alone, every option of `trunnion run`, whose the relative
-paths are, and programs without end.
+paths are, programs without end, and the operator's page of --panel.
 
     tests/app/cli/run_script.py TRUNNION SOURCE
 
 run.sh itself is the repository's; the folder that it stands in is a copy whose set-up builds nothing and whose program
 is TRUNNION.
 """
+import json
 import os
 import re
 import shutil
+import signal
+import socket
 import subprocess
 import sys
 import tempfile
+import time
+import urllib.request
 
 SHORT = "G21 G90\nG0 X1 Y1\nG1 X3 F600\nG1 Y3\nM2\n"
 # What every option of `run` that takes a value is given here, and the file that it must leave in the caller's folder.
@@ -44,7 +49,13 @@ def make_project(folder, binary, source):
         os.symlink(os.path.join(source, name), os.path.join(project, name))
     os.symlink(binary, os.path.join(project, "build/release/trunnion"))
     with open(os.path.join(project, "scripts/setup.sh"), "w", encoding="ascii") as file:
-        file.write("install_packages() { :; }\nbuild() { :; }\n")
+        file.write(f". {source}/scripts/setup.sh\n"
+                   f"install_packages() {{ echo packages \"$@\" >>{folder}/set_up; }}\n"
+                   f"build() {{ echo build \"$@\" >>{folder}/set_up; }}\n")
+    shutil.copy(os.path.join(source, "scripts/panel.sh"), os.path.join(project, "scripts"))
+    os.mkdir(os.path.join(project, "build/release/panel"))
+    with open(os.path.join(project, "build/release/panel/index.html"), "w", encoding="ascii") as file:
+        file.write("<p>the page</p>")
     return project
 
 
@@ -152,12 +163,122 @@ def check_paths(checks):
     checks.expect("a program that is nowhere", none.returncode == 2 and "no_such_part" in none.stderr, none)
 
 
+class Panel:
+    """./run.sh --panel as a process, with folders of its own."""
+
+    def __init__(self, checks, folder, *arguments):
+        self.temporary = os.path.join(folder, "temporary")
+        os.makedirs(self.temporary, mode=0o700, exist_ok=True)
+        self.environment = dict(os.environ, RUNTIME_DIRECTORY=self.temporary, TMPDIR=self.temporary)
+        self.process = subprocess.Popen([checks.script, "--panel", *arguments], cwd=checks.caller,
+                                        env=self.environment,
+                                        stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True,
+                                        start_new_session=True)
+        self.said = self.process.stdout.readline()
+        found = re.search(r"(http://127\.0\.0\.1:\d+)/#key=(\w+)$", self.said.strip())
+        self.origin, self.key = found.groups() if found else ("", "")
+
+    def get(self, path):
+        request = urllib.request.Request(self.origin + path, headers={"Authorization": f"Bearer {self.key}"})
+        with urllib.request.urlopen(request, timeout=60) as answer:
+            return answer.read().decode()
+
+    def state(self):
+        return json.loads(self.get("/api/v1/state"))["status"] or {}
+
+    def client(self, verb):
+        """A command of another client of the same daemon."""
+        folder = os.path.dirname(self.process.args[0])
+        subprocess.run([os.path.join(folder, "build/release/trunnion"), verb, "--machine",
+                        os.path.join(folder, "configs/cradle.toml")], env=self.environment, check=True, timeout=60,
+                       capture_output=True)
+
+    def until(self, wanted):
+        """The state that is so; nothing, and the last one told, where it never comes."""
+        state, end = {}, time.monotonic() + 60
+        while time.monotonic() < end and self.process.poll() is None:
+            if wanted(state := self.state()):
+                return state
+        print(f"  the last state was {state}")
+        return {}
+
+    def end(self, by_ctrl_c=True):
+        """As Ctrl-C does, which the whole group hears, or by a signal to the script alone; returns the exit code and
+        what was written of errors."""
+        if self.process.poll() is None:
+            if by_ctrl_c:
+                os.killpg(self.process.pid, signal.SIGINT)
+            else:
+                self.process.terminate()
+        errors = self.process.communicate(timeout=120)[1]
+        return self.process.returncode, errors
+
+    def left(self):
+        """What has stayed behind: processes of its group, and files but locks and sockets, which stay."""
+        group = subprocess.run(["pgrep", "-g", str(self.process.pid)], capture_output=True, text=True, check=False)
+        return group.stdout.split() + [name for name in os.listdir(self.temporary) if name.startswith("tmp")]
+
+
+def check_panel(checks, folder):
+    panel = Panel(checks, folder, "--port", "0")
+    try:
+        checks.expect(f"--panel prints the address: {panel.said}", panel.key)
+        checks.expect("--panel serves the page", panel.get("/") == "<p>the page</p>")
+        state = panel.until(lambda now: "tool 1" in now.get("waits_for", ""))
+        checks.expect(f"--panel starts the impeller with its tools: {state}",
+                      state.get("program", "").endswith("/impeller.ngc") and "ball" in state.get("waits_for", ""))
+        panel.client("resume")
+        checks.expect("the program of --panel runs", panel.until(lambda now: now.get("state") == "running"))
+    finally:
+        code, errors = panel.end()
+    checks.expect(f"--panel ends with Ctrl-C: {code}, {errors}", code == 0)
+    checks.expect(f"--panel leaves nothing behind: {panel.left()}", not panel.left())
+    with open(os.path.join(folder, "set_up"), encoding="ascii") as file:
+        checks.expect("--panel sets up what it needs",
+                      "packages panel\nbuild release trunnion panel_page\n" in file.read())
+
+
+def check_panel_homes(checks, folder):
+    """A machine that does not know its place, and a signal to the script alone."""
+    with open(os.path.join(checks.caller, "mine.toml"), encoding="utf-8") as file:
+        text = file.read().replace("[drives]\n", "[drives]\nhomed = false\nhoming_speed_mm_s = 500.0\n")
+    with open(os.path.join(checks.caller, "unhomed.toml"), "w", encoding="utf-8") as file:
+        file.write(text)
+    panel = Panel(checks, folder, "short.ngc", "--machine", "unhomed.toml", "--port=0")
+    try:
+        state = panel.until(lambda now: now.get("program", "").endswith("/short.ngc") and now["state"] == "idle")
+        checks.expect(f"--panel homes the machine: {state}",
+                      all(joint["homed"] for joint in state.get("joints", [{"homed": False}])))
+    finally:
+        code, errors = panel.end(by_ctrl_c=False)
+    checks.expect(f"--panel ends by a signal: {code}, {errors}", code == 0)
+    checks.expect(f"--panel leaves nothing behind a signal: {panel.left()}", not panel.left())
+
+
+def check_panel_refusals(checks, folder):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = str(taken.getsockname()[1])
+        panel = Panel(checks, folder, "--port", port)
+        code, errors = panel.end()
+        checks.expect(f"--panel at a port that is taken: {code}, {errors}",
+                      code == 4 and port in errors and "--port" in errors and not panel.said)
+        checks.expect(f"a taken port leaves nothing behind: {panel.left()}", not panel.left())
+    for arguments, code, said in ((["--machine", "configs/cradle_can.toml"], 3, "real drives"),
+                                  (["--machine", "configs/mill_modbus.toml"], 3, "real drives"),
+                                  (["no_such_part"], 2, "no_such_part"), (["--json"], 5, "usage")):
+        result = checks.run("--panel", "--port", "0", *arguments)
+        checks.expect(f"--panel {arguments} is refused", result.returncode == code and said in result.stderr, result)
+
+
 def main():
     binary, source = map(os.path.abspath, sys.argv[1:3])
     with tempfile.TemporaryDirectory() as folder:
         checks = Checks(make_project(folder, binary, source), make_caller(folder, source))
         check_paths(checks)
         check_options(checks)
+        check_panel(checks, folder)
+        check_panel_homes(checks, folder)
+        check_panel_refusals(checks, folder)
         check_endless(checks, binary)
         check_examples(checks, source)
         bare = subprocess.run([binary, "run", "short.ngc"], cwd=checks.caller, capture_output=True, text=True,

@@ -52,12 +52,12 @@ TEST(SignedMessage, HasTheBytesAndTheSignatureOfAnotherProgram) {
   const signed_command_t message = signed_jog();
   EXPECT_EQ(
       signed_bytes("mill", message),
-      bytes_of("7472756e6e696f6e207369676e656420636f6d6d616e64203100000000046d696c6c00000004616e6e6100060a24"
-               "181e4000010000003725d6e4ced9bdd9ff000000000000004d0000000300000000004c4b400700000000c00400"
-               "00000000003ff4000000000000000000025900"));
+      bytes_of("7472756e6e696f6e207369676e656420636f6d6d616e64203100000000046d696c6c00000004616e6e6100060a"
+               "24181e40000100000044e2d1c98dd40ff8ee000000000000004d0000000300000000004c4b400700000000c004"
+               "0000000000003ff400000000000000000000000000000000000000000000025900"));
   const auto signature = bytes_of(
-      "2a69fd43be63be795b8fde69477ef1bf30cb064694bc3b8e7576ab5d1022ab43bc85dd78c2070ec870e6a38499f14ca698"
-      "65e1c76c9d08da4ce9314f52c18002");
+      "907ecb8fc0295287ba7d03e8d616a887e7e7a5eb7450df01e464dcd1e37473ec6b60bc6d1389adecfa6c24bc403c1f2dbd"
+      "d6a42fb560eec5f873da425bc6550d");
   EXPECT_TRUE(std::equal(signature.begin(), signature.end(), message.signature));
   EXPECT_TRUE(is_true(message, "mill", key().public_key()));
 }

@@ -66,7 +66,7 @@ TEST(Supervisor, ObeysExactlyTheseCommands) {
       {S::kRunning, {E::kHold, E::kResume, E::kStop, E::kEstop, E::kTerminate}},
       {S::kHolding, {E::kHold, E::kResume, E::kStart, E::kStop, E::kEstop, E::kTerminate}},
       {S::kStopping, {E::kHold, E::kStop, E::kEstop, E::kTerminate}},
-      {S::kJogging, {E::kHold, E::kStop, E::kEstop, E::kTerminate}},
+      {S::kJogging, {E::kJog, E::kHold, E::kStop, E::kEstop, E::kTerminate}},
       {S::kHoming, {E::kStop, E::kEstop, E::kTerminate}},
       {S::kFault, {E::kReset, E::kStop, E::kEstop, E::kTerminate}},
       {S::kEstop, {E::kReset, E::kStop, E::kEstop, E::kTerminate}},

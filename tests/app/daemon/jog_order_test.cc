@@ -25,8 +25,8 @@ TEST(JogOrder, AWordMovesAsAProgramMeansIt) {
       there[word] = way;
       JointVec expected;
       ASSERT_EQ(assembly.kinematics->joints_from_words(there, expected), KinStatus::kOk);
-      const JogOrder order = plan_jog({std::string(1, kWordLetters[word]), 0, way, 0},
-                                      assembly.kinematics.get(), assembly.plan_joints, zero);
+      const JogOrder order = plan_jog({std::string(1, kWordLetters[word]), 0, way}, assembly.kinematics.get(),
+                                      assembly.plan_joints, zero);
       ASSERT_EQ(order.refusal, "") << name << kWordLetters[word];
       JointVec jogged = zero;
       jogged[order.joint] = order.way;
@@ -42,10 +42,10 @@ TEST(JogOrder, AWordOfSeveralJointsIsRefused) {
   Words there = Words::Zero();
   there[kZ] = 100;
   static_cast<void>(assembly.kinematics->joints_from_words(there, q));
-  const JogOrder order = plan_jog({"X", 0, 1, 0}, assembly.kinematics.get(), assembly.plan_joints, q);
-  EXPECT_NE(order.refusal.find("mdi 'G91 G0 X"), std::string::npos) << order.refusal;
+  const JogOrder order = plan_jog({"X", 0, 1}, assembly.kinematics.get(), assembly.plan_joints, q);
+  EXPECT_NE(order.refusal.find("--along machine"), std::string::npos) << order.refusal;
   const std::string leg = assembly.machine.joints[2].name;
-  EXPECT_EQ(plan_jog({leg, 0, 1e-3, 0}, assembly.kinematics.get(), assembly.plan_joints, q).joint, 2);
+  EXPECT_EQ(plan_jog({leg, 0, 1e-3}, assembly.kinematics.get(), assembly.plan_joints, q).joint, 2);
 }
 
 TEST(JogOrder, LimitsAreToldInTheWordsOwnSense) {
@@ -66,6 +66,23 @@ TEST(JogOrder, LimitsAreToldInTheWordsOwnSense) {
   q[1] = 210;  // outside, as after a crash: the way back is free
   EXPECT_NE(jog(-1).refusal, "");
   EXPECT_EQ(jog(20).refusal, "");
+}
+
+TEST(JogOrder, AHeldJogGoesOnToTheLimitInTheWordsSense) {
+  const Assembly assembly = shipped("mill");
+  const JointVec q = JointVec::Zero(3);
+  JogWish wish{"Y", 0, 1};
+  wish.held = true;
+  wish.speed_share = 0.25;
+  JogOrder order = plan_jog(wish, assembly.kinematics.get(), assembly.plan_joints, q);
+  EXPECT_EQ(order.refusal + order.remark, "") << "it is meant to go as far as it is held";
+  EXPECT_EQ(order.joint, 1);
+  EXPECT_LT(order.way, -assembly.plan_joints[1].limit.max);
+  EXPECT_DOUBLE_EQ(order.speed, 0.25 * assembly.plan_joints[1].limit.velocity);
+  wish.way = 0;  // let go
+  order = plan_jog(wish, assembly.kinematics.get(), assembly.plan_joints, q);
+  EXPECT_EQ(order.refusal + order.remark, "");
+  EXPECT_EQ(order.way, 0);
 }
 
 }  // namespace

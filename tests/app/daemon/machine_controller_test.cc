@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "app/session/assembly.h"
+#include "app/session/pipeline.h"
 #include "core/motion.h"
 #include "hal/loopback.h"
 #include "interp/move.h"
@@ -62,9 +63,9 @@ struct FakePrograms final : ProgramSource {
     in_spindle = number;
   }
   std::string tool_name(int number) const override { return "tool " + std::to_string(number) + " (ball)"; }
-  void set_corrections_off(std::uint8_t off) override { corrections_off_ = off; }
-  std::uint8_t corrections_off() const override { return corrections_off_; }
-  std::uint8_t corrections_off_ = 0;
+  void set_switches(const ProgramSwitches& switches) override { switches_ = switches; }
+  ProgramSwitches switches() const override { return switches_; }
+  ProgramSwitches switches_;
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }
   std::atomic<int> loads = 0, mdis = 0, in_spindle = 0;
@@ -134,7 +135,7 @@ struct Bench {
   void until(const std::function<bool()>& wanted) {
     for (int i = 0; i < 2000 && !wanted(); ++i) {
       controller.poll();
-      if (!posted.empty() && last() == Kind::kStop) tick();  // what a load waits for
+      if (!posted.empty() && (last() == Kind::kStop || last() == Kind::kQuickStop)) tick();
       socket.server.handle(1);
       socket.pump();
     }
@@ -237,7 +238,6 @@ TEST(MachineController, TellsWhatEachCorrectionDoes) {
   EXPECT_EQ(bench.status->correction_warning, (std::vector<std::string>{"", "sensor t1 is silent"}));
 }
 
-// A correction inside the plan would make a plan wrong that is being driven.
 TEST(MachineController, ACorrectionInThePlanIsSwitchedWhileTheMachineIsIdle) {
   const Assembly measured = assemble(source_dir() + "/configs/cradle_measured.toml");
   Bench bench(*measured.map);
@@ -246,7 +246,7 @@ TEST(MachineController, ACorrectionInThePlanIsSwitchedWhileTheMachineIsIdle) {
   EXPECT_TRUE(bench.status->correction_on[0]);
   EXPECT_EQ(bench.status->correction_offset[0], 0) << "of those in the plan nothing is told";
   EXPECT_EQ(bench.send(command_t::CORRECTION, "geometric", 0).outcome, +acknowledge_t::ACCEPTED);
-  EXPECT_EQ(bench.programs.corrections_off(), kGeometricBit);
+  EXPECT_EQ(bench.programs.switches_.corrections_off, kGeometricBit);
   bench.status.reset();
   bench.until([&] { return bench.status.has_value(); });
   EXPECT_FALSE(bench.status->correction_on[0]);
@@ -254,11 +254,11 @@ TEST(MachineController, ACorrectionInThePlanIsSwitchedWhileTheMachineIsIdle) {
   const acknowledge_t answer = bench.send(command_t::CORRECTION, "geometric", 1);
   EXPECT_EQ(answer.outcome, +acknowledge_t::REFUSED);
   EXPECT_NE(answer.message.find("while the machine is idle"), std::string::npos) << answer.message;
-  EXPECT_EQ(bench.programs.corrections_off(), kGeometricBit);
+  EXPECT_EQ(bench.programs.switches_.corrections_off, kGeometricBit);
   bench.now.motion = MotionState::kRest;
   bench.tick();
   EXPECT_EQ(bench.send(command_t::CORRECTION, "geometric", 1).outcome, +acknowledge_t::ACCEPTED);
-  EXPECT_EQ(bench.programs.corrections_off(), 0);
+  EXPECT_EQ(bench.programs.switches_.corrections_off, 0);
   EXPECT_EQ(bench.send(command_t::CORRECTION, "joint_table", 1).outcome, +acknowledge_t::REFUSED)
       << "this machine has none";
 }

@@ -1,4 +1,4 @@
-#include "app/daemon/message_json.h"
+#include "app/client/message_json.h"
 
 #include <gtest/gtest.h>
 

@@ -239,6 +239,165 @@ class OperatorTest(unittest.TestCase):
             self.assertEqual(code, 5)
             self.assertIn("stands at its limit, 300.0000 mm", err)
 
+    def test_a_held_jog_ends_when_it_is_let_go_and_when_its_client_dies(self):
+        with Shop() as shop:
+            shop.start()
+            held = [BINARY, "jog", "Y", "-", "--speed", "5", "--machine", shop.config]
+            limits = re.compile("until Ctrl-C, or its limit")
+            for end in (signal.SIGINT, signal.SIGKILL, signal.SIGSTOP):
+                with self.subTest(end=end):
+                    before = shop.joints()[1]
+                    client = subprocess.Popen(held, stderr=subprocess.PIPE, text=True)
+                    try:
+                        self.assertRegex(client.stderr.readline(), limits)
+                        shop.until(lambda s: s["state"] == "jogging")
+                        while abs(shop.joints()[1] - before) < 2:  # four times as far as without a word of its client
+                            pass
+                        client.send_signal(end)
+                        if end == signal.SIGINT:
+                            self.assertEqual(client.wait(20), 0)
+                            self.assertEqual(json.loads(shop.ask("status", "--json"))["state"], "idle")
+                        after = shop.joints()[1]
+                        shop.until(lambda s: s["state"] == "idle")
+                        self.assertLess(abs(shop.joints()[1] - after), 5 * 0.35)
+                    finally:
+                        client.kill()
+                        client.wait()
+                        client.stderr.close()
+            self.assertEqual(shop.log_text().count("the jog of Y is ended: its client went silent"), 2)
+
+    def test_jogs_add_up_and_several_joints_move_at_once(self):
+        with Shop() as shop:
+            shop.start()
+            for _ in range(5):
+                shop.ask("jog", "X", "1", "--speed", "2")
+            shop.ask("jog", "Z", "-4", "--percent", "1")
+            shop.until(lambda s: s["state"] == "jogging")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.joints()[0], 5)
+            self.assertEqual(shop.joints()[2], -4)
+            code, _, err = shop.client("jog", "X", "ten")
+            self.assertEqual(code, 5)
+            self.assertIn("'ten' is no number", err)
+
+    def test_a_jog_along_the_tool_and_along_the_work(self):
+        with Shop(machine="head") as shop:
+            shop.start()
+            shop.ask("mdi", "G21 G90 G0 A30 C0", "--wait")
+            shop.ask("mdi", "G20 G91 G93", "--wait")
+            codes = json.loads(shop.ask("status", "--json"))["codes"]
+            x, y, z = shop.joints()[:3]
+            shop.ask("jog", "z", "10", "--along", "tool", "--wait")
+            moved = [b - a for a, b in zip((x, y, z), shop.joints())]
+            # A turns about X: the spindle's own Z leans over in Y.
+            self.assertAlmostEqual(moved[0], 0, places=5)
+            self.assertAlmostEqual(abs(moved[1]), 10 * math.sin(math.radians(30)), places=5)
+            self.assertAlmostEqual(abs(moved[2]), 10 * math.cos(math.radians(30)), places=5)
+            self.assertEqual(json.loads(shop.ask("status", "--json"))["codes"], codes, "inches, G91 and G93 as before")
+            shop.ask("mdi", "G90 G94 G21 G10 L2 P1 R90", "--wait")
+            x, y, z = shop.joints()[:3]
+            shop.ask("jog", "X", "4", "--along", "work", "--wait")
+            moved = [b - a for a, b in zip((x, y, z), shop.joints())]
+            self.assertAlmostEqual(moved[0], 0, places=5)
+            self.assertAlmostEqual(abs(moved[1]), 4, places=5, msg="the work lies turned by 90 degrees")
+            for end in (signal.SIGINT, signal.SIGKILL):
+                with self.subTest(end=end):
+                    client = subprocess.Popen([BINARY, "jog", "Z", "+", "--along", "tool", "--speed", "5", "--machine",
+                                               shop.config], stderr=subprocess.PIPE, text=True)
+                    try:
+                        shop.until(lambda s: s["state"] == "running")
+                        before = shop.joints()[2]
+                        while abs(shop.joints()[2] - before) < 2:
+                            pass
+                        client.send_signal(end)
+                        if end == signal.SIGINT:
+                            self.assertEqual(client.wait(20), 0)
+                        after = shop.joints()[2]
+                        shop.until(lambda s: s["state"] == "idle")
+                        self.assertLess(abs(shop.joints()[2] - after), 5 * 0.35)
+                    finally:
+                        client.kill()
+                        client.wait()
+                        client.stderr.close()
+            self.assertIn("went silent", shop.log_text())
+            code, _, err = shop.client("jog", "A", "1", "--along", "tool")
+            self.assertEqual(code, 5)
+            self.assertIn("X, Y and Z have", err)
+        with Shop(machine="hexapod") as shop:
+            shop.start()
+            shop.ask("mdi", "G21 G90 G0 Z5", "--wait")
+            self.assertIn("--along machine", shop.client("jog", "X", "1")[2])
+            shop.ask("jog", "X", "1", "--along", "machine", "--wait")
+            shop.ask("mdi", "G0 X1 Z5", "--wait")  # it stands there already
+            self.assertEqual(json.loads(shop.ask("status", "--json"))["state"], "idle")
+
+    def test_a_client_finds_its_daemon_and_tells_another_config(self):
+        def client(*arguments, **environment):
+            done = subprocess.run([BINARY, *arguments], capture_output=True, text=True, timeout=60,
+                                  env={**os.environ, "TRUNNION_MACHINE": "", **environment})
+            return done.returncode, done.stdout, done.stderr
+
+        with Shop() as shop:
+            shop.start()
+            self.assertEqual(client("jog", "X", "1", "--wait", "--machine", shop.name), (0, "", ""))
+            self.assertAlmostEqual(shop.joints()[0], 1, places=6)
+            code, out, _ = client("status", "--json", TRUNNION_MACHINE=shop.name)
+            self.assertEqual(code, 0)
+            self.assertEqual(json.loads(out)["config_file"], shop.config)
+            code, out, err = client("status")
+            if code == 0:
+                self.assertIn(shop.name, out)
+            else:  # other daemons run on this host
+                self.assertRegex(err, rf"daemons of \d+ machines run here.*{shop.name}")
+            code, _, err = client("status", "--machine", "nobody")
+            self.assertEqual(code, 4)
+            self.assertIn("'nobody' is neither a file nor a machine", err)
+            self.assertIn(shop.name, err)
+            with open(shop.config) as file:
+                copy = shop.write("copy.toml", file.read() + "# another\n")
+            code, _, err = client("jog", "X", "1", "--machine", copy)
+            self.assertEqual(code, 0)
+            self.assertIn(f"runs with {shop.config}, which is not the same as {copy}", err)
+            with open(shop.config, "a") as file:
+                file.write("# later\n")
+            self.assertIn("has changed since the daemon was started", client("stop", "--machine", shop.config)[2])
+
+    def test_optional_stop_and_block_delete(self):
+        program = "G21 G90\nG1 X1 F6000\nM1\n/G1 X9\nG1 X3\nM1\nG1 X4\nM2\n"
+        with Shop() as shop:
+            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: s["state"] == "holding")
+            self.assertAlmostEqual(shop.joints()[0], 1, places=6)
+            code, _, err = shop.client("switch", "block-delete", "on")
+            self.assertEqual(code, 5)
+            self.assertIn("while the machine is idle", err)
+            shop.ask("switch", "optional-stop", "off")  # what is planned already obeys it
+            self.assertIn("M1 does not stop", shop.ask("status"))
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[0], 4, places=6)
+            shop.ask("switch", "block-delete", "on")
+            shop.until(lambda s: s["block_delete"] and not s["optional_stop"])
+            shop.ask("start", "--wait")
+            shop.ask("mdi", "G1 X[10 + #<_block_delete> + 2 * #<_optional_stop>] F6000\n/G1 X0", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 11, places=6)
+            shop.ask("switch", "optional-stop", "on")
+            shop.ask("start")
+            shop.until(lambda s: s["state"] == "holding" and s["line"] == 3)
+            shop.ask("stop", "--wait")
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 300)
+            self.assertEqual(first[:len(second)], second[:len(first)])
+            far = [float(row[0]) > 8 and float(row[0]) < 9.5 for row in first]
+            passes = sum(not a and b for a, b in zip(far, far[1:]))
+            self.assertEqual(passes, 1 + 2, "in the first run alone, and to X11 and back")
+
     def test_late_periods_are_no_fault_in_simulation(self):
         with Shop() as shop:
             with open(shop.config) as file:
@@ -297,6 +456,11 @@ class OperatorTest(unittest.TestCase):
             # The work's X points along the machine's Y: (-30, 10) lies at (100 - 10, 50 - 30); the spindle is
             # the tool's length above the tip.
             for shown, wanted in ((motion["work"], [-30, 10, 5]), (motion["machine"], [90, 20, 65])):
+                for a, b in zip(shown, wanted):
+                    self.assertAlmostEqual(b, a, delta=0.01)
+            # A jog moves on from where the line ended: the machine's X is the work's -Y.
+            shop.ask("jog", "X", "2", "--wait")
+            for shown, wanted in ((shop.motion()[0]["work"], [-30, 8, 5]), (shop.motion()[0]["machine"], [92, 20, 65])):
                 for a, b in zip(shown, wanted):
                     self.assertAlmostEqual(b, a, delta=0.01)
             # While a line is under way: its text, and what is left of it.

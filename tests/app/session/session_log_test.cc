@@ -123,7 +123,7 @@ TEST_F(SessionLogFile, EveryCommandComesBack) {
 TEST_F(SessionLogFile, AProgramBelongsToTheNextPeriod) {
   ProgramStart file{"part.ngc", std::nullopt, JointVec::LinSpaced(3, 0.1, 0.3)};
   file.from_line = 12;
-  file.corrections_off = 3;
+  file.switches = {3, true, false};
   log_->program(file);
   now_.period = 41;
   log_->report(next());
@@ -135,7 +135,7 @@ TEST_F(SessionLogFile, AProgramBelongsToTheNextPeriod) {
   EXPECT_EQ(read[0].program.path, "part.ngc");
   EXPECT_FALSE(read[0].program.text);
   EXPECT_EQ(read[0].program.from_line, 12u);
-  EXPECT_EQ(read[0].program.corrections_off, 3);
+  EXPECT_EQ(read[0].program.switches, (ProgramSwitches{3, true, false}));
   EXPECT_EQ(read[0].program.q, file.q) << "to the bit";
   EXPECT_EQ(read[1].period, 43u);
   EXPECT_EQ(*read[1].program.text, "G0 X1 ; \xef\xbf\xbd\n\"quoted\"")

@@ -1,0 +1,148 @@
+#include <fmt/format.h>
+
+#include <cctype>
+#include <charconv>
+#include <chrono>
+#include <csignal>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <string_view>
+#include <thread>
+
+#include "app/cli/client_session.h"
+#include "app/cli/commands.h"
+#include "core/axes.h"
+#include "core/machine.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+
+constexpr std::int32_t kAliveMs = 100;  // the jog ends when this client has been silent for so long
+constexpr auto kRenewEvery = std::chrono::milliseconds(25);
+
+struct JogOptions {
+  ClientOptions client;
+  std::string axis, distance, along;
+  double speed = 0, percent = 0;
+};
+
+volatile std::sig_atomic_t let_go = 0;
+void hear_let_go(int) { let_go = 1; }
+
+bool is_held(const JogOptions& options) { return options.distance == "+" || options.distance == "-"; }
+
+double distance_of(const std::string& text) {
+  double value = 0;
+  const char* begin = text.data() + (text.rfind('+', 0) == 0 ? 1 : 0);
+  const char* end = text.data() + text.size();
+  const auto read = std::from_chars(begin, end, value);
+  if (read.ec != std::errc() || read.ptr != end)
+    throw CLI::ValidationError("distance", fmt::format("'{}' is no number of mm or degrees, as 10 or -0.5, "
+                                                       "and not + or - to jog until Ctrl-C",
+                                                       text));
+  return value;
+}
+
+// By axis word, as a program means it; the daemon knows which joint moves. A joint that is called otherwise
+// moves in its own direction.
+command_t jog_command(const Machine& machine, const JogOptions& options) {
+  command_t command = command_of(command_t::JOG);
+  std::string upper = options.axis;
+  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::size_t word = std::string_view(kWordLetters).find(upper);
+  const bool by_word = upper.size() == 1 && word != std::string_view::npos;
+  bool rotary = by_word && word >= static_cast<std::size_t>(kA);
+  if (!options.along.empty() && !by_word)
+    throw CLI::ValidationError(
+        "axis", fmt::format("'{}' is no word; --along takes X, Y, Z, A, B or C", options.axis));
+  command.frame = options.along == "machine" ? command_t::MACHINE
+                  : options.along == "work"  ? command_t::WORK
+                  : options.along == "tool"  ? command_t::TOOL
+                                             : command_t::OWN;
+  if (by_word) {
+    command.text = upper;
+  } else {
+    command.joint = joint_index(machine, options.axis);
+    rotary = machine.joints[static_cast<std::size_t>(command.joint)].kind == JointKind::kRotary;
+  }
+  const double unit = rotary ? kRadPerDeg : 1;
+  if (is_held(options)) {
+    command.value = options.distance == "+" ? 1 : -1;
+    command.alive_ms = kAliveMs;
+  } else {
+    command.value = unit * distance_of(options.distance);
+  }
+  command.speed = unit * options.speed;
+  command.speed_share = options.percent / 100;
+  return command;
+}
+
+// As under a button: the daemon hears every 25 ms that it is still held.
+Exit jog_until_let_go(ClientSession& session, const JogOptions& options, command_t command) {
+  std::signal(SIGINT, hear_let_go);
+  std::signal(SIGTERM, hear_let_go);
+  fmt::print(stderr, "{} moves {} until Ctrl-C, or its limit\n", options.axis, options.distance);
+  while (let_go == 0) {
+    const acknowledge_t answer = session.client.send(command);
+    if (answer.outcome != acknowledge_t::ACCEPTED) return exit_of(answer);
+    std::this_thread::sleep_for(kRenewEvery);
+  }
+  command.value = 0;
+  command.alive_ms = 0;
+  ClientOptions to_rest = options.client;
+  to_rest.wait = true;
+  return send(session, to_rest, command);
+}
+
+Exit jog(const JogOptions& options) {
+  ClientSession session(options.client);
+  const command_t command = jog_command(session.machine, options);
+  return is_held(options) ? jog_until_let_go(session, options, command)
+                          : send(session, options.client, command);
+}
+
+}  // namespace
+
+void add_jog(CLI::App& app, Exit& exit) {
+  auto options = std::make_shared<JogOptions>();
+  const std::shared_ptr<ClientOptions> client(options, &options->client);
+  CLI::App& jog_app =
+      add_client(app, exit, client, "jog",
+                 "Move one axis by a distance, as G91 G0 would, or until Ctrl-C. For example: "
+                 "trunnion jog Y -0.5; trunnion jog Z + --percent 2",
+                 [options](const ClientOptions&) { return jog(*options); });
+  jog_app
+      .add_option("axis", options->axis,
+                  "X, Y, Z, A, B or C, in the word's direction; or a motor joint by its name in the config")
+      ->required();
+  jog_app
+      .add_option(
+          "distance", options->distance,
+          "Signed, mm or degrees; ends at the axis' limit. + or -: until Ctrl-C; the axis also stops a "
+          "tenth of a second after this command has died")
+      ->required();
+  CLI::Option* const speed =
+      jog_app
+          .add_option("--speed", options->speed,
+                      "mm/s or degrees/s, up to the joint's limit; default: a tenth of it")
+          ->check(CLI::PositiveNumber);
+  jog_app.add_option("--percent", options->percent, "The speed in percent of the joint's limit, instead")
+      ->check(CLI::Range(0.01, 100.0))
+      ->excludes(speed);
+  jog_app
+      .add_option(
+          "--along", options->along,
+          "work: the program's axes, with its rotation and tilted plane; tool: those of the spindle, Z away "
+          "from the work; machine: the machine's axes, also where several joints move for one. Default: "
+          "the one joint of the axis")
+      ->check(CLI::IsMember({"machine", "work", "tool"}));
+  add_wait(jog_app, client);
+}
+
+}  // namespace trn

@@ -1,0 +1,51 @@
+#include "app/daemon/jog_control.h"
+
+#include <cmath>
+#include <string_view>
+
+namespace trn {
+
+using trunnion::command_t;
+
+JogOrder JogControl::order(const command_t& command, const CycleReport& report) const {
+  const bool moves = report.motion == MotionState::kJogging;
+  return plan_jog({command.text, command.joint, command.value, command.speed, command.speed_share,
+                   command.alive_ms > 0, moves},
+                  kinematics_, joints_, report.q_plan);
+}
+
+DirectionOrder JogControl::direction(const command_t& command, const CycleReport& report,
+                                     const ProgramStep* step) const {
+  DirectionOrder order;
+  const std::size_t word = std::string_view(kWordLetters).find(command.text);
+  if (command.text.size() != 1 || word == std::string_view::npos) {
+    order.refusal = "a jog along machine, work or tool names one of the words X Y Z A B C";
+  } else if (!step || !kinematics_ || !map_) {
+    order.refusal = "the machine's axes are not known yet; ask again";
+  } else {
+    const JogFrame frame = command.frame == command_t::MACHINE ? JogFrame::kMachine
+                           : command.frame == command_t::WORK  ? JogFrame::kWork
+                                                               : JogFrame::kTool;
+    order = plan_direction_jog({frame, static_cast<int>(word), command.value, command.speed,
+                                command.speed_share, command.alive_ms > 0},
+                               {*map_, *kinematics_, joints_, *step}, report.q_plan);
+  }
+  return order;
+}
+
+void JogControl::hear(int joint, const command_t& command, Time now) {
+  const bool held = command.value != 0;
+  held_.hear(joint, std::chrono::milliseconds(held ? command.alive_ms : 0), now);
+}
+
+void JogControl::hear_direction(const command_t& command, Time now) {
+  direction_ = command;
+  hear(kDirection, command, now);
+}
+
+bool JogControl::continues(const command_t& command) const {
+  return command.alive_ms > 0 && direction_.alive_ms > 0 && command.frame == direction_.frame &&
+         command.text == direction_.text && command.value == direction_.value;
+}
+
+}  // namespace trn

@@ -1,0 +1,51 @@
+#pragma once
+
+#include <chrono>
+#include <optional>
+
+#include "app/daemon/direction_jog.h"
+#include "app/daemon/held_jogs.h"
+#include "app/daemon/jog_order.h"
+#include "app/session/program_step.h"
+#include "core/axes.h"
+#include "core/ports.h"
+#include "hal/lcm_messages.h"
+#include "kernel/joint_map.h"
+#include "kernel/rt_messages.h"
+
+namespace trn {
+
+/// The daemon's jogs: what moves for them, and who still holds it.
+class JogControl {
+ public:
+  using Time = HeldJogs::Time;
+  /// In place of a joint: the jog along a direction, of which there is one at a time.
+  static constexpr int kDirection = HeldJogs::kDirection;
+
+  /// `joints`: with the limits that jogs keep. Without kinematics there are no words, without a map no
+  /// directions.
+  JogControl(const Joints& joints, const Kinematics* kinematics, const MachineJointMap* map)
+      : joints_(joints), kinematics_(kinematics), map_(map) {}
+
+  JogOrder order(const trunnion::command_t& command, const CycleReport& report) const;
+  /// `step`: between programs; null: not known.
+  DirectionOrder direction(const trunnion::command_t& command, const CycleReport& report,
+                           const ProgramStep* step) const;
+
+  /// It has begun, or whoever holds it has said so again.
+  void hear(int joint, const trunnion::command_t& command, Time now);
+  void hear_direction(const trunnion::command_t& command, Time now);
+  /// Says again what the last jog along a direction was told.
+  bool continues(const trunnion::command_t& command) const;
+  /// A joint, or kDirection, whose client has been silent for too long; each is told once.
+  std::optional<int> take_silent(Time now) { return held_.take_silent(now); }
+
+ private:
+  Joints joints_;
+  const Kinematics* kinematics_;
+  const MachineJointMap* map_;
+  HeldJogs held_;
+  trunnion::command_t direction_{};  ///< the last one
+};
+
+}  // namespace trn
