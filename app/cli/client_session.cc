@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/client/access_config.h"
+#include "app/client/daemon_line.h"
 #include "core/config.h"
 #include "core/fault.h"
 #include "hal/lcm_link.h"
@@ -74,7 +75,11 @@ ClientSession::ClientSession(const ClientOptions& options)
 void ClientSession::compare_configs(double timeout_s) {
   // A daemon may answer a command before its first status arrives; what it loaded is told only there.
   const auto any = [](const status_t&) { return true; };
-  if (!client.last_status()) client.wait_status(any, std::min(0.5, timeout_s / 2));
+  try {
+    if (!client.last_status()) client.wait_status(any, std::min(0.5, timeout_s / 2));
+  } catch (const NoAnswer&) {  // it has ended since, as after a shutdown; the command was answered
+    return;
+  }
   const status_t* status = client.last_status();
   if (!status || status->config_mark.empty()) return;
   if (file_mark(machine.root.file()) == status->config_mark) return;
