@@ -1,9 +1,10 @@
 // What the tick costs while a person or a late planner changes the motion: every shipped config, in five
 // modes. The drives are a loopback, so that no simulated plant is counted, and the rate plans are made
 // between the ticks, as the daemon's thread makes them beside them.
-//   bench_tick --benchmark_filter=cradle/          (TRN_LONG=100000: so many ticks)
-//   python3 bench/tick_table.py build/release/bench_tick       (instructions, by callgrind)
+//   bench_tick --benchmark_filter=cradle/          (TRN_LONG=100000: so many ticks; TRN_PERIOD_US=250: of
+//   this period) python3 bench/tick_table.py build/release/bench_tick       (instructions, by callgrind)
 #include <benchmark/benchmark.h>
+#include <time.h>
 
 #include <algorithm>
 #include <chrono>
@@ -63,6 +64,13 @@ void act(Mode mode, Cycle& cycle, int tick) {
   if (mode == Mode::kSingleBlock && tick == 0) cycle.post({Kind::kSingleBlock, 1});
 }
 
+/// Of this thread's own work, whatever the host does beside it, ns.
+double cpu_ns() {
+  timespec time{};
+  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &time);
+  return 1e9 * static_cast<double>(time.tv_sec) + static_cast<double>(time.tv_nsec);
+}
+
 double since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
 }
@@ -76,10 +84,13 @@ double share_of(std::vector<double>& values, double share) {
 void ticks(benchmark::State& state, const std::string& config, Mode mode) {
   const char* const count = std::getenv("TRN_LONG");
   const int most = count ? std::atoi(count) : 1000;
-  const PlannedMotion motion(config, strokes(assemble(config)));
+  const char* const period_us = std::getenv("TRN_PERIOD_US");
+  const std::string program = strokes(assemble(config));
+  const PlannedMotion motion(config, program, period_us ? std::atof(period_us) * 1e-6 : 0);
   const Assembly& assembly = motion.assembly();
   const double period_s = assembly.machine.period_s;
   std::vector<double> ns, answer_ns;
+  int overruns = 0, moving = 0;
   for (auto _ : state) {
     MotionQueue queue(1 << 13);
     RatePlannerThread plans(assembly.plan_joints, period_s);  // without a thread: it works between the ticks
@@ -90,7 +101,6 @@ void ticks(benchmark::State& state, const std::string& config, Mode mode) {
     for (int i = 0; i < 3; ++i) cycle.tick();
     std::size_t next = 0;
     double fed_s = 0.4;
-    int moving = 0;
     for (int i = 0; i < most; ++i) {
       // A late planner is half as fast as the motion.
       fed_s += 0.5 * period_s;
@@ -103,9 +113,11 @@ void ticks(benchmark::State& state, const std::string& config, Mode mode) {
         next = (next + 1) % motion.blocks().size();
       }
       act(mode, cycle, i);
+      const double cpu = cpu_ns();
       const auto start = std::chrono::steady_clock::now();
       cycle.tick();
       ns.push_back(since(start));
+      overruns += cpu_ns() - cpu > 1e9 * period_s;
       const auto asked = std::chrono::steady_clock::now();
       if (plans.work()) answer_ns.push_back(since(asked));
       moving += cycle.last_report().speed_mm_s > 0;
@@ -116,6 +128,8 @@ void ticks(benchmark::State& state, const std::string& config, Mode mode) {
   state.counters["p50_ns"] = share_of(ns, 0.5);
   state.counters["p99_9_ns"] = share_of(ns, 0.999);
   state.counters["max_ns"] = share_of(ns, 1);
+  state.counters["moving"] = static_cast<double>(moving) / most;
+  state.counters["overruns"] = overruns;  // ticks whose own work was longer than a period
   state.counters["answers"] = static_cast<double>(answer_ns.size());
   state.counters["answer_p50_ns"] = share_of(answer_ns, 0.5);
   state.counters["answer_max_ns"] = share_of(answer_ns, 1);

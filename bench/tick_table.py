@@ -14,24 +14,39 @@ import re
 import subprocess
 import sys
 import tempfile
+import time
 from pathlib import Path
 
 MODES = ("planned", "override", "holds", "single_block", "late_planner")
 SKIPPED = 100
 
 
+def count_in(part):
+    match = re.search(r"^(?:summary|totals): (\d+)", part.read_text(), re.M)
+    return int(match.group(1)) if match else 0
+
+
 def instructions(bench, name, ticks):
-    """Of each tick."""
+    """Of each tick. Callgrind writes a file for each, which is read and deleted at once."""
+    counts = {}
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "cg")
-        subprocess.run(["valgrind", "--tool=callgrind", "--toggle-collect=trn::Cycle::tick()",
-                        "--dump-after=trn::Cycle::tick()", f"--callgrind-out-file={out}", bench,
-                        f"--benchmark_filter=^{name}/iterations:1$"],
-                       check=True, capture_output=True, env={**os.environ, "TRN_LONG": str(ticks)})
-        parts = sorted(Path(folder).glob("cg.*"), key=lambda path: int(path.suffix[1:]))
-        found = [int(match.group(1)) for part in parts
-                 if (match := re.search(r"^(?:summary|totals): (\d+)", part.read_text(), re.M))]
-    return [count for count in found[SKIPPED:] if count > 0]
+        command = ["valgrind", "--tool=callgrind", "--toggle-collect=trn::Cycle::tick()", "--dump-line=no",
+                   "--dump-after=trn::Cycle::tick()", f"--callgrind-out-file={out}", bench,
+                   f"--benchmark_filter=^{name}/iterations:1$"]
+        process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   env={**os.environ, "TRN_LONG": str(ticks)})
+        running = True
+        while running:
+            running = process.poll() is None
+            parts = sorted((int(part.suffix[1:]), part) for part in Path(folder).glob("cg.*"))
+            for number, part in parts[:-1] if running else parts:  # the last one may not be whole yet
+                counts[number] = count_in(part)
+                part.unlink()
+            time.sleep(0.2 if running else 0)
+        if process.returncode:
+            sys.exit(f"{name}: callgrind ended with {process.returncode}")
+    return [count for number, count in sorted(counts.items()) if number > SKIPPED and count > 0]
 
 
 def main():

@@ -28,8 +28,8 @@ enum class PathMode : unsigned char {
 };
 
 /// One programmed move. Words are absolute, all offsets applied. RTCP on: X Y Z are the tip in the table
-/// frame B, mm. RTCP off: the machine's own axes, still without the tool offset (the bracket adds it). A B C
-/// are the program's angles in rad (an axis' sense is the kinematics' business).
+/// frame B, mm. RTCP off: the machine's own axes, still without the tool offset (the joint map adds it). A B
+/// C are the program's angles in rad (an axis' sense is the kinematics' business).
 struct ProgramMove {
   enum class Kind : unsigned char { kTraverse, kFeed, kArc };
   Kind kind = Kind::kTraverse;

@@ -13,6 +13,7 @@ namespace {
 
 std::string_view reaction_text(Reaction reaction) {
   static constexpr std::string_view kNames[] = {"none", "path stop", "quick stop"};
+  static_assert(std::size(kNames) == static_cast<std::size_t>(Reaction::kQuickStop) + 1);
   return kNames[static_cast<std::size_t>(reaction)];
 }
 

@@ -55,7 +55,7 @@ class MoveCounter : public MoveSink {
 };
 
 /// Canonical functions, printed or lowered to moves or both.
-struct CanonTee : CanonSink {
+struct CanonFanOut : CanonSink {
   void put(const CanonCommand& command, std::uint32_t line) override {
     for (CanonSink* sink : sinks) sink->put(command, line);
   }
@@ -120,10 +120,10 @@ int interpret(const InterpretOptions& options, const ProgramConfig& config, cons
     });
   MoveCounter counter(range_check ? &*range_check : nullptr);
   Lowering lowering(config, kinematics, counter);
-  CanonTee tee;
-  if (options.canon) tee.sinks.push_back(&printer);
-  if (!options.canon || assembly) tee.sinks.push_back(&lowering);
-  CanonSink& sink = tee.sinks.size() == 1 ? *tee.sinks.front() : tee;
+  CanonFanOut all;
+  if (options.canon) all.sinks.push_back(&printer);
+  if (!options.canon || assembly) all.sinks.push_back(&lowering);
+  CanonSink& sink = all.sinks.size() == 1 ? *all.sinks.front() : all;
   Interpreter interpreter({config, parameters, tools, kinematics, sink,
                            [&](const Diagnostic& warning) { findings.warning(warning.text); }, false, true});
   reader = &interpreter;

@@ -135,6 +135,7 @@ class KinServer {
     static constexpr const char* kMeaning[] = {
         "", "the machine cannot take this pose", "the machine is singular here, or nearly so",
         "a limit of the mechanism is exceeded (an angle of a joint, or the distance of two legs)"};
+    static_assert(std::size(kMeaning) == static_cast<std::size_t>(KinStatus::kLimit) + 1);
     return {{"error", to_string(status)}, {"message", kMeaning[static_cast<int>(status)]}};
   }
 

@@ -10,6 +10,7 @@ using trunnion::command_t;
 
 constexpr std::array<std::string_view, static_cast<std::size_t>(Role::kCount)> kRoles{"look", "operate",
                                                                                       "set up"};
+static_assert(!kRoles.back().empty());  // a row for each
 
 constexpr std::array<CommandRights, command_t::BLOCK_DELETE> kRights{{
     {command_t::LOAD, "load"},

@@ -18,6 +18,7 @@ constexpr std::array<std::string_view, static_cast<std::size_t>(Refusal::kCount)
     "that their key may not send",
     "beyond 'rate_hz_max'",
     "that would never expire"};
+static_assert(!kTexts.back().empty());  // a row for each
 
 }  // namespace
 

@@ -155,10 +155,10 @@ std::string remark_on(const ProgramSummary& summary);
 std::string approach_text(std::uint32_t line, const std::vector<Words>& approach);
 
 /// Interprets a program to its end on copies of parameters and tools, and follows its moves through the
-/// bracket: every place must be reachable and inside the joints' position limits. Nothing moves. ProgramError
-/// for the first defect, with file, line and what would be right. Ends where the program asks the machine,
-/// and in a loop that goes on for very long (Interpreter::loops_long). `progress` is told the line now and
-/// then; the check ends with a ProgramError when `given_up` has become true.
+/// joint map: every place must be reachable and inside the joints' position limits. Nothing moves.
+/// ProgramError for the first defect, with file, line and what would be right. Ends where the program asks
+/// the machine, and in a loop that goes on for very long (Interpreter::loops_long). `progress` is told the
+/// line now and then; the check ends with a ProgramError when `given_up` has become true.
 ProgramSummary check_program(const Assembly& assembly, Parameters parameters, ToolTable tools,
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress,
                              const std::atomic<bool>* given_up = nullptr);

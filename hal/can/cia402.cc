@@ -1,5 +1,6 @@
 #include "hal/can/cia402.h"
 
+#include <iterator>
 #include <utility>
 
 namespace trn {
@@ -8,6 +9,7 @@ std::string_view to_string(Cia402State state) {
   static constexpr std::string_view kNames[] = {
       "not ready to switch on", "switch on disabled", "ready to switch on",    "switched on",
       "operation enabled",      "quick stop active",  "fault reaction active", "fault"};
+  static_assert(std::size(kNames) == static_cast<std::size_t>(Cia402State::kFault) + 1);
   return kNames[static_cast<std::size_t>(state)];
 }
 

@@ -64,6 +64,7 @@ ModbusAddress parse_modbus_address(const std::string& text) {
 
 std::string_view to_string(ModbusTable table) {
   static constexpr std::string_view kNames[] = {"coil", "discrete", "input", "holding"};
+  static_assert(std::size(kNames) == static_cast<std::size_t>(ModbusTable::kHolding) + 1);
   return kNames[static_cast<std::size_t>(table)];
 }
 

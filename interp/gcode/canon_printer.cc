@@ -14,29 +14,31 @@ namespace trn {
 
 namespace {
 
-constexpr std::array<std::string_view, 23> kPlainNames = {"ON_RESET()",
-                                                          "SET_FEED_REFERENCE(CANON_XYZ)",
-                                                          "MIST_ON()",
-                                                          "MIST_OFF()",
-                                                          "FLOOD_ON()",
-                                                          "FLOOD_OFF()",
-                                                          "START_CHANGE()",
-                                                          "ENABLE_FEED_OVERRIDE()",
-                                                          "DISABLE_FEED_OVERRIDE()",
-                                                          "ENABLE_SPEED_OVERRIDE(0)",
-                                                          "DISABLE_SPEED_OVERRIDE(0)",
-                                                          "ENABLE_ADAPTIVE_FEED()",
-                                                          "DISABLE_ADAPTIVE_FEED()",
-                                                          "ENABLE_FEED_HOLD()",
-                                                          "DISABLE_FEED_HOLD()",
-                                                          "TURN_PROBE_ON()",
-                                                          "TURN_PROBE_OFF()",
-                                                          "STOP_SPEED_FEED_SYNCH()",
-                                                          "PALLET_SHUTTLE()",
-                                                          "PROGRAM_STOP()",
-                                                          "OPTIONAL_PROGRAM_STOP()",
-                                                          "PROGRAM_END()",
-                                                          "FINISH()"};
+constexpr std::array<std::string_view, static_cast<std::size_t>(PlainCanon::kFinish) + 1> kPlainNames = {
+    "ON_RESET()",
+    "SET_FEED_REFERENCE(CANON_XYZ)",
+    "MIST_ON()",
+    "MIST_OFF()",
+    "FLOOD_ON()",
+    "FLOOD_OFF()",
+    "START_CHANGE()",
+    "ENABLE_FEED_OVERRIDE()",
+    "DISABLE_FEED_OVERRIDE()",
+    "ENABLE_SPEED_OVERRIDE(0)",
+    "DISABLE_SPEED_OVERRIDE(0)",
+    "ENABLE_ADAPTIVE_FEED()",
+    "DISABLE_ADAPTIVE_FEED()",
+    "ENABLE_FEED_HOLD()",
+    "DISABLE_FEED_HOLD()",
+    "TURN_PROBE_ON()",
+    "TURN_PROBE_OFF()",
+    "STOP_SPEED_FEED_SYNCH()",
+    "PALLET_SHUTTLE()",
+    "PROGRAM_STOP()",
+    "OPTIONAL_PROGRAM_STOP()",
+    "PROGRAM_END()",
+    "FINISH()"};
+static_assert(!kPlainNames.back().empty());  // a row for each
 
 template <typename... Args>
 void add(std::string& out, fmt::format_string<Args...> format, Args&&... args) {

@@ -19,7 +19,8 @@ struct PlanLimits {
   double step_s_max = 0;  ///< of a walk's step, so that bounds at its ends hold in between
 };
 
-/// What the joints' limits leave to the rate at one place: bounds of u and of r' there.
+/// What the joints' limits leave to the rate at one place: bounds of u and of r' there, by (P14) to (P16) of
+/// docs/planner.md.
 struct RateBounds {
   double u_min, u_max, slope_min, slope_max;
   bool legal;      ///< false: too fast, or no u serves all joints

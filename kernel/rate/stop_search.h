@@ -38,7 +38,7 @@ class StopSearch {
   double release_until_s_ = 0;                                 ///< of plan time passed
   double deficit_share_ = 0;                                   ///< recovered in the next backtracking
   std::array<RateWalk, RatePlan::kStepsMax + 1> checkpoints_;  ///< where the steps begin
-  std::array<bool, RatePlan::kStepsMax> released_;             ///< off the brake in a step
+  std::array<bool, RatePlan::kStepsMax> released_;             ///< the brake is released in a step
 };
 
 }  // namespace trn

@@ -28,7 +28,10 @@ namespace trn {
 
 class PlannedMotion {
  public:
-  PlannedMotion(const std::string& config, const std::string& program) : assembly_(assemble(config)) {
+  /// `period_s`: 0: that of the config.
+  PlannedMotion(const std::string& config, const std::string& program, double period_s = 0)
+      : assembly_(assemble(config)) {
+    if (period_s > 0) set_period(assembly_, period_s);
     Parameters parameters;
     ToolTable tools;
     Setpoints setpoints;

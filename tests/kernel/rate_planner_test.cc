@@ -178,13 +178,17 @@ TEST_P(EveryMachine, HoldIsNearTheShortestStop) {
     std::printf("  slowest: %.3f s, shortest %.3f s; %.3f s until the rate was below 95 %%\n",
                 holds[i].took_s, holds[i].least_s, holds[i].waited_s);
   EXPECT_LT(ratios[ratios.size() / 2], 1.10);
+  // On the path no stop may be as short as the joint's own: the worst is judged beside that in the next test.
+  // A hold that is far from both, though, is none.
+  EXPECT_LT(ratios[ratios.size() * 9 / 10], 1.5);
+  EXPECT_LT(ratios.back(), 4);  // the worst known is 2.71
 }
 
 // A joint's own shortest stop is no stop of the machine: all joints move on one path. Where a hold takes
 // longer than that, the reference is the shortest stop on the path from where the answer can begin: a lead
 // later, where joints at their greatest jerk may leave the rate no choice.
 TEST_P(EveryMachine, HoldIsNearTheShortestStopOnThePath) {
-  constexpr double kAsTheJoint = 1.15, kMost = 1.4;  // the worst known is 1.29
+  constexpr double kAsTheJoint = 1.15, kMost = 1.35;  // the worst known is 1.32
   const int looked_at_most = std::getenv("TRN_LONG") ? std::max(2, std::atoi(std::getenv("TRN_LONG"))) : 2;
   std::vector<double> ratios, over_joint;
   int not_found = 0;

@@ -23,7 +23,8 @@
 // The operator at any tick: overrides of feed and rapid, adaptive feed, hold, resume, single block, stop, and
 // a planner that is late, or a rate planner. The joints are judged twice by a judge that shares no code with
 // the law: the setpoints with all corrections by the period's differences, and the plan's joints on samples
-// ten times denser. TRN_LONG=10000: so many scenarios over all configs.
+// ten times denser. What a session's log would hold of each is driven again, to the same bits.
+// TRN_LONG=10000: so many scenarios over all configs.
 namespace trn {
 namespace {
 
@@ -66,6 +67,73 @@ struct Tally {
   std::vector<double> worst;  ///< of each scenario
 };
 
+/// What a session's log would hold of a scenario, and what it must lead to again.
+struct Recording {
+  struct Command {
+    std::size_t period;
+    RtCommand command;
+  };
+  struct Period {
+    bool late = false;                  ///< an answer of the rate planner was
+    std::uint32_t blocks_when_low = 0;  ///< seen by a tick with little ahead; else 0
+    JointVec q_setpoint;
+  };
+  std::vector<Command> commands;
+  std::vector<Period> periods;
+};
+
+/// Drives the motion again from a recording, as `replay` does from a log.
+class Replayed {
+ public:
+  Replayed(const PlannedMotion& motion, const Recording& recording)
+      : motion_(motion),
+        recording_(recording),
+        corrections_(read_corrections(motion.assembly().machine)),
+        plans_(motion.assembly().plan_joints, motion.assembly().machine.period_s),
+        queue_(motion.blocks().size() + 1),
+        drives_(motion.q(0)),
+        cycle_(cycle_config(motion.assembly(), ProgramStops::kPass),
+               {*motion.assembly().map, queue_, drives_, plans_, corrections_.setpoint.get()}) {}
+
+  /// Number of the first period with other setpoints, or how many there are.
+  std::size_t first_difference() {
+    cycle_.tick();
+    drives_.bring_up();
+    for (int i = 0; i < 3; ++i) cycle_.tick();
+    for (std::size_t i = 0; i < recording_.periods.size(); ++i) {
+      for (; next_ < recording_.commands.size() && recording_.commands[next_].period == i; ++next_)
+        cycle_.post(recording_.commands[next_].command);
+      fill(i);
+      plans_.set_late(recording_.periods[i].late);
+      cycle_.tick();
+      if (!(cycle_.last_report().q_setpoint.array() == recording_.periods[i].q_setpoint.array()).all())
+        return i;
+    }
+    return recording_.periods.size();
+  }
+
+ private:
+  // As many blocks as are due, but never more than a later period with little ahead has seen.
+  void fill(std::size_t period) {
+    low_ = std::max(low_, period);
+    while (low_ < recording_.periods.size() && recording_.periods[low_].blocks_when_low == 0) ++low_;
+    const bool known = low_ < recording_.periods.size(), exact = known && low_ == period;
+    const std::size_t most = known ? recording_.periods[low_].blocks_when_low : motion_.blocks().size();
+    while (pushed_ < most && (exact || queue_.buffered_s() < motion_.assembly().planner.buffer_s) &&
+           queue_.push(motion_.blocks()[pushed_]))
+      ++pushed_;
+  }
+
+  const PlannedMotion& motion_;
+  const Recording& recording_;
+  Corrections corrections_;
+  InlineRatePlans plans_;
+  MotionQueue queue_;
+  LoopbackDrives drives_;
+  Cycle cycle_;
+  std::size_t next_ = 0, pushed_ = 0, low_ = 0;
+};
+
 /// Who makes the rate plans beside the tick.
 enum class RatePlannerHealth { kSound, kStarved, kDies };
 
@@ -87,6 +155,7 @@ class Scenario {
         coarse_(motion.assembly().machine.joints, period_s_),
         dense_(motion.joints(), period_s_ / kDensity) {}
 
+  const Recording& recording() const { return recording_; }
   /// False, with the reason in `why`, if something is not as promised.
   bool run(Tally& tally, std::string& why) {
     cycle_.tick();  // the drives are off: it learns where they stand
@@ -121,7 +190,10 @@ class Scenario {
 
   bool chance(double p) { return std::uniform_real_distribution<double>(0, 1)(rng_) < p; }
   double between(double low, double high) { return std::uniform_real_distribution<double>(low, high)(rng_); }
-  void post(Kind kind, double value) { cycle_.post({kind, value}); }
+  void post(Kind kind, double value) {
+    recording_.commands.push_back({recording_.periods.size(), {kind, value}});
+    cycle_.post({kind, value});
+  }
   void fill() {
     const auto& blocks = motion_.blocks();
     while (pushed_ < blocks.size() && queue_.buffered_s() < motion_.assembly().planner.buffer_s &&
@@ -190,6 +262,7 @@ class Scenario {
     cycle_.tick();
     ++tally.periods;
     const CycleReport& report = cycle_.last_report();
+    recording_.periods.push_back({report.rate_plan_late, report.blocks_when_low, report.q_setpoint});
     if (report.fault != Fault::kOk) {
       why = "fault " + std::string(fault_info(report.fault).name);
       return false;
@@ -247,6 +320,7 @@ class Scenario {
   int next_ = 5, planner_sleeps_ = 0, still_ = 0, starves_ = 0, dies_in_ = 0, moved_ = 0;
   bool died_young_ = false;
   JointVec q_between_;
+  Recording recording_;
   bool held_ = false;
   double sweep_ = 0, swept_ = 1;
 };
@@ -270,6 +344,9 @@ void run_scenarios(const std::string& config, RatePlannerHealth health, int in_s
     if (!scenario.run(tally, why) && ++failures <= 5)
       ADD_FAILURE() << "scenario " << i << ": " << (tally.worst.empty() ? 0 : tally.worst.back()) << " "
                     << why;
+    const std::size_t differs = Replayed(*motion, scenario.recording()).first_difference();
+    EXPECT_EQ(differs, scenario.recording().periods.size())
+        << "scenario " << i << ": replayed, its setpoints differ";
   }
   std::sort(tally.worst.begin(), tally.worst.end());
   const auto at = [&](double part) {
