@@ -8,6 +8,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include "app/session/json_numbers.h"
 #include "hal/message_codec.h"
 
 namespace trn {
@@ -69,15 +70,18 @@ std::string encode(const trunnion::tables_t& tables) {
 ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
-  call.kind = static_cast<ProgramCall::Kind>(json.at("kind").get<int>());
+  const int kind = whole<int>(json.at("kind"));
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kShow))
+    throw std::runtime_error(fmt::format("no call of kind {}", kind));
+  call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");
   call.text = json.at("text");
-  call.line = json.at("line");
+  call.line = whole<std::uint32_t>(json.at("line"));
   const auto q = json.at("q").get<std::vector<double>>();
   if (q.size() > static_cast<std::size_t>(kMaxJoints)) throw std::runtime_error("too many joints");
   call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
   call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop")};
-  call.tool = json.at("tool");
+  call.tool = whole<int>(json.at("tool"));
   return call;
 }
 
@@ -85,13 +89,13 @@ ProgramReply decode_reply(const std::string& packet) {
   if (packet.rfind(kLcmBegin, 0) == 0) return decode_tables(packet);
   const Json json = Json::parse(packet);
   ProgramReply reply;
-  const int kind = json.at("kind");
+  const int kind = whole<int>(json.at("kind"));
   if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kSays))
     throw std::runtime_error(fmt::format("no reply of kind {}", kind));
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
-  reply.line = json.at("line");
-  for (const Json& tool : json.at("tools")) reply.tools[tool.at(0)] = tool.at(1);
+  reply.line = whole<std::uint32_t>(json.at("line"));
+  for (const Json& tool : json.at("tools")) reply.tools[whole<int>(tool.at(0))] = tool.at(1);
   return reply;
 }
 

@@ -22,7 +22,7 @@ length_of() {
     eds_fuzz) echo 1200 ;;
     session_log_fuzz) echo 900 ;;
     message_fuzz) echo 4000 ;;
-    can_frame_fuzz) echo 400 ;;
+    can_frame_fuzz | gateway_fuzz | program_wire_fuzz) echo 400 ;;
     table_fuzz | modbus_fuzz) echo 300 ;;
     *) echo 192 ;;
   esac
