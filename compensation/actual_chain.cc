@@ -62,8 +62,14 @@ void apply_rotary(const ActualAxis& axis, double q, TiltModel model, ActualChain
   frame.axis = X.A * axis.direction;
   frame.place = X.p;
   // A turn by q is never small, so it is a true rotation in both models; only the errors are dropped to first
-  // order.
-  X.A = (X.A * rotation_of(q * axis.direction)).eval();
+  // order. Rodrigues' formula with A from the left: A R = cos q A + (1 - cos q) (A w) w' + sin q A [w]x.
+  const Vec3& w = axis.direction;
+  const double s = std::sin(q), c = std::cos(q);
+  const Vec3 bend = (1 - c) * frame.axis;
+  const Mat3 A = X.A;
+  X.A.col(0) = c * A.col(0) + w.x() * bend + s * (w.z() * A.col(1) - w.y() * A.col(2));
+  X.A.col(1) = c * A.col(1) + w.y() * bend + s * (w.x() * A.col(2) - w.z() * A.col(0));
+  X.A.col(2) = c * A.col(2) + w.z() * bend + s * (w.y() * A.col(0) - w.x() * A.col(1));
 }
 
 void walk(const std::vector<ActualAxis>& branch, bool work, TiltModel model, const JointVec& q,

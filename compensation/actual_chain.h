@@ -48,9 +48,9 @@ class ActualChain {
     Mat3 A = Mat3::Identity();
     Vec3 p = Vec3::Zero();
   };
-  /// Where a joint acts: through `place` (M, mm) along or about `axis` (M).
+  /// Where a joint of a branch acts: through `place` (M, mm) along or about `axis` (M).
   struct JointFrame {
-    Vec3 axis = Vec3::UnitZ(), place = Vec3::Zero();
+    Vec3 axis, place;
     bool rotary = false, in_work_branch = false;
   };
   struct Frames {

@@ -11,7 +11,7 @@ namespace trn {
 
 namespace {
 
-constexpr int kSteps = 3;              // errors of 1e-3 shrink by their own square, or by 1e-3, in each
+constexpr int kSteps = 2;              // errors of 1e-3 shrink by their own square, or by 1e-3, in each
 constexpr double kLambdaLeast = 1e-4;  // keeps the pole solvable when no tilt is known
 
 }  // namespace
