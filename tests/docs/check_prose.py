@@ -49,7 +49,7 @@ def main():
     everything = [length for found in lengths.values() for length in found]
     print("\n".join(errors + [f"{len(pages)} pages, {len(everything)} sentences: median "
                               f"{statistics.median(everything):g}, worst {max(everything)} words"]))
-    return 1 if errors or len(everything) < 50 * len(sys.argv[1:] == []) else 0
+    return 1 if errors or len(everything) < 50 * (len(sys.argv) == 1) else 0
 
 
 if __name__ == "__main__":
