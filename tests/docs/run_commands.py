@@ -78,15 +78,16 @@ class Page:
         os.makedirs(os.path.join(folder, "scripts"))
         with open(os.path.join(folder, "scripts", "setup.sh"), "w", encoding="ascii") as file:  # built already
             file.write("install_packages() { :; }\nbuild() { :; }\n")
+        self.machine = ""
         runtime = os.path.join(folder, "r")
         os.makedirs(runtime, mode=0o700)
         self.environment = dict(os.environ, PATH=os.path.join(folder, "bin") + ":" + os.environ["PATH"], HOME=folder,
                                 RUNTIME_DIRECTORY=runtime)
-        self.environment.pop("TRUNNION_MACHINE", None)
 
     def shell(self, command, state):
         """Exit code, output of a line; `state` keeps what the lines before have exported and their folder."""
-        script = f"cd {self.folder}\n[ -e {state} ] && . {state}\n{command}\ncode=$?\nexport -p >{state}\nexit $code\n"
+        ours = f"export TRUNNION_MACHINE={self.machine}\n" if self.machine else ""  # whatever else runs on this host
+        script = f"cd {self.folder}\n[ -e {state} ] && . {state}\n{ours}{command}\ncode=$?\nexport -p >{state}\nexit $code\n"
         run = subprocess.Popen(["bash", "-c", script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                env=self.environment, stdin=subprocess.DEVNULL, start_new_session=True)
         try:
@@ -114,6 +115,7 @@ class Page:
         machine = re.search(r"daemon (\S+)", what)
         code = re.search(r"exit (\d+)", what)
         daemon = self.daemon(machine.group(1)) if machine else None
+        self.machine = machine.group(1) if machine else ""
         try:
             return self.run_lines(block, int(code.group(1)) if code else 0)
         finally:
