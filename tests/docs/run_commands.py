@@ -156,9 +156,16 @@ def unmarked(block):
     return (commands or block.info == "gcode") and not MARKER.match(block.before)
 
 
+def without_example(text):
+    """Codes in bold that no example of the page has."""
+    examples = "\n".join(re.sub(r"\([^)]*\)", "", block.text) for block in blocks("", text) if block.info == "gcode")
+    return [code for code in re.findall(r"\*\*([GM]\d+(?:\.\d)?)\b", text)
+            if not re.search(rf"(?<![\w.]){re.escape(code)}(?![\d.])", examples)]
+
+
 def run_page(page, text, binary, source):
     """Counts of commands, programs, skipped commands; errors."""
-    counts, errors = [0, 0, 0], []
+    counts, errors = [0, 0, 0], [f"{page}: no example has {code}" for code in without_example(text)]
     with tempfile.TemporaryDirectory(prefix="docs") as folder:
         place = Page(binary, source, folder)
         for block in blocks(page, text):
@@ -185,6 +192,7 @@ def check_the_check():
     assert unmarked(blocks("p", "```gcode\nG0 X1\n```\n")[0])
     assert not unmarked(blocks("p", "<!-- run -->\n```\ntrunnion run x\n```\n")[0])
     assert not unmarked(blocks("p", "```\na picture\n```\n")[0])
+    assert without_example("**G1** **G53.1** **M3**\n```gcode\nG1 X1 (M3)\nG53\n```\n") == ["G53.1", "M3"]
     assert prompt_split("$ a \\\n  b\nout\n") == [("a b", ["out"])]
     assert shown_in(["a ... c", "d"], "a  b c\nx\nd\n") is None
     assert shown_in(["a", "b"], "b\na\n") == "b"
