@@ -6,7 +6,7 @@ const ChapterMeaning kIoMeanings = {
     "Inputs, outputs, probe and spindle",
     "A machine without a section `[io]` has none of them: outputs do nothing, and words that need an answer "
     "are "
-    "refused. [gcode.md](gcode.md#inputs-outputs-probe-spindle) tells what programs do with them.",
+    "refused. [gcode.md](gcode.md#inputs-and-outputs) tells what programs do with them.",
     {
         {"All of them",
          {{"io", "simulated"}, {"io", "modbus"}},

@@ -9,7 +9,7 @@ formulas do not count; a name or command in backticks is one word, a link is its
 import statistics
 import sys
 
-from markdown import ROOT, documents, paragraphs, sentences, words
+from pages import ROOT, documents, paragraphs, sentences, words
 
 WORDS_MAX = 25
 

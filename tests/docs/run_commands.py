@@ -25,7 +25,7 @@ import sys
 import tempfile
 import time
 
-from markdown import blocks, documents
+from pages import blocks, documents
 
 COMMAND = re.compile(r"(?:[\w-]*\$ |sudo |\./run\.sh|\./test\.sh|trunnion(?:-drives)? |build/release/|python3 |cmake |ip link|"
                      r"systemctl |npm |git |journalctl |dpkg |apt)")
