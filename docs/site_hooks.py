@@ -1,4 +1,4 @@
-"""Hooks of mkdocs.yml: README.md is the site's first page and CONTRIBUTING.md another, with their links turned round."""
+"""Hooks of mkdocs.yml: README.md is the site's first page, CONTRIBUTING.md and CHANGELOG.md are others; links are turned round."""
 import pathlib
 import re
 import tempfile
@@ -6,7 +6,7 @@ import tempfile
 from mkdocs.structure.files import File
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
-PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md"}
+PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 TEMPORARY = tempfile.TemporaryDirectory()
 
 
