@@ -19,16 +19,17 @@ class _Parser(argparse.ArgumentParser):
 
 def _parser():
     parser = _Parser(prog="trunnion", add_help=False)
-    parser.add_argument("--machine", help="config of the machine, relative to the program, as ../configs/cradle.toml")
-    parser.add_argument("--tools", help="tool table, relative to the program, as tools.tbl")
-    parser.add_argument("--tolerance", type=float, default=0.01, help="G64 P in mm: how far the tip may leave the path")
-    parser.add_argument("--axis-tolerance", type=float, help="G64 R in degrees: how far the tool axis may leave it")
-    parser.add_argument("--retract", type=float, help="machine Z in mm (G53) to which the tool goes before a change and at the end; "
-                        "it must be given, since every machine has its zero elsewhere")
-    parser.add_argument("--rtcp", action="store_true", help="X Y Z are the tip in the part, also while A B C turn (G43.4)")
-    parser.add_argument("--inches", action="store_true", help="G20 instead of G21")
-    parser.add_argument("--precision", type=int, default=4, help="digits behind the point; 5 are usual with --inches")
-    parser.add_argument("--no-show-editor", action="store_true", help="as in FreeCAD's own posts; there is no editor here")
+    add = parser.add_argument
+    add("--machine", help="config of the machine, relative to the program, as ../configs/cradle.toml")
+    add("--tools", help="tool table, relative to the program, as tools.tbl")
+    add("--tolerance", type=float, default=0.01, help="G64 P in mm: how far the tip may leave the path")
+    add("--axis-tolerance", type=float, help="G64 R in degrees: how far the tool axis may leave it")
+    add("--retract", type=float, help="machine Z in mm (G53) to which the tool goes before a change and at the end; "
+        "it must be given, since every machine has its zero elsewhere")
+    add("--rtcp", action="store_true", help="X Y Z are the tip in the part, also while A B C turn (G43.4)")
+    add("--inches", action="store_true", help="G20 instead of G21")
+    add("--precision", type=int, default=4, help="digits behind the point; 5 are usual with --inches")
+    add("--no-show-editor", action="store_true", help="as in FreeCAD's own posts; there is no editor here")
     return parser
 
 
@@ -119,7 +120,7 @@ class _Post:
         return f"{'G43.4' if self.options.rtcp else 'G43'} H{self.tool}"
 
     def begin_plane(self, placement):
-        """An operation whose Placement is tilted is cut in that plane: G68.2 lays it, G53.1 turns the tool square to it."""
+        """An operation whose Placement is tilted is cut in that plane: G68.2 lays it, G53.1 turns the tool to it."""
         if not self.options.rtcp:
             raise ValueError("trunnion post: an operation with a tilted Placement needs --rtcp")
         self.retract()
@@ -249,7 +250,8 @@ class _Post:
         elif name in ("G20", "G21", "G43", "G49"):
             pass  # the head and the tool change say them
         else:
-            words = [self.word(letter, parameters[letter]) for letter in ORDER if letter in parameters and letter != "F"]
+            there = [letter for letter in ORDER if letter in parameters and letter != "F"]
+            words = [self.word(letter, parameters[letter]) for letter in there]
             if "F" in parameters:
                 words.append(self.feed_word(parameters["F"]))
             self.say(" ".join([name, *words]))
@@ -290,7 +292,8 @@ def export(objectslist, filename, argstring):
     """FreeCAD calls this. Returns the program's text and writes it to `filename`, unless that is "-"."""
     options = _parser().parse_args(shlex.split(argstring or ""))
     if options.retract is None:
-        raise ValueError("trunnion post: --retract is missing: the machine Z in mm (G53) at which tools are changed, as --retract 200")
+        raise ValueError("trunnion post: --retract is missing: the machine Z in mm (G53) at which tools are changed, "
+                         "as --retract 200")
     post = _Post(options)
     things = [thing for thing in objectslist if hasattr(thing, "Path")]
     post.head(things)

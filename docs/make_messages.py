@@ -19,25 +19,28 @@ $ python3 examples/client.py $RUNTIME_DIRECTORY/trunnion-mill.sock 'G1 X2 F600'
 X 2.000 Y 0.000 Z 0.000
 ```
 
-`examples/client.py` is a whole client in 70 lines. The daemon's log names its socket, as `/run/trunnion/trunnion-mill.sock`.
+`examples/client.py` is a whole client in 70 lines. The daemon's log names its socket, as
+`/run/trunnion/trunnion-mill.sock`.
 
 ## How to talk to the daemon
 
-1. Let `lcm-gen` (Debian's `liblcm-bin`) make the types for your language: `lcm-gen --python hal/lcm/*.lcm`, or `--cpp`, `--java`.
+1. Let `lcm-gen` (Debian's `liblcm-bin`) make the types for your language: `lcm-gen --python hal/lcm/*.lcm`, or `--cpp`,
+   `--java`.
 2. Connect to the socket. It is a Unix socket of whole packets (`SOCK_SEQPACKET`); one packet is one message.
-3. A packet is a message in LCM's wire form. It begins with the four bytes `LC02` and a sequence number of four bytes. Then
-   come the channel's name, a zero byte, and the encoded message.
-4. You hear status, motion and tables from then on. Send a `command_t`, and wait for the `acknowledge_t` with your `client`
-   and `sequence`. `WORKING` means that another answer follows.
+3. A packet is a message in LCM's wire form. It begins with the four bytes `LC02` and a sequence number of four bytes.
+   Then come the channel's name, a zero byte, and the encoded message.
+4. You hear status, motion and tables from then on. Send a `command_t`, and wait for the `acknowledge_t` with your
+   `client` and `sequence`. `WORKING` means that another answer follows.
 5. Read what you are sent. What you do not read in time is lost to you, and to nobody else.
 
-The daemon also sends status, motion and tables over LCM's multicast, unless `[lcm] url` is empty. It hears nothing there. Which
-users may connect, and what they may do, is told by groups ([at the machine](operator.md#who-may-command-the-machine)). Other
-hosts sign their commands ([security](security.md#commands-from-another-computer)). The operator's page has an interface of its
-own, in JSON ([panel.md](panel.md#for-programs)).
+The daemon also sends status, motion and tables over LCM's multicast, unless `[lcm] url` is empty. It hears nothing
+there. Which users may connect, and what they may do, is told by groups
+([at the machine](operator.md#who-may-command-the-machine)). Other hosts sign their commands
+([security](security.md#commands-from-another-computer)). The operator's page has an interface of its own, in JSON
+([panel.md](panel.md#for-programs)).
 
-Lengths are mm, angles rad, times s, unless a field's name or its text says otherwise. `python3 docs/make_messages.py` writes this
-page from `hal/lcm/*.lcm`; a test compares the two.
+Lengths are mm, angles rad, times s, unless a field's name or its text says otherwise.
+`python3 docs/make_messages.py` writes this page from `hal/lcm/*.lcm`; a test compares the two.
 
 ## All at a glance
 
@@ -64,7 +67,7 @@ def cell(text):
 
 
 def rows_of(body):
-    """(declaration, lines of comment) in order: a comment belongs to the declaration before it; a new paragraph ends it."""
+    """(declaration, lines of comment) in order: a comment belongs to the declaration before it."""
     rows = []
     for line in body.split("\n"):
         code, _, comment = line.partition("//")
@@ -100,7 +103,8 @@ def page(paths):
     found = {name: rest for name, *rest in map(section, paths)}
     unknown = set(found) ^ set(ORDER)
     if unknown:
-        sys.exit(f"docs/make_messages.py: give {', '.join(sorted(unknown))} a place in ORDER and SENDER, or take it out")
+        sys.exit(f"docs/make_messages.py: give {', '.join(sorted(unknown))} a place in ORDER and SENDER, or take it "
+                 "out")
     glance, text, count = [], [], 0
     for name in ORDER:
         head, fields, constants = found[name]
@@ -119,7 +123,7 @@ def main():
     text, count = page(sorted((ROOT / "hal" / "lcm").glob("*.lcm")))
     if "--check" in sys.argv[1:]:
         stale = not PAGE.exists() or PAGE.read_text() != text
-        print("docs/messages.md:1: stale; run python3 docs/make_messages.py" if stale else f"{count} fields, up to date")
+        print("docs/messages.md:1: stale; run docs/make_messages.py" if stale else f"{count} fields, up to date")
         return 1 if stale or count == 0 else 0
     PAGE.write_text(text)
     return 0

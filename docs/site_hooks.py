@@ -1,4 +1,4 @@
-"""Hooks of mkdocs.yml: README.md is the site's first page, CONTRIBUTING.md and CHANGELOG.md are others; links are turned round."""
+"""Hooks of mkdocs.yml: README.md is the site's first page, CONTRIBUTING.md and CHANGELOG.md are others."""
 import pathlib
 import re
 import tempfile

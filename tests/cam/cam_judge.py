@@ -1,6 +1,6 @@
-"""Judges a posted program: it must be read without an error or a warning, run within limits, and bring the tool to every
-place of the job, with the tool's axis as the job has it. The places come from the CAM side, not from the program. On the
-cradle the tool's place comes from the motors' setpoints by the closed form of docs/sources.md, S1.2."""
+"""Judges a posted program: it must be read without an error or a warning, run within limits, and bring the tool to
+every place of the job, with the tool's axis as the job has it. The places come from the CAM side, not from the
+program. On the cradle the tool's place comes from the motors' setpoints by the closed form of docs/sources.md, S1.2."""
 import csv
 import math
 import os
@@ -12,13 +12,14 @@ TABLE_MM = 75.0                    # the cradle's table below the crossing of A 
 
 
 def judge(binary, source, program, expected):
-    """Number of places, errors. `expected`: places, as [tip, tool axis or None] in the part; tool_mm, the tool's length, of
-    programs for the cradle."""
+    """Number of places, errors. `expected`: places, as [tip, tool axis or None] in the part; tool_mm, the tool's
+    length, of programs for the cradle."""
     read = subprocess.run([binary, "interpret", program, "--machine", machine_of(program), "--tools",
                            os.path.join(source, "examples/tools.tbl")], capture_output=True, text=True)
     errors = [read.stderr] if read.returncode or "warning" in read.stderr else []
     trace = program + ".csv"
-    run = subprocess.run([binary, "run", program, "--trace", trace, "--trace-density", "4"], capture_output=True, text=True)
+    run = subprocess.run([binary, "run", program, "--trace", trace, "--trace-density", "4"], capture_output=True,
+                         text=True)
     if run.returncode or "every joint within its limits" not in run.stdout:
         return 0, errors + [f"run ended with {run.returncode}: {run.stderr}{run.stdout}"]
     rows = rows_of(trace, expected.get("tool_mm"))

@@ -28,7 +28,7 @@ def write(name, things, arguments, expected, tool_mm=None):
 
 
 def places(commands, placement=FreeCAD.Placement()):
-    """(tip, tool axis or None) at the end of every feed move, in the job's coordinates, as FreeCAD itself computes them."""
+    """(tip, tool axis) at the end of every feed move, in the job's coordinates, as FreeCAD itself computes them."""
     at, found = {"X": 0.0, "Y": 0.0, "Z": 0.0}, []
     for command in commands:
         at.update({letter: value for letter, value in command.Parameters.items() if letter in "XYZABC"})
@@ -87,7 +87,8 @@ def five_axes():
     change = feature(document, "Ball", [Path.Command("M6", {"T": 1}), Path.Command("M3", {"S": 9000})])
     moves = [Path.Command("G0", {"X": 0, "Y": 0, "Z": 40, "A": 0, "C": 0})]
     for step in range(8):
-        moves.append(Path.Command("G1", {"X": 5 * step, "Y": 10 - step, "Z": 20, "A": 4 * step, "C": 10 * step, "F": 15}))
+        moves.append(Path.Command("G1", {"X": 5 * step, "Y": 10 - step, "Z": 20, "A": 4 * step, "C": 10 * step,
+                                         "F": 15}))
     moves.append(Path.Command("G0", {"Z": 60}))
     sweep = feature(document, "Sweep", moves)
     write("five_axes", [change, sweep], CRADLE, places(moves), 100)
@@ -98,9 +99,11 @@ def tilted():
     document = FreeCAD.newDocument("tilted")
     change = feature(document, "Mill", [Path.Command("M6", {"T": 2}), Path.Command("M3", {"S": 6000})])
     moves = [Path.Command("G0", {"X": 0, "Y": 0, "Z": 30}), Path.Command("G1", {"Z": -1, "F": 5}),
-             Path.Command("G1", {"X": 12, "F": 15}), Path.Command("G1", {"Y": 7, "F": 15}), Path.Command("G0", {"Z": 30})]
+             Path.Command("G1", {"X": 12, "F": 15}), Path.Command("G1", {"Y": 7, "F": 15}),
+             Path.Command("G0", {"Z": 30})]
     things, expected = [change], []
-    for base, axis, angle in (((3, -12, -2), (1, 0.3, 0.2), 18), ((10, 5, 0), (0, 1, 0), 12), ((0, 0, 0), (0, 0, 1), 0)):
+    planes = (((3, -12, -2), (1, 0.3, 0.2), 18), ((10, 5, 0), (0, 1, 0), 12), ((0, 0, 0), (0, 0, 1), 0))
+    for base, axis, angle in planes:
         placement = FreeCAD.Placement(FreeCAD.Vector(*base), FreeCAD.Rotation(FreeCAD.Vector(*axis), angle))
         things.append(feature(document, "Face", moves, placement))
         expected += places(moves, placement)

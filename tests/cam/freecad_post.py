@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""cam/trunnion_post.py on small jobs of the real FreeCAD, without a screen: the tool must come to every place of the job.
+"""cam/trunnion_post.py on small jobs of the real FreeCAD, without a screen: the tool must come to every place.
 
     tests/cam/freecad_post.py TRUNNION SOURCE        exit code 77 (skipped) without Debian's freecad
 """

@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""cam/trunnion.cps on small jobs, in node with a stand-in for the post-processor: the tool must come to every place of the job.
+"""cam/trunnion.cps on small jobs, in node with a stand-in for the post-processor: the tool must come to every place.
 
     tests/cam/fusion_post.py TRUNNION SOURCE        exit code 77 (skipped) without node
 """
@@ -24,8 +24,8 @@ def main():
             os.symlink(os.path.join(source, name), os.path.join(folder, name))
         out = os.path.join(folder, "out")
         os.mkdir(out)
-        job = subprocess.run([node, os.path.join(source, "tests/cam/run_cps.js"), os.path.join(source, "cam/trunnion.cps"), out],
-                             capture_output=True, text=True, timeout=60)
+        command = [node, *(os.path.join(source, name) for name in ("tests/cam/run_cps.js", "cam/trunnion.cps")), out]
+        job = subprocess.run(command, capture_output=True, text=True, timeout=60)
         if "jobs posted" not in job.stdout:
             print(job.stdout, job.stderr)
             return 1

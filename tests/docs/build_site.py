@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Builds the documents' site with mkdocs --strict, into a temporary folder: no warning, every page there, no dead anchor.
+"""Builds the documents' site with mkdocs --strict: no warning, every page there, no dead anchor.
 
     tests/docs/build_site.py        exit code 77 (skipped) without Debian's mkdocs
 """

@@ -73,7 +73,8 @@ WORD = re.compile(r"[^\W_]")
 
 def sentences(paragraph):
     """Sentences of a paragraph; code and a page's name count as one word, a link as its text."""
-    text = LINK.sub(lambda link: "Page" if link.group(1).endswith(".md") else link.group(1), CODE.sub("Code", paragraph))
+    text = CODE.sub("Code", paragraph)
+    text = LINK.sub(lambda link: "Page" if link.group(1).endswith(".md") else link.group(1), text)
     return [part.strip() for part in END.split(ABBREVIATION.sub(r"\1", text)) if part.strip()]
 
 

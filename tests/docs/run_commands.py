@@ -14,7 +14,8 @@ A block of commands or of G-code carries a marker in the line above its fence:
     <!-- interpret: mill refused TEXT -->  must be refused, by a message with TEXT
 
 Blocks of a page run one after the other in the same folder. In a block with prompts ("$ ") the other lines are output:
-each must come, in this order; "..." stands for anything. A block that looks like commands and has no marker is an error.
+each must come, in this order; "..." stands for anything. A block that looks like commands and has no marker is an
+error. So is a code in bold, as **G33**, of which the page has no example.
 """
 import os
 import re
@@ -27,8 +28,8 @@ import time
 
 from pages import blocks, documents
 
-COMMAND = re.compile(r"(?:[\w-]*\$ |sudo |\./run\.sh|\./test\.sh|trunnion(?:-drives)? |build/release/|python3 |cmake |ip link|"
-                     r"systemctl |npm |git |journalctl |dpkg |apt)")
+COMMAND = re.compile(r"(?:[\w-]*\$ |sudo |\./run\.sh|\./test\.sh|trunnion(?:-drives)? |build/release/|python3 |cmake |"
+                     r"ip link|systemctl |npm |git |journalctl |dpkg |apt)")
 MARKER = re.compile(r"<!-- (run|not run|interpret)(?:: (.*?))? -->$")
 SECONDS_MAX = 240
 
@@ -87,7 +88,8 @@ class Page:
     def shell(self, command, state):
         """Exit code, output of a line; `state` keeps what the lines before have exported and their folder."""
         ours = f"export TRUNNION_MACHINE={self.machine}\n" if self.machine else ""  # whatever else runs on this host
-        script = f"cd {self.folder}\n[ -e {state} ] && . {state}\n{ours}{command}\ncode=$?\nexport -p >{state}\nexit $code\n"
+        script = (f"cd {self.folder}\n[ -e {state} ] && . {state}\n{ours}{command}\n"
+                  f"code=$?\nexport -p >{state}\nexit $code\n")
         run = subprocess.Popen(["bash", "-c", script], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
                                env=self.environment, stdin=subprocess.DEVNULL, start_new_session=True)
         try:
@@ -102,8 +104,8 @@ class Page:
         daemon = subprocess.Popen(command, cwd=self.folder, env=self.environment, stdout=subprocess.DEVNULL,
                                   stderr=open(os.path.join(self.folder, "daemon.txt"), "w", encoding="utf-8"))
         for _ in range(200):
-            status = subprocess.run([self.binary, "status", "--machine", machine], cwd=self.folder, env=self.environment,
-                                    capture_output=True, text=True)
+            status = subprocess.run([self.binary, "status", "--machine", machine], cwd=self.folder,
+                                    env=self.environment, capture_output=True, text=True)
             if "idle" in status.stdout:
                 return daemon
             time.sleep(0.1)
@@ -114,7 +116,10 @@ class Page:
         """Number of commands, errors."""
         machine = re.search(r"daemon (\S+)", what)
         code = re.search(r"exit (\d+)", what)
-        daemon = self.daemon(machine.group(1)) if machine else None
+        try:
+            daemon = self.daemon(machine.group(1)) if machine else None
+        except RuntimeError as error:
+            return 0, [str(error)]
         self.machine = machine.group(1) if machine else ""
         try:
             return self.run_lines(block, int(code.group(1)) if code else 0)
@@ -152,7 +157,8 @@ class Page:
 
 
 def unmarked(block):
-    commands = block.info in ("", "sh", "bash", "console") and any(COMMAND.match(line) for line in block.text.split("\n"))
+    lines = block.text.split("\n")
+    commands = block.info in ("", "sh", "bash", "console") and any(COMMAND.match(line) for line in lines)
     return (commands or block.info == "gcode") and not MARKER.match(block.before)
 
 
