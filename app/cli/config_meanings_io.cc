@@ -199,8 +199,8 @@ const ChapterMeaning kOtherFileMeanings = {
              {"device", "The name of a Modbus device.", "this or `node`"},
              {"kind",
               "What goes wrong. Drives: `silent` sends nothing, `reset` goes off and on, `emergency` sends"
-              " an emergency message and goes on, `fault` faults. `no_heartbeat` and `heartbeat_late` say "
-              "themselves, `drop` leaves Operation Enabled, `pre_operational` the operational state. "
+              " an emergency message and goes on, `fault` faults. `no_heartbeat` and `heartbeat_late` are "
+              "as named, `drop` leaves Operation Enabled, `pre_operational` the operational state. "
               "`duplicate` and `reorder` do so with frames, `short_pdo` sends frames a byte short. "
               "`refuse` refuses an object, `slow` is slow, `lie` lies about the position. Devices: "
               "`silent`, `short` answers by halves, `slow`, `lie`, `good` again.",
