@@ -11,18 +11,20 @@ import Part
 import Path
 import PathScripts.PathDrilling as PathDrilling
 import PathScripts.PathJob as PathJob
+import PathScripts.PathPostProcessor as PathPostProcessor
 import PathScripts.PathProfile as PathProfile
 
 sys.path.insert(0, os.environ["TRN_POST"])
 import trunnion_post  # noqa: E402
 
+POST = PathPostProcessor.PostProcessor.load("trunnion")  # as FreeCAD itself finds it
 OUT = os.environ["TRN_OUT"]
 MILL = "--machine ../configs/mill.toml --tools ../examples/tools.tbl --retract 200"
 CRADLE = "--machine ../configs/cradle.toml --tools ../examples/tools.tbl --retract 450 --rtcp --axis-tolerance 0.05"
 
 
 def write(name, things, arguments, expected, tool_mm=None):
-    trunnion_post.export(things, os.path.join(OUT, name + ".ngc"), arguments)
+    POST.export(things, os.path.join(OUT, name + ".ngc"), arguments)
     with open(os.path.join(OUT, name + ".json"), "w", encoding="ascii") as file:
         json.dump({"places": expected, "tool_mm": tool_mm}, file)
 
