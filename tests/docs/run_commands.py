@@ -9,8 +9,8 @@ A block of commands or of G-code carries a marker in the line above its fence:
     <!-- run: exit 2 -->                   the last one must end with 2
     <!-- run: daemon configs/mill.toml --> a daemon of this machine is there meanwhile
     <!-- not run: REASON -->               REASON says what it needs: a drive, root, a network, hours
-    <!-- interpret: mill [TEXT] -->        G-code, alone or in a frame, on configs/mill.toml (or: none); its canonical
-                                           functions must have TEXT
+    <!-- interpret: mill [TEXT] -->        G-code on configs/mill.toml (or: none); its canonical functions must have
+                                           TEXT, or each of several with && between
     <!-- interpret: mill refused TEXT -->  must be refused, by a message with TEXT
 
 Blocks of a page run one after the other in the same folder. In a block with prompts ("$ ") the other lines are output:
@@ -153,7 +153,8 @@ class Page:
         said = run.stderr if refused else run.stdout
         if run.returncode != (2 if refused else 0):
             return 1, [f"interpret ended with {run.returncode}: {run.stderr.strip()}"]
-        return 1, [] if text in said else [f"interpret does not say '{text}', but:\n{said.rstrip()}"]
+        missing = [part for part in text.split(" && ") if part not in said]
+        return 1, [f"interpret does not say '{part}', but:\n{said.rstrip()}" for part in missing]
 
 
 def unmarked(block):
