@@ -15,6 +15,8 @@ import tempfile
 
 HERE = os.path.dirname(os.path.realpath(__file__))
 TYPES = [name for folder in ("../hal/lcm", "../lcm") for name in glob.glob(os.path.join(HERE, folder, "*.lcm"))]
+if not TYPES:
+    sys.exit(f"no .lcm files in {HERE}/../hal/lcm or {HERE}/../lcm; put those of the source there")
 
 generated = tempfile.TemporaryDirectory()
 subprocess.run(["lcm-gen", "--python", "--ppath", generated.name, *TYPES], check=True)
