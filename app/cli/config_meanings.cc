@@ -51,8 +51,8 @@ const ChapterMeaning kKinematicsMeanings = {
          {{"kinematics", "*"}},
          "",
          {{"type",
-           "`serial` is any machine whose axes follow each other, from a three-axis mill to swivel heads and "
-           "cradles; `hexapod` stands on six legs; `rail_mill` hangs a platform on four sliders with "
+           "`serial` is any machine whose axes follow each other, from a three-axis mill to swivel heads "
+           "and cradles. `hexapod` stands on six legs. `rail_mill` hangs a platform on four sliders with "
            "links."}}},
         {"Axes in a row: `type = \"serial\"`",
          {{"kinematics.tool_branch", "serial"}, {"kinematics.work_branch", "serial"}},
@@ -160,9 +160,8 @@ const ChapterMeaning kProgramMeanings = {
          "",
          {
              {"path_mode",
-              "The path mode at the program's start: G64 rounds corners within the tolerance, G61 follows "
-              "the path "
-              "exactly, G61.1 also stops at the end of every move."},
+              "The path mode at the program's start. G64 rounds corners within the tolerance, G61 follows "
+              "the path exactly. G61.1 also stops at the end of every move."},
              {"tolerance_mm", "How far the tool's tip may leave the programmed path under G64 without P."},
              {"tolerance_deg", "How far the tool's axis may leave the programmed one under G64 without R."},
              {"arc_tolerance_mm",
@@ -172,9 +171,8 @@ const ChapterMeaning kProgramMeanings = {
               "Large arcs may differ by this share of their radius instead, but never by more than 100 times "
               "`arc_tolerance_mm`."},
              {"gouge_check",
-              "What happens if cutter compensation (G41, G42) would cut into the finished contour: the "
-              "program is "
-              "refused, or goes on with a warning, or nobody looks."},
+              "What happens if cutter compensation (G41, G42) would cut into the finished contour. The "
+              "program is refused, or goes on with a warning, or nobody looks."},
              {"peck_clearance_mm",
               "In G73, G83 and G183 the rapid move back into the hole stops this far above the depth that is "
               "drilled "
@@ -196,8 +194,8 @@ const ChapterMeaning kProgramMeanings = {
               "nothing.",
               "a warning"},
              {"wrapped",
-              "Rotary words that are angles on a circle: an absolute word takes the short way round, so that "
-              "`C350` and then `C10` turns by 20 degrees.",
+              "Rotary words that are angles on a circle. An absolute word takes the short way round, so "
+              "that `C350` and then `C10` turns by 20 degrees.",
               "", "`A`, `B`, `C`"},
              {"great_circle",
               "At the program's start the tool's axis goes the shortest way (as after `ORIVECT`) instead of "
@@ -234,9 +232,8 @@ const ChapterMeaning kProgramMeanings = {
          "[operator.md](operator.md#tool-changes) tells what happens at M6.",
          {
              {"confirm",
-              "Who says that the tool which M6 asks for is in the spindle: the operator with `resume`, an "
-              "input, a "
-              "sub-program that changes it, or nobody."},
+              "Who says that the tool which M6 asks for is in the spindle. It is the operator with "
+              "`resume`, an input, a sub-program that changes it, or nobody."},
              {"input", "The digital input whose rise says so. It needs a section `[io]`.",
               "required with `confirm = \"input\"`; else refused"},
              {"call", "The sub-program that changes the tool; #1 is the new tool, #2 the old one.",

@@ -121,9 +121,9 @@ const ChapterMeaning kCorrectionMeanings = {
          }},
         {"A screw",
          {{"corrections.screw.axis", ""}, {"drives.screw", "*"}},
-         "`[[corrections.screw.axis]]` is what the correction believes of a screw; `[[drives.screw]]` is a "
-         "screw of "
-         "the simulated machine, with whatever drives, as it is in truth: it warms up as the machine moves.",
+         "`[[corrections.screw.axis]]` is what the correction believes of a screw. `[[drives.screw]]` is a "
+         "screw of the simulated machine as it is in truth, with whatever drives. It warms up as the machine "
+         "moves.",
          {
              {"joint", "The joint that the screw moves.", "", "the name of a linear joint"},
              {"mounting",

@@ -11,10 +11,9 @@ const ChapterMeaning kDriveMeanings = {
          "",
          {{"type",
            "`canopen` and `modbus` are real drives in `trunnion daemon`; in `trunnion run` the first are "
-           "emulated frame for frame, and simulated drives stand for the others. "
-           "`simulated` drives have a servo loop, switches and faults; `loopback` answers with its setpoint "
-           "and has no keys of its own; `micro_mill` is the simulated stage of "
-           "[micromill.md](micromill.md)."}}},
+           "emulated frame for frame, and simulated drives stand for the others. `simulated` drives have a"
+           " servo loop, switches and faults. `loopback` answers with its setpoint and has no keys of its "
+           "own. `micro_mill` is the simulated stage of [micromill.md](micromill.md)."}}},
         {"Simulated drives",
          {{"drives", "simulated"}, {"drives.emulation", "canopen"}, {"drives.emulation", "modbus"}},
          "In `[drives.emulation]` they describe what stands for real drives in `trunnion run` and in "

@@ -6,7 +6,7 @@ const ChapterMeaning kIoMeanings = {
     "Inputs, outputs, probe and spindle",
     "A machine without a section `[io]` has none of them: outputs do nothing, and words that need an answer "
     "are "
-    "refused. [gcode.md](gcode.md#inputs-outputs-probe-spindle) tells what programs do with them.",
+    "refused. [gcode.md](gcode.md#inputs-and-outputs) tells what programs do with them.",
     {
         {"All of them",
          {{"io", "simulated"}, {"io", "modbus"}},
@@ -198,22 +198,17 @@ const ChapterMeaning kOtherFileMeanings = {
              {"node", "The drive's node id.", "this or `device`"},
              {"device", "The name of a Modbus device.", "this or `node`"},
              {"kind",
-              "What goes wrong. Drives: `silent` sends nothing, `reset` goes off and on, `emergency` sends "
-              "an emergency "
-              "message and goes on, `fault` faults, `no_heartbeat` and `heartbeat_late`, `drop` leaves "
-              "Operation "
-              "Enabled, `duplicate` and `reorder` frames, `short_pdo` sends frames a byte short, `refuse` an "
-              "object, "
-              "`slow`, `lie` about the position, `pre_operational` leaves the operational state. Devices: "
-              "`silent`, "
-              "`short` answers by halves, `slow`, `lie`, `good` again.",
+              "What goes wrong. Drives: `silent` sends nothing, `reset` goes off and on, `emergency` sends"
+              " an emergency message and goes on, `fault` faults. `no_heartbeat` and `heartbeat_late` are "
+              "as named, `drop` leaves Operation Enabled, `pre_operational` the operational state. "
+              "`duplicate` and `reorder` do so with frames, `short_pdo` sends frames a byte short. "
+              "`refuse` refuses an object, `slow` is slow, `lie` lies about the position. Devices: "
+              "`silent`, `short` answers by halves, `slow`, `lie`, `good` again.",
               "", "one of the words on the right"},
              {"value",
-              "How much: the code of an emergency or fault, the object that is refused, counts that a drive "
-              "lies by, "
-              "us by which a heartbeat or answer is late; of a device ms, or what is added to its registers. "
-              "0 ends "
-              "what lasts.",
+              "How much. It is the code of an emergency or fault, the object that is refused, or counts "
+              "that a drive lies by. Of a heartbeat or answer it is the us by which it is late. Of a "
+              "device it is ms, or what is added to its registers. 0 ends what lasts.",
               "", "any whole number; of a device -32768 to 32767"},
          }},
         {"Learnt friction of a stage",

@@ -50,8 +50,8 @@ type = "simulated"
 kind of machine; copy the nearest one. A key's name ends in its unit: `_mm`, `_deg`, `_s`, `_mm_s2` (mm/s²) and so on.
 Files that a config names lie beside it, or where their whole path says.
 
-The reader is strict. A key that it does not know, a key that is missing, a wrong type and a value out of range are errors;
-nothing moves, and the exit code is 3. An error names file, line and column, and the nearest legal key:
+The reader is strict. An unknown key, a missing key, a wrong type and a value out of range are errors. Nothing moves, and the
+exit code is 3. An error names file, line and column, and the nearest legal key:
 
 ```
 mill.toml:3:1: unknown key 'machine.periode_s'; did you mean 'period_s'?
@@ -60,7 +60,7 @@ mill.toml:27:11: 'kinematics.tool_branch[0].joint' = "x" is not legal; did you m
 ```
 
 In the tables below, "required" means that a key must be there wherever its table is, and a table wherever the one around it
-is; "none" means that a key may be missing and has no default. A table that is "under" a type is legal where the table around
+is. The word "none" means that a key may be missing and has no default. A table that is "under" a type is legal where the table around
 it has that `type`.
 `trunnion config --keys` writes this page from what the readers themselves ask for, and a test compares the two;
 `trunnion config --keys --json` has the same for programs.

@@ -86,7 +86,7 @@ def main():
     names = [name for name in source_files("") if not name.startswith("tests/style/check_names")]
     texts = {name: "" if "tests/style/" in name else (ROOT / name).read_text(errors="replace") for name in names}
     tree = Tree(texts)
-    documents = [name for name in names if re.match(r"(README|CHANGELOG|docs/[^/]+)\.md$", name)]
+    documents = [name for name in names if re.match(r"(README|CHANGELOG|CONTRIBUTING|docs/[^/]+)\.md$", name)]
     errors = [error for name in documents for error in check(name, texts[name], tree)]
     print("\n".join(errors + [f"{len(documents)} documents, {len(errors)} errors"]))
     return 1 if errors or not documents else 0
