@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 #include <sys/socket.h>
 
+#include <array>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
 
+#include "app/session/plan_time.h"
 #include "hal/message_codec.h"
 
 namespace trn {
@@ -47,6 +49,7 @@ std::string encode(const ProgramCall& call) {
                   {"off", call.switches.corrections_off},
                   {"block_delete", call.switches.block_delete},
                   {"optional_stop", call.switches.optional_stop},
+                  {"dry_run", call.switches.dry_run},
                   {"tool", call.tool}});
 }
 
@@ -57,6 +60,9 @@ std::string encode(const ProgramReply& reply) {
   return text_of({{"kind", static_cast<int>(reply.kind)},
                   {"text", reply.text.substr(0, kTextMax)},
                   {"line", reply.line},
+                  {"program", reply.program},
+                  {"time", reply.time.time.shares_s()},
+                  {"about", reply.time.about},
                   {"tools", tools}});
 }
 
@@ -76,7 +82,7 @@ ProgramCall decode_call(const std::string& packet) {
   const auto q = json.at("q").get<std::vector<double>>();
   if (q.size() > static_cast<std::size_t>(kMaxJoints)) throw std::runtime_error("too many joints");
   call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
-  call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop")};
+  call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop"), json.at("dry_run")};
   call.tool = json.at("tool");
   return call;
 }
@@ -86,11 +92,13 @@ ProgramReply decode_reply(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramReply reply;
   const int kind = json.at("kind");
-  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kSays))
+  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kTime))
     throw std::runtime_error(fmt::format("no reply of kind {}", kind));
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
   reply.line = json.at("line");
+  reply.program = json.at("program");
+  reply.time = {PlanTime(json.at("time").get<std::array<double, 5>>()), true, json.at("about")};
   for (const Json& tool : json.at("tools")) reply.tools[tool.at(0)] = tool.at(1);
   return reply;
 }
