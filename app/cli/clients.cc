@@ -343,6 +343,7 @@ void add_clients(CLI::App& app, Exit& exit) {
   add_start(app, exit);
   add_motion_clients(app, exit);
   add_jog(app, exit);
+  add_wheel(app, exit);
   add_home(app, exit);
   add_override(app, exit);
   add_step(app, exit);

@@ -28,7 +28,8 @@ void ProgramProgress::begin() {
 
 void ProgramProgress::report(const CycleReport& report, const ProgramStep* step,
                              const OverrideShares& shares) {
-  if (shares.feed != shares_.feed) faster_s_ = faster_plan_s_ = 0;
+  if (shares.feed != shares_.feed) feed_ = {};
+  if (shares.rapid != shares_.rapid) rapid_ = {};
   shares_ = shares;
   if (report.motion == MotionState::kRest) {
     done_ = {};
@@ -47,16 +48,22 @@ void ProgramProgress::report(const CycleReport& report, const ProgramStep* step,
   done_.add(step->timing, in_step_s_);
 }
 
+double ProgramProgress::Driven::rate(double asked) const {
+  return asked == 1 ? 1 : (plan_s + kTrust_s * asked) / (time_s + kTrust_s);
+}
+
 void ProgramProgress::learn(const CycleReport& report, PlanTime::Kind kind) {
-  if (kind.rapid || !kind.feed || shares_.feed <= 1 || report.motion != MotionState::kMoving) return;
-  faster_s_ += period_s_;
-  faster_plan_s_ += period_s_ * report.override_now;
+  if (report.motion != MotionState::kMoving || !(kind.rapid || kind.feed) || kind.adaptive) return;
+  Driven& driven = kind.rapid ? rapid_ : feed_;
+  driven.time_s += period_s_;
+  driven.plan_s += period_s_ * report.override_now;
 }
 
 double ProgramProgress::left_s() const {
   if (!total_.known) return -1;
   OverrideShares driven = shares_;
-  if (driven.feed > 1) driven.feed = (faster_plan_s_ + kTrust_s * driven.feed) / (faster_s_ + kTrust_s);
+  if (driven.feed > 0) driven.feed = feed_.rate(driven.feed);
+  if (driven.rapid > 0) driven.rapid = rapid_.rate(driven.rapid);
   const double left_s = (total_.time - done_).real_s(driven);
   return std::isfinite(left_s) ? std::max(0.0, left_s) : -1;
 }

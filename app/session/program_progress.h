@@ -32,6 +32,13 @@ class ProgramProgress {
   double left_s() const;
 
  private:
+  /// What was driven since an override is as it is: time, and plan time that passed in it. Above 100 % the
+  /// joints' limits say how much of what is asked for is driven; below, short moves end before the rate is
+  /// there.
+  struct Driven {
+    double time_s = 0, plan_s = 0;
+    double rate(double asked) const;
+  };
   void learn(const CycleReport& report, PlanTime::Kind kind);
 
   double period_s_;
@@ -40,9 +47,7 @@ class ProgramProgress {
   std::uint32_t step_ = 0;
   double in_step_s_ = 0;  ///< plan time of the present step that has passed
   OverrideShares shares_;
-  /// Of feed above 100 %, since it is asked for: time, and plan time that passed in it. The joints' limits
-  /// say how much of what is asked for is driven.
-  double faster_s_ = 0, faster_plan_s_ = 0;
+  Driven feed_, rapid_;
 };
 
 }  // namespace trn

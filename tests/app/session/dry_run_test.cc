@@ -115,6 +115,7 @@ TEST_F(DryRunTest, DrawsTheToolBackAlongItsOwnAxis) {
 
 TEST_F(DryRunTest, RefusesToProbe) {
   try {
+    assembly_.program.io = true;
     plan("G21 G90\nG38.2 Z-10 F100\n", true);
     FAIL() << "it was taken";
   } catch (const ProgramError& error) {
