@@ -158,9 +158,9 @@ void add_daemon(CLI::App& app, Exit& exit) {
       "Folder for the files that programs write by (LOGOPEN,NAME) and (LOG,TEXT); without it they "
       "are not written");
   daemon->footer(
-      "Clients: load, start, hold, resume, stop, mdi, jog, home, override, step, correction, sensor, "
-      "status,\n"
-      "monitor, estop, reset.\n"
+      "Clients: load, start, hold, resume, stop, mdi, jog, wheel, home, override, step, switch, "
+      "correction,\n"
+      "sensor, status, monitor, acknowledge, parts, estop, reset.\n"
       "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
       "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (already "
       "running,\n"
