@@ -17,6 +17,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/shown_state.h"
 #include "app/client/command_client.h"
+#include "app/client/daemon_line.h"
 #include "app/client/message_json.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/feature_report.h"
@@ -53,9 +54,18 @@ Json status_json(const status_t& status, const trunnion::alarms_t& alarms) {
   return out;
 }
 
+// A daemon of another version may tell none; its state is told all the same.
+trunnion::alarms_t alarms_of(ClientSession& session) {
+  try {
+    return session.client.alarms();
+  } catch (const NoAnswer&) {
+    return {};
+  }
+}
+
 Exit show_status(const ClientOptions& options) {
   ClientSession session(options);
-  const trunnion::alarms_t alarms = session.client.alarms();
+  const trunnion::alarms_t alarms = alarms_of(session);
   session.client.watch([&](const status_t& status, const motion_t& motion) {
     if (options.json)
       fmt::print("{}\n", one_line(status_json(status, alarms)));

@@ -259,7 +259,8 @@ void MachineController::enter_state(MachineState before) {
   if (!latched) alarms_.over();
   if (now == MachineState::kFault)
     unnamed_ = before == MachineState::kStarting ? Fault::kDriveNotReady : Fault::kDriveDropped;
-  if (latched) raise_fault(before);
+  if (latched)
+    raise_fault(now == MachineState::kEstop ? Fault::kEmergencyStop : shown_report().fault, before);
   status_due_ = true;
 }
 
@@ -484,8 +485,9 @@ void MachineController::report(const CycleReport& report) {
     status_due_ = true;
     const MachineState before = supervisor_.state();
     fault_event(report.fault);
-    // a worse one, or one of no reaction, leads to no other state
-    if (report.fault != Fault::kOk && supervisor_.state() == before) raise_fault(before);
+    // A worse one, or one of no reaction, leads to no other state. The stop itself was told when it came.
+    if (supervisor_.state() == before && report.fault != Fault::kEmergencyStop)
+      raise_fault(report.fault, before);
   }
   // before the tick has heard the last command, what it reports is of the past
   if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
@@ -517,6 +519,7 @@ void MachineController::poll() {
   if (!failure.empty()) {
     spdlog::error("{}", failure);
     fail_program(failure);
+    status_.program_failed = true;
     if (parts_.programs.lost()) machine_event(Event::kStop);
   }
   for (const ProgramMessage& said : parts_.programs.take_messages()) {

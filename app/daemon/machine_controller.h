@@ -109,7 +109,7 @@ class MachineController {
   void hear_progress(const CycleReport& report);
   void hear_probe(const CycleReport& report, const ProgramStep* step);
   void raise(Alarm alarm);
-  void raise_fault(MachineState before);
+  void raise_fault(Fault fault, MachineState before);
   void fail_program(const std::string& error);
   Answer obey_note(const trunnion::command_t& command);
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);

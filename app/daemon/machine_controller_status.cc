@@ -30,6 +30,7 @@ using trunnion::acknowledge_t;
 constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
 constexpr auto kTablesPeriod = std::chrono::seconds(2);  // over LCM nobody is seen to begin to listen
 constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
+constexpr auto kAlarmsPeriod = std::chrono::seconds(1);
 constexpr double kLateShown_s = 0.3;  // a planner that is late for less is nobody's business
 
 }  // namespace
@@ -63,30 +64,28 @@ void MachineController::raise(Alarm alarm) {
   status_due_ = true;
 }
 
-void MachineController::raise_fault(MachineState before) {
-  const CycleReport shown = shown_report();
-  const bool pressed = supervisor_.state() == MachineState::kEstop;
-  const Fault fault = pressed ? Fault::kEmergencyStop : shown.fault;
+void MachineController::raise_fault(Fault fault, MachineState before) {
   if (fault == Fault::kOk) return;
-  std::string detail;
-  if (!pressed) {
-    detail = explain(shown.failed_check);
-    if (detail.empty()) detail = parts_.drives.explain_fault(shown.fault_joint);
+  std::string joint, detail;
+  if (fault != Fault::kEmergencyStop) {
+    detail = explain(report_.failed_check);
+    if (detail.empty()) detail = parts_.drives.explain_fault(report_.fault_joint);
     if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
     if (detail.empty() && before == MachineState::kStarting) detail = bring_up_error_;
-    if (!detail.empty()) status_.message = detail;
+    const FaultInfo& info = fault_info(fault);
+    spdlog::error("fault {}: {}; {}", info.name, info.meaning, info.remedy);
+    const auto k = static_cast<std::size_t>(report_.fault_joint);
+    if (report_.fault_joint >= 0 && k < parts_.machine.joints.size()) joint = parts_.machine.joints[k].name;
   }
-  const FaultInfo& info = fault_info(fault);
-  if (!pressed) spdlog::error("fault {}: {}; {}", info.name, info.meaning, info.remedy);
-  if (!detail.empty()) spdlog::error("{}", detail);
-  const auto joint = static_cast<std::size_t>(std::max(shown.fault_joint, 0));
-  const bool at_joint = !pressed && shown.fault_joint >= 0 && joint < parts_.machine.joints.size();
-  raise(fault_alarm(fault, at_joint ? parts_.machine.joints[joint].name : "", detail, before));
+  if (!detail.empty()) {
+    spdlog::error("{}", detail);
+    status_.message = detail;
+  }
+  raise(fault_alarm(fault, joint, detail, before));
 }
 
 void MachineController::fail_program(const std::string& error) {
   status_.message = error;
-  status_.program_failed = status_due_ = true;
   const bool runs = follows_program(report_) && supervisor_.state() == MachineState::kRunning;
   Alarm alarm;
   alarm.name = kProgramAlarm;
@@ -210,7 +209,7 @@ void MachineController::publish_tables() {
 void MachineController::publish_alarms() {
   if (!alarms_.take_news() && !alarms_due_ && Clock::now() < next_alarms_) return;
   alarms_due_ = false;
-  next_alarms_ = Clock::now() + kTablesPeriod;
+  next_alarms_ = Clock::now() + kAlarmsPeriod;
   trunnion::alarms_t message = alarms_.message();
   message.time_us = unix_time_us();
   publish(parts_.lcm.alarms_channel(), message);
