@@ -32,6 +32,7 @@ struct LcmConfig {
   std::string sensor_channel() const { return machine + ".sensor"; }
   std::string motion_channel() const { return machine + ".motion"; }
   std::string tables_channel() const { return machine + ".tables"; }
+  std::string alarms_channel() const { return machine + ".alarms"; }
   std::string signed_channel() const { return machine + ".signed"; }
 };
 

@@ -3,6 +3,7 @@
 #pragma GCC system_header
 
 #include "lcm_types/trunnion/acknowledge_t.hpp"
+#include "lcm_types/trunnion/alarms_t.hpp"
 #include "lcm_types/trunnion/command_t.hpp"
 #include "lcm_types/trunnion/motion_t.hpp"
 #include "lcm_types/trunnion/sensor_t.hpp"

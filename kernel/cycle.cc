@@ -86,11 +86,13 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kOptionalStop:
       optional_stop_ = command.value != 0;
       return;
+    case Kind::kMachineLock:
+      return set_lock(command.value != 0);
     case Kind::kJog:
       if (may_begin || (motion_ == MotionState::kJogging && !ending())) jog(command);
       return;
     case Kind::kHome:
-      if (may_begin) begin_homing(command.joint);
+      if (may_begin && !lock_.on) begin_homing(command.joint);
       return;
     case Kind::kQuickStop:
       return quick_stop();
@@ -149,6 +151,14 @@ void Cycle::jog(const RtCommand& command) TRN_RT {
   if (motion_ != MotionState::kJogging) jog_.begin(setpoint_.q);
   jog_.move_on(command.joint, command.value, command.speed);
   motion_ = MotionState::kJogging;
+}
+
+// Unlocked, the plan goes on from where the joints have stood.
+void Cycle::set_lock(bool on) TRN_RT {
+  if (motion_ != MotionState::kRest || on == lock_.on) return;
+  if (!on) setpoint_.q = setpoint_.last - setpoint_.offset;
+  lock_ = {on, setpoint_.last};
+  io_.set_lock(on);
 }
 
 void Cycle::begin_homing(int joint) TRN_RT {
@@ -322,9 +332,9 @@ void Cycle::pass_event() TRN_RT {
   TRN_CHECK(interpolator_.at_rest());
   TRN_CHECK(event.kind != Kind::kNone);
   if (event.kind == Kind::kProbeEnd && (probe_.touched() || io_.probe_found())) return end_probe();
+  report_.waits_at = event;
   if (arms_probe(event)) return;
   const auto outcome = obey_event(event);
-  report_.waits_at = event;
   if (outcome == TickIo::Outcome::kWaits) return;
   report_.event = event;
   report_source(interpolator_.event().source);
@@ -423,6 +433,9 @@ void Cycle::correct_setpoints() TRN_RT {
     setpoint_.offset = corrections_->offset();
   }
   setpoint_.q_sent = setpoint_.q + setpoint_.offset;
+  if (!lock_.on) return;
+  if (!obeyed_) lock_.q_sent = setpoint_.q_sent;
+  setpoint_.q_sent = lock_.q_sent;
 }
 
 // Nothing that was computed behind a failed check goes to the drives.
@@ -560,6 +573,8 @@ void Cycle::write_report() TRN_RT {
   report_io();
   report_.single_block = single_block_.on();
   report_.optional_stop = optional_stop_;
+  report_.machine_lock = lock_.on;
+  report_.planner_late = planner_late_;
   report_.homed_mask = feedback_.homed_mask;
   report_.limit_switch_mask = feedback_.limit_switch_mask;
   report_.fault = latched_.fault;

@@ -97,6 +97,11 @@ class Cycle final : public TickPort {
     double plan_s = 0;
     double tip_mm = 0;  ///< chord of the tip's path, while it is geared to the spindle
   };
+  /// The plan runs, and the joints stay where they are.
+  struct Lock {
+    bool on = false;
+    JointVec q_sent;  ///< where they stand
+  };
   struct Latched {
     Fault fault = Fault::kOk;
     int joint = -1;
@@ -111,6 +116,7 @@ class Cycle final : public TickPort {
   void quick_stop() TRN_RT;
   void jog(const RtCommand& command) TRN_RT;
   void begin_homing(int joint) TRN_RT;
+  void set_lock(bool on) TRN_RT;
 
   void move() TRN_RT;
   void follow_path() TRN_RT;
@@ -177,6 +183,7 @@ class Cycle final : public TickPort {
   TickIo io_;
   ProgramWait wait_;
   CorrectionSwitch switch_;
+  Lock lock_;
   Homing homing_;
   Passed passed_;
   double dwell_left_s_ = 0;

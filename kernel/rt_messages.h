@@ -33,6 +33,7 @@ struct RtCommand {
     kAdaptiveFeed,     ///< value: 0 to 1; a second override of feed moves, where M52 lets it act
     kSingleBlock,      ///< value 1: stand at the end of every line of the program until kResume; 0: no longer
     kOptionalStop,     ///< value 1: M1 stops; 0: it is passed
+    kMachineLock,      ///< at rest; value 1: the plan runs, and the joints stay where they are
   };
   Kind kind = Kind::kStart;
   double value = 0;
@@ -83,6 +84,8 @@ struct CycleReport {
   double spindle_rpm = 0;             ///< with the spindle override; + clockwise
   bool single_block = false;          ///< stands at the end of every line
   bool optional_stop = true;          ///< M1 stops
+  bool machine_lock = false;          ///< the joints stay where they are
+  bool planner_late = false;          ///< the motion is slower than asked for, for want of plan
   std::uint32_t line = 0, step = 0;   ///< as SourceLine, of what moves or happened last; 0: none
   std::uint32_t last_command_id = 0;  ///< of the last command that took effect
   std::uint32_t starvations = 0;      ///< since start

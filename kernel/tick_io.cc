@@ -23,6 +23,7 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
   IoOutputs outputs = outputs_;
   TRN_CHECK(spindle_override >= 0 && spindle_override <= 2);
   outputs.spindle_rpm *= spindle_override;
+  if (locked_) outputs = IoOutputs{};
   inputs_.probe = false;
   io_->exchange(outputs, place, inputs_);
   inputs_.probe |= drives_touch;

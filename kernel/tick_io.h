@@ -29,6 +29,8 @@ class TickIo {
   Outcome obey(const QueueEvent& event) TRN_RT;
   /// Outputs that change with the motion.
   void apply(const OutputChanges& changes) TRN_RT;
+  /// The devices stand still, whatever the program tells them.
+  void set_lock(bool on) TRN_RT { locked_ = on; }
   /// The motion was broken off: spindle, coolant and all outputs off, nothing is waited for.
   void all_off() TRN_RT;
 
@@ -80,7 +82,7 @@ class TickIo {
   std::uint64_t seen_ = 0;   ///< the inputs at the last look
   double input_value_ = 0;
   Fault failure_ = Fault::kOk;
-  bool probing_ = false;
+  bool probing_ = false, locked_ = false;
   ProbeMode mode_ = ProbeMode::kContact;
   bool geared_ = false, awaits_index_ = false;
   double turns_before_ = 0;  ///< at the last look

@@ -81,6 +81,9 @@ void ClientSession::compare_configs(double timeout_s) {
     return;
   }
   const status_t* status = client.last_status();
+  if (status && !status->version.empty() && status->version != TRN_VERSION)
+    fmt::print(stderr, "warning: the daemon of '{}' is version {}, and this is {}; restart the daemon\n",
+               machine.name, status->version, TRN_VERSION);
   if (!status || status->config_mark.empty()) return;
   if (file_mark(machine.root.file()) == status->config_mark) return;
   const std::string own = std::filesystem::absolute(machine.root.file()).lexically_normal();

@@ -10,11 +10,14 @@
 #include <functional>
 #include <iostream>
 #include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
 
 #include "app/cli/client_session.h"
 #include "app/cli/commands.h"
 #include "app/cli/shown_state.h"
 #include "app/client/command_client.h"
+#include "app/client/daemon_line.h"
 #include "app/client/message_json.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/feature_report.h"
@@ -40,22 +43,34 @@ command_t home_command(const Machine& machine, const ClientOptions& options) {
 }
 
 // The message, and what the fault table and the session's log know besides.
-Json status_json(const status_t& status) {
+Json status_json(const status_t& status, const trunnion::alarms_t& alarms) {
   const FaultInfo* fault = find_fault(status.fault);
   Json out = json_of(status);
   out["fault_meaning"] = fault ? fault->meaning : "";
   out["fault_remedy"] = fault ? fault->remedy : "";
   out["features"] = features_json(features_of(status));
+  out["alarms"] = Json::array();
+  if (const Json listed = json_of(alarms); listed.contains("alarms")) out["alarms"] = listed["alarms"];
   return out;
+}
+
+// A daemon of another version may tell none; its state is told all the same.
+trunnion::alarms_t alarms_of(ClientSession& session) {
+  try {
+    return session.client.alarms();
+  } catch (const NoAnswer&) {
+    return {};
+  }
 }
 
 Exit show_status(const ClientOptions& options) {
   ClientSession session(options);
+  const trunnion::alarms_t alarms = alarms_of(session);
   session.client.watch([&](const status_t& status, const motion_t& motion) {
     if (options.json)
-      fmt::print("{}\n", one_line(status_json(status)));
+      fmt::print("{}\n", one_line(status_json(status, alarms)));
     else
-      fmt::print("{}", status_text(status, motion));
+      fmt::print("{}{}", status_text(status, motion), alarms_text(alarms));
     return false;
   });
   session.compare_configs(options.timeout_s);
@@ -243,23 +258,61 @@ void add_step(CLI::App& app, Exit& exit) {
       ->check(CLI::IsMember({"on", "off"}));
 }
 
+constexpr struct {
+  const char* name;
+  std::int8_t verb;
+} kSwitches[] = {{"optional-stop", command_t::OPTIONAL_STOP},
+                 {"block-delete", command_t::BLOCK_DELETE},
+                 {"dry-run", command_t::DRY_RUN},
+                 {"machine-lock", command_t::MACHINE_LOCK}};
+
+command_t switch_command(const std::string& name, bool on) {
+  command_t command{};
+  for (const auto& entry : kSwitches)
+    if (name == entry.name) command = command_of(entry.verb);
+  command.value = on ? 1 : 0;
+  return command;
+}
+
 void add_switch(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ClientOptions>();
   auto on = std::make_shared<std::string>();
   CLI::App& client = add_sender(
       app, exit, options, "switch",
-      "Operator's switches: optional-stop, whether M1 stops, at once; block-delete, whether "
-      "lines that begin with / are skipped, while the machine is idle",
-      [on](const Machine&, const ClientOptions& chosen) {
-        command_t command =
-            command_of(chosen.text == "optional-stop" ? command_t::OPTIONAL_STOP : command_t::BLOCK_DELETE);
-        command.value = *on == "on" ? 1 : 0;
-        return command;
-      });
-  client.add_option("name", options->text, "optional-stop or block-delete")
+      "Operator's switches. optional-stop: M1 stops; at once, also while a program runs. The others while "
+      "the machine is idle: block-delete skips the lines that begin with /; dry-run drives feed moves as "
+      "fast as the joints can, with the spindle off and the tool away from the work; machine-lock runs "
+      "programs while no joint moves",
+      [on](const Machine&, const ClientOptions& chosen) { return switch_command(chosen.text, *on == "on"); });
+  std::vector<std::string> names;
+  for (const auto& entry : kSwitches) names.emplace_back(entry.name);
+  client.add_option("name", options->text, "optional-stop, block-delete, dry-run or machine-lock")
       ->required()
-      ->check(CLI::IsMember({"optional-stop", "block-delete"}));
+      ->check(CLI::IsMember(names));
   client.add_option("switch", *on, "on or off")->required()->check(CLI::IsMember({"on", "off"}));
+}
+
+void add_notes(CLI::App& app, Exit& exit) {
+  auto seen = std::make_shared<ClientOptions>();
+  add_sender(app, exit, seen, "acknowledge",
+             "Say that an alarm was seen: it is shown no longer, once it is over. 'status' lists them",
+             [](const Machine&, const ClientOptions& options) {
+               command_t command = command_of(command_t::ACKNOWLEDGE);
+               command.value = static_cast<double>(options.count);
+               return command;
+             })
+      .add_option("number", seen->count, "Of the alarm; default: all of them")
+      ->check(CLI::Range(1L, 1000000000L));
+  auto parts = std::make_shared<ClientOptions>();
+  add_sender(app, exit, parts, "parts", "Set the counter of parts, as for a new order: trunnion parts 0",
+             [](const Machine&, const ClientOptions& options) {
+               command_t command = command_of(command_t::PARTS);
+               command.value = static_cast<double>(options.count);
+               return command;
+             })
+      .add_option("count", parts->count, "Parts made so far")
+      ->required()
+      ->check(CLI::Range(0L, 1000000000L));
 }
 
 void add_correction(CLI::App& app, Exit& exit) {
@@ -300,10 +353,12 @@ void add_clients(CLI::App& app, Exit& exit) {
   add_start(app, exit);
   add_motion_clients(app, exit);
   add_jog(app, exit);
+  add_wheel(app, exit);
   add_home(app, exit);
   add_override(app, exit);
   add_step(app, exit);
   add_switch(app, exit);
+  add_notes(app, exit);
   add_correction(app, exit);
   add_watchers(app, exit);
 }

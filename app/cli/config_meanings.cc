@@ -189,6 +189,9 @@ const ChapterMeaning kProgramMeanings = {
              {"optional_stop",
               "Whether M1 stops, until `trunnion switch optional-stop` says otherwise; also in "
               "`#<_optional_stop>`."},
+             {"dry_run_up_mm",
+              "How far the tool stays away from the work in a dry run (`trunnion switch dry-run on`): along "
+              "Z, or with RTCP along the tool's axis, as far as the joints' ranges leave room."},
              {"end_required",
               "Whether a file must end with M2, M30 or `%`: true refuses one that just ends, false says "
               "nothing.",
@@ -236,7 +239,9 @@ const ChapterMeaning kProgramMeanings = {
               "`resume`, an input, a sub-program that changes it, or nobody."},
              {"input", "The digital input whose rise says so. It needs a section `[io]`.",
               "required with `confirm = \"input\"`; else refused"},
-             {"call", "The sub-program that changes the tool; #1 is the new tool, #2 the old one.",
+             {"call",
+              "The sub-program that changes the tool; #1 is the new tool, #2 the old one, #3 and #4 "
+              "their pockets.",
               "required with `confirm = \"sub-program\"`; else refused"},
          }},
     }};

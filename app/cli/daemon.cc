@@ -111,10 +111,27 @@ void run_machine(const DaemonOptions& options) {
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);
   if (assembly.io) assembly.io->bring_up();
-  run_daemon({assembly.machine, assembly.lcm, door, assembly.realtime, *assembly.drives, cycle, programs,
-              rate_planner, record.get(), log.get(), assembly.map.get(), assembly.corrections.setpoint.get(),
-              assembly.corrections.sensors.get(), assembly.corrections.background, warm_screws(assembly),
-              assembly.io.get(), features, assembly.kinematics.get(), &assembly.plan_joints});
+  run_daemon({assembly.machine,
+              assembly.lcm,
+              door,
+              assembly.realtime,
+              *assembly.drives,
+              cycle,
+              programs,
+              rate_planner,
+              record.get(),
+              log.get(),
+              assembly.map.get(),
+              assembly.corrections.setpoint.get(),
+              assembly.corrections.sensors.get(),
+              assembly.corrections.background,
+              warm_screws(assembly),
+              assembly.io.get(),
+              features,
+              assembly.kinematics.get(),
+              &assembly.plan_joints,
+              TRN_VERSION,
+              options.vars.empty() ? "" : options.vars + ".counters"});
   if (assembly.io) assembly.io->shut_down();
   programs.settle();
   if (record) record->close();
@@ -130,7 +147,8 @@ void add_daemon(CLI::App& app, Exit& exit) {
       ->check(CLI::ExistingFile);
   daemon->add_option("--vars", options->vars,
                      "Variables (.var): offsets, the tool in the spindle, #31 to #5000; on disk before "
-                     "the command that changes them is answered");
+                     "the command that changes them is answered. Parts and run time are kept beside it, in "
+                     "FILE.counters");
   daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
   daemon->add_option("--log", options->log,
                      "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "
@@ -140,9 +158,9 @@ void add_daemon(CLI::App& app, Exit& exit) {
       "Folder for the files that programs write by (LOGOPEN,NAME) and (LOG,TEXT); without it they "
       "are not written");
   daemon->footer(
-      "Clients: load, start, hold, resume, stop, mdi, jog, home, override, step, correction, sensor, "
-      "status,\n"
-      "monitor, estop, reset.\n"
+      "Clients: load, start, hold, resume, stop, mdi, jog, wheel, home, override, step, switch, "
+      "correction,\n"
+      "sensor, status, monitor, acknowledge, parts, estop, reset.\n"
       "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
       "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (already "
       "running,\n"

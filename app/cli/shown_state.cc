@@ -1,9 +1,11 @@
 #include "app/cli/shown_state.h"
 
+#include <fmt/chrono.h>
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 #include <iterator>
 #include <string_view>
 
@@ -54,6 +56,8 @@ void put_state(const status_t& status, Lines& out) {
           status.single_block ? "; single block: stands at the end of every line" : "",
           status.optional_stop ? "" : "; M1 does not stop",
           status.block_delete ? "; lines with / are skipped" : "");
+  if (status.dry_run) out.put("", "DRY RUN: feed moves go at rapid speed, the spindle stays off");
+  if (status.machine_lock) out.put("", "MACHINE LOCK: programs run, and no joint moves");
   if (status.fault != "ok")
     out.put("fault", "{}{}{}", status.fault, status.fault_joint.empty() ? "" : " at joint ",
             status.fault_joint);
@@ -63,6 +67,8 @@ void put_state(const status_t& status, Lines& out) {
   }
   if (!status.waits_for.empty()) out.put("waits for", "{}", status.waits_for);
   if (!status.message.empty()) out.put("message", "{}", status.message);
+  if (status.alarms_open > 0)
+    out.put("alarms", "{} not acknowledged; the newest: {}", status.alarms_open, status.alarm);
 }
 
 void put_program(const status_t& status, Lines& out) {
@@ -70,6 +76,22 @@ void put_program(const status_t& status, Lines& out) {
   out.put("program", "{}, line {}", status.program, status.line);
   const bool sub = !status.file.empty() && !status.program.ends_with(status.file);
   if (!status.block.empty()) out.put(sub ? status.file : "", "{}", status.block);
+}
+
+std::string clock_text(double time_s) {
+  const auto s = static_cast<long>(std::llround(time_s));
+  return s >= 3600 ? fmt::format("{}:{:02}:{:02}", s / 3600, s / 60 % 60, s % 60)
+                   : fmt::format("{}:{:02}", s / 60, s % 60);
+}
+
+void put_time(const status_t& status, Lines& out) {
+  if (status.time_total_s > 0)
+    out.put("time", "{} of {} done ({:.0f} %), {} left{}", clock_text(status.time_done_s),
+            clock_text(status.time_total_s), 100 * status.time_done_s / status.time_total_s,
+            status.time_left_s < 0 ? "standing, no time" : clock_text(status.time_left_s),
+            status.time_about ? ", about" : "");
+  out.put("counters", "{} parts; ran {} in this program, {} in all", status.parts,
+          clock_text(status.program_run_s), clock_text(status.run_s));
 }
 
 void put_positions(const status_t& status, const motion_t& motion, Lines& out) {
@@ -119,7 +141,8 @@ void put_speeds(const status_t& status, const motion_t& motion, Lines& out) {
   out.put("override", "feed {:.0f} %, rapid {:.0f} %, spindle {:.0f} %, adaptive feed {:.0f} %",
           100 * status.override_wanted, 100 * status.rapid_override, 100 * status.spindle_override,
           100 * status.adaptive_feed);
-  out.put("spindle", "S{:g}; {:g} rpm asked for now; coolant {}", status.spindle_speed, status.spindle_rpm,
+  out.put("spindle", "S{:g}; {:g} rpm asked for now{}; coolant {}", status.spindle_speed, status.spindle_rpm,
+          status.spindle_real_known ? fmt::format(", {:.0f} rpm real", status.spindle_real_rpm) : "",
           status.mist && status.flood ? "mist and flood"
           : status.mist               ? "mist"
           : status.flood              ? "flood"
@@ -179,6 +202,7 @@ std::string status_text(const status_t& status, const motion_t& motion) {
   Lines out;
   put_state(status, out);
   put_program(status, out);
+  put_time(status, out);
   put_positions(status, motion, out);
   put_modes(status, out);
   put_speeds(status, motion, out);
@@ -191,10 +215,31 @@ std::string status_text(const status_t& status, const motion_t& motion) {
   return text;
 }
 
+std::string alarms_text(const trunnion::alarms_t& alarms) {
+  std::string text;
+  for (std::size_t i = 0; i < alarms.alarm_number.size(); ++i) {
+    const std::time_t since = alarms.alarm_since_us[i] / 1000000;
+    text += fmt::format("ALARM {:<3} {} {:%F %T}{}{}: {}\n", alarms.alarm_number[i], alarms.alarm_name[i],
+                        fmt::localtime(since),
+                        alarms.alarm_times[i] > 1 ? fmt::format(", {} times", alarms.alarm_times[i]) : "",
+                        alarms.alarm_active[i] ? "" : ", over", alarms.alarm_text[i]);
+    const auto more = [&](const char* name, const std::string& words) {
+      if (!words.empty()) text += fmt::format("          {}: {}\n", name, words);
+    };
+    more("cure", alarms.alarm_cure[i]);
+    more("did", alarms.alarm_did[i]);
+    if (!alarms.alarm_program[i].empty())
+      more("in", fmt::format("{}, line {}", alarms.alarm_program[i], alarms.alarm_line[i]));
+    more("cause", alarms.alarm_cause[i]);
+  }
+  return text;
+}
+
 std::string screen_text(const status_t& status, const motion_t& motion, int columns) {
   Lines out;
   put_state(status, out);
   put_program(status, out);
+  put_time(status, out);
   put_positions(status, motion, out);
   put_modes(status, out);
   put_speeds(status, motion, out);

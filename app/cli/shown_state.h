@@ -10,7 +10,10 @@ namespace trn {
 /// force, how the daemon keeps its time.
 std::string status_text(const trunnion::status_t& status, const trunnion::motion_t& motion);
 
-/// The same in the lines that change while it moves, for a screen of `columns` characters.
+/// What went wrong: when, the cure, what the machine did, in which line, and who caused it; "" if nothing.
+std::string alarms_text(const trunnion::alarms_t& alarms);
+
+/// The status in the lines that change while it moves, for a screen of `columns` characters.
 std::string screen_text(const trunnion::status_t& status, const trunnion::motion_t& motion, int columns);
 
 /// One line of where the motors are.

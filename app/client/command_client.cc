@@ -53,6 +53,7 @@ void CommandClient::listen() {
   };
   listener.motion = [this](const auto& motion) { motion_ = motion; };
   listener.tables = [this](const auto& tables) { tables_ = tables; };
+  listener.alarms = [this](const auto& alarms) { alarms_ = alarms; };
   line_->listen(listener);
 }
 
@@ -87,13 +88,18 @@ trunnion::acknowledge_t CommandClient::send(trunnion::command_t command) {
   return *answer_;
 }
 
-trunnion::tables_t CommandClient::tables() {
-  for (const auto end = Clock::now() + seconds(timeout_s_); !tables_;) {
+template <typename Message>
+Message CommandClient::await(const std::optional<Message>& heard) {
+  for (const auto end = Clock::now() + seconds(timeout_s_); !heard;) {
     if (Clock::now() > end) no_answer("");
     handle(std::min<Clock::time_point>(end, Clock::now() + kLook));
   }
-  return *tables_;
+  return *heard;
 }
+
+trunnion::tables_t CommandClient::tables() { return await(tables_); }
+
+trunnion::alarms_t CommandClient::alarms() { return await(alarms_); }
 
 void CommandClient::send_sensor(const trunnion::sensor_t& readings) {
   if (const std::string why = line_->send(readings); !why.empty()) no_answer(why);

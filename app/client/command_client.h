@@ -44,6 +44,9 @@ class CommandClient {
   /// Offsets and tools as they are now; NoAnswer if they do not come within the timeout.
   trunnion::tables_t tables();
 
+  /// What went wrong and is not acknowledged, or lasts; NoAnswer as `tables`.
+  trunnion::alarms_t alarms();
+
   /// A reading for the machine's corrections. NoAnswer if the daemon is gone.
   void send_sensor(const trunnion::sensor_t& readings);
 
@@ -53,6 +56,8 @@ class CommandClient {
 
  private:
   void listen();
+  template <typename Message>
+  Message await(const std::optional<Message>& heard);
   bool handle(std::chrono::steady_clock::time_point until);
   [[noreturn]] void no_answer(const std::string& why) const;
   std::int64_t expiry_us(const trunnion::command_t& command);
@@ -65,6 +70,7 @@ class CommandClient {
   std::optional<trunnion::status_t> status_, known_;
   std::optional<trunnion::motion_t> motion_;
   std::optional<trunnion::tables_t> tables_;
+  std::optional<trunnion::alarms_t> alarms_;
   std::int64_t daemon_clock_us_ = 0;  ///< as the last status told it; 0: none was heard
   std::chrono::steady_clock::time_point clock_heard_;
 };

@@ -12,7 +12,7 @@ constexpr std::array<std::string_view, static_cast<std::size_t>(Role::kCount)> k
                                                                                       "set up"};
 static_assert(!kRoles.back().empty());  // a row for each
 
-constexpr std::array<CommandRights, command_t::BLOCK_DELETE> kRights{{
+constexpr std::array<CommandRights, command_t::MACHINE_LOCK> kRights{{
     {command_t::LOAD, "load"},
     {command_t::START, "start"},
     {command_t::HOLD, "hold", MakesSafe::kAlways},
@@ -31,6 +31,10 @@ constexpr std::array<CommandRights, command_t::BLOCK_DELETE> kRights{{
     {command_t::SINGLE_BLOCK, "single block"},
     {command_t::OPTIONAL_STOP, "optional stop"},
     {command_t::BLOCK_DELETE, "block delete"},
+    {command_t::ACKNOWLEDGE, "acknowledge"},
+    {command_t::PARTS, "parts"},
+    {command_t::DRY_RUN, "dry run"},
+    {command_t::MACHINE_LOCK, "machine lock"},
 }};
 
 // A row in a wrong place would be another command.
@@ -46,7 +50,7 @@ static_assert(complete());
 std::string_view to_string(Role role) { return kRoles[static_cast<std::size_t>(role)]; }
 
 const CommandRights* find_rights(std::int8_t verb) {
-  const bool known = verb >= command_t::LOAD && verb <= command_t::BLOCK_DELETE;
+  const bool known = verb >= command_t::LOAD && verb <= command_t::MACHINE_LOCK;
   return known ? &kRights[static_cast<std::size_t>(verb - command_t::LOAD)] : nullptr;
 }
 

@@ -24,6 +24,7 @@ struct DaemonListener {
   std::function<void(const trunnion::status_t&)> status;
   std::function<void(const trunnion::motion_t&)> motion;
   std::function<void(const trunnion::tables_t&)> tables;
+  std::function<void(const trunnion::alarms_t&)> alarms = [](const auto&) {};
 
   /// Hears these messages of the machine from a link that has them all.
   template <typename Link>
@@ -32,6 +33,7 @@ struct DaemonListener {
     link.template subscribe<trunnion::status_t>(names.status_channel(), status);
     link.template subscribe<trunnion::motion_t>(names.motion_channel(), motion);
     link.template subscribe<trunnion::tables_t>(names.tables_channel(), tables);
+    link.template subscribe<trunnion::alarms_t>(names.alarms_channel(), alarms);
   }
 };
 

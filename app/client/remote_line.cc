@@ -59,6 +59,7 @@ void RemoteLine::listen(const DaemonListener& listener) {
                                           });
   telemetry.subscribe<trunnion::motion_t>(names_.motion_channel(), listener.motion);
   telemetry.subscribe<trunnion::tables_t>(names_.tables_channel(), listener.tables);
+  telemetry.subscribe<trunnion::alarms_t>(names_.alarms_channel(), listener.alarms);
 }
 
 // A repetition is signed anew: the gateway takes no number twice, and may have lost what it did with the

@@ -13,7 +13,7 @@ namespace trn {
 namespace {
 
 using trunnion::command_t;
-constexpr std::array<CommandRow, command_t::BLOCK_DELETE> kCommands{{
+constexpr std::array<CommandRow, command_t::MACHINE_LOCK> kCommands{{
     {command_t::LOAD, Event::kLoad, {}, 0},
     {command_t::START, Event::kStart, {}, 0},
     {command_t::HOLD, Event::kHold, {}, 0},
@@ -32,6 +32,10 @@ constexpr std::array<CommandRow, command_t::BLOCK_DELETE> kCommands{{
     {command_t::SINGLE_BLOCK, {}, RtCommand::Kind::kSingleBlock, 1},
     {command_t::OPTIONAL_STOP, {}, {}, 0},
     {command_t::BLOCK_DELETE, {}, {}, 0},
+    {command_t::ACKNOWLEDGE, {}, {}, 0},
+    {command_t::PARTS, {}, {}, 0},
+    {command_t::DRY_RUN, {}, {}, 0},
+    {command_t::MACHINE_LOCK, {}, {}, 0},
 }};
 
 // A row in a wrong place would be another command; one that says nothing would be acknowledged and do
@@ -41,7 +45,7 @@ constexpr bool complete() {
     const CommandRow& row = kCommands[i];
     if (row.verb != command_t::LOAD + static_cast<int>(i)) return false;
     const bool acts = row.event.has_value() != row.setting.has_value();
-    if (!acts && !is_switch(row.verb)) return false;
+    if (!acts && !is_switch(row.verb) && !is_note(row.verb)) return false;
     if (row.setting && !(row.setting_max > 0)) return false;
   }
   return true;
@@ -51,7 +55,7 @@ static_assert(complete());
 }  // namespace
 
 const CommandRow* find_command(std::int8_t verb) {
-  const bool known = verb >= command_t::LOAD && verb <= command_t::BLOCK_DELETE;
+  const bool known = verb >= command_t::LOAD && verb <= command_t::MACHINE_LOCK;
   return known ? &kCommands[static_cast<std::size_t>(verb - command_t::LOAD)] : nullptr;
 }
 
@@ -64,6 +68,9 @@ std::string bad_values(const command_t& command, int joints) {
     return "value and speed must be finite, and speed not negative";
   if (!(command.speed_share >= 0 && command.speed_share <= 1))
     return fmt::format("speed_share {} is out of range: 0 to 1 is legal", command.speed_share);
+  if (is_note(command.verb) &&
+      !(command.value >= 0 && command.value <= 1e9 && std::floor(command.value) == command.value))
+    return fmt::format("{} is no number: 0, 1, 2, ... is legal", command.value);
   if (command.frame < 0 || command.frame > command_t::TOOL ||
       (command.frame && command.verb != command_t::JOG))
     return fmt::format("frame {} is not known: a jog takes 0 to {}", command.frame, command_t::TOOL);

@@ -19,6 +19,11 @@ struct CommandRow {
   double setting_max = 0;                  ///< of the value, from 0
 };
 
+/// Changes what is shown, and nothing that moves: ACKNOWLEDGE and PARTS.
+constexpr bool is_note(std::int8_t verb) {
+  return verb == trunnion::command_t::ACKNOWLEDGE || verb == trunnion::command_t::PARTS;
+}
+
 /// Null if there is no such verb.
 const CommandRow* find_command(std::int8_t verb);
 /// What of the command is out of any range, on a machine with so many joints; "": nothing.

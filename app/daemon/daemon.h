@@ -44,6 +44,8 @@ struct DaemonParts {
   FeatureRecorder* features = nullptr;     ///< see MachineController::Parts; hears of every period
   const Kinematics* kinematics = nullptr;  ///< see MachineController::Parts
   const Joints* plan_joints = nullptr;     ///< see MachineController::Parts
+  std::string version = {};                ///< see MachineController::Parts
+  std::string counters_file = {};          ///< see MachineController::Parts
 };
 
 /// What the daemon tells goes to stderr from now on.

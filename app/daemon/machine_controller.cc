@@ -21,9 +21,6 @@ namespace {
 using trunnion::acknowledge_t;
 using trunnion::command_t;
 
-constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
-constexpr auto kTablesPeriod = std::chrono::seconds(2);  // over LCM nobody is seen to begin to listen
-constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
 constexpr auto kClosingTime =
     std::chrono::seconds(10);  // both together: less than the 15 s that are promised
 constexpr auto kSwitchOffTime = std::chrono::seconds(3);
@@ -56,10 +53,12 @@ bool drives_at_work(DriveState state) {
 
 MachineController::MachineController(const Parts& parts, std::vector<std::string> warnings)
     : parts_(parts),
-      status_(first_status(parts.machine, std::move(warnings))),
+      status_(first_status(parts.machine, parts.version, std::move(warnings))),
       jogs_(parts.plan_joints ? *parts.plan_joints : parts.machine.joints, parts.kinematics, parts.map),
       next_status_(Clock::now()),
       next_motion_(Clock::now()),
+      progress_(parts.machine.period_s),
+      counters_(parts.counters_file),
       commands_(
           parts.clients, parts.access, parts.lcm,
           [this](const command_t& command, const Ticket& ticket) { return obey(command, ticket); },
@@ -68,7 +67,7 @@ MachineController::MachineController(const Parts& parts, std::vector<std::string
   for (std::size_t i = 0; kWordLetters[i] != 0; ++i)
     if (words >> i & 1u) status_.axes += kWordLetters[i];
   // It needs our clock, and the tables.
-  parts_.clients.on_connect([this](ConnectionId) { status_due_ = tables_due_ = true; });
+  parts_.clients.on_connect([this](ConnectionId) { status_due_ = tables_due_ = alarms_due_ = true; });
 }
 
 MachineController::~MachineController() { parts_.programs.close(); }
@@ -113,11 +112,14 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
   const CommandRow& row = *find_command(command.verb);
   if (row.setting) return obey_setting(row, command.value);
   if (is_switch(command.verb)) return obey_switch(command);
+  if (is_note(command.verb)) return obey_note(command);
   const MachineState before = supervisor_.state();
   if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
   if (command.verb == command_t::JOG && (before == MachineState::kIdle || before == MachineState::kJogging))
     if (const JogOrder order = jogs_.order(command, report_); !order.refusal.empty())
       return refused(order.refusal);
+  if (command.verb == command_t::HOME && report_.machine_lock)
+    return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
   const Decision decision = supervisor_.handle(row.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
@@ -242,18 +244,6 @@ CommandServer::Answer MachineController::confirm_tool(const Ticket& ticket) {
   return {acknowledge_t::WORKING, ""};
 }
 
-void MachineController::hear_wait(const CycleReport& report) {
-  const QueueEvent& was = report_.waits_at;
-  const QueueEvent& is = report.waits_at;
-  const bool same = report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument;
-  if (same && !report.rate_plan_late && !report_.rate_plan_late) return;
-  const std::string text = waits_text(report, [this](int tool) { return parts_.programs.tool_name(tool); });
-  if (text == status_.waits_for) return;
-  if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
-  status_.waits_for = text;
-  status_due_ = true;
-}
-
 void MachineController::machine_event(Event event) {
   const MachineState before = supervisor_.state();
   const Decision decision = supervisor_.handle(event, conditions());
@@ -265,18 +255,12 @@ void MachineController::enter_state(MachineState before) {
   const MachineState now = supervisor_.state();
   if (now == before) return;
   spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
-  if (now == MachineState::kFault) {
+  const bool latched = now == MachineState::kFault || now == MachineState::kEstop;
+  if (!latched) alarms_.over();
+  if (now == MachineState::kFault)
     unnamed_ = before == MachineState::kStarting ? Fault::kDriveNotReady : Fault::kDriveDropped;
-    const FaultInfo& fault = fault_info(shown_report().fault);
-    spdlog::error("fault {}: {}; {}", fault.name, fault.meaning, fault.remedy);
-    std::string detail = explain(report_.failed_check);
-    if (detail.empty()) detail = parts_.drives.explain_fault(report_.fault_joint);
-    if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
-    if (!detail.empty()) {
-      spdlog::error("{}", detail);
-      status_.message = detail;
-    }
-  }
+  if (latched)
+    raise_fault(now == MachineState::kEstop ? Fault::kEmergencyStop : shown_report().fault, before);
   status_due_ = true;
 }
 
@@ -329,7 +313,7 @@ void MachineController::bring_up(bool reset_faults) {
     }
     return Worker::Done([this, error] {
       --jobs_;
-      status_.message = error;
+      status_.message = bring_up_error_ = error;
       if (error.empty()) return post({RtCommand::Kind::kResetFault});
       spdlog::error("the drives do not come up: {}", error);
       machine_event(Event::kStartFailed);
@@ -367,6 +351,7 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   if (path.empty()) return refused("no program is loaded; load one first");
   program_path_.clear();
   status_.program.clear();
+  progress_.begin();
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
@@ -385,6 +370,7 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
 CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
   program_path_.clear();
   status_.program.clear();
+  progress_.begin();
   from_line_ = 0;
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
@@ -446,7 +432,7 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
   int& open_jobs = kind == Job::kLoad ? loads_ : jobs_;
   ++open_jobs;
   forget_message();
-  program_worker_.post([=, this, &open_jobs, generation = generation_.load()] {
+  program_worker_.post([=, this, &open_jobs, generation = generation_.load(), cause = cause_] {
     std::string error;
     try {
       if (generation == generation_) prepare();
@@ -457,7 +443,9 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
       --open_jobs;
       if (generation != generation_)
         return commands_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
+      cause_ = cause;
       finish_job(ticket, error, then, kind == Job::kStart);
+      cause_.clear();
     });
   });
 }
@@ -474,7 +462,7 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
     }
     return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
-  status_.message = error;
+  fail_program(error);
   if (starts_motion) machine_event(Event::kMotionDone);
   commands_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
 }
@@ -487,6 +475,7 @@ void MachineController::fault_event(Fault fault) {
 
 void MachineController::report(const CycleReport& report) {
   hear_wait(report);
+  hear_progress(report);
   report_ = report;
   heard_id_ = report.last_command_id;
   if (parts_.chain && correction_warnings_.hear(*parts_.chain, report)) status_due_ = true;
@@ -494,7 +483,11 @@ void MachineController::report(const CycleReport& report) {
   if (report.fault != last_fault_) {
     last_fault_ = report.fault;
     status_due_ = true;
+    const MachineState before = supervisor_.state();
     fault_event(report.fault);
+    // A worse one, or one of no reaction, leads to no other state. The stop itself was told when it came.
+    if (supervisor_.state() == before && report.fault != Fault::kEmergencyStop)
+      raise_fault(report.fault, before);
   }
   // before the tick has heard the last command, what it reports is of the past
   if (jobs_ == 0 && report.last_command_id == last_id_) events_from(report);
@@ -525,8 +518,8 @@ void MachineController::poll() {
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
     spdlog::error("{}", failure);
-    status_.message = failure;
-    status_.program_failed = status_due_ = true;
+    fail_program(failure);
+    status_.program_failed = true;
     if (parts_.programs.lost()) machine_event(Event::kStop);
   }
   for (const ProgramMessage& said : parts_.programs.take_messages()) {
@@ -543,55 +536,7 @@ void MachineController::poll() {
   if (status_due_ || now >= next_status_) publish_status();
   if (now >= next_motion_) publish_motion();
   publish_tables();
-}
-
-template <typename Message>
-void MachineController::publish(const std::string& channel, const Message& message) {
-  parts_.clients.broadcast(channel, message);
-  parts_.telemetry.try_publish(channel, message);
-}
-
-void MachineController::publish_status() {
-  status_due_ = false;
-  next_status_ = Clock::now() + kStatusPeriod;
-  trunnion::status_t status = status_;
-  fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
-  status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
-  status.bus_health = parts_.drives.health();
-  const ProgramSwitches switches = parts_.programs.switches();
-  status.block_delete = switches.block_delete;
-  add_corrections(report_, switches.corrections_off, parts_.map, parts_.chain, status);
-  if (const ProgramStep* step = parts_.programs.step(present_step(report_)))
-    add_step(*step, parts_.programs.tool_name(step->settings.current_tool), status);
-  if (parts_.features) add_features(parts_.features->last(), status);
-  status.time_us = unix_time_us();
-  status.clock_us = monotonic_us();
-  status.count = ++status_count_;
-  publish(parts_.lcm.status_channel(), status);
-}
-
-void MachineController::publish_tables() {
-  trunnion::tables_t fresh;
-  if (parts_.programs.take_tables(fresh)) {
-    tables_ = std::move(fresh);
-    tables_due_ = true;
-  }
-  if (!tables_ || (!tables_due_ && Clock::now() < next_tables_)) return;
-  tables_due_ = false;
-  next_tables_ = Clock::now() + kTablesPeriod;
-  tables_->time_us = unix_time_us();
-  publish(parts_.lcm.tables_channel(), *tables_);
-}
-
-void MachineController::publish_motion() {
-  next_motion_ = Clock::now() + kMotionPeriod;
-  trunnion::motion_t motion = make_motion(report_);
-  const ProgramStep* step = parts_.programs.step(present_step(report_));
-  const bool on_path = report_.on_path && follows_program(report_);
-  if (step && parts_.map)
-    add_positions(shown_position(*parts_.map, *step, report_.q_plan, on_path, report_.y), motion);
-  motion.time_us = unix_time_us();
-  publish(parts_.lcm.motion_channel(), motion);
+  publish_alarms();
 }
 
 }  // namespace trn

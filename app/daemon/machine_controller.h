@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/daemon/access.h"
+#include "app/daemon/alarm_list.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/command_table.h"
 #include "app/daemon/correction_warnings.h"
@@ -17,11 +18,14 @@
 #include "app/daemon/late_rate_plans.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
+#include "app/daemon/run_counters.h"
+#include "app/daemon/spindle_speed.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/switches.h"
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "app/session/feature_recorder.h"
+#include "app/session/program_progress.h"
 #include "app/session/program_step.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
@@ -57,6 +61,8 @@ class MachineController {
     const FeatureRecorder* features = nullptr;  ///< null: the machine knows nothing of the tool's bending
     const Kinematics* kinematics = nullptr;     ///< for jogs by axis word; null: joints only
     const Joints* plan_joints = nullptr;        ///< with the limits that jogs keep; null: the machine's own
+    std::string version = {};                   ///< of the program, for clients
+    std::string counters_file = {};             ///< RunCounters; "": in memory only
   };
 
   MachineController(const Parts& parts, std::vector<std::string> warnings);
@@ -100,6 +106,12 @@ class MachineController {
   bool stands_for_tool() const;
   Answer confirm_tool(const Ticket& ticket);
   void hear_wait(const CycleReport& report);
+  void hear_progress(const CycleReport& report);
+  void hear_probe(const CycleReport& report, const ProgramStep* step);
+  void raise(Alarm alarm);
+  void raise_fault(Fault fault, MachineState before);
+  void fail_program(const std::string& error);
+  Answer obey_note(const trunnion::command_t& command);
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
   void machine_event(Event event);
   void act(std::uint32_t actions);
@@ -136,6 +148,8 @@ class MachineController {
   void publish_status();
   void publish_motion();
   void publish_tables();
+  void publish_alarms();
+  void add_progress(trunnion::status_t& status);
   Conditions conditions() const;
 
   Parts parts_;
@@ -145,6 +159,7 @@ class MachineController {
   LateRatePlans late_rate_plans_;
   CorrectionWarnings correction_warnings_;
   Fault last_fault_ = Fault::kOk;
+  std::string bring_up_error_;
   Fault unnamed_ = Fault::kOk;  ///< behind the state `fault`, where the tick has latched none
   std::uint32_t last_id_ = 0;   ///< of the commands to the tick
   RtCommand last_posted_;
@@ -163,9 +178,15 @@ class MachineController {
   bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
   JogControl jogs_;
   std::int64_t status_count_ = 0;
-  bool status_due_ = true, tables_due_ = false;
+  bool status_due_ = true, tables_due_ = false, alarms_due_ = false;
   std::optional<trunnion::tables_t> tables_;
-  Clock::time_point next_status_, next_motion_, next_tables_, closing_until_, power_off_by_, exit_by_;
+  Clock::time_point next_status_, next_motion_, next_tables_, next_alarms_, closing_until_, power_off_by_,
+      exit_by_;
+  AlarmList alarms_;
+  ProgramProgress progress_;
+  RunCounters counters_;
+  SpindleSpeed spindle_speed_;
+  int late_periods_ = 0;  ///< of the planner, now
   CommandServer commands_;
   Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
 };

@@ -48,7 +48,8 @@ PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Param
       abandoned_(flags.abandoned),
       closed_(flags.closed),
       files_(abandoned_, assembly.program.words),
-      switches_(ProgramSwitches::of(assembly)) {}
+      switches_(ProgramSwitches::of(assembly)),
+      time_pass_(assembly) {}
 
 PlannerThread::~PlannerThread() {
   close();
@@ -92,6 +93,7 @@ void PlannerThread::load_mdi(const std::string& text, const JointVec& q) { begin
 
 ProgramSummary PlannerThread::begin(ProgramStart start) {
   abandoned_ = true;
+  time_pass_.end();
   join();
   abandoned_ = false;
   if (closed_) abandoned_ = true;
@@ -104,9 +106,12 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
   wait_until_cleared();
   if (listeners_.starts) listeners_.starts(start);
+  const Parameters parameters = parameters_;  // as the program finds them
+  const ToolTable tools = tools_;
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
   queue_.begin_generation();
   if (listeners_.begins) listeners_.begins();
+  if (listeners_.time && !start.text) time_pass_.begin(start, parameters, tools, listeners_.time);
   ended_ = waits_ = false;
   if (!start.text) mdi_.reset();
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {

@@ -9,12 +9,14 @@
 
 #include "app/daemon/program_file.h"
 #include "app/daemon/program_source.h"
+#include "app/daemon/time_pass.h"
 #include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
 #include "app/session/program_log.h"
 #include "app/session/program_step.h"
+#include "app/session/program_time.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/motion.h"
@@ -37,6 +39,8 @@ struct PlannerListeners {
   std::function<void(const ProgramStep&)> step;  ///< before its first block is in the queue
   /// Offsets and tools, when the next program would begin.
   std::function<void(const Parameters&, const ToolTable&)> tables;
+  /// How long the program takes, a little after it `begins`, in a thread of its own; not of MDI lines.
+  std::function<void(const ProgramTime&)> time;
   std::function<void(const ProgramStep&)> stands;  ///< with which modes, offsets and tool the next one begins
 };
 
@@ -113,6 +117,7 @@ class PlannerThread final : public ProgramSource {
   std::optional<Settings>
       mdi_;  ///< what the last MDI line left; the planner's thread writes it as its last act
   std::thread thread_;
+  TimePass time_pass_;
 };
 
 }  // namespace trn

@@ -262,10 +262,10 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
       if (reply.kind == ProgramReply::Kind::kStarts) {
         if (go) go();
         send_program_packet(calls_, "go");
-      } else if (reply.kind == ProgramReply::Kind::kSays || reply.kind == ProgramReply::Kind::kTables) {
-        hear(reply);
-      } else if (reply.kind != ProgramReply::Kind::kFailed) {
+      } else if (reply.answers()) {
         return reply;
+      } else {
+        hear(reply);
       }
       continue;
     }
@@ -304,12 +304,20 @@ void ProgramProcess::hear(const ProgramReply& said) {
   const std::lock_guard lock(said_mutex_);
   if (said.kind == ProgramReply::Kind::kSays) said_.push_back({said.line, said.text});
   if (said.kind == ProgramReply::Kind::kTables) tables_ = said.tables;
+  if (said.kind == ProgramReply::Kind::kTime && said.program == shared_->program) time_ = said.time;
 }
 
 bool ProgramProcess::take_tables(trunnion::tables_t& tables) {
   const std::lock_guard lock(said_mutex_);
   if (!tables_) return false;
   tables = *std::exchange(tables_, std::nullopt);
+  return true;
+}
+
+bool ProgramProcess::take_program_time(ProgramTime& time) {
+  const std::lock_guard lock(said_mutex_);
+  if (!time_) return false;
+  time = *std::exchange(time_, std::nullopt);
   return true;
 }
 

@@ -16,6 +16,7 @@
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
 #include "app/session/program_step.h"
+#include "app/session/program_time.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/config.h"
@@ -54,6 +55,7 @@ class ProgramProcess final : public ProgramSource {
   std::string take_failure() override;
   std::vector<ProgramMessage> take_messages() override;
   bool take_tables(trunnion::tables_t& tables) override;
+  bool take_program_time(ProgramTime& time) override;
   void show() override;
   const ProgramStep* step(std::uint32_t number) override;
   void hand_on_moves() override;
@@ -87,6 +89,7 @@ class ProgramProcess final : public ProgramSource {
   std::mutex said_mutex_;
   std::vector<ProgramMessage> said_;          ///< guarded by said_mutex_
   std::optional<trunnion::tables_t> tables_;  ///< the same
+  std::optional<ProgramTime> time_;           ///< the same
   NumberedStep step_;                         ///< the last that was taken
   ProgramStep stands_;                        ///< SharedProgramState::stands
   bool stands_known_ = false;

@@ -6,6 +6,7 @@
 
 #include "app/session/pipeline.h"
 #include "app/session/program_step.h"
+#include "app/session/program_time.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
 
@@ -53,6 +54,8 @@ class ProgramSource {
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }
   /// Offsets and tools, once after each change; false if there is nothing new.
   virtual bool take_tables(trunnion::tables_t& /*tables*/) { return false; }
+  /// How long the program that was loaded last takes, once it is known; false: no news.
+  virtual bool take_program_time(ProgramTime& /*time*/) { return false; }
   /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.
   virtual void hand_on_moves() {}
 };

@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 #include <sys/socket.h>
 
+#include <array>
 #include <cerrno>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <vector>
 
 #include "app/session/json_numbers.h"
+#include "app/session/plan_time.h"
 #include "hal/message_codec.h"
 
 namespace trn {
@@ -48,6 +50,7 @@ std::string encode(const ProgramCall& call) {
                   {"off", call.switches.corrections_off},
                   {"block_delete", call.switches.block_delete},
                   {"optional_stop", call.switches.optional_stop},
+                  {"dry_run", call.switches.dry_run},
                   {"tool", call.tool}});
 }
 
@@ -58,6 +61,9 @@ std::string encode(const ProgramReply& reply) {
   return text_of({{"kind", static_cast<int>(reply.kind)},
                   {"text", reply.text.substr(0, kTextMax)},
                   {"line", reply.line},
+                  {"program", reply.program},
+                  {"time", reply.time.time.shares_s()},
+                  {"about", reply.time.about},
                   {"tools", tools}});
 }
 
@@ -80,7 +86,7 @@ ProgramCall decode_call(const std::string& packet) {
   const auto q = json.at("q").get<std::vector<double>>();
   if (q.size() > static_cast<std::size_t>(kMaxJoints)) throw std::runtime_error("too many joints");
   call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
-  call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop")};
+  call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop"), json.at("dry_run")};
   call.tool = whole<int>(json.at("tool"));
   return call;
 }
@@ -90,11 +96,13 @@ ProgramReply decode_reply(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramReply reply;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kSays))
+  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kTime))
     throw std::runtime_error(fmt::format("no reply of kind {}", kind));
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
   reply.line = whole<std::uint32_t>(json.at("line"));
+  reply.program = whole<std::uint32_t>(json.at("program"));
+  reply.time = {PlanTime(json.at("time").get<std::array<double, 5>>()), true, json.at("about")};
   for (const Json& tool : json.at("tools")) reply.tools[whole<int>(tool.at(0))] = tool.at(1);
   return reply;
 }

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "app/session/pipeline.h"
+#include "app/session/program_time.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
 
@@ -30,12 +31,18 @@ struct ProgramReply {
     kFailed,   ///< without a call: the program cannot go on; `text` is why
     kSays,     ///< the same: the program says `text` to people, in `line`
     kTables,   ///< the same: offsets and tools are now `tables`
+    kTime,     ///< the same: `program` takes `time`
   };
   Kind kind = Kind::kDone;
   std::string text;
   std::uint32_t line = 0;  ///< kSays
   trunnion::tables_t tables{};
-  std::map<int, std::string> tools;  ///< kDone: names of the tools in the table, for people
+  std::map<int, std::string> tools = {};  ///< kDone: names of the tools in the table, for people
+  std::uint32_t program = 0;              ///< kTime: as SharedProgramState::program
+  ProgramTime time = {};
+
+  /// It ends a call.
+  bool answers() const { return kind == Kind::kDone || kind == Kind::kRefused; }
 };
 
 std::string encode(const ProgramCall& call);

@@ -17,6 +17,7 @@
 #include "app/daemon/privileges.h"
 #include "app/daemon/program_wire.h"
 #include "app/session/pipeline.h"
+#include "app/session/program_time.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -145,6 +146,9 @@ class ProgramWorker {
     out.tables = [this](const Parameters& parameters, const ToolTable& tools) {
       const double unit_mm = parts_.assembly.program.parameter_unit_mm;
       send_program_packet(socket_, encode(tables_of(parameters, tools, unit_mm)));
+    };
+    out.time = [this, &shared](const ProgramTime& time) {
+      send_program_packet(socket_, encode({ProgramReply::Kind::kTime, "", 0, {}, {}, shared.program, time}));
     };
     out.begins = [&shared] { ++shared.program; };
     // Who does not look misses what does not fit.

@@ -36,19 +36,34 @@ SwitchOrder plan_switch(const command_t& command, const ProgramSwitches& now, bo
   const bool on = command.value != 0;
   SwitchOrder order;
   order.programs = now;
-  if (command.verb == command_t::CORRECTION) {
-    switch_correction(command.text, on, map, chain, order);
-  } else if (command.verb == command_t::OPTIONAL_STOP) {
-    order.name = "optional stop";
-    order.programs.optional_stop = on;
-    order.command = RtCommand{RtCommand::Kind::kOptionalStop, on ? 1.0 : 0.0};
-  } else {
-    order.name = "block delete";
-    order.programs.block_delete = on;
-    order.changes_plan = true;
+  const char* why = " is part of the plan: it";
+  switch (command.verb) {
+    case command_t::CORRECTION:
+      switch_correction(command.text, on, map, chain, order);
+      break;
+    case command_t::OPTIONAL_STOP:
+      order.name = "optional stop";
+      order.programs.optional_stop = on;
+      order.command = RtCommand{RtCommand::Kind::kOptionalStop, on ? 1.0 : 0.0};
+      break;
+    case command_t::DRY_RUN:
+      order.name = "dry run";
+      order.programs.dry_run = on;
+      order.changes_plan = true;
+      break;
+    case command_t::MACHINE_LOCK:
+      order.name = "machine lock";
+      order.command = RtCommand{RtCommand::Kind::kMachineLock, on ? 1.0 : 0.0};
+      order.changes_plan = true;  // where it begins
+      why = "";
+      break;
+    default:
+      order.name = "block delete";
+      order.programs.block_delete = on;
+      order.changes_plan = true;
   }
   if (order.changes_plan && !idle)
-    order.refusal = order.name + " is part of the plan: it can be switched while the machine is idle";
+    order.refusal = fmt::format("{}{} can be switched while the machine is idle", order.name, why);
   return order;
 }
 

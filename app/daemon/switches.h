@@ -20,10 +20,11 @@ struct SwitchOrder {
   std::string refusal;               ///< then nothing shall be switched
 };
 
-/// True for CORRECTION, OPTIONAL_STOP and BLOCK_DELETE.
+/// True for CORRECTION, OPTIONAL_STOP, BLOCK_DELETE, DRY_RUN and MACHINE_LOCK.
 constexpr bool is_switch(std::int8_t verb) {
   using trunnion::command_t;
-  return verb == command_t::CORRECTION || verb == command_t::OPTIONAL_STOP || verb == command_t::BLOCK_DELETE;
+  return verb == command_t::CORRECTION || verb == command_t::OPTIONAL_STOP ||
+         verb == command_t::BLOCK_DELETE || verb == command_t::DRY_RUN || verb == command_t::MACHINE_LOCK;
 }
 
 /// `now`: as it is; `idle`: nothing moves, and nothing is being prepared. Corrections behind the plan fade in

@@ -14,6 +14,7 @@
 #include "core/motion.h"
 #include "interp/gcode/active_codes.h"
 #include "interp/gcode/axis_words.h"
+#include "interp/gcode/canon.h"
 #include "interp/gcode/settings.h"
 
 namespace trn {
@@ -53,9 +54,33 @@ std::int64_t monotonic_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
-std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
+std::string remark_of(std::string_view block) {
+  std::string out;
+  const auto add = [&](std::string_view text) {
+    const std::size_t from = text.find_first_not_of(" \t"), to = text.find_last_not_of(" \t");
+    if (from == std::string_view::npos) return;
+    out += (out.empty() ? "" : "; ") + std::string(text.substr(from, to - from + 1));
+  };
+  while (!block.empty()) {
+    const std::size_t begin = block.find_first_of("(;");
+    if (begin == std::string_view::npos) break;
+    const bool to_end = block[begin] == ';';
+    const std::size_t end = to_end ? block.size() : std::min(block.find(')', begin), block.size());
+    add(block.substr(begin + 1, end - begin - 1));
+    block = block.substr(std::min(end + 1, block.size()));
+  }
+  return out;
+}
+
+std::string waits_text(const CycleReport& report, const ProgramStep* step,
+                       const std::function<std::string(int)>& tool_name) {
   using Kind = QueueEvent::Kind;
   const QueueEvent& event = report.waits_at;
+  const std::string remark = step ? remark_of(step->text.data()) : "";
+  const auto stop = [&](const char* name) {
+    return remark.empty() ? fmt::format("{}: 'resume' goes on", name)
+                          : fmt::format("{}: {}; 'resume' goes on", name, remark);
+  };
   if (report.rate_plan_late && report.motion == MotionState::kMoving && report.override_now == 0)
     return "the rate planner (rate_plan_late): the motion goes on when it answers";
   if (report.motion == MotionState::kHeld) return "hold: 'resume' goes on";
@@ -68,9 +93,9 @@ std::string waits_text(const CycleReport& report, const std::function<std::strin
                  : fmt::format("{}: {} the spindle; input {} confirms it", tool, do_it, event.value);
     }
     case Kind::kProgramStop:
-      return "program stop (M0): 'resume' goes on";
+      return stop("program stop (M0)");
     case Kind::kOptionalStop:
-      return "optional stop (M1): 'resume' goes on";
+      return stop("optional stop (M1)");
     case Kind::kWaitInput: {
       const InputArgument input = InputArgument::unpack(event.argument);
       return fmt::format("{} input {} (M66)", input.analog ? "analog" : "digital", input.index);
@@ -78,13 +103,22 @@ std::string waits_text(const CycleReport& report, const std::function<std::strin
     case Kind::kSpindle:
     case Kind::kSpindleOrient:
       return "the spindle to turn, or stand, as told";
+    case Kind::kProbeStart:
+      return "the probe to be armed";
     default:
-      return report.motion == MotionState::kPaused ? "single block: 'resume' runs the next line" : "";
+      break;
   }
+  if (report.motion == MotionState::kPaused) return "single block: 'resume' runs the next line";
+  const std::string motion = step && step->moves ? g_name(step->settings.motion) : "";
+  const bool probes = report.motion == MotionState::kMoving && motion.rfind("G38", 0) == 0;
+  return probes ? fmt::format("contact of the probe ({}), or the end of the move", motion) : "";
 }
 
-trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings) {
+trunnion::status_t first_status(const Machine& machine, const std::string& version,
+                                std::vector<std::string> warnings) {
   trunnion::status_t status{};
+  status.version = version;
+  status.time_left_s = -1;
   status.pid = getpid();
   status.machine = machine.name;
   status.config_file = std::filesystem::absolute(machine.root.file()).lexically_normal();
@@ -108,6 +142,7 @@ void fill_status(const Machine& machine, MachineState state, const CycleReport& 
   status.spindle_rpm = report.spindle_rpm;
   status.single_block = report.single_block;
   status.optional_stop = report.optional_stop;
+  status.machine_lock = report.machine_lock;
   status.override_now = report.override_now;
   status.starvations = report.starvations;
   add_timing(statistics, status);
@@ -183,6 +218,7 @@ void add_step(const ProgramStep& step, const std::string& tool_name, trunnion::s
   status.block = step.text.data();
   status.codes = active_codes(s, step.cutter_comp);
   status.inch = s.modal.inch;
+  status.plane = s.modal.plane == Plane::kXY ? "G17" : s.modal.plane == Plane::kXZ ? "G18" : "G19";
   status.work_offset = g_name(kWorkOffsetCodes[static_cast<std::size_t>(s.modal.work_offset - 1)]);
   put(s.g5x, status.work_offset_value);
   put(s.g92, status.g92);

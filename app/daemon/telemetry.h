@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/daemon/realtime.h"
@@ -23,7 +24,11 @@ std::int64_t unix_time_us();
 std::int64_t monotonic_us();
 
 /// What the machine stands and waits for, and who goes on, in words for people; "" if it does not.
-std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name);
+/// `step`: of the report; null: not known.
+std::string waits_text(const CycleReport& report, const ProgramStep* step,
+                       const std::function<std::string(int)>& tool_name);
+/// The remarks of a line of a program: "turn the part" of "N10 M0 (turn the part)".
+std::string remark_of(std::string_view block);
 
 /// A program or MDI line moves or holds the machine: what the report says of the path is of now. Between
 /// programs it is where the last one ended, and jogs and homing have moved on since.
@@ -31,7 +36,8 @@ bool follows_program(const CycleReport& report);
 
 /// The status of a daemon that has done nothing yet: overrides at 1, nothing loaded, and what was not
 /// granted.
-trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings);
+trunnion::status_t first_status(const Machine& machine, const std::string& version,
+                                std::vector<std::string> warnings);
 /// What the tick and the supervisor know into a status; what the daemon alone knows stands in it already.
 /// time_us, clock_us and count are left to the caller.
 void fill_status(const Machine& machine, MachineState state, const CycleReport& report,

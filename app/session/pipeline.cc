@@ -176,8 +176,12 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       speed_(assembly.plan_joints, *assembly.map, assembly.planner.speed, *blocks_),
       pieces_(std::make_unique<PieceObserver>(speed_, observers)),
       geometry_(assembly.planner.geometry, *pieces_),
+      dry_run_(start.switches.dry_run
+                   ? std::make_unique<DryRun>(geometry_, assembly, assembly.program.dry_run_up_mm)
+                   : nullptr),
       moves_(std::make_unique<ProgramRules>(
-          geometry_, assembly, std::move(observers.move), step_recorder(observers.steps),
+          dry_run_ ? static_cast<MoveSink&>(*dry_run_) : geometry_, assembly, std::move(observers.move),
+          step_recorder(observers.steps),
           [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
                 start.switches.corrections_off),
@@ -211,6 +215,7 @@ bool Pipeline::next(MotionBlock& block, const std::atomic<bool>* abandoned, std:
   if (blocks_->items.empty()) return false;
   block = blocks_->items.front();
   find_step(block);
+  handed_out_.add(block);
   TRN_CHECK(block.segment_count <= MotionBlock::kMaxSegments);
   blocks_->items.pop_front();
   return true;
@@ -230,6 +235,9 @@ void Pipeline::find_step(const MotionBlock& block) {
     step_ = steps_.front();
     steps_.pop_front();
   }
+  if (!step_) return;
+  step_->begins_at = handed_out_;
+  step_->timing = PlanTime::kind_of(block);
 }
 
 bool Pipeline::run_line() {

@@ -9,6 +9,8 @@
 #include <string_view>
 
 #include "app/session/assembly.h"
+#include "app/session/dry_run.h"
+#include "app/session/plan_time.h"
 #include "app/session/program_step.h"
 #include "core/axes.h"
 #include "core/check.h"
@@ -37,6 +39,7 @@ struct ProgramSwitches {
   alignas(4) std::uint8_t corrections_off = 0;
   bool block_delete = false;  ///< lines that begin with '/' are skipped
   bool optional_stop = true;  ///< what a program finds in #<_optional_stop>
+  bool dry_run = false;       ///< DryRun
 
   /// As the config has them.
   static ProgramSwitches of(const Assembly& assembly);
@@ -126,6 +129,7 @@ class Pipeline {
   SpeedPlanner speed_;
   std::unique_ptr<PieceObserver> pieces_;
   GeometryPlanner geometry_;
+  std::unique_ptr<DryRun> dry_run_;  ///< null: it is none
   std::unique_ptr<ProgramRules> moves_;
   Lowering lowering_;
   std::unique_ptr<MessageTap> messages_;
@@ -134,6 +138,7 @@ class Pipeline {
   const ToolTable& tools_;
   std::deque<ProgramStep> steps_;  ///< on their way through the planner
   std::optional<ProgramStep> step_;
+  PlanTime handed_out_;  ///< of all blocks
   std::function<void(bool)> line_done_;
   CheckFailure failed_check_;
   bool ended_ = false;

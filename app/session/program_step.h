@@ -4,6 +4,7 @@
 #include <string>
 
 #include "app/session/assembly.h"
+#include "app/session/plan_time.h"
 #include "core/axes.h"
 #include "core/motion.h"
 #include "core/ports.h"
@@ -26,6 +27,8 @@ struct ProgramStep {
   bool moves = false;           ///< to `to`; else an event
   bool rapid = false;           ///< G0
   Words to = Words::Zero();     ///< as in ProgramMove
+  PlanTime begins_at;           ///< of the program, up to where its first block begins
+  PlanTime::Kind timing;        ///< of that block
   MapContext context;           ///< what such words mean to the joints
   ProgramFrame frame;           ///< and to the program
   Settings settings;            ///< behind its line

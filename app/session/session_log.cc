@@ -32,13 +32,13 @@ constexpr const char* kEntryNames[] = {"program", "command", "low",        "stan
                                        "answer",  "sensor",  "rate_plans", "features", "drives"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
 constexpr const char* kCommandNames[] = {
-    "start",        "hold",           "resume",           "stop",           "override",
-    "jog",          "home",           "quick_stop",       "emergency_stop", "correction",
-    "reset_fault",  "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
-    "optional_stop"};
+    "start",         "hold",           "resume",           "stop",           "override",
+    "jog",           "home",           "quick_stop",       "emergency_stop", "correction",
+    "reset_fault",   "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
+    "optional_stop", "machine_lock"};
 static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDrives) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
-static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kOptionalStop) + 1);
+static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kMachineLock) + 1);
 
 template <typename Vector>
 std::vector<double> numbers(const Vector& q) {
@@ -88,6 +88,7 @@ Json to_json(const SessionEntry& entry) {
     json["corrections_off"] = entry.program.switches.corrections_off;
     json["block_delete"] = entry.program.switches.block_delete;
     json["optional_stop"] = entry.program.switches.optional_stop;
+    json["dry_run"] = entry.program.switches.dry_run;
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kStands) json["measured"] = numbers(entry.q_measured);
@@ -145,6 +146,7 @@ SessionEntry from_json(const Json& json) {
       entry.program.switches.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));
     entry.program.switches.block_delete = json.value("block_delete", false);
     entry.program.switches.optional_stop = json.value("optional_stop", true);
+    entry.program.switches.dry_run = json.value("dry_run", false);
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kStands)  // earlier logs have the setpoint alone

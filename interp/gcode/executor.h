@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <string>
@@ -71,6 +72,8 @@ class Executor : public StateValues {
   int incoming_tool() const { return incoming_tool_; }
   /// The sub-program has put it in.
   void end_tool_call(int number);
+  /// Of that sub-program: the new tool, the old one, and their pockets; 0: no tool, or none in the table.
+  std::array<double, 4> tool_call_arguments() const;
   /// After an error in between.
   void forget_tool_change();
   /// After the last block: nothing may be left waiting (cutter compensation).

@@ -261,9 +261,7 @@ void Interpreter::hold_for_tool(bool entry) {
   held.tool = executor_.incoming_tool();
   held.depth = flow_.depth();
   held_.push_back(std::move(held));
-  if (held_.back().called)
-    flow_.call_between(parts_.config.tool_call, {static_cast<double>(executor_.incoming_tool()),
-                                                 static_cast<double>(executor_.settings().current_tool)});
+  if (held_.back().called) flow_.call_between(parts_.config.tool_call, executor_.tool_call_arguments());
 }
 
 void Interpreter::run_rest() {

@@ -215,6 +215,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   if (table.has("safe_z_mm")) config.safe_z_mm = table.number("safe_z_mm");
   config.block_delete = table.boolean("block_delete", config.block_delete);
   config.optional_stop = table.boolean("optional_stop", config.optional_stop);
+  config.dry_run_up_mm = table.number("dry_run_up_mm", config.dry_run_up_mm, kNotNegative);
   if (table.has("end_required"))
     config.end = table.boolean("end_required") ? ProgramEnd::kRequired : ProgramEnd::kFree;
   config.wrapped_mask = read_wrapped(table);

@@ -77,6 +77,7 @@ struct ProgramConfig {
   std::optional<double> safe_z_mm;   ///< machine Z to cross at when a program begins further down
   bool block_delete = false;         ///< lines that begin with '/' are skipped
   bool optional_stop = true;
+  double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run
   ProgramEnd end = ProgramEnd::kExpected;
   ToolConfirm tool_confirm = ToolConfirm::kOperator;
   int tool_input = 0;            ///< kInput: its number

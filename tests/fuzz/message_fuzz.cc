@@ -34,6 +34,7 @@ void listen(trn::LcmLink& link, const std::string& channel, Heard& heard) {
 
 void listen_to_all(trn::LcmLink& link, Heard& heard) {
   listen<trunnion::acknowledge_t>(link, "m.acknowledge", heard);
+  listen<trunnion::alarms_t>(link, "m.alarms", heard);
   listen<trunnion::command_t>(link, "m.command", heard);
   listen<trunnion::motion_t>(link, "m.motion", heard);
   listen<trunnion::sensor_t>(link, "m.sensor", heard);

@@ -105,6 +105,45 @@ TEST_P(EveryConfig, TheTickNeverAllocates) {
   EXPECT_GT(moving, 90000);
 }
 
+// The plan runs, the setpoints stay; unlocked, the next program begins where the joints have stood.
+TEST_P(EveryConfig, LockedNothingMoves) {
+  const Assembly probe = assemble(GetParam());
+  Bench bench(GetParam(), "G4 P0.01\nM2\n");
+  const auto rest = [&] {
+    for (int i = 0; i < 200000; ++i) {
+      bench.fill();
+      bench.cycle().tick();
+      if (i > 2 && bench.report().motion == MotionState::kRest) return;
+    }
+    FAIL() << "it never rests";
+  };
+  rest();
+  for (int i = 0; i < 100; ++i) bench.cycle().tick();
+  const JointVec stands = bench.report().q_setpoint, plan = bench.report().q_plan;
+  bench.cycle().post({RtCommand::Kind::kMachineLock, 1});
+  bench.cycle().tick();
+  EXPECT_TRUE(bench.report().machine_lock);
+  bench.start(wander(probe));
+  double farthest = 0;
+  for (int i = 0; i < 3000; ++i) {
+    bench.fill();
+    bench.cycle().tick();
+    ASSERT_EQ(bench.report().q_setpoint, stands) << "period " << i;
+    farthest = std::max(farthest, (bench.report().q_plan - plan).lpNorm<Eigen::Infinity>());
+    if (i == 1000) bench.cycle().post({RtCommand::Kind::kMachineLock, 0});  // not while it moves
+    if (i == 1010) EXPECT_TRUE(bench.report().machine_lock);
+  }
+  EXPECT_GT(farthest, 0.1) << "the program ran";
+  bench.cycle().post({RtCommand::Kind::kStop});
+  rest();
+  bench.cycle().post({RtCommand::Kind::kMachineLock, 0});
+  bench.cycle().tick();
+  EXPECT_FALSE(bench.report().machine_lock);
+  EXPECT_LT((bench.report().q_setpoint - stands).lpNorm<Eigen::Infinity>(), 1e-3) << "but for corrections";
+  EXPECT_LT((bench.report().q_plan - plan).lpNorm<Eigen::Infinity>(), 1e-3);
+  EXPECT_EQ(bench.report().fault, Fault::kOk);
+}
+
 // Override, hold, resume and stop at any tick: an independent judge looks at the setpoints.
 TEST_P(EveryConfig, OperatorEventsNeverBreakALimit) {
   const Assembly probe = assemble(GetParam());

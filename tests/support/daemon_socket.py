@@ -24,6 +24,7 @@ def _generate():
 
 _generate()
 from trunnion.acknowledge_t import acknowledge_t  # noqa: E402
+from trunnion.alarms_t import alarms_t  # noqa: E402
 from trunnion.command_t import command_t  # noqa: E402
 from trunnion.motion_t import motion_t  # noqa: E402
 from trunnion.sensor_t import sensor_t  # noqa: E402
@@ -32,7 +33,7 @@ from trunnion.status_t import status_t  # noqa: E402
 from trunnion.tables_t import tables_t  # noqa: E402
 
 TYPES = {"acknowledge": acknowledge_t, "command": command_t, "motion": motion_t, "sensor": sensor_t, "status": status_t,
-         "tables": tables_t}
+         "tables": tables_t, "alarms": alarms_t}
 
 
 def packet_of(machine, channel, payload):

@@ -1,8 +1,10 @@
+#include <array>
 #include <utility>
 
 #include "interp/gcode/canon.h"
 #include "interp/gcode/executor.h"
 #include "interp/gcode/program_config.h"
+#include "interp/gcode/tool_table.h"
 
 // M6 in two halves: what comes before the tool is in the spindle, and what comes behind.
 namespace trn {
@@ -43,6 +45,15 @@ void Executor::ask_for_tool(int number) {
   if (!parts_.asks || confirm == ToolConfirm::kNobody) return tool_is_in(number);
   questions_.push_back(Question::kTool);
   tool_wait_ = ToolWait::kAnswer;
+}
+
+std::array<double, 4> Executor::tool_call_arguments() const {
+  const auto pocket = [&](int number) {
+    const Tool* const tool = number == 0 ? nullptr : parts_.tools.find(number);
+    return static_cast<double>(tool ? tool->pocket : 0);
+  };
+  return {static_cast<double>(incoming_tool_), static_cast<double>(s_.current_tool), pocket(incoming_tool_),
+          pocket(s_.current_tool)};
 }
 
 void Executor::end_tool_call(int number) {

@@ -47,7 +47,7 @@ class Flow {
   /// An M code that the config maps to a sub-program, with P and Q as #1 and #2.
   void call_user(const Block& block);
   /// A sub-program in the middle of the present block: `next` gives an empty block when it is over.
-  void call_between(const std::string& name, std::array<double, 2> arguments);
+  void call_between(const std::string& name, std::array<double, 4> arguments);
   /// Calls that are open.
   std::size_t depth() const { return frames_.size(); }
 

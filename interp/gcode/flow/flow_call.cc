@@ -85,12 +85,12 @@ void Flow::call_numbered(const Block& block) {
 void Flow::call_user(const Block& block) {
   for (const UserCode& user : config_.user_m) {
     if (user.code != block.code(MGroup::kUser) || user.call.empty()) continue;
-    const std::array<double, 2> arguments{block.get('P', 0), block.get('Q', 0)};
+    const std::array<double, 4> arguments{block.get('P', 0), block.get('Q', 0)};
     return enter(labels_.intern(user.call), arguments, false, 0);
   }
 }
 
-void Flow::call_between(const std::string& name, std::array<double, 2> arguments) {
+void Flow::call_between(const std::string& name, std::array<double, 4> arguments) {
   const CodePlace called = current_;
   enter(labels_.intern(name), arguments, false, 0);
   TRN_CHECK(!frames_.empty());

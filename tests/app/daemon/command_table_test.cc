@@ -12,7 +12,7 @@ using trunnion::command_t;
 TEST(CommandTable, EveryVerbHasARowAndNothingElseHas) {
   for (int verb = -128; verb <= 127; ++verb) {
     const CommandRow* row = find_command(static_cast<std::int8_t>(verb));
-    ASSERT_EQ(row != nullptr, verb >= command_t::LOAD && verb <= command_t::BLOCK_DELETE) << verb;
+    ASSERT_EQ(row != nullptr, verb >= command_t::LOAD && verb <= command_t::MACHINE_LOCK) << verb;
     if (!row) continue;
     EXPECT_EQ(row->verb, verb);
   }
@@ -32,7 +32,8 @@ TEST(CommandTable, EveryVerbAsksTheSupervisorForItsOwnEvent) {
   EXPECT_EQ(find_command(command_t::RESET)->event, Event::kReset);
   for (const auto verb :
        {command_t::OVERRIDE, command_t::CORRECTION, command_t::RAPID_OVERRIDE, command_t::SPINDLE_OVERRIDE,
-        command_t::ADAPTIVE_FEED, command_t::SINGLE_BLOCK, command_t::OPTIONAL_STOP, command_t::BLOCK_DELETE})
+        command_t::ADAPTIVE_FEED, command_t::SINGLE_BLOCK, command_t::OPTIONAL_STOP, command_t::BLOCK_DELETE,
+        command_t::ACKNOWLEDGE, command_t::PARTS, command_t::DRY_RUN, command_t::MACHINE_LOCK})
     EXPECT_FALSE(find_command(verb)->event);
 }
 

@@ -110,12 +110,13 @@ class OperatorTest(unittest.TestCase):
 
     def test_a_sub_program_changes_the_tool(self):
         with Shop("[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n") as shop:
-            shop.write("change.ngc", "o<change> sub\nG53 G0 Z100\nG0 X[100+#1]\nM6\no<change> endsub\n")
+            shop.write("change.ngc", "o<change> sub\nG53 G0 Z100\nG0 X[100+#1] Y[10*#3+#4]\nM6\no<change> endsub\n")
+            shop.tools = shop.write("tools.tbl", TABLE.replace("T2 P2", "T2 P7"))
             shop.start()
             shop.ask("load", shop.write("part.ngc", "G21 G90\nT2 M6 G43\nG0 X[#5400] Z0\nM2\n"))
             shop.ask("start")
             shop.until(lambda s: "tool 2" in s["waits_for"])
-            self.assertAlmostEqual(shop.joints()[0], 102, places=6)
+            self.assertEqual([round(q, 6) for q in shop.joints()[:2]], [102, 70], "tool 2 of pocket 7, from none")
             shop.ask("resume")
             shop.until(lambda s: s["state"] == "idle")
             self.assertAlmostEqual(shop.joints()[0], 2, places=6)

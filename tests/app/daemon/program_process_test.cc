@@ -159,6 +159,30 @@ TEST_F(ProgramProcessTest, WhatTheProgramSaysIsHeardInOrder) {
   EXPECT_NE(said[1].text.find("2"), std::string::npos) << said[1].text;
 }
 
+TEST_F(ProgramProcessTest, HowLongAProgramTakesIsKnownBeforeItRuns) {
+  const std::string path = written("long.ngc", zigzag(3000));
+  process_.load(path, q_);
+  ProgramTime time;
+  for (const auto end = Clock::now() + std::chrono::seconds(30); !time.known && Clock::now() < end;) {
+    EXPECT_EQ(process_.take_failure(), "");
+    process_.take_program_time(time);
+  }
+  ASSERT_TRUE(time.known);
+  EXPECT_FALSE(time.about);
+  double real_s = 0;
+  for (const MotionBlock& block : planned_here(path))
+    for (int i = 0; i < block.segment_count; ++i)
+      real_s += block.segments[static_cast<std::size_t>(i)].duration_s;
+  EXPECT_GT(real_s, 100);
+  EXPECT_NEAR(time.time.total_s(), real_s, 1e-6);
+  EXPECT_FALSE(process_.take_program_time(time)) << "told once";
+  process_.load(written("short.ngc", zigzag(3)), q_);
+  for (const auto end = Clock::now() + std::chrono::seconds(30);
+       !process_.take_program_time(time) && Clock::now() < end;)
+    EXPECT_EQ(process_.take_failure(), "");
+  EXPECT_LT(time.time.total_s(), 1) << "of the program that was loaded last";
+}
+
 TEST_F(ProgramProcessTest, WhatEachBlockIsForComesOverBeforeIt) {
   std::string text = "G21 G90 F600\n";
   for (int i = 1; i <= 300; ++i) text += fmt::format("G1 X{} (hole {})\n", i, i);

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/daemon/supervisor.h"
@@ -11,6 +13,7 @@
 #include "core/fault.h"
 #include "core/machine.h"
 #include "core/motion.h"
+#include "interp/gcode/g_code.h"
 
 // Messages made of reports whose every number is another one: none may stand in another's place.
 namespace trn {
@@ -83,7 +86,7 @@ TEST(Features, ACirclesDiameterGrowsByTwiceTheOffset) {
 }
 
 TEST(Status, HasWhatTheDaemonAndTheTickKnow) {
-  trunnion::status_t view = first_status(bench(), {"one", "two"});
+  trunnion::status_t view = first_status(bench(), "0.9", {"one", "two"});
   view.program = "part.ngc";
   view.message = "a message";
   view.waits_for = "a tool";
@@ -141,7 +144,7 @@ TEST(Status, HasWhatTheDaemonAndTheTickKnow) {
 TEST(Status, NamesTheFaultAndItsJoint) {
   CycleReport report;
   const LoopStatistics statistics;
-  trunnion::status_t status = first_status(bench(), {});
+  trunnion::status_t status = first_status(bench(), "", {});
   EXPECT_TRUE(status.realtime) << "nothing was refused";
   EXPECT_EQ(status.override_wanted, 1);
   report.fault = Fault::kDriveFault;
@@ -149,24 +152,24 @@ TEST(Status, NamesTheFaultAndItsJoint) {
   fill_status(bench(), MachineState::kFault, report, statistics, status);
   EXPECT_EQ(status.fault, "drive_fault");
   EXPECT_EQ(status.fault_joint, "Y");
-  status = first_status(bench(), {});
+  status = first_status(bench(), "", {});
   fill_status(bench(), MachineState::kEstop, report, statistics, status);
   EXPECT_EQ(status.fault, "drive_fault") << "the first cause stays";
   report.fault = Fault::kOk;
-  status = first_status(bench(), {});
+  status = first_status(bench(), "", {});
   fill_status(bench(), MachineState::kEstop, report, statistics, status);
   EXPECT_EQ(status.fault, fault_info(Fault::kEmergencyStop).name)
       << "pressed, before the tick has heard of it";
 }
 
 std::string waits(QueueEvent::Kind kind, double value, int argument,
-                  MotionState motion = MotionState::kMoving) {
+                  MotionState motion = MotionState::kMoving, const ProgramStep* step = nullptr) {
   CycleReport report;
   report.motion = motion;
   report.waits_at.kind = kind;
   report.waits_at.value = value;
   report.waits_at.argument = argument;
-  return waits_text(report, [](int tool) { return "tool " + std::to_string(tool); });
+  return waits_text(report, step, [](int tool) { return "tool " + std::to_string(tool); });
 }
 
 TEST(WaitsText, SaysWhatTheMachineStandsForAndWhoGoesOn) {
@@ -187,6 +190,35 @@ TEST(WaitsText, SaysWhatTheMachineStandsForAndWhoGoesOn) {
   EXPECT_NE(waits(Kind::kNone, 0, 0, MotionState::kPaused).find("single block"), std::string::npos);
   EXPECT_NE(waits(Kind::kToolChange, 3, 7, MotionState::kHeld).find("hold"), std::string::npos)
       << "what was commanded comes first";
+}
+
+ProgramStep step_with(std::string_view text) {
+  ProgramStep step;
+  std::copy(text.begin(), text.end(), step.text.begin());
+  return step;
+}
+
+TEST(WaitsText, HasTheWordsOfTheProgramsStop) {
+  using Kind = QueueEvent::Kind;
+  const ProgramStep step = step_with("N10 M0 (turn the part) ; and clamp it");
+  EXPECT_EQ(waits(Kind::kProgramStop, 0, 0, MotionState::kPaused, &step),
+            "program stop (M0): turn the part; and clamp it; 'resume' goes on");
+  const ProgramStep silent = step_with("M1 ( )");
+  EXPECT_EQ(waits(Kind::kOptionalStop, 0, 0, MotionState::kPaused, &silent),
+            "optional stop (M1): 'resume' goes on");
+  EXPECT_EQ(remark_of("G1 X1"), "");
+  EXPECT_EQ(remark_of("G1 (never closed"), "never closed");
+}
+
+TEST(WaitsText, KnowsAProbeMove) {
+  ProgramStep step = step_with("G38.2 Z-10");
+  step.moves = true;
+  step.settings.motion = 38.2_g;
+  using Kind = QueueEvent::Kind;
+  EXPECT_EQ(waits(Kind::kNone, 0, 0, MotionState::kMoving, &step),
+            "contact of the probe (G38.2), or the end of the move");
+  EXPECT_EQ(waits(Kind::kProbeStart, 0, 0, MotionState::kMoving, &step), "the probe to be armed");
+  EXPECT_EQ(waits(Kind::kNone, 0, 0, MotionState::kRest, &step), "");
 }
 
 TEST(Motion, HasThePeriodsNumbers) {

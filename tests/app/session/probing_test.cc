@@ -373,6 +373,49 @@ TEST_P(ProbingAt, ToolSetter) {
   EXPECT_NEAR(run.parameters[102] - run.mm(101), 0, kRounding) << "lengths of the table are mm";
 }
 
+// The tool is really 40 mm long; the table says otherwise, as behind a break.
+TEST_P(ProbingAt, BreakCheck) {
+  Lots lots(700 + GetParam());
+  WorkOffset s = lots.work_offset();
+  const double height = lots.between(-90, -70);
+  WorkOffset machine;
+  const std::string setter =
+      "[[io.plate]]\n" + machine.frame({60, 30, height}, 0) + "min_mm = [-6, -6, -20]\nmax_mm = [6, 6, 0]\n";
+  const auto check = [&](double table_mm, int goes_on) {
+    const double unit = s.unit_mm();
+    return fmt::format("G10 L1 P1 Z{:.9f}\nG43\nG53 G0 X{:.9f} Y{:.9f}\nG53 G0 Z{:.9f}\n", table_mm / unit,
+                       60 / unit, 30 / unit, (height + 40 + 12) / unit) +
+           "#<_probe_overtravel> = " + fmt::format("{:.9f}", 5 / unit) + "\no<probe_break> call " +
+           words(s, {12, height, 0.1}) + fmt::format("[{}]\n", goes_on);
+  };
+  const std::string keep = "#{0} = #<_probe_broken>\n#{1} = #<_probe_shorter>\n";
+  const Probing run(s, setter,
+                    check(40, 0) + fmt::format(fmt::runtime(keep), 101, 102) + check(40.05, 0) +
+                        fmt::format(fmt::runtime(keep), 103, 104) + check(40.5, 1) +
+                        fmt::format(fmt::runtime(keep), 105, 106) + check(38, 1) +
+                        fmt::format(fmt::runtime(keep), 107, 108));
+  expect_done(run);
+  EXPECT_EQ(run.parameters[101], 0);
+  EXPECT_EQ(run.parameters[103], 0) << "shorter by less than the tolerance";
+  EXPECT_EQ(run.parameters[105], 1);
+  EXPECT_EQ(run.parameters[107], 1) << "a longer tool is another one";
+  const double shorter[] = {0, 0.05, 0.5, -2};
+  for (int i = 0; i < 4; ++i) {
+    EXPECT_GE(run.mm(102 + 2 * i), shorter[i] - kRounding);
+    EXPECT_LE(run.mm(102 + 2 * i), shorter[i] + kStep + kRounding);
+  }
+  const Probing broken(s, setter, check(40.5, 0));
+  EXPECT_NE(broken.error.find("is broken"), std::string::npos) << broken.error;
+  // So short that it meets nothing: the setter is 20 mm lower than its height says.
+  const Probing gone(s,
+                     "[[io.plate]]\n" + machine.frame({60, 30, height - 20}, 0) +
+                         "min_mm = [-6, -6, -20]\nmax_mm = [6, 6, 0]\n",
+                     check(40, 1) + fmt::format(fmt::runtime(keep), 101, 102));
+  expect_done(gone);
+  EXPECT_EQ(gone.parameters[101], 1);
+  EXPECT_NEAR(gone.mm(102), 5, kRounding);
+}
+
 // A face that is tilted: the plane of G68.2 is its own, and the routines measure in it. The tool stands
 // square to the plane, the table is turned.
 TEST_P(ProbingAt, TiltedPlanes) {

@@ -1,0 +1,229 @@
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <string>
+#include <utility>
+
+#include "app/daemon/alarm_list.h"
+#include "app/daemon/command_server.h"
+#include "app/daemon/machine_controller.h"
+#include "app/daemon/supervisor.h"
+#include "app/session/pipeline.h"
+#include "app/session/plan_time.h"
+#include "app/session/program_step.h"
+#include "app/session/program_time.h"
+#include "core/axes.h"
+#include "core/fault.h"
+#include "core/motion.h"
+#include "core/ports.h"
+#include "interp/gcode/axis_words.h"
+#include "kernel/rt_messages.h"
+
+// What the controller of the machine tells: what it waits for, what went wrong, how far it has come.
+namespace trn {
+
+namespace {
+
+using trunnion::acknowledge_t;
+
+constexpr auto kStatusPeriod = std::chrono::milliseconds(100);
+constexpr auto kTablesPeriod = std::chrono::seconds(2);  // over LCM nobody is seen to begin to listen
+constexpr auto kMotionPeriod = std::chrono::milliseconds(20);
+constexpr auto kAlarmsPeriod = std::chrono::seconds(1);
+constexpr double kLateShown_s = 0.3;  // a planner that is late for less is nobody's business
+
+}  // namespace
+
+void MachineController::hear_wait(const CycleReport& report) {
+  const double late_s = parts_.machine.period_s * late_periods_;
+  late_periods_ = report.planner_late ? late_periods_ + 1 : 0;
+  const QueueEvent &was = report_.waits_at, &is = report.waits_at;
+  const bool same = report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument &&
+                    report.step == report_.step;
+  const bool late = report.rate_plan_late || report_.rate_plan_late || report.planner_late || late_s > 0;
+  if (same && !late) return;
+  const ProgramStep* step = parts_.programs.step(present_step(report));
+  std::string text = waits_text(report, step, [this](int tool) { return parts_.programs.tool_name(tool); });
+  if (text.empty() && report.planner_late && late_s > kLateShown_s)
+    text = "the planner: the program's lines are driven faster than they are read and planned";
+  if (text == status_.waits_for) return;
+  if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
+  status_.waits_for = text;
+  status_due_ = true;
+}
+
+// Where a thing that went wrong belongs.
+void MachineController::raise(Alarm alarm) {
+  const MachineState state = supervisor_.state();
+  const bool at_work = follows_program(report_) || state == MachineState::kRunning;
+  if (at_work || alarm.name == kProgramAlarm) alarm.program = status_.program;
+  if (at_work) alarm.line = static_cast<std::int32_t>(report_.line);
+  alarm.cause = cause_;
+  alarms_.raise(std::move(alarm));
+  status_due_ = true;
+}
+
+void MachineController::raise_fault(Fault fault, MachineState before) {
+  if (fault == Fault::kOk) return;
+  std::string joint, detail;
+  if (fault != Fault::kEmergencyStop) {
+    detail = explain(report_.failed_check);
+    if (detail.empty()) detail = parts_.drives.explain_fault(report_.fault_joint);
+    if (detail.empty() && parts_.io) detail = parts_.io->explain_fault();
+    if (detail.empty() && before == MachineState::kStarting) detail = bring_up_error_;
+    const FaultInfo& info = fault_info(fault);
+    spdlog::error("fault {}: {}; {}", info.name, info.meaning, info.remedy);
+    const auto k = static_cast<std::size_t>(report_.fault_joint);
+    if (report_.fault_joint >= 0 && k < parts_.machine.joints.size()) joint = parts_.machine.joints[k].name;
+  }
+  if (!detail.empty()) {
+    spdlog::error("{}", detail);
+    status_.message = detail;
+  }
+  raise(fault_alarm(fault, joint, detail, before));
+}
+
+void MachineController::fail_program(const std::string& error) {
+  status_.message = error;
+  const bool runs = follows_program(report_) && supervisor_.state() == MachineState::kRunning;
+  Alarm alarm;
+  alarm.name = kProgramAlarm;
+  alarm.text = error;
+  alarm.did = runs ? "the program ends before this line" : "nothing moved";
+  raise(std::move(alarm));
+}
+
+// Of what the tick counts and does.
+void MachineController::hear_progress(const CycleReport& report) {
+  const bool at_work = follows_program(report) && report.motion != MotionState::kPaused;
+  if (report.starvations != report_.starvations)
+    raise(fault_alarm(Fault::kStarved, "", "", supervisor_.state()));
+  if (!report.planner_late && report_.planner_late) alarms_.over(fault_info(Fault::kStarved).name);
+  if (follows_program(report) && !follows_program(report_)) counters_.program_begins();
+  if (at_work && report.motion == MotionState::kMoving) counters_.program_ran(parts_.machine.period_s);
+  const bool ended = report.event.kind == QueueEvent::Kind::kProgramEnd && report.fault == Fault::kOk;
+  if (ended && status_.program == program_path_ && !program_path_.empty() && !status_.program_failed)
+    counters_.part_made();
+  const ProgramStep* step = parts_.programs.step(present_step(report));
+  const OverrideShares shares{status_.override_wanted, status_.rapid_override, status_.adaptive_feed};
+  const bool own = present_step(report) > 0 && status_.program == program_path_;
+  progress_.report(report, own ? step : nullptr, shares);
+  spindle_speed_.hear(report.spindle_turns, parts_.machine.period_s);
+  if (report.answered && report.answer.probe) hear_probe(report, step);
+}
+
+void MachineController::hear_probe(const CycleReport& report, const ProgramStep* step) {
+  Words words = report.answer.y_stand;
+  if (!step || !parts_.map ||
+      words_in(*parts_.map, report.answer.q_contact, step->context, words) != KinStatus::kOk)
+    return;
+  status_.probe_known = true;
+  status_.probe_contact = report.answer.value > 0;
+  const Words si = in_radians(step->frame.mm_of(words));
+  std::copy(si.begin(), si.end(), status_.probe);
+}
+
+void MachineController::add_progress(trunnion::status_t& status) {
+  ProgramTime total;
+  if (parts_.programs.take_program_time(total)) progress_.set_total(total);
+  const bool shown = status.program == program_path_ && !program_path_.empty();
+  status.time_total_s = shown ? progress_.total_s() : 0;
+  status.time_done_s = shown ? progress_.done_s() : 0;
+  status.time_left_s = shown ? progress_.left_s() : -1;
+  status.time_about = shown && progress_.about();
+  counters_.poll();
+  if (const std::string trouble = counters_.take_trouble(); !trouble.empty()) {
+    spdlog::error("{}", trouble);
+    Alarm alarm;
+    alarm.name = "counters";
+    alarm.text = trouble;
+    alarm.did = "parts and run time are not kept";
+    raise(std::move(alarm));
+  }
+  status.parts = counters_.parts();
+  status.program_run_s = counters_.program_s();
+  status.run_s = counters_.run_s();
+  status.spindle_real_known = spindle_speed_.known();
+  status.spindle_real_rpm = spindle_speed_.rpm();
+}
+
+// What changes no motion, and is legal in every state.
+MachineController::Answer MachineController::obey_note(const trunnion::command_t& command) {
+  status_due_ = true;
+  if (command.verb == trunnion::command_t::PARTS) {
+    spdlog::info("parts {}: {}", command.value, cause_);
+    counters_.set_parts(static_cast<std::int64_t>(command.value));
+    return {acknowledge_t::ACCEPTED, ""};
+  }
+  const auto number = static_cast<std::int64_t>(command.value);
+  if (!alarms_.acknowledge(number))
+    return {acknowledge_t::REFUSED,
+            fmt::format("there is no alarm {}; 'trunnion status' lists them", number)};
+  spdlog::info("alarms acknowledged: {}", cause_);
+  return {acknowledge_t::ACCEPTED, ""};
+}
+
+template <typename Message>
+void MachineController::publish(const std::string& channel, const Message& message) {
+  parts_.clients.broadcast(channel, message);
+  parts_.telemetry.try_publish(channel, message);
+}
+
+void MachineController::publish_status() {
+  status_due_ = false;
+  next_status_ = Clock::now() + kStatusPeriod;
+  trunnion::status_t status = status_;
+  fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
+  status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
+  status.bus_health = parts_.drives.health();
+  status.alarms_open = alarms_.open();
+  status.alarm = alarms_.newest();
+  const ProgramSwitches switches = parts_.programs.switches();
+  status.block_delete = switches.block_delete;
+  status.dry_run = switches.dry_run;
+  add_corrections(report_, switches.corrections_off, parts_.map, parts_.chain, status);
+  if (const ProgramStep* step = parts_.programs.step(present_step(report_)))
+    add_step(*step, parts_.programs.tool_name(step->settings.current_tool), status);
+  add_progress(status);
+  if (parts_.features) add_features(parts_.features->last(), status);
+  status.time_us = unix_time_us();
+  status.clock_us = monotonic_us();
+  status.count = ++status_count_;
+  publish(parts_.lcm.status_channel(), status);
+}
+
+void MachineController::publish_tables() {
+  trunnion::tables_t fresh;
+  if (parts_.programs.take_tables(fresh)) {
+    tables_ = std::move(fresh);
+    tables_due_ = true;
+  }
+  if (!tables_ || (!tables_due_ && Clock::now() < next_tables_)) return;
+  tables_due_ = false;
+  next_tables_ = Clock::now() + kTablesPeriod;
+  tables_->time_us = unix_time_us();
+  publish(parts_.lcm.tables_channel(), *tables_);
+}
+
+void MachineController::publish_alarms() {
+  if (!alarms_.take_news() && !alarms_due_ && Clock::now() < next_alarms_) return;
+  alarms_due_ = false;
+  next_alarms_ = Clock::now() + kAlarmsPeriod;
+  trunnion::alarms_t message = alarms_.message();
+  message.time_us = unix_time_us();
+  publish(parts_.lcm.alarms_channel(), message);
+}
+
+void MachineController::publish_motion() {
+  next_motion_ = Clock::now() + kMotionPeriod;
+  trunnion::motion_t motion = make_motion(report_);
+  const ProgramStep* step = parts_.programs.step(present_step(report_));
+  const bool on_path = report_.on_path && follows_program(report_);
+  if (step && parts_.map)
+    add_positions(shown_position(*parts_.map, *step, report_.q_plan, on_path, report_.y), motion);
+  motion.time_us = unix_time_us();
+  publish(parts_.lcm.motion_channel(), motion);
+}
+
+}  // namespace trn

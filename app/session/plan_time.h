@@ -1,0 +1,45 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+#include "core/motion.h"
+
+namespace trn {
+
+/// The operator's overrides as they act on the motion, 1 = as programmed.
+struct OverrideShares {
+  double feed = 1, rapid = 1, adaptive = 1;
+};
+
+/// Time of planned motion and dwells, s at 100 %, apart by what may change it. Plain data.
+class PlanTime {
+ public:
+  /// Of these overrides the time of a block depends.
+  struct Kind {
+    bool rapid = false, feed = false, adaptive = false;
+  };
+  static Kind kind_of(const MotionBlock& block);
+
+  PlanTime() = default;
+  explicit PlanTime(const std::array<double, 5>& shares_s) : shares_s_(shares_s) {}
+
+  void add(const MotionBlock& block);
+  void add(Kind kind, double duration_s) { shares_s_[index(kind)] += duration_s; }
+  PlanTime operator-(const PlanTime& other) const;
+  /// For who sends it elsewhere.
+  const std::array<double, 5>& shares_s() const { return shares_s_; }
+  double total_s() const;
+  /// How long it takes with these overrides; infinite where one of them is 0.
+  double real_s(const OverrideShares& shares) const;
+  /// The rate that these overrides ask of a block of this kind.
+  static double rate(Kind kind, const OverrideShares& shares);
+
+ private:
+  static std::size_t index(Kind kind) {
+    return kind.rapid ? 4u : (kind.feed ? 1u : 0u) + (kind.adaptive ? 2u : 0u);
+  }
+  std::array<double, 5> shares_s_{};  ///< by `index`
+};
+
+}  // namespace trn

@@ -1,0 +1,81 @@
+#include <gtest/gtest.h>
+
+#include <optional>
+
+#include "app/daemon/machine_controller.h"
+#include "app/daemon/supervisor.h"
+#include "core/fault.h"
+#include "core/motion.h"
+#include "hal/lcm_messages.h"
+#include "kernel/rt_messages.h"
+#include "tests/app/daemon/controller_bench.h"
+
+// What the controller tells of faults, failed programs and parts.
+namespace trn {
+namespace {
+
+using controller_bench::Bench;
+using trunnion::acknowledge_t;
+using trunnion::command_t;
+
+TEST(MachineController, AFaultIsAnAlarmUntilItIsResetAndAcknowledged) {
+  Bench bench;
+  std::optional<trunnion::alarms_t> alarms;
+  bench.socket.client.subscribe<trunnion::alarms_t>(bench.lcm.alarms_channel(),
+                                                    [&](const auto& message) { alarms = message; });
+  bench.start_program();
+  bench.now.line = 42;
+  bench.tick();
+  bench.now.fault = Fault::kFollowingError;
+  bench.now.fault_joint = 0;
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  bench.until([&] { return alarms && alarms->alarm_count == 1; });
+  EXPECT_EQ(alarms->alarm_name[0], "following_error");
+  EXPECT_NE(alarms->alarm_text[0].find("joint X"), std::string::npos) << alarms->alarm_text[0];
+  EXPECT_EQ(alarms->alarm_program[0], "part.ngc");
+  EXPECT_EQ(alarms->alarm_line[0], 42);
+  EXPECT_EQ(alarms->alarm_cause[0], "") << "nobody commanded it";
+  EXPECT_TRUE(alarms->alarm_active[0]);
+  EXPECT_EQ(bench.send(command_t::ACKNOWLEDGE, "", 1).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.status->alarms_open == 0; });
+  bench.until([&] { return alarms->alarm_acknowledged[0] != 0; });
+  EXPECT_EQ(alarms->alarm_count, 1) << "it lasts";
+  bench.now.fault = Fault::kOk;
+  EXPECT_EQ(bench.send(command_t::RESET).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return alarms->alarm_count == 0; });
+}
+
+TEST(MachineController, AProgramThatCannotBeReadIsAnAlarmWithItsClient) {
+  Bench bench;
+  EXPECT_EQ(bench.send(command_t::LOAD, "bad.ngc").outcome, +acknowledge_t::BAD_PROGRAM);
+  bench.until([&] { return bench.status && bench.status->alarms_open == 1; });
+  EXPECT_EQ(bench.status->alarm, "program: bad.ngc:3:7: no such word");
+  for (const double none : {2.0, -1.0, 0.5})
+    EXPECT_EQ(bench.send(command_t::ACKNOWLEDGE, "", none).outcome, +acknowledge_t::REFUSED) << none;
+  EXPECT_EQ(bench.send(command_t::ACKNOWLEDGE).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.status->alarms_open == 0; });
+}
+
+TEST(MachineController, APartIsAProgramThatCameToItsEnd) {
+  Bench bench;
+  const auto end = [&](bool whole) {
+    bench.start_program();
+    bench.now.event.kind = whole ? QueueEvent::Kind::kProgramEnd : QueueEvent::Kind::kNone;
+    bench.tick();
+    bench.now.event.kind = QueueEvent::Kind::kNone;
+    bench.now.motion = MotionState::kRest;
+    bench.tick();
+    bench.until([&] { return bench.controller.state() == MachineState::kIdle; });
+  };
+  end(true);
+  end(false);
+  end(true);
+  bench.until([&] { return bench.status && bench.status->parts == 2; });
+  EXPECT_GT(bench.status->run_s, 0);
+  EXPECT_EQ(bench.send(command_t::PARTS, "", 7).outcome, +acknowledge_t::ACCEPTED);
+  bench.until([&] { return bench.status->parts == 7; });
+}
+
+}  // namespace
+}  // namespace trn

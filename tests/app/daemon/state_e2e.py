@@ -1,0 +1,214 @@
+#!/usr/bin/env python3
+"""What the daemon tells a person: alarms until they are acknowledged, what a stop is for, how long a program still
+takes, what was made; and the switches dry run and machine lock.
+
+usage: state_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
+
+Exit code 77 (skipped) where the kernel allows no network of the test's own.
+"""
+import json
+import os
+import subprocess
+import sys
+import time
+import unittest
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
+import daemon_e2e  # noqa: E402
+import operator_e2e  # noqa: E402
+from daemon_e2e import rows  # noqa: E402
+from operator_e2e import Shop, moving_xyz  # noqa: E402
+from own_network import enter_own_network  # noqa: E402
+
+BINARY = SOURCE = ""
+SQUARE = "G21 G90 G61.1\nG1 X10 F600\nY10\nX0\nY0\nG4 P1\nG0 X50\nG0 X0\nM2\n"
+
+
+class StateTest(unittest.TestCase):
+    def alarms(self, shop):
+        """But those of a host that is too busy to plan."""
+        return [a for a in json.loads(shop.ask("status", "--json"))["alarms"] if a["name"] != "starved"]
+
+    def test_an_alarm_is_shown_until_it_is_acknowledged_and_no_longer(self):
+        with Shop() as shop:
+            shop.start()
+            self.assertEqual(self.alarms(shop), [])
+            self.assertEqual(shop.client("load", shop.write("bad.ngc", "G0 X1\nG1 X[1+\nM2\n"))[0], 2)
+            shop.ask("mdi", "G0 X1", "--wait")  # what comes later does not wipe it away
+            alarm = self.alarms(shop)[0]
+            self.assertEqual((alarm["name"], alarm["active"], alarm["did"]), ("program", False, "nothing moved"))
+            self.assertIn("bad.ngc:2", alarm["text"])
+            self.assertIn("load, by ", alarm["cause"])
+            self.assertLess(abs(time.time() - alarm["since_us"] / 1e6), 30)
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nG1 X100 F600\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 2)
+            shop.ask("estop")
+            shop.until(lambda s: s["state"] == "estop" and s["alarms_open"] >= 2)
+            self.assertEqual(self.alarms(shop)[1]["times"], 1)
+            second = self.alarms(shop)[1]
+            self.assertEqual((second["name"], second["active"], second["line"]), ("emergency_stop", True, 2))
+            self.assertIn("the program was given up", second["did"])
+            self.assertIn("estop, by ", second["cause"])
+            self.assertTrue(second["program"].endswith("part.ngc"))
+            text = shop.ask("status")
+            for words in ("cure: release it, then reset", "cause: estop, by"):
+                self.assertIn(words, text)
+            shop.ask("acknowledge", str(alarm["number"]))
+            shop.ask("acknowledge")
+            left = self.alarms(shop)
+            self.assertEqual([(a["name"], a["acknowledged"]) for a in left], [("emergency_stop", True)], "it lasts")
+            shop.ask("reset", "--wait")
+            shop.until(lambda s: s["state"] == "idle" and s["alarms_open"] == 0)
+            self.assertEqual(self.alarms(shop), [])
+            code, _, err = shop.client("acknowledge", "99")
+            self.assertEqual((code, "there is no alarm 99" in err), (5, True), err)
+
+    def test_a_stop_of_the_program_tells_its_words_and_a_probe_its_wait(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nG1 X1 F600\nM0 (turn the part)\nG1 X2\nM2\n"))
+            shop.ask("start")
+            status = shop.until(lambda s: s["state"] == "holding")
+            self.assertEqual(status["waits_for"], "program stop (M0): turn the part; 'resume' goes on")
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            shop.ask("mdi", "G38.3 Z-10 F60")
+            shop.until(lambda s: s["waits_for"].startswith("contact of the probe (G38.3)"))
+            status = shop.until(lambda s: s["state"] == "idle" and s["probe_known"])
+            self.assertEqual(status["plane"], "G17")
+
+    def test_the_time_left_is_right_also_behind_an_override(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", SQUARE))
+            whole = shop.until(lambda s: s["time_total_s"] > 0)
+            self.assertAlmostEqual(whole["time_left_s"], whole["time_total_s"], delta=1e-6)
+            for percent in (100, 50):
+                seen = []
+                shop.ask("start")
+                while not seen or seen[-1][1]["state"] == "running":
+                    seen.append((time.monotonic(), shop.status()))
+                    if percent < 100 and len(seen) == 5:
+                        shop.ask("override", str(percent))
+                end = seen[-1][0]
+                judged = [(at, s) for at, s in seen[12:-1] if s["state"] == "running"]
+                self.assertGreater(len(judged), 10)
+                for at, status in judged:
+                    self.assertAlmostEqual(status["time_left_s"], end - at, delta=0.02 * whole["time_total_s"] + 0.3)
+                    self.assertAlmostEqual(status["time_total_s"], whole["time_total_s"], delta=1e-6)
+            self.assertRegex(shop.ask("status"), r"time +0:00 of 0:\d\d done \(0 %\), 0:\d\d left")
+            shop.ask("override", "0")
+            self.assertEqual(shop.until(lambda s: s["override_wanted"] == 0)["time_left_s"], -1)
+
+    def test_parts_and_run_time_outlive_the_daemon(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nG1 X10 F6000\nG1 X0\nM2\n"))
+            shop.ask("mdi", "G0 Y1", "--wait")
+            for made in (1, 2, 3):
+                shop.ask("start", "--wait")
+                status = shop.until(lambda s, made=made: s["parts"] == made)
+            self.assertGreater(status["run_s"], 0.5)
+            self.assertGreater(status["program_run_s"], 0.2)
+            shop.ask("load", shop.write("long.ngc", "G21 G90\nG1 X100 F600\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 2)
+            shop.ask("stop", "--wait")
+            self.assertEqual(shop.status()["parts"], 3, "one that was stopped is no part")
+            shop.kill()
+            shop.start()
+            self.assertEqual(shop.status()["parts"], 3)
+            self.assertIn("3 parts", shop.ask("status"))
+            shop.ask("parts", "0")
+            shop.until(lambda s: s["parts"] == 0)
+            shop.kill()
+            shop.start()
+            self.assertEqual(shop.status()["parts"], 0)
+            version = subprocess.run([BINARY, "--version"], text=True, capture_output=True).stdout.strip()
+            self.assertEqual(shop.status()["version"], version)
+
+    def test_with_the_machine_locked_programs_run_and_nothing_moves(self):
+        with Shop() as shop:
+            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("mdi", "G0 X5 Y6", "--wait")
+            before = shop.joints()
+            shop.ask("load", shop.write("part.ngc", "G21 G90 S1000 M3\nG1 X60 F3000\nM0\nG1 Y30\nM2\n"))
+            shop.ask("switch", "machine-lock", "on")
+            shop.until(lambda s: s["machine_lock"])
+            self.assertIn("MACHINE LOCK", shop.ask("status"))
+            shop.ask("start")
+            self.assertIn("while the machine is idle", shop.client("switch", "machine-lock", "off")[2])
+            shop.until(lambda s: s["state"] == "holding")
+            self.assertAlmostEqual(shop.motion()[0]["work"][0], 60, places=6)
+            self.assertEqual(shop.joints(), before)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertIn("the machine is locked", shop.client("home")[2])
+            shop.ask("switch", "machine-lock", "off")
+            shop.until(lambda s: not s["machine_lock"])
+            self.assertEqual(shop.joints(), before)
+            self.assertAlmostEqual(shop.motion()[0]["work"][0], 5, places=6)
+            shop.ask("mdi", "G0 X7", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 7, places=6)
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 1000)
+            self.assertEqual(first[:len(second)], second[:len(first)])
+
+    def test_a_hand_wheel_adds_up_in_the_unit_of_the_program(self):
+        with Shop() as shop:
+            shop.start()
+            turns = "".join("X 1\n" for _ in range(40)) + "Z -2 0.5\nQ 1\nnonsense\n\n" + "X -10 0.001\n"
+            done = subprocess.run([BINARY, "wheel", "--step", "0.1", "--machine", shop.config], input=turns, text=True,
+                                  capture_output=True, timeout=60)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("'nonsense' is no turn of a wheel", done.stderr)
+            self.assertIn("Q", done.stderr)
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[0], 3.99, places=6)
+            self.assertAlmostEqual(shop.joints()[2], -1, places=6)
+            shop.ask("mdi", "G20", "--wait")
+            shop.until(lambda s: s["inch"])
+            subprocess.run([BINARY, "wheel", "--machine", shop.config], input="Y 100\n", text=True, timeout=60,
+                           check=True)
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[1], 25.4, places=6)
+            shop.ask("jog", "Y", "-0.5", "--speed", "2", "--wait")
+            self.assertAlmostEqual(shop.joints()[1], 12.7, places=6)
+
+    def test_a_dry_run_stays_away_from_the_work(self):
+        with Shop() as shop:
+            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", "G21 G90 G61.1\nS1000 M3\nG0 Z-10\nG1 Z-50 F60\nG1 X40\nM2\n"))
+            shop.ask("switch", "dry-run", "on")
+            shop.until(lambda s: s["dry_run"])
+            self.assertIn("DRY RUN", shop.ask("status"))
+            begun = time.monotonic()
+            shop.ask("start", "--wait")
+            self.assertLess(time.monotonic() - begun, 20, "40 mm at F60 would take 40 s")
+            self.assertAlmostEqual(shop.joints()[0], 40, places=6)
+            self.assertAlmostEqual(shop.joints()[2], -30, places=6)
+            shop.ask("switch", "dry-run", "off")
+            shop.ask("mdi", "G0 Z-50", "--wait")
+            self.assertAlmostEqual(shop.joints()[2], -50, places=6)
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 500)
+            self.assertEqual(first[:len(second)], second[:len(first)])
+
+
+if __name__ == "__main__":
+    BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
+    operator_e2e.BINARY, operator_e2e.SOURCE = BINARY, SOURCE
+    enter_own_network()
+    names = [f"StateTest.{name}" for name in sys.argv[3:]] or None
+    unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)
