@@ -49,7 +49,8 @@ Lengths are mm, angles rad, times s, unless a field's name or its text says othe
 """
 
 SENDER = {"command_t": "a client", "acknowledge_t": "the daemon", "status_t": "the daemon", "motion_t": "the daemon",
-          "tables_t": "the daemon", "alarms_t": "the daemon", "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
+          "tables_t": "the daemon", "alarms_t": "the daemon",
+          "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
 
 STRUCT = re.compile(r"package\s+(\w+)\s*;\s*((?:\s*//[^\n]*\n)*)\s*struct\s+(\w+)\s*\{(.*)\}\s*$", re.S)
 FIELD = re.compile(r"(\w+)\s+(\w+)\s*((?:\[\w+\])?)$")
