@@ -67,8 +67,7 @@ void bind_for(int fd, const std::string& path, gid_t group) {
   umask(before);
   if (bound != 0) throw failure("no socket can be made at", path);
   const bool shared = group != static_cast<gid_t>(-1);
-  if (shared && chown(path.c_str(), static_cast<uid_t>(-1), group) != 0)
-    throw failure("the socket cannot be given to its group:", path);
+  if (shared && !give_to_group(path, group)) throw failure("the socket cannot be given to its group:", path);
   if (chmod(path.c_str(), shared ? 0660 : 0600) != 0)
     throw failure("the socket's rights cannot be set:", path);
   if (listen(fd, kBacklog) != 0) throw failure("nobody can connect to", path);
@@ -104,6 +103,12 @@ ssize_t receive(int fd, std::vector<std::uint8_t>& buffer) {
 }
 
 }  // namespace
+
+bool give_to_group(const std::string& path, gid_t group) {
+  struct stat info {};
+  if (lstat(path.c_str(), &info) == 0 && info.st_gid == group) return true;
+  return chown(path.c_str(), static_cast<uid_t>(-1), group) == 0;
+}
 
 bool Peer::is_in(gid_t group) const { return std::find(groups.begin(), groups.end(), group) != groups.end(); }
 

@@ -27,6 +27,10 @@ struct Peer {
   std::string text() const;
 };
 
+/// Makes a file its group's; true at once where it is already, since a service may be kept from chown(2).
+/// errno if false.
+bool give_to_group(const std::string& path, gid_t group);
+
 /// Of one server, counted from 1; no number is given twice.
 using ConnectionId = std::uint64_t;
 

@@ -211,7 +211,7 @@ void add_ball_fit(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<FitOptions>();
   CLI::App* app = parent.add_subcommand(
       "fit",
-      "Find the errors of the rotary axes from contacts of a ball, with standard errors; the config section");
+      "Find the errors of the rotary axes from contacts of a ball, and write the section for the config");
   app->add_option(
          "contacts", options->contacts,
          "CSV files of examples/probing/ball_calibration.ngc: a line a touch, x_mm y_mm z_mm a_deg c_deg as "
@@ -241,7 +241,8 @@ void add_ball_fit(CLI::App& parent, Exit& exit) {
 void add_ball_plan(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<PlanOptions>();
   CLI::App* app = parent.add_subcommand(
-      "plan", "Say which positions of the rotary axes are worth touching the ball in next, and by how much");
+      "plan",
+      "Say in which positions of the rotary axes it is worth touching the ball next, and by how much");
   app->add_option("--machine", options->machine, "machine config (.toml)")->required();
   app->add_option("--ball", options->ball_mm,
                   "x y z of the ball's centre, machine coordinates with every axis at zero")
@@ -283,8 +284,7 @@ void add_ball_plan(CLI::App& parent, Exit& exit) {
 
 void add_ball(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand(
-      "ball",
-      "A ball on the table, touched in many positions: find the errors of the rotary axes, plan the touches");
+      "ball", "Find the errors of the rotary axes from a ball that the probe touches in many positions");
   command->require_subcommand(1);
   add_ball_fit(*command, exit);
   add_ball_plan(*command, exit);

@@ -261,7 +261,7 @@ Exit identify(const IdentifyOptions& options) {
 void add_ballbar_run(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* run_app = parent.add_subcommand(
-      "run", "Run the tests through the whole kernel on a simulated machine with errors; CSV and SVG");
+      "run", "Run the tests on a simulated machine with errors; writes CSV and pictures");
   run_app->add_option("--machine", options->machine, "machine config (.toml)")->required();
   run_app->add_option("--truth", options->truth,
                       "the simulated machine's true errors: a file with a section [corrections.geometric]; "
@@ -296,9 +296,9 @@ void add_ballbar_patterns(CLI::App& parent, Exit& exit) {
 
 void add_ballbar_identify(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<IdentifyOptions>();
-  CLI::App* identify_app = parent.add_subcommand(
-      "identify",
-      "Fit all errors of the rotary axes to traces taken without compensation, and write the config");
+  CLI::App* identify_app = parent.add_subcommand("identify",
+                                                 "Find all errors of the rotary axes from traces that were "
+                                                 "taken without compensation, and write the config");
   identify_app
       ->add_option("traces", options->traces,
                    "CSV files (angle in deg, reading in mm); NAME=FILE where the file does not say its test")
@@ -316,7 +316,7 @@ void add_ballbar_identify(CLI::App& parent, Exit& exit) {
 
 void add_ballbar(CLI::App& app, Exit& exit) {
   CLI::App* command = app.add_subcommand(
-      "ballbar", "Ball-bar tests of a tilting rotary table: run them in simulation, find the errors");
+      "ballbar", "Find the errors of a tilting rotary table by ball-bar tests, and rehearse these");
   command->require_subcommand(1);
   add_ballbar_run(*command, exit);
   add_ballbar_identify(*command, exit);

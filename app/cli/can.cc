@@ -266,7 +266,7 @@ Exit print_frames(const CanOptions& options) {
 
 void add_can(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<CanOptions>();
-  CLI::App* can = app.add_subcommand("can", "Look at and talk to the nodes of a CANopen bus (commissioning)");
+  CLI::App* can = app.add_subcommand("can", "Look at the nodes of a CANopen bus, and talk to them");
   can->require_subcommand(1);
   const auto add = [&](const std::string& name, const std::string& help, Exit (*command)(const CanOptions&)) {
     CLI::App* sub = can->add_subcommand(name, help);
@@ -277,7 +277,7 @@ void add_can(CLI::App& app, Exit& exit) {
   const auto add_common = [&](CLI::App* sub) {
     sub->add_option("--timeout", options->timeout_s, "Seconds to wait for an answer")
         ->check(CLI::PositiveNumber);
-    sub->add_flag("--json", options->json, "For programs");
+    sub->add_flag("--json", options->json, "Write JSON, for programs");
   };
   CLI::App* scan_app = add("scan", "Ask every node id who it is", scan);
   scan_app->add_option("--last", options->last, "Highest node id to ask")->check(CLI::Range(1, kNodeIdMax));

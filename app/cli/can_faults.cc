@@ -46,9 +46,10 @@ Exit rehearse(const FaultOptions& options) {
 
 void add_can_faults(CLI::App& can, Exit& exit) {
   auto options = std::make_shared<FaultOptions>();
-  CLI::App* sub = can.add_subcommand("faults", "Rehearse everything that can go wrong on the bus, in memory");
+  CLI::App* sub =
+      can.add_subcommand("faults", "Rehearse what can go wrong on the bus, with emulated drives in memory");
   sub->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
-  sub->add_flag("--json", options->json, "For programs");
+  sub->add_flag("--json", options->json, "Write JSON, for programs");
   sub->footer(
       std::string("For every row the machine of the config is brought up on emulated drives, homed and put\n"
                   "in motion; then the cause happens.\n") +

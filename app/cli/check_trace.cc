@@ -47,7 +47,7 @@ Exit judge(const CheckTraceOptions& options) {
 void add_check_trace(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<CheckTraceOptions>();
   CLI::App* command =
-      app.add_subcommand("check-trace", "judge a setpoint trace against the machine's limits");
+      app.add_subcommand("check-trace", "Judge a recorded trace against the machine's limits");
   command
       ->add_option("TRACE", options->trace,
                    "CSV written by 'run --trace' or 'daemon --record', or - for standard input")

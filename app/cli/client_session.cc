@@ -147,9 +147,8 @@ CLI::App& add_client(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
 }
 
 void add_wait(CLI::App& client, const std::shared_ptr<ClientOptions>& options) {
-  client.add_flag("--wait", options->wait,
-                  "Return when the machine is at rest again, not when it has understood");
-  client.add_option("--patience", options->patience_s, "With --wait: at most this many seconds")
+  client.add_flag("--wait", options->wait, "Wait until the machine is at rest again");
+  client.add_option("--patience", options->patience_s, "With --wait: give up after so many seconds")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
 }

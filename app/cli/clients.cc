@@ -139,8 +139,7 @@ void add_program_clients(CLI::App& app, Exit& exit) {
       .add_option("program", load->text, "G-code file, read by the daemon's host")
       ->required();
   auto mdi = std::make_shared<ClientOptions>();
-  CLI::App& mdi_app = add_sender(app, exit, mdi, "mdi",
-                                 "Run a line of G-code at once, e.g. trunnion mdi 'G0 X10' --machine ...",
+  CLI::App& mdi_app = add_sender(app, exit, mdi, "mdi", "Run a line of G-code at once: trunnion mdi 'G0 X10'",
                                  [](const Machine&, const ClientOptions& options) {
                                    return text_command(command_t::MDI, options.text);
                                  });
@@ -155,14 +154,13 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
     std::int8_t verb;
     bool wait;
   } kPlain[] = {
-      {"hold", "Slow down on the path and stand; 'resume' goes on. A jog is ended", command_t::HOLD, false},
+      {"hold", "Brake on the path and stand still; 'resume' goes on. A jog ends", command_t::HOLD, false},
       {"resume",
-       "Cycle start: go on after a hold, a program stop (M0, M1) or a single block; after M6 it says that "
-       "the tool "
-       "is in the spindle",
+       "Go on after a hold, a program stop (M0, M1) or a single block. After M6 it says that the tool is in "
+       "the spindle",
        command_t::RESUME, false},
-      {"stop", "Slow down on the path and give the program up", command_t::STOP, true},
-      {"estop", "Emergency stop: every drive brakes by its own ramp, then loses power", command_t::ESTOP,
+      {"stop", "Brake on the path and end the program", command_t::STOP, true},
+      {"estop", "Emergency stop: every drive brakes by its own ramp, then has no power", command_t::ESTOP,
        false},
       {"reset", "Clear a fault or an emergency stop and bring the drives up again", command_t::RESET, true},
   };
@@ -201,8 +199,8 @@ void add_start(CLI::App& app, Exit& exit) {
   CLI::App& client = add_client(app, exit, options, "start", "Start the loaded program", start);
   client
       .add_option("--from", options->count,
-                  "Begin at this line: the lines before it set modes, offsets and tool; the way to where "
-                  "they end is shown, and nothing moves before you have agreed")
+                  "Begin at this line. The lines before it set modes, offsets and tool without motion. The "
+                  "way to the start is shown, and nothing moves before you agree")
       ->check(CLI::Range(2L, 100000000L));
   client.add_flag("--yes", options->yes, "With --from: do not ask");
   add_wait(client, options);
@@ -211,7 +209,7 @@ void add_start(CLI::App& app, Exit& exit) {
 void add_home(CLI::App& app, Exit& exit) {
   auto home = std::make_shared<ClientOptions>();
   CLI::App& home_app =
-      add_sender(app, exit, home, "home", "Let the joints find their positions", home_command);
+      add_sender(app, exit, home, "home", "Home the machine: the joints find their positions", home_command);
   home_app.add_option("joint", home->text, "Name of one joint; default: all");
   add_wait(home_app, home);
 }
@@ -221,8 +219,8 @@ void add_override(CLI::App& app, Exit& exit) {
   auto what = std::make_shared<std::string>("feed");
   CLI::App& client =
       add_sender(app, exit, options, "override",
-                 "Set the speed of feed moves, of rapid moves or of the spindle, now and later. M49, M50 P0 "
-                 "and M51 P0 of a program take feed and spindle out of the operator's hand.",
+                 "Set the speed of feed moves, of rapid moves or of the spindle in percent: trunnion "
+                 "override 80. A program takes feed and spindle out of your hand with M49, M50 P0 or M51 P0.",
                  [what](const Machine&, const ClientOptions& chosen) {
                    command_t command = command_of(*what == "rapid"      ? command_t::RAPID_OVERRIDE
                                                   : *what == "spindle"  ? command_t::SPINDLE_OVERRIDE
@@ -233,11 +231,14 @@ void add_override(CLI::App& app, Exit& exit) {
                  });
   client
       .add_option("percent", options->amount,
-                  "0 over 100 (as programmed) to 200; feed above 100 as far as the joints allow; rapid and "
-                  "adaptive at most 100")
+                  "0 to 200; 100 is as programmed. Above 100 the axis limits still count. Rapid and "
+                  "adaptive: at most 100")
       ->required()
       ->check(CLI::Range(0.0, 200.0));
-  client.add_option("--of", *what, "feed (and jogs), rapid, spindle; adaptive acts where M52 lets it")
+  client
+      .add_option(
+          "--of", *what,
+          "whose speed: feed (jogs too), rapid, spindle, or adaptive, which acts where the program has M52")
       ->check(CLI::IsMember({"feed", "rapid", "spindle", "adaptive"}))
       ->capture_default_str();
 }
@@ -246,8 +247,8 @@ void add_step(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ClientOptions>();
   auto on = std::make_shared<std::string>();
   add_sender(app, exit, options, "step",
-             "Single block: 'on' lets the machine stand on the path at the end of every line of the program "
-             "until 'resume' or 'start'; one that comes too soon to stop there is passed",
+             "Single block: after 'on', the machine stands still at the end of every line until 'resume' or "
+             "'start'. Lines too short to stop on are run together with the next",
              [on](const Machine&, const ClientOptions&) {
                command_t command = command_of(command_t::SINGLE_BLOCK);
                command.value = *on == "on" ? 1 : 0;
@@ -279,10 +280,10 @@ void add_switch(CLI::App& app, Exit& exit) {
   auto on = std::make_shared<std::string>();
   CLI::App& client = add_sender(
       app, exit, options, "switch",
-      "Operator's switches. optional-stop: M1 stops; at once, also while a program runs. The others while "
-      "the machine is idle: block-delete skips the lines that begin with /; dry-run drives feed moves as "
-      "fast as the joints can, with the spindle off and the tool away from the work; machine-lock runs "
-      "programs while no joint moves",
+      "Set a switch. optional-stop: M1 stops; it acts at once, also while a program runs. You set the "
+      "others while the machine is idle. block-delete: lines that begin with / are skipped. dry-run: feed "
+      "moves go as fast as the joints can, with the spindle off and the tool away from the work. "
+      "machine-lock: programs run while no joint moves",
       [on](const Machine&, const ClientOptions& chosen) { return switch_command(chosen.text, *on == "on"); });
   std::vector<std::string> names;
   for (const auto& entry : kSwitches) names.emplace_back(entry.name);
@@ -318,15 +319,14 @@ void add_notes(CLI::App& app, Exit& exit) {
 void add_correction(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ClientOptions>();
   auto on = std::make_shared<std::string>();
-  CLI::App& client =
-      add_sender(app, exit, options, "correction",
-                 "Switch a correction on or off: geometric and joint_table while the machine is idle, "
-                 "the others at any time",
-                 [on](const Machine&, const ClientOptions& chosen) {
-                   command_t command = text_command(command_t::CORRECTION, chosen.text);
-                   command.value = *on == "on" ? 1 : 0;
-                   return command;
-                 });
+  CLI::App& client = add_sender(app, exit, options, "correction",
+                                "Switch a correction on or off. Geometric and joint_table change only while "
+                                "the machine is idle, the others at any time",
+                                [on](const Machine&, const ClientOptions& chosen) {
+                                  command_t command = text_command(command_t::CORRECTION, chosen.text);
+                                  command.value = *on == "on" ? 1 : 0;
+                                  return command;
+                                });
   client.add_option("name", options->text, "As 'trunnion status' lists it")->required();
   client.add_option("switch", *on, "on or off")->required()->check(CLI::IsMember({"on", "off"}));
 }
@@ -336,11 +336,10 @@ void add_watchers(CLI::App& app, Exit& exit) {
   add_client(app, exit, status, "status", "Show the state of machine and daemon, once", show_status)
       .add_flag("--json", status->json, "For programs: one JSON object");
   auto watch = std::make_shared<ClientOptions>();
-  CLI::App& watch_app = add_client(app, exit, watch, "monitor",
-                                   "Show what the machine does and where it is, on one screen that follows "
-                                   "it, until Ctrl-C",
-                                   monitor);
-  watch_app.add_flag("--lines", watch->lines, "One line for each message instead; so also into a pipe");
+  CLI::App& watch_app = add_client(
+      app, exit, watch, "monitor",
+      "Show what the machine does and where it is, on a screen that follows it until Ctrl-C", monitor);
+  watch_app.add_flag("--lines", watch->lines, "Write a line for each message instead, as into a pipe");
   watch_app.add_flag("--json", watch->json, "For programs: one JSON object a line; mm and rad");
   watch_app.add_option("--count", watch->count, "End after so many messages; 0: no end")
       ->check(CLI::NonNegativeNumber);

@@ -52,6 +52,8 @@ void add_panel(CLI::App& app, Exit& exit);
 void add_key(CLI::App& app);
 /// load, start, hold, resume, stop, mdi, jog, home, override, step, correction, status, monitor, estop, reset
 void add_clients(CLI::App& app, Exit& exit);
+/// man, completions
+void add_manual(CLI::App& app);
 /// offset, touch-off, tool: clients, too.
 void add_tables(CLI::App& app, Exit& exit);
 

@@ -7,6 +7,7 @@
 #include "app/cli/commands.h"
 #include "app/cli/config_keys.h"
 #include "app/cli/config_page.h"
+#include "app/cli/config_schema.h"
 #include "app/cli/config_specimens.h"
 
 namespace trn {
@@ -14,31 +15,39 @@ namespace trn {
 namespace {
 
 struct ConfigOptions {
-  bool keys = false, json = false;
+  bool keys = false, json = false, schema = false;
 };
 
 constexpr const char kConfigFooter[] =
-    "Every key of a machine's config with its range, unit, default and meaning, as docs/config.md has them:\n"
+    "Every key of a machine's config with its range, unit, default and meaning. For example, "
+    "docs/config.md:\n"
     "  trunnion config --keys > docs/config.md\n"
-    "The readers of all kinds of machines and drives are run, and what they ask for is written down.\n"
+    "An editor completes and checks a config by its schema (taplo; Even Better TOML in VS Code):\n"
+    "  trunnion config --schema > machine.schema.json\n"
+    "and in the first line of the config: #:schema ./machine.schema.json\n"
     "Exit: 0 done, 4 a key has no meaning or a meaning no key, 5 usage.\n";
 
 void show_keys(const ConfigOptions& options) {
   const ConfigKeys keys = gather_keys(ask_all_readers());
   if (const std::vector<std::string> errors = keys.check(); !errors.empty())
     throw std::runtime_error(fmt::format("{}", fmt::join(errors, "\n")));
-  fmt::print("{}", options.json ? config_json(keys).dump(2) + "\n" : config_page(keys));
+  if (options.schema)
+    fmt::print("{}\n", config_schema(keys).dump(1));
+  else
+    fmt::print("{}", options.json ? config_json(keys).dump(2) + "\n" : config_page(keys));
 }
 
 }  // namespace
 
 void add_config(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ConfigOptions>();
-  CLI::App* command = app.add_subcommand("config", "what the config of a machine may say");
-  command->add_flag("--keys", options->keys, "every key that there is, as Markdown")->required();
-  command->add_flag("--json", options->json, "the same as JSON");
+  CLI::App* command = app.add_subcommand("config", "Tell what the config of a machine may say");
+  CLI::Option* keys = command->add_flag("--keys", options->keys, "every key that there is, as Markdown");
+  command->add_flag("--json", options->json, "with --keys: as JSON")->needs(keys);
+  command->add_flag("--schema", options->schema, "a JSON schema for editors, which complete and check by it");
   command->footer(kConfigFooter);
   command->callback([options, &exit] {
+    if (!options->keys && !options->schema) throw CLI::RequiredError("--keys or --schema");
     show_keys(*options);
     exit = Exit::kDone;
   });

@@ -64,6 +64,19 @@ is. The word "none" means that a key may be missing and has no default. A table 
 it has that `type`.
 `trunnion config --keys` writes this page from what the readers themselves ask for, and a test compares the two;
 `trunnion config --keys --json` has the same for programs.
+
+## An editor that knows the keys
+
+An editor with [taplo](https://taplo.tamasfe.dev/), such as VS Code with the extension Even Better TOML, completes keys,
+shows what they mean, and marks what is wrong. It needs a schema, which the Debian package installs. From a build,
+`trunnion config --schema > machine.schema.json` writes it. The first line of the config names it:
+
+```toml
+#:schema file:///usr/share/trunnion/machine.schema.json
+```
+
+`taplo check mill.toml` does the same in a terminal. The schema knows each key alone; what depends on several of them is
+told by `trunnion run --machine mill.toml`.
 )";
 
 bool is_numeric(Form form) { return form == Form::kNumber || form == Form::kWholeNumber; }

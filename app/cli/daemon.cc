@@ -143,28 +143,26 @@ void add_daemon(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<DaemonOptions>();
   CLI::App* daemon = app.add_subcommand("daemon", "Run the machine in real time and obey the clients");
   daemon->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
-  daemon->add_option("--tools", options->tools, "Tool table (LinuxCNC .tbl); G10 L1, L10 and L11 change it")
+  daemon
+      ->add_option("--tools", options->tools,
+                   "Tool table (LinuxCNC's .tbl), which G10 L1, L10 and L11 change")
       ->check(CLI::ExistingFile);
   daemon->add_option("--vars", options->vars,
-                     "Variables (.var): offsets, the tool in the spindle, #31 to #5000; on disk before "
-                     "the command that changes them is answered. Parts and run time are kept beside it, in "
+                     "File of the variables (.var): offsets, the tool in the spindle, #31 to #5000. A change "
+                     "is on disk before its command is answered. Parts and run time are kept beside it, in "
                      "FILE.counters");
   daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
   daemon->add_option("--log", options->log,
-                     "Write what operator and drives did to this file, for 'trunnion replay'; where it has a "
-                     "session, to FILE.1, FILE.2 ...");
-  daemon->add_option(
-      "--logs", options->logs,
-      "Folder for the files that programs write by (LOGOPEN,NAME) and (LOG,TEXT); without it they "
-      "are not written");
+                     "Write what operator and drives did to this file, for 'trunnion replay'. A file that "
+                     "has a session stays, and FILE.1, FILE.2 ... is written");
+  daemon->add_option("--logs", options->logs,
+                     "Folder for the files that programs write with (LOGOPEN,NAME) and (LOG,TEXT). Without "
+                     "it they are not written");
   daemon->footer(
-      "Clients: load, start, hold, resume, stop, mdi, jog, wheel, home, override, step, switch, "
-      "correction,\n"
-      "sensor, status, monitor, acknowledge, parts, estop, reset.\n"
-      "SIGTERM or Ctrl-C: stops the motion on the path, then the drives, then the process.\n"
-      "Exit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault (already "
-      "running,\n"
-      "drives), 5 usage.");
+      "Example: trunnion daemon --machine configs/mill.toml, then in another terminal: trunnion home, "
+      "trunnion monitor\nCtrl-C or SIGTERM stops the motion on its path, then the drives, then the "
+      "process.\nExit codes: 0 done, 2 bad tools or variables, 3 bad config, 4 machine fault or already "
+      "running, 5 usage.");
   daemon->callback([&exit, options] {
     run_machine(*options);
     exit = Exit::kDone;

@@ -73,7 +73,7 @@ void add_key_show(CLI::App& key) {
 void add_gateway(CLI::App& app, Exit& exit) {
   auto config = std::make_shared<std::string>();
   CLI::App* gateway = app.add_subcommand(
-      "gateway", "Let signed commands of other hosts in, and hand them to the daemon of this one");
+      "gateway", "Let signed commands of other computers in, and hand them to this computer's daemon");
   gateway->add_option("--machine", *config, "Config of the machine (configs/X.toml); see [gateway] there")
       ->required();
   gateway->footer(
@@ -86,7 +86,8 @@ void add_gateway(CLI::App& app, Exit& exit) {
 }
 
 void add_key(CLI::App& app) {
-  CLI::App* key = app.add_subcommand("key", "Keys with which other hosts sign their commands");
+  CLI::App* key =
+      app.add_subcommand("key", "Make and show the keys with which other computers sign their commands");
   key->require_subcommand(1);
   key->footer("Exit codes: 0 done, 4 the file cannot be used or written, 5 usage.");
   add_key_make(*key);

@@ -146,7 +146,7 @@ Exit import_machine(const ImportOptions& options) {
 }  // namespace
 
 void add_import(CLI::App& app, Exit& exit) {
-  CLI::App* import = app.add_subcommand("import", "make a config of another control's machine");
+  CLI::App* import = app.add_subcommand("import", "Make a config of another control's machine");
   import->require_subcommand(1);
   auto options = std::make_shared<ImportOptions>();
   CLI::App* command = import->add_subcommand("linuxcnc", "make a config of a machine of LinuxCNC");

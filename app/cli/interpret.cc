@@ -165,13 +165,13 @@ Exit run(const InterpretOptions& options) {
 
 void add_interpret(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<InterpretOptions>();
-  CLI::App* command =
-      app.add_subcommand("interpret",
-                         "Read a program to its end without moving anything: all its errors, with "
-                         "a machine its axes' ranges too, or its canonical machining functions");
+  CLI::App* command = app.add_subcommand(
+      "interpret",
+      "Read a program to its end and tell all its errors; nothing moves. With --machine also where an axis "
+      "leaves its range, with --canon its canonical machining functions");
   command->add_option("program", options->program, "G-code file")->required();
   command->add_option("--machine", options->machine,
-                      "machine config (.toml); without it: all six words, no RTCP");
+                      "the machine's config (.toml). Without it: all six axis words, no RTCP");
   command->add_flag("--canon", options->canon, "print NIST RS274/NGC canonical functions, one a line");
   command->add_option("--tools", options->tools, "tool table (.tbl)");
   command->add_option("--vars", options->variables, "variables (.var)");
@@ -180,10 +180,9 @@ void add_interpret(CLI::App& app, Exit& exit) {
                  "write the variables back after a program without errors")
       ->needs(command->get_option("--vars"));
   command
-      ->add_option(
-          "--units", options->units,
-          "of lengths in tool table, variables and numbered parameters: mm, the default with --machine, "
-          "or inch, the default without, as the dialect's stand-alone interpreters have it")
+      ->add_option("--units", options->units,
+                   "unit of lengths in tool table, variables and numbered parameters. Without it: mm with "
+                   "--machine, else inch, as other interpreters of this dialect have it")
       ->check(CLI::IsMember({"mm", "inch"}));
   command->add_flag("--block-delete", options->block_delete, "skip lines that begin with '/'");
   command->add_option("--max-errors", options->max_errors, "give up after this many errors")

@@ -213,8 +213,8 @@ void add_measure(CLI::App& parent, Exit& exit) {
   auto options = std::make_shared<MeasureOptions>();
   CLI::App* app = parent.add_subcommand(
       "measure",
-      "A there-and-back measurement through the whole kernel, on a simulated machine whose joints go "
-      "wrong: without and, where the config has joint tables, with correction; CSV and SVG");
+      "Rehearse a measurement there and back, on a simulated machine whose joints have errors. It is made "
+      "without correction and, where the config has joint tables, with it; writes CSV and a picture");
   app->add_option("--machine", options->machine, "machine config (.toml)")->required();
   app->add_option("--truth", options->truth,
                   "the simulated machine's true errors: a file with a section [corrections.joint_table]")
@@ -242,11 +242,12 @@ void add_measure(CLI::App& parent, Exit& exit) {
 }  // namespace
 
 void add_joint_table(CLI::App& app, Exit& exit) {
-  CLI::App* command = app.add_subcommand("joint-table", "Error tables of single joints, from measurements");
+  CLI::App* command = app.add_subcommand(
+      "joint-table", "Find the errors of single joints, as a screw's or a scale's, from measurements");
   command->require_subcommand(1);
   auto options = std::make_shared<FitOptions>();
   CLI::App* fit_app = command->add_subcommand(
-      "fit", "Slope, backlash or table of every measured joint, and the section for the config");
+      "fit", "Find slope, backlash or table of every measured joint, and write the section for the config");
   fit_app
       ->add_option("measurements", options->measurements,
                    "CSV in the order of measuring: joint, commanded, actual (mm or deg), there and back")

@@ -267,8 +267,7 @@ Exit serve(const KinOptions& options) {
 
 void add_kin(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<KinOptions>();
-  CLI::App* command =
-      app.add_subcommand("kin", "kinematics of a machine: poses to joints and back, as JSON lines");
+  CLI::App* command = app.add_subcommand("kin", "Turn poses of the tool into joints and back, as JSON lines");
   command->add_option("direction", options->direction, "forward, inverse or setpoint")
       ->required()
       ->check(CLI::IsMember({"forward", "inverse", "setpoint"}));

@@ -1,81 +1,150 @@
 #include <fmt/format.h>
 
+#include <array>
 #include <cstdio>
 #include <exception>
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "app/cli/commands.h"
+#include "app/cli/completions.h"
+#include "app/cli/help_formatter.h"
 #include "app/cli/micromill.h"
-#include "core/config.h"
+#include "app/cli/unknown_word.h"
+#include "app/cli/version.h"
 
 namespace {
 
-const CLI::App* find_command(const CLI::App& app, const std::string& name) {
-  for (const CLI::App* command : app.get_subcommands({}))
-    if (command->get_name() == name) return command;
-  return nullptr;
+constexpr const char kDescription[] =
+    "Trunnion: a real-time CNC interpolator and kinematics kernel.\n"
+    "Run a program in simulation:   trunnion run impeller\n"
+    "Drive a machine:               trunnion daemon --machine configs/mill.toml";
+
+constexpr const char kLesson[] =
+    "Trunnion reads G-code, plans the motion and drives the joints of a machine. Try it without a machine:\n"
+    "\n"
+    "  trunnion run impeller                     cut a five-axis part in simulation\n"
+    "  trunnion run impeller --report pictures   and draw speed, joints and deviation\n"
+    "  trunnion run part.ngc --machine my.toml   your program on your machine\n"
+    "\n"
+    "Then start a machine (the drives of this config are simulated), and move it from a second terminal:\n"
+    "\n"
+    "  trunnion daemon --machine configs/mill.toml\n"
+    "  trunnion home --wait\n"
+    "  trunnion mdi 'G0 X10' --wait\n"
+    "  trunnion monitor\n"
+    "\n"
+    "'trunnion help' lists all commands, 'trunnion help COMMAND' explains one.\n";
+
+constexpr const char kExits[] = "Exit codes: 0 done, 2 bad program, 3 bad config, 4 machine fault, 5 usage.";
+
+struct Group {
+  const char* name;
+  std::vector<std::string_view> commands;
+};
+
+// In the order of the help. What stands in none is shown under "More".
+const std::array kGroups = {
+    Group{"Try a program on this computer", {"run", "interpret", "check-trace", "replay"}},
+    Group{"Run a machine", {"daemon", "panel", "status", "monitor", "home", "jog", "estop", "reset"}},
+    Group{"Cut a part", {"load", "start", "hold", "resume", "stop", "mdi", "override", "step", "switch"}},
+    Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
+    Group{"Set up a machine", {"config", "import", "kin", "workspace", "latency", "can", "modbus"}},
+    Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
+    Group{"Let other computers command", {"gateway", "key"}},
+    Group{"This program", {"man", "completions"}},
+};
+
+void add_commands(CLI::App& app, trn::Exit& exit) {
+  trn::add_run(app, exit);
+  trn::add_interpret(app, exit);
+  trn::add_check_trace(app, exit);
+  trn::add_replay(app, exit);
+  trn::add_daemon(app, exit);
+  trn::add_panel(app, exit);
+  trn::add_clients(app, exit);
+  trn::add_tables(app, exit);
+  trn::add_sensor(app, exit);
+  trn::add_config(app, exit);
+  trn::add_import(app, exit);
+  trn::add_kin(app, exit);
+  trn::add_workspace(app, exit);
+  trn::add_latency(app, exit);
+  trn::add_can(app, exit);
+  trn::add_modbus(app, exit);
+  trn::add_ballbar(app, exit);
+  trn::add_ball(app, exit);
+  trn::add_joint_table(app, exit);
+  trn::add_micromill(app, exit);
+  trn::add_gateway(app, exit);
+  trn::add_key(app);
+  trn::add_manual(app);
 }
 
-// `trunnion help [COMMAND]`, or a word that is no command. Nothing if the line is CLI11's to read.
-std::optional<trn::Exit> explain(const CLI::App& app, int argc, char** argv) {
-  if (argc < 2 || argv[1][0] == '-' || find_command(app, argv[1])) return std::nullopt;
-  const std::string word = argv[1];
-  if (word == "help") {
-    const CLI::App* command = argc > 2 ? find_command(app, argv[2]) : &app;
-    fmt::print("{}", (command ? command : &app)->help());
+void sort_into_groups(CLI::App& app) {
+  for (CLI::App* command : app.get_subcommands({})) {
+    command->group("More");
+    for (const Group& group : kGroups)
+      for (const std::string_view name : group.commands)
+        if (command->get_name() == name) command->group(group.name);
+  }
+}
+
+trn::Exit help(const CLI::App& app, const std::vector<std::string>& names) {
+  if (const CLI::App* command = trn::find_command(app, names)) {
+    std::string around = names.empty() ? "" : "trunnion";
+    for (std::size_t i = 0; i + 1 < names.size(); ++i) around += " " + names[i];
+    fmt::print("{}", command->help(around));
     return trn::Exit::kDone;
   }
-  std::vector<std::string> legal = {"help"};
-  for (const CLI::App* command : app.get_subcommands({})) legal.push_back(command->get_name());
-  const std::string near = trn::nearest_word(word, legal);
-  fmt::print(stderr, "'{}' is no command{}; 'trunnion help' lists them all\n", word,
-             near.empty() ? "" : fmt::format("; did you mean '{}'?", near));
+  fmt::print(stderr, "{}", trn::unknown_word(app, names).value_or("'trunnion help' lists all commands\n"));
   return trn::Exit::kUsage;
+}
+
+// Nothing, `help [COMMAND]`, and a shell that asks what may come next. The rest is CLI11's to read.
+std::optional<trn::Exit> answer(const CLI::App& app, const std::vector<std::string>& words) {
+  if (words.empty()) {
+    fmt::print("{}", kLesson);
+    return trn::Exit::kUsage;
+  }
+  const std::vector<std::string> rest(words.begin() + 1, words.end());
+  if (words[0] == "help") return help(app, rest);
+  if (words[0] != "complete") return std::nullopt;
+  fmt::print("{}", trn::complete_word(app, rest));
+  return trn::Exit::kDone;
+}
+
+int tell_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
+  if (error.get_exit_code() != 0) {
+    if (const auto unknown = trn::unknown_word(app, words)) {
+      fmt::print(stderr, "{}", *unknown);
+      return static_cast<int>(trn::Exit::kUsage);
+    }
+  }
+  return app.exit(error) == 0 ? 0 : static_cast<int>(trn::Exit::kUsage);
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
-  CLI::App app{
-      "Trunnion: a real-time CNC interpolator and kinematics kernel.\n"
-      "Run a program in simulation:   trunnion run part.ngc --machine configs/cradle.toml\n"
-      "Drive a machine:               trunnion daemon --machine configs/cradle.toml",
-      "trunnion"};
-  app.footer(
-      "Exit codes: 0 done, 2 bad program, 3 bad config, 4 machine fault, 5 usage.\n"
-      "'trunnion help COMMAND' explains a command.");
-  app.set_version_flag("--version", TRN_VERSION);
+  CLI::App app{kDescription, "trunnion"};
+  app.formatter(std::make_shared<trn::HelpFormatter>());
+  app.footer(kExits);
+  app.set_version_flag("--version", trn::version_text("trunnion"), "Print version and commit");
   app.require_subcommand(1);
   trn::Exit exit = trn::Exit::kDone;
-  trn::add_run(app, exit);
-  trn::add_interpret(app, exit);
-  trn::add_kin(app, exit);
-  trn::add_workspace(app, exit);
-  trn::add_check_trace(app, exit);
-  trn::add_config(app, exit);
-  trn::add_import(app, exit);
-  trn::add_micromill(app, exit);
-  trn::add_daemon(app, exit);
-  trn::add_ballbar(app, exit);
-  trn::add_ball(app, exit);
-  trn::add_joint_table(app, exit);
-  trn::add_clients(app, exit);
-  trn::add_tables(app, exit);
-  trn::add_latency(app, exit);
-  trn::add_sensor(app, exit);
-  trn::add_gateway(app, exit);
-  trn::add_panel(app, exit);
-  trn::add_key(app);
-  trn::add_can(app, exit);
-  trn::add_modbus(app, exit);
-  trn::add_replay(app, exit);
-  if (const auto explained = explain(app, argc, argv)) return static_cast<int>(*explained);
+  add_commands(app, exit);
+  sort_into_groups(app);
+  app.footer(std::string(kExits) + "\n'trunnion help COMMAND' explains a command.");
+  const std::vector<std::string> words(argv + 1, argv + argc);
+  if (const auto answered = answer(app, words)) return static_cast<int>(*answered);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? 0 : static_cast<int>(trn::Exit::kUsage);
+    return tell_usage(app, error, words);
   } catch (const std::exception&) {
     exit = trn::tell_exception(trn::Exit::kMachineFault);
   }

@@ -18,6 +18,9 @@
 #include <utility>
 #include <vector>
 
+#include "app/cli/help_formatter.h"
+#include "app/cli/man_page.h"
+#include "app/cli/version.h"
 #include "core/config.h"
 #include "core/machine.h"
 #include "hal/can/bus.h"
@@ -211,6 +214,14 @@ int main(int argc, char** argv) {
       "Example: ip link add dev vcan0 type vcan; ip link set vcan0 up\n"
       "         trunnion-drives --can vcan0 --machine configs/cradle_can.toml",
       "trunnion-drives"};
+  app.set_version_flag("--version", trn::version_text("trunnion-drives"), "Print version and commit");
+  app.formatter(std::make_shared<trn::HelpFormatter>());
+  app.add_flag_callback("--man",
+                        [&app] {
+                          fmt::print("{}", trn::man_page(app));
+                          throw CLI::Success();
+                        })
+      ->group("");  // for the packages
   trn::Options options;
   app.add_option("--machine", options.machine, "Config of the machine (configs/X.toml)")->required();
   app.add_option("--can", options.interfaces,

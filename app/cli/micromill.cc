@@ -261,10 +261,9 @@ CLI::App& add_one(CLI::App& parent, const char* name, const char* words,
 }  // namespace
 
 void add_micromill(CLI::App& app, Exit& exit) {
-  CLI::App& parent = *app.add_subcommand("micromill",
-                                         "Cutting force from the motors' current and position, and the "
-                                         "tool's deflection from the force, on a simulated "
-                                         "micro-mill that differs from the estimator's model.");
+  CLI::App& parent = *app.add_subcommand(
+      "micromill",
+      "Estimate cutting force and tool deflection from the motors' current, on a simulated micro-mill.");
   parent.require_subcommand(1);
   const auto options = [] { return std::make_shared<MicromillOptions>(); };
   auto with = options();

@@ -81,7 +81,7 @@ Exit guarded(const ModbusOptions& options, Exit (*command)(const ModbusOptions&)
 
 void add_modbus(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ModbusOptions>();
-  CLI::App* modbus = app.add_subcommand("modbus", "Look at and talk to Modbus devices (commissioning)");
+  CLI::App* modbus = app.add_subcommand("modbus", "Look at Modbus devices, and talk to them");
   modbus->require_subcommand(1);
   modbus->footer(
       "ADDRESS is tcp:HOST[:PORT] or rtu:DEVICE[:BAUD[:N|E|O]].\n"
@@ -97,7 +97,7 @@ void add_modbus(CLI::App& app, Exit& exit) {
   };
   CLI::App* scan_app = add("scan", "Ask every unit whether it is there", scan);
   scan_app->add_option("--last", options->last, "Highest unit to ask")->check(CLI::Range(1, 247));
-  scan_app->add_flag("--json", options->json, "For programs");
+  scan_app->add_flag("--json", options->json, "Write JSON, for programs");
   CLI::App* read_app = add("read", "Read coils, inputs or registers", read);
   CLI::App* write_app = add("write", "Write a coil or holding registers", write);
   for (CLI::App* sub : {read_app, write_app}) {
@@ -107,7 +107,7 @@ void add_modbus(CLI::App& app, Exit& exit) {
     sub->add_option("--first", options->first, "First address, counted from 0")->check(CLI::Range(0, 65535));
   }
   read_app->add_option("--count", options->count, "How many")->check(CLI::Range(1, 120));
-  read_app->add_flag("--json", options->json, "For programs");
+  read_app->add_flag("--json", options->json, "Write JSON, for programs");
   write_app->add_option("values", options->values, "Numbers, 0 to 65535")->required();
   add_modbus_faults(*modbus, exit);
 }

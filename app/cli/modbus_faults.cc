@@ -39,7 +39,7 @@ void add_modbus_faults(CLI::App& modbus, Exit& exit) {
   CLI::App* sub =
       modbus.add_subcommand("faults", "Rehearse what can go wrong with the devices, on emulated ones");
   sub->add_option("--machine", options->machine, "Config of the machine (configs/X.toml)")->required();
-  sub->add_flag("--json", options->json, "For programs");
+  sub->add_flag("--json", options->json, "Write JSON, for programs");
   sub->footer(
       std::string(
           "For every row the machine of the config, with simulated drives and its devices emulated\n"

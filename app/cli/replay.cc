@@ -53,10 +53,9 @@ Exit replay_session(const ReplayOptions& options) {
 
 void add_replay(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<ReplayOptions>();
-  CLI::App* command = app.add_subcommand(
-      "replay",
-      "Run a session again from its log (daemon --log, run --log), without drives and clock; the "
-      "setpoints are the same bits");
+  CLI::App* command = app.add_subcommand("replay",
+                                         "Run a session again from its log (daemon --log, run --log). There "
+                                         "are no drives and no clock; the setpoints are the same bits");
   command->add_option("log", options->log, "the session's log")->required();
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)")->required();
   command->add_option("--machine", options->machine, "config, if it is not where the log says");

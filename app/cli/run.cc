@@ -2,11 +2,13 @@
 #include <unistd.h>
 
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string_view>
 
+#include "app/cli/browser.h"
 #include "app/cli/commands.h"
 #include "app/cli/run_inputs.h"
 #include "app/lab/run_pictures.h"
@@ -20,6 +22,7 @@
 #include "app/session/stretch_export.h"
 #include "app/session/trace.h"
 #include "core/fault.h"
+#include "core/machine.h"
 #include "core/ports.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
@@ -123,6 +126,39 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
+// The end of the summary: what it was, and what to try next.
+void tell_people(const RunOptions& options, const SimulationResult& result, const Machine& machine) {
+  const std::string page = options.pictures.empty() ? "" : options.pictures + "/report.html";
+  if (options.json) {
+    if (!page.empty()) fmt::print(stderr, "pictures: {}\n", page);
+    return;
+  }
+  fmt::print("{}", run_sentence(result, machine, options.program));
+  if (page.empty())
+    fmt::print("Next: see where, with --report pictures (speed, joints, path, deviation).\n");
+  else if (open_in_browser(page))
+    fmt::print("Pictures: {}; your browser shows them.\n", page);
+  else
+    fmt::print("Pictures: {}; open it in a browser.\n", page);
+}
+
+Exit tell_result(const RunOptions& options, const Assembly& assembly, const SimulationResult& result) {
+  const auto report = options.json ? run_json : run_summary;
+  fmt::print("{}", report(result, assembly.machine, options.program));
+  const std::string health = assembly.drives->health();
+  if (!options.json && !health.empty()) fmt::print("  bus              {}\n", health);
+  const std::string broken = broken_promises(result, assembly.machine);
+  fmt::print(stderr, "{}", broken);
+  tell_people(options, result, assembly.machine);
+  if (result.fault == Fault::kOk) return broken.empty() ? Exit::kDone : Exit::kMachineFault;
+  const FaultInfo& fault = fault_info(result.fault);
+  fmt::print(stderr, "fault {}: {}; {}\n", fault.name, fault.meaning, fault.remedy);
+  const std::string check = explain(result.failed_check);
+  const std::string detail = check.empty() ? assembly.drives->explain_fault(-1) : check;
+  if (!detail.empty()) fmt::print(stderr, "{}\n", detail);
+  return Exit::kMachineFault;
+}
+
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
@@ -179,22 +215,24 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
     write_run_pictures(options.pictures, options.program, assembly.machine, recorder.bins(), result);
   if (!options.variables.empty()) save_parameters(options.variables, parameters);
 
-  const auto report = options.json ? run_json : run_summary;
-  fmt::print("{}", report(result, assembly.machine, options.program));
-  const std::string health = assembly.drives->health();
-  if (!options.json && !health.empty()) fmt::print("  bus              {}\n", health);
-  const std::string broken = broken_promises(result, assembly.machine);
-  fmt::print(stderr, "{}", broken);
-  if (result.fault == Fault::kOk) return broken.empty() ? Exit::kDone : Exit::kMachineFault;
-  const FaultInfo& fault = fault_info(result.fault);
-  fmt::print(stderr, "fault {}: {}; {}\n", fault.name, fault.meaning, fault.remedy);
-  const std::string check = explain(result.failed_check);
-  const std::string detail = check.empty() ? assembly.drives->explain_fault(-1) : check;
-  if (!detail.empty()) fmt::print(stderr, "{}\n", detail);
-  return Exit::kMachineFault;
+  return tell_result(options, assembly, result);
+}
+
+// Examples are found by their name alone, in the source or where this program is installed.
+std::string with_examples(const std::string& program) {
+  std::error_code none;
+  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+  for (const char* folder : {"../share/trunnion/examples", "../../examples"}) {
+    const std::filesystem::path found = (here / folder / (program + ".ngc")).lexically_normal();
+    if (!std::filesystem::exists(program, none) && std::filesystem::is_regular_file(found, none))
+      return found;
+  }
+  return program;
 }
 
 Exit run(RunOptions options) {
+  if (options.project.empty() && !options.program.empty() && options.program.find('/') == std::string::npos)
+    options.program = with_examples(options.program);
   const RunInputs inputs =
       complete_inputs({options.program, options.machine, options.tools}, options.project);
   if (inputs.program.empty()) throw CLI::RequiredError("program");
@@ -216,63 +254,58 @@ Exit run(RunOptions options) {
 
 void add_run(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<RunOptions>();
-  CLI::App* command = app.add_subcommand("run",
-                                         "Run a program on simulated drives, faster than real time, and tell "
-                                         "how it went. The program is checked "
-                                         "to its end first; with an error in it nothing moves.");
-  command->add_option("program", options->program, "G-code file");
-  command->add_option(
-      "--machine", options->machine,
-      "machine config (.toml); without it the one that a comment of the program's first lines "
-      "names, relative to its folder: (machine: ../configs/mill.toml; tools: tools.tbl)");
-  command->add_option(
-      "--project", options->project,
-      "the project's folder, as run.sh gives it: files not found from here are looked for in it, "
-      "examples by their name alone; without a program its impeller, without a machine its cradle");
+  CLI::App* command =
+      app.add_subcommand("run",
+                         "Run a program on simulated drives, faster than real time, and tell how it went. "
+                         "The program is checked to its end first. With an error in it nothing moves.");
+  command->add_option("program", options->program, "G-code file; or an example by its name: impeller");
+  command->add_option("--machine", options->machine,
+                      "the machine's config (.toml). Without it, the program's first lines name it, relative "
+                      "to the program's folder: (machine: ../configs/mill.toml; tools: tools.tbl)");
+  command->add_option("--project", options->project,
+                      "the project's folder, which run.sh gives. Files that are not here are looked for "
+                      "there. Without a program its impeller is run, without a machine its cradle");
   command->add_flag("--files", options->files,
-                    "print where program, machine and tools are found, a line each, and run nothing");
+                    "print where program, machine and tools are found, a line each; nothing is run");
   command->add_option("--trace", options->trace, "write the setpoints of every period (CSV)");
   command->add_flag("--trace-corrections", options->trace_corrections,
-                    "in the trace, also what each correction adds to each joint");
+                    "write what each correction adds to each joint into the trace, too");
   command
       ->add_option("--trace-density", options->trace_density,
-                   "sample the same motion this many times per period, in trace and summary")
+                   "sample the motion this many times a period, in trace and summary")
       ->check(CLI::Range(1, 100));
-  command->add_option(
-      "--path", options->path,
-      "write the joint path that was planned, s,joints...,tip, a blank line between stretches");
+  command->add_option("--path", options->path,
+                      "write the planned path of joints and tip; a blank line stands between stretches");
   command->add_option(
       "--stretches", options->stretches,
-      "write the stretches between full stops: planned time, length of tip path at each feed (CSV)");
+      "write a line for each stretch between full stops: planned time, and tip path at each feed (CSV)");
   command->add_option(
       "--report", options->pictures,
-      "write pictures of the run into this folder: report.html, which needs nothing else, and each as "
-      "SVG: speed, joints, path, deviation");
-  command->add_option("--tools", options->tools, "tool table (.tbl); without it as --machine");
+      "draw the run into this folder: report.html, which needs nothing else, and each picture as SVG: "
+      "speed, joints, path, deviation. In a terminal with a display the browser shows it");
+  command->add_option("--tools", options->tools,
+                      "tool table (.tbl). Without it, the program's first lines name it, as with --machine");
   command->add_option("--vars", options->variables,
                       "variables (.var), read before and written after the run");
   command
       ->add_option("--from", options->from_line,
-                   "begin at this line of the program: the lines before it set modes, offsets and tool "
-                   "without moving, the machine goes to where they end (up to [program] safe_z_mm, across, "
-                   "down), then the program goes on")
+                   "begin at this line. The lines before it set modes, offsets and tool without motion. Then "
+                   "the machine goes to where they end: up to [program] safe_z_mm, across, down")
       ->check(CLI::PositiveNumber);
   command
       ->add_option(
           "--stop-after", options->stop_after_s,
-          "stop once the motion has taken so many seconds; 3600 for a program that goes round for ever, as "
-          "with M99 at its end")
+          "stop after so many seconds of motion. A program without an end (M99 at its end) stops after 3600")
       ->check(CLI::PositiveNumber);
   command->add_option("--operator", options->script,
-                      "what the operator does: lines of SECONDS ACTION [VALUE] with hold, resume, stop, "
-                      "override, rapid, spindle, adaptive (percent), step on|off; # begins a comment");
+                      "a file of what the operator does, lines of SECONDS ACTION [VALUE]: hold, resume, "
+                      "stop, step on|off; override, rapid, spindle, adaptive in percent. # begins a comment");
   command->add_flag("--step", options->single_block,
-                    "single block: stand on the path at the end of every line, then go on at once");
+                    "single block: stand still at the end of every line, then go on at once");
   command->add_option("--log", options->log, "write the session to this file, for 'trunnion replay'");
-  command->add_option(
-      "--logs", options->logs,
-      "folder for the files that the program writes by (LOGOPEN,NAME) and (LOG,TEXT); without it "
-      "they are not written");
+  command->add_option("--logs", options->logs,
+                      "folder for the files that the program writes with (LOGOPEN,NAME) and (LOG,TEXT). "
+                      "Without it they are not written");
   command->add_flag("--json", options->json, "summary as JSON (mm, rad, s)");
   command->callback([options, &exit] { exit = run(*options); });
 }

@@ -41,7 +41,7 @@ Exit send_reading(const SensorOptions& options) {
 void add_sensor(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<SensorOptions>();
   CLI::App* command = app.add_subcommand(
-      "sensor", "Give the daemon's corrections a reading, e.g. the temperature of a ball screw");
+      "sensor", "Give the daemon's corrections a reading, as the temperature of a ball screw");
   command->add_option("name", options->name, "as the config's corrections name it")->required();
   command->add_option("value", options->value, "temperature in degrees Celsius")->required();
   command->add_option("--machine", options->machine, kMachineHelp)->envname("TRUNNION_MACHINE");

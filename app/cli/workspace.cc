@@ -124,7 +124,7 @@ Exit workspace_command(const WorkspaceFiles& files) {
 void add_workspace(CLI::App& app, Exit& exit) {
   auto files = std::make_shared<WorkspaceFiles>();
   CLI::App* command = app.add_subcommand(
-      "workspace", "what a machine reaches, how well conditioned and how fast, as a table, picture and CSV");
+      "workspace", "Tell what a machine reaches, how fast, and how well conditioned it is there");
   command->add_option("--machine,-m", files->machine, "machine config (.toml)")->required();
   command->add_option("--svg", files->svg, "write a picture: sections through home");
   command->add_option("--csv", files->csv, "write every place sampled");

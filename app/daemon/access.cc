@@ -6,6 +6,7 @@
 #include <unistd.h>
 
 #include "app/client/daemon_place.h"
+#include "hal/local_socket.h"
 
 namespace trn {
 
@@ -51,7 +52,7 @@ std::string AccessRules::refusal(const Peer& peer, Role role) const {
 std::string socket_to_make(const AccessConfig& config, const std::string& machine, gid_t group) {
   if (!config.socket.empty()) return config.socket;
   const std::string folder = private_folder(lock_folders());
-  const bool given = group == kNobody || chown(folder.c_str(), static_cast<uid_t>(-1), group) == 0;
+  const bool given = group == kNobody || give_to_group(folder, group);
   if (!given) spdlog::info("{}: group '{}' cannot enter this folder", folder, config.look);
   return fmt::format("{}/{}", folder, socket_name(machine));
 }

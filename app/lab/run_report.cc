@@ -9,6 +9,7 @@
 #include "app/check/limit_judge.h"
 #include "app/session/feature_report.h"
 #include "core/axes.h"
+#include "core/fault.h"
 #include "core/units.h"
 #include "sim/simulated_screws.h"
 
@@ -70,6 +71,54 @@ nlohmann::json corrections_json(const SimulationResult& r) {
 }
 
 }  // namespace
+
+namespace {
+
+std::string length(double mm) {
+  return mm < 1000 ? fmt::format("{:.0f} mm", mm) : fmt::format("{:.2f} m", mm / 1000);
+}
+
+/// The limit that was used for longest.
+struct Bound {
+  std::size_t joint = 0;
+  const char* what = "";
+  double time_s = 0;
+};
+
+Bound longest_bound(const SimulationResult& r) {
+  Bound worst;
+  for (std::size_t i = 0; i < r.at_limit.size(); ++i) {
+    const TimeAtLimit& at = r.at_limit[i];
+    for (const Bound& bound : {Bound{i, "velocity", at.velocity}, Bound{i, "acceleration", at.acceleration},
+                               Bound{i, "jerk", at.jerk}})
+      if (bound.time_s > worst.time_s) worst = bound;
+  }
+  return worst;
+}
+
+/// "the jerk of joint C for 40 % of the time, the programmed feed for 12 %", the greater first.
+std::string bounds_text(const SimulationResult& r, const Machine& machine, bool feed_first) {
+  const Bound bound = longest_bound(r);
+  if (bound.time_s == 0) return "the programmed feed and dwells; no joint comes to a limit";
+  const std::string feed = fmt::format("the programmed feed or a dwell for {:.0f} % of the time",
+                                       percent(r.free_s, r.cycle_time_s));
+  const std::string joint =
+      fmt::format("the {} of joint {} for {:.0f} %", bound.what, machine.joints[bound.joint].name,
+                  percent(bound.time_s, r.cycle_time_s));
+  return feed_first ? feed + ", " + joint : joint + ", " + feed;
+}
+
+}  // namespace
+
+std::string run_sentence(const SimulationResult& r, const Machine& machine, const std::string& program) {
+  const bool feed_first = r.free_s >= longest_bound(r).time_s;
+  const char* const how = r.fault == Fault::kOk ? "ran through" : "was ended by a fault";
+  return fmt::format("\n{} {} on {} in {}: {} lines, {} of tool path.\nWhat limits it: {}.\n{}\n",
+                     program.substr(program.rfind('/') + 1), how, machine.name, duration(r.cycle_time_s),
+                     r.lines, length(r.path_mm), bounds_text(r, machine, feed_first),
+                     feed_first ? "A higher F makes it faster."
+                                : "A wider tolerance (G64 P) makes it faster; a higher F hardly does.");
+}
 
 std::string run_summary(const SimulationResult& r, const Machine& machine, const std::string& program) {
   std::string out = fmt::format("{} on {}\n", program, machine.name);

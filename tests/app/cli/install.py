@@ -36,7 +36,7 @@ class InstallTest(unittest.TestCase):
             self.assertIn("every joint within its limits", done.stdout)
 
     def test_the_service_starts_the_installed_program(self):
-        for name, command in (("trunnion", "daemon"), ("trunnion-gateway", "gateway")):
+        for name, command in (("trunnion", "daemon"), ("trunnion-gateway", "gateway"), ("trunnion-panel", "panel")):
             unit = (self.prefix / f"lib/systemd/system/{name}@.service").read_text()
             self.assertIn(f"ExecStart={self.prefix}/bin/trunnion {command}", unit)
 
@@ -49,7 +49,7 @@ class InstallTest(unittest.TestCase):
 
     def test_documents_come_along(self):
         found = {path.name for path in (self.prefix / "share/doc/trunnion").rglob("*")}
-        self.assertLessEqual({"README.md", "operator.md", "drives.md", "LICENSE"}, found)
+        self.assertLessEqual({"README.md", "operator.md", "drives.md", "copyright"}, found)
 
 
 if __name__ == "__main__":

@@ -9,6 +9,7 @@ is TRUNNION.
 """
 import json
 import os
+import pty
 import re
 import shutil
 import signal
@@ -150,6 +151,67 @@ def check_endless(checks, binary):
             checks.expect(f"replay of {name}", one.read() == two.read(), replay)
 
 
+def check_ending(checks):
+    """The last lines are for people: what it was, what limits it, what to try next; true against --json."""
+    told = json.loads(checks.run("pocket", "--json").stdout)
+    result = checks.run("pocket")
+    lines = result.stdout.splitlines()[-4:]
+    minutes, seconds = divmod(told["cycle_time_s"], 60)
+    checks.expect("what was run", lines[0].startswith("pocket.ngc ran through on ") and
+                  f"in {minutes:.0f} min {seconds:.3f} s: {told['lines']} lines" in lines[0], result)
+    free = 100 * told["free_of_limits_s"] / told["cycle_time_s"]
+    share, what, name = max((seconds, quantity, joint["name"]) for joint in told["joints"]
+                            for quantity, seconds in joint["time_at_limit_s"].items())
+    share *= 100 / told["cycle_time_s"]
+    checks.expect("what limits it", f"the {what} of joint {name} for {share:.0f} %" in lines[1] and
+                  f"feed or a dwell for {free:.0f} %" in lines[1] and
+                  (lines[1].index("feed") < lines[1].index("joint")) == (free >= share), result)
+    checks.expect("what to try", "--report" in lines[3], result)
+
+
+def check_browser(checks, folder):
+    """--report shows the pictures in a browser, in a terminal with a display, and else says where they are."""
+    programs = os.path.join(folder, "desktop")
+    os.makedirs(programs)
+    with open(os.path.join(programs, "xdg-open"), "w", encoding="ascii") as file:
+        file.write(f"#!/bin/sh\necho \"$1\" >{folder}/opened.new && mv {folder}/opened.new {folder}/opened\n")
+    os.chmod(os.path.join(programs, "xdg-open"), 0o755)
+    environment = {name: value for name, value in os.environ.items() if "DISPLAY" not in name}
+    environment["PATH"] = programs + ":" + environment["PATH"]
+    for display, terminal in ((":9", False), ("", True), (":9", True)):
+        ours, theirs = pty.openpty()
+        with subprocess.Popen([checks.script, "short.ngc", "--machine", "mine.toml", "--report", "shown"],
+                              cwd=checks.caller, stdout=theirs if terminal else subprocess.PIPE,
+                              stderr=subprocess.DEVNULL, env=dict(environment, DISPLAY=display)) as process:
+            os.close(theirs)
+            said = read_all(ours) if terminal else process.stdout.read()
+        os.close(ours)
+        shown = terminal and display
+        checks.expect(f"the path is said ({display}, {terminal})", b"Pictures: shown/report.html; " in said)
+        checks.expect(f"what is said of the browser ({display}, {terminal})", (b"your browser" in said) == bool(shown))
+        end = time.monotonic() + (20 if shown else 1)
+        while time.monotonic() < end and not os.path.exists(os.path.join(folder, "opened")):
+            time.sleep(0.05)
+        checks.expect(f"a browser is asked ({display}, {terminal})",
+                      os.path.exists(os.path.join(folder, "opened")) == bool(shown))
+    with open(os.path.join(folder, "opened"), encoding="ascii") as file:
+        checks.expect("the page", os.path.samefile(file.read().strip(),
+                                                   os.path.join(checks.caller, "shown/report.html")))
+
+
+def read_all(fd):
+    """What a terminal shows, to its end."""
+    out = b""
+    while True:
+        try:
+            part = os.read(fd, 4096)
+        except OSError:  # the other end is closed
+            return out
+        if not part:
+            return out
+        out += part
+
+
 def check_paths(checks):
     own = checks.run("parts/pocket.ngc", "--json")
     checks.expect("a path of the caller's before one of the project", '"lines": 5' in own.stdout, own)
@@ -276,6 +338,8 @@ def main():
         checks = Checks(make_project(folder, binary, source), make_caller(folder, source))
         check_paths(checks)
         check_options(checks)
+        check_ending(checks)
+        check_browser(checks, folder)
         check_panel(checks, folder)
         check_panel_homes(checks, folder)
         check_panel_refusals(checks, folder)

@@ -95,6 +95,7 @@ class Service(unittest.TestCase):
         self.assertIn("WatchdogSec=", text)
         self.check_unit("trunnion@.service")
         self.check_unit("trunnion-gateway@.service")
+        self.check_unit("trunnion-panel@.service")
 
     def check_unit(self, name):
         unit = pathlib.Path(self.folder.name, name)

@@ -1,0 +1,130 @@
+#include "app/cli/help_formatter.h"
+
+#include <algorithm>
+#include <cctype>
+#include <string_view>
+
+namespace trn {
+
+namespace {
+
+constexpr std::size_t kColumns = 100, kTextColumn = 32;
+
+/// `text` in lines of at most kColumns from this column on. Its own line ends stay.
+std::string wrapped(std::string_view text, std::size_t column) {
+  std::string out;
+  std::size_t at = column;
+  while (!text.empty()) {
+    const std::size_t end = std::min(text.find_first_of(" \n"), text.size());
+    const std::string_view word = text.substr(0, end);
+    if (at > column && at + 1 + word.size() > kColumns) {
+      out += "\n" + std::string(column, ' ');
+      at = column;
+    } else if (at > column) {
+      out += ' ';
+      ++at;
+    }
+    out += word;
+    at += word.size();
+    if (end < text.size() && text[end] == '\n') {
+      out += "\n" + std::string(column, ' ');
+      at = column;
+    }
+    text.remove_prefix(std::min(end + 1, text.size()));
+  }
+  return out;
+}
+
+/// A name, and behind it or below it what it is.
+std::string entry(const std::string& name, std::string_view text) {
+  std::string out = "  " + name;
+  if (text.empty()) return out + "\n";
+  if (out.size() + 2 > kTextColumn) out += "\n";
+  const std::size_t last_line = out.size() - (out.rfind('\n') == std::string::npos ? 0 : out.rfind('\n') + 1);
+  return out + std::string(kTextColumn - last_line, ' ') + wrapped(text, kTextColumn) + "\n";
+}
+
+}  // namespace
+
+std::vector<const CLI::App*> shown_commands(const CLI::App& app) {
+  return app.get_subcommands(
+      [](const CLI::App* command) { return !command->get_name().empty() && !command->get_group().empty(); });
+}
+
+std::vector<const CLI::Option*> shown_options(const CLI::App& app, bool positional) {
+  return app.get_options([positional](const CLI::Option* option) {
+    return option->get_positional() == positional && !option->get_group().empty();
+  });
+}
+
+std::string full_text(const CLI::App& command) {
+  const std::string text = command.get_description();
+  const bool open = !text.empty() && std::isalpha(static_cast<unsigned char>(text.back())) != 0;
+  return open && text.find('\n') == std::string::npos ? text + "." : text;
+}
+
+std::string first_sentence(const CLI::App& command) {
+  std::string text = command.get_description();
+  text.resize(std::min({text.find(". "), text.find('\n'), text.size()}));
+  if (!text.empty() && text.back() == '.') text.pop_back();
+  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  return text;
+}
+
+std::vector<std::string> choices_of(const CLI::Option& option) {
+  const std::string type = option.get_type_name();
+  const std::size_t open = type.find('{'), close = type.rfind('}');
+  if (open == std::string::npos || close == std::string::npos) return {};
+  return CLI::detail::split(type.substr(open + 1, close - open - 1), ',');
+}
+
+bool takes_value(const CLI::Option& option) { return option.get_items_expected_max() > 0; }
+
+std::string value_name(const CLI::Option& option) {
+  if (!takes_value(option)) return "";
+  const std::vector<std::string> choices = choices_of(option);
+  if (!choices.empty()) return CLI::detail::join(choices, "|");
+  const std::string type = option.get_type_name();
+  if (type == "TEXT:FILE") return "FILE";
+  return type.rfind("TEXT", 0) == 0 ? type : "NUMBER";
+}
+
+std::string option_remarks(const CLI::Option& option) {
+  std::vector<std::string> out;
+  const std::string type = option.get_type_name();
+  if (option.get_required()) out.push_back("required");
+  if (option.get_positional() && !choices_of(option).empty()) out.push_back(value_name(option));
+  if (type.find(":POSITIVE") != std::string::npos) out.push_back("above 0");
+  if (const std::size_t open = type.find(" in ["); open != std::string::npos) {
+    const std::string range = type.substr(open + 5, type.find(']', open) - open - 5);
+    out.push_back(CLI::detail::find_and_replace(range, " - ", " to "));
+  }
+  if (!option.get_default_str().empty()) out.push_back("default " + option.get_default_str());
+  if (!option.get_envname().empty()) out.push_back("or the environment variable " + option.get_envname());
+  for (const CLI::Option* other : option.get_excludes()) out.push_back("not with " + other->get_name());
+  for (const CLI::Option* other : option.get_needs()) out.push_back("only with " + other->get_name());
+  return out.empty() ? "" : " (" + CLI::detail::join(out, "; ") + ")";
+}
+
+HelpFormatter::HelpFormatter() {
+  label("OPTIONS", "options");
+  label("SUBCOMMAND", "COMMAND");
+  label("Positionals", "Arguments");
+}
+
+std::string HelpFormatter::make_subcommand(const CLI::App* sub) const {
+  return entry(sub->get_name(), first_sentence(*sub));
+}
+
+std::string HelpFormatter::make_option(const CLI::Option* opt, bool is_positional) const {
+  std::string name = opt->get_name(is_positional, !is_positional);
+  const std::string value = is_positional ? "" : value_name(*opt);
+  if (!value.empty()) name += " " + value;
+  return entry(name, opt->get_description() + option_remarks(*opt));
+}
+
+std::string HelpFormatter::make_description(const CLI::App* app) const {
+  return wrapped(full_text(*app), 0) + "\n\n";
+}
+
+}  // namespace trn

@@ -1,0 +1,18 @@
+# At installation: what the program itself writes. Called with trunnion, python, source, maintainer, root (DESTDIR and
+# prefix) and doc, man, share (relative).
+file(MAKE_DIRECTORY ${root}/${doc} ${root}/${man}/man1 ${root}/${share}/trunnion)
+function(write file)
+  get_filename_component(folder ${file} DIRECTORY)
+  file(MAKE_DIRECTORY ${folder})
+  execute_process(COMMAND ${ARGN} OUTPUT_FILE ${file} COMMAND_ERROR_IS_FATAL ANY)
+endfunction()
+execute_process(COMMAND ${trunnion} man --all ${root}/${man}/man1 COMMAND_ERROR_IS_FATAL ANY)
+write(${root}/${man}/man1/trunnion-drives.1 ${trunnion}-drives --man)
+write(${root}/${share}/bash-completion/completions/trunnion ${trunnion} completions bash)
+write(${root}/${share}/zsh/vendor-completions/_trunnion ${trunnion} completions zsh)
+write(${root}/${share}/fish/vendor_completions.d/trunnion.fish ${trunnion} completions fish)
+write(${root}/${share}/trunnion/machine.schema.json ${trunnion} config --schema)
+write(${root}/${doc}/changelog.Debian ${python} ${source}/packaging/debian_changelog.py ${source}/CHANGELOG.md ${maintainer})
+configure_file(${source}/CHANGELOG.md ${root}/${doc}/changelog COPYONLY)
+file(GLOB pages ${root}/${man}/man1/trunnion*.1)
+execute_process(COMMAND gzip -9nf ${pages} ${root}/${doc}/changelog ${root}/${doc}/changelog.Debian COMMAND_ERROR_IS_FATAL ANY)

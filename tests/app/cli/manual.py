@@ -1,0 +1,182 @@
+#!/usr/bin/python3
+"""usage: manual.py TRUNNION SOURCE
+
+Manual and completions say what the help says, and work where they are used: man renders every page without a warning,
+and bash, zsh and fish complete commands, options, values and files.
+"""
+import os
+import pathlib
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+import unittest
+
+PEOPLE = {"PATH": "/usr/bin:/bin", "LC_ALL": "C.UTF-8", "HOME": "/nonexistent", "TERM": "dumb"}
+
+
+def trunnion(*words):
+    return subprocess.run([BINARY, *words], capture_output=True, text=True, check=False, env=PEOPLE)
+
+
+def commands():
+    """Every command, also those of commands, as lists of words."""
+    def listed(words):
+        text = trunnion("help", *words).stdout.split("\nExit codes")[0]
+        sections = re.split(r"^(?=\S.*:$)", text, flags=re.M)
+        of_commands = [part for part in sections if not part.startswith(("Options", "Arguments", "[Option"))]
+        return [words + [name] for part in of_commands for name in re.findall(r"^  ([a-z][\w-]*)(?:  |$)", part, re.M)]
+    top = listed([])
+    return top + [inner for words in top if re.search(r"^Usage: .* COMMAND$", trunnion("help", *words).stdout, re.M)
+                  for inner in listed(words)]
+
+
+class Help(unittest.TestCase):
+    def test_every_command_has_a_help_that_fits(self):
+        found = commands()
+        self.assertGreater(len(found), 50)
+        self.assertIn(["can", "sdo"], found)
+        for words in found:
+            done = trunnion("help", *words)
+            self.assertEqual((done.returncode, done.stderr), (0, ""), words)
+            self.assertIn(f"Usage: trunnion {' '.join(words)}", done.stdout)
+            self.assertEqual(done.stdout, trunnion(*words, "--help").stdout, words)
+            for line in done.stdout.splitlines():
+                self.assertLessEqual(len(line), 125, (words, line))
+
+    def test_no_command_teaches(self):
+        done = trunnion()
+        self.assertEqual(done.returncode, 5)
+        self.assertIn("trunnion run impeller", done.stdout)
+        self.assertIn("trunnion help", done.stdout)
+
+    def test_unknown_words_suggest(self):
+        for words, said in ((["rnu"], "did you mean 'run'?"), (["can", "scna"], "did you mean 'scan'?"),
+                            (["run", "x.ngc", "--machin", "y"], "did you mean '--machine'?"),
+                            (["run", "--tols=3"], "did you mean '--tools'?"), (["help", "gatway"], "'gateway'"),
+                            (["override", "50", "--off", "feed"], "'--of'")):
+            done = trunnion(*words)
+            self.assertEqual((done.returncode, done.stdout), (5, ""), words)
+            self.assertIn(said, done.stderr, words)
+
+    def test_a_negative_number_is_no_option(self):
+        self.assertNotIn("option", trunnion("offset", "G54", "X", "-5", "--machine", "nothing").stderr)
+
+
+class Manual(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.pages = pathlib.Path(cls.folder.name, "man1")
+        assert trunnion("man", "--all", str(cls.pages)).returncode == 0
+        (cls.pages / "trunnion-drives.1").write_text(subprocess.run(
+            [BINARY + "-drives", "--man"], check=True, capture_output=True, text=True).stdout)
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    @staticmethod
+    def rendered(page):
+        """The page as people read it."""
+        done = subprocess.run(["man", "--warnings", "-l", page], capture_output=True, text=True, check=True,
+                              env={**PEOPLE, "MANWIDTH": "90", "MANPAGER": "cat"})
+        assert done.stderr == "", (page, done.stderr)
+        return re.sub(r".\x08", "", done.stdout)
+
+    @unittest.skipUnless(shutil.which("man"), "man is not here")
+    def test_every_command_has_a_page_without_a_warning(self):
+        for words in commands():
+            text = self.rendered(self.pages / f"trunnion-{words[0]}.1")
+            self.assertIn(" ".join(["trunnion", *words]), text)
+        for page in self.pages.iterdir():
+            text = self.rendered(page)
+            for part in ("NAME", "SYNOPSIS", "DESCRIPTION", "OPTIONS", "EXIT STATUS"):
+                self.assertIn(f"\n{part}\n", text, page.name)
+
+    @unittest.skipUnless(shutil.which("man"), "man is not here")
+    def test_a_page_has_every_option_of_the_help(self):
+        for words in commands():
+            page = self.rendered(self.pages / f"trunnion-{words[0]}.1")
+            for option in re.findall(r"(?<![\w-])--[a-z][\w-]*", trunnion("help", *words).stdout):
+                self.assertIn(option, page, words)
+
+    def test_backslashes_and_points_survive(self):
+        run = (self.pages / "trunnion-run.1").read_text()
+        self.assertNotRegex(run, re.compile(r"^'", re.M))
+        self.assertIn(r"\-\-machine", run)
+
+
+class Completion(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        for name in ("mill.toml", "part.ngc", "two words.ngc", "tools.tbl", "notes.txt"):
+            pathlib.Path(cls.folder.name, name).touch()
+        pathlib.Path(cls.folder.name, "parts").mkdir()
+        cls.environment = {**PEOPLE, "PATH": f"{os.path.dirname(BINARY)}:/usr/bin:/bin", "HOME": cls.folder.name,
+                           "XDG_CONFIG_HOME": cls.folder.name, "XDG_DATA_HOME": cls.folder.name}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def shell(self, *command):
+        done = subprocess.run(command, capture_output=True, text=True, check=False, cwd=self.folder.name,
+                              env=self.environment)
+        self.assertEqual(done.stderr, "", command)
+        return set(done.stdout.split("\n")) - {""}
+
+    def bash(self, *words):
+        """What bash offers for the last word."""
+        quoted = " ".join(f"'{word}'" for word in ("trunnion", *words))
+        return self.shell("bash", "--norc", "-c", f'eval "$(trunnion completions bash)"; COMP_WORDS=({quoted}); '
+                          f'COMP_CWORD={len(words)}; _trunnion; printf "%s\\n" "${{COMPREPLY[@]}}"')
+
+    def test_bash(self):
+        self.assertLessEqual({"run", "daemon", "help", "touch-off"}, self.bash(""))
+        self.assertEqual(self.bash("sta"), {"start", "status"})
+        self.assertLessEqual({"scan", "sdo", "nmt"}, self.bash("can", ""))
+        self.assertEqual(self.bash("run", "--trace-"), {"--trace-density", "--trace-corrections"})
+        self.assertEqual(self.bash("run", "--machine", ""), {"mill.toml", "parts"})
+        self.assertEqual(self.bash("run", "--machine", "=", ""), {"mill.toml", "parts"})
+        self.assertEqual(self.bash("run", "--machine", "mill.toml", "p"), {"part.ngc", "parts"})
+        self.assertEqual(self.bash("run", "two"), {"two words.ngc"})
+        self.assertEqual(self.bash("override", "50", "--of", ""), {"feed", "rapid", "spindle", "adaptive"})
+        self.assertEqual(self.bash("step", "o"), {"on", "off"})
+        self.assertEqual(self.bash("help", "gate"), {"gateway"})
+        self.assertEqual(self.bash("help", "can", "sd"), {"sdo"})
+        self.assertEqual(self.bash("run", "--from", ""), set())
+        self.assertEqual(self.bash("run", "notes"), {"notes.txt"})
+
+    def test_every_option_is_offered(self):
+        for words in commands():
+            for option in re.findall(r"^  (?:-\w,)?(--[a-z][\w-]*)", trunnion("help", *words).stdout, re.M):
+                self.assertIn(option, self.bash(*words, option), words)
+
+    @unittest.skipUnless(shutil.which("zsh"), "zsh is not here")
+    def test_zsh(self):
+        # What reaches _describe and _files, which need a line editor to go on.
+        script = ("autoload -Uz compinit; compinit -u -d $HOME/dump; eval \"$(trunnion completions zsh)\"; "
+                  "_describe() { print -l -- \"${(@P)3}\"; }; _files() { print -l -- files \"$@\"; }; "
+                  "words=(trunnion \"$@\"); CURRENT=$#words; _trunnion")
+        zsh = lambda *words: self.shell("zsh", "-f", "-c", script, "zsh", *words)
+        self.assertIn("status:Show the state of machine and daemon, once", zsh("sta"))
+        self.assertIn("start:Start the loaded program", zsh("sta"))
+        self.assertEqual(zsh("run", "--machine", ""), {"files", "-g", "*.toml(-.)"})
+        self.assertEqual({line.split(":")[0] for line in zsh("step", "o")}, {"on", "off"})
+
+    @unittest.skipUnless(shutil.which("fish"), "fish is not here")
+    def test_fish(self):
+        fish = lambda line: {word.split("\t")[0] for word in self.shell(
+            "fish", "--no-config", "-c", f"trunnion completions fish | source; complete -C '{line}'")}
+        self.assertEqual(fish("trunnion sta"), {"start", "status"})
+        self.assertEqual(fish("trunnion run --trace-"), {"--trace-density", "--trace-corrections"})
+        self.assertEqual(fish("trunnion override 50 --of "), {"feed", "rapid", "spindle", "adaptive"})
+        self.assertIn("mill.toml", fish("trunnion run --machine "))
+
+
+if __name__ == "__main__":
+    BINARY = os.path.abspath(sys.argv[1])
+    unittest.main(argv=[sys.argv[0], "-v", *sys.argv[3:]])
