@@ -116,7 +116,8 @@ class OperatorTest(unittest.TestCase):
             shop.ask("load", shop.write("part.ngc", "G21 G90\nT2 M6 G43\nG0 X[#5400] Z0\nM2\n"))
             shop.ask("start")
             shop.until(lambda s: "tool 2" in s["waits_for"])
-            self.assertEqual([round(q, 6) for q in shop.joints()[:2]], [102, 70], "tool 2 of pocket 7, from none")
+            at = shop.motion()[0]["machine"]
+            self.assertEqual([round(q, 6) for q in at[:2]], [102, 70], "tool 2 of pocket 7, from none")
             shop.ask("resume")
             shop.until(lambda s: s["state"] == "idle")
             self.assertAlmostEqual(shop.joints()[0], 2, places=6)
@@ -288,12 +289,12 @@ class OperatorTest(unittest.TestCase):
             shop.ask("mdi", "G20 G91 G93", "--wait")
             codes = json.loads(shop.ask("status", "--json"))["codes"]
             x, y, z = shop.joints()[:3]
-            shop.ask("jog", "z", "10", "--along", "tool", "--wait")
+            shop.ask("jog", "z", "0.5", "--along", "tool", "--wait")  # inch, as the program
             moved = [b - a for a, b in zip((x, y, z), shop.joints())]
             # A turns about X: the spindle's own Z leans over in Y.
             self.assertAlmostEqual(moved[0], 0, places=5)
-            self.assertAlmostEqual(abs(moved[1]), 10 * math.sin(math.radians(30)), places=5)
-            self.assertAlmostEqual(abs(moved[2]), 10 * math.cos(math.radians(30)), places=5)
+            self.assertAlmostEqual(abs(moved[1]), 12.7 * math.sin(math.radians(30)), places=5)
+            self.assertAlmostEqual(abs(moved[2]), 12.7 * math.cos(math.radians(30)), places=5)
             self.assertEqual(json.loads(shop.ask("status", "--json"))["codes"], codes, "inches, G91 and G93 as before")
             shop.ask("mdi", "G90 G94 G21 G10 L2 P1 R90", "--wait")
             x, y, z = shop.joints()[:3]
