@@ -1,0 +1,121 @@
+#!/usr/bin/env python3
+"""A daemon under random operation for as long as asked: memory and descriptors stay what they were, logs grow by what
+happened and are never written over, and no command ends it.
+
+usage: soak.py TRUNNION_BINARY SOURCE_DIR [SECONDS] [SEED]
+
+Without SECONDS: 20, or TRN_LONG=SECONDS. Exit code 77 (skipped) where the kernel allows no network of the test's own. Three
+daemons one after the other keep their logs beside each other.
+"""
+import os
+import random
+import sys
+import time
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
+import daemon_e2e  # noqa: E402
+from daemon_e2e import LONG_PROGRAM, PROGRAM, Bench  # noqa: E402
+from own_network import enter_own_network  # noqa: E402
+
+SESSIONS = 3
+WARM_UP = 1 / 3  # of a session: until caches and reply caches are full
+SLOPE_KB_MIN = 16  # of resident memory behind the warm-up, beside what the samples themselves scatter
+SAMPLES_FOR_SLOPE = 30
+
+
+class Watch:
+    """Resident memory and open descriptors of a daemon and its programs process."""
+
+    def __init__(self, pid):
+        self.pid, self.begun, self.rows = pid, time.time(), []
+
+    def sample(self):
+        resident_kb = 0
+        for pid in self.family():
+            try:
+                with open(f"/proc/{pid}/smaps_rollup") as file:
+                    resident_kb += sum(int(line.split()[1]) for line in file if line.startswith("Private_"))
+            except (FileNotFoundError, ProcessLookupError):
+                return
+        self.rows.append((time.time() - self.begun, resident_kb, len(os.listdir(f"/proc/{self.pid}/fd"))))
+
+    def family(self):
+        with open(f"/proc/{self.pid}/task/{self.pid}/children") as file:
+            return [self.pid, *map(int, file.read().split())]
+
+    def slope(self, from_s):
+        """kB a minute behind `from_s`, by least squares, and its standard error."""
+        rows = [(t / 60, kb) for t, kb, _ in self.rows if t >= from_s]
+        mean_t, mean_kb = (sum(column) / len(rows) for column in zip(*rows))
+        square = sum((t - mean_t) ** 2 for t, _ in rows)
+        slope = sum((t - mean_t) * (kb - mean_kb) for t, kb in rows) / square
+        rest = sum((kb - mean_kb - slope * (t - mean_t)) ** 2 for t, kb in rows) / max(1, len(rows) - 2)
+        return slope, (rest / square) ** 0.5
+
+
+class Operator:
+    """Does anything that an operator may do, legal or not."""
+
+    def __init__(self, bench, seed):
+        self.bench, self.rng, self.counts = bench, random.Random(seed), {}
+        self.programs = [bench.write("long.ngc", LONG_PROGRAM), bench.write("short.ngc", PROGRAM),
+                         bench.write("wrong.ngc", "G1 X9999 F100\nG99.9\n")]
+
+    def act(self):
+        rng = self.rng
+        choices = [("load", rng.choice(self.programs)), ("start",), ("start",), ("hold",), ("resume",), ("resume",),
+                   ("stop",), ("override", str(rng.randrange(0, 201))), ("override", "100"),
+                   ("step", rng.choice(("on", "off", "off"))), ("jog", rng.choice("XYZ"), f"{rng.uniform(-5, 5):.2f}"),
+                   ("mdi", f"G0 X{rng.uniform(-20, 20):.2f}"), ("mdi", "G999"), ("touch-off", "X", "0"),
+                   ("home", "--wait"), ("status",), ("estop",), ("reset", "--wait")]
+        weights = [4] * (len(choices) - 2) + [1, 4]
+        what = rng.choices(choices, weights)[0]
+        code, _, _ = self.bench.client(*what)
+        key = (what[0], code == 0)
+        self.counts[key] = self.counts.get(key, 0) + 1
+
+
+def session(bench, number, seconds, seed):
+    log = os.path.join(bench.folder.name, "session.log")
+    bench.start_daemon("--log", log, "--vars", os.path.join(bench.folder.name, "m.var"))
+    watch, operator = Watch(bench.process.pid), Operator(bench, seed)
+    bench.ask("home", "--wait")
+    end = time.time() + seconds
+    while time.time() < end:
+        operator.act()
+        assert bench.process.poll() is None, f"the daemon has ended:\n{bench.log_text()[-3000:]}"
+        watch.sample()
+    bench.ask("estop")
+    assert bench.end() == 0
+    from_s = WARM_UP * seconds
+    kept = [row for row in watch.rows if row[0] >= from_s]
+    slope, error = watch.slope(from_s)
+    done = sum(count for (_, good), count in operator.counts.items() if good)
+    refused = sum(count for (_, good), count in operator.counts.items() if not good)
+    print(f"session {number}, {seconds:.0f} s: {done} commands obeyed, {refused} refused; private memory "
+          f"{kept[0][1] / 1024:.1f} to {kept[-1][1] / 1024:.1f} MB, slope {slope:.1f} +- {error:.1f} kB/min; descriptors "
+          f"{min(row[2] for row in kept)} to {max(row[2] for row in kept)}", flush=True)
+    assert max(row[2] for row in kept) - min(row[2] for row in kept) <= 8, "descriptors are given back"
+    if len(kept) >= SAMPLES_FOR_SLOPE and seconds >= 300:
+        assert slope < SLOPE_KB_MIN + 3 * error, "memory grows"
+    return slope
+
+
+def main():
+    daemon_e2e.BINARY, daemon_e2e.SOURCE = (os.path.abspath(path) for path in sys.argv[1:3])
+    seconds = float(sys.argv[3]) if len(sys.argv) > 3 else float(os.environ.get("TRN_LONG", "20"))
+    seed = int(sys.argv[4]) if len(sys.argv) > 4 else 1
+    enter_own_network()
+    with Bench(machine="mill") as bench:
+        for number in range(1, SESSIONS + 1):
+            session(bench, number, seconds / SESSIONS, seed + number)
+        logs = sorted(name for name in os.listdir(bench.folder.name) if name.startswith("session"))
+        sizes = [os.path.getsize(os.path.join(bench.folder.name, name)) for name in logs]
+        print(f"logs: {', '.join(f'{name} {size / 1024:.0f} kB' for name, size in zip(logs, sizes))}")
+        assert len(logs) == SESSIONS and all(sizes), "every session keeps its log"
+    print("passed")
+
+
+if __name__ == "__main__":
+    main()
