@@ -9,8 +9,6 @@
 #include <thread>
 #include <utility>
 
-#include "app/daemon/direction_jog.h"
-#include "app/daemon/jog_order.h"
 #include "app/session/pipeline.h"
 #include "core/motion.h"
 
@@ -29,16 +27,7 @@ constexpr auto kClosingTime =
 constexpr auto kSwitchOffTime = std::chrono::seconds(3);
 constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
-constexpr const char* kJogProgram = "jog";  // in the status, while one goes along a direction
-constexpr std::uint32_t kUnheardMax = 16;   // commands of clients ahead of a stop: the tick takes 8 a period
-
-CommandServer::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
-CommandServer::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
-
-CommandServer::Answer refusal(MachineState before, const Decision& decision) {
-  const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
-  return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
-}
+constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
 
 // A second one changes nothing while the first is still on its way.
 bool says_again(const RtCommand& last, const RtCommand& next) {
@@ -53,6 +42,16 @@ bool drives_at_work(DriveState state) {
 }
 
 }  // namespace
+
+CommandServer::Answer MachineController::accepted() { return {acknowledge_t::ACCEPTED, ""}; }
+CommandServer::Answer MachineController::refused(const std::string& why) {
+  return {acknowledge_t::REFUSED, why};
+}
+
+CommandServer::Answer MachineController::refusal(MachineState before, const Decision& decision) {
+  const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
+  return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
+}
 
 MachineController::MachineController(const Parts& parts, std::vector<std::string> warnings)
     : parts_(parts),
@@ -97,7 +96,7 @@ void MachineController::terminate() {
 
 Conditions MachineController::conditions() const {
   const unsigned all = (1u << parts_.machine.joints.size()) - 1u;
-  return {!program_path_.empty(), (report_.homed_mask & all) == all};
+  return {!program_path_.empty(), (report_.homed_mask & all) == all, report_.stands_in_hold};
 }
 
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
@@ -115,9 +114,8 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
   if (is_switch(command.verb)) return obey_switch(command);
   const MachineState before = supervisor_.state();
   if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
-  if (command.verb == command_t::JOG && (before == MachineState::kIdle || before == MachineState::kJogging))
-    if (const JogOrder order = jogs_.order(command, report_); !order.refusal.empty())
-      return refused(order.refusal);
+  if (command.verb == command_t::JOG)
+    if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   const Decision decision = supervisor_.handle(row.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
@@ -165,58 +163,12 @@ CommandServer::Answer MachineController::act_on_command(std::uint32_t actions, c
                ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
                : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
+  if (actions & kDoMdi && supervisor_.state() == MachineState::kHolding) return held_mdi(command.text);
   if (actions & kDoMdi) return mdi(command.text, ticket, [this] { status_.program = "mdi"; });
   if (actions & (kDoJog | kDoHome)) forget_message();
   if (actions & kDoJog) return jog(command);
   if (actions & kDoHome) post({RtCommand::Kind::kHome, 0, 0, command.joint});
   return accepted();
-}
-
-CommandServer::Answer MachineController::jog(const command_t& command) {
-  const JogOrder order = jogs_.order(command, report_);
-  jogs_.hear(order.joint, command, Clock::now());
-  post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
-  return {acknowledge_t::ACCEPTED, order.remark};
-}
-
-// Planned like a line of MDI, and ended by a stop on the path.
-CommandServer::Answer MachineController::jog_along(const command_t& command, const Ticket& ticket) {
-  if (jogs_along() && jogs_.continues(command)) {
-    jogs_.hear_direction(command, Clock::now());
-    return accepted();
-  }
-  if (command.value == 0) {
-    if (jogs_along()) machine_event(Event::kStop);
-    return accepted();
-  }
-  const MachineState before = supervisor_.state();
-  const DirectionOrder order = jogs_.direction(command, report_, parts_.programs.step(0));
-  if (before == MachineState::kIdle && !order.refusal.empty()) return refused(order.refusal);
-  const Decision decision = supervisor_.handle(Event::kMdi, conditions());
-  if (!decision.refusal.empty()) return refusal(before, decision);
-  enter_state(before);
-  return mdi(order.program, ticket, [this, command, remark = order.remark] {
-    status_.program = kJogProgram;
-    job_message_ = remark;
-    jogs_.hear_direction(command, Clock::now());
-  });
-}
-
-bool MachineController::jogs_along() const {
-  const MachineState state = supervisor_.state();
-  return (state == MachineState::kRunning || state == MachineState::kHolding) &&
-         status_.program == kJogProgram;
-}
-
-void MachineController::end_silent_jogs() {
-  while (const auto joint = jogs_.take_silent(Clock::now())) {
-    const bool direction = *joint == JogControl::kDirection;
-    if (direction ? !jogs_along() : supervisor_.state() != MachineState::kJogging) continue;
-    spdlog::warn("the jog of {} is ended: its client went silent",
-                 direction ? "several joints" : parts_.machine.joints[static_cast<std::size_t>(*joint)].name);
-    if (!direction) post({RtCommand::Kind::kJog, 0, 0, *joint});
-    if (direction) machine_event(Event::kStop);
-  }
 }
 
 // What went wrong before is over when something new begins.
@@ -245,7 +197,8 @@ CommandServer::Answer MachineController::confirm_tool(const Ticket& ticket) {
 void MachineController::hear_wait(const CycleReport& report) {
   const QueueEvent& was = report_.waits_at;
   const QueueEvent& is = report.waits_at;
-  const bool same = report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument;
+  const bool same = report.motion == report_.motion && report.detour == report_.detour &&
+                    is.kind == was.kind && is.argument == was.argument;
   if (same && !report.rate_plan_late && !report_.rate_plan_late) return;
   const std::string text = waits_text(report, [this](int tool) { return parts_.programs.tool_name(tool); });
   if (text == status_.waits_for) return;
@@ -557,6 +510,8 @@ void MachineController::publish_status() {
   trunnion::status_t status = status_;
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
+  status.detour = detour_name(
+      unheard() > 0 && supervisor_.state() == MachineState::kHolding ? DetourState::kJogs : report_.detour);
   status.bus_health = parts_.drives.health();
   const ProgramSwitches switches = parts_.programs.switches();
   status.block_delete = switches.block_delete;

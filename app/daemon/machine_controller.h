@@ -88,10 +88,15 @@ class MachineController {
   using Answer = CommandServer::Answer;
   using Ticket = CommandServer::Ticket;
 
+  static Answer accepted();
+  static Answer refused(const std::string& why);
+  static Answer refusal(MachineState before, const Decision& decision);
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_setting(const CommandRow& row, double value);
   Answer obey_switch(const trunnion::command_t& command);
+  std::string refuse_jog(const trunnion::command_t& command) const;
+  Answer held_mdi(const std::string& text);
   Answer jog(const trunnion::command_t& command);
   Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
   bool jogs_along() const;

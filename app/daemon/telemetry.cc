@@ -41,19 +41,7 @@ void add_joints(const Machine& machine, const CycleReport& report, trunnion::sta
   }
 }
 
-}  // namespace
-
-std::int64_t unix_time_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
-std::int64_t monotonic_us() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
-std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
+std::string waits_in_place(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
   using Kind = QueueEvent::Kind;
   const QueueEvent& event = report.waits_at;
   if (report.rate_plan_late && report.motion == MotionState::kMoving && report.override_now == 0)
@@ -81,6 +69,31 @@ std::string waits_text(const CycleReport& report, const std::function<std::strin
     default:
       return report.motion == MotionState::kPaused ? "single block: 'resume' runs the next line" : "";
   }
+}
+
+}  // namespace
+
+std::string_view detour_name(DetourState state) {
+  static constexpr std::string_view kNames[] = {"", "jogs", "away", "returns"};
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+std::int64_t unix_time_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::int64_t monotonic_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::string waits_text(const CycleReport& report, const std::function<std::string(int)>& tool_name) {
+  if (report.motion == MotionState::kMoving && report.detour != DetourState::kNone)
+    return "the way back to where the program was held";
+  const std::string text = waits_in_place(report, tool_name);
+  const bool away = report.detour != DetourState::kNone && !text.empty();
+  return away ? text + "; first it leads back and switches on what the program had on" : text;
 }
 
 trunnion::status_t first_status(const Machine& machine, std::vector<std::string> warnings) {

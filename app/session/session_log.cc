@@ -32,13 +32,13 @@ constexpr const char* kEntryNames[] = {"program", "command", "low",        "stan
                                        "answer",  "sensor",  "rate_plans", "features", "drives"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
 constexpr const char* kCommandNames[] = {
-    "start",        "hold",           "resume",           "stop",           "override",
-    "jog",          "home",           "quick_stop",       "emergency_stop", "correction",
-    "reset_fault",  "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
-    "optional_stop"};
+    "start",         "hold",           "resume",           "stop",           "override",
+    "jog",           "home",           "quick_stop",       "emergency_stop", "correction",
+    "reset_fault",   "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
+    "optional_stop", "spindle",        "coolant",          "digital_output"};
 static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDrives) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
-static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kOptionalStop) + 1);
+static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kDigitalOutput) + 1);
 
 template <typename Vector>
 std::vector<double> numbers(const Vector& q) {
