@@ -401,6 +401,8 @@ void Cycle::exchange_io() TRN_RT {
 // Where the operator may jog away and switch outputs: not inside a thread or a probe move.
 bool Cycle::stands_in_hold() const TRN_RT {
   if (ending() || latched_.fault != Fault::kOk || !obeyed_ || switch_.settling) return false;
+  if (detour_.state() == DetourState::kJogs) return detour_.obeys();
+  if (still_periods_ < HoldDetour::kStillPeriods) return false;
   if (detour_.under_way()) return detour_.obeys();
   if (io_.reads_encoder() || io_.probes()) return false;
   const bool stands = rate_.standing() || interpolator_.at_rest();

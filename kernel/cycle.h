@@ -180,6 +180,7 @@ class Cycle final : public TickPort {
   ProbeMove probe_;
   TickIo io_;
   HoldDetour detour_;
+  int still_periods_ = 0;  ///< that the plan's joints have not moved, up to kStillPeriods
   ProgramWait wait_;
   CorrectionSwitch switch_;
   Homing homing_;

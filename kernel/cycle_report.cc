@@ -2,8 +2,12 @@
 
 #include "compensation/micromill/deflection_correction.h"
 #include "compensation/micromill/deflection_estimator.h"
+#include "core/axes.h"
 #include "core/check.h"
+#include "core/motion.h"
 #include "kernel/cycle.h"
+#include "kernel/hold_detour.h"
+#include "kernel/rt_messages.h"
 
 // What the tick tells of itself.
 namespace trn {
@@ -31,6 +35,8 @@ void Cycle::report_source(const SourceLine& source) TRN_RT {
 
 void Cycle::report_place() TRN_RT {
   const Words y_before = report_.y;
+  const bool still = setpoint_.q == report_.q_plan;
+  still_periods_ = still ? std::min(still_periods_ + 1, HoldDetour::kStillPeriods) : 0;
   report_.q_plan = setpoint_.q;
   report_.q_setpoint = setpoint_.q_sent;
   report_.q_measured = feedback_.q;

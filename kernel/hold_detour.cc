@@ -1,5 +1,7 @@
 #include "kernel/hold_detour.h"
 
+#include <algorithm>
+
 #include "core/check.h"
 
 namespace trn {
@@ -84,7 +86,7 @@ bool HoldDetour::waits_for_spindle() TRN_RT {
 JointVec HoldDetour::step_back(const JointVec& q, double rate) TRN_RT {
   const double wanted = held_ || waits_for_spindle() ? 0 : rate;
   if (!on_leg_) {
-    if (wanted <= 0) return q;
+    if (wanted <= 0 || still_ < kStillPeriods) return q;
     ended_ = way_.count() == 1 && q == way_.last();
     if (ended_) return q;
     ramp_.begin_way(q, way_.last() - q, wanted, kSpeedShare);
@@ -110,8 +112,13 @@ JointVec HoldDetour::step_jog(double rate) TRN_RT {
 
 JointVec HoldDetour::step(const JointVec& q, double rate) TRN_RT {
   TRN_CHECK(under_way());
-  if (state_ == DetourState::kReturns) return step_back(q, rate);
-  return state_ == DetourState::kJogs ? step_jog(rate) : q;
+  JointVec next = q;
+  if (state_ == DetourState::kReturns)
+    next = step_back(q, rate);
+  else if (state_ == DetourState::kJogs)
+    next = step_jog(rate);
+  still_ = next == q ? std::min(still_ + 1, kStillPeriods) : 0;
+  return next;
 }
 
 }  // namespace trn

@@ -34,6 +34,8 @@ class HoldDetour {
   bool obeys() const TRN_RT { return !goes_back() && (state_ == DetourState::kJogs || !moves()); }
   /// A joint may move in this period.
   bool moves() const TRN_RT;
+  /// Periods between two motions, so that the jerk of one's end and of the other's beginning do not meet.
+  static constexpr int kStillPeriods = 3;
   bool full() const TRN_RT { return state_ != DetourState::kNone && way_.full(); }
   /// Of the way back.
   double rate() const TRN_RT { return ramp_.rate(); }
@@ -71,6 +73,7 @@ class HoldDetour {
   bool held_ = false;         ///< the way back
   bool back_wanted_ = false;  ///< as soon as the jogs have come to rest
   bool ended_ = false, spindle_failed_ = false;
+  int still_ = 0;               ///< periods without motion, up to kStillPeriods
   bool switched_ = false;       ///< outputs differ from `outputs_`
   IoOutputs outputs_;           ///< as the program has set them
   std::int64_t restored_ = -1;  ///< periods since they were given back; -1: not yet

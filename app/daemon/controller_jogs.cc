@@ -4,12 +4,16 @@
 #include <cstddef>
 #include <string>
 
+#include "app/daemon/command_server.h"
 #include "app/daemon/direction_jog.h"
 #include "app/daemon/held_mdi.h"
 #include "app/daemon/jog_control.h"
 #include "app/daemon/jog_order.h"
 #include "app/daemon/machine_controller.h"
+#include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
+#include "app/session/program_step.h"
+#include "kernel/rt_messages.h"
 
 // The controller's jogs, and what an operator may do while a program is held.
 namespace trn {

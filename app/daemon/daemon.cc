@@ -174,10 +174,11 @@ void run_daemon(const DaemonParts& parts) {
     if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
     tick.tick();
   });
-  MachineController controller({parts.machine, parts.lcm, clients, access, telemetry, parts.drives,
-                                parts.tick, parts.programs, thread.statistics(), parts.log, parts.map,
-                                parts.chain, parts.io, parts.features, parts.kinematics, parts.plan_joints},
-                               collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
+  MachineController controller(
+      {parts.machine, parts.lcm, clients, access, telemetry, parts.drives, parts.tick, parts.programs,
+       thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics,
+       parts.plan_joints, parts.place},
+      collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
   spdlog::info("machine '{}', period {:g} ms, socket {}", parts.machine.name, 1000 * parts.machine.period_s,
                clients.path());
   std::optional<SensorReceiver> receiver;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cctype>
 #include <charconv>
 #include <cmath>
@@ -41,9 +42,12 @@ std::optional<std::vector<HeldWord>> held_words(std::string_view text) {
   return words;
 }
 
-std::string why_not_held(const HeldWord& word) {
-  if (std::string_view("XYZABCUVW").find(word.letter) != std::string_view::npos)
-    return "an axis is moved with 'jog', and 'resume' leads it back";
+std::string why_not_held(const std::vector<HeldWord>& words, const HeldWord& word) {
+  const bool moves = std::any_of(words.begin(), words.end(), [](const HeldWord& any) {
+    return std::string_view("XYZABCUVW").find(any.letter) != std::string_view::npos;
+  });
+  const bool sets = word.letter == 'G' && word.value != 0 && word.value != 1;
+  if (moves && !sets) return "an axis is moved with 'jog', and 'resume' leads it back";
   if (word.letter == 'G')
     return fmt::format("G{:g} would change what the held program goes on with; 'stop' ends it", word.value);
   if (word.letter == 'M' && word.value == 6) return "a tool is changed where the program asks for one";
@@ -70,7 +74,7 @@ HeldLine read_held(const std::vector<HeldWord>& words) {
                word.value == std::floor(word.value)) {
       line.output = word.value;
     } else {
-      line.refusal = fmt::format("{}; {}", kHeldLegal, why_not_held(word));
+      line.refusal = fmt::format("{}; {}", kHeldLegal, why_not_held(words, word));
       return line;
     }
   }

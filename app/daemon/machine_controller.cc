@@ -9,8 +9,10 @@
 #include <thread>
 #include <utility>
 
+#include "app/client/running_daemons.h"
 #include "app/session/pipeline.h"
 #include "core/motion.h"
+#include "interp/move.h"
 
 namespace trn {
 
@@ -158,6 +160,7 @@ CommandServer::Answer MachineController::act_on_command(std::uint32_t actions, c
                                                         const Ticket& ticket) {
   if (actions & kDoResume && stands_for_tool()) return confirm_tool(ticket);
   act(actions);
+  if (actions & kDoLoad && command.value < 0) return load_place(command.speed, ticket);
   if (actions & kDoLoad)
     return command.value > 1
                ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
@@ -323,8 +326,10 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
-      ticket,
-      clear_then([this, path, q, line, approach] { *approach = parts_.programs.load_from(path, q, line); }),
+      ticket, clear_then([this, path, q, line, approach] {
+        *approach = parts_.programs.load_from(path, q, line);
+        program_mark_ = file_mark(path);
+      }),
       [this, path, q, line, approach] {
         program_path_ = status_.program = path;
         prepared_at_ = q;
@@ -342,11 +347,47 @@ CommandServer::Answer MachineController::load(const std::string& path, const Tic
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
   run_job(
-      ticket, clear_then([this, path, q, remark] { *remark = parts_.programs.load(path, q); }),
+      ticket, clear_then([this, path, q, remark] {
+        *remark = parts_.programs.load(path, q);
+        program_mark_ = file_mark(path);
+      }),
       [this, path, q, remark] {
         program_path_ = status_.program = path;
         prepared_at_ = q;
         job_message_ = *remark;
+      },
+      Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
+}
+
+// Where the record says; the answer tells the place and the approach.
+CommandServer::Answer MachineController::load_place(double before_mm, const Ticket& ticket) {
+  if (!parts_.place) return refused("the daemon records no place; give it --vars or --place");
+  program_path_.clear();
+  status_.program.clear();
+  const JointVec q = report_.q_plan;
+  struct Found {
+    PlaceRecord place;
+    std::string text;
+  };
+  const auto found = std::make_shared<Found>();
+  run_job(
+      ticket, clear_then([this, q, before_mm, found] {
+        found->place = parts_.place->read();
+        refuse_ended(found->place);
+        if (file_mark(found->place.program) != found->place.mark)
+          throw ProgramError(
+              fmt::format("{} is not the file any more that was under way; begin it with "
+                          "'trunnion start --from LINE'",
+                          found->place.program));
+        found->text = parts_.programs.load_place(found->place, q, before_mm);
+      }),
+      [this, q, found] {
+        program_path_ = status_.program = found->place.program;
+        program_mark_ = found->place.mark;
+        prepared_at_ = q;
+        from_line_ = std::max(2U, found->place.line);
+        job_message_ = found->text;
       },
       Job::kLoad);
   return {acknowledge_t::WORKING, ""};
@@ -359,7 +400,10 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
     machine_event(Event::kMotionDone);
     return refused("the machine has moved since the way to the line was shown; show it again");
   }
-  const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
+  const auto load_again = [this, path = program_path_, q] {
+    parts_.programs.load(path, q);
+    program_mark_ = file_mark(path);
+  };
   const std::function<void()> nothing = [] {};
   run_job(
       ticket, prepared ? nothing : clear_then(load_again), [this] { status_.program = program_path_; },
@@ -495,6 +539,7 @@ void MachineController::poll() {
   }
   if (status_due_ || now >= next_status_) publish_status();
   if (now >= next_motion_) publish_motion();
+  note_place();
   publish_tables();
 }
 

@@ -15,6 +15,7 @@
 #include "app/daemon/correction_warnings.h"
 #include "app/daemon/jog_control.h"
 #include "app/daemon/late_rate_plans.h"
+#include "app/daemon/place_keeper.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/supervisor.h"
@@ -22,6 +23,7 @@
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "app/session/feature_recorder.h"
+#include "app/session/place_record.h"
 #include "app/session/program_step.h"
 #include "app/session/session_log.h"
 #include "core/axes.h"
@@ -57,6 +59,7 @@ class MachineController {
     const FeatureRecorder* features = nullptr;  ///< null: the machine knows nothing of the tool's bending
     const Kinematics* kinematics = nullptr;     ///< for jogs by axis word; null: joints only
     const Joints* plan_joints = nullptr;        ///< with the limits that jogs keep; null: the machine's own
+    PlaceKeeper* place = nullptr;               ///< records where the program is; null: nobody does
   };
 
   MachineController(const Parts& parts, std::vector<std::string> warnings);
@@ -123,8 +126,20 @@ class MachineController {
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
   Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
+  Answer load_place(double before_mm, const Ticket& ticket);
+  void note_place();
+  PlaceRecord place_now(const ProgramStep& step);
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
+  /// For the record of the place.
+  struct Noted {
+    std::uint64_t block = 0;
+    Words began_at = Words::Zero();  ///< path point where that block was first seen
+    bool on_path = false;            ///< `began_at` is known
+    bool open = false;               ///< the record tells of a program that has not ended
+    bool ran = false;                ///< when it was last looked
+    Clock::time_point next;
+  };
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
   enum class Job { kLoad, kStart, kResume };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
@@ -159,7 +174,8 @@ class MachineController {
       0;  ///< bring-ups, starts and resumes, posted and not yet finished: reports mean nothing meanwhile
   int loads_ = 0;                              ///< the same, of programs that nothing waits for
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
-  std::string program_path_;
+  std::string program_path_, program_mark_;
+  Noted noted_;                          ///< what the record of the place was last told
   std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished

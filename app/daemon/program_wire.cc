@@ -47,7 +47,8 @@ std::string encode(const ProgramCall& call) {
                   {"off", call.switches.corrections_off},
                   {"block_delete", call.switches.block_delete},
                   {"optional_stop", call.switches.optional_stop},
-                  {"tool", call.tool}});
+                  {"tool", call.tool},
+                  {"before", call.before_mm}});
 }
 
 std::string encode(const ProgramReply& reply) {
@@ -57,6 +58,7 @@ std::string encode(const ProgramReply& reply) {
   return text_of({{"kind", static_cast<int>(reply.kind)},
                   {"text", reply.text.substr(0, kTextMax)},
                   {"line", reply.line},
+                  {"block", reply.block},
                   {"tools", tools}});
 }
 
@@ -78,6 +80,7 @@ ProgramCall decode_call(const std::string& packet) {
   call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
   call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop")};
   call.tool = json.at("tool");
+  call.before_mm = json.at("before");
   return call;
 }
 
@@ -91,6 +94,7 @@ ProgramReply decode_reply(const std::string& packet) {
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
   reply.line = json.at("line");
+  reply.block = json.at("block");
   for (const Json& tool : json.at("tools")) reply.tools[tool.at(0)] = tool.at(1);
   return reply;
 }

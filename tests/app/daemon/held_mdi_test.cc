@@ -31,7 +31,8 @@ TEST(HeldMdi, SwitchesWhatMovesNothing) {
 // A line acts as a whole or not at all, and says why.
 TEST(HeldMdi, RefusesWhatTheHeldProgramGoesOnWith) {
   const std::vector<std::pair<std::string, std::string>> refused = {
-      {"G0 X10", "G0 would change what the held program goes on with"},
+      {"G0 X10", "an axis is moved with 'jog'"},
+      {"G92 X10", "G92 would change what the held program goes on with"},
       {"X10", "an axis is moved with 'jog'"},
       {"M5 G54", "G54 would change"},
       {"M6 T2", "a tool is changed where the program asks for one"},

@@ -57,6 +57,7 @@ struct FakePrograms final : ProgramSource {
     from_line = line;
     return "approach";
   }
+  std::string load_place(const PlaceRecord&, const JointVec&, double) override { return ""; }
   void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
   void confirm_tool(int number) override {
     if (disk_full) throw std::runtime_error("m.var: cannot be written: No space left on device");
@@ -69,12 +70,11 @@ struct FakePrograms final : ProgramSource {
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }
   std::atomic<int> loads = 0, mdis = 0, in_spindle = 0;
-  std::atomic<bool> disk_full = false;
+  std::atomic<bool> disk_full = false, hanging = false;
   int abandoned = 0;
   std::uint32_t from_line = 0;
   std::string failure;
   std::shared_future<void> hangs;
-  std::atomic<bool> hanging = false;
 };
 
 /// Drives that do not answer when they are switched off.
