@@ -3,8 +3,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "compensation/micromill/deflection_correction.h"
-#include "compensation/micromill/deflection_estimator.h"
 #include "core/check.h"
 #include "kernel/rate_plan.h"
 #include "kernel/setpoint_check.h"
@@ -34,7 +32,8 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       single_block_(parts.queue, interpolator_),
       optional_stop_(config.optional_stop),
       probe_(parts.drives, config.joints.size()),
-      io_(parts.io, config.period_s, config.spindle_timeout_s) {
+      io_(parts.io, config.period_s, config.spindle_timeout_s),
+      detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, ramp_, io_) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
   for (JointVec* v : {&setpoint_.q, &setpoint_.offset, &setpoint_.q_sent, &setpoint_.last, &setpoints_.q,
                       &setpoints_.qd, &feedback_.q})
@@ -75,6 +74,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kStart:
       return start();
     case Kind::kHold:
+      if (detour_.under_way()) return detour_.hold();
       if (on_path) motion_ = MotionState::kHeld;
       return;
     case Kind::kResume:
@@ -89,7 +89,12 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kMachineLock:
       return set_lock(command.value != 0);
     case Kind::kJog:
-      if (may_begin || (motion_ == MotionState::kJogging && !ending())) jog(command);
+      if (may_begin || (motion_ == MotionState::kJogging && !ending()) || stands_in_hold()) jog(command);
+      return;
+    case Kind::kSpindle:
+    case Kind::kCoolant:
+    case Kind::kDigitalOutput:
+      if (stands_in_hold()) detour_.switch_output(setpoint_.q, command);
       return;
     case Kind::kHome:
       if (may_begin && !lock_.on) begin_homing(command.joint);
@@ -122,6 +127,7 @@ void Cycle::start() TRN_RT {
 
 void Cycle::resume() TRN_RT {
   if (motion_ != MotionState::kPaused && motion_ != MotionState::kHeld) return;
+  if (detour_.under_way()) return detour_.lead_back();
   if (motion_ == MotionState::kPaused) single_block_.release();
   if (motion_ == MotionState::kPaused && wait_.paused) {
     wait_.tool_confirmed = interpolator_.event().event.kind == QueueEvent::Kind::kToolChange;
@@ -133,7 +139,7 @@ void Cycle::resume() TRN_RT {
 }
 
 void Cycle::stop() TRN_RT {
-  const bool paused = motion_ == MotionState::kPaused;
+  const bool paused = motion_ == MotionState::kPaused && !detour_.under_way();
   if (paused) io_.all_off();
   if (paused || motion_ == MotionState::kRest) abandon_motion();
   if (motion_ == MotionState::kRest || motion_ == MotionState::kHoming) return;
@@ -148,6 +154,10 @@ void Cycle::quick_stop() TRN_RT {
 
 void Cycle::jog(const RtCommand& command) TRN_RT {
   if (command.joint < 0 || static_cast<std::size_t>(command.joint) >= config_.joints.size()) return;
+  if (stands_in_hold()) {
+    detour_.jog(setpoint_.q, command.joint, command.value, command.speed);
+    return;
+  }
   if (motion_ != MotionState::kJogging) jog_.begin(setpoint_.q);
   jog_.move_on(command.joint, command.value, command.speed);
   motion_ = MotionState::kJogging;
@@ -176,6 +186,7 @@ void Cycle::move() TRN_RT {
   report_.blocks_when_low = 0;
   // Drives without power are followed, so that they start without a jump.
   if (!obeyed_ && ending_ != Ending::kRunOut) setpoint_.q = feedback_.q - setpoint_.offset;
+  if (detour_.under_way()) return follow_detour();
   switch (motion_) {
     case MotionState::kRest:
       queue_.front();  // lets a dropped program's blocks go
@@ -397,6 +408,33 @@ void Cycle::exchange_io() TRN_RT {
   if (fault != Fault::kOk) latch(fault, -1);
 }
 
+// Where the operator may jog away and switch outputs: not inside a thread or a probe move.
+bool Cycle::stands_in_hold() const TRN_RT {
+  if (ending() || latched_.fault != Fault::kOk || !obeyed_ || switch_.settling) return false;
+  if (detour_.state() == DetourState::kJogs) return detour_.obeys();
+  if (still_periods_ < HoldDetour::kStillPeriods) return false;
+  if (detour_.under_way()) return detour_.obeys();
+  if (io_.reads_encoder() || io_.probes()) return false;
+  const bool stands = rate_.standing() || interpolator_.at_rest();
+  return motion_ == MotionState::kPaused || (motion_ == MotionState::kHeld && stands);
+}
+
+void Cycle::follow_detour() TRN_RT {
+  TRN_CHECK(motion_ == MotionState::kHeld || motion_ == MotionState::kPaused);
+  rate_.rest(queue_);
+  if (ending()) detour_.hold();
+  setpoint_.q = detour_.step(setpoint_.q, std::min(1.0, overrides_.feed()));
+  if (ending()) {
+    if (detour_.moves()) return;
+    io_.all_off();
+    return abandon_motion();
+  }
+  if (detour_.spindle_failed()) return latch(Fault::kSpindle, -1);
+  if (!detour_.ended()) return;
+  detour_.forget();
+  resume();
+}
+
 void Cycle::follow_jog() TRN_RT {
   if (ending()) jog_.stop();
   setpoint_.q = jog_.step(std::min(1.0, overrides_.feed()));
@@ -419,6 +457,7 @@ void Cycle::come_to_rest() TRN_RT {
   planner_late_ = false;
   wait_ = {};
   switch_ = {};
+  detour_.forget();
   probe_.reset();
   overrides_.reset_mode();
   dwell_left_s_ = 0;
@@ -501,8 +540,8 @@ void Cycle::latch_failed_check() TRN_RT {
 // the setpoints never step.
 void Cycle::run_out() TRN_RT {
   TRN_CHECK(ending_ != Ending::kRunOut || motion_ != MotionState::kRest);
-  const bool moves =
-      motion_ == MotionState::kMoving || motion_ == MotionState::kHeld || motion_ == MotionState::kJogging;
+  const bool moves = motion_ == MotionState::kMoving || motion_ == MotionState::kHeld ||
+                     motion_ == MotionState::kJogging || detour_.under_way();
   if (!moves) return abandon_motion();
   ending_ = Ending::kRunOut;
 }
@@ -511,78 +550,6 @@ void Cycle::abandon_motion() TRN_RT {
   interpolator_.abandon();
   TRN_CHECK(interpolator_.at_rest());
   come_to_rest();
-}
-
-void Cycle::report_corrections() TRN_RT {
-  if (!corrections_) return;
-  for (int i = 0; i < corrections_->size(); ++i) {
-    auto& link = report_.corrections[static_cast<std::size_t>(i)];
-    link = {corrections_->offset(i), corrections_->enabled(i), corrections_->warning(i)};
-  }
-}
-
-void Cycle::report_tool_load() TRN_RT {
-  const DeflectionCorrection* source = corrections_ ? corrections_->deflection() : nullptr;
-  if (!source) return;
-  const DeflectionEstimator::Output& estimate = source->estimate();
-  report_.tool_load = {estimate.force_N, estimate.deflection_mm, corrections_->deflection_shift_mm(),
-                       estimate.known && source->config().trained, estimate.alarm};
-}
-
-void Cycle::report_source(const SourceLine& source) TRN_RT {
-  report_.line = source.line;
-  report_.step = source.step;
-}
-
-void Cycle::report_place() TRN_RT {
-  const Words y_before = report_.y;
-  report_.q_plan = setpoint_.q;
-  report_.q_setpoint = setpoint_.q_sent;
-  report_.q_measured = feedback_.q;
-  report_.current_A = feedback_.current_A;
-  report_.y = interpolator_.y();
-  report_.context = interpolator_.context();
-  report_.on_path = interpolator_.has_position() && !switch_.off_path;
-  report_.speed_mm_s = (report_.y - y_before).head<3>().norm() / config_.period_s;
-  report_.rate_plan_late = rate_.late();
-  report_.late_rate_plans = rate_.late_answers();
-  report_.override_now = rate_.rate();
-  if (switch_.settling) report_.override_now = ramp_.rate();
-  if (motion_ == MotionState::kJogging) report_.override_now = std::min(1.0, overrides_.feed());
-}
-
-void Cycle::report_io() TRN_RT {
-  report_.spindle_rpm = io_.outputs().spindle_rpm * overrides_.spindle(io_.taps());
-  report_.inputs = io_.inputs().digital;
-  report_.outputs = io_.outputs().digital;
-  report_.probe = io_.inputs().probe;
-  report_.spindle_ready = io_.inputs().spindle_ready;
-  report_.reads_encoder = io_.reads_encoder();
-  report_.gear_lag_s = io_.geared() ? io_.gear_lag_s() : 0;
-  report_.spindle_turns = io_.inputs().spindle_turns;
-}
-
-void Cycle::write_report() TRN_RT {
-  report_.period = period_++;
-  TRN_CHECK(motion_ != MotionState::kRest || (!ending() && !wait_.paused && !switch_.settling));
-  TRN_CHECK(!wait_.paused || motion_ == MotionState::kPaused);
-  TRN_CHECK(dwell_left_s_ < 1e9);
-  report_place();
-  report_corrections();
-  report_tool_load();
-  report_io();
-  report_.single_block = single_block_.on();
-  report_.optional_stop = optional_stop_;
-  report_.machine_lock = lock_.on;
-  report_.planner_late = planner_late_;
-  report_.homed_mask = feedback_.homed_mask;
-  report_.limit_switch_mask = feedback_.limit_switch_mask;
-  report_.fault = latched_.fault;
-  report_.fault_joint = latched_.joint;
-  report_.failed_check = latched_.check;
-  report_.motion = motion_ == MotionState::kHeld && ending() ? MotionState::kMoving : motion_;
-  report_.drives = feedback_.state;
-  if (!reports_.try_push(report_)) ++report_.lost_reports;
 }
 
 }  // namespace trn

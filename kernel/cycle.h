@@ -8,6 +8,7 @@
 #include "core/motion.h"
 #include "core/ports.h"
 #include "core/ring.h"
+#include "kernel/hold_detour.h"
 #include "kernel/interpolator.h"
 #include "kernel/joint_jog.h"
 #include "kernel/joint_ramp.h"
@@ -127,6 +128,8 @@ class Cycle final : public TickPort {
   bool meet_next_stretch() TRN_RT;
   void begin_settling(const JointVec& way) TRN_RT;
   void settle(double target) TRN_RT;
+  bool stands_in_hold() const TRN_RT;
+  void follow_detour() TRN_RT;
   void follow_jog() TRN_RT;
   void follow_homing() TRN_RT;
 
@@ -153,6 +156,7 @@ class Cycle final : public TickPort {
   void come_to_rest() TRN_RT;
   bool ending() const TRN_RT { return ending_ != Ending::kNone; }
 
+  MotionState shown_motion() const TRN_RT;
   void write_report() TRN_RT;
   void report_source(const SourceLine& source) TRN_RT;
   void report_place() TRN_RT;
@@ -181,6 +185,8 @@ class Cycle final : public TickPort {
   bool optional_stop_;  ///< M1 stops
   ProbeMove probe_;
   TickIo io_;
+  HoldDetour detour_;
+  int still_periods_ = 0;  ///< that the plan's joints have not moved, up to kStillPeriods
   ProgramWait wait_;
   CorrectionSwitch switch_;
   Lock lock_;

@@ -20,14 +20,14 @@ JointRamp::JointRamp(const Joints& joints, double period_s)
 }
 
 // The curve runs from 0 to 1; each joint's limit, divided by its way, is a limit of the curve.
-void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT {
+void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate, double speed_share) TRN_RT {
   TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size() && from.size() == way.size());
-  TRN_CHECK(way.allFinite());
+  TRN_CHECK(way.allFinite() && speed_share > 0 && speed_share <= 1);
   double velocity = kFast, acceleration = kFast, jerk = kFast;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointLimit& limit = joints_[i].limit;
     const double part = std::abs(way[static_cast<Eigen::Index>(i)]) + kNoWay;
-    velocity = std::min(velocity, limit.velocity / part);
+    velocity = std::min(velocity, speed_share * limit.velocity / part);
     acceleration = std::min(acceleration, kShares.acceleration * limit.acceleration / part);
     jerk = std::min(jerk, kShares.jerk * limit.jerk / part);
   }

@@ -16,7 +16,8 @@ class JointRamp {
   JointRamp(const Joints& joints, double period_s);
 
   /// All joints move by `way` together, as fast as the slowest of them can.
-  void begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT;
+  /// `speed_share`: of their velocity limits.
+  void begin_way(const JointVec& from, const JointVec& way, double rate, double speed_share = 1) TRN_RT;
 
   /// One period with this target of the rate, 0 to 1; the joints at its end, mm or rad.
   JointVec step(double rate_target) TRN_RT;

@@ -34,6 +34,9 @@ struct RtCommand {
     kSingleBlock,      ///< value 1: stand at the end of every line of the program until kResume; 0: no longer
     kOptionalStop,     ///< value 1: M1 stops; 0: it is passed
     kMachineLock,      ///< at rest; value 1: the plan runs, and the joints stay where they are
+    kSpindle,          ///< while the motion stands in a hold: value rpm, + clockwise
+    kCoolant,          ///< the same; joint: bits, 1 mist, 2 flood
+    kDigitalOutput,    ///< the same; joint: number; value: 1 on, 0 off
   };
   Kind kind = Kind::kStart;
   double value = 0;
@@ -50,6 +53,14 @@ enum class MotionState : std::uint8_t {
   kPaused,  ///< stands at a program stop (M0, M1), for a tool (M6), or behind a single block
   kJogging,
   kHoming,
+};
+
+/// What the operator does while the motion is held (HoldDetour).
+enum class DetourState : std::uint8_t {
+  kNone,     ///< nothing: the machine stands where it was held
+  kJogs,     ///< jogs move it away
+  kAway,     ///< it stands, away or with outputs switched
+  kReturns,  ///< it is on the way back, or held there
 };
 
 /// A correction of the chain in one period.
@@ -82,6 +93,7 @@ struct CycleReport {
   double speed_mm_s = 0;              ///< of the tip along the path
   double override_now = 1;            ///< rate of the motion
   double spindle_rpm = 0;             ///< with the spindle override; + clockwise
+  int coolant = 0;                    ///< bits: 1 mist, 2 flood
   bool single_block = false;          ///< stands at the end of every line
   bool optional_stop = true;          ///< M1 stops
   bool machine_lock = false;          ///< the joints stay where they are
@@ -98,9 +110,12 @@ struct CycleReport {
   Fault fault = Fault::kOk;   ///< latched
   CheckFailure failed_check;  ///< behind the fault `assertion`
   MotionState motion = MotionState::kRest;
-  QueueEvent event;       ///< the event that took effect in this period, if any
-  QueueEvent waits_at;    ///< the event in front that is not done yet: a program stop, a tool, an input
-  bool answered = false;  ///< `event` gave the program `answer`
+  DetourState detour = DetourState::kNone;
+  bool stands_in_hold = false;  ///< the operator may jog and switch
+  bool detour_full = false;     ///< away by as many corners as can be led back
+  QueueEvent event;             ///< the event that took effect in this period, if any
+  QueueEvent waits_at;          ///< the event in front that is not done yet: a program stop, a tool, an input
+  bool answered = false;        ///< `event` gave the program `answer`
   ProgramAnswer answer;
   std::uint64_t inputs = 0, outputs = 0;  ///< digital, bit i: number i
   bool probe = false;                     ///< contact

@@ -40,6 +40,18 @@ void TickIo::apply(const OutputChanges& changes) TRN_RT {
   }
 }
 
+void TickIo::switch_by_hand(const RtCommand& command) TRN_RT {
+  using Kind = RtCommand::Kind;
+  const std::uint64_t bit = std::uint64_t{1} << (command.joint & (kMaxIo - 1));
+  if (command.kind == Kind::kSpindle) {
+    outputs_.spindle_rpm = command.value;
+    outputs_.spindle_orients = false;
+  }
+  if (command.kind == Kind::kCoolant) outputs_.coolant = command.joint;
+  if (command.kind == Kind::kDigitalOutput)
+    outputs_.digital = command.value != 0 ? outputs_.digital | bit : outputs_.digital & ~bit;
+}
+
 void TickIo::all_off() TRN_RT {
   outputs_ = {};
   looks_ = 0;

@@ -4,6 +4,7 @@
 #include "core/frames.h"
 #include "core/motion.h"
 #include "core/ports.h"
+#include "kernel/rt_messages.h"
 #include "kernel/tap_gear.h"
 
 namespace trn {
@@ -31,12 +32,17 @@ class TickIo {
   void apply(const OutputChanges& changes) TRN_RT;
   /// The devices stand still, whatever the program tells them.
   void set_lock(bool on) TRN_RT { locked_ = on; }
+  /// While the program is held: what the operator's command switches.
+  void switch_by_hand(const RtCommand& command) TRN_RT;
+  /// The outputs are as they were.
+  void give_back(const IoOutputs& outputs) TRN_RT { outputs_ = outputs; }
   /// The motion was broken off: spindle, coolant and all outputs off, nothing is waited for.
   void all_off() TRN_RT;
 
   /// Value of the input that was waited for, -1: not in time.
   double input_value() const TRN_RT { return input_value_; }
   Fault failure() const TRN_RT { return failure_; }
+  bool probes() const TRN_RT { return probing_; }
   /// The probe has changed as the probe move wants it.
   bool probe_found() const TRN_RT { return probing_ && inputs_.probe == seeks_contact(mode_); }
   /// The probe move is over; a move that must find something and has not is a failure.

@@ -36,8 +36,11 @@ Exit exit_of(const acknowledge_t& answer) {
 
 namespace {
 
+// A jog or a switch in a hold is done when the machine stands there.
+bool stands_away(const status_t& status) { return status.state == "holding" && status.detour == "away"; }
+
 bool at_work(const status_t& status) {
-  return status.state != "idle" && status.state != "off" && status.state != "fault" &&
+  return !stands_away(status) && status.state != "idle" && status.state != "off" && status.state != "fault" &&
          status.state != "estop";
 }
 
@@ -57,6 +60,7 @@ Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, double 
     fmt::print(stderr, "trunnion: the machine is still at work after {} s\n", patience_s);
     return Exit::kMachineFault;
   }
+  if (stands_away(*status)) return Exit::kDone;
   if (status->state != "idle") {
     print_fault(*status);
     return Exit::kMachineFault;

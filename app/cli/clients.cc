@@ -178,32 +178,57 @@ bool confirmed() {
   return answer == "y" || answer == "Y" || answer == "yes";
 }
 
-// From a line: the daemon prepares and tells the way there, people say yes, then it starts.
-Exit start(const ClientOptions& options) {
-  ClientSession session(options);
-  if (options.count > 1) {
+struct StartOptions {
+  ClientOptions client;
+  bool resume = false;
+  double before_mm = 1;
+};
+
+// From a line or the recorded place: the daemon prepares and tells the way there, people say yes, then it
+// starts.
+Exit start(const StartOptions& options) {
+  ClientSession session(options.client);
+  if (options.client.count > 1 || options.resume) {
     command_t load = text_command(command_t::LOAD, "");
-    load.value = static_cast<double>(options.count);
+    load.value = options.resume ? -1 : static_cast<double>(options.client.count);
+    load.speed = options.resume ? options.before_mm : 0;
     const Exit prepared = exit_of(session.client.send(load));
     if (prepared != Exit::kDone) return prepared;
-    if (!options.yes && !confirmed()) {
-      fmt::print(stderr, "not started; the program stays prepared from line {}\n", options.count);
+    if (!options.client.yes && !confirmed()) {
+      fmt::print(stderr, "not started; the program stays prepared from there\n");
       return Exit::kUsage;
     }
   }
-  return send(session, options, command_of(command_t::START));
+  return send(session, options.client, command_of(command_t::START));
 }
 
 void add_start(CLI::App& app, Exit& exit) {
-  auto options = std::make_shared<ClientOptions>();
-  CLI::App& client = add_client(app, exit, options, "start", "Start the loaded program", start);
+  auto options = std::make_shared<StartOptions>();
+  const std::shared_ptr<ClientOptions> common(options, &options->client);
+  CLI::App& client = add_client(app, exit, common, "start", "Start the loaded program",
+                                [options](const ClientOptions&) { return start(*options); });
+  CLI::Option* const from =
+      client
+          .add_option(
+              "--from", common->count,
+              "Begin at this line. The lines before it set modes, offsets and tool without motion. The "
+              "way to the start is shown, and nothing moves before you agree")
+          ->check(CLI::Range(2L, 100000000L));
+  CLI::Option* const resume =
+      client
+          .add_flag(
+              "--resume", options->resume,
+              "Go on where the program was when the power failed, or at the last stop, emergency stop or "
+              "fault, also in a loop or sub-program; place and way are shown first")
+          ->excludes(from);
   client
-      .add_option("--from", options->count,
-                  "Begin at this line. The lines before it set modes, offsets and tool without motion. The "
-                  "way to the start is shown, and nothing moves before you agree")
-      ->check(CLI::Range(2L, 100000000L));
-  client.add_flag("--yes", options->yes, "With --from: do not ask");
-  add_wait(client, options);
+      .add_option("--before", options->before_mm,
+                  "With --resume: begin with the line that lies at least so many mm of the path before the "
+                  "place; default: 1")
+      ->check(CLI::Range(0.0, 10000.0))
+      ->needs(resume);
+  client.add_flag("--yes", common->yes, "With --from and --resume: do not ask");
+  add_wait(client, common);
 }
 
 void add_home(CLI::App& app, Exit& exit) {

@@ -6,11 +6,13 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/cli/commands.h"
 #include "app/daemon/door.h"
+#include "app/daemon/place_keeper.h"
 #include "app/daemon/privileges.h"
 #include "app/daemon/program_process.h"
 #include "app/daemon/rate_planner_thread.h"
@@ -34,7 +36,7 @@ namespace trn {
 namespace {
 
 struct DaemonOptions {
-  std::string machine, tools, vars, record, log, logs;
+  std::string machine, tools, vars, record, log, logs, place;
 };
 
 constexpr std::size_t kQueueBlocks = 8192;
@@ -77,10 +79,17 @@ std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
                                       session_head(options.machine, options.tools, options.vars, false));
 }
 
+// Beside the variables, if nothing else is asked for; "": nowhere.
+std::string place_file(const DaemonOptions& options) {
+  if (!options.place.empty() || options.vars.empty()) return options.place;
+  return std::filesystem::path(options.vars).replace_extension(".place");
+}
+
 // Where the daemon writes: what it keeps, and the folder of its socket.
 std::vector<std::string> write_folders(const DaemonOptions& options, const Door& door) {
   std::vector<std::string> folders{std::filesystem::path(door.clients().path()).parent_path()};
-  for (const std::string& file : {options.vars, options.tools, options.record, options.log})
+  for (const std::string& file :
+       {options.vars, options.tools, options.record, options.log, place_file(options)})
     if (!file.empty()) folders.push_back(std::filesystem::absolute(file).parent_path());
   return folders;
 }
@@ -110,6 +119,8 @@ void run_machine(const DaemonOptions& options) {
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);
+  std::optional<PlaceKeeper> place;
+  if (const std::string file = place_file(options); !file.empty()) place.emplace(file);
   if (assembly.io) assembly.io->bring_up();
   run_daemon({assembly.machine,
               assembly.lcm,
@@ -131,7 +142,8 @@ void run_machine(const DaemonOptions& options) {
               assembly.kinematics.get(),
               &assembly.plan_joints,
               TRN_VERSION,
-              options.vars.empty() ? "" : options.vars + ".counters"});
+              options.vars.empty() ? "" : options.vars + ".counters",
+              place ? &*place : nullptr});
   if (assembly.io) assembly.io->shut_down();
   programs.settle();
   if (record) record->close();
@@ -151,6 +163,9 @@ void add_daemon(CLI::App& app, Exit& exit) {
                      "File of the variables (.var): offsets, the tool in the spindle, #31 to #5000. A change "
                      "is on disk before its command is answered. Parts and run time are kept beside it, in "
                      "FILE.counters");
+  daemon->add_option("--place", options->place,
+                     "Record here where the program is, for 'trunnion start --resume'; default: beside the "
+                     "file of --vars, as NAME.place");
   daemon->add_option("--record", options->record, "Write the setpoints of every period to this trace (CSV)");
   daemon->add_option("--log", options->log,
                      "Write what operator and drives did to this file, for 'trunnion replay'. A file that "

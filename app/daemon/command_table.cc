@@ -66,6 +66,8 @@ std::string bad_values(const command_t& command, int joints) {
     return fmt::format("joint {} does not exist; joints are 0 to {}", command.joint, joints - 1);
   if (!std::isfinite(command.value) || !std::isfinite(command.speed) || command.speed < 0)
     return "value and speed must be finite, and speed not negative";
+  if (command.verb == command_t::LOAD && command.value < 0 && command.value != -1)
+    return fmt::format("line {} is none: 1 or more, or -1 for the recorded place", command.value);
   if (!(command.speed_share >= 0 && command.speed_share <= 1))
     return fmt::format("speed_share {} is out of range: 0 to 1 is legal", command.speed_share);
   if (is_note(command.verb) &&

@@ -177,7 +177,7 @@ void run_daemon(const DaemonParts& parts) {
   MachineController controller(
       {parts.machine, parts.lcm, clients, access, telemetry, parts.drives, parts.tick, parts.programs,
        thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics,
-       parts.plan_joints, parts.version, parts.counters_file},
+       parts.plan_joints, parts.version, parts.counters_file, parts.place},
       collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
   spdlog::info("machine '{}', period {:g} ms, socket {}", parts.machine.name, 1000 * parts.machine.period_s,
                clients.path());

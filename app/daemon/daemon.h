@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/daemon/door.h"
+#include "app/daemon/place_keeper.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/daemon/realtime.h"
@@ -46,6 +47,7 @@ struct DaemonParts {
   const Joints* plan_joints = nullptr;     ///< see MachineController::Parts
   std::string version = {};                ///< see MachineController::Parts
   std::string counters_file = {};          ///< see MachineController::Parts
+  PlaceKeeper* place = nullptr;            ///< see MachineController::Parts
 };
 
 /// What the daemon tells goes to stderr from now on.

@@ -8,7 +8,7 @@ namespace trn {
 using trunnion::command_t;
 
 JogOrder JogControl::order(const command_t& command, const CycleReport& report) const {
-  const bool moves = report.motion == MotionState::kJogging;
+  const bool moves = report.motion == MotionState::kJogging || report.detour == DetourState::kJogs;
   return plan_jog({command.text, command.joint, command.value, command.speed, command.speed_share,
                    command.alive_ms > 0, moves},
                   kinematics_, joints_, report.q_plan);

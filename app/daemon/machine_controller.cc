@@ -9,10 +9,10 @@
 #include <thread>
 #include <utility>
 
-#include "app/daemon/direction_jog.h"
-#include "app/daemon/jog_order.h"
+#include "app/client/running_daemons.h"
 #include "app/session/pipeline.h"
 #include "core/motion.h"
+#include "interp/move.h"
 
 namespace trn {
 
@@ -26,16 +26,7 @@ constexpr auto kClosingTime =
 constexpr auto kSwitchOffTime = std::chrono::seconds(3);
 constexpr auto kPowerOffTime = std::chrono::milliseconds(500);  // of the drives that are not in fault
 constexpr auto kTickAnswers = std::chrono::seconds(5);
-constexpr const char* kJogProgram = "jog";  // in the status, while one goes along a direction
-constexpr std::uint32_t kUnheardMax = 16;   // commands of clients ahead of a stop: the tick takes 8 a period
-
-CommandServer::Answer accepted() { return {acknowledge_t::ACCEPTED, ""}; }
-CommandServer::Answer refused(const std::string& why) { return {acknowledge_t::REFUSED, why}; }
-
-CommandServer::Answer refusal(MachineState before, const Decision& decision) {
-  const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
-  return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
-}
+constexpr std::uint32_t kUnheardMax = 16;  // commands of clients ahead of a stop: the tick takes 8 a period
 
 // A second one changes nothing while the first is still on its way.
 bool says_again(const RtCommand& last, const RtCommand& next) {
@@ -50,6 +41,16 @@ bool drives_at_work(DriveState state) {
 }
 
 }  // namespace
+
+CommandServer::Answer MachineController::accepted() { return {acknowledge_t::ACCEPTED, ""}; }
+CommandServer::Answer MachineController::refused(const std::string& why) {
+  return {acknowledge_t::REFUSED, why};
+}
+
+CommandServer::Answer MachineController::refusal(MachineState before, const Decision& decision) {
+  const bool latched = before == MachineState::kFault || before == MachineState::kEstop;
+  return {latched ? acknowledge_t::FAULT : acknowledge_t::REFUSED, decision.refusal};
+}
 
 MachineController::MachineController(const Parts& parts, std::vector<std::string> warnings)
     : parts_(parts),
@@ -96,7 +97,7 @@ void MachineController::terminate() {
 
 Conditions MachineController::conditions() const {
   const unsigned all = (1u << parts_.machine.joints.size()) - 1u;
-  return {!program_path_.empty(), (report_.homed_mask & all) == all};
+  return {!program_path_.empty(), (report_.homed_mask & all) == all, report_.stands_in_hold};
 }
 
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
@@ -115,9 +116,8 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
   if (is_note(command.verb)) return obey_note(command);
   const MachineState before = supervisor_.state();
   if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
-  if (command.verb == command_t::JOG && (before == MachineState::kIdle || before == MachineState::kJogging))
-    if (const JogOrder order = jogs_.order(command, report_); !order.refusal.empty())
-      return refused(order.refusal);
+  if (command.verb == command_t::JOG)
+    if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
   const Decision decision = supervisor_.handle(row.event.value(), conditions());
@@ -162,63 +162,18 @@ CommandServer::Answer MachineController::act_on_command(std::uint32_t actions, c
                                                         const Ticket& ticket) {
   if (actions & kDoResume && stands_for_tool()) return confirm_tool(ticket);
   act(actions);
+  if (actions & kDoLoad && command.value < 0) return load_place(command.speed, ticket);
   if (actions & kDoLoad)
     return command.value > 1
                ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
                : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
+  if (actions & kDoMdi && supervisor_.state() == MachineState::kHolding) return held_mdi(command.text);
   if (actions & kDoMdi) return mdi(command.text, ticket, [this] { status_.program = "mdi"; });
   if (actions & (kDoJog | kDoHome)) forget_message();
   if (actions & kDoJog) return jog(command);
   if (actions & kDoHome) post({RtCommand::Kind::kHome, 0, 0, command.joint});
   return accepted();
-}
-
-CommandServer::Answer MachineController::jog(const command_t& command) {
-  const JogOrder order = jogs_.order(command, report_);
-  jogs_.hear(order.joint, command, Clock::now());
-  post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
-  return {acknowledge_t::ACCEPTED, order.remark};
-}
-
-// Planned like a line of MDI, and ended by a stop on the path.
-CommandServer::Answer MachineController::jog_along(const command_t& command, const Ticket& ticket) {
-  if (jogs_along() && jogs_.continues(command)) {
-    jogs_.hear_direction(command, Clock::now());
-    return accepted();
-  }
-  if (command.value == 0) {
-    if (jogs_along()) machine_event(Event::kStop);
-    return accepted();
-  }
-  const MachineState before = supervisor_.state();
-  const DirectionOrder order = jogs_.direction(command, report_, parts_.programs.step(0));
-  if (before == MachineState::kIdle && !order.refusal.empty()) return refused(order.refusal);
-  const Decision decision = supervisor_.handle(Event::kMdi, conditions());
-  if (!decision.refusal.empty()) return refusal(before, decision);
-  enter_state(before);
-  return mdi(order.program, ticket, [this, command, remark = order.remark] {
-    status_.program = kJogProgram;
-    job_message_ = remark;
-    jogs_.hear_direction(command, Clock::now());
-  });
-}
-
-bool MachineController::jogs_along() const {
-  const MachineState state = supervisor_.state();
-  return (state == MachineState::kRunning || state == MachineState::kHolding) &&
-         status_.program == kJogProgram;
-}
-
-void MachineController::end_silent_jogs() {
-  while (const auto joint = jogs_.take_silent(Clock::now())) {
-    const bool direction = *joint == JogControl::kDirection;
-    if (direction ? !jogs_along() : supervisor_.state() != MachineState::kJogging) continue;
-    spdlog::warn("the jog of {} is ended: its client went silent",
-                 direction ? "several joints" : parts_.machine.joints[static_cast<std::size_t>(*joint)].name);
-    if (!direction) post({RtCommand::Kind::kJog, 0, 0, *joint});
-    if (direction) machine_event(Event::kStop);
-  }
 }
 
 // What went wrong before is over when something new begins.
@@ -355,8 +310,10 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
-      ticket,
-      clear_then([this, path, q, line, approach] { *approach = parts_.programs.load_from(path, q, line); }),
+      ticket, clear_then([this, path, q, line, approach] {
+        *approach = parts_.programs.load_from(path, q, line);
+        program_mark_ = file_mark(path);
+      }),
       [this, path, q, line, approach] {
         program_path_ = status_.program = path;
         prepared_at_ = q;
@@ -375,11 +332,47 @@ CommandServer::Answer MachineController::load(const std::string& path, const Tic
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
   run_job(
-      ticket, clear_then([this, path, q, remark] { *remark = parts_.programs.load(path, q); }),
+      ticket, clear_then([this, path, q, remark] {
+        *remark = parts_.programs.load(path, q);
+        program_mark_ = file_mark(path);
+      }),
       [this, path, q, remark] {
         program_path_ = status_.program = path;
         prepared_at_ = q;
         job_message_ = *remark;
+      },
+      Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
+}
+
+// Where the record says; the answer tells the place and the approach.
+CommandServer::Answer MachineController::load_place(double before_mm, const Ticket& ticket) {
+  if (!parts_.place) return refused("the daemon records no place; give it --vars or --place");
+  program_path_.clear();
+  status_.program.clear();
+  const JointVec q = report_.q_plan;
+  struct Found {
+    PlaceRecord place;
+    std::string text;
+  };
+  const auto found = std::make_shared<Found>();
+  run_job(
+      ticket, clear_then([this, q, before_mm, found] {
+        found->place = parts_.place->read();
+        refuse_ended(found->place);
+        if (file_mark(found->place.program) != found->place.mark)
+          throw ProgramError(
+              fmt::format("{} is not the file any more that was under way; begin it with "
+                          "'trunnion start --from LINE'",
+                          found->place.program));
+        found->text = parts_.programs.load_place(found->place, q, before_mm);
+      }),
+      [this, q, found] {
+        program_path_ = status_.program = found->place.program;
+        program_mark_ = found->place.mark;
+        prepared_at_ = q;
+        from_line_ = std::max(2U, found->place.line);
+        job_message_ = found->text;
       },
       Job::kLoad);
   return {acknowledge_t::WORKING, ""};
@@ -392,7 +385,10 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
     machine_event(Event::kMotionDone);
     return refused("the machine has moved since the way to the line was shown; show it again");
   }
-  const auto load_again = [this, path = program_path_, q] { parts_.programs.load(path, q); };
+  const auto load_again = [this, path = program_path_, q] {
+    parts_.programs.load(path, q);
+    program_mark_ = file_mark(path);
+  };
   const std::function<void()> nothing = [] {};
   run_job(
       ticket, prepared ? nothing : clear_then(load_again), [this] { status_.program = program_path_; },
@@ -535,6 +531,7 @@ void MachineController::poll() {
   }
   if (status_due_ || now >= next_status_) publish_status();
   if (now >= next_motion_) publish_motion();
+  note_place();
   publish_tables();
   publish_alarms();
 }

@@ -16,6 +16,7 @@
 #include "app/daemon/correction_warnings.h"
 #include "app/daemon/jog_control.h"
 #include "app/daemon/late_rate_plans.h"
+#include "app/daemon/place_keeper.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/run_counters.h"
@@ -25,6 +26,7 @@
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "app/session/feature_recorder.h"
+#include "app/session/place_record.h"
 #include "app/session/program_progress.h"
 #include "app/session/program_step.h"
 #include "app/session/session_log.h"
@@ -63,6 +65,7 @@ class MachineController {
     const Joints* plan_joints = nullptr;        ///< with the limits that jogs keep; null: the machine's own
     std::string version = {};                   ///< of the program, for clients
     std::string counters_file = {};             ///< RunCounters; "": in memory only
+    PlaceKeeper* place = nullptr;               ///< records where the program is; null: nobody does
   };
 
   MachineController(const Parts& parts, std::vector<std::string> warnings);
@@ -94,10 +97,15 @@ class MachineController {
   using Answer = CommandServer::Answer;
   using Ticket = CommandServer::Ticket;
 
+  static Answer accepted();
+  static Answer refused(const std::string& why);
+  static Answer refusal(MachineState before, const Decision& decision);
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_setting(const CommandRow& row, double value);
   Answer obey_switch(const trunnion::command_t& command);
+  std::string refuse_jog(const trunnion::command_t& command) const;
+  Answer held_mdi(const std::string& text);
   Answer jog(const trunnion::command_t& command);
   Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
   bool jogs_along() const;
@@ -130,8 +138,20 @@ class MachineController {
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
   Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
+  Answer load_place(double before_mm, const Ticket& ticket);
+  void note_place();
+  PlaceRecord place_now(const ProgramStep& step);
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
+  /// For the record of the place.
+  struct Noted {
+    std::uint64_t block = 0;
+    Words began_at = Words::Zero();  ///< path point where that block was first seen
+    bool on_path = false;            ///< `began_at` is known
+    bool open = false;               ///< the record tells of a program that has not ended
+    bool ran = false;                ///< when it was last looked
+    Clock::time_point next;
+  };
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
   enum class Job { kLoad, kStart, kResume };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
@@ -169,7 +189,8 @@ class MachineController {
       0;  ///< bring-ups, starts and resumes, posted and not yet finished: reports mean nothing meanwhile
   int loads_ = 0;                              ///< the same, of programs that nothing waits for
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
-  std::string program_path_;
+  std::string program_path_, program_mark_;
+  Noted noted_;                          ///< what the record of the place was last told
   std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished

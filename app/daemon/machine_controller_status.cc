@@ -39,8 +39,8 @@ void MachineController::hear_wait(const CycleReport& report) {
   const double late_s = parts_.machine.period_s * late_periods_;
   late_periods_ = report.planner_late ? late_periods_ + 1 : 0;
   const QueueEvent &was = report_.waits_at, &is = report.waits_at;
-  const bool same = report.motion == report_.motion && is.kind == was.kind && is.argument == was.argument &&
-                    report.step == report_.step;
+  const bool same = report.motion == report_.motion && report.detour == report_.detour &&
+                    is.kind == was.kind && is.argument == was.argument && report.step == report_.step;
   const bool late = report.rate_plan_late || report_.rate_plan_late || report.planner_late || late_s > 0;
   if (same && !late) return;
   const ProgramStep* step = parts_.programs.step(present_step(report));
@@ -176,6 +176,8 @@ void MachineController::publish_status() {
   trunnion::status_t status = status_;
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
+  status.detour = detour_name(
+      unheard() > 0 && supervisor_.state() == MachineState::kHolding ? DetourState::kJogs : report_.detour);
   status.bus_health = parts_.drives.health();
   status.alarms_open = alarms_.open();
   status.alarm = alarms_.newest();

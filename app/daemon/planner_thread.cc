@@ -5,6 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "app/session/place_record.h"
 #include "core/safe_file.h"
 #include "interp/gcode/canon.h"
 #include "interp/move.h"
@@ -89,6 +90,24 @@ std::string PlannerThread::load_from(const std::string& path, const JointVec& q,
   return approach_text(line, summary.approach) + remark_on(summary);
 }
 
+std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
+  abandoned_ = true;
+  join();
+  abandoned_ = closed_.load();
+  ProgramStart start{place.program, std::nullopt, q};
+  start.open = opener();
+  start.switches = switches_;
+  const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
+  start.from_line = entry.line;
+  start.from_block = entry.block;
+  const ProgramSummary summary = begin(start);
+  return place_text(place, entry) + approach_text(entry.line, summary.approach) + remark_on(summary);
+}
+
+OpenFile PlannerThread::opener() {
+  return [this](const std::string& path, bool may_be_missing) { return files_.open(path, may_be_missing); };
+}
+
 void PlannerThread::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
 
 ProgramSummary PlannerThread::begin(ProgramStart start) {
@@ -97,9 +116,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   join();
   abandoned_ = false;
   if (closed_) abandoned_ = true;
-  start.open = [this](const std::string& path, bool may_be_missing) {
-    return files_.open(path, may_be_missing);
-  };
+  start.open = opener();
   take_failure();
   if (start.text) start.kept = mdi_;
   start.switches = switches_;

@@ -14,6 +14,7 @@
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
+#include "app/session/place_record.h"
 #include "app/session/program_log.h"
 #include "app/session/program_step.h"
 #include "app/session/program_time.h"
@@ -68,6 +69,7 @@ class PlannerThread final : public ProgramSource {
 
   std::string load(const std::string& path, const JointVec& q) override;
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
+  std::string load_place(const PlaceRecord& place, const JointVec& q, double before_mm) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override { return memory_.tool_name(number); }
@@ -87,6 +89,7 @@ class PlannerThread final : public ProgramSource {
 
  private:
   ProgramSummary begin(ProgramStart start);
+  OpenFile opener();
   PipelineObservers observers();
   void say(std::string_view text, std::uint32_t line);
   void wait_until_cleared();

@@ -182,9 +182,24 @@ std::string ProgramProcess::load_from(const std::string& path, const JointVec& q
   loading.path = path;
   loading.q = q;
   loading.line = line;
-  return call(loading, [&] {
+  return call(loading, [&](const ProgramReply&) {
     ProgramStart program{path, std::nullopt, q};
     program.from_line = line;
+    program.switches = switches_;
+    start(program);
+  });
+}
+
+std::string ProgramProcess::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
+  ProgramCall loading;
+  loading.kind = ProgramCall::Kind::kLoadPlace;
+  loading.text = place_file_text(place);
+  loading.q = q;
+  loading.before_mm = before_mm;
+  return call(loading, [&](const ProgramReply& starts) {
+    ProgramStart program{place.program, std::nullopt, q};
+    program.from_line = starts.line;
+    program.from_block = starts.block;
     program.switches = switches_;
     start(program);
   });
@@ -195,7 +210,7 @@ void ProgramProcess::load_mdi(const std::string& text, const JointVec& q) {
   mdi.kind = ProgramCall::Kind::kMdi;
   mdi.text = text;
   mdi.q = q;
-  call(mdi, [&] {
+  call(mdi, [&](const ProgramReply&) {
     ProgramStart program{"mdi", text, q};
     program.switches = switches_;
     start(program);
@@ -260,7 +275,7 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
     if (waits[0].revents && receive_program_packet(calls_, packet) > 0) {
       const ProgramReply reply = decode_reply(packet);
       if (reply.kind == ProgramReply::Kind::kStarts) {
-        if (go) go();
+        if (go) go(reply);
         send_program_packet(calls_, "go");
       } else if (reply.answers()) {
         return reply;

@@ -15,6 +15,7 @@
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
 #include "app/session/pipeline.h"
+#include "app/session/place_record.h"
 #include "app/session/program_step.h"
 #include "app/session/program_time.h"
 #include "app/session/session_log.h"
@@ -45,6 +46,7 @@ class ProgramProcess final : public ProgramSource {
 
   std::string load(const std::string& path, const JointVec& q) override { return load_from(path, q, 0); }
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
+  std::string load_place(const PlaceRecord& place, const JointVec& q, double before_mm) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override;
@@ -67,7 +69,7 @@ class ProgramProcess final : public ProgramSource {
   pid_t worker() const { return worker_; }
 
  private:
-  using Go = std::function<void()>;  ///< the program starts
+  using Go = std::function<void(const ProgramReply&)>;  ///< the program starts
 
   std::string call(const ProgramCall& call, const Go& go = {});
   ProgramReply ask(const ProgramCall& call, const Go& go);

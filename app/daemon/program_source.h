@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "app/session/pipeline.h"
+#include "app/session/place_record.h"
 #include "app/session/program_step.h"
 #include "app/session/program_time.h"
 #include "core/axes.h"
@@ -28,6 +29,8 @@ class ProgramSource {
   virtual std::string load(const std::string& path, const JointVec& q) = 0;
   /// The same from a line of it (> 1); returns the way to where it goes on there, in words.
   virtual std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) = 0;
+  /// The same from the place of a record, or so many mm of the path before it.
+  virtual std::string load_place(const PlaceRecord& place, const JointVec& q, double before_mm) = 0;
   /// The operator has put the tool (0: none) into the spindle that the program waits for. On disk when this
   /// returns; FileError if that cannot be, and then it is not taken as changed.
   virtual void confirm_tool(int number) = 0;

@@ -51,7 +51,8 @@ std::string encode(const ProgramCall& call) {
                   {"block_delete", call.switches.block_delete},
                   {"optional_stop", call.switches.optional_stop},
                   {"dry_run", call.switches.dry_run},
-                  {"tool", call.tool}});
+                  {"tool", call.tool},
+                  {"before", call.before_mm}});
 }
 
 std::string encode(const ProgramReply& reply) {
@@ -64,6 +65,7 @@ std::string encode(const ProgramReply& reply) {
                   {"program", reply.program},
                   {"time", reply.time.time.shares_s()},
                   {"about", reply.time.about},
+                  {"block", reply.block},
                   {"tools", tools}});
 }
 
@@ -88,6 +90,7 @@ ProgramCall decode_call(const std::string& packet) {
   call.q = Eigen::Map<const Eigen::VectorXd>(q.data(), static_cast<Eigen::Index>(q.size()));
   call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop"), json.at("dry_run")};
   call.tool = whole<int>(json.at("tool"));
+  call.before_mm = json.at("before");
   return call;
 }
 
@@ -101,6 +104,7 @@ ProgramReply decode_reply(const std::string& packet) {
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
   reply.line = whole<std::uint32_t>(json.at("line"));
+  reply.block = json.at("block");
   reply.program = whole<std::uint32_t>(json.at("program"));
   reply.time = {PlanTime(json.at("time").get<std::array<double, 5>>()), true, json.at("about")};
   for (const Json& tool : json.at("tools")) reply.tools[whole<int>(tool.at(0))] = tool.at(1);

@@ -17,6 +17,7 @@
 #include "app/daemon/privileges.h"
 #include "app/daemon/program_wire.h"
 #include "app/session/pipeline.h"
+#include "app/session/place_record.h"
 #include "app/session/program_time.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
@@ -80,7 +81,7 @@ class ProgramWorker {
       pollfd waits{socket_, POLLIN, 0};
       poll(&waits, 1, kWorkerPollMs);
       if (const std::string failure = planner_.take_failure(); !failure.empty())
-        tell({ProgramReply::Kind::kFailed, failure, 0, {}, {}});
+        tell({ProgramReply::Kind::kFailed, failure, 0, 0, {}, {}});
       if (!waits.revents) continue;
       if (receive_program_packet(socket_, packet) <= 0) throw DaemonGone();
       answer(decode_call(packet));
@@ -100,9 +101,9 @@ class ProgramWorker {
     } catch (const DaemonGone&) {
       throw;
     } catch (const std::bad_alloc&) {
-      reply = {ProgramReply::Kind::kRefused, kNoMemory, 0, {}, {}};
+      reply = {ProgramReply::Kind::kRefused, kNoMemory, 0, 0, {}, {}};
     } catch (const std::exception& error) {
-      reply = {ProgramReply::Kind::kRefused, error.what(), 0, {}, {}};
+      reply = {ProgramReply::Kind::kRefused, error.what(), 0, 0, {}, {}};
     }
     tell(reply);
   }
@@ -113,6 +114,8 @@ class ProgramWorker {
       case ProgramCall::Kind::kLoad:
         return call.line > 1 ? planner_.load_from(call.path, call.q, call.line)
                              : planner_.load(call.path, call.q);
+      case ProgramCall::Kind::kLoadPlace:
+        return planner_.load_place(parse_place(call.text, "the record"), call.q, call.before_mm);
       case ProgramCall::Kind::kMdi:
         planner_.load_mdi(call.text, call.q);
         return "";
@@ -132,13 +135,13 @@ class ProgramWorker {
   // The daemon writes into the session's log what begins, before any of its blocks is there.
   PlannerListeners listeners() {
     PlannerListeners out;
-    out.starts = [this](const ProgramStart&) {
-      tell({ProgramReply::Kind::kStarts, "", 0, {}, {}});
+    out.starts = [this](const ProgramStart& start) {
+      tell({ProgramReply::Kind::kStarts, "", start.from_line, start.from_block, {}, {}});
       std::string go;
       if (receive_program_packet(socket_, go) <= 0) throw DaemonGone();
     };
     out.message = [this](std::string_view text, std::uint32_t line) {
-      tell({ProgramReply::Kind::kSays, std::string(text), line, {}, {}});
+      tell({ProgramReply::Kind::kSays, std::string(text), line, 0, {}, {}});
     };
     SharedProgramState& shared = parts_.shared;
     if (parts_.tells_moves)
@@ -176,7 +179,7 @@ class ProgramWorker {
 void refuse_all(int socket, const std::string& why) {
   std::string packet;
   while (receive_program_packet(socket, packet) > 0)
-    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, 0, {}, {}})) <= 0) return;
+    if (send_program_packet(socket, encode({ProgramReply::Kind::kRefused, why, 0, 0, {}, {}})) <= 0) return;
 }
 
 }  // namespace

@@ -55,9 +55,11 @@ constexpr auto kTable = std::to_array<Transition>({
     {S::kRunning, E::kPathFault, S::kFault, kDoAbandon},
     {S::kRunning, E::kQuickFault, S::kFault, kDoEmergency},
 
-    {S::kHolding, E::kHold, S::kHolding, kDoNothing},
+    {S::kHolding, E::kHold, S::kHolding, kDoHold},
     {S::kHolding, E::kResume, S::kRunning, kDoResume},
     {S::kHolding, E::kStart, S::kRunning, kDoResume},
+    {S::kHolding, E::kMdi, S::kHolding, kDoMdi},
+    {S::kHolding, E::kJog, S::kHolding, kDoJog},
     {S::kHolding, E::kStop, S::kStopping, kDoAbandon},
     {S::kHolding, E::kMotionDone, S::kIdle, kDoNothing},
     {S::kHolding, E::kEstop, S::kEstop, kDoEmergency},
@@ -131,7 +133,13 @@ std::string refuse_by_state(S state, E event) {
                      to_string(event), fmt::join(legal, ", "), help);
 }
 
-std::string refuse_by_conditions(E event, const Conditions& conditions) {
+std::string refuse_by_conditions(S state, E event, const Conditions& conditions) {
+  const bool needs_stand = state == S::kHolding && (event == E::kJog || event == E::kMdi);
+  if (needs_stand && !conditions.stands_in_hold)
+    return fmt::format(
+        "the machine is in state '{}', but does not stand yet, or stands in a thread or a probe move; "
+        "'{}' is obeyed when it stands on its path",
+        to_string(state), to_string(event));
   if (event == E::kStart && !conditions.program_loaded) return "no program is loaded; 'load' one first";
   if ((event == E::kStart || event == E::kMdi) && !conditions.homed)
     return "not every joint knows its position; 'home' the machine first";
@@ -166,7 +174,7 @@ Decision Supervisor::handle(Event event, const Conditions& conditions) {
   const bool command = static_cast<int>(event) < kCommandEvents;
   const Transition* row = find(state_, event);
   if (!row) return {kDoNothing, command ? refuse_by_state(state_, event) : ""};
-  const std::string refusal = refuse_by_conditions(event, conditions);
+  const std::string refusal = refuse_by_conditions(state_, event, conditions);
   if (!refusal.empty()) return {kDoNothing, refusal};
   state_ = row->to;
   return {row->actions, ""};

@@ -13,7 +13,7 @@ enum class MachineState : std::uint8_t {
   kStarting,  ///< drives are brought up
   kIdle,      ///< enabled, at rest, nothing to do
   kRunning,   ///< a program or an MDI line moves the machine
-  kHolding,   ///< slows down or stands on the path; resume goes on
+  kHolding,   ///< slows down or stands on the path, or is jogged away from it; resume goes on
   kStopping,  ///< slows down on the path; the program is given up
   kJogging,
   kHoming,
@@ -73,7 +73,8 @@ enum Action : std::uint32_t {
 /// What a command's legality hangs on besides the state.
 struct Conditions {
   bool program_loaded = false;
-  bool homed = false;  ///< every joint knows its position
+  bool homed = false;           ///< every joint knows its position
+  bool stands_in_hold = false;  ///< the tick obeys jogs and switches there
 };
 
 struct Decision {

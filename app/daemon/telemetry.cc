@@ -42,38 +42,8 @@ void add_joints(const Machine& machine, const CycleReport& report, trunnion::sta
   }
 }
 
-}  // namespace
-
-std::int64_t unix_time_us() {
-  const auto now = std::chrono::system_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
-std::int64_t monotonic_us() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
-}
-
-std::string remark_of(std::string_view block) {
-  std::string out;
-  const auto add = [&](std::string_view text) {
-    const std::size_t from = text.find_first_not_of(" \t"), to = text.find_last_not_of(" \t");
-    if (from == std::string_view::npos) return;
-    out += (out.empty() ? "" : "; ") + std::string(text.substr(from, to - from + 1));
-  };
-  while (!block.empty()) {
-    const std::size_t begin = block.find_first_of("(;");
-    if (begin == std::string_view::npos) break;
-    const bool to_end = block[begin] == ';';
-    const std::size_t end = to_end ? block.size() : std::min(block.find(')', begin), block.size());
-    add(block.substr(begin + 1, end - begin - 1));
-    block = block.substr(std::min(end + 1, block.size()));
-  }
-  return out;
-}
-
-std::string waits_text(const CycleReport& report, const ProgramStep* step,
-                       const std::function<std::string(int)>& tool_name) {
+std::string waits_in_place(const CycleReport& report, const ProgramStep* step,
+                           const std::function<std::string(int)>& tool_name) {
   using Kind = QueueEvent::Kind;
   const QueueEvent& event = report.waits_at;
   const std::string remark = step ? remark_of(step->text.data()) : "";
@@ -112,6 +82,51 @@ std::string waits_text(const CycleReport& report, const ProgramStep* step,
   const std::string motion = step && step->moves ? g_name(step->settings.motion) : "";
   const bool probes = report.motion == MotionState::kMoving && motion.rfind("G38", 0) == 0;
   return probes ? fmt::format("contact of the probe ({}), or the end of the move", motion) : "";
+}
+
+}  // namespace
+
+std::string_view detour_name(DetourState state) {
+  static constexpr std::string_view kNames[] = {"", "jogs", "away", "returns"};
+  static_assert(std::size(kNames) == static_cast<std::size_t>(DetourState::kReturns) + 1);
+  return kNames[static_cast<std::size_t>(state)];
+}
+
+std::int64_t unix_time_us() {
+  const auto now = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::int64_t monotonic_us() {
+  const auto now = std::chrono::steady_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+}
+
+std::string remark_of(std::string_view block) {
+  std::string out;
+  const auto add = [&](std::string_view text) {
+    const std::size_t from = text.find_first_not_of(" \t"), to = text.find_last_not_of(" \t");
+    if (from == std::string_view::npos) return;
+    out += (out.empty() ? "" : "; ") + std::string(text.substr(from, to - from + 1));
+  };
+  while (!block.empty()) {
+    const std::size_t begin = block.find_first_of("(;");
+    if (begin == std::string_view::npos) break;
+    const bool to_end = block[begin] == ';';
+    const std::size_t end = to_end ? block.size() : std::min(block.find(')', begin), block.size());
+    add(block.substr(begin + 1, end - begin - 1));
+    block = block.substr(std::min(end + 1, block.size()));
+  }
+  return out;
+}
+
+std::string waits_text(const CycleReport& report, const ProgramStep* step,
+                       const std::function<std::string(int)>& tool_name) {
+  if (report.motion == MotionState::kMoving && report.detour != DetourState::kNone)
+    return "the way back to where the program was held";
+  const std::string text = waits_in_place(report, step, tool_name);
+  const bool away = report.detour != DetourState::kNone && !text.empty();
+  return away ? text + "; first it leads back and switches on what the program had on" : text;
 }
 
 trunnion::status_t first_status(const Machine& machine, const std::string& version,

@@ -20,6 +20,8 @@ namespace trn {
 
 /// Unix time, us.
 std::int64_t unix_time_us();
+/// As status_t::detour.
+std::string_view detour_name(DetourState state);
 /// A clock of this host that only runs forward, us.
 std::int64_t monotonic_us();
 

@@ -30,7 +30,10 @@ void open(Interpreter& interpreter, const ProgramStart& start, const Words& word
     interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);
   else
     interpreter.open(start.path, in_degrees(words));
-  if (start.from_line > 1) interpreter.begin_at(start.from_line, in_degrees(words));
+  if (start.from_block > 1)
+    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees(words));
+  else if (start.from_line > 1)
+    interpreter.begin_at(start.from_line, in_degrees(words));
 }
 
 // A planner's message begins with "line N:"; the file belongs in front of it.
@@ -193,7 +196,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       line_done_(std::move(observers.line_done)) {
   const CheckScope checks(failed_check_);
   open(interpreter_, start, start_words(*assembly.map, start));
-  if (start.from_line <= 1) return;
+  if (start.from_line <= 1 && start.from_block <= 1) return;
   if (line_done_) line_done_(true);
   if (interpreter_.waiting()) finish_stages();
 }
@@ -308,6 +311,29 @@ void Pipeline::end_program() {
   end.event.kind = QueueEvent::Kind::kProgramEnd;
   end.source.line = interpreter_.line();
   blocks_->block(end);
+}
+
+ProgramReader::ProgramReader(const Assembly& assembly, Parameters& parameters, ToolTable& tools,
+                             const ProgramStart& start, MoveSink& sink)
+    : name_(start.path),
+      program_(config_for(assembly.program, start)),
+      lowering_(program_, assembly.kinematics.get(), sink, start_words(*assembly.map, start),
+                start.switches.corrections_off),
+      interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_, {}, true, true}) {
+  open(interpreter_, start, start_words(*assembly.map, start));
+}
+
+bool ProgramReader::step() {
+  CheckFailure failed;
+  const CheckScope checks(failed);
+  try {
+    const bool more = interpreter_.step();
+    while (interpreter_.asks_for_tool()) interpreter_.answer({});
+    refuse(failed);
+    return more;
+  } catch (const ProgramError& error) {
+    throw ProgramError(with_file(name_, error.what()));
+  }
 }
 
 std::string remark_on(const ProgramSummary& summary) {

@@ -15,6 +15,7 @@
 #include "core/axes.h"
 #include "core/check.h"
 #include "core/motion.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
@@ -57,7 +58,8 @@ struct ProgramStart {
   OpenFile open =
       {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
   ProgramSwitches switches = {};
-  bool ends_round = false;  ///< as InterpreterParts
+  bool ends_round = false;       ///< as InterpreterParts
+  std::uint64_t from_block = 0;  ///< as from_line, by the number of blocks run (ProgramStep::block); 0: not
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -142,6 +144,25 @@ class Pipeline {
   std::function<void(bool)> line_done_;
   CheckFailure failed_check_;
   bool ended_ = false;
+};
+
+/// Reads a program without driving it; its moves go to `sink`. Tool changes count as done.
+class ProgramReader {
+ public:
+  /// All must outlive it; parameters and tools are changed by the program. ProgramError as Pipeline.
+  ProgramReader(const Assembly& assembly, Parameters& parameters, ToolTable& tools, const ProgramStart& start,
+                MoveSink& sink);
+  /// As Interpreter::step. ProgramError "file:line:..." for a defect.
+  bool step();
+  const Interpreter& interpreter() const { return interpreter_; }
+  /// Words of a move of the last step, in the program's coordinates.
+  MmWords program_of(const Words& words) const { return lowering_.frame().mm_of(words); }
+
+ private:
+  std::string name_;
+  ProgramConfig program_;
+  Lowering lowering_;
+  Interpreter interpreter_;
 };
 
 /// What a dry run of a whole program found.

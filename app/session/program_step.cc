@@ -37,6 +37,7 @@ ProgramStep step_of(const Interpreter& interpreter, const Lowering& lowering, co
                     SourceLine source, const ProgramMove* move) {
   ProgramStep step;
   step.source = source;
+  step.block = interpreter.blocks();
   step.moves = move != nullptr;
   step.rapid = move && move->kind == ProgramMove::Kind::kTraverse;
   if (move) step.to = move->to;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstdint>
 #include <string>
 
 #include "app/session/assembly.h"
@@ -24,6 +25,7 @@ namespace trn {
 /// it goes from the process that plans programs to the one that shows them.
 struct ProgramStep {
   SourceLine source;
+  std::uint64_t block = 0;      ///< how many blocks were run, with its own: tells the passes of a line apart
   bool moves = false;           ///< to `to`; else an event
   bool rapid = false;           ///< G0
   Words to = Words::Zero();     ///< as in ProgramMove

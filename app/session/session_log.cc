@@ -35,10 +35,10 @@ constexpr const char* kCommandNames[] = {
     "start",         "hold",           "resume",           "stop",           "override",
     "jog",           "home",           "quick_stop",       "emergency_stop", "correction",
     "reset_fault",   "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
-    "optional_stop", "machine_lock"};
+    "optional_stop", "machine_lock",   "spindle",          "coolant",        "digital_output"};
 static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDrives) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
-static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kMachineLock) + 1);
+static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kDigitalOutput) + 1);
 
 template <typename Vector>
 std::vector<double> numbers(const Vector& q) {
@@ -84,6 +84,7 @@ Json to_json(const SessionEntry& entry) {
   if (entry.kind == Kind::kProgram) {
     json["path"] = entry.program.path;
     if (entry.program.from_line > 1) json["from_line"] = entry.program.from_line;
+    if (entry.program.from_block > 1) json["from_block"] = entry.program.from_block;
     if (entry.program.text) json["text"] = *entry.program.text;
     json["corrections_off"] = entry.program.switches.corrections_off;
     json["block_delete"] = entry.program.switches.block_delete;
@@ -141,6 +142,7 @@ SessionEntry from_json(const Json& json) {
   if (entry.kind == Kind::kProgram) {
     entry.program.path = json.at("path");
     if (json.contains("from_line")) entry.program.from_line = whole<std::uint32_t>(json.at("from_line"));
+    if (json.contains("from_block")) entry.program.from_block = whole<std::uint64_t>(json.at("from_block"));
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
     if (json.contains("corrections_off"))
       entry.program.switches.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));

@@ -89,11 +89,19 @@ void Interpreter::open_text(std::string text, std::string name, const MmWords& a
 }
 
 void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
+  pass_over([this, line] { return flow_.next_main_line() < line; }, line, at);
+}
+
+void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MmWords& at) {
+  pass_over([this, block] { return blocks_ + 1 < block; }, line, at);
+}
+
+void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MmWords& at) {
   // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
   // then what they would be.
   gate_.open = false;
   const int in_spindle = executor_.settings().current_tool;
-  while (flow_.next_main_line() < line || !held_.empty()) {
+  while (ahead() || !held_.empty()) {
     if (loops_long())
       throw GcodeError(GcodeErrorCode::kFromLine, line, 0,
                        fmt::format("{}:{}: a loop at line {} before it goes on, perhaps for ever; legal: {}",

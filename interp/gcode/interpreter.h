@@ -61,6 +61,11 @@ class Interpreter {
   /// along the tool's axis, across, and down. Sub-programs and loops before it are run through. GcodeError if
   /// the line is not reached, or lies inside cutter compensation.
   void begin_at(std::uint32_t line, const MmWords& at);
+  /// The same up to the block that is run as the `block`th (`blocks`), in whatever pass of a loop or
+  /// sub-program that is. `line`: of it, for messages.
+  void begin_at_block(std::uint64_t block, std::uint32_t line, const MmWords& at);
+  /// The next block is no part of a tool change that is under way.
+  bool between_blocks() const { return held_.empty(); }
 
   /// Runs one block. False once the program has ended. GcodeError: of this block, which has had no motion
   /// then, or a gouge of a contour that has ended with it, at the line of its move. Stepping on is allowed
@@ -105,6 +110,7 @@ class Interpreter {
   void run_block(const ParsedBlock& parsed);
   void end_block(bool program_ends);
   void hold_for_tool(bool entry);
+  void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MmWords& at);
   void run_rest();
   void assign(const ParsedBlock& parsed);
   bool carry_out(bool rest);

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "app/session/place_record.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
@@ -67,6 +68,7 @@ struct FakePrograms final : ProgramSource {
     from_line = line;
     return "approach";
   }
+  std::string load_place(const PlaceRecord&, const JointVec&, double) override { return ""; }
   void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
   void confirm_tool(int number) override {
     if (disk_full) throw std::runtime_error("m.var: cannot be written: No space left on device");

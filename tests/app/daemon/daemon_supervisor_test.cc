@@ -13,7 +13,7 @@ namespace {
 using S = MachineState;
 using E = Event;
 
-constexpr Conditions kReady{true, true};
+constexpr Conditions kReady{true, true, true};
 
 const Transition* row(S from, E event) {
   for (const Transition& transition : Supervisor::table())
@@ -64,7 +64,7 @@ TEST(Supervisor, ObeysExactlyTheseCommands) {
       {S::kIdle,
        {E::kLoad, E::kStart, E::kMdi, E::kJog, E::kHome, E::kStop, E::kReset, E::kEstop, E::kTerminate}},
       {S::kRunning, {E::kHold, E::kResume, E::kStop, E::kEstop, E::kTerminate}},
-      {S::kHolding, {E::kHold, E::kResume, E::kStart, E::kStop, E::kEstop, E::kTerminate}},
+      {S::kHolding, {E::kHold, E::kResume, E::kStart, E::kMdi, E::kJog, E::kStop, E::kEstop, E::kTerminate}},
       {S::kStopping, {E::kHold, E::kStop, E::kEstop, E::kTerminate}},
       {S::kJogging, {E::kJog, E::kHold, E::kStop, E::kEstop, E::kTerminate}},
       {S::kHoming, {E::kStop, E::kEstop, E::kTerminate}},
@@ -172,14 +172,25 @@ TEST(Supervisor, ARefusalSaysWhatHelps) {
       {S::kOff, "; bring the drives up with 'reset'"},
       {S::kHolding, "; 'resume' or 'start' goes on, 'stop' gives the program up"}};
   for (auto& [state, supervisor] : everywhere()) {
-    const std::string refusal = supervisor.handle(E::kMdi, kReady).refusal;
+    const std::string refusal = supervisor.handle(E::kHome, kReady).refusal;
     if (state == S::kIdle) {
       EXPECT_EQ(refusal, "");
       continue;
     }
     const auto found = help.find(state);
     EXPECT_EQ(refusal, "the machine is in state '" + std::string(to_string(state)) +
-                           "'; 'mdi' is legal in: idle" + (found == help.end() ? "" : found->second));
+                           "'; 'home' is legal in: idle" + (found == help.end() ? "" : found->second));
+  }
+}
+
+// While it still slows down, a jog would leave the path.
+TEST(Supervisor, InAHoldItObeysJogsAndMdiOnceItStands) {
+  for (const E event : {E::kJog, E::kMdi}) {
+    Supervisor holding = everywhere()[S::kHolding];
+    EXPECT_NE(holding.handle(event, {true, true, false}).refusal.find("does not stand yet"),
+              std::string::npos);
+    EXPECT_EQ(holding.handle(event, kReady).actions, event == E::kJog ? kDoJog : kDoMdi);
+    EXPECT_EQ(holding.state(), S::kHolding) << "resume still leads back to the path";
   }
 }
 

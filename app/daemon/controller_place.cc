@@ -1,0 +1,100 @@
+#include <fmt/format.h>
+
+#include <chrono>
+#include <string>
+
+#include "app/daemon/machine_controller.h"
+#include "app/daemon/supervisor.h"
+#include "app/daemon/telemetry.h"
+#include "app/session/pipeline.h"
+#include "app/session/place_record.h"
+#include "app/session/program_step.h"
+#include "core/units.h"
+#include "interp/gcode/active_codes.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/settings.h"
+#include "kernel/rt_messages.h"
+
+// The controller's record of where the program is.
+namespace trn {
+
+namespace {
+
+constexpr auto kPlacePeriod = std::chrono::seconds(1);
+
+std::string letters_and_values(const std::string& axes, const MmWords& words) {
+  std::string text;
+  for (std::size_t i = 0; kWordLetters[i] != 0; ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    const double value = k < 3 ? words.xyz[k] : words.abc_deg[k - 3];
+    if (axes.find(kWordLetters[i]) != std::string::npos)
+      text += fmt::format(" {}{:.4f}", kWordLetters[i], value);
+  }
+  return text.empty() ? text : text.substr(1);
+}
+
+}  // namespace
+
+PlaceRecord MachineController::place_now(const ProgramStep& step) {
+  const Settings& settings = step.settings;
+  const ProgramSwitches switches = parts_.programs.switches();
+  PlaceRecord place;
+  place.program = program_path_;
+  place.mark = program_mark_;
+  place.block = step.block;
+  place.line = step.source.line;
+  place.file = step.file.data();
+  place.text = step.text.data();
+  place.gone_mm = (report_.y - noted_.began_at).head<3>().norm();
+  place.moves = step.moves;
+  const MmWords to = step.frame.mm_of(step.to);
+  place.to << to.xyz, to.abc_deg;
+  place.tool = settings.current_tool;
+  place.codes = active_codes(settings, step.cutter_comp);
+  const MmWords offset = in_mm(settings.g5x, settings.modal.inch);
+  place.work_offset =
+      fmt::format("{} {}", g_name(kWorkOffsetCodes[static_cast<std::size_t>(settings.modal.work_offset - 1)]),
+                  letters_and_values(status_.axes, offset));
+  place.spindle_rpm = report_.spindle_rpm;
+  place.coolant = report_.coolant;
+  const bool on_path = report_.on_path && follows_program(report_);
+  if (parts_.map) {
+    const ShownPosition shown = shown_position(*parts_.map, step, report_.q_plan, on_path, report_.y);
+    place.work = letters_and_values(status_.axes, shown.work);
+  }
+  place.block_delete = switches.block_delete;
+  place.optional_stop = switches.optional_stop;
+  return place;
+}
+
+// At every new line or move, and once a second; and that the program has come to its end.
+void MachineController::note_place() {
+  if (!parts_.place) return;
+  const bool file = !program_path_.empty() && status_.program == program_path_;
+  const MachineState state = supervisor_.state();
+  if (state == MachineState::kIdle && noted_.open && jobs_ + loads_ == 0) {
+    if (noted_.ran && file && !status_.program_failed) {
+      PlaceRecord ended;
+      ended.program = program_path_;
+      ended.ended = true;
+      parts_.place->note(ended);
+    }
+    noted_.open = false;
+  }
+  noted_.ran = state == MachineState::kRunning;
+  const std::uint32_t number = present_step(report_);
+  if (!file || number == 0 || jobs_ > 0 || report_.detour != DetourState::kNone) return;
+  const ProgramStep* step = parts_.programs.step(number);
+  if (!step || step->block == 0 || step->source.line == 0) return;  // the way to a place is none
+  const auto now = Clock::now();
+  const bool fresh = !noted_.open || step->block != noted_.block;
+  if (fresh || !noted_.on_path) noted_.began_at = report_.y;
+  noted_.on_path = report_.on_path;
+  if (!fresh && now < noted_.next) return;
+  noted_.block = step->block;
+  noted_.open = true;
+  noted_.next = now + kPlacePeriod;
+  parts_.place->note(place_now(*step));
+}
+
+}  // namespace trn

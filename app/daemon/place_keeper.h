@@ -1,0 +1,41 @@
+#pragma once
+
+#include <condition_variable>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <thread>
+
+#include "app/session/place_record.h"
+
+namespace trn {
+
+/// Keeps the newest place of the program on disk, in a thread of its own: a disk that is slow keeps nobody.
+/// Of places that come faster than kGap the newest is written.
+class PlaceKeeper {
+ public:
+  static constexpr double kGap_s = 0.05;
+
+  explicit PlaceKeeper(std::string path);
+  /// What was noted is on disk then.
+  ~PlaceKeeper();
+  PlaceKeeper(const PlaceKeeper&) = delete;
+  PlaceKeeper& operator=(const PlaceKeeper&) = delete;
+
+  /// From one thread.
+  void note(PlaceRecord place);
+  /// The last that was noted; else what the file holds. As read_place.
+  PlaceRecord read() const;
+
+ private:
+  void run();
+
+  std::string path_;
+  mutable std::mutex mutex_;
+  std::condition_variable wake_;
+  std::optional<PlaceRecord> next_, last_;  ///< to be written; noted last. Guarded by mutex_
+  bool closing_ = false;                    ///< the same
+  std::thread thread_;
+};
+
+}  // namespace trn

@@ -1,0 +1,190 @@
+#include "app/session/place_record.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <deque>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <vector>
+
+#include "core/motion.h"
+#include "interp/gcode/axis_words.h"
+#include "interp/gcode/g_code.h"
+#include "interp/gcode/interpreter.h"
+#include "interp/gcode/parameter_file.h"
+#include "interp/move.h"
+
+namespace trn {
+
+namespace {
+
+/// How long the path has become, mm of the tip.
+struct PathLength : MoveSink {
+  void move(const ProgramMove& move) override {
+    mm += (move.to - move.from).head<3>().norm();
+    to.push_back(move.to);
+  }
+  void event(const QueueEvent&, SourceLine) override {}
+  double mm = 0;
+  std::vector<Words> to;  ///< ends of the moves of the block that was run last
+};
+
+// Offsets and the tool's length may be others by now: the program's own coordinates count.
+bool comes_to(const ProgramReader& reader, const std::vector<Words>& ends, const Words& to) {
+  constexpr double kSamePlace = 1e-4;  // mm, degrees
+  return std::any_of(ends.begin(), ends.end(), [&](const Words& end) {
+    const MmWords there = reader.program_of(end);
+    return (there.xyz - to.head<3>()).norm() < kSamePlace &&
+           (there.abc_deg - to.tail<3>()).norm() < kSamePlace;
+  });
+}
+
+void refuse_other_setting(const Parameters& parameters, const ProgramStart& start, const PlaceRecord& place) {
+  const int tool = static_cast<int>(parameters[parameter::kTool]);
+  if (tool != place.tool)
+    throw ProgramError(fmt::format(
+        "tool {} is in the spindle, and the program was given up with tool {}; put that in and say so with "
+        "'trunnion tool {} --in-spindle'",
+        tool, place.tool, place.tool));
+  if (start.switches.block_delete != place.block_delete ||
+      start.switches.optional_stop != place.optional_stop)
+    throw ProgramError(fmt::format(
+        "the program ran with block delete {} and optional stop {}; switch them so, and ask again",
+        place.block_delete ? "on" : "off", place.optional_stop ? "on" : "off"));
+}
+
+[[noreturn]] void refuse_other_way(const PlaceRecord& place, const std::string& what) {
+  throw ProgramError(
+      fmt::format("the program does not come to the recorded line {} ('{}') again: {}; begin it with "
+                  "'trunnion start --from LINE'",
+                  place.line, place.text, what));
+}
+
+/// Beginnings of blocks from which the place may be approached; the first is the one that is far enough.
+class Entries {
+ public:
+  explicit Entries(double needed_mm) : needed_mm_(needed_mm) {}
+  void begin(const PlaceEntry& entry) { open_.push_back(entry); }
+  /// `at_mm`: the place is there or later.
+  void pass(double at_mm) {
+    while (open_.size() > 1 && at_mm - open_[1].before_mm >= needed_mm_) open_.pop_front();
+  }
+  const PlaceEntry& found() const { return open_.front(); }
+
+ private:
+  double needed_mm_;
+  std::deque<PlaceEntry> open_;  ///< before_mm: of the path before it
+};
+
+}  // namespace
+
+std::string place_file_text(const PlaceRecord& p) {
+  const nlohmann::ordered_json json{{"program", p.program},
+                                    {"mark", p.mark},
+                                    {"ended", p.ended},
+                                    {"block", p.block},
+                                    {"line", p.line},
+                                    {"file", p.file},
+                                    {"text", p.text},
+                                    {"gone_mm", p.gone_mm},
+                                    {"moves", p.moves},
+                                    {"to", std::vector<double>(p.to.begin(), p.to.end())},
+                                    {"tool", p.tool},
+                                    {"codes", p.codes},
+                                    {"work_offset", p.work_offset},
+                                    {"spindle_rpm", p.spindle_rpm},
+                                    {"coolant", p.coolant},
+                                    {"work", p.work},
+                                    {"block_delete", p.block_delete},
+                                    {"optional_stop", p.optional_stop}};
+  return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+}
+
+PlaceRecord parse_place(std::string_view text, const std::string& name) {
+  try {
+    const nlohmann::json json = nlohmann::json::parse(text);
+    PlaceRecord p;
+    p.program = json.at("program");
+    p.mark = json.at("mark");
+    p.ended = json.at("ended");
+    p.block = json.at("block");
+    p.line = json.at("line");
+    p.file = json.at("file");
+    p.text = json.at("text");
+    p.gone_mm = json.at("gone_mm");
+    p.moves = json.at("moves");
+    const auto to = json.at("to").get<std::vector<double>>();
+    if (to.size() != 6) throw ProgramError(fmt::format("{}: no record of a place: six words", name));
+    p.to = Eigen::Map<const Words>(to.data());
+    p.tool = json.at("tool");
+    p.codes = json.at("codes");
+    p.work_offset = json.at("work_offset");
+    p.spindle_rpm = json.at("spindle_rpm");
+    p.coolant = json.at("coolant");
+    p.work = json.at("work");
+    p.block_delete = json.at("block_delete");
+    p.optional_stop = json.at("optional_stop");
+    return p;
+  } catch (const nlohmann::json::exception& error) {
+    throw ProgramError(fmt::format("{}: no record of a place: {}", name, error.what()));
+  }
+}
+
+PlaceRecord read_place(const std::string& path) {
+  if (!std::filesystem::exists(path))
+    throw ProgramError(
+        fmt::format("{}: no program was under way on this machine; 'load' and 'start' one", path));
+  return parse_place(read_text_file(path), path);
+}
+
+void refuse_ended(const PlaceRecord& place) {
+  if (place.ended)
+    throw ProgramError(fmt::format(
+        "{} has come to its end; there is nothing to go on with, 'start' begins it anew", place.program));
+}
+
+PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable tools,
+                      const ProgramStart& start, const PlaceRecord& place, double before_mm) {
+  refuse_other_setting(parameters, start, place);
+  PathLength path;
+  Entries entries(before_mm - place.gone_mm);
+  ProgramReader reader(assembly, parameters, tools, start, path);
+  const Interpreter& interpreter = reader.interpreter();
+  while (interpreter.blocks() < place.block) {
+    const bool begins = interpreter.between_blocks();
+    const bool may_enter = begins && interpreter.cutter_comp() == 40_g;
+    const std::uint64_t before = interpreter.blocks();
+    const double at_mm = path.mm;
+    path.to.clear();
+    if (!reader.step() && interpreter.blocks() < place.block) refuse_other_way(place, "it ends before");
+    if (interpreter.waiting() && interpreter.blocks() < place.block)
+      refuse_other_way(place, fmt::format("line {} asks the machine (M66, G38)", interpreter.line()));
+    if (begins && (may_enter || before == 0)) entries.begin({before + 1, interpreter.line(), at_mm});
+    entries.pass(at_mm);
+  }
+  // Cutter compensation holds moves back: then the line is not known.
+  const bool same = interpreter.line() == place.line && interpreter.text().rfind(place.text, 0) == 0;
+  if (!place.text.empty() && !same)
+    refuse_other_way(place,
+                     fmt::format("it is in line {} by then, for variables or a sub-program have changed",
+                                 interpreter.line()));
+  if (place.moves && !comes_to(reader, path.to, place.to))
+    refuse_other_way(place, "it comes to another place there, for variables have changed");
+  return entries.found();
+}
+
+std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
+  std::string text = fmt::format("it was in line {} of {}: {}\n", place.line, place.file, place.text);
+  text += fmt::format("  work {}\n  {}\n  {}, spindle {:g} rpm, coolant {}\n", place.work, place.codes,
+                      place.work_offset, place.spindle_rpm,
+                      place.coolant == 0   ? "off"
+                      : place.coolant == 1 ? "mist"
+                      : place.coolant == 2 ? "flood"
+                                           : "mist and flood");
+  return text +
+         fmt::format("it goes on {}with line {}: the spindle and the coolant first, then the approach;\n",
+                     entry.block == place.block ? "" : "a little before, ", entry.line);
+}
+
+}  // namespace trn

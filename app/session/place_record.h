@@ -1,0 +1,62 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+
+#include "app/session/assembly.h"
+#include "app/session/pipeline.h"
+#include "app/session/program_step.h"
+#include "core/axes.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+
+namespace trn {
+
+/// Where a program is, so that it can go on there after a power cut, a stop or a fault.
+struct PlaceRecord {
+  std::string program;        ///< whole path
+  std::string mark;           ///< tells the content of that file from any other (file_mark)
+  bool ended = false;         ///< it has come to its end: there is nothing to go on with
+  std::uint64_t block = 0;    ///< as ProgramStep::block: which pass of the line
+  std::uint32_t line = 0;     ///< that moved, of `file`
+  std::string file, text;     ///< as in ProgramStep
+  double gone_mm = 0;         ///< from where its motion began
+  bool moves = false;         ///< it has a motion, which ends at `to`
+  Words to = Words::Zero();   ///< in the program's coordinates, mm and degrees
+  int tool = 0;               ///< in the spindle
+  std::string codes;          ///< in force, as in the status
+  std::string work_offset;    ///< "G54 X1 Y2 Z3", for people
+  double spindle_rpm = 0;     ///< + clockwise
+  int coolant = 0;            ///< bits: 1 mist, 2 flood
+  std::string work;           ///< the tip in the program's coordinates, for people
+  bool block_delete = false;  ///< ProgramSwitches
+  bool optional_stop = true;  ///< the same
+};
+
+/// The whole file (JSON), and back. ProgramError "name: what".
+std::string place_file_text(const PlaceRecord& place);
+PlaceRecord parse_place(std::string_view text, const std::string& name);
+/// ProgramError where the program has come to its end: there is nothing to go on with.
+void refuse_ended(const PlaceRecord& place);
+/// ProgramError also where there is none.
+PlaceRecord read_place(const std::string& path);
+
+/// Where a program goes on that was given up at a place.
+struct PlaceEntry {
+  std::uint64_t block = 0;  ///< ProgramStart::from_block
+  std::uint32_t line = 0;   ///< of it
+  double before_mm = 0;     ///< path from there to the place, at least
+};
+
+/// The last block from whose beginning at least `before_mm` of the path lead to the place, outside cutter
+/// compensation; the program's first if there is none. Runs the program up to the place, on copies.
+/// ProgramError if the spindle holds another tool, the switches are not those of the record, or the program
+/// no longer comes to that line.
+PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable tools,
+                      const ProgramStart& start, const PlaceRecord& place, double before_mm);
+
+/// Where it was and where it goes on, in words for people.
+std::string place_text(const PlaceRecord& place, const PlaceEntry& entry);
+
+}  // namespace trn

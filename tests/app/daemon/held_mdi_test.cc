@@ -1,0 +1,56 @@
+#include "app/daemon/held_mdi.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace trn {
+namespace {
+
+using Kind = RtCommand::Kind;
+
+TEST(HeldMdi, SwitchesWhatMovesNothing) {
+  const HeldMdi off = plan_held_mdi("m5 M9", 3000, 2);
+  ASSERT_EQ(off.refusal, "");
+  ASSERT_EQ(off.commands.size(), 2u);
+  EXPECT_EQ(off.commands[0].kind, Kind::kSpindle);
+  EXPECT_EQ(off.commands[0].value, 0);
+  EXPECT_EQ(off.commands[1].kind, Kind::kCoolant);
+  EXPECT_EQ(off.commands[1].joint, 0);
+  EXPECT_EQ(plan_held_mdi("M3", 3000, 0).commands[0].value, 3000) << "the program's S";
+  EXPECT_EQ(plan_held_mdi("M4 S500", 3000, 0).commands[0].value, -500);
+  EXPECT_EQ(plan_held_mdi("M7", 0, 2).commands[0].joint, 3) << "mist beside the flood";
+  const HeldMdi output = plan_held_mdi("M65 P12", 0, 0);
+  EXPECT_EQ(output.commands[0].kind, Kind::kDigitalOutput);
+  EXPECT_EQ(output.commands[0].joint, 12);
+  EXPECT_EQ(output.commands[0].value, 0);
+}
+
+// A line acts as a whole or not at all, and says why.
+TEST(HeldMdi, RefusesWhatTheHeldProgramGoesOnWith) {
+  const std::vector<std::pair<std::string, std::string>> refused = {
+      {"G0 X10", "an axis is moved with 'jog'"},
+      {"G92 X10", "G92 would change what the held program goes on with"},
+      {"X10", "an axis is moved with 'jog'"},
+      {"M5 G54", "G54 would change"},
+      {"M6 T2", "a tool is changed where the program asks for one"},
+      {"M3", "M3 needs a speed here"},
+      {"M64", "M64 needs the output's number"},
+      {"M64 P64", "P64 is none of them"},
+      {"M64 P1.5", "P1.5 is none of them"},
+      {"S2000", "S or P alone switches nothing"},
+      {"M3 S[1+2]", "with plain numbers"},
+      {"", "MDI takes M3"},
+      {"M62 P1", "M62 is none of them"},
+      {"M3 S-1", "S-1 is none of them"}};
+  for (const auto& [line, why] : refused) {
+    const HeldMdi order = plan_held_mdi(line, 0, 0);
+    EXPECT_TRUE(order.commands.empty()) << line;
+    EXPECT_NE(order.refusal.find(why), std::string::npos) << line << ": " << order.refusal;
+  }
+}
+
+}  // namespace
+}  // namespace trn

@@ -1,0 +1,196 @@
+#!/usr/bin/env python3
+"""A program that is held, jogged away from and led back to; and one that goes on after a power cut or a stop, or not at
+all where something has changed. With the daemon's own clients over its real socket.
+
+usage: pause_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
+
+Exit code 77 (skipped) where the kernel allows no network of the test's own.
+"""
+import json
+import os
+import subprocess
+import sys
+import time
+import unittest
+
+import numpy as np
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
+import daemon_e2e  # noqa: E402
+import operator_e2e  # noqa: E402
+from daemon_e2e import rows  # noqa: E402
+from operator_e2e import Shop, moving_xyz  # noqa: E402
+from own_network import enter_own_network  # noqa: E402
+
+BINARY = ""
+PASSES = """G21 G90 G64 P0.001 G17
+M3 S2000 (then #1 counts)
+#1 = 0
+o100 repeat [3]
+#1 = [#1-1]
+G1 Z#1 F1000
+G1 X40 Y0 F2000
+G1 X40 Y20
+G2 X20 Y40 I-20
+G1 X0 Y0
+o100 endrepeat
+G0 Z10
+M2
+"""
+
+
+class PauseTest(unittest.TestCase):
+    def test_a_hold_is_jogged_away_from_and_led_back_to(self):
+        with Shop() as shop:
+            record, log, again, plain = (os.path.join(shop.folder.name, name)
+                                         for name in ("record.csv", "log", "again.csv", "plain.csv"))
+            program = shop.write("part.ngc", PASSES)
+            run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", plain],
+                                 text=True, capture_output=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", program)
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 7)
+            shop.ask("hold")
+            code, _, err = until_accepted(shop, "jog", "Z", "30", "--wait")
+            self.assertEqual(code, 0, err)
+            held = shop.joints()
+            shop.ask("jog", "X", "-25", "--speed", "100")
+            shop.ask("jog", "Y", "10", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], held[0] - 25, places=6)
+            self.assertAlmostEqual(shop.joints()[1], held[1] - 10, places=6)  # the table's way
+            status = shop.status()
+            self.assertEqual((status["state"], status["detour"]), ("holding", "away"))
+            self.assertIn("'resume' goes on; first it leads back", status["waits_for"])
+            self.assertEqual(status["spindle_rpm"], 2000)
+            shop.ask("mdi", "M5 M9")
+            shop.until(lambda s: s["spindle_rpm"] == 0)
+            for line, why in (("G0 X0", "an axis is moved with 'jog'"), ("G54", "would change what the held program")):
+                code, _, err = shop.client("mdi", line)
+                self.assertEqual(code, 5, err)
+                self.assertIn(why, err)
+            code, _, err = shop.client("jog", "Z", "1", "--along", "tool")
+            self.assertEqual(code, 5)
+            self.assertIn("without --along", err)
+            shop.ask("resume")
+            self.assertEqual(shop.status()["spindle_rpm"], 2000)
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 1000)
+            self.assertEqual(first[:len(second)], second[:len(first)], "the replay has the jogs and the way back")
+            truth = places(plain, 5)
+            way = places(record, 4)
+            off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
+            self.assertLess(max(abs(way[off[-1] + 1][k] - way[off[0] - 1][k]) for k in range(3)), 0.01,
+                            "it comes back to where it left")
+
+    def test_after_a_power_cut_the_program_goes_on_where_it_was(self):
+        with Shop() as shop:
+            record, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "plain.csv"))
+            program = shop.write("part.ngc", PASSES)
+            run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", plain],
+                                 text=True, capture_output=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            truth = places(plain, 5)
+            shop.start()
+            code, _, err = shop.client("start", "--resume", "--yes")
+            self.assertNotEqual(code, 0)
+            self.assertIn("no program was under way", err)
+            shop.ask("load", program)
+            shop.ask("start")
+            shop.until(lambda s: shop.joints()[2] < -1.9 and s["line"] == 8)  # the second of three passes
+            time.sleep(0.3)
+            shop.kill()
+            with open(os.path.join(shop.folder.name, "m.place")) as file:
+                place = json.load(file)
+            self.assertEqual((place["line"], place["text"], place["to"][:3]), (8, "G1 X40 Y20", [40, 20, -2]))
+            shop.start("--record", record)
+            code, out, err = shop.client("start", "--resume")  # nobody says yes
+            self.assertEqual(code, 5, err)
+            self.assertIn("it was in line 8", out + err)
+            self.assertIn("spindle 2000 rpm", out + err)
+            shop.ask("start", "--resume", "--yes", "--before", "2")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.end(), 0)
+            way = places(record, 4)
+            off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
+            back = way[off[-1] + 1:]
+            self.assertLess(min(q[2] for q in back), -2.99, "the third pass was cut")
+            again = [q for q in way if abs(q[2] + 1) < 0.1 and q[0] > 1]
+            self.assertEqual(again, [], "and the first was not cut again")
+            for q in truth[-40:]:
+                self.assertLess(distance_from(q, back), 0.01, "to the end")
+
+    def test_what_has_changed_is_no_place_to_go_on(self):
+        with Shop() as shop:
+            program = shop.write("part.ngc", PASSES)
+            shop.start()
+
+            def until_stopped():
+                shop.ask("load", program)
+                shop.ask("start")
+                shop.until(lambda s: s["line"] == 8)
+                shop.ask("stop", "--wait")
+
+            def refused(why):
+                code, out, err = shop.client("start", "--resume", "--yes")
+                self.assertNotEqual(code, 0)
+                self.assertIn(why, err)
+
+            until_stopped()
+            shop.ask("mdi", "M61 Q2", "--wait")
+            refused("tool 2 is in the spindle, and the program was given up with tool 0")
+            shop.ask("mdi", "M61 Q0", "--wait")
+            shop.write("part.ngc", PASSES + "(more)\n")
+            refused("is not the file any more")
+            shop.write("part.ngc", PASSES.replace("#1 = 0", "").replace("#1", "#31"))
+            until_stopped()
+            refused("comes to another place")  # it counts on from what a variable was before
+            shop.write("part.ngc", PASSES)
+            until_stopped()
+            shop.ask("start", "--resume", "--yes")
+            shop.until(lambda s: s["state"] == "idle")
+            refused("has come to its end")
+
+
+def until_accepted(shop, *arguments):
+    """A hold slows down first: what is asked of the standing machine is refused until it stands."""
+    for _ in range(100):
+        code, out, err = shop.client(*arguments)
+        if "does not stand yet" not in err:
+            break
+        time.sleep(0.02)
+    return code, out, err
+
+
+def places(path, every):
+    """Where the machine was, each once in a row; of those one in so many, and the last."""
+    out = []
+    for row in rows(path):
+        place = tuple(float(row[name]) for name in "XYZ")
+        if not out or place != out[-1]:
+            out.append(place)
+    return out[::every] + [out[-1]]
+
+
+def distance_from(q, line):
+    """Of a place from the nearest chord of a polyline, mm."""
+    points = np.array(line)
+    a, way = points[:-1], np.diff(points, axis=0)
+    length = np.maximum((way * way).sum(axis=1), 1e-30)
+    t = np.clip(((np.array(q) - a) * way).sum(axis=1) / length, 0, 1)
+    return float(np.sqrt(((a + t[:, None] * way - np.array(q))**2).sum(axis=1).min()))
+
+
+if __name__ == "__main__":
+    BINARY = os.path.abspath(sys.argv[1])
+    for module in (daemon_e2e, operator_e2e):
+        module.BINARY, module.SOURCE = BINARY, os.path.abspath(sys.argv[2])
+    enter_own_network()
+    names = [f"PauseTest.{name}" for name in sys.argv[3:]] or None
+    unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)

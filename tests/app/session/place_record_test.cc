@@ -1,0 +1,148 @@
+#include "app/session/place_record.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "app/session/assembly.h"
+#include "app/session/pipeline.h"
+#include "core/motion.h"
+#include "interp/gcode/parameters.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
+#include "tests/support/paths.h"
+
+namespace trn {
+namespace {
+
+// Blocks that are run: line 1 is the first, lines 3 and 4 are 2 and 3, 4 and 5, 6 and 7.
+constexpr const char* kLoop =
+    "G21 G90 G94 M3 S1000\no1 repeat [3]\nG91 G1 X10 F600\nG1 Y10\no1 endrepeat\nM2\n";
+
+PlaceRecord second_pass() {
+  PlaceRecord place;
+  place.program = "/nc/part.ngc";
+  place.block = 5;
+  place.line = 4;
+  place.file = "part.ngc";
+  place.text = "G1 Y10";
+  place.gone_mm = 2;
+  place.moves = true;
+  place.to << 20, 20, 0, 0, 0, 0;
+  return place;
+}
+
+class Places : public testing::Test {
+ protected:
+  ProgramStart start(const std::string& text) const {
+    ProgramStart out{"part", text, JointVec::Zero(3)};
+    out.switches = ProgramSwitches::of(assembly_);
+    return out;
+  }
+  PlaceEntry entry(const PlaceRecord& place, double before_mm, const std::string& text = kLoop) const {
+    return find_entry(assembly_, parameters_, tools_, start(text), place, before_mm);
+  }
+  std::string refusal(const PlaceRecord& place, const std::string& text = kLoop) const {
+    try {
+      entry(place, 1, text);
+    } catch (const ProgramError& error) {
+      return error.what();
+    }
+    return "";
+  }
+  std::vector<Words> ends(std::uint64_t from_block) {
+    std::vector<Words> out;
+    PipelineObservers observers;
+    observers.move = [&](const ProgramMove& move) { out.push_back(move.to); };
+    ProgramStart from = start(kLoop);
+    from.from_block = from_block;
+    Pipeline pipeline(assembly_, parameters_, tools_, from, observers);
+    MotionBlock block;
+    while (pipeline.next(block)) {
+    }
+    return out;
+  }
+  Assembly assembly_ = assemble(source_dir() + "/configs/mill.toml");
+  Parameters parameters_;
+  ToolTable tools_;
+};
+
+TEST_F(Places, TheFileHasAllOfIt) {
+  PlaceRecord place = second_pass();
+  place.mark = "0123456789abcdef";
+  place.tool = 7;
+  place.codes = "G1 G17";
+  place.work_offset = "G54 X1.0000";
+  place.spindle_rpm = -3000.5;
+  place.coolant = 2;
+  place.work = "X1.0000";
+  place.block_delete = true;
+  place.optional_stop = false;
+  const std::string text = place_file_text(place);
+  EXPECT_EQ(place_file_text(parse_place(text, "m.place")), text);
+  EXPECT_THROW(parse_place(text.substr(0, text.size() / 2), "m.place"), ProgramError);
+  EXPECT_THROW(parse_place("{}", "m.place"), ProgramError);
+}
+
+TEST_F(Places, ALineThatIsFarEnoughBeforeIsFound) {
+  EXPECT_EQ(entry(second_pass(), 1).block, 5u) << "2 mm of the line are done";
+  EXPECT_EQ(entry(second_pass(), 1).line, 4u);
+  EXPECT_EQ(entry(second_pass(), 2.5).block, 4u);
+  EXPECT_EQ(entry(second_pass(), 2.5).line, 3u);
+  EXPECT_EQ(entry(second_pass(), 12).block, 4u);
+  EXPECT_EQ(entry(second_pass(), 12.5).block, 3u) << "in the pass before";
+  EXPECT_EQ(entry(second_pass(), 1000).block, 1u);
+}
+
+TEST_F(Places, WhatIsNotTheSameAnyMoreIsRefused) {
+  ASSERT_EQ(refusal(second_pass()), "");
+  PlaceRecord place = second_pass();
+  place.tool = 3;
+  EXPECT_NE(refusal(place).find("the program was given up with tool 3"), std::string::npos);
+  place = second_pass();
+  place.block_delete = true;
+  EXPECT_NE(refusal(place).find("ran with block delete on"), std::string::npos);
+  place = second_pass();
+  place.block = 4;
+  EXPECT_NE(refusal(place).find("it is in line 3 by then"), std::string::npos);
+  place = second_pass();
+  place.block = 50;
+  EXPECT_NE(refusal(place).find("it ends before"), std::string::npos);
+  place = second_pass();
+  place.to[kY] = 20.001;
+  EXPECT_NE(refusal(place).find("another place"), std::string::npos);
+  EXPECT_NE(refusal(second_pass(), "G21 G90\nM66 P0 L0\n#1=1\n#2=2\n#3=3\nM2\n").find("asks the machine"),
+            std::string::npos);
+}
+
+// The length of the tool or the offset may be others by now.
+TEST_F(Places, AnOffsetThatWasSetAnewIsNoHindrance) {
+  parameters_[5221] = 12.5;
+  PlaceRecord place = second_pass();
+  place.block = place.line = 3;
+  place.text = "G1 X20 Y20";
+  EXPECT_EQ(refusal(place, "G21 G90\nG1 X20 Y10 F600\nG1 X20 Y20\nM2\n"), "");
+}
+
+TEST_F(Places, ContourCompensationIsEnteredBeforeItBegins) {
+  tools_ = ToolTable();
+  const char* const kContour = "G21 G90\nG0 X-20\nG41.1 D4 G1 X0 F600\nX30\nY30\nX0\nG40 G1 X-20\nM2\n";
+  PlaceRecord place = second_pass();
+  place.moves = false;
+  place.text = "";
+  place.block = 5;
+  EXPECT_EQ(entry(place, 1, kContour).line, 3u) << "the line with G41.1 itself";
+}
+
+TEST_F(Places, TheProgramGoesOnInThatPass) {
+  const std::vector<Words> whole = ends(0), rest = ends(5);
+  ASSERT_EQ(whole.size(), 6u);
+  ASSERT_GE(rest.size(), 3u);
+  for (std::size_t i = 1; i <= 3; ++i)
+    EXPECT_LT((rest[rest.size() - i] - whole[whole.size() - i]).norm(), 1e-12) << i;
+}
+
+}  // namespace
+}  // namespace trn
