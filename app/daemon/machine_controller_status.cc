@@ -58,7 +58,7 @@ void MachineController::raise(Alarm alarm) {
   const MachineState state = supervisor_.state();
   const bool at_work = follows_program(report_) || state == MachineState::kRunning;
   if (at_work || alarm.name == kProgramAlarm) alarm.program = status_.program;
-  if (at_work) alarm.line = static_cast<std::int32_t>(report_.line);
+  if (at_work && alarm.line == 0) alarm.line = static_cast<std::int32_t>(report_.line);
   alarm.cause = cause_;
   alarms_.raise(std::move(alarm));
   status_due_ = true;
@@ -81,7 +81,14 @@ void MachineController::raise_fault(Fault fault, MachineState before) {
     spdlog::error("{}", detail);
     status_.message = detail;
   }
-  raise(fault_alarm(fault, joint, detail, before));
+  Alarm alarm = fault_alarm(fault, joint, detail, before);
+  // By now the program is given up, and its motion may have ended.
+  if (before == MachineState::kRunning || before == MachineState::kHolding ||
+      before == MachineState::kStopping) {
+    alarm.program = status_.program;
+    alarm.line = static_cast<std::int32_t>(report_.line);
+  }
+  raise(std::move(alarm));
 }
 
 void MachineController::fail_program(const std::string& error) {

@@ -176,6 +176,8 @@ TEST_F(ProgramProcessTest, HowLongAProgramTakesIsKnownBeforeItRuns) {
   EXPECT_GT(real_s, 100);
   EXPECT_NEAR(time.time.total_s(), real_s, 1e-6);
   EXPECT_FALSE(process_.take_program_time(time)) << "told once";
+  process_.abandon();
+  drop_everything();
   process_.load(written("short.ngc", zigzag(3)), q_);
   for (const auto end = Clock::now() + std::chrono::seconds(30);
        !process_.take_program_time(time) && Clock::now() < end;)
