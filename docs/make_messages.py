@@ -107,7 +107,8 @@ def page(paths):
     for name in [*ORDER, *sorted(set(found) - set(ORDER))]:
         head, fields, constants = found[name]
         channel = CHANNEL.search(head)
-        glance.append(f"| [`{name}`](#{name}) | `{channel.group(1) if channel else ''}` | {SENDER.get(name, 'the daemon')} |")
+        where, who = channel.group(1) if channel else "", SENDER.get(name, "the daemon")
+        glance.append(f"| [`{name}`](#{name}) | `{where}` | {who} |")
         text.append(f"\n## {name}\n\n{head}\n\n| field | type | meaning |\n|---|---|---|")
         text += [f"| `{field}` | `{kind}` | {cell(meaning)} |" for field, kind, meaning in fields]
         if constants:
