@@ -48,9 +48,7 @@ Lengths are mm, angles rad, times s, unless a field's name or its text says othe
 |---|---|---|
 """
 
-SENDER = {"command_t": "a client", "acknowledge_t": "the daemon", "status_t": "the daemon", "motion_t": "the daemon",
-          "tables_t": "the daemon", "alarms_t": "the daemon",
-          "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
+SENDER = {"command_t": "a client", "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
 
 STRUCT = re.compile(r"package\s+(\w+)\s*;\s*((?:\s*//[^\n]*\n)*)\s*struct\s+(\w+)\s*\{(.*)\}\s*$", re.S)
 FIELD = re.compile(r"(\w+)\s+(\w+)\s*((?:\[\w+\])?)$")
@@ -102,15 +100,15 @@ def section(path):
 
 def page(paths):
     found = {name: rest for name, *rest in map(section, paths)}
-    unknown = set(found) ^ set(ORDER)
-    if unknown:
-        sys.exit(f"docs/make_messages.py: give {', '.join(sorted(unknown))} a place in ORDER and SENDER, or take it "
-                 "out")
+    missing = set(ORDER) - set(found)
+    if missing:
+        sys.exit(f"docs/make_messages.py: there is no {', '.join(sorted(missing))} any more; take it out of ORDER")
     glance, text, count = [], [], 0
-    for name in ORDER:
+    for name in [*ORDER, *sorted(set(found) - set(ORDER))]:
         head, fields, constants = found[name]
         channel = CHANNEL.search(head)
-        glance.append(f"| [`{name}`](#{name}) | `{channel.group(1) if channel else ''}` | {SENDER[name]} |")
+        where, who = channel.group(1) if channel else "", SENDER.get(name, "the daemon")
+        glance.append(f"| [`{name}`](#{name}) | `{where}` | {who} |")
         text.append(f"\n## {name}\n\n{head}\n\n| field | type | meaning |\n|---|---|---|")
         text += [f"| `{field}` | `{kind}` | {cell(meaning)} |" for field, kind, meaning in fields]
         if constants:
