@@ -153,14 +153,14 @@ def newer(package, folder, change):
 DAY = r"""
 useradd -G trunnion machinist
 systemctl start trunnion@mill trunnion-panel@mill
-printf 'G21 G90\nG0 X5\nG1 X0 F600\nM2\n' >/tmp/part.ngc
+printf 'G21 G90\nG0 X5\nG1 X0 F600\nM2\n' >/tmp/cut.ngc
 as() { runuser -u "$1" -- sh -c "$2" >/tmp/out 2>&1; echo $?; }
 say() { echo "SAID $1: $2"; }
 sleep 2
 say machine "$(systemctl is-active trunnion@mill)"
 say panel "$(systemctl is-active trunnion-panel@mill)"
-say 'operator homes, loads and starts' "$(as machinist 'cp /tmp/part.ngc /var/lib/trunnion/programs &&
-  trunnion home --wait && trunnion load /var/lib/trunnion/programs/part.ngc && trunnion start --wait &&
+say 'operator homes, loads and starts' "$(as machinist 'cp /tmp/cut.ngc /var/lib/trunnion/programs &&
+  trunnion home --wait && trunnion load /var/lib/trunnion/programs/cut.ngc && trunnion start --wait &&
   trunnion touch-off X -3')"
 cat /tmp/out
 say 'nobody stops' "$(as nobody 'trunnion stop')"
@@ -202,7 +202,8 @@ class Computer:
         done = subprocess.run(
             ["qemu-system-x86_64", "-accel", "tcg", "-m", "1024", "-smp", "2", "-display", "none", "-serial", "stdio",
              "-no-reboot", "-kernel", self.kernel, "-initrd", self.start,
-             "-append", "root=/dev/vda rw console=ttyS0 quiet", "-drive", f"file={self.image},format=raw,if=virtio", "-nic", "none"],
+             "-append", "root=/dev/vda rw console=ttyS0 quiet", "-nic", "none",
+             "-drive", f"file={self.image},format=raw,if=virtio"],
             capture_output=True, text=True, timeout=900, check=True, stdin=subprocess.DEVNULL, errors="replace")
         print(done.stdout[-4000:])
         return [line[5:] for line in done.stdout.replace("\r", "").splitlines() if line.startswith("SAID ")]
