@@ -65,9 +65,7 @@ it has that `type`.
 `trunnion config --keys` writes this page from what the readers themselves ask for, and a test compares the two;
 `trunnion config --keys --json` has the same for programs.
 
-## An editor that knows the keys
-
-An editor with [taplo](https://taplo.tamasfe.dev/), such as VS Code with the extension Even Better TOML, completes keys,
+**An editor that knows the keys.** An editor with [taplo](https://taplo.tamasfe.dev/), such as VS Code with the extension Even Better TOML, completes keys,
 shows what they mean, and marks what is wrong. It needs a schema, which the Debian package installs. From a build,
 `trunnion config --schema > machine.schema.json` writes it. The first line of the config names it:
 

@@ -118,13 +118,9 @@ std::optional<trn::Exit> answer(const CLI::App& app, const std::vector<std::stri
 }
 
 int tell_usage(const CLI::App& app, const CLI::ParseError& error, const std::vector<std::string>& words) {
-  if (error.get_exit_code() != 0) {
-    if (const auto unknown = trn::unknown_word(app, words)) {
-      fmt::print(stderr, "{}", *unknown);
-      return static_cast<int>(trn::Exit::kUsage);
-    }
-  }
-  return app.exit(error) == 0 ? 0 : static_cast<int>(trn::Exit::kUsage);
+  if (error.get_exit_code() == 0) return app.exit(error);  // --help, --version
+  fmt::print(stderr, "{}", trn::usage_text(app, error, words));
+  return static_cast<int>(trn::Exit::kUsage);
 }
 
 }  // namespace

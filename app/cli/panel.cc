@@ -44,7 +44,8 @@ std::string find_page(const std::string& named) {
   for (const fs::path& place : places)
     if (fs::is_regular_file(place / "index.html", none)) return place;
   throw std::runtime_error(
-      fmt::format("there is no page in {}; 'panel/build.sh FOLDER' builds it, --page names its folder",
+      fmt::format("there is no page in {}; install the package trunnion-panel, or build it with "
+                  "'panel/build.sh FOLDER' and name the folder with --page",
                   places.front().string()));
 }
 
@@ -87,14 +88,15 @@ void add_panel(CLI::App& app, Exit& exit) {
       ->required();
   command
       ->add_option("--listen", options->listen,
-                   "address and port of this host's loopback; port 0: a free one")
+                   "address of this computer's loopback, and port; port 0: a free one")
       ->capture_default_str();
-  command->add_option("--page", options->page,
-                      "folder of the page's files; default: those that were built with this program");
-  command->add_option("--programs", options->programs, "folder of the programs that pages load by name");
   command->add_option(
-      "--key-file", options->key_file,
-      "the page's key, which only this user may read (mode 0600); default: a new one, printed");
+      "--page", options->page,
+      "folder of the page's files. Without it, the page that was built or installed with this program");
+  command->add_option("--programs", options->programs, "folder of the programs that pages load by name");
+  command->add_option("--key-file", options->key_file,
+                      "file of the page's key, which only this user may read (mode 0600). Without it, a new "
+                      "key is made and printed");
   command->callback([options, &exit] { exit = serve(*options); });
 }
 

@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <string_view>
+
 #include "app/cli/help_formatter.h"
 #include "core/config.h"
 
@@ -38,6 +40,27 @@ std::string no_option(const CLI::App& app, const std::string& word) {
                      near_text(word, legal), name_of(app));
 }
 
+// "percent: Value 500 not in range 0.000000 to 200.000000", and what else CLI11 says in its own way.
+std::string in_plain_words(std::string text) {
+  const auto split = [&text](std::string_view at) {
+    const std::size_t found = text.find(at);
+    if (found == std::string::npos) return std::string();
+    const std::string behind = text.substr(found + at.size());
+    text.resize(found);
+    return behind;
+  };
+  if (const std::string range = split(" not in range "); !range.empty()) {
+    const double low = std::stod(range), high = std::stod(range.substr(range.find(" to ") + 4));
+    return fmt::format("{} is out of range; {:g} to {:g} is legal",
+                       CLI::detail::find_and_replace(text, ": Value ", ": "), low, high);
+  }
+  if (const std::string choices = split(" not in {"); !choices.empty())
+    return fmt::format("{} is not legal; what is: {}", text,
+                       CLI::detail::find_and_replace(choices.substr(0, choices.find('}')), ",", ", "));
+  if (text.ends_with(" missing") && !split(": 1 required").empty()) return text + " needs a value";
+  return text;
+}
+
 bool is_number(const std::string& word) { return word.find_first_of("0123456789.") == 1; }
 
 }  // namespace
@@ -72,6 +95,23 @@ std::optional<std::string> unknown_word(const CLI::App& app, const std::vector<s
     }
   }
   return std::nullopt;
+}
+
+const CLI::App& command_of(const CLI::App& app, const std::vector<std::string>& words) {
+  const CLI::App* here = &app;
+  for (const std::string& word : words)
+    if (const CLI::App* inner = find_command(*here, {word})) here = inner;
+  return *here;
+}
+
+std::string usage_text(const CLI::App& app, const CLI::ParseError& error,
+                       const std::vector<std::string>& words) {
+  if (const auto unknown = unknown_word(app, words)) return *unknown;
+  const CLI::App& command = command_of(app, words);
+  const std::string name = name_of(command);
+  if (!shown_commands(command).empty())
+    return fmt::format("'{}' needs a command\n\n{}", name, command.help(name.substr(0, name.rfind(' '))));
+  return fmt::format("{}\n'{} --help' explains this command\n", in_plain_words(error.what()), name);
 }
 
 }  // namespace trn

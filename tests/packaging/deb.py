@@ -153,14 +153,14 @@ def newer(package, folder, change):
 DAY = r"""
 useradd -G trunnion machinist
 systemctl start trunnion@mill trunnion-panel@mill
-printf 'G21 G90\nG0 X5\nG1 X0 F600\nM2\n' >/tmp/part.ngc
+printf 'G21 G90\nG0 X5\nG53 G1 X0 F600\nM2\n' >/tmp/cut.ngc
 as() { runuser -u "$1" -- sh -c "$2" >/tmp/out 2>&1; echo $?; }
 say() { echo "SAID $1: $2"; }
 sleep 2
 say machine "$(systemctl is-active trunnion@mill)"
 say panel "$(systemctl is-active trunnion-panel@mill)"
-say 'operator homes, loads and starts' "$(as machinist 'cp /tmp/part.ngc /var/lib/trunnion/programs &&
-  trunnion home --wait && trunnion load /var/lib/trunnion/programs/part.ngc && trunnion start --wait &&
+say 'operator homes, loads and starts' "$(as machinist 'cp /tmp/cut.ngc /var/lib/trunnion/programs &&
+  trunnion home --wait && trunnion load /var/lib/trunnion/programs/cut.ngc && trunnion start --wait &&
   trunnion touch-off X -3')"
 cat /tmp/out
 say 'nobody stops' "$(as nobody 'trunnion stop')"
@@ -169,6 +169,7 @@ ask() { exec 3<>/dev/tcp/127.0.0.1/8470; printf 'GET /api/v1/state HTTP/1.1\r\nH
   timeout 5 head -n 1 <&3 | tr -d '\r'; exec 3>&-; }
 say 'the page with the key' "$(ask "Authorization: Bearer $(cat /var/lib/trunnion-panel/mill/key)"$'\r\n')"
 say 'the page without' "$(ask '')"
+say 'complaints about udev rules' "$(journalctl -b --no-pager | grep -c '60-trunnion.rules')"
 say exposure "$(systemd-analyze security trunnion@mill | sed -n 's/.*exposure level for .*: \([0-9.]*\) .*/\1/p')"
 systemctl stop trunnion@mill
 say stopped "$(systemctl show -P Result trunnion@mill)"
@@ -202,7 +203,8 @@ class Computer:
         done = subprocess.run(
             ["qemu-system-x86_64", "-accel", "tcg", "-m", "1024", "-smp", "2", "-display", "none", "-serial", "stdio",
              "-no-reboot", "-kernel", self.kernel, "-initrd", self.start,
-             "-append", "root=/dev/vda rw console=ttyS0 quiet", "-drive", f"file={self.image},format=raw,if=virtio", "-nic", "none"],
+             "-append", "root=/dev/vda rw console=ttyS0 quiet", "-nic", "none",
+             "-drive", f"file={self.image},format=raw,if=virtio"],
             capture_output=True, text=True, timeout=900, check=True, stdin=subprocess.DEVNULL, errors="replace")
         print(done.stdout[-4000:])
         return [line[5:] for line in done.stdout.replace("\r", "").splitlines() if line.startswith("SAID ")]
@@ -263,6 +265,7 @@ class FreshDebian(unittest.TestCase):
         self.assertNotEqual(told["nobody reads what is kept"], "0")
         self.assertIn("200 OK", told["the page with the key"])
         self.assertIn("401", told["the page without"])
+        self.assertEqual(told["complaints about udev rules"], "0")
         self.assertEqual(told["stopped"], "success")
         self.assertRegex(told["the offset after a restart"], r"> G54 +3\.0000 ")
         self.assertLessEqual(float(told["exposure"]), 2)

@@ -60,6 +60,21 @@ class Help(unittest.TestCase):
             self.assertEqual((done.returncode, done.stdout), (5, ""), words)
             self.assertIn(said, done.stderr, words)
 
+    def test_what_is_wrong_is_said_in_plain_words(self):
+        for words, said in ((["override", "500"], "percent: 500 is out of range; 0 to 200 is legal\n"
+                             "'trunnion override --help' explains this command\n"),
+                            (["completions", "tcsh"], "shell: tcsh is not legal; what is: bash, zsh, fish\n"
+                             "'trunnion completions --help' explains this command\n"),
+                            (["run", "--report"], "--report needs a value\n"
+                             "'trunnion run --help' explains this command\n"),
+                            (["jog", "Y"], "distance is required\n'trunnion jog --help' explains this command\n")):
+            done = trunnion(*words)
+            self.assertEqual((done.returncode, done.stderr), (5, said), words)
+        done = trunnion("can")
+        self.assertEqual(done.returncode, 5)
+        self.assertIn("'trunnion can' needs a command\n", done.stderr)
+        self.assertIn("\nUsage: trunnion can [options] COMMAND\n", done.stderr)
+
     def test_a_negative_number_is_no_option(self):
         self.assertNotIn("option", trunnion("offset", "G54", "X", "-5", "--machine", "nothing").stderr)
 
