@@ -151,7 +151,7 @@ class ProgramWorker {
       send_program_packet(socket_, encode(tables_of(parameters, tools, unit_mm)));
     };
     out.time = [this, &shared](const ProgramTime& time) {
-      send_program_packet(socket_, encode({ProgramReply::Kind::kTime, "", 0, {}, {}, shared.program, time}));
+      send_program_packet(socket_, encode({ProgramReply::Kind::kTime, "", 0, 0, {}, {}, shared.program, time}));
     };
     out.begins = [&shared] { ++shared.program; };
     // Who does not look misses what does not fit.

@@ -11,12 +11,12 @@
 #include <utility>
 #include <vector>
 
-#include "app/session/place_record.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/program_source.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/supervisor.h"
 #include "app/session/pipeline.h"
+#include "app/session/place_record.h"
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/machine.h"

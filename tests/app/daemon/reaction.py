@@ -71,8 +71,8 @@ class Flood:
 
 
 def clock_of_periods(client):
-    """Unix time of period 0: of many messages the one that came soonest behind its period. On a busy host periods are late,
-    so it holds for the moment only."""
+    """Unix time of period 0: of many messages the one that came soonest behind its period. On a busy host periods are
+    late, so it holds for the moment only."""
     return min(motion.time_us / 1e6 - motion.period * PERIOD_S for motion in client.hear(0.3, "motion"))
 
 

@@ -4,8 +4,8 @@ happened and are never written over, and no command ends it.
 
 usage: soak.py TRUNNION_BINARY SOURCE_DIR [SECONDS] [SEED]
 
-Without SECONDS: 20, or TRN_LONG=SECONDS. Exit code 77 (skipped) where the kernel allows no network of the test's own. Three
-daemons one after the other keep their logs beside each other.
+Without SECONDS: 20, or TRN_LONG=SECONDS. Exit code 77 (skipped) where the kernel allows no network of the test's own.
+Three daemons one after the other keep their logs beside each other.
 """
 import os
 import random
@@ -94,8 +94,8 @@ def session(bench, number, seconds, seed):
     done = sum(count for (_, good), count in operator.counts.items() if good)
     refused = sum(count for (_, good), count in operator.counts.items() if not good)
     print(f"session {number}, {seconds:.0f} s: {done} commands obeyed, {refused} refused; private memory "
-          f"{kept[0][1] / 1024:.1f} to {kept[-1][1] / 1024:.1f} MB, slope {slope:.1f} +- {error:.1f} kB/min; descriptors "
-          f"{min(row[2] for row in kept)} to {max(row[2] for row in kept)}", flush=True)
+          f"{kept[0][1] / 1024:.1f} to {kept[-1][1] / 1024:.1f} MB, slope {slope:.1f} +- {error:.1f} kB/min; "
+          f"descriptors {min(row[2] for row in kept)} to {max(row[2] for row in kept)}", flush=True)
     assert max(row[2] for row in kept) - min(row[2] for row in kept) <= 8, "descriptors are given back"
     if len(kept) >= SAMPLES_FOR_SLOPE and seconds >= 300:
         assert slope < SLOPE_KB_MIN + 3 * error, "memory grows"
