@@ -84,7 +84,7 @@ class ProgramWorker {
         tell({ProgramReply::Kind::kFailed, failure, 0, 0, {}, {}});
       if (!waits.revents) continue;
       if (receive_program_packet(socket_, packet) <= 0) throw DaemonGone();
-      answer(decode_call(packet));
+      answer(packet);
     }
   }
 
@@ -93,10 +93,10 @@ class ProgramWorker {
     if (send_program_packet(socket_, encode(reply)) <= 0) throw DaemonGone();
   }
 
-  void answer(const ProgramCall& call) {
+  void answer(const std::string& packet) {
     ProgramReply reply;
     try {
-      reply.text = obey(call);
+      reply.text = obey(decode_call(packet));
       for (const auto& [number, tool] : tools_.tools()) reply.tools[number] = planner_.tool_name(number);
     } catch (const DaemonGone&) {
       throw;
@@ -151,7 +151,8 @@ class ProgramWorker {
       send_program_packet(socket_, encode(tables_of(parameters, tools, unit_mm)));
     };
     out.time = [this, &shared](const ProgramTime& time) {
-      send_program_packet(socket_, encode({ProgramReply::Kind::kTime, "", 0, 0, {}, {}, shared.program, time}));
+      send_program_packet(socket_,
+                          encode({ProgramReply::Kind::kTime, "", 0, 0, {}, {}, shared.program, time}));
     };
     out.begins = [&shared] { ++shared.program; };
     // Who does not look misses what does not fit.

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""From an emergency stop on the daemon's socket to the setpoints: how long, on a quiet socket and beside a flood of other
-commands, with a client's clock an hour behind. And what the flood costs the daemon.
+"""From an emergency stop on the daemon's socket to the setpoints: how long, on a quiet socket and beside a flood of
+other commands, with an expiry long past. And what the flood costs the daemon.
 
 usage: reaction.py TRUNNION_BINARY SOURCE_DIR
 
-Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: so many stops of each kind. The
-session's log names the period in which the tick heard the stop; the daemon's messages tell when a period was.
+Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: so many stops of each kind.
+The session's log names the period in which the tick heard the stop. The daemon's messages tell when a period was.
 """
 import json
 import multiprocessing
