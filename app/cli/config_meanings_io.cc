@@ -204,7 +204,9 @@ const ChapterMeaning kOtherFileMeanings = {
               "Operation "
               "Enabled, `duplicate` and `reorder` frames, `short_pdo` sends frames a byte short, `refuse` an "
               "object, "
-              "`slow`, `lie` about the position, `pre_operational` leaves the operational state. Devices: "
+              "`slow`, `lie` about the position, `pre_operational` leaves the operational state, `ignore` "
+              "does not follow its setpoints, `quiet_fault` "
+              "faults without an emergency message. Devices: "
               "`silent`, "
               "`short` answers by halves, `slow`, `lie`, `good` again.",
               "", "one of the words on the right"},

@@ -123,6 +123,12 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
+void print_drives(const Drives& drives, bool json) {
+  const std::string health = drives.health();
+  if (!json && !health.empty()) fmt::print("  bus              {}\n", health);
+  for (const std::string& warning : drives.warnings()) fmt::print(stderr, "warning: {}\n", warning);
+}
+
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
@@ -181,8 +187,7 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
 
   const auto report = options.json ? run_json : run_summary;
   fmt::print("{}", report(result, assembly.machine, options.program));
-  const std::string health = assembly.drives->health();
-  if (!options.json && !health.empty()) fmt::print("  bus              {}\n", health);
+  print_drives(*assembly.drives, options.json);
   const std::string broken = broken_promises(result, assembly.machine);
   fmt::print(stderr, "{}", broken);
   if (result.fault == Fault::kOk) return broken.empty() ? Exit::kDone : Exit::kMachineFault;

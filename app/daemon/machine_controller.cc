@@ -318,6 +318,7 @@ void MachineController::bring_up(bool reset_faults) {
     wait_until_heard(id);
     if (reset_faults) parts_.drives.reset_faults();
     parts_.drives.bring_up();
+    for (const std::string& warning : parts_.drives.warnings()) spdlog::warn("{}", warning);
   };
   ++jobs_;
   drive_worker_.post([this, prepare] {
@@ -558,6 +559,8 @@ void MachineController::publish_status() {
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.bus_health = parts_.drives.health();
+  for (const std::string& warning : parts_.drives.warnings()) status.warnings.push_back(warning);
+  status.warning_count = static_cast<std::int32_t>(status.warnings.size());
   const ProgramSwitches switches = parts_.programs.switches();
   status.block_delete = switches.block_delete;
   add_corrections(report_, switches.corrections_off, parts_.map, parts_.chain, status);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -23,6 +25,23 @@ namespace trn {
 using Edits = std::vector<std::pair<std::string, std::string>>;
 
 inline constexpr int kReady = 200;  ///< periods until everything must be enabled
+
+/// Greatest mean speed over 50 periods, so that the overshoot of a servo does not count.
+class Speedometer {
+ public:
+  void take(double place, double period_s) {
+    places_.push_back(place);
+    if (places_.size() > kPeriods)
+      fastest_ = std::max(fastest_,
+                          std::abs(place - places_[places_.size() - 1 - kPeriods]) / (kPeriods * period_s));
+  }
+  double fastest() const { return fastest_; }
+
+ private:
+  static constexpr std::size_t kPeriods = 50;
+  std::vector<double> places_;
+  double fastest_ = 0;
+};
 
 /// A machine on buses in memory, driven tick by tick.
 class Field {
