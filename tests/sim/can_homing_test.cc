@@ -83,7 +83,7 @@ TEST_P(FinalMove, EndsWhereTheConfigWantsTheJoint) {
                                          std::string(GetParam()) + "\""}});
   field.start();
   field.drives.request_home(31);
-  Speedometer speed;
+  Speedometer speed(150);
   ASSERT_GE(field.until(
                 [&] {
                   speed.take(place(field, 0), field.period_s());

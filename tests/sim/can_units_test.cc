@@ -25,7 +25,7 @@ Edits by_sheet(const std::string& text, const std::string& more = "") {
 
 /// Speed of node 0 on its way to the switch, 61 mm away, in mm/s.
 double homing_speed(Field& field) {
-  Speedometer speed;
+  Speedometer speed(500);
   field.drives.request_home(31);
   field.tick();
   field.until(
