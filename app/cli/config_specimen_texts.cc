@@ -301,7 +301,7 @@ joint = "@C"
 id = 5
 eds = "@sheet"
 counts_per_deg = 1000
-home_final_deg = @k
+home_final_deg = 2@k
 @bus
 [drives.emulation]
 )";

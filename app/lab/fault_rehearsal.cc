@@ -27,6 +27,7 @@ namespace {
 using T = EmulatedNode::Trouble;
 
 constexpr double kStill = 1e-6;  // mm, rad: what a standing plant may do in a period
+constexpr double kCount = 2e-4;  // and one that is switched on: two counts of 10,000 a mm
 constexpr const char* kMotion = "G21 G91 G94\nG1 X40 F1500\n";
 
 /// A machine on emulated CAN drives; at rest is what the plants say.
@@ -219,7 +220,9 @@ std::vector<RefusedStep> rehearse_refusals(const std::string& config) {
     const std::vector<std::string> warnings = stage.field().warnings();
     if (step.message.empty() && !warnings.empty()) step.warning = warnings[0];
     const bool enabled = stage.until([&] { return stage.enabled(); }, stage.periods(0.5)) >= 0;
-    step.moved = stage.moves_in(stage.periods(0.5)) > kStill || (enabled && !step.message.empty());
+    // A drive that comes up all the same is enabled, and settles on the count that is nearest.
+    const double most = step.message.empty() ? kCount : kStill;
+    step.moved = stage.moves_in(stage.periods(0.5)) > most || (enabled && !step.message.empty());
     stage.trouble(T::kRefuse, 0);
     stage.reset();
     step.recovered = stage.until([&] { return stage.enabled(); }, stage.periods(10)) >= 0;
