@@ -36,6 +36,7 @@ enum class Fault : std::uint8_t {
   kDriveDropped,    ///< left Operation Enabled, its mode or the operational state without being told
   kDriveNotReady,   ///< did not reach Operation Enabled in time
   kDriveRestarted,  ///< a node booted while it was in use
+  kDriveIgnores,    ///< enabled and in its mode, but not following its target
   kBusOff,          ///< the CAN controller took itself off the bus
   kBusDown,         ///< the interface is down or gone
   kBusOverload,     ///< frames could not be sent

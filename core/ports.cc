@@ -18,6 +18,7 @@ std::string_view to_string(KinStatus status) {
 
 std::string Drives::explain_fault(int) const { return {}; }
 std::string Drives::health() const { return {}; }
+std::vector<std::string> Drives::warnings() const { return {}; }
 std::string MachineIo::explain_fault() const { return {}; }
 std::string MachineIo::health() const { return {}; }
 

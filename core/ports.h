@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/fault.h"
@@ -204,6 +205,8 @@ class Drives {
   virtual std::string explain_fault(int joint) const;
   /// Any thread: one line on how the bus does, "" if there is none.
   virtual std::string health() const;
+  /// Any thread: what the last bring-up could not set and does without, a line each.
+  virtual std::vector<std::string> warnings() const;
   /// False: simulated inside this process, where nothing moves.
   virtual bool real() const { return true; }
 

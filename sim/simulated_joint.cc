@@ -9,7 +9,7 @@ SimulatedJoint::SimulatedJoint(const Config& config)
     : config_(config),
       servo_(config.servo),
       plant_{config.start, 0, config.start},
-      encoder_offset_(config.homed ? 0 : -config.start),
+      encoder_offset_(config.homed ? config.encoder_offset : -config.start),
       reported_(config.start + encoder_offset_),
       homed_(config.homed) {}
 
@@ -51,7 +51,7 @@ void SimulatedJoint::power_cycle() TRN_RT {
   fault_ = Fault::kOk;
   homed_ = config_.homed;
   // An incremental encoder counts from zero wherever it wakes up.
-  encoder_offset_ = homed_ ? 0 : -plant_.x;
+  encoder_offset_ = homed_ ? config_.encoder_offset : -plant_.x;
   reported_ = plant_.x + encoder_offset_;
 }
 
@@ -59,6 +59,34 @@ void SimulatedJoint::take_position(double q) TRN_RT {
   encoder_offset_ = q - plant_.x;
   reported_ = q;
   homed_ = true;
+}
+
+void SimulatedJoint::begin_homing() TRN_RT {
+  if (state_ != DriveState::kEnabled) return;
+  state_ = DriveState::kHoming;
+  homed_ = false;
+  periods_ = 0;
+}
+
+void SimulatedJoint::move_itself(double v_wanted, double acceleration) TRN_RT {
+  if (state_ != DriveState::kHoming || lost_) return step(reported_);
+  drive_itself(v_wanted, acceleration);
+  if (std::abs(plant_.x - plant_.target) > config_.following_error_max)
+    fail(Fault::kFollowingError);
+  else if (++periods_ > config_.homing_periods_max)
+    fail(Fault::kHomingFailed);
+  reported_ = plant_.x + encoder_offset_;
+}
+
+void SimulatedJoint::give_up_homing() TRN_RT {
+  if (state_ == DriveState::kHoming) state_ = DriveState::kEnabled;
+}
+
+void SimulatedJoint::take_home(double place, double reads) TRN_RT {
+  encoder_offset_ = reads - place;
+  reported_ = plant_.x + encoder_offset_;
+  homed_ = true;
+  state_ = DriveState::kEnabled;
 }
 
 void SimulatedJoint::fail(Fault fault) TRN_RT {

@@ -23,6 +23,7 @@ class SimulatedJoint {
     double index_distance = 0;              ///< the index lies this far above the edge of the switch
     double switch_min = 0, switch_max = 0;  ///< limit switches are closed beyond these positions
     double start = 0;                       ///< position at power-on
+    double encoder_offset = 0;              ///< what an absolute encoder reads at the true place 0
     bool homed = false;                     ///< absolute encoder: knows its position at power-on
     std::uint32_t start_up_periods = 0;     ///< from bring-up to enabled
     std::uint32_t homing_periods_max = 0;
@@ -39,10 +40,19 @@ class SimulatedJoint {
   void power_cycle() TRN_RT;
   /// Homing without a search: the position where it stands is `q`.
   void take_position(double q) TRN_RT;
+  /// Homing by a drive's own head: `move_itself` in place of `step`, until `take_home`.
+  void begin_homing() TRN_RT;
+  void move_itself(double v_wanted, double acceleration) TRN_RT;
+  void give_up_homing() TRN_RT;
+  /// The encoder reads `reads` at the true place `place`.
+  void take_home(double place, double reads) TRN_RT;
   /// One period with setpoint `q` (encoder coordinates; ignored unless enabled).
   void step(double q) TRN_RT;
 
   double measured() const TRN_RT { return reported_; }
+  double true_place() const TRN_RT { return plant_.x; }
+  bool wants_to_move() const TRN_RT { return v_target_ != 0; }
+  bool home_switch_dead() const TRN_RT { return home_switch_dead_; }
   DriveState state() const TRN_RT { return lost_ ? DriveState::kLost : state_; }
   Fault fault() const TRN_RT { return lost_ ? Fault::kDriveLost : fault_; }
   bool homed() const TRN_RT { return homed_; }

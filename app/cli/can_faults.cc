@@ -34,9 +34,13 @@ Exit rehearse(const FaultOptions& options) {
   for (const RefusedStep& step : rehearse_refusals(options.machine)) {
     const bool fine = !step.moved && step.recovered;
     good &= fine;
-    steps.push_back({{"object", step.object}, {"message", step.message}, {"good", fine}});
+    steps.push_back(
+        {{"object", step.object}, {"message", step.message}, {"warning", step.warning}, {"good", fine}});
     if (!options.json)
-      fmt::print("{}  {}\n", step.object, step.message.empty() ? "not needed by this machine" : step.message);
+      fmt::print("{}  {}\n", step.object,
+                 !step.message.empty()  ? step.message
+                 : step.warning.empty() ? "not needed by this machine"
+                                        : "warning: " + step.warning);
   }
   if (options.json) fmt::print("{}\n", Json{{"faults", rows}, {"bring_up", steps}, {"good", good}}.dump(2));
   return good ? Exit::kDone : Exit::kMachineFault;

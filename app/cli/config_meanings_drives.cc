@@ -105,7 +105,14 @@ const ChapterMeaning kCanMeanings = {
               "A drive or master that is not heard for so long is lost; longer than "
               "`heartbeat_ms`.",
               "three times `heartbeat_ms`"},
-             {"guarding_ms", "Drives without heartbeat are asked by node guarding this often; 0: never."},
+             {"guarding_ms",
+              "A drive that cannot send heartbeats, or cannot watch the master's (no 0x1016), is asked by "
+              "node "
+              "guarding this often; 0: never.",
+              "that of `heartbeat_ms`"},
+             {"life_time_factor",
+              "After so many times `guarding_ms` without an answer the drive counts as lost; the drive stops "
+              "by itself when it is not asked for so long."},
              {"missed_max", "Periods without feedback until a drive counts as lost."},
              {"overload_max",
               "Periods in a row in which frames could not be sent until it is the fault "
@@ -169,9 +176,59 @@ const ChapterMeaning kCanMeanings = {
              {"index_speed_mm_s index_speed_deg_s", "Speed of the search for the zero."},
              {"quick_stop_factor",
               "The drive's quick stop brakes with so many times the joint's acceleration limit."},
+             {"torque",
+              "Whether the drive tells its torque (0x6077), which then stands in the messages of faults."},
              {"limit_switches", "Whether bits 0 and 1 of 0x60FD are limit switches to be watched."},
-             {"vendor", "The maker's number that the drive must tell (0x1018); 0 takes any."},
-             {"product", "The product's number that it must tell; 0 takes any."},
+             {"home_group",
+              "Joints of a lower number are homed before those of a higher one, those of the same together."},
+             {"home_final_mm home_final_deg",
+              "Where the joint goes when it has homed, as fast as it searched.", "it stays where homing ends",
+              "within the joint's range"},
+             {"encoder_offset_mm encoder_offset_deg",
+              "With `absolute`: the joint's position where the encoder counts zero."},
+             {"drive_limits",
+              "The drive's own range (0x607D) and following error (0x6065): `check` warns where they are "
+              "tighter "
+              "than the joint's, `set` writes the joint's."},
+             {"velocity_unit",
+              "The drive's unit of velocity, as \"rpm\", \"0.1 rpm\" or \"counts/s\". It is written to the "
+              "drive "
+              "(0x60A9) where that can be, else compared. Left out: the unit of the data sheet, "
+              "without one counts/s."},
+             {"acceleration_unit",
+              "The same of its ramps, as \"rpm/s\" or \"counts/s^2\" (0x60AA). Left out: that of the data "
+              "sheet, "
+              "without one the unit of velocity a second."},
+             {"counts_per_revolution",
+              "Counts of one revolution, for units such as rpm; 0: by the data sheet's feed (0x6092), or "
+              "encoder "
+              "and gear (0x608F, 0x6091)."},
+             {"interpolation_period",
+              "The form in which the drive wants to be told the period (0x60C2), as [10, -3] for 10 ms.",
+              "in whole milliseconds if it can be, within the data sheet's limits"},
+             {"skip",
+              "Objects that are not written at bring-up, as \"0x6085\" or \"0x60C2:2\". They are still read "
+              "where "
+              "they are compared."},
+             {"vendor",
+              "The maker's number that the drive must tell (0x1018), by itself the data sheet's; 0 takes "
+              "any."},
+             {"product", "The product's number that it must tell, by itself the data sheet's; 0 takes any."},
+         }},
+        {"A drive's habits",
+         {{"drives.node.habits", "canopen"}},
+         "What a drive does otherwise than CiA 402 has it.",
+         {
+             {"mode_display",
+              "Whether its 0x6061 is there and true; else the mode that it was told is believed, ten periods "
+              "later."},
+             {"follows_bit", "Whether bit 12 of its statusword tells that it follows its setpoints."},
+             {"homing_reached", "Whether it sets bit 10 beside bit 12 when it has homed."},
+             {"stands_to_switch", "Whether it changes its mode at a standstill only."},
+             {"home_offset",
+              "`position`: 0x607C is what the drive counts at the home point; `zero`: where its zero lies, "
+              "seen "
+              "from there."},
          }},
         {"An object to be written",
          {{"drives.node.write", "canopen"}},
@@ -185,6 +242,12 @@ const ChapterMeaning kCanMeanings = {
          {{"drives.emulation", "canopen"}},
          "Beside the keys of simulated drives.",
          {
+             {"index_pitch_mm index_pitch_deg",
+              "Distance between two index pulses of the encoder; at least twice `index_distance`."},
+             {"home_switch_width_mm home_switch_width_deg",
+              "Length over which the home switch is closed, with the homing methods that look for it from "
+              "both "
+              "sides (7 to 14, 23 to 30)."},
              {"sync_periods_max", "Periods without SYNC after which an emulated drive faults."},
              {"probe_length_mm", "Length of the emulated touch probe, from the spindle nose to the ball."},
          }},

@@ -202,7 +202,8 @@ const ChapterMeaning kOtherFileMeanings = {
               " an emergency message and goes on, `fault` faults. `no_heartbeat` and `heartbeat_late` are "
               "as named, `drop` leaves Operation Enabled, `pre_operational` the operational state. "
               "`duplicate` and `reorder` do so with frames, `short_pdo` sends frames a byte short. "
-              "`refuse` refuses an object, `slow` is slow, `lie` lies about the position. Devices: "
+              "`refuse` refuses an object, `slow` is slow, `lie` lies about the position. `ignore` does not "
+              "follow its setpoints, `quiet_fault` faults without an emergency message. Devices: "
               "`silent`, `short` answers by halves, `slow`, `lie`, `good` again.",
               "", "one of the words on the right"},
              {"value",

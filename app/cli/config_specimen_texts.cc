@@ -270,6 +270,10 @@ id = 1
 eds = "@sheet"
 counts_per_mm = 1000
 @bus
+interpolation_period = [20, -3]
+home_final_mm = @k
+[drives.node.habits]
+mode_display = @bool
 [[drives.node.write]]
 index = 0x2110
 value = 1
@@ -290,12 +294,14 @@ joint = "@A"
 id = 4
 eds = "@sheet"
 counts_per_deg = 1000
+home_final_deg = @k
 @bus
 [[drives.node]]
 joint = "@C"
 id = 5
 eds = "@sheet"
 counts_per_deg = 1000
+home_final_deg = 2@k
 @bus
 [drives.emulation]
 )";

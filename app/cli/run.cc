@@ -126,6 +126,12 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
+void print_drives(const Drives& drives, bool json) {
+  const std::string health = drives.health();
+  if (!json && !health.empty()) fmt::print("  bus              {}\n", health);
+  for (const std::string& warning : drives.warnings()) fmt::print(stderr, "warning: {}\n", warning);
+}
+
 // The end of the summary: what it was, and what to try next.
 void tell_people(const RunOptions& options, const SimulationResult& result, const Machine& machine) {
   const std::string page = options.pictures.empty() ? "" : options.pictures + "/report.html";
@@ -145,8 +151,7 @@ void tell_people(const RunOptions& options, const SimulationResult& result, cons
 Exit tell_result(const RunOptions& options, const Assembly& assembly, const SimulationResult& result) {
   const auto report = options.json ? run_json : run_summary;
   fmt::print("{}", report(result, assembly.machine, options.program));
-  const std::string health = assembly.drives->health();
-  if (!options.json && !health.empty()) fmt::print("  bus              {}\n", health);
+  print_drives(*assembly.drives, options.json);
   const std::string broken = broken_promises(result, assembly.machine);
   fmt::print(stderr, "{}", broken);
   tell_people(options, result, assembly.machine);

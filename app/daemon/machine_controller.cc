@@ -257,6 +257,7 @@ void MachineController::bring_up(bool reset_faults) {
     wait_until_heard(id);
     if (reset_faults) parts_.drives.reset_faults();
     parts_.drives.bring_up();
+    for (const std::string& warning : parts_.drives.warnings()) spdlog::warn("{}", warning);
   };
   ++jobs_;
   drive_worker_.post([this, prepare] {

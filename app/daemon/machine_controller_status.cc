@@ -186,6 +186,8 @@ void MachineController::publish_status() {
   status.detour = detour_name(
       unheard() > 0 && supervisor_.state() == MachineState::kHolding ? DetourState::kJogs : report_.detour);
   status.bus_health = parts_.drives.health();
+  for (const std::string& warning : parts_.drives.warnings()) status.warnings.push_back(warning);
+  status.warning_count = static_cast<std::int32_t>(status.warnings.size());
   status.alarms_open = alarms_.open();
   status.alarm = alarms_.newest();
   const ProgramSwitches switches = parts_.programs.switches();

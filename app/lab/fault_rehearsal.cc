@@ -27,6 +27,7 @@ namespace {
 using T = EmulatedNode::Trouble;
 
 constexpr double kStill = 1e-6;  // mm, rad: what a standing plant may do in a period
+constexpr double kCount = 2e-4;  // and one that is switched on: two counts of 10,000 a mm
 constexpr const char* kMotion = "G21 G91 G94\nG1 X40 F1500\n";
 
 /// A machine on emulated CAN drives; at rest is what the plants say.
@@ -125,9 +126,12 @@ std::vector<Row> rows() {
       {"node resets", Fault::kDriveRestarted, trouble(T::kReset, 0), nothing, false},
       {"EMCY, the drive goes on", Fault::kDriveWarning, trouble(T::kEmergency, 0x4210), nothing},
       {"drive faults", Fault::kDriveFault, trouble(T::kFault, 0x3210), nothing},
+      {"drive faults without EMCY", Fault::kDriveFault, trouble(T::kQuietFault, 0x3210), nothing},
+      {"drive ignores its setpoints", Fault::kDriveIgnores, trouble(T::kIgnore, 1), trouble(T::kIgnore, 0)},
       {"drive drops out", Fault::kDriveDropped, trouble(T::kDrop, 0), nothing},
       {"node leaves the operational state", Fault::kDriveDropped, trouble(T::kPreOperational, 0), nothing},
-      {"no heartbeat", Fault::kHeartbeatLost, trouble(T::kNoHeartbeat, 1), trouble(T::kNoHeartbeat, 0)},
+      {"no heartbeat, or no answer to guarding", Fault::kHeartbeatLost, trouble(T::kNoHeartbeat, 1),
+       trouble(T::kNoHeartbeat, 0)},
       {"heartbeat late by one period", Fault::kOk, one_late, nothing},
       {"heartbeat late by 200 ms", Fault::kHeartbeatLost, trouble(T::kHeartbeatLate, 200'000), nothing},
       {"wrong mapping: feedback a byte short", Fault::kDriveLost, trouble(T::kShortPdo, 1),
@@ -207,14 +211,18 @@ std::vector<RefusedStep> rehearse_refusals(const std::string& config) {
     Stage stage(config);
     stage.tick();
     stage.trouble(T::kRefuse, index);
-    RefusedStep step{fmt::format("0x{:04X}", index), "", false, false};
+    RefusedStep step{fmt::format("0x{:04X}", index), "", "", false, false};
     try {
       stage.bring_up();
     } catch (const std::runtime_error& error) {
       step.message = error.what();
     }
+    const std::vector<std::string> warnings = stage.field().warnings();
+    if (step.message.empty() && !warnings.empty()) step.warning = warnings[0];
     const bool enabled = stage.until([&] { return stage.enabled(); }, stage.periods(0.5)) >= 0;
-    step.moved = stage.moves_in(stage.periods(0.5)) > kStill || (enabled && !step.message.empty());
+    // A drive that comes up all the same is enabled, and settles on the count that is nearest.
+    const double most = step.message.empty() ? kCount : kStill;
+    step.moved = stage.moves_in(stage.periods(0.5)) > most || (enabled && !step.message.empty());
     stage.trouble(T::kRefuse, 0);
     stage.reset();
     step.recovered = stage.until([&] { return stage.enabled(); }, stage.periods(10)) >= 0;

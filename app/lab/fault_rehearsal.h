@@ -31,6 +31,7 @@ std::vector<RehearsedFault> rehearse_faults(const std::string& config,
 /// A bring-up in which the drive refuses one object.
 struct RefusedStep {
   std::string object, message;
+  std::string warning;  ///< of a drive that comes up without it
   bool moved = false, recovered = false;
 };
 std::vector<RefusedStep> rehearse_refusals(const std::string& config);

@@ -1,25 +1,15 @@
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
 #include "core/config.h"
 #include "core/machine.h"
 #include "hal/can/bus_budget.h"
-#include "hal/can/eds.h"
-#include "hal/can/node_link.h"
-#include "hal/can/node_setup.h"
+#include "hal/can/can_node_config.h"
 
 namespace trn {
-
-/// One drive on a bus.
-struct CanNodeConfig {
-  ObjectDictionary dictionary;
-  NodeLink::Config link;
-  NodeSetup::Config setup;
-  double home = 0;  ///< position at the home point, mm or rad
-  int homing_method = 0;
-};
 
 /// One bus and what is on it.
 struct CanBusConfig {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <limits>
 #include <stdexcept>
 
 #include "core/check.h"
@@ -135,6 +136,10 @@ void CanDrives::finish(const std::vector<NodeLink*>& nodes, const std::vector<No
   for (std::size_t i = 0; i < nodes.size(); ++i) {
     NodeLink& node = *nodes[i];
     const NodeSetup& setup = setups[i];
+    {
+      const std::scoped_lock lock(warnings_mutex_);
+      warnings_[node.config().name] = setup.warnings();
+    }
     if (!setup.error().empty()) {
       errors.push_back(setup.error());
       continue;
@@ -184,6 +189,13 @@ std::string CanDrives::health() const {
   return fmt::format("{}", fmt::join(lines, "; "));
 }
 
+std::vector<std::string> CanDrives::warnings() const {
+  const std::scoped_lock lock(warnings_mutex_);
+  std::vector<std::string> out;
+  for (const auto& [name, lines] : warnings_) out.insert(out.end(), lines.begin(), lines.end());
+  return out;
+}
+
 void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {
   TRN_CHECK(setpoints.q.size() == setpoints.qd.size());
   for (auto& bus : buses_) {
@@ -199,6 +211,7 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
   // What was heard, then what was asked for, then the drives' steps, then sending: a drive that has just
   // reported a fault gets no setpoint in this period.
   take_requests();
+  home_next();
   for (auto& bus : buses_) {
     for (NodeLink& node : bus->master->nodes()) {
       const auto joint = static_cast<Eigen::Index>(node.config().joint);
@@ -216,6 +229,7 @@ void CanDrives::take_requests() TRN_RT {
   const unsigned requests = requests_.exchange(0, std::memory_order_acq_rel);
   if (requests == 0) return;
   for (auto& bus : buses_) {
+    if (requests & (kReset | kDisable)) waiting_homes_ = 0;
     if (requests & kReset) bus->master->reset();
     for (NodeLink& node : bus->master->nodes()) {
       if (requests & kDisable) node.axis().disable();
@@ -224,13 +238,29 @@ void CanDrives::take_requests() TRN_RT {
   }
 }
 
-void CanDrives::request_home(unsigned joint_mask) TRN_RT {
+void CanDrives::request_home(unsigned joint_mask) TRN_RT { waiting_homes_ |= joint_mask; }
+
+// Group by group: the next one begins when none of this one is under way any more. A joint that fails is a
+// fault, whose reaction stops the others and forgets those that wait.
+void CanDrives::home_next() TRN_RT {
+  if (waiting_homes_ == 0) return;
+  int group = std::numeric_limits<int>::max();
+  for (const auto& bus : buses_)
+    for (const NodeLink& node : bus->master->nodes()) {
+      if (node.axis().homing()) return;
+      if (waiting_homes_ >> node.config().joint & 1u) group = std::min(group, node.config().home_group);
+    }
   for (auto& bus : buses_)
-    for (NodeLink& node : bus->master->nodes())
-      if (joint_mask >> node.config().joint & 1u) node.axis().home();
+    for (NodeLink& node : bus->master->nodes()) {
+      const unsigned bit = 1u << node.config().joint;
+      if (!(waiting_homes_ & bit) || node.config().home_group != group) continue;
+      waiting_homes_ &= ~bit;
+      node.axis().home();
+    }
 }
 
 void CanDrives::quick_stop() TRN_RT {
+  waiting_homes_ = 0;
   for (auto& bus : buses_)
     for (NodeLink& node : bus->master->nodes()) node.axis().quick_stop();
 }
@@ -251,6 +281,8 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
   feedback.state = DriveState::kEnabled;
   feedback.fault = Fault::kOk;
   feedback.fault_joint = -1;
+  // Joints that wait for their turn are on their way home, though they stand.
+  if (waiting_homes_ != 0) feedback.state = DriveState::kHoming;
   feedback.homed_mask = feedback.limit_switch_mask = 0;
   // One contact is enough, but all drives must be armed: each latches its own position at the same moment.
   touch_ = {false, true, 0, feedback.q};
@@ -270,7 +302,7 @@ void CanDrives::report_touch(const NodeLink& node) TRN_RT {
   if (!node.touch().latched()) return;
   touch_.latched_mask |= 1u << joint;
   TRN_CHECK(joint < touch_.q.size());
-  touch_.q[joint] = node.touch().counts() / node.config().axis.counts_per_unit;
+  touch_.q[joint] = node.axis().position_of(node.touch().counts());
 }
 
 void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {

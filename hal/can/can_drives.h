@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <vector>
 
@@ -28,6 +30,7 @@ class CanDrives final : public Drives, public TouchDrives {
   void reset_faults() override;
   std::string explain_fault(int joint) const override;
   std::string health() const override;
+  std::vector<std::string> warnings() const override;
 
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
   void request_home(unsigned joint_mask) TRN_RT override;
@@ -57,9 +60,10 @@ class CanDrives final : public Drives, public TouchDrives {
   static std::vector<NodeSetup> make_setups(Bus& bus, const std::vector<NodeLink*>& nodes);
   void set_up(Bus& bus);
   static void run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint);
-  static void finish(const std::vector<NodeLink*>& nodes, const std::vector<NodeSetup>& setups);
+  void finish(const std::vector<NodeLink*>& nodes, const std::vector<NodeSetup>& setups);
 
   void take_requests() TRN_RT;
+  void home_next() TRN_RT;
   void report(Feedback& feedback) TRN_RT;
   void report_node(const NodeLink& node, Feedback& feedback) TRN_RT;
   void report_touch(const NodeLink& node) TRN_RT;
@@ -68,8 +72,11 @@ class CanDrives final : public Drives, public TouchDrives {
   std::unique_ptr<CanOpener> opener_;
   std::vector<std::unique_ptr<Bus>> buses_;
   std::atomic<unsigned> requests_ = 0;
+  mutable std::mutex warnings_mutex_;                         ///< never taken by the tick
+  std::map<std::string, std::vector<std::string>> warnings_;  ///< by node, of its last bring-up
   TouchProbe touch_;
-  bool follow_ = false;  ///< all drives stood enabled in the last period: they obey the setpoints
+  unsigned waiting_homes_ = 0;  ///< joints that are homed when their group's turn comes
+  bool follow_ = false;         ///< all drives stood enabled in the last period: they obey the setpoints
 };
 
 }  // namespace trn

@@ -6,6 +6,7 @@
 #include <cstdlib>
 
 #include "core/check.h"
+#include "hal/can/can_node_config.h"
 #include "hal/can/nmt.h"
 #include "hal/can/pdo.h"
 
@@ -24,6 +25,7 @@ std::vector<CanFilter> CanMaster::tick_filters() const {
     const auto id = static_cast<unsigned>(node.config().id);
     filters.push_back({cob::kEmergency + id, 0x7FF});
     filters.push_back({cob::kGuard + id, 0x7FF});
+    filters.push_back({cob::kSdoAnswer + id, 0x7FF});
     for (const Pdo& pdo : node.config().tpdos) filters.push_back({pdo.id, 0x7FF});
     for (const Pdo& pdo : node.config().rpdos)
       filters.push_back({pdo.id, 0x7FF});  // nobody else may send these
@@ -60,7 +62,9 @@ void CanMaster::receive() TRN_RT {
 
 void CanMaster::take(const CanFrame& frame) TRN_RT {
   statistics_->received.fetch_add(1, std::memory_order_relaxed);
-  count_time(frame);
+  // Services are not budgeted, and most of them are the bring-up's.
+  const bool service = frame.id >= cob::kSdoAnswer && frame.id <= cob::kSdoAnswer + kNodeIdMax;
+  if (!service) count_time(frame);
   if (frame.error) {
     statistics_->error_reports.fetch_add(1, std::memory_order_relaxed);
     return;
@@ -120,7 +124,7 @@ std::size_t CanMaster::collect() TRN_RT {
   // SYNC first: everything else of the period is sent behind it, and jitter of the setpoints' frames does not
   // matter, since they act with the next SYNC.
   out_[count++] = sync_frame(counter_);
-  std::array<CanFrame, 5> frames;
+  NodeLink::Frames frames;
   for (NodeLink& node : nodes_) {
     const int more = node.fill(frames);
     TRN_CHECK(more >= 0 && more <= static_cast<int>(frames.size()));

@@ -60,8 +60,9 @@ class CanMaster {
 
  private:
   static constexpr std::size_t kBatch = 64;
-  static constexpr int kBatchesPerTick = 4;
-  static constexpr std::size_t kFramesMax = 2 + 5 * kMaxJoints;
+  // What is heard while drives are set up must be over before they are watched: a hundred answers of each.
+  static constexpr int kBatchesPerTick = 32;
+  static constexpr std::size_t kFramesMax = 2 + NodeLink::kFramesMax * kMaxJoints;
 
   void take(const CanFrame& frame) TRN_RT;
   void count_time(const CanFrame& frame) TRN_RT;

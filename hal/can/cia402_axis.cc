@@ -9,6 +9,9 @@ namespace trn {
 
 namespace {
 constexpr std::uint32_t kStaleStatusPeriods = 5;  // until the status word can know of a command
+constexpr std::uint32_t kSettledPeriods = 20;     // in its mode, until bit 12 is of this mode
+constexpr std::uint32_t kIgnoredMax = 5;          // in which the drive may not follow
+constexpr std::uint32_t kStandingPeriods = 10;    // at one place within a count: it stands
 constexpr int kImplausibleMax = 3;                // after so many, it is the position after all, and a fault
 
 bool powered(Cia402State state) TRN_RT {
@@ -57,18 +60,24 @@ void Cia402Axis::fail(Fault fault) TRN_RT {
   if (fault_info(fault).reaction == Reaction::kQuickStop) quick_stop();
 }
 
-std::int32_t Cia402Axis::counts(double q) const TRN_RT {
+// To the nearest count. Cutting off would shift every position towards zero, by half a count on the mean.
+std::int32_t Cia402Axis::saturated(double counts) TRN_RT {
   constexpr double kMax = 2147483647.0;
-  TRN_CHECK(std::isfinite(q));
-  // To the nearest count. Cutting off would shift every position towards zero, by half a count on the mean.
-  return static_cast<std::int32_t>(std::clamp(std::nearbyint(q * config_.counts_per_unit), -kMax, kMax));
+  TRN_CHECK(std::isfinite(counts));
+  return static_cast<std::int32_t>(std::clamp(std::nearbyint(counts), -kMax, kMax));
+}
+
+std::int32_t Cia402Axis::counts(double q) const TRN_RT {
+  return saturated((q - config_.offset) * config_.counts_per_unit);
 }
 
 // A frame of somebody else may pretend anything. Of a drive that obeys setpoints, a feedback that cannot be
 // is left out; of any other drive, one that does not agree with the one before.
 void Cia402Axis::measure(const Input& input) TRN_RT {
   if (!input.fresh) return;
-  const double q = input.position / config_.counts_per_unit;
+  const double q = position_of(input.position);
+  const bool stands = std::abs(q - heard_) * std::abs(config_.counts_per_unit) < 1.5;
+  standing_periods_ = heard_once_ && stands ? standing_periods_ + 1 : 0;
   const auto jumps_from = [&](double other) TRN_RT {
     return config_.step_max > 0 && std::abs(q - other) > config_.step_max;
   };
@@ -108,6 +117,28 @@ void Cia402Axis::step(const Input& input, double q, double qd, bool follow, Outp
   // a drive that has just dropped out.
   set_targets(input, q, qd, follow && state_ == DriveState::kEnabled, output);
   watch_following(q, follow && state_ == DriveState::kEnabled);
+  watch_obedience(input, follow && state_ == DriveState::kEnabled);
+}
+
+// Bit 12 says that the drive follows its target (CiA 402-2, clauses 13 and 14). A drive that has never set it
+// does not know it. One that clears it, as at a limit of its own, would go on from elsewhere later.
+void Cia402Axis::watch_obedience(const Input& input, bool follow) TRN_RT {
+  const bool cyclic =
+      config_.mode == Cia402Mode::kCyclicPosition || config_.mode == Cia402Mode::kCyclicVelocity;
+  if (!cyclic || !config_.habits.follows_bit || state_ != DriveState::kEnabled) {
+    enabled_periods_ = ignored_periods_ = 0;
+    followed_once_ = false;
+    return;
+  }
+  if (!input.fresh || ++enabled_periods_ < kSettledPeriods) return;
+  const bool follows = input.statusword & statusword::kBit12;
+  followed_once_ |= follows;
+  ignored_periods_ = follows ? 0 : ignored_periods_ + 1;
+  if (follow && followed_once_ && ignored_periods_ > kIgnoredMax) fail(Fault::kDriveIgnores);
+}
+
+bool Cia402Axis::may_switch_mode() const TRN_RT {
+  return !config_.habits.stands_to_switch || standing_periods_ >= kStandingPeriods;
 }
 
 // The rising edge of bit 7 resets (CiA 402-2, 8.4.1); it is made anew until the drive obeys or time is up.
@@ -185,9 +216,16 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
   TRN_CHECK(homing_ != Homing::kNone);
   TRN_CHECK(!config_.absolute);
   state_ = DriveState::kHoming;
+  if (homing_ == Homing::kFinal) {
+    if (++periods_ > config_.homing_periods_max) return fail(Fault::kHomingFailed);
+    return step_final();
+  }
   const bool in_homing = input.mode == static_cast<std::int8_t>(Cia402Mode::kHoming);
   if (++periods_ > config_.homing_periods_max) return fail(Fault::kHomingFailed);
-  if (homing_ != Homing::kBack) output.mode = static_cast<std::int8_t>(Cia402Mode::kHoming);
+  // The mode is asked for when the drive can take it; until then it keeps the one it has.
+  const bool goes = homing_ == Homing::kMode && !in_homing && may_switch_mode();
+  const bool stays = in_homing && (homing_ != Homing::kBack || !may_switch_mode());
+  if (goes || stays) output.mode = static_cast<std::int8_t>(Cia402Mode::kHoming);
   if (homing_ == Homing::kMode && in_homing) {
     homing_ = Homing::kRun;
     periods_ = 0;
@@ -198,21 +236,53 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
     // nothing of this one.
     if (periods_ < kStaleStatusPeriods) return;
     if (input.statusword & statusword::kBit13) return fail(Fault::kHomingFailed);
-    const bool done =
-        (input.statusword & statusword::kBit12) && (input.statusword & statusword::kTargetReached);
+    const bool reached = (input.statusword & statusword::kTargetReached) || !config_.habits.homing_reached;
+    const bool done = (input.statusword & statusword::kBit12) && reached;
     if (done) homing_ = Homing::kBack;
   }
   const bool back = homing_ == Homing::kBack && input.mode == static_cast<std::int8_t>(config_.mode);
   // The position jumps when homing sets the zero. It is taken over when two feedbacks in a row agree on it.
   if (!back || !agrees_) return;
+  measured_ = position_of(input.position);  // it has just jumped to what it is
+  measured_counts_ = target_ = input.position;
+  if (!std::isfinite(config_.home_final)) return end_homing();
+  homing_ = Homing::kFinal;
+  final_place_ = measured_;
+  final_speed_ = 0;
+}
+
+void Cia402Axis::end_homing() TRN_RT {
   homing_ = Homing::kNone;
   homed_ = true;
-  measured_ = input.position / config_.counts_per_unit;  // it has just jumped to what it is
-  measured_counts_ = target_ = input.position;
   state_ = DriveState::kEnabled;
 }
 
+// A trapezoid from where homing ended to where the config wants the joint; the drive follows as it does a
+// plan.
+void Cia402Axis::step_final() TRN_RT {
+  TRN_CHECK(config_.final_speed > 0 && config_.final_acceleration > 0);
+  const double way = config_.home_final - final_place_, dt = config_.period_s;
+  const double a = config_.final_acceleration;
+  // The speed from which the way that is left is just enough to stop: v^2 = 2 a s.
+  const double wanted = std::copysign(std::min(config_.final_speed, std::sqrt(2 * a * std::abs(way))), way);
+  final_speed_ += std::clamp(wanted - final_speed_, -a * dt, a * dt);
+  const double step = final_speed_ * dt;
+  const bool there = std::abs(way) <= std::abs(step) || std::abs(way) < 1e-9;
+  final_place_ = there ? config_.home_final : final_place_ + step;
+  if (!there) return;
+  final_speed_ = 0;
+  // Homing has ended when the drive is there as well, to what the encoder shows.
+  const double near = std::max(1e-3, 10 / std::abs(config_.counts_per_unit));
+  if (std::abs(measured_ - config_.home_final) < near) end_homing();
+}
+
 void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT {
+  const bool final = homing_ == Homing::kFinal && state_ == DriveState::kHoming;
+  if (final) {
+    q = final_place_;
+    qd = final_speed_;
+    follow = true;
+  }
   // Enabled but not followed: it holds the last target. Not enabled: the target goes with the measured place,
   // so that the axis does not jump to an old one when it gets power.
   const bool holds = state_ == DriveState::kEnabled && !follow;
@@ -221,13 +291,14 @@ void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follo
   else if (!holds)
     target_ = measured_counts_;
   output.position = target_;
-  const double hold = target_ / config_.counts_per_unit;
+  const double hold = position_of(target_);
   // In cyclic velocity mode the position loop is closed here: the plan's own speed in front, and a gain on
   // what is missing.
   const double wanted =
       follow ? qd + config_.gain_1_s * (q - measured_) : config_.gain_1_s * (hold - measured_);
-  if (state_ == DriveState::kEnabled) output.velocity = counts(wanted);
-  if (homing_ != Homing::kNone || state_ != DriveState::kEnabled) return;
+  const bool moves = state_ == DriveState::kEnabled || final;
+  if (moves) output.velocity = saturated(wanted * config_.counts_per_unit * config_.velocity_units);
+  if (!moves || (homing_ != Homing::kNone && !final)) return;
   if (config_.mode == Cia402Mode::kInterpolatedPosition) output.controlword |= controlword::kBit4;
   if (config_.mode == Cia402Mode::kProfilePosition) start_new_setpoint(input, output);
 }

@@ -1,12 +1,21 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 
 #include "core/fault.h"
 #include "core/ports.h"
 #include "hal/can/cia402.h"
 
 namespace trn {
+
+/// What drives do otherwise than CiA 402 has it, or leave out.
+struct DriveHabits {
+  bool mode_display = true;       ///< it has a 0x6061 that is true; else the mode it was told is believed
+  bool follows_bit = true;        ///< bit 12 of the statusword tells that it follows the cyclic target
+  bool homing_reached = true;     ///< after homing it sets bit 10 beside bit 12
+  bool stands_to_switch = false;  ///< it changes its mode at a standstill only
+};
 
 /// One drive as the tick sees it: from its words to a DriveState and back (CiA 402-2, clauses 8 to 14). Pure;
 /// a step a period. Nothing here waits: a drive that takes its time is kStarting until it is late.
@@ -15,10 +24,17 @@ class Cia402Axis {
   struct Config {
     Cia402Mode mode = Cia402Mode::kCyclicPosition;
     double counts_per_unit = 1;      ///< per mm or rad; negative: the motor turns the other way
+    double offset = 0;               ///< mm or rad, where the encoder counts zero
+    double velocity_units = 1;       ///< of the drive, for one count/s
     bool absolute = false;           ///< the encoder knows its position at power-on; nothing to home
     double gain_1_s = 20;            ///< position loop of the master in cyclic velocity mode
     double following_error_max = 0;  ///< mm or rad, between setpoint and the feedback to it; 0: not watched
     double step_max = 0;             ///< mm or rad that a joint can move in a period; more is no measurement
+    /// After homing the joint is moved there; not a number: it stays where homing ends.
+    double home_final = std::numeric_limits<double>::quiet_NaN();
+    double final_speed = 0, final_acceleration = 0;  ///< of that move, mm or rad per s, per s^2
+    double period_s = 0.001;
+    DriveHabits habits = {};
     std::uint32_t enable_periods_max = 2000, homing_periods_max = 120'000;
   };
   struct Input {
@@ -29,7 +45,7 @@ class Cia402Axis {
   };
   struct Output {
     std::uint16_t controlword = 0;
-    std::int32_t position = 0, velocity = 0;  ///< counts, counts/s
+    std::int32_t position = 0, velocity = 0;  ///< counts, the drive's units
     std::int8_t mode = 0;                     ///< 0x6060
   };
 
@@ -53,22 +69,32 @@ class Cia402Axis {
   Fault fault() const TRN_RT { return fault_; }
   bool homed() const TRN_RT { return homed_; }
   double measured() const TRN_RT { return measured_; }
+  /// Homing or on its way to the place behind it.
+  bool homing() const TRN_RT { return homing_ != Homing::kNone; }
+  double position_of(std::int32_t counts) const TRN_RT {
+    return counts / config_.counts_per_unit + config_.offset;
+  }
   bool measured_once() const TRN_RT { return measured_once_; }  ///< there has been feedback
   /// Setpoint to the count, as it goes out; saturates.
   std::int32_t counts(double q) const TRN_RT;
 
  private:
   enum class Wish : std::uint8_t { kOff, kEnabled, kStop };
-  enum class Homing : std::uint8_t { kNone, kMode, kRun, kBack };
+  enum class Homing : std::uint8_t { kNone, kMode, kRun, kBack, kFinal };
 
+  static std::int32_t saturated(double counts) TRN_RT;
   void measure(const Input& input) TRN_RT;
   void step_fault(Cia402State drive, Output& output) TRN_RT;
   void step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT;
   void step_enabled(const Input& input, Output& output) TRN_RT;
   void step_homing(const Input& input, Output& output) TRN_RT;
+  void end_homing() TRN_RT;
+  void step_final() TRN_RT;
   void set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT;
   void start_new_setpoint(const Input& input, Output& output) TRN_RT;
   void watch_following(double q, bool follow) TRN_RT;
+  void watch_obedience(const Input& input, bool follow) TRN_RT;
+  bool may_switch_mode() const TRN_RT;
 
   Config config_;
   Wish wish_ = Wish::kOff;
@@ -78,9 +104,12 @@ class Cia402Axis {
   bool homed_ = false, was_enabled_ = false, reset_wish_ = false, reset_edge_ = false, measured_once_ = false;
   bool heard_once_ = false, agrees_ = false;  ///< the last two feedbacks are of one place
   bool acknowledged_ = true;
+  bool followed_once_ = false;
   int implausible_ = 0;
+  std::uint32_t enabled_periods_ = 0, ignored_periods_ = 0, standing_periods_ = 0;
   std::uint32_t periods_ = 0;
   double measured_ = 0, heard_ = 0;
+  double final_place_ = 0, final_speed_ = 0;  ///< of the setpoint on the final move
   std::int32_t measured_counts_ = 0;
   double q_history_[2] = {0, 0};
   int history_ = 0;

@@ -13,8 +13,14 @@ namespace trn {
 namespace {
 constexpr ObjectKey kControlword{0x6040, 0}, kStatusword{0x6041, 0}, kModes{0x6060, 0},
     kModesDisplay{0x6061, 0}, kActualPosition{0x6064, 0}, kTargetPosition{0x607A, 0},
-    kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1},
-    kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0}, kTouchFall{0x60BB, 0};
+    kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1}, kTorque{0x6077, 0},
+    kErrorCode{0x603F, 0}, kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0},
+    kTouchFall{0x60BB, 0};
+
+// An answer comes within some periods; a drive that is silent for longer is asked again.
+constexpr std::uint32_t kSdoPeriodsMax = 50;
+constexpr std::uint32_t kDisplayPeriods = 50;   // between two looks at 0x6061 by SDO
+constexpr std::uint32_t kBelievedPeriods = 10;  // until a mode that nobody shows counts as taken
 }  // namespace
 
 NodeLink::Place NodeLink::place(const std::vector<Pdo>& pdos, ObjectKey key) {
@@ -29,6 +35,7 @@ NodeLink::Place NodeLink::place(const std::vector<Pdo>& pdos, ObjectKey key) {
 NodeLink::NodeLink(const Config& config)
     : config_(config),
       axis_(config.axis),
+      sdo_(config.id, kSdoPeriodsMax),
       status_(place(config.tpdos, kStatusword)),
       position_(place(config.tpdos, kActualPosition)),
       mode_display_(place(config.tpdos, kModesDisplay)),
@@ -36,6 +43,7 @@ NodeLink::NodeLink(const Config& config)
       touch_status_(place(config.tpdos, kTouchStatus)),
       touch_rise_(place(config.tpdos, kTouchRise)),
       touch_fall_(place(config.tpdos, kTouchFall)),
+      torque_(place(config.tpdos, kTorque)),
       control_(place(config.rpdos, kControlword)),
       target_(place(config.rpdos, config.axis.mode == Cia402Mode::kInterpolatedPosition ? kInterpolationData
                                                                                         : kTargetPosition)),
@@ -48,6 +56,7 @@ void NodeLink::receive(const CanFrame& frame) TRN_RT {
   if (frame.error || frame.remote || frame.extended) return;
   const auto id = static_cast<unsigned>(config_.id);
   if (frame.id == cob::kGuard + id) return take_state(frame);
+  if (frame.id == cob::kSdoAnswer + id) return sdo_.receive(frame);
   if (frame.id == cob::kEmergency + id) return take_emergency(frame);
   for (std::size_t i = 0; i < config_.tpdos.size(); ++i)
     if (frame.id == config_.tpdos[i].id) return take_pdo(i, frame);
@@ -66,6 +75,8 @@ void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
   if (position_.pdo == pdo) input_.position = static_cast<std::int32_t>(value(position_));
   if (mode_display_.pdo == pdo) input_.mode = static_cast<std::int8_t>(value(mode_display_));
   if (digital_inputs_.pdo == pdo) inputs_ = static_cast<unsigned>(value(digital_inputs_));
+  if (torque_.pdo == pdo)
+    shared_->torque.store(static_cast<std::int16_t>(value(torque_)), std::memory_order_relaxed);
   if (touch_status_.pdo == pdo) touch_.take_status(static_cast<std::uint16_t>(value(touch_status_)));
   if (touch_rise_.pdo == pdo) touch_.take_position(true, static_cast<std::int32_t>(value(touch_rise_)));
   if (touch_fall_.pdo == pdo) touch_.take_position(false, static_cast<std::int32_t>(value(touch_fall_)));
@@ -125,6 +136,7 @@ void NodeLink::reset() TRN_RT {
   lost_ = false;
   missed_ = since_heartbeat_ = 0;
   shared_->emergency.store(0, std::memory_order_relaxed);
+  shared_->error_code.store(0, std::memory_order_relaxed);
   axis_.reset();
 }
 
@@ -147,6 +159,8 @@ void NodeLink::watch() TRN_RT {
     missed_ = since_heartbeat_ = 0;
     input_ = Cia402Axis::Input{};  // what it said before it was set up means nothing any more
     fresh_ = false;
+    told_mode_ = wanted_mode_ = static_cast<std::int8_t>(config_.axis.mode);
+    sdo_.forget();
   }
   was_watched_ = watched;
   if (shared_->position_lost.exchange(false)) axis_.forget_position();
@@ -170,13 +184,60 @@ void NodeLink::step(double q, double qd, bool follow) TRN_RT {
   TRN_CHECK(std::isfinite(q) && std::isfinite(qd));
   watch();
   input_.fresh = fresh_;
+  show_mode();
   axis_.step(input_, q, qd, follow && !lost_, output_);
   fresh_ = false;
+  step_sdo();
   shared_->statusword.store(input_.statusword, std::memory_order_relaxed);
+  // What it says next is of the quick stop, no longer of the cause.
+  const bool ignores = fault() == Fault::kDriveIgnores;
+  if (ignores && shared_->fault.load(std::memory_order_relaxed) != Fault::kDriveIgnores)
+    shared_->ignoring_statusword.store(input_.statusword, std::memory_order_relaxed);
   shared_->fault.store(fault(), std::memory_order_relaxed);
 }
 
-void NodeLink::put(const Place& at, std::uint64_t value, std::array<CanFrame, 5>& frames) const TRN_RT {
+// A drive without a mode display is believed to have taken what it was told, some periods later.
+void NodeLink::show_mode() TRN_RT {
+  since_mode_ = output_.mode == wanted_mode_ ? since_mode_ + 1 : 0;
+  wanted_mode_ = output_.mode;
+  const bool told = !config_.mode_by_sdo || told_mode_ == wanted_mode_;
+  if (!config_.axis.habits.mode_display && told && since_mode_ >= kBelievedPeriods)
+    input_.mode = wanted_mode_;
+}
+
+void NodeLink::take_sdo() TRN_RT {
+  if (sdo_.state() != TickSdo::State::kDone) return;
+  if (sdo_.key() == kModes) told_mode_ = sent_mode_;
+  if (sdo_.key() == kModesDisplay) input_.mode = static_cast<std::int8_t>(sdo_.value());
+  if (sdo_.key() == kErrorCode)
+    shared_->error_code.store(static_cast<std::uint16_t>(sdo_.value()), std::memory_order_relaxed);
+}
+
+// What does not go in PDOs, one transfer at a time, the most urgent first.
+void NodeLink::step_sdo() TRN_RT {
+  const bool faulty = axis_.fault() == Fault::kDriveFault;
+  if (faulty && !was_faulty_) asks_error_ = config_.has_error_code;
+  was_faulty_ = faulty;
+  ++since_display_;
+  if (!was_watched_ || lost_) return sdo_.forget();
+  if (sdo_.busy()) return;
+  take_sdo();
+  sdo_.forget();
+  if (config_.mode_by_sdo && output_.mode != told_mode_) {
+    sent_mode_ = output_.mode;
+    return sdo_.write(kModes, static_cast<std::uint8_t>(output_.mode), 1);
+  }
+  if (asks_error_) {
+    asks_error_ = false;
+    return sdo_.read(kErrorCode);
+  }
+  const bool due = input_.mode != output_.mode || since_display_ >= kDisplayPeriods;
+  if (!config_.display_by_sdo || !due) return;
+  since_display_ = 0;
+  sdo_.read(kModesDisplay);
+}
+
+void NodeLink::put(const Place& at, std::uint64_t value, Frames& frames) const TRN_RT {
   if (at.pdo < 0) return;
   TRN_CHECK(at.pdo < 4);
   TRN_CHECK(static_cast<std::size_t>(at.byte + at.bits / 8) <= frames[0].data.size());
@@ -194,7 +255,7 @@ bool NodeLink::is_due(const Pdo& pdo) const TRN_RT {
   return (periods_ + static_cast<std::uint32_t>(config_.id)) % static_cast<std::uint32_t>(pdo.every) == 0;
 }
 
-int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
+int NodeLink::fill(Frames& frames) TRN_RT {
   const std::size_t count = std::min<std::size_t>(config_.rpdos.size(), 4);
   for (std::size_t i = 0; i < count; ++i) {
     frames[i] = CanFrame{};
@@ -218,17 +279,29 @@ int NodeLink::fill(std::array<CanFrame, 5>& frames) TRN_RT {
     since_guard_ = 0;
     frames[due++] = guard_request(config_.id);
   }
+  if (CanFrame request; sdo_.step(request)) frames[due++] = request;
+  TRN_CHECK(due <= frames.size());
   return static_cast<int>(due);
+}
+
+// What the drive itself said, by its emergency message or, without one, by its error code.
+std::string NodeLink::details() const {
+  const Shared& now = *shared_;
+  std::string text;
+  const std::uint16_t code = now.emergency, error = now.error_code;
+  if (code != 0)
+    text = fmt::format("; emergency 0x{:04X} ({}), error register 0x{:02X}", code, emergency_text(code),
+                       now.error_register.load());
+  else if (error != 0)
+    text = fmt::format("; error code 0x603F = 0x{:04X} ({})", error, emergency_text(error));
+  if (torque_.pdo >= 0) text += fmt::format("; torque {:.1f} % of the rated", 0.1 * now.torque.load());
+  return text;
 }
 
 std::string NodeLink::explain() const {
   const Shared& now = *shared_;
   const std::string state = describe_statusword(now.statusword);
-  const std::uint16_t code = now.emergency;
-  const std::string emergency = code == 0
-                                    ? ""
-                                    : fmt::format("; emergency 0x{:04X} ({}), error register 0x{:02X}", code,
-                                                  emergency_text(code), now.error_register.load());
+  const std::string emergency = details();
   switch (now.fault.load()) {
     case Fault::kOk:
       return "";
@@ -237,9 +310,13 @@ std::string NodeLink::explain() const {
                          config_.tpdos.empty() ? 0 : config_.tpdos[0].id, config_.watch.missed_max,
                          now.wrong_length > 0 ? "; TPDOs of another length than mapped came" : "", emergency);
     case Fault::kHeartbeatLost:
-      return fmt::format("{}: no heartbeat (0x{:03X}) for more than {} periods, feedback still comes",
-                         config_.name, cob::kGuard + static_cast<unsigned>(config_.id),
-                         config_.watch.heartbeat_periods);
+      return fmt::format("{}: no {} (0x{:03X}) for more than {} periods, feedback still comes", config_.name,
+                         config_.watch.guard_periods > 0 ? "answer to node guarding" : "heartbeat",
+                         cob::kGuard + static_cast<unsigned>(config_.id), config_.watch.heartbeat_periods);
+    case Fault::kDriveIgnores:
+      return fmt::format("{}: {}; statusword 0x6041 was 0x{:04X} ({}){}", config_.name,
+                         fault_info(now.fault).meaning, now.ignoring_statusword.load(),
+                         describe_statusword(now.ignoring_statusword), emergency);
     case Fault::kDriveRestarted:
       return fmt::format("{}: it sent a boot-up message; it was reset or lost power", config_.name);
     default:

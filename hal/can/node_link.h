@@ -15,13 +15,14 @@
 #include "hal/can/nmt.h"
 #include "hal/can/pdo.h"
 #include "hal/can/sdo.h"
+#include "hal/can/tick_sdo.h"
 
 namespace trn {
 
 /// How a node is watched, in periods of the tick.
 struct NodeWatchConfig {
   std::uint32_t missed_max = 3;         ///< periods without feedback
-  std::uint32_t heartbeat_periods = 0;  ///< longest pause between heartbeats; 0: none expected
+  std::uint32_t heartbeat_periods = 0;  ///< longest pause between heartbeats or answers; 0: none expected
   std::uint32_t guard_periods = 0;      ///< ask for a guarding answer this often; 0: never
 };
 
@@ -30,12 +31,16 @@ class NodeLink {
  public:
   struct Config {
     int id = 1, joint = 0;
-    std::string name;  ///< "can0 node 3 (joint Z)", for messages
+    int home_group = 0;  ///< joints of a lower number are homed before
+    std::string name;    ///< "can0 node 3 (joint Z)", for messages
     std::vector<Pdo> rpdos, tpdos;
     NodeWatchConfig watch;
     Cia402Axis::Config axis;
     bool limit_switches = true;    ///< 0x60FD, bits 0 and 1
     unsigned touch_input_bit = 0;  ///< of 0x60FD: the touch probe is closed
+    bool mode_by_sdo = false;      ///< 0x6060 and 0x6061 cannot be mapped: they are written and read by SDO
+    bool display_by_sdo = false;
+    bool has_error_code = false;  ///< 0x603F, read when the drive faults
   };
   /// What other threads may know; written by the tick.
   struct Shared {
@@ -43,7 +48,9 @@ class NodeLink {
     std::atomic<bool> needs_setup = true;     ///< by the tick: it must be set up again
     std::atomic<std::uint32_t> setups = 0;    ///< by the bring-up: how often it was set up
     std::atomic<bool> position_lost = false;  ///< by the bring-up: it has been restarted
-    std::atomic<std::uint16_t> statusword = 0, emergency = 0;
+    std::atomic<std::uint16_t> statusword = 0, emergency = 0, error_code = 0;
+    std::atomic<std::uint16_t> ignoring_statusword = 0;  ///< when the drive was found to ignore its target
+    std::atomic<std::int16_t> torque = 0;                ///< 0x6077, thousandths of the rated torque
     std::atomic<std::uint8_t> nmt = 255, error_register = 0;
     std::atomic<Fault> fault = Fault::kOk;
     std::atomic<std::uint32_t> missed = 0, wrong_length = 0, guard_toggle_errors = 0;
@@ -55,8 +62,10 @@ class NodeLink {
   void receive(const CanFrame& frame) TRN_RT;
   /// Once a period, after all frames were received.
   void step(double q, double qd, bool follow) TRN_RT;
-  /// RPDOs of this period, and a guarding request when one is due; returns how many, at most 5.
-  int fill(std::array<CanFrame, 5>& frames) TRN_RT;
+  static constexpr std::size_t kFramesMax = 6;
+  using Frames = std::array<CanFrame, kFramesMax>;
+  /// RPDOs of this period, a guarding request when one is due, and an SDO request; returns how many.
+  int fill(Frames& frames) TRN_RT;
   /// The bus is gone: what can be known without it.
   void lose(Fault fault) TRN_RT;
   void reset() TRN_RT;
@@ -80,6 +89,7 @@ class NodeLink {
   std::string explain() const;
 
  private:
+  std::string details() const;
   struct Place {
     int pdo = -1, byte = 0, bits = 0;
   };
@@ -89,22 +99,31 @@ class NodeLink {
   void take_state(const CanFrame& frame) TRN_RT;
   void take_emergency(const CanFrame& frame) TRN_RT;
   void watch() TRN_RT;
+  void take_sdo() TRN_RT;
+  void step_sdo() TRN_RT;
+  void show_mode() TRN_RT;
   bool is_due(const Pdo& pdo) const TRN_RT;
   void fail(Fault fault, bool needs_setup) TRN_RT;
-  void put(const Place& place, std::uint64_t value, std::array<CanFrame, 5>& frames) const TRN_RT;
+  void put(const Place& place, std::uint64_t value, Frames& frames) const TRN_RT;
 
   Config config_;
   Cia402Axis axis_;
   Cia402Axis::Input input_;
   Cia402Axis::Output output_;
   Cia402Touch touch_;
-  Place status_, position_, mode_display_, digital_inputs_, touch_status_, touch_rise_, touch_fall_;
+  TickSdo sdo_;
+  Place status_, position_, mode_display_, digital_inputs_, touch_status_, touch_rise_, touch_fall_, torque_;
   Place control_, target_, velocity_, mode_, touch_function_;
   std::unique_ptr<Shared> shared_;
   Fault fault_ = Fault::kOk;
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
   std::uint32_t setups_seen_ = 0, periods_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
+  std::int8_t sent_mode_ = 0, told_mode_ = 0;  ///< by SDO, on its way and taken by the drive
+  std::int8_t wanted_mode_ = 0;                ///< of the last period
+  std::uint32_t since_mode_ = 0;               ///< periods since it changed
+  std::uint32_t since_display_ = 0;            ///< since 0x6061 was asked for
+  bool asks_error_ = false, was_faulty_ = false;
 };
 
 }  // namespace trn

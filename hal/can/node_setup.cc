@@ -9,6 +9,17 @@ namespace trn {
 
 namespace {
 
+constexpr std::int64_t kGuardPause = 10'000'000;  // ns between two questions for the state
+
+bool is_bound(const SetupStep& step) {
+  return step.kind == SetupStep::Kind::kAtMost || step.kind == SetupStep::Kind::kAtLeast;
+}
+
+bool only_reads(const SetupStep& step) {
+  return step.kind == SetupStep::Kind::kCheck || step.kind == SetupStep::Kind::kCheckIfThere ||
+         is_bound(step);
+}
+
 std::string hex(const std::vector<std::uint8_t>& bytes) {
   if (bytes.empty() || bytes.size() > 8) return fmt::format("{} bytes", bytes.size());
   return fmt::format("0x{:X}", get_le(bytes.data(), static_cast<int>(bytes.size())));
@@ -49,10 +60,15 @@ void NodeSetup::receive(const CanFrame& frame, std::int64_t now_ns) {
 void NodeSetup::poll(std::int64_t now_ns) {
   if (finished()) return;
   if (phase_ == Phase::kStart) {
+    if (config_.guards && now_ns >= next_guard_ns_) {
+      nmt_.push_back(guard_request(config_.id));
+      next_guard_ns_ = now_ns + kGuardPause;
+    }
     if (now_ns >= deadline_ns_)
-      fail(fmt::format(
-          "no heartbeat of state 'operational' within {:g} s after it was told to start; check 0x1017",
-          1e-9 * static_cast<double>(config_.boot_timeout_ns)));
+      fail(fmt::format("{} of state 'operational' within {:g} s after it was told to start; check {}",
+                       config_.guards ? "no answer to node guarding" : "no heartbeat",
+                       1e-9 * static_cast<double>(config_.boot_timeout_ns),
+                       config_.guards ? "0x100C and drives.guarding_ms" : "0x1017"));
     return;
   }
   sdo_.poll(now_ns);
@@ -71,7 +87,7 @@ void NodeSetup::finish_signature(std::int64_t now_ns) {
                     "termination, the node id and the bit rate",
                     cob::kSdoAnswer + static_cast<unsigned>(config_.id),
                     1e-9 * static_cast<double>(config_.boot_timeout_ns)));
-  // The consumer heartbeat is 0 at power-on. If it still is what this master wrote, the node has not been
+  // At power-on the object holds something else. If it still is what this master wrote, the node has not been
   // restarted and knows its place. A node that cannot answer for the object counts as restarted, which costs
   // a homing and no more.
   restarted_ = sdo_.state() == SdoClient::State::kAborted || sdo_.data() != config_.signature.bytes;
@@ -84,8 +100,16 @@ void NodeSetup::finish_signature(std::int64_t now_ns) {
 void NodeSetup::begin_step(std::int64_t now_ns) {
   if (step_ == config_.steps.size()) return start(now_ns);
   const SetupStep& step = config_.steps[step_];
-  step.kind == SetupStep::Kind::kCheck ? sdo_.read(step.key, now_ns)
-                                       : sdo_.write(step.key, step.bytes, now_ns);
+  using Kind = SetupStep::Kind;
+  const bool reads = only_reads(step) || (step.kind == Kind::kSetBits && !set_bits_read_);
+  if (reads) return sdo_.read(step.key, now_ns);
+  std::vector<std::uint8_t> bytes = step.bytes;
+  // Of two sizes the shorter counts: the node may know its object better than we do.
+  if (step.kind == Kind::kSetBits) {
+    bytes = found_;
+    for (std::size_t i = 0; i < std::min(bytes.size(), step.bytes.size()); ++i) bytes[i] |= step.bytes[i];
+  }
+  sdo_.write(step.key, bytes, now_ns);
 }
 
 std::string NodeSetup::abort_text() const {
@@ -94,37 +118,71 @@ std::string NodeSetup::abort_text() const {
                      sdo_abort_text(code));
 }
 
+std::string NodeSetup::refusal(const SetupStep& step) const {
+  const bool asks = only_reads(step) || (step.kind == SetupStep::Kind::kSetBits && !set_bits_read_);
+  return fmt::format("{} {} '{}'{}: {}; {}", asks ? "reading" : "writing", to_string(step.key), step.what,
+                     asks ? "" : " = " + hex(step.bytes), abort_text(), step.remedy);
+}
+
+// A refusal; silence never passes.
+bool NodeSetup::may_pass(const SetupStep& step) const {
+  using Kind = SetupStep::Kind;
+  if (!sdo_.aborted_by_node()) return false;
+  const bool absent = sdo_.abort_code() == sdo_abort::kNoObject || sdo_.abort_code() == sdo_abort::kNoSub;
+  const bool needed = step.kind == Kind::kWrite || step.kind == Kind::kCheck;
+  return step.kind == Kind::kWish || is_bound(step) || (absent && !needed);
+}
+
 void NodeSetup::finish_step(std::int64_t now_ns) {
   const SetupStep& step = config_.steps[step_];
   if (sdo_.state() == SdoClient::State::kDone) return judge_value(now_ns);
   // Silence may be a lost frame and is tried again. A refusal would be the same the next time.
   if (!sdo_.aborted_by_node() && tries_++ < config_.retries) return begin_step(now_ns);
+  if (!may_pass(step)) return fail(refusal(step));
   const bool absent = sdo_.abort_code() == sdo_abort::kNoObject || sdo_.abort_code() == sdo_abort::kNoSub;
-  const bool optional = step.kind == SetupStep::Kind::kWriteIfThere && sdo_.aborted_by_node() && absent;
-  if (!optional) {
-    const bool asks = step.kind == SetupStep::Kind::kCheck;
-    return fail(fmt::format("{} {} '{}'{}: {}; {}", asks ? "reading" : "writing", to_string(step.key),
-                            step.what, asks ? "" : " = " + hex(step.bytes), abort_text(), step.remedy));
-  }
+  if (!absent) warnings_.push_back(fmt::format("{}: {}; it goes on without", config_.name, refusal(step)));
+  go_on(now_ns);
+}
+
+void NodeSetup::go_on(std::int64_t now_ns) {
   ++step_;
   tries_ = 0;
+  set_bits_read_ = false;
   begin_step(now_ns);
 }
 
 void NodeSetup::judge_value(std::int64_t now_ns) {
   const SetupStep& step = config_.steps[step_];
-  const bool right = step.kind != SetupStep::Kind::kCheck || sdo_.data() == step.bytes;
-  if (!right)
+  using Kind = SetupStep::Kind;
+  if (step.kind == Kind::kSetBits && !set_bits_read_) {
+    found_ = sdo_.data();
+    set_bits_read_ = true;
+    return begin_step(now_ns);
+  }
+  if (is_bound(step)) judge_bound(step);
+  const bool checks = step.kind == Kind::kCheck || step.kind == Kind::kCheckIfThere;
+  if (checks && sdo_.data() != step.bytes)
     return fail(fmt::format("{} '{}' is {}; {} is expected; {}", to_string(step.key), step.what,
                             hex(sdo_.data()), hex(step.bytes), step.remedy));
-  ++step_;
-  tries_ = 0;
-  begin_step(now_ns);
+  go_on(now_ns);
+}
+
+void NodeSetup::judge_bound(const SetupStep& step) {
+  const auto& data = sdo_.data();
+  const int size = static_cast<int>(std::min<std::size_t>(data.size(), 8));
+  if (size == 0) return;
+  const std::int64_t value = step.is_signed ? get_le_signed(data.data(), size)
+                                            : static_cast<std::int64_t>(get_le(data.data(), size));
+  const bool most = step.kind == SetupStep::Kind::kAtMost;
+  const bool good = most ? value <= step.bound : value >= step.bound;
+  if (good || (value == 0 && step.zero_passes)) return;
+  warnings_.push_back(fmt::format("{}: {} '{}' is {}; {} {} is needed; {}", config_.name, to_string(step.key),
+                                  step.what, value, most ? "at most" : "at least", step.bound, step.remedy));
 }
 
 void NodeSetup::start(std::int64_t now_ns) {
   nmt_.push_back(nmt_frame(NmtCommand::kStart, config_.id));
-  phase_ = config_.wait_for_heartbeat ? Phase::kStart : Phase::kDone;
+  phase_ = config_.wait_for_heartbeat || config_.guards ? Phase::kStart : Phase::kDone;
   deadline_ns_ = now_ns + config_.boot_timeout_ns;
 }
 

@@ -1,13 +1,51 @@
 #include "sim/canopen/emulated_can.h"
 
+#include <algorithm>
 #include <cmath>
+#include <string>
 
+#include "core/units.h"
 #include "hal/can/bus.h"
+#include "hal/can/can_node_config.h"
 #include "hal/can/node_link.h"
+#include "sim/canopen/emulated_drive.h"
+#include "sim/canopen/emulated_homing.h"
+#include "sim/canopen/emulated_units.h"
 #include "sim/simulated_drives.h"
 #include "sim/simulated_joint.h"
 
 namespace trn {
+
+namespace {
+
+// What a drive does not say of its units the config does, as for the master.
+EmulatedUnits emulated_units(const CanNodeConfig& node, const Joint& joint) {
+  EmulatedUnits out;
+  out.counts_per_revolution = node.counts_per_revolution;
+  if (joint.kind != JointKind::kRotary) out.counts_per_m = 1000 * std::abs(node.link.axis.counts_per_unit);
+  out.velocity = 1 / node.units.velocity;
+  out.acceleration = 1 / node.units.acceleration;
+  return out;
+}
+
+// The switches lie so that the method of the config finds the home point where the config has it.
+EmulatedHoming::Switches switches_of(const CanNodeConfig& node, const Joint& joint, double index_distance,
+                                     const ConfigTable& emulation) {
+  const bool rotary = joint.kind == JointKind::kRotary;
+  const double unit = rotary ? kRadPerDeg : 1;
+  const auto length = [&](const std::string& stem, double fallback) {
+    return unit * emulation.number(stem + (rotary ? "_deg" : "_mm"), fallback, kPositive);
+  };
+  const double width = length("home_switch_width", 10.0);
+  const double pitch = length("index_pitch", 5.0);
+  EmulatedHoming::Switches out = EmulatedHoming::at_home(
+      node.homing_method, node.link.axis.counts_per_unit < 0, node.home, index_distance, width);
+  // An index that is farther from the switch than the pitch would not be the first one.
+  out.index_pitch = std::max(pitch, 2 * index_distance);
+  return out;
+}
+
+}  // namespace
 
 std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(const Machine& machine,
                                                                             const CanDrivesConfig& config,
@@ -20,19 +58,20 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
   for (const CanBusConfig& bus : config.buses) {
     out.emplace_back();
     for (const CanNodeConfig& node : bus.nodes) {
+      const Joint& joint = machine.joints[static_cast<std::size_t>(node.link.joint)];
       SimulatedJoint::Config plant = plants.joints[static_cast<std::size_t>(node.link.joint)];
       // The transitions of CiA 402 take their own periods; the plant behind them needs no further time.
       plant.start_up_periods = 0;
       plant.homed = node.link.axis.absolute;
-      // The plant calls the place home where its index pulse is; the drive's home offset (0x607C) is the
-      // position that this place gets.
-      plant.home = node.home - plant.index_distance;
-      out.back().push_back(std::make_unique<EmulatedNode>(EmulatedNode::Config{
-          node.link.id,
-          node.dictionary,
-          {plant, node.link.axis.counts_per_unit, machine.period_s, node.link.touch_input_bit},
-          sync_max,
-          bus.fd}));
+      plant.encoder_offset = -node.link.axis.offset;
+      EmulatedDrive::Config drive{plant, node.link.axis.counts_per_unit, machine.period_s,
+                                  node.link.touch_input_bit};
+      drive.units = emulated_units(node, joint);
+      drive.habits = node.link.axis.habits;
+      drive.offset_is_zero = node.offset_is_zero;
+      drive.switches = switches_of(node, joint, plant.index_distance, table);
+      out.back().push_back(std::make_unique<EmulatedNode>(
+          EmulatedNode::Config{node.link.id, node.dictionary, drive, sync_max, bus.fd}));
     }
   }
   return out;
@@ -62,8 +101,9 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
     buses_.push_back(std::make_unique<VirtualBus>(config_.buses[i].bitrate, config_.buses[i].data_bitrate));
     for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
       buses_.back()->add(*nodes_[i][k]);
-      probe_.wire(*nodes_[i][k], config_.buses[i].nodes[k].link.joint);
-      standing_[config_.buses[i].nodes[k].link.joint] = nodes_[i][k]->drive().joint().measured();
+      const NodeLink::Config& link = config_.buses[i].nodes[k].link;
+      probe_.wire(*nodes_[i][k], link.joint, link.axis.offset);
+      standing_[link.joint] = nodes_[i][k]->drive().joint().measured() + link.axis.offset;
     }
   }
   master_ = std::make_unique<CanDrives>(config_, std::make_unique<Opener>(*this));

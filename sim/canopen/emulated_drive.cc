@@ -11,8 +11,9 @@ namespace trn {
 
 namespace {
 
+constexpr int kStandingPeriods = 5;
+constexpr double kSwitchWidth = 10;  // mm or rad
 constexpr std::uint16_t kFollowingErrorCode = 0x8611, kLimitSwitchCode = 0x8612, kHomingCode = 0x8613;
-constexpr int kIndexMethod = 5, kHereMethod = 37, kHereMethodOld = 35;
 
 std::int64_t mode_number(Cia402Mode mode) { return static_cast<std::int64_t>(mode); }
 
@@ -52,7 +53,8 @@ void EmulatedDrive::power_cycle() {
   joint_.power_cycle();
   state_ = Cia402State::kSwitchOnDisabled;
   control_before_ = 0;
-  homing_ = attained_ = homing_error_ = false;
+  homing_.end();
+  attained_ = homing_error_ = false;
   error_code_ = 0;
   q_before_ = q_target_ = joint_.measured();
   report();
@@ -66,7 +68,8 @@ void EmulatedDrive::drop() {
 
 void EmulatedDrive::raise(std::uint16_t code) {
   error_code_ = code;
-  emergency_ = code;
+  store_.set({0x603F, 0}, code);
+  if (!std::exchange(quiet_, false)) emergency_ = code;
 }
 
 void EmulatedDrive::fail(std::uint16_t code) {
@@ -87,17 +90,19 @@ void EmulatedDrive::step() {
   const auto control = static_cast<std::uint16_t>(control_.get());
   // The state first: in the period in which it is enabled the drive takes its first target.
   obey_controlword(control);
-  mode_now_ = mode_.get();
+  standing_ = joint_.measured() == q_before_ ? standing_ + 1 : 0;
+  if (!config_.habits.stands_to_switch || !powered() || standing_ >= kStandingPeriods)
+    mode_now_ = mode_.get();
   if (state_ == Cia402State::kOperationEnabled && joint_.state() == DriveState::kEnabled) {
-    step_homing(control);
-    q_target_ = target();
+    begin_homing(control);
+    if (!ignores_) q_target_ = target();
   } else {
     // Switched off, the target goes with the axis, so that nothing jumps when power comes back.
     q_target_ = joint_.measured();
     profile_speed_ = 0;
   }
   q_before_ = joint_.measured();
-  joint_.step(q_target_);
+  move_joint();
   follow_joint();
   step_touch();
   control_before_ = control;
@@ -158,7 +163,7 @@ void EmulatedDrive::follow_joint() {
   if (joint_.state() == DriveState::kFault && !faulty) {
     state_ = S::kFaultReactionActive;
     homing_error_ = joint_.fault() == Fault::kHomingFailed;
-    homing_ = false;
+    homing_.end();
     raise(joint_.fault() == Fault::kFollowingError ? kFollowingErrorCode
           : joint_.fault() == Fault::kLimitSwitch  ? kLimitSwitchCode
                                                    : kHomingCode);
@@ -166,17 +171,33 @@ void EmulatedDrive::follow_joint() {
   // First it brakes, and only at rest it is in Fault and can be reset.
   if (state_ == S::kFaultReactionActive && !joint_.braking()) state_ = S::kFault;
   if (state_ == S::kQuickStopActive && joint_.state() == DriveState::kOff) state_ = S::kSwitchOnDisabled;
-  if (homing_ && joint_.state() == DriveState::kEnabled && joint_.homed()) {
-    homing_ = false;
-    attained_ = true;
-  }
+}
+
+// While it homes, the drive goes its own way.
+void EmulatedDrive::move_joint() {
+  if (joint_.state() != DriveState::kHoming) homing_.end();
+  if (!homes_by_itself()) return joint_.step(q_target_);
+  const double speed = homing_.step(joint_.true_place(), joint_.home_switch_dead());
+  joint_.move_itself(speed, homing_acceleration_);
+  if (joint_.state() != DriveState::kHoming || !homing_.stopping() || joint_.wants_to_move()) return;
+  // Without a home offset the encoder reads the true place there.
+  const bool offset = store_.has({0x607C, 0});
+  const double reads =
+      (config_.offset_is_zero ? -1 : 1) * counts_to_unit(static_cast<double>(store_.integer({0x607C, 0})));
+  homing_error_ = homing_.failed();
+  attained_ = !homing_error_;
+  // With a homing error it stands enabled (CiA 402-2, clause 11).
+  attained_ ? joint_.take_home(homing_.home(), offset ? reads : homing_.home()) : joint_.give_up_homing();
+  homing_.end();
 }
 
 double EmulatedDrive::target() {
   if (mode_now_ == mode_number(Cia402Mode::kCyclicPosition)) return cyclic_target();
   // Cyclic velocity: the speed is added up from the last target, as the loop in a drive does.
   if (mode_now_ == mode_number(Cia402Mode::kCyclicVelocity))
-    return q_target_ + counts_to_unit(static_cast<double>(target_velocity_.get())) * config_.period_s;
+    return q_target_ +
+           counts_to_unit(static_cast<double>(target_velocity_.get()) * config_.units.counts_s(store_)) *
+               config_.period_s;
   // Interpolation runs only while bit 4 enables it; else the drive holds its last target.
   if (mode_now_ == mode_number(Cia402Mode::kInterpolatedPosition) && (control_.get() & controlword::kBit4))
     return counts_to_unit(static_cast<double>(interpolation_.get()));
@@ -188,10 +209,19 @@ double EmulatedDrive::target() {
 double EmulatedDrive::cyclic_target() {
   const double goal = counts_to_unit(static_cast<double>(target_position_.get()));
   // A new target begins a new line. One that comes again lets the line run out.
-  if (goal != cyclic_goal_) steps_left_ = config_.interpolation_steps;
+  if (goal != cyclic_goal_) steps_left_ = interpolation_steps();
   cyclic_goal_ = goal;
   if (steps_left_ <= 1) return goal;
   return q_target_ + (goal - q_target_) / steps_left_--;
+}
+
+// 0x60C2: value * 10^exponent s between two targets, in periods of the drive's own clock
+int EmulatedDrive::interpolation_steps() const {
+  const std::int64_t value = store_.integer({0x60C2, 1});
+  if (value <= 0) return config_.interpolation_steps;
+  const double time_s =
+      static_cast<double>(value) * std::pow(10.0, static_cast<double>(store_.integer({0x60C2, 2})));
+  return std::max(1, static_cast<int>(std::lround(time_s / config_.period_s)));
 }
 
 // Profile position, one setpoint at a time (CiA 402-2, 9.2): a trapezoid towards the last accepted target
@@ -200,8 +230,10 @@ double EmulatedDrive::profile_target() {
   if (rising) profile_goal_ = counts_to_unit(static_cast<double>(target_position_.get()));
   acknowledge_ = control_.get() & controlword::kBit4;
   const double scale = std::abs(config_.counts_per_unit), dt = config_.period_s;
-  const double a = std::max(1.0, static_cast<double>(store_.integer({0x6083, 0}))) / scale;
-  const double v_max = std::max(1.0, static_cast<double>(store_.integer({0x6081, 0}))) / scale;
+  const double a = std::max(1.0, static_cast<double>(store_.integer({0x6083, 0}))) *
+                   config_.units.counts_s2(store_) / scale;
+  const double v_max = std::max(1.0, static_cast<double>(store_.integer({0x6081, 0}))) *
+                       config_.units.counts_s(store_) / scale;
   const double way = profile_goal_ - q_target_;
   // The speed from which the way that is left is just enough to stop: v^2 = 2 a s.
   const double v_wanted = std::copysign(std::min(v_max, std::sqrt(2 * a * std::abs(way))), way);
@@ -210,24 +242,41 @@ double EmulatedDrive::profile_target() {
   return std::abs(way) <= std::abs(step) ? profile_goal_ : q_target_ + step;
 }
 
-void EmulatedDrive::step_homing(std::uint16_t control) {
+EmulatedHoming::Switches EmulatedDrive::switches(int method) const {
+  const SimulatedJoint::Config& joint = config_.joint;
+  const bool reverse = config_.counts_per_unit < 0;
+  EmulatedHoming::Switches out =
+      config_.switches ? *config_.switches
+                       : EmulatedHoming::at_home(method, reverse, joint.home + joint.index_distance,
+                                                 joint.index_distance, kSwitchWidth);
+  out.limit_low = joint.switch_min;
+  out.limit_high = joint.switch_max;
+  return out;
+}
+
+void EmulatedDrive::begin_homing(std::uint16_t control) {
   if (mode_now_ != mode_number(Cia402Mode::kHoming)) return;
   const bool rising = (control & ~control_before_) & controlword::kBit4;
-  if (!rising) return;
+  if (!rising || homing_.running()) return;
   attained_ = homing_error_ = false;
-  const std::int64_t method = store_.integer({0x6098, 0});
-  if (method == kIndexMethod) {
-    // Method 5: the home switch at the lower end, then the index pulse.
-    homing_ = true;
-    joint_.home();
-  } else if (method == kHereMethod || method == kHereMethodOld) {
-    // Method 37, and 35 as it was numbered before: home is where the axis stands.
-    joint_.take_position(counts_to_unit(static_cast<double>(store_.integer({0x607C, 0}))));
-    q_target_ = joint_.measured();
-    attained_ = true;
-  } else {
+  const auto method = static_cast<int>(store_.integer({0x6098, 0}));
+  if (!EmulatedHoming::knows(method)) {
     homing_error_ = true;
+    return;
   }
+  const double scale = std::abs(config_.counts_per_unit);
+  const auto told = [&](ObjectKey key, double units, double otherwise) {
+    const std::int64_t value = store_.integer(key);
+    return value > 0 ? static_cast<double>(value) * units / scale : otherwise;
+  };
+  const double counts_s = config_.units.counts_s(store_);
+  const EmulatedHoming::Run run{method, config_.counts_per_unit < 0,
+                                told({0x6099, 1}, counts_s, config_.joint.speed_search),
+                                told({0x6099, 2}, counts_s, config_.joint.speed_index)};
+  homing_acceleration_ =
+      told({0x609A, 0}, config_.units.counts_s2(store_), config_.joint.acceleration_homing);
+  joint_.begin_homing();
+  homing_.begin(run, switches(method), joint_.true_place());
 }
 
 // Switched off it forgets, switched on it waits (CiA 402-2, objects 0x60B8 and 0x60B9)
@@ -253,13 +302,15 @@ void EmulatedDrive::report() {
   const bool homing_mode = mode_now_ == mode_number(Cia402Mode::kHoming);
   const bool enabled = state_ == Cia402State::kOperationEnabled;
   if (homing_mode) {
-    if (attained_ && !homing_) status |= statusword::kBit12 | statusword::kTargetReached;
+    if (attained_ && !homing_.running()) status |= statusword::kBit12;
+    if (attained_ && !homing_.running() && config_.habits.homing_reached)
+      status |= statusword::kTargetReached;
     if (homing_error_) status |= statusword::kBit13;
   } else if (mode_now_ == mode_number(Cia402Mode::kProfilePosition)) {
     if (acknowledge_) status |= statusword::kBit12;
     if (q_target_ == profile_goal_) status |= statusword::kTargetReached;
-  } else if (enabled) {
-    status |= statusword::kBit12;
+  } else if (enabled && config_.habits.follows_bit) {
+    status |= ignores_ ? statusword::kInternalLimit : statusword::kBit12;
   }
   if (error_code_ == kFollowingErrorCode) status |= statusword::kBit13;
   if (joint_.on_limit_switch()) status |= statusword::kInternalLimit;
@@ -267,7 +318,8 @@ void EmulatedDrive::report() {
   mode_display_.set(mode_now_);
   const double q = joint_.measured();
   position_.set(std::llround(q * config_.counts_per_unit));
-  velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit));
+  velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit /
+                             config_.units.counts_s(store_)));
   // Limit switches are named by the drive's own direction, which is the other way round on a reversed axis.
   const bool positive = config_.counts_per_unit > 0 ? q > 0 : q < 0;
   const std::int64_t touch = contact_ ? std::int64_t{1} << config_.touch_input_bit : 0;

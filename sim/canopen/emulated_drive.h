@@ -1,9 +1,14 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
+#include <vector>
 
 #include "hal/can/cia402.h"
+#include "hal/can/cia402_axis.h"
 #include "hal/can/sdo.h"
+#include "sim/canopen/emulated_homing.h"
+#include "sim/canopen/emulated_units.h"
 #include "sim/canopen/object_store.h"
 #include "sim/simulated_joint.h"
 
@@ -18,7 +23,12 @@ class EmulatedDrive {
     double counts_per_unit = 1;  ///< per mm or rad
     double period_s = 0.001;
     unsigned touch_input_bit = 16;  ///< of 0x60FD
-    int interpolation_steps = 1;    ///< periods of its own between two cyclic targets (0x60C2)
+    EmulatedUnits units = {};
+    DriveHabits habits = {};
+    bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
+    /// None: as the joint's own config has them, one index above a switch at the lower end.
+    std::optional<EmulatedHoming::Switches> switches = {};
+    int interpolation_steps = 1;  ///< periods of its own between two cyclic targets, without a 0x60C2
   };
 
   EmulatedDrive(const Config& config, ObjectStore& store);
@@ -33,6 +43,11 @@ class EmulatedDrive {
   void power_cycle();
   /// Out of Operation Enabled for no reason that it tells.
   void drop();
+  /// Enabled, it stays where it is and tells so by bits 11 and 12; false: it follows again.
+  void ignore_targets(bool ignores) { ignores_ = ignores; }
+  /// The next fault comes without an emergency message.
+  void keep_quiet() { quiet_ = true; }
+  DriveHabits& habits() { return config_.habits; }
   /// Code of a new emergency since the last call, or -1; 0 means that all errors are gone.
   int take_emergency();
 
@@ -40,6 +55,7 @@ class EmulatedDrive {
   void touch(bool contact, double q);
 
   SimulatedJoint& joint() { return joint_; }
+  const SimulatedJoint& joint() const { return joint_; }
   Cia402State state() const { return state_; }
   bool powered() const {
     return state_ == Cia402State::kOperationEnabled || state_ == Cia402State::kQuickStopActive;
@@ -58,8 +74,12 @@ class EmulatedDrive {
   void follow_joint();
   double target();
   double cyclic_target();
+  int interpolation_steps() const;
   double profile_target();
-  void step_homing(std::uint16_t control);
+  void begin_homing(std::uint16_t control);
+  void move_joint();
+  EmulatedHoming::Switches switches(int method) const;
+  bool homes_by_itself() const { return homing_.running(); }
   void step_touch();
   void report();
   double counts_to_unit(double counts) const { return counts / config_.counts_per_unit; }
@@ -77,7 +97,11 @@ class EmulatedDrive {
   bool contact_ = false;
   double cyclic_goal_ = 0;
   int steps_left_ = 0;  ///< to it
-  bool homing_ = false, attained_ = false, homing_error_ = false, acknowledge_ = false;
+  EmulatedHoming homing_;
+  double homing_acceleration_ = 0;
+  bool ignores_ = false, quiet_ = false;
+  int standing_ = 0;  ///< periods without motion
+  bool attained_ = false, homing_error_ = false, acknowledge_ = false;
   int emergency_ = -1;
   std::uint16_t error_code_ = 0;
 };

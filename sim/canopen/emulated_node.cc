@@ -40,7 +40,7 @@ void EmulatedNode::boot(std::int64_t now_ns, bool power) {
   rpdos_.clear();
   tpdos_.clear();
   nmt_ = NmtState::kPreOperational;
-  master_known_ = false;
+  master_known_ = guarded_ = false;
   guard_toggle_ = false;
   next_beat_ns_ = now_ns;
   last_step_ns_ = last_sync_ns_ = now_ns;
@@ -109,6 +109,10 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
   if (frame.id == cob::kNmt && frame.size >= 2 && (frame.data[1] == 0 || frame.data[1] == id))
     return obey_nmt(static_cast<NmtCommand>(frame.data[0]), now_ns);
   if (frame.id == cob::kGuard + id && frame.remote) {
+    // A node that beats does not answer to guarding (CiA 301, 7.2.8.2.2.3).
+    if (no_heartbeat_ || store_.integer({0x1017, 0}) > 0) return;
+    guard_seen_ns_ = now_ns;
+    guarded_ = true;
     CanFrame answer = heartbeat_frame(config_.id, nmt_);
     // The toggle bit of node guarding, by which the master tells that an answer is a new one (CiA 301).
     answer.data[0] |= guard_toggle_ ? 0x80 : 0;
@@ -203,8 +207,12 @@ void EmulatedNode::watch_master(std::int64_t now_ns) {
   const auto consumed = static_cast<std::uint32_t>(store_.integer({0x1016, 1}));
   const std::int64_t limit_ns = 1'000'000LL * (consumed & 0xFFFF);
   const bool late = master_known_ && limit_ns > 0 && now_ns - master_seen_ns_ > limit_ns;
-  if (!late) return;
-  master_known_ = false;
+  // Life guarding begins with the first question (CiA 301, 7.2.8.2.2.2).
+  const std::int64_t life_ns = 1'000'000LL * store_.integer({0x100C, 0}) * store_.integer({0x100D, 0});
+  const bool unasked = guarded_ && life_ns > 0 && now_ns - guard_seen_ns_ > life_ns;
+  if (!late && !unasked) return;
+  if (late) master_known_ = false;
+  if (unasked) guarded_ = false;
   drive_.lose_connection(kHeartbeatCode);
 }
 
@@ -276,6 +284,11 @@ void EmulatedNode::trouble(Trouble kind, std::int64_t value, std::int64_t now_ns
     case Trouble::kLie:
       lie_ = value;
       return;
+    case Trouble::kIgnore:
+      return drive_.ignore_targets(value != 0);
+    case Trouble::kQuietFault:
+      drive_.keep_quiet();
+      return drive_.fail(code);
     case Trouble::kPreOperational:
       return obey_nmt(NmtCommand::kPreOperational, now_ns);
   }

@@ -34,7 +34,7 @@ class EmulatedNode {
     kReset,           ///< off and on
     kEmergency,       ///< emergency message with code `value`, goes on working
     kFault,           ///< fault with code `value`
-    kNoHeartbeat,     ///< value 0: again
+    kNoHeartbeat,     ///< and no answer to guarding; value 0: again
     kHeartbeatLate,   ///< the next heartbeat comes `value` us late
     kDrop,            ///< leaves Operation Enabled
     kDuplicate,       ///< every TPDO twice (value 0: no more)
@@ -44,6 +44,8 @@ class EmulatedNode {
     kSlow,            ///< answers `value` us late
     kLie,             ///< position off by `value` counts
     kPreOperational,  ///< leaves the operational state
+    kIgnore,          ///< does not follow its target (value 0: follows again)
+    kQuietFault,      ///< fault with code `value`, without an emergency message
   };
 
   explicit EmulatedNode(const Config& config);
@@ -92,7 +94,8 @@ class EmulatedNode {
   FrameQueue out_{1000}, answers_{200};
   std::vector<MappedPdo> rpdos_, tpdos_;
   std::int64_t next_beat_ns_ = 0, master_seen_ns_ = 0, last_step_ns_ = 0, last_sync_ns_ = 0;
-  bool booted_ = false, master_known_ = false, guard_toggle_ = false;
+  std::int64_t guard_seen_ns_ = 0;
+  bool booted_ = false, master_known_ = false, guarded_ = false, guard_toggle_ = false;
   bool silent_ = false, no_heartbeat_ = false, duplicate_ = false, reorder_ = false, short_ = false;
   std::int64_t slow_ns_ = 0, lie_ = 0;
   CanFrame held_back_;

@@ -26,7 +26,7 @@ EmulatedProbe::EmulatedProbe(const Machine& machine, const ConfigTable& drives)
 
 JointVec EmulatedProbe::where() const TRN_RT {
   JointVec q = q_before_;
-  for (const auto& [node, joint] : nodes_) q[joint] = node->drive().joint().measured();
+  for (const Wire& wire : nodes_) q[wire.joint] = wire.node->drive().joint().measured() + wire.offset;
   return q;
 }
 
@@ -49,8 +49,10 @@ void EmulatedProbe::step() TRN_RT {
     // tip touched.
     const double share = share_at_change(q);
     contact_ = !contact_;
-    for (const auto& [node, joint] : nodes_)
-      node->drive().touch(contact_, q_before_[joint] + share * (q[joint] - q_before_[joint]));
+    for (const Wire& wire : nodes_) {
+      const double before = q_before_[wire.joint], there = before + share * (q[wire.joint] - before);
+      wire.node->drive().touch(contact_, there - wire.offset);
+    }
   }
   q_before_ = q;
 }

@@ -22,7 +22,8 @@ class EmulatedProbe {
   EmulatedProbe(const Machine& machine, const ConfigTable& drives);
 
   /// `node` must outlive this.
-  void wire(EmulatedNode& node, int joint) { nodes_.emplace_back(&node, joint); }
+  /// `offset`: where its encoder counts zero, mm or rad.
+  void wire(EmulatedNode& node, int joint, double offset) { nodes_.push_back({&node, joint, offset}); }
   /// The drives have moved.
   void step() TRN_RT;
 
@@ -33,7 +34,12 @@ class EmulatedProbe {
   std::unique_ptr<Kinematics> kinematics_;
   TouchTable table_;
   Vec3 tool_offset_ = Vec3::Zero();
-  std::vector<std::pair<EmulatedNode*, int>> nodes_;
+  struct Wire {
+    EmulatedNode* node;
+    int joint;
+    double offset;
+  };
+  std::vector<Wire> nodes_;
   JointVec q_before_;
   bool contact_ = false;
 };

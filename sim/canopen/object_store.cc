@@ -4,8 +4,11 @@ namespace trn {
 
 namespace {
 
+constexpr std::uint32_t kPdoOff = 0x80000000, kIdentifier = 0x1FFFFFFF;
+
 bool in_range(std::uint16_t index, unsigned first) { return index >= first && index < first + 4; }
 bool is_mapping(std::uint16_t index) { return in_range(index, 0x1600) || in_range(index, 0x1A00); }
+bool is_record(std::uint16_t index) { return in_range(index, 0x1400) || in_range(index, 0x1800); }
 bool is_receive(std::uint16_t index) { return index < 0x1800; }
 
 }  // namespace
@@ -69,11 +72,20 @@ std::uint32_t ObjectStore::write(ObjectKey key, std::span<const std::uint8_t> by
 // A mapping changes only while its PDO is off and, but for sub-index 0, while it is empty (CiA
 // 301, 7.5.2.36).
 std::uint32_t ObjectStore::check_pdo_write(ObjectKey key, std::int64_t value) const {
+  if (is_record(key.index) && key.sub == 1) return check_identifier(key, static_cast<std::uint32_t>(value));
   if (!is_mapping(key.index)) return 0;
   const auto record = static_cast<std::uint16_t>(key.index - 0x200);
-  const bool off = static_cast<std::uint32_t>(integer({record, 1})) & 0x80000000u;
+  const bool off = static_cast<std::uint32_t>(integer({record, 1})) & kPdoOff;
   if (!off) return sdo_abort::kAccess;
   return key.sub == 0 ? check_mapping_length(key, value) : check_mapping(key, value);
+}
+
+// While a PDO is on its identifier stays (CiA 301, 7.5.2.35).
+std::uint32_t ObjectStore::check_identifier(ObjectKey key, std::uint32_t value) const {
+  const auto now = static_cast<std::uint32_t>(integer(key));
+  const bool other = (value & kIdentifier) != (now & kIdentifier);
+  if (other && !(now & kPdoOff)) return sdo_abort::kValueRange;
+  return (value & kIdentifier) == 0 ? sdo_abort::kValueRange : 0;
 }
 
 std::uint32_t ObjectStore::check_mapping(ObjectKey key, std::int64_t value) const {

@@ -32,6 +32,7 @@ class ObjectStore {
 
  private:
   std::uint32_t check_pdo_write(ObjectKey key, std::int64_t value) const;
+  std::uint32_t check_identifier(ObjectKey key, std::uint32_t value) const;
   std::uint32_t check_mapping(ObjectKey key, std::int64_t value) const;
   std::uint32_t check_mapping_length(ObjectKey key, std::int64_t count) const;
 

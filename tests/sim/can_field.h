@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <functional>
 #include <iterator>
@@ -23,6 +25,24 @@ namespace trn {
 using Edits = std::vector<std::pair<std::string, std::string>>;
 
 inline constexpr int kReady = 200;  ///< periods until everything must be enabled
+
+/// Greatest mean speed over so many periods, long enough that the overshoot of a servo does not count.
+class Speedometer {
+ public:
+  explicit Speedometer(std::size_t periods) : periods_(periods) {}
+  void take(double place, double period_s) {
+    places_.push_back(place);
+    if (places_.size() <= periods_) return;
+    const double way = place - places_[places_.size() - 1 - periods_];
+    fastest_ = std::max(fastest_, std::abs(way) / (static_cast<double>(periods_) * period_s));
+  }
+  double fastest() const { return fastest_; }
+
+ private:
+  std::size_t periods_;
+  std::vector<double> places_;
+  double fastest_ = 0;
+};
 
 /// A machine on buses in memory, driven tick by tick.
 class Field {

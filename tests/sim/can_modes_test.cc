@@ -1,15 +1,20 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/units.h"
 #include "hal/can/bus.h"
+#include "hal/can/cia402.h"
 #include "hal/can/frame.h"
 #include "hal/can/node_link.h"
 #include "sim/canopen/emulated_node.h"
 #include "tests/sim/can_field.h"
+#include "tests/support/eds_sheet.h"
 
 // Other modes than cyclic position, guarding instead of heartbeats, homing by method: the real master against
 // emulated drives.
@@ -112,6 +117,108 @@ TEST(NodeGuarding, SeesANodeThatLeavesTheOperationalState) {
   EXPECT_EQ(field.feedback.fault_joint, 2);
 }
 
+/// Every node of the cradle by a data sheet of its own.
+Edits by_sheet(const std::string& text) { return {{"eds/servo.eds", sheet_file(text)}}; }
+
+// A drive that knows no 0x1016, as many do: asked every 50 ms, lost after three times that.
+TEST(NodeGuarding, TakesThePlaceOfHeartbeatsThatADriveCannotHear) {
+  Field field("cradle_can.toml", by_sheet(sheet_text({"1016"})));
+  field.start();
+  field.home();
+  EXPECT_EQ(field.node(2).store().integer({0x100C, 0}), 50);
+  EXPECT_EQ(field.node(2).store().integer({0x100D, 0}), 3);
+  EXPECT_EQ(field.node(2).store().integer({0x1017, 0}), 0);
+  for (int i = 0; i < 500; ++i) field.tick();
+  ASSERT_EQ(field.feedback.fault, Fault::kOk) << field.drives.explain_fault(-1);
+  field.trouble(2, EmulatedNode::Trouble::kNoHeartbeat, 1);
+  const int periods = field.until([&] { return field.feedback.fault != Fault::kOk; }, 80);
+  EXPECT_GT(periods, 45) << "150 ms, of which up to 50 may have passed";
+  EXPECT_EQ(field.feedback.fault, Fault::kHeartbeatLost);
+  EXPECT_NE(field.drives.explain_fault(2).find("no answer to node guarding (0x703)"), std::string::npos)
+      << field.drives.explain_fault(2);
+}
+
+TEST(NodeGuarding, ADriveThatIsNotAskedAnyMoreStopsByItself) {
+  Field field("cradle_can.toml", by_sheet(sheet_text({"1016"})));
+  field.start();
+  for (int i = 0; i < 100; ++i) field.tick();
+  // SYNC goes on, so that nothing but life guarding can tell.
+  EmulatedNode& node = field.node(2);
+  const std::int64_t begin_ns = field.bus().now_ns();
+  for (std::int64_t ms = 0; ms < 210; ms += 2) {
+    if (ms < 100) {
+      EXPECT_EQ(node.drive().state(), Cia402State::kOperationEnabled) << ms;
+    }
+    node.receive(sync_frame(0), begin_ns + 1'000'000 * ms);
+    node.poll(begin_ns + 1'000'000 * ms);
+  }
+  EXPECT_EQ(node.drive().state(), Cia402State::kFault);
+  EXPECT_EQ(node.store().integer({0x603F, 0}), 0x8130);
+}
+
+// Reset after a fault of the link: the drives were not restarted, and keep their zero, without a 0x1016.
+TEST(NodeGuarding, ADriveThatWasNotRestartedKeepsItsZero) {
+  Field field("cradle_can.toml", by_sheet(sheet_text({"1016"})));
+  field.start();
+  field.home();
+  const unsigned all = field.feedback.homed_mask;
+  field.bus().set_state(BusState::kDown, true);
+  for (int i = 0; i < 100; ++i) field.tick();
+  field.drives.quick_stop();
+  for (int i = 0; i < 60; ++i) field.tick();
+  field.reset();
+  field.tick();
+  ASSERT_GE(field.until([&] { return field.enabled(); }, 400), 0) << field.drives.explain_fault(-1);
+  EXPECT_EQ(field.feedback.homed_mask, all);
+  field.trouble(2, EmulatedNode::Trouble::kReset, 0);
+  field.tick();
+  field.drives.quick_stop();
+  for (int i = 0; i < 100; ++i) field.tick();
+  field.reset();
+  field.tick();
+  ASSERT_GE(field.until([&] { return field.enabled(); }, 400), 0) << field.drives.explain_fault(-1);
+  EXPECT_EQ(field.feedback.homed_mask, all & ~4u);
+}
+
+TEST(BringUp, UnusedPdosKeepTheirIdentifierAndAreOff) {
+  Field field("cradle_can.toml");
+  field.start();
+  EXPECT_EQ(field.node(0).store().integer({0x1800, 1}), 0x181) << "in use";
+  EXPECT_EQ(field.node(0).store().integer({0x1803, 1}), 0x80000481);
+  EXPECT_EQ(field.node(0).store().integer({0x1403, 1}), 0x80000501);
+}
+
+TEST(BringUp, ARefusedWishIsAWarningAndASkippedObjectIsNeverAsked) {
+  Field field("cradle_can.toml");
+  field.tick();
+  field.trouble(1, EmulatedNode::Trouble::kRefuse, 0x6085);
+  field.start();
+  const std::vector<std::string> warnings = field.drives.warnings();
+  ASSERT_EQ(warnings.size(), 1u);
+  EXPECT_EQ(warnings[0].find("can0 node 2 (joint Y): writing 0x6085:0 'Quick stop deceleration'"), 0u)
+      << warnings[0];
+  Field skipping("cradle_can.toml", {{"homing_method = 5", "homing_method = 5\nskip = [\"0x6085\"]"}});
+  skipping.tick();
+  skipping.trouble(1, EmulatedNode::Trouble::kRefuse, 0x6085);
+  skipping.start();
+  EXPECT_TRUE(skipping.drives.warnings().empty());
+}
+
+TEST(BringUp, AnotherDriveThanTheDataSheetsIsRefused) {
+  Field field("cradle_can.toml");
+  field.tick();
+  field.node(3).store().set({0x1018, 2}, 0x403);
+  try {
+    field.drives.bring_up();
+    FAIL() << "another product came up";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what())
+                  .find("0x1018:2 'Identity object: Product code' is 0x403; 0x402 is expected"),
+              std::string::npos)
+        << error.what();
+  }
+}
+
 TEST(HomingMethods, HereTakesThePositionWithoutMoving) {
   Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = 37"}});
   field.start();
@@ -121,7 +228,7 @@ TEST(HomingMethods, HereTakesThePositionWithoutMoving) {
 }
 
 TEST(HomingMethods, AnUnknownOneIsAFaultThatSaysSo) {
-  Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = 17"}});
+  Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = 15"}});
   field.start();
   field.drives.request_home(1);
   EXPECT_GE(field.until([&] { return field.feedback.fault != Fault::kOk; }, 2000), 0);

@@ -81,6 +81,24 @@ TEST_F(EmulatedDrives, TheFirstFaultIsTheOneThatIsTold) {
   EXPECT_EQ(drive_.take_emergency(), 0) << "all is well";
 }
 
+// 0x60C2: targets every 4 ms, a clock of 1 ms: a quarter of the way each.
+TEST_F(EmulatedDrives, InterpolatesOverTheTimeItIsTold) {
+  store_.set({0x60C2, 1}, 4);
+  store_.set({0x60C2, 2}, -3);
+  enable(Cia402Mode::kCyclicPosition);
+  for (int k = 1; k <= 100; ++k) {
+    set(0x607A, 80 * k);
+    steps(4);
+  }
+  std::int64_t before = get(0x6064);
+  set(0x607A, 80 * 101);
+  for (int i = 0; i < 4; ++i) {
+    steps(1);
+    EXPECT_NEAR(static_cast<double>(get(0x6064) - before), 20, 3) << i;
+    before = get(0x6064);
+  }
+}
+
 // 5 mm at 20 mm/s with 400 mm/s^2: 0.05 s up, 0.2 s along, 0.05 s down. Acknowledged by bit 12, reached by
 // bit 10.
 TEST_F(EmulatedDrives, AProfileIsATrapezoid) {

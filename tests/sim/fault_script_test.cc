@@ -38,7 +38,9 @@ TEST(FaultScript, EveryKindHasItsName) {
                                                   {"refuse", Trouble::kRefuse},
                                                   {"slow", Trouble::kSlow},
                                                   {"lie", Trouble::kLie},
-                                                  {"pre_operational", Trouble::kPreOperational}};
+                                                  {"pre_operational", Trouble::kPreOperational},
+                                                  {"ignore", Trouble::kIgnore},
+                                                  {"quiet_fault", Trouble::kQuietFault}};
   for (const auto& [name, kind] : rows) {
     const FaultScript script = read("[[fault]]\nat_s = 2.5\nnode = 7\nkind = \"" + name + "\"\n");
     ASSERT_EQ(script.events.size(), 1u);

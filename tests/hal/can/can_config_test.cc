@@ -5,8 +5,10 @@
 #include <fstream>
 #include <iterator>
 #include <string>
+#include <vector>
 
 #include "core/machine.h"
+#include "hal/can/node_setup.h"
 #include "hal/can/sdo.h"
 #include "tests/support/paths.h"
 
@@ -61,6 +63,43 @@ TEST(CanConfig, WritesAreOfObjectsThatThereAre) {
             std::string::npos)
       << refusal(write_of("0x6041", "0", "0"));
   EXPECT_NE(refusal(write_of("0x0FFF", "0", "0")), "");
+}
+
+TEST(CanConfig, WhatIsSkippedIsAnObject) {
+  EXPECT_EQ(refusal("skip = [\"0x6085\", \"0x60c2:2\"]\n"), "");
+  for (const char* bad : {"6085", "0x60C2:256", "0x60C2:", "0x123456", "quick stop", ""})
+    EXPECT_NE(refusal(std::string("skip = [\"") + bad + "\"]\n").find("is no object"), std::string::npos)
+        << bad;
+}
+
+TEST(CanConfig, TheInterpolationPeriodIsThatOfTheMachine) {
+  EXPECT_EQ(refusal("interpolation_period = [20, -4]\n"), "") << "2 ms";
+  for (const char* bad : {"[2, -4]", "[2]", "[0.5, -3]", "[2000, -6]"})
+    EXPECT_NE(refusal(std::string("interpolation_period = ") + bad + "\n").find("must be machine.period_s"),
+              std::string::npos)
+        << bad;
+  const CanDrivesConfig config = cradle_with("interpolation_period = [20, -4]\n");
+  for (const SetupStep& step : config.buses.at(0).nodes.at(0).setup.steps) {
+    if (step.key == ObjectKey{0x60C2, 1}) {
+      EXPECT_EQ(step.bytes.at(0), 20);
+    }
+    if (step.key == ObjectKey{0x60C2, 2}) {
+      EXPECT_EQ(static_cast<std::int8_t>(step.bytes.at(0)), -4);
+    }
+  }
+}
+
+// servo.eds: product 0x402, and a vendor of 0, which says nothing
+TEST(CanConfig, IdentityIsTheDataSheetsUnlessTheConfigSaysOtherwise) {
+  const auto checks = [](const std::string& text) {
+    std::vector<std::uint64_t> out;
+    const CanDrivesConfig config = cradle_with(text);
+    for (const SetupStep& step : config.buses.at(0).nodes.at(0).setup.steps)
+      if (step.key.index == 0x1018) out.insert(out.end(), {step.key.sub, get_le(step.bytes.data(), 4)});
+    return out;
+  };
+  EXPECT_EQ(checks(""), (std::vector<std::uint64_t>{2, 0x402}));
+  EXPECT_EQ(checks("vendor = 7\nproduct = 0\n"), (std::vector<std::uint64_t>{1, 7}));
 }
 
 }  // namespace

@@ -127,5 +127,17 @@ TEST(Eds, CompactListsAreKnownAndOtherSuffixesAreNot) {
   EXPECT_EQ(warnings("Names")[0], "x.eds:4: section [1003names] is not known; left out");
 }
 
+// Two public files of drives have it: with the limit the master's own heartbeat could not be written.
+TEST(Eds, ALimitThatLeavesNoRoomForTheMastersIdIsLeftOut) {
+  const ObjectDictionary out = parse_eds(
+      "[1016]\nParameterName=Consumer\nObjectType=8\n[1016sub1]\nParameterName=x\nDataType=7\n"
+      "AccessType=rw\nLowLimit=0\nHighLimit=65535\n",
+      "elmo.eds", 1);
+  EXPECT_FALSE(out.find({0x1016, 1})->high);
+  ASSERT_EQ(out.warnings.size(), 1u);
+  EXPECT_EQ(out.warnings[0],
+            "elmo.eds:4: HighLimit 65535 of [1016sub1] leaves no room for a node id; left out");
+}
+
 }  // namespace
 }  // namespace trn

@@ -56,7 +56,8 @@ TEST_F(NodeLinkTest, AMissingHeartbeatNeedsNoSetup) {
   step();
   EXPECT_EQ(link->fault(), Fault::kHeartbeatLost);
   EXPECT_FALSE(link->shared().needs_setup.load());
-  EXPECT_EQ(link->explain(), "node 5: no heartbeat (0x705) for more than 10 periods, feedback still comes");
+  EXPECT_EQ(link->explain(),
+            "node 5: no answer to node guarding (0x705) for more than 10 periods, feedback still comes");
 }
 
 TEST_F(NodeLinkTest, ANodeThatRestartsOrLeavesItsStateIsSetUpAgain) {
@@ -95,7 +96,7 @@ TEST_F(NodeLinkTest, GuardingAnswersAlternate) {
 }
 
 TEST_F(NodeLinkTest, AGuardingAnswerIsAskedForEverySoManyPeriods) {
-  std::array<CanFrame, 5> frames;
+  NodeLink::Frames frames;
   int requests = 0;
   for (int i = 1; i <= 12; ++i) {
     const int count = link->fill(frames);

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 // One node's answers by hand; SDO frames as CiA 301, 7.2.4.3 lays them out.
@@ -104,6 +105,67 @@ TEST_F(NodeSetupSteps, ItIsDoneWithTheFirstHeartbeatOfTheOperationalState) {
   EXPECT_FALSE(setup.finished());
   setup.receive(heartbeat_frame(5, NmtState::kOperational), 3000 * kMs - 1);
   EXPECT_TRUE(setup.finished());
+  EXPECT_EQ(setup.error(), "");
+}
+
+NodeSetup::Config one_step(SetupStep::Kind kind, ObjectKey key, std::vector<std::uint8_t> bytes) {
+  NodeSetup::Config config = config_of_node_5();
+  config.steps = {{kind, key, std::move(bytes), "object", "look it up"}};
+  return config;
+}
+
+// 0x06090030: value out of range; 0x06020000: no such object
+TEST(NodeSetup, AWishThatIsRefusedIsAWarning) {
+  NodeSetup setup(one_step(SetupStep::Kind::kWish, {0x6085, 0}, {8}), 0);
+  answer(setup, {0x4B, 0x16, 0x10, 0x01, 1, 2, 0, 0}, 0);
+  answer(setup, {0x80, 0x85, 0x60, 0x00, 0x30, 0x00, 0x09, 0x06}, 0);
+  EXPECT_EQ(setup.error(), "");
+  ASSERT_EQ(setup.warnings().size(), 1u);
+  EXPECT_EQ(setup.warnings()[0].find("node 5: writing 0x6085:0 'object' = 0x8: SDO abort 0x06090030"), 0u)
+      << setup.warnings()[0];
+  EXPECT_EQ(sent(setup).back(), "000#01 05") << "it goes on";
+  NodeSetup silent(one_step(SetupStep::Kind::kWish, {0x6085, 0}, {8}), 0);
+  answer(silent, {0x4B, 0x16, 0x10, 0x01, 1, 2, 0, 0}, 0);
+  silent.poll(500 * kMs);
+  silent.poll(1000 * kMs);
+  EXPECT_NE(silent.error(), "") << "silence is no refusal";
+}
+
+TEST(NodeSetup, AnObjectThatIsNotThereIsNoWarning) {
+  for (const auto kind : {SetupStep::Kind::kWish, SetupStep::Kind::kWriteIfThere,
+                          SetupStep::Kind::kCheckIfThere, SetupStep::Kind::kSetBits}) {
+    NodeSetup setup(one_step(kind, {0x6085, 0}, {8}), 0);
+    answer(setup, {0x4B, 0x16, 0x10, 0x01, 1, 2, 0, 0}, 0);
+    answer(setup, {0x80, 0x85, 0x60, 0x00, 0, 0, 2, 6}, 0);
+    EXPECT_EQ(setup.error(), "");
+    EXPECT_TRUE(setup.warnings().empty());
+  }
+}
+
+TEST(NodeSetup, ABitIsSetInWhatTheDriveHas) {
+  NodeSetup setup(one_step(SetupStep::Kind::kSetBits, {0x1801, 1}, {0, 0, 0, 0x80}), 0);
+  sent(setup);
+  answer(setup, {0x4B, 0x16, 0x10, 0x01, 1, 2, 0, 0}, 0);
+  EXPECT_EQ(sent(setup), std::vector<std::string>{"605#40 01 18 01 00 00 00 00"});
+  answer(setup, {0x43, 0x01, 0x18, 0x01, 0x85, 0x02, 0, 0x40}, 0);
+  EXPECT_EQ(sent(setup), std::vector<std::string>{"605#23 01 18 01 85 02 00 C0"});
+  answer(setup, {0x60, 0x01, 0x18, 0x01, 0, 0, 0, 0}, 0);
+  EXPECT_EQ(sent(setup), std::vector<std::string>{"000#01 05"});
+}
+
+TEST(NodeSetup, AGuardedNodeIsAskedForItsState) {
+  NodeSetup::Config config = config_of_node_5();
+  config.wait_for_heartbeat = false;
+  config.guards = true;
+  config.steps.clear();
+  NodeSetup setup(config, 0);
+  sent(setup);
+  answer(setup, {0x4B, 0x16, 0x10, 0x01, 1, 2, 0, 0}, 0);
+  EXPECT_EQ(sent(setup), std::vector<std::string>{"000#01 05"});
+  setup.poll(0);
+  EXPECT_EQ(sent(setup), std::vector<std::string>{to_string(guard_request(5))});
+  setup.receive(make_frame(0x705, {0x85}), 1);
+  EXPECT_TRUE(setup.finished()) << "operational, with the toggle bit";
   EXPECT_EQ(setup.error(), "");
 }
 

@@ -1,0 +1,406 @@
+#include "hal/can/can_node_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <limits>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "core/axes.h"
+#include "core/units.h"
+#include "hal/can/cia402.h"
+#include "hal/can/cia402_axis.h"
+#include "hal/can/drive_units.h"
+#include "hal/can/nmt.h"
+#include "hal/can/pdo.h"
+#include "hal/can/sdo.h"
+#include "hal/can/setup_steps.h"
+
+namespace trn {
+
+namespace {
+
+Cia402Mode read_mode(const ConfigTable& node) {
+  static const std::vector<std::string> kNames = {"csp", "csv", "ip", "pp"};
+  const std::string name = node.choice("mode", kNames, "csp");
+  if (name == "csv") return Cia402Mode::kCyclicVelocity;
+  if (name == "ip") return Cia402Mode::kInterpolatedPosition;
+  return name == "pp" ? Cia402Mode::kProfilePosition : Cia402Mode::kCyclicPosition;
+}
+
+std::string lower_case(std::string text) {
+  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return text;
+}
+
+/// Reads one [[drives.node]].
+class NodeReader {
+ public:
+  NodeReader(const Machine& machine, const CanTiming& timing, const ConfigTable& table)
+      : machine_(machine), timing_(timing), table_(table) {}
+
+  CanNodeConfig read(const NodeBus& bus) {
+    CanNodeConfig node;
+    read_joint(node);
+    node.link.name = fmt::format("{} node {} (joint {})", bus.interface, node.link.id, joint().name);
+    read_axis(node);
+    read_dictionary(node);
+    read_habits(node);
+    // The PDOs before the steps: the steps write their mapping.
+    plan(node, bus.fd);
+    const DriveSetup setup = read_setup(node);
+    node.setup.id = node.link.id;
+    node.setup.name = node.link.name;
+    node.setup.steps = setup_steps(setup, node.dictionary, node.link.rpdos, node.link.tpdos);
+    // What the config writes comes last, so that it has the last word over the data sheet and over what the
+    // master sets by itself.
+    for (const SetupStep& step : read_writes(node)) node.setup.steps.push_back(step);
+    node.setup.signature = signature_step(node.setup.steps, node.dictionary);
+    node.setup.wait_for_heartbeat = setup.heartbeat_ms > 0;
+    node.setup.guards = setup.guard_ms > 0;
+    node.setup.sdo_timeout_ns = 1'000'000LL * timing_.sdo_timeout_ms;
+    node.setup.boot_timeout_ns = 1'000'000LL * timing_.boot_timeout_ms;
+    node.setup.retries = timing_.retries;
+    return node;
+  }
+
+ private:
+  const Joint& joint() const { return machine_.joints[joint_]; }
+  double unit() const { return joint().kind == JointKind::kRotary ? kRadPerDeg : 1; }
+  std::string key(std::string_view stem, std::string_view rest = "") const {
+    return fmt::format("{}_{}{}", stem, joint().kind == JointKind::kRotary ? "deg" : "mm", rest);
+  }
+
+  void read_joint(CanNodeConfig& node) {
+    std::vector<std::string> names;
+    for (const Joint& candidate : machine_.joints) names.push_back(candidate.name);
+    const std::string name = table_.choice("joint", names);
+    joint_ = static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin());
+    node.link.joint = static_cast<int>(joint_);
+    node.link.id = static_cast<int>(table_.integer("id", Range{1, kNodeIdMax}));
+    if (node.link.id == timing_.master_id)
+      throw table_.error("id",
+                         fmt::format("node id {} is the master's own (drives.master_id)", node.link.id));
+  }
+
+  void read_axis(CanNodeConfig& node) {
+    Cia402Axis::Config& axis = node.link.axis;
+    axis.mode = read_mode(table_);
+    const double counts = table_.number(key("counts_per"), kPositive) / unit();
+    axis.counts_per_unit = table_.boolean("reverse", false) ? -counts : counts;
+    axis.absolute = table_.boolean("absolute", false);
+    axis.offset = unit() * table_.number(key("encoder_offset"), 0.0, kAnyNumber);
+    if (axis.offset != 0 && !axis.absolute)
+      throw table_.error(key("encoder_offset"),
+                         "an offset is of an absolute encoder; a joint that homes has its home position");
+    check_counts(axis.counts_per_unit, axis.offset);
+    axis.gain_1_s = table_.number("velocity_gain_1_s", 20.0, kPositive);
+    axis.following_error_max = unit() * table_.number(key("following_error"), 0.0, kNotNegative);
+    // Three periods at the joint's full speed, and ten counts for an encoder that is coarse: more in one
+    // period cannot be a motion.
+    axis.step_max = 3 * joint().limit.velocity * timing_.period_s + 10 / counts;
+    axis.enable_periods_max = periods_of(timing_.enable_timeout_s, timing_.period_s);
+    axis.homing_periods_max = periods_of(timing_.homing_timeout_s, timing_.period_s);
+  }
+
+  static bool takes(const CanNodeConfig& node, ObjectKey key) {
+    const DictionaryEntry* entry = node.dictionary.find(key);
+    return entry && entry->writable;
+  }
+  static std::string limits_text(const CanNodeConfig& node, ObjectKey key) {
+    const DictionaryEntry* entry = node.dictionary.find(key);
+    if (!entry || (!entry->low && !entry->high)) return to_string(key) + " has no limits";
+    const auto text = [](const std::optional<std::int64_t>& value) {
+      return value ? fmt::format("{}", *value) : "any";
+    };
+    return fmt::format("{} is {} to {}", to_string(key), text(entry->low), text(entry->high));
+  }
+
+  // "0x6085" or "0x60C2:2", in the spelling in which they are compared later
+  std::vector<std::string> read_skip() const {
+    std::vector<std::string> out;
+    for (const std::string& text : table_.texts("skip", {})) {
+      ObjectKey key;
+      unsigned sub = 0;
+      int read = 0;
+      const bool whole = std::sscanf(text.c_str(), "0x%4hx%n", &key.index, &read) == 1;
+      const bool with_sub = whole && std::sscanf(text.c_str() + read, ":%3u%n", &sub, &read) == 1;
+      const std::string index = fmt::format("0x{:04X}", key.index);
+      out.push_back(with_sub ? fmt::format("{}:{}", index, sub) : index);
+      if (!whole || sub > 255 || lower_case(out.back()) != lower_case(text))
+        throw table_.error("skip", fmt::format("'{}' is no object; legal: \"0x6085\", \"0x60C2:2\"", text));
+    }
+    return out;
+  }
+
+  // Heartbeats both ways, or guarding both ways: a node may not do both (CiA 301, 7.2.8.2).
+  void read_watch(CanNodeConfig& node, DriveSetup& setup) const {
+    const bool beats = timing_.heartbeat_ms > 0 && takes(node, {0x1017, 0});
+    const bool hears = timing_.heartbeat_ms > 0 && takes(node, {0x1016, 1});
+    const bool guards =
+        timing_.guard_ms > 0 && takes(node, {0x100C, 0}) && takes(node, {0x100D, 0}) && !(beats && hears);
+    NodeWatchConfig& watch = node.link.watch;
+    watch.missed_max = static_cast<std::uint32_t>(timing_.missed_max);
+    setup.master_id = timing_.master_id;
+    if (guards) {
+      setup.guard_ms = timing_.guard_ms;
+      setup.life_time_factor = timing_.life_time_factor;
+      watch.guard_periods = periods_of(1e-3 * timing_.guard_ms, timing_.period_s);
+      watch.heartbeat_periods =
+          periods_of(1e-3 * timing_.guard_ms * timing_.life_time_factor, timing_.period_s);
+      return;
+    }
+    if (hears) setup.heartbeat_timeout_ms = timing_.heartbeat_timeout_ms;
+    if (!beats) return;
+    setup.heartbeat_ms = timing_.heartbeat_ms;
+    watch.heartbeat_periods = periods_of(1e-3 * timing_.heartbeat_timeout_ms, timing_.period_s);
+  }
+
+  std::optional<InterpolationTime> read_interpolation(const CanNodeConfig& node,
+                                                      const DriveSetup& setup) const {
+    if (!takes(node, {0x60C2, 1}) || node.link.axis.mode == Cia402Mode::kProfilePosition) {
+      if (table_.has("interpolation_period")) table_.numbers("interpolation_period");
+      return std::nullopt;
+    }
+    if (!table_.has("interpolation_period")) {
+      const auto time = interpolation_time(timing_.period_s, node.dictionary);
+      const bool skipped = std::any_of(setup.skip.begin(), setup.skip.end(),
+                                       [](const std::string& name) { return name.substr(0, 6) == "0x60C2"; });
+      if (time || skipped) return time;
+      throw table_.error("eds", fmt::format("by its data sheet the drive cannot interpolate over "
+                                            "machine.period_s = {:g}: {}",
+                                            timing_.period_s, limits_text(node, {0x60C2, 1})));
+    }
+    const std::vector<double> given = table_.numbers("interpolation_period");
+    const bool legal = given.size() == 2 && given[0] >= 1 && given[0] <= 255 && given[1] >= -128 &&
+                       given[1] <= 127 && given[0] == std::floor(given[0]) &&
+                       given[1] == std::floor(given[1]);
+    if (!legal || std::abs(given[0] * std::pow(10.0, given[1]) - timing_.period_s) > 1e-6 * timing_.period_s)
+      throw table_.error("interpolation_period",
+                         fmt::format("'interpolation_period' is [value, exponent], value 1 to 255, and value "
+                                     "times ten to the exponent must be machine.period_s = {:g}",
+                                     timing_.period_s));
+    return InterpolationTime{static_cast<int>(given[0]), static_cast<int>(given[1])};
+  }
+
+  // A position is a signed 32-bit number of counts.
+  void check_counts(double counts, double offset) const {
+    const JointLimit& limit = joint().limit;
+    const double most =
+        std::max(std::abs(limit.min - offset), std::abs(limit.max - offset)) * std::abs(counts);
+    if (most < 2147483647.0) return;
+    throw table_.error(
+        key("counts_per"),
+        fmt::format("joint {} would reach {:.3g} counts, 32 bits hold 2147483647; use a coarser unit "
+                    "in the drive or a smaller range",
+                    joint().name, most));
+  }
+
+  void read_dictionary(CanNodeConfig& node) {
+    const std::string name = table_.text("eds");
+    const std::filesystem::path beside = std::filesystem::path(machine_.root.file()).parent_path() / name;
+    try {
+      node.dictionary = load_eds(beside.string(), node.link.id);
+    } catch (const EdsError& error) {
+      throw table_.error("eds", error.what());
+    }
+    const int of = node.dictionary.node_id.value_or(node.link.id);
+    if (of != node.link.id)
+      throw table_.error("eds",
+                         fmt::format("this DCF is of node {}, the drive here is node {}", of, node.link.id));
+  }
+
+  void read_habits(CanNodeConfig& node) {
+    DriveHabits& habits = node.link.axis.habits;
+    if (const auto table = table_.table_if("habits")) {
+      habits.mode_display = table->boolean("mode_display", true);
+      habits.follows_bit = table->boolean("follows_bit", true);
+      habits.homing_reached = table->boolean("homing_reached", true);
+      habits.stands_to_switch = table->boolean("stands_to_switch", false);
+      node.offset_is_zero = table->choice("home_offset", {"position", "zero"}, "position") == "zero";
+    }
+    const DictionaryEntry* display = node.dictionary.find({0x6061, 0});
+    habits.mode_display = habits.mode_display && display && display->readable;
+    node.link.mode_by_sdo = !by_pdo(node, {0x6060, 0}, true);
+    node.link.display_by_sdo = habits.mode_display && !by_pdo(node, {0x6061, 0}, false);
+    node.link.has_error_code = node.dictionary.find({0x603F, 0}) != nullptr;
+  }
+
+  // What the data sheet lets go in PDOs; without an object there is nothing to map.
+  bool by_pdo(const CanNodeConfig& node, ObjectKey key, bool receive) const {
+    const DictionaryEntry* entry = node.dictionary.find(key);
+    if (key.index == 0x6061 && !node.link.axis.habits.mode_display) return false;
+    return entry && entry->mappable && (receive ? entry->writable : entry->readable);
+  }
+
+  void plan(CanNodeConfig& node, bool fd) {
+    // In the order of urgency: control and status word with the positions fill the first PDO, which goes
+    // every period. What does not fit there, such as the mode, goes into slow ones.
+    std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}};
+    if (timing_.touch) in.push_back({0x60B9, 0});
+    if (by_pdo(node, {0x6061, 0}, false)) in.push_back({0x6061, 0});
+    const Cia402Mode mode = node.link.axis.mode;
+    if (mode == Cia402Mode::kCyclicVelocity)
+      out.push_back({0x60FF, 0});
+    else if (mode == Cia402Mode::kInterpolatedPosition)
+      out.push_back({0x60C1, 1});
+    else
+      out.push_back({0x607A, 0});
+    if (timing_.touch) out.push_back({0x60B8, 0});
+    if (by_pdo(node, {0x6060, 0}, true)) out.push_back({0x6060, 0});
+    if (table_.boolean("torque", false)) in.push_back({0x6077, 0});
+    if (timing_.touch) in.insert(in.end(), {{0x60BA, 0}, {0x60BB, 0}});
+    node.link.limit_switches = table_.boolean("limit_switches", false);
+    node.link.touch_input_bit = timing_.touch_input_bit;
+    if (timing_.touch || node.link.limit_switches) in.push_back({0x60FD, 0});
+    try {
+      node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id, fd);
+      node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id, fd);
+    } catch (const EdsError& error) {
+      throw table_.error("eds", error.what());
+    }
+    // A TPDO sends itself with every tenth SYNC (transmission type 10). For an RPDO the type says when the
+    // drive takes it over, so there the master sends more seldom.
+    for (std::size_t i = 1; i < node.link.tpdos.size(); ++i) node.link.tpdos[i].transmission = kSlowPeriods;
+    for (std::size_t i = 1; i < node.link.rpdos.size(); ++i) node.link.rpdos[i].every = kSlowPeriods;
+  }
+
+  void read_limits(const CanNodeConfig& node, DriveSetup& setup) const {
+    const JointLimit& limit = joint().limit;
+    const Cia402Axis::Config& axis = node.link.axis;
+    const auto counts = [&](double q) { return std::llround((q - axis.offset) * axis.counts_per_unit); };
+    setup.sets_limits = table_.choice("drive_limits", {"check", "set"}, "check") == "set";
+    setup.range_low = std::min(counts(limit.min), counts(limit.max));
+    setup.range_high = std::max(counts(limit.min), counts(limit.max));
+    setup.following_counts = std::llround(axis.following_error_max * std::abs(axis.counts_per_unit));
+    const double turn = node.units.counts_per_motor_turn;
+    if (turn > 0) setup.motor_rpm = std::llround(60 * limit.velocity * std::abs(axis.counts_per_unit) / turn);
+  }
+
+  // The move after homing: as fast as the search, at half of the joint's acceleration.
+  void read_final(CanNodeConfig& node, double speed) const {
+    const JointLimit& limit = joint().limit;
+    Cia402Axis::Config& axis = node.link.axis;
+    axis.period_s = timing_.period_s;
+    axis.final_speed = std::min(speed, limit.velocity);
+    axis.final_acceleration = 0.5 * limit.acceleration;
+    if (!table_.has(key("home_final"))) return;
+    axis.home_final =
+        unit() * table_.number(key("home_final"), Range{limit.min / unit(), limit.max / unit()});
+    if (axis.absolute)
+      throw table_.error(key("home_final"),
+                         "a joint with an absolute encoder does not home, so that it goes nowhere");
+  }
+
+  DriveUnits read_units(CanNodeConfig& node) const {
+    DriveUnitWish wish;
+    wish.velocity = table_.text("velocity_unit", "");
+    wish.acceleration = table_.text("acceleration_unit", "");
+    wish.counts_per_revolution = table_.number("counts_per_revolution", 0.0, kNotNegative);
+    node.counts_per_revolution = wish.counts_per_revolution;
+    const bool linear = joint().kind != JointKind::kRotary;
+    if (linear) wish.counts_per_m = 1000 * std::abs(node.link.axis.counts_per_unit);
+    try {
+      return drive_units(wish, node.dictionary);
+    } catch (const DriveUnitError& error) {
+      throw table_.error(error.key, error.what());
+    }
+  }
+
+  DriveSetup read_setup(CanNodeConfig& node) {
+    const JointLimit& limit = joint().limit;
+    DriveSetup setup;
+    setup.name = node.link.name;
+    setup.period_s = timing_.period_s;
+    setup.mode = node.link.axis.mode;
+    setup.skip = read_skip();
+    setup.interpolation = read_interpolation(node, setup);
+    setup.sync_counter = timing_.sync_counter;
+    read_watch(node, setup);
+    const double scale = node.link.axis.counts_per_unit;
+    // Zero if the joint reaches it, else the end of its range next to zero.
+    const double home = std::clamp(0.0, limit.min, limit.max);
+    node.home =
+        unit() * table_.number(key("home"), home / unit(), Range{limit.min / unit(), limit.max / unit()});
+    node.link.home_group = static_cast<int>(table_.integer("home_group", 0, Range{0, 99}));
+    node.homing_method = static_cast<int>(table_.integer("homing_method", 5, Range{-128, 37}));
+    setup.homes = !node.link.axis.absolute;
+    setup.homing_method = node.homing_method;
+    if (std::abs(node.home * scale) > std::numeric_limits<std::int32_t>::max())
+      throw table_.error(key("home"), "the home point is beyond the 32 bits of a drive's counts");
+    setup.home_counts = static_cast<std::int64_t>(std::nearbyint(node.home * scale));
+    if (node.offset_is_zero) setup.home_counts = -setup.home_counts;
+    const double rotary_factor = joint().kind == JointKind::kRotary ? 2 : 1;  // 20 mm/s, 10 deg/s
+    const double search = unit() * table_.number(key("homing_speed", "_s"), 20.0 / rotary_factor, kPositive);
+    read_final(node, search);
+    const double slow = unit() * table_.number(key("index_speed", "_s"), 2.0 / rotary_factor, kPositive);
+    const DriveUnits units = read_units(node);
+    setup.units = units.objects;
+    node.link.axis.velocity_units = units.velocity;
+    node.units = units;
+    const auto speed = [&](double wanted, const std::string& what) {
+      const std::int64_t out = units.velocity_at_most(std::min(wanted, limit.velocity) * scale);
+      if (out > 0) return out;
+      throw table_.error("velocity_unit",
+                         fmt::format("one of the drive's units of velocity is faster than {}; say a finer "
+                                     "'velocity_unit', as \"0.01 rpm\"",
+                                     what));
+    };
+    setup.search_speed = speed(search, key("homing_speed", "_s"));
+    setup.index_speed = speed(slow, key("index_speed", "_s"));
+    setup.acceleration = units.acceleration_of(limit.acceleration * scale);
+    setup.velocity = speed(limit.velocity, "the joint may go");
+    // A quick stop brakes harder than any plan, since it need not keep the work.
+    const double quick = table_.number("quick_stop_factor", 2.0, kPositive);
+    setup.quick_stop = units.acceleration_of(quick * limit.acceleration * scale);
+    read_limits(node, setup);
+    const auto told = [&](std::uint8_t sub) { return node.dictionary.integer({0x1018, sub}).value_or(0); };
+    setup.vendor = table_.integer("vendor", static_cast<long>(told(1)), Range{0, 4294967295.0});
+    setup.product = table_.integer("product", static_cast<long>(told(2)), Range{0, 4294967295.0});
+    return setup;
+  }
+
+  std::vector<SetupStep> read_writes(const CanNodeConfig& node) const {
+    std::vector<SetupStep> steps;
+    for (const ConfigTable& write : table_.tables_if("write")) {
+      SetupStep step;
+      step.key = {static_cast<std::uint16_t>(write.integer("index", Range{0x1000, 0xFFFF})),
+                  static_cast<std::uint8_t>(write.integer("sub", 0, Range{0, 255}))};
+      const DictionaryEntry* entry = node.dictionary.find(step.key);
+      if (!entry || !entry->writable)
+        throw write.error("index",
+                          fmt::format("object {} {} in {}", to_string(step.key),
+                                      entry ? "cannot be written" : "does not exist", node.dictionary.file));
+      const long value = write.integer("value");
+      step.bytes = encode_integer(entry->type, value);
+      if (step.bytes.empty())
+        throw write.error("value", fmt::format("{} does not fit into object {} ({} bits)", value,
+                                               to_string(step.key), bits_of(entry->type)));
+      step.what = entry->name;
+      step.remedy = "see [[drives.node.write]] in the config";
+      steps.push_back(step);
+    }
+    return steps;
+  }
+
+  const Machine& machine_;
+  const CanTiming& timing_;
+  const ConfigTable& table_;
+  std::size_t joint_ = 0;
+};
+
+}  // namespace
+
+CanNodeConfig read_can_node(const Machine& machine, const CanTiming& timing, const NodeBus& bus,
+                            const ConfigTable& table) {
+  return NodeReader(machine, timing, table).read(bus);
+}
+
+}  // namespace trn
