@@ -27,7 +27,8 @@ namespace trn {
 
 namespace {
 
-constexpr std::string_view kApi = "/api/v1/", kStream = "/api/v1/stream", kBearer = "Bearer ";
+constexpr std::string_view kApi = "/api/v1/", kStream = "/api/v1/stream", kBearer = "Bearer ",
+                           kMetrics = "/metrics";
 constexpr lws_usec_t kStepUs = 10000;
 constexpr std::size_t kChunk = 16384, kHeadersMax = 2048;
 constexpr std::size_t kStrangersMax = 16;  // sockets whose page has not said its key yet
@@ -70,7 +71,7 @@ class PanelServer {
 
  private:
   Response answer(lws* wsi, std::string_view path) const;
-  Response answer_api(lws* wsi, std::string_view name) const;
+  Response answer_with_key(lws* wsi, std::string_view path) const;
   int begin_response(lws* wsi, std::string_view path);
   int go_on_response(lws* wsi);
   int write_page(lws* wsi);
@@ -118,17 +119,23 @@ Response PanelServer::answer(lws* wsi, std::string_view path) const {
   if (!is_own_host(header(wsi, WSI_TOKEN_HOST)))
     return {kForbidden, "text/plain", "This panel answers as localhost or 127.0.0.1 only.\n", {}};
   if (has_query(wsi)) return {kBadRequest, "text/plain", std::string(kQueryText), {}};
-  if (path.starts_with(kApi)) return answer_api(wsi, path.substr(kApi.size()));
+  if (path.starts_with(kApi) || path == kMetrics) return answer_with_key(wsi, path);
   const std::optional<std::string> name = page_file(path);
   std::optional<OpenFile> file = name ? files_.open(*name) : std::nullopt;
   if (file) return {kDone, std::string(media_type(*name)), "", std::move(file)};
   return {kNotFound, "text/plain", "There is no such thing here.\n", {}};
 }
 
-Response PanelServer::answer_api(lws* wsi, std::string_view name) const {
+Response PanelServer::answer_with_key(lws* wsi, std::string_view path) const {
   const std::string said = header(wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
   const bool may = said.starts_with(kBearer) && config_.key.is(std::string_view(said).substr(kBearer.size()));
   if (!may) return {kNoKey, "text/plain", std::string(kNoKeyText) + "\n", {}};
+  if (path == kMetrics) return {kDone, "text/plain; version=0.0.4; charset=utf-8", state_.metrics(), {}};
+  const std::string_view name = path.substr(kApi.size());
+  std::optional<OpenFile> plan = name == "plan" ? state_.plan() : std::nullopt;
+  if (plan) return {kDone, "application/octet-stream", "", std::move(plan)};
+  std::optional<OpenFile> text = state_.program_text(name);
+  if (text) return {kDone, "text/plain; charset=utf-8", "", std::move(text)};
   std::optional<std::string> body = state_.get(name);
   if (body) return {kDone, "application/json", std::move(*body), {}};
   return {kNotFound, "text/plain", "There is no such thing here.\n", {}};

@@ -36,6 +36,11 @@ std::string program_path(const std::string& folder, const std::string& name) {
   return real;
 }
 
+std::optional<OpenFile> open_program(const std::string& path) {
+  const std::filesystem::path file(path);
+  return PageFolder(file.parent_path()).open(file.filename().string());
+}
+
 std::vector<ProgramFile> list_programs(const std::string& folder) {
   namespace fs = std::filesystem;
   std::vector<ProgramFile> out;

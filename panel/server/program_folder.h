@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "panel/server/page_folder.h"
 
 namespace trn {
 
@@ -15,6 +18,9 @@ struct NoProgram : std::runtime_error {
 /// The real path of a program that a page names, by its path in the folder or an absolute one. NoProgram
 /// unless it is a regular file that lies, behind all links, below `folder`.
 std::string program_path(const std::string& folder, const std::string& name);
+
+/// The text of a program by its real path; nothing if it is no regular file any more.
+std::optional<OpenFile> open_program(const std::string& path);
 
 struct ProgramFile {
   std::string name;

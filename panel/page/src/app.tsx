@@ -1,10 +1,14 @@
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
+import { Actions } from "./actions";
 import { Alarms } from "./alarms";
+import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
+import { MachineView } from "./machine";
 import { sentence, stateName } from "./model";
 import { Path } from "./path";
 import { Run } from "./run";
+import "./fonts.css";
 import "./style.css";
 import { TablesView } from "./tables";
 
@@ -12,6 +16,7 @@ const kViews = [
   { name: "Run", draw: () => <Run /> },
   { name: "Path", draw: () => <Path /> },
   { name: "Offsets and tools", draw: () => <TablesView /> },
+  { name: "Machine", draw: () => <MachineView /> },
   { name: "Alarms", draw: () => <Alarms /> },
 ];
 type Theme = "dark" | "light";
@@ -59,10 +64,23 @@ function Controls() {
   );
 }
 
+function KeyHelp({ close }: { close: () => void }) {
+  return (
+    <dialog open aria-label="Keys" data-test="keys">
+      <h2>Keys</h2>
+      <dl>{kKeyHelp.map(([key, what]) => <div key={key}><dt><kbd>{key}</kbd></dt><dd>{what}</dd></div>)}</dl>
+      <button onClick={close} autoFocus>Close</button>
+    </dialog>
+  );
+}
+
 function App() {
   const { machine } = useLink("machine");
   const [view, setView] = useState(0);
   const [theme, setTheme] = useState<Theme>(firstTheme);
+  const [help, setHelp] = useState(false);
+  useEffect(() => listenToKeys((wanted) => setView((now) => (wanted < kViews.length ? wanted : now)),
+    () => setHelp((now) => !now)), []);
   useEffect(() => {
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);
@@ -84,11 +102,14 @@ function App() {
         {kViews.map(({ name }, i) => (
           <button key={name} role="tab" aria-selected={view === i} onClick={() => setView(i)}>{name}</button>
         ))}
-        <button class="theme" onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
+        <button class="theme" onClick={() => setHelp(!help)} title="Keys that operate the machine">Keys</button>
+        <button onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
           {theme === "dark" ? "Light" : "Dark"}
         </button>
       </nav>
       <main>{kViews[view].draw()}</main>
+      <Actions />
+      {help && <KeyHelp close={() => setHelp(false)} />}
     </>
   );
 }
