@@ -22,7 +22,7 @@ namespace trn {
 
 namespace {
 
-constexpr float kLimits = 0.9F;              // from here on a joint counts as the one that limits
+constexpr float kLimits = 0.95F;             // from here on a joint counts as at its limit, as for a run
 constexpr double kTurnMax = 0.06;            // rad of an arc, or of the rotary words, between two points
 constexpr double kTimeMax_s = 0.05;          // between two points
 constexpr int kPartsMax = 256;               // points of a time segment

@@ -1,6 +1,7 @@
 #include "panel/server/panel_state.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -379,6 +380,14 @@ std::optional<std::string> PanelState::get(std::string_view name) const {
   if (name == "history") return text_of(json(history_));
   if (name == "programs") return text_of(programs_json());
   return std::nullopt;
+}
+
+void PanelState::keep(const std::string& name, const std::string& text) {
+  const bool rests = !daemon_.connected() || daemon_.status()->state == "idle";
+  if (!rests && std::filesystem::path(loaded_).filename() == name)
+    throw NoProgram("this program is at work; send it when the machine is idle");
+  keep_program(config_.programs_folder, name, text);
+  plan_due_ = true;
 }
 
 std::optional<OpenFile> PanelState::program_text(std::string_view name) const {

@@ -48,6 +48,8 @@ class PanelState {
   std::optional<std::string> get(std::string_view name) const;
   /// The answer to GET /metrics.
   std::string metrics() const { return metrics_text(config_, daemon_, pages_.size()); }
+  /// Keeps a program that a page sends. NoProgram where it may not; also where the daemon runs that one.
+  void keep(const std::string& name, const std::string& text);
   /// The plan of the loaded program that GET /api/v1/plan answers; nothing if there is none.
   std::optional<OpenFile> plan() const { return plan_.file(); }
   /// The text that GET /api/v1/program or programs/NAME answers: of the program that the daemon has loaded,

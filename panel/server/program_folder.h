@@ -22,6 +22,11 @@ std::string program_path(const std::string& folder, const std::string& name);
 /// The text of a program by its real path; nothing if it is no regular file any more.
 std::optional<OpenFile> open_program(const std::string& path);
 
+/// Keeps the text of a program in the folder, in the place of one that has this name; what is there after a
+/// power cut is the old one or the new one. NoProgram where the name is none of a program in the folder
+/// itself (letters, digits, space, . _ -, one of the endings), or the file cannot be written.
+void keep_program(const std::string& folder, const std::string& name, const std::string& text);
+
 struct ProgramFile {
   std::string name;
   std::uint64_t size = 0;       ///< bytes

@@ -24,9 +24,9 @@ def main():
     try:
         shutil.copy(os.path.join(source, "examples", PROGRAM), bench.path("programs"))
         bench.start_panel(page=page)
-        run = subprocess.run([binary, "run", os.path.join(source, "examples", PROGRAM), "--machine", bench.config, "--tools",
-                              os.path.join(source, "examples/tools.tbl"), "--json"], capture_output=True, text=True,
-                             check=True, timeout=TIMEOUT_S, env=bench.environment)
+        run = subprocess.run([binary, "run", os.path.join(source, "examples", PROGRAM), "--machine", bench.config,
+                              "--tools", os.path.join(source, "examples/tools.tbl"), "--json"], capture_output=True,
+                             text=True, check=True, timeout=TIMEOUT_S, env=bench.environment)
         environment = {name: os.environ[name] for name in ("CHROMIUM",) if name in os.environ}
         return subprocess.run(["node", os.path.join(source, "tests/panel/page_day.mjs"), bench.origin, bench.key,
                                os.path.join(source, "panel/page"), output, PROGRAM,

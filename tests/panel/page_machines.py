@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Every shipped config at its page: what the machine is drawn of, and a picture of it; with a daemon behind it where the
-drives are simulated. Pictures: OUTPUT_DIR/machine_NAME.png.
+"""Every shipped config at its page: what the machine is drawn of, and a picture of it; with a daemon behind it where
+the drives are simulated. Pictures: OUTPUT_DIR/machine_NAME.png.
 
 usage: page_machines.py TRUNNION_BINARY SOURCE_DIR PAGE_DIR OUTPUT_DIR [CONFIG...]
 """

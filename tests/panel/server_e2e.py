@@ -13,7 +13,7 @@ import sys
 import time
 import unittest
 
-from page_client import Page, get
+from page_client import Page, get, post
 from panel_bench import PanelBench
 
 BINARY, SOURCE = "", ""
@@ -221,6 +221,42 @@ class WholePanel(PanelTest):
         other.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
         time.sleep(4)
         self.assertEqual(json.loads(get(self.bench, "/api/v1/state")[1])["status"]["state"], "running")
+
+    def kept(self, name):
+        with open(self.bench.path("programs/" + name), "rb") as file:
+            return file.read()
+
+    def test_a_program_that_a_page_sends_is_kept(self):
+        for text in (b"G0 X1\nM2\n", b"(" + b"x" * 3_000_000 + b")\nM2\n"):
+            self.assertEqual(post(self.bench, "/api/v1/programs/new%20part.ngc", text)[0].status, 200)
+            self.assertEqual(self.kept("new part.ngc"), text)
+        self.assertIn("new part.ngc", get(self.bench, "/api/v1/programs")[1].decode())
+        self.assertEqual(os.stat(self.bench.path("programs/new part.ngc")).st_mode & 0o777, 0o644)
+
+    def test_what_is_sent_and_may_not_be_is_not_kept(self):
+        before = sorted(os.listdir(self.bench.folder) + os.listdir(self.bench.path("programs")))
+        os.symlink("../outside.ngc", self.bench.path("programs/link.ngc"))
+        for path, code, extra in (("programs/part.ngc", 401, {"key": None}),
+                                  ("programs/part.ngc", 401, {"key": "0" * 32}),
+                                  ("programs/part.ngc", 403, {"origin": "http://evil.example"}),
+                                  ("programs/part.ngc", 403, {"origin": None}),
+                                  ("programs/part.ngc", 403, {"host": "evil.example"}),
+                                  ("programs/part.ngc", 413, {"size": 1 << 30}),
+                                  ("programs/part.ngc?x=1", 400, {}), ("programs/part.txt", 409, {}),
+                                  ("programs/.part.ngc", 409, {}), ("programs/sub%2Fpart.ngc", 409, {}),
+                                  ("programs/link.ngc", 409, {}), ("programs/" + "x" * 200 + ".ngc", 409, {}),
+                                  ("part.ngc", 404, {})):
+            self.assertEqual(post(self.bench, "/api/v1/" + path, b"M2\n", **extra)[0].status, code, (path, extra))
+        os.remove(self.bench.path("programs/link.ngc"))
+        self.assertEqual(sorted(os.listdir(self.bench.folder) + os.listdir(self.bench.path("programs"))), before)
+
+    def test_a_program_at_work_is_not_replaced(self):
+        page = self.long_program()
+        self.start(page)
+        before = self.kept("part.ngc")
+        answer, why = post(self.bench, "/api/v1/programs/part.ngc", b"M2\n")
+        self.assertEqual((answer.status, self.kept("part.ngc")), (409, before))
+        self.assertIn(b"at work", why)
 
     def test_metrics(self):
         self.page_at_rest().until(lambda m: m["type"] == "motion")

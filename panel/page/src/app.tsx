@@ -90,7 +90,7 @@ function App() {
       <header>
         <div class="brand">
           <img src="./icon.svg" alt="" width="32" height="32" />
-          <div><strong>{machine?.name ?? "Trunnion"}</strong><small>Trunnion {machine?.version ?? ""}</small></div>
+          <div><h1>{machine?.name ?? "Trunnion"}</h1><small>Trunnion {machine?.version ?? ""}</small></div>
         </div>
         <StateLine />
         <Controls />
@@ -98,16 +98,18 @@ function App() {
           Emergency stop
         </button>
       </header>
-      <nav role="tablist" aria-label="Views">
+      <nav>
+        <div role="tablist" aria-label="Views">
         {kViews.map(({ name }, i) => (
           <button key={name} role="tab" aria-selected={view === i} onClick={() => setView(i)}>{name}</button>
         ))}
+        </div>
         <button class="theme" onClick={() => setHelp(!help)} title="Keys that operate the machine">Keys</button>
         <button onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
           {theme === "dark" ? "Light" : "Dark"}
         </button>
       </nav>
-      <main>{kViews[view].draw()}</main>
+      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw()}</main>
       <Actions />
       {help && <KeyHelp close={() => setHelp(false)} />}
     </>

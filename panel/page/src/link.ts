@@ -286,6 +286,17 @@ export class Link {
     this.tell("program");
   }
 
+  /** Puts a program into the panel's folder; "" where that worked, else why not. */
+  async upload(file: File): Promise<string> {
+    const headers = { Authorization: `Bearer ${this.key}` };
+    const answer = await fetch(`api/v1/programs/${encodeURIComponent(file.name)}`, { method: "POST", headers, body: file })
+      .catch(() => null);
+    void this.fetchPrograms();
+    const why = answer?.ok ? "" : (await answer?.text().catch(() => "")) || "The program could not be sent.";
+    if (why) this.note({ time_us: Date.now() * 1000, kind: "refused", text: `upload: ${why.trim()}` });
+    return why;
+  }
+
   private async fetchMachine() {
     const machine = await this.get("machine");
     if (!machine) return;

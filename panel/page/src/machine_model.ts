@@ -466,15 +466,19 @@ export function makeModel(machine: Machine): MachineModel {
   return model;
 }
 
+/** Of the part of a tool that is seen with the machine only: it would hide the work. */
+export const kHolder = "holder";
+
 /** Holder and cutter below the gauge point; mm. */
 export function makeTool(unit: number, length: number, radius: number): THREE.Group {
   const group = new THREE.Group();
   const long = length > 0 ? length : unit * 0.9;
-  const thin = radius > 0 ? radius : unit * 0.06;
+  const thin = radius > 0 ? radius : unit * 0.03;
   const holder = Math.min(long * 0.45, unit * 0.7);
   const cone = new THREE.Mesh(new THREE.CylinderGeometry(unit * 0.2, Math.max(thin * 1.6, unit * 0.11), holder, 32), kParts.rail);
   cone.rotation.x = Math.PI / 2;
   cone.position.z = -holder / 2;
+  cone.name = kHolder;
   const ball = Math.min(thin, long - holder);
   const shank = new THREE.Mesh(new THREE.CapsuleGeometry(thin, Math.max(long - holder - ball, 0.01), 8, 24), kParts.rod);
   shank.rotation.x = Math.PI / 2;

@@ -71,6 +71,11 @@ export function ProgramLines({ marked, wrong }: { marked: number; wrong: number 
   );
 }
 
+/** Keeps a file in the panel's folder, and loads it. */
+async function send(file: File | undefined) {
+  if (file && !(await link.upload(file)) && link.mine) await link.command({ verb: "load", text: file.name });
+}
+
 function Loader() {
   const { mine, programs, status } = useLink("link", "programs", "status");
   const [name, setName] = useState("");
@@ -83,7 +88,7 @@ function Loader() {
   };
   return (
     <form onSubmit={load}>
-      <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder="Name of a program"
+      <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder="Program"
         aria-label="Name of a program" data-test="load-name" spellcheck={false} list="programs" autocomplete="off"
         onFocus={() => void link.fetchPrograms()} />
       <datalist id="programs" data-test="programs">
@@ -92,6 +97,11 @@ function Loader() {
       <button disabled={!mine || busy || !name.trim() || status?.state === "running"} data-test="load">
         {busy ? "Loading" : "Load"}
       </button>
+      <label class="button" title="Send a program of this computer; it may be dropped onto its text as well">
+        Send
+        <input type="file" accept=".ngc,.nc,.cnc,.tap,.gcode" data-test="upload" aria-label="Send a program of this computer"
+          onChange={(e) => { void send(e.currentTarget.files?.[0]); e.currentTarget.value = ""; }} />
+      </label>
     </form>
   );
 }
@@ -113,7 +123,8 @@ export function Program() {
   const marked = runningLine();
   const other = isProgram(path) && marked === 0 && !!status?.block;
   return (
-    <section class="card program" aria-label="Program">
+    <section class="card program" aria-label="Program" onDragOver={(e) => e.preventDefault()}
+      onDrop={(e) => { e.preventDefault(); void send(e.dataTransfer?.files[0]); }}>
       <div class="title">
         <div class="named">
           <strong data-test="program">{shown}</strong>

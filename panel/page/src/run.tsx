@@ -25,8 +25,8 @@ function Positions() {
       </div>
       <table>
         <thead class={shown === "joints" ? "" : "hidden-head"}>
-          <tr>{shown === "joints" ? <><th scope="col">Joint</th><th scope="col">Measured</th><th /><th scope="col">State</th></>
-            : <><th scope="col">Axis</th><th scope="col">{shown}</th><th /><th scope="col">{second}</th></>}</tr>
+          <tr>{shown === "joints" ? <><th scope="col">Joint</th><th scope="col">Measured</th><td /><th scope="col">State</th></>
+            : <><th scope="col">Axis</th><th scope="col">{shown}</th><td /><th scope="col">{second}</th></>}</tr>
         </thead>
         <tbody>
           {shown === "joints" ? status.joints.map((joint, i) => (

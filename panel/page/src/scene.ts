@@ -4,7 +4,7 @@ import { Line2 } from "three/examples/jsm/lines/Line2.js";
 import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { link } from "./link";
-import { type MachineModel, makeModel, makeTool } from "./machine_model";
+import { kHolder, type MachineModel, makeModel, makeTool } from "./machine_model";
 import type { Colouring } from "./plan";
 import { PlanLines } from "./plan_lines";
 
@@ -136,6 +136,7 @@ export class Scene {
     this.ends = [link.on("motion", () => this.moved()), link.on("status", () => this.moved()), link.on("machine", () => this.moved())];
     host.addEventListener("pointermove", (event) => this.point(event));
     host.addEventListener("pointerdown", (event) => this.point(event));
+    host.addEventListener("pointerleave", (event) => event.pointerType === "mouse" && this.leave());
     this.resize();
     this.moved();
     this.fit("work", "iso");
@@ -275,7 +276,7 @@ export class Scene {
     const own = new Set(this.onTable());
     machine.root.traverse((part) => {
       const mesh = part as THREE.Mesh;
-      if (mesh.isMesh && !own.has(mesh)) mesh.visible = this.showsMachine || tool === mesh.parent?.parent;
+      if (mesh.isMesh && !own.has(mesh)) mesh.visible = this.showsMachine || (tool === mesh.parent?.parent && mesh.name !== kHolder);
     });
     this.dirty = true;
   }
@@ -293,6 +294,13 @@ export class Scene {
   private point(event: PointerEvent) {
     const box = this.host.getBoundingClientRect();
     this.pointer = { x: ((event.clientX - box.left) / box.width) * 2 - 1, y: 1 - ((event.clientY - box.top) / box.height) * 2 };
+  }
+
+  private leave() {
+    this.pointer = null;
+    this.mark.visible = false;
+    this.dirty = true;
+    this.onPoint(-1);
   }
 
   private find() {
@@ -330,7 +338,7 @@ export class Scene {
     this.camera.updateMatrixWorld(true);
     this.lines?.choose(this.camera, this.host.clientHeight);
     const away = this.camera.position.distanceTo(this.mark.getWorldPosition(new THREE.Vector3()));
-    this.mark.scale.setScalar(away / 160);
+    this.mark.scale.setScalar(away / 220);
     this.renderer.render(this.scene, this.camera);
     ++this.frames;
   }
