@@ -104,7 +104,7 @@ void write_plan(const std::string& path, const PlanPreview& preview, const Machi
   file.array<std::uint8_t>(points, [](const PlanPoint& p) { return share(p.acceleration); });
   file.array<std::uint8_t>(points, [](const PlanPoint& p) { return share(p.jerk); });
   file.array<std::uint8_t>(points, [](const PlanPoint& p) { return p.joint < 0 ? 255 : p.joint; });
-  file.array<std::uint8_t>(points, [](const PlanPoint& p) { return p.rapid ? 1 : 0; });
+  file.array<std::uint8_t>(points, [](const PlanPoint& p) { return (p.rapid ? 1 : 0) | (p.jump ? 2 : 0); });
   file.close();
 }
 

@@ -51,8 +51,7 @@ class PreviewRun {
       Pipeline pipeline(assembly_, parameters, tools, start, observers);
       drive(pipeline);
     } catch (const ProgramError& error) {
-      out_.message = error.what();
-      out_.message_line = line_;
+      end(error.what());
     }
     return std::move(out_);
   }
@@ -64,15 +63,31 @@ class PreviewRun {
   };
 
   void drive(Pipeline& pipeline) {
-    MotionBlock block;
-    while (out_.message.empty()) {
-      if (pipeline.next(block, nullptr, kLinesMax))
+    while (!full_) {
+      MotionBlock block;
+      if (next(pipeline, block))
         take(block);
       else if (pipeline.waiting())
         pipeline.answer(guess());
       else
         return;
     }
+  }
+
+  // Behind an error come the blocks up to it.
+  bool next(Pipeline& pipeline, MotionBlock& block) {
+    try {
+      return pipeline.next(block, nullptr, kLinesMax);
+    } catch (const ProgramError& error) {
+      end(error.what());
+      return pipeline.next(block, nullptr, kLinesMax);
+    }
+  }
+
+  void end(const std::string& why) {
+    if (!out_.message.empty()) return;
+    out_.message = why;
+    out_.message_line = line_;
   }
 
   // The machine that all goes well for.
@@ -94,10 +109,8 @@ class PreviewRun {
     feed_mm_s_ = block.rapid || !std::isfinite(feed) ? 0 : feed;
     for (std::size_t i = 0; i < block.segment_count; ++i) segment(block, i);
     if (options_.progress && out_.blocks % kProgressBlocks == 0) options_.progress(line_, out_.time_s);
-    if (out_.time_s > options_.time_max_s)
-      out_.message = fmt::format("the picture ends after {:g} h of motion", options_.time_max_s / 3600);
-    if (out_.points.size() > kHeldMax) out_.message = "the picture ends here: the program is too long for it";
-    if (!out_.message.empty()) out_.message_line = line_;
+    full_ = out_.time_s > options_.time_max_s || out_.points.size() > kHeldMax;
+    if (full_) end(fmt::format("the picture ends here, after {:.1f} h of motion", out_.time_s / 3600));
   }
 
   void segment(const MotionBlock& block, std::size_t index) {
@@ -105,7 +118,9 @@ class PreviewRun {
     const double lasts_s = law.duration_s;
     if (lasts_s <= 0) return;
     const int parts = parts_of(block, law);
-    if (out_.points.empty()) point(block, law.s, 0, {});
+    const bool jump = !out_.points.empty() && !(block.context == context_);
+    context_ = block.context;
+    if (out_.points.empty() || jump) begin_way(block, law);
     double from = 0;
     for (int i = 1; i <= parts; ++i) {
       const double t = lasts_s * i / parts;
@@ -114,6 +129,12 @@ class PreviewRun {
       point(block, law.s_at(t), law.v_at(t), shares, t - from);
       from = t;
     }
+  }
+
+  void begin_way(const MotionBlock& block, const TimeSegment& law) {
+    PlanPoint out;
+    out.jump = true;
+    point(block, law.s, law.v, out, 0);
   }
 
   // Points so close that the way between them is straight and the speed changes evenly.
@@ -155,7 +176,7 @@ class PreviewRun {
     }
   }
 
-  void point(const MotionBlock& block, double s, double v, PlanPoint out, double dt = 0) {
+  void point(const MotionBlock& block, double s, double v, PlanPoint out, double dt) {
     const PathPoint path = block.piece.derivatives(s);
     y_ = path.y;
     if (assembly_.map->map(path.y, block.context, q_) == KinStatus::kOk) {
@@ -167,7 +188,7 @@ class PreviewRun {
     const bool own_axes = !block.context.rtcp;
     if (own_axes && tool_pose(*assembly_.kinematics, q_, block.context, tool) == KinStatus::kOk)
       out.p_B = tool.p_B;
-    const double way = out_.points.empty() ? 0 : (out.p_B - out_.points.back().p_B).norm();
+    const double way = out.jump ? 0 : (out.p_B - out_.points.back().p_B).norm();
     const bool turns = path.d1.tail<3>().norm() > 0;
     out.speed_mm_s = own_axes && turns && dt > 0 ? way / dt : path.d1.head<3>().norm() * v;
     out.time_s = out_.time_s += dt;
@@ -185,7 +206,9 @@ class PreviewRun {
   JointVec q_;
   Words y_ = Words::Zero();
   std::deque<Asked> asked_;
+  MapContext context_;
   double feed_mm_s_ = 0;
+  bool full_ = false;
   std::uint32_t line_ = 0;
   QueueEvent::Kind last_event_ = QueueEvent::Kind::kNone;
 };
@@ -214,8 +237,10 @@ double distance(const PlanPoint& point, const PlanPoint& from, const PlanPoint& 
   return (off - share * way).norm();
 }
 
-// A point must stay where the picture changes: the line, its kind, or the joint that limits.
-bool changes(const PlanPoint& one, const PlanPoint& next) { return one.rapid != next.rapid; }
+// A point stays where the picture begins anew, and where cuts and rapids meet.
+bool changes(const PlanPoint& one, const PlanPoint& next) {
+  return one.rapid != next.rapid || one.jump || next.jump;
+}
 
 // What is left out adds its greatest values to the point that stays behind it.
 void keep_points(std::vector<PlanPoint>& points, double fine) {

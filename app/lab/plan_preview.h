@@ -28,6 +28,7 @@ struct PlanPoint {
         jerk = 0;  ///< of the joint that is nearest to a limit, over the limit
   int joint = -1;  ///< this joint; -1: none comes near a limit, the feed decides
   bool rapid = false;
+  bool jump = false;  ///< no way leads here: another tool length, or tip control, moves the tip on paper only
   float significance = 0;  ///< mm; a picture that is coarser than this may leave the point out
 };
 

@@ -202,6 +202,7 @@ async function frozenPageEnds(browser, page) {
 
 /** Arrow keys move where they are switched on, a step each; Escape, space and F1 stop. */
 async function keysMove(page) {
+  await page.locator("h1").click();  // out of the field
   await page.keyboard.press("?");
   await part(page, "keys").waitFor();
   await page.keyboard.press("?");
@@ -263,11 +264,16 @@ async function plans(page) {
     await picture(page, `plan_${mode}`);
   }
   const scene = await part(page, "scene").boundingBox();
-  for (let i = 0; i < 40 && !(await part(page, "point").count()); ++i) {
-    await page.mouse.move(scene.x + scene.width * (0.3 + 0.01 * i), scene.y + scene.height * 0.5);
+  // Across the picture until the pointer meets a cut.
+  const cut = async () => (await part(page, "point").count()) && (await text(page, "point")).includes("asked");
+  for (let i = 0; i < 60 && !(await cut()); ++i) {
+    await page.mouse.move(scene.x + scene.width * (0.3 + 0.007 * i), scene.y + scene.height * 0.6);
     await new Promise((done) => setTimeout(done, 50));
   }
-  await shows(page, "point", "asked");
+  // The program cuts with these two feeds, and no cut is faster than what is asked.
+  await until(page, "point", (shown) => /asked (1800|3000) mm\/min/.test(shown), "a feed of the program");
+  const [, asked, real] = /asked (\d+) mm\/minreal (\d+) mm\/min/.exec(await text(page, "point"));
+  assert(Number(real) > 0 && Number(real) <= Number(asked) + 1, `asked ${asked}, real ${real}`);
   await picture(page, "plan_point");
   await part(page, "fit-machine").click();
   await picture(page, "machine_drawn");
@@ -280,7 +286,8 @@ async function plans(page) {
 
 /** Nothing serious in the way of people who see, hear or move otherwise. */
 async function accessible(browser) {
-  const context = await browser.newContext({ viewport: kWork, colorScheme: "dark", bypassCSP: true });
+  const context = await browser.newContext({ viewport: kWork, colorScheme: "dark", bypassCSP: true,
+    reducedMotion: "reduce" });  // a colour on its way is none to be judged
   const page = await context.newPage();
   await page.goto(address);
   await shows(page, "state", "Ready");
@@ -348,8 +355,24 @@ async function twoPages(browser, first) {
   await view(second, "Alarms");
   await shows(second, "cure", "Release it, then reset.");
   await picture(second, "alarms_tablet");
-  await second.getByRole("button", { name: "Reset" }).click();
+  await part(second, "reset").click();
   await shows(second, "state", "Ready");
+  return second;
+}
+
+/** A program of this computer is kept and loaded; one with an error is shown with its line. */
+async function sendsPrograms(page) {
+  await view(page, "Run");
+  const send = (name, lines) =>
+    part(page, "upload").setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(lines.join("\n") + "\n") });
+  await send("sent.ngc", ["G21 G90 G94", "G1 X10 F600", "M2"]);
+  await shows(page, "program", "sent.ngc");
+  await shows(page, "lines", "X10");
+  await send("wrong.ngc", ["G21 G90 G94", "G1 X10 F600", "G1 X[10", "M2"]);
+  await shows(page, "program", "wrong.ngc, not loaded");
+  await shows(page, "program-error", "wrong.ngc:3:");
+  await shows(page, "wrong-line", "G1 X[10");
+  await picture(page, "program_wrong");
 }
 
 const browser = await chromium.launch({
@@ -369,7 +392,7 @@ try {
   await accessible(browser);
   await touchesOff(page);
   await cuts(page);
-  await twoPages(browser, page);
+  await sendsPrograms(await twoPages(browser, page));
   assert.deepEqual(complaints, [], "the browser complains");
   console.log("the day at the page went well");
 } catch (error) {

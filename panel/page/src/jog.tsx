@@ -1,4 +1,4 @@
-import { useEffect, useState } from "preact/hooks";
+import { useLayoutEffect, useState } from "preact/hooks";
 import { kFrames, kOwn, letGo, press, type Way } from "./hand";
 import { armKeys } from "./keys";
 import { link, useLink } from "./link";
@@ -45,7 +45,8 @@ export function Jog() {
     const way: Way = { ...one.way, frame, sign, share: kShares[share], step: keptValue(step, one.angle, status!.inch) };
     void press(way);
   };
-  useEffect(() => {
+  // At once with the picture: whoever sees that the keys are on may press one.
+  useLayoutEffect(() => {
     if (!keys || !mine) return;
     return armKeys((key) => {
       const pair = kPairs[key];

@@ -45,6 +45,8 @@ export class Plan {
   /** The joint that limits on the way to the point. */
   readonly joints: Uint8Array;
   readonly rapid: Uint8Array;
+  /** No way leads to the point. */
+  readonly jump: Uint8Array;
 
   constructor(bytes: ArrayBuffer) {
     const text = new TextDecoder();
@@ -71,7 +73,9 @@ export class Plan {
     this.acceleration = take(Uint8Array, 1);
     this.jerk = take(Uint8Array, 1);
     this.joints = take(Uint8Array, 1);
-    this.rapid = take(Uint8Array, 1);
+    const flags = take(Uint8Array, 1);
+    this.rapid = flags.map((flag) => flag & 1);
+    this.jump = flags.map((flag) => flag & 2);
   }
 
   get count(): number {

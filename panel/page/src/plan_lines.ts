@@ -74,12 +74,12 @@ export class PlanLines {
   }
 
   private indexOf(piece: Piece, off: number): THREE.BufferAttribute {
-    const { significance, rapid } = this.plan;
+    const { significance, rapid, jump } = this.plan;
     const out: number[] = [];
     let last = piece.from;
     for (let i = piece.from + 1; i <= piece.to; ++i) {
       if (i !== piece.to && significance[i] < off) continue;
-      if (this.rapids || !rapid[i]) out.push(last, i);
+      if (!jump[i] && (this.rapids || !rapid[i])) out.push(last, i);
       last = i;
     }
     return new THREE.BufferAttribute(new Uint32Array(out), 1);
