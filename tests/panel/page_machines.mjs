@@ -8,12 +8,8 @@ const [origin, key, sources, picture, how] = process.argv.slice(2);
 const { browser, open, part, until, complaints } = await launch(origin, key, sources);
 try {
   const page = await open({ width: 1280, height: 800 });
-  if (how === "live") {
-    await until(page, "state", (shown) => shown === "Ready", "Ready");
-    await part(page, "take").click();
-    await part(page, "home").click();
-    await until(page, "state", (shown) => shown === "Ready", "Ready");
-  } else await until(page, "state", (shown) => shown === "No machine", "No machine");
+  const wanted = how === "live" ? "Ready" : "No machine";
+  await until(page, "state", (shown) => shown === wanted, wanted);
   await page.keyboard.press("2");
   await part(page, "scene").locator("canvas").waitFor();
   await part(page, "fit-machine").click();

@@ -45,7 +45,7 @@ function tipInTable(): THREE.Vector3 | null {
   return machine.table.worldToLocal(tip);
 }
 
-const trail = { count: 0, points: new Float32Array(kTrailMax * 3), version: 0 };
+const trail = { count: 0, points: new Float32Array(kTrailMax * 3), version: 0, tool: "" };
 
 export function clearTrail() {
   trail.count = 0;
@@ -55,6 +55,10 @@ export function clearTrail() {
 link.on("motion", () => {
   const tip = tipInTable();
   if (!tip) return;
+  // Another tool length moves the tip on paper only.
+  const length = link.status!.tool_offset.slice(0, 3).join(" ");
+  if (length !== trail.tool) clearTrail();
+  trail.tool = length;
   const last = trail.count ? new THREE.Vector3().fromArray(trail.points, 3 * (trail.count - 1)) : null;
   if (last && tip.distanceTo(last) < kTrailStep) return;
   if (trail.count === kTrailMax) {
