@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <deque>
 #include <limits>
@@ -25,13 +26,13 @@ namespace {
 constexpr float kLimits = 0.95F;             // from here on a joint counts as at its limit, as for a run
 constexpr double kTurnMax = 0.06;            // rad of an arc, or of the rotary words, between two points
 constexpr double kTimeMax_s = 0.05;          // between two points
+constexpr double kDifference_s = 1e-3;       // of a joint's places, for its jerk
 constexpr int kPartsMax = 256;               // points of a time segment
 constexpr std::size_t kHeldMax = 6'000'000;  // points before any is left out
 constexpr std::size_t kPiece = 1024;
 constexpr double kColourShare = 0.02;  // the fastest speed counts as so much of the picture's size
 constexpr double kFineShare = 1e-5, kFineMax_mm = 0.002;
 constexpr std::uint64_t kLinesMax = 10 * Interpreter::kLoopedLinesMax;  // without any motion
-constexpr std::uint64_t kProgressBlocks = 2000;
 
 /// The plan as it comes, turned into points.
 class PreviewRun {
@@ -108,7 +109,6 @@ class PreviewRun {
     const double feed = asked_.empty() ? 0 : asked_.front().feed_mm_s;
     feed_mm_s_ = block.rapid || !std::isfinite(feed) ? 0 : feed;
     for (std::size_t i = 0; i < block.segment_count; ++i) segment(block, i);
-    if (options_.progress && out_.blocks % kProgressBlocks == 0) options_.progress(line_, out_.time_s);
     full_ = out_.time_s > options_.time_max_s || out_.points.size() > kHeldMax;
     if (full_) end(fmt::format("the picture ends here, after {:.1f} h of motion", out_.time_s / 3600));
   }
@@ -125,7 +125,7 @@ class PreviewRun {
     for (int i = 1; i <= parts; ++i) {
       const double t = lasts_s * i / parts;
       PlanPoint shares;
-      judge(block.joints[index], lasts_s, from, t, shares);
+      judge(block, index, from, t, shares);
       point(block, law.s_at(t), law.v_at(t), shares, t - from);
       from = t;
     }
@@ -155,17 +155,18 @@ class PreviewRun {
   }
 
   // Uses of the joints' limits from time t0 to t1 of a segment.
-  void judge(const JointMotion& motion, double lasts_s, double t0, double t1, PlanPoint& out) const {
+  void judge(const MotionBlock& block, std::size_t index, double t0, double t1, PlanPoint& out) const {
+    const JointMotion& motion = block.joints[index];
+    const JointVec jerks = jerks_at(block, block.segments[index], (t0 + t1) / 2);
     float worst = 0;
     for (std::size_t i = 0; i < assembly_.plan_joints.size(); ++i) {
       const JointLimit& limit = assembly_.plan_joints[i].limit;
-      const double a0 = motion.a[i], rise = (motion.a_end[i] - a0) / lasts_s;
+      const double a0 = motion.a[i], rise = (motion.a_end[i] - a0) / block.segments[index].duration_s;
       const auto v = [&](double t) { return std::abs(motion.v[i] + t * (a0 + t * rise / 2)); };
       const auto a = [&](double t) { return std::abs(a0 + rise * t); };
-      const auto share = [](double value) { return static_cast<float>(value); };
-      const float velocity = share(std::max(v(t0), v(t1)) * limit.jerk / limit.velocity);
-      const float acceleration = share(std::max(a(t0), a(t1)) * limit.jerk / limit.acceleration);
-      const float jerk = std::max(std::abs(motion.j_min[i]), std::abs(motion.j_max[i]));
+      const auto velocity = static_cast<float>(std::max(v(t0), v(t1)) * limit.jerk / limit.velocity);
+      const auto acceleration = static_cast<float>(std::max(a(t0), a(t1)) * limit.jerk / limit.acceleration);
+      const auto jerk = static_cast<float>(std::abs(jerks[static_cast<Eigen::Index>(i)]) / limit.jerk);
       const float most = std::max({velocity, acceleration, jerk});
       if (most <= worst) continue;
       worst = most;
@@ -174,6 +175,16 @@ class PreviewRun {
       out.jerk = jerk;
       out.joint = most >= kLimits ? static_cast<int>(i) : -1;
     }
+  }
+
+  // Third differences; the bounds that come with a block hold for the whole segment, and are too wide here.
+  JointVec jerks_at(const MotionBlock& block, const TimeSegment& law, double t) const {
+    std::array<JointVec, 4> q;
+    for (std::size_t i = 0; i < q.size(); ++i) {
+      const double s = law.s_at(t + (static_cast<double>(i) - 1.5) * kDifference_s);
+      if (assembly_.map->map(block.piece.at(s), block.context, q[i]) != KinStatus::kOk) return 0 * q_;
+    }
+    return (q[3] - 3 * (q[2] - q[1]) - q[0]) / (kDifference_s * kDifference_s * kDifference_s);
   }
 
   void point(const MotionBlock& block, double s, double v, PlanPoint out, double dt) {

@@ -2,7 +2,6 @@
 
 #include <array>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
@@ -48,7 +47,6 @@ struct PlanPreview {
 struct PreviewOptions {
   std::size_t points_max = 400000;  ///< of the result; the picture becomes coarser rather than longer
   double time_max_s = 24 * 3600.0;  ///< of motion; a program may go round for ever
-  std::function<void(std::uint32_t line, double time_s)> progress;  ///< now and then
 };
 
 /// Plans the program from `start`. What the machine would answer is guessed: every tool is in, inputs read 0,

@@ -13,7 +13,7 @@ import { PlanLines } from "./plan_lines";
 
 const kTrailMax = 12000;
 /** Pixels. */
-const kTrailWidth = 3;
+const kTrailWidth = 2;
 /** mm; a nearer place adds nothing to see. */
 const kTrailStep = 0.05;
 /** The trail is made anew at most that often; the tip moves with every frame. */
@@ -80,6 +80,15 @@ function updateTool(unit: number) {
   tool.add(makeTool(unit, status.tool_offset[2], status.tool_radius_mm));
 }
 
+/** Without a graphics card smooth edges would cost every third frame. */
+function drawsBySoftware(): boolean {
+  const gl = document.createElement("canvas").getContext("webgl2");
+  const names = gl?.getExtension("WEBGL_debug_renderer_info");
+  const name = gl && names ? String(gl.getParameter(names.UNMASKED_RENDERER_WEBGL)) : "";
+  gl?.getExtension("WEBGL_lose_context")?.loseContext();
+  return /swiftshader|llvmpipe|softpipe|software/i.test(name);
+}
+
 export type Standpoint = "iso" | "top" | "front" | "side";
 const kStandpoints: Record<Standpoint, [number, number, number]> = {
   iso: [0.42, -1.2, 0.78], top: [0, -0.001, 1], front: [0, -1, 0.06], side: [1, 0, 0.06],
@@ -108,11 +117,9 @@ export class Scene {
   private pointer: { x: number; y: number } | null = null;
   private readonly sizes: ResizeObserver;
   private readonly ends: (() => void)[];
-  /** Of the last second: for the test that measures. */
-  frames = 0;
 
   constructor(private readonly host: HTMLElement) {
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, powerPreference: "high-performance" });
+    this.renderer = new THREE.WebGLRenderer({ antialias: !drawsBySoftware(), powerPreference: "high-performance" });
     host.append(this.renderer.domElement);
     this.camera.up.set(0, 0, 1);
     this.orbit = new OrbitControls(this.camera, this.renderer.domElement);
@@ -344,6 +351,5 @@ export class Scene {
     const away = this.camera.position.distanceTo(this.mark.getWorldPosition(new THREE.Vector3()));
     this.mark.scale.setScalar(away / 220);
     this.renderer.render(this.scene, this.camera);
-    ++this.frames;
   }
 }

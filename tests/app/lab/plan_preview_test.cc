@@ -129,6 +129,22 @@ TEST_F(Preview, NamesTheJointThatLimits) {
   }
 }
 
+TEST_F(Preview, TellsHowLongNoJointLimits) {
+  std::ostringstream program;
+  program << "G21 G90 G94\nG64 P0.05\nF20000\n";
+  for (int i = 0; i < 400; ++i) program << "G1 X" << 0.5 * i << " Z" << 6 * std::sin(0.2 * i) << "\n";
+  program << "F300\nG1 X100 Z0\nG1 X90\nM2\n";
+  const PlanPreview preview = plan(program.str());
+  const Driven truth = driven(program.str());
+  double free = 0;
+  for (const Driven::Tick& tick : truth.ticks)
+    free += *std::max_element(tick.share.begin(), tick.share.end()) < 0.95;
+  const double share = free / static_cast<double>(truth.ticks.size());
+  EXPECT_GT(share, 0.1);
+  EXPECT_LT(share, 0.99);
+  EXPECT_NEAR(preview.free_s / preview.time_s, share, 0.05);
+}
+
 TEST_F(Preview, TellsFeedAskedAndReached) {
   const PlanPreview preview = plan("G21 G90 G94\nG61.1\nG0 X10\nG1 X110 F600\nG1 X111 F60000\nM2\n");
   double reached = 0, short_reached = 0;
