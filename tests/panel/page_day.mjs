@@ -247,6 +247,12 @@ async function touchesOff(page) {
   await part(page, "set-X").fill("0");
   await part(page, "set-offset").click();
   await until(page, "offset-G54", (shown) => !shown.includes("25"), "no 25");
+  await part(page, "tool-2").click();
+  await part(page, "tool-length").fill("81.5");
+  await part(page, "tool-diameter").fill("7.9");
+  await rests(page);
+  await part(page, "set-tool").click();
+  await until(page, "tool-row-2", (shown) => shown.includes("81.500") && shown.includes("7.900"), "81.5 and 7.9");
   await view(page, "Run");
 }
 

@@ -121,7 +121,7 @@ function Tools() {
           <thead><tr><th>Tool</th><th>Pocket</th><th>Length</th><th>Diameter</th><th class="text">Remark</th></tr></thead>
           <tbody>
             {tables.tools.map((tool) => (
-              <tr key={tool.number} class={tool.number === status.tool ? "in-force" : ""}>
+              <tr key={tool.number} data-test={`tool-row-${tool.number}`} class={tool.number === status.tool ? "in-force" : ""}>
                 <th><button aria-pressed={tool.number === chosen} data-test={`tool-${tool.number}`} onClick={() => setChosen(tool.number)}>{tool.number}</button></th><td>{tool.pocket}</td><td>{length(tool.z)}</td>
                 <td>{length(tool.diameter)}</td><td class="text">{tool.remark}</td>
               </tr>
