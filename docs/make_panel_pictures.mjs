@@ -1,4 +1,4 @@
-// Makes panel_run.png and panel_path.png of a page at work: ./run.sh --panel, then, with the address that it prints,
+// Makes panel_run.png, panel_path.png and panel_machine.png of a page at work: ./run.sh --panel, then, with the address that it prints,
 //
 //     node docs/make_panel_pictures.mjs ADDRESS
 import { createRequire } from "node:module";
@@ -8,7 +8,6 @@ import { fileURLToPath } from "node:url";
 const docs = dirname(fileURLToPath(import.meta.url));
 const { chromium } = createRequire(join(docs, "../panel/page/package.json"))("playwright-core");
 const kPatienceMs = 300000;
-const kFirstCut = 40;  // lines of the impeller: the way to the part is behind the tool
 const kPicture = 1500;
 
 const browser = await chromium.launch({
@@ -32,11 +31,10 @@ await page.goto(process.argv[2]);
 await page.locator('[data-test="take"]').click();
 await page.locator('[data-test="resume"]').click();  // the tool is in the spindle
 await view("Path");
-await untilLine(kFirstCut);
-await page.getByRole("button", { name: "Clear trail" }).click();
 await untilLine(kPicture);
-await page.getByRole("button", { name: "Show all" }).click();
 await page.screenshot({ path: join(docs, "panel_path.png") });
+await page.locator('[data-test="fit-machine"]').click();
+await page.screenshot({ path: join(docs, "panel_machine.png") });
 await view("Run");
 await page.locator('[data-test="work-X"]').waitFor();
 await page.screenshot({ path: join(docs, "panel_run.png") });

@@ -16,7 +16,7 @@ done
 cd "$page"
 if [ ! -f node_modules/.package-lock.json ] || [ package-lock.json -nt node_modules/.package-lock.json ]; then
   echo 'panel: getting the packages of the page'
-  npm install --no-audit --no-fund --loglevel=error  # 'npm ci' wants a lock file that names hosts
+  npm install --no-save --no-audit --no-fund --loglevel=error  # 'npm ci' wants a lock file that names hosts
   touch node_modules/.package-lock.json
 fi
 echo 'panel: building the page'

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "app/cli/commands.h"
+#include "app/cli/kinematics_json.h"
 #include "app/client/access_config.h"
 #include "core/config.h"
 #include "core/machine.h"
@@ -33,11 +34,16 @@ std::string own_folder(const std::string& machine) {
   return base + "/panel/" + machine;
 }
 
+std::string own_program() {
+  std::error_code none;
+  return std::filesystem::read_symlink("/proc/self/exe", none);
+}
+
 // The page that was built or installed with this program.
 std::string find_page(const std::string& named) {
   namespace fs = std::filesystem;
   std::error_code none;
-  const fs::path here = fs::read_symlink("/proc/self/exe", none).parent_path();
+  const fs::path here = fs::path(own_program()).parent_path();
   const std::vector<fs::path> places =
       named.empty() ? std::vector<fs::path>{here / "panel", here / "../share/trunnion/panel"}
                     : std::vector<fs::path>{named};
@@ -68,6 +74,8 @@ Exit serve(const PanelOptions& options) {
                            lcm,
                            access,
                            key,
+                           kinematics_json(machine),
+                           own_program(),
                            once};
   struct sigaction action {};
   action.sa_handler = [](int) { stop_asked = true; };

@@ -1,4 +1,5 @@
 #include <fmt/format.h>
+#include <sys/resource.h>
 #include <unistd.h>
 
 #include <cstdio>
@@ -11,6 +12,7 @@
 #include "app/cli/browser.h"
 #include "app/cli/commands.h"
 #include "app/cli/run_inputs.h"
+#include "app/lab/plan_preview.h"
 #include "app/lab/run_pictures.h"
 #include "app/lab/run_recorder.h"
 #include "app/lab/run_report.h"
@@ -38,7 +40,7 @@ namespace {
 
 struct RunOptions {
   std::string program, machine, trace, path, stretches, pictures, tools, variables, script, log, logs,
-      project;
+      project, preview;
   int trace_density = 1;
   bool json = false, trace_corrections = false, single_block = false, files = false;
   std::uint32_t from_line = 0;
@@ -125,6 +127,31 @@ class ProgressLine {
   std::uint64_t lines_;
   bool on_, shown_ = false;
 };
+
+// For the operator's page, which shows a program before it runs. Its host has other work, and a program may
+// ask for more memory than there is.
+Exit preview_program(const RunOptions& options, const Assembly& assembly) {
+  constexpr rlim_t kMemory = rlim_t{3} << 30, kSeconds = 600;
+  constexpr int kNice = 10;
+  const rlimit memory{kMemory, kMemory}, time{kSeconds, kSeconds};
+  setrlimit(RLIMIT_AS, &memory);
+  setrlimit(RLIMIT_CPU, &time);
+  if (nice(kNice) < 0) fmt::print(stderr, "the plan is made with the priority of every other program\n");
+  Parameters parameters;
+  ToolTable tools;
+  if (!options.variables.empty()) load_parameters(options.variables, parameters);
+  if (!options.tools.empty()) tools = ToolTable::load(options.tools);
+  ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
+  start.from_line = options.from_line;
+  start.switches = ProgramSwitches::of(assembly);
+  PreviewOptions preview;
+  if (options.stop_after_s > 0) preview.time_max_s = options.stop_after_s;
+  const PlanPreview plan = preview_plan(assembly, parameters, tools, start, preview);
+  write_plan(options.preview, plan, assembly.machine, options.program);
+  if (plan.message.empty()) return Exit::kDone;
+  fmt::print(stderr, "{}\n", plan.message);
+  return Exit::kBadProgram;
+}
 
 void print_drives(const Drives& drives, bool json) {
   const std::string health = drives.health();
@@ -252,7 +279,7 @@ Exit run(RunOptions options) {
   }
   Assembly assembly = assemble(options.machine);
   if (options.trace_density > 1) set_period(assembly, assembly.machine.period_s / options.trace_density);
-  return simulate_program(options, assembly);
+  return options.preview.empty() ? simulate_program(options, assembly) : preview_program(options, assembly);
 }
 
 }  // namespace
@@ -288,6 +315,10 @@ void add_run(CLI::App& app, Exit& exit) {
       "--report", options->pictures,
       "draw the run into this folder: report.html, which needs nothing else, and each picture as SVG: "
       "speed, joints, path, deviation. In a terminal with a display the browser shows it");
+  command->add_option(
+      "--preview", options->preview,
+      "plan only, without drives, and write what the operator's page draws: the tip's way, its speed and "
+      "the joint that limits it. A program with an error is planned up to there");
   command->add_option("--tools", options->tools,
                       "tool table (.tbl). Without it, the program's first lines name it, as with --machine");
   command->add_option("--vars", options->variables,

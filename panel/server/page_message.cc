@@ -21,7 +21,7 @@ constexpr std::int64_t kWholeMax =
 
 // The verb by the name of the table of commands, with _ for its spaces.
 std::int8_t verb_of(const std::string& name) {
-  for (std::int8_t verb = command_t::LOAD; verb <= command_t::SINGLE_BLOCK; ++verb) {
+  for (std::int8_t verb = command_t::LOAD; verb <= command_t::BLOCK_DELETE; ++verb) {
     std::string known(find_rights(verb)->name);
     for (char& letter : known)
       if (letter == ' ') letter = '_';
@@ -57,9 +57,30 @@ std::int64_t whole_of(const json& message, const char* key, std::int64_t least, 
   return found->get<std::int64_t>();
 }
 
-std::int32_t joint_of(const json& message) {
-  constexpr int kJointMax = 1000;  // the daemon knows how many there are
-  return message.contains("joint") ? static_cast<std::int32_t>(whole_of(message, "joint", -1, kJointMax)) : 0;
+// 0 where it is not said. The daemon knows closer what is legal.
+std::int32_t small_of(const json& message, const char* key, std::int64_t least, std::int64_t most) {
+  return message.contains(key) ? static_cast<std::int32_t>(whole_of(message, key, least, most)) : 0;
+}
+
+bool truth_of(const json& message, const char* key) {
+  const auto found = message.find(key);
+  if (found == message.end() || !found->is_boolean())
+    throw BadPageMessage(fmt::format("'{}' must be true or false", key));
+  return found->get<bool>();
+}
+
+command_t command_of(const json& message) {
+  constexpr int kJointMax = 1000, kAliveMax = 1000;
+  command_t command{};
+  command.verb = verb_of(text_of(message, "verb"));
+  command.joint = small_of(message, "joint", -1, kJointMax);
+  command.value = number_of(message, "value");
+  command.speed = number_of(message, "speed");
+  command.speed_share = number_of(message, "speed_share");
+  command.alive_ms = small_of(message, "alive_ms", 0, kAliveMax);
+  command.frame = static_cast<std::int8_t>(small_of(message, "frame", command_t::OWN, command_t::TOOL));
+  command.text = text_of(message, "text");
+  return command;
 }
 
 json id_of(const json& message) {
@@ -89,18 +110,18 @@ PageMessage read_page_message(std::string_view text) {
     out.kind = PageMessage::Kind::kTakeControls;
     return out;
   }
-  if (type != "command") throw BadPageMessage("'type' must be key, command, take_controls or alive");
+  if (type == "hold_when_lost") {
+    out.kind = PageMessage::Kind::kHoldWhenLost;
+    out.hold_when_lost = truth_of(message, "on");
+    return out;
+  }
+  if (type != "command")
+    throw BadPageMessage("'type' must be key, command, take_controls, hold_when_lost or alive");
   out.kind = PageMessage::Kind::kCommand;
   out.id = id_of(message);
-  out.command = {};
-  out.command.verb = verb_of(text_of(message, "verb"));
-  out.command.joint = joint_of(message);
-  out.command.value = number_of(message, "value");
-  out.command.speed = number_of(message, "speed");
-  out.command.text = text_of(message, "text");
-  if (out.command.verb != command_t::JOG) return out;
-  out.press = whole_of(message, "press", 1, kWholeMax);
-  out.part = whole_of(message, "part", 0, kWholeMax);
+  out.command = command_of(message);
+  const bool moves = out.command.verb == command_t::JOG && out.command.value != 0;
+  if (moves) out.press = whole_of(message, "press", 1, kWholeMax);
   return out;
 }
 

@@ -20,13 +20,14 @@ struct BadPageMessage : std::runtime_error {
 };
 
 struct PageMessage {
-  enum class Kind { kKey, kCommand, kTakeControls, kAlive };
+  enum class Kind { kKey, kCommand, kTakeControls, kAlive, kHoldWhenLost };
   Kind kind = Kind::kAlive;
   std::string key;              ///< what the page says that it has
   nlohmann::json id;            ///< of a command: a number or text that comes back with the answer
   trunnion::command_t command;  ///< without client, sequence and expiry
-  std::int64_t press = 0;       ///< of a jog: number of the press of a button, which no other press has
-  std::int64_t part = 0;        ///< of a jog: counts the moves of this press from 0
+  std::int64_t press = 0;       ///< of a jog: number of the press of a button, which no other press has;
+                                ///< 0 where it only stops one
+  bool hold_when_lost = false;  ///< a program shall hold when this page is lost
 };
 
 /// BadPageMessage unless the text is a JSON object of one of the types, with values of the types of

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <nlohmann/json.hpp>
 #include <string>
 
 #include "app/client/access_config.h"
@@ -21,7 +22,9 @@ struct PanelConfig {
   LcmConfig lcm;
   AccessConfig access;
   PanelKey key;
-  bool print_key = true;  ///< behind the address
+  nlohmann::json kinematics;  ///< what the page draws the machine of
+  std::string own_program;    ///< plans the loaded program, as 'run --preview'
+  bool print_key = true;      ///< behind the address
 };
 
 }  // namespace trn

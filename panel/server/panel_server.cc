@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -16,24 +17,29 @@
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <system_error>
 #include <utility>
 #include <vector>
 
 #include "panel/server/page_folder.h"
 #include "panel/server/page_message.h"
 #include "panel/server/panel_state.h"
+#include "panel/server/program_folder.h"
 
 namespace trn {
 
 namespace {
 
-constexpr std::string_view kApi = "/api/v1/", kStream = "/api/v1/stream", kBearer = "Bearer ";
+constexpr std::string_view kApi = "/api/v1/", kStream = "/api/v1/stream", kBearer = "Bearer ",
+                           kMetrics = "/metrics", kPrograms = "/api/v1/programs/";
+constexpr const char* kPlain = "text/plain";
 constexpr lws_usec_t kStepUs = 10000;
 constexpr std::size_t kChunk = 16384, kHeadersMax = 2048;
 constexpr std::size_t kStrangersMax = 16;  // sockets whose page has not said its key yet
 constexpr std::chrono::seconds kKeyTime{5};
-constexpr unsigned kDone = 200, kBadRequest = 400, kNoKey = 401, kForbidden = 403, kNotFound = 404,
-                   kOnlyGet = 405, kBusy = 503;
+constexpr std::size_t kUploadMax = 64U << 20;
+constexpr unsigned kContinue = 100, kDone = 200, kBadRequest = 400, kNoKey = 401, kForbidden = 403,
+                   kNotFound = 404, kOnlyGet = 405, kConflict = 409, kTooLong = 413, kBusy = 503;
 constexpr int kCloseNoKey = 4401,
               kCloseBusy = 4503;  // RFC 6455, 7.4.2: from 4000 on they are the application's
 constexpr std::string_view kNoKeyText =
@@ -53,6 +59,11 @@ struct Response {
   std::uint64_t size() const { return file ? file->size() : body.size(); }
 };
 
+/// A program on its way from a page.
+struct Upload {
+  std::string name, text;
+};
+
 struct Socket {
   PageId page = 0;  ///< 0: it has not said its key yet
   std::string received;
@@ -70,8 +81,14 @@ class PanelServer {
 
  private:
   Response answer(lws* wsi, std::string_view path) const;
-  Response answer_api(lws* wsi, std::string_view name) const;
+  Response answer_with_key(lws* wsi, std::string_view path) const;
+  bool has_key(lws* wsi) const;
+  Response begin_upload(lws* wsi, std::string_view path);
+  Response keep(const Upload& upload);
+  int take_upload(lws* wsi, std::string_view piece);
+  int end_upload(lws* wsi);
   int begin_response(lws* wsi, std::string_view path);
+  int send(lws* wsi, Response response);
   int go_on_response(lws* wsi);
   int write_page(lws* wsi);
   unsigned refuse_stream(lws* wsi) const;
@@ -83,6 +100,7 @@ class PanelServer {
   PageFolder files_;
   PanelState state_;
   std::map<lws*, Response> responses_;
+  std::map<lws*, Upload> uploads_;
   std::map<lws*, Socket> sockets_;
   PageId last_page_ = 0;
   std::vector<unsigned char> piece_ = std::vector<unsigned char>(LWS_PRE + kChunk);  ///< of a response
@@ -118,27 +136,82 @@ Response PanelServer::answer(lws* wsi, std::string_view path) const {
   if (!is_own_host(header(wsi, WSI_TOKEN_HOST)))
     return {kForbidden, "text/plain", "This panel answers as localhost or 127.0.0.1 only.\n", {}};
   if (has_query(wsi)) return {kBadRequest, "text/plain", std::string(kQueryText), {}};
-  if (path.starts_with(kApi)) return answer_api(wsi, path.substr(kApi.size()));
+  if (path.starts_with(kApi) || path == kMetrics) return answer_with_key(wsi, path);
   const std::optional<std::string> name = page_file(path);
   std::optional<OpenFile> file = name ? files_.open(*name) : std::nullopt;
   if (file) return {kDone, std::string(media_type(*name)), "", std::move(file)};
   return {kNotFound, "text/plain", "There is no such thing here.\n", {}};
 }
 
-Response PanelServer::answer_api(lws* wsi, std::string_view name) const {
+bool PanelServer::has_key(lws* wsi) const {
   const std::string said = header(wsi, WSI_TOKEN_HTTP_AUTHORIZATION);
-  const bool may = said.starts_with(kBearer) && config_.key.is(std::string_view(said).substr(kBearer.size()));
-  if (!may) return {kNoKey, "text/plain", std::string(kNoKeyText) + "\n", {}};
+  return said.starts_with(kBearer) && config_.key.is(std::string_view(said).substr(kBearer.size()));
+}
+
+Response PanelServer::answer_with_key(lws* wsi, std::string_view path) const {
+  if (!has_key(wsi)) return {kNoKey, "text/plain", std::string(kNoKeyText) + "\n", {}};
+  if (path == kMetrics) return {kDone, "text/plain; version=0.0.4; charset=utf-8", state_.metrics(), {}};
+  const std::string_view name = path.substr(kApi.size());
+  std::optional<OpenFile> plan = name == "plan" ? state_.plan() : std::nullopt;
+  if (plan) return {kDone, "application/octet-stream", "", std::move(plan)};
+  std::optional<OpenFile> text = state_.program_text(name);
+  if (text) return {kDone, "text/plain; charset=utf-8", "", std::move(text)};
   std::optional<std::string> body = state_.get(name);
   if (body) return {kDone, "application/json", std::move(*body), {}};
   return {kNotFound, "text/plain", "There is no such thing here.\n", {}};
 }
 
+// A program for the folder. kContinue: its text may come.
+Response PanelServer::begin_upload(lws* wsi, std::string_view path) {
+  const std::string host = header(wsi, WSI_TOKEN_HOST), size = header(wsi, WSI_TOKEN_HTTP_CONTENT_LENGTH);
+  if (!is_own_host(host) || !is_own_origin(header(wsi, WSI_TOKEN_ORIGIN), host))
+    return {kForbidden, kPlain, "Programs come from this panel's own page.\n", {}};
+  if (has_query(wsi)) return {kBadRequest, kPlain, std::string(kQueryText), {}};
+  if (!has_key(wsi)) return {kNoKey, kPlain, std::string(kNoKeyText) + "\n", {}};
+  if (!path.starts_with(kPrograms)) return {kNotFound, kPlain, "There is no such thing here.\n", {}};
+  std::size_t bytes = 0;
+  const auto [end, error] = std::from_chars(size.data(), size.data() + size.size(), bytes);
+  if (error != std::errc{} || end != size.data() + size.size())
+    return {kBadRequest, kPlain, "The request must tell its length.\n", {}};
+  if (bytes > kUploadMax) return {kTooLong, kPlain, "A program may have 64 MB here.\n", {}};
+  if (!uploads_.empty()) return {kBusy, kPlain, "Another program is on its way; send this one again.\n", {}};
+  uploads_[wsi] = {std::string(path.substr(kPrograms.size())), ""};
+  return {kContinue, "", "", {}};
+}
+
+int PanelServer::take_upload(lws* wsi, std::string_view piece) {
+  const auto found = uploads_.find(wsi);
+  if (found == uploads_.end()) return 0;  // of a request that was refused
+  found->second.text += piece;
+  return found->second.text.size() > kUploadMax ? -1 : 0;
+}
+
+int PanelServer::end_upload(lws* wsi) {
+  const auto found = uploads_.find(wsi);
+  if (found == uploads_.end()) return 0;
+  const Upload upload = std::move(found->second);
+  uploads_.erase(found);
+  return send(wsi, keep(upload));
+}
+
+Response PanelServer::keep(const Upload& upload) {
+  try {
+    state_.keep(upload.name, upload.text);
+    return {kDone, kPlain, "Kept.\n", {}};
+  } catch (const NoProgram& none) {
+    return {kConflict, kPlain, std::string(none.what()) + "\n", {}};
+  }
+}
+
 int PanelServer::begin_response(lws* wsi, std::string_view path) {
-  // Nothing but GET yet: a request of another kind has no such header.
-  Response response = lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) > 0
-                          ? answer(wsi, path)
-                          : Response{kOnlyGet, "text/plain", "Only GET is answered here.\n", {}};
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_GET_URI) > 0) return send(wsi, answer(wsi, path));
+  if (lws_hdr_total_length(wsi, WSI_TOKEN_POST_URI) == 0)
+    return send(wsi, {kOnlyGet, kPlain, "Only GET and POST are answered here.\n", {}});
+  Response response = begin_upload(wsi, path);
+  return response.code == kContinue ? 0 : send(wsi, std::move(response));
+}
+
+int PanelServer::send(lws* wsi, Response response) {
   std::array<unsigned char, LWS_PRE + kHeadersMax> buffer{};
   unsigned char *begin = buffer.data() + LWS_PRE, *at = begin, *end = buffer.data() + buffer.size();
   const auto add = [&](const char* name, std::string_view value) {
@@ -241,8 +314,13 @@ int PanelServer::happened(lws* wsi, lws_callback_reasons reason, std::string_vie
       return begin_response(wsi, in);
     case LWS_CALLBACK_HTTP_WRITEABLE:
       return go_on_response(wsi);
+    case LWS_CALLBACK_HTTP_BODY:
+      return take_upload(wsi, in);
+    case LWS_CALLBACK_HTTP_BODY_COMPLETION:
+      return end_upload(wsi);
     case LWS_CALLBACK_CLOSED_HTTP:
       responses_.erase(wsi);
+      uploads_.erase(wsi);
       return 0;
     case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION: {
       const unsigned refused = refuse_stream(wsi);
@@ -280,7 +358,8 @@ int callback(lws* wsi, lws_callback_reasons reason, void*, void* in, std::size_t
   if (!server) return 0;
   try {
     // Other reasons pass other things than text.
-    const bool text = in && (reason == LWS_CALLBACK_HTTP || reason == LWS_CALLBACK_RECEIVE);
+    const bool text = in && (reason == LWS_CALLBACK_HTTP || reason == LWS_CALLBACK_HTTP_BODY ||
+                             reason == LWS_CALLBACK_RECEIVE);
     return server->happened(wsi, reason, text ? std::string_view(static_cast<char*>(in), size) : "");
   } catch (const std::exception& error) {
     fmt::print(stderr, "panel: {}\n", error.what());

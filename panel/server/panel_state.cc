@@ -1,6 +1,7 @@
 #include "panel/server/panel_state.h"
 
 #include <algorithm>
+#include <filesystem>
 #include <iterator>
 #include <utility>
 
@@ -17,7 +18,7 @@ using nlohmann::json;
 using trunnion::command_t;
 using namespace std::chrono_literals;
 
-constexpr auto kStatusEvery = 100ms, kMotionEvery = 50ms, kDeadMan = 500ms;
+constexpr auto kStatusEvery = 100ms, kMotionEvery = 50ms, kDeadMan = 500ms, kLost = 3000ms;
 constexpr int kMalformedMax = 3;
 constexpr std::size_t kHistoryMax = 1000, kPressesMax = 4096;
 
@@ -30,6 +31,26 @@ bool begins_motion(const command_t& command) {
          command.verb == command_t::MDI || command.verb == command_t::HOME;
 }
 
+// A jog of one joint has a state of its own; one along a direction runs as a program of this name.
+bool jogs_now(const trunnion::status_t& status) {
+  const bool runs = status.state == "running" || status.state == "holding" || status.state == "stopping";
+  return status.state == "jogging" || (runs && status.program == "jog");
+}
+
+bool is_file(const std::string& program) { return program.starts_with('/'); }
+
+// The daemon stops what this jog moves, and nothing else: it refuses it while a program runs.
+command_t stop_of(command_t jog) {
+  jog.value = jog.speed = jog.speed_share = 0;
+  jog.alive_ms = 0;
+  return jog;
+}
+
+std::int64_t now_us() {
+  const auto wall = std::chrono::system_clock::now().time_since_epoch();
+  return std::chrono::duration_cast<std::chrono::microseconds>(wall).count();
+}
+
 json typed(const char* type, json message) {
   message["type"] = type;
   return message;
@@ -37,13 +58,15 @@ json typed(const char* type, json message) {
 
 }  // namespace
 
-PanelState::PanelState(const PanelConfig& config) : config_(config), daemon_(config.lcm, config.access) {
+PanelState::PanelState(const PanelConfig& config)
+    : config_(config), daemon_(config.lcm, config.access), plan_(config) {
   daemon_.on_status = [this] { heard_status(); };
   daemon_.on_motion = [this] {
     for (auto& [id, page] : pages_) page.motion = true;
   };
   daemon_.on_tables = [this] {
     for (auto& [id, page] : pages_) page.tables = true;
+    plan_due_ = true;
   };
 }
 
@@ -51,6 +74,8 @@ void PanelState::step() {
   daemon_.step();
   watch_jogs();
   stop_jogs();
+  watch_holder();
+  watch_plan();
   if (daemon_.connected()) {
     told_gone_ = false;
     return;
@@ -66,13 +91,14 @@ bool PanelState::open(PageId id) {
   page.status = daemon_.status().has_value();
   page.motion = daemon_.motion().has_value();
   page.tables = daemon_.tables().has_value();
-  const auto wall = std::chrono::system_clock::now().time_since_epoch();
+  plan_due_ = true;
   put(page, {{"type", "hello"},
              {"version", config_.version},
              {"machine", config_.machine.name},
              {"clock_us", daemon_.status() ? daemon_.status()->clock_us : 0},
-             {"server_time_us", std::chrono::duration_cast<std::chrono::microseconds>(wall).count()}});
+             {"server_time_us", now_us()}});
   put(page, {{"type", "controls"}, {"mine", false}, {"holder", holder_}});
+  put(page, typed("plan", plan_.state()));
   if (told_gone_) put(page, {{"type", "gone"}, {"text", "No daemon answers for this machine."}});
   return true;
 }
@@ -82,6 +108,8 @@ void PanelState::close(PageId id) {
   if (found == pages_.end()) return;
   found->second.gone = found->second.stop_wanted = true;
   found->second.events.clear();
+  found->second.held.reset();
+  if (holder_ == id) lose(found->second);
   if (!found->second.jogs()) pages_.erase(found);
   if (holder_ != id) return;
   holder_ = 0;
@@ -99,10 +127,17 @@ bool PanelState::receive(PageId id, std::string_view text) {
     put(page, {{"type", "error"}, {"text", bad.what()}});
     return ++page.malformed < kMalformedMax;
   }
-  if (message.kind == PageMessage::Kind::kAlive) page.heard = Clock::now();
+  if (message.kind == PageMessage::Kind::kAlive) hear_alive(id, page);
+  if (message.kind == PageMessage::Kind::kHoldWhenLost) {
+    page.hold_when_lost = message.hold_when_lost;
+    if (!page.jogs()) page.heard = Clock::now();
+  }
   if (message.kind == PageMessage::Kind::kTakeControls) {
-    if (const auto before = pages_.find(holder_); before != pages_.end() && holder_ != id)
+    if (const auto before = pages_.find(holder_); before != pages_.end() && holder_ != id) {
       before->second.stop_wanted = before->second.jogs();
+      before->second.held.reset();
+    }
+    if (!page.jogs()) page.heard = Clock::now();
     holder_ = id;
     tell_controls();
   }
@@ -118,7 +153,6 @@ void PanelState::command(PageId id, const PageMessage& message) {
   if (!always && holder_ != id)
     return refuse(page, message.id, "this page only looks; take the controls first");
   if (command.verb == command_t::JOG) return jog(id, message);
-  // The stop of a jog, which is a hold, must not meet what begins behind the jog.
   if (begins_motion(command) && somebody_jogs())
     return refuse(page, message.id, "a move by hand goes on; wait until it has ended");
   if (command.verb == command_t::LOAD && !command.text.empty()) {
@@ -134,17 +168,35 @@ void PanelState::command(PageId id, const PageMessage& message) {
 // A press that comes a second time, however that happened, moves nothing.
 void PanelState::jog(PageId id, const PageMessage& message) {
   Page& page = pages_.at(id);
-  if (!is_new(message)) return refuse(page, message.id, "this press was obeyed before");
-  // While it jogs a new press is no sign that somebody still holds the old one.
-  if (!page.jogs() || message.part > 0) page.heard = Clock::now();
+  const command_t& jog = message.command;
+  if (jog.value != 0 && !is_new(message.press))
+    return refuse(page, message.id, "this press was obeyed before");
+  page.held.reset();
+  if (jog.value != 0) {
+    // While it jogs a new press is no sign that somebody still holds the old one.
+    if (!page.jogs()) page.heard = Clock::now();
+    page.last_jog = jog;
+    if (jog.alive_ms > 0) page.held = jog;
+  }
   ++page.jogs_asked;
-  forward(id, message, message.command);
+  forward(id, message, jog);
 }
 
-bool PanelState::is_new(const PageMessage& jog) {
-  const auto [last, first] = presses_.try_emplace(jog.press, jog.part);
-  if (!first) return jog.part > last->second && (last->second = jog.part, true);
-  oldest_presses_.push_back(jog.press);
+// The daemon ends a held jog by itself when it is not said again in time. Only one is asked at a time: a jog
+// along a direction is planned first, and a second one meanwhile would be another.
+void PanelState::hear_alive(PageId id, Page& page) {
+  page.heard = Clock::now();
+  page.lost = false;
+  if (!page.held || page.jogs_asked > 0) return;
+  ++page.jogs_asked;
+  daemon_.send(*page.held, [this, id](const auto& outcome, const auto& answer) {
+    answered(id, nullptr, true, outcome, answer);
+  });
+}
+
+bool PanelState::is_new(std::int64_t press) {
+  if (!presses_.insert(press).second) return false;
+  oldest_presses_.push_back(press);
   if (oldest_presses_.size() > kPressesMax) {
     presses_.erase(oldest_presses_.front());
     oldest_presses_.pop_front();
@@ -179,6 +231,13 @@ void PanelState::answered(PageId id, const json& number, bool jog, const std::st
     page.jog_status = daemon_.status() ? daemon_.status()->count + 1 : -1;
     page.stop_wanted = true;
   }
+  if (jog && outcome != "accepted" && page.held) {
+    page.held.reset();
+    // Nobody waits for the answer to a sign of life.
+    if (number.is_null() && !answer.message.empty())
+      put(page, {{"type", "message"}, {"time_us", now_us()}, {"kind", outcome}, {"text", answer.message}});
+  }
+  if (number.is_null()) return;
   put(page, {{"type", "answer"},
              {"id", number},
              {"outcome", outcome},
@@ -186,33 +245,62 @@ void PanelState::answered(PageId id, const json& number, bool jog, const std::st
              {"status_count", answer.status_count}});
 }
 
-// A hold while a jog goes on stops the jog; a program it would hold, too. So it is sent only where the daemon
-// has said, since it accepted the jog, that it jogs.
 void PanelState::stop_jogs() {
-  bool hold = false;
   for (auto page = pages_.begin(); page != pages_.end();) {
     Page& one = page->second;
-    const bool goes_on = one.jog_status >= 0 && daemon_.status() && daemon_.status()->count >= one.jog_status;
-    hold = hold || (one.stop_wanted && goes_on);
-    if (goes_on || !one.jogs()) one.stop_wanted = false;
+    if (one.stop_wanted && one.jogs() && daemon_.connected())
+      daemon_.send(stop_of(one.last_jog), [](const auto&, const auto&) {});
+    if (daemon_.connected() || !one.jogs()) one.stop_wanted = false;
     page = one.gone && !one.jogs() ? pages_.erase(page) : std::next(page);
   }
-  if (!hold) return;
-  command_t command{};
-  command.verb = command_t::HOLD;
-  daemon_.send(command, [](const auto&, const auto&) {});
 }
 
 void PanelState::watch_jogs() {
   for (auto& [id, page] : pages_) {
-    if (!page.jogs() || Clock::now() - page.heard < kDeadMan) continue;
+    const auto patience = page.held ? std::chrono::milliseconds(page.held->alive_ms) : kDeadMan;
+    if (!page.jogs() || Clock::now() - page.heard < patience) continue;
     page.heard = Clock::now();  // the next stop, if the jog goes on, in another half second
     page.stop_wanted = true;
+    page.held.reset();
+    if (page.gone) continue;
     put(page, {{"type", "message"},
-               {"time_us", daemon_.status() ? daemon_.status()->time_us : 0},
+               {"time_us", now_us()},
                {"kind", "dead_man"},
-               {"text", "The jog was stopped: nothing came from the page for half a second."}});
+               {"text", "The jog was stopped: the page said for too long no more that somebody holds it."}});
   }
+}
+
+// A page whose computer sleeps keeps its connection for a while.
+void PanelState::watch_holder() {
+  const auto found = pages_.find(holder_);
+  if (found == pages_.end() || Clock::now() - found->second.heard < kLost) return;
+  lose(found->second);
+}
+
+// A program that runs may change offsets and tools, which change nothing of its plan.
+void PanelState::watch_plan() {
+  const bool may = daemon_.connected() && daemon_.tables() && !pages_.empty() && is_file(loaded_);
+  if (may && plan_due_ && (daemon_.status()->state == "idle" || plan_.program() != loaded_)) {
+    plan_due_ = false;
+    plan_.want(loaded_, *daemon_.status(), *daemon_.tables());
+  }
+  if (plan_.step()) tell_all(typed("plan", plan_.state()));
+}
+
+void PanelState::lose(Page& page) {
+  if (!page.hold_when_lost || std::exchange(page.lost, true)) return;
+  if (!daemon_.connected() || daemon_.status()->state != "running") return;
+  command_t command{};
+  command.verb = command_t::HOLD;
+  daemon_.send(command, [](const auto&, const auto&) {});
+  note("dead_man", "The program holds: the page that had the controls was lost.");
+}
+
+void PanelState::note(const char* kind, const std::string& text) {
+  json entry{{"time_us", now_us()}, {"kind", kind}, {"text", text}};
+  if (history_.size() >= kHistoryMax) history_.pop_front();
+  history_.push_back(entry);
+  tell_all(typed("message", std::move(entry)));
 }
 
 void PanelState::heard_status() {
@@ -220,19 +308,15 @@ void PanelState::heard_status() {
   const bool another = std::exchange(daemon_pid_, status.pid) != status.pid;  // its counts begin anew
   for (auto& [id, page] : pages_) {
     page.status = true;
-    const bool ended = status.count >= page.jog_status && status.state != "jogging";
+    const bool ended = status.count >= page.jog_status && !jogs_now(status);
     if (another || ended) page.jog_status = -1;
   }
-  const auto keep = [&](const char* kind, const std::string& text) {
-    json entry{{"time_us", status.time_us}, {"kind", kind}, {"text", text}};
-    if (history_.size() >= kHistoryMax) history_.pop_front();
-    history_.push_back(entry);
-    tell_all(typed("message", std::move(entry)));
-  };
+  if (is_file(status.program)) loaded_ = status.program;
+  if (std::exchange(last_state_, status.state) != status.state) plan_due_ = true;
   if (std::exchange(last_fault_, status.fault) != status.fault && status.fault != "ok")
-    keep("fault", status.fault);
+    note("fault", status.fault);
   if (std::exchange(last_message_, status.message) != status.message && !status.message.empty())
-    keep("message", status.message);
+    note("message", status.message);
 }
 
 void PanelState::put(Page& page, const json& message) {
@@ -298,6 +382,25 @@ std::optional<std::string> PanelState::get(std::string_view name) const {
   return std::nullopt;
 }
 
+void PanelState::keep(const std::string& name, const std::string& text) {
+  const bool rests = !daemon_.connected() || daemon_.status()->state == "idle";
+  if (!rests && std::filesystem::path(loaded_).filename() == name)
+    throw NoProgram("this program is at work; send it when the machine is idle");
+  keep_program(config_.programs_folder, name, text);
+  plan_due_ = true;
+}
+
+std::optional<OpenFile> PanelState::program_text(std::string_view name) const {
+  constexpr std::string_view kOfFolder = "programs/";
+  if (name == "program") return loaded_.empty() ? std::nullopt : open_program(loaded_);
+  if (!name.starts_with(kOfFolder)) return std::nullopt;
+  try {
+    return open_program(program_path(config_.programs_folder, std::string(name.substr(kOfFolder.size()))));
+  } catch (const NoProgram&) {
+    return std::nullopt;
+  }
+}
+
 json PanelState::machine_json() const {
   json joints = json::array();
   for (const Joint& joint : config_.machine.joints)
@@ -313,6 +416,7 @@ json PanelState::machine_json() const {
           {"config_path", config_.config_path},
           {"period_s", config_.machine.period_s},
           {"axes", daemon_.status() ? daemon_.status()->axes : ""},
+          {"kinematics", config_.kinematics},
           {"joints", joints}};
 }
 

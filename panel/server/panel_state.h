@@ -6,12 +6,16 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <string_view>
 
 #include "panel/server/daemon_watch.h"
+#include "panel/server/metrics.h"
+#include "panel/server/page_folder.h"
 #include "panel/server/page_message.h"
 #include "panel/server/panel_config.h"
+#include "panel/server/plan_maker.h"
 
 namespace trn {
 
@@ -42,6 +46,15 @@ class PanelState {
 
   /// The answer to GET /api/v1/NAME, nothing if there is no such thing.
   std::optional<std::string> get(std::string_view name) const;
+  /// The answer to GET /metrics.
+  std::string metrics() const { return metrics_text(config_, daemon_, pages_.size()); }
+  /// Keeps a program that a page sends. NoProgram where it may not; also where the daemon runs that one.
+  void keep(const std::string& name, const std::string& text);
+  /// The plan of the loaded program that GET /api/v1/plan answers; nothing if there is none.
+  std::optional<OpenFile> plan() const { return plan_.file(); }
+  /// The text that GET /api/v1/program or programs/NAME answers: of the program that the daemon has loaded,
+  /// wherever it lies, or of one in the folder; nothing if there is no such program.
+  std::optional<OpenFile> program_text(std::string_view name) const;
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -53,40 +66,52 @@ class PanelState {
     bool overflown = false;
     bool gone = false;         ///< kept until its jogs have ended
     bool stop_wanted = false;  ///< of its jogs
-    int jogs_asked = 0;        ///< not answered yet
+    bool hold_when_lost = false, lost = false;
+    trunnion::command_t last_jog{};
+    std::optional<trunnion::command_t> held;  ///< the jog that is said again while the page says it lives
+    int jogs_asked = 0;                       ///< not answered yet
     std::int64_t jog_status =
         -1;  ///< count of the first status after the last accepted jog; -1: none goes on
     bool jogs() const { return jogs_asked > 0 || jog_status >= 0; }
   };
 
-  /// True for each press and part once.
-  bool is_new(const PageMessage& jog);
+  /// True for each press once.
+  bool is_new(std::int64_t press);
   void refuse(Page& page, const nlohmann::json& number, const std::string& why);
   bool somebody_jogs() const;
   static void put(Page& page, const nlohmann::json& message);
   void tell_all(const nlohmann::json& message);
+  void note(const char* kind, const std::string& text);
   void tell_controls();
   void heard_status();
   void command(PageId id, const PageMessage& message);
   void jog(PageId id, const PageMessage& message);
+  void hear_alive(PageId id, Page& page);
   void forward(PageId id, const PageMessage& message, const trunnion::command_t& command);
   void answered(PageId id, const nlohmann::json& number, bool jog, const std::string& outcome,
                 const trunnion::acknowledge_t& answer);
   void stop_jogs();
   void watch_jogs();
+  void watch_holder();
+  void watch_plan();
+  void lose(Page& page);
   nlohmann::json machine_json() const;
   nlohmann::json programs_json() const;
   nlohmann::json state_json() const;
 
   const PanelConfig& config_;
   DaemonWatch daemon_;
+  PlanMaker plan_;
   std::map<PageId, Page> pages_;
-  PageId holder_ = 0;                             ///< 0: nobody
-  std::map<std::int64_t, std::int64_t> presses_;  ///< the last part of each
+  PageId holder_ = 0;  ///< 0: nobody
+  std::set<std::int64_t> presses_;
   std::deque<std::int64_t> oldest_presses_;
   bool told_gone_ = false;
   std::int32_t daemon_pid_ = 0;
   std::string last_message_, last_fault_ = "ok";
+  std::string loaded_;  ///< path of the program that was loaded last
+  std::string last_state_;
+  bool plan_due_ = false;  ///< something is new that its plan may depend on
   std::deque<nlohmann::json> history_;
 };
 

@@ -1,11 +1,18 @@
 #include "panel/server/program_folder.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <array>
+#include <cctype>
+#include <cstddef>
 #include <filesystem>
+#include <string_view>
 #include <system_error>
+
+#include "core/safe_file.h"
 
 namespace trn {
 
@@ -34,6 +41,35 @@ std::string program_path(const std::string& folder, const std::string& name) {
   if (!below || !fs::is_regular_file(real, failed))
     throw NoProgram(fmt::format("there is no program '{}' in the folder of this panel", name));
   return real;
+}
+
+std::optional<OpenFile> open_program(const std::string& path) {
+  const std::filesystem::path file(path);
+  return PageFolder(file.parent_path()).open(file.filename().string());
+}
+
+void keep_program(const std::string& folder, const std::string& name, const std::string& text) {
+  constexpr std::size_t kNameMax = 120;
+  const bool letters = std::all_of(name.begin(), name.end(), [](unsigned char letter) {
+    return std::isalnum(letter) ||
+           std::string_view(" ._-").find(static_cast<char>(letter)) != std::string_view::npos;
+  });
+  if (!letters || name.size() > kNameMax || !is_program_name(name))
+    throw NoProgram(
+        fmt::format("'{}' is no name for a program: letters, digits, space, . _ - and one of the endings "
+                    "{}",
+                    name, fmt::join(kEndings, " ")));
+  const std::filesystem::path path = std::filesystem::path(folder) / name;
+  try {
+    write_file_safely(path, text);
+  } catch (const FileError& error) {
+    throw NoProgram(error.what());
+  }
+  // The daemon may be another user, and a program is no secret on its host.
+  using std::filesystem::perms;
+  std::error_code none;
+  std::filesystem::permissions(
+      path, perms::owner_read | perms::owner_write | perms::group_read | perms::others_read, none);
 }
 
 std::vector<ProgramFile> list_programs(const std::string& folder) {

@@ -1,9 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <vector>
+
+#include "panel/server/page_folder.h"
 
 namespace trn {
 
@@ -15,6 +18,14 @@ struct NoProgram : std::runtime_error {
 /// The real path of a program that a page names, by its path in the folder or an absolute one. NoProgram
 /// unless it is a regular file that lies, behind all links, below `folder`.
 std::string program_path(const std::string& folder, const std::string& name);
+
+/// The text of a program by its real path; nothing if it is no regular file any more.
+std::optional<OpenFile> open_program(const std::string& path);
+
+/// Keeps the text of a program in the folder, in the place of one that has this name; what is there after a
+/// power cut is the old one or the new one. NoProgram where the name is none of a program in the folder
+/// itself (letters, digits, space, . _ -, one of the endings), or the file cannot be written.
+void keep_program(const std::string& folder, const std::string& name, const std::string& text);
 
 struct ProgramFile {
   std::string name;

@@ -95,3 +95,18 @@ def get(bench, path, host=None, key="right", scheme="Bearer"):
     body = answer.read()
     connection.close()
     return answer, body
+
+
+def post(bench, path, text, host=None, key="right", origin="own", size=None):
+    """The answer and its body. `size` is told instead of the text's own."""
+    connection = http.client.HTTPConnection("127.0.0.1", bench.port, timeout=PATIENCE_S)
+    headers = {"Host": host or bench.host, "Content-Length": str(len(text) if size is None else size)}
+    if key is not None:
+        headers["Authorization"] = f"Bearer {bench.key if key == 'right' else key}"
+    if origin is not None:
+        headers["Origin"] = bench.origin if origin == "own" else origin
+    connection.request("POST", path, body=text, headers=headers)
+    answer = connection.getresponse()
+    body = answer.read()
+    connection.close()
+    return answer, body

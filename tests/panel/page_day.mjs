@@ -1,12 +1,13 @@
 // The operator's day at the page, by clicks and keys in a real browser, against a real panel and daemon that
 // page_day.py started. Screenshots of every view go into the output folder.
 //
-// usage: node page_day.mjs ORIGIN KEY PAGE_SOURCES OUTPUT_FOLDER PROGRAM
+// usage: node page_day.mjs ORIGIN KEY PAGE_SOURCES OUTPUT_FOLDER PROGRAM CYCLE_TIME_S
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-const [origin, key, sources, output, program] = process.argv.slice(2);
+const [origin, key, sources, output, program, cycle] = process.argv.slice(2);
+const cycleTime = Number(cycle);
 const address = `${origin}/#key=${key}`;
 const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");
 const kPatienceMs = 30000;
@@ -111,7 +112,7 @@ async function keyOpens(browser) {
 
 async function looksOnly(page) {
   await shows(page, "state", "Ready");
-  for (const name of ["jog-X+", "home", "start", "single", "override"])
+  for (const name of ["jog-X+", "home", "start", "single", "optional-stop", "override"])
     assert(await part(page, name).isDisabled(), `${name} is free without the controls`);
   assert(await part(page, "estop").isEnabled(), "the emergency stop needs no controls");
 }
@@ -150,17 +151,19 @@ async function moves(page) {
   await shows(page, "machine-X", "13.500");
 }
 
+/** A button that is held moves the machine evenly, until it is let go or the page is lost. */
 async function heldJogEnds(page) {
-  await page.getByRole("button", { name: "Held" }).click();
+  await part(page, "held").click();
   await rests(page);
   await part(page, "jog-Z+").click({ trial: true });
   const button = await part(page, "jog-Z+").boundingBox();
   await page.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
+  const jogsBefore = jogsSent;
   await page.mouse.down();
-  // More than one renewal: a single one is 10 mm.
   await until(page, "machine-Z", (shown) => Number(shown) > 15, "more than 15");
   await page.mouse.up();
   await rests(page);
+  assert.equal(jogsSent - jogsBefore, 2, "the page asks once for a held move, and once for its end");
   // Positions are shown a moment after the state: those after a move along X are of later.
   await typeLine(page, "G0 X5");
   await shows(page, "work-X", "5.000");
@@ -168,6 +171,68 @@ async function heldJogEnds(page) {
   await typeLine(page, "G0 X0");
   await shows(page, "work-X", "0.000");
   assert.equal(await text(page, "machine-Z"), stands, "Z went on after the button was let go");
+}
+
+/** A page that freezes while a button is held stops the machine all the same. */
+async function frozenPageEnds(browser, page) {
+  const second = await open(browser, kWork);
+  await part(second, "take").click();
+  await shows(second, "controls", "You have the controls");
+  await part(second, "held").click();
+  await part(second, "jog-X+").click({ trial: true });
+  const button = await part(second, "jog-X+").boundingBox();
+  await second.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
+  await second.mouse.down();
+  await shows(page, "state", "Moving by hand");
+  // Its scripts say nothing for four seconds; the button is still down.
+  const frozen = second.evaluate(() => {
+    for (const end = Date.now() + 4000; Date.now() < end;);
+  });
+  const begin = Date.now();
+  await shows(page, "state", "Ready");
+  assert(Date.now() - begin < 3000, "the machine moved on while the page was frozen");
+  await frozen;
+  await second.mouse.up();
+  await second.context().close();
+  await part(page, "take").click();
+  await shows(page, "controls", "You have the controls");
+  await typeLine(page, "G0 X0");
+  await shows(page, "work-X", "0.000");
+}
+
+/** Arrow keys move where they are switched on, a step each; Escape, space and F1 stop. */
+async function keysMove(page) {
+  await page.locator("h1").click();  // out of the field
+  await page.keyboard.press("?");
+  await part(page, "keys").waitFor();
+  await page.keyboard.press("?");
+  await page.getByRole("button", { name: "1", exact: true }).click();
+  await page.keyboard.press("ArrowRight");
+  await part(page, "jog-keys").click();
+  await rests(page);
+  await page.keyboard.press("ArrowRight");
+  await shows(page, "machine-X", "1.000");
+  await rests(page);
+  await page.keyboard.press("ArrowLeft");
+  await until(page, "machine-X", (shown) => shown === "0.000", "0 again");
+  await part(page, "jog-keys").click();
+  await part(page, "along-Tool").click();
+  assert.equal(await part(page, "jog-C+").count(), 0, "no rotary axis is one of the tool's");
+  await step(page, "jog-X+");
+  await shows(page, "machine-X", "1.000");
+  await part(page, "along-Joint").click();
+  await typeLine(page, "G0 X0");
+  await shows(page, "work-X", "0.000");
+}
+
+async function switches(page) {
+  for (const name of ["single", "optional-stop", "block-delete"]) {
+    const before = await part(page, name).getAttribute("aria-checked");
+    for (const wanted of [before === "true" ? "false" : "true", before]) {
+      await part(page, name).click();
+      await page.locator(`[data-test="${name}"][aria-checked="${wanted}"]`).waitFor();
+    }
+  }
 }
 
 async function touchesOff(page) {
@@ -182,7 +247,68 @@ async function touchesOff(page) {
   await part(page, "set-X").fill("0");
   await part(page, "set-offset").click();
   await until(page, "offset-G54", (shown) => !shown.includes("25"), "no 25");
+  await part(page, "tool-2").click();
+  await part(page, "tool-length").fill("81.5");
+  await part(page, "tool-diameter").fill("7.9");
+  await rests(page);
+  await part(page, "set-tool").click();
+  await until(page, "tool-row-2", (shown) => shown.includes("81.500") && shown.includes("7.900"), "81.5 and 7.9");
   await view(page, "Run");
+}
+
+/** Before it runs, the program is drawn; each place tells what happens there. */
+async function plans(page) {
+  await shows(page, "lines", "(RTCP on");
+  await view(page, "Path");
+  const clock = await part(page, "plan-time").textContent();
+  const [minutes, seconds] = clock.split(":").map(Number);
+  // The time of 'trunnion run', which drives the program period by period.
+  assert(Math.abs(60 * minutes + seconds - cycleTime) < 3, `the plan takes ${clock} instead of ${cycleTime} s`);
+  await shows(page, "limits", "feed");
+  for (const mode of ["joint", "acceleration", "jerk", "feed", "speed"]) {
+    await part(page, `colour-${mode}`).click();
+    await picture(page, `plan_${mode}`);
+  }
+  const scene = await part(page, "scene").boundingBox();
+  // Across the picture until the pointer meets a cut.
+  const cut = async () => (await part(page, "point").count()) && (await text(page, "point")).includes("asked");
+  for (let i = 0; i < 60 && !(await cut()); ++i) {
+    await page.mouse.move(scene.x + scene.width * (0.3 + 0.007 * i), scene.y + scene.height * 0.6);
+    await new Promise((done) => setTimeout(done, 50));
+  }
+  // The program cuts with these two feeds, and no cut is faster than what is asked.
+  await until(page, "point", (shown) => /asked (1800|3000) mm\/min/.test(shown), "a feed of the program");
+  const [, asked, real] = /asked (\d+) mm\/minreal (\d+) mm\/min/.exec(await text(page, "point"));
+  assert(Number(real) > 0 && Number(real) <= Number(asked) + 1, `asked ${asked}, real ${real}`);
+  await picture(page, "plan_point");
+  await part(page, "fit-machine").click();
+  await picture(page, "machine_drawn");
+  await part(page, "fit-work").click();
+  await view(page, "Machine");
+  await shows(page, "timing", "99.9 %");
+  await picture(page, "machine_view");
+  await view(page, "Run");
+}
+
+/** Nothing serious in the way of people who see, hear or move otherwise. */
+async function accessible(browser) {
+  const context = await browser.newContext({ viewport: kWork, colorScheme: "dark", bypassCSP: true,
+    reducedMotion: "reduce" });  // a colour on its way is none to be judged
+  const page = await context.newPage();
+  await page.goto(address);
+  await shows(page, "state", "Ready");
+  await page.addScriptTag({ path: join(sources, "node_modules/axe-core/axe.min.js") });
+  for (const theme of ["Light", "Dark"]) {
+    for (const name of ["Run", "Path", "Offsets and tools", "Machine", "Alarms"]) {
+      await view(page, name);
+      const { violations } = await page.evaluate(() => globalThis.axe.run());
+      const serious = violations.filter((one) => one.impact === "serious" || one.impact === "critical");
+      const told = serious.map((one) => `${one.id}: ${one.nodes.map((node) => node.target + " " + node.failureSummary).join("; ")}`);
+      assert.deepEqual(told, [], `${name}, before ${theme}`);
+    }
+    await page.getByRole("button", { name: theme, exact: true }).click();
+  }
+  await context.close();
 }
 
 async function cuts(page) {
@@ -195,12 +321,13 @@ async function cuts(page) {
   await part(page, "load-name").fill(program);
   await part(page, "load").click();
   await shows(page, "program", program);
+  await plans(page);
   await part(page, "start").click();
   await shows(page, "sentence", "tool 1");
   assert(await part(page, "hold").isDisabled(), "what stands cannot be held");
   await part(page, "resume").click();
   await shows(page, "state", "Running");
-  await until(page, "block", (shown) => /[XYZ]-?\d/.test(shown), "a block of motion");
+  await until(page, "running-line", (shown) => /[XYZ]-?\d/.test(shown), "a block of motion");
   await part(page, "override").focus();
   await page.keyboard.press("ArrowLeft");
   await page.getByRole("button", { name: "Feed to 100 percent" }).filter({ hasText: "95 %" }).waitFor();
@@ -234,8 +361,24 @@ async function twoPages(browser, first) {
   await view(second, "Alarms");
   await shows(second, "cure", "Release it, then reset.");
   await picture(second, "alarms_tablet");
-  await second.getByRole("button", { name: "Reset" }).click();
+  await part(second, "reset").click();
   await shows(second, "state", "Ready");
+  return second;
+}
+
+/** A program of this computer is kept and loaded; one with an error is shown with its line. */
+async function sendsPrograms(page) {
+  await view(page, "Run");
+  const send = (name, lines) =>
+    part(page, "upload").setInputFiles({ name, mimeType: "text/plain", buffer: Buffer.from(lines.join("\n") + "\n") });
+  await send("sent.ngc", ["G21 G90 G94", "G1 X10 F600", "M2"]);
+  await shows(page, "program", "sent.ngc");
+  await shows(page, "lines", "X10");
+  await send("wrong.ngc", ["G21 G90 G94", "G1 X10 F600", "G1 X[10", "M2"]);
+  await shows(page, "program", "wrong.ngc, not loaded");
+  await shows(page, "program-error", "wrong.ngc:3:");
+  await shows(page, "wrong-line", "G1 X[10");
+  await picture(page, "program_wrong");
 }
 
 const browser = await chromium.launch({
@@ -249,9 +392,13 @@ try {
   await looksOnly(page);
   await moves(page);
   await heldJogEnds(page);
+  await frozenPageEnds(browser, page);
+  await keysMove(page);
+  await switches(page);
+  await accessible(browser);
   await touchesOff(page);
   await cuts(page);
-  await twoPages(browser, page);
+  await sendsPrograms(await twoPages(browser, page));
   assert.deepEqual(complaints, [], "the browser complains");
   console.log("the day at the page went well");
 } catch (error) {

@@ -3,6 +3,7 @@
 
 usage: page_day.py TRUNNION_BINARY SOURCE_DIR PAGE_DIR OUTPUT_DIR
 """
+import json
 import os
 import shutil
 import subprocess
@@ -23,9 +24,13 @@ def main():
     try:
         shutil.copy(os.path.join(source, "examples", PROGRAM), bench.path("programs"))
         bench.start_panel(page=page)
+        run = subprocess.run([binary, "run", os.path.join(source, "examples", PROGRAM), "--machine", bench.config,
+                              "--tools", os.path.join(source, "examples/tools.tbl"), "--json"], capture_output=True,
+                             text=True, check=True, timeout=TIMEOUT_S, env=bench.environment)
         environment = {name: os.environ[name] for name in ("CHROMIUM",) if name in os.environ}
         return subprocess.run(["node", os.path.join(source, "tests/panel/page_day.mjs"), bench.origin, bench.key,
-                               os.path.join(source, "panel/page"), output, PROGRAM], check=False, timeout=TIMEOUT_S,
+                               os.path.join(source, "panel/page"), output, PROGRAM,
+                               str(json.loads(run.stdout)["cycle_time_s"])], check=False, timeout=TIMEOUT_S,
                               env=bench.environment | environment).returncode
     finally:
         shutil.copy(bench.path("daemon.log"), output)

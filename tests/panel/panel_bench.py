@@ -12,11 +12,12 @@ PATIENCE_S = 60
 class PanelBench:
     """`folder` goes with `close`; `origin` and `key` are what the panel printed."""
 
-    def __init__(self, binary, source, daemon=True, tools=None):
+    def __init__(self, binary, source, daemon=True, tools=None, config="cradle"):
         self.binary, self.source = binary, source
         self.temporary = tempfile.TemporaryDirectory()
         self.folder = self.temporary.name
         self.name = "panel_test"
+        self.machine = config
         self.environment = self._environment()
         self.config = self._config()
         os.mkdir(self.path("page"))
@@ -38,11 +39,17 @@ class PanelBench:
         return out
 
     def _config(self):
-        """The cradle on simulated drives, which may be late, without telemetry to a network."""
-        with open(os.path.join(self.source, "configs/cradle.toml"), encoding="utf-8") as file:
-            text = file.read().replace('name = "cradle"', f'name = "{self.name}"')
-        assert "[lcm]" not in text and "[realtime]" not in text
-        return self.write("machine.toml", text + '\n[realtime]\nlate_periods_max = 0\n\n[lcm]\nurl = ""\n')
+        """A shipped config under a name of its own, whose drives may be late, without telemetry to a network."""
+        with open(os.path.join(self.source, "configs", self.machine + ".toml"), encoding="utf-8") as file:
+            text, named = re.subn(r'(?m)^name = "\w+"', f'name = "{self.name}"', file.read(), count=1)
+        assert named == 1 and "[lcm]" not in text
+        # What the config names by its path, as networks and tables, lies beside it.
+        for entry in os.listdir(os.path.join(self.source, "configs")):
+            if not entry.endswith(".toml"):
+                os.symlink(os.path.join(self.source, "configs", entry), self.path(entry))
+        if "[realtime]" not in text:
+            text += "\n[realtime]\nlate_periods_max = 0\n"
+        return self.write("machine.toml", text + '\n[lcm]\nurl = ""\n')
 
     def path(self, name):
         return os.path.join(self.folder, name)

@@ -5,12 +5,15 @@ usage: server_e2e.py TRUNNION_BINARY SOURCE_DIR
 """
 import json
 import os
+import re
 import signal
+import struct
 import subprocess
 import sys
+import time
 import unittest
 
-from page_client import Page, get
+from page_client import Page, get, post
 from panel_bench import PanelBench
 
 BINARY, SOURCE = "", ""
@@ -106,14 +109,218 @@ class WholePanel(PanelTest):
 
     def test_controls_and_dead_man(self):
         one, two = self.homed_page(), self.page_at_rest()
-        self.assertEqual(two.ask(1, "jog", joint=0, value=5, speed=1, press=2, part=0)["outcome"], "refused")
+        self.assertEqual(two.ask(1, "jog", joint=0, value=5, speed=1, press=2)["outcome"], "refused")
         # 60 s of jog; the page says nothing more, and the machine stands long before.
-        self.assertEqual(one.ask(3, "jog", joint=0, value=60, speed=1, press=1, part=0)["outcome"], "accepted")
+        self.assertEqual(one.ask(3, "jog", joint=0, value=60, speed=1, press=1)["outcome"], "accepted")
         begin = one.until(lambda m: m["type"] == "motion")["q_setpoint"][0]
         one.until(lambda m: m["type"] == "message" and m["kind"] == "dead_man")
         one.state("idle")
         end = one.until(lambda m: m["type"] == "motion")["q_setpoint"][0]
         self.assertLess(end - begin, 10)
+
+    def joints(self, page):
+        return page.until(lambda m: m["type"] == "motion")["q_setpoint"]
+
+    def hold(self, page, seconds, **jog):
+        """Jogs as a page does while a button is held; returns the states of the machine meanwhile."""
+        states = set()
+        self.assertEqual(page.ask(5, "jog", alive_ms=250, **jog)["outcome"], "accepted")
+        end = time.monotonic() + seconds
+        while time.monotonic() < end:
+            page.send({"type": "alive"})
+            message = page.next()
+            states |= {message["state"]} if message["type"] == "status" else set()
+        return states
+
+    def test_a_held_jog_goes_on_evenly_and_ends_with_the_button(self):
+        page = self.homed_page()
+        begin = self.joints(page)[0]
+        self.hold(page, 1.5, text="X", value=1, speed=10, press=1)
+        self.assertEqual(page.ask(6, "jog", text="X", value=0)["outcome"], "accepted")
+        page.state("idle")
+        end = self.joints(page)[0]
+        self.assertGreater(end - begin, 8)  # one jog of a quarter of a second would be 2.5 mm
+        self.assertAlmostEqual(self.joints(page)[0], end, places=6)
+
+    def test_a_held_jog_ends_with_its_page(self):
+        page, other = self.homed_page(), self.page()
+        self.hold(page, 0.5, text="X", value=1, speed=10, press=1)
+        page.close()
+        other.state("jogging")
+        other.state("idle")
+        stands = self.joints(other)[0]
+        time.sleep(0.5)
+        self.assertLess(abs(self.joints(other)[0] - stands), 1e-6)
+
+    def test_a_held_jog_of_a_page_that_stops_saying_so_ends(self):
+        page = self.homed_page()
+        self.hold(page, 0.5, text="X", value=1, speed=10, press=1)
+        page.until(lambda m: m["type"] == "message" and m["kind"] == "dead_man")
+        page.state("idle")
+        # Signs of life that come later begin nothing again.
+        stands = self.joints(page)[0]
+        for _ in range(10):
+            page.send({"type": "alive"})
+            time.sleep(0.05)
+        self.assertLess(abs(self.joints(page)[0] - stands), 1e-6)
+
+    def test_a_jog_along_a_direction(self):
+        page = self.homed_page()
+        begin = self.joints(page)
+        self.hold(page, 1.0, text="Z", value=1, speed=10, frame=3, press=1)
+        self.assertEqual(page.ask(6, "jog", text="Z", value=0, frame=3)["outcome"], "accepted")
+        page.state("idle")
+        way = [b - a for a, b in zip(begin, self.joints(page))]
+        self.assertGreater(way[2], 4)  # the tool is upright after homing
+        self.assertLess(max(abs(one) for i, one in enumerate(way) if i != 2), 1e-6)
+
+    def test_switches(self):
+        page = self.page_at_rest()
+        page.take_controls()
+        for verb in ("single_block", "optional_stop", "block_delete"):
+            for value in (0, 1):
+                self.assertEqual(page.ask(verb, verb, value=value)["outcome"], "accepted", verb)
+                page.until(lambda m, on=bool(value), name=verb: m["type"] == "status" and m[name] == on)
+
+    def long_program(self):
+        self.bench.write("programs/part.ngc", "G21 G90 G94\nF60\nG1 X50\nG1 X0\nM2\n")
+        page = self.homed_page()
+        self.assertEqual(page.ask(2, "load", text="part.ngc")["outcome"], "accepted")
+        return page
+
+    def start(self, page):
+        self.assertEqual(page.ask(3, "start")["outcome"], "accepted")
+        page.state("running")
+
+    def test_a_program_holds_when_its_page_is_lost_and_wants_that(self):
+        page, other = self.long_program(), self.page()
+        page.send({"type": "hold_when_lost", "on": True})
+        self.start(page)
+        page.close()
+        other.until(lambda m: m["type"] == "message" and m["kind"] == "dead_man" and "holds" in m["text"])
+        other.state("holding")
+
+    def test_a_program_holds_when_its_page_falls_silent_and_wants_that(self):
+        page, other = self.long_program(), self.page()
+        page.send({"type": "hold_when_lost", "on": True})
+        self.start(page)
+        other.state("holding")
+
+    def test_the_stop_of_a_jog_stops_no_program(self):
+        page = self.long_program()
+        self.start(page)
+        for frame in range(4):
+            page.ask(4, "jog", text="X", value=0, frame=frame)
+        time.sleep(0.5)
+        self.assertEqual(json.loads(get(self.bench, "/api/v1/state")[1])["status"]["state"], "running")
+
+    def test_a_program_goes_on_when_its_page_is_lost_and_wants_nothing(self):
+        page, other = self.long_program(), self.page()
+        self.start(page)
+        page.close()
+        other.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
+        time.sleep(4)
+        self.assertEqual(json.loads(get(self.bench, "/api/v1/state")[1])["status"]["state"], "running")
+
+    def kept(self, name):
+        with open(self.bench.path("programs/" + name), "rb") as file:
+            return file.read()
+
+    def test_a_program_that_a_page_sends_is_kept(self):
+        for text in (b"G0 X1\nM2\n", b"(" + b"x" * 3_000_000 + b")\nM2\n"):
+            self.assertEqual(post(self.bench, "/api/v1/programs/new%20part.ngc", text)[0].status, 200)
+            self.assertEqual(self.kept("new part.ngc"), text)
+        self.assertIn("new part.ngc", get(self.bench, "/api/v1/programs")[1].decode())
+        self.assertEqual(os.stat(self.bench.path("programs/new part.ngc")).st_mode & 0o777, 0o644)
+
+    def test_what_is_sent_and_may_not_be_is_not_kept(self):
+        before = sorted(os.listdir(self.bench.folder) + os.listdir(self.bench.path("programs")))
+        os.symlink("../outside.ngc", self.bench.path("programs/link.ngc"))
+        for path, code, extra in (("programs/part.ngc", 401, {"key": None}),
+                                  ("programs/part.ngc", 401, {"key": "0" * 32}),
+                                  ("programs/part.ngc", 403, {"origin": "http://evil.example"}),
+                                  ("programs/part.ngc", 403, {"origin": None}),
+                                  ("programs/part.ngc", 403, {"host": "evil.example"}),
+                                  ("programs/part.ngc", 413, {"size": 1 << 30}),
+                                  ("programs/part.ngc?x=1", 400, {}), ("programs/part.txt", 409, {}),
+                                  ("programs/.part.ngc", 409, {}), ("programs/sub%2Fpart.ngc", 409, {}),
+                                  ("programs/link.ngc", 409, {}), ("programs/" + "x" * 200 + ".ngc", 409, {}),
+                                  ("part.ngc", 404, {})):
+            self.assertEqual(post(self.bench, "/api/v1/" + path, b"M2\n", **extra)[0].status, code, (path, extra))
+        os.remove(self.bench.path("programs/link.ngc"))
+        self.assertEqual(sorted(os.listdir(self.bench.folder) + os.listdir(self.bench.path("programs"))), before)
+
+    def test_a_program_at_work_is_not_replaced(self):
+        page = self.long_program()
+        self.start(page)
+        before = self.kept("part.ngc")
+        answer, why = post(self.bench, "/api/v1/programs/part.ngc", b"M2\n")
+        self.assertEqual((answer.status, self.kept("part.ngc")), (409, before))
+        self.assertIn(b"at work", why)
+
+    def test_metrics(self):
+        self.page_at_rest().until(lambda m: m["type"] == "motion")
+        self.assertEqual(get(self.bench, "/metrics", key=None)[0].status, 401)
+        answer, body = get(self.bench, "/metrics")
+        self.assertIn("version=0.0.4", answer.getheader("content-type"))
+        samples = {}
+        for line in body.decode().splitlines():
+            if line.startswith("#"):
+                self.assertRegex(line, r"^# (HELP|TYPE) trunnion_\w+ ")
+                continue
+            name, value = re.fullmatch(r'(trunnion_\w+\{machine="panel_test"(?:,\w+="[^"]*")?\}) (\S+)', line).groups()
+            self.assertNotIn(name, samples)
+            samples[name] = float(value)
+        self.assertEqual(samples['trunnion_up{machine="panel_test"}'], 1)
+        self.assertEqual(samples['trunnion_state{machine="panel_test",state="idle"}'], 1)
+        self.assertEqual(samples['trunnion_state{machine="panel_test",state="running"}'], 0)
+        self.assertGreater(samples['trunnion_ticks_total{machine="panel_test"}'], 0)
+        self.assertEqual(samples['trunnion_joint_position{machine="panel_test",joint="X"}'], 0)
+
+    def test_the_plan_of_the_loaded_program(self):
+        page = self.long_program()
+        self.assertEqual(get(self.bench, "/api/v1/plan", key=None)[0].status, 401)
+        ready = page.until(lambda m: m["type"] == "plan" and m["state"] == "ready")
+        self.assertTrue(ready["program"].endswith("/programs/part.ngc"))
+
+        def plan():
+            body = get(self.bench, "/api/v1/plan")[1]
+            self.assertEqual(body[:8], b"TRNPLAN1")
+            size, = struct.unpack("<I", body[8:12])
+            head = json.loads(body[12:12 + size])
+            begin = (12 + size + 3) // 4 * 4
+            return head, struct.unpack(f"<{head['count']}f", body[begin:begin + 4 * head["count"]])
+        head, x = plan()
+        self.assertAlmostEqual(head["time_s"], 100, delta=1)  # 100 mm at 60 mm/min
+        self.assertAlmostEqual(max(x), 50, places=3)
+        self.assertEqual(head["message"], "")
+        # Another offset is another plan.
+        self.assertEqual(page.ask(4, "mdi", text="G10 L2 P1 X-20")["outcome"], "accepted")
+        page.until(lambda m: m["type"] == "plan" and m["state"] == "ready" and m["number"] > ready["number"])
+        self.assertAlmostEqual(max(plan()[1]), 30, places=3)
+
+    def test_the_plan_of_a_bad_program_goes_up_to_its_error(self):
+        page = self.long_program()
+        page.until(lambda m: m["type"] == "plan" and m["state"] == "ready")
+        self.bench.write("programs/part.ngc", "G21 G90 G94\nG1 X5 F600\nG1 X9999\nM2\n")
+        page.ask(5, "mdi", text="G4 P0.01")
+        bad = page.until(lambda m: m["type"] == "plan" and m["state"] == "ready" and m["text"])
+        self.assertIn("part.ngc:3", bad["text"])
+
+    def test_the_text_of_programs(self):
+        page = self.long_program()
+        text = b"G21 G90 G94\nF60\nG1 X50\nG1 X0\nM2\n"
+        for path in ("/api/v1/program", "/api/v1/programs/part.ngc"):
+            answer, body = get(self.bench, path)
+            self.assertEqual((answer.status, body), (200, text), path)
+            self.assertEqual(get(self.bench, path, key=None)[0].status, 401)
+        # It stays that of the program while a line is typed.
+        self.assertEqual(page.ask(4, "mdi", text="G4 P0.01")["outcome"], "accepted")
+        self.assertEqual(get(self.bench, "/api/v1/program")[1], text)
+        self.bench.write("outside.ngc", "M2\n")
+        for path in ("programs/none.ngc", "programs/../outside.ngc", "programs/%2e%2e/outside.ngc", "programs/",
+                     "programs/" + self.bench.path("outside.ngc")):
+            self.assertNotEqual(get(self.bench, "/api/v1/" + path)[0].status, 200, path)
 
     def test_lost_panel_leaves_the_program_alone(self):
         self.bench.write("programs/part.ngc", "G21 G90 G94\nF60\nG1 X50\nG1 X0\nM2\n")

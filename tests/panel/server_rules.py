@@ -35,18 +35,18 @@ class RulesTest(unittest.TestCase):
         page.take_controls()
         return page
 
-    def jog(self, press, part=0, number=1):
+    def jog(self, press, number=1, **more):
         """Asks for a jog without waiting for the answer."""
         self.page.send({"type": "command", "id": number, "verb": "jog", "joint": 0, "value": 1, "speed": 1,
-                        "press": press, "part": part})
+                        "press": press} | more)
 
     def answer(self, number=1):
         return self.page.until(lambda m: m["type"] == "answer" and m["id"] == number)
 
-    def accepted_jog(self, press=1, part=0):
+    def accepted_jog(self, press=1, **more):
         """A jog that goes on; returns how many there were."""
         times = self.daemon.verbs().count(command_t.JOG) + 1
-        self.jog(press, part)
+        self.jog(press, **more)
         command = self.daemon.until(command_t.JOG, times)
         self.daemon.said("jogging")
         self.daemon.reply(command)
@@ -54,40 +54,62 @@ class RulesTest(unittest.TestCase):
         self.page.state("jogging")
         return times
 
-    def ended_jog(self, press=1, part=0):
-        times = self.accepted_jog(press, part)
+    def ended_jog(self, press=1):
+        times = self.accepted_jog(press)
         self.daemon.said("idle")
         self.page.state("idle")
         return times
 
 
 class Jogs(RulesTest):
-    def refused(self, press, part):
-        self.jog(press, part, number=9)
+    def refused(self, press):
+        self.jog(press, number=9)
         answer = self.answer(9)
         self.assertEqual((answer["outcome"], answer["text"]), ("refused", "this press was obeyed before"))
 
     def test_a_press_moves_once(self):
         self.ended_jog(press=7)
-        self.refused(7, 0)
+        self.refused(7)
         self.assertEqual(self.ended_jog(press=8), 2)
-        self.refused(7, 0)
+        self.refused(7)
         self.assertEqual(self.daemon.verbs().count(command_t.JOG), 2)
 
-    def test_each_part_of_a_held_press_moves_once(self):
-        self.ended_jog(press=7, part=0)
-        self.ended_jog(press=7, part=1)
-        self.refused(7, 1)
-        self.refused(7, 0)
-        self.assertEqual(self.ended_jog(press=7, part=2), 3)
+    def test_a_held_press_is_said_again_while_its_page_lives(self):
+        self.accepted_jog(press=7, alive_ms=200)
+        for times in (2, 3):
+            self.page.send({"type": "alive"})
+            again = self.daemon.until(command_t.JOG, times)
+            self.assertEqual((again.joint, again.value, again.alive_ms), (0, 1, 200))
+            self.daemon.reply(again)
+        self.refused(7)
+
+    def test_a_held_press_is_not_said_again_behind_its_end(self):
+        self.accepted_jog(press=7, alive_ms=200)
+        self.page.send({"type": "command", "id": 2, "verb": "jog", "joint": 0, "value": 0})
+        self.page.send({"type": "alive"})
+        self.page.send({"type": "command", "id": 3, "verb": "estop"})
+        self.daemon.until(command_t.ESTOP)
+        jogs = [(one.value, one.alive_ms) for one in self.daemon.heard if one.verb == command_t.JOG]
+        self.assertEqual(jogs, [(1, 200), (0, 0)])
+
+    def test_what_the_daemon_refuses_is_not_said_again(self):
+        self.accepted_jog(press=7, alive_ms=200)
+        self.page.send({"type": "alive"})
+        self.daemon.reply(self.daemon.until(command_t.JOG, 2), outcome=3, message="X stands at its limit")
+        self.page.until(lambda m: m["type"] == "message" and m["text"] == "X stands at its limit")
+        self.page.send({"type": "alive"})
+        self.page.send({"type": "command", "id": 3, "verb": "estop"})
+        self.daemon.until(command_t.ESTOP)
+        self.assertEqual(self.daemon.verbs().count(command_t.JOG), 2)
 
     def test_a_press_is_known_to_every_page(self):
         self.ended_jog(press=7)
         self.page = self.operator()
-        self.refused(7, 0)
+        self.refused(7)
 
     def test_a_jog_has_a_press(self):
-        for extra in ({}, {"press": 0, "part": 0}, {"press": 1.5, "part": 0}, {"press": 1}, {"press": 1, "part": -1}):
+        for extra in ({}, {"press": 0}, {"press": 1.5}, {"press": 1, "alive_ms": -1}, {"press": 1, "frame": 4},
+                      {"press": 1, "speed_share": "all"}, {"press": 2**53}):
             page = self.operator()
             page.send({"type": "command", "id": 1, "verb": "jog", "joint": 0, "value": 1, "speed": 1, **extra})
             page.until(lambda m: m["type"] == "error")
@@ -97,7 +119,8 @@ class Jogs(RulesTest):
         self.jog(press=1)
         self.page.send({"type": "command", "id": 2, "verb": "reset"})
         self.daemon.until(command_t.RESET, 3)  # this one is said again, and later than the jog
-        self.assertEqual(self.daemon.verbs().count(command_t.JOG), 1)
+        moves = [one for one in self.daemon.heard if one.verb == command_t.JOG and one.value != 0]
+        self.assertEqual(len(moves), 1)
 
 
 class EndsOfJogs(RulesTest):
@@ -107,22 +130,32 @@ class EndsOfJogs(RulesTest):
         page.state("idle")
         return page
 
-    def nothing_held_before(self, other):
-        """No hold was sent before a stop that is asked for now."""
+    def stops(self):
+        return [one for one in self.daemon.heard if one.verb == command_t.JOG and one.value == 0]
+
+    def stopped(self, times=1):
+        """The jog was told to stop that often: by a jog of nothing, which cannot stop anything else."""
+        jogs = self.daemon.verbs().count(command_t.JOG) - len(self.stops())
+        self.daemon.until(command_t.JOG, jogs + times)
+        self.assertEqual(len(self.stops()), times)
+        self.assertNotIn(command_t.HOLD, self.daemon.verbs())
+
+    def no_program_stopped_before(self, other):
+        """Nothing that would stop a program was sent before an emergency stop that is asked for now."""
         other.send({"type": "command", "id": 5, "verb": "estop"})
         self.daemon.until(command_t.ESTOP)
-        self.assertNotIn(command_t.HOLD, self.daemon.verbs())
+        self.assertFalse({command_t.HOLD, command_t.STOP} & set(self.daemon.verbs()))
 
     def test_a_jog_ends_with_its_page(self):
         self.accepted_jog()
         self.page.close()
-        self.daemon.until(command_t.HOLD)
+        self.stopped()
 
     def test_a_jog_of_a_silent_page_ends(self):
         self.accepted_jog()
         self.page.until(lambda m: m["type"] == "message" and m["kind"] == "dead_man")
-        self.daemon.until(command_t.HOLD)
-        self.daemon.until(command_t.HOLD, 2)  # and again while it goes on
+        self.stopped()
+        self.stopped(2)  # and again while it goes on
 
     def test_a_jog_that_is_accepted_when_its_page_has_gone_ends(self):
         other = self.other()
@@ -132,7 +165,7 @@ class EndsOfJogs(RulesTest):
         other.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
         self.daemon.said("jogging")
         self.daemon.reply(command)
-        self.daemon.until(command_t.HOLD)
+        self.stopped()
 
     def test_a_program_that_began_behind_a_jog_is_not_held(self):
         other = self.other()
@@ -143,7 +176,7 @@ class EndsOfJogs(RulesTest):
         self.daemon.reply(command)  # it ended at once, and another client starts a program
         self.daemon.said("running")
         other.state("running")
-        self.nothing_held_before(other)
+        self.no_program_stopped_before(other)
 
     def test_a_refused_jog_holds_nothing(self):
         other = self.other()
@@ -154,7 +187,7 @@ class EndsOfJogs(RulesTest):
         self.daemon.reply(command, outcome=2)
         self.daemon.said("running")
         other.state("running")
-        self.nothing_held_before(other)
+        self.no_program_stopped_before(other)
 
     def test_no_motion_begins_behind_a_jog_that_may_have_to_end(self):
         self.accepted_jog()
@@ -174,7 +207,7 @@ class EndsOfJogs(RulesTest):
         self.daemon.drop()
         self.assertEqual(self.answer()["outcome"], "unreachable")
         self.daemon.accept()
-        self.daemon.until(command_t.HOLD)
+        self.stopped()
 
     def test_a_daemon_that_came_anew_jogs_no_more(self):
         self.accepted_jog()
@@ -188,15 +221,15 @@ class EndsOfJogs(RulesTest):
     def test_only_the_sign_of_life_counts_as_one(self):
         self.accepted_jog(press=1)
         others = ({"type": "take_controls"}, {"type": "command", "id": 2, "verb": "override", "value": 1},
-                  {"type": "command", "id": 3, "verb": "jog", "joint": 0, "value": 1, "press": 1, "part": 0})
-        new_press = {"type": "command", "id": 4, "verb": "jog", "joint": 0, "value": 1, "part": 0}
+                  {"type": "command", "id": 3, "verb": "jog", "joint": 0, "value": 1, "press": 1})
+        new_press = {"type": "command", "id": 4, "verb": "jog", "joint": 0, "value": 1}
 
         begin, heard = time.monotonic(), []
         while not any(message.get("kind") == "dead_man" for message in heard):
             self.assertLess(time.monotonic() - begin, PATIENCE_S, "other messages keep the jog alive")
             self.page.send((*others, new_press | {"press": 2 + len(heard)})[len(heard) % 4])
             heard.append(self.page.next())
-        self.daemon.until(command_t.HOLD)
+        self.stopped()
 
 
 class Programs(RulesTest):

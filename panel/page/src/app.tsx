@@ -1,10 +1,14 @@
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
+import { Actions } from "./actions";
 import { Alarms } from "./alarms";
+import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
+import { MachineView } from "./machine";
 import { sentence, stateName } from "./model";
 import { Path } from "./path";
 import { Run } from "./run";
+import "./fonts.css";
 import "./style.css";
 import { TablesView } from "./tables";
 
@@ -12,6 +16,7 @@ const kViews = [
   { name: "Run", draw: () => <Run /> },
   { name: "Path", draw: () => <Path /> },
   { name: "Offsets and tools", draw: () => <TablesView /> },
+  { name: "Machine", draw: () => <MachineView /> },
   { name: "Alarms", draw: () => <Alarms /> },
 ];
 type Theme = "dark" | "light";
@@ -59,10 +64,23 @@ function Controls() {
   );
 }
 
+function KeyHelp({ close }: { close: () => void }) {
+  return (
+    <dialog open aria-label="Keys" data-test="keys">
+      <h2>Keys</h2>
+      <dl>{kKeyHelp.map(([key, what]) => <div key={key}><dt><kbd>{key}</kbd></dt><dd>{what}</dd></div>)}</dl>
+      <button onClick={close} autoFocus>Close</button>
+    </dialog>
+  );
+}
+
 function App() {
   const { machine } = useLink("machine");
   const [view, setView] = useState(0);
   const [theme, setTheme] = useState<Theme>(firstTheme);
+  const [help, setHelp] = useState(false);
+  useEffect(() => listenToKeys((wanted) => setView((now) => (wanted < kViews.length ? wanted : now)),
+    () => setHelp((now) => !now)), []);
   useEffect(() => {
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);
@@ -72,7 +90,7 @@ function App() {
       <header>
         <div class="brand">
           <img src="./icon.svg" alt="" width="32" height="32" />
-          <div><strong>{machine?.name ?? "Trunnion"}</strong><small>Trunnion {machine?.version ?? ""}</small></div>
+          <div><h1>{machine?.name ?? "Trunnion"}</h1><small>Trunnion {machine?.version ?? ""}</small></div>
         </div>
         <StateLine />
         <Controls />
@@ -80,15 +98,20 @@ function App() {
           Emergency stop
         </button>
       </header>
-      <nav role="tablist" aria-label="Views">
+      <nav>
+        <div role="tablist" aria-label="Views">
         {kViews.map(({ name }, i) => (
           <button key={name} role="tab" aria-selected={view === i} onClick={() => setView(i)}>{name}</button>
         ))}
-        <button class="theme" onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
+        </div>
+        <button class="theme" onClick={() => setHelp(!help)} title="Keys that operate the machine">Keys</button>
+        <button onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
           {theme === "dark" ? "Light" : "Dark"}
         </button>
       </nav>
-      <main>{kViews[view].draw()}</main>
+      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw()}</main>
+      <Actions />
+      {help && <KeyHelp close={() => setHelp(false)} />}
     </>
   );
 }

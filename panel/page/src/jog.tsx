@@ -1,104 +1,104 @@
-import { useEffect, useRef, useState } from "preact/hooks";
-import { type Answer, link, useLink } from "./link";
-import { isAngle, keptValue, kWords, unitText, wordsOf } from "./model";
-
-// Jog by axis word. A step is one move. While a button is held the page asks for short moves, one after the other, so
-// that a lost page, network or panel leaves at most one of them.
+import { useLayoutEffect, useState } from "preact/hooks";
+import { kFrames, kOwn, letGo, press, type Way } from "./hand";
+import { armKeys } from "./keys";
+import { link, useLink } from "./link";
+import { isAngle, keptValue, kWords, type Machine, type Status, unitText, wordsOf } from "./model";
 
 const kSteps = [0.01, 0.1, 1, 10];
-const kMoveS = 0.25;
-/** Of the joint's velocity limit. */
-const kSpeedShare = 0.1;
-
 const kHeld = 0;
+const kShares = [0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1];
+const kFirstShare = 4;
 
-const kPressRange = 2 ** 20;
-// No other page's, and none of this page before it was loaded anew: a random start and a count.
-const kFirstPress = (crypto.getRandomValues(new Uint32Array(1))[0] + 1) * kPressRange;
-let presses = 0;
+/** True where every axis word has a joint of its own. */
+const wordsAreJoints = (machine: Machine, status: Status) =>
+  wordsOf(status.axes).every((word) => machine.joints.some((joint) => joint.name.toUpperCase() === kWords[word]));
 
-/** The end of the move that was answered so. */
-function rest(answer: Answer): Promise<void> {
-  return new Promise((resolve) => {
-    // A status from before the move, at rest as well, may still be on the way.
-    const ended = () => !link.connected || (!!link.status && link.status.count >= (answer.status_count ?? 0) &&
-      link.status.state !== "jogging");
-    const ends = [link.on("status", check), link.on("link", check)];
-    function check() {
-      if (!ended()) return;
-      ends.forEach((end) => end());
-      resolve();
-    }
-    check();
-  });
+interface Target {
+  name: string;
+  angle: boolean;
+  way: { word?: string; joint?: number };
 }
 
-function speedOf(word: number): number {
-  const joint = link.machine?.joints.find((one) => one.name.toUpperCase() === kWords[word]);
-  return joint ? joint.velocity * kSpeedShare : isAngle(word) ? 0.1 : 20;
+/** What can be moved along this frame. */
+function targets(machine: Machine, status: Status, frame: number): Target[] {
+  if (frame === kOwn && !wordsAreJoints(machine, status))
+    return machine.joints.map((joint, i) => ({ name: joint.name, angle: joint.unit === "rad", way: { joint: i } }));
+  const words = wordsOf(status.axes).filter((word) => frame < 2 || !isAngle(word));
+  return words.map((word) => ({ name: kWords[word], angle: isAngle(word), way: { word: kWords[word] } }));
 }
+
+const kPairs: Record<string, [string, number]> = {
+  ArrowRight: ["X", 1], ArrowLeft: ["X", -1], ArrowUp: ["Y", 1], ArrowDown: ["Y", -1], PageUp: ["Z", 1], PageDown: ["Z", -1],
+};
 
 export function Jog() {
-  const { status, mine } = useLink("status", "link");
+  const { status, mine, machine } = useLink("status", "link", "machine");
   const [step, setStep] = useState(1);
-  const held = useRef(false);
-  const busy = useRef(false);
-  useEffect(() => {
-    const letGo = () => (held.current = false);
-    const events = ["pointerup", "pointercancel", "blur"];
-    events.forEach((name) => window.addEventListener(name, letGo));
-    document.addEventListener("visibilitychange", letGo);
-    return () => {
-      letGo();
-      events.forEach((name) => window.removeEventListener(name, letGo));
-      document.removeEventListener("visibilitychange", letGo);
-    };
-  }, []);
+  const [chosen, setFrame] = useState<number | null>(null);
+  const [share, setShare] = useState(kFirstShare);
+  const [keys, setKeys] = useState(false);
+  const frame = chosen ?? (machine && status && !wordsAreJoints(machine, status) ? 1 : kOwn);
+  const along = machine && status ? targets(machine, status, frame) : [];
+  const ready = mine && (status?.state === "idle" || status?.state === "jogging" || status?.program === "jog");
+  const move = (one: Target, sign: number) => {
+    if (!ready) return;
+    const way: Way = { ...one.way, frame, sign, share: kShares[share], step: keptValue(step, one.angle, status!.inch) };
+    void press(way);
+  };
+  // At once with the picture: whoever sees that the keys are on may press one.
+  useLayoutEffect(() => {
+    if (!keys || !mine) return;
+    return armKeys((key) => {
+      const pair = kPairs[key];
+      const one = pair && along.find((each) => each.name === pair[0]);
+      if (!one) return false;
+      move(one, pair[1]);
+      return true;
+    }, letGo);
+  }, [keys, mine, ready, step, frame, share, along.length]);
   if (!status) return <section class="card" />;
-  const ready = mine && (status.state === "idle" || status.state === "jogging");
-  const ask = async (word: number, way: number, press: number, part: number) => {
-    const speed = speedOf(word);
-    const answer = await link.command({ verb: "jog", text: kWords[word], value: way, speed, press, part });
-    if (answer.outcome === "accepted") await rest(answer);
-    return answer.outcome === "accepted";
-  };
-  const move = async (word: number, sign: number) => {
-    // One press is one move: another press while that goes on asks for nothing.
-    if (busy.current || !ready) return;
-    busy.current = true;
-    held.current = step === kHeld;
-    const press = kFirstPress + ++presses;
-    let part = 0;
-    link.setAlive(true);
-    if (step === kHeld)
-      while (held.current && (await ask(word, sign * speedOf(word) * kMoveS, press, part++)));
-    else await ask(word, sign * keptValue(step, isAngle(word), status.inch), press, part);
-    link.setAlive(false);
-    busy.current = false;
-  };
-  const button = (word: number, sign: number) => (
-    <button disabled={!ready} data-test={`jog-${kWords[word]}${sign > 0 ? "+" : "-"}`}
-      aria-label={`Move ${kWords[word]} ${sign > 0 ? "up" : "down"}`}
-      onPointerDown={(e) => e.isPrimary && e.button === 0 && void move(word, sign)}
-      onKeyDown={(e) => (e.key === " " || e.key === "Enter") && !e.repeat && void move(word, sign)}
-      onKeyUp={() => (held.current = false)}>
-      {kWords[word]}{sign > 0 ? "+" : "−"}
+  const button = (one: Target, sign: number) => (
+    <button disabled={!ready} data-test={`jog-${one.name}${sign > 0 ? "+" : "-"}`}
+      aria-label={`Move ${one.name} ${sign > 0 ? "up" : "down"}`}
+      onPointerDown={(e) => e.isPrimary && e.button === 0 && move(one, sign)}
+      onKeyDown={(e) => (e.key === " " || e.key === "Enter") && !e.repeat && move(one, sign)}
+      onKeyUp={letGo} onContextMenu={(e) => e.preventDefault()}>
+      {one.name}{sign > 0 ? "+" : "−"}
     </button>
   );
-  const words = wordsOf(status.axes);
+  const unit = unitText(false, status.inch);
   return (
     <section class="card jog" aria-label="Move by hand">
       <div class="title">
-        <h2>Move by hand <small>{unitText(false, status.inch)}, °</small></h2>
-        <div class="switch">
-          <button aria-pressed={step === kHeld} onClick={() => setStep(kHeld)}>Held</button>
-          {kSteps.map((one) => (
-            <button key={one} aria-pressed={step === one} onClick={() => setStep(one)}>{one}</button>
-          ))}
-        </div>
+        <h2>Move by hand</h2>
+        <button class="slim" aria-pressed={keys} disabled={!mine} data-test="jog-keys" onClick={() => setKeys(!keys)}
+          title="Arrow keys move X and Y, page up and page down move Z">Arrow keys</button>
+        <button class="slim" disabled={!mine || status.state !== "idle"} data-test="home"
+          onClick={() => void link.command({ verb: "home", joint: -1 })}>Home all</button>
+      </div>
+      <div class="switch wide" role="group" aria-label="Along">
+        {kFrames.map((one) => (
+          <button key={one.name} aria-pressed={frame === one.frame} title={`Along ${one.hint}`} data-test={`along-${one.name}`}
+            onClick={() => setFrame(one.frame)}>{one.name}</button>
+        ))}
       </div>
       <div class="pairs">
-        {words.map((word) => <div key={word}>{button(word, -1)}{button(word, 1)}</div>)}
+        {along.map((one) => <div key={one.name}>{button(one, 1)}{button(one, -1)}</div>)}
+      </div>
+      <div class="switch wide" role="group" aria-label={`Step in ${unit} or degrees`}>
+        <button aria-pressed={step === kHeld} data-test="held" onClick={() => setStep(kHeld)}>Held</button>
+        {kSteps.map((one) => (
+          <button key={one} aria-pressed={step === one} onClick={() => setStep(one)}>{one}</button>
+        ))}
+      </div>
+      <div class="override">
+        <label>
+          <span>Speed</span>
+          <input type="range" min={0} max={kShares.length - 1} step={1} value={share} data-test="jog-speed"
+            aria-valuetext={`${kShares[share] * 100} percent of the joint's limit`}
+            onInput={(e) => setShare(Number(e.currentTarget.value))} />
+        </label>
+        <output>{kShares[share] * 100} %</output>
       </div>
     </section>
   );

@@ -1,5 +1,14 @@
 import { useEffect, useState } from "preact/hooks";
-import type { LogEntry, Machine, Motion, ProgramFile, Status, Tables } from "./model";
+import { isProgram, type LogEntry, type Machine, type Motion, type ProgramFile, type Status, type Tables } from "./model";
+import { Plan } from "./plan";
+import { ProgramText } from "./program_text";
+
+export interface PlanState {
+  state: "none" | "working" | "ready" | "failed";
+  program: string;
+  text: string;
+  number: number;
+}
 
 // The page's one line to the server, and all it knows from there.
 
@@ -16,12 +25,17 @@ export interface Command {
   value?: number;
   speed?: number;
   text?: string;
-  /** Of a jog: number of the press of a button, and of the move within it. The server obeys each pair once. */
+  /** Of a jog: number of the press of a button. The server obeys each once. */
   press?: number;
-  part?: number;
+  /** Of a jog that goes on while it is held. */
+  alive_ms?: number;
+  /** Of a jog: along what it goes. */
+  frame?: number;
+  speed_share?: number;
 }
 
 const kAliveMs = 250;
+const kHoldKey = "hold-when-lost";
 const kReconnectMs = 1000;
 const kLogMax = 500;
 const kSameUs = 2e6;
@@ -44,7 +58,7 @@ function takeKey(): string {
   return sessionStorage.getItem(kKeyName) ?? "";
 }
 
-type Topic = "status" | "motion" | "tables" | "log" | "link" | "machine" | "programs";
+type Topic = "status" | "motion" | "tables" | "log" | "link" | "machine" | "programs" | "program" | "plan";
 
 export class Link {
   machine: Machine | null = null;
@@ -53,6 +67,12 @@ export class Link {
   tables: Tables | null = null;
   log: LogEntry[] = [];
   programs: ProgramFile[] = [];
+  /** The text of the program that was loaded last. */
+  program: ProgramText | null = null;
+  private programOf = "";
+  /** How the plan of that program stands, and the plan once it is there. */
+  planState: PlanState = { state: "none", program: "", text: "", number: 0 };
+  plan: Plan | null = null;
   /** The page's connection to the server stands. */
   connected = false;
   /** Why no daemon is heard; "" while it is. */
@@ -68,6 +88,8 @@ export class Link {
   private readonly answers = new Map<number, (answer: Answer) => void>();
   private readonly listeners = new Map<Topic, Set<() => void>>();
   private aliveTimer = 0;
+  /** This page's wish: a program holds when the page is lost. */
+  holdWhenLost = localStorage.getItem(kHoldKey) === "1";
 
   start() {
     this.key = takeKey();
@@ -120,21 +142,32 @@ export class Link {
       });
       this.send({ type: "command", id, ...command });
     });
+    if (command.verb === "load" && answer.outcome === "accepted") void this.fetchProgram();
+    if (command.verb === "load" && answer.outcome === "bad_program") void this.fetchRefused(command.text ?? "", answer.text);
     return this.noted(command, answer);
   }
 
-  /** While this holds, the server is told that somebody is there; it stops a jog when that ceases. */
-  setAlive(on: boolean) {
+  /** The server is told every so many ms that somebody is there; it stops a jog when that ceases. 0: nobody jogs. */
+  setAlive(everyMs: number) {
     window.clearInterval(this.aliveTimer);
     this.aliveTimer = 0;
-    if (!on) return;
+    const every = everyMs || (this.holdWhenLost && this.mine ? kAliveMs : 0);
+    if (!every) return;
     this.send({ type: "alive" });
-    this.aliveTimer = window.setInterval(() => this.send({ type: "alive" }), kAliveMs);
+    this.aliveTimer = window.setInterval(() => this.send({ type: "alive" }), every);
+  }
+
+  setHoldWhenLost(on: boolean) {
+    this.holdWhenLost = on;
+    localStorage.setItem(kHoldKey, on ? "1" : "0");
+    this.send({ type: "hold_when_lost", on });
+    this.setAlive(0);
+    this.tell("link");
   }
 
   private noted(command: Command, answer: Answer): Answer {
     if (answer.outcome !== "accepted") {
-      const what = command.verb.replace("_", " ");
+      const what = command.verb.replace(/_/g, " ");
       const why = answer.text || answer.outcome.replace("_", " ");
       this.note({ time_us: Date.now() * 1000, kind: "refused", text: `${what}: ${why}` });
     }
@@ -162,7 +195,7 @@ export class Link {
     this.refused = refused;
     this.connected = false;
     this.mine = false;
-    this.setAlive(false);
+    this.setAlive(0);
     for (const answer of this.answers.values()) answer({ outcome: "unreachable", text: "The connection was lost." });
     this.answers.clear();
     this.tell("link");
@@ -173,12 +206,14 @@ export class Link {
     switch (message.type) {
       case "hello":
         this.connected = true;
+        if (this.holdWhenLost) this.send({ type: "hold_when_lost", on: true });
         void this.fetchMachine();
         void this.fetchHistory();
         void this.fetchPrograms();
         return this.tell("link");
       case "status":
         this.status = message;
+        if (isProgram(message.program) && message.program !== this.programOf) void this.fetchProgram();
         // The axes are known to the server only once the daemon has spoken.
         if (this.machine && !this.machine.axes) void this.fetchMachine();
         if (this.gone) {
@@ -189,6 +224,11 @@ export class Link {
       case "motion":
         this.motion = message;
         return this.tell("motion");
+      case "plan":
+        this.planState = message;
+        if (message.state === "ready") return void this.fetchPlan(message.number);
+        this.plan = null;
+        return this.tell("plan");
       case "tables":
         this.tables = message;
         return this.tell("tables");
@@ -202,6 +242,7 @@ export class Link {
       case "controls":
         this.mine = message.mine;
         this.holder = message.holder;
+        this.setAlive(0);
         return this.tell("link");
       case "answer":
         this.answers.get(message.id)?.(message);
@@ -210,10 +251,50 @@ export class Link {
   }
 
   /** What GET answers; null where nothing came. */
-  private async get(name: string): Promise<any> {
+  async fetch(name: string): Promise<Response | null> {
     const headers = { Authorization: `Bearer ${this.key}` };
     const answer = await fetch(`api/v1/${name}`, { headers }).catch(() => null);
-    return answer?.ok ? answer.json() : null;
+    return answer?.ok ? answer : null;
+  }
+
+  private async get(name: string): Promise<any> {
+    return (await this.fetch(name))?.json() ?? null;
+  }
+
+  private async fetchPlan(number: number) {
+    const answer = await this.fetch("plan");
+    const bytes = await answer?.arrayBuffer().catch(() => undefined);
+    if (this.planState.number !== number) return;
+    this.plan = bytes ? new Plan(bytes) : null;
+    this.tell("plan");
+  }
+
+  /** The text of a program that was not loaded, with what is wrong in it. */
+  private async fetchRefused(name: string, error: string) {
+    const answer = await this.fetch(`programs/${name.split("/").map(encodeURIComponent).join("/")}`);
+    if (!answer) return;
+    this.program = new ProgramText(name, await answer.text(), error);
+    this.tell("program");
+  }
+
+  private async fetchProgram() {
+    const path = this.status!.program;
+    this.programOf = path;
+    const answer = await this.fetch("program");
+    const text = answer ? await answer.text() : "";
+    if (this.programOf === path) this.program = new ProgramText(path, text);
+    this.tell("program");
+  }
+
+  /** Puts a program into the panel's folder; "" where that worked, else why not. */
+  async upload(file: File): Promise<string> {
+    const headers = { Authorization: `Bearer ${this.key}` };
+    const answer = await fetch(`api/v1/programs/${encodeURIComponent(file.name)}`, { method: "POST", headers, body: file })
+      .catch(() => null);
+    void this.fetchPrograms();
+    const why = answer?.ok ? "" : (await answer?.text().catch(() => "")) || "The program could not be sent.";
+    if (why) this.note({ time_us: Date.now() * 1000, kind: "refused", text: `upload: ${why.trim()}` });
+    return why;
   }
 
   private async fetchMachine() {

@@ -10,12 +10,42 @@ export interface JointInfo {
   jerk: number;
 }
 
+/** An axis of a branch of a serial machine: an offset, and the joint behind it (-1: none). */
+export interface ChainAxis {
+  joint: number;
+  offset_mm: [number, number, number];
+  kind?: "linear" | "rotary";
+  direction?: [number, number, number];
+}
+
+export interface SerialChain {
+  type: "serial";
+  tool: ChainAxis[];
+  work: ChainAxis[];
+}
+
+export interface PlatformChain {
+  type: "hexapod" | "rail_mill";
+  carries: "work" | "spindle";
+  spindle_mm: [number, number, number];
+  home_mm: [number, number, number];
+  actuators: {
+    platform_mm: [number, number, number];
+    base_mm?: [number, number, number];
+    rail_mm?: [number, number, number];
+    direction?: [number, number, number];
+  }[];
+}
+
+export type Chain = SerialChain | PlatformChain;
+
 export interface Machine {
   name: string;
   version: string;
   config_path: string;
   period_s: number;
   axes: string;
+  kinematics: Chain;
   joints: JointInfo[];
 }
 
@@ -54,18 +84,48 @@ export interface Status {
   spindle_override: number;
   spindle_rpm: number;
   single_block: boolean;
+  optional_stop: boolean;
+  block_delete: boolean;
+  /** Of the program, 0 to 1, and how long it still takes; where the daemon tells them. */
+  progress?: number;
+  time_left_s?: number;
   warnings: string[];
+  pid: number;
+  config_file: string;
+  period_s: number;
+  periods: number;
+  overruns: number;
+  starvations: number;
+  wake_us_p50: number;
+  wake_us_p999: number;
+  wake_us_max: number;
+  tick_us_p50: number;
+  tick_us_p999: number;
+  tick_us_max: number;
+  realtime: boolean;
+  bus_health: string;
+  corrections?: { name: string; on: boolean; offset: number; warning: string }[];
+  features?: {
+    line: number; last_line: number; circle: boolean; size_mm: number; bending_mm: number; offset_mm: number;
+    predicted_mm: number; unknown: number;
+  }[];
+  features_more: number;
   joints: { name: string; unit: string; homed: boolean; limit_switch: boolean }[];
 }
 
 export interface Motion {
   line: number;
   q_measured: number[];
+  q_setpoint: number[];
   work: number[];
   machine: number[];
   to_go: number[];
   speed_mm_s: number;
   override_now: number;
+  tool_load_known: boolean;
+  tool_load_alarm: boolean;
+  tool_force_N: [number, number];
+  tool_deflection_mm: [number, number];
 }
 
 export interface Offset {
@@ -151,6 +211,17 @@ const kStates: Record<string, string> = {
 
 export const stateName = (state: string) => kStates[state] ?? state;
 
+/** True for a program of a file; not for a typed line, or a move by hand. */
+export const isProgram = (path: string) => path !== "" && path !== "mdi" && path !== "jog";
+
+/** As a clock shows it: 1:05, 1:02:03. */
+export function durationText(seconds: number): string {
+  const whole = Math.max(0, Math.round(seconds));
+  const two = (value: number) => String(value).padStart(2, "0");
+  const [h, m, s] = [Math.floor(whole / 3600), Math.floor(whole / 60) % 60, whole % 60];
+  return h ? `${h}:${two(m)}:${two(s)}` : `${m}:${two(s)}`;
+}
+
 /** The program's own name, without the folders before it. */
 export const programName = (path: string) => path.slice(path.lastIndexOf("/") + 1);
 
@@ -165,13 +236,14 @@ export function sentence(status: Status): string {
     case "fault":
       return "Look at Alarms for the cause and the cure, then reset.";
     case "running":
+      if (name === "jog") return "Moves along a direction.";
       return name === "mdi" ? "Works on the line that was typed." : `Works on ${name}, line ${status.line}.`;
     case "holding":
       return "The motion stands. Resume goes on, Stop ends the program.";
     case "idle":
       if (unhomed.length) return `Not homed: ${unhomed.join(", ")}. Home the machine first.`;
       if (status.program_failed) return "The last program ended early; the message says where.";
-      return name && name !== "mdi" ? `${name} is loaded and can start.` : "Load a program, or type a line.";
+      return isProgram(status.program) ? `${name} is loaded and can start.` : "Load a program, or type a line.";
     default:
       return "";
   }

@@ -1,232 +1,181 @@
-import { useEffect, useRef } from "preact/hooks";
-import * as THREE from "three";
-import { Line2 } from "three/examples/jsm/lines/Line2.js";
-import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
-import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
-import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
-import { link, useLink } from "./link";
-import { kWords, type Machine } from "./model";
+import { useEffect, useRef, useState } from "preact/hooks";
+import { useLink } from "./link";
+import { durationText, programName, shownValue, unitText } from "./model";
+import { type Colouring, jointColour, kColourings, kNoJoint, kWhole, type Plan, rampCss, rapidColour } from "./plan";
+import { PlanLines } from "./plan_lines";
+import { clearTrail, Scene, type Standpoint } from "./scene";
 
-// Where the tool has been since the page was opened, in the work's coordinates, coloured by its speed.
+const percent = (share: number) => `${Math.round(100 * share)} %`;
+const feedText = (mm_s: number, inch: boolean) =>
+  `${shownValue(mm_s * 60, false, inch).toFixed(inch ? 1 : 0)} ${inch ? "in" : "mm"}/min`;
 
-const kTrailMax = 20000;
-/** Pixels. */
-const kTrailWidth = 2.5;
-/** The trail is made anew at most that often; the tip moves with every frame. */
-const kRedrawMs = 200;
-/** mm; a nearer place adds nothing to see. */
-const kTrailStep = 0.02;
-
-const trail = { count: 0, points: new Float32Array(kTrailMax * 3), speeds: new Float32Array(kTrailMax), drawn: 0 };
-
-function trailBox(): THREE.Box3 {
-  const box = new THREE.Box3();
-  const point = new THREE.Vector3();
-  for (let i = 0; i < trail.count; ++i) box.expandByPoint(point.fromArray(trail.points, i * 3));
-  return box;
-}
-
-function clearTrail() {
-  trail.count = 0;
-  trail.drawn++;
-}
-
-link.on("motion", () => {
-  const motion = link.motion!;
-  const [x, y, z] = motion.work;
-  const at = trail.count * 3;
-  const last = trail.points.subarray(at - 3, at);
-  if (trail.count && Math.hypot(x - last[0], y - last[1], z - last[2]) < kTrailStep) return;
-  if (trail.count === kTrailMax) {
-    // The older half goes, so that this happens seldom.
-    trail.points.copyWithin(0, (kTrailMax / 2) * 3);
-    trail.speeds.copyWithin(0, kTrailMax / 2);
-    trail.count = kTrailMax / 2;
+function Legend({ plan, mode }: { plan: Plan; mode: Colouring }) {
+  const { status } = useLink("status");
+  if (mode === "joint") {
+    const used = plan.head.joints.map((joint, i) => ({ ...joint, i })).filter((joint) => joint.limited_s > 0);
+    return (
+      <ul class="keys">
+        {used.map((joint) => <li key={joint.name}><i style={{ background: jointColour(joint.i) }} />{joint.name}</li>)}
+        <li><i style={{ background: jointColour(kNoJoint) }} />the feed decides</li>
+      </ul>
+    );
   }
-  trail.points.set([x, y, z], trail.count * 3);
-  trail.speeds[trail.count++] = motion.speed_mm_s;
-  trail.drawn++;
-});
-
-/** Range of the linear axes X, Y, Z in machine coordinates, where the joints bear their names. */
-function rangeOf(machine: Machine): THREE.Box3 | null {
-  const joints = [0, 1, 2].map((word) => machine.joints.find((one) => one.name === kWords[word] && one.unit === "mm"));
-  if (joints.some((joint) => !joint)) return null;
-  const corner = (key: "min" | "max") => new THREE.Vector3(...joints.map((joint) => joint![key]) as [number, number, number]);
-  return new THREE.Box3(corner("min"), corner("max"));
-}
-
-/** The tip. The tool's direction in the work's coordinates takes the machine's kinematics, which the page has not. */
-function tipMark(): THREE.Group {
-  const group = new THREE.Group();
-  const ball = new THREE.Mesh(new THREE.SphereGeometry(0.45, 32, 16), new THREE.MeshStandardMaterial({ color: 0xff8a3c, roughness: 0.4 }));
-  const halo = new THREE.Mesh(new THREE.SphereGeometry(0.95, 32, 16), new THREE.MeshBasicMaterial({ color: 0xff8a3c, transparent: true, opacity: 0.22, depthWrite: false }));
-  group.add(ball, halo);
-  return group;
-}
-
-class View {
-  private readonly renderer: THREE.WebGLRenderer;
-  private readonly scene = new THREE.Scene();
-  private readonly camera = new THREE.PerspectiveCamera(38, 1, 0.1, 20000);
-  private readonly orbit: OrbitControls;
-  private readonly line: Line2;
-  /** Until the operator turns the view, it follows what is cut. */
-  private follows = true;
-  private seen = new THREE.Box3();
-  private readonly tip = tipMark();
-  private readonly grid = new THREE.GridHelper(1, 20, 0x7d8b99, 0x7d8b99);
-  private range: THREE.LineSegments | null = null;
-  private drawn = -1;
-  private drawnAt = 0;
-  private frame = 0;
-  private readonly sizes: ResizeObserver;
-
-  constructor(private readonly host: HTMLElement) {
-    this.renderer = new THREE.WebGLRenderer({ antialias: true, alpha: true });
-    host.append(this.renderer.domElement);
-    this.camera.up.set(0, 0, 1);
-    this.orbit = new OrbitControls(this.camera, this.renderer.domElement);
-    this.orbit.addEventListener("start", () => (this.follows = false));
-    this.line = new Line2(new LineGeometry(), new LineMaterial({ vertexColors: true, linewidth: kTrailWidth }));
-    this.grid.rotation.x = Math.PI / 2;
-    this.grid.material.transparent = true;
-    this.grid.material.opacity = 0.22;
-    this.line.frustumCulled = false;
-    const sun = new THREE.DirectionalLight(0xffffff, 2.2);
-    sun.position.set(1, -2, 3);
-    this.scene.add(this.line, this.tip, sun, new THREE.AmbientLight(0xffffff, 1.1), new THREE.AxesHelper(25), this.grid);
-    this.sizes = new ResizeObserver(() => this.resize());
-    this.sizes.observe(host);
-    this.fit();
-    this.draw();
-  }
-
-  end() {
-    cancelAnimationFrame(this.frame);
-    this.sizes.disconnect();
-    this.orbit.dispose();
-    this.line.geometry.dispose();
-    this.renderer.dispose();
-    this.renderer.domElement.remove();
-  }
-
-  /** Looks at what has been cut; at the machine's range where that is nothing. */
-  fit() {
-    this.follows = true;
-    const box = trailBox();
-    const range = link.machine && rangeOf(link.machine);
-    const little = box.isEmpty() || box.getSize(new THREE.Vector3()).length() < 1;
-    if (little) box.copy(range ?? new THREE.Box3(new THREE.Vector3(-100, -100, -100), new THREE.Vector3(100, 100, 100)));
-    this.seen.copy(box);
-    const centre = box.getCenter(new THREE.Vector3());
-    const extent = box.getSize(new THREE.Vector3());
-    const size = Math.max(extent.length(), 20);
-    this.orbit.target.copy(centre);
-    this.camera.position.copy(centre).add(new THREE.Vector3(0.7, -1.1, 0.75).normalize().multiplyScalar(size * 1.5));
-    this.camera.near = size / 500;
-    this.camera.far = size * 100;
-    this.camera.updateProjectionMatrix();
-    this.grid.position.set(centre.x, centre.y, box.min.z);
-    this.grid.scale.setScalar(Math.max(extent.x, extent.y, size / 3) * 1.4);
-  }
-
-  private resize() {
-    const { clientWidth: width, clientHeight: height } = this.host;
-    if (!width || !height) return;
-    this.renderer.setPixelRatio(Math.min(devicePixelRatio, 2));
-    this.renderer.setSize(width, height);
-    this.camera.aspect = width / height;
-    this.camera.updateProjectionMatrix();
-  }
-
-  private colour() {
-    if (trail.count < 2) {
-      this.line.visible = false;
-      return;
-    }
-    let top = 1;
-    for (let i = 0; i < trail.count; ++i) top = Math.max(top, trail.speeds[i]);
-    const colours = new Float32Array(trail.count * 3);
-    const colour = new THREE.Color();
-    for (let i = 0; i < trail.count; ++i) {
-      // Blue stands for slow, yellow for the fastest of the trail.
-      colour.setHSL(0.62 - 0.48 * (trail.speeds[i] / top), 0.8, 0.52).toArray(colours, i * 3);
-    }
-    this.line.geometry.dispose();
-    this.line.geometry = new LineGeometry();
-    this.line.geometry.setPositions(trail.points.subarray(0, trail.count * 3));
-    this.line.geometry.setColors(colours);
-    this.line.visible = true;
-    if (this.follows && !this.seen.containsBox(trailBox())) this.fit();
-  }
-
-  private place() {
-    const { status, motion, machine } = link;
-    if (motion) this.tip.position.fromArray(motion.work);
-    this.tip.scale.setScalar(this.camera.position.distanceTo(this.tip.position) / 60);
-    if (!this.range && machine) {
-      const box = rangeOf(machine);
-      if (box) {
-        const size = box.getSize(new THREE.Vector3());
-        const edges = new THREE.EdgesGeometry(new THREE.BoxGeometry(size.x, size.y, size.z));
-        this.range = new THREE.LineSegments(edges, new THREE.LineBasicMaterial({ color: 0x7d8b99, transparent: true, opacity: 0.55 }));
-        this.scene.add(this.range);
-        if (!trail.count) this.fit();
-      }
-    }
-    // With the tip followed on a turning table the range is no box in the work's coordinates.
-    if (!this.range || !motion || !status) return;
-    this.range.visible = !status.rtcp && status.rotation_rad === 0;
-    rangeOf(machine!)!.getCenter(this.range.position);
-    for (const i of [0, 1, 2]) {
-      const offset = motion.machine[i] - motion.work[i];
-      this.range.position.setComponent(i, this.range.position.getComponent(i) - offset);
-    }
-  }
-
-  private draw() {
-    this.frame = requestAnimationFrame(() => this.draw());
-    const now = performance.now();
-    if (this.drawn !== trail.drawn && now - this.drawnAt > kRedrawMs) {
-      this.drawn = trail.drawn;
-      this.drawnAt = now;
-      this.colour();
-    }
-    this.place();
-    this.orbit.update();
-    this.renderer.render(this.scene, this.camera);
-  }
-}
-
-function Readings() {
-  const { status, motion } = useLink("status", "motion");
-  if (!status || !motion) return null;
+  const ends = mode === "speed" ? ["0", feedText(plan.fastest(), status?.inch ?? false)] : ["0", "100 %"];
   return (
-    <div class="readings">
-      <span>Line <strong data-test="path-line">{status.line || "–"}</strong></span>
-      <span>Speed <strong>{(motion.speed_mm_s * 60).toFixed(0)}</strong> mm/min</span>
-      <code>{status.block}</code>
+    <div class="ramp">
+      <i style={{ background: rampCss(mode) }} />
+      <div><span>{ends[0]}</span><span>{ends[1]}</span></div>
+      <small><i style={{ background: rapidColour }} /> rapid</small>
     </div>
   );
 }
 
+function Limits({ plan }: { plan: Plan }) {
+  const { head } = plan;
+  const moved = head.free_s + head.joints.reduce((sum, joint) => sum + joint.limited_s, 0) || 1;
+  const rows = head.joints.map((joint, i) => ({ name: joint.name, share: joint.limited_s / moved, colour: jointColour(i) }))
+    .filter((row) => row.share >= 0.001).sort((a, b) => b.share - a.share);
+  rows.unshift({ name: "feed", share: head.free_s / moved, colour: jointColour(kNoJoint) });
+  return (
+    <ul class="bars" data-test="limits">
+      {rows.map((row) => (
+        <li key={row.name}>
+          <span>{row.name}</span>
+          <b><i style={{ width: `${100 * row.share}%`, background: row.colour }} /></b>
+          <em>{(100 * row.share).toFixed(row.share < 0.1 ? 1 : 0)} %</em>
+        </li>
+      ))}
+    </ul>
+  );
+}
+
+/** How much of each joint's way the program needs. */
+function Ranges({ plan }: { plan: Plan }) {
+  const { status } = useLink("status");
+  const inch = status?.inch ?? false;
+  const shown = (value: number, unit: string) => shownValue(value, unit === "rad", inch).toFixed(inch && unit === "mm" ? 2 : 0);
+  return (
+    <ul class="bars ranges" data-test="ranges">
+      {plan.head.joints.map((joint) => {
+        const way = joint.max - joint.min;
+        const outside = joint.from < joint.min - 1e-9 || joint.to > joint.max + 1e-9;
+        const at = (value: number) => `${Math.max(0, Math.min(100, (100 * (value - joint.min)) / way))}%`;
+        return (
+          <li key={joint.name} class={outside ? "outside" : ""}>
+            <span>{joint.name}</span>
+            <b><i style={{ left: at(joint.from), width: `max(3px, calc(${at(joint.to)} - ${at(joint.from)}))` }} /></b>
+            <em>{shown(joint.from, joint.unit)} … {shown(joint.to, joint.unit)} {unitText(joint.unit === "rad", inch)}</em>
+          </li>
+        );
+      })}
+    </ul>
+  );
+}
+
+function PlanCard({ plan, mode }: { plan: Plan; mode: Colouring }) {
+  const { head } = plan;
+  const outside = head.joints.filter((joint) => joint.from < joint.min - 1e-9 || joint.to > joint.max + 1e-9);
+  return (
+    <aside class="card plan-card" aria-label="The plan">
+      <div class="facts">
+        <div><strong data-test="plan-time">{durationText(head.time_s)}</strong><small>at 100 %</small></div>
+        <div><strong>{(head.cut_mm / 1000).toFixed(1)} m</strong><small>cut</small></div>
+        <div><strong>{(head.rapid_mm / 1000).toFixed(1)} m</strong><small>rapid</small></div>
+      </div>
+      {head.message && <p class="warn" data-test="plan-message">{programName(head.message)}</p>}
+      <Legend plan={plan} mode={mode} />
+      <h2>What limits, of the time</h2>
+      <Limits plan={plan} />
+      <h2>{outside.length ? `Leaves the range of ${outside.map((joint) => joint.name).join(", ")}` : "Way of each joint in its range"}</h2>
+      <Ranges plan={plan} />
+    </aside>
+  );
+}
+
+const kKinds = ["velocity", "acceleration", "jerk"] as const;
+
+/** What is at a point of the plan; or where the machine is now. */
+function Readings({ plan, point }: { plan: Plan | null; point: number }) {
+  const { status, motion, program } = useLink("status", "motion", "program");
+  if (!status) return null;
+  if (!plan || point < 0) {
+    return (
+      <div class="readings">
+        <span>Line <strong data-test="path-line">{status.line || "–"}</strong></span>
+        <span><strong>{feedText(motion?.speed_mm_s ?? 0, status.inch)}</strong></span>
+        <code>{status.block}</code>
+        {plan && <small>Point at the path to see what happens there.</small>}
+      </div>
+    );
+  }
+  const line = plan.lines[point];
+  const joint = plan.joints[point];
+  const uses = kKinds.map((kind) => ({ kind, use: plan[kind][point] / kWhole })).sort((a, b) => b.use - a.use);
+  return (
+    <div class="readings" data-test="point">
+      <span>Line <strong data-test="path-line">{line}</strong></span>
+      <code>{program?.line(line) || "–"}</code>
+      <span>{plan.rapid[point] ? "rapid" : <>asked <strong>{plan.feeds[point] > 0 ? feedText(plan.feeds[point], status.inch) : "–"}</strong></>}</span>
+      <span>real <strong>{feedText(plan.speeds[point], status.inch)}</strong></span>
+      <span data-test="limit">{joint === kNoJoint ? "no joint limits"
+        : <><i class="dot" style={{ background: jointColour(joint) }} /><strong>{plan.head.joints[joint].name}</strong> limits: {percent(Math.min(1, uses[0].use))} of its {uses[0].kind}</>}</span>
+      <span>after <strong>{durationText(plan.times[point])}</strong></span>
+    </div>
+  );
+}
+
+const kStands: [Standpoint, string][] = [["iso", "3-D"], ["top", "Top"], ["front", "Front"], ["side", "Side"]];
+
 export function Path() {
+  const { plan, planState } = useLink("plan");
   const host = useRef<HTMLDivElement>(null);
-  const view = useRef<View | null>(null);
+  const scene = useRef<Scene | null>(null);
+  const [mode, setMode] = useState<Colouring>("speed");
+  const [rapids, setRapids] = useState(true);
+  const [what, setWhat] = useState<"work" | "machine">("work");
+  const [point, setPoint] = useState(-1);
   useEffect(() => {
-    view.current = new View(host.current!);
-    return () => view.current?.end();
+    scene.current = new Scene(host.current!);
+    scene.current.onPoint = setPoint;
+    // For the test that measures frames.
+    Object.assign(host.current!, { scene: scene.current });
+    return () => scene.current?.end();
   }, []);
+  useEffect(() => {
+    setPoint(-1);
+    scene.current?.setPlan(plan ? new PlanLines(plan, mode) : null);
+    if (plan && !rapids) scene.current?.showRapids(false);
+  }, [plan]);
+  useEffect(() => scene.current?.colour(mode), [mode]);
+  useEffect(() => scene.current?.showRapids(rapids), [rapids]);
+  const look = (at: "work" | "machine", from: Standpoint) => {
+    setWhat(at);
+    scene.current?.fit(at, from);
+  };
   return (
     <div class="path">
-      <div class="scene" ref={host} data-test="scene" aria-label="The way of the tool in three dimensions" role="img" />
+      <div class="scene" ref={host} data-test="scene" aria-label="The machine and the way of the tool in three dimensions" role="img" />
       <div class="tools">
-        <button onClick={() => view.current?.fit()}>Show all</button>
-        <button onClick={clearTrail}>Clear trail</button>
-        <span class="scale"><i /> slow to fast</span>
+        <div class="switch" role="group" aria-label="Colours">
+          {kColourings.map((one) => (
+            <button key={one.mode} aria-pressed={mode === one.mode} title={`Colours show ${one.hint}`} data-test={`colour-${one.mode}`}
+              onClick={() => setMode(one.mode)}>{one.name}</button>
+          ))}
+        </div>
       </div>
-      <Readings />
+      <div class="tools left">
+        <button aria-pressed={what === "work"} data-test="fit-work" onClick={() => look("work", "iso")}>Work</button>
+        <button aria-pressed={what === "machine"} data-test="fit-machine" onClick={() => look("machine", "iso")}>Machine</button>
+        {kStands.slice(1).map(([from, name]) => <button key={from} onClick={() => look(what, from)}>{name}</button>)}
+        <button aria-pressed={rapids} onClick={() => setRapids(!rapids)}>Rapids</button>
+        <button onClick={clearTrail}>Clear trail</button>
+      </div>
+      {plan ? <PlanCard plan={plan} mode={mode} /> : planState.state !== "none" && (
+        <aside class="card plan-card" data-test="plan-state">
+          <p>{planState.state === "working" ? "The program is being planned." : planState.text || "There is no plan."}</p>
+        </aside>
+      )}
+      <Readings plan={plan} point={point} />
     </div>
   );
 }

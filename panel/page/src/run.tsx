@@ -1,110 +1,52 @@
 import { useState } from "preact/hooks";
 import { Jog } from "./jog";
 import { link, useLink } from "./link";
-import { isAngle, kWords, positionText, programName, shownValue, type Status, unitText, wordsOf } from "./model";
+import { isAngle, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
+import { Program } from "./program";
+
+type Shown = "work" | "machine" | "to_go" | "joints";
+const kShown: [Shown, string][] = [["work", "Work"], ["machine", "Machine"], ["to_go", "To go"], ["joints", "Joints"]];
 
 function Positions() {
   const { status, motion } = useLink("status", "motion");
-  const [joints, setJoints] = useState(false);
+  const [shown, setShown] = useState<Shown>("work");
   if (!status || !motion) return <section class="card dro" />;
   const { inch } = status;
+  const second = shown === "work" ? "machine" : "work";
+  const small = (word: number, key: "work" | "machine" | "to_go") => positionText(motion[key][word], isAngle(word), inch);
   return (
     <section class="card dro" aria-label="Positions">
-      <div class="title">
-        <h2>Position</h2>
-        <div class="switch">
-          <button aria-pressed={!joints} onClick={() => setJoints(false)}>Axes</button>
-          <button aria-pressed={joints} onClick={() => setJoints(true)}>Joints</button>
-        </div>
+      <div class="switch wide" role="group" aria-label="Positions as">
+        {kShown.map(([key, name]) => (
+          <button key={key} aria-pressed={shown === key} onClick={() => setShown(key)}>
+            {name}{key === "work" && <small>{status.work_offset}</small>}
+          </button>
+        ))}
       </div>
       <table>
-        <thead>
-          <tr>{joints ? <><th /><th>Measured</th><th>State</th></>
-            : <><th /><th>Work {status.work_offset}</th><th /><th>Machine</th><th>To go</th></>}</tr>
+        <thead class={shown === "joints" ? "" : "hidden-head"}>
+          <tr>{shown === "joints" ? <><th scope="col">Joint</th><th scope="col">Measured</th><td /><th scope="col">State</th></>
+            : <><th scope="col">Axis</th><th scope="col">{shown}</th><td /><th scope="col">{second}</th></>}</tr>
         </thead>
         <tbody>
-          {joints ? status.joints.map((joint, i) => (
+          {shown === "joints" ? status.joints.map((joint, i) => (
             <tr key={joint.name}>
-              <th>{joint.name}</th>
-              <td class="big">{positionText(motion.q_measured[i] ?? 0, joint.unit === "rad", inch)}
-                <small>{unitText(joint.unit === "rad", inch)}</small></td>
+              <th scope="row">{joint.name}</th>
+              <td class="big">{positionText(motion.q_measured[i] ?? 0, joint.unit === "rad", inch)}</td>
+              <td class="unit">{unitText(joint.unit === "rad", inch)}</td>
               <td>{joint.limit_switch ? "on its switch" : joint.homed ? "homed" : "not homed"}</td>
             </tr>
           )) : wordsOf(status.axes).map((word) => (
             <tr key={word}>
-              <th>{kWords[word]}</th>
-              <td class="big" data-test={`work-${kWords[word]}`}>{positionText(motion.work[word], isAngle(word), inch)}</td>
+              <th scope="row">{kWords[word]}</th>
+              <td class="big" data-test={`${shown}-${kWords[word]}`}>{small(word, shown)}</td>
               <td class="unit">{unitText(isAngle(word), inch)}</td>
-              <td data-test={`machine-${kWords[word]}`}>{positionText(motion.machine[word], isAngle(word), inch)}</td>
-              <td>{positionText(motion.to_go[word], isAngle(word), inch)}</td>
+              <td class="second"><small>{second === "machine" ? "machine" : "work"}</small>
+                <span data-test={`${second}-${kWords[word]}`}>{small(word, second)}</span></td>
             </tr>
           ))}
         </tbody>
       </table>
-    </section>
-  );
-}
-
-function Program() {
-  const { status, mine, programs } = useLink("status", "link", "programs");
-  const [name, setName] = useState("");
-  const [busy, setBusy] = useState(false);
-  const load = async (event: Event) => {
-    event.preventDefault();
-    setBusy(true);
-    await link.command({ verb: "load", text: name.trim() });
-    setBusy(false);
-  };
-  const shown = status?.program === "mdi" ? "Typed line" : programName(status?.program ?? "") || "No program";
-  return (
-    <section class="card program" aria-label="Program">
-      <div class="title">
-        <strong data-test="program">{shown}</strong>
-        <form onSubmit={load}>
-          <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder="Name of a program"
-            aria-label="Name of a program" data-test="load-name" spellcheck={false} list="programs" autocomplete="off"
-            onFocus={() => void link.fetchPrograms()} />
-          <datalist id="programs" data-test="programs">
-            {programs.map(({ name }) => <option key={name} value={name} />)}
-          </datalist>
-          <button disabled={!mine || busy || !name.trim()} data-test="load">{busy ? "Loading" : "Load"}</button>
-        </form>
-      </div>
-      <div class="block">
-        <span class="line">{status?.block ? status.line : "–"}</span>
-        <code data-test="block">{status?.block || "No block is running."}</code>
-      </div>
-    </section>
-  );
-}
-
-function Buttons() {
-  const { status, mine } = useLink("status", "link");
-  const state = status?.state ?? "";
-  const rest = state === "idle";
-  const can = (verb: string): boolean => {
-    if (verb === "hold") return ["running", "jogging", "homing"].includes(state);
-    if (verb === "stop") return ["running", "holding", "jogging", "homing"].includes(state);
-    if (!mine) return false;
-    if (verb === "start") return rest && !!status?.program && status.program !== "mdi";
-    if (verb === "resume") return state === "holding";
-    return verb === "home" ? rest : state === "fault" || state === "estop";
-  };
-  const button = (verb: string, text: string, extra = "", values = {}) => (
-    <button class={extra} data-test={verb} disabled={!can(verb)} onClick={() => void link.command({ verb, ...values })}>
-      {text}
-    </button>
-  );
-  const single = status?.single_block ?? false;
-  return (
-    <section class="card buttons" aria-label="Operation">
-      {state === "holding" ? button("resume", "Resume", "accent large") : button("start", "Start", "accent large")}
-      {button("hold", "Hold", "large")}
-      {button("stop", "Stop", "large")}
-      <button aria-pressed={single} disabled={!mine} data-test="single"
-        onClick={() => void link.command({ verb: "single_block", value: single ? 0 : 1 })}>Single block</button>
-      {button("home", "Home", "", { joint: -1 })}
-      {button("reset", "Reset")}
     </section>
   );
 }
@@ -126,7 +68,8 @@ function Override({ name, verb, now, max }: { name: string; verb: string; now: n
           disabled={!mine} data-test={verb} onInput={(e) => setAsked(Number(e.currentTarget.value))}
           onChange={(e) => void send(Number(e.currentTarget.value))} />
       </label>
-      <button disabled={!mine} onClick={() => void send(100)} aria-label={`${name} to 100 percent`}>{percent} %</button>
+      <button disabled={!mine} onClick={() => void send(100)} aria-label={`${name} to 100 percent`}
+        class={percent === 100 ? "" : "changed"}>{percent} %</button>
     </div>
   );
 }
@@ -149,7 +92,7 @@ function Speeds() {
 }
 
 const Figure = ({ name, value, unit }: { name: string; value: string; unit: string }) => (
-  <div class="figure"><span>{name}</span><strong>{value}</strong><small>{unit}</small></div>
+  <div class="figure"><span>{name}</span><div><strong>{value}</strong><small>{unit}</small></div></div>
 );
 
 function coolant(status: Status): string {
@@ -163,7 +106,6 @@ function InForce() {
   const length = status.tool_offset[2];
   const rows: [string, string][] = [
     ["Tool", status.tool_name + (length ? `, length ${positionText(length, false, status.inch)}` : "")],
-    ["Work offset", status.work_offset],
     ["Coolant", coolant(status)],
     ["Tip control", status.rtcp ? "on" : "off"],
   ];
@@ -214,9 +156,9 @@ function LastMessages() {
     <section class="card messages" aria-label="Messages">
       <h2>Messages</h2>
       <ol data-test="messages">
-        {log.slice(-6).reverse().map((entry, i) => (
+        {log.slice(-20).reverse().map((entry, i) => (
           <li key={i} class={entry.kind}>
-            <time>{new Date(entry.time_us / 1000).toLocaleTimeString("en-GB")}</time>{entry.text}
+            <time>{new Date(entry.time_us / 1000).toLocaleTimeString("en-GB")}</time>{entry.text.replace(/_/g, entry.kind === "fault" ? " " : "_")}
           </li>
         ))}
         {!log.length && <li class="none">No messages.</li>}
@@ -228,8 +170,9 @@ function LastMessages() {
 export function Run() {
   return (
     <div class="run">
-      <div class="column"><Positions /><Buttons /><Mdi /><LastMessages /></div>
-      <div class="column"><Program /><Speeds /><Jog /><InForce /></div>
+      <div class="column"><Positions /><Speeds /></div>
+      <div class="column middle"><Program /><Mdi /></div>
+      <div class="column"><Jog /><InForce /><LastMessages /></div>
     </div>
   );
 }

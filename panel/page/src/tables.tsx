@@ -75,8 +75,41 @@ function Offsets() {
   );
 }
 
+/** Changes length and diameter of a tool by the line that a program would use. */
+function ChangeTool({ number, done }: { number: number; done: () => void }) {
+  const { status, mine } = useLink("status", "link");
+  const [length, setLength] = useState("");
+  const [diameter, setDiameter] = useState("");
+  const words = [length.trim() && `Z${numberOf(length)}`, diameter.trim() && `R${Number(numberOf(diameter)) / 2}`].filter(Boolean);
+  const sound = words.length > 0 && [length, diameter].every((text) => !text.trim() || numberOf(text) !== null);
+  const send = async () => {
+    const answer = await link.command({ verb: "mdi", text: `G10 L1 P${number} ${words.join(" ")}` });
+    if (answer.outcome === "accepted") done();
+  };
+  const unit = unitText(false, status?.inch ?? false);
+  const field = (name: string, value: string, set: (text: string) => void) => (
+    <label>{name} {unit}
+      <input inputMode="decimal" value={value} data-test={`tool-${name.toLowerCase()}`}
+        aria-invalid={!!value.trim() && numberOf(value) === null} onInput={(e) => set(e.currentTarget.value)} />
+    </label>
+  );
+  return (
+    <div class="change-tool">
+      <h2>Change tool {number}</h2>
+      <div class="fields">{field("Length", length, setLength)}{field("Diameter", diameter, setDiameter)}</div>
+      <div class="actions">
+        <button class="accent" disabled={!mine || status?.state !== "idle" || !sound} data-test="set-tool" onClick={() => void send()}>
+          Set tool {number}
+        </button>
+        <button onClick={done}>Close</button>
+      </div>
+    </div>
+  );
+}
+
 function Tools() {
   const { status, tables } = useLink("status", "tables");
+  const [chosen, setChosen] = useState(0);
   if (!status || !tables) return <section class="card" />;
   const length = (value: number) => positionText(value, false, status.inch);
   return (
@@ -88,14 +121,15 @@ function Tools() {
           <thead><tr><th>Tool</th><th>Pocket</th><th>Length</th><th>Diameter</th><th class="text">Remark</th></tr></thead>
           <tbody>
             {tables.tools.map((tool) => (
-              <tr key={tool.number} class={tool.number === status.tool ? "in-force" : ""}>
-                <th><span>{tool.number}</span></th><td>{tool.pocket}</td><td>{length(tool.z)}</td>
+              <tr key={tool.number} data-test={`tool-row-${tool.number}`} class={tool.number === status.tool ? "in-force" : ""}>
+                <th><button aria-pressed={tool.number === chosen} data-test={`tool-${tool.number}`} onClick={() => setChosen(tool.number)}>{tool.number}</button></th><td>{tool.pocket}</td><td>{length(tool.z)}</td>
                 <td>{length(tool.diameter)}</td><td class="text">{tool.remark}</td>
               </tr>
             ))}
           </tbody>
         </table>
       )}
+      {chosen > 0 && <ChangeTool key={chosen} number={chosen} done={() => setChosen(0)} />}
       {tables.tools_more > 0 && <p class="none">And {tables.tools_more} more.</p>}
     </section>
   );

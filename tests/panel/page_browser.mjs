@@ -1,0 +1,37 @@
+// A browser for the tests of the page, without a display and with WebGL made by software.
+import assert from "node:assert/strict";
+import { createRequire } from "node:module";
+import { join } from "node:path";
+
+export const kPatienceMs = 30000;
+
+/** `open` opens a page of the panel with its key; `complaints` is what the browser says against the page. */
+export async function launch(origin, key, sources) {
+  const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");
+  const browser = await chromium.launch({
+    executablePath: process.env.CHROMIUM ?? "/usr/bin/chromium",
+    args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
+  });
+  const complaints = [];
+  const open = async (size, options = {}) => {
+    const context = await browser.newContext({ viewport: size, colorScheme: "dark", ...options });
+    const page = await context.newPage();
+    page.setDefaultTimeout(kPatienceMs);
+    page.on("pageerror", (error) => complaints.push(String(error)));
+    page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
+    await page.goto(`${origin}/#key=${key}`);
+    return page;
+  };
+  const part = (page, name) => page.locator(`[data-test="${name}"]`);
+  /** Waits until the element's text satisfies `wanted`; from here, as the page's policy lets no code be made of text. */
+  const until = async (page, name, wanted, what) => {
+    const end = Date.now() + kPatienceMs;
+    for (;;) {
+      const shown = await part(page, name).first().textContent();
+      if (wanted(shown)) return shown;
+      if (Date.now() > end) assert.fail(`${name} shows "${shown}" and never ${what}`);
+      await new Promise((done) => setTimeout(done, 20));
+    }
+  };
+  return { browser, open, part, until, complaints };
+}
