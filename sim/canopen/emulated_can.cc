@@ -102,7 +102,7 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
     for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
       buses_.back()->add(*nodes_[i][k]);
       const NodeLink::Config& link = config_.buses[i].nodes[k].link;
-      probe_.wire(*nodes_[i][k], link.joint, link.axis.offset);
+      probe_.wire(*nodes_[i][k], link.joint);
       standing_[link.joint] = nodes_[i][k]->drive().joint().measured() + link.axis.offset;
     }
   }
