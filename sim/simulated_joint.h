@@ -51,6 +51,7 @@ class SimulatedJoint {
 
   double measured() const TRN_RT { return reported_; }
   double true_place() const TRN_RT { return plant_.x; }
+  double absolute_offset() const TRN_RT { return config_.encoder_offset; }
   bool wants_to_move() const TRN_RT { return v_target_ != 0; }
   bool home_switch_dead() const TRN_RT { return home_switch_dead_; }
   DriveState state() const TRN_RT { return lost_ ? DriveState::kLost : state_; }

@@ -1,8 +1,10 @@
 #include "sim/canopen/emulated_can.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-#include <string>
+#include <string_view>
 
 #include "core/units.h"
 #include "hal/can/bus.h"
@@ -33,11 +35,9 @@ EmulatedHoming::Switches switches_of(const CanNodeConfig& node, const Joint& joi
                                      const ConfigTable& emulation) {
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kRadPerDeg : 1;
-  const auto length = [&](const std::string& stem, double fallback) {
-    return unit * emulation.number(stem + (rotary ? "_deg" : "_mm"), fallback, kPositive);
-  };
-  const double width = length("home_switch_width", 10.0);
-  const double pitch = length("index_pitch", 5.0);
+  const auto key = [&](std::string_view name) { return fmt::format("{}_{}", name, rotary ? "deg" : "mm"); };
+  const double width = unit * emulation.number(key("home_switch_width"), 10.0, kPositive);
+  const double pitch = unit * emulation.number(key("index_pitch"), 5.0, kPositive);
   EmulatedHoming::Switches out = EmulatedHoming::at_home(
       node.homing_method, node.link.axis.counts_per_unit < 0, node.home, index_distance, width);
   // An index that is farther from the switch than the pitch would not be the first one.
@@ -102,7 +102,7 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
     for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
       buses_.back()->add(*nodes_[i][k]);
       const NodeLink::Config& link = config_.buses[i].nodes[k].link;
-      probe_.wire(*nodes_[i][k], link.joint, link.axis.offset);
+      probe_.wire(*nodes_[i][k], link.joint);
       standing_[link.joint] = nodes_[i][k]->drive().joint().measured() + link.axis.offset;
     }
   }

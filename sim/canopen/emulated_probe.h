@@ -22,8 +22,9 @@ class EmulatedProbe {
   EmulatedProbe(const Machine& machine, const ConfigTable& drives);
 
   /// `node` must outlive this.
-  /// `offset`: where its encoder counts zero, mm or rad.
-  void wire(EmulatedNode& node, int joint, double offset) { nodes_.push_back({&node, joint, offset}); }
+  void wire(EmulatedNode& node, int joint) {
+    nodes_.push_back({&node, joint, -node.drive().joint().absolute_offset()});
+  }
   /// The drives have moved.
   void step() TRN_RT;
 
@@ -37,7 +38,7 @@ class EmulatedProbe {
   struct Wire {
     EmulatedNode* node;
     int joint;
-    double offset;
+    double offset;  ///< where its encoder counts zero, mm or rad
   };
   std::vector<Wire> nodes_;
   JointVec q_before_;

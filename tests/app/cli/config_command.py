@@ -139,8 +139,8 @@ ELSEWHERE = {
     "key": r"\bkey = (?!\[)([^;]*);", "key.c_str()": None, "at": r"\bat = ([^;,]*)[;,]", "at.c_str()": None,
     "forward": r"\bforward = ([^;,]*)[;,]", "backward": r"\bbackward = ([^;,]*)[;,]",
     "kStageAxes[i]": r"\bkStageAxes\[\] = \{(\"\w+\")", "kind.name": r"CorrectionKind kKinds\[\] = \{(.*?)\n\};",
-    "owned.key": r"kOwned\[\] = \{(.*?)\};"}
-IN_FILE = {"kStageAxes[i]": "compensation/micromill/friction_network.h"}
+    "owned.key": r"kOwned\[\] = \{(.*?)\};", "error.key": r"DriveUnitError\(\s*(\"\w+\")"}
+IN_FILE = {"kStageAxes[i]": "compensation/micromill/friction_network.h", "error.key": "hal/can/drive_units.cc"}
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
