@@ -110,9 +110,10 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
     return obey_nmt(static_cast<NmtCommand>(frame.data[0]), now_ns);
   if (frame.id == cob::kGuard + id && frame.remote) {
     // A node that beats does not answer to guarding (CiA 301, 7.2.8.2.2.3).
-    if (no_heartbeat_ || store_.integer({0x1017, 0}) > 0) return;
+    if (store_.integer({0x1017, 0}) > 0) return;
     guard_seen_ns_ = now_ns;
     guarded_ = true;
+    if (no_heartbeat_) return;
     CanFrame answer = heartbeat_frame(config_.id, nmt_);
     // The toggle bit of node guarding, by which the master tells that an answer is a new one (CiA 301).
     answer.data[0] |= guard_toggle_ ? 0x80 : 0;
