@@ -12,7 +12,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
-LINES_MAX = 2_400_000
+LINES_MAX = 2_600_000  # it read 2.3 million before the plan of the operator's page, alarms and places to resume at
 UNITS_MAX = 110
 
 

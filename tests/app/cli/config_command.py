@@ -139,6 +139,7 @@ ELSEWHERE = {
     "key": r"\bkey = (?!\[)([^;]*);", "key.c_str()": None, "at": r"\bat = ([^;,]*)[;,]", "at.c_str()": None,
     "forward": r"\bforward = ([^;,]*)[;,]", "backward": r"\bbackward = ([^;,]*)[;,]",
     "kStageAxes[i]": r"\bkStageAxes\[\] = \{(\"\w+\")", "kind.name": r"CorrectionKind kKinds\[\] = \{(.*?)\n\};",
+    "list": r"platform_json\(section, (\"\w+\")", "place": r"(?<=[{ ])(\"\w+\")(?=[,}][^)]*\}\))",
     "owned.key": r"kOwned\[\] = \{(.*?)\};", "error.key": r"DriveUnitError\(\s*(\"\w+\")"}
 IN_FILE = {"kStageAxes[i]": "compensation/micromill/friction_network.h", "error.key": "hal/can/drive_units.cc"}
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')

@@ -29,6 +29,7 @@ VALUES = {
     "--trace-density": ("2", None),
     "--path": ("out/p.csv", "out/p.csv"),
     "--stretches": ("out/s.csv", "out/s.csv"),
+    "--preview": ("out/plan", "out/plan"),
     "--report": ("out/report", "out/report/report.html"),
     "--tools": ("mine.tbl", None),
     "--vars": ("mine.var", "mine.var"),
