@@ -71,11 +71,13 @@ const picture = (page, name) => page.screenshot({ path: join(output, `${name}.pn
 const text = (page, name) => part(page, name).first().textContent();
 
 /** Waits until the element's text satisfies `wanted`; tells the text if it never does. */
-async function until(page, name, wanted, what) {
+async function until(page, name, wanted, what, everyMs = 0) {
   // From here, not in the page: the server's policy forbids it to make code of text, which is what a page-side wait does.
   const end = Date.now() + kPatienceMs;
-  while (!wanted(await text(page, name)))
+  while (!wanted(await text(page, name))) {
     if (Date.now() > end) assert.fail(`${name} shows "${await text(page, name)}" and never ${what}`);
+    await new Promise((done) => setTimeout(done, everyMs));
+  }
 }
 
 const shows = (page, name, wanted) => until(page, name, (shown) => shown.includes(wanted), `"${wanted}"`);
@@ -315,8 +317,8 @@ async function accessible(browser) {
 async function tellsTimeLeft(page) {
   const secondsOf = (clock) => clock.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
   const shown = async () => {
-    const found = /([\d:]+) left of ([\d:]+)/.exec(await text(page, "time-left"));
-    return found && { left: secondsOf(found[1]), total: secondsOf(found[2]) };
+    const found = /of ([\d:]+) done, ([\d:]+) left/.exec(await text(page, "time-left"));
+    return { total: secondsOf(found[1]), left: secondsOf(found[2]) };
   };
   const first = await shown();
   assert(Math.abs(first.total - cycleTime) < 3, `the daemon tells ${first.total} s instead of ${cycleTime} s`);
@@ -331,7 +333,10 @@ async function tellsTimeLeft(page) {
 async function movesAway(page) {
   await shows(page, "detour", "you may move the axes away");
   assert(await part(page, "along-Tool").isDisabled(), "a held program lets no move along the tool begin");
-  const from = Number(await text(page, "machine-Z"));
+  // Moves by hand begin when the machine stands.
+  let before = "";
+  await until(page, "machine-Z", (shown) => shown === before || !(before = shown), "the same for a while", 500);
+  const from = Number(before);
   await part(page, "jog-Z+").click();
   await shows(page, "detour", "Resume leads back");
   await until(page, "machine-Z", (shown) => Math.abs(Number(shown) - from - 1) < 0.002, `${from} and 1`);

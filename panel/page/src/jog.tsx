@@ -93,7 +93,6 @@ export function Jog() {
             onClick={() => setFrame(one.frame)}>{one.name}</button>
         ))}
       </div>
-      {(held || status.detour) && <p class="hint" data-test="detour">{kDetours[status.detour]}</p>}
       <div class="pairs">
         {along.map((one) => <div key={one.name}>{button(one, 1)}{button(one, -1)}</div>)}
       </div>
@@ -112,6 +111,7 @@ export function Jog() {
         </label>
         <output>{kShares[share] * 100} %</output>
       </div>
+      {(held || status.detour) && <p class="hint" data-test="detour">{kDetours[status.detour]}</p>}
     </section>
   );
 }

@@ -124,8 +124,8 @@ function Progress() {
       <progress max={1} value={share} aria-label="Progress of the program" data-test="progress" />
       <strong>{Math.floor(share * 100)} %</strong>
       <span data-test="time-left">
+        {`${durationText(status.time_done_s)} of ${durationText(status.time_total_s)} done, `}
         {status.time_left_s < 0 ? "time left unknown" : <>{about}<strong>{durationText(status.time_left_s)}</strong> left</>}
-        {` of ${durationText(status.time_total_s)}`}
       </span>
     </div>
   );
