@@ -30,7 +30,7 @@ function watch(page, socket) {
   });
   socket.on("framereceived", ({ payload }) => {
     const message = JSON.parse(payload);
-    if (message.type === "status") Object.assign(now, { count: message.count, state: message.state });
+    if (message.type === "status") Object.assign(now, { count: message.count, state: message.detour || message.state });
     if (message.type !== "answer") return;
     now.asked.delete(message.id);
     now.needs = Math.max(now.needs, message.status_count);
@@ -38,14 +38,14 @@ function watch(page, socket) {
 }
 
 /** Waits until all commands of the page are answered and the machine rests behind the last of them. */
-async function rests(page) {
+async function rests(page, state = "idle", shown = "Ready") {
   const end = Date.now() + kPatienceMs;
   const now = seen.get(page);
-  while (now.asked.size || now.count < now.needs || now.state !== "idle") {
+  while (now.asked.size || now.count < now.needs || now.state !== state) {
     if (Date.now() > end) assert.fail(`the machine does not come to rest: ${JSON.stringify(now)}`);
     await new Promise((done) => setTimeout(done, 10));
   }
-  await shows(page, "state", "Ready");
+  await shows(page, "state", shown);
 }
 
 async function open(browser, size, from = address) {
@@ -343,8 +343,8 @@ async function movesAway(page) {
   await picture(page, "run_held");
   // The same button again: the page knows that the first move has ended.
   await part(page, "jog-Z+").click();
+  await rests(page, "away", "On hold");
   await until(page, "machine-Z", (shown) => Math.abs(Number(shown) - from - 2) < 0.002, `${from} and 2`);
-  await shows(page, "detour", "Resume leads back");
 }
 
 async function cuts(page) {

@@ -43,7 +43,7 @@ export function Actions() {
     hold: canHold(status),
     stop: ["running", "holding", "jogging", "homing"].includes(state),
     start: mine && state === "idle" && !!status && isProgram(status.program),
-    resume: mine && state === "holding",
+    resume: mine && state === "holding" && status?.detour !== "jogs",
     reset: mine && (state === "fault" || state === "estop"),
   };
   const button = (verb: string, text: string, extra = "") => (
