@@ -42,7 +42,7 @@ const acknowledge = (number: number) => void link.command({ verb: "acknowledge",
 function AlarmCard({ alarm }: { alarm: Alarm }) {
   const { status, mine } = useLink("status", "link");
   const place = alarm.program && `${programName(alarm.program)}${alarm.line ? `, line ${alarm.line}` : ""}`;
-  const rows = [["Cure", alarm.cure], ["The machine", alarm.did], ["In", place], ["Cause", alarm.cause]];
+  const rows = [["Cure", alarm.cure], ["What the machine did", alarm.did], ["Program", place], ["Cause", alarm.cause]];
   return (
     <section class={`card alarm ${alarm.active ? "fault" : ""}`} role={alarm.active ? "alert" : undefined} data-test="alarm"
       aria-label={`Alarm ${alarm.number}`}>
