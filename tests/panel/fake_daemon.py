@@ -12,8 +12,8 @@ BEAT_S = 0.02  # a status comes so often, in which the panel sees that the daemo
 
 
 class FakeDaemon:
-    """Listens where the panel of `bench` looks for the machine's daemon. `state`, `detour`, `pid` and `count` go into the next
-    status; `heard` are the commands in the order in which they came."""
+    """Listens where the panel of `bench` looks for the machine's daemon. `state`, `detour`, `pid` and `count` go into
+    the next status; `heard` are the commands in the order in which they came."""
 
     def __init__(self, bench):
         self.name = bench.name
