@@ -79,6 +79,10 @@ void DaemonWatch::connect() {
     tables_ = tables;
     if (on_tables) on_tables();
   };
+  listener.alarms = [this](const trunnion::alarms_t& alarms) {
+    alarms_ = alarms;
+    if (on_alarms) on_alarms();
+  };
   line_->listen(listener);
 }
 

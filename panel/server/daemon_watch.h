@@ -36,9 +36,10 @@ class DaemonWatch {
   const std::optional<trunnion::status_t>& status() const { return status_; }
   const std::optional<trunnion::motion_t>& motion() const { return motion_; }
   const std::optional<trunnion::tables_t>& tables() const { return tables_; }
+  const std::optional<trunnion::alarms_t>& alarms() const { return alarms_; }
 
   /// Called from `step` when something new was heard; may be empty.
-  std::function<void()> on_status, on_motion, on_tables;
+  std::function<void()> on_status, on_motion, on_tables, on_alarms;
 
  private:
   struct Asked {
@@ -62,6 +63,7 @@ class DaemonWatch {
   std::optional<trunnion::status_t> status_;
   std::optional<trunnion::motion_t> motion_;
   std::optional<trunnion::tables_t> tables_;
+  std::optional<trunnion::alarms_t> alarms_;
 };
 
 }  // namespace trn

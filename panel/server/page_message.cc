@@ -19,10 +19,11 @@ constexpr std::size_t kIdMax = 64;
 constexpr std::int64_t kWholeMax =
     (std::int64_t{1} << 53) - 1;  // the greatest that JavaScript tells from the next
 
-// The verb by the name of the table of commands, with _ for its spaces.
+// The verb by its name in the table of commands, which has a row for each; _ stands for a space.
 std::int8_t verb_of(const std::string& name) {
-  for (std::int8_t verb = command_t::LOAD; verb <= command_t::BLOCK_DELETE; ++verb) {
-    std::string known(find_rights(verb)->name);
+  const CommandRights* row = nullptr;
+  for (std::int8_t verb = command_t::LOAD; (row = find_rights(verb)); ++verb) {
+    std::string known(row->name);
     for (char& letter : known)
       if (letter == ' ') letter = '_';
     if (known == name) return verb;

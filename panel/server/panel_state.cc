@@ -31,10 +31,11 @@ bool begins_motion(const command_t& command) {
          command.verb == command_t::MDI || command.verb == command_t::HOME;
 }
 
-// A jog of one joint has a state of its own; one along a direction runs as a program of this name.
+// A jog of one joint has a state of its own; one along a direction runs as a program of this name. One that
+// leads away from a held program is a detour of it.
 bool jogs_now(const trunnion::status_t& status) {
   const bool runs = status.state == "running" || status.state == "holding" || status.state == "stopping";
-  return status.state == "jogging" || (runs && status.program == "jog");
+  return status.state == "jogging" || status.detour == "jogs" || (runs && status.program == "jog");
 }
 
 bool is_file(const std::string& program) { return program.starts_with('/'); }
@@ -68,6 +69,9 @@ PanelState::PanelState(const PanelConfig& config)
     for (auto& [id, page] : pages_) page.tables = true;
     plan_due_ = true;
   };
+  daemon_.on_alarms = [this] {
+    for (auto& [id, page] : pages_) page.alarms = true;
+  };
 }
 
 void PanelState::step() {
@@ -91,6 +95,7 @@ bool PanelState::open(PageId id) {
   page.status = daemon_.status().has_value();
   page.motion = daemon_.motion().has_value();
   page.tables = daemon_.tables().has_value();
+  page.alarms = daemon_.alarms().has_value();
   plan_due_ = true;
   put(page, {{"type", "hello"},
              {"version", config_.version},
@@ -341,7 +346,8 @@ bool PanelState::waiting(PageId id) const {
   if (found == pages_.end()) return false;
   const Page& page = found->second;
   const auto now = Clock::now();
-  return !page.events.empty() || page.tables || (page.status && now - page.status_sent >= kStatusEvery) ||
+  return !page.events.empty() || page.tables || page.alarms ||
+         (page.status && now - page.status_sent >= kStatusEvery) ||
          (page.motion && now - page.motion_sent >= kMotionEvery);
 }
 
@@ -368,6 +374,10 @@ std::optional<std::string> PanelState::next(PageId id) {
   if (page.tables) {
     page.tables = false;
     return text_of(typed("tables", json_of(*daemon_.tables())));
+  }
+  if (page.alarms) {
+    page.alarms = false;
+    return text_of(typed("alarms", json_of(*daemon_.alarms())));
   }
   page.motion = false;
   page.motion_sent = now;
@@ -432,6 +442,7 @@ json PanelState::state_json() const {
   out["status"] = daemon_.status() ? json_of(*daemon_.status()) : json();
   out["motion"] = daemon_.motion() ? json_of(*daemon_.motion()) : json();
   out["tables"] = daemon_.tables() ? json_of(*daemon_.tables()) : json();
+  out["alarms"] = daemon_.alarms() ? json_of(*daemon_.alarms()) : json();
   return out;
 }
 

@@ -60,7 +60,7 @@ class PanelState {
   using Clock = std::chrono::steady_clock;
   struct Page {
     std::deque<std::string> events;
-    bool status = false, motion = false, tables = false;  ///< news that the page has not had
+    bool status = false, motion = false, tables = false, alarms = false;  ///< news that the page has not had
     Clock::time_point status_sent, motion_sent, heard;
     int malformed = 0;
     bool overflown = false;

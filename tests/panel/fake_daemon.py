@@ -12,12 +12,12 @@ BEAT_S = 0.02  # a status comes so often, in which the panel sees that the daemo
 
 
 class FakeDaemon:
-    """Listens where the panel of `bench` looks for the machine's daemon. `state`, `pid` and `count` go into the next
-    status; `heard` are the commands in the order in which they came."""
+    """Listens where the panel of `bench` looks for the machine's daemon. `state`, `detour`, `pid` and `count` go into
+    the next status; `heard` are the commands in the order in which they came."""
 
     def __init__(self, bench):
         self.name = bench.name
-        self.state, self.pid, self.count = "idle", 1000, 0
+        self.state, self.detour, self.pid, self.count = "idle", "", 1000, 0
         self.heard = []
         self.changed = threading.Condition()
         self.listener = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
@@ -67,14 +67,15 @@ class FakeDaemon:
             self.count += 1
             status = status_t()
             status.machine, status.state, status.fault, status.axes = self.name, self.state, "ok", "XYZAC"
+            status.detour = self.detour
             status.pid, status.count, status.clock_us = self.pid, self.count, self.count
             status.time_us = self.count
             self.connection.send(packet_of(self.name, "status", status.encode()))
 
-    def said(self, state):
+    def said(self, state, detour=""):
         """Tells this state from now on; returns the count of the first status that does."""
         with self.changed:
-            self.state = state
+            self.state, self.detour = state, detour
             return self.count + 1
 
     def reply(self, command, outcome=acknowledge_t.ACCEPTED, message=""):

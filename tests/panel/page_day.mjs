@@ -30,7 +30,7 @@ function watch(page, socket) {
   });
   socket.on("framereceived", ({ payload }) => {
     const message = JSON.parse(payload);
-    if (message.type === "status") Object.assign(now, { count: message.count, state: message.state });
+    if (message.type === "status") Object.assign(now, { count: message.count, state: message.detour || message.state });
     if (message.type !== "answer") return;
     now.asked.delete(message.id);
     now.needs = Math.max(now.needs, message.status_count);
@@ -38,14 +38,14 @@ function watch(page, socket) {
 }
 
 /** Waits until all commands of the page are answered and the machine rests behind the last of them. */
-async function rests(page) {
+async function rests(page, state = "idle", shown = "Ready") {
   const end = Date.now() + kPatienceMs;
   const now = seen.get(page);
-  while (now.asked.size || now.count < now.needs || now.state !== "idle") {
+  while (now.asked.size || now.count < now.needs || now.state !== state) {
     if (Date.now() > end) assert.fail(`the machine does not come to rest: ${JSON.stringify(now)}`);
     await new Promise((done) => setTimeout(done, 10));
   }
-  await shows(page, "state", "Ready");
+  await shows(page, "state", shown);
 }
 
 async function open(browser, size, from = address) {
@@ -71,11 +71,13 @@ const picture = (page, name) => page.screenshot({ path: join(output, `${name}.pn
 const text = (page, name) => part(page, name).first().textContent();
 
 /** Waits until the element's text satisfies `wanted`; tells the text if it never does. */
-async function until(page, name, wanted, what) {
+async function until(page, name, wanted, what, everyMs = 0) {
   // From here, not in the page: the server's policy forbids it to make code of text, which is what a page-side wait does.
   const end = Date.now() + kPatienceMs;
-  while (!wanted(await text(page, name)))
+  while (!wanted(await text(page, name))) {
     if (Date.now() > end) assert.fail(`${name} shows "${await text(page, name)}" and never ${what}`);
+    await new Promise((done) => setTimeout(done, everyMs));
+  }
 }
 
 const shows = (page, name, wanted) => until(page, name, (shown) => shown.includes(wanted), `"${wanted}"`);
@@ -112,7 +114,7 @@ async function keyOpens(browser) {
 
 async function looksOnly(page) {
   await shows(page, "state", "Ready");
-  for (const name of ["jog-X+", "home", "start", "single", "optional-stop", "override"])
+  for (const name of ["jog-X+", "home", "start", "single", "optional-stop", "dry-run", "machine-lock", "override"])
     assert(await part(page, name).isDisabled(), `${name} is free without the controls`);
   assert(await part(page, "estop").isEnabled(), "the emergency stop needs no controls");
 }
@@ -226,7 +228,7 @@ async function keysMove(page) {
 }
 
 async function switches(page) {
-  for (const name of ["single", "optional-stop", "block-delete"]) {
+  for (const name of ["single", "optional-stop", "block-delete", "dry-run", "machine-lock"]) {
     const before = await part(page, name).getAttribute("aria-checked");
     for (const wanted of [before === "true" ? "false" : "true", before]) {
       await part(page, name).click();
@@ -311,6 +313,40 @@ async function accessible(browser) {
   await context.close();
 }
 
+/** The time that is left shrinks, and is what the daemon tells: at 95 % more than what is left of the plan. */
+async function tellsTimeLeft(page) {
+  const secondsOf = (clock) => clock.split(":").reduce((sum, part) => 60 * sum + Number(part), 0);
+  const shown = async () => {
+    const found = /of ([\d:]+) done, ([\d:]+) left/.exec(await text(page, "time-left"));
+    return { total: secondsOf(found[1]), left: secondsOf(found[2]) };
+  };
+  const first = await shown();
+  assert(Math.abs(first.total - cycleTime) < 3, `the daemon tells ${first.total} s instead of ${cycleTime} s`);
+  const share = await part(page, "progress").evaluate((bar) => bar.value);
+  assert(share > 0 && share < 1, `the bar stands at ${share}`);
+  await until(page, "time-left", (now) => secondsOf(/([\d:]+) left/.exec(now)[1]) < first.left, `less than ${first.left} s`);
+  assert(await part(page, "dry-run").isDisabled(), "dry run is free while a program runs");
+  assert(await part(page, "machine-lock").isDisabled(), "the lock is free while a program runs");
+}
+
+/** While a program is held, axes may be moved away; the page says that resume leads back. */
+async function movesAway(page) {
+  await shows(page, "detour", "you may move the axes away");
+  assert(await part(page, "along-Tool").isDisabled(), "a held program lets no move along the tool begin");
+  // Moves by hand begin when the machine stands.
+  let before = "";
+  await until(page, "machine-Z", (shown) => shown === before || !(before = shown), "the same for a while", 500);
+  const from = Number(before);
+  await part(page, "jog-Z+").click();
+  await shows(page, "detour", "Resume leads back");
+  await until(page, "machine-Z", (shown) => Math.abs(Number(shown) - from - 1) < 0.002, `${from} and 1`);
+  await picture(page, "run_held");
+  // The same button again: the page knows that the first move has ended.
+  await part(page, "jog-Z+").click();
+  await rests(page, "away", "On hold");
+  await until(page, "machine-Z", (shown) => Math.abs(Number(shown) - from - 2) < 0.002, `${from} and 2`);
+}
+
 async function cuts(page) {
   await part(page, "load-name").focus();
   const offered = part(page, "programs").locator("option");
@@ -332,14 +368,30 @@ async function cuts(page) {
   await page.keyboard.press("ArrowLeft");
   await page.getByRole("button", { name: "Feed to 100 percent" }).filter({ hasText: "95 %" }).waitFor();
   await picture(page, "run_dark");
+  await tellsTimeLeft(page);
   await part(page, "hold").click();
   await shows(page, "state", "On hold");
+  await movesAway(page);
   await part(page, "resume").click();
   await shows(page, "state", "Running");
   await view(page, "Path");
   await page.locator('[data-test="scene"] canvas').waitFor();
   // In the middle of the cut: there is a way to see.
   await until(page, "path-line", (shown) => Number(shown) >= 40, "line 40");
+}
+
+/** An alarm stays until it is over and acknowledged. */
+async function acknowledges(page) {
+  const alarm = part(page, "alarm").filter({ hasText: "emergency stop" });
+  await alarm.filter({ hasText: `${program}, line` }).filter({ hasText: "estop, by" }).waitFor();
+  await shows(page, "alarms-open", "1");
+  await picture(page, "alarms_tablet");
+  await part(page, "reset").click();
+  await shows(page, "state", "Ready");
+  await alarm.locator('[data-test="alarm-state"]', { hasText: "over" }).waitFor();
+  await alarm.locator('[data-test="acknowledge"]').click();
+  await alarm.waitFor({ state: "detached" });
+  await part(page, "alarms-open").waitFor({ state: "detached" });
 }
 
 async function twoPages(browser, first) {
@@ -359,14 +411,13 @@ async function twoPages(browser, first) {
   await part(first, "estop").click();
   await shows(second, "state", "Emergency stop");
   await view(second, "Alarms");
-  await shows(second, "cure", "Release it, then reset.");
-  await picture(second, "alarms_tablet");
-  await part(second, "reset").click();
-  await shows(second, "state", "Ready");
+  // The fault table's words; the daemon tells them.
+  await until(second, "cure", (shown) => /release it, then reset/i.test(shown), "the cure");
+  await acknowledges(second);
   return second;
 }
 
-/** A program of this computer is kept and loaded; one with an error is shown with its line. */
+/** A program of this computer is kept and loaded; one with an error is shown with its line, and is an alarm. */
 async function sendsPrograms(page) {
   await view(page, "Run");
   const send = (name, lines) =>
@@ -379,6 +430,21 @@ async function sendsPrograms(page) {
   await shows(page, "program-error", "wrong.ngc:3:");
   await shows(page, "wrong-line", "G1 X[10");
   await picture(page, "program_wrong");
+  await send("worse.ngc", ["G21 G90 G94", "G1 X]", "M2"]);
+  await shows(page, "program-error", "worse.ngc:2:");
+  // Both are alarms: one is acknowledged by its number, then all.
+  await shows(page, "alarms-open", "2");
+  await send("worst.ngc", ["G1 X", "M2"]);
+  await shows(page, "alarms-open", "3");
+  await view(page, "Alarms");
+  await part(page, "alarm").filter({ hasText: "worse.ngc:2:" }).locator('[data-test="acknowledge"]').click();
+  await shows(page, "alarms-open", "2");
+  const texts = await part(page, "alarm").allTextContents();
+  assert(texts.length === 2 && texts[0].includes("worst.ngc") && texts[1].includes("wrong.ngc:3:"), `listed: ${texts}`);
+  await picture(page, "alarms_programs");
+  await part(page, "acknowledge-all").click();
+  await part(page, "alarms-open").waitFor({ state: "detached" });
+  assert.equal(await part(page, "alarm").count(), 0);
 }
 
 const browser = await chromium.launch({

@@ -334,6 +334,25 @@ class WholePanel(PanelTest):
                              text=True, timeout=60, check=True, env=self.bench.environment).stdout
         self.assertEqual(json.loads(out)["state"], "running")
 
+    def test_alarms_are_told_and_acknowledged(self):
+        page = self.page_at_rest()
+        self.assertEqual(page.until(lambda m: m["type"] == "alarms")["alarms"], [])
+        page.ask(1, "estop")
+        alarm, = page.until(lambda m: m["type"] == "alarms" and m["alarms"])["alarms"]
+        self.assertEqual((alarm["name"], alarm["active"], alarm["acknowledged"]), ("emergency_stop", True, False))
+        self.assertIn("estop, by ", alarm["cause"])
+        self.assertLess(abs(alarm["since_us"] / 1e6 - time.time()), 60)
+        state = json.loads(get(self.bench, "/api/v1/state")[1])
+        self.assertEqual(state["alarms"]["alarms"], [alarm])
+        self.assertEqual(page.ask(2, "acknowledge", value=alarm["number"])["outcome"], "refused")  # it only looks
+        page.take_controls()
+        self.assertEqual(page.ask(3, "acknowledge", value=alarm["number"] + 1)["outcome"], "refused")
+        self.assertEqual(page.ask(4, "acknowledge", value=alarm["number"])["outcome"], "accepted")
+        seen, = page.until(lambda m: m["type"] == "alarms" and m["alarms"][0]["acknowledged"])["alarms"]
+        self.assertEqual(seen, alarm | {"acknowledged": True})
+        self.assertEqual(page.ask(5, "reset")["outcome"], "accepted")
+        page.until(lambda m: m["type"] == "alarms" and not m["alarms"])
+
     def test_garbage(self):
         page = self.page_at_rest()
         for text in ("{", '{"type":"command","id":1,"verb":"fly"}', '[]'):

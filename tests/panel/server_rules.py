@@ -6,6 +6,7 @@ usage: server_rules.py TRUNNION_BINARY SOURCE_DIR
 """
 import json
 import os
+import re
 import sys
 import time
 import unittest
@@ -61,6 +62,18 @@ class RulesTest(unittest.TestCase):
         return times
 
 
+class Verbs(RulesTest):
+    def test_every_verb_of_the_message_is_a_page_s(self):
+        source = os.path.join(SOURCE, "hal/lcm/command_t.lcm")
+        with open(source, encoding="utf-8") as file:
+            names = set(re.findall(r"\b([A-Z_]+) = \d+", file.read())) - {"OWN", "MACHINE", "WORK", "TOOL"}
+        self.assertTrue(names >= {"LOAD", "JOG", "ACKNOWLEDGE", "MACHINE_LOCK"}, names)
+        # A load wants a program of the folder; behind a jog that goes on others are refused.
+        for number, name in enumerate([*sorted(names - {"LOAD", "JOG"}), "JOG"]):
+            self.page.send({"type": "command", "id": number, "verb": name.lower(), "press": number + 1, "value": 1})
+            self.assertEqual(self.daemon.until(getattr(command_t, name)).value, 1, name)
+
+
 class Jogs(RulesTest):
     def refused(self, press):
         self.jog(press, number=9)
@@ -73,6 +86,22 @@ class Jogs(RulesTest):
         self.assertEqual(self.ended_jog(press=8), 2)
         self.refused(7)
         self.assertEqual(self.daemon.verbs().count(command_t.JOG), 2)
+
+    def test_a_jog_away_from_a_held_program_ends_with_its_page(self):
+        self.daemon.said("holding")
+        self.page.state("holding")
+        self.jog(7)
+        command = self.daemon.until(command_t.JOG)
+        self.daemon.said("holding", detour="jogs")
+        self.daemon.reply(command)
+        self.assertEqual(self.answer()["outcome"], "accepted")
+        self.page.until(lambda m: m["type"] == "status" and m["detour"] == "jogs")
+        # The page says nothing more: that is seen half a second later.
+        self.assertEqual(self.daemon.until(command_t.JOG, 2).value, 0)
+        self.daemon.said("holding", detour="away")
+        self.page.until(lambda m: m["type"] == "status" and m["detour"] == "away")
+        self.page.send({"type": "command", "id": 3, "verb": "resume"})
+        self.daemon.until(command_t.RESUME)
 
     def test_a_held_press_is_said_again_while_its_page_lives(self):
         self.accepted_jog(press=7, alive_ms=200)

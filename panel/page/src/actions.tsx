@@ -1,27 +1,7 @@
 import { link, useLink } from "./link";
-import { durationText, isProgram, type Status } from "./model";
+import { canHold, isProgram } from "./model";
 
 // What operates the machine, at the foot of every view.
-
-/** How far the program is, 0 to 1; null where the daemon does not tell. */
-export function progressOf(status: Status): number | null {
-  if (!isProgram(status.program) || status.progress === undefined || status.progress < 0) return null;
-  return Math.min(1, status.progress);
-}
-
-function Progress() {
-  const { status } = useLink("status");
-  const share = status && progressOf(status);
-  if (!status || share === null) return null;
-  const left = status.time_left_s;
-  return (
-    <div class="progress" data-test="progress">
-      <progress max={1} value={share} aria-label="Progress of the program" />
-      <strong>{Math.floor(share * 100)} %</strong>
-      {left !== undefined && left >= 0 && <span><strong>{durationText(left)}</strong> left</span>}
-    </div>
-  );
-}
 
 function Toggle({ name, test, on, disabled, hint, set }: {
   name: string; test: string; on: boolean; disabled: boolean; hint: string; set: (on: boolean) => void;
@@ -44,6 +24,11 @@ function Switches() {
         hint="The program stops at M1" set={sends("optional_stop")} />
       <Toggle name="Block delete" test="block-delete" on={status.block_delete} disabled={!mine || status.state !== "idle"}
         hint="Lines that begin with / are skipped; switched while the machine is idle" set={sends("block_delete")} />
+      <Toggle name="Dry run" test="dry-run" on={status.dry_run} disabled={!mine || status.state !== "idle"}
+        hint="Feed moves go as fast as the joints can, the spindle stands and the tool keeps away; switched while the machine is idle"
+        set={sends("dry_run")} />
+      <Toggle name="Machine lock" test="machine-lock" on={status.machine_lock} disabled={!mine || status.state !== "idle"}
+        hint="Programs run while no joint moves; switched while the machine is idle" set={sends("machine_lock")} />
       <Toggle name="Hold if lost" test="hold-when-lost" on={holdWhenLost} disabled={false}
         hint="The program holds when this page has the controls and its connection is lost"
         set={(on) => link.setHoldWhenLost(on)} />
@@ -55,10 +40,10 @@ export function Actions() {
   const { status, mine } = useLink("status", "link");
   const state = status?.state ?? "";
   const can: Record<string, boolean> = {
-    hold: ["running", "jogging", "homing"].includes(state),
+    hold: canHold(status),
     stop: ["running", "holding", "jogging", "homing"].includes(state),
     start: mine && state === "idle" && !!status && isProgram(status.program),
-    resume: mine && state === "holding",
+    resume: mine && state === "holding" && status?.detour !== "jogs",
     reset: mine && (state === "fault" || state === "estop"),
   };
   const button = (verb: string, text: string, extra = "") => (
@@ -73,7 +58,6 @@ export function Actions() {
       {first}
       {button("hold", "Hold")}
       {button("stop", "Stop")}
-      <Progress />
       <Switches />
     </footer>
   );

@@ -1,7 +1,7 @@
 import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Actions } from "./actions";
-import { Alarms } from "./alarms";
+import { Alarms, OpenAlarms } from "./alarms";
 import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
 import { MachineView } from "./machine";
@@ -101,7 +101,9 @@ function App() {
       <nav>
         <div role="tablist" aria-label="Views">
         {kViews.map(({ name }, i) => (
-          <button key={name} role="tab" aria-selected={view === i} onClick={() => setView(i)}>{name}</button>
+          <button key={name} role="tab" aria-selected={view === i} onClick={() => setView(i)}>
+            {name}{name === "Alarms" && <OpenAlarms />}
+          </button>
         ))}
         </div>
         <button class="theme" onClick={() => setHelp(!help)} title="Keys that operate the machine">Keys</button>

@@ -1,4 +1,5 @@
 import { type Answer, link } from "./link";
+import { isHeld, type Status } from "./model";
 
 // Moves by hand. A step goes its way. A held move goes on in the daemon, evenly, as long as this page says that it is
 // still held: when the page, the network or the panel is lost, the daemon ends it by itself.
@@ -39,10 +40,11 @@ let held = false;
 /** The end of the move that was answered so. */
 function rest(answer: Answer): Promise<void> {
   return new Promise((resolve) => {
-    const moves = (state: string) => state !== "idle" && state !== "fault" && state !== "estop";
+    const rests = (status: Status) => ["idle", "fault", "estop"].includes(status.state) ||
+      (isHeld(status) && status.detour !== "jogs");
     // A status from before the move, at rest as well, may still be on the way.
     const ended = () => !link.connected ||
-      (!!link.status && link.status.count >= (answer.status_count ?? 0) && !moves(link.status.state));
+      (!!link.status && link.status.count >= (answer.status_count ?? 0) && rests(link.status));
     const ends = [link.on("status", check), link.on("link", check)];
     function check() {
       if (!ended()) return;

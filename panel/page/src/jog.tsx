@@ -2,7 +2,7 @@ import { useLayoutEffect, useState } from "preact/hooks";
 import { kFrames, kOwn, letGo, press, type Way } from "./hand";
 import { armKeys } from "./keys";
 import { link, useLink } from "./link";
-import { isAngle, keptValue, kWords, type Machine, type Status, unitText, wordsOf } from "./model";
+import { isAngle, isHeld, keptValue, kWords, type Machine, type Status, unitText, wordsOf } from "./model";
 
 const kSteps = [0.01, 0.1, 1, 10];
 const kHeld = 0;
@@ -31,15 +31,25 @@ const kPairs: Record<string, [string, number]> = {
   ArrowRight: ["X", 1], ArrowLeft: ["X", -1], ArrowUp: ["Y", 1], ArrowDown: ["Y", -1], PageUp: ["Z", 1], PageDown: ["Z", -1],
 };
 
+/** What moves by hand mean while a program is held, by the detour of the status. */
+const kDetours: Record<Status["detour"], string> = {
+  "": "The program is held: you may move the axes away. Resume then leads back first.",
+  jogs: "Moves away from the held program. Hold ends that.",
+  away: "Away from the held program. Resume leads back the same way, then goes on.",
+  returns: "On the way back to the held program. Hold stops that.",
+};
+
 export function Jog() {
   const { status, mine, machine } = useLink("status", "link", "machine");
   const [step, setStep] = useState(1);
   const [chosen, setFrame] = useState<number | null>(null);
   const [share, setShare] = useState(kFirstShare);
   const [keys, setKeys] = useState(false);
-  const frame = chosen ?? (machine && status && !wordsAreJoints(machine, status) ? 1 : kOwn);
+  const held = !!status && isHeld(status);
+  // What is planned first, as a move along a direction, has no place inside a held program.
+  const frame = held ? kOwn : chosen ?? (machine && status && !wordsAreJoints(machine, status) ? 1 : kOwn);
   const along = machine && status ? targets(machine, status, frame) : [];
-  const ready = mine && (status?.state === "idle" || status?.state === "jogging" || status?.program === "jog");
+  const ready = mine && (status?.state === "idle" || status?.state === "jogging" || status?.program === "jog" || held);
   const move = (one: Target, sign: number) => {
     if (!ready) return;
     const way: Way = { ...one.way, frame, sign, share: kShares[share], step: keptValue(step, one.angle, status!.inch) };
@@ -79,6 +89,7 @@ export function Jog() {
       <div class="switch wide" role="group" aria-label="Along">
         {kFrames.map((one) => (
           <button key={one.name} aria-pressed={frame === one.frame} title={`Along ${one.hint}`} data-test={`along-${one.name}`}
+            disabled={held && one.frame !== kOwn}
             onClick={() => setFrame(one.frame)}>{one.name}</button>
         ))}
       </div>
@@ -100,6 +111,7 @@ export function Jog() {
         </label>
         <output>{kShares[share] * 100} %</output>
       </div>
+      {(held || status.detour) && <p class="hint" data-test="detour">{kDetours[status.detour]}</p>}
     </section>
   );
 }

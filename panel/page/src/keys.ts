@@ -1,5 +1,5 @@
 import { link } from "./link";
-import { isProgram } from "./model";
+import { canHold, isProgram } from "./model";
 
 // The keyboard. A key that stops works everywhere, also while a line is typed; others only where no field has the focus.
 
@@ -43,7 +43,7 @@ function stops(key: string, state: string): boolean {
 
 function acts(event: KeyboardEvent, state: string, show: (view: number) => void, help: () => void): boolean {
   const { key } = event;
-  if (key === " " && ["running", "jogging", "homing"].includes(state)) void link.command({ verb: "hold" });
+  if (key === " " && canHold(link.status)) void link.command({ verb: "hold" });
   else if (key === "?") help();
   else if (key >= "1" && key <= "9") show(Number(key) - 1);
   else if (key.toLowerCase() === "r" && link.mine && state === "idle" && isProgram(link.status!.program))

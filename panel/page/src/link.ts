@@ -1,5 +1,5 @@
 import { useEffect, useState } from "preact/hooks";
-import { isProgram, type LogEntry, type Machine, type Motion, type ProgramFile, type Status, type Tables } from "./model";
+import { type Alarm, isProgram, type LogEntry, type Machine, type Motion, type ProgramFile, type Status, type Tables } from "./model";
 import { Plan } from "./plan";
 import { ProgramText } from "./program_text";
 
@@ -58,13 +58,14 @@ function takeKey(): string {
   return sessionStorage.getItem(kKeyName) ?? "";
 }
 
-type Topic = "status" | "motion" | "tables" | "log" | "link" | "machine" | "programs" | "program" | "plan";
+type Topic = "status" | "motion" | "tables" | "alarms" | "log" | "link" | "machine" | "programs" | "program" | "plan";
 
 export class Link {
   machine: Machine | null = null;
   status: Status | null = null;
   motion: Motion | null = null;
   tables: Tables | null = null;
+  alarms: Alarm[] = [];
   log: LogEntry[] = [];
   programs: ProgramFile[] = [];
   /** The text of the program that was loaded last. */
@@ -232,6 +233,9 @@ export class Link {
       case "tables":
         this.tables = message;
         return this.tell("tables");
+      case "alarms":
+        this.alarms = message.alarms;
+        return this.tell("alarms");
       case "message":
         return this.note(message);
       case "error":

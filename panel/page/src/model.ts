@@ -57,6 +57,10 @@ export interface Status {
   fault_joint: string;
   message: string;
   waits_for: string;
+  /** Alarms that nobody has acknowledged. */
+  alarms_open: number;
+  /** Of a held program: "jogs" leads away, "away" stands there, "returns" leads back; else empty. */
+  detour: "" | "jogs" | "away" | "returns";
   program: string;
   program_failed: boolean;
   line: number;
@@ -86,9 +90,19 @@ export interface Status {
   single_block: boolean;
   optional_stop: boolean;
   block_delete: boolean;
-  /** Of the program, 0 to 1, and how long it still takes; where the daemon tells them. */
-  progress?: number;
-  time_left_s?: number;
+  dry_run: boolean;
+  machine_lock: boolean;
+  /** Of the loaded program; 0: not known. */
+  time_total_s: number;
+  time_done_s: number;
+  /** -1: not known. */
+  time_left_s: number;
+  /** What the program asks the machine was guessed. */
+  time_about: boolean;
+  parts: number;
+  /** Of the present program, and of all. */
+  program_run_s: number;
+  run_s: number;
   warnings: string[];
   pid: number;
   config_file: string;
@@ -147,6 +161,22 @@ export interface Tables {
   offsets: Offset[];
   tools: Tool[];
   tools_more: number;
+}
+
+/** What went wrong: listed until it is over and acknowledged. */
+export interface Alarm {
+  number: number;
+  name: string;
+  text: string;
+  cure: string;
+  did: string;
+  program: string;
+  line: number;
+  cause: string;
+  since_us: number;
+  times: number;
+  active: boolean;
+  acknowledged: boolean;
 }
 
 export interface LogEntry {
@@ -214,6 +244,13 @@ export const stateName = (state: string) => kStates[state] ?? state;
 /** True for a program of a file; not for a typed line, or a move by hand. */
 export const isProgram = (path: string) => path !== "" && path !== "mdi" && path !== "jog";
 
+/** A program is held, and not a move along a direction. */
+export const isHeld = (status: Status) => status.state === "holding" && status.program !== "jog";
+
+/** Something moves that a hold ends. */
+export const canHold = (status: Status | null) =>
+  !!status && (["running", "jogging", "homing"].includes(status.state) || (isHeld(status) && status.detour === "jogs"));
+
 /** As a clock shows it: 1:05, 1:02:03. */
 export function durationText(seconds: number): string {
   const whole = Math.max(0, Math.round(seconds));
@@ -239,6 +276,7 @@ export function sentence(status: Status): string {
       if (name === "jog") return "Moves along a direction.";
       return name === "mdi" ? "Works on the line that was typed." : `Works on ${name}, line ${status.line}.`;
     case "holding":
+      if (status.detour === "jogs") return "Moves away from the program that is held.";
       return "The motion stands. Resume goes on, Stop ends the program.";
     case "idle":
       if (unhomed.length) return `Not homed: ${unhomed.join(", ")}. Home the machine first.`;

@@ -1,6 +1,6 @@
 import { useEffect, useLayoutEffect, useRef, useState } from "preact/hooks";
 import { link, useLink } from "./link";
-import { isProgram, programName } from "./model";
+import { durationText, isProgram, programName } from "./model";
 
 // The text of the program, with the line that moves now. Only the lines in sight are drawn.
 
@@ -113,6 +113,24 @@ export function runningLine(): number {
   return programName(status.file || status.program) === programName(program.path) ? status.line : 0;
 }
 
+/** How far the loaded program is, where its time is known. */
+function Progress() {
+  const { status } = useLink("status");
+  if (!status || !isProgram(status.program) || status.time_total_s <= 0) return null;
+  const share = Math.min(1, status.time_done_s / status.time_total_s);
+  const about = status.time_about ? "about " : "";
+  return (
+    <div class="progress" title={status.time_about ? "The program asks the machine; the answers were guessed" : undefined}>
+      <progress max={1} value={share} aria-label="Progress of the program" data-test="progress" />
+      <strong>{Math.floor(share * 100)} %</strong>
+      <span data-test="time-left">
+        {`${durationText(status.time_done_s)} of ${durationText(status.time_total_s)} done, `}
+        {status.time_left_s < 0 ? "time left unknown" : <>{about}<strong>{durationText(status.time_left_s)}</strong> left</>}
+      </span>
+    </div>
+  );
+}
+
 export function Program() {
   const { status, program, plan } = useLink("status", "program", "plan");
   const path = status?.program ?? "";
@@ -132,6 +150,7 @@ export function Program() {
         </div>
         <Loader />
       </div>
+      <Progress />
       {error && <p class="warn" role="alert" data-test="program-error">{programName(error)}</p>}
       {program?.lines ? <ProgramLines marked={refused ? 0 : marked} wrong={wrong} /> : (
         <div class="empty"><p>{program ? "The text of this program cannot be read from here." : "Load a program, and its text stands here."}</p></div>

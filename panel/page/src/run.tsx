@@ -1,7 +1,7 @@
 import { useState } from "preact/hooks";
 import { Jog } from "./jog";
 import { link, useLink } from "./link";
-import { isAngle, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
+import { durationText, isAngle, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
 import { Program } from "./program";
 
 type Shown = "work" | "machine" | "to_go" | "joints";
@@ -108,10 +108,12 @@ function InForce() {
     ["Tool", status.tool_name + (length ? `, length ${positionText(length, false, status.inch)}` : "")],
     ["Coolant", coolant(status)],
     ["Tip control", status.rtcp ? "on" : "off"],
+    ["Parts", String(status.parts)],
+    ["Run time", `${durationText(status.program_run_s)}, ${durationText(status.run_s)} in all`],
   ];
   return (
     <section class="card force" aria-label="In force">
-      <dl>{rows.map(([name, value]) => <div key={name}><dt>{name}</dt><dd>{value}</dd></div>)}</dl>
+      <dl>{rows.map(([name, value]) => <div key={name}><dt>{name}</dt><dd data-test={`force-${name}`}>{value}</dd></div>)}</dl>
       <p class="codes">{status.codes}</p>
     </section>
   );
