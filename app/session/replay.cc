@@ -216,11 +216,21 @@ class Replay {
     else
       mdi_.reset();
     sound_ = true;
+    let_go_of_the_last();
     pipeline_.emplace(assembly_, parameters_, tools_, start, PipelineObservers{});
     is_mdi_ = start.text.has_value();
     ended_ = has_block_ = false;
     pushed_ = 0;
     queue_.begin_generation();
+  }
+
+  // The daemon's planner begins when the tick has let go of what a stop has dropped. Here more may lie there,
+  // for no stop ends the pushing: in front of the new program it would decide at which rate that begins.
+  void let_go_of_the_last() {
+    for (std::size_t i = 0; i < kQueueBlocks && (queue_.holds_stop() || queue_.buffered_s() > 0); ++i) {
+      queue_.look();
+      queue_.front();
+    }
   }
 
   // As many blocks as are due by plan time, but never more than a later period with little ahead has seen.
