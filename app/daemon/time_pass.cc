@@ -9,8 +9,10 @@
 namespace trn {
 
 namespace {
-constexpr int kLeast = 19;  // of priorities that are not real-time
-}
+// Of priorities that are not real-time: beside other work a tenth of a processor. With the least one (19) a
+// busy computer keeps the next load waiting until this thread has heard that it shall end.
+constexpr int kNice = 10;
+}  // namespace
 
 void TimePass::begin(const ProgramStart& start, const Parameters& parameters, const ToolTable& tools,
                      std::function<void(const ProgramTime&)> told) {
@@ -22,7 +24,7 @@ void TimePass::begin(const ProgramStart& start, const Parameters& parameters, co
   };
   thread_ = std::thread([this, own = std::move(own), parameters, tools, told = std::move(told)] {
     pthread_setname_np(pthread_self(), "time pass");
-    setpriority(PRIO_PROCESS, 0, kLeast);  // of this thread alone, on Linux
+    setpriority(PRIO_PROCESS, 0, kNice);  // of this thread alone, on Linux
     const ProgramTime time = time_program(assembly_, parameters, tools, own, &end_);
     if (time.known && !end_) told(time);
   });
