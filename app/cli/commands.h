@@ -28,6 +28,7 @@ void add_run(CLI::App& app, Exit& exit);
 void add_interpret(CLI::App& app, Exit& exit);
 void add_kin(CLI::App& app, Exit& exit);
 void add_workspace(CLI::App& app, Exit& exit);
+void add_following(CLI::App& app, Exit& exit);
 void add_check_trace(CLI::App& app, Exit& exit);
 void add_config(CLI::App& app, Exit& exit);
 /// import linuxcnc
