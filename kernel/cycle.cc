@@ -524,6 +524,8 @@ void Cycle::feed_forward() TRN_RT {
   else
     feed_forward_.follow_setpoints(setpoint_.q);
   feed_forward_.tell(setpoint_.q, setpoints_);
+  report_.velocity_offset = setpoints_.velocity_offset;
+  report_.force_offset = setpoints_.force_offset;
 }
 
 void Cycle::watch_drives() TRN_RT {

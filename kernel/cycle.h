@@ -61,6 +61,10 @@ class Cycle final : public TickPort {
 
   void tick() TRN_RT override;
   void latch(Fault fault) TRN_RT override { latch(fault, -1); }
+  void tell_times(double wake_us, double tick_us) TRN_RT override {
+    report_.wake_us = wake_us;
+    report_.tick_us = tick_us;
+  }
   bool post(const RtCommand& command) override { return commands_.try_push(command); }
   bool next_report(CycleReport& report) override { return reports_.try_pop(report); }
 

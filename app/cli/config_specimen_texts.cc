@@ -90,6 +90,7 @@ output = 5
 [realtime]
 late_periods_max = 5
 [lcm]
+[scope]
 [access]
 socket = "/run/trunnion/mill.sock"
 operate = "operators"

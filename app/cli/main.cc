@@ -53,7 +53,7 @@ const std::array kGroups = {
     Group{"Cut a part", {"load", "start", "hold", "resume", "stop", "mdi", "override", "step", "switch"}},
     Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
     Group{"Set up a machine",
-          {"config", "import", "kin", "workspace", "latency", "can", "modbus", "following"}},
+          {"config", "import", "kin", "workspace", "latency", "can", "modbus", "scope", "following"}},
     Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
     Group{"Let other computers command", {"gateway", "key"}},
     Group{"This program", {"man", "completions"}},
@@ -69,6 +69,7 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_clients(app, exit);
   trn::add_tables(app, exit);
   trn::add_sensor(app, exit);
+  trn::add_scope(app, exit);
   trn::add_config(app, exit);
   trn::add_import(app, exit);
   trn::add_kin(app, exit);

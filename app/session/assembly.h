@@ -10,6 +10,7 @@
 #include "app/session/make_drives.h"
 #include "app/session/make_io.h"
 #include "app/session/realtime_config.h"
+#include "app/session/scope_config.h"
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/joint_model.h"
@@ -55,6 +56,7 @@ struct Assembly {
   std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
   std::unique_ptr<MachineIo> io;            ///< null: no section [io]
   double spindle_timeout_s = 10;            ///< key `io.spindle_timeout_s`
+  ScopeConfig scope = {};
   std::optional<FeedForwardConfig> feed_forward = std::nullopt;  ///< none: no section [feed_forward]
 };
 

@@ -319,6 +319,7 @@ void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   if (axis.homed()) feedback.homed_mask |= 1u << joint;
   if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
   if (config_.touch_periods > 0) report_touch(node);
+  feedback.words[static_cast<std::size_t>(joint)] = node.words();
   if (double force = 0; node.force(force)) {
     // Joints whose drives do not tell have a force that is no number.
     if (feedback.force.size() == 0)

@@ -62,6 +62,7 @@ class NodeLink {
   void receive(const CanFrame& frame) TRN_RT;
   /// Feed-forward of the next step, as Cia402Axis::set_offsets.
   void set_offsets(double velocity, double force) TRN_RT { axis_.set_offsets(velocity, force); }
+  DriveWords words() const TRN_RT { return {input_.statusword, output_.controlword}; }
   /// N or Nm that the motor makes; false: the drive does not tell.
   bool force(double& force) const TRN_RT;
   /// Once a period, after all frames were received.
