@@ -29,7 +29,8 @@ ServoMechanism::ServoMechanism(const Config& config) : config_(config) {
 
 void ServoMechanism::step(double from, double to, const Reference& reference, State& state) const TRN_RT {
   TRN_CHECK(config_.inertia > 0 && dt_ > 0);
-  for (int i = 1; i <= steps_; ++i) {
+  // The drive compares place and target of one moment, the beginning of the step.
+  for (int i = 0; i < steps_; ++i) {
     const double target = from + (to - from) * i / steps_;
     state.force = wanted_force(target, reference, state);
     move(state.force, state);

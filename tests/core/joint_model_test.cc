@@ -76,7 +76,7 @@ TEST(JointModel, CoggingRepeatsAndIsLinearBetweenItsPlaces) {
 
 TEST(JointModel, BadSectionsAreRefusedWhereTheyAre) {
   EXPECT_FALSE(read_feed_forward(read_machine(parse_config(kHead, "m.toml"))));
-  EXPECT_NE(error_of("[feed_forward]\ndelay_periods = -1.5\n").find("m.toml:19:17: "), std::string::npos)
+  EXPECT_NE(error_of("[feed_forward]\ndelay_periods = -1.5\n").find("m.toml:21:17: "), std::string::npos)
       << error_of("[feed_forward]\ndelay_periods = -1.5\n");
   const std::string twice =
       "[feed_forward]\n[[feed_forward.joint]]\njoint = \"X\"\n[[feed_forward.joint]]\njoint = \"X\"\n";

@@ -40,8 +40,11 @@ Edits in_mode(const std::string& mode) {
   return edits;
 }
 
+// Classic frames, as they are on most machines.
+const Edits kClassic = {{"fd = true ", "fd = false "}, {"period_s = 0.001", "period_s = 0.004"}};
+
 TEST(CanFeedForward, GoesInPdosOfEveryPeriod) {
-  Field field(kConfig);
+  Field field(kConfig, kClassic);
   const NodeLink::Config& link = field.drives.config().buses[0].nodes[0].link;
   ASSERT_EQ(link.rpdos.size(), 2u);
   EXPECT_EQ(objects(link.rpdos[0]), (std::vector<ObjectKey>{{0x6040, 0}, {0x607A, 0}, {0x60B2, 0}}));
@@ -52,9 +55,11 @@ TEST(CanFeedForward, GoesInPdosOfEveryPeriod) {
 
 // The same config without the section sends one frame less for each drive, and the bus budget knows.
 TEST(CanFeedForward, CountsInTheBusBudget) {
-  Field with(kConfig);
-  Field without(kConfig,
-                {{"[feed_forward]", "[kept_out]"}, {"[[feed_forward.joint]]", "[[kept_out.joint]]"}});
+  Edits plain = kClassic;
+  plain.push_back({"[feed_forward]", "[kept_out]"});
+  plain.push_back({"[[feed_forward.joint]]", "[[kept_out.joint]]"});
+  Field with(kConfig, kClassic);
+  Field without(kConfig, plain);
   const BusBudget &more = with.drives.config().buses[0].budget,
                   &less = without.drives.config().buses[0].budget;
   // Each of the five setpoint frames grows by torque's two bytes, less the byte of the mode, and a frame of
