@@ -28,8 +28,8 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-constexpr double kFieldStill = 1e-9;  // mm, rad: a setpoint that stands
-constexpr const char* kFieldMotion = "G21 G91 G94\nM3 S3000\nG1 X150 F1500\nM5\n";
+constexpr double kStill = 1e-9;  // mm, rad: a setpoint that stands
+constexpr const char* kMotion = "G21 G91 G94\nM3 S3000\nG1 X150 F1500\nM5\n";
 constexpr std::chrono::milliseconds kLateMax{2};
 constexpr int kPortFirst = 15320, kPortLast = 15400;
 
@@ -73,7 +73,7 @@ class Stage : public RehearsalStage {
   }
   /// Spindle on and a move along X, well on its way.
   void move() {
-    start_program(kFieldMotion);
+    start_program(kMotion);
     require(until([&] { return report().speed_mm_s > 20; }, periods(20)) >= 0);
     tick(periods(0.1));
   }
@@ -182,7 +182,7 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   const int limit = stage.periods(patience_s(stage.config(), row));
   out.to_fault = stage.until([&] { return stage.report().fault != Fault::kOk; }, limit);
   if (out.to_fault >= 0) out.message = stage.explain();
-  const int rest = stage.wait_for_rest(kFieldStill);
+  const int rest = stage.wait_for_rest(kStill);
   out.to_rest = rest < 0 ? -1 : rest + std::max(out.to_fault, 0);
   out.fault = stage.report().fault;
   out.crept = stage.moves_in(stage.periods(0.5));

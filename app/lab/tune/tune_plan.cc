@@ -12,7 +12,7 @@ namespace trn {
 
 namespace {
 
-constexpr double kMargin = 0.02;                                     // of the range, to either end
+constexpr double kTuneMargin = 0.02;                                     // of the range, to either end
 constexpr double kEvenSpeeds[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5};  // of the greatest speed
 constexpr double kEvenTimeS = 2;                                     // of one slow stroke
 constexpr int kEvenTurns = 2, kFastTurns = 4;
@@ -42,7 +42,7 @@ double length_for(const JointLimit& limit, double speed) {
 
 TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
   const JointLimit& limit = joint.limit;
-  const double margin = kMargin * (limit.max - limit.min);
+  const double margin = kTuneMargin * (limit.max - limit.min);
   const double up = limit.max - margin - stands, down = stands - limit.min - margin;
   TunePlan plan;
   plan.speed_max = std::clamp(wish.speed_share, 0.05, 1.0) * limit.velocity;

@@ -18,8 +18,8 @@ namespace trn {
 
 namespace {
 
-constexpr int kReadyPeriodsMax = 600'000;
-constexpr int kRestPeriods = 150;  // between two strokes
+constexpr int kTuneReadyMax = 600'000;
+constexpr int kTuneRestPeriods = 150;  // between two strokes
 constexpr std::size_t kTuneQueue = 16;
 
 /// A whole machine in this process, of which one joint is jogged.
@@ -38,7 +38,7 @@ class EmulatedBench {
     assembly_.drives->bring_up();
     const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
     bool asked = false;
-    for (int i = 0; i < kReadyPeriodsMax; ++i) {
+    for (int i = 0; i < kTuneReadyMax; ++i) {
       tick();
       const CycleReport& report = cycle_.last_report();
       const bool stands = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
@@ -55,7 +55,7 @@ class EmulatedBench {
     post({RtCommand::Kind::kJog, stroke.way, stroke.speed, joint_});
     do tick();
     while (cycle_.last_report().motion != MotionState::kRest);
-    for (int i = 0; i < kRestPeriods; ++i) tick();
+    for (int i = 0; i < kTuneRestPeriods; ++i) tick();
   }
   TuneData take() { return std::move(data_); }
 
