@@ -9,10 +9,10 @@
 #include <numbers>
 #include <utility>
 
-#include "core/joint_model.h"
 #include "app/lab/picture/axes.h"
 #include "app/lab/picture/colours.h"
 #include "app/lab/picture/svg.h"
+#include "core/joint_model.h"
 
 namespace trn {
 

@@ -12,7 +12,7 @@ namespace trn {
 
 namespace {
 
-constexpr double kTuneMargin = 0.02;                                     // of the range, to either end
+constexpr double kTuneMargin = 0.02;                                 // of the range, to either end
 constexpr double kEvenSpeeds[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5};  // of the greatest speed
 constexpr double kEvenTimeS = 2;                                     // of one slow stroke
 constexpr int kEvenTurns = 2, kFastTurns = 4;

@@ -91,8 +91,8 @@ class ScopeTest(unittest.TestCase):
             files = {name: os.path.join(shop.folder.name, "cut." + name) for name in ("csv", "svg", "lcm")}
             told = []
             thread = self.beside(lambda: told.append(shop.client(
-                "scope", "X.setpoint", "X.velocity", "line", "--trigger", "line 4", "--before", "0.2", "--seconds", "0.3",
-                "--json", "--csv", files["csv"], "--svg", files["svg"], "--lcm", files["lcm"])))
+                "scope", "X.setpoint", "X.velocity", "line", "--trigger", "line 4", "--before", "0.2", "--seconds",
+                "0.3", "--json", "--csv", files["csv"], "--svg", files["svg"], "--lcm", files["lcm"])))
             time.sleep(0.5)
             shop.ask("load", shop.write("part.ngc", PROGRAM))
             shop.ask("start")

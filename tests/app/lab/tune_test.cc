@@ -18,6 +18,7 @@
 #include "app/lab/tune/tune_report.h"
 #include "app/lab/tune/tune_run.h"
 #include "app/session/assembly.h"
+#include "core/axes.h"
 #include "core/config.h"
 #include "core/joint_model.h"
 #include "core/units.h"
