@@ -197,6 +197,9 @@ std::string CanDrives::health() const {
 std::vector<std::string> CanDrives::warnings() const {
   const std::scoped_lock lock(warnings_mutex_);
   std::vector<std::string> out;
+  for (const CanBusConfig& bus : config_.buses)
+    for (const CanNodeConfig& node : bus.nodes)
+      out.insert(out.end(), node.warnings.begin(), node.warnings.end());
   for (const auto& [name, lines] : warnings_) out.insert(out.end(), lines.begin(), lines.end());
   return out;
 }

@@ -38,6 +38,13 @@ double length_for(const JointLimit& limit, double speed) {
   return 2 * speed * (speed / limit.acceleration + limit.acceleration / limit.jerk);
 }
 
+// Weight that turns with the joint is told from an even one over a wide angle only.
+double usual_length(const Joint& joint, double speed) {
+  const double quarter = 0.25 * (joint.limit.max - joint.limit.min);
+  const double least = joint.kind == JointKind::kRotary ? 90 * kRadPerDeg : 0;
+  return std::min(quarter, std::max(least, length_for(joint.limit, speed)));
+}
+
 }  // namespace
 
 TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
@@ -47,9 +54,7 @@ TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
   TunePlan plan;
   plan.speed_max = std::clamp(wish.speed_share, 0.05, 1.0) * limit.velocity;
   const double room = std::max(up, down);
-  double length = wish.length > 0
-                      ? wish.length
-                      : std::min(0.25 * (limit.max - limit.min), length_for(limit, plan.speed_max));
+  double length = wish.length > 0 ? wish.length : usual_length(joint, plan.speed_max);
   if (wish.length > room || room < 0.02 * (limit.max - limit.min))
     throw std::runtime_error(
         fmt::format("joint {} has no room for that from where it stands; jog it towards its middle, or say a "
