@@ -35,7 +35,7 @@ void there_and_back(TunePlan& plan, double way, double speed, int turns) {
 
 // The way that the greatest speed needs to be reached and left, and as much at that speed.
 double length_for(const JointLimit& limit, double speed) {
-  return 2 * speed * (speed / limit.acceleration + limit.acceleration / limit.jerk);
+  return 4 * speed * (speed / limit.acceleration + limit.acceleration / limit.jerk);
 }
 
 // Weight that turns with the joint is told from an even one over a wide angle only.
@@ -62,7 +62,7 @@ TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
                     joint.name));
   length = std::min(length, room);
   // A short way is not gone faster than it can be left again.
-  while (length_for(limit, plan.speed_max) > 1.5 * length && plan.speed_max > 0.02 * limit.velocity)
+  while (length_for(limit, plan.speed_max) > 3 * length && plan.speed_max > 0.02 * limit.velocity)
     plan.speed_max *= 0.9;
   const double sign = up >= down ? 1 : -1;
   for (const double share : kEvenSpeeds) {
