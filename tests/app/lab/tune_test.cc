@@ -150,9 +150,9 @@ TEST(TuningOfAStiffJoint, SeesNoResonanceAndNoPlay) {
   EXPECT_FALSE(recommended_jerk(stiff.result.loop, stiff.joint));
   EXPECT_GT(stiff.result.loop.seen_up_to_hz, 30);
   // What moves masses moves all of them.
-  for (std::size_t i = 0; i < stiff.result.loop.mechanics.hz.size(); ++i)
-    if (stiff.result.loop.mechanics.hz[i] < 25)
-      EXPECT_NEAR(std::abs(stiff.result.loop.mechanics.h[i]), 1, 0.02) << stiff.result.loop.mechanics.hz[i];
+  const FrequencyResponse& mechanics = stiff.result.loop.mechanics;
+  for (std::size_t i = 0; i < mechanics.hz.size() && mechanics.hz[i] < 25; ++i)
+    EXPECT_NEAR(std::abs(mechanics.h[i]), 1, 0.02) << mechanics.hz[i];
   ASSERT_TRUE(stiff.result.lost_motion);
   EXPECT_LT(stiff.result.lost_motion->value, 0.003);
   ASSERT_TRUE(stiff.result.loop.bandwidth_hz);
