@@ -23,13 +23,13 @@ using picture::Axes;
 using picture::Px;
 using picture::Svg;
 
-constexpr std::size_t kLoopWindow = 512, kMovingWindow = 256;  // periods of a window
-constexpr double kTrusted = 0.7;                               // coherence
+constexpr std::size_t kMovingWindow = 256, kStrokeWindow = 1024;  // periods of a window
+constexpr double kTrusted = 0.7;                                  // coherence
 constexpr double kBeyondSeen = 1.3;  // of the greatest frequency: farther away is a guess
 constexpr double kSlowestSwing_hz = 5;
 constexpr std::size_t kGapMax = 8;                               // frequencies
 constexpr double kNotRigid = 0.1, kExplained = 0.5, kDip = 0.6;  // of the rigid response; of what that leaves
-constexpr double kSlowestMoving = 0.01;                          // of the joint's velocity
+constexpr double kFast = 0.2, kSlowestMoving = 0.01;             // of the joint's velocity
 
 // Radix 2, in place (Cooley and Tukey 1965).
 void transform(std::vector<Complex>& x) {
@@ -67,33 +67,69 @@ std::vector<Complex> spectrum(const std::vector<double>& signal, std::size_t fro
   return out;
 }
 
-/// Averages spectra of windows that begin at these places.
-FrequencyResponse response(const std::vector<double>& in, const std::vector<double>& out,
-                           const std::vector<std::size_t>& begins, std::size_t size, double period_s) {
-  std::vector<double> xx(size / 2), yy(size / 2);
-  std::vector<Complex> xy(size / 2);
-  for (const std::size_t from : begins) {
-    const std::vector<Complex> x = spectrum(in, from, size), y = spectrum(out, from, size);
-    for (std::size_t i = 0; i < size / 2; ++i) {
-      xx[i] += std::norm(x[i]);
-      yy[i] += std::norm(y[i]);
-      xy[i] += std::conj(x[i]) * y[i];
-    }
-  }
-  FrequencyResponse result;
-  for (std::size_t i = 1; i < size / 2; ++i) {
-    if (xx[i] <= 0 || yy[i] <= 0) continue;
-    result.hz.push_back(static_cast<double>(i) / (static_cast<double>(size) * period_s));
-    result.h.push_back(xy[i] / xx[i]);
-    result.coherence.push_back(std::norm(xy[i]) / (xx[i] * yy[i]));
-  }
-  return result;
+std::vector<double> differences(const std::vector<double>& q, double period_s) {
+  std::vector<double> out(q.size());
+  for (std::size_t k = 1; k + 1 < q.size(); ++k) out[k] = (q[k + 1] - q[k - 1]) / (2 * period_s);
+  return out;
 }
 
-std::vector<std::size_t> all_windows(std::size_t rows) {
-  std::vector<std::size_t> out;
-  for (std::size_t from = 0; from + kLoopWindow <= rows; from += kLoopWindow / 2) out.push_back(from);
+/// Auto and cross spectra, added up window by window.
+class CrossSpectra {
+ public:
+  explicit CrossSpectra(std::size_t size) : size_(size), xx_(size / 2), yy_(size / 2), xy_(size / 2) {}
+  void add(const std::vector<Complex>& x, const std::vector<Complex>& y) {
+    for (std::size_t i = 0; i < size_ / 2; ++i) {
+      xx_[i] += std::norm(x[i]);
+      yy_[i] += std::norm(y[i]);
+      xy_[i] += std::conj(x[i]) * y[i];
+    }
+  }
+  FrequencyResponse response(double period_s) const {
+    FrequencyResponse result;
+    for (std::size_t i = 1; i < size_ / 2; ++i) {
+      if (xx_[i] <= 0 || yy_[i] <= 0) continue;
+      result.hz.push_back(static_cast<double>(i) / (static_cast<double>(size_) * period_s));
+      result.h.push_back(xy_[i] / xx_[i]);
+      result.coherence.push_back(std::norm(xy_[i]) / (xx_[i] * yy_[i]));
+    }
+    return result;
+  }
+
+ private:
+  std::size_t size_;
+  std::vector<double> xx_, yy_;
+  std::vector<Complex> xy_;
+};
+
+/// Of windows that begin at these places.
+FrequencyResponse response(const std::vector<double>& in, const std::vector<double>& out,
+                           const std::vector<std::size_t>& begins, double period_s) {
+  CrossSpectra sum(kMovingWindow);
+  for (const std::size_t from : begins)
+    sum.add(spectrum(in, from, kMovingWindow), spectrum(out, from, kMovingWindow));
+  return sum.response(period_s);
+}
+
+// A stroke from rest to rest needs no window: nothing of it is cut off.
+std::vector<Complex> stroke_spectrum(const std::vector<double>& signal, std::size_t from, std::size_t to) {
+  std::vector<Complex> out(kStrokeWindow);
+  for (std::size_t i = from; i < to; ++i) out[i - from] = signal[i];
+  transform(out);
   return out;
+}
+
+FrequencyResponse stroke_response(const TuneData& data, double fast) {
+  const std::vector<double> wanted = differences(data.setpoint, data.period_s),
+                            seen = differences(data.measured, data.period_s);
+  CrossSpectra sum(kStrokeWindow);
+  for (std::size_t from = 0, to = 0; from < data.rows(); from = to) {
+    double speed = 0;
+    for (to = from; to < data.rows() && data.stroke[to] == data.stroke[from]; ++to)
+      speed = std::max(speed, std::abs(wanted[to]));
+    if (speed > fast && to - from <= kStrokeWindow)
+      sum.add(stroke_spectrum(wanted, from, to), stroke_spectrum(seen, from, to));
+  }
+  return sum.response(data.period_s);
 }
 
 // Windows all over which the joint moves in one direction: at rest a force says nothing of masses.
@@ -106,12 +142,6 @@ std::vector<std::size_t> moving_windows(const std::vector<double>& v, double slo
     if (run >= kMovingWindow && (run - kMovingWindow) % (kMovingWindow / 8) == 0)
       out.push_back(k + 1 - kMovingWindow);
   }
-  return out;
-}
-
-std::vector<double> differences(const std::vector<double>& q, double period_s) {
-  std::vector<double> out(q.size());
-  for (std::size_t k = 1; k + 1 < q.size(); ++k) out[k] = (q[k + 1] - q[k - 1]) / (2 * period_s);
   return out;
 }
 
@@ -248,11 +278,11 @@ void draw_response(Svg& svg, double top, const std::string& title, const Frequen
 TuneLoop measure_loop(const TuneData& data, const TuneFit& fit, const Joint& joint) {
   TuneLoop loop;
   const double dt = data.period_s;
-  loop.closed = response(differences(data.setpoint, dt), differences(data.measured, dt),
-                         all_windows(data.rows()), kLoopWindow, dt);
   const std::vector<double> v = smooth_velocity(data.measured, dt);
-  loop.mechanics = response(rigid_acceleration(data, fit, v), accelerations(data.measured, dt),
-                            moving_windows(v, kSlowestMoving * joint.limit.velocity), kMovingWindow, dt);
+  const std::vector<double> seen = accelerations(data.measured, dt);
+  const std::vector<std::size_t> moving = moving_windows(v, kSlowestMoving * joint.limit.velocity);
+  loop.closed = stroke_response(data, kFast * joint.limit.velocity);
+  loop.mechanics = response(rigid_acceleration(data, fit, v), seen, moving, dt);
   loop.bandwidth_hz = bandwidth(loop.closed);
   loop.seen_up_to_hz = seen_up_to(loop.mechanics);
   const TwoMasses masses = fit_two_masses(loop.mechanics, loop.seen_up_to_hz);
