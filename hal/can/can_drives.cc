@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "hal/can/can_node_config.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "hal/can/cia402_axis.h"
