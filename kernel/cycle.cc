@@ -72,7 +72,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   const bool on_path = motion_ == MotionState::kMoving || motion_ == MotionState::kHeld;
   switch (command.kind) {
     case Kind::kStart:
-      return start();
+      return start(command.value != 0);
     case Kind::kHold:
       if (detour_.under_way()) return detour_.hold();
       if (on_path) motion_ = MotionState::kHeld;
@@ -119,10 +119,10 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   }
 }
 
-void Cycle::start() TRN_RT {
+void Cycle::start(bool typed_in) TRN_RT {
   if (motion_ != MotionState::kRest) return;
   if (latched_.fault == Fault::kOk) motion_ = MotionState::kMoving;
-  single_block_.release();
+  single_block_.begin(typed_in);
 }
 
 void Cycle::resume() TRN_RT {

@@ -111,7 +111,7 @@ class Cycle final : public TickPort {
 
   void take_commands() TRN_RT;
   void obey(const RtCommand& command) TRN_RT;
-  void start() TRN_RT;
+  void start(bool typed_in) TRN_RT;
   void resume() TRN_RT;
   void stop() TRN_RT;
   void quick_stop() TRN_RT;
