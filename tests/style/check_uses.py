@@ -16,7 +16,8 @@ DECLARED = re.compile(r"^\s*(?:class|struct|enum class|enum)\s+(\w+)\s*(?::\s*[\
 NAMED = re.compile(r"\b(?:class|struct|enum class|enum|using|typename)\s+(\w+)")
 INCLUDE = re.compile(r'^[ \t]*#[ \t]*include[ \t]+"([^"]+)"', re.M)
 NAMESPACE = re.compile(r"\b[a-z]\w*::")  # types begin with a capital letter
-FACE = re.compile(r"^namespace trunnion \{|^#include <trunnion/", re.M)  # of the library, whose types have such names, too
+# The face of the library, whose types have such names, too
+FACE = re.compile(r"^namespace trunnion \{|^#include <trunnion/", re.M)
 OUTSIDE = re.compile(r"\btrunnion::(?:\w+::)*\w+")
 WORD = re.compile(r"(?<![\w.>:])([A-Z]\w+)")
 
