@@ -1,49 +1,17 @@
 import { useEffect, useState } from "preact/hooks";
-import { type Alarm, isProgram, type LogEntry, type Machine, type Motion, type ProgramFile, type Status, type Tables } from "./model";
+import type {
+  Alarm, Answer as Told, Command as Asked, Controls, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ServerMessage,
+  Session, Status, Tables,
+} from "./interface";
+import { isProgram } from "./model";
 import { Plan } from "./plan";
 import { ProgramText } from "./program_text";
 
-export interface PlanState {
-  state: "none" | "working" | "ready" | "failed";
-  program: string;
-  text: string;
-  number: number;
-}
-
 // The page's one line to the server, and all it knows from there.
 
-export interface Answer {
-  outcome: string;
-  text: string;
-  /** Of the first status after the answer. */
-  status_count?: number;
-}
-
-export interface Command {
-  verb: string;
-  joint?: number;
-  value?: number;
-  speed?: number;
-  text?: string;
-  /** Of a jog: number of the press of a button. The server obeys each once. */
-  press?: number;
-  /** Of a jog that goes on while it is held. */
-  alive_ms?: number;
-  /** Of a jog: along what it goes. */
-  frame?: number;
-  speed_share?: number;
-}
-
-/** Who has the controls. Pages are numbers; 0 is none. */
-export interface Controls {
-  page: number;
-  mine: boolean;
-  holder: number;
-  holder_name: string;
-  asker: number;
-  asker_name: string;
-  may_take: boolean;
-}
+/** Of a command; one that never came has no status. */
+export type Answer = Pick<Told, "outcome" | "text"> & Partial<Told>;
+export type Command = Omit<Asked, "id">;
 
 const kNoControls: Controls = { page: 0, mine: false, holder: 0, holder_name: "", asker: 0, asker_name: "", may_take: false };
 
@@ -94,7 +62,7 @@ export class Link {
   /** Why the server has nothing to do with this page; "" while it has. */
   refused = "";
   /** Who has logged in; null where a key opens the page. */
-  user: { name: string; role: string } | null = null;
+  user: Session | null = null;
   /** The page shall ask for name and password. */
   needsLogIn = false;
   /** Why it asks again; "" at first. */
@@ -161,7 +129,7 @@ export class Link {
     socket.onopen = () => {
       if (this.key) socket.send(JSON.stringify({ type: "key", key: this.key }));
     };
-    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string));
+    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string) as ServerMessage);
     socket.onclose = (event) => this.closed(event.code === kNoVisitor ? event.reason : "");
   }
 
@@ -242,7 +210,7 @@ export class Link {
     this.tell("log");
   }
 
-  private send(message: object) {
+  private send(message: PageMessage) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
@@ -262,7 +230,7 @@ export class Link {
     if (!this.refused) window.setTimeout(() => void this.connect(), refused ? 0 : kReconnectMs);
   }
 
-  private receive(message: any) {
+  private receive(message: ServerMessage) {
     switch (message.type) {
       case "hello":
         this.connected = true;
@@ -311,8 +279,8 @@ export class Link {
         this.controls = message;
         return this.tell("link");
       case "answer":
-        this.answers.get(message.id)?.(message);
-        this.answers.delete(message.id);
+        this.answers.get(Number(message.id))?.(message);
+        this.answers.delete(Number(message.id));
     }
   }
 
