@@ -38,7 +38,7 @@ def kind_of(kind):
 
 
 def types_of_message(name):
-    """The types of an .lcm file as the panel tells it (app/client/message_json.h): what has a common count is a list."""
+    """The types of an .lcm file as the panel tells it (app/client/message_json.h): a common count makes a list."""
     _, head, fields, _ = make_messages.section(ROOT / "hal/lcm" / f"{name}.lcm")
     counts = {field[:-len("_count")] for field, _, _ in fields if field.endswith("_count")}
     own, lists = {}, {}
@@ -152,13 +152,14 @@ def openapi(types, described):
         paths.setdefault(request["path"], {})[request.get("method", "get")] = operation(request)
     return {"openapi": "3.1.0",
             "info": {"title": "Trunnion: the operator's page", "version": "1",
-                     "description": "Made by panel/interface/make_interface.py. Lengths in mm, angles in rad, times in s. The "
-                                    "WebSocket /api/v1/stream (subprotocol trunnion-1) tells ServerMessage and takes "
-                                    "PageMessage; docs/panel.md says how."},
+                     "description": "Made by panel/interface/make_interface.py. Lengths in mm, angles in rad, times in s. "
+                                    "The WebSocket /api/v1/stream (subprotocol trunnion-1) tells ServerMessage and "
+                                    "takes PageMessage; docs/panel.md says how."},
             "paths": paths,
             "components": {"schemas": schemas,
-                           "securitySchemes": {"key": {"type": "http", "scheme": "bearer"},
-                                               "session": {"type": "apiKey", "in": "cookie", "name": "__Host-trunnion-NAME"}}}}
+                           "securitySchemes": {
+                               "key": {"type": "http", "scheme": "bearer"},
+                               "session": {"type": "apiKey", "in": "cookie", "name": "__Host-trunnion-NAME"}}}}
 
 
 # As TypeScript

@@ -5,6 +5,7 @@
 #include <cctype>
 #include <string_view>
 
+#include "app/client/command_rights.h"
 #include "panel/server/web_rules.h"
 
 namespace trn {

@@ -21,7 +21,10 @@
 #include <utility>
 #include <vector>
 
+#include "app/client/command_rights.h"
+#include "panel/server/controls.h"
 #include "panel/server/door.h"
+#include "panel/server/log_in.h"
 #include "panel/server/page_folder.h"
 #include "panel/server/page_message.h"
 #include "panel/server/panel_state.h"

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""The described interface is the one that is spoken: the files made of it are up to date, and every message and answer of a
-real panel before a real daemon is as openapi.json says.
+"""The described interface is the one that is spoken: the files made of it are up to date, and every message and
+answer of a real panel before a real daemon is as openapi.json says.
 
 usage: interface_test.py TRUNNION_BINARY SOURCE_DIR
 """
@@ -107,7 +107,8 @@ class Spoken(Interface):
         self.bench.daemon.kill()
         self.bench.daemon.wait()
         page.until(lambda m: m["type"] == "gone")
-        told = {"hello", "status", "motion", "tables", "alarms", "message", "controls", "plan", "answer", "error", "gone"}
+        told = {"hello", "status", "motion", "tables", "alarms", "message", "controls", "plan", "answer", "error",
+                "gone"}
         self.assertEqual(set(self.heard), told)
 
     def answers(self):

@@ -77,7 +77,8 @@ class PanelBench:
     def user(self, verb, *arguments, password=""):
         """Runs `trunnion panel user`, which reads the password from its standard input here."""
         return subprocess.run([self.binary, "panel", "user", verb, *arguments, "--users", self.path("users")],
-                              input=password + "\n", text=True, capture_output=True, env=self.environment, check=False)
+                              input=password + "\n", text=True, capture_output=True, env=self.environment,
+                              check=False)
 
     def start_panel_with_log_in(self, *options, page=None, listen="127.0.0.1:0"):
         self.make_certificate()

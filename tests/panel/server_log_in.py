@@ -39,6 +39,10 @@ class LogInTest(unittest.TestCase):
         self.assertEqual((answer.status, text), (200, "Logged in.\n"))
         return cookie
 
+    def sent(self, **who):
+        """The answer's code to a program that is sent."""
+        return post(self.bench, "/api/v1/programs/a.ngc", b"M2\n", **who)[0].status
+
     def page(self, name, cookie=None):
         page = Page(self.bench, cookie=cookie or self.session(name))
         self.addCleanup(page.close)
@@ -107,7 +111,8 @@ class Sessions(LogInTest):
     def test_log_out_ends_pages(self):
         cookie = self.session("otto")
         page = self.page("otto", cookie)
-        self.assertEqual(post(self.bench, "/api/v1/log_out", b"", cookie=cookie, origin="https://evil.example")[0].status, 403)
+        refused, _ = post(self.bench, "/api/v1/log_out", b"", cookie=cookie, origin="https://evil.example")
+        self.assertEqual(refused.status, 403)
         self.assertEqual(get(self.bench, "/api/v1/session", cookie=cookie)[0].status, 200)
         answer, _ = post(self.bench, "/api/v1/log_out", b"", cookie=cookie)
         self.assertEqual(answer.status, 200)
@@ -176,11 +181,12 @@ class Roles(LogInTest):
         page.until(lambda m: m["type"] == "message" and m["text"] == "Your role is to look, not to operate.")
         for verb in ("start", "resume", "mdi", "reset", "home"):
             answer = page.ask(verb, verb)
-            self.assertEqual((answer["outcome"], answer["text"]), ("refused", "your role is 'look', and this needs 'operate'"))
+            self.assertEqual((answer["outcome"], answer["text"]),
+                             ("refused", "your role is 'look', and this needs 'operate'"))
         for verb in ("hold", "stop", "estop"):
             page.send({"type": "command", "id": verb, "verb": verb})
             self.daemon.until(getattr(command_t, verb.upper()))
-        self.assertEqual(post(self.bench, "/api/v1/programs/a.ngc", b"M2\n", cookie=self.session("lara"))[0].status, 403)
+        self.assertEqual(self.sent(cookie=self.session("lara")), 403)
 
     def test_who_operates_does_not_set_up(self):
         for name in ("otto", "sara"):
@@ -194,7 +200,7 @@ class Roles(LogInTest):
         self.daemon.until(command_t.CORRECTION)
         self.assertEqual(self.daemon.verbs(), [command_t.CORRECTION])
         cookie = self.session("otto")
-        self.assertEqual(post(self.bench, "/api/v1/programs/a.ngc", b"M2\n", cookie=cookie)[0].status, 200)
+        self.assertEqual(self.sent(cookie=cookie), 200)
 
     def test_the_history_says_who_did_what(self):
         page = self.page("otto")
@@ -212,7 +218,7 @@ class Pages(LogInTest):
             page = Page(self.bench, cookie=cookie, origin=origin)
             self.addCleanup(page.close)
             self.assertIn(" 403 ", page.status_line)
-            self.assertEqual(post(self.bench, "/api/v1/programs/a.ngc", b"M2\n", cookie=cookie, origin=origin)[0].status, 403)
+            self.assertEqual(self.sent(cookie=cookie, origin=origin), 403)
             self.assertEqual(log_in(self.bench, "sara", origin=origin)[0].status, 403)
         self.assertEqual(log_in(self.bench, "sara", origin=None)[0].status, 403)
 
@@ -247,7 +253,7 @@ class Programs(LogInTest):
     def test_a_key_looks(self):
         self.assertEqual(get(self.bench, "/metrics", key=KEY)[0].status, 200)
         self.assertEqual(get(self.bench, "/metrics", key=KEY[::-1])[0].status, 401)
-        self.assertEqual(post(self.bench, "/api/v1/programs/a.ngc", b"M2\n", key=KEY)[0].status, 403)
+        self.assertEqual(self.sent(key=KEY), 403)
 
 
 class Starts(unittest.TestCase):
@@ -257,8 +263,9 @@ class Starts(unittest.TestCase):
         self.bench.make_certificate()
 
     def start(self, *options):
-        done = subprocess.run([BINARY, "panel", "--machine", self.bench.config, "--page", self.bench.path("page"), *options],
-                              capture_output=True, text=True, timeout=60, env=self.bench.environment, check=False)
+        done = subprocess.run([BINARY, "panel", "--machine", self.bench.config, "--page", self.bench.path("page"),
+                               *options], capture_output=True, text=True, timeout=60, env=self.bench.environment,
+                              check=False)
         self.assertNotIn("http", done.stdout)
         self.assertNotEqual(done.returncode, 0)
         return done.stderr
@@ -272,7 +279,8 @@ class Starts(unittest.TestCase):
         self.assertIn("needs both --cert and --key", self.start("--listen", "0.0.0.0:0", *self.tls()[:2]))
         self.assertIn("No such file", self.start("--listen", "0.0.0.0:0", *self.tls()))
         self.bench.write("users", "", 0o600)
-        self.assertIn("nobody may log in", self.start("--listen", "0.0.0.0:0", *self.tls(), "--users", self.bench.path("users")))
+        self.assertIn("nobody may log in", self.start("--listen", "0.0.0.0:0", *self.tls(), "--users",
+                                                      self.bench.path("users")))
         self.assertIn("is no address", self.start("--listen", "example.com:1"))
 
     def test_files_that_are_no_secret(self):
@@ -289,8 +297,9 @@ class Starts(unittest.TestCase):
         os.rename(self.bench.path("tls.key"), self.bench.path("old.key"))
         os.rename(self.bench.path("tls.crt"), self.bench.path("old.crt"))
         self.bench.make_certificate()
-        self.assertIn("cannot listen", self.start("--cert", self.bench.path("old.crt"), "--key", self.bench.path("tls.key"),
-                                                  "--users", self.bench.path("users"), "--listen", "127.0.0.1:0"))
+        self.assertIn("cannot listen", self.start("--cert", self.bench.path("old.crt"), "--key",
+                                                  self.bench.path("tls.key"), "--users", self.bench.path("users"),
+                                                  "--listen", "127.0.0.1:0"))
 
 
 class Users(unittest.TestCase):
@@ -316,8 +325,10 @@ class Users(unittest.TestCase):
         self.assertNotIn("otto", self.bench.user("list").stdout)
 
     def test_what_is_refused(self):
-        for name, role, password, why in (("a b", "look", "a long one", "is no name"), ("a:b", "look", "a long one", "is no name"),
-                                          ("otto", "look", "short", "a password has"), ("otto", "boss", "a long one", "boss")):
+        for name, role, password, why in (("a b", "look", "a long one", "is no name"),
+                                          ("a:b", "look", "a long one", "is no name"),
+                                          ("otto", "look", "short", "a password has"),
+                                          ("otto", "boss", "a long one", "boss")):
             done = self.bench.user("add", name, "--role", role, password=password)
             self.assertNotEqual(done.returncode, 0)
             self.assertIn(why, done.stderr)
@@ -325,8 +336,9 @@ class Users(unittest.TestCase):
 
     def test_a_typed_password_is_not_shown(self):
         manager, terminal = pty.openpty()
-        with subprocess.Popen([BINARY, "panel", "user", "add", "otto", "--role", "look", "--users", self.bench.path("users")],
-                              stdin=terminal, stdout=terminal, stderr=terminal, env=self.bench.environment) as process:
+        with subprocess.Popen([BINARY, "panel", "user", "add", "otto", "--role", "look", "--users",
+                               self.bench.path("users")], stdin=terminal, stdout=terminal, stderr=terminal,
+                              env=self.bench.environment) as process:
             os.close(terminal)
             shown = b""
             for question in (b"Password for otto: ", b"The same again: "):

@@ -268,7 +268,7 @@ class TakeOver(RulesTest):
         asker.send({"type": "take_controls"})
         told = [page.until(lambda m: m["type"] == "controls" and m["asker"]) for page in (asker, self.page)]
         self.assertEqual([(one["asker"], one["holder"], one["mine"], one["may_take"]) for one in told],
-                         [(told[0]["page"], told[1]["page"], False, False), (told[0]["page"], told[1]["page"], True, False)])
+                         [(told[0]["page"], told[1]["page"], mine, False) for mine in (False, True)])
         self.assertEqual(told[1]["asker_name"], f"page {told[0]['page']}")
         return asker
 
