@@ -10,7 +10,7 @@ install(FILES packaging/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME pac
 install(FILES packaging/copyright TYPE DOC)
 install(DIRECTORY docs/ TYPE DOC PATTERN "*.py" EXCLUDE PATTERN "*.mjs" EXCLUDE PATTERN "__pycache__" EXCLUDE)
 install(FILES packaging/trunnion@.service packaging/trunnion-gateway@.service DESTINATION ${units})
-install(FILES packaging/serial.conf DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
+install(FILES packaging/serial.conf packaging/panel-network.conf DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
 install(FILES packaging/trunnion.sysusers DESTINATION lib/sysusers.d RENAME trunnion.conf)
 install(FILES packaging/trunnion.tmpfiles DESTINATION lib/tmpfiles.d RENAME trunnion.conf)
 install(FILES packaging/60-trunnion.rules DESTINATION lib/udev/rules.d)

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -93,6 +94,18 @@ json id_of(const json& message) {
   return *found;
 }
 
+// Of a message that is its type alone.
+std::optional<PageMessage::Kind> kind_of_plain(const std::string& type) {
+  using Kind = PageMessage::Kind;
+  constexpr std::array<std::pair<std::string_view, Kind>, 4> kPlain{{{"alive", Kind::kAlive},
+                                                                     {"take_controls", Kind::kTakeControls},
+                                                                     {"give_controls", Kind::kGiveControls},
+                                                                     {"keep_controls", Kind::kKeepControls}}};
+  for (const auto& [name, kind] : kPlain)
+    if (type == name) return kind;
+  return std::nullopt;
+}
+
 }  // namespace
 
 PageMessage read_page_message(std::string_view text) {
@@ -101,14 +114,13 @@ PageMessage read_page_message(std::string_view text) {
   if (!message.is_object()) throw BadPageMessage("no JSON object");
   PageMessage out;
   const std::string type = text_of(message, "type");
-  if (type == "alive") return out;
   if (type == "key") {
     out.kind = PageMessage::Kind::kKey;
     out.key = text_of(message, "key");
     return out;
   }
-  if (type == "take_controls") {
-    out.kind = PageMessage::Kind::kTakeControls;
+  if (const auto plain = kind_of_plain(type)) {
+    out.kind = *plain;
     return out;
   }
   if (type == "hold_when_lost") {
@@ -117,13 +129,25 @@ PageMessage read_page_message(std::string_view text) {
     return out;
   }
   if (type != "command")
-    throw BadPageMessage("'type' must be key, command, take_controls, hold_when_lost or alive");
+    throw BadPageMessage(
+        "'type' must be key, command, take_controls, give_controls, keep_controls, hold_when_lost or alive");
   out.kind = PageMessage::Kind::kCommand;
   out.id = id_of(message);
   out.command = command_of(message);
   const bool moves = out.command.verb == command_t::JOG && out.command.value != 0;
   if (moves) out.press = whole_of(message, "press", 1, kWholeMax);
   return out;
+}
+
+std::optional<LogInMessage> read_log_in(std::string_view text) {
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return std::nullopt;
+  try {
+    LogInMessage out{text_of(message, "name"), text_of(message, "password")};
+    return out.name.empty() || out.password.empty() ? std::nullopt : std::optional(out);
+  } catch (const BadPageMessage&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace trn

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <string_view>
@@ -20,7 +21,7 @@ struct BadPageMessage : std::runtime_error {
 };
 
 struct PageMessage {
-  enum class Kind { kKey, kCommand, kTakeControls, kAlive, kHoldWhenLost };
+  enum class Kind { kKey, kCommand, kTakeControls, kGiveControls, kKeepControls, kAlive, kHoldWhenLost };
   Kind kind = Kind::kAlive;
   std::string key;              ///< what the page says that it has
   nlohmann::json id;            ///< of a command: a number or text that comes back with the answer
@@ -33,5 +34,12 @@ struct PageMessage {
 /// BadPageMessage unless the text is a JSON object of one of the types, with values of the types of
 /// command_t.
 PageMessage read_page_message(std::string_view text);
+
+/// Who wants to log in; it must not be kept.
+struct LogInMessage {
+  std::string name, password;
+};
+/// Of the JSON object that a page posts; nothing if it is none with these two texts.
+std::optional<LogInMessage> read_log_in(std::string_view text);
 
 }  // namespace trn

@@ -175,11 +175,20 @@ async function heldJogEnds(page) {
   assert.equal(await text(page, "machine-Z"), stands, "Z went on after the button was let go");
 }
 
+/** One page asks another one for the controls, which gives them. */
+async function asksFor(page, holder) {
+  await part(page, "take").click();
+  await shows(holder, "asked", "asks for the controls");
+  await picture(holder, "controls_asked");
+  await part(holder, "give").click();
+  await shows(page, "controls", "You have the controls");
+  await shows(holder, "holder", "has the controls");
+}
+
 /** A page that freezes while a button is held stops the machine all the same. */
 async function frozenPageEnds(browser, page) {
   const second = await open(browser, kWork);
-  await part(second, "take").click();
-  await shows(second, "controls", "You have the controls");
+  await asksFor(second, page);
   await part(second, "held").click();
   await part(second, "jog-X+").click({ trial: true });
   const button = await part(second, "jog-X+").boundingBox();
@@ -397,8 +406,7 @@ async function acknowledges(page) {
 async function twoPages(browser, first) {
   const second = await open(browser, kTablet);
   await shows(second, "state", "Running");
-  await part(second, "take").click();
-  await shows(second, "controls", "You have the controls");
+  await asksFor(second, first);
   await part(first, "take").waitFor();
   await picture(second, "run_tablet");
   await second.getByRole("button", { name: "Light" }).click();

@@ -66,21 +66,43 @@ class PanelBench:
             self.daemon = subprocess.Popen([self.binary, "daemon", "--machine", self.config, *options], stdout=log,
                                            stderr=log, env=self.environment, cwd=self.folder)
 
+    def make_certificate(self):
+        """A certificate that names this computer's loopback and signs itself."""
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
+                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1,DNS:localhost",
+                        "-keyout", self.path("tls.key"), "-out", self.path("tls.crt")], check=True,
+                       capture_output=True, env=self.environment)
+        os.chmod(self.path("tls.key"), 0o600)
+
+    def user(self, verb, *arguments, password=""):
+        """Runs `trunnion panel user`, which reads the password from its standard input here."""
+        return subprocess.run([self.binary, "panel", "user", verb, *arguments, "--users", self.path("users")],
+                              input=password + "\n", text=True, capture_output=True, env=self.environment,
+                              check=False)
+
+    def start_panel_with_log_in(self, *options, page=None, listen="127.0.0.1:0"):
+        self.make_certificate()
+        for name, role in (("lara", "look"), ("otto", "operate"), ("sara", "set up")):
+            self.user("add", name, "--role", role, password=name + "'s password").check_returncode()
+        return self.start_panel("--listen", listen, "--cert", self.path("tls.crt"), "--key", self.path("tls.key"),
+                                "--users", self.path("users"), *options, page=page)
+
     def start_panel(self, *options, page=None):
         """Returns what it printed when it listens."""
         self.panel = subprocess.Popen(
-            [self.binary, "panel", "--machine", self.config, "--listen", "127.0.0.1:0", "--page",
+            [self.binary, "panel", "--machine", self.config,
+             *(() if "--listen" in options else ("--listen", "127.0.0.1:0")), "--page",
              page or self.path("page"), "--programs", self.path("programs"), *options],
             stdout=subprocess.PIPE, text=True, env=self.environment, cwd=self.folder)
         line = self.panel.stdout.readline()
-        found = re.search(r"(http://127\.0\.0\.1:\d+)/(?:#key=([0-9a-f]{32}))?$", line.strip())
+        found = re.search(r"(https?://[\d.]+:\d+)/(?:#key=([0-9a-f]{32}))?$", line.strip())
         assert found, f"the panel printed '{line}'"
         self.origin, self.key = found.groups()
         return line
 
     @property
     def host(self):
-        return self.origin.removeprefix("http://")
+        return self.origin.partition("://")[2]
 
     @property
     def port(self):

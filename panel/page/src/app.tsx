@@ -2,8 +2,10 @@ import { render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Actions } from "./actions";
 import { Alarms, OpenAlarms } from "./alarms";
+import { Asked, Controls } from "./controls";
 import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
+import { LogIn, User } from "./log_in";
 import { MachineView } from "./machine";
 import { sentence, stateName } from "./model";
 import { Path } from "./path";
@@ -54,16 +56,6 @@ const Silent = ({ name, text }: { name: string; text: string }) => (
   </div>
 );
 
-function Controls() {
-  const { mine, holder, connected } = useLink("link");
-  if (mine) return <span class="mine" data-test="controls">You have the controls</span>;
-  return (
-    <button class="accent" data-test="take" disabled={!connected} onClick={() => link.takeControls()}>
-      {holder ? "Take over the controls" : "Take the controls"}
-    </button>
-  );
-}
-
 function KeyHelp({ close }: { close: () => void }) {
   return (
     <dialog open aria-label="Keys" data-test="keys">
@@ -75,7 +67,7 @@ function KeyHelp({ close }: { close: () => void }) {
 }
 
 function App() {
-  const { machine } = useLink("machine");
+  const { machine, needsLogIn } = useLink("machine", "link");
   const [view, setView] = useState(0);
   const [theme, setTheme] = useState<Theme>(firstTheme);
   const [help, setHelp] = useState(false);
@@ -85,6 +77,7 @@ function App() {
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);
   }, [theme]);
+  if (needsLogIn) return <LogIn />;
   return (
     <>
       <header>
@@ -107,10 +100,12 @@ function App() {
         ))}
         </div>
         <button class="theme" onClick={() => setHelp(!help)} title="Keys that operate the machine">Keys</button>
+        <User />
         <button onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
           {theme === "dark" ? "Light" : "Dark"}
         </button>
       </nav>
+      <Asked />
       <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw()}</main>
       <Actions />
       {help && <KeyHelp close={() => setHelp(false)} />}

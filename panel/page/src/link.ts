@@ -1,38 +1,19 @@
 import { useEffect, useState } from "preact/hooks";
-import { type Alarm, isProgram, type LogEntry, type Machine, type Motion, type ProgramFile, type Status, type Tables } from "./model";
+import type {
+  Alarm, Answer as Told, Command as Asked, Controls, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ServerMessage,
+  Session, Status, Tables,
+} from "./interface";
+import { isProgram } from "./model";
 import { Plan } from "./plan";
 import { ProgramText } from "./program_text";
 
-export interface PlanState {
-  state: "none" | "working" | "ready" | "failed";
-  program: string;
-  text: string;
-  number: number;
-}
-
 // The page's one line to the server, and all it knows from there.
 
-export interface Answer {
-  outcome: string;
-  text: string;
-  /** Of the first status after the answer. */
-  status_count?: number;
-}
+/** Of a command; one that never came has no status. */
+export type Answer = Pick<Told, "outcome" | "text"> & Partial<Told>;
+export type Command = Omit<Asked, "id">;
 
-export interface Command {
-  verb: string;
-  joint?: number;
-  value?: number;
-  speed?: number;
-  text?: string;
-  /** Of a jog: number of the press of a button. The server obeys each once. */
-  press?: number;
-  /** Of a jog that goes on while it is held. */
-  alive_ms?: number;
-  /** Of a jog: along what it goes. */
-  frame?: number;
-  speed_share?: number;
-}
+const kNoControls: Controls = { page: 0, mine: false, holder: 0, holder_name: "", asker: 0, asker_name: "", may_take: false };
 
 const kAliveMs = 250;
 const kHoldKey = "hold-when-lost";
@@ -42,7 +23,7 @@ const kSameUs = 2e6;
 /** An answer that has not come by then is not waited for any longer; the state tells what happened. */
 const kAnswerMs = 15000;
 
-const kNoKey = 4401;
+const kNoVisitor = 4401;
 const kKeyName = "key";
 const kNoKeyText = "This page has no key: open the address that 'trunnion panel' printed.";
 
@@ -80,8 +61,14 @@ export class Link {
   gone = "";
   /** Why the server has nothing to do with this page; "" while it has. */
   refused = "";
-  mine = false;
-  holder = 0;
+  /** Who has logged in; null where a key opens the page. */
+  user: Session | null = null;
+  /** The page shall ask for name and password. */
+  needsLogIn = false;
+  /** Why it asks again; "" at first. */
+  sessionOver = "";
+  controls: Controls = kNoControls;
+  get mine() { return this.controls.mine; }
 
   private key = "";
   private socket: WebSocket | null = null;
@@ -97,24 +84,53 @@ export class Link {
     // An address with another key is the same page to the browser, which does not load it again.
     window.addEventListener("hashchange", () => {
       this.key = takeKey();
-      if (this.refused) this.connect();
+      if (this.refused) void this.connect();
     });
-    this.connect();
+    void this.connect();
   }
 
-  private connect() {
-    this.refused = this.key ? "" : kNoKeyText;
+  /** Whether this page may open the stream: by its key, or as somebody who has logged in. */
+  private async mayConnect(): Promise<boolean> {
+    this.refused = "";
+    if (this.key) return true;
+    const answer = await fetch("api/v1/session").catch(() => null);
+    if (!answer || ![200, 401, 404].includes(answer.status)) {
+      window.setTimeout(() => void this.connect(), kReconnectMs);
+      return false;
+    }
+    if (answer.status === 404) this.refused = kNoKeyText;
+    this.needsLogIn = answer.status === 401;
+    this.user = answer.ok ? await answer.json().catch(() => null) : null;
+    return answer.ok;
+  }
+
+  async logIn(name: string, password: string): Promise<string> {
+    const body = JSON.stringify({ name, password });
+    const answer = await fetch("api/v1/log_in", { method: "POST", body }).catch(() => null);
+    if (!answer?.ok) return answer ? (await answer.text()).trim() : "The panel does not answer.";
+    this.sessionOver = "";
+    void this.connect();
+    return "";
+  }
+
+  async logOut() {
+    await fetch("api/v1/log_out", { method: "POST" }).catch(() => null);
+    this.sessionOver = "You have logged out.";
+  }
+
+  private async connect() {
+    const may = await this.mayConnect();
     this.tell("link");
-    if (!this.key) return;
+    if (!may) return;
     const url = new URL("api/v1/stream", location.href);
     url.protocol = url.protocol.replace("http", "ws");
     const socket = new WebSocket(url, "trunnion-1");
     this.socket = socket;
     socket.onopen = () => {
-      socket.send(JSON.stringify({ type: "key", key: this.key }));
+      if (this.key) socket.send(JSON.stringify({ type: "key", key: this.key }));
     };
-    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string));
-    socket.onclose = (event) => this.closed(event.code === kNoKey ? event.reason : "");
+    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string) as ServerMessage);
+    socket.onclose = (event) => this.closed(event.code === kNoVisitor ? event.reason : "");
   }
 
   on(topic: Topic, listener: () => void): () => void {
@@ -124,8 +140,18 @@ export class Link {
     return () => all.delete(listener);
   }
 
+  /** Takes the controls, or asks who has them. */
   takeControls() {
     this.send({ type: "take_controls" });
+  }
+
+  /** To who asks for them, or to nobody. */
+  giveControls() {
+    this.send({ type: "give_controls" });
+  }
+
+  keepControls() {
+    this.send({ type: "keep_controls" });
   }
 
   /** Sends a command; what is refused, or not answered, is also put into the log. */
@@ -184,7 +210,7 @@ export class Link {
     this.tell("log");
   }
 
-  private send(message: object) {
+  private send(message: PageMessage) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
@@ -193,17 +219,18 @@ export class Link {
   }
 
   private closed(refused: string) {
-    this.refused = refused;
+    this.refused = this.key ? refused : "";
+    if (refused && !this.key && !this.sessionOver) this.sessionOver = refused;
     this.connected = false;
-    this.mine = false;
+    this.controls = kNoControls;
     this.setAlive(0);
     for (const answer of this.answers.values()) answer({ outcome: "unreachable", text: "The connection was lost." });
     this.answers.clear();
     this.tell("link");
-    if (!refused) window.setTimeout(() => this.connect(), kReconnectMs);
+    if (!this.refused) window.setTimeout(() => void this.connect(), refused ? 0 : kReconnectMs);
   }
 
-  private receive(message: any) {
+  private receive(message: ServerMessage) {
     switch (message.type) {
       case "hello":
         this.connected = true;
@@ -244,13 +271,16 @@ export class Link {
         this.gone = message.text;
         return this.tell("link");
       case "controls":
-        this.mine = message.mine;
-        this.holder = message.holder;
-        this.setAlive(0);
+        // Somebody who only asks ends no move by hand.
+        if (message.mine !== this.mine) {
+          this.controls = message;
+          this.setAlive(0);
+        }
+        this.controls = message;
         return this.tell("link");
       case "answer":
-        this.answers.get(message.id)?.(message);
-        this.answers.delete(message.id);
+        this.answers.get(Number(message.id))?.(message);
+        this.answers.delete(Number(message.id));
     }
   }
 

@@ -1,27 +1,6 @@
 // The plan of the loaded program, as the server sends it (docs/panel.md, "The plan").
 
-export interface PlanJoint {
-  name: string;
-  unit: "mm" | "rad";
-  min: number;
-  max: number;
-  from: number;
-  to: number;
-  limited_s: number;
-}
-
-export interface PlanHead {
-  program: string;
-  count: number;
-  time_s: number;
-  cut_mm: number;
-  rapid_mm: number;
-  free_s: number;
-  message: string;
-  message_line: number;
-  box?: [[number, number, number], [number, number, number]];
-  joints: PlanJoint[];
-}
+import type { PlanHead } from "./interface";
 
 const kMark = "TRNPLAN1";
 /** A limit that is used whole. */

@@ -1,5 +1,6 @@
 import { useState } from "preact/hooks";
 import { Jog } from "./jog";
+import type { Verb } from "./interface";
 import { link, useLink } from "./link";
 import { durationText, isAngle, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
 import { Program } from "./program";
@@ -51,7 +52,7 @@ function Positions() {
   );
 }
 
-function Override({ name, verb, now, max }: { name: string; verb: string; now: number; max: number }) {
+function Override({ name, verb, now, max }: { name: string; verb: Verb; now: number; max: number }) {
   const { mine } = useLink("link");
   const [asked, setAsked] = useState<number | null>(null);
   const percent = asked ?? Math.round(now * 100);
