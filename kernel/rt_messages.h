@@ -86,7 +86,11 @@ struct CycleReport {
   std::array<CorrectionReport, kMaxSetpointCorrections> corrections;  ///< as many as the chain has
   SensorSample sensor;  ///< the reading that corrections heard in this period, if any
   ToolLoadReport tool_load;
-  JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
+  JointVec current_A;  ///< of the motors, mean of the period; empty: the drives do not tell
+  JointVec force;      ///< of the joints' motors, N or Nm; empty: the drives do not tell
+  JointVec velocity_offset, force_offset;  ///< as Setpoints has them; empty: no feed-forward
+  std::array<DriveWords, kMaxJoints> words{};
+  double wake_us = 0, tick_us = 0;    ///< how late the tick began; how long the one before took
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means
   bool on_path = false;               ///< y and context are those of a program's motion
