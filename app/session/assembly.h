@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/client/access_config.h"
 #include "app/client/gateway_config.h"
@@ -20,6 +21,7 @@
 #include "interp/plan/speed/speed_planner.h"
 #include "kernel/joint_map.h"
 #include "kernel/rate_plans.h"
+#include "kernel/safety_inputs.h"
 #include "sim/simulated_screws.h"
 
 namespace trn {
@@ -50,9 +52,10 @@ struct Assembly {
   AccessConfig access;
   GatewayConfig gateway;
   std::unique_ptr<Drives> drives;
-  std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
-  std::unique_ptr<MachineIo> io;            ///< null: no section [io]
-  double spindle_timeout_s = 10;            ///< key `io.spindle_timeout_s`
+  std::unique_ptr<SimulatedScrews> screws;       ///< null: no screw of the simulated machine warms up
+  std::unique_ptr<MachineIo> io;                 ///< null: no section [io]
+  double spindle_timeout_s = 10;                 ///< key `io.spindle_timeout_s`
+  std::vector<SafetyInputs::Input> safety = {};  ///< section [safety]
 };
 
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and

@@ -19,6 +19,7 @@
 #include "hal/can/cia402_axis.h"
 #include "hal/can/drive_units.h"
 #include "hal/can/nmt.h"
+#include "hal/can/node_safety_config.h"
 #include "hal/can/pdo.h"
 #include "hal/can/sdo.h"
 #include "hal/can/setup_steps.h"
@@ -53,6 +54,7 @@ class NodeReader {
     read_axis(node);
     read_dictionary(node);
     read_habits(node);
+    read_node_safety(machine_, table_, node.link);
     // The PDOs before the steps: the steps write their mapping.
     plan(node, bus.fd);
     const DriveSetup setup = read_setup(node);
@@ -245,6 +247,7 @@ class NodeReader {
     // every period. What does not fit there, such as the mode, goes into slow ones.
     std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}};
     if (timing_.touch) in.push_back({0x60B9, 0});
+    if (node.link.reads_inputs) in.push_back({0x60FD, 0});
     if (by_pdo(node, {0x6061, 0}, false)) in.push_back({0x6061, 0});
     const Cia402Mode mode = node.link.axis.mode;
     if (mode == Cia402Mode::kCyclicVelocity)
@@ -253,13 +256,15 @@ class NodeReader {
       out.push_back({0x60C1, 1});
     else
       out.push_back({0x607A, 0});
+    const bool brake = node.link.brake.fitted && node.link.brake.of_drive;
+    if (brake) out.push_back({0x60FE, 1});
     if (timing_.touch) out.push_back({0x60B8, 0});
     if (by_pdo(node, {0x6060, 0}, true)) out.push_back({0x6060, 0});
     if (table_.boolean("torque", false)) in.push_back({0x6077, 0});
     if (timing_.touch) in.insert(in.end(), {{0x60BA, 0}, {0x60BB, 0}});
     node.link.limit_switches = table_.boolean("limit_switches", false);
     node.link.touch_input_bit = timing_.touch_input_bit;
-    if (timing_.touch || node.link.limit_switches) in.push_back({0x60FD, 0});
+    if ((timing_.touch || node.link.limit_switches) && !node.link.reads_inputs) in.push_back({0x60FD, 0});
     try {
       node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id, fd);
       node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id, fd);
@@ -270,6 +275,13 @@ class NodeReader {
     // drive takes it over, so there the master sends more seldom.
     for (std::size_t i = 1; i < node.link.tpdos.size(); ++i) node.link.tpdos[i].transmission = kSlowPeriods;
     for (std::size_t i = 1; i < node.link.rpdos.size(); ++i) node.link.rpdos[i].every = kSlowPeriods;
+    // What safety hangs on goes with every SYNC as well.
+    int pdo = 0;
+    PdoField field;
+    if (node.link.reads_inputs && find_field(node.link.tpdos, {0x60FD, 0}, pdo, field))
+      node.link.tpdos[static_cast<std::size_t>(pdo)].transmission = 1;
+    if (brake && find_field(node.link.rpdos, {0x60FE, 1}, pdo, field))
+      node.link.rpdos[static_cast<std::size_t>(pdo)].every = 1;
   }
 
   void read_limits(const CanNodeConfig& node, DriveSetup& setup) const {
@@ -324,11 +336,16 @@ class NodeReader {
     setup.interpolation = read_interpolation(node, setup);
     setup.sync_counter = timing_.sync_counter;
     read_watch(node, setup);
+    setup.holds_at_stop = node.link.brake.fitted;
+    if (node.link.brake.fitted && node.link.brake.of_drive)
+      setup.output_mask = std::int64_t{1} << node.link.brake.output;
     const double scale = node.link.axis.counts_per_unit;
     // Zero if the joint reaches it, else the end of its range next to zero.
     const double home = std::clamp(0.0, limit.min, limit.max);
     node.home =
         unit() * table_.number(key("home"), home / unit(), Range{limit.min / unit(), limit.max / unit()});
+    node.square = unit() * table_.number(key("square"), 0.0, kAnyNumber);
+    node.home += node.square;
     node.link.home_group = static_cast<int>(table_.integer("home_group", 0, Range{0, 99}));
     node.homing_method = static_cast<int>(table_.integer("homing_method", 5, Range{-128, 37}));
     setup.homes = !node.link.axis.absolute;
