@@ -9,9 +9,9 @@
 #include <string>
 #include <vector>
 
-#include "hal/can/brake.h"
 #include "core/axes.h"
 #include "core/signal_name.h"
+#include "hal/can/brake.h"
 
 namespace trn {
 
