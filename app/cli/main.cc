@@ -54,7 +54,7 @@ const std::array kGroups = {
     Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
     Group{"Set up a machine", {"config", "import", "kin", "workspace", "latency", "can", "modbus"}},
     Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
-    Group{"Let other computers command", {"gateway", "key"}},
+    Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
     Group{"This program", {"man", "completions"}},
 };
 
@@ -65,6 +65,7 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_replay(app, exit);
   trn::add_daemon(app, exit);
   trn::add_panel(app, exit);
+  trn::add_mqtt(app, exit);
   trn::add_clients(app, exit);
   trn::add_tables(app, exit);
   trn::add_sensor(app, exit);

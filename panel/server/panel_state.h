@@ -12,6 +12,7 @@
 
 #include "panel/server/controls.h"
 #include "panel/server/daemon_watch.h"
+#include "panel/server/fleet.h"
 #include "panel/server/log_in.h"
 #include "panel/server/metrics.h"
 #include "panel/server/page_folder.h"
@@ -85,6 +86,7 @@ class PanelState {
   void note(const char* kind, const std::string& text);
   void tell_controls();
   nlohmann::json controls_of(PageId id) const;
+  nlohmann::json fleet_json() const;
   std::string name_of(PageId id) const;
   void want_controls(PageId id);
   void answer_controls(PageId id, PageMessage::Kind kind);
@@ -111,6 +113,7 @@ class PanelState {
   PlanMaker plan_;
   std::map<PageId, Page> pages_;
   Controls controls_;
+  Fleet fleet_;
   std::set<std::int64_t> presses_;
   std::deque<std::int64_t> oldest_presses_;
   bool told_gone_ = false;

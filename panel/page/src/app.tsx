@@ -3,11 +3,12 @@ import { useEffect, useState } from "preact/hooks";
 import { Actions } from "./actions";
 import { Alarms, OpenAlarms } from "./alarms";
 import { Asked, Controls } from "./controls";
+import { Fleet } from "./fleet";
 import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
 import { LogIn, User } from "./log_in";
 import { MachineView } from "./machine";
-import { sentence, stateName } from "./model";
+import { sentence, stateName, tone } from "./model";
 import { Path } from "./path";
 import { Run } from "./run";
 import "./fonts.css";
@@ -20,6 +21,7 @@ const kViews = [
   { name: "Offsets and tools", draw: () => <TablesView /> },
   { name: "Machine", draw: () => <MachineView /> },
   { name: "Alarms", draw: () => <Alarms /> },
+  { name: "All machines", draw: () => <Fleet /> },
 ];
 type Theme = "dark" | "light";
 
@@ -29,16 +31,11 @@ function firstTheme(): Theme {
   return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 }
 
-function tone(state: string): string {
-  if (state === "fault" || state === "estop") return "danger";
-  if (state === "running" || state === "jogging" || state === "homing") return "active";
-  return state === "holding" || state === "stopping" ? "waits" : "calm";
-}
-
 function StateLine() {
-  const { status, gone, connected, refused } = useLink("status", "link");
+  const { status, gone, connected, refused, stale } = useLink("status", "link");
   if (refused) return <Silent name="No key" text={refused} />;
   if (!connected) return <Silent name="No connection" text="The panel does not answer; trying again." />;
+  if (stale) return <Silent name="No connection" text="The panel says nothing any more: what is shown here is old." />;
   if (gone) return <Silent name="No machine" text={gone} />;
   if (!status) return <Silent name="Connecting" text="" />;
   return (

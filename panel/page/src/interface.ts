@@ -395,8 +395,11 @@ export interface State {
 
 /** Who has logged in. */
 export interface Session {
+  /** False: a key opens this panel. */
+  log_in: boolean;
+  /** Empty: nobody. */
   name: string;
-  role: "look" | "operate" | "set up";
+  role: "" | "look" | "operate" | "set up";
 }
 
 /** Who wants to log in. */
@@ -469,6 +472,37 @@ export interface Answer {
 /** Of a command: what the page chose. */
 export type Id = number | string;
 
+/** A machine whose daemon tells its status over LCM. */
+export interface FleetMachine {
+  name: string;
+  /** Address of its computer. */
+  host: string;
+  /** Address of its own panel; empty: not known. */
+  page: string;
+  /** Within the last three seconds. */
+  heard: boolean;
+  version: string;
+  state: string;
+  fault: string;
+  alarm: string;
+  alarms_open: number;
+  waits_for: string;
+  program: string;
+  line: number;
+  tool_name: string;
+  time_total_s: number;
+  time_left_s: number;
+  parts: number;
+  run_s: number;
+}
+
+/** Every machine that the LCM network shows. */
+export interface Fleet {
+  machines: FleetMachine[];
+  /** Why none can be heard; empty: they can. */
+  silent: string;
+}
+
 /** The first thing that a page is told. */
 export interface Hello {
   version: string;
@@ -522,6 +556,7 @@ export interface Command {
 export type Verb = "load" | "start" | "hold" | "resume" | "stop" | "mdi" | "jog" | "home" | "override" | "estop" | "reset" | "correction" | "rapid_override" | "spindle_override" | "adaptive_feed" | "single_block" | "optional_stop" | "block_delete" | "acknowledge" | "parts" | "dry_run" | "machine_lock";
 
 export type ServerMessage =
+  | ({ type: "fleet" } & Fleet)
   | ({ type: "hello" } & Hello)
   | ({ type: "status" } & Status)
   | ({ type: "motion" } & Motion)

@@ -156,7 +156,7 @@ function Mdi() {
 function LastMessages() {
   const { log } = useLink("log");
   return (
-    <section class="card messages" aria-label="Messages">
+    <section class="card messages" aria-label="Messages" tabIndex={0}>
       <h2>Messages</h2>
       <ol data-test="messages">
         {log.slice(-20).reverse().map((entry, i) => (
