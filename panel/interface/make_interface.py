@@ -153,8 +153,8 @@ def openapi(types, described):
     return {"openapi": "3.1.0",
             "info": {"title": "Trunnion: the operator's page", "version": "1",
                      "description": "Made by panel/interface/make_interface.py. Lengths in mm, angles in rad, times "
-                                    "in s. The WebSocket /api/v1/stream (subprotocol trunnion-1) tells ServerMessage and "
-                                    "takes PageMessage; docs/panel.md says how."},
+                                    "in s. The WebSocket /api/v1/stream (subprotocol trunnion-1) tells "
+                                    "ServerMessage and takes PageMessage; docs/panel.md says how."},
             "paths": paths,
             "components": {"schemas": schemas,
                            "securitySchemes": {

@@ -24,6 +24,8 @@ constexpr int kDatagramsAtOnce = 200;
 constexpr auto kForgotten = 60s, kHeard = 3s, kTellEvery = 1s;
 
 std::string text_of(const WireSender& sender) {
+  const bool own = sender.address == 0 || sender.address >> 24 == 127;  // a group that stays on the host
+  if (own) return "this computer";
   const in_addr address{htonl(sender.address)};
   std::array<char, INET_ADDRSTRLEN> text{};
   inet_ntop(AF_INET, &address, text.data(), text.size());

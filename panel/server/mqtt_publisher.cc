@@ -116,7 +116,9 @@ void Broker::send(const std::string& topic, const std::string& text, int quality
                     text.data(), quality, retained);
 }
 
-void Broker::keep(const std::string& topic, const std::string& text) {
+// An empty text would take the topic away from the broker (MQTT 3.1.1, 3.3.1.3).
+void Broker::keep(const std::string& topic, const std::string& said) {
+  const std::string text = said.empty() ? "none" : said;
   const auto [known, is_first] = kept_.try_emplace(topic, text);
   if (!is_first && known->second == text) return;
   known->second = text;

@@ -111,7 +111,7 @@ class State(Broker):
 
     def test_who_comes_later_knows_all(self):
         names = ("fault", "waits_for", "tool", "parts", "feed_override", "alarms")
-        self.assertEqual([self.kept(name) for name in names], ["ok", "", "0", "0", "1", "[]"])
+        self.assertEqual([self.kept(name) for name in names], ["ok", "none", "0", "0", "1", "[]"])
         status = json.loads(self.kept("status"))
         self.assertEqual((status["machine"], status["state"], [joint["name"] for joint in status["joints"]]),
                          ("panel_test", "idle", ["X", "Y", "Z", "A", "C"]))
@@ -171,8 +171,8 @@ class Refusals(Broker):
         publisher = self.start_publisher()
         time.sleep(2)
         self.assertIsNone(publisher.poll())
-        os.set_blocking(publisher.stderr.fileno(), False)
-        self.assertNotIn("connected", publisher.stderr.read() or "")
+        publisher.terminate()
+        self.assertNotIn("connected", publisher.stderr.read())
 
 
 if __name__ == "__main__":

@@ -65,7 +65,7 @@ async function open(browser, size, from = address) {
 }
 
 const part = (page, name) => page.locator(`[data-test="${name}"]`);
-const view = (page, name) => page.getByRole("tab", { name }).click();
+const view = (page, name) => page.getByRole("tab", { name: new RegExp(`^${name}`) }).click();
 const picture = (page, name) => page.screenshot({ path: join(output, `${name}.png`) });
 
 const text = (page, name) => part(page, name).first().textContent();
@@ -310,7 +310,7 @@ async function accessible(browser) {
   await shows(page, "state", "Ready");
   await page.addScriptTag({ path: join(sources, "node_modules/axe-core/axe.min.js") });
   for (const theme of ["Light", "Dark"]) {
-    for (const name of ["Run", "Path", "Offsets and tools", "Machine", "Alarms"]) {
+    for (const name of ["Run", "Path", "Offsets and tools", "Machine", "Alarms", "All machines"]) {
       await view(page, name);
       const { violations } = await page.evaluate(() => globalThis.axe.run());
       const serious = violations.filter((one) => one.impact === "serious" || one.impact === "critical");

@@ -69,7 +69,8 @@ class PanelBench:
     def make_certificate(self):
         """A certificate that names this computer's loopback and signs itself."""
         subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
-                        "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1,DNS:localhost",
+                        "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
+                        "subjectAltName=IP:127.0.0.1,DNS:localhost",
                         "-keyout", self.path("tls.key"), "-out", self.path("tls.crt")], check=True,
                        capture_output=True, env=self.environment)
         os.chmod(self.path("tls.key"), 0o600)

@@ -73,7 +73,9 @@ scrape_configs:
     static_configs: [{{targets: ["127.0.0.1:{self.bench.port}"]}}]
 """)
         with subprocess.Popen(["prometheus", f"--config.file={config}",
-                               f"--storage.tsdb.path={self.bench.path('tsdb')}", f"--web.listen-address=127.0.0.1:{port}"], stdout=subprocess.DEVNULL,
+                               f"--storage.tsdb.path={self.bench.path('tsdb')}",
+                               f"--web.listen-address=127.0.0.1:{port}"],
+                              stdout=subprocess.DEVNULL,
                               stderr=subprocess.DEVNULL, env=self.bench.environment) as prometheus:
             try:
                 self.until(port, "up", "1")

@@ -475,7 +475,7 @@ export type Id = number | string;
 /** A machine whose daemon tells its status over LCM. */
 export interface FleetMachine {
   name: string;
-  /** Address of its computer. */
+  /** Address of its computer, or: this computer. */
   host: string;
   /** Address of its own panel; empty: not known. */
   page: string;
