@@ -126,14 +126,24 @@ class SetpointCorrection {
 /// What the drives are told and what they answer, once a period.
 struct Setpoints {
   JointVec q, qd;  ///< mm or rad, per s; motor joints after all corrections
+  /// Feed-forward, at the moment at which q acts: mm or rad per s, and N or Nm of the joint; zeros or empty
+  /// without.
+  JointVec velocity_offset = {}, force_offset = {};
 };
 
 enum class DriveState : unsigned char { kOff, kStarting, kEnabled, kHoming, kQuickStop, kFault, kLost };
 
+/// What a drive and its master last said to each other (CiA 402-2); 0 where a drive has no such words.
+struct DriveWords {
+  std::uint16_t status = 0, control = 0;
+};
+
 struct Feedback {
-  JointVec q;                           ///< measured position
-  JointVec current_A;                   ///< motor current, mean of the period; empty: the drives do not tell
-  DriveState state = DriveState::kOff;  ///< the worst of all joints
+  JointVec q;          ///< measured position
+  JointVec current_A;  ///< motor current, mean of the period; empty: the drives do not tell
+  JointVec force;      ///< of the joint's motor, N or Nm; empty: the drives do not tell
+  std::array<DriveWords, kMaxJoints> words{};  ///< by joint
+  DriveState state = DriveState::kOff;         ///< the worst of all joints
   Fault fault = Fault::kOk;
   int fault_joint = -1;
   unsigned homed_mask = 0;         ///< bit i: joint i knows its position
@@ -207,6 +217,8 @@ class Drives {
   virtual std::string health() const;
   /// Any thread: what the last bring-up could not set and does without, a line each.
   virtual std::vector<std::string> warnings() const;
+  /// Periods from a setpoint to the feedback in which a drive without any lag would show it.
+  virtual int feedback_periods() const { return 0; }
   /// False: simulated inside this process, where nothing moves.
   virtual bool real() const { return true; }
 

@@ -6,7 +6,8 @@ import sys
 
 ROOT = pathlib.Path(__file__).resolve().parent.parent
 PAGE = ROOT / "docs" / "messages.md"
-ORDER = ["command_t", "acknowledge_t", "status_t", "motion_t", "tables_t", "alarms_t", "sensor_t", "signed_command_t"]
+ORDER = ["command_t", "acknowledge_t", "status_t", "motion_t", "tables_t", "alarms_t", "sensor_t", "signed_command_t",
+         "scope_request_t", "scope_data_t", "scope_signals_t"]
 
 HEAD = """# Messages
 
@@ -48,7 +49,7 @@ Lengths are mm, angles rad, times s, unless a field's name or its text says othe
 |---|---|---|
 """
 
-SENDER = {"command_t": "a client", "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
+SENDER = {"command_t": "a client", "scope_request_t": "a client", "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
 
 STRUCT = re.compile(r"package\s+(\w+)\s*;\s*((?:\s*//[^\n]*\n)*)\s*struct\s+(\w+)\s*\{(.*)\}\s*$", re.S)
 FIELD = re.compile(r"(\w+)\s+(\w+)\s*((?:\[\w+\])?)$")

@@ -33,6 +33,9 @@ struct LcmConfig {
   std::string motion_channel() const { return machine + ".motion"; }
   std::string tables_channel() const { return machine + ".tables"; }
   std::string alarms_channel() const { return machine + ".alarms"; }
+  std::string scope_request_channel() const { return machine + ".scope_request"; }
+  std::string scope_data_channel() const { return machine + ".scope_data"; }
+  std::string scope_signals_channel() const { return machine + ".scope_signals"; }
   std::string signed_channel() const { return machine + ".signed"; }
 };
 

@@ -33,10 +33,11 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       optional_stop_(config.optional_stop),
       probe_(parts.drives, config.joints.size()),
       io_(parts.io, config.period_s, config.spindle_timeout_s),
-      detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, ramp_, io_) {
+      detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, ramp_, io_),
+      feed_forward_(config.feed_forward, config.plan_joints, config.period_s) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
   for (JointVec* v : {&setpoint_.q, &setpoint_.offset, &setpoint_.q_sent, &setpoint_.last, &setpoints_.q,
-                      &setpoints_.qd, &feedback_.q})
+                      &setpoints_.qd, &setpoints_.velocity_offset, &setpoints_.force_offset, &feedback_.q})
     v->setZero(n);
   report_.q_plan = report_.q_setpoint = report_.q_measured = setpoint_.q;
 }
@@ -72,7 +73,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   const bool on_path = motion_ == MotionState::kMoving || motion_ == MotionState::kHeld;
   switch (command.kind) {
     case Kind::kStart:
-      return start();
+      return start(command.value != 0);
     case Kind::kHold:
       if (detour_.under_way()) return detour_.hold();
       if (on_path) motion_ = MotionState::kHeld;
@@ -119,10 +120,10 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
   }
 }
 
-void Cycle::start() TRN_RT {
+void Cycle::start(bool typed_in) TRN_RT {
   if (motion_ != MotionState::kRest) return;
   if (latched_.fault == Fault::kOk) motion_ = MotionState::kMoving;
-  single_block_.release();
+  single_block_.begin(typed_in);
 }
 
 void Cycle::resume() TRN_RT {
@@ -503,9 +504,28 @@ void Cycle::tell_drives() TRN_RT {
   TRN_CHECK(setpoint_.q_sent.allFinite());
   setpoints_.qd = (setpoint_.q_sent - setpoint_.last) / config_.period_s;
   setpoints_.q = setpoint_.q_sent;
+  feed_forward();
   if (obeyed_ || ending_ != Ending::kRunOut) return;
   setpoints_.qd.setZero();
   setpoints_.q = feedback_.q;
+}
+
+// Corrections change the place only: what they add moves far more slowly than the plan.
+void Cycle::feed_forward() TRN_RT {
+  if (!feed_forward_.on()) return;
+  const bool stands =
+      !obeyed_ || lock_.on || motion_ == MotionState::kRest || motion_ == MotionState::kHoming;
+  const bool on_path = (motion_ == MotionState::kMoving || motion_ == MotionState::kHeld) &&
+                       !detour_.under_way() && !switch_.settling;
+  if (stands || (on_path && interpolator_.at_rest()))
+    feed_forward_.stand(setpoint_.q);
+  else if (on_path)
+    feed_forward_.follow_plan(queue_, interpolator_.place(), rate_.follower());
+  else
+    feed_forward_.follow_setpoints(setpoint_.q);
+  feed_forward_.tell(setpoint_.q, setpoints_);
+  report_.velocity_offset = setpoints_.velocity_offset;
+  report_.force_offset = setpoints_.force_offset;
 }
 
 void Cycle::watch_drives() TRN_RT {

@@ -1,13 +1,17 @@
 #pragma once
 
+#include <optional>
+
 #include "core/axes.h"
 #include "core/check.h"
 #include "core/fault.h"
 #include "core/frames.h"
+#include "core/joint_model.h"
 #include "core/machine.h"
 #include "core/motion.h"
 #include "core/ports.h"
 #include "core/ring.h"
+#include "kernel/feed_forward.h"
 #include "kernel/hold_detour.h"
 #include "kernel/interpolator.h"
 #include "kernel/joint_jog.h"
@@ -37,6 +41,7 @@ struct CycleConfig {
   double spindle_timeout_s = 10;       ///< for its speed or place
   Pose X_WB_idle = {};                 ///< in reports before a program's first motion
   std::size_t report_capacity = 4096;  ///< reports that wait to be read; more are lost, and counted
+  std::optional<FeedForwardConfig> feed_forward = std::nullopt;
 };
 
 /// What the tick works with. All must outlive it.
@@ -56,6 +61,10 @@ class Cycle final : public TickPort {
 
   void tick() TRN_RT override;
   void latch(Fault fault) TRN_RT override { latch(fault, -1); }
+  void tell_times(double wake_us, double tick_us) TRN_RT override {
+    report_.wake_us = wake_us;
+    report_.tick_us = tick_us;
+  }
   bool post(const RtCommand& command) override { return commands_.try_push(command); }
   bool next_report(CycleReport& report) override { return reports_.try_pop(report); }
 
@@ -111,7 +120,7 @@ class Cycle final : public TickPort {
 
   void take_commands() TRN_RT;
   void obey(const RtCommand& command) TRN_RT;
-  void start() TRN_RT;
+  void start(bool typed_in) TRN_RT;
   void resume() TRN_RT;
   void stop() TRN_RT;
   void quick_stop() TRN_RT;
@@ -146,6 +155,7 @@ class Cycle final : public TickPort {
   void check_setpoints() TRN_RT;
   void keep_last_setpoint() TRN_RT;
   void tell_drives() TRN_RT;
+  void feed_forward() TRN_RT;
   void watch_drives() TRN_RT;
   void exchange_io() TRN_RT;
 
@@ -195,6 +205,7 @@ class Cycle final : public TickPort {
   double dwell_left_s_ = 0;
   bool planner_late_ = false;  ///< slower than asked for, because of it
 
+  FeedForward feed_forward_;
   Setpoint setpoint_;
   Setpoints setpoints_;  ///< as the drives are told them
   Feedback feedback_;

@@ -41,6 +41,8 @@ void Cycle::report_place() TRN_RT {
   report_.q_setpoint = setpoint_.q_sent;
   report_.q_measured = feedback_.q;
   report_.current_A = feedback_.current_A;
+  report_.force = feedback_.force;
+  report_.words = feedback_.words;
   report_.y = interpolator_.y();
   report_.context = interpolator_.context();
   report_.on_path = interpolator_.has_position() && !switch_.off_path && !detour_.under_way();

@@ -28,6 +28,7 @@ class PathRate {
   double step(MotionQueue& queue, const PlanPlace& place, const RateWish& wish) TRN_RT;
 
   double rate() const TRN_RT { return follower_.rate(); }
+  const RateFollower& follower() const TRN_RT { return follower_; }
   /// Stands, and will stand.
   bool standing() const TRN_RT { return follower_.standing(); }
   /// The answer to the last question is due and has not come.

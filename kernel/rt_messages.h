@@ -17,14 +17,14 @@ namespace trn {
 /// A command to the tick. It takes effect in the period in which the tick pops it.
 struct RtCommand {
   enum class Kind : std::uint8_t {
-    kStart,            ///< drive what the ring holds, from rest
-    kHold,             ///< slow down on the path and stand
-    kResume,           ///< go on after kHold or a program stop; the tool is in
-    kStop,             ///< slow down on the path, then forget the ring's content
-    kOverride,         ///< value: 0 to 2, of feed moves; above 1 where the joints' limits leave room
-    kJog,              ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
-    kHome,             ///< joint, or -1: all
-    kQuickStop,        ///< every drive brakes by its own ramp; forget the ring's content
+    kStart,      ///< drive what the queue holds, from rest; value 1: MDI, which single block does not hold
+    kHold,       ///< slow down on the path and stand
+    kResume,     ///< go on after kHold or a program stop; the tool is in
+    kStop,       ///< slow down on the path, then forget the ring's content
+    kOverride,   ///< value: 0 to 2, of feed moves; above 1 where the joints' limits leave room
+    kJog,        ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
+    kHome,       ///< joint, or -1: all
+    kQuickStop,  ///< every drive brakes by its own ramp; forget the ring's content
     kEmergencyStop,    ///< the same, and latch the fault
     kCorrection,       ///< joint: number in the chain; value: 1 on, 0 off
     kResetFault,       ///< forget the latched fault
@@ -86,7 +86,11 @@ struct CycleReport {
   std::array<CorrectionReport, kMaxSetpointCorrections> corrections;  ///< as many as the chain has
   SensorSample sensor;  ///< the reading that corrections heard in this period, if any
   ToolLoadReport tool_load;
-  JointVec current_A;                 ///< of the motors, mean of the period; empty: the drives do not tell
+  JointVec current_A;  ///< of the motors, mean of the period; empty: the drives do not tell
+  JointVec force;      ///< of the joints' motors, N or Nm; empty: the drives do not tell
+  JointVec velocity_offset, force_offset;  ///< as Setpoints has them; empty: no feed-forward
+  std::array<DriveWords, kMaxJoints> words{};
+  double wake_us = 0, tick_us = 0;    ///< how late the tick began; how long the one before took
   Words y = Words::Zero();            ///< path point, as in PathPiece
   MapContext context;                 ///< what y means
   bool on_path = false;               ///< y and context are those of a program's motion

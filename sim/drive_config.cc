@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/machine.h"
 #include "core/units.h"
+#include "sim/mechanism_config.h"
+#include "sim/servo_mechanism.h"
 #include "sim/simulated_drives.h"
 #include "sim/simulated_joint.h"
 
@@ -119,10 +122,13 @@ SimulatedDrives::Config read_simulated_drives(const Machine& machine, const Conf
     keys.push_back(joint.kind == JointKind::kRotary ? rotary : linear);
     keys.back().home = keys.back().start = rest_position(joint);
   }
+  std::vector<std::optional<ServoMechanism::Config>> mechanisms(keys.size());
   // Behind the values for all joints: what a joint says of itself comes on top.
   for (const ConfigTable& table : drives.tables_if("joint")) {
     const auto i = static_cast<std::size_t>(joint_index(machine, table, "name"));
     read_override(table, machine.joints[i], keys[i]);
+    if (const auto mechanism = table.table_if("mechanism"))
+      mechanisms[i] = read_mechanism(machine.joints[i], machine.period_s, *mechanism);
   }
   SimulatedDrives::Config config;
   const std::uint32_t start_up = periods(drives.number("start_up_s", 0.05, kNotNegative), machine.period_s);
@@ -131,6 +137,7 @@ SimulatedDrives::Config read_simulated_drives(const Machine& machine, const Conf
     config.joints.push_back(make_joint(machine.joints[i], machine.period_s, keys[i]));
     config.joints.back().start_up_periods = start_up;
     config.joints.back().homing_periods_max = homing;
+    config.joints.back().mechanism = mechanisms[i];
   }
   for (const ConfigTable& table : drives.tables_if("script"))
     config.script.push_back(read_event(machine, table));

@@ -1,5 +1,7 @@
 #include "sim/simulated_drives.h"
 
+#include <limits>
+
 #include "core/check.h"
 #include "core/fault.h"
 #include "hal/drive_severity.h"
@@ -34,7 +36,14 @@ void SimulatedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) T
   TRN_CHECK(static_cast<std::size_t>(setpoints.q.size()) == joints_.size());
   obey_requests();
   run_script();
-  for (std::size_t i = 0; i < joints_.size(); ++i) joints_[i].step(setpoints.q[static_cast<Eigen::Index>(i)]);
+  const bool offsets = setpoints.velocity_offset.size() == setpoints.q.size() &&
+                       setpoints.force_offset.size() == setpoints.q.size();
+  for (std::size_t i = 0; i < joints_.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    SimulatedJoint::Reference reference;
+    if (offsets) reference = {reference.loop, setpoints.velocity_offset[k], setpoints.force_offset[k]};
+    joints_[i].step(setpoints.q[k], reference);
+  }
   report(feedback);
   ++period_;
 }
@@ -75,6 +84,11 @@ void SimulatedDrives::report(Feedback& feedback) const TRN_RT {
     const SimulatedJoint& joint = joints_[i];
     const int index = static_cast<int>(i);
     feedback.q[index] = joint.measured();
+    if (joint.has_mechanism()) {
+      if (feedback.force.size() == 0)
+        feedback.force.setConstant(feedback.q.size(), std::numeric_limits<double>::quiet_NaN());
+      feedback.force[index] = joint.force();
+    }
     if (joint.homed()) feedback.homed_mask |= 1u << i;
     if (joint.on_limit_switch()) feedback.limit_switch_mask |= 1u << i;
     // The worst joint speaks for all: the machine is enabled only if every drive is.

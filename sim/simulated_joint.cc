@@ -11,7 +11,13 @@ SimulatedJoint::SimulatedJoint(const Config& config)
       plant_{config.start, 0, config.start},
       encoder_offset_(config.homed ? config.encoder_offset : -config.start),
       reported_(config.start + encoder_offset_),
-      homed_(config.homed) {}
+      homed_(config.homed) {
+  if (config.mechanism) mechanism_.emplace(*config.mechanism);
+  stand_still();
+}
+
+// The brake holds it; a drive that gets power again begins without an integral part.
+void SimulatedJoint::stand_still() TRN_RT { moving_ = {plant_.x, 0, plant_.x, 0, 0, 0}; }
 
 void SimulatedJoint::enable() TRN_RT {
   if (state_ != DriveState::kOff) return;
@@ -24,6 +30,7 @@ void SimulatedJoint::disable() TRN_RT {
   // Without power the brake is closed, so the axis stands at once.
   plant_.v = v_target_ = 0;
   plant_.target = plant_.x;
+  stand_still();
 }
 
 void SimulatedJoint::reset() TRN_RT {
@@ -99,7 +106,7 @@ bool SimulatedJoint::on_limit_switch() const TRN_RT {
   return plant_.x < config_.switch_min || plant_.x > config_.switch_max;
 }
 
-void SimulatedJoint::step(double q) TRN_RT {
+void SimulatedJoint::step(double q, const Reference& reference) TRN_RT {
   if (lost_) {  // nobody hears its answers any more; it watches the bus, and brakes
     if (state_ != DriveState::kOff) step_brake();
     return;
@@ -111,7 +118,7 @@ void SimulatedJoint::step(double q) TRN_RT {
       if (++periods_ > config_.start_up_periods) state_ = DriveState::kEnabled;
       break;
     case DriveState::kEnabled:
-      step_enabled(q);
+      step_enabled(q, reference);
       break;
     case DriveState::kHoming:
       step_homing();
@@ -125,13 +132,20 @@ void SimulatedJoint::step(double q) TRN_RT {
   reported_ = plant_.x + encoder_offset_;
 }
 
-void SimulatedJoint::follow(double target) TRN_RT {
+void SimulatedJoint::follow(double target, const Reference& reference) TRN_RT {
   v_target_ = (target - plant_.target) / config_.servo.period_s;
   const double x = plant_.x;
-  servo_.step(target, plant_);
+  if (mechanism_) {
+    mechanism_->step(plant_.target, target, reference, moving_);
+    const bool by_place = reference.loop == Reference::Loop::kPosition;
+    plant_ = {moving_.x, moving_.v, by_place ? target : moving_.x};
+  } else {
+    servo_.step(target, plant_);
+  }
   if (!stuck_) return;
   plant_.x = x;
   plant_.v = 0;
+  stand_still();
 }
 
 void SimulatedJoint::drive_itself(double v_wanted, double acceleration) TRN_RT {
@@ -141,12 +155,12 @@ void SimulatedJoint::drive_itself(double v_wanted, double acceleration) TRN_RT {
   v_target_ = v;  // as asked, free of rounding
 }
 
-void SimulatedJoint::step_enabled(double q) TRN_RT {
+void SimulatedJoint::step_enabled(double q, const Reference& reference) TRN_RT {
   // Setpoints are in the encoder's own count, the plant in true places. The two differ until the joint is
   // homed.
   const double target = q - encoder_offset_;
   const double outward = target - plant_.target;
-  follow(target);
+  follow(target, reference);
   if (std::abs(plant_.x - plant_.target) > config_.following_error_max) fail(Fault::kFollowingError);
   // standing on a switch is no fault, or nobody could jog away from it
   const bool leaves =
@@ -201,6 +215,7 @@ void SimulatedJoint::step_brake() TRN_RT {
   if (!at_rest && !blocked) return;
   plant_.v = 0;  // the brake closes
   plant_.target = plant_.x;
+  stand_still();
   if (state_ == DriveState::kQuickStop) state_ = DriveState::kOff;
 }
 

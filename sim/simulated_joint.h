@@ -1,10 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "core/fault.h"
 #include "core/ports.h"
 #include "sim/servo.h"
+#include "sim/servo_mechanism.h"
 
 namespace trn {
 
@@ -27,7 +29,10 @@ class SimulatedJoint {
     bool homed = false;                     ///< absolute encoder: knows its position at power-on
     std::uint32_t start_up_periods = 0;     ///< from bring-up to enabled
     std::uint32_t homing_periods_max = 0;
+    /// In place of `servo`: a drive with a mechanism that weighs and rubs.
+    std::optional<ServoMechanism::Config> mechanism = std::nullopt;
   };
+  using Reference = ServoMechanism::Reference;
 
   explicit SimulatedJoint(const Config& config);
 
@@ -46,8 +51,12 @@ class SimulatedJoint {
   void give_up_homing() TRN_RT;
   /// The encoder reads `reads` at the true place `place`.
   void take_home(double place, double reads) TRN_RT;
-  /// One period with setpoint `q` (encoder coordinates; ignored unless enabled).
-  void step(double q) TRN_RT;
+  /// One period with setpoint `q` (encoder coordinates; ignored unless enabled). `reference` is for a joint
+  /// with a mechanism.
+  void step(double q, const Reference& reference = {}) TRN_RT;
+  /// N or Nm that the motor makes; 0 without a mechanism.
+  double force() const TRN_RT { return mechanism_ ? moving_.force : 0; }
+  bool has_mechanism() const TRN_RT { return mechanism_.has_value(); }
 
   double measured() const TRN_RT { return reported_; }
   double true_place() const TRN_RT { return plant_.x; }
@@ -72,9 +81,10 @@ class SimulatedJoint {
  private:
   enum class Homing : std::uint8_t { kSearch, kBackOff, kIndex, kStop };
 
-  void follow(double target) TRN_RT;
+  void follow(double target, const Reference& reference = {}) TRN_RT;
+  void stand_still() TRN_RT;
   void drive_itself(double v_wanted, double acceleration) TRN_RT;
-  void step_enabled(double q) TRN_RT;
+  void step_enabled(double q, const Reference& reference) TRN_RT;
   void step_homing() TRN_RT;
   void step_homing_phase() TRN_RT;
   void step_brake() TRN_RT;
@@ -82,7 +92,9 @@ class SimulatedJoint {
 
   Config config_;
   Servo servo_;
-  Servo::State plant_;
+  std::optional<ServoMechanism> mechanism_;
+  ServoMechanism::State moving_;
+  Servo::State plant_;         ///< of the mechanism too: its encoder's place, its speed and target
   double v_target_ = 0;        ///< speed of the target when the drive moves by itself
   double encoder_offset_ = 0;  ///< encoder reading minus true position
   double reported_ = 0;

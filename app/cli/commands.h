@@ -28,6 +28,7 @@ void add_run(CLI::App& app, Exit& exit);
 void add_interpret(CLI::App& app, Exit& exit);
 void add_kin(CLI::App& app, Exit& exit);
 void add_workspace(CLI::App& app, Exit& exit);
+void add_following(CLI::App& app, Exit& exit);
 void add_check_trace(CLI::App& app, Exit& exit);
 void add_config(CLI::App& app, Exit& exit);
 /// import linuxcnc
@@ -46,6 +47,7 @@ void add_modbus_faults(CLI::App& modbus, Exit& exit);
 void add_replay(CLI::App& app, Exit& exit);
 void add_latency(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
+void add_scope(CLI::App& app, Exit& exit);
 void add_gateway(CLI::App& app, Exit& exit);
 void add_panel(CLI::App& app, Exit& exit);
 void add_mqtt(CLI::App& app, Exit& exit);

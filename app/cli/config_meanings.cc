@@ -292,6 +292,17 @@ const ChapterMeaning kHostMeanings = {
               "The fault `cycle_overrun` comes when a tick begins more periods late than this; 0 never.",
               "5 with real drives, 0 with simulated ones"},
          }},
+        {"The scope",
+         {{"scope", ""}},
+         "What `trunnion scope` can look back on, and what is kept of a fault. "
+         "[operator.md](operator.md#scope) has "
+         "more.",
+         {
+             {"seconds",
+              "How much of all signals the daemon keeps in memory; a second at 1 ms takes about 1 MB."},
+             {"after_fault_s", "The file of a fault goes on so long behind it."},
+             {"fault_files", "How many such files are kept beside the session's log; 0: none."},
+         }},
         {"Messages",
          {{"lcm", ""}},
          "",

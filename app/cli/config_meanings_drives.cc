@@ -63,6 +63,30 @@ const ChapterMeaning kDriveMeanings = {
              {"index_distance_mm index_distance_deg", "As above.", "that of the section"},
              {"limit_switch_margin_mm limit_switch_margin_deg", "As above.", "that of the section"},
          }},
+        {"A mechanism",
+         {{"drives.joint.mechanism", "simulated"},
+          {"drives.emulation.joint.mechanism", "canopen"},
+          {"drives.emulation.joint.mechanism", "modbus"}},
+         "In place of the plain servo loop: a drive with P on the position and PI on the velocity, and a "
+         "joint "
+         "that has mass, friction and weight. `trunnion following` and `trunnion tune` are rehearsed on it.",
+         {
+             {"position_gain_1_s", "Gain of the drive's position loop."},
+             {"velocity_loop_hz", "Bandwidth of the drive's velocity loop."},
+             {"integral_time_s", "Of the velocity loop; 0: it has no integral part."},
+             {"force_max_N force_max_Nm", "What the motor can make; 0: anything."},
+             {"inertia_kg inertia_kg_m2", "Mass, or moment of inertia, that the motor moves, with its own."},
+             {"viscous_N_s_mm viscous_Nm_s", "Friction that grows with the speed."},
+             {"coulomb_N coulomb_Nm", "Friction that does not."},
+             {"gravity_N gravity_Nm", "What holds the joint against its weight."},
+             {"imbalance_Nm", "What holds a rotary joint against its weight where that is greatest."},
+             {"imbalance_at_deg", "Where that is."},
+             {"resonance_hz",
+              "Frequency at which motor and load swing against each other; 0: they are rigid."},
+             {"resonance_damping", "Damping of it; 1 is critical."},
+             {"load_share", "Share of the inertia that is the load's."},
+             {"backlash_mm backlash_deg", "Play between motor and load, with a `resonance_hz` only."},
+         }},
         {"What happens to simulated drives",
          {{"drives.script", "simulated"},
           {"drives.emulation.script", "canopen"},
@@ -153,7 +177,7 @@ const ChapterMeaning kCanMeanings = {
               "written at every bring-up."},
              {"mode",
               "Mode of operation: `csp` cyclic position, `csv` cyclic velocity (the position loop is in the "
-              "master), "
+              "master), `cst` cyclic torque (the velocity loop is, too), "
               "`ip` interpolated position, `pp` profile position for slow axes."},
              {"counts_per_mm counts_per_deg",
               "Counts of the drive for a mm, or for a degree. The joint's range must "
@@ -161,7 +185,16 @@ const ChapterMeaning kCanMeanings = {
              {"reverse", "Whether the motor turns the other way."},
              {"absolute",
               "Whether the encoder knows its position at power-on, so that nothing needs homing."},
-             {"velocity_gain_1_s", "Gain of the master's position loop with `mode = \"csv\"`."},
+             {"velocity_gain_1_s", "Gain of the master's position loop with `mode = \"csv\"` or `\"cst\"`."},
+             {"torque_gain_N_s_mm torque_gain_Nm_s",
+              "Gain of the master's velocity loop: force for a speed that is missing. `mode = \"cst\"` needs "
+              "it."},
+             {"integral_time_s", "Integral time of that loop."},
+             {"rated_force_N rated_torque_Nm",
+              "The joint's force or torque at the motor's rated torque, which is 1000 in 0x6071, 0x6077 and "
+              "0x60B2. Left out: by the data sheet's rated torque (0x6076) and counts of a motor's turn. "
+              "Where "
+              "torques are told, one of the two must be there."},
              {"following_error_mm following_error_deg",
               "Distance between setpoint and the measurement that belongs to it that is the fault "
               "`following_error`; "
@@ -177,7 +210,8 @@ const ChapterMeaning kCanMeanings = {
              {"quick_stop_factor",
               "The drive's quick stop brakes with so many times the joint's acceleration limit."},
              {"torque",
-              "Whether the drive tells its torque (0x6077), which then stands in the messages of faults."},
+              "Whether the drive tells its torque (0x6077) every period. It then stands in the messages of "
+              "faults, and `trunnion tune` and `trunnion scope` have it."},
              {"limit_switches", "Whether bits 0 and 1 of 0x60FD are limit switches to be watched."},
              {"home_group",
               "Joints of a lower number are homed before those of a higher one, those of the same together."},
@@ -214,6 +248,43 @@ const ChapterMeaning kCanMeanings = {
               "The maker's number that the drive must tell (0x1018), by itself the data sheet's; 0 takes "
               "any."},
              {"product", "The product's number that it must tell, by itself the data sheet's; 0 takes any."},
+         }},
+        {"Feed-forward",
+         {{"feed_forward", ""}},
+         "What drives are told beside the place, from the plan's own speed and acceleration. "
+         "[drives.md](drives.md) has the figures.",
+         {
+             {"velocity",
+              "Whether drives in cyclic position mode are told the velocity (0x60B1), and those in cyclic "
+              "velocity mode the plan's own."},
+             {"torque",
+              "Whether drives in a cyclic mode are told the torque that the joint's model asks for "
+              "(0x60B2)."},
+             {"delay_periods",
+              "The moment that velocity and torque are for, in periods behind that of their setpoint. -0.5 "
+              "is "
+              "the middle of the way there, which suits a drive that goes evenly from one setpoint to the "
+              "next. A drive that takes offsets up later needs more."},
+         }},
+        {"The model of a joint",
+         {{"feed_forward.joint", ""}},
+         "What the motor has to overcome. `trunnion tune` measures it and writes this table.",
+         {
+             {"joint", "The joint.", "", "the name of a joint"},
+             {"inertia_kg inertia_kg_m2", "Mass, or moment of inertia, that the motor moves, with its own."},
+             {"viscous_N_s_mm viscous_Nm_s", "Friction that grows with the speed."},
+             {"coulomb_N coulomb_Nm", "Friction that does not; against the motion."},
+             {"coulomb_speed_mm_s coulomb_speed_deg_s",
+              "Below this speed that friction grows evenly from 0, so that a drive at rest is not pushed to "
+              "and fro."},
+             {"gravity_N gravity_Nm", "What holds the joint against its weight."},
+             {"imbalance_Nm", "What holds a rotary joint against its weight where that is greatest."},
+             {"imbalance_at_deg", "Where that is."},
+             {"cogging_pitch_mm cogging_pitch_deg", "The way after which the table of cogging repeats.",
+              "required with a table"},
+             {"cogging_N cogging_Nm",
+              "Force that the motor's cogging asks for, at even places of the pitch from 0 on.", "no cogging",
+              "2 to 4096 numbers"},
          }},
         {"A drive's habits",
          {{"drives.node.habits", "canopen"}},

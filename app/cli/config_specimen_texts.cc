@@ -90,6 +90,7 @@ output = 5
 [realtime]
 late_periods_max = 5
 [lcm]
+[scope]
 [access]
 socket = "/run/trunnion/mill.sock"
 operate = "operators"
@@ -198,10 +199,14 @@ limit_switch_margin_mm = @k
 limit_switch_margin_deg = @k
 [[@drives.joint]]
 name = "@X"
+[@drives.joint.mechanism]
+inertia_kg = 100
 [[@drives.joint]]
 name = "@Z"
 [[@drives.joint]]
 name = "@A"
+[@drives.joint.mechanism]
+inertia_kg_m2 = 1
 [[@drives.joint]]
 name = "@C"
 [[@drives.script]]
@@ -304,6 +309,18 @@ counts_per_deg = 1000
 home_final_deg = 2@k
 @bus
 [drives.emulation]
+)";
+
+constexpr char kTorques[] = R"(
+[feed_forward]
+[[feed_forward.joint]]
+joint = "@X"
+cogging_pitch_mm = 24
+cogging_N = [0, 1]
+[[feed_forward.joint]]
+joint = "@A"
+cogging_pitch_deg = 24
+cogging_Nm = [0, 1]
 )";
 
 constexpr char kSlowDrives[] = R"(
@@ -519,7 +536,7 @@ std::string io_below(const char* table) {
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
-  const std::string five = std::string(kFiveJoints) + kProgram, can = kCan;
+  const std::string five = std::string(kFiveJoints) + kProgram + kTorques, can = kCan;
   const std::string shapes = "[drives.emulation.probe]\n" + shapes_below("drives.emulation");
   return {
       {"simulated",

@@ -72,11 +72,12 @@ std::function<void(const CycleReport&)> warm_screws(const Assembly& assembly) {
   };
 }
 
-std::unique_ptr<SessionLog> begin_log(const DaemonOptions& options) {
+// The file of this session's log; "": none is kept.
+std::string make_session_file(const DaemonOptions& options) {
+  if (options.log.empty()) return "";
   const std::string path = make_log_file(options.log);
   if (path != options.log) fmt::print(stderr, "{} has a session; this one goes to {}\n", options.log, path);
-  return std::make_unique<SessionLog>(path,
-                                      session_head(options.machine, options.tools, options.vars, false));
+  return path;
 }
 
 // Beside the variables, if nothing else is asked for; "": nowhere.
@@ -111,7 +112,10 @@ void run_machine(const DaemonOptions& options) {
   check_memory(options);
   Cycle cycle = make_cycle(assembly, programs.queue(), ProgramStops::kWait);
   std::unique_ptr<SessionLog> log;
-  if (!options.log.empty()) log = begin_log(options);
+  const std::string log_file = make_session_file(options);
+  if (!log_file.empty())
+    log = std::make_unique<SessionLog>(log_file,
+                                       session_head(options.machine, options.tools, options.vars, false));
   FeatureRecorder recorder;
   FeatureRecorder* const features = assembly.corrections.setpoint->deflection() ? &recorder : nullptr;
   programs.tell(log.get(), features, ProgramSwitches::of(assembly));
@@ -143,7 +147,9 @@ void run_machine(const DaemonOptions& options) {
               &assembly.plan_joints,
               TRN_VERSION,
               options.vars.empty() ? "" : options.vars + ".counters",
-              place ? &*place : nullptr});
+              place ? &*place : nullptr,
+              assembly.scope,
+              log_file});
   if (assembly.io) assembly.io->shut_down();
   programs.settle();
   if (record) record->close();

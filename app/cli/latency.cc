@@ -156,7 +156,7 @@ Exit measure(const LatencyOptions& options) {
   double period_us = machine ? 1e6 * machine->assembly.machine.period_s : 1000;
   if (options.period_us > 0) period_us = options.period_us;
   const std::string memory = realtime.lock_memory ? lock_memory() : "";
-  TickThread thread(realtime, period_us / 1e6, [&](int) {
+  TickThread thread(realtime, period_us / 1e6, [&](int, const LoopStatistics&) {
     if (machine) machine->cycle.tick();
   });
   std::vector<std::string> refused = thread.refused();

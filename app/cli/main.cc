@@ -52,7 +52,8 @@ const std::array kGroups = {
     Group{"Run a machine", {"daemon", "panel", "status", "monitor", "home", "jog", "estop", "reset"}},
     Group{"Cut a part", {"load", "start", "hold", "resume", "stop", "mdi", "override", "step", "switch"}},
     Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
-    Group{"Set up a machine", {"config", "import", "kin", "workspace", "latency", "can", "modbus"}},
+    Group{"Set up a machine",
+          {"config", "import", "kin", "workspace", "latency", "can", "modbus", "scope", "following"}},
     Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
     Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
     Group{"This program", {"man", "completions"}},
@@ -69,10 +70,12 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_clients(app, exit);
   trn::add_tables(app, exit);
   trn::add_sensor(app, exit);
+  trn::add_scope(app, exit);
   trn::add_config(app, exit);
   trn::add_import(app, exit);
   trn::add_kin(app, exit);
   trn::add_workspace(app, exit);
+  trn::add_following(app, exit);
   trn::add_latency(app, exit);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);

@@ -250,21 +250,8 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   return tell_result(options, assembly, result);
 }
 
-// Examples are found by their name alone, in the source or where this program is installed.
-std::string with_examples(const std::string& program) {
-  std::error_code none;
-  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
-  for (const char* folder : {"../share/trunnion/examples", "../../examples"}) {
-    const std::filesystem::path found = (here / folder / (program + ".ngc")).lexically_normal();
-    if (!std::filesystem::exists(program, none) && std::filesystem::is_regular_file(found, none))
-      return found;
-  }
-  return program;
-}
-
 Exit run(RunOptions options) {
-  if (options.project.empty() && !options.program.empty() && options.program.find('/') == std::string::npos)
-    options.program = with_examples(options.program);
+  if (options.project.empty()) options.program = with_examples(options.program);
   const RunInputs inputs =
       complete_inputs({options.program, options.machine, options.tools}, options.project);
   if (inputs.program.empty()) throw CLI::RequiredError("program");

@@ -81,4 +81,16 @@ RunInputs complete_inputs(RunInputs inputs, const std::string& project) {
   return inputs;
 }
 
+std::string with_examples(const std::string& program) {
+  if (program.empty() || program.find('/') != std::string::npos) return program;
+  std::error_code none;
+  const std::filesystem::path here = std::filesystem::read_symlink("/proc/self/exe", none).parent_path();
+  for (const char* folder : {"../share/trunnion/examples", "../../examples"}) {
+    const std::filesystem::path found = (here / folder / (program + ".ngc")).lexically_normal();
+    if (!std::filesystem::exists(program, none) && std::filesystem::is_regular_file(found, none))
+      return found;
+  }
+  return program;
+}
+
 }  // namespace trn

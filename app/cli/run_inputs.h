@@ -17,4 +17,8 @@ struct RunInputs {
 /// "(machine: ../configs/mill.toml; tools: tools.tbl)". They count where the command line names none.
 RunInputs complete_inputs(RunInputs given, const std::string& project);
 
+/// An example by its name alone, "impeller", as the file that it is, in the source or where this program is
+/// installed; any other text as it is.
+std::string with_examples(const std::string& program);
+
 }  // namespace trn

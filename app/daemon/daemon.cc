@@ -18,10 +18,12 @@
 #include "app/client/daemon_place.h"
 #include "app/daemon/access.h"
 #include "app/daemon/machine_controller.h"
+#include "app/daemon/scope_server.h"
 #include "app/daemon/sensor_receiver.h"
 #include "app/daemon/tick_thread.h"
 #include "app/session/feature_meter.h"
 #include "app/session/feature_report.h"
+#include "app/session/signals.h"
 #include "core/fault.h"
 #include "hal/lcm_link.h"
 #include "hal/local_socket.h"
@@ -78,7 +80,7 @@ void tell_features(const DaemonParts& parts) {
   spdlog::info("{}", features_text(features));
 }
 
-void drain_reports(const DaemonParts& parts, MachineController& controller) {
+void drain_reports(const DaemonParts& parts, MachineController& controller, ScopeServer& scope) {
   CycleReport report;
   while (parts.tick.next_report(report)) {
     if (report.lost_reports != controller.last_report().lost_reports)
@@ -89,6 +91,7 @@ void drain_reports(const DaemonParts& parts, MachineController& controller) {
     if (parts.record && report.drives != DriveState::kEnabled) parts.record->power_lost();
     if (parts.log) parts.log->report(report);
     if (parts.on_report) parts.on_report(report);
+    scope.report(report);
     if (parts.features) parts.programs.hand_on_moves();
     if (parts.features && parts.features->report(report)) tell_features(parts);
     controller.report(report);
@@ -125,7 +128,7 @@ void end_with(const MachineController& controller) {
 }
 
 void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thread,
-           TerminationSignals& signals, MachineController& controller) {
+           TerminationSignals& signals, MachineController& controller, ScopeServer& scope) {
   ServiceNotifier notifier;
   DropTeller drops;
   controller.begin();
@@ -134,7 +137,7 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
     for (int round = 0; round < kRoundsAtOnce && clients.handle(round == 0 ? kPollMs : 0);) ++round;
     drops.look(clients);
     for (const auto& work : parts.background) work();
-    drain_reports(parts, controller);
+    drain_reports(parts, controller, scope);
     if (signals.taken()) {
       spdlog::info("told to end: motion, drives, process");
       notifier.stopping();
@@ -144,7 +147,7 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
     notifier.alive(thread.statistics().periods);
     if (thread.failed()) throw std::runtime_error("the clock of the tick failed; the drives were left alone");
   }
-  drain_reports(parts, controller);
+  drain_reports(parts, controller, scope);
 }
 
 // Telemetry is for whoever likes to listen; a machine runs without.
@@ -170,10 +173,13 @@ void run_daemon(const DaemonParts& parts) {
   const std::string memory_refused = parts.realtime.lock_memory ? lock_memory() : "";
   const int late_max = parts.realtime.late_periods(parts.drives.real());
   parts.rate_plans.start(parts.realtime);
-  TickThread thread(parts.realtime, parts.machine.period_s, [&tick = parts.tick, late_max](int late_periods) {
-    if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
-    tick.tick();
-  });
+  TickThread thread(parts.realtime, parts.machine.period_s,
+                    [&tick = parts.tick, late_max](int late_periods, const LoopStatistics& loop) {
+                      if (late_max > 0 && late_periods > late_max) tick.latch(Fault::kCycleOverrun);
+                      tick.tell_times(1e-3 * static_cast<double>(loop.wake_now_ns),
+                                      1e-3 * static_cast<double>(loop.tick_before_ns));
+                      tick.tick();
+                    });
   MachineController controller(
       {parts.machine, parts.lcm, clients, access, telemetry, parts.drives, parts.tick, parts.programs,
        thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics,
@@ -189,7 +195,10 @@ void run_daemon(const DaemonParts& parts) {
       if (sender) receiver->receive(readings, access.allows(*sender, Role::kOperate) ? "" : sender->text());
     });
   }
-  serve(parts, clients, thread, signals, controller);
+  const SignalTable signals_of_machine(parts.machine, parts.chain, parts.drives.feedback_periods());
+  ScopeServer scope(clients, access, parts.lcm, parts.machine, signals_of_machine, parts.scope,
+                    parts.log_file);
+  serve(parts, clients, thread, signals, controller, scope);
   if (const std::string health = parts.drives.health(); !health.empty()) spdlog::info("{}", health);
   end_with(controller);
 }

@@ -11,6 +11,7 @@
 #include "app/daemon/realtime.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/realtime_config.h"
+#include "app/session/scope_config.h"
 #include "app/session/session_log.h"
 #include "compensation/sensor_board.h"
 #include "core/axes.h"
@@ -48,6 +49,8 @@ struct DaemonParts {
   std::string version = {};                ///< see MachineController::Parts
   std::string counters_file = {};          ///< see MachineController::Parts
   PlaceKeeper* place = nullptr;            ///< see MachineController::Parts
+  ScopeConfig scope = {};
+  std::string log_file = {};  ///< of `log`; faults are kept beside it; "": nowhere
 };
 
 /// What the daemon tells goes to stderr from now on.

@@ -93,8 +93,10 @@ void run_periodic(std::int64_t period_ns, LoopStatistics& statistics, const std:
   for (int late_periods = 0;;) {
     sleep_until(deadline);
     const std::int64_t begin = now_ns();
+    statistics.wake_now_ns = begin - deadline;
     const bool go_on = tick(late_periods);
     const std::int64_t end = now_ns();
+    statistics.tick_before_ns = end - begin;
     statistics.wake.add(begin - deadline);
     statistics.tick.add(end - begin);
     statistics.periods.fetch_add(1, std::memory_order_relaxed);

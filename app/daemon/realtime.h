@@ -23,6 +23,8 @@ struct LoopStatistics {
   TimeHistogram tick;  ///< duration of the tick
   std::atomic<std::uint64_t> periods = 0;
   std::atomic<std::uint64_t> overruns = 0;  ///< deadlines missed
+  /// For the tick alone: how late this one began, and how long the one before took.
+  std::int64_t wake_now_ns = 0, tick_before_ns = 0;
 };
 
 /// Calls `tick(late_periods)` once a period at absolute deadlines (clock_nanosleep, CLOCK_MONOTONIC) until it

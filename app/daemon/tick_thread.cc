@@ -14,7 +14,7 @@
 
 namespace trn {
 
-TickThread::TickThread(const RealtimeConfig& config, double period_s, std::function<void(int)> tick) {
+TickThread::TickThread(const RealtimeConfig& config, double period_s, Tick tick) {
   std::promise<void> ready;
   std::future<void> is_ready = ready.get_future();
   const std::int64_t period_ns = std::llround(period_s * 1e9);
@@ -26,7 +26,7 @@ TickThread::TickThread(const RealtimeConfig& config, double period_s, std::funct
         ready.set_value();
         try {
           run_periodic(period_ns, statistics_, [&](int late_periods) {
-            tick(late_periods);
+            tick(late_periods, statistics_);
             return !stop_.load(std::memory_order_relaxed);
           });
         } catch (const std::system_error&) {

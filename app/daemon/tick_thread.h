@@ -11,11 +11,13 @@
 
 namespace trn {
 
-/// The real-time thread: calls `tick(late_periods)` every period from construction to destruction.
+/// The real-time thread: calls `tick(late_periods, statistics)` every period from construction to
+/// destruction.
 class TickThread {
  public:
   /// Returns when the thread runs and has, or has been refused, its real-time rights.
-  TickThread(const RealtimeConfig& config, double period_s, std::function<void(int)> tick);
+  using Tick = std::function<void(int, const LoopStatistics&)>;
+  TickThread(const RealtimeConfig& config, double period_s, Tick tick);
   ~TickThread();
   TickThread(const TickThread&) = delete;
   TickThread& operator=(const TickThread&) = delete;

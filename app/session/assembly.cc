@@ -108,6 +108,8 @@ Assembly assemble(const ConfigTable& config, Field field) {
   a.lcm = read_lcm(root, a.machine.name);
   a.access = read_access(root);
   a.gateway = read_gateway(root);
+  a.scope = read_scope(root);
+  a.feed_forward = read_feed_forward(a.machine);
   a.drives = make_drives(a.machine, field);
   add_io(a, field);
   root.finish();

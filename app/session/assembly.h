@@ -1,6 +1,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "app/client/access_config.h"
@@ -9,8 +10,10 @@
 #include "app/session/make_drives.h"
 #include "app/session/make_io.h"
 #include "app/session/realtime_config.h"
+#include "app/session/scope_config.h"
 #include "core/axes.h"
 #include "core/config.h"
+#include "core/joint_model.h"
 #include "core/machine.h"
 #include "core/ports.h"
 #include "hal/lcm_link.h"
@@ -53,6 +56,8 @@ struct Assembly {
   std::unique_ptr<SimulatedScrews> screws;  ///< null: no screw of the simulated machine warms up
   std::unique_ptr<MachineIo> io;            ///< null: no section [io]
   double spindle_timeout_s = 10;            ///< key `io.spindle_timeout_s`
+  ScopeConfig scope = {};
+  std::optional<FeedForwardConfig> feed_forward = std::nullopt;  ///< none: no section [feed_forward]
 };
 
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and

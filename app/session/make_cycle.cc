@@ -10,6 +10,7 @@ CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
   config.stops = stops;
   config.optional_stop = assembly.program.optional_stop;
   config.spindle_timeout_s = assembly.spindle_timeout_s;
+  config.feed_forward = assembly.feed_forward;
   config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
   return config;
 }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "core/axes.h"
 #include "core/check.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/can/frame.h"
@@ -22,6 +23,10 @@ constexpr std::int64_t kSlice = 1'000'000;  // ns between looks at the bus durin
 CanMaster::Config master_config(const CanDrivesConfig& config, const CanBusConfig& bus) {
   return {config.period_s,          config.master_id,    config.sync_counter,
           config.heartbeat_periods, config.overload_max, bus};
+}
+
+double value_of(const JointVec& values, Eigen::Index joint) TRN_RT {
+  return joint < values.size() ? values[joint] : 0;
 }
 
 std::string no_fd_text(const std::string& interface, const CanBusConfig& bus) {
@@ -215,6 +220,7 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
   for (auto& bus : buses_) {
     for (NodeLink& node : bus->master->nodes()) {
       const auto joint = static_cast<Eigen::Index>(node.config().joint);
+      node.set_offsets(value_of(setpoints.velocity_offset, joint), value_of(setpoints.force_offset, joint));
       node.step(setpoints.q[joint], setpoints.qd[joint], follow_);
     }
     bus->master->send();
@@ -313,6 +319,13 @@ void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   if (axis.homed()) feedback.homed_mask |= 1u << joint;
   if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
   if (config_.touch_periods > 0) report_touch(node);
+  feedback.words[static_cast<std::size_t>(joint)] = node.words();
+  if (double force = 0; node.force(force)) {
+    // Joints whose drives do not tell have a force that is no number.
+    if (feedback.force.size() == 0)
+      feedback.force.setConstant(feedback.q.size(), std::numeric_limits<double>::quiet_NaN());
+    feedback.force[joint] = force;
+  }
   feedback.state = worst(feedback.state, node.state());
   const Fault worst_fault = worse(feedback.fault, node.fault());
   if (worst_fault == feedback.fault) return;

@@ -31,6 +31,7 @@ class CanDrives final : public Drives, public TouchDrives {
   std::string explain_fault(int joint) const override;
   std::string health() const override;
   std::vector<std::string> warnings() const override;
+  int feedback_periods() const override { return 2; }
 
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
   void request_home(unsigned joint_mask) TRN_RT override;

@@ -14,10 +14,12 @@
 #include <vector>
 
 #include "core/axes.h"
+#include "core/joint_model.h"
 #include "core/units.h"
 #include "hal/can/cia402.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/can/drive_units.h"
+#include "hal/can/feed_forward_config.h"
 #include "hal/can/nmt.h"
 #include "hal/can/pdo.h"
 #include "hal/can/sdo.h"
@@ -28,11 +30,20 @@ namespace trn {
 namespace {
 
 Cia402Mode read_mode(const ConfigTable& node) {
-  static const std::vector<std::string> kNames = {"csp", "csv", "ip", "pp"};
+  static const std::vector<std::string> kNames = {"csp", "csv", "cst", "ip", "pp"};
   const std::string name = node.choice("mode", kNames, "csp");
   if (name == "csv") return Cia402Mode::kCyclicVelocity;
+  if (name == "cst") return Cia402Mode::kCyclicTorque;
   if (name == "ip") return Cia402Mode::kInterpolatedPosition;
   return name == "pp" ? Cia402Mode::kProfilePosition : Cia402Mode::kCyclicPosition;
+}
+
+constexpr ObjectKey kTorqueActual{0x6077, 0};
+
+bool carries(const Pdo& pdo, const std::vector<ObjectKey>& objects) {
+  return std::any_of(pdo.fields.begin(), pdo.fields.end(), [&](const PdoField& field) {
+    return std::find(objects.begin(), objects.end(), field.key) != objects.end();
+  });
 }
 
 std::string lower_case(std::string text) {
@@ -93,6 +104,7 @@ class NodeReader {
   void read_axis(CanNodeConfig& node) {
     Cia402Axis::Config& axis = node.link.axis;
     axis.mode = read_mode(table_);
+    axis.period_s = timing_.period_s;
     const double counts = table_.number(key("counts_per"), kPositive) / unit();
     axis.counts_per_unit = table_.boolean("reverse", false) ? -counts : counts;
     axis.absolute = table_.boolean("absolute", false);
@@ -245,17 +257,23 @@ class NodeReader {
     // every period. What does not fit there, such as the mode, goes into slow ones.
     std::vector<ObjectKey> out = {{0x6040, 0}}, in = {{0x6041, 0}, {0x6064, 0}};
     if (timing_.touch) in.push_back({0x60B9, 0});
+    const bool torque = table_.boolean("torque", false);
+    if (torque) in.push_back(kTorqueActual);
     if (by_pdo(node, {0x6061, 0}, false)) in.push_back({0x6061, 0});
     const Cia402Mode mode = node.link.axis.mode;
     if (mode == Cia402Mode::kCyclicVelocity)
       out.push_back({0x60FF, 0});
+    else if (mode == Cia402Mode::kCyclicTorque)
+      out.push_back({0x6071, 0});
     else if (mode == Cia402Mode::kInterpolatedPosition)
       out.push_back({0x60C1, 1});
     else
       out.push_back({0x607A, 0});
+    const std::vector<ObjectKey> offsets = feed_forward_objects(node.dictionary, node.link.axis.mode,
+                                                                node.link.joint, read_feed_forward(machine_));
+    out.insert(out.end(), offsets.begin(), offsets.end());
     if (timing_.touch) out.push_back({0x60B8, 0});
     if (by_pdo(node, {0x6060, 0}, true)) out.push_back({0x6060, 0});
-    if (table_.boolean("torque", false)) in.push_back({0x6077, 0});
     if (timing_.touch) in.insert(in.end(), {{0x60BA, 0}, {0x60BB, 0}});
     node.link.limit_switches = table_.boolean("limit_switches", false);
     node.link.touch_input_bit = timing_.touch_input_bit;
@@ -268,8 +286,11 @@ class NodeReader {
     }
     // A TPDO sends itself with every tenth SYNC (transmission type 10). For an RPDO the type says when the
     // drive takes it over, so there the master sends more seldom.
-    for (std::size_t i = 1; i < node.link.tpdos.size(); ++i) node.link.tpdos[i].transmission = kSlowPeriods;
-    for (std::size_t i = 1; i < node.link.rpdos.size(); ++i) node.link.rpdos[i].every = kSlowPeriods;
+    for (std::size_t i = 1; i < node.link.tpdos.size(); ++i)
+      node.link.tpdos[i].transmission = carries(node.link.tpdos[i], {kTorqueActual}) ? 1 : kSlowPeriods;
+    // What goes with every setpoint has a PDO in every period.
+    for (std::size_t i = 1; i < node.link.rpdos.size(); ++i)
+      node.link.rpdos[i].every = carries(node.link.rpdos[i], offsets) ? 1 : kSlowPeriods;
   }
 
   void read_limits(const CanNodeConfig& node, DriveSetup& setup) const {
@@ -345,6 +366,10 @@ class NodeReader {
     setup.units = units.objects;
     node.link.axis.velocity_units = units.velocity;
     node.units = units;
+    int pdo = 0;
+    PdoField field;
+    const bool forces = find_field(node.link.rpdos, {0x60B2, 0}, pdo, field);
+    read_torque(joint(), table_, node.dictionary, units, forces, node.link.axis);
     const auto speed = [&](double wanted, const std::string& what) {
       const std::int64_t out = units.velocity_at_most(std::min(wanted, limit.velocity) * scale);
       if (out > 0) return out;

@@ -29,6 +29,8 @@ std::string_view to_string(Cia402Mode mode) {
       return "cyclic synchronous position";
     case Cia402Mode::kCyclicVelocity:
       return "cyclic synchronous velocity";
+    case Cia402Mode::kCyclicTorque:
+      return "cyclic synchronous torque";
   }
   return "unknown mode";
 }

@@ -29,7 +29,8 @@ enum class Cia402Mode : std::int8_t {
   kHoming = 6,
   kInterpolatedPosition = 7,
   kCyclicPosition = 8,
-  kCyclicVelocity = 9
+  kCyclicVelocity = 9,
+  kCyclicTorque = 10
 };
 std::string_view to_string(Cia402Mode mode);
 

@@ -123,8 +123,9 @@ void Cia402Axis::step(const Input& input, double q, double qd, bool follow, Outp
 // Bit 12 says that the drive follows its target (CiA 402-2, clauses 13 and 14). A drive that has never set it
 // does not know it. One that clears it, as at a limit of its own, would go on from elsewhere later.
 void Cia402Axis::watch_obedience(const Input& input, bool follow) TRN_RT {
-  const bool cyclic =
-      config_.mode == Cia402Mode::kCyclicPosition || config_.mode == Cia402Mode::kCyclicVelocity;
+  const bool cyclic = config_.mode == Cia402Mode::kCyclicPosition ||
+                      config_.mode == Cia402Mode::kCyclicVelocity ||
+                      config_.mode == Cia402Mode::kCyclicTorque;
   if (!cyclic || !config_.habits.follows_bit || state_ != DriveState::kEnabled) {
     enabled_periods_ = ignored_periods_ = 0;
     followed_once_ = false;
@@ -291,16 +292,35 @@ void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follo
   else if (!holds)
     target_ = measured_counts_;
   output.position = target_;
+  set_forces(follow ? q : position_of(target_), follow, output);
   const double hold = position_of(target_);
   // In cyclic velocity mode the position loop is closed here: the plan's own speed in front, and a gain on
-  // what is missing.
+  // what is missing of the setpoint that the measurement belongs to.
+  const double then = history_ >= 2 ? q_history_[1] : q;
   const double wanted =
-      follow ? qd + config_.gain_1_s * (q - measured_) : config_.gain_1_s * (hold - measured_);
+      follow ? qd + config_.gain_1_s * (then - measured_) : config_.gain_1_s * (hold - measured_);
   const bool moves = state_ == DriveState::kEnabled || final;
   if (moves) output.velocity = saturated(wanted * config_.counts_per_unit * config_.velocity_units);
   if (!moves || (homing_ != Homing::kNone && !final)) return;
   if (config_.mode == Cia402Mode::kInterpolatedPosition) output.controlword |= controlword::kBit4;
   if (config_.mode == Cia402Mode::kProfilePosition) start_new_setpoint(input, output);
+}
+
+std::int16_t Cia402Axis::thousandths(double force) const TRN_RT {
+  TRN_CHECK(std::isfinite(force));
+  return static_cast<std::int16_t>(
+      std::clamp(std::nearbyint(force * config_.torque_units), -32767.0, 32767.0));
+}
+
+// What the model says at rest, a joint's weight above all, helps a drive that holds as well.
+void Cia402Axis::set_forces(double q, bool follow, Output& output) TRN_RT {
+  const bool powered = state_ == DriveState::kEnabled || state_ == DriveState::kHoming;
+  if (follow)
+    output.velocity_offset = saturated(velocity_offset_ * config_.counts_per_unit * config_.velocity_units);
+  if (powered) output.torque_offset = thousandths(force_offset_);
+  if (config_.mode != Cia402Mode::kCyclicTorque) return;
+  if (state_ != DriveState::kEnabled) return torque_loop_.restart(measured_);
+  output.torque = thousandths(torque_loop_.step(q, measured_));
 }
 
 // Single setpoints, taken at once (CiA 402-2, 9.2.2): bit 4 up until the drive acknowledges in bit 12, then

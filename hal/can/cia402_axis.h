@@ -6,6 +6,7 @@
 #include "core/fault.h"
 #include "core/ports.h"
 #include "hal/can/cia402.h"
+#include "hal/can/torque_loop.h"
 
 namespace trn {
 
@@ -23,11 +24,13 @@ class Cia402Axis {
  public:
   struct Config {
     Cia402Mode mode = Cia402Mode::kCyclicPosition;
-    double counts_per_unit = 1;      ///< per mm or rad; negative: the motor turns the other way
-    double offset = 0;               ///< mm or rad, where the encoder counts zero
-    double velocity_units = 1;       ///< of the drive, for one count/s
-    bool absolute = false;           ///< the encoder knows its position at power-on; nothing to home
-    double gain_1_s = 20;            ///< position loop of the master in cyclic velocity mode
+    double counts_per_unit = 1;           ///< per mm or rad; negative: the motor turns the other way
+    double offset = 0;                    ///< mm or rad, where the encoder counts zero
+    double velocity_units = 1;            ///< of the drive, for one count/s
+    bool absolute = false;                ///< the encoder knows its position at power-on; nothing to home
+    double gain_1_s = 20;                 ///< position loop of the master in cyclic velocity mode
+    double torque_units = 0;              ///< thousandths of the rated torque for N or Nm; 0: not known
+    TorqueLoop::Config torque_loop = {};  ///< of the master in cyclic torque mode
     double following_error_max = 0;  ///< mm or rad, between setpoint and the feedback to it; 0: not watched
     double step_max = 0;             ///< mm or rad that a joint can move in a period; more is no measurement
     /// After homing the joint is moved there; not a number: it stays where homing ends.
@@ -45,11 +48,14 @@ class Cia402Axis {
   };
   struct Output {
     std::uint16_t controlword = 0;
-    std::int32_t position = 0, velocity = 0;  ///< counts, the drive's units
-    std::int8_t mode = 0;                     ///< 0x6060
+    std::int32_t position = 0, velocity = 0;     ///< counts, the drive's units
+    std::int8_t mode = 0;                        ///< 0x6060
+    std::int32_t velocity_offset = 0;            ///< the drive's units
+    std::int16_t torque = 0, torque_offset = 0;  ///< thousandths of the rated torque
   };
 
-  explicit Cia402Axis(const Config& config) : config_(config), homed_(config.absolute) {}
+  explicit Cia402Axis(const Config& config)
+      : config_(config), homed_(config.absolute), torque_loop_(config.torque_loop) {}
 
   void enable() TRN_RT;
   void disable() TRN_RT { wish_ = Wish::kOff; }
@@ -62,6 +68,11 @@ class Cia402Axis {
   /// A fault found by whoever watches the bus.
   void fail(Fault fault) TRN_RT;
 
+  /// Feed-forward that goes with the setpoint of the next step: mm or rad per s, N or Nm.
+  void set_offsets(double velocity, double force) TRN_RT {
+    velocity_offset_ = velocity;
+    force_offset_ = force;
+  }
   /// `q`, `qd`: setpoint of this period, obeyed when `follow`; else the drive holds where it stands.
   void step(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT;
 
@@ -91,6 +102,8 @@ class Cia402Axis {
   void end_homing() TRN_RT;
   void step_final() TRN_RT;
   void set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT;
+  void set_forces(double q, bool follow, Output& output) TRN_RT;
+  std::int16_t thousandths(double force) const TRN_RT;
   void start_new_setpoint(const Input& input, Output& output) TRN_RT;
   void watch_following(double q, bool follow) TRN_RT;
   void watch_obedience(const Input& input, bool follow) TRN_RT;
@@ -111,6 +124,8 @@ class Cia402Axis {
   double measured_ = 0, heard_ = 0;
   double final_place_ = 0, final_speed_ = 0;  ///< of the setpoint on the final move
   std::int32_t measured_counts_ = 0;
+  double velocity_offset_ = 0, force_offset_ = 0;
+  TorqueLoop torque_loop_;
   double q_history_[2] = {0, 0};
   int history_ = 0;
   std::int32_t target_ = 0, sent_target_ = 0;

@@ -14,8 +14,8 @@ namespace {
 constexpr ObjectKey kControlword{0x6040, 0}, kStatusword{0x6041, 0}, kModes{0x6060, 0},
     kModesDisplay{0x6061, 0}, kActualPosition{0x6064, 0}, kTargetPosition{0x607A, 0},
     kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1}, kTorque{0x6077, 0},
-    kErrorCode{0x603F, 0}, kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0},
-    kTouchFall{0x60BB, 0};
+    kErrorCode{0x603F, 0}, kVelocityOffset{0x60B1, 0}, kTorqueOffset{0x60B2, 0}, kTargetTorque{0x6071, 0},
+    kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0}, kTouchFall{0x60BB, 0};
 
 // An answer comes within some periods; a drive that is silent for longer is asked again.
 constexpr std::uint32_t kSdoPeriodsMax = 50;
@@ -50,6 +50,9 @@ NodeLink::NodeLink(const Config& config)
       velocity_(place(config.rpdos, kTargetVelocity)),
       mode_(place(config.rpdos, kModes)),
       touch_function_(place(config.rpdos, kTouchFunction)),
+      velocity_offset_(place(config.rpdos, kVelocityOffset)),
+      torque_offset_(place(config.rpdos, kTorqueOffset)),
+      torque_target_(place(config.rpdos, kTargetTorque)),
       shared_(std::make_unique<Shared>()) {}
 
 void NodeLink::receive(const CanFrame& frame) TRN_RT {
@@ -75,8 +78,10 @@ void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
   if (position_.pdo == pdo) input_.position = static_cast<std::int32_t>(value(position_));
   if (mode_display_.pdo == pdo) input_.mode = static_cast<std::int8_t>(value(mode_display_));
   if (digital_inputs_.pdo == pdo) inputs_ = static_cast<unsigned>(value(digital_inputs_));
-  if (torque_.pdo == pdo)
-    shared_->torque.store(static_cast<std::int16_t>(value(torque_)), std::memory_order_relaxed);
+  if (torque_.pdo == pdo) {
+    torque_now_ = static_cast<std::int16_t>(value(torque_));
+    shared_->torque.store(torque_now_, std::memory_order_relaxed);
+  }
   if (touch_status_.pdo == pdo) touch_.take_status(static_cast<std::uint16_t>(value(touch_status_)));
   if (touch_rise_.pdo == pdo) touch_.take_position(true, static_cast<std::int32_t>(value(touch_rise_)));
   if (touch_fall_.pdo == pdo) touch_.take_position(false, static_cast<std::int32_t>(value(touch_fall_)));
@@ -244,6 +249,12 @@ void NodeLink::put(const Place& at, std::uint64_t value, Frames& frames) const T
   put_le(frames[static_cast<std::size_t>(at.pdo)].data.data() + at.byte, at.bits / 8, value);
 }
 
+bool NodeLink::force(double& force) const TRN_RT {
+  if (torque_.pdo < 0 || config_.axis.torque_units == 0) return false;
+  force = torque_now_ / config_.axis.torque_units;
+  return true;
+}
+
 bool NodeLink::touch_contact() const TRN_RT {
   const bool closed = inputs_ >> config_.touch_input_bit & 1u;
   return touch_.contact_wanted() ? closed || touch_.triggered() : closed && !touch_.triggered();
@@ -268,6 +279,9 @@ int NodeLink::fill(Frames& frames) TRN_RT {
   put(velocity_, static_cast<std::uint32_t>(output_.velocity), frames);
   put(mode_, static_cast<std::uint8_t>(output_.mode), frames);
   put(touch_function_, touch_.function(), frames);
+  put(velocity_offset_, static_cast<std::uint32_t>(output_.velocity_offset), frames);
+  put(torque_offset_, static_cast<std::uint16_t>(output_.torque_offset), frames);
+  put(torque_target_, static_cast<std::uint16_t>(output_.torque), frames);
   ++periods_;
   TRN_CHECK(count <= 4);
   std::size_t due = 0;

@@ -60,6 +60,11 @@ class NodeLink {
 
   /// A frame that may be this node's.
   void receive(const CanFrame& frame) TRN_RT;
+  /// Feed-forward of the next step, as Cia402Axis::set_offsets.
+  void set_offsets(double velocity, double force) TRN_RT { axis_.set_offsets(velocity, force); }
+  DriveWords words() const TRN_RT { return {input_.statusword, output_.controlword}; }
+  /// N or Nm that the motor makes; false: the drive does not tell.
+  bool force(double& force) const TRN_RT;
   /// Once a period, after all frames were received.
   void step(double q, double qd, bool follow) TRN_RT;
   static constexpr std::size_t kFramesMax = 6;
@@ -113,12 +118,14 @@ class NodeLink {
   Cia402Touch touch_;
   TickSdo sdo_;
   Place status_, position_, mode_display_, digital_inputs_, touch_status_, touch_rise_, touch_fall_, torque_;
-  Place control_, target_, velocity_, mode_, touch_function_;
+  Place control_, target_, velocity_, mode_, touch_function_, velocity_offset_, torque_offset_,
+      torque_target_;
   std::unique_ptr<Shared> shared_;
   Fault fault_ = Fault::kOk;
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
   std::uint32_t setups_seen_ = 0, periods_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
+  std::int16_t torque_now_ = 0;                ///< 0x6077
   std::int8_t sent_mode_ = 0, told_mode_ = 0;  ///< by SDO, on its way and taken by the drive
   std::int8_t wanted_mode_ = 0;                ///< of the last period
   std::uint32_t since_mode_ = 0;               ///< periods since it changed

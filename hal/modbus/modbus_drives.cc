@@ -157,6 +157,7 @@ void ModbusDrives::step(Axis& axis, const Setpoints& setpoints) TRN_RT {
   Cia402Axis::Output out;
   const auto joint = static_cast<Eigen::Index>(axis.config.joint);
   axis.drive.step(axis.input, setpoints.q[joint], setpoints.qd[joint], follow_ && !axis.lost, out);
+  axis.controlword = out.controlword;
   axis.command.store(pack(out.controlword, out.mode, out.position, 0), std::memory_order_relaxed);
   axis.statusword.store(axis.input.statusword, std::memory_order_relaxed);
   axis.fault.store(axis.drive.fault(), std::memory_order_relaxed);
@@ -184,6 +185,7 @@ void ModbusDrives::report(const Axis& axis, Feedback& feedback) TRN_RT {
   const int joint = axis.config.joint;
   feedback.q[joint] = axis.drive.measured();
   TRN_CHECK(joint >= 0 && joint < feedback.q.size());
+  feedback.words[static_cast<std::size_t>(joint)] = {axis.input.statusword, axis.controlword};
   if (axis.drive.homed()) feedback.homed_mask |= 1u << joint;
   feedback.state = worst(feedback.state, axis.lost ? DriveState::kLost : axis.drive.state());
   const Fault worst_fault = worse(feedback.fault, axis.drive.fault());

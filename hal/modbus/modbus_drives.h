@@ -73,7 +73,8 @@ class ModbusDrives final : public Drives {
     ModbusAxisConfig config;
     Cia402Axis drive;  ///< the tick's, as what follows
     Cia402Axis::Input input;
-    std::uint64_t taken = 0;  ///< the last answer
+    std::uint16_t controlword = 0;  ///< as told last
+    std::uint64_t taken = 0;        ///< the last answer
     std::uint32_t missed = 0;
     bool lost = false;
     std::atomic<std::uint64_t> command = 0,

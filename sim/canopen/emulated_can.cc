@@ -9,10 +9,12 @@
 #include "core/units.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_node_config.h"
+#include "hal/can/cia402.h"
 #include "hal/can/node_link.h"
 #include "sim/canopen/emulated_drive.h"
 #include "sim/canopen/emulated_homing.h"
 #include "sim/canopen/emulated_units.h"
+#include "sim/mechanism_config.h"
 #include "sim/simulated_drives.h"
 #include "sim/simulated_joint.h"
 
@@ -64,9 +66,13 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       plant.start_up_periods = 0;
       plant.homed = node.link.axis.absolute;
       plant.encoder_offset = -node.link.axis.offset;
+      if (node.link.axis.mode == Cia402Mode::kCyclicTorque && !plant.mechanism)
+        plant.mechanism =
+            plain_mechanism(joint, machine.period_s, 1000 / std::abs(node.link.axis.torque_units));
       EmulatedDrive::Config drive{plant, node.link.axis.counts_per_unit, machine.period_s,
                                   node.link.touch_input_bit};
       drive.units = emulated_units(node, joint);
+      drive.torque_units = node.link.axis.torque_units;
       drive.habits = node.link.axis.habits;
       drive.offset_is_zero = node.offset_is_zero;
       drive.switches = switches_of(node, joint, plant.index_distance, table);

@@ -35,6 +35,7 @@ class EmulatedCanDrives final : public Drives, public TouchDrives {
   std::string explain_fault(int joint) const override { return master_->explain_fault(joint); }
   std::string health() const override { return master_->health(); }
   std::vector<std::string> warnings() const override { return master_->warnings(); }
+  int feedback_periods() const override { return master_->feedback_periods(); }
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
   void request_home(unsigned joint_mask) TRN_RT override { master_->request_home(joint_mask); }
   void quick_stop() TRN_RT override { master_->quick_stop(); }

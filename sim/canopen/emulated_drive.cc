@@ -44,7 +44,11 @@ EmulatedDrive::EmulatedDrive(const Config& config, ObjectStore& store)
       touch_function_(store, {0x60B8, 0}),
       touch_status_(store, {0x60B9, 0}),
       touch_rise_(store, {0x60BA, 0}),
-      touch_fall_(store, {0x60BB, 0}) {
+      touch_fall_(store, {0x60BB, 0}),
+      velocity_offset_(store, {0x60B1, 0}),
+      torque_offset_(store, {0x60B2, 0}),
+      target_torque_(store, {0x6071, 0}),
+      torque_(store, {0x6077, 0}) {
   q_before_ = q_target_ = joint_.measured();
   report();
 }
@@ -176,7 +180,7 @@ void EmulatedDrive::follow_joint() {
 // While it homes, the drive goes its own way.
 void EmulatedDrive::move_joint() {
   if (joint_.state() != DriveState::kHoming) homing_.end();
-  if (!homes_by_itself()) return joint_.step(q_target_);
+  if (!homes_by_itself()) return joint_.step(q_target_, reference());
   const double speed = homing_.step(joint_.true_place(), joint_.home_switch_dead());
   joint_.move_itself(speed, homing_acceleration_);
   if (joint_.state() != DriveState::kHoming || !homing_.stopping() || joint_.wants_to_move()) return;
@@ -189,6 +193,28 @@ void EmulatedDrive::move_joint() {
   // With a homing error it stands enabled (CiA 402-2, clause 11).
   attained_ ? joint_.take_home(homing_.home(), offset ? reads : homing_.home()) : joint_.give_up_homing();
   homing_.end();
+}
+
+// What a drive with a mechanism is told besides the place: in the cyclic modes the offsets 0x60B1 and 0x60B2
+// are added behind its loops (CiA 402-2, clauses 13 to 15).
+SimulatedJoint::Reference EmulatedDrive::reference() const {
+  using Loop = SimulatedJoint::Reference::Loop;
+  const bool follows = state_ == Cia402State::kOperationEnabled && !ignores_;
+  if (!joint_.has_mechanism() || !follows) return {};
+  const auto speed = [&](const Cell& cell) {
+    return counts_to_unit(static_cast<double>(cell.get()) * config_.units.counts_s(store_));
+  };
+  const auto force = [&](const Cell& cell) {
+    return config_.torque_units == 0 ? 0 : static_cast<double>(cell.get()) / config_.torque_units;
+  };
+  const double force_offset = force(torque_offset_);
+  if (mode_now_ == mode_number(Cia402Mode::kCyclicPosition))
+    return {Loop::kPosition, speed(velocity_offset_), force_offset};
+  if (mode_now_ == mode_number(Cia402Mode::kCyclicVelocity))
+    return {Loop::kVelocity, speed(target_velocity_) + speed(velocity_offset_), force_offset};
+  if (mode_now_ == mode_number(Cia402Mode::kCyclicTorque))
+    return {Loop::kTorque, 0, force(target_torque_) + force_offset};
+  return {};
 }
 
 double EmulatedDrive::target() {
@@ -317,6 +343,7 @@ void EmulatedDrive::report() {
   status_.set(status);
   mode_display_.set(mode_now_);
   const double q = joint_.measured();
+  torque_.set(std::llround(joint_.force() * config_.torque_units));
   position_.set(std::llround(q * config_.counts_per_unit));
   velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit /
                              config_.units.counts_s(store_)));

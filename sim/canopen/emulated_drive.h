@@ -28,6 +28,7 @@ class EmulatedDrive {
     bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
     /// None: as the joint's own config has them, one index above a switch at the lower end.
     std::optional<EmulatedHoming::Switches> switches = {};
+    double torque_units = 0;      ///< thousandths of the rated torque for N or Nm
     int interpolation_steps = 1;  ///< periods of its own between two cyclic targets, without a 0x60C2
   };
 
@@ -73,6 +74,7 @@ class EmulatedDrive {
   void obey_controlword(std::uint16_t control);
   void follow_joint();
   double target();
+  SimulatedJoint::Reference reference() const;
   double cyclic_target();
   int interpolation_steps() const;
   double profile_target();
@@ -89,7 +91,8 @@ class EmulatedDrive {
   ObjectStore& store_;
   SimulatedJoint joint_;
   Cell control_, status_, mode_, mode_display_, position_, velocity_, target_position_, target_velocity_,
-      interpolation_, inputs_, touch_function_, touch_status_, touch_rise_, touch_fall_;
+      interpolation_, inputs_, touch_function_, touch_status_, touch_rise_, touch_fall_, velocity_offset_,
+      torque_offset_, target_torque_, torque_;
   Cia402State state_ = Cia402State::kSwitchOnDisabled;
   std::uint16_t control_before_ = 0;
   std::int64_t mode_now_ = 0;

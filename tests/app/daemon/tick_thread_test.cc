@@ -13,6 +13,7 @@
 #include <system_error>
 #include <thread>
 
+#include "app/daemon/realtime.h"
 #include "app/session/realtime_config.h"
 
 namespace trn {
@@ -31,8 +32,8 @@ TEST(TickThread, TicksOnceAPeriodFromItsOwnThread) {
   std::atomic<std::uint64_t> ticks = 0;
   std::atomic<bool> other_thread = false;
   const auto begin = std::chrono::steady_clock::now();
-  auto thread =
-      std::make_unique<TickThread>(without_rights(), 0.001, [&, owner = std::this_thread::get_id()](int) {
+  auto thread = std::make_unique<TickThread>(
+      without_rights(), 0.001, [&, owner = std::this_thread::get_id()](int, const LoopStatistics&) {
         other_thread = std::this_thread::get_id() != owner;
         ++ticks;
       });
@@ -60,7 +61,7 @@ TEST(TickThread, KeepsThePeriodThatItIsGiven) {
   int ticks = 0, periods = 0;
   std::atomic<bool> done = false;
   {
-    const TickThread thread(without_rights(), 0.001, [&](int late_periods) {
+    const TickThread thread(without_rights(), 0.001, [&](int late_periods, const LoopStatistics&) {
       if (done) return;
       periods += 1 + late_periods;
       const double now_s = std::chrono::duration<double>(steady_clock::now() - begin).count();
@@ -76,7 +77,7 @@ TEST(TickThread, KeepsThePeriodThatItIsGiven) {
 TEST(TickThread, SaysWhatTheKernelRefusedBeforeItReturns) {
   RealtimeConfig config = without_rights();
   config.cpu = CPU_SETSIZE - 1;  // no host has so many
-  const TickThread thread(config, 0.001, [](int) {});
+  const TickThread thread(config, 0.001, [](int, const LoopStatistics&) {});
   ASSERT_EQ(thread.refused().size(), 1u);
   EXPECT_NE(thread.refused()[0].find("not bound to processor " + std::to_string(CPU_SETSIZE - 1)),
             std::string::npos)
@@ -86,7 +87,7 @@ TEST(TickThread, SaysWhatTheKernelRefusedBeforeItReturns) {
 // As where the clock refuses: nobody ticks any more, and the owner is told.
 TEST(TickThread, SaysThatTheClockFailed) {
   std::atomic<int> ticks = 0;
-  const TickThread thread(without_rights(), 0.001, [&](int) {
+  const TickThread thread(without_rights(), 0.001, [&](int, const LoopStatistics&) {
     if (++ticks == 3) throw std::system_error(EINVAL, std::generic_category(), "clock_nanosleep");
   });
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);

@@ -1,0 +1,89 @@
+#include "app/lab/tune/tune_plan.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+constexpr double kTuneMargin = 0.02;                                     // of the range, to either end
+constexpr double kEvenSpeeds[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5};  // of the greatest speed
+constexpr double kEvenTimeS = 2;                                     // of one slow stroke
+constexpr int kEvenTurns = 2, kFastTurns = 4;
+constexpr double kShortLengths[] = {0.31, 0.12, 0.2, 0.07, 0.26, 0.16, 0.1, 0.23};  // of the length
+constexpr double kCreepShare = 0.002, kCreepTimeS = 1.5;
+constexpr int kCreepTurns = 4;
+
+/// Where a stroke of this length and speed reaches the speed at all, and how long it takes.
+double stroke_time_s(const JointLimit& limit, const TuneStroke& stroke) {
+  const double ramp_s = stroke.speed / limit.acceleration + limit.acceleration / limit.jerk;
+  return std::abs(stroke.way) / stroke.speed + ramp_s + 0.3;
+}
+
+void there_and_back(TunePlan& plan, double way, double speed, int turns) {
+  for (int i = 0; i < turns; ++i) {
+    plan.strokes.push_back({way, speed});
+    plan.strokes.push_back({-way, speed});
+  }
+}
+
+// The way that the greatest speed needs to be reached and left, and as much at that speed.
+double length_for(const JointLimit& limit, double speed) {
+  return 2 * speed * (speed / limit.acceleration + limit.acceleration / limit.jerk);
+}
+
+}  // namespace
+
+TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
+  const JointLimit& limit = joint.limit;
+  const double margin = kTuneMargin * (limit.max - limit.min);
+  const double up = limit.max - margin - stands, down = stands - limit.min - margin;
+  TunePlan plan;
+  plan.speed_max = std::clamp(wish.speed_share, 0.05, 1.0) * limit.velocity;
+  const double room = std::max(up, down);
+  double length = wish.length > 0
+                      ? wish.length
+                      : std::min(0.25 * (limit.max - limit.min), length_for(limit, plan.speed_max));
+  if (wish.length > room || room < 0.02 * (limit.max - limit.min))
+    throw std::runtime_error(
+        fmt::format("joint {} has no room for that from where it stands; jog it towards its middle, or say a "
+                    "shorter --length",
+                    joint.name));
+  length = std::min(length, room);
+  // A short way is not gone faster than it can be left again.
+  while (length_for(limit, plan.speed_max) > 1.5 * length && plan.speed_max > 0.02 * limit.velocity)
+    plan.speed_max *= 0.9;
+  const double sign = up >= down ? 1 : -1;
+  for (const double share : kEvenSpeeds) {
+    const double speed = share * plan.speed_max;
+    there_and_back(plan, sign * std::min(length, kEvenTimeS * speed), speed, kEvenTurns);
+  }
+  there_and_back(plan, sign * length, plan.speed_max, kFastTurns);
+  for (const double share : kShortLengths) there_and_back(plan, sign * share * length, plan.speed_max, 1);
+  plan.first_slow = plan.strokes.size();
+  const double creep = kCreepShare * limit.velocity;
+  there_and_back(plan, sign * kCreepTimeS * creep, creep, kCreepTurns);
+  for (const TuneStroke& stroke : plan.strokes) plan.time_s += stroke_time_s(limit, stroke);
+  plan.from = std::min(stands, stands + sign * length);
+  plan.to = std::max(stands, stands + sign * length);
+  return plan;
+}
+
+std::string announcement(const TunePlan& plan, const Joint& joint) {
+  const bool rotary = joint.kind == JointKind::kRotary;
+  const double unit = rotary ? kDegPerRad : 1;
+  return fmt::format(
+      "Joint {} will move between {:.1f} and {:.1f} {}, {} times, at most at {:.4g} {}/s, for about {:.0f} "
+      "s. Nothing "
+      "else moves.\n",
+      joint.name, unit * plan.from, unit * plan.to, rotary ? "deg" : "mm", plan.strokes.size(),
+      unit * plan.speed_max, rotary ? "deg" : "mm", plan.time_s);
+}
+
+}  // namespace trn
