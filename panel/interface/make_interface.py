@@ -175,7 +175,8 @@ def typescript(what):
         return "number" if what == "integer" else what
     if "items" in what:
         inner, count = typescript(what["items"]), what.get("count", 0)
-        return f"[{', '.join([inner] * count)}]" if 0 < count <= 3 else f"{inner}[]"
+        many = f"({inner})[]" if "|" in inner else f"{inner}[]"
+        return f"[{', '.join([inner] * count)}]" if 0 < count <= 3 else many
     if "one_of" in what:
         return " | ".join(typescript(one) for one in what["one_of"])
     if "enum" in what:

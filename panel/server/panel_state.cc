@@ -74,6 +74,8 @@ PanelState::PanelState(const PanelConfig& config)
     for (auto& [id, page] : pages_) page.tables = true;
     plan_due_ = true;
   };
+  daemon_.on_scope_signals = [this](const auto& list) { hear_scope_signals(list); };
+  daemon_.on_scope_data = [this](const auto& data) { hear_scope_data(data); };
   daemon_.on_alarms = [this] {
     for (auto& [id, page] : pages_) page.alarms = true;
   };
@@ -147,6 +149,7 @@ bool PanelState::receive(PageId id, std::string_view text) {
   }
   if (message.kind == PageMessage::Kind::kTakeControls) want_controls(id);
   answer_controls(id, message.kind);
+  if (message.kind == PageMessage::Kind::kScope) ask_scope(id, message);
   if (message.kind == PageMessage::Kind::kCommand) command(id, message);
   return true;
 }

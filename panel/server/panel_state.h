@@ -9,6 +9,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "panel/server/controls.h"
 #include "panel/server/daemon_watch.h"
@@ -87,6 +88,11 @@ class PanelState {
   void tell_controls();
   nlohmann::json controls_of(PageId id) const;
   nlohmann::json fleet_json() const;
+  void ask_scope(PageId id, const PageMessage& message);
+  /// The page whose question this answers, with its `id`; null where it has gone.
+  Page* scope_page(std::int32_t sequence, nlohmann::json& id);
+  void hear_scope_signals(const trunnion::scope_signals_t& list);
+  void hear_scope_data(const trunnion::scope_data_t& data);
   std::string name_of(PageId id) const;
   void want_controls(PageId id);
   void answer_controls(PageId id, PageMessage::Kind kind);
@@ -116,6 +122,7 @@ class PanelState {
   Fleet fleet_;
   std::set<std::int64_t> presses_;
   std::deque<std::int64_t> oldest_presses_;
+  std::map<std::int32_t, std::pair<PageId, nlohmann::json>> scopes_;  ///< questions to the scope, by sequence
   bool told_gone_ = false;
   std::int32_t daemon_pid_ = 0;
   std::string last_message_, last_fault_ = "ok";

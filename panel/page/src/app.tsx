@@ -1,4 +1,4 @@
-import { render } from "preact";
+import { type JSX, render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Actions } from "./actions";
 import { Alarms, OpenAlarms } from "./alarms";
@@ -11,20 +11,21 @@ import { MachineView } from "./machine";
 import { sentence, stateName, tone } from "./model";
 import { Path } from "./path";
 import { Run } from "./run";
+import { Scope } from "./scope";
 import "./fonts.css";
 import "./style.css";
 import { TablesView } from "./tables";
 
-const kViews = [
+type Theme = "dark" | "light";
+const kViews: { name: string; draw: (theme: Theme) => JSX.Element }[] = [
   { name: "Run", draw: () => <Run /> },
   { name: "Path", draw: () => <Path /> },
   { name: "Offsets and tools", draw: () => <TablesView /> },
   { name: "Machine", draw: () => <MachineView /> },
+  { name: "Scope", draw: (theme) => <Scope theme={theme} /> },
   { name: "Alarms", draw: () => <Alarms /> },
   { name: "All machines", draw: () => <Fleet /> },
 ];
-type Theme = "dark" | "light";
-
 function firstTheme(): Theme {
   const kept = localStorage.getItem("theme");
   if (kept === "dark" || kept === "light") return kept;
@@ -103,7 +104,7 @@ function App() {
         </button>
       </nav>
       <Asked />
-      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw()}</main>
+      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw(theme)}</main>
       <Actions />
       {help && <KeyHelp close={() => setHelp(false)} />}
     </>

@@ -511,6 +511,44 @@ export interface Hello {
   server_time_us: number;
 }
 
+/** What can be watched every period. */
+export interface ScopeSignal {
+  name: string;
+  unit: string;
+  meaning: string;
+}
+
+/** All that can be watched. */
+export interface ScopeSignals {
+  id: Id;
+  period_s: number;
+  signals: ScopeSignal[];
+}
+
+/** Signals of past periods, in the order in which they were asked for. */
+export interface ScopeData {
+  id: Id;
+  /** Why there is nothing; empty: all is well. */
+  text: string;
+  period_s: number;
+  /** period that the daemon still knows; -1: none */
+  oldest: number;
+  newest: number;
+  periods: number[];
+  /** A list for each signal; null: not known. */
+  values: ((number | null)[])[];
+}
+
+/** For signals of past periods; without signals, for the list of them. */
+export interface ScopeQuestion {
+  id: Id;
+  /** 16 at most */
+  signals: string[];
+  /** The first period wanted; -n: the last n. */
+  from?: number;
+  rows?: number;
+}
+
 /** No daemon is heard. */
 export interface Gone {
   text: string;
@@ -557,6 +595,8 @@ export type Verb = "load" | "start" | "hold" | "resume" | "stop" | "mdi" | "jog"
 
 export type ServerMessage =
   | ({ type: "fleet" } & Fleet)
+  | ({ type: "scope_signals" } & ScopeSignals)
+  | ({ type: "scope_data" } & ScopeData)
   | ({ type: "hello" } & Hello)
   | ({ type: "status" } & Status)
   | ({ type: "motion" } & Motion)
@@ -576,4 +616,5 @@ export type PageMessage =
   | ({ type: "give_controls" } & Empty)
   | ({ type: "keep_controls" } & Empty)
   | ({ type: "hold_when_lost" } & HoldWhenLost)
+  | ({ type: "scope" } & ScopeQuestion)
   | ({ type: "alive" } & Empty);

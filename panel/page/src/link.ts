@@ -1,6 +1,7 @@
 import { useEffect, useState } from "preact/hooks";
 import type {
-  Alarm, Answer as Told, Command as Asked, Controls, Fleet, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ServerMessage,
+  Alarm, Answer as Told, Command as Asked, Controls, Fleet, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ScopeData,
+  ScopeSignals, ServerMessage,
   Session, Status, Tables,
 } from "./interface";
 import { isProgram } from "./model";
@@ -20,6 +21,7 @@ const kHoldKey = "hold-when-lost";
 const kReconnectMs = 1000;
 const kLogMax = 500;
 const kSameUs = 2e6;
+const kScopeMs = 1500;
 const kLookMs = 250;
 const kStaleMs = 2500;
 const kGiveUpMs = 8000;
@@ -82,6 +84,7 @@ export class Link {
   private socket: WebSocket | null = null;
   private lastId = 0;
   private readonly answers = new Map<number, (answer: Answer) => void>();
+  private readonly scopes = new Map<number, (answer: ScopeSignals | ScopeData | null) => void>();
   private readonly listeners = new Map<Topic, Set<() => void>>();
   private aliveTimer = 0;
   /** This page's wish: a program holds when the page is lost. */
@@ -176,6 +179,22 @@ export class Link {
 
   keepControls() {
     this.send({ type: "keep_controls" });
+  }
+
+  /** Signals of past periods, or without signals the list of them; null where no answer came. */
+  async scope(signals: string[], from: number, rows: number): Promise<ScopeSignals | ScopeData | null> {
+    if (!this.connected) return null;
+    const id = ++this.lastId;
+    return new Promise((resolve) => {
+      const timer = window.setTimeout(() => done(null), kScopeMs);
+      const done = (answer: ScopeSignals | ScopeData | null) => {
+        window.clearTimeout(timer);
+        this.scopes.delete(id);
+        resolve(answer);
+      };
+      this.scopes.set(id, done);
+      this.send({ type: "scope", id, signals, from, rows });
+    });
   }
 
   /** Sends a command; what is refused, or not answered, is also put into the log. */
@@ -311,6 +330,9 @@ export class Link {
         }
         this.controls = message;
         return this.tell("link");
+      case "scope_signals":
+      case "scope_data":
+        return this.scopes.get(Number(message.id))?.(message);
       case "answer":
         this.answers.get(Number(message.id))?.(message);
         this.answers.delete(Number(message.id));
