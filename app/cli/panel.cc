@@ -9,6 +9,7 @@
 #include <cstdlib>
 #include <cstring>
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <optional>
 #include <stdexcept>
@@ -37,6 +38,7 @@ std::atomic<bool> stop_asked = false;
 struct PanelOptions {
   std::string machine, listen = "127.0.0.1:8470", page, programs, key_file, cert, tls_key, users;
   double session_hours = 12;
+  std::vector<std::string> others;
 };
 
 std::string own_folder(const std::string& machine) {
@@ -104,6 +106,20 @@ std::optional<PanelKey> key_of(const PanelOptions& options, bool logs_in) {
   return logs_in ? std::nullopt : std::optional(PanelKey::make());
 }
 
+// NAME=ADDRESS each.
+std::map<std::string, std::string> pages_of(const std::vector<std::string>& others) {
+  std::map<std::string, std::string> out;
+  for (const std::string& text : others) {
+    const std::size_t sign = text.find('=');
+    const std::string address = sign == std::string::npos ? "" : text.substr(sign + 1);
+    if (!address.starts_with("http://") && !address.starts_with("https://"))
+      throw std::runtime_error(
+          fmt::format("'{}' is no NAME=ADDRESS, as mill=https://mill.example:8470 is", text));
+    out[text.substr(0, sign)] = address;
+  }
+  return out;
+}
+
 Exit serve(const PanelOptions& options) {
   if (options.machine.empty()) throw CLI::RequiredError("--machine");
   Machine machine = read_machine(load_config(options.machine));
@@ -127,7 +143,8 @@ Exit serve(const PanelOptions& options) {
                            tls,
                            kinematics_json(machine),
                            own_program(),
-                           once};
+                           once,
+                           pages_of(options.others)};
   struct sigaction action {};
   action.sa_handler = [](int) { stop_asked = true; };
   sigaction(SIGINT, &action, nullptr);
@@ -169,6 +186,8 @@ void add_panel(CLI::App& app, Exit& exit) {
   command->add_option("--key-file", options->key_file,
                       "file of the page's key, which only this user may read (mode 0600). Without it, a new "
                       "key is made and printed");
+  command->add_option("--page-of", options->others,
+                      "NAME=ADDRESS: where another machine has its page, for the view of all machines");
   add_tls(*command, *options);
   add_panel_user(*command);
   command->footer(

@@ -152,9 +152,9 @@ def openapi(types, described):
         paths.setdefault(request["path"], {})[request.get("method", "get")] = operation(request)
     return {"openapi": "3.1.0",
             "info": {"title": "Trunnion: the operator's page", "version": "1",
-                     "description": "Made by panel/interface/make_interface.py. Lengths in mm, angles in rad, times in s. "
-                                    "The WebSocket /api/v1/stream (subprotocol trunnion-1) tells ServerMessage and "
-                                    "takes PageMessage; docs/panel.md says how."},
+                     "description": "Made by panel/interface/make_interface.py. Lengths in mm, angles in rad, times "
+                                    "in s. The WebSocket /api/v1/stream (subprotocol trunnion-1) tells "
+                                    "ServerMessage and takes PageMessage; docs/panel.md says how."},
             "paths": paths,
             "components": {"schemas": schemas,
                            "securitySchemes": {
@@ -175,7 +175,8 @@ def typescript(what):
         return "number" if what == "integer" else what
     if "items" in what:
         inner, count = typescript(what["items"]), what.get("count", 0)
-        return f"[{', '.join([inner] * count)}]" if 0 < count <= 3 else f"{inner}[]"
+        many = f"({inner})[]" if "|" in inner else f"{inner}[]"
+        return f"[{', '.join([inner] * count)}]" if 0 < count <= 3 else many
     if "one_of" in what:
         return " | ".join(typescript(one) for one in what["one_of"])
     if "enum" in what:

@@ -94,6 +94,26 @@ json id_of(const json& message) {
   return *found;
 }
 
+// What a page's plot can show: some signals, and not more of the past than it draws at once.
+trunnion::scope_request_t scope_of(const json& message) {
+  constexpr std::size_t kSignalsMax = 16, kNameMax = 64;
+  constexpr std::int64_t kRowsMax = 20000;
+  const auto names = message.find("signals");
+  if (names == message.end() || !names->is_array() || names->size() > kSignalsMax)
+    throw BadPageMessage(fmt::format("'signals' must be a list of {} names at most", kSignalsMax));
+  trunnion::scope_request_t request{};
+  for (const json& name : *names) {
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > kNameMax ||
+        name.get_ref<const std::string&>().find('\0') != std::string::npos)
+      throw BadPageMessage("a signal has a short name");
+    request.signal.push_back(name.get<std::string>());
+  }
+  request.signal_count = static_cast<std::int32_t>(request.signal.size());
+  request.from_period = message.contains("from") ? whole_of(message, "from", -kWholeMax, kWholeMax) : -1;
+  request.rows_max = small_of(message, "rows", 1, kRowsMax);
+  return request;
+}
+
 // Of a message that is its type alone.
 std::optional<PageMessage::Kind> kind_of_plain(const std::string& type) {
   using Kind = PageMessage::Kind;
@@ -128,9 +148,16 @@ PageMessage read_page_message(std::string_view text) {
     out.hold_when_lost = truth_of(message, "on");
     return out;
   }
+  if (type == "scope") {
+    out.kind = PageMessage::Kind::kScope;
+    out.id = id_of(message);
+    out.scope = scope_of(message);
+    return out;
+  }
   if (type != "command")
     throw BadPageMessage(
-        "'type' must be key, command, take_controls, give_controls, keep_controls, hold_when_lost or alive");
+        "'type' must be key, command, take_controls, give_controls, keep_controls, hold_when_lost, scope or "
+        "alive");
   out.kind = PageMessage::Kind::kCommand;
   out.id = id_of(message);
   out.command = command_of(message);

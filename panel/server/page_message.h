@@ -21,14 +21,24 @@ struct BadPageMessage : std::runtime_error {
 };
 
 struct PageMessage {
-  enum class Kind { kKey, kCommand, kTakeControls, kGiveControls, kKeepControls, kAlive, kHoldWhenLost };
+  enum class Kind {
+    kKey,
+    kCommand,
+    kTakeControls,
+    kGiveControls,
+    kKeepControls,
+    kAlive,
+    kHoldWhenLost,
+    kScope
+  };
   Kind kind = Kind::kAlive;
-  std::string key;              ///< what the page says that it has
-  nlohmann::json id;            ///< of a command: a number or text that comes back with the answer
-  trunnion::command_t command;  ///< without client, sequence and expiry
-  std::int64_t press = 0;       ///< of a jog: number of the press of a button, which no other press has;
-                                ///< 0 where it only stops one
-  bool hold_when_lost = false;  ///< a program shall hold when this page is lost
+  std::string key;                  ///< what the page says that it has
+  nlohmann::json id;                ///< of a command: a number or text that comes back with the answer
+  trunnion::command_t command;      ///< without client, sequence and expiry
+  std::int64_t press = 0;           ///< of a jog: number of the press of a button, which no other press has;
+                                    ///< 0 where it only stops one
+  trunnion::scope_request_t scope;  ///< without client and sequence; `id` comes back with the answer
+  bool hold_when_lost = false;      ///< a program shall hold when this page is lost
 };
 
 /// BadPageMessage unless the text is a JSON object of one of the types, with values of the types of

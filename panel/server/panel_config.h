@@ -1,6 +1,7 @@
 #pragma once
 
 #include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -36,6 +37,7 @@ struct PanelConfig {
   nlohmann::json kinematics;     ///< what the page draws the machine of
   std::string own_program;       ///< plans the loaded program, as 'run --preview'
   bool print_key = true;         ///< behind the address
+  std::map<std::string, std::string> pages_of_others;  ///< addresses of other panels by machine
 };
 
 }  // namespace trn

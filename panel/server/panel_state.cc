@@ -62,7 +62,10 @@ json typed(const char* type, json message) {
 }  // namespace
 
 PanelState::PanelState(const PanelConfig& config)
-    : config_(config), daemon_(config.lcm, config.access), plan_(config) {
+    : config_(config),
+      daemon_(config.lcm, config.access),
+      plan_(config),
+      fleet_(config.lcm.url, config.pages_of_others) {
   daemon_.on_status = [this] { heard_status(); };
   daemon_.on_motion = [this] {
     for (auto& [id, page] : pages_) page.motion = true;
@@ -71,6 +74,8 @@ PanelState::PanelState(const PanelConfig& config)
     for (auto& [id, page] : pages_) page.tables = true;
     plan_due_ = true;
   };
+  daemon_.on_scope_signals = [this](const auto& list) { hear_scope_signals(list); };
+  daemon_.on_scope_data = [this](const auto& data) { hear_scope_data(data); };
   daemon_.on_alarms = [this] {
     for (auto& [id, page] : pages_) page.alarms = true;
   };
@@ -82,6 +87,7 @@ void PanelState::step() {
   stop_jogs();
   watch_holder();
   watch_plan();
+  if (fleet_.step(Clock::now())) tell_all(fleet_json());
   if (daemon_.connected()) {
     told_gone_ = false;
     return;
@@ -107,6 +113,7 @@ bool PanelState::open(PageId id, const Visitor& visitor) {
              {"server_time_us", now_us()}});
   put(page, controls_of(id));
   put(page, typed("plan", plan_.state()));
+  put(page, fleet_json());
   if (told_gone_) put(page, {{"type", "gone"}, {"text", "No daemon answers for this machine."}});
   return true;
 }
@@ -142,6 +149,7 @@ bool PanelState::receive(PageId id, std::string_view text) {
   }
   if (message.kind == PageMessage::Kind::kTakeControls) want_controls(id);
   answer_controls(id, message.kind);
+  if (message.kind == PageMessage::Kind::kScope) ask_scope(id, message);
   if (message.kind == PageMessage::Kind::kCommand) command(id, message);
   return true;
 }
@@ -506,6 +514,10 @@ json PanelState::programs_json() const {
   for (const ProgramFile& file : list_programs(config_.programs_folder))
     programs.push_back({{"name", file.name}, {"size", file.size}, {"modified_s", file.modified_s}});
   return programs;
+}
+
+json PanelState::fleet_json() const {
+  return {{"type", "fleet"}, {"machines", fleet_.machines(Clock::now())}, {"silent", fleet_.silent()}};
 }
 
 json PanelState::state_json() const {

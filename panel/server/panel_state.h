@@ -9,9 +9,11 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
 #include "panel/server/controls.h"
 #include "panel/server/daemon_watch.h"
+#include "panel/server/fleet.h"
 #include "panel/server/log_in.h"
 #include "panel/server/metrics.h"
 #include "panel/server/page_folder.h"
@@ -85,6 +87,12 @@ class PanelState {
   void note(const char* kind, const std::string& text);
   void tell_controls();
   nlohmann::json controls_of(PageId id) const;
+  nlohmann::json fleet_json() const;
+  void ask_scope(PageId id, const PageMessage& message);
+  /// The page whose question this answers, with its `id`; null where it has gone.
+  Page* scope_page(std::int32_t sequence, nlohmann::json& id);
+  void hear_scope_signals(const trunnion::scope_signals_t& list);
+  void hear_scope_data(const trunnion::scope_data_t& data);
   std::string name_of(PageId id) const;
   void want_controls(PageId id);
   void answer_controls(PageId id, PageMessage::Kind kind);
@@ -111,8 +119,10 @@ class PanelState {
   PlanMaker plan_;
   std::map<PageId, Page> pages_;
   Controls controls_;
+  Fleet fleet_;
   std::set<std::int64_t> presses_;
   std::deque<std::int64_t> oldest_presses_;
+  std::map<std::int32_t, std::pair<PageId, nlohmann::json>> scopes_;  ///< questions to the scope, by sequence
   bool told_gone_ = false;
   std::int32_t daemon_pid_ = 0;
   std::string last_message_, last_fault_ = "ok";

@@ -12,11 +12,11 @@ PATIENCE_S = 60
 class PanelBench:
     """`folder` goes with `close`; `origin` and `key` are what the panel printed."""
 
-    def __init__(self, binary, source, daemon=True, tools=None, config="cradle"):
+    def __init__(self, binary, source, daemon=True, tools=None, config="cradle", name="panel_test", lcm_url=""):
         self.binary, self.source = binary, source
         self.temporary = tempfile.TemporaryDirectory()
         self.folder = self.temporary.name
-        self.name = "panel_test"
+        self.name, self.lcm_url = name, lcm_url
         self.machine = config
         self.environment = self._environment()
         self.config = self._config()
@@ -39,7 +39,7 @@ class PanelBench:
         return out
 
     def _config(self):
-        """A shipped config under a name of its own, whose drives may be late, without telemetry to a network."""
+        """A shipped config under a name of its own, whose drives may be late; telemetry only as told."""
         with open(os.path.join(self.source, "configs", self.machine + ".toml"), encoding="utf-8") as file:
             text, named = re.subn(r'(?m)^name = "\w+"', f'name = "{self.name}"', file.read(), count=1)
         assert named == 1 and "[lcm]" not in text
@@ -49,7 +49,7 @@ class PanelBench:
                 os.symlink(os.path.join(self.source, "configs", entry), self.path(entry))
         if "[realtime]" not in text:
             text += "\n[realtime]\nlate_periods_max = 0\n"
-        return self.write("machine.toml", text + '\n[lcm]\nurl = ""\n')
+        return self.write("machine.toml", text + f'\n[lcm]\nurl = "{self.lcm_url}"\n')
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -68,8 +68,9 @@ class PanelBench:
 
     def make_certificate(self):
         """A certificate that names this computer's loopback and signs itself."""
-        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1", "-nodes",
-                        "-days", "2", "-subj", "/CN=localhost", "-addext", "subjectAltName=IP:127.0.0.1,DNS:localhost",
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+                        "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
+                        "subjectAltName=IP:127.0.0.1,DNS:localhost",
                         "-keyout", self.path("tls.key"), "-out", self.path("tls.crt")], check=True,
                        capture_output=True, env=self.environment)
         os.chmod(self.path("tls.key"), 0o600)

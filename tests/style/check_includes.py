@@ -51,7 +51,7 @@ SYSTEM = [
      APP | {"hal", "sim", "bench", "tests"}),
     (re.compile(r"^ceres/"), {FITS, "bench", "tests"}),
     (re.compile(r"^sodium"), {"app/client", "panel/server", "tests"}),
-    (re.compile(r"^libwebsockets"), {"panel/server"}),
+    (re.compile(r"^(libwebsockets|mosquitto)"), {"panel/server"}),
     (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "bench", "cmake"}),
     (re.compile(r"^toml"), {"core", "tests"}),
 ]

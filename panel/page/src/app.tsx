@@ -1,44 +1,42 @@
-import { render } from "preact";
+import { type JSX, render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Actions } from "./actions";
 import { Alarms, OpenAlarms } from "./alarms";
 import { Asked, Controls } from "./controls";
+import { Fleet } from "./fleet";
 import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
 import { LogIn, User } from "./log_in";
 import { MachineView } from "./machine";
-import { sentence, stateName } from "./model";
+import { sentence, stateName, tone } from "./model";
 import { Path } from "./path";
 import { Run } from "./run";
+import { Scope } from "./scope";
 import "./fonts.css";
 import "./style.css";
 import { TablesView } from "./tables";
 
-const kViews = [
+type Theme = "dark" | "light";
+const kViews: { name: string; draw: (theme: Theme) => JSX.Element }[] = [
   { name: "Run", draw: () => <Run /> },
   { name: "Path", draw: () => <Path /> },
   { name: "Offsets and tools", draw: () => <TablesView /> },
   { name: "Machine", draw: () => <MachineView /> },
+  { name: "Scope", draw: (theme) => <Scope theme={theme} /> },
   { name: "Alarms", draw: () => <Alarms /> },
+  { name: "All machines", draw: () => <Fleet /> },
 ];
-type Theme = "dark" | "light";
-
 function firstTheme(): Theme {
   const kept = localStorage.getItem("theme");
   if (kept === "dark" || kept === "light") return kept;
   return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 }
 
-function tone(state: string): string {
-  if (state === "fault" || state === "estop") return "danger";
-  if (state === "running" || state === "jogging" || state === "homing") return "active";
-  return state === "holding" || state === "stopping" ? "waits" : "calm";
-}
-
 function StateLine() {
-  const { status, gone, connected, refused } = useLink("status", "link");
+  const { status, gone, connected, refused, stale } = useLink("status", "link");
   if (refused) return <Silent name="No key" text={refused} />;
   if (!connected) return <Silent name="No connection" text="The panel does not answer; trying again." />;
+  if (stale) return <Silent name="No connection" text="The panel says nothing any more: what is shown here is old." />;
   if (gone) return <Silent name="No machine" text={gone} />;
   if (!status) return <Silent name="Connecting" text="" />;
   return (
@@ -106,7 +104,7 @@ function App() {
         </button>
       </nav>
       <Asked />
-      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw()}</main>
+      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw(theme)}</main>
       <Actions />
       {help && <KeyHelp close={() => setHelp(false)} />}
     </>

@@ -395,8 +395,11 @@ export interface State {
 
 /** Who has logged in. */
 export interface Session {
+  /** False: a key opens this panel. */
+  log_in: boolean;
+  /** Empty: nobody. */
   name: string;
-  role: "look" | "operate" | "set up";
+  role: "" | "look" | "operate" | "set up";
 }
 
 /** Who wants to log in. */
@@ -469,12 +472,81 @@ export interface Answer {
 /** Of a command: what the page chose. */
 export type Id = number | string;
 
+/** A machine whose daemon tells its status over LCM. */
+export interface FleetMachine {
+  name: string;
+  /** Address of its computer, or: this computer. */
+  host: string;
+  /** Address of its own panel; empty: not known. */
+  page: string;
+  /** Within the last three seconds. */
+  heard: boolean;
+  version: string;
+  state: string;
+  fault: string;
+  alarm: string;
+  alarms_open: number;
+  waits_for: string;
+  program: string;
+  line: number;
+  tool_name: string;
+  time_total_s: number;
+  time_left_s: number;
+  parts: number;
+  run_s: number;
+}
+
+/** Every machine that the LCM network shows. */
+export interface Fleet {
+  machines: FleetMachine[];
+  /** Why none can be heard; empty: they can. */
+  silent: string;
+}
+
 /** The first thing that a page is told. */
 export interface Hello {
   version: string;
   machine: string;
   clock_us: number;
   server_time_us: number;
+}
+
+/** What can be watched every period. */
+export interface ScopeSignal {
+  name: string;
+  unit: string;
+  meaning: string;
+}
+
+/** All that can be watched. */
+export interface ScopeSignals {
+  id: Id;
+  period_s: number;
+  signals: ScopeSignal[];
+}
+
+/** Signals of past periods, in the order in which they were asked for. */
+export interface ScopeData {
+  id: Id;
+  /** Why there is nothing; empty: all is well. */
+  text: string;
+  period_s: number;
+  /** period that the daemon still knows; -1: none */
+  oldest: number;
+  newest: number;
+  periods: number[];
+  /** A list for each signal; null: not known. */
+  values: ((number | null)[])[];
+}
+
+/** For signals of past periods; without signals, for the list of them. */
+export interface ScopeQuestion {
+  id: Id;
+  /** 16 at most */
+  signals: string[];
+  /** The first period wanted; -n: the last n. */
+  from?: number;
+  rows?: number;
 }
 
 /** No daemon is heard. */
@@ -522,6 +594,9 @@ export interface Command {
 export type Verb = "load" | "start" | "hold" | "resume" | "stop" | "mdi" | "jog" | "home" | "override" | "estop" | "reset" | "correction" | "rapid_override" | "spindle_override" | "adaptive_feed" | "single_block" | "optional_stop" | "block_delete" | "acknowledge" | "parts" | "dry_run" | "machine_lock";
 
 export type ServerMessage =
+  | ({ type: "fleet" } & Fleet)
+  | ({ type: "scope_signals" } & ScopeSignals)
+  | ({ type: "scope_data" } & ScopeData)
   | ({ type: "hello" } & Hello)
   | ({ type: "status" } & Status)
   | ({ type: "motion" } & Motion)
@@ -541,4 +616,5 @@ export type PageMessage =
   | ({ type: "give_controls" } & Empty)
   | ({ type: "keep_controls" } & Empty)
   | ({ type: "hold_when_lost" } & HoldWhenLost)
+  | ({ type: "scope" } & ScopeQuestion)
   | ({ type: "alive" } & Empty);

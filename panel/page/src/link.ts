@@ -1,6 +1,7 @@
 import { useEffect, useState } from "preact/hooks";
 import type {
-  Alarm, Answer as Told, Command as Asked, Controls, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ServerMessage,
+  Alarm, Answer as Told, Command as Asked, Controls, Fleet, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ScopeData,
+  ScopeSignals, ServerMessage,
   Session, Status, Tables,
 } from "./interface";
 import { isProgram } from "./model";
@@ -20,6 +21,10 @@ const kHoldKey = "hold-when-lost";
 const kReconnectMs = 1000;
 const kLogMax = 500;
 const kSameUs = 2e6;
+const kScopeMs = 1500;
+const kLookMs = 250;
+const kStaleMs = 2500;
+const kGiveUpMs = 8000;
 /** An answer that has not come by then is not waited for any longer; the state tells what happened. */
 const kAnswerMs = 15000;
 
@@ -39,7 +44,7 @@ function takeKey(): string {
   return sessionStorage.getItem(kKeyName) ?? "";
 }
 
-type Topic = "status" | "motion" | "tables" | "alarms" | "log" | "link" | "machine" | "programs" | "program" | "plan";
+type Topic = "fleet" | "status" | "motion" | "tables" | "alarms" | "log" | "link" | "machine" | "programs" | "program" | "plan";
 
 export class Link {
   machine: Machine | null = null;
@@ -47,6 +52,8 @@ export class Link {
   motion: Motion | null = null;
   tables: Tables | null = null;
   alarms: Alarm[] = [];
+  /** Every machine that the LCM network shows. */
+  fleet: Fleet = { machines: [], silent: "" };
   log: LogEntry[] = [];
   programs: ProgramFile[] = [];
   /** The text of the program that was loaded last. */
@@ -57,6 +64,9 @@ export class Link {
   plan: Plan | null = null;
   /** The page's connection to the server stands. */
   connected = false;
+  /** The connection stands, and nothing has come over it for too long: what is shown is old. */
+  stale = false;
+  private heard = 0;
   /** Why no daemon is heard; "" while it is. */
   gone = "";
   /** Why the server has nothing to do with this page; "" while it has. */
@@ -74,6 +84,7 @@ export class Link {
   private socket: WebSocket | null = null;
   private lastId = 0;
   private readonly answers = new Map<number, (answer: Answer) => void>();
+  private readonly scopes = new Map<number, (answer: ScopeSignals | ScopeData | null) => void>();
   private readonly listeners = new Map<Topic, Set<() => void>>();
   private aliveTimer = 0;
   /** This page's wish: a program holds when the page is lost. */
@@ -87,6 +98,17 @@ export class Link {
       if (this.refused) void this.connect();
     });
     void this.connect();
+    window.setInterval(() => this.watchSilence(), kLookMs);
+  }
+
+  /** The panel says something every second. A network that is cut leaves the connection as it is for minutes. */
+  private watchSilence() {
+    const silent = this.connected ? performance.now() - this.heard : 0;
+    if (silent > kGiveUpMs) this.socket?.close();
+    if (silent > kGiveUpMs) this.closed("");
+    if (silent > kStaleMs === this.stale) return;
+    this.stale = silent > kStaleMs;
+    this.tell("link");
   }
 
   /** Whether this page may open the stream: by its key, or as somebody who has logged in. */
@@ -94,14 +116,15 @@ export class Link {
     this.refused = "";
     if (this.key) return true;
     const answer = await fetch("api/v1/session").catch(() => null);
-    if (!answer || ![200, 401, 404].includes(answer.status)) {
-      window.setTimeout(() => void this.connect(), kReconnectMs);
+    const session: Session | null = answer?.ok ? await answer.json().catch(() => null) : null;
+    if (!session) window.setTimeout(() => void this.connect(), kReconnectMs);
+    if (!session?.log_in) {
+      this.refused = session ? kNoKeyText : "";
       return false;
     }
-    if (answer.status === 404) this.refused = kNoKeyText;
-    this.needsLogIn = answer.status === 401;
-    this.user = answer.ok ? await answer.json().catch(() => null) : null;
-    return answer.ok;
+    this.needsLogIn = session.name === "";
+    this.user = this.needsLogIn ? null : session;
+    return !this.needsLogIn;
   }
 
   async logIn(name: string, password: string): Promise<string> {
@@ -129,8 +152,12 @@ export class Link {
     socket.onopen = () => {
       if (this.key) socket.send(JSON.stringify({ type: "key", key: this.key }));
     };
-    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string) as ServerMessage);
-    socket.onclose = (event) => this.closed(event.code === kNoVisitor ? event.reason : "");
+    socket.onmessage = (event) => {
+      if (this.socket === socket) this.receive(JSON.parse(event.data as string) as ServerMessage);
+    };
+    socket.onclose = (event) => {
+      if (this.socket === socket) this.closed(event.code === kNoVisitor ? event.reason : "");
+    };
   }
 
   on(topic: Topic, listener: () => void): () => void {
@@ -154,9 +181,27 @@ export class Link {
     this.send({ type: "keep_controls" });
   }
 
+  /** Signals of past periods, or without signals the list of them; null where no answer came. */
+  async scope(signals: string[], from: number, rows: number): Promise<ScopeSignals | ScopeData | null> {
+    if (!this.connected) return null;
+    const id = ++this.lastId;
+    return new Promise((resolve) => {
+      const timer = window.setTimeout(() => done(null), kScopeMs);
+      const done = (answer: ScopeSignals | ScopeData | null) => {
+        window.clearTimeout(timer);
+        this.scopes.delete(id);
+        resolve(answer);
+      };
+      this.scopes.set(id, done);
+      this.send({ type: "scope", id, signals, from, rows });
+    });
+  }
+
   /** Sends a command; what is refused, or not answered, is also put into the log. */
   async command(command: Command): Promise<Answer> {
-    if (!this.connected) return this.noted(command, { outcome: "unreachable", text: "No connection to the panel." });
+    const always = ["estop", "stop", "hold"].includes(command.verb);
+    if (!this.connected || (this.stale && !always))
+      return this.noted(command, { outcome: "unreachable", text: "No connection to the panel." });
     const id = ++this.lastId;
     const answer = await new Promise<Answer>((resolve) => {
       const timer = window.setTimeout(() => {
@@ -219,6 +264,8 @@ export class Link {
   }
 
   private closed(refused: string) {
+    this.socket = null;
+    this.stale = false;
     this.refused = this.key ? refused : "";
     if (refused && !this.key && !this.sessionOver) this.sessionOver = refused;
     this.connected = false;
@@ -231,6 +278,8 @@ export class Link {
   }
 
   private receive(message: ServerMessage) {
+    this.heard = performance.now();
+    if (this.stale) this.watchSilence();
     switch (message.type) {
       case "hello":
         this.connected = true;
@@ -263,6 +312,9 @@ export class Link {
       case "alarms":
         this.alarms = message.alarms;
         return this.tell("alarms");
+      case "fleet":
+        this.fleet = message;
+        return this.tell("fleet");
       case "message":
         return this.note(message);
       case "error":
@@ -278,6 +330,9 @@ export class Link {
         }
         this.controls = message;
         return this.tell("link");
+      case "scope_signals":
+      case "scope_data":
+        return this.scopes.get(Number(message.id))?.(message);
       case "answer":
         this.answers.get(Number(message.id))?.(message);
         this.answers.delete(Number(message.id));

@@ -55,6 +55,13 @@ const kStates: Record<string, string> = {
 
 export const stateName = (state: string) => kStates[state] ?? state;
 
+/** Of the lamp that shows a state. */
+export function tone(state: string): string {
+  if (state === "fault" || state === "estop") return "danger";
+  if (state === "running" || state === "jogging" || state === "homing") return "active";
+  return state === "holding" || state === "stopping" ? "waits" : "calm";
+}
+
 /** True for a program of a file; not for a typed line, or a move by hand. */
 export const isProgram = (path: string) => path !== "" && path !== "mdi" && path !== "jog";
 
