@@ -2,11 +2,15 @@
 """Instructions of a tick, mean and worst, of every shipped config in five modes: as planned, a sweep of the override,
 holds and resumes, single block, a late planner.
 
-  python3 bench/tick_table.py build/release/bench_tick [--ticks 1000] [--config cradle ...]
+  python3 bench/tick_table.py build/release/bench_tick [--ticks 1000] [--config cradle ...] [--in-order-ghz 1.5]
 
 Counted by callgrind (Debian's valgrind), tick by tick, without the simulated plant and without the rate planner, which
 the daemon runs in a thread of its own. The first hundred ticks, which fill the caches of nobody but stand before the
 motion, are left out.
+
+With --in-order-ghz callgrind also simulates caches and branches, and a last column estimates the longest tick on a
+core that executes one instruction a clock, in order: 10 clocks for a miss of the first cache and for a mispredicted
+branch, 100 for a miss of the last cache (the weights of KCachegrind's cycle estimation).
 """
 import argparse
 import os
@@ -19,19 +23,27 @@ from pathlib import Path
 
 MODES = ("planned", "override", "holds", "single_block", "late_planner")
 SKIPPED = 100
+CLOCKS = {"Ir": 1, "Bcm": 10, "Bim": 10, "I1mr": 10, "D1mr": 10, "D1mw": 10, "ILmr": 100, "DLmr": 100, "DLmw": 100}
 
 
 def count_in(part):
-    match = re.search(r"^(?:summary|totals): (\d+)", part.read_text(), re.M)
-    return int(match.group(1)) if match else 0
+    """Instructions of one tick, and its estimated clocks."""
+    text = part.read_text()
+    match = re.search(r"^(?:summary|totals): ([\d ]+)", text, re.M)
+    if not match:
+        return 0, 0
+    events = re.search(r"^events: (.+)", text, re.M).group(1).split()
+    counts = dict(zip(events, map(int, match.group(1).split())))
+    return counts["Ir"], sum(CLOCKS.get(event, 0) * count for event, count in counts.items())
 
 
-def instructions(bench, name, ticks):
-    """Of each tick. Callgrind writes a file for each, which is read and deleted at once."""
+def count_ticks(bench, name, ticks, caches):
+    """Instructions and clocks of each tick. Callgrind writes a file for each, which is read and deleted at once."""
     counts = {}
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "cg")
-        command = ["valgrind", "--tool=callgrind", "--toggle-collect=trn::Cycle::tick()", "--dump-line=no",
+        simulated = ["--cache-sim=yes", "--branch-sim=yes"] if caches else []
+        command = ["valgrind", "--tool=callgrind", *simulated, "--toggle-collect=trn::Cycle::tick()", "--dump-line=no",
                    "--dump-after=trn::Cycle::tick()", f"--callgrind-out-file={out}", bench,
                    f"--benchmark_filter=^{name}/iterations:1$"]
         process = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
@@ -46,7 +58,7 @@ def instructions(bench, name, ticks):
             time.sleep(0.2 if running else 0)
         if process.returncode:
             sys.exit(f"{name}: callgrind ended with {process.returncode}")
-    return [count for number, count in sorted(counts.items()) if number > SKIPPED and count > 0]
+    return [count for number, count in sorted(counts.items()) if number > SKIPPED and count[0] > 0]
 
 
 def main():
@@ -54,22 +66,30 @@ def main():
     parser.add_argument("bench")
     parser.add_argument("--ticks", type=int, default=1000)
     parser.add_argument("--config", nargs="*")
+    parser.add_argument("--in-order-ghz", type=float)
     args = parser.parse_args()
     bench = str(Path(args.bench).resolve())
     configs = args.config or sorted(path.stem for path in (Path(__file__).parent.parent / "configs").glob("*.toml"))
-    print("| config | " + " | ".join(f"{mode}: mean, worst" for mode in MODES) + " | worst over planned mean |")
-    print("|---|" + "---|" * (len(MODES) + 1), flush=True)
+    ghz = args.in_order_ghz
+    heads = [f"{mode}: mean, worst" for mode in MODES] + ["worst over planned mean"]
+    heads += [f"longest tick, in order at {ghz} GHz, us"] if ghz else []
+    print("| config | " + " | ".join(heads) + " |")
+    print("|---|" + "---|" * len(heads), flush=True)
     for config in configs:
-        cells, worst, mean = [], 0, 0
+        cells, worst, mean, clocks = [], 0, 0, 0
         for mode in MODES:
             print(f"{config}/{mode}", end="\r", file=sys.stderr)
-            counts = instructions(bench, f"{config}/{mode}", args.ticks)
-            if not counts:
+            counted = count_ticks(bench, f"{config}/{mode}", args.ticks, caches=ghz is not None)
+            if not counted:
                 sys.exit(f"{config}/{mode}: no ticks were counted")
+            counts = [instructions for instructions, _ in counted]
+            clocks = max(clocks, *(estimate for _, estimate in counted))
             mean = mean or sum(counts) / len(counts)
             worst = max(worst, max(counts))
             cells.append(f"{sum(counts) / len(counts):.0f}, {max(counts)}")
-        print(f"| {config} | " + " | ".join(cells) + f" | {worst / mean:.2f} |", flush=True)
+        cells.append(f"{worst / mean:.2f}")
+        cells += [f"{clocks / ghz / 1000:.1f}"] if ghz else []
+        print(f"| {config} | " + " | ".join(cells) + " |", flush=True)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ install(FILES packaging/README.md DESTINATION ${CMAKE_INSTALL_DOCDIR} RENAME pac
 install(FILES packaging/copyright TYPE DOC)
 install(DIRECTORY docs/ TYPE DOC PATTERN "*.py" EXCLUDE PATTERN "*.mjs" EXCLUDE PATTERN "__pycache__" EXCLUDE)
 install(FILES packaging/trunnion@.service packaging/trunnion-gateway@.service DESTINATION ${units})
-install(FILES packaging/serial.conf DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
+install(FILES packaging/serial.conf packaging/panel-network.conf DESTINATION ${CMAKE_INSTALL_DOCDIR}/examples)
 install(FILES packaging/trunnion.sysusers DESTINATION lib/sysusers.d RENAME trunnion.conf)
 install(FILES packaging/trunnion.tmpfiles DESTINATION lib/tmpfiles.d RENAME trunnion.conf)
 install(FILES packaging/60-trunnion.rules DESTINATION lib/udev/rules.d)
@@ -34,18 +34,31 @@ install(FILES packaging/trunnion-panel@.service DESTINATION ${units} COMPONENT p
 # The messages of the daemon, for other programs
 install(FILES ${lcm_types} DESTINATION ${share}/lcm COMPONENT dev)
 install(FILES ${lcm_headers} DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trunnion COMPONENT dev)
+# The library, its header, and the Python module, where they were built
+set(library_folder lib/${CMAKE_LIBRARY_ARCHITECTURE})  # Debian's, also below /usr/local
+set(config_folder ${library_folder}/cmake/Trunnion)
+install(TARGETS libtrunnion LIBRARY DESTINATION ${library_folder} OPTIONAL COMPONENT library NAMELINK_COMPONENT dev)
+install(FILES app/library/trunnion.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/trunnion COMPONENT dev)
+install(TARGETS trunnion_python LIBRARY DESTINATION lib/python3/dist-packages OPTIONAL COMPONENT python)
 include(CMakePackageConfigHelpers)
 set(messages_folder ${share}/lcm)
 set(header_folder ${CMAKE_INSTALL_INCLUDEDIR})
+set(library_file ${library_folder}/libtrunnion.so)
 configure_package_config_file(packaging/TrunnionConfig.cmake.in ${CMAKE_BINARY_DIR}/TrunnionConfig.cmake
-  INSTALL_DESTINATION ${CMAKE_INSTALL_DATADIR}/cmake/Trunnion PATH_VARS messages_folder header_folder)
-write_basic_package_version_file(${CMAKE_BINARY_DIR}/TrunnionConfigVersion.cmake COMPATIBILITY SameMinorVersion ARCH_INDEPENDENT)
+  INSTALL_DESTINATION ${config_folder} PATH_VARS messages_folder header_folder library_file)
+write_basic_package_version_file(${CMAKE_BINARY_DIR}/TrunnionConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/TrunnionConfig.cmake ${CMAKE_BINARY_DIR}/TrunnionConfigVersion.cmake
-  DESTINATION ${CMAKE_INSTALL_DATADIR}/cmake/Trunnion COMPONENT dev)
+  DESTINATION ${config_folder} COMPONENT dev)
 # The other packages have documents of their own: Debian wants copyright and changelog in each.
-foreach(part dev panel)
-  install(FILES packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/trunnion-${part} COMPONENT ${part})
-  install(CODE "set(doc \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/doc/trunnion-${part}\")
+foreach(part dev panel library python)
+  set(package trunnion-${part})
+  if(part STREQUAL library)
+    set(package libtrunnion${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+  elseif(part STREQUAL python)
+    set(package python3-trunnion)
+  endif()
+  install(FILES packaging/copyright DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${package} COMPONENT ${part})
+  install(CODE "set(doc \"\$ENV{DESTDIR}\${CMAKE_INSTALL_PREFIX}/${CMAKE_INSTALL_DATADIR}/doc/${package}\")
     execute_process(COMMAND ${PYTHON3} ${CMAKE_SOURCE_DIR}/packaging/debian_changelog.py ${CMAKE_SOURCE_DIR}/CHANGELOG.md
       \"Trunnion maintainers <maintainers@trunnion.example>\" OUTPUT_FILE \"\${doc}/changelog.Debian\" COMMAND_ERROR_IS_FATAL ANY)
     execute_process(COMMAND gzip -9nf \"\${doc}/changelog.Debian\" COMMAND_ERROR_IS_FATAL ANY)" COMPONENT ${part})

@@ -6,7 +6,7 @@ set(CPACK_PACKAGE_CONTACT "Trunnion maintainers <maintainers@trunnion.example>")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 set(CPACK_STRIP_FILES ON)
 set(CPACK_INSTALL_DEFAULT_DIRECTORY_PERMISSIONS OWNER_READ OWNER_WRITE OWNER_EXECUTE GROUP_READ GROUP_EXECUTE WORLD_READ WORLD_EXECUTE)
-set(CPACK_COMPONENTS_ALL runtime dev panel)
+set(CPACK_COMPONENTS_ALL runtime dev panel library python)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_DEBIAN_FILE_NAME DEB-DEFAULT)
 set(CPACK_DEBIAN_PACKAGE_RELEASE 1)
@@ -42,14 +42,38 @@ A service for each machine serves it; its address has a key.")
 
 set(CPACK_DEBIAN_DEV_PACKAGE_NAME trunnion-dev)
 set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
-set(CPACK_DEBIAN_DEV_PACKAGE_ARCHITECTURE all)
-set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS liblcm-dev)
+set(library libtrunnion${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR})
+set(CPACK_DEBIAN_DEV_PACKAGE_DEPENDS "liblcm-dev, ${library} (= ${PROJECT_VERSION}-1)")
 set(CPACK_DEBIAN_DEV_PACKAGE_SUGGESTS "trunnion (= ${PROJECT_VERSION}-1)")
-set(CPACK_COMPONENT_DEV_DESCRIPTION "messages of a Trunnion machine for other programs
+set(CPACK_COMPONENT_DEV_DESCRIPTION "library and messages of Trunnion for other programs
+The C++ library plans motions for a machine and reads G-code.
+.
 The messages in which a machine tells its state and motion and takes
 commands: as .lcm files for any language that LCM has, and as C++ headers
 with a CMake config.")
+
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_NAME ${library})
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SECTION libs)
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_SHLIBDEPS ON)
+file(WRITE ${CMAKE_BINARY_DIR}/deb_control/triggers "activate-noawait ldconfig\n")
+file(WRITE ${CMAKE_BINARY_DIR}/deb_control/shlibs
+  "libtrunnion ${PROJECT_VERSION_MAJOR}.${PROJECT_VERSION_MINOR} ${library} (>= ${PROJECT_VERSION})\n")
+set(CPACK_DEBIAN_LIBRARY_PACKAGE_CONTROL_EXTRA ${CMAKE_BINARY_DIR}/deb_control/triggers ${CMAKE_BINARY_DIR}/deb_control/shlibs)
+set(CPACK_COMPONENT_LIBRARY_DESCRIPTION "motion planning and kinematics of Trunnion, as a library
+It reads G-code, plans motions that keep position, velocity, acceleration
+and jerk of every joint inside its limits, and knows the kinematics of the
+machines that Trunnion drives.")
+
+math(EXPR next_python "${Python_VERSION_MINOR} + 1")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME python3-trunnion)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SHLIBDEPS ON)
+set(CPACK_DEBIAN_PACKAGE_SHLIBDEPS_PRIVATE_DIRS ${CMAKE_BINARY_DIR})  # where libtrunnion is
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS "${library} (= ${PROJECT_VERSION}-1), python3 (>= 3.${Python_VERSION_MINOR}), python3 (<< 3.${next_python}), python3-numpy")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "library of Trunnion for Python
+It reads G-code, plans motions for a machine as numpy arrays of setpoints,
+knows the machine's kinematics, and fits ball-bar readings.")
 include(CPack)
 
 add_custom_target(deb COMMAND ${CMAKE_CPACK_COMMAND} --config ${CMAKE_BINARY_DIR}/CPackConfig.cmake -B ${CMAKE_BINARY_DIR}/deb
-  DEPENDS trunnion trunnion-drives panel_page VERBATIM)
+  DEPENDS trunnion trunnion-drives libtrunnion trunnion_python panel_page VERBATIM)

@@ -7,7 +7,8 @@ namespace trn {
 
 namespace {
 // One a thread: the tick's failures are not the planner's.
-thread_local CheckFailure* note_here = nullptr;
+// It lies where the thread begins, also in the shared library: no call in the tick to find it.
+[[gnu::tls_model("initial-exec")]] thread_local CheckFailure* note_here = nullptr;
 }  // namespace
 
 std::string explain(const CheckFailure& failure) {

@@ -16,7 +16,7 @@ const browser = await chromium.launch({
 });
 const page = await browser.newPage({ viewport: { width: 1280, height: 800 }, colorScheme: "dark" });
 page.setDefaultTimeout(kPatienceMs);
-const view = (name) => page.getByRole("tab", { name }).click();
+const view = (name) => page.getByRole("tab", { name: new RegExp(`^${name}`) }).click();
 const line = async () => Number(await page.locator('[data-test="path-line"]').textContent());
 
 async function untilLine(wanted) {

@@ -17,14 +17,14 @@ namespace trn {
 /// A command to the tick. It takes effect in the period in which the tick pops it.
 struct RtCommand {
   enum class Kind : std::uint8_t {
-    kStart,            ///< drive what the ring holds, from rest
-    kHold,             ///< slow down on the path and stand
-    kResume,           ///< go on after kHold or a program stop; the tool is in
-    kStop,             ///< slow down on the path, then forget the ring's content
-    kOverride,         ///< value: 0 to 2, of feed moves; above 1 where the joints' limits leave room
-    kJog,              ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
-    kHome,             ///< joint, or -1: all
-    kQuickStop,        ///< every drive brakes by its own ramp; forget the ring's content
+    kStart,      ///< drive what the queue holds, from rest; value 1: MDI, which single block does not hold
+    kHold,       ///< slow down on the path and stand
+    kResume,     ///< go on after kHold or a program stop; the tool is in
+    kStop,       ///< slow down on the path, then forget the ring's content
+    kOverride,   ///< value: 0 to 2, of feed moves; above 1 where the joints' limits leave room
+    kJog,        ///< joint moves by value (mm or rad) at speed (per s; 0: a tenth of its limit)
+    kHome,       ///< joint, or -1: all
+    kQuickStop,  ///< every drive brakes by its own ramp; forget the ring's content
     kEmergencyStop,    ///< the same, and latch the fault
     kCorrection,       ///< joint: number in the chain; value: 1 on, 0 off
     kResetFault,       ///< forget the latched fault

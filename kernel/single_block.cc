@@ -38,7 +38,7 @@ const MotionBlock* SingleBlock::block_here(std::uint64_t& index) const TRN_RT {
 bool SingleBlock::pauses(bool stands) TRN_RT {
   std::uint64_t index = 0;
   const MotionBlock* here = block_here(index);
-  if (!on_ || !here) return false;
+  if (!holds() || !here) return false;
   if (begins_) {
     begins_ = false;
     line_ = here->source.line;
@@ -48,7 +48,7 @@ bool SingleBlock::pauses(bool stands) TRN_RT {
 }
 
 double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
-  if (!on_ || interpolator_.at_rest()) return RateWish::kNoStop;
+  if (!holds() || interpolator_.at_rest()) return RateWish::kNoStop;
   const PlanPlace place = interpolator_.place();
   double way_s = -place.time_s;
   TRN_CHECK(place.time_s >= 0);
@@ -65,7 +65,7 @@ double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
 
 void SingleBlock::pass_line() TRN_RT {
   const MotionBlock* front = queue_.front();
-  if (!on_ || !front || front->segment_count == 0 || front->source.line == line_) return;
+  if (!holds() || !front || front->segment_count == 0 || front->source.line == line_) return;
   if (queue_.number_ahead(0) <= number_ || interpolator_.place().time_s < kLineEndS) return;
   line_ = front->source.line;
   TRN_CHECK(queue_.number_ahead(0) > number_);

@@ -18,6 +18,11 @@ class SingleBlock {
 
   void set(bool on) TRN_RT;
   bool on() const TRN_RT { return on_; }
+  /// A program begins, or what was typed in at the control (MDI), whose lines are not held.
+  void begin(bool typed_in) TRN_RT {
+    typed_in_ = typed_in;
+    begins_ = true;
+  }
   /// The next line that the motion meets is released.
   void release() TRN_RT { begins_ = true; }
 
@@ -31,10 +36,11 @@ class SingleBlock {
 
  private:
   const MotionBlock* block_here(std::uint64_t& index) const TRN_RT;
+  bool holds() const TRN_RT { return on_ && !typed_in_; }
 
   MotionQueue& queue_;
   const Interpolator& interpolator_;
-  bool on_ = false, begins_ = false;
+  bool on_ = false, begins_ = false, typed_in_ = false;
   std::uint32_t line_ = 0;    ///< that was released
   std::uint32_t number_ = 0;  ///< of its last block that was met
 };

@@ -241,6 +241,7 @@ void DeviationMeter::record(std::uint32_t line, const Left& left) {
   }
   if (!axis) axis = axis_ratio = tip;
   note_excess(*tip_ratio, *axis_ratio, left, line);
+  tip_mm_ = tip->tip_mm;
   keep_worst(report_.tip_mm, tip->tip_mm, line);
   keep_worst(report_.axis_deg, axis->axis_deg, line);
   if (tip_ratio->tip_exact)

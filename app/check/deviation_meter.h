@@ -80,6 +80,8 @@ class DeviationMeter {
   void sample(const Vec3& p, const Vec3& u, std::uint32_t line) { sample(p, u, line, Left()); }
 
   const DeviationReport& report() const { return report_; }
+  /// The tip's deviation in the last sample; with `histograms` the least that any allowed place has.
+  double tip_mm() const { return tip_mm_; }
   std::size_t held_moves() const { return legs_.size() - here_; }
 
  private:
@@ -131,6 +133,7 @@ class DeviationMeter {
   std::size_t here_ = 0;  // the earliest allowed place is on this leg,
   double share_ = 0;      // at this share of it
   Vec3 p_last_ = Vec3::Zero(), u_last_ = Vec3::UnitZ();
+  double tip_mm_ = 0;
   bool sampled_ = false, settled_ = false;
   Left left_;  // by the corrections, in this sample
   std::vector<LegPlace> places_;

@@ -368,7 +368,8 @@ const ChapterMeaning kHostMeanings = {
 std::vector<const ChapterMeaning*> all_meanings() {
   return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings, &kPlannerMeanings,
           &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,     &kSlowDriveMeanings,
-          &kIoMeanings,         &kModbusMeanings,     &kHostMeanings,    &kOtherFileMeanings};
+          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,  &kHostMeanings,
+          &kOtherFileMeanings};
 }
 
 }  // namespace trn

@@ -302,6 +302,26 @@ counts_per_deg = 1000
 home_final_deg = @k
 @bus
 [[drives.node]]
+joint = "@Y"
+id = 6
+eds = "@sheet"
+counts_per_mm = 1000
+square_mm = 0.1
+@bus
+[[drives.node]]
+joint = "@A"
+id = 7
+eds = "@sheet"
+counts_per_deg = 1000
+home_final_deg = @k
+@bus
+[[drives.gantry]]
+joint = "@Y"
+apart_mm = @k
+[[drives.gantry]]
+joint = "@A"
+apart_deg = @k
+[[drives.node]]
 joint = "@C"
 id = 5
 eds = "@sheet"
@@ -321,6 +341,25 @@ cogging_N = [0, 1]
 joint = "@A"
 cogging_pitch_deg = 24
 cogging_Nm = [0, 1]
+)";
+
+constexpr char kSafety[] = R"(
+[[safety.input]]
+kind = "door"
+from = "drive.@X.input.16"
+[[safety.brake]]
+joint = "@Z"
+output = "drive.@Z.output.0"
+release_s = 0.1
+close_s = 0.1
+)";
+
+constexpr char kMotors[] = R"(
+[[drives.emulation.motor]]
+node = "can0:6"
+inputs_on = [16]
+[[drives.emulation.motor]]
+node = "can0:7"
 )";
 
 constexpr char kSlowDrives[] = R"(
@@ -545,8 +584,8 @@ std::vector<ConfigSpecimen> machine_specimens() {
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + shapes + kScrew +
-           "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
+       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotors + kSafety + shapes +
+           kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
        five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +

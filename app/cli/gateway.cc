@@ -36,12 +36,6 @@ void serve(const std::string& config) {
   run_gateway(parts, confine);
 }
 
-Role role_called(const std::string& name) {
-  for (const Role role : {Role::kOperate, Role::kSetUp})
-    if (to_string(role) == name) return role;
-  return Role::kLook;
-}
-
 void add_key_make(CLI::App& key) {
   auto file = std::make_shared<std::string>();
   auto name = std::make_shared<std::string>();
@@ -54,7 +48,7 @@ void add_key_make(CLI::App& key) {
       ->capture_default_str();
   make->callback([file, name, role] {
     make_key_file(*file, *name);
-    fmt::print("{}", config_section(*name, SigningKey::read(*file).public_key(), role_called(*role)));
+    fmt::print("{}", config_section(*name, SigningKey::read(*file).public_key(), role_called(*role).value()));
   });
 }
 

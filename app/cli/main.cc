@@ -55,7 +55,7 @@ const std::array kGroups = {
     Group{"Set up a machine",
           {"config", "import", "kin", "workspace", "latency", "can", "modbus", "scope", "tune", "following"}},
     Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
-    Group{"Let other computers command", {"gateway", "key"}},
+    Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
     Group{"This program", {"man", "completions"}},
 };
 
@@ -66,6 +66,7 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_replay(app, exit);
   trn::add_daemon(app, exit);
   trn::add_panel(app, exit);
+  trn::add_mqtt(app, exit);
   trn::add_clients(app, exit);
   trn::add_tables(app, exit);
   trn::add_sensor(app, exit);

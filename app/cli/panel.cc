@@ -1,12 +1,24 @@
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <atomic>
+#include <cerrno>
+#include <chrono>
 #include <csignal>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <optional>
+#include <stdexcept>
 #include <string>
+#include <vector>
 
 #include "app/cli/commands.h"
 #include "app/cli/kinematics_json.h"
+#include "app/cli/panel_user.h"
 #include "app/client/access_config.h"
 #include "core/config.h"
 #include "core/machine.h"
@@ -14,6 +26,7 @@
 #include "panel/server/panel_config.h"
 #include "panel/server/panel_key.h"
 #include "panel/server/panel_server.h"
+#include "panel/server/user_file.h"
 #include "panel/server/web_rules.h"
 
 namespace trn {
@@ -23,7 +36,9 @@ namespace {
 std::atomic<bool> stop_asked = false;
 
 struct PanelOptions {
-  std::string machine, listen = "127.0.0.1:8470", page, programs, key_file;
+  std::string machine, listen = "127.0.0.1:8470", page, programs, key_file, cert, tls_key, users;
+  double session_hours = 12;
+  std::vector<std::string> others;
 };
 
 std::string own_folder(const std::string& machine) {
@@ -55,16 +70,67 @@ std::string find_page(const std::string& named) {
                   places.front().string()));
 }
 
+void check_readable(const std::string& path) {
+  if (access(path.c_str(), R_OK) != 0)
+    throw std::runtime_error(fmt::format("{}: {}", path, std::strerror(errno)));
+}
+
+// Nothing where the panel stays on the loopback, with a key and without TLS.
+std::optional<TlsConfig> tls_of(const PanelOptions& options, const ListenPlace& listen) {
+  if (options.cert.empty() && options.tls_key.empty() && options.users.empty()) {
+    if (is_loopback(listen)) return std::nullopt;
+    throw std::runtime_error(
+        fmt::format("on {} the panel listens with TLS and a log-in only: give --cert and --key, and name "
+                    "who may log in with 'trunnion panel user add'",
+                    listen.address));
+  }
+  if (options.cert.empty() || options.tls_key.empty())
+    throw std::runtime_error("TLS needs both --cert and --key; a log-in needs TLS");
+  check_readable(options.cert);
+  check_readable(options.tls_key);
+  struct stat info {};
+  if (stat(options.tls_key.c_str(), &info) == 0 && (info.st_mode & S_IRWXO))
+    throw std::runtime_error(fmt::format("{}: everybody can read or write this private key: chmod o= {}",
+                                         options.tls_key, options.tls_key));
+  const std::string users = options.users.empty() ? own_users_file() : options.users;
+  if (read_users(users).empty())
+    throw std::runtime_error(
+        fmt::format("{}: nobody may log in; 'trunnion panel user add NAME --role ROLE'", users));
+  const auto life = std::chrono::duration<double, std::ratio<3600>>(options.session_hours);
+  return TlsConfig{options.cert, options.tls_key, users,
+                   std::chrono::duration_cast<std::chrono::seconds>(life)};
+}
+
+std::optional<PanelKey> key_of(const PanelOptions& options, bool logs_in) {
+  if (!options.key_file.empty()) return PanelKey::read(options.key_file);
+  return logs_in ? std::nullopt : std::optional(PanelKey::make());
+}
+
+// NAME=ADDRESS each.
+std::map<std::string, std::string> pages_of(const std::vector<std::string>& others) {
+  std::map<std::string, std::string> out;
+  for (const std::string& text : others) {
+    const std::size_t sign = text.find('=');
+    const std::string address = sign == std::string::npos ? "" : text.substr(sign + 1);
+    if (!address.starts_with("http://") && !address.starts_with("https://"))
+      throw std::runtime_error(
+          fmt::format("'{}' is no NAME=ADDRESS, as mill=https://mill.example:8470 is", text));
+    out[text.substr(0, sign)] = address;
+  }
+  return out;
+}
+
 Exit serve(const PanelOptions& options) {
+  if (options.machine.empty()) throw CLI::RequiredError("--machine");
   Machine machine = read_machine(load_config(options.machine));
   const std::string programs = options.programs.empty() ? own_folder(machine.name) : options.programs;
   std::filesystem::create_directories(programs);
   const LcmConfig lcm = read_lcm(machine.root, machine.name);
   const AccessConfig access = read_access(machine.root);
   const ListenPlace listen = read_listen_place(options.listen);
+  const std::optional<TlsConfig> tls = tls_of(options, listen);
   // What a unit prints is in the journal, which others may read: the key of a file is not printed.
   const bool once = options.key_file.empty();
-  const PanelKey key = once ? PanelKey::make() : PanelKey::read(options.key_file);
   const PanelConfig config{machine,
                            std::filesystem::absolute(options.machine),
                            TRN_VERSION,
@@ -73,16 +139,30 @@ Exit serve(const PanelOptions& options) {
                            std::filesystem::absolute(programs),
                            lcm,
                            access,
-                           key,
+                           key_of(options, tls.has_value()),
+                           tls,
                            kinematics_json(machine),
                            own_program(),
-                           once};
+                           once,
+                           pages_of(options.others)};
   struct sigaction action {};
   action.sa_handler = [](int) { stop_asked = true; };
   sigaction(SIGINT, &action, nullptr);
   sigaction(SIGTERM, &action, nullptr);
   serve_panel(config, stop_asked);
   return Exit::kDone;
+}
+
+void add_tls(CLI::App& command, PanelOptions& options) {
+  command.add_option("--cert", options.cert,
+                     "certificate of this computer, PEM: pages come over TLS and log in");
+  command.add_option("--key", options.tls_key, "private key of the certificate, PEM");
+  command.add_option(
+      "--users", options.users,
+      "file of those who may log in, as 'trunnion panel user' keeps it. Without it, " + own_users_file());
+  command.add_option("--session-hours", options.session_hours, "a log-in is good for so long")
+      ->check(CLI::Range(0.0005, 1000.0))
+      ->capture_default_str();
 }
 
 }  // namespace
@@ -92,11 +172,12 @@ void add_panel(CLI::App& app, Exit& exit) {
   CLI::App* command =
       app.add_subcommand("panel", "Serve the operator's page of a daemon's machine to a browser");
   command->add_option("--machine", options->machine, "config of the machine whose daemon runs")
-      ->envname("TRUNNION_MACHINE")
-      ->required();
+      ->envname("TRUNNION_MACHINE");
   command
-      ->add_option("--listen", options->listen,
-                   "address of this computer's loopback, and port; port 0: a free one")
+      ->add_option(
+          "--listen", options->listen,
+          "address of this computer, and port; port 0: a free one. Off the loopback it needs --cert, "
+          "--key and users")
       ->capture_default_str();
   command->add_option(
       "--page", options->page,
@@ -105,7 +186,19 @@ void add_panel(CLI::App& app, Exit& exit) {
   command->add_option("--key-file", options->key_file,
                       "file of the page's key, which only this user may read (mode 0600). Without it, a new "
                       "key is made and printed");
-  command->callback([options, &exit] { exit = serve(*options); });
+  command->add_option("--page-of", options->others,
+                      "NAME=ADDRESS: where another machine has its page, for the view of all machines");
+  add_tls(*command, *options);
+  add_panel_user(*command);
+  command->footer(
+      "On this computer:   trunnion panel --machine mill.toml\n"
+      "For others as well: trunnion panel user add anna --role operate\n"
+      "                    trunnion panel --machine mill.toml --listen 0.0.0.0:8470 --cert mill.crt --key "
+      "mill.key\n"
+      "Exit codes: 0 ended by Ctrl-C, 3 bad config, 4 the place or a file cannot be used, 5 usage.");
+  command->callback([command, options, &exit] {
+    if (command->get_subcommands().empty()) exit = serve(*options);
+  });
 }
 
 }  // namespace trn

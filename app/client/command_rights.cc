@@ -1,6 +1,7 @@
 #include "app/client/command_rights.h"
 
 #include <array>
+#include <cstddef>
 
 namespace trn {
 
@@ -48,6 +49,12 @@ static_assert(complete());
 }  // namespace
 
 std::string_view to_string(Role role) { return kRoles[static_cast<std::size_t>(role)]; }
+
+std::optional<Role> role_called(std::string_view name) {
+  for (std::size_t i = 0; i < kRoles.size(); ++i)
+    if (kRoles[i] == name) return static_cast<Role>(i);
+  return std::nullopt;
+}
 
 const CommandRights* find_rights(std::int8_t verb) {
   const bool known = verb >= command_t::LOAD && verb <= command_t::MACHINE_LOCK;

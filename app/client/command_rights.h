@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string_view>
 
 #include "hal/lcm_messages.h"
@@ -15,6 +16,8 @@ enum class Role : std::uint8_t {
   kCount
 };
 std::string_view to_string(Role role);
+/// The reverse; nothing if no role is called so.
+std::optional<Role> role_called(std::string_view name);
 
 /// When a command makes the machine safer, so that it acts however late, often or early it comes.
 enum class MakesSafe : std::uint8_t {

@@ -39,6 +39,18 @@ std::string SocketLine::send(const trunnion::command_t& command) {
   return link_->publish(names_.command_channel(), command) ? "" : kEnded;
 }
 
+void SocketLine::listen(const DaemonListener& listener) {
+  listener.subscribe(*link_, names_);
+  if (listener.scope_signals)
+    link_->subscribe<trunnion::scope_signals_t>(names_.scope_signals_channel(), listener.scope_signals);
+  if (listener.scope_data)
+    link_->subscribe<trunnion::scope_data_t>(names_.scope_data_channel(), listener.scope_data);
+}
+
+std::string SocketLine::send(const trunnion::scope_request_t& request) {
+  return link_->publish(names_.scope_request_channel(), request) ? "" : kEnded;
+}
+
 std::string SocketLine::send(const trunnion::sensor_t& readings) {
   return link_->publish(names_.sensor_channel(), readings) ? "" : kEnded;
 }

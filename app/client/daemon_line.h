@@ -25,6 +25,9 @@ struct DaemonListener {
   std::function<void(const trunnion::motion_t&)> motion;
   std::function<void(const trunnion::tables_t&)> tables;
   std::function<void(const trunnion::alarms_t&)> alarms = [](const auto&) {};
+  /// Answers of the scope, over the daemon's socket only; may be empty.
+  std::function<void(const trunnion::scope_signals_t&)> scope_signals;
+  std::function<void(const trunnion::scope_data_t&)> scope_data;
 
   /// Hears these messages of the machine from a link that has them all.
   template <typename Link>
@@ -64,7 +67,8 @@ class SocketLine : public DaemonLine {
   /// if there is none within the time, or this user may not use it.
   SocketLine(const LcmConfig& names, const AccessConfig& access, double timeout_s);
 
-  void listen(const DaemonListener& listener) override { listener.subscribe(*link_, names_); }
+  void listen(const DaemonListener& listener) override;
+  std::string send(const trunnion::scope_request_t& request);
   std::string send(const trunnion::command_t& command) override;
   std::string send(const trunnion::sensor_t& readings) override;
   bool handle(int timeout_ms) override { return link_->handle(timeout_ms); }

@@ -400,7 +400,7 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
 CommandServer::Answer MachineController::mdi(const std::string& text, const Ticket& ticket,
                                              const std::function<void()>& then) {
   const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
-  run_job(ticket, clear_then(prepare), then, Job::kStart);
+  run_job(ticket, clear_then(prepare), then, Job::kMdi);
   return {acknowledge_t::WORKING, ""};
 }
 
@@ -441,21 +441,22 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
       if (generation != generation_)
         return commands_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
       cause_ = cause;
-      finish_job(ticket, error, then, kind == Job::kStart);
+      finish_job(ticket, error, then, kind);
       cause_.clear();
     });
   });
 }
 
 void MachineController::finish_job(const Ticket& ticket, const std::string& error,
-                                   const std::function<void()>& then, bool starts_motion) {
+                                   const std::function<void()>& then, Job kind) {
+  const bool starts_motion = kind == Job::kStart || kind == Job::kMdi;
   status_due_ = true;
   if (error.empty()) {
     then();
     if (starts_motion) {
       prepared_at_.reset();
       from_line_ = 0;
-      post({RtCommand::Kind::kStart});
+      post({RtCommand::Kind::kStart, kind == Job::kMdi ? 1.0 : 0.0});
     }
     return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
@@ -466,6 +467,8 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
 
 void MachineController::fault_event(Fault fault) {
   const Reaction reaction = fault_info(fault).reaction;
+  // Pressed is the same as commanded.
+  if (fault == Fault::kEmergencyInput) return machine_event(Event::kEstop);
   if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
   if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
 }

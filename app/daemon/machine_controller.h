@@ -153,12 +153,12 @@ class MachineController {
     Clock::time_point next;
   };
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
-  enum class Job { kLoad, kStart, kResume };
+  enum class Job { kLoad, kStart, kMdi, kResume };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
                Job kind);
   std::function<void()> clear_then(const std::function<void()>& prepare);
   void finish_job(const Ticket& ticket, const std::string& error, const std::function<void()>& then,
-                  bool starts_motion);
+                  Job kind);
 
   bool powerless(DriveState drives) const;
   void fault_event(Fault fault);

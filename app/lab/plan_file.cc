@@ -16,7 +16,7 @@ namespace {
 
 using nlohmann::json;
 
-constexpr char kMark[] = "TRNPLAN1";  // 8 characters
+constexpr char kMark[] = "TRNPLAN2";  // 8 characters
 constexpr float kWhole = 200;         // a limit that is used whole
 
 /// One value of every point after the other, as the page's typed arrays take them; each array begins at a
@@ -99,6 +99,7 @@ void write_plan(const std::string& path, const PlanPreview& preview, const Machi
   file.array<float>(points, [](const PlanPoint& p) { return p.speed_mm_s; });
   file.array<float>(points, [](const PlanPoint& p) { return p.feed_mm_s; });
   file.array<float>(points, [](const PlanPoint& p) { return p.significance; });
+  file.array<float>(points, [](const PlanPoint& p) { return p.deviation_mm; });
   file.array<std::uint32_t>(points, [](const PlanPoint& p) { return p.line; });
   file.array<std::uint8_t>(points, [](const PlanPoint& p) { return share(p.velocity); });
   file.array<std::uint8_t>(points, [](const PlanPoint& p) { return share(p.acceleration); });

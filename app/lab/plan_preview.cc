@@ -10,6 +10,7 @@
 #include <span>
 #include <utility>
 
+#include "app/check/deviation_meter.h"
 #include "core/motion.h"
 #include "core/path.h"
 #include "core/ports.h"
@@ -38,7 +39,7 @@ constexpr std::uint64_t kLinesMax = 10 * Interpreter::kLoopedLinesMax;  // witho
 class PreviewRun {
  public:
   PreviewRun(const Assembly& assembly, const ProgramStart& start, const PreviewOptions& options)
-      : assembly_(assembly), options_(options), q_(start.q) {
+      : assembly_(assembly), options_(options), meter_(*assembly.kinematics, true), q_(start.q) {
     out_.q_min = out_.q_max = start.q;
     out_.limited_s.resize(assembly.machine.joints.size());
   }
@@ -48,6 +49,7 @@ class PreviewRun {
     observers.piece = [this](const PlanPiece& piece) {
       asked_.push_back({piece.source.step, piece.feed.tip_mm_s});
     };
+    observers.move = [this](const ProgramMove& move) { meter_.programmed(move); };
     try {
       Pipeline pipeline(assembly_, parameters, tools, start, observers);
       drive(pipeline);
@@ -69,10 +71,16 @@ class PreviewRun {
       if (next(pipeline, block))
         take(block);
       else if (pipeline.waiting())
-        pipeline.answer(guess());
+        answer(pipeline);
       else
         return;
     }
+  }
+
+  void answer(Pipeline& pipeline) {
+    const ProgramAnswer answer = guess();
+    if (answer.probe) meter_.restart();
+    pipeline.answer(answer);
   }
 
   // Behind an error come the blocks up to it.
@@ -199,6 +207,10 @@ class PreviewRun {
     const bool own_axes = !block.context.rtcp;
     if (own_axes && tool_pose(*assembly_.kinematics, q_, block.context, tool) == KinStatus::kOk)
       out.p_B = tool.p_B;
+    meter_.enter(block.context);
+    meter_.sample(path.y.head<3>(), assembly_.kinematics->orientation(path.y.tail<3>()).col(2),
+                  block.source.line);
+    out.deviation_mm = static_cast<float>(meter_.tip_mm());
     const double way = out.jump ? 0 : (out.p_B - out_.points.back().p_B).norm();
     const bool turns = path.d1.tail<3>().norm() > 0;
     out.speed_mm_s = own_axes && turns && dt > 0 ? way / dt : path.d1.head<3>().norm() * v;
@@ -214,6 +226,7 @@ class PreviewRun {
   const Assembly& assembly_;
   const PreviewOptions& options_;
   PlanPreview out_;
+  DeviationMeter meter_;
   JointVec q_;
   Words y_ = Words::Zero();
   std::deque<Asked> asked_;
@@ -257,7 +270,9 @@ bool changes(const PlanPoint& one, const PlanPoint& next) {
 void keep_points(std::vector<PlanPoint>& points, double fine) {
   std::size_t kept = 0;
   PlanPoint worst;
+  float farthest_mm = 0;
   for (const PlanPoint& point : points) {
+    farthest_mm = std::max(farthest_mm, point.deviation_mm);
     const float most = std::max({point.velocity, point.acceleration, point.jerk});
     if (most > std::max({worst.velocity, worst.acceleration, worst.jerk})) worst = point;
     if (static_cast<double>(point.significance) < fine) continue;
@@ -266,6 +281,7 @@ void keep_points(std::vector<PlanPoint>& points, double fine) {
     out.acceleration = std::max(out.acceleration, worst.acceleration);
     out.jerk = std::max(out.jerk, worst.jerk);
     out.joint = worst.joint;
+    out.deviation_mm = std::exchange(farthest_mm, 0.0F);
     points[kept++] = out;
     worst = {};
   }

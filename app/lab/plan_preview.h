@@ -28,6 +28,7 @@ struct PlanPoint {
   int joint = -1;  ///< this joint; -1: none comes near a limit, the feed decides
   bool rapid = false;
   bool jump = false;  ///< no way leads here: another tool length, or tip control, moves the tip on paper only
+  float deviation_mm = 0;  ///< of the tip from the programmed path
   float significance = 0;  ///< mm; a picture that is coarser than this may leave the point out
 };
 

@@ -16,8 +16,9 @@ namespace {
 constexpr double kLongest_s = 3 * 86400.0;       // who loops for three days has no end
 constexpr std::uint64_t kLinesMax = 10'000'000;  // for one block: a loop without motion
 
-// What the machine would say, as far as nobody can know it.
-ProgramAnswer guess(const QueueEvent& event, const MachineJointMap& map, const MotionBlock& last) {
+}  // namespace
+
+ProgramAnswer guessed_answer(const QueueEvent& event, const MachineJointMap& map, const MotionBlock& last) {
   ProgramAnswer answer;
   if (event.kind == QueueEvent::Kind::kToolChange) answer.value = 1;
   if (event.kind != QueueEvent::Kind::kProbeEnd || last.segment_count == 0) return answer;
@@ -27,8 +28,6 @@ ProgramAnswer guess(const QueueEvent& event, const MachineJointMap& map, const M
   answer.value = answer.probe ? 1 : 0;
   return answer;
 }
-
-}  // namespace
 
 ProgramTime time_program(const Assembly& assembly, Parameters parameters, ToolTable tools, ProgramStart start,
                          const std::atomic<bool>* given_up) {
@@ -48,7 +47,7 @@ ProgramTime time_program(const Assembly& assembly, Parameters parameters, ToolTa
       }
       if (!pipeline.waiting() || (given_up && *given_up)) break;
       out.about = out.about || asked.kind != QueueEvent::Kind::kToolChange;
-      pipeline.answer(guess(asked, *assembly.map, last));
+      pipeline.answer(guessed_answer(asked, *assembly.map, last));
     }
   } catch (const std::exception&) {  // whoever drives the program tells what is wrong with it
     out.known = false;

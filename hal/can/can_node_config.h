@@ -22,6 +22,7 @@ struct CanNodeConfig {
   NodeLink::Config link;
   NodeSetup::Config setup;
   double home = 0;              ///< position at the home point, mm or rad
+  double square = 0;            ///< of which, how far this motor's switch stands beyond a square gantry
   bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
   int homing_method = 0;
   DriveUnits units;

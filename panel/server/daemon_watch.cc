@@ -83,6 +83,12 @@ void DaemonWatch::connect() {
     alarms_ = alarms;
     if (on_alarms) on_alarms();
   };
+  listener.scope_signals = [this](const auto& list) {
+    if (list.client == client_) on_scope_signals(list);
+  };
+  listener.scope_data = [this](const auto& data) {
+    if (data.client == client_) on_scope_data(data);
+  };
   line_->listen(listener);
 }
 
@@ -110,6 +116,12 @@ void DaemonWatch::send(trunnion::command_t command, Answer done) {
     asked_[command.sequence] = {command, std::move(done), now, now};
   else
     done("unreachable", no_answer("the command could not be sent"));
+}
+
+std::int32_t DaemonWatch::send(trunnion::scope_request_t request) {
+  request.client = client_;
+  request.sequence = ++scope_sequence_;
+  return line_ && line_->send(request).empty() ? request.sequence : 0;
 }
 
 void DaemonWatch::answer(const acknowledge_t& heard) {

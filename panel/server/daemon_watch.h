@@ -30,6 +30,9 @@ class DaemonWatch {
   /// `done` is called once, from `step`.
   void send(trunnion::command_t command, Answer done);
 
+  /// Asks for signals of past periods; the answer has the number that this returns. 0: nobody can be asked.
+  std::int32_t send(trunnion::scope_request_t request);
+
   /// Heard within the last second.
   bool connected() const;
   double age_s() const;  ///< of the last status; -1: none was heard
@@ -40,6 +43,8 @@ class DaemonWatch {
 
   /// Called from `step` when something new was heard; may be empty.
   std::function<void()> on_status, on_motion, on_tables, on_alarms;
+  std::function<void(const trunnion::scope_signals_t&)> on_scope_signals = [](const auto&) {};
+  std::function<void(const trunnion::scope_data_t&)> on_scope_data = [](const auto&) {};
 
  private:
   struct Asked {
@@ -55,10 +60,10 @@ class DaemonWatch {
 
   LcmConfig names_;
   AccessConfig access_;
-  std::unique_ptr<DaemonLine> line_;
+  std::unique_ptr<SocketLine> line_;
   Clock::time_point tried_, status_heard_;
   std::int64_t client_;
-  std::int32_t sequence_ = 0;
+  std::int32_t sequence_ = 0, scope_sequence_ = 0;
   std::map<std::int32_t, Asked> asked_;  ///< by sequence
   std::optional<trunnion::status_t> status_;
   std::optional<trunnion::motion_t> motion_;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -93,6 +94,38 @@ json id_of(const json& message) {
   return *found;
 }
 
+// What a page's plot can show: some signals, and not more of the past than it draws at once.
+trunnion::scope_request_t scope_of(const json& message) {
+  constexpr std::size_t kSignalsMax = 16, kNameMax = 64;
+  constexpr std::int64_t kRowsMax = 20000;
+  const auto names = message.find("signals");
+  if (names == message.end() || !names->is_array() || names->size() > kSignalsMax)
+    throw BadPageMessage(fmt::format("'signals' must be a list of {} names at most", kSignalsMax));
+  trunnion::scope_request_t request{};
+  for (const json& name : *names) {
+    if (!name.is_string() || name.get_ref<const std::string&>().size() > kNameMax ||
+        name.get_ref<const std::string&>().find('\0') != std::string::npos)
+      throw BadPageMessage("a signal has a short name");
+    request.signal.push_back(name.get<std::string>());
+  }
+  request.signal_count = static_cast<std::int32_t>(request.signal.size());
+  request.from_period = message.contains("from") ? whole_of(message, "from", -kWholeMax, kWholeMax) : -1;
+  request.rows_max = small_of(message, "rows", 1, kRowsMax);
+  return request;
+}
+
+// Of a message that is its type alone.
+std::optional<PageMessage::Kind> kind_of_plain(const std::string& type) {
+  using Kind = PageMessage::Kind;
+  constexpr std::array<std::pair<std::string_view, Kind>, 4> kPlain{{{"alive", Kind::kAlive},
+                                                                     {"take_controls", Kind::kTakeControls},
+                                                                     {"give_controls", Kind::kGiveControls},
+                                                                     {"keep_controls", Kind::kKeepControls}}};
+  for (const auto& [name, kind] : kPlain)
+    if (type == name) return kind;
+  return std::nullopt;
+}
+
 }  // namespace
 
 PageMessage read_page_message(std::string_view text) {
@@ -101,14 +134,13 @@ PageMessage read_page_message(std::string_view text) {
   if (!message.is_object()) throw BadPageMessage("no JSON object");
   PageMessage out;
   const std::string type = text_of(message, "type");
-  if (type == "alive") return out;
   if (type == "key") {
     out.kind = PageMessage::Kind::kKey;
     out.key = text_of(message, "key");
     return out;
   }
-  if (type == "take_controls") {
-    out.kind = PageMessage::Kind::kTakeControls;
+  if (const auto plain = kind_of_plain(type)) {
+    out.kind = *plain;
     return out;
   }
   if (type == "hold_when_lost") {
@@ -116,14 +148,33 @@ PageMessage read_page_message(std::string_view text) {
     out.hold_when_lost = truth_of(message, "on");
     return out;
   }
+  if (type == "scope") {
+    out.kind = PageMessage::Kind::kScope;
+    out.id = id_of(message);
+    out.scope = scope_of(message);
+    return out;
+  }
   if (type != "command")
-    throw BadPageMessage("'type' must be key, command, take_controls, hold_when_lost or alive");
+    throw BadPageMessage(
+        "'type' must be key, command, take_controls, give_controls, keep_controls, hold_when_lost, scope or "
+        "alive");
   out.kind = PageMessage::Kind::kCommand;
   out.id = id_of(message);
   out.command = command_of(message);
   const bool moves = out.command.verb == command_t::JOG && out.command.value != 0;
   if (moves) out.press = whole_of(message, "press", 1, kWholeMax);
   return out;
+}
+
+std::optional<LogInMessage> read_log_in(std::string_view text) {
+  const json message = json::parse(text, nullptr, false);
+  if (!message.is_object()) return std::nullopt;
+  try {
+    LogInMessage out{text_of(message, "name"), text_of(message, "password")};
+    return out.name.empty() || out.password.empty() ? std::nullopt : std::optional(out);
+  } catch (const BadPageMessage&) {
+    return std::nullopt;
+  }
 }
 
 }  // namespace trn

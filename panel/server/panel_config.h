@@ -1,6 +1,9 @@
 #pragma once
 
+#include <chrono>
+#include <map>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 
 #include "app/client/access_config.h"
@@ -10,6 +13,14 @@
 #include "panel/server/web_rules.h"
 
 namespace trn {
+
+/// How pages on a network reach a panel: over TLS, and after a log-in.
+struct TlsConfig {
+  std::string certificate_file;  ///< PEM, with the certificates between it and the root
+  std::string key_file;          ///< of the certificate, PEM
+  std::string users_file;
+  std::chrono::seconds session_life{};
+};
 
 /// What a panel serves, and where.
 struct PanelConfig {
@@ -21,10 +32,12 @@ struct PanelConfig {
   std::string programs_folder;  ///< a program that is loaded by its name alone lies here
   LcmConfig lcm;
   AccessConfig access;
-  PanelKey key;
-  nlohmann::json kinematics;  ///< what the page draws the machine of
-  std::string own_program;    ///< plans the loaded program, as 'run --preview'
-  bool print_key = true;      ///< behind the address
+  std::optional<PanelKey> key;   ///< with `tls`: of programs that look, as Prometheus does
+  std::optional<TlsConfig> tls;  ///< without it: the loopback only, and whoever has the key
+  nlohmann::json kinematics;     ///< what the page draws the machine of
+  std::string own_program;       ///< plans the loaded program, as 'run --preview'
+  bool print_key = true;         ///< behind the address
+  std::map<std::string, std::string> pages_of_others;  ///< addresses of other panels by machine
 };
 
 }  // namespace trn

@@ -1,5 +1,7 @@
 #include "panel/server/panel_state.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <iterator>
@@ -20,7 +22,7 @@ using namespace std::chrono_literals;
 
 constexpr auto kStatusEvery = 100ms, kMotionEvery = 50ms, kDeadMan = 500ms, kLost = 3000ms;
 constexpr int kMalformedMax = 3;
-constexpr std::size_t kHistoryMax = 1000, kPressesMax = 4096;
+constexpr std::size_t kHistoryMax = 1000, kPressesMax = 4096, kNotedMax = 80;
 
 std::string text_of(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
@@ -60,7 +62,10 @@ json typed(const char* type, json message) {
 }  // namespace
 
 PanelState::PanelState(const PanelConfig& config)
-    : config_(config), daemon_(config.lcm, config.access), plan_(config) {
+    : config_(config),
+      daemon_(config.lcm, config.access),
+      plan_(config),
+      fleet_(config.lcm.url, config.pages_of_others) {
   daemon_.on_status = [this] { heard_status(); };
   daemon_.on_motion = [this] {
     for (auto& [id, page] : pages_) page.motion = true;
@@ -69,6 +74,8 @@ PanelState::PanelState(const PanelConfig& config)
     for (auto& [id, page] : pages_) page.tables = true;
     plan_due_ = true;
   };
+  daemon_.on_scope_signals = [this](const auto& list) { hear_scope_signals(list); };
+  daemon_.on_scope_data = [this](const auto& data) { hear_scope_data(data); };
   daemon_.on_alarms = [this] {
     for (auto& [id, page] : pages_) page.alarms = true;
   };
@@ -80,6 +87,7 @@ void PanelState::step() {
   stop_jogs();
   watch_holder();
   watch_plan();
+  if (fleet_.step(Clock::now())) tell_all(fleet_json());
   if (daemon_.connected()) {
     told_gone_ = false;
     return;
@@ -88,9 +96,10 @@ void PanelState::step() {
   tell_all({{"type", "gone"}, {"text", "No daemon answers for this machine."}});
 }
 
-bool PanelState::open(PageId id) {
+bool PanelState::open(PageId id, const Visitor& visitor) {
   if (pages_.size() >= kPagesMax) return false;
   Page& page = pages_[id];
+  page.visitor = visitor;
   page.heard = Clock::now();
   page.status = daemon_.status().has_value();
   page.motion = daemon_.motion().has_value();
@@ -102,8 +111,9 @@ bool PanelState::open(PageId id) {
              {"machine", config_.machine.name},
              {"clock_us", daemon_.status() ? daemon_.status()->clock_us : 0},
              {"server_time_us", now_us()}});
-  put(page, {{"type", "controls"}, {"mine", false}, {"holder", holder_}});
+  put(page, controls_of(id));
   put(page, typed("plan", plan_.state()));
+  put(page, fleet_json());
   if (told_gone_) put(page, {{"type", "gone"}, {"text", "No daemon answers for this machine."}});
   return true;
 }
@@ -114,10 +124,10 @@ void PanelState::close(PageId id) {
   found->second.gone = found->second.stop_wanted = true;
   found->second.events.clear();
   found->second.held.reset();
-  if (holder_ == id) lose(found->second);
+  if (controls_.holder() == id) lose(found->second);
   if (!found->second.jogs()) pages_.erase(found);
-  if (holder_ != id) return;
-  holder_ = 0;
+  if (controls_.holder() != id && controls_.asker() != id) return;
+  controls_.gone(id);
   tell_controls();
 }
 
@@ -137,17 +147,69 @@ bool PanelState::receive(PageId id, std::string_view text) {
     page.hold_when_lost = message.hold_when_lost;
     if (!page.jogs()) page.heard = Clock::now();
   }
-  if (message.kind == PageMessage::Kind::kTakeControls) {
-    if (const auto before = pages_.find(holder_); before != pages_.end() && holder_ != id) {
-      before->second.stop_wanted = before->second.jogs();
-      before->second.held.reset();
-    }
-    if (!page.jogs()) page.heard = Clock::now();
-    holder_ = id;
-    tell_controls();
-  }
+  if (message.kind == PageMessage::Kind::kTakeControls) want_controls(id);
+  answer_controls(id, message.kind);
+  if (message.kind == PageMessage::Kind::kScope) ask_scope(id, message);
   if (message.kind == PageMessage::Kind::kCommand) command(id, message);
   return true;
+}
+
+std::string PanelState::name_of(PageId id) const {
+  const auto found = pages_.find(id);
+  const bool named = found != pages_.end() && !found->second.visitor.name.empty();
+  return named ? found->second.visitor.name : fmt::format("page {}", id);
+}
+
+// Who had the controls may still jog.
+void PanelState::holder_was(PageId id) {
+  const auto before = pages_.find(id);
+  if (before == pages_.end()) return;
+  before->second.stop_wanted = before->second.jogs();
+  before->second.held.reset();
+}
+
+void PanelState::want_controls(PageId id) {
+  Page& page = pages_.at(id);
+  const auto say = [&](const std::string& text) {
+    put(page, {{"type", "message"}, {"time_us", now_us()}, {"kind", "refused"}, {"text", text}});
+  };
+  if (page.visitor.role < Role::kOperate) return say("Your role is to look, not to operate.");
+  const PageId before = controls_.holder();
+  const Controls::Answer answer = controls_.want(id, Clock::now());
+  if (answer == Controls::Answer::kAnotherAsks)
+    return say(fmt::format("{} asks for the controls already.", name_of(controls_.asker())));
+  if (!page.jogs()) page.heard = Clock::now();
+  if (controls_.holder() == id && before != id) {
+    holder_was(before);
+    note("controls", fmt::format("{} has the controls.", name_of(id)));
+  }
+  tell_controls();
+}
+
+void PanelState::answer_controls(PageId id, PageMessage::Kind kind) {
+  const PageId asker = controls_.asker();
+  if (kind == PageMessage::Kind::kGiveControls && controls_.give(id)) {
+    holder_was(id);
+    const PageId now = controls_.holder();
+    if (const auto page = pages_.find(now); page != pages_.end()) page->second.heard = Clock::now();
+    note("controls", now == 0 ? fmt::format("{} has given up the controls.", name_of(id))
+                              : fmt::format("{} has given the controls to {}.", name_of(id), name_of(now)));
+    tell_controls();
+  }
+  if (kind == PageMessage::Kind::kKeepControls && controls_.keep(id)) {
+    note("controls", fmt::format("{} keeps the controls; {} asked.", name_of(id), name_of(asker)));
+    tell_controls();
+  }
+}
+
+// Who did what: where pages log in, the daemon knows the panel's user only.
+void PanelState::note_command(const Page& page, const PageMessage& message) {
+  const command_t& command = message.command;
+  const bool end_of_jog = command.verb == command_t::JOG && command.value == 0;
+  if (page.visitor.name.empty() || end_of_jog) return;
+  std::string what(find_rights(command.verb)->name);
+  if (!command.text.empty()) what += " " + command.text.substr(0, kNotedMax);
+  note("did", fmt::format("{}: {}", page.visitor.name, what));
 }
 
 void PanelState::command(PageId id, const PageMessage& message) {
@@ -155,8 +217,13 @@ void PanelState::command(PageId id, const PageMessage& message) {
   command_t command = message.command;
   const bool always =
       command.verb == command_t::ESTOP || command.verb == command_t::STOP || command.verb == command_t::HOLD;
-  if (!always && holder_ != id)
+  if (role_for(command) > page.visitor.role)
+    return refuse(page, message.id,
+                  fmt::format("your role is '{}', and this needs '{}'", to_string(page.visitor.role),
+                              to_string(role_for(command))));
+  if (!always && controls_.holder() != id)
     return refuse(page, message.id, "this page only looks; take the controls first");
+  note_command(page, message);
   if (command.verb == command_t::JOG) return jog(id, message);
   if (begins_motion(command) && somebody_jogs())
     return refuse(page, message.id, "a move by hand goes on; wait until it has ended");
@@ -277,7 +344,8 @@ void PanelState::watch_jogs() {
 
 // A page whose computer sleeps keeps its connection for a while.
 void PanelState::watch_holder() {
-  const auto found = pages_.find(holder_);
+  if (controls_.step(Clock::now())) tell_controls();
+  const auto found = pages_.find(controls_.holder());
   if (found == pages_.end() || Clock::now() - found->second.heard < kLost) return;
   lose(found->second);
 }
@@ -337,8 +405,19 @@ void PanelState::tell_all(const json& message) {
 }
 
 void PanelState::tell_controls() {
-  for (auto& [id, page] : pages_)
-    put(page, {{"type", "controls"}, {"mine", id == holder_}, {"holder", holder_}});
+  for (auto& [id, page] : pages_) put(page, controls_of(id));
+}
+
+json PanelState::controls_of(PageId id) const {
+  const PageId holder = controls_.holder(), asker = controls_.asker();
+  return {{"type", "controls"},
+          {"page", id},
+          {"mine", id == holder},
+          {"holder", holder},
+          {"holder_name", holder == 0 ? "" : name_of(holder)},
+          {"asker", asker},
+          {"asker_name", asker == 0 ? "" : name_of(asker)},
+          {"may_take", controls_.may_take(Clock::now())}};
 }
 
 bool PanelState::waiting(PageId id) const {
@@ -435,6 +514,10 @@ json PanelState::programs_json() const {
   for (const ProgramFile& file : list_programs(config_.programs_folder))
     programs.push_back({{"name", file.name}, {"size", file.size}, {"modified_s", file.modified_s}});
   return programs;
+}
+
+json PanelState::fleet_json() const {
+  return {{"type", "fleet"}, {"machines", fleet_.machines(Clock::now())}, {"silent", fleet_.silent()}};
 }
 
 json PanelState::state_json() const {

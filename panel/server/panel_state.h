@@ -9,8 +9,12 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 
+#include "panel/server/controls.h"
 #include "panel/server/daemon_watch.h"
+#include "panel/server/fleet.h"
+#include "panel/server/log_in.h"
 #include "panel/server/metrics.h"
 #include "panel/server/page_folder.h"
 #include "panel/server/page_message.h"
@@ -18,8 +22,6 @@
 #include "panel/server/plan_maker.h"
 
 namespace trn {
-
-using PageId = std::uint64_t;
 
 /// What the panel knows and decides, without its sockets: pages, who has the controls, and what each page is
 /// to be told next. A page that does not read keeps at most `kEventsMax` texts and the newest state waiting.
@@ -33,7 +35,7 @@ class PanelState {
   void step();
 
   /// False if there are too many.
-  bool open(PageId page);
+  bool open(PageId page, const Visitor& visitor);
   void close(PageId page);
   /// False if the page is to be closed, after too many malformed messages.
   bool receive(PageId page, std::string_view text);
@@ -59,6 +61,7 @@ class PanelState {
  private:
   using Clock = std::chrono::steady_clock;
   struct Page {
+    Visitor visitor;
     std::deque<std::string> events;
     bool status = false, motion = false, tables = false, alarms = false;  ///< news that the page has not had
     Clock::time_point status_sent, motion_sent, heard;
@@ -83,6 +86,18 @@ class PanelState {
   void tell_all(const nlohmann::json& message);
   void note(const char* kind, const std::string& text);
   void tell_controls();
+  nlohmann::json controls_of(PageId id) const;
+  nlohmann::json fleet_json() const;
+  void ask_scope(PageId id, const PageMessage& message);
+  /// The page whose question this answers, with its `id`; null where it has gone.
+  Page* scope_page(std::int32_t sequence, nlohmann::json& id);
+  void hear_scope_signals(const trunnion::scope_signals_t& list);
+  void hear_scope_data(const trunnion::scope_data_t& data);
+  std::string name_of(PageId id) const;
+  void want_controls(PageId id);
+  void answer_controls(PageId id, PageMessage::Kind kind);
+  void holder_was(PageId id);
+  void note_command(const Page& page, const PageMessage& message);
   void heard_status();
   void command(PageId id, const PageMessage& message);
   void jog(PageId id, const PageMessage& message);
@@ -103,9 +118,11 @@ class PanelState {
   DaemonWatch daemon_;
   PlanMaker plan_;
   std::map<PageId, Page> pages_;
-  PageId holder_ = 0;  ///< 0: nobody
+  Controls controls_;
+  Fleet fleet_;
   std::set<std::int64_t> presses_;
   std::deque<std::int64_t> oldest_presses_;
+  std::map<std::int32_t, std::pair<PageId, nlohmann::json>> scopes_;  ///< questions to the scope, by sequence
   bool told_gone_ = false;
   std::int32_t daemon_pid_ = 0;
   std::string last_message_, last_fault_ = "ok";

@@ -1,5 +1,6 @@
 #include "panel/server/web_rules.h"
 
+#include <arpa/inet.h>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -36,13 +37,14 @@ ListenPlace read_listen_place(const std::string& text) {
   const int port = colon == std::string::npos ? -1 : port_of(std::string_view(text).substr(colon + 1));
   if (port < 0) throw std::runtime_error(fmt::format("'{}' is no ADDRESS:PORT, as 127.0.0.1:8470 is", text));
   const std::string address = text.substr(0, colon);
-  if (address != "127.0.0.1")
+  in_addr number{};
+  if (inet_pton(AF_INET, address.c_str(), &number) != 1)
     throw std::runtime_error(
-        fmt::format("the panel listens on 127.0.0.1 only, not on '{}': its key would cross the network for "
-                    "all to read; from another computer use 'ssh -L {}:127.0.0.1:{}'",
-                    address, port, port));
+        fmt::format("'{}' is no address of this computer, as 127.0.0.1 or 192.168.1.20 is", address));
   return {address, port};
 }
+
+bool is_loopback(const ListenPlace& place) { return place.address.starts_with("127."); }
 
 bool is_own_host(std::string_view host) {
   return std::any_of(kLoopback.begin(), kLoopback.end(), [&](std::string_view name) {
@@ -52,9 +54,20 @@ bool is_own_host(std::string_view host) {
   });
 }
 
-bool is_own_origin(std::string_view origin, std::string_view host) {
-  constexpr std::string_view kScheme = "http://";
-  return is_own_host(host) && origin.starts_with(kScheme) && origin.substr(kScheme.size()) == host;
+bool is_own_origin(std::string_view origin, std::string_view scheme, std::string_view host) {
+  return !host.empty() && origin == fmt::format("{}://{}", scheme, host);
+}
+
+std::string cookie_of(std::string_view header, std::string_view name) {
+  while (!header.empty()) {
+    const std::size_t end = std::min(header.find(';'), header.size());
+    std::string_view one = header.substr(0, end);
+    header.remove_prefix(std::min(end + 1, header.size()));
+    while (one.starts_with(' ')) one.remove_prefix(1);
+    if (one.starts_with(name) && one.substr(name.size()).starts_with('='))
+      return std::string(one.substr(name.size() + 1));
+  }
+  return "";
 }
 
 std::optional<std::string> page_file(std::string_view path) {

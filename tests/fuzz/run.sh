@@ -22,6 +22,7 @@ length_of() {
     eds_fuzz) echo 1200 ;;
     session_log_fuzz) echo 900 ;;
     message_fuzz) echo 4000 ;;
+    page_message_fuzz) echo 600 ;;
     can_frame_fuzz | gateway_fuzz | program_wire_fuzz) echo 400 ;;
     table_fuzz | modbus_fuzz) echo 300 ;;
     *) echo 192 ;;

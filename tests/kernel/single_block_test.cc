@@ -51,6 +51,23 @@ TEST_F(SingleBlockTest, ALineMayEndWithBlocksThatTakeNoTime) {
   EXPECT_EQ(single.to_line_end_s(1e9), RateWish::kNoStop) << "line 2 has no end yet";
 }
 
+TEST_F(SingleBlockTest, WhatWasTypedInIsNotHeld) {
+  single.set(true);
+  push(1, true);
+  push(2, true);
+  push(3, true);
+  single.begin(true);
+  EXPECT_FALSE(single.pauses(true));
+  interpolator.advance(0.1);
+  EXPECT_FALSE(single.pauses(true)) << "MDI of two lines";
+  EXPECT_EQ(single.to_line_end_s(1e9), RateWish::kNoStop);
+  EXPECT_TRUE(single.on()) << "the switch stays on for the next program";
+  single.begin(false);
+  EXPECT_FALSE(single.pauses(true)) << "the first line is released";
+  interpolator.advance(0.1);
+  EXPECT_TRUE(single.pauses(true));
+}
+
 TEST_F(SingleBlockTest, OffItNeverPauses) {
   push(1, true);
   push(2, true);

@@ -19,7 +19,7 @@ export async function launch(origin, key, sources) {
     page.setDefaultTimeout(kPatienceMs);
     page.on("pageerror", (error) => complaints.push(String(error)));
     page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
-    await page.goto(`${origin}/#key=${key}`);
+    await page.goto(key ? `${origin}/#key=${key}` : `${origin}/`);
     return page;
   };
   const part = (page, name) => page.locator(`[data-test="${name}"]`);

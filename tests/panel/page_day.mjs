@@ -65,7 +65,7 @@ async function open(browser, size, from = address) {
 }
 
 const part = (page, name) => page.locator(`[data-test="${name}"]`);
-const view = (page, name) => page.getByRole("tab", { name }).click();
+const view = (page, name) => page.getByRole("tab", { name: new RegExp(`^${name}`) }).click();
 const picture = (page, name) => page.screenshot({ path: join(output, `${name}.png`) });
 
 const text = (page, name) => part(page, name).first().textContent();
@@ -175,11 +175,20 @@ async function heldJogEnds(page) {
   assert.equal(await text(page, "machine-Z"), stands, "Z went on after the button was let go");
 }
 
+/** One page asks another one for the controls, which gives them. */
+async function asksFor(page, holder) {
+  await part(page, "take").click();
+  await shows(holder, "asked", "asks for the controls");
+  await picture(holder, "controls_asked");
+  await part(holder, "give").click();
+  await shows(page, "controls", "You have the controls");
+  await shows(holder, "holder", "has the controls");
+}
+
 /** A page that freezes while a button is held stops the machine all the same. */
 async function frozenPageEnds(browser, page) {
   const second = await open(browser, kWork);
-  await part(second, "take").click();
-  await shows(second, "controls", "You have the controls");
+  await asksFor(second, page);
   await part(second, "held").click();
   await part(second, "jog-X+").click({ trial: true });
   const button = await part(second, "jog-X+").boundingBox();
@@ -267,7 +276,7 @@ async function plans(page) {
   // The time of 'trunnion run', which drives the program period by period.
   assert(Math.abs(60 * minutes + seconds - cycleTime) < 3, `the plan takes ${clock} instead of ${cycleTime} s`);
   await shows(page, "limits", "feed");
-  for (const mode of ["joint", "acceleration", "jerk", "feed", "speed"]) {
+  for (const mode of ["joint", "acceleration", "jerk", "feed", "deviation", "speed"]) {
     await part(page, `colour-${mode}`).click();
     await picture(page, `plan_${mode}`);
   }
@@ -301,7 +310,7 @@ async function accessible(browser) {
   await shows(page, "state", "Ready");
   await page.addScriptTag({ path: join(sources, "node_modules/axe-core/axe.min.js") });
   for (const theme of ["Light", "Dark"]) {
-    for (const name of ["Run", "Path", "Offsets and tools", "Machine", "Alarms"]) {
+    for (const name of ["Run", "Path", "Offsets and tools", "Machine", "Alarms", "All machines"]) {
       await view(page, name);
       const { violations } = await page.evaluate(() => globalThis.axe.run());
       const serious = violations.filter((one) => one.impact === "serious" || one.impact === "critical");
@@ -329,6 +338,22 @@ async function tellsTimeLeft(page) {
   assert(await part(page, "machine-lock").isDisabled(), "the lock is free while a program runs");
 }
 
+/** On hold a typed line switches spindle, coolant and outputs, and moves nothing. */
+async function switchesOnHold(page) {
+  const type = async (line) => {
+    await part(page, "mdi").fill(line);
+    await page.getByRole("button", { name: "Run line" }).click();
+  };
+  const stands = await text(page, "machine-X");
+  await type("M7");
+  await shows(page, "force-Coolant", "mist");
+  await type("M9");
+  await shows(page, "force-Coolant", "off");
+  await type("G0 X0");
+  await shows(page, "messages", "mdi:");
+  assert.equal(await text(page, "machine-X"), stands);
+}
+
 /** While a program is held, axes may be moved away; the page says that resume leads back. */
 async function movesAway(page) {
   await shows(page, "detour", "you may move the axes away");
@@ -336,6 +361,7 @@ async function movesAway(page) {
   // Moves by hand begin when the machine stands.
   let before = "";
   await until(page, "machine-Z", (shown) => shown === before || !(before = shown), "the same for a while", 500);
+  await switchesOnHold(page);
   const from = Number(before);
   await part(page, "jog-Z+").click();
   await shows(page, "detour", "Resume leads back");
@@ -397,8 +423,7 @@ async function acknowledges(page) {
 async function twoPages(browser, first) {
   const second = await open(browser, kTablet);
   await shows(second, "state", "Running");
-  await part(second, "take").click();
-  await shows(second, "controls", "You have the controls");
+  await asksFor(second, first);
   await part(first, "take").waitFor();
   await picture(second, "run_tablet");
   await second.getByRole("button", { name: "Light" }).click();

@@ -12,11 +12,11 @@ PATIENCE_S = 60
 class PanelBench:
     """`folder` goes with `close`; `origin` and `key` are what the panel printed."""
 
-    def __init__(self, binary, source, daemon=True, tools=None, config="cradle"):
+    def __init__(self, binary, source, daemon=True, tools=None, config="cradle", name="panel_test", lcm_url=""):
         self.binary, self.source = binary, source
         self.temporary = tempfile.TemporaryDirectory()
         self.folder = self.temporary.name
-        self.name = "panel_test"
+        self.name, self.lcm_url = name, lcm_url
         self.machine = config
         self.environment = self._environment()
         self.config = self._config()
@@ -39,7 +39,7 @@ class PanelBench:
         return out
 
     def _config(self):
-        """A shipped config under a name of its own, whose drives may be late, without telemetry to a network."""
+        """A shipped config under a name of its own, whose drives may be late; telemetry only as told."""
         with open(os.path.join(self.source, "configs", self.machine + ".toml"), encoding="utf-8") as file:
             text, named = re.subn(r'(?m)^name = "\w+"', f'name = "{self.name}"', file.read(), count=1)
         assert named == 1 and "[lcm]" not in text
@@ -49,7 +49,7 @@ class PanelBench:
                 os.symlink(os.path.join(self.source, "configs", entry), self.path(entry))
         if "[realtime]" not in text:
             text += "\n[realtime]\nlate_periods_max = 0\n"
-        return self.write("machine.toml", text + '\n[lcm]\nurl = ""\n')
+        return self.write("machine.toml", text + f'\n[lcm]\nurl = "{self.lcm_url}"\n')
 
     def path(self, name):
         return os.path.join(self.folder, name)
@@ -66,21 +66,44 @@ class PanelBench:
             self.daemon = subprocess.Popen([self.binary, "daemon", "--machine", self.config, *options], stdout=log,
                                            stderr=log, env=self.environment, cwd=self.folder)
 
+    def make_certificate(self):
+        """A certificate that names this computer's loopback and signs itself."""
+        subprocess.run(["openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+                        "-nodes", "-days", "2", "-subj", "/CN=localhost", "-addext",
+                        "subjectAltName=IP:127.0.0.1,DNS:localhost",
+                        "-keyout", self.path("tls.key"), "-out", self.path("tls.crt")], check=True,
+                       capture_output=True, env=self.environment)
+        os.chmod(self.path("tls.key"), 0o600)
+
+    def user(self, verb, *arguments, password=""):
+        """Runs `trunnion panel user`, which reads the password from its standard input here."""
+        return subprocess.run([self.binary, "panel", "user", verb, *arguments, "--users", self.path("users")],
+                              input=password + "\n", text=True, capture_output=True, env=self.environment,
+                              check=False)
+
+    def start_panel_with_log_in(self, *options, page=None, listen="127.0.0.1:0"):
+        self.make_certificate()
+        for name, role in (("lara", "look"), ("otto", "operate"), ("sara", "set up")):
+            self.user("add", name, "--role", role, password=name + "'s password").check_returncode()
+        return self.start_panel("--listen", listen, "--cert", self.path("tls.crt"), "--key", self.path("tls.key"),
+                                "--users", self.path("users"), *options, page=page)
+
     def start_panel(self, *options, page=None):
         """Returns what it printed when it listens."""
         self.panel = subprocess.Popen(
-            [self.binary, "panel", "--machine", self.config, "--listen", "127.0.0.1:0", "--page",
+            [self.binary, "panel", "--machine", self.config,
+             *(() if "--listen" in options else ("--listen", "127.0.0.1:0")), "--page",
              page or self.path("page"), "--programs", self.path("programs"), *options],
             stdout=subprocess.PIPE, text=True, env=self.environment, cwd=self.folder)
         line = self.panel.stdout.readline()
-        found = re.search(r"(http://127\.0\.0\.1:\d+)/(?:#key=([0-9a-f]{32}))?$", line.strip())
+        found = re.search(r"(https?://[\d.]+:\d+)/(?:#key=([0-9a-f]{32}))?$", line.strip())
         assert found, f"the panel printed '{line}'"
         self.origin, self.key = found.groups()
         return line
 
     @property
     def host(self):
-        return self.origin.removeprefix("http://")
+        return self.origin.partition("://")[2]
 
     @property
     def port(self):

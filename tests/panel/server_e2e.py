@@ -285,7 +285,7 @@ class WholePanel(PanelTest):
 
         def plan():
             body = get(self.bench, "/api/v1/plan")[1]
-            self.assertEqual(body[:8], b"TRNPLAN1")
+            self.assertEqual(body[:8], b"TRNPLAN2")
             size, = struct.unpack("<I", body[8:12])
             head = json.loads(body[12:12 + size])
             begin = (12 + size + 3) // 4 * 4

@@ -26,14 +26,20 @@ class RulesTest(unittest.TestCase):
         self.addCleanup(self.daemon.close)
         self.bench.start_panel()
         self.daemon.accept()
+        self.holder = None
         self.page = self.operator()
 
-    def operator(self):
-        """A page that has the controls."""
+    def looker(self):
         page = Page(self.bench)
         self.addCleanup(page.close)
-        page.state("idle")
-        page.take_controls()
+        page.until(lambda m: m["type"] == "status")
+        return page
+
+    def operator(self):
+        """A page that has the controls; who had them gives them."""
+        page = self.looker()
+        page.take_controls(giver=self.holder)
+        self.holder = page
         return page
 
     def jog(self, press, number=1, **more):
@@ -153,12 +159,6 @@ class Jogs(RulesTest):
 
 
 class EndsOfJogs(RulesTest):
-    def other(self):
-        page = Page(self.bench)
-        self.addCleanup(page.close)
-        page.state("idle")
-        return page
-
     def stops(self):
         return [one for one in self.daemon.heard if one.verb == command_t.JOG and one.value == 0]
 
@@ -187,7 +187,7 @@ class EndsOfJogs(RulesTest):
         self.stopped(2)  # and again while it goes on
 
     def test_a_jog_that_is_accepted_when_its_page_has_gone_ends(self):
-        other = self.other()
+        other = self.looker()
         self.jog(press=1)
         command = self.daemon.until(command_t.JOG)
         self.page.close()
@@ -197,7 +197,7 @@ class EndsOfJogs(RulesTest):
         self.stopped()
 
     def test_a_program_that_began_behind_a_jog_is_not_held(self):
-        other = self.other()
+        other = self.looker()
         self.jog(press=1)
         command = self.daemon.until(command_t.JOG)
         self.page.close()
@@ -208,7 +208,7 @@ class EndsOfJogs(RulesTest):
         self.no_program_stopped_before(other)
 
     def test_a_refused_jog_holds_nothing(self):
-        other = self.other()
+        other = self.looker()
         self.jog(press=1)
         command = self.daemon.until(command_t.JOG)
         self.page.close()
@@ -259,6 +259,93 @@ class EndsOfJogs(RulesTest):
             self.page.send((*others, new_press | {"press": 2 + len(heard)})[len(heard) % 4])
             heard.append(self.page.next())
         self.stopped()
+
+
+class TakeOver(RulesTest):
+    def asks(self):
+        """A page that asks for the controls, and what both are told."""
+        asker = self.looker()
+        asker.send({"type": "take_controls"})
+        told = [page.until(lambda m: m["type"] == "controls" and m["asker"]) for page in (asker, self.page)]
+        self.assertEqual([(one["asker"], one["holder"], one["mine"], one["may_take"]) for one in told],
+                         [(told[0]["page"], told[1]["page"], mine, False) for mine in (False, True)])
+        self.assertEqual(told[1]["asker_name"], f"page {told[0]['page']}")
+        return asker
+
+    def assert_holder(self, page, other):
+        """Only this page moves the machine, and both may stop it."""
+        for one, outcome in ((page, "accepted"), (other, "refused")):
+            one.send({"type": "command", "id": 77, "verb": "reset"})
+            if outcome == "accepted":
+                self.daemon.reply(self.daemon.until(command_t.RESET))
+            answer = one.until(lambda m: m["type"] == "answer" and m["id"] == 77)
+            self.assertEqual(answer["outcome"], outcome)
+            times = self.daemon.verbs().count(command_t.STOP) + 1
+            one.send({"type": "command", "id": 78, "verb": "stop"})
+            self.daemon.reply(self.daemon.until(command_t.STOP, times))
+
+    def test_who_asks_has_nothing_yet(self):
+        self.assert_holder(self.page, self.asks())
+
+    def test_who_is_given_them_has_them(self):
+        asker = self.asks()
+        self.page.send({"type": "give_controls"})
+        told = asker.until(lambda m: m["type"] == "controls" and m["mine"])
+        self.assertEqual(told["asker"], 0)
+        self.assert_holder(asker, self.page)
+
+    def test_who_has_them_keeps_them(self):
+        asker = self.asks()
+        self.page.send({"type": "keep_controls"})
+        told = asker.until(lambda m: m["type"] == "message" and m["kind"] == "controls" and "keeps" in m["text"])
+        asker.until(lambda m: m["type"] == "controls" and not m["asker"])
+        self.assertRegex(told["text"], r"^page \d+ keeps the controls; page \d+ asked\.$")
+        self.assert_holder(self.page, asker)
+
+    def test_who_gets_no_answer_takes_them_and_the_move_of_the_other_ends(self):
+        self.accepted_jog(press=1, alive_ms=1000)
+        asker = self.asks()
+        begin, answered = time.monotonic(), 1
+        asker.send({"type": "take_controls"})  # too soon
+        while not (told := asker.next()).get("may_take"):
+            self.assertFalse(told.get("mine"))
+            self.page.send({"type": "alive"})
+            if (times := self.daemon.verbs().count(command_t.JOG)) > answered:
+                answered = times
+                self.daemon.reply(self.daemon.until(command_t.JOG))
+        self.assertGreater(time.monotonic() - begin, 8)
+        self.assertEqual([one.value for one in self.daemon.heard if one.verb == command_t.JOG and one.value == 0], [])
+        asker.send({"type": "take_controls"})
+        asker.until(lambda m: m["type"] == "controls" and m["mine"])
+        deadline = time.monotonic() + PATIENCE_S
+        while not [one for one in self.daemon.heard if one.verb == command_t.JOG and one.value == 0]:
+            self.assertLess(time.monotonic(), deadline)
+            time.sleep(0.01)
+        self.daemon.said("idle")
+        self.assert_holder(asker, self.page)
+
+    def test_a_third_page_waits_its_turn(self):
+        asker, third = self.asks(), self.looker()
+        third.send({"type": "take_controls"})
+        third.until(lambda m: m["type"] == "message" and "asks for the controls already" in m["text"])
+        asker.close()
+        third.until(lambda m: m["type"] == "controls" and not m["asker"])
+        third.take_controls(giver=self.page)
+
+    def test_they_are_free_when_their_page_has_gone_or_gives_them_up(self):
+        asker = self.asks()
+        self.page.close()
+        asker.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
+        asker.take_controls()
+        asker.send({"type": "give_controls"})
+        asker.until(lambda m: m["type"] == "controls" and m["holder"] == 0)
+
+    def test_others_give_and_keep_nothing(self):
+        asker, third = self.asks(), self.looker()
+        for page in (asker, third):
+            for kind in ("give_controls", "keep_controls"):
+                page.send({"type": kind})
+        self.assert_holder(self.page, asker)
 
 
 class Programs(RulesTest):

@@ -13,7 +13,7 @@ APP = {"app/check", "app/client", "app/gateway", "app/import", "app/session", "a
        "panel/server"}
 RATE = "kernel/rate"  # beside the tick: it searches, and the tick must not
 FITS = "compensation/fit"  # off-line, with a solver that nothing else needs
-EVERYTHING = ENGINE | APP | {RATE, FITS, "bench", "tests"}
+EVERYTHING = ENGINE | APP | {RATE, FITS, "app/library", "bench", "tests"}
 ALLOWED = {
     "core": {"core"},
     "interp": {"core", "interp"},
@@ -34,10 +34,12 @@ ALLOWED = {
     "app/session": ENGINE | {RATE, "app/check", "app/client", "app/session"},
     "app/daemon": ENGINE | {RATE, "app/check", "app/client", "app/session", "app/daemon"},
     "app/lab": ENGINE | {FITS, "app/check", "app/session", "app/lab"},
+    "app/library": ENGINE | {FITS, "app/lab", "app/session", "app/library"},
     "app/cli": ENGINE | APP | {FITS},
     "bench": EVERYTHING,
     "tests": EVERYTHING,
     "cmake": {"core"},
+    "examples": set(),  # what a user of the installed library writes
 }
 
 # System headers that belong to some folders only: bus and operating system stay out of the mathematics.
@@ -49,7 +51,7 @@ SYSTEM = [
      APP | {"hal", "sim", "bench", "tests"}),
     (re.compile(r"^ceres/"), {FITS, "bench", "tests"}),
     (re.compile(r"^sodium"), {"app/client", "panel/server", "tests"}),
-    (re.compile(r"^libwebsockets"), {"panel/server"}),
+    (re.compile(r"^(libwebsockets|mosquitto)"), {"panel/server"}),
     (re.compile(r"^(gtest|gmock|rapidcheck|kdl/)"), {"tests", "bench", "cmake"}),
     (re.compile(r"^toml"), {"core", "tests"}),
 ]

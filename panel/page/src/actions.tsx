@@ -1,3 +1,4 @@
+import type { Verb } from "./interface";
 import { link, useLink } from "./link";
 import { canHold, isProgram } from "./model";
 
@@ -15,7 +16,7 @@ function Toggle({ name, test, on, disabled, hint, set }: {
 function Switches() {
   const { status, mine, holdWhenLost } = useLink("status", "link");
   if (!status) return null;
-  const sends = (verb: string) => (on: boolean) => void link.command({ verb, value: on ? 1 : 0 });
+  const sends = (verb: Verb) => (on: boolean) => void link.command({ verb, value: on ? 1 : 0 });
   return (
     <div class="toggles">
       <Toggle name="Single block" test="single" on={status.single_block} disabled={!mine}
@@ -39,14 +40,14 @@ function Switches() {
 export function Actions() {
   const { status, mine } = useLink("status", "link");
   const state = status?.state ?? "";
-  const can: Record<string, boolean> = {
+  const can: Partial<Record<Verb, boolean>> = {
     hold: canHold(status),
     stop: ["running", "holding", "jogging", "homing"].includes(state),
     start: mine && state === "idle" && !!status && isProgram(status.program),
     resume: mine && state === "holding" && status?.detour !== "jogs",
     reset: mine && (state === "fault" || state === "estop"),
   };
-  const button = (verb: string, text: string, extra = "") => (
+  const button = (verb: Verb, text: string, extra = "") => (
     <button class={`large ${extra}`} data-test={verb} disabled={!can[verb]} onClick={() => void link.command({ verb })}>
       {text}
     </button>

@@ -1,42 +1,42 @@
-import { render } from "preact";
+import { type JSX, render } from "preact";
 import { useEffect, useState } from "preact/hooks";
 import { Actions } from "./actions";
 import { Alarms, OpenAlarms } from "./alarms";
+import { Asked, Controls } from "./controls";
+import { Fleet } from "./fleet";
 import { kKeyHelp, listenToKeys } from "./keys";
 import { link, useLink } from "./link";
+import { LogIn, User } from "./log_in";
 import { MachineView } from "./machine";
-import { sentence, stateName } from "./model";
+import { sentence, stateName, tone } from "./model";
 import { Path } from "./path";
 import { Run } from "./run";
+import { Scope } from "./scope";
 import "./fonts.css";
 import "./style.css";
 import { TablesView } from "./tables";
 
-const kViews = [
+type Theme = "dark" | "light";
+const kViews: { name: string; draw: (theme: Theme) => JSX.Element }[] = [
   { name: "Run", draw: () => <Run /> },
   { name: "Path", draw: () => <Path /> },
   { name: "Offsets and tools", draw: () => <TablesView /> },
   { name: "Machine", draw: () => <MachineView /> },
+  { name: "Scope", draw: (theme) => <Scope theme={theme} /> },
   { name: "Alarms", draw: () => <Alarms /> },
+  { name: "All machines", draw: () => <Fleet /> },
 ];
-type Theme = "dark" | "light";
-
 function firstTheme(): Theme {
   const kept = localStorage.getItem("theme");
   if (kept === "dark" || kept === "light") return kept;
   return matchMedia("(prefers-color-scheme: light)").matches ? "light" : "dark";
 }
 
-function tone(state: string): string {
-  if (state === "fault" || state === "estop") return "danger";
-  if (state === "running" || state === "jogging" || state === "homing") return "active";
-  return state === "holding" || state === "stopping" ? "waits" : "calm";
-}
-
 function StateLine() {
-  const { status, gone, connected, refused } = useLink("status", "link");
+  const { status, gone, connected, refused, stale } = useLink("status", "link");
   if (refused) return <Silent name="No key" text={refused} />;
   if (!connected) return <Silent name="No connection" text="The panel does not answer; trying again." />;
+  if (stale) return <Silent name="No connection" text="The panel says nothing any more: what is shown here is old." />;
   if (gone) return <Silent name="No machine" text={gone} />;
   if (!status) return <Silent name="Connecting" text="" />;
   return (
@@ -54,16 +54,6 @@ const Silent = ({ name, text }: { name: string; text: string }) => (
   </div>
 );
 
-function Controls() {
-  const { mine, holder, connected } = useLink("link");
-  if (mine) return <span class="mine" data-test="controls">You have the controls</span>;
-  return (
-    <button class="accent" data-test="take" disabled={!connected} onClick={() => link.takeControls()}>
-      {holder ? "Take over the controls" : "Take the controls"}
-    </button>
-  );
-}
-
 function KeyHelp({ close }: { close: () => void }) {
   return (
     <dialog open aria-label="Keys" data-test="keys">
@@ -75,7 +65,7 @@ function KeyHelp({ close }: { close: () => void }) {
 }
 
 function App() {
-  const { machine } = useLink("machine");
+  const { machine, needsLogIn } = useLink("machine", "link");
   const [view, setView] = useState(0);
   const [theme, setTheme] = useState<Theme>(firstTheme);
   const [help, setHelp] = useState(false);
@@ -85,6 +75,7 @@ function App() {
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);
   }, [theme]);
+  if (needsLogIn) return <LogIn />;
   return (
     <>
       <header>
@@ -107,11 +98,13 @@ function App() {
         ))}
         </div>
         <button class="theme" onClick={() => setHelp(!help)} title="Keys that operate the machine">Keys</button>
+        <User />
         <button onClick={() => setTheme(theme === "dark" ? "light" : "dark")}>
           {theme === "dark" ? "Light" : "Dark"}
         </button>
       </nav>
-      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw()}</main>
+      <Asked />
+      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw(theme)}</main>
       <Actions />
       {help && <KeyHelp close={() => setHelp(false)} />}
     </>

@@ -55,7 +55,7 @@ function rest(answer: Answer): Promise<void> {
   });
 }
 
-const target = (way: Way) => ({ verb: "jog", frame: way.frame, ...(way.word ? { text: way.word } : { joint: way.joint }) });
+const target = (way: Way) => ({ verb: "jog" as const, frame: way.frame, ...(way.word ? { text: way.word } : { joint: way.joint }) });
 
 function untilLetGo(): Promise<void> {
   return new Promise((resolve) => {

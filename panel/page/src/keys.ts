@@ -9,7 +9,7 @@ export const kKeyHelp: [string, string][] = [
   ["Space", "Hold, while something moves"],
   ["R", "Start the loaded program"],
   ["S", "Resume"],
-  ["1 to 6", "Choose a view"],
+  ["1 to 7", "Choose a view"],
   ["Arrows, page up, page down", "Move X, Y and Z, where “Arrow keys” is on"],
   ["?", "Show these keys"],
 ];

@@ -1,48 +1,34 @@
 import { useEffect, useState } from "preact/hooks";
-import { type Alarm, isProgram, type LogEntry, type Machine, type Motion, type ProgramFile, type Status, type Tables } from "./model";
+import type {
+  Alarm, Answer as Told, Command as Asked, Controls, Fleet, LogEntry, Machine, Motion, PageMessage, PlanState, ProgramFile, ScopeData,
+  ScopeSignals, ServerMessage,
+  Session, Status, Tables,
+} from "./interface";
+import { isProgram } from "./model";
 import { Plan } from "./plan";
 import { ProgramText } from "./program_text";
 
-export interface PlanState {
-  state: "none" | "working" | "ready" | "failed";
-  program: string;
-  text: string;
-  number: number;
-}
-
 // The page's one line to the server, and all it knows from there.
 
-export interface Answer {
-  outcome: string;
-  text: string;
-  /** Of the first status after the answer. */
-  status_count?: number;
-}
+/** Of a command; one that never came has no status. */
+export type Answer = Pick<Told, "outcome" | "text"> & Partial<Told>;
+export type Command = Omit<Asked, "id">;
 
-export interface Command {
-  verb: string;
-  joint?: number;
-  value?: number;
-  speed?: number;
-  text?: string;
-  /** Of a jog: number of the press of a button. The server obeys each once. */
-  press?: number;
-  /** Of a jog that goes on while it is held. */
-  alive_ms?: number;
-  /** Of a jog: along what it goes. */
-  frame?: number;
-  speed_share?: number;
-}
+const kNoControls: Controls = { page: 0, mine: false, holder: 0, holder_name: "", asker: 0, asker_name: "", may_take: false };
 
 const kAliveMs = 250;
 const kHoldKey = "hold-when-lost";
 const kReconnectMs = 1000;
 const kLogMax = 500;
 const kSameUs = 2e6;
+const kScopeMs = 1500;
+const kLookMs = 250;
+const kStaleMs = 2500;
+const kGiveUpMs = 8000;
 /** An answer that has not come by then is not waited for any longer; the state tells what happened. */
 const kAnswerMs = 15000;
 
-const kNoKey = 4401;
+const kNoVisitor = 4401;
 const kKeyName = "key";
 const kNoKeyText = "This page has no key: open the address that 'trunnion panel' printed.";
 
@@ -58,7 +44,7 @@ function takeKey(): string {
   return sessionStorage.getItem(kKeyName) ?? "";
 }
 
-type Topic = "status" | "motion" | "tables" | "alarms" | "log" | "link" | "machine" | "programs" | "program" | "plan";
+type Topic = "fleet" | "status" | "motion" | "tables" | "alarms" | "log" | "link" | "machine" | "programs" | "program" | "plan";
 
 export class Link {
   machine: Machine | null = null;
@@ -66,6 +52,8 @@ export class Link {
   motion: Motion | null = null;
   tables: Tables | null = null;
   alarms: Alarm[] = [];
+  /** Every machine that the LCM network shows. */
+  fleet: Fleet = { machines: [], silent: "" };
   log: LogEntry[] = [];
   programs: ProgramFile[] = [];
   /** The text of the program that was loaded last. */
@@ -76,17 +64,27 @@ export class Link {
   plan: Plan | null = null;
   /** The page's connection to the server stands. */
   connected = false;
+  /** The connection stands, and nothing has come over it for too long: what is shown is old. */
+  stale = false;
+  private heard = 0;
   /** Why no daemon is heard; "" while it is. */
   gone = "";
   /** Why the server has nothing to do with this page; "" while it has. */
   refused = "";
-  mine = false;
-  holder = 0;
+  /** Who has logged in; null where a key opens the page. */
+  user: Session | null = null;
+  /** The page shall ask for name and password. */
+  needsLogIn = false;
+  /** Why it asks again; "" at first. */
+  sessionOver = "";
+  controls: Controls = kNoControls;
+  get mine() { return this.controls.mine; }
 
   private key = "";
   private socket: WebSocket | null = null;
   private lastId = 0;
   private readonly answers = new Map<number, (answer: Answer) => void>();
+  private readonly scopes = new Map<number, (answer: ScopeSignals | ScopeData | null) => void>();
   private readonly listeners = new Map<Topic, Set<() => void>>();
   private aliveTimer = 0;
   /** This page's wish: a program holds when the page is lost. */
@@ -97,24 +95,69 @@ export class Link {
     // An address with another key is the same page to the browser, which does not load it again.
     window.addEventListener("hashchange", () => {
       this.key = takeKey();
-      if (this.refused) this.connect();
+      if (this.refused) void this.connect();
     });
-    this.connect();
+    void this.connect();
+    window.setInterval(() => this.watchSilence(), kLookMs);
   }
 
-  private connect() {
-    this.refused = this.key ? "" : kNoKeyText;
+  /** The panel says something every second. A network that is cut leaves the connection as it is for minutes. */
+  private watchSilence() {
+    const silent = this.connected ? performance.now() - this.heard : 0;
+    if (silent > kGiveUpMs) this.socket?.close();
+    if (silent > kGiveUpMs) this.closed("");
+    if (silent > kStaleMs === this.stale) return;
+    this.stale = silent > kStaleMs;
     this.tell("link");
-    if (!this.key) return;
+  }
+
+  /** Whether this page may open the stream: by its key, or as somebody who has logged in. */
+  private async mayConnect(): Promise<boolean> {
+    this.refused = "";
+    if (this.key) return true;
+    const answer = await fetch("api/v1/session").catch(() => null);
+    const session: Session | null = answer?.ok ? await answer.json().catch(() => null) : null;
+    if (!session) window.setTimeout(() => void this.connect(), kReconnectMs);
+    if (!session?.log_in) {
+      this.refused = session ? kNoKeyText : "";
+      return false;
+    }
+    this.needsLogIn = session.name === "";
+    this.user = this.needsLogIn ? null : session;
+    return !this.needsLogIn;
+  }
+
+  async logIn(name: string, password: string): Promise<string> {
+    const body = JSON.stringify({ name, password });
+    const answer = await fetch("api/v1/log_in", { method: "POST", body }).catch(() => null);
+    if (!answer?.ok) return answer ? (await answer.text()).trim() : "The panel does not answer.";
+    this.sessionOver = "";
+    void this.connect();
+    return "";
+  }
+
+  async logOut() {
+    await fetch("api/v1/log_out", { method: "POST" }).catch(() => null);
+    this.sessionOver = "You have logged out.";
+  }
+
+  private async connect() {
+    const may = await this.mayConnect();
+    this.tell("link");
+    if (!may) return;
     const url = new URL("api/v1/stream", location.href);
     url.protocol = url.protocol.replace("http", "ws");
     const socket = new WebSocket(url, "trunnion-1");
     this.socket = socket;
     socket.onopen = () => {
-      socket.send(JSON.stringify({ type: "key", key: this.key }));
+      if (this.key) socket.send(JSON.stringify({ type: "key", key: this.key }));
     };
-    socket.onmessage = (event) => this.receive(JSON.parse(event.data as string));
-    socket.onclose = (event) => this.closed(event.code === kNoKey ? event.reason : "");
+    socket.onmessage = (event) => {
+      if (this.socket === socket) this.receive(JSON.parse(event.data as string) as ServerMessage);
+    };
+    socket.onclose = (event) => {
+      if (this.socket === socket) this.closed(event.code === kNoVisitor ? event.reason : "");
+    };
   }
 
   on(topic: Topic, listener: () => void): () => void {
@@ -124,13 +167,41 @@ export class Link {
     return () => all.delete(listener);
   }
 
+  /** Takes the controls, or asks who has them. */
   takeControls() {
     this.send({ type: "take_controls" });
   }
 
+  /** To who asks for them, or to nobody. */
+  giveControls() {
+    this.send({ type: "give_controls" });
+  }
+
+  keepControls() {
+    this.send({ type: "keep_controls" });
+  }
+
+  /** Signals of past periods, or without signals the list of them; null where no answer came. */
+  async scope(signals: string[], from: number, rows: number): Promise<ScopeSignals | ScopeData | null> {
+    if (!this.connected) return null;
+    const id = ++this.lastId;
+    return new Promise((resolve) => {
+      const timer = window.setTimeout(() => done(null), kScopeMs);
+      const done = (answer: ScopeSignals | ScopeData | null) => {
+        window.clearTimeout(timer);
+        this.scopes.delete(id);
+        resolve(answer);
+      };
+      this.scopes.set(id, done);
+      this.send({ type: "scope", id, signals, from, rows });
+    });
+  }
+
   /** Sends a command; what is refused, or not answered, is also put into the log. */
   async command(command: Command): Promise<Answer> {
-    if (!this.connected) return this.noted(command, { outcome: "unreachable", text: "No connection to the panel." });
+    const always = ["estop", "stop", "hold"].includes(command.verb);
+    if (!this.connected || (this.stale && !always))
+      return this.noted(command, { outcome: "unreachable", text: "No connection to the panel." });
     const id = ++this.lastId;
     const answer = await new Promise<Answer>((resolve) => {
       const timer = window.setTimeout(() => {
@@ -184,7 +255,7 @@ export class Link {
     this.tell("log");
   }
 
-  private send(message: object) {
+  private send(message: PageMessage) {
     if (this.socket?.readyState === WebSocket.OPEN) this.socket.send(JSON.stringify(message));
   }
 
@@ -193,17 +264,22 @@ export class Link {
   }
 
   private closed(refused: string) {
-    this.refused = refused;
+    this.socket = null;
+    this.stale = false;
+    this.refused = this.key ? refused : "";
+    if (refused && !this.key && !this.sessionOver) this.sessionOver = refused;
     this.connected = false;
-    this.mine = false;
+    this.controls = kNoControls;
     this.setAlive(0);
     for (const answer of this.answers.values()) answer({ outcome: "unreachable", text: "The connection was lost." });
     this.answers.clear();
     this.tell("link");
-    if (!refused) window.setTimeout(() => this.connect(), kReconnectMs);
+    if (!this.refused) window.setTimeout(() => void this.connect(), refused ? 0 : kReconnectMs);
   }
 
-  private receive(message: any) {
+  private receive(message: ServerMessage) {
+    this.heard = performance.now();
+    if (this.stale) this.watchSilence();
     switch (message.type) {
       case "hello":
         this.connected = true;
@@ -236,6 +312,9 @@ export class Link {
       case "alarms":
         this.alarms = message.alarms;
         return this.tell("alarms");
+      case "fleet":
+        this.fleet = message;
+        return this.tell("fleet");
       case "message":
         return this.note(message);
       case "error":
@@ -244,13 +323,19 @@ export class Link {
         this.gone = message.text;
         return this.tell("link");
       case "controls":
-        this.mine = message.mine;
-        this.holder = message.holder;
-        this.setAlive(0);
+        // Somebody who only asks ends no move by hand.
+        if (message.mine !== this.mine) {
+          this.controls = message;
+          this.setAlive(0);
+        }
+        this.controls = message;
         return this.tell("link");
+      case "scope_signals":
+      case "scope_data":
+        return this.scopes.get(Number(message.id))?.(message);
       case "answer":
-        this.answers.get(message.id)?.(message);
-        this.answers.delete(message.id);
+        this.answers.get(Number(message.id))?.(message);
+        this.answers.delete(Number(message.id));
     }
   }
 

@@ -1,196 +1,10 @@
-// What the server sends (docs/panel.md): lengths in mm, angles in rad, times in s.
+import type { Status } from "./interface";
 
-export interface JointInfo {
-  name: string;
-  unit: "mm" | "rad";
-  min: number;
-  max: number;
-  velocity: number;
-  acceleration: number;
-  jerk: number;
-}
+export type {
+  Alarm, Chain, ChainAxis, JointInfo, LogEntry, Machine, Motion, Offset, PlatformChain, ProgramFile, SerialChain, Status, Tables, Tool,
+} from "./interface";
 
-/** An axis of a branch of a serial machine: an offset, and the joint behind it (-1: none). */
-export interface ChainAxis {
-  joint: number;
-  offset_mm: [number, number, number];
-  kind?: "linear" | "rotary";
-  direction?: [number, number, number];
-}
-
-export interface SerialChain {
-  type: "serial";
-  tool: ChainAxis[];
-  work: ChainAxis[];
-}
-
-export interface PlatformChain {
-  type: "hexapod" | "rail_mill";
-  carries: "work" | "spindle";
-  spindle_mm: [number, number, number];
-  home_mm: [number, number, number];
-  actuators: {
-    platform_mm: [number, number, number];
-    base_mm?: [number, number, number];
-    rail_mm?: [number, number, number];
-    direction?: [number, number, number];
-  }[];
-}
-
-export type Chain = SerialChain | PlatformChain;
-
-export interface Machine {
-  name: string;
-  version: string;
-  config_path: string;
-  period_s: number;
-  axes: string;
-  kinematics: Chain;
-  joints: JointInfo[];
-}
-
-export interface Status {
-  count: number;
-  machine: string;
-  state: string;
-  fault: string;
-  fault_joint: string;
-  message: string;
-  waits_for: string;
-  /** Alarms that nobody has acknowledged. */
-  alarms_open: number;
-  /** Of a held program: "jogs" leads away, "away" stands there, "returns" leads back; else empty. */
-  detour: "" | "jogs" | "away" | "returns";
-  program: string;
-  program_failed: boolean;
-  line: number;
-  file: string;
-  block: string;
-  codes: string;
-  axes: string;
-  inch: boolean;
-  work_offset: string;
-  work_offset_value: number[];
-  g92: number[];
-  rotation_rad: number;
-  tool: number;
-  tool_name: string;
-  tool_selected: number;
-  tool_offset: number[];
-  tool_radius_mm: number;
-  feed: number;
-  spindle_speed: number;
-  mist: boolean;
-  flood: boolean;
-  rtcp: boolean;
-  override_wanted: number;
-  rapid_override: number;
-  spindle_override: number;
-  spindle_rpm: number;
-  single_block: boolean;
-  optional_stop: boolean;
-  block_delete: boolean;
-  dry_run: boolean;
-  machine_lock: boolean;
-  /** Of the loaded program; 0: not known. */
-  time_total_s: number;
-  time_done_s: number;
-  /** -1: not known. */
-  time_left_s: number;
-  /** What the program asks the machine was guessed. */
-  time_about: boolean;
-  parts: number;
-  /** Of the present program, and of all. */
-  program_run_s: number;
-  run_s: number;
-  warnings: string[];
-  pid: number;
-  config_file: string;
-  period_s: number;
-  periods: number;
-  overruns: number;
-  starvations: number;
-  wake_us_p50: number;
-  wake_us_p999: number;
-  wake_us_max: number;
-  tick_us_p50: number;
-  tick_us_p999: number;
-  tick_us_max: number;
-  realtime: boolean;
-  bus_health: string;
-  corrections?: { name: string; on: boolean; offset: number; warning: string }[];
-  features?: {
-    line: number; last_line: number; circle: boolean; size_mm: number; bending_mm: number; offset_mm: number;
-    predicted_mm: number; unknown: number;
-  }[];
-  features_more: number;
-  joints: { name: string; unit: string; homed: boolean; limit_switch: boolean }[];
-}
-
-export interface Motion {
-  line: number;
-  q_measured: number[];
-  q_setpoint: number[];
-  work: number[];
-  machine: number[];
-  to_go: number[];
-  speed_mm_s: number;
-  override_now: number;
-  tool_load_known: boolean;
-  tool_load_alarm: boolean;
-  tool_force_N: [number, number];
-  tool_deflection_mm: [number, number];
-}
-
-export interface Offset {
-  name: string;
-  x: number; y: number; z: number;
-  a: number; b: number; c: number;
-  rotation: number;
-}
-
-export interface Tool {
-  number: number;
-  pocket: number;
-  x: number; y: number; z: number;
-  diameter: number;
-  remark: string;
-}
-
-export interface Tables {
-  offsets: Offset[];
-  tools: Tool[];
-  tools_more: number;
-}
-
-/** What went wrong: listed until it is over and acknowledged. */
-export interface Alarm {
-  number: number;
-  name: string;
-  text: string;
-  cure: string;
-  did: string;
-  program: string;
-  line: number;
-  cause: string;
-  since_us: number;
-  times: number;
-  active: boolean;
-  acknowledged: boolean;
-}
-
-export interface LogEntry {
-  time_us: number;
-  kind: string;
-  text: string;
-}
-
-/** A file of the panel's folder of programs. */
-export interface ProgramFile {
-  name: string;
-  size: number;
-  modified_s: number;
-}
+// How what the server sends is shown.
 
 export const kWords = "XYZABC";
 const kMmPerInch = 25.4;
@@ -240,6 +54,13 @@ const kStates: Record<string, string> = {
 };
 
 export const stateName = (state: string) => kStates[state] ?? state;
+
+/** Of the lamp that shows a state. */
+export function tone(state: string): string {
+  if (state === "fault" || state === "estop") return "danger";
+  if (state === "running" || state === "jogging" || state === "homing") return "active";
+  return state === "holding" || state === "stopping" ? "waits" : "calm";
+}
 
 /** True for a program of a file; not for a typed line, or a move by hand. */
 export const isProgram = (path: string) => path !== "" && path !== "mdi" && path !== "jog";

@@ -9,6 +9,8 @@ const percent = (share: number) => `${Math.round(100 * share)} %`;
 const feedText = (mm_s: number, inch: boolean) =>
   `${shownValue(mm_s * 60, false, inch).toFixed(inch ? 1 : 0)} ${inch ? "in" : "mm"}/min`;
 
+const micrometres = (mm: number) => `${(1000 * mm).toFixed(mm < 0.01 ? 1 : 0)} µm`;
+
 function Legend({ plan, mode }: { plan: Plan; mode: Colouring }) {
   const { status } = useLink("status");
   if (mode === "joint") {
@@ -20,7 +22,8 @@ function Legend({ plan, mode }: { plan: Plan; mode: Colouring }) {
       </ul>
     );
   }
-  const ends = mode === "speed" ? ["0", feedText(plan.fastest(), status?.inch ?? false)] : ["0", "100 %"];
+  const ends = mode === "speed" ? ["0", feedText(plan.fastest(), status?.inch ?? false)]
+    : mode === "deviation" ? ["0", micrometres(plan.farthest())] : ["0", "100 %"];
   return (
     <div class="ramp">
       <i style={{ background: rampCss(mode) }} />
@@ -119,6 +122,7 @@ function Readings({ plan, point }: { plan: Plan | null; point: number }) {
       <span>real <strong>{feedText(plan.speeds[point], status.inch)}</strong></span>
       <span data-test="limit">{joint === kNoJoint ? "no joint limits"
         : <><i class="dot" style={{ background: jointColour(joint) }} /><strong>{plan.head.joints[joint].name}</strong> limits: {percent(Math.min(1, uses[0].use))} of its {uses[0].kind}</>}</span>
+      <span data-test="deviation">off <strong>{micrometres(plan.deviations[point])}</strong></span>
       <span>after <strong>{durationText(plan.times[point])}</strong></span>
     </div>
   );

@@ -1,29 +1,10 @@
 // The plan of the loaded program, as the server sends it (docs/panel.md, "The plan").
 
-export interface PlanJoint {
-  name: string;
-  unit: "mm" | "rad";
-  min: number;
-  max: number;
-  from: number;
-  to: number;
-  limited_s: number;
-}
+import type { PlanHead } from "./interface";
 
-export interface PlanHead {
-  program: string;
-  count: number;
-  time_s: number;
-  cut_mm: number;
-  rapid_mm: number;
-  free_s: number;
-  message: string;
-  message_line: number;
-  box?: [[number, number, number], [number, number, number]];
-  joints: PlanJoint[];
-}
-
-const kMark = "TRNPLAN1";
+/** Less is nothing: rounding, and the ends of numbers of four bytes. */
+const kNothingMm = 1e-4;
+const kMark = "TRNPLAN2";
 /** A limit that is used whole. */
 export const kWhole = 200;
 export const kNoJoint = 255;
@@ -38,6 +19,8 @@ export class Plan {
   readonly feeds: Float32Array;
   /** mm; a coarser picture may leave the point out. */
   readonly significance: Float32Array;
+  /** Of the tip from the programmed path; mm. */
+  readonly deviations: Float32Array;
   readonly lines: Uint32Array;
   readonly velocity: Uint8Array;
   readonly acceleration: Uint8Array;
@@ -68,6 +51,7 @@ export class Plan {
     this.speeds = take(Float32Array, 4);
     this.feeds = take(Float32Array, 4);
     this.significance = take(Float32Array, 4);
+    this.deviations = take(Float32Array, 4);
     this.lines = take(Uint32Array, 4);
     this.velocity = take(Uint8Array, 1);
     this.acceleration = take(Uint8Array, 1);
@@ -82,6 +66,13 @@ export class Plan {
     return this.head.count;
   }
 
+  /** The greatest deviation of a cut; mm. */
+  farthest(): number {
+    let most = kNothingMm;
+    for (let i = 0; i < this.count; ++i) if (!this.rapid[i]) most = Math.max(most, this.deviations[i]);
+    return most;
+  }
+
   /** The fastest speed of a cut. */
   fastest(): number {
     let most = 1e-9;
@@ -90,13 +81,14 @@ export class Plan {
   }
 }
 
-export type Colouring = "speed" | "joint" | "acceleration" | "jerk" | "feed";
+export type Colouring = "speed" | "joint" | "acceleration" | "jerk" | "feed" | "deviation";
 export const kColourings: { mode: Colouring; name: string; hint: string }[] = [
   { mode: "speed", name: "Speed", hint: "how fast the tip goes" },
   { mode: "joint", name: "Limit", hint: "which joint limits the speed here" },
   { mode: "acceleration", name: "Acceleration", hint: "how much of its acceleration the busiest joint uses" },
   { mode: "jerk", name: "Jerk", hint: "how much of its jerk the busiest joint uses" },
   { mode: "feed", name: "Feed kept", hint: "how much of the feed that the program asks for is reached" },
+  { mode: "deviation", name: "Deviation", hint: "how far the tip leaves the programmed path" },
 ];
 
 type Colour = [number, number, number];
@@ -132,6 +124,7 @@ function light(value: number): number {
 export function coloursOf(plan: Plan, mode: Colouring): Uint8Array {
   const out = new Uint8Array(3 * plan.count);
   const fastest = plan.fastest();
+  const farthest = plan.farthest();
   const table = Array.from({ length: 256 }, (_, i) => ramp(rampOf(mode), i / 255));
   const pick = (share: number) => table[Math.max(0, Math.min(255, Math.round(share * 255)))];
   const colour = (i: number): Colour => {
@@ -139,6 +132,7 @@ export function coloursOf(plan: Plan, mode: Colouring): Uint8Array {
     if (plan.rapid[i]) return kRapid;
     if (mode === "speed") return pick(plan.speeds[i] / fastest);
     if (mode === "acceleration") return pick(plan.acceleration[i] / kWhole);
+    if (mode === "deviation") return pick(plan.deviations[i] / farthest);
     if (mode === "jerk") return pick(plan.jerk[i] / kWhole);
     return plan.feeds[i] > 0 ? pick(plan.speeds[i] / plan.feeds[i]) : kFree;
   };

@@ -1,7 +1,8 @@
 import { useState } from "preact/hooks";
 import { Jog } from "./jog";
+import type { Verb } from "./interface";
 import { link, useLink } from "./link";
-import { durationText, isAngle, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
+import { durationText, isAngle, isHeld, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
 import { Program } from "./program";
 
 type Shown = "work" | "machine" | "to_go" | "joints";
@@ -51,7 +52,7 @@ function Positions() {
   );
 }
 
-function Override({ name, verb, now, max }: { name: string; verb: string; now: number; max: number }) {
+function Override({ name, verb, now, max }: { name: string; verb: Verb; now: number; max: number }) {
   const { mine } = useLink("link");
   const [asked, setAsked] = useState<number | null>(null);
   const percent = asked ?? Math.round(now * 100);
@@ -141,12 +142,14 @@ function Mdi() {
     setAt(next);
     setText(next ? history[history.length - next] : "");
   };
+  const away = !!status && isHeld(status) && status.detour !== "jogs" && status.detour !== "returns";
+  const takes = status?.state === "idle" || away;
   return (
     <section class="card mdi" aria-label="Type a line">
       <form onSubmit={send}>
-        <input value={text} placeholder="Type a line, as G0 X10 Y20" aria-label="Line of G-code" data-test="mdi"
+        <input value={text} placeholder={away ? "On hold: M3 M4 M5 S M7 M8 M9, M64 and M65" : "Type a line, as G0 X10 Y20"} aria-label="Line of G-code" data-test="mdi"
           spellcheck={false} autocomplete="off" onInput={(e) => setText(e.currentTarget.value)} onKeyDown={browse} />
-        <button disabled={!mine || status?.state !== "idle" || !text.trim()}>Run line</button>
+        <button disabled={!mine || !takes || !text.trim()}>Run line</button>
       </form>
     </section>
   );
@@ -155,7 +158,7 @@ function Mdi() {
 function LastMessages() {
   const { log } = useLink("log");
   return (
-    <section class="card messages" aria-label="Messages">
+    <section class="card messages" aria-label="Messages" tabIndex={0}>
       <h2>Messages</h2>
       <ol data-test="messages">
         {log.slice(-20).reverse().map((entry, i) => (

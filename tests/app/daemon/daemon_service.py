@@ -96,10 +96,14 @@ class Service(unittest.TestCase):
         self.check_unit("trunnion@.service")
         self.check_unit("trunnion-gateway@.service")
         self.check_unit("trunnion-panel@.service")
+        self.check_unit("trunnion-panel@.service", "panel-network.conf")
 
-    def check_unit(self, name):
+    def check_unit(self, name, drop_in=None):
+        """The unit alone, or as it is with a drop-in behind it."""
         unit = pathlib.Path(self.folder.name, name)
         text = (SOURCE / "packaging" / name).read_text()
+        if drop_in:
+            text += (SOURCE / "packaging" / drop_in).read_text()
         unit.write_text(text.replace("/usr/bin/trunnion", os.path.abspath(BINARY)))
         done = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True,
                               check=False)

@@ -424,6 +424,15 @@ class OperatorTest(unittest.TestCase):
                     self.assertIn("real-time", status["fault_remedy"])
                 shop.kill()
 
+    def test_single_block_does_not_hold_what_is_typed_in(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("step", "on")
+            shop.ask("mdi", "G91 G1 X1 F600\nG1 X2\nG10 L20 P1 Y0\nG90", "--wait", "--patience", "20")
+            shop.ask("touch-off", "X", "5")
+            self.assertEqual(shop.status()["state"], "idle")
+            self.assertTrue(shop.status()["single_block"])
+
     def test_what_is_told_is_of_now(self):
         with Shop() as shop:
             shop.start()

@@ -193,6 +193,31 @@ TEST_F(Preview, KeepsToTheNumberOfPoints) {
   EXPECT_EQ(coarse.box_B[0], whole.box_B[0]);
 }
 
+// The tip stays in the tolerance, and how far it is from the two lines is plain geometry.
+TEST_F(Preview, TellsHowFarTheTipLeavesTheProgram) {
+  const std::string begin = "G21 G90 G94\nT1 M6\nG43.4 H1\n",
+                    corner = "\nG0 X0 Y0 Z0\nG1 X40 F3000\nG1 Y40\nG49\nM2\n";
+  const auto to_lines = [](const Vec3& p) {
+    const double first = Vec3(p[0] - std::clamp(p[0], 0.0, 40.0), p[1], p[2]).norm();
+    return std::min(first, Vec3(p[0] - 40, p[1] - std::clamp(p[1], 0.0, 40.0), p[2]).norm());
+  };
+  for (const bool blended : {true, false}) {
+    const PlanPreview preview = plan(begin + (blended ? "G64 P0.05" : "G61") + corner);
+    ASSERT_TRUE(preview.message.empty()) << preview.message;
+    double most = 0, told = 0;
+    for (const PlanPoint& point : preview.points) {
+      if (point.line < 6 || point.line > 7 || point.rapid) continue;
+      const double off = to_lines(point.p_B);
+      EXPECT_LT(off, point.deviation_mm + 1e-5) << point.p_B.transpose();
+      most = std::max(most, off);
+      told = std::max(told, static_cast<double>(point.deviation_mm));
+    }
+    EXPECT_NEAR(told, most, 0.003);  // a point that was left out may have been farther
+    EXPECT_LT(told, blended ? 0.0501 : 1e-5);
+    if (blended) EXPECT_GT(told, 0.02);
+  }
+}
+
 TEST(PlanPoints, ThoseOfAStraightWayMayBeLeftOut) {
   std::vector<PlanPoint> points(9);
   for (std::size_t i = 0; i < points.size(); ++i)
@@ -209,7 +234,7 @@ TEST_F(Preview, IsWrittenAsThePageReadsIt) {
   write_plan(path, preview, assembly_.machine, "part");
   std::ifstream in(path, std::ios::binary);
   const std::string bytes((std::istreambuf_iterator<char>(in)), {});
-  ASSERT_EQ(bytes.substr(0, 8), "TRNPLAN1");
+  ASSERT_EQ(bytes.substr(0, 8), "TRNPLAN2");
   std::size_t size = 0;
   for (std::size_t i = 0; i < 4; ++i)
     size |= static_cast<std::size_t>(static_cast<unsigned char>(bytes[8 + i])) << (8 * i);
@@ -218,7 +243,7 @@ TEST_F(Preview, IsWrittenAsThePageReadsIt) {
   ASSERT_EQ(n, preview.points.size());
   EXPECT_EQ(head["joints"][0]["name"], "X");
   const auto whole = [](std::size_t at) { return (at + 3) / 4 * 4; };
-  EXPECT_EQ(bytes.size(), whole(12 + size) + 8 * 4 * n + 5 * whole(n));
+  EXPECT_EQ(bytes.size(), whole(12 + size) + 9 * 4 * n + 5 * whole(n));
   float x = 0;
   std::copy_n(bytes.data() + whole(12 + size) + 4 * (n - 1), 4, reinterpret_cast<char*>(&x));
   EXPECT_NEAR(x, 10, 1e-4);

@@ -1,0 +1,102 @@
+// What a page in a real browser says when the network is cut, the panel hangs, or the daemon starts anew while a button is
+// held: the machine stands, the page says that what it shows is old, and nothing moves by itself afterwards.
+//
+// usage: node page_faults.mjs ORIGIN KEY PAGE_SOURCES OUTPUT_FOLDER; page_faults.py does what is asked for on stdout.
+import assert from "node:assert/strict";
+import { join } from "node:path";
+import { createInterface } from "node:readline";
+import { launch } from "./page_browser.mjs";
+
+const [origin, key, sources, output] = process.argv.slice(2);
+const { browser, open, part, until, complaints } = await launch(origin, key, sources);
+const answers = createInterface({ input: process.stdin })[Symbol.asyncIterator]();
+const picture = (page, name) => page.screenshot({ path: join(output, `${name}.png`) });
+const rest = (ms) => new Promise((done) => setTimeout(done, ms));
+const shows = (page, name, wanted) => until(page, name, (shown) => shown.includes(wanted), `"${wanted}"`);
+
+/** Lets the script that started this one do something; what it answers. */
+async function ask(what) {
+  console.log(`DO ${what}`);
+  return (await answers.next()).value;
+}
+
+async function holdButton(page) {
+  await shows(page, "state", "Ready");
+  const button = await part(page, "jog-X+").boundingBox();
+  await page.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
+  await page.mouse.down();
+  await shows(page, "state", "Moving by hand");
+}
+
+/** The machine stands within a second, as the daemon itself tells, and goes nowhere from there. */
+async function stands() {
+  await rest(1000);
+  const place = Number(await ask("place"));
+  await rest(700);
+  assert.equal(Number(await ask("place")), place, "the machine moves on");
+  return place;
+}
+
+async function recovers(page, place) {
+  await shows(page, "state", "Ready");
+  await page.mouse.up();
+  await rest(700);
+  assert.equal(Number(await ask("place")), place, "the machine moved when the page came back");
+}
+
+async function takes(page) {
+  await until(page, "take", (shown) => shown === "Take the controls" || shown === "Take them now", "free");
+  await part(page, "take").click();
+  await shows(page, "controls", "You have the controls");
+  await part(page, "held").click();
+}
+
+/** Behind a cut line the panel has not noticed yet that the first connection is dead: it has the controls still. */
+async function takesAnew(page) {
+  await part(page, "take").waitFor();
+  if ((await part(page, "take").textContent()) === "Ask for the controls") await part(page, "take").click();
+  await takes(page);
+}
+
+try {
+  const page = await open({ width: 1280, height: 800 });
+  await shows(page, "state", "Ready");
+  await takes(page);
+
+  await holdButton(page);
+  await ask("cut");
+  const cutAt = await stands();
+  await shows(page, "sentence", "what is shown here is old");
+  await picture(page, "line_cut");
+  assert(await part(page, "estop").isEnabled());
+  await ask("mend");
+  await recovers(page, cutAt);
+  await takesAnew(page);
+
+  await holdButton(page);
+  await ask("stop panel");
+  const hungAt = await stands();
+  await shows(page, "state", "No connection");
+  await ask("go on panel");
+  await recovers(page, hungAt);
+  if (!(await part(page, "controls").count())) await takesAnew(page);
+
+  await holdButton(page);
+  await ask("kill daemon");
+  await shows(page, "sentence", "No daemon answers for this machine.");
+  await picture(page, "daemon_gone");
+  await ask("start daemon");
+  await shows(page, "state", "Ready");
+  const began = Number(await ask("place"));
+  await page.mouse.up();
+  await rest(1000);
+  assert.equal(Number(await ask("place")), began, "a daemon that began anew moves");
+  assert.deepEqual(complaints.filter((one) => !/ERR_|WebSocket/.test(one)), [], "the browser complains");
+  console.log("nothing moved that should not");
+} catch (error) {
+  console.error(error, complaints);
+  process.exitCode = 1;
+} finally {
+  await browser.close();
+  process.exit();
+}
