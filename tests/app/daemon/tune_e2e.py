@@ -38,7 +38,8 @@ class TuneTest(unittest.TestCase):
             section = os.path.join(shop.folder.name, "x.toml")
             found = json.loads(shop.ask("tune", "X", "--yes", "--json", "--length", "40", "--speed", "30", "--write",
                                         section))
-            for key, truth, share in (("inertia_kg", 250, 0.01), ("viscous_N_s_mm", 0.8, 0.03), ("coulomb_N", 140, 0.03),
+            for key, truth, share in (("inertia_kg", 250, 0.01),
+                                      ("viscous_N_s_mm", 0.8, 0.03), ("coulomb_N", 140, 0.03),
                                       ("gravity_N", -60, 0.05)):
                 self.assertAlmostEqual(found[key]["value"], truth, delta=share * abs(truth), msg=f"{key}: {found}")
             status = shop.status()
