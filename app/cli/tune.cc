@@ -81,6 +81,7 @@ class DaemonBench {
     names_ = {name + ".measured", name + ".following_error", name + ".force"};
     const trunnion::scope_data_t now = scope_.rows(names_, -1);
     if (now.period.empty()) throw std::runtime_error("the daemon has not ticked yet");
+    if (!std::isfinite(now.value[2])) throw NoTorque(machine.joints[joint]);
     data_.period_s = now.period_s;
     next_ = now.newest_period + 1;
     stands_ = unit_of(machine.joints[joint]) * now.value[0];
@@ -252,7 +253,14 @@ void add_tune(CLI::App& app, Exit& exit) {
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
   command->footer(kTuneFooter);
-  command->callback([options, &exit] { exit = tune(*options); });
+  command->callback([options, &exit] {
+    try {
+      exit = tune(*options);
+    } catch (const NoTorque& error) {
+      fmt::print(stderr, "{}\n", error.what());
+      exit = Exit::kBadProgram;
+    }
+  });
 }
 
 }  // namespace trn

@@ -369,7 +369,7 @@ void EmulatedDrive::report() {
   status_.set(status);
   mode_display_.set(mode_now_);
   const double q = joint_.measured();
-  torque_.set(std::llround(joint_.force() * config_.torque_units));
+  if (joint_.has_mechanism()) torque_.set(std::llround(joint_.force() * config_.torque_units));
   position_.set(std::llround(q * config_.counts_per_unit));
   velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit /
                              config_.units.counts_s(store_)));

@@ -176,14 +176,23 @@ JointModel TuneFit::model(double coulomb_speed) const {
   return out;
 }
 
+NoTorque::NoTorque(const Joint& joint)
+    : std::runtime_error(
+          fmt::format("the drive of joint {} does not tell its torque. On CAN its node needs "
+                      "'torque = true', and {}, unless its data sheet says it",
+                      joint.name, joint.kind == JointKind::kRotary ? "rated_torque_Nm" : "rated_force_N")) {}
+
 TuneFit fit_joint(const TuneData& data, const Joint& joint) {
   const RowMaker maker(data, joint);
   const std::vector<FitRow> rows = maker.make();
+  const bool told =
+      std::any_of(data.force.begin(), data.force.end(), [](double f) { return std::isfinite(f); });
+  if (!told) throw NoTorque(joint);
   if (rows.size() < kRowsMin)
-    throw std::runtime_error(fmt::format(
-        "{} periods of motion with a torque are too few to tell anything of joint {}; does its drive tell "
-        "its torque ('torque = true' of the node, and rated_force_N or rated_torque_Nm)?",
-        rows.size(), joint.name));
+    throw std::runtime_error(
+        fmt::format("{} periods of even motion are too few to tell anything of joint {}; "
+                    "give it a longer --length",
+                    rows.size(), joint.name));
   const Solution found = solve(rows);
   TuneFit fit;
   const auto take = [&](Eigen::Index i) { return TuneValue{found.x[i], found.deviation[i]}; };

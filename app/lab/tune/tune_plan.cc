@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kTuneMargin = 0.02;                                 // of the range, to either end
 constexpr double kEvenSpeeds[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5};  // of the greatest speed
-constexpr double kEvenTimeS = 2;                                     // of one slow stroke
+constexpr double kEvenTimeS = 1;                                     // of one slow stroke
 constexpr int kEvenTurns = 2, kFastTurns = 4;
 constexpr double kShortLengths[] = {0.31, 0.12, 0.2, 0.07, 0.26, 0.16, 0.1, 0.23};  // of the length
 constexpr double kCreepShare = 0.002, kCreepTimeS = 1.5;

@@ -36,8 +36,10 @@ class TuneTest(unittest.TestCase):
         with Shop(extra=MECHANISM) as shop:
             shop.start()
             section = os.path.join(shop.folder.name, "x.toml")
-            found = json.loads(shop.ask("tune", "X", "--yes", "--json", "--length", "40", "--speed", "30", "--write",
-                                        section))
+            done = subprocess.run([BINARY, "tune", "X", "--yes", "--json", "--length", "40", "--speed", "30", "--write",
+                                   section, "--machine", shop.config], text=True, capture_output=True, timeout=200)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            found = json.loads(done.stdout)
             for key, truth, share in (("inertia_kg", 250, 0.01),
                                       ("viscous_N_s_mm", 0.8, 0.03), ("coulomb_N", 140, 0.03),
                                       ("gravity_N", -60, 0.05)):
