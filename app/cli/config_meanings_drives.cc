@@ -67,9 +67,9 @@ const ChapterMeaning kDriveMeanings = {
          {{"drives.joint.mechanism", "simulated"},
           {"drives.emulation.joint.mechanism", "canopen"},
           {"drives.emulation.joint.mechanism", "modbus"}},
-         "In place of the plain servo loop: a drive with P on the position and PI on the velocity, and a "
-         "joint "
-         "that has mass, friction and weight. `trunnion following` and `trunnion tune` are rehearsed on it.",
+         "In place of the plain servo loop: a drive with P on the position and PI on the velocity. Its joint "
+         "has "
+         "mass, friction and weight. `trunnion following` and `trunnion tune` are rehearsed on it.",
          {
              {"position_gain_1_s", "Gain of the drive's position loop."},
              {"velocity_loop_hz", "Bandwidth of the drive's velocity loop."},

@@ -8,6 +8,7 @@
 #include <limits>
 #include <stdexcept>
 
+#include "hal/can/can_node_config.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "hal/can/cia402_axis.h"
@@ -212,6 +213,9 @@ std::string CanDrives::health() const {
 std::vector<std::string> CanDrives::warnings() const {
   const std::scoped_lock lock(warnings_mutex_);
   std::vector<std::string> out;
+  for (const CanBusConfig& bus : config_.buses)
+    for (const CanNodeConfig& node : bus.nodes)
+      out.insert(out.end(), node.warnings.begin(), node.warnings.end());
   for (const auto& [name, lines] : warnings_) out.insert(out.end(), lines.begin(), lines.end());
   return out;
 }

@@ -272,8 +272,13 @@ class NodeReader {
       out.push_back({0x60C1, 1});
     else
       out.push_back({0x607A, 0});
-    const std::vector<ObjectKey> offsets = feed_forward_objects(node.dictionary, node.link.axis.mode,
-                                                                node.link.joint, read_feed_forward(machine_));
+    const auto [offsets, missing] = feed_forward_objects(node.dictionary, node.link.axis.mode,
+                                                         node.link.joint, read_feed_forward(machine_));
+    for (const ObjectKey object : missing)
+      node.warnings.push_back(
+          fmt::format("{}: {} does not let {} be mapped; the drive goes without this "
+                      "feed-forward",
+                      node.link.name, node.dictionary.file, to_string(object)));
     out.insert(out.end(), offsets.begin(), offsets.end());
     const bool brake = node.link.brake.fitted && node.link.brake.of_drive;
     if (brake) out.push_back({0x60FE, 1});

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/config.h"
 #include "core/machine.h"
@@ -25,7 +26,8 @@ struct CanNodeConfig {
   bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
   int homing_method = 0;
   DriveUnits units;
-  double counts_per_revolution = 0;  ///< as the config says it; 0: the data sheet does
+  double counts_per_revolution = 0;        ///< as the config says it; 0: the data sheet does
+  std::vector<std::string> warnings = {};  ///< what the config asks for and the data sheet does not have
 };
 
 /// The bus a node is on, as far as the node is concerned.

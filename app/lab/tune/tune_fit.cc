@@ -205,6 +205,7 @@ std::optional<TuneValue> lost_motion(const TuneData& data, const TuneFit& fit, s
   // Weight beyond friction holds the joint on one flank for good.
   if (fit.coulomb.value <= 0 || std::abs(fit.gravity.value) > fit.coulomb.value) return std::nullopt;
   std::vector<double> ways;
+  double steps = 0;
   const auto begins = [&](std::size_t k) {
     return data.stroke[k] >= static_cast<int>(first_slow) + 1 && data.stroke[k] != data.stroke[k - 1];
   };
@@ -217,6 +218,7 @@ std::optional<TuneValue> lost_motion(const TuneData& data, const TuneFit& fit, s
       if (data.setpoint[i] == data.setpoint[k]) continue;
       if (direction * (data.force[i] - fit.gravity.value) < 0.6 * fit.coulomb.value) continue;
       ways.push_back(std::abs(way));
+      steps += std::abs(data.measured[i] - data.measured[i - 1]);
       break;
     }
   }
@@ -225,7 +227,9 @@ std::optional<TuneValue> lost_motion(const TuneData& data, const TuneFit& fit, s
   for (const double way : ways) mean += way / static_cast<double>(ways.size());
   for (const double way : ways) squares += (way - mean) * (way - mean);
   const auto n = static_cast<double>(ways.size());
-  return TuneValue{mean, std::sqrt(squares / (n - 1) / n)};
+  // No period is looked into.
+  const double seen = steps / n / std::sqrt(12.0);
+  return TuneValue{mean, std::max(seen, std::sqrt(squares / (n - 1) / n))};
 }
 
 }  // namespace trn
