@@ -1,5 +1,7 @@
 #include "app/cli/config_specimen_texts.h"
 
+#include "app/cli/config_specimen_motors.h"
+
 namespace trn {
 
 namespace {
@@ -329,37 +331,6 @@ counts_per_deg = 1000
 home_final_deg = 2@k
 @bus
 [drives.emulation]
-)";
-
-constexpr char kTorques[] = R"(
-[feed_forward]
-[[feed_forward.joint]]
-joint = "@X"
-cogging_pitch_mm = 24
-cogging_N = [0, 1]
-[[feed_forward.joint]]
-joint = "@A"
-cogging_pitch_deg = 24
-cogging_Nm = [0, 1]
-)";
-
-constexpr char kSafety[] = R"(
-[[safety.input]]
-kind = "door"
-from = "drive.@X.input.16"
-[[safety.brake]]
-joint = "@Z"
-output = "drive.@Z.output.0"
-release_s = 0.1
-close_s = 0.1
-)";
-
-constexpr char kMotors[] = R"(
-[[drives.emulation.motor]]
-node = "can0:6"
-inputs_on = [16]
-[[drives.emulation.motor]]
-node = "can0:7"
 )";
 
 constexpr char kSlowDrives[] = R"(

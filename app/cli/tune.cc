@@ -201,7 +201,11 @@ Exit tune(const TuneOptions& options) {
   bool go = true;
   const auto plan_of = [&](const Joint& joint, double stands) {
     wish.length = unit_of(joint) * options.length;
-    plan = plan_tuning(joint, stands, wish);
+    try {
+      plan = plan_tuning(joint, stands, wish);
+    } catch (const std::runtime_error& error) {
+      throw CLI::ValidationError("--length", error.what());
+    }
     go = agreed(options, plan, joint);
     return go ? plan : TunePlan{};
   };

@@ -8,9 +8,9 @@
 #include <limits>
 #include <stdexcept>
 
-#include "hal/can/can_node_config.h"
 #include "core/axes.h"
 #include "core/check.h"
+#include "hal/can/can_node_config.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/can/frame.h"
 #include "hal/can/gantry.h"
