@@ -22,3 +22,4 @@ fi
 echo 'panel: building the page'
 node_modules/.bin/tsc --noEmit
 node_modules/.bin/vite build --logLevel warn --emptyOutDir --outDir "$out"
+node_modules/.bin/vite build --config vite.report.config.ts --logLevel warn --outDir "$out"

@@ -18,6 +18,7 @@
 
 #include "app/cli/commands.h"
 #include "app/cli/kinematics_json.h"
+#include "app/cli/panel_page.h"
 #include "app/cli/panel_user.h"
 #include "app/client/access_config.h"
 #include "core/config.h"
@@ -49,25 +50,14 @@ std::string own_folder(const std::string& machine) {
   return base + "/panel/" + machine;
 }
 
-std::string own_program() {
-  std::error_code none;
-  return std::filesystem::read_symlink("/proc/self/exe", none);
-}
-
-// The page that was built or installed with this program.
 std::string find_page(const std::string& named) {
-  namespace fs = std::filesystem;
-  std::error_code none;
-  const fs::path here = fs::path(own_program()).parent_path();
-  const std::vector<fs::path> places =
-      named.empty() ? std::vector<fs::path>{here / "panel", here / "../share/trunnion/panel"}
-                    : std::vector<fs::path>{named};
-  for (const fs::path& place : places)
-    if (fs::is_regular_file(place / "index.html", none)) return place;
-  throw std::runtime_error(
-      fmt::format("there is no page in {}; install the package trunnion-panel, or build it with "
-                  "'panel/build.sh FOLDER' and name the folder with --page",
-                  places.front().string()));
+  const std::string page = find_panel_page(named);
+  if (page.empty())
+    throw std::runtime_error(fmt::format(
+        "there is no page in {}; install the package trunnion-panel, or build it with "
+        "'panel/build.sh FOLDER' and name the folder with --page",
+        named.empty() ? std::filesystem::path(own_program()).parent_path().string() + "/panel" : named));
+  return page;
 }
 
 void check_readable(const std::string& path) {

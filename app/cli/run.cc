@@ -12,6 +12,7 @@
 #include "app/cli/browser.h"
 #include "app/cli/commands.h"
 #include "app/cli/run_inputs.h"
+#include "app/cli/run_page.h"
 #include "app/lab/plan_preview.h"
 #include "app/lab/run_pictures.h"
 #include "app/lab/run_recorder.h"
@@ -129,15 +130,7 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
-// For the operator's page, which shows a program before it runs. Its host has other work, and a program may
-// ask for more memory than there is.
-Exit preview_program(const RunOptions& options, const Assembly& assembly) {
-  constexpr rlim_t kMemory = rlim_t{3} << 30, kSeconds = 600;
-  constexpr int kNice = 10;
-  const rlimit memory{kMemory, kMemory}, time{kSeconds, kSeconds};
-  setrlimit(RLIMIT_AS, &memory);
-  setrlimit(RLIMIT_CPU, &time);
-  if (nice(kNice) < 0) fmt::print(stderr, "the plan is made with the priority of every other program\n");
+PlanPreview plan_of(const RunOptions& options, const Assembly& assembly) {
   Parameters parameters;
   ToolTable tools;
   if (!options.variables.empty()) load_parameters(options.variables, parameters);
@@ -147,7 +140,19 @@ Exit preview_program(const RunOptions& options, const Assembly& assembly) {
   start.switches = ProgramSwitches::of(assembly);
   PreviewOptions preview;
   if (options.stop_after_s > 0) preview.time_max_s = options.stop_after_s;
-  const PlanPreview plan = preview_plan(assembly, parameters, tools, start, preview);
+  return preview_plan(assembly, parameters, tools, start, preview);
+}
+
+// For the operator's page, which shows a program before it runs. Its host has other work, and a program may
+// ask for more memory than there is.
+Exit preview_program(const RunOptions& options, const Assembly& assembly) {
+  constexpr rlim_t kMemory = rlim_t{3} << 30, kSeconds = 600;
+  constexpr int kNice = 10;
+  const rlimit memory{kMemory, kMemory}, time{kSeconds, kSeconds};
+  setrlimit(RLIMIT_AS, &memory);
+  setrlimit(RLIMIT_CPU, &time);
+  if (nice(kNice) < 0) fmt::print(stderr, "the plan is made with the priority of every other program\n");
+  const PlanPreview plan = plan_of(options, assembly);
   write_plan(options.preview, plan, assembly.machine, options.program);
   if (plan.message.empty()) return Exit::kDone;
   fmt::print(stderr, "{}\n", plan.message);
@@ -242,10 +247,15 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   ProgramLog program_log(options.logs, [](const std::string& text) { fmt::print(stderr, "{}\n", text); });
   simulation.on_log = [&](const canon::Log& written, std::uint32_t line) { program_log.take(written, line); };
   simulation.progress = [&](std::uint32_t line, double time_s) { progress.show(line, time_s); };
+  // Before the run, which may change parameters and tools.
+  std::optional<PlanPreview> plan;
+  if (!options.pictures.empty() && checked.endless == 0) plan = plan_of(options, assembly);
   const SimulationResult result = simulate(assembly, parameters, tools, simulation);
   if (trace) trace->close();
   if (!options.pictures.empty())
     write_run_pictures(options.pictures, options.program, assembly.machine, recorder.bins(), result);
+  if (plan && write_run_page(options.pictures, options.program, assembly.machine, *plan) && !options.json)
+    fmt::print("The path in three dimensions: {}/path.html\n", options.pictures);
   if (!options.variables.empty()) save_parameters(options.variables, parameters);
 
   return tell_result(options, assembly, result);

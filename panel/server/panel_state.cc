@@ -10,6 +10,7 @@
 #include "app/client/command_rights.h"
 #include "app/client/message_json.h"
 #include "core/axes.h"
+#include "panel/server/machine_json.h"
 #include "panel/server/program_folder.h"
 
 namespace trn {
@@ -464,7 +465,9 @@ std::optional<std::string> PanelState::next(PageId id) {
 }
 
 std::optional<std::string> PanelState::get(std::string_view name) const {
-  if (name == "machine") return text_of(machine_json());
+  if (name == "machine")
+    return text_of(machine_json(config_.machine, config_.version, config_.config_path,
+                                daemon_.status() ? daemon_.status()->axes : "", config_.kinematics));
   if (name == "state") return text_of(state_json());
   if (name == "history") return text_of(json(history_));
   if (name == "programs") return text_of(programs_json());
@@ -488,25 +491,6 @@ std::optional<OpenFile> PanelState::program_text(std::string_view name) const {
   } catch (const NoProgram&) {
     return std::nullopt;
   }
-}
-
-json PanelState::machine_json() const {
-  json joints = json::array();
-  for (const Joint& joint : config_.machine.joints)
-    joints.push_back({{"name", joint.name},
-                      {"unit", joint.kind == JointKind::kRotary ? "rad" : "mm"},
-                      {"min", joint.limit.min},
-                      {"max", joint.limit.max},
-                      {"velocity", joint.limit.velocity},
-                      {"acceleration", joint.limit.acceleration},
-                      {"jerk", joint.limit.jerk}});
-  return {{"name", config_.machine.name},
-          {"version", config_.version},
-          {"config_path", config_.config_path},
-          {"period_s", config_.machine.period_s},
-          {"axes", daemon_.status() ? daemon_.status()->axes : ""},
-          {"kinematics", config_.kinematics},
-          {"joints", joints}};
 }
 
 json PanelState::programs_json() const {

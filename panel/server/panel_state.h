@@ -110,7 +110,6 @@ class PanelState {
   void watch_holder();
   void watch_plan();
   void lose(Page& page);
-  nlohmann::json machine_json() const;
   nlohmann::json programs_json() const;
   nlohmann::json state_json() const;
 

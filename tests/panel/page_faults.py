@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""A page in a real browser while its line is cut, its panel hangs and its daemon dies; page_faults.mjs tells what it shows.
+"""A page in a real browser while its line is cut, its panel hangs and its daemon dies; page_faults.mjs tells it.
 
 usage: page_faults.py TRUNNION_BINARY SOURCE_DIR PAGE_DIR OUTPUT_DIR
 """

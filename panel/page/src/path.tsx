@@ -100,13 +100,14 @@ const kKinds = ["velocity", "acceleration", "jerk"] as const;
 /** What is at a point of the plan; or where the machine is now. */
 function Readings({ plan, point }: { plan: Plan | null; point: number }) {
   const { status, motion, program } = useLink("status", "motion", "program");
-  if (!status) return null;
+  const inch = status?.inch ?? false;
+  if (!status && !plan) return null;
   if (!plan || point < 0) {
     return (
       <div class="readings">
-        <span>Line <strong data-test="path-line">{status.line || "–"}</strong></span>
-        <span><strong>{feedText(motion?.speed_mm_s ?? 0, status.inch)}</strong></span>
-        <code>{status.block}</code>
+        {status && <><span>Line <strong data-test="path-line">{status.line || "–"}</strong></span>
+        <span><strong>{feedText(motion?.speed_mm_s ?? 0, inch)}</strong></span>
+        <code>{status.block}</code></>}
         {plan && <small>Point at the path to see what happens there.</small>}
       </div>
     );
@@ -118,8 +119,8 @@ function Readings({ plan, point }: { plan: Plan | null; point: number }) {
     <div class="readings" data-test="point">
       <span>Line <strong data-test="path-line">{line}</strong></span>
       <code>{program?.line(line) || "–"}</code>
-      <span>{plan.rapid[point] ? "rapid" : <>asked <strong>{plan.feeds[point] > 0 ? feedText(plan.feeds[point], status.inch) : "–"}</strong></>}</span>
-      <span>real <strong>{feedText(plan.speeds[point], status.inch)}</strong></span>
+      <span>{plan.rapid[point] ? "rapid" : <>asked <strong>{plan.feeds[point] > 0 ? feedText(plan.feeds[point], inch) : "–"}</strong></>}</span>
+      <span>real <strong>{feedText(plan.speeds[point], inch)}</strong></span>
       <span data-test="limit">{joint === kNoJoint ? "no joint limits"
         : <><i class="dot" style={{ background: jointColour(joint) }} /><strong>{plan.head.joints[joint].name}</strong> limits: {percent(Math.min(1, uses[0].use))} of its {uses[0].kind}</>}</span>
       <span data-test="deviation">off <strong>{micrometres(plan.deviations[point])}</strong></span>

@@ -1,0 +1,28 @@
+#include "panel/server/machine_json.h"
+
+#include "core/axes.h"
+
+namespace trn {
+
+nlohmann::json machine_json(const Machine& machine, const std::string& version,
+                            const std::string& config_path, const std::string& axes,
+                            const nlohmann::json& kinematics) {
+  nlohmann::json joints = nlohmann::json::array();
+  for (const Joint& joint : machine.joints)
+    joints.push_back({{"name", joint.name},
+                      {"unit", joint.kind == JointKind::kRotary ? "rad" : "mm"},
+                      {"min", joint.limit.min},
+                      {"max", joint.limit.max},
+                      {"velocity", joint.limit.velocity},
+                      {"acceleration", joint.limit.acceleration},
+                      {"jerk", joint.limit.jerk}});
+  return {{"name", machine.name},
+          {"version", version},
+          {"config_path", config_path},
+          {"period_s", machine.period_s},
+          {"axes", axes},
+          {"kinematics", kinematics},
+          {"joints", joints}};
+}
+
+}  // namespace trn

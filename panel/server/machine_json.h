@@ -1,0 +1,15 @@
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "core/machine.h"
+
+namespace trn {
+
+/// The machine as pages have it: type Machine of panel/interface. `axes` as a status tells them.
+nlohmann::json machine_json(const Machine& machine, const std::string& version,
+                            const std::string& config_path, const std::string& axes,
+                            const nlohmann::json& kinematics);
+
+}  // namespace trn
