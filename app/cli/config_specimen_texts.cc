@@ -343,25 +343,6 @@ cogging_pitch_deg = 24
 cogging_Nm = [0, 1]
 )";
 
-constexpr char kSafety[] = R"(
-[[safety.input]]
-kind = "door"
-from = "drive.@X.input.16"
-[[safety.brake]]
-joint = "@Z"
-output = "drive.@Z.output.0"
-release_s = 0.1
-close_s = 0.1
-)";
-
-constexpr char kMotors[] = R"(
-[[drives.emulation.motor]]
-node = "can0:6"
-inputs_on = [16]
-[[drives.emulation.motor]]
-node = "can0:7"
-)";
-
 constexpr char kSlowDrives[] = R"(
 [drives]
 type = "modbus"
@@ -584,8 +565,8 @@ std::vector<ConfigSpecimen> machine_specimens() {
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotors + kSafety + shapes +
-           kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
+       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotorSpecimen + kSafetySpecimen +
+           shapes + kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
        five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +

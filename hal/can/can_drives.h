@@ -7,10 +7,10 @@
 #include <string>
 #include <vector>
 
-#include "hal/can/brake.h"
 #include "core/fault.h"
 #include "core/ports.h"
 #include "core/touch_probe.h"
+#include "hal/can/brake.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_config.h"
 #include "hal/can/can_master.h"

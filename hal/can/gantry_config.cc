@@ -8,9 +8,9 @@
 #include <string>
 #include <string_view>
 
-#include "hal/can/cia402_axis.h"
 #include "core/axes.h"
 #include "core/units.h"
+#include "hal/can/cia402_axis.h"
 #include "hal/can/gantry.h"
 
 namespace trn {

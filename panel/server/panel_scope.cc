@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <nlohmann/json.hpp>
 
+#include "panel/server/controls.h"
 #include "panel/server/page_message.h"
 #include "panel/server/panel_state.h"
 

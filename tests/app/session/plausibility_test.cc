@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/session/word_directions.h"
+#include "core/axes.h"
 #include "core/config.h"
 #include "core/machine.h"
 #include "core/units.h"
