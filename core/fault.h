@@ -45,6 +45,12 @@ enum class Fault : std::uint8_t {
   kDeviceFault,     ///< a Modbus device reports a fault, or values that cannot be
   kProbe,           ///< a probe move met nothing, or began where it should have ended
   kSpindle,         ///< not at its speed or place in time
+  kGantryParted,    ///< the motors of a gantry joint stand too far apart
+  kEmergencyInput,  ///< the emergency stop's input is not safe
+  kEnableOff,       ///< the enable input is off while drives are on
+  kDoorOpen,        ///< a door is open while something moves
+  kAirPressure,     ///< the air is away while something moves
+  kSafeTorqueOff,   ///< a drive lost its torque by its own safety input
   kCount
 };
 

@@ -138,6 +138,11 @@ struct DriveWords {
   std::uint16_t status = 0, control = 0;
 };
 
+/// Digital outputs that no program may switch.
+struct HeldOutputs {
+  std::uint64_t mask = 0, on = 0;
+};
+
 struct Feedback {
   JointVec q;          ///< measured position
   JointVec current_A;  ///< motor current, mean of the period; empty: the drives do not tell
@@ -146,8 +151,11 @@ struct Feedback {
   DriveState state = DriveState::kOff;         ///< the worst of all joints
   Fault fault = Fault::kOk;
   int fault_joint = -1;
-  unsigned homed_mask = 0;         ///< bit i: joint i knows its position
-  unsigned limit_switch_mask = 0;  ///< bit i: joint i stands on a limit switch
+  unsigned homed_mask = 0;                         ///< bit i: joint i knows its position
+  unsigned limit_switch_mask = 0;                  ///< bit i: joint i stands on a limit switch
+  std::array<std::uint32_t, kMaxJoints> inputs{};  ///< of each joint's drive, as 0x60FD has them
+  unsigned inputs_heard_mask = 0;                  ///< bit i: joint i's drive has told its inputs
+  HeldOutputs held;                                ///< outputs of [io] that only the drives switch: brakes
 };
 
 struct CorrectionInput {

@@ -49,7 +49,8 @@ Lengths are mm, angles rad, times s, unless a field's name or its text says othe
 |---|---|---|
 """
 
-SENDER = {"command_t": "a client", "scope_request_t": "a client", "sensor_t": "whoever has readings", "signed_command_t": "a client of another host"}
+SENDER = {"command_t": "a client", "scope_request_t": "a client", "sensor_t": "whoever has readings",
+          "signed_command_t": "a client of another host"}
 
 STRUCT = re.compile(r"package\s+(\w+)\s*;\s*((?:\s*//[^\n]*\n)*)\s*struct\s+(\w+)\s*\{(.*)\}\s*$", re.S)
 FIELD = re.compile(r"(\w+)\s+(\w+)\s*((?:\[\w+\])?)$")

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/check.h"
@@ -22,6 +23,7 @@
 #include "kernel/probe_move.h"
 #include "kernel/rate_plans.h"
 #include "kernel/rt_messages.h"
+#include "kernel/safety_inputs.h"
 #include "kernel/setpoint_chain.h"
 #include "kernel/single_block.h"
 #include "kernel/tick_io.h"
@@ -37,8 +39,9 @@ struct CycleConfig {
   Joints joints;
   Joints plan_joints;  ///< limits of the planned motion, without what the corrections keep for themselves
   ProgramStops stops = ProgramStops::kWait;
-  bool optional_stop = true;           ///< M1 is one, until the operator switches it
-  double spindle_timeout_s = 10;       ///< for its speed or place
+  bool optional_stop = true;      ///< M1 is one, until the operator switches it
+  double spindle_timeout_s = 10;  ///< for its speed or place
+  std::vector<SafetyInputs::Input> safety;
   Pose X_WB_idle = {};                 ///< in reports before a program's first motion
   std::size_t report_capacity = 4096;  ///< reports that wait to be read; more are lost, and counted
   std::optional<FeedForwardConfig> feed_forward = std::nullopt;
@@ -158,6 +161,7 @@ class Cycle final : public TickPort {
   void feed_forward() TRN_RT;
   void watch_drives() TRN_RT;
   void exchange_io() TRN_RT;
+  void watch_safety() TRN_RT;
 
   void latch(Fault fault, int joint) TRN_RT;
   void latch_failed_check() TRN_RT;
@@ -195,6 +199,7 @@ class Cycle final : public TickPort {
   bool optional_stop_;  ///< M1 stops
   ProbeMove probe_;
   TickIo io_;
+  SafetyInputs safety_;
   HoldDetour detour_;
   int still_periods_ = 0;  ///< that the plan's joints have not moved, up to kStillPeriods
   ProgramWait wait_;

@@ -21,8 +21,8 @@ FeedForward::FeedForward(const std::optional<FeedForwardConfig>& config, const J
 }
 
 void FeedForward::keep_position(const JointVec& q) TRN_RT {
-  std::rotate(past_.begin(), past_.end() - 1, past_.end());
-  past_[0] = q;
+  newest_ = (newest_ + past_.size() - 1) % past_.size();
+  past_[newest_] = q;
   before_ = now_;
 }
 
@@ -38,7 +38,7 @@ void FeedForward::stand(const JointVec& q) TRN_RT {
 void FeedForward::follow_setpoints(const JointVec& q) TRN_RT {
   if (!on()) return;
   keep_position(q);
-  const JointVec d0 = past_[0] - past_[1], d1 = past_[1] - past_[2], d2 = past_[2] - past_[3];
+  const JointVec d0 = past(0) - past(1), d1 = past(1) - past(2), d2 = past(2) - past(3);
   const JointVec bend = d0 - d1, twist = bend - (d1 - d2);
   now_.a = (bend + twist) / (period_s_ * period_s_);
   now_.v = (d0 + bend / 2 + twist / 3) / period_s_ + ahead_s_ * now_.a;
@@ -47,7 +47,7 @@ void FeedForward::follow_setpoints(const JointVec& q) TRN_RT {
 void FeedForward::follow_plan(const MotionQueue& queue, const PlanPlace& place,
                               const RateFollower& rate) TRN_RT {
   if (!on()) return;
-  keep_position(past_[0]);
+  keep_position(past(0));
   RateState state = rate.state();
   const double ahead_s = ahead_s_ > 0 ? state.follow(rate.plan(), ahead_s_) : 0;
   if (!look_at(queue, place, ahead_s, state)) now_ = {standing_, standing_};
@@ -95,7 +95,7 @@ void FeedForward::derive(const MotionBlock& block, std::size_t segment, double t
 
 void FeedForward::tell(const JointVec& q, Setpoints& setpoints) TRN_RT {
   if (!on()) return;
-  past_[0] = q;  // the next period may go on from it in another way
+  past_[newest_] = q;  // the next period may go on from it in another way
   const JointVec v = now_.v + back_ * (before_.v - now_.v), a = now_.a + back_ * (before_.a - now_.a);
   if (config_->velocity) {
     setpoints.qd = v;

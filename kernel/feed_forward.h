@@ -43,6 +43,7 @@ class FeedForward {
   static constexpr std::uint64_t kBlocksAhead = 64;
 
   void keep_position(const JointVec& q) TRN_RT;
+  const JointVec& past(std::size_t periods) const TRN_RT { return past_[(newest_ + periods) % past_.size()]; }
   bool look_at(const MotionQueue& queue, PlanPlace place, double ahead_s, const RateState& state) TRN_RT;
   void derive(const MotionBlock& block, std::size_t segment, double t, const RateState& state) TRN_RT;
 
@@ -50,8 +51,9 @@ class FeedForward {
   double period_s_, ahead_s_ = 0, back_ = 0;  ///< `back_`: part of a period before the newest moment
   JointVec jerk_;                             ///< of the plan's limits, the unit of JointMotion
   JointRate now_, before_;                    ///< at the newest moment looked at, and a period before
-  std::array<JointVec, 4> past_;              ///< setpoints, newest first
-  JointVec standing_;                         ///< zeros
+  std::array<JointVec, 4> past_;  ///< setpoints, the newest at `newest_`, the others behind it in turn
+  std::size_t newest_ = 0;
+  JointVec standing_;  ///< zeros
 };
 
 }  // namespace trn

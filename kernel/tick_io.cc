@@ -13,7 +13,8 @@ constexpr double kOnThread = 0.002;     // so near the planned speed is to the p
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
-Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drives_touch) TRN_RT {
+Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drives_touch,
+                       const HeldOutputs& held) TRN_RT {
   if (!io_) {
     inputs_.probe = drives_touch;
     return Fault::kOk;
@@ -24,6 +25,7 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
   TRN_CHECK(spindle_override >= 0 && spindle_override <= 2);
   outputs.spindle_rpm *= spindle_override;
   if (locked_) outputs = IoOutputs{};
+  outputs.digital = (outputs.digital & ~held.mask) | held.on;
   inputs_.probe = false;
   io_->exchange(outputs, place, inputs_);
   inputs_.probe |= drives_touch;

@@ -25,7 +25,9 @@ class TickIo {
 
   /// Once a period, behind the drives' exchange; returns the devices' fault. `drives_touch`: contact of a
   /// probe on the drives' own inputs.
-  Fault exchange(const IoPlace& place, double spindle_override, bool drives_touch) TRN_RT;
+  /// `held`: outputs that only the drives switch.
+  Fault exchange(const IoPlace& place, double spindle_override, bool drives_touch,
+                 const HeldOutputs& held = {}) TRN_RT;
   /// The event in front, once a period until it is done. kFailed: `failure` says why.
   Outcome obey(const QueueEvent& event) TRN_RT;
   /// Outputs that change with the motion.

@@ -11,7 +11,8 @@ SimulatedJoint::SimulatedJoint(const Config& config)
       plant_{config.start, 0, config.start},
       encoder_offset_(config.homed ? config.encoder_offset : -config.start),
       reported_(config.start + encoder_offset_),
-      homed_(config.homed) {
+      homed_(config.homed),
+      load_(config.load) {
   if (config.mechanism) mechanism_.emplace(*config.mechanism);
   stand_still();
 }
@@ -27,8 +28,9 @@ void SimulatedJoint::enable() TRN_RT {
 
 void SimulatedJoint::disable() TRN_RT {
   state_ = DriveState::kOff;
-  // Without power the brake is closed, so the axis stands at once.
-  plant_.v = v_target_ = 0;
+  v_target_ = 0;
+  // Without power the brake is closed, so the axis stands at once; one that hangs has a brake of its own.
+  if (!load_.hangs()) plant_.v = 0;
   plant_.target = plant_.x;
   stand_still();
 }
@@ -47,7 +49,8 @@ void SimulatedJoint::home() TRN_RT {
   periods_ = 0;
 }
 
-void SimulatedJoint::quick_stop() TRN_RT {
+void SimulatedJoint::quick_stop(bool holds) TRN_RT {
+  holds_ = holds;
   // It does not move yet, so there is nothing to brake.
   if (state_ == DriveState::kStarting) disable();
   if (state_ == DriveState::kEnabled || state_ == DriveState::kHoming) state_ = DriveState::kQuickStop;
@@ -77,7 +80,9 @@ void SimulatedJoint::begin_homing() TRN_RT {
 
 void SimulatedJoint::move_itself(double v_wanted, double acceleration) TRN_RT {
   if (state_ != DriveState::kHoming || lost_) return step(reported_);
+  const double x_before = plant_.x;
   drive_itself(v_wanted, acceleration);
+  if (load_.hangs()) hang(x_before);
   if (std::abs(plant_.x - plant_.target) > config_.following_error_max)
     fail(Fault::kFollowingError);
   else if (++periods_ > config_.homing_periods_max)
@@ -106,7 +111,34 @@ bool SimulatedJoint::on_limit_switch() const TRN_RT {
   return plant_.x < config_.switch_min || plant_.x > config_.switch_max;
 }
 
+bool SimulatedJoint::has_torque() const TRN_RT {
+  return state_ == DriveState::kEnabled || state_ == DriveState::kHoming ||
+         state_ == DriveState::kQuickStop || (state_ == DriveState::kFault && v_target_ != 0);
+}
+
+// A closed brake holds it against the drive as well. Without torque it falls.
+void SimulatedJoint::hang(double x_before) TRN_RT {
+  load_.step();
+  if (load_.braked()) {
+    plant_.x = x_before;
+    plant_.v = 0;
+    stand_still();
+  } else if (!has_torque()) {
+    plant_.v += load_.gain();
+    plant_.x = x_before + plant_.v * config_.servo.period_s;
+    plant_.target = plant_.x;
+    stand_still();
+  }
+}
+
 void SimulatedJoint::step(double q, const Reference& reference) TRN_RT {
+  const double x_before = plant_.x;
+  step_drive(q, reference);
+  if (load_.hangs()) hang(x_before);
+  if (!lost_) reported_ = plant_.x + encoder_offset_;
+}
+
+void SimulatedJoint::step_drive(double q, const Reference& reference) TRN_RT {
   if (lost_) {  // nobody hears its answers any more; it watches the bus, and brakes
     if (state_ != DriveState::kOff) step_brake();
     return;
@@ -126,10 +158,9 @@ void SimulatedJoint::step(double q, const Reference& reference) TRN_RT {
     case DriveState::kQuickStop:
     case DriveState::kFault:
     case DriveState::kLost:
-      step_brake();
+      if (!load_.hangs() || has_torque()) step_brake();
       break;
   }
-  reported_ = plant_.x + encoder_offset_;
 }
 
 void SimulatedJoint::follow(double target, const Reference& reference) TRN_RT {
@@ -216,7 +247,7 @@ void SimulatedJoint::step_brake() TRN_RT {
   plant_.v = 0;  // the brake closes
   plant_.target = plant_.x;
   stand_still();
-  if (state_ == DriveState::kQuickStop) state_ = DriveState::kOff;
+  if (state_ == DriveState::kQuickStop && !holds_) state_ = DriveState::kOff;
 }
 
 }  // namespace trn

@@ -5,6 +5,7 @@
 
 #include "core/fault.h"
 #include "core/ports.h"
+#include "sim/hanging_load.h"
 #include "sim/servo.h"
 #include "sim/servo_mechanism.h"
 
@@ -31,6 +32,7 @@ class SimulatedJoint {
     std::uint32_t homing_periods_max = 0;
     /// In place of `servo`: a drive with a mechanism that weighs and rubs.
     std::optional<ServoMechanism::Config> mechanism = std::nullopt;
+    HangingLoad::Config load;  ///< with one, the axis has a brake of its own; else it stands without power
   };
   using Reference = ServoMechanism::Reference;
 
@@ -40,7 +42,7 @@ class SimulatedJoint {
   void disable() TRN_RT;
   void reset() TRN_RT;
   void home() TRN_RT;
-  void quick_stop() TRN_RT;
+  void quick_stop(bool holds = false) TRN_RT;  ///< `holds`: at rest it keeps its torque
   /// Off and on again: an encoder that is not absolute counts from zero where it stands.
   void power_cycle() TRN_RT;
   /// Homing without a search: the position where it stands is `q`.
@@ -76,11 +78,14 @@ class SimulatedJoint {
   void fail(Fault fault) TRN_RT;                         ///< the drive faults by itself and brakes
   void set_lost(bool lost) TRN_RT { lost_ = lost; }      ///< it no longer answers, and brakes
   void set_stuck(bool stuck) TRN_RT { stuck_ = stuck; }  ///< the axis does not move
+  /// The brake's output, of an axis with a load.
+  void set_brake(bool released) TRN_RT { load_.set_brake(released); }
   void set_home_switch_dead(bool dead) TRN_RT { home_switch_dead_ = dead; }
 
  private:
   enum class Homing : std::uint8_t { kSearch, kBackOff, kIndex, kStop };
 
+  void step_drive(double q, const Reference& reference) TRN_RT;
   void follow(double target, const Reference& reference = {}) TRN_RT;
   void stand_still() TRN_RT;
   void drive_itself(double v_wanted, double acceleration) TRN_RT;
@@ -88,6 +93,8 @@ class SimulatedJoint {
   void step_homing() TRN_RT;
   void step_homing_phase() TRN_RT;
   void step_brake() TRN_RT;
+  bool has_torque() const TRN_RT;
+  void hang(double x_before) TRN_RT;
   bool on_home_switch() const TRN_RT { return !home_switch_dead_ && plant_.x < config_.home; }
 
   Config config_;
@@ -105,6 +112,8 @@ class SimulatedJoint {
   bool homed_ = false;
   bool lost_ = false;
   bool stuck_ = false;
+  bool holds_ = false;  ///< behind a quick stop
+  HangingLoad load_;
   bool home_switch_dead_ = false;
 };
 

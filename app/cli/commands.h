@@ -48,6 +48,7 @@ void add_replay(CLI::App& app, Exit& exit);
 void add_latency(CLI::App& app, Exit& exit);
 void add_sensor(CLI::App& app, Exit& exit);
 void add_scope(CLI::App& app, Exit& exit);
+void add_tune(CLI::App& app, Exit& exit);
 void add_gateway(CLI::App& app, Exit& exit);
 void add_panel(CLI::App& app, Exit& exit);
 void add_mqtt(CLI::App& app, Exit& exit);

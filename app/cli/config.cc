@@ -9,6 +9,8 @@
 #include "app/cli/config_page.h"
 #include "app/cli/config_schema.h"
 #include "app/cli/config_specimens.h"
+#include "app/session/assembly.h"
+#include "app/session/plausibility.h"
 
 namespace trn {
 
@@ -16,6 +18,7 @@ namespace {
 
 struct ConfigOptions {
   bool keys = false, json = false, schema = false;
+  std::string check;
 };
 
 constexpr const char kConfigFooter[] =
@@ -25,7 +28,9 @@ constexpr const char kConfigFooter[] =
     "An editor completes and checks a config by its schema (taplo; Even Better TOML in VS Code):\n"
     "  trunnion config --schema > machine.schema.json\n"
     "and in the first line of the config: #:schema ./machine.schema.json\n"
-    "Exit: 0 done, 4 a key has no meaning or a meaning no key, 5 usage.\n";
+    "A config that is legal may still be wrong. What is hardly meant so is asked about:\n"
+    "  trunnion config --check configs/mill.toml\n"
+    "Exit: 0 done, 3 bad config, 4 a key has no meaning or a meaning no key, 5 usage.\n";
 
 void show_keys(const ConfigOptions& options) {
   const ConfigKeys keys = gather_keys(ask_all_readers());
@@ -37,6 +42,13 @@ void show_keys(const ConfigOptions& options) {
     fmt::print("{}", options.json ? config_json(keys).dump(2) + "\n" : config_page(keys));
 }
 
+void ask_about(const std::string& file) {
+  const Assembly assembly = assemble(file);
+  const std::vector<std::string> questions = implausible(assembly.machine, *assembly.kinematics);
+  for (const std::string& question : questions) fmt::print("is this right? {}\n", question);
+  if (questions.empty()) fmt::print("{}: nothing to ask\n", file);
+}
+
 }  // namespace
 
 void add_config(CLI::App& app, Exit& exit) {
@@ -45,10 +57,14 @@ void add_config(CLI::App& app, Exit& exit) {
   CLI::Option* keys = command->add_flag("--keys", options->keys, "every key that there is, as Markdown");
   command->add_flag("--json", options->json, "with --keys: as JSON")->needs(keys);
   command->add_flag("--schema", options->schema, "a JSON schema for editors, which complete and check by it");
+  command->add_option("--check", options->check,
+                      "read this config, and ask about figures that are hardly right");
   command->footer(kConfigFooter);
   command->callback([options, &exit] {
-    if (!options->keys && !options->schema) throw CLI::RequiredError("--keys or --schema");
-    show_keys(*options);
+    if (!options->keys && !options->schema && options->check.empty())
+      throw CLI::RequiredError("--keys, --schema or --check");
+    if (!options->check.empty()) ask_about(options->check);
+    if (options->keys || options->schema) show_keys(*options);
     exit = Exit::kDone;
   });
 }

@@ -299,7 +299,8 @@ const ChapterMeaning kHostMeanings = {
          "more.",
          {
              {"seconds",
-              "How much of all signals the daemon keeps in memory; a second at 1 ms takes about 1 MB."},
+              "How much of all signals the daemon keeps in memory, at most 100,000 periods; a second at 1 ms "
+              "takes about 1 MB."},
              {"after_fault_s", "The file of a fault goes on so long behind it."},
              {"fault_files", "How many such files are kept beside the session's log; 0: none."},
          }},
@@ -368,7 +369,8 @@ const ChapterMeaning kHostMeanings = {
 std::vector<const ChapterMeaning*> all_meanings() {
   return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings, &kPlannerMeanings,
           &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,     &kSlowDriveMeanings,
-          &kIoMeanings,         &kModbusMeanings,     &kHostMeanings,    &kOtherFileMeanings};
+          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,  &kHostMeanings,
+          &kOtherFileMeanings};
 }
 
 }  // namespace trn

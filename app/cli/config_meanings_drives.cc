@@ -67,9 +67,9 @@ const ChapterMeaning kDriveMeanings = {
          {{"drives.joint.mechanism", "simulated"},
           {"drives.emulation.joint.mechanism", "canopen"},
           {"drives.emulation.joint.mechanism", "modbus"}},
-         "In place of the plain servo loop: a drive with P on the position and PI on the velocity, and a "
-         "joint "
-         "that has mass, friction and weight. `trunnion following` and `trunnion tune` are rehearsed on it.",
+         "In place of the plain servo loop: a drive with P on the position and PI on the velocity. Its joint "
+         "has "
+         "mass, friction and weight. `trunnion following` and `trunnion tune` are rehearsed on it.",
          {
              {"position_gain_1_s", "Gain of the drive's position loop."},
              {"velocity_loop_hz", "Bandwidth of the drive's velocity loop."},
@@ -86,6 +86,22 @@ const ChapterMeaning kDriveMeanings = {
              {"resonance_damping", "Damping of it; 1 is critical."},
              {"load_share", "Share of the inertia that is the load's."},
              {"backlash_mm backlash_deg", "Play between motor and load, with a `resonance_hz` only."},
+         }},
+        {"One emulated motor",
+         {{"drives.emulation.motor", "canopen"}},
+         "What is true of this motor and not of its joint: a gantry hangs askew, and a switch is not where "
+         "it "
+         "should be, an axis hangs.",
+         {
+             {"node", "The drive.", "", "bus and node id, as \"can0:3\""},
+             {"start_offset_mm start_offset_deg", "How far from its joint's start it stands at power-on."},
+             {"inputs_on", "Bits of its 0x60FD that are on.", "none", "numbers, 0 to 31"},
+             {"falls", "The way in which the axis falls when neither its drive nor its brake holds it."},
+             {"brake_release_s", "With `falls`: how long the brake really takes to let go."},
+             {"brake_close_s", "And to hold."},
+             {"switch_offset_mm switch_offset_deg",
+              "How far its home switch really stands beyond the square gantry. The master knows `square_mm` "
+              "only."},
          }},
         {"What happens to simulated drives",
          {{"drives.script", "simulated"},
@@ -167,7 +183,7 @@ const ChapterMeaning kCanMeanings = {
          }},
         {"A drive",
          {{"drives.node", "canopen"}},
-         "One for each joint.",
+         "One for each joint, and one for each motor of a gantry.",
          {
              {"joint", "The joint that the drive moves.", "", "the name of a joint"},
              {"bus", "The `interface` of its bus.", "the only bus; required with several", "an interface"},
@@ -204,6 +220,9 @@ const ChapterMeaning kCanMeanings = {
               "the index behind it."},
              {"home_mm home_deg", "Position of the joint at the home point.",
               "0, or the end of its range nearest to it", "within the joint's range"},
+             {"square_mm square_deg",
+              "How far this motor's home switch stands beyond the square gantry, in the joint's positive "
+              "direction. Only with a `[[drives.gantry]]`."},
              {"homing_speed_mm_s homing_speed_deg_s",
               "Speed of the search for the switch; at most the joint's own."},
              {"index_speed_mm_s index_speed_deg_s", "Speed of the search for the zero."},
@@ -212,6 +231,9 @@ const ChapterMeaning kCanMeanings = {
              {"torque",
               "Whether the drive tells its torque (0x6077) every period. It then stands in the messages of "
               "faults, and `trunnion tune` and `trunnion scope` have it."},
+             {"sto",
+              "How the drive tells that its Safe Torque Off is active: \"0x6041:14\" for bit 14 of its "
+              "statusword, \"0x60FD:3\" for bit 3 of its inputs, with ! in front where the bit is off then."},
              {"limit_switches", "Whether bits 0 and 1 of 0x60FD are limit switches to be watched."},
              {"home_group",
               "Joints of a lower number are homed before those of a higher one, those of the same together."},
@@ -285,6 +307,21 @@ const ChapterMeaning kCanMeanings = {
              {"cogging_N cogging_Nm",
               "Force that the motor's cogging asks for, at even places of the pitch from 0 on.", "no cogging",
               "2 to 4096 numbers"},
+         }},
+        {"A gantry",
+         {{"drives.gantry", "canopen"}},
+         "One joint on two to four motors, a `[[drives.node]]` each. The motors home each by its own switch; "
+         "then "
+         "they are drawn to one place, and only then the joint is homed.",
+         {
+             {"joint", "The joint with several motors.", "", "the name of a joint"},
+             {"apart_mm apart_deg",
+              "Distance between two motors, beyond what they should have, that is the fault "
+              "`gantry_parted`."},
+             {"apart_homing_mm apart_homing_deg", "The same while each motor looks for its switch.",
+              "five times `apart_mm`"},
+             {"squaring_speed_mm_s squaring_speed_deg_s",
+              "How fast the motors are drawn to one place, at power-on and behind homing."},
          }},
         {"A drive's habits",
          {{"drives.node.habits", "canopen"}},

@@ -203,7 +203,8 @@ const ChapterMeaning kOtherFileMeanings = {
               "as named, `drop` leaves Operation Enabled, `pre_operational` the operational state. "
               "`duplicate` and `reorder` do so with frames, `short_pdo` sends frames a byte short. "
               "`refuse` refuses an object, `slow` is slow, `lie` lies about the position. `ignore` does not "
-              "follow its setpoints, `quiet_fault` faults without an emergency message. Devices: "
+              "follow its setpoints, `quiet_fault` faults without an emergency message. `held` holds the "
+              "axis fast, `sto` takes its torque, `inputs` sets the bits of 0x60FD to the value. Devices: "
               "`silent`, `short` answers by halves, `slow`, `lie`, `good` again.",
               "", "one of the words on the right"},
              {"value",

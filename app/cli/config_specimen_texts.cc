@@ -1,5 +1,7 @@
 #include "app/cli/config_specimen_texts.h"
 
+#include "app/cli/config_specimen_motors.h"
+
 namespace trn {
 
 namespace {
@@ -302,6 +304,26 @@ counts_per_deg = 1000
 home_final_deg = @k
 @bus
 [[drives.node]]
+joint = "@Y"
+id = 6
+eds = "@sheet"
+counts_per_mm = 1000
+square_mm = 0.1
+@bus
+[[drives.node]]
+joint = "@A"
+id = 7
+eds = "@sheet"
+counts_per_deg = 1000
+home_final_deg = @k
+@bus
+[[drives.gantry]]
+joint = "@Y"
+apart_mm = @k
+[[drives.gantry]]
+joint = "@A"
+apart_deg = @k
+[[drives.node]]
 joint = "@C"
 id = 5
 eds = "@sheet"
@@ -309,18 +331,6 @@ counts_per_deg = 1000
 home_final_deg = 2@k
 @bus
 [drives.emulation]
-)";
-
-constexpr char kTorques[] = R"(
-[feed_forward]
-[[feed_forward.joint]]
-joint = "@X"
-cogging_pitch_mm = 24
-cogging_N = [0, 1]
-[[feed_forward.joint]]
-joint = "@A"
-cogging_pitch_deg = 24
-cogging_Nm = [0, 1]
 )";
 
 constexpr char kSlowDrives[] = R"(
@@ -545,8 +555,8 @@ std::vector<ConfigSpecimen> machine_specimens() {
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + shapes + kScrew +
-           "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
+       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotors + kSafety + shapes +
+           kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
        five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +

@@ -43,6 +43,12 @@ std::string data_sheet() {
     text += fmt::format(
         "[{0:04X}]\nParameterName=Object {0:04X}\nObjectType=7\nDataType={1}\nAccessType=rw\nPDOMapping=1\n",
         index, type);
+  // A record, of a holding brake.
+  text += "[60FE]\nParameterName=Outputs\nObjectType=9\nSubNumber=3\n";
+  for (const int sub : {1, 2})
+    text += fmt::format(
+        "[60FEsub{}]\nParameterName=Object 60FE\nObjectType=7\nDataType=7\nAccessType=rw\nPDOMapping=1\n",
+        sub);
   return text;
 }
 

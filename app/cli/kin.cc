@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "app/cli/commands.h"
+#include "app/cli/kin_words.h"
 #include "app/session/corrections.h"
 #include "compensation/rtcp.h"
 #include "core/axes.h"
@@ -28,6 +29,7 @@ using Json = nlohmann::ordered_json;
 struct KinOptions {
   std::string machine;
   std::string direction;
+  bool words = false;
 };
 
 constexpr const char kKinFooter[] =
@@ -45,6 +47,10 @@ constexpr const char kKinFooter[] =
     "1 (every\n"
     "direction as stiff as any other) to 0 (singular), and a hexapod \"joint_angle_deg\" and "
     "\"leg_distance_mm\".\n"
+    "With --words it speaks as a machinist does, mm and degrees, a line in and a line out:\n"
+    "  forward   X=10 C=90   joints -> words, and where the tool is, seen from the work\n"
+    "  inverse   X10 A30     words -> joints, and the same\n"
+    "`kin words` needs no input: it says for every positive word which way the tool goes, to check `sense`.\n"
     "A pose that cannot be: {\"error\":\"unreachable|singular|limit\",\"message\":...}.\n"
     "A line that is not understood: {\"error\":\"bad_request\",\"line\":N,\"message\":...}.\n"
     "Exit: 0 every line was understood, 3 bad config, 5 usage or a bad request.\n";
@@ -248,7 +254,36 @@ Json answer_line(const KinServer& server, const std::string& line, std::size_t n
   }
 }
 
+Exit serve_words(const Machine& machine, bool forward) {
+  const std::unique_ptr<Kinematics> kinematics = make_kinematics(machine);
+  const KinWords words(machine, *kinematics);
+  Exit exit = Exit::kDone;
+  std::string line;
+  for (std::size_t number = 1; std::getline(std::cin, line); ++number) {
+    if (line.find_first_not_of(" \t\r") == std::string::npos) continue;
+    try {
+      fmt::print("{}\n", forward ? words.forward(line) : words.inverse(line));
+    } catch (const std::invalid_argument& bad) {
+      exit = Exit::kUsage;
+      fmt::print(stderr, "line {}: {}\n", number, bad.what());
+    }
+    std::fflush(stdout);
+  }
+  return exit;
+}
+
+Exit show_directions(const Machine& machine) {
+  const std::unique_ptr<Kinematics> kinematics = make_kinematics(machine);
+  fmt::print("{}", KinWords(machine, *kinematics).directions());
+  return Exit::kDone;
+}
+
 Exit serve(const KinOptions& options) {
+  if (options.direction == "words") return show_directions(read_machine(load_config(options.machine)));
+  if (options.words && options.direction == "setpoint")
+    throw CLI::ValidationError("--words", "goes with forward and inverse");
+  if (options.words)
+    return serve_words(read_machine(load_config(options.machine)), options.direction == "forward");
   const KinServer server(read_machine(load_config(options.machine)), options.direction);
   Exit exit = Exit::kDone;
   std::string line;
@@ -268,10 +303,11 @@ Exit serve(const KinOptions& options) {
 void add_kin(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<KinOptions>();
   CLI::App* command = app.add_subcommand("kin", "Turn poses of the tool into joints and back, as JSON lines");
-  command->add_option("direction", options->direction, "forward, inverse or setpoint")
+  command->add_option("direction", options->direction, "forward, inverse, setpoint or words")
       ->required()
-      ->check(CLI::IsMember({"forward", "inverse", "setpoint"}));
+      ->check(CLI::IsMember({"forward", "inverse", "setpoint", "words"}));
   command->add_option("--machine,-m", options->machine, "machine config (.toml)")->required();
+  command->add_flag("--words", options->words, "speak in program words, joint names and degrees");
   command->footer(kKinFooter);
   command->callback([options, &exit] { exit = serve(*options); });
 }

@@ -53,7 +53,7 @@ const std::array kGroups = {
     Group{"Cut a part", {"load", "start", "hold", "resume", "stop", "mdi", "override", "step", "switch"}},
     Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
     Group{"Set up a machine",
-          {"config", "import", "kin", "workspace", "latency", "can", "modbus", "scope", "following"}},
+          {"config", "import", "kin", "workspace", "latency", "can", "modbus", "scope", "tune", "following"}},
     Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
     Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
     Group{"This program", {"man", "completions"}},
@@ -71,6 +71,7 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_tables(app, exit);
   trn::add_sensor(app, exit);
   trn::add_scope(app, exit);
+  trn::add_tune(app, exit);
   trn::add_config(app, exit);
   trn::add_import(app, exit);
   trn::add_kin(app, exit);

@@ -19,6 +19,7 @@
 #include "app/lab/run_report.h"
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "app/session/plausibility.h"
 #include "app/session/program_log.h"
 #include "app/session/session_log.h"
 #include "app/session/simulation.h"
@@ -275,6 +276,8 @@ Exit run(RunOptions options) {
     return Exit::kDone;
   }
   Assembly assembly = assemble(options.machine);
+  for (const std::string& question : implausible(assembly.machine, *assembly.kinematics))
+    fmt::print(stderr, "is this right? {}\n", question);
   if (options.trace_density > 1) set_period(assembly, assembly.machine.period_s / options.trace_density);
   return options.preview.empty() ? simulate_program(options, assembly) : preview_program(options, assembly);
 }

@@ -23,6 +23,7 @@
 #include "app/daemon/tick_thread.h"
 #include "app/session/feature_meter.h"
 #include "app/session/feature_report.h"
+#include "app/session/plausibility.h"
 #include "app/session/signals.h"
 #include "core/fault.h"
 #include "hal/lcm_link.h"
@@ -185,6 +186,9 @@ void run_daemon(const DaemonParts& parts) {
        thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics,
        parts.plan_joints, parts.version, parts.counters_file, parts.place},
       collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
+  if (parts.kinematics)
+    for (const std::string& question : implausible(parts.machine, *parts.kinematics))
+      spdlog::warn("is this right? {}", question);
   spdlog::info("machine '{}', period {:g} ms, socket {}", parts.machine.name, 1000 * parts.machine.period_s,
                clients.path());
   std::optional<SensorReceiver> receiver;

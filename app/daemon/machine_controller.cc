@@ -467,6 +467,8 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
 
 void MachineController::fault_event(Fault fault) {
   const Reaction reaction = fault_info(fault).reaction;
+  // Pressed is the same as commanded.
+  if (fault == Fault::kEmergencyInput) return machine_event(Event::kEstop);
   if (reaction == Reaction::kPathStop) machine_event(Event::kPathFault);
   if (reaction == Reaction::kQuickStop) machine_event(Event::kQuickFault);
 }

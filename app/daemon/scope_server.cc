@@ -18,8 +18,10 @@ using trunnion::scope_request_t;
 // A packet of the socket is as long as a datagram; what is beside the rows takes less than a tenth of it.
 constexpr std::size_t kDataBytes = 56'000;
 
+// Very short periods do not take all of the memory.
 std::size_t rows_of(double seconds, double period_s) {
-  return static_cast<std::size_t>(std::ceil(seconds / period_s));
+  constexpr double kRowsMax = 100'000;
+  return static_cast<std::size_t>(std::clamp(std::ceil(seconds / period_s), 10.0, kRowsMax));
 }
 
 }  // namespace

@@ -2,21 +2,30 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <set>
 #include <stdexcept>
+#include <utility>
+#include <vector>
 
 #include "app/lab/rehearsal_stage.h"
 #include "app/session/make_cycle.h"
 #include "core/axes.h"
+#include "core/ports.h"
+#include "core/signal_name.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_config.h"
+#include "hal/can/can_node_config.h"
 #include "hal/can/frame.h"
+#include "hal/can/gantry.h"
 #include "hal/can/node_link.h"
 #include "hal/can/node_setup.h"
 #include "kernel/cycle.h"
 #include "kernel/rt_messages.h"
+#include "kernel/safety_inputs.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_drive.h"
 #include "sim/canopen/emulated_node.h"
 #include "sim/canopen/virtual_bus.h"
 
@@ -28,7 +37,20 @@ using T = EmulatedNode::Trouble;
 
 constexpr double kStill = 1e-6;  // mm, rad: what a standing plant may do in a period
 constexpr double kCount = 2e-4;  // and one that is switched on: two counts of 10,000 a mm
-constexpr const char* kMotion = "G21 G91 G94\nG1 X40 F1500\n";
+constexpr const char* kMotion = "G21 G91 G94\nG1 {}40 F1500\n";
+
+/// Inputs beside the drives, as somebody else sets them.
+class Cabinet final : public MachineIo {
+ public:
+  void exchange(const IoOutputs&, const IoPlace&, IoInputs& inputs) TRN_RT override { inputs = inputs_; }
+  void set(int number, bool on) {
+    const std::uint64_t bit = std::uint64_t{1} << number;
+    inputs_.digital = on ? inputs_.digital | bit : inputs_.digital & ~bit;
+  }
+
+ private:
+  IoInputs inputs_;
+};
 
 /// A machine on emulated CAN drives; at rest is what the plants say.
 class Stage : public RehearsalStage {
@@ -38,7 +60,9 @@ class Stage : public RehearsalStage {
         field_(dynamic_cast<EmulatedCanDrives*>(assembly_.drives.get())) {
     if (!field_)
       throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
-    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, nullptr,
+    for (const SafetyInputs::Input& input : assembly_.safety)
+      if (!input.from.of_drive() && input.safe_when_on) cabinet_.set(input.from.number, true);
+    cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, &cabinet_,
                                       *assembly_.rate_plans)));
     victim = static_cast<int>(bus_config().nodes.size()) / 2;
   }
@@ -57,9 +81,9 @@ class Stage : public RehearsalStage {
     home();
     tick(periods(0.5));
   }
-  /// A move along X, well on its way.
-  void move() {
-    start_program(kMotion);
+  /// A move along the word, well on its way.
+  void move(char word) {
+    start_program(fmt::format(kMotion, word));
     tick(periods(0.4));
   }
   void reset() {
@@ -72,8 +96,22 @@ class Stage : public RehearsalStage {
     JointVec q = JointVec::Zero(static_cast<Eigen::Index>(assembly_.machine.joints.size()));
     for (std::size_t b = 0; b < field_->config().buses.size(); ++b)
       for (std::size_t i = 0; i < field_->config().buses[b].nodes.size(); ++i)
-        q[field_->config().buses[b].nodes[i].link.joint] = field_->node(b, i).drive().joint().measured();
+        q[field_->config().buses[b].nodes[i].link.joint] += field_->node(b, i).drive().joint().measured();
+    for (const Gantry::Config& gantry : field_->config().gantries) q[gantry.joint] /= gantry.motors;
     return q;
+  }
+
+  const std::vector<Gantry::Config>& gantries() const { return field_->config().gantries; }
+  const std::vector<SafetyInputs::Input>& safety() const { return assembly_.safety; }
+  void set_input(const SignalName& name, bool on) {
+    if (!name.of_drive()) return cabinet_.set(name.number, on);
+    for (std::size_t b = 0; b < field_->config().buses.size(); ++b)
+      for (std::size_t i = 0; i < field_->config().buses[b].nodes.size(); ++i) {
+        if (field_->config().buses[b].nodes[i].link.joint != name.joint) continue;
+        EmulatedDrive& drive = field_->node(b, i).drive();
+        const std::uint32_t bit = std::uint32_t{1} << name.number;
+        drive.set_inputs(on ? drive.inputs() | bit : drive.inputs() & ~bit);
+      }
   }
 
   int victim = 0;  ///< number of the node on the first bus to which things happen
@@ -83,6 +121,7 @@ class Stage : public RehearsalStage {
   std::string explain() const override { return field_->explain_fault(-1); }
 
   EmulatedCanDrives* field_;
+  Cabinet cabinet_;
 };
 
 struct Row {
@@ -91,6 +130,7 @@ struct Row {
   std::function<void(Stage&)> happen, mend;
   bool keeps_position = true;
   std::function<void(Stage&)> each_period = {};
+  char word = 'X';  ///< of the motion
 };
 
 void nothing(Stage&) {}
@@ -150,10 +190,88 @@ std::vector<Row> rows() {
   };
 }
 
+Row row_of(std::string cause, Fault fault, std::function<void(Stage&)> happen,
+           std::function<void(Stage&)> mend) {
+  return {std::move(cause), fault, std::move(happen), std::move(mend)};
+}
+
+// As `trouble`, with the last node on the first bus for which `is` holds.
+template <typename Is>
+std::function<void(Stage&)> trouble_of(Is is, T kind, std::int64_t value) {
+  return [=](Stage& stage) {
+    const std::vector<CanNodeConfig>& nodes = stage.bus_config().nodes;
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      if (is(nodes[i].link)) stage.victim = static_cast<int>(i);
+    stage.trouble(kind, value);
+  };
+}
+
+// Of a machine that has a gantry; its joint is named as its word is.
+void add_gantry_rows(const Stage& stage, std::vector<Row>& rows) {
+  if (stage.gantries().empty()) return;
+  const int joint = stage.gantries()[0].joint;
+  const auto motor = [joint](const NodeLink::Config& link) { return link.joint == joint; };
+  const std::size_t first = rows.size();
+  rows.push_back(row_of("one side of the gantry is held", Fault::kGantryParted,
+                        trouble_of(motor, T::kHeld, 1), trouble_of(motor, T::kHeld, 0)));
+  rows.push_back(row_of("one motor of the gantry faults", Fault::kDriveFault,
+                        trouble_of(motor, T::kFault, 0x3210), nothing));
+  for (std::size_t i = first; i < rows.size(); ++i) rows[i].word = stage.gantries()[0].name[0];
+}
+
+void add_drive_rows(const Stage& stage, std::vector<Row>& rows) {
+  const auto brake = [](const NodeLink::Config& link) { return link.brake.fitted; };
+  const auto sto = [](const NodeLink::Config& link) { return link.sto.known; };
+  const auto has = [&](auto is) {
+    const auto& nodes = stage.bus_config().nodes;
+    return std::any_of(nodes.begin(), nodes.end(), [&](const CanNodeConfig& node) { return is(node.link); });
+  };
+  if (has(sto))
+    rows.push_back(row_of("Safe Torque Off of a drive", Fault::kSafeTorqueOff, trouble_of(sto, T::kSto, 1),
+                          trouble_of(sto, T::kSto, 0)));
+  if (!has(brake)) return;
+  rows.push_back(row_of("the drive of an axis with a brake faults", Fault::kDriveFault,
+                        trouble_of(brake, T::kFault, 0x3210), nothing));
+  rows.push_back(row_of("the drive of an axis with a brake is silent", Fault::kDriveLost,
+                        trouble_of(brake, T::kSilent, 1), trouble_of(brake, T::kSilent, 0)));
+}
+
+const char* cause_of(SafetyKind kind) {
+  switch (kind) {
+    case SafetyKind::kEmergencyStop:
+      return "input: emergency stop";
+    case SafetyKind::kEnable:
+      return "input: enable goes off";
+    case SafetyKind::kDoor:
+      return "input: a door is opened";
+    case SafetyKind::kAir:
+    case SafetyKind::kCount:
+      break;
+  }
+  return "input: air pressure away";
+}
+
+void add_input_rows(const Stage& stage, std::vector<Row>& rows) {
+  for (const SafetyInputs::Input& input : stage.safety())
+    rows.push_back(row_of(
+        cause_of(input.kind), SafetyInputs::fault_of(input.kind),
+        [input](Stage& s) { s.set_input(input.from, !input.safe_when_on); },
+        [input](Stage& s) { s.set_input(input.from, input.safe_when_on); }));
+}
+
+std::vector<Row> rows_of(const std::string& config) {
+  const Stage stage(config);
+  std::vector<Row> all = rows();
+  add_gantry_rows(stage, all);
+  add_drive_rows(stage, all);
+  add_input_rows(stage, all);
+  return all;
+}
+
 RehearsedFault rehearse(const std::string& config, const Row& row) {
   Stage stage(config);
   stage.start();
-  stage.move();
+  stage.move(row.word);
   RehearsedFault out;
   out.cause = row.cause;
   out.wanted = row.fault;
@@ -198,7 +316,7 @@ bool RehearsedFault::good() const {
 std::vector<RehearsedFault> rehearse_faults(const std::string& config,
                                             const std::function<void(const RehearsedFault&)>& on_row) {
   std::vector<RehearsedFault> out;
-  for (const Row& row : rows()) {
+  for (const Row& row : rows_of(config)) {
     out.push_back(rehearse(config, row));
     if (on_row) on_row(out.back());
   }

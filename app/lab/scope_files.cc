@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
 
 #include "app/lab/picture/axes.h"
 #include "app/lab/picture/colours.h"
@@ -27,24 +26,29 @@ constexpr double kScopeWidth = 1000, kScopeLeft = 80, kScopeRight = 20, kScopePa
 constexpr std::size_t kRowsAMessage = 100;
 constexpr std::uint32_t kEventMark = 0xEDA1DA01;  // of an event in a log of LCM
 
-/// Columns of one unit; numbers without one stand each in a panel of their own.
+/// Columns of one unit; numbers without one stand each in a panel of their own, and errors, which are small,
+/// apart from places.
 struct ScopePanelOf {
   std::string label;
   std::vector<std::size_t> columns;
 };
 
+std::string panel_label(const ScopeRecord::Column& column) {
+  if (column.unit.empty()) return column.name;
+  const bool error = column.name.find(".following_error") != std::string::npos;
+  return error ? "following error, " + column.unit : column.unit;
+}
+
 std::vector<ScopePanelOf> panels_of(const ScopeRecord& record) {
   std::vector<ScopePanelOf> panels;
-  std::map<std::string, std::size_t> by_unit;
   for (std::size_t k = 0; k < record.columns.size(); ++k) {
-    const std::string& unit = record.columns[k].unit;
-    const auto found = unit.empty() ? by_unit.end() : by_unit.find(unit);
-    if (found != by_unit.end()) {
-      panels[found->second].columns.push_back(k);
-      continue;
-    }
-    if (!unit.empty()) by_unit[unit] = panels.size();
-    panels.push_back({unit.empty() ? record.columns[k].name : unit, {k}});
+    const std::string label = panel_label(record.columns[k]);
+    const auto found = std::find_if(panels.begin(), panels.end(),
+                                    [&](const ScopePanelOf& panel) { return panel.label == label; });
+    if (found == panels.end())
+      panels.push_back({label, {k}});
+    else
+      found->columns.push_back(k);
   }
   return panels;
 }
@@ -69,7 +73,7 @@ void draw_panel(Svg& svg, const ScopeRecord& record, const ScopePanelOf& panel, 
   }
   if (record.trigger_period && first_s < 0)
     svg.line({axes.at(0, 0).x, top}, {axes.at(0, 0).x, top + kScopePanel}, picture::kInk);
-  picture::draw_legend(svg, kScopeLeft + 90, top - 8, kScopeWidth - kScopeRight, legend);
+  picture::draw_legend(svg, kScopeLeft + 160, top - 8, kScopeWidth - kScopeRight, legend);
 }
 
 void put_big_endian(std::vector<std::uint8_t>& out, std::uint64_t value, int bytes) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "app/session/inline_rate_plans.h"
+#include "app/session/safety_config.h"
 #include "compensation/sensor_board.h"
 #include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
@@ -112,6 +113,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   a.feed_forward = read_feed_forward(a.machine);
   a.drives = make_drives(a.machine, field);
   add_io(a, field);
+  a.safety = read_safety_inputs(a.machine);
   root.finish();
   return a;
 }

@@ -3,6 +3,7 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/client/access_config.h"
 #include "app/client/gateway_config.h"
@@ -23,6 +24,7 @@
 #include "interp/plan/speed/speed_planner.h"
 #include "kernel/joint_map.h"
 #include "kernel/rate_plans.h"
+#include "kernel/safety_inputs.h"
 #include "sim/simulated_screws.h"
 
 namespace trn {
@@ -58,6 +60,7 @@ struct Assembly {
   double spindle_timeout_s = 10;            ///< key `io.spindle_timeout_s`
   ScopeConfig scope = {};
   std::optional<FeedForwardConfig> feed_forward = std::nullopt;  ///< none: no section [feed_forward]
+  std::vector<SafetyInputs::Input> safety = {};                  ///< section [safety]
 };
 
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and

@@ -11,6 +11,7 @@ CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
   config.optional_stop = assembly.program.optional_stop;
   config.spindle_timeout_s = assembly.spindle_timeout_s;
   config.feed_forward = assembly.feed_forward;
+  config.safety = assembly.safety;
   config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
   return config;
 }
@@ -23,6 +24,13 @@ Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stop
                  MachineIo* io, RatePlans& plans) {
   return {cycle_config(assembly, stops),
           {*assembly.map, queue, drives, plans, assembly.corrections.setpoint.get(), io}};
+}
+
+Cycle make_replay_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
+                        MachineIo* io, RatePlans& plans) {
+  CycleConfig config = cycle_config(assembly, stops);
+  config.safety.clear();
+  return {config, {*assembly.map, queue, drives, plans, assembly.corrections.setpoint.get(), io}};
 }
 
 }  // namespace trn

@@ -1,6 +1,7 @@
 #include "app/session/make_drives.h"
 
 #include <algorithm>
+#include <string>
 
 #include "core/axes.h"
 #include "core/config.h"
@@ -42,10 +43,14 @@ std::unique_ptr<Drives> make_modbus_drives(const Machine& machine, const ConfigT
 
 }  // namespace
 
+std::string drives_type(const Machine& machine) {
+  return machine.root.table("drives").choice("type",
+                                             {"loopback", "simulated", "canopen", "modbus", "micro_mill"});
+}
+
 std::unique_ptr<Drives> make_drives(const Machine& machine, Field field) {
   const ConfigTable drives = machine.root.table("drives");
-  const std::string type =
-      drives.choice("type", {"loopback", "simulated", "canopen", "modbus", "micro_mill"});
+  const std::string type = drives_type(machine);
   if (type == "loopback") return std::make_unique<LoopbackDrives>(rest_position(machine));
   if (type == "simulated") return std::make_unique<SimulatedDrives>(read_simulated_drives(machine, drives));
   if (type == "micro_mill") return std::make_unique<MicroMillDrives>(read_micro_mill_drives(machine, drives));

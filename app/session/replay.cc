@@ -149,8 +149,9 @@ class Replay {
                 touch_periods_of(*assembly.drives)),
         plans_(assembly.plan_joints, assembly.machine.period_s),
         queue_(kQueueBlocks),
-        cycle_(make_cycle(assembly, queue_, session.head.run ? ProgramStops::kPass : ProgramStops::kWait,
-                          drives_, assembly.io ? &io_ : nullptr, plans_)) {}
+        cycle_(make_replay_cycle(assembly, queue_,
+                                 session.head.run ? ProgramStops::kPass : ProgramStops::kWait, drives_,
+                                 assembly.io ? &io_ : nullptr, plans_)) {}
 
   ReplayResult run() {
     const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "hal/can/can_timing.h"
+#include "hal/can/gantry_config.h"
 #include "hal/can/pdo.h"
 
 namespace trn {
@@ -74,15 +75,34 @@ CanBusConfig read_bus(const ConfigTable& table) {
 }
 
 void check_node(const CanDrivesConfig& config, const CanBusConfig& bus, const CanNodeConfig& node,
-                const ConfigTable& table) {
+                bool gantry, const ConfigTable& table) {
   for (const CanNodeConfig& other : bus.nodes)
     if (other.link.id == node.link.id)
       throw table.error(
           "id", fmt::format("{} has node id {} already ({})", bus.interface, node.link.id, other.link.name));
+  if (bus.nodes.size() == kNodesMax)
+    throw table.error("bus",
+                      fmt::format("{} has {} drives already, which is the most", bus.interface, kNodesMax));
+  if (node.square != 0 && !gantry)
+    throw table.error("joint", "only a motor of a [[drives.gantry]] can be out of square");
+  if (gantry) return;
   for (const CanBusConfig& any : config.buses)
     for (const CanNodeConfig& other : any.nodes)
       if (other.link.joint == node.link.joint)
-        throw table.error("joint", fmt::format("this joint has a drive already: {}", other.link.name));
+        throw table.error("joint", fmt::format("this joint has a drive already: {}; a joint with several "
+                                               "motors needs a [[drives.gantry]]",
+                                               other.link.name));
+}
+
+void check_every_joint(const Machine& machine, const CanDrivesConfig& config, const ConfigTable& drives) {
+  for (std::size_t joint = 0; joint < machine.joints.size(); ++joint) {
+    bool driven = false;
+    for (const CanBusConfig& bus : config.buses)
+      for (const CanNodeConfig& node : bus.nodes) driven |= node.link.joint == static_cast<int>(joint);
+    if (!driven)
+      throw drives.error("node", fmt::format("joint {} has no [[drives.node]]; every joint needs a drive",
+                                             machine.joints[joint].name));
+  }
 }
 
 }  // namespace
@@ -113,22 +133,26 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
     config.buses.push_back(std::move(bus));
   }
   const std::vector<ConfigTable> nodes = drives.tables("node");
+  const std::vector<int> gantries = read_gantry_joints(machine, drives);
   for (const ConfigTable& table : nodes) {
     const std::string name =
         names.size() == 1 ? table.choice("bus", names, names[0]) : table.choice("bus", names);
     CanBusConfig& bus =
         config.buses[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
     CanNodeConfig node = read_can_node(machine, timing, {bus.interface, bus.fd}, table);
-    check_node(config, bus, node, table);
+    const bool gantry = std::find(gantries.begin(), gantries.end(), node.link.joint) != gantries.end();
+    check_node(config, bus, node, gantry, table);
     bus.nodes.push_back(std::move(node));
   }
   for (std::size_t i = 0; i < buses.size(); ++i) {
     fill_budget(config.buses[i], timing, config.sync_counter > 0 ? 1 : 0);
     check_budget(config.buses[i], buses[i]);
   }
-  if (nodes.size() != machine.joints.size())
-    throw drives.error("node", fmt::format("{} joints need as many drives; there are {} [[drives.node]]",
-                                           machine.joints.size(), nodes.size()));
+  check_every_joint(machine, config, drives);
+  std::vector<CanNodeConfig*> all;
+  for (CanBusConfig& bus : config.buses)
+    for (CanNodeConfig& node : bus.nodes) all.push_back(&node);
+  config.gantries = read_gantries(machine, drives, all);
   return config;
 }
 

@@ -1,15 +1,21 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
 
+#include "core/axes.h"
 #include "core/config.h"
 #include "core/machine.h"
 #include "hal/can/bus_budget.h"
 #include "hal/can/can_node_config.h"
+#include "hal/can/gantry.h"
 
 namespace trn {
+
+/// Drives on one bus: every joint may have two motors.
+inline constexpr std::size_t kNodesMax = 2 * kMaxJoints;
 
 /// One bus and what is on it.
 struct CanBusConfig {
@@ -30,6 +36,7 @@ struct CanDrivesConfig {
   std::uint32_t overload_max = 3;       ///< periods in a row in which frames could not be sent
   int touch_periods = 0;                ///< as TouchDrives::touch_periods
   std::vector<CanBusConfig> buses;
+  std::vector<Gantry::Config> gantries;  ///< joints with several motors
 
   /// The joint that a node drives; -1: there is no such node.
   int joint_of(std::size_t bus, int id) const;

@@ -10,8 +10,10 @@
 
 #include "core/axes.h"
 #include "core/check.h"
+#include "hal/can/can_node_config.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/can/frame.h"
+#include "hal/can/gantry.h"
 #include "hal/drive_severity.h"
 
 namespace trn {
@@ -44,6 +46,17 @@ CanDrives::CanDrives(const CanDrivesConfig& config, std::unique_ptr<CanOpener> o
   for (const CanBusConfig& bus : config.buses) {
     buses_.push_back(std::make_unique<Bus>());
     buses_.back()->master = std::make_unique<CanMaster>(master_config(config, bus));
+  }
+  make_gantries();
+}
+
+void CanDrives::make_gantries() {
+  for (const Gantry::Config& gantry : config_.gantries) {
+    std::vector<NodeLink*> motors;
+    for (auto& bus : buses_)
+      for (NodeLink& node : bus->master->nodes())
+        if (node.config().joint == gantry.joint) motors.push_back(&node);
+    gantries_.push_back(std::make_unique<GantryLink>(gantry, std::move(motors)));
   }
 }
 
@@ -177,6 +190,9 @@ void CanDrives::reset_faults() {
 void CanDrives::shut_down() noexcept { requests_.fetch_or(kDisable); }
 
 std::string CanDrives::explain_fault(int joint) const {
+  for (const auto& gantry : gantries_)
+    if (joint < 0 || gantry->joint() == joint)
+      if (std::string text = gantry->explain(); !text.empty()) return text;
   for (const auto& bus : buses_) {
     for (const NodeLink& node : bus->master->nodes())
       if (joint < 0 || node.config().joint == joint)
@@ -197,6 +213,9 @@ std::string CanDrives::health() const {
 std::vector<std::string> CanDrives::warnings() const {
   const std::scoped_lock lock(warnings_mutex_);
   std::vector<std::string> out;
+  for (const CanBusConfig& bus : config_.buses)
+    for (const CanNodeConfig& node : bus.nodes)
+      out.insert(out.end(), node.warnings.begin(), node.warnings.end());
   for (const auto& [name, lines] : warnings_) out.insert(out.end(), lines.begin(), lines.end());
   return out;
 }
@@ -217,18 +236,23 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
   // reported a fault gets no setpoint in this period.
   take_requests();
   home_next();
-  for (auto& bus : buses_) {
-    for (NodeLink& node : bus->master->nodes()) {
-      const auto joint = static_cast<Eigen::Index>(node.config().joint);
-      node.set_offsets(value_of(setpoints.velocity_offset, joint), value_of(setpoints.force_offset, joint));
-      node.step(setpoints.q[joint], setpoints.qd[joint], follow_);
-    }
-    bus->master->send();
-  }
+  step_nodes(setpoints);
+  for (auto& bus : buses_) bus->master->send();
   report(feedback);
   // All or none: a path with one joint missing is another path. While one drive is not enabled the others
   // hold their place.
   follow_ = feedback.state == DriveState::kEnabled;
+}
+
+void CanDrives::step_nodes(const Setpoints& setpoints) TRN_RT {
+  for (auto& bus : buses_)
+    for (NodeLink& node : bus->master->nodes()) {
+      const auto joint = static_cast<Eigen::Index>(node.config().joint);
+      if (node.config().gantry) continue;
+      node.set_offsets(value_of(setpoints.velocity_offset, joint), value_of(setpoints.force_offset, joint));
+      node.step(setpoints.q[joint], setpoints.qd[joint], follow_);
+    }
+  for (auto& gantry : gantries_) gantry->step(setpoints, follow_);
 }
 
 void CanDrives::take_requests() TRN_RT {
@@ -238,10 +262,12 @@ void CanDrives::take_requests() TRN_RT {
     if (requests & (kReset | kDisable)) waiting_homes_ = 0;
     if (requests & kReset) bus->master->reset();
     for (NodeLink& node : bus->master->nodes()) {
-      if (requests & kDisable) node.axis().disable();
-      if (requests & kEnable) node.axis().enable();
+      if (requests & kDisable) node.disable();
+      if (requests & kEnable) node.enable();
     }
   }
+  if (requests & kReset)
+    for (auto& gantry : gantries_) gantry->reset();
 }
 
 void CanDrives::request_home(unsigned joint_mask) TRN_RT { waiting_homes_ |= joint_mask; }
@@ -250,19 +276,23 @@ void CanDrives::request_home(unsigned joint_mask) TRN_RT { waiting_homes_ |= joi
 // fault, whose reaction stops the others and forgets those that wait.
 void CanDrives::home_next() TRN_RT {
   if (waiting_homes_ == 0) return;
+  for (const auto& gantry : gantries_)
+    if (gantry->homing()) return;
   int group = std::numeric_limits<int>::max();
   for (const auto& bus : buses_)
     for (const NodeLink& node : bus->master->nodes()) {
       if (node.axis().homing()) return;
       if (waiting_homes_ >> node.config().joint & 1u) group = std::min(group, node.config().home_group);
     }
+  unsigned begun = 0;
   for (auto& bus : buses_)
     for (NodeLink& node : bus->master->nodes()) {
       const unsigned bit = 1u << node.config().joint;
       if (!(waiting_homes_ & bit) || node.config().home_group != group) continue;
-      waiting_homes_ &= ~bit;
+      begun |= bit;  // all motors of a gantry
       node.axis().home();
     }
+  waiting_homes_ &= ~begun;
 }
 
 void CanDrives::quick_stop() TRN_RT {
@@ -290,6 +320,9 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
   // Joints that wait for their turn are on their way home, though they stand.
   if (waiting_homes_ != 0) feedback.state = DriveState::kHoming;
   feedback.homed_mask = feedback.limit_switch_mask = 0;
+  feedback.inputs = {};
+  feedback.inputs_heard_mask = 0;
+  feedback.held = {};
   // One contact is enough, but all drives must be armed: each latches its own position at the same moment.
   touch_ = {false, true, 0, feedback.q};
   for (auto& bus : buses_) {
@@ -298,6 +331,10 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
     bus->fault.store(fault, std::memory_order_relaxed);
     if (fault == Fault::kBusOff || fault == Fault::kBusDown) bus->lost.store(true);
     feedback.fault = worse(feedback.fault, fault);
+  }
+  for (const auto& gantry : gantries_) {
+    gantry->report(feedback);
+    if (config_.touch_periods > 0) gantry->report_touch(touch_);
   }
 }
 
@@ -311,6 +348,13 @@ void CanDrives::report_touch(const NodeLink& node) TRN_RT {
   touch_.q[joint] = node.axis().position_of(node.touch().counts());
 }
 
+void CanDrives::report_brake(const Brake& brake, HeldOutputs& held) TRN_RT {
+  if (!brake.config().fitted || brake.config().of_drive) return;
+  const std::uint64_t bit = std::uint64_t{1} << brake.config().output;
+  held.mask |= bit;
+  if (brake.output()) held.on |= bit;
+}
+
 void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   const int joint = node.config().joint;
   TRN_CHECK(joint >= 0 && joint < feedback.q.size());
@@ -318,6 +362,9 @@ void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   feedback.q[joint] = axis.measured();
   if (axis.homed()) feedback.homed_mask |= 1u << joint;
   if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
+  feedback.inputs[static_cast<std::size_t>(joint)] |= node.inputs();
+  if (node.inputs_heard()) feedback.inputs_heard_mask |= 1u << joint;
+  report_brake(node.brake(), feedback.held);
   if (config_.touch_periods > 0) report_touch(node);
   feedback.words[static_cast<std::size_t>(joint)] = node.words();
   if (double force = 0; node.force(force)) {

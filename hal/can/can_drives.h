@@ -10,9 +10,11 @@
 #include "core/fault.h"
 #include "core/ports.h"
 #include "core/touch_probe.h"
+#include "hal/can/brake.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_config.h"
 #include "hal/can/can_master.h"
+#include "hal/can/gantry_link.h"
 #include "hal/can/node_link.h"
 #include "hal/can/node_setup.h"
 
@@ -41,6 +43,7 @@ class CanDrives final : public Drives, public TouchDrives {
   void disarm_touch() TRN_RT override;
   const TouchProbe& touch() const TRN_RT override { return touch_; }
 
+  const GantryLink& gantry(std::size_t index) const { return *gantries_[index]; }
   const CanMaster& master(std::size_t bus) const { return *buses_[bus]->master; }
 
  private:
@@ -63,15 +66,19 @@ class CanDrives final : public Drives, public TouchDrives {
   static void run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint);
   void finish(const std::vector<NodeLink*>& nodes, const std::vector<NodeSetup>& setups);
 
+  void make_gantries();
+  void step_nodes(const Setpoints& setpoints) TRN_RT;
   void take_requests() TRN_RT;
   void home_next() TRN_RT;
   void report(Feedback& feedback) TRN_RT;
   void report_node(const NodeLink& node, Feedback& feedback) TRN_RT;
   void report_touch(const NodeLink& node) TRN_RT;
+  static void report_brake(const Brake& brake, HeldOutputs& held) TRN_RT;
 
   CanDrivesConfig config_;
   std::unique_ptr<CanOpener> opener_;
   std::vector<std::unique_ptr<Bus>> buses_;
+  std::vector<std::unique_ptr<GantryLink>> gantries_;
   std::atomic<unsigned> requests_ = 0;
   mutable std::mutex warnings_mutex_;                         ///< never taken by the tick
   std::map<std::string, std::vector<std::string>> warnings_;  ///< by node, of its last bring-up

@@ -62,7 +62,7 @@ class CanMaster {
   static constexpr std::size_t kBatch = 64;
   // What is heard while drives are set up must be over before they are watched: a hundred answers of each.
   static constexpr int kBatchesPerTick = 32;
-  static constexpr std::size_t kFramesMax = 2 + NodeLink::kFramesMax * kMaxJoints;
+  static constexpr std::size_t kFramesMax = 2 + NodeLink::kFramesMax * kNodesMax;
 
   void take(const CanFrame& frame) TRN_RT;
   void count_time(const CanFrame& frame) TRN_RT;

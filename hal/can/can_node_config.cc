@@ -21,6 +21,7 @@
 #include "hal/can/drive_units.h"
 #include "hal/can/feed_forward_config.h"
 #include "hal/can/nmt.h"
+#include "hal/can/node_safety_config.h"
 #include "hal/can/pdo.h"
 #include "hal/can/sdo.h"
 #include "hal/can/setup_steps.h"
@@ -64,6 +65,7 @@ class NodeReader {
     read_axis(node);
     read_dictionary(node);
     read_habits(node);
+    read_node_safety(machine_, table_, node.link);
     // The PDOs before the steps: the steps write their mapping.
     plan(node, bus.fd);
     const DriveSetup setup = read_setup(node);
@@ -259,6 +261,7 @@ class NodeReader {
     if (timing_.touch) in.push_back({0x60B9, 0});
     const bool torque = table_.boolean("torque", false);
     if (torque) in.push_back(kTorqueActual);
+    if (node.link.reads_inputs) in.push_back({0x60FD, 0});
     if (by_pdo(node, {0x6061, 0}, false)) in.push_back({0x6061, 0});
     const Cia402Mode mode = node.link.axis.mode;
     if (mode == Cia402Mode::kCyclicVelocity)
@@ -269,15 +272,22 @@ class NodeReader {
       out.push_back({0x60C1, 1});
     else
       out.push_back({0x607A, 0});
-    const std::vector<ObjectKey> offsets = feed_forward_objects(node.dictionary, node.link.axis.mode,
-                                                                node.link.joint, read_feed_forward(machine_));
+    const auto [offsets, missing] = feed_forward_objects(node.dictionary, node.link.axis.mode,
+                                                         node.link.joint, read_feed_forward(machine_));
+    for (const ObjectKey object : missing)
+      node.warnings.push_back(
+          fmt::format("{}: {} does not let {} be mapped; the drive goes without this "
+                      "feed-forward",
+                      node.link.name, node.dictionary.file, to_string(object)));
     out.insert(out.end(), offsets.begin(), offsets.end());
+    const bool brake = node.link.brake.fitted && node.link.brake.of_drive;
+    if (brake) out.push_back({0x60FE, 1});
     if (timing_.touch) out.push_back({0x60B8, 0});
     if (by_pdo(node, {0x6060, 0}, true)) out.push_back({0x6060, 0});
     if (timing_.touch) in.insert(in.end(), {{0x60BA, 0}, {0x60BB, 0}});
     node.link.limit_switches = table_.boolean("limit_switches", false);
     node.link.touch_input_bit = timing_.touch_input_bit;
-    if (timing_.touch || node.link.limit_switches) in.push_back({0x60FD, 0});
+    if ((timing_.touch || node.link.limit_switches) && !node.link.reads_inputs) in.push_back({0x60FD, 0});
     try {
       node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id, fd);
       node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id, fd);
@@ -291,6 +301,13 @@ class NodeReader {
     // What goes with every setpoint has a PDO in every period.
     for (std::size_t i = 1; i < node.link.rpdos.size(); ++i)
       node.link.rpdos[i].every = carries(node.link.rpdos[i], offsets) ? 1 : kSlowPeriods;
+    // What safety hangs on goes with every SYNC as well.
+    int pdo = 0;
+    PdoField field;
+    if (node.link.reads_inputs && find_field(node.link.tpdos, {0x60FD, 0}, pdo, field))
+      node.link.tpdos[static_cast<std::size_t>(pdo)].transmission = 1;
+    if (brake && find_field(node.link.rpdos, {0x60FE, 1}, pdo, field))
+      node.link.rpdos[static_cast<std::size_t>(pdo)].every = 1;
   }
 
   void read_limits(const CanNodeConfig& node, DriveSetup& setup) const {
@@ -345,11 +362,16 @@ class NodeReader {
     setup.interpolation = read_interpolation(node, setup);
     setup.sync_counter = timing_.sync_counter;
     read_watch(node, setup);
+    setup.holds_at_stop = node.link.brake.fitted;
+    if (node.link.brake.fitted && node.link.brake.of_drive)
+      setup.output_mask = std::int64_t{1} << node.link.brake.output;
     const double scale = node.link.axis.counts_per_unit;
     // Zero if the joint reaches it, else the end of its range next to zero.
     const double home = std::clamp(0.0, limit.min, limit.max);
     node.home =
         unit() * table_.number(key("home"), home / unit(), Range{limit.min / unit(), limit.max / unit()});
+    node.square = unit() * table_.number(key("square"), 0.0, kAnyNumber);
+    node.home += node.square;
     node.link.home_group = static_cast<int>(table_.integer("home_group", 0, Range{0, 99}));
     node.homing_method = static_cast<int>(table_.integer("homing_method", 5, Range{-128, 37}));
     setup.homes = !node.link.axis.absolute;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "core/config.h"
 #include "core/machine.h"
@@ -21,10 +22,12 @@ struct CanNodeConfig {
   NodeLink::Config link;
   NodeSetup::Config setup;
   double home = 0;              ///< position at the home point, mm or rad
+  double square = 0;            ///< of which, how far this motor's switch stands beyond a square gantry
   bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
   int homing_method = 0;
   DriveUnits units;
-  double counts_per_revolution = 0;  ///< as the config says it; 0: the data sheet does
+  double counts_per_revolution = 0;        ///< as the config says it; 0: the data sheet does
+  std::vector<std::string> warnings = {};  ///< what the config asks for and the data sheet does not have
 };
 
 /// The bus a node is on, as far as the node is concerned.

@@ -19,6 +19,8 @@ bool powered(Cia402State state) TRN_RT {
 }
 }  // namespace
 
+bool Cia402Axis::stands() const TRN_RT { return standing_periods_ >= kStandingPeriods; }
+
 void Cia402Axis::enable() TRN_RT {
   // A wish that stands already keeps its count of periods: an enable that is repeated every period must still
   // run out of time.
@@ -164,8 +166,8 @@ void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output
   // The drive has left Fault: the reset has done its work. Status words that are not fresh still show the
   // time before it.
   if (input.fresh && drive != Cia402State::kNotReady) reset_wish_ = false;
-  // The quick stop ends in Switch On Disabled (0x605A = 2, as written at bring-up). From there nothing may
-  // lead it on again by itself.
+  // The quick stop ends in Switch On Disabled (0x605A = 2, as written at bring-up; with a brake it stays,
+  // until the brake holds: 6). From there nothing may lead it on again by itself.
   if (wish_ == Wish::kStop && !powered(drive)) wish_ = Wish::kOff;
   if (wish_ == Wish::kStop) {
     output.controlword = controlword::kQuickStop;
@@ -187,12 +189,12 @@ void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output
   if (was_enabled_) {
     wish_ = Wish::kOff;
     state_ = DriveState::kFault;
-    return fail(Fault::kDriveDropped);
+    return fail(input.sto ? Fault::kSafeTorqueOff : Fault::kDriveDropped);
   }
   state_ = DriveState::kStarting;
   if (++periods_ <= config_.enable_periods_max) return;
   wish_ = Wish::kOff;
-  fail(Fault::kDriveNotReady);
+  fail(input.sto ? Fault::kSafeTorqueOff : Fault::kDriveNotReady);
 }
 
 void Cia402Axis::step_enabled(const Input& input, Output& output) TRN_RT {
@@ -248,8 +250,7 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
   measured_counts_ = target_ = input.position;
   if (!std::isfinite(config_.home_final)) return end_homing();
   homing_ = Homing::kFinal;
-  final_place_ = measured_;
-  final_speed_ = 0;
+  final_.begin(measured_);
 }
 
 void Cia402Axis::end_homing() TRN_RT {
@@ -258,20 +259,10 @@ void Cia402Axis::end_homing() TRN_RT {
   state_ = DriveState::kEnabled;
 }
 
-// A trapezoid from where homing ended to where the config wants the joint; the drive follows as it does a
-// plan.
+// From where homing ended to where the config wants the joint; the drive follows as it does a plan.
 void Cia402Axis::step_final() TRN_RT {
-  TRN_CHECK(config_.final_speed > 0 && config_.final_acceleration > 0);
-  const double way = config_.home_final - final_place_, dt = config_.period_s;
-  const double a = config_.final_acceleration;
-  // The speed from which the way that is left is just enough to stop: v^2 = 2 a s.
-  const double wanted = std::copysign(std::min(config_.final_speed, std::sqrt(2 * a * std::abs(way))), way);
-  final_speed_ += std::clamp(wanted - final_speed_, -a * dt, a * dt);
-  const double step = final_speed_ * dt;
-  const bool there = std::abs(way) <= std::abs(step) || std::abs(way) < 1e-9;
-  final_place_ = there ? config_.home_final : final_place_ + step;
-  if (!there) return;
-  final_speed_ = 0;
+  if (!final_.step(config_.home_final, {config_.final_speed, config_.final_acceleration, config_.period_s}))
+    return;
   // Homing has ended when the drive is there as well, to what the encoder shows.
   const double near = std::max(1e-3, 10 / std::abs(config_.counts_per_unit));
   if (std::abs(measured_ - config_.home_final) < near) end_homing();
@@ -280,8 +271,8 @@ void Cia402Axis::step_final() TRN_RT {
 void Cia402Axis::set_targets(const Input& input, double q, double qd, bool follow, Output& output) TRN_RT {
   const bool final = homing_ == Homing::kFinal && state_ == DriveState::kHoming;
   if (final) {
-    q = final_place_;
-    qd = final_speed_;
+    q = final_.place();
+    qd = final_.speed();
     follow = true;
   }
   // Enabled but not followed: it holds the last target. Not enabled: the target goes with the measured place,

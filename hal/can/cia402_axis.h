@@ -6,6 +6,7 @@
 #include "core/fault.h"
 #include "core/ports.h"
 #include "hal/can/cia402.h"
+#include "hal/can/point_move.h"
 #include "hal/can/torque_loop.h"
 
 namespace trn {
@@ -45,6 +46,7 @@ class Cia402Axis {
     std::int32_t position = 0;  ///< counts
     std::int8_t mode = 0;       ///< 0x6061
     bool fresh = false;         ///< from this period
+    bool sto = false;           ///< its own safety input has taken its torque
   };
   struct Output {
     std::uint16_t controlword = 0;
@@ -80,6 +82,12 @@ class Cia402Axis {
   Fault fault() const TRN_RT { return fault_; }
   bool homed() const TRN_RT { return homed_; }
   double measured() const TRN_RT { return measured_; }
+  /// Told to be enabled.
+  bool wanted() const TRN_RT { return wish_ == Wish::kEnabled; }
+  /// At one place for some periods, to a count.
+  bool stands() const TRN_RT;
+  /// Told to stop, and not yet without power.
+  bool stopping() const TRN_RT { return wish_ == Wish::kStop; }
   /// Homing or on its way to the place behind it.
   bool homing() const TRN_RT { return homing_ != Homing::kNone; }
   double position_of(std::int32_t counts) const TRN_RT {
@@ -122,7 +130,7 @@ class Cia402Axis {
   std::uint32_t enabled_periods_ = 0, ignored_periods_ = 0, standing_periods_ = 0;
   std::uint32_t periods_ = 0;
   double measured_ = 0, heard_ = 0;
-  double final_place_ = 0, final_speed_ = 0;  ///< of the setpoint on the final move
+  PointMove final_;  ///< of the setpoint behind homing
   std::int32_t measured_counts_ = 0;
   double velocity_offset_ = 0, force_offset_ = 0;
   TorqueLoop torque_loop_;

@@ -31,18 +31,18 @@ double rated_by_sheet(const ObjectDictionary& dictionary, const DriveUnits& unit
 
 }  // namespace
 
-std::vector<ObjectKey> feed_forward_objects(const ObjectDictionary& dictionary, Cia402Mode mode, int joint,
-                                            const std::optional<FeedForwardConfig>& config) {
-  std::vector<ObjectKey> out;
+FeedForwardObjects feed_forward_objects(const ObjectDictionary& dictionary, Cia402Mode mode, int joint,
+                                        const std::optional<FeedForwardConfig>& config) {
+  FeedForwardObjects out;
   if (!config) return out;
   const bool position = mode == Cia402Mode::kCyclicPosition;
   const bool cyclic = position || mode == Cia402Mode::kCyclicVelocity || mode == Cia402Mode::kCyclicTorque;
+  const auto want = [&](ObjectKey key) {
+    (takes_offset(dictionary, key) ? out.mapped : out.missing).push_back(key);
+  };
   // The narrow one first: it fills the PDO of control word and target.
-  if (cyclic && config->torque && config->models[static_cast<std::size_t>(joint)] &&
-      takes_offset(dictionary, kTorqueOffsetObject))
-    out.push_back(kTorqueOffsetObject);
-  if (position && config->velocity && takes_offset(dictionary, kVelocityOffsetObject))
-    out.push_back(kVelocityOffsetObject);
+  if (cyclic && config->torque && config->models[static_cast<std::size_t>(joint)]) want(kTorqueOffsetObject);
+  if (position && config->velocity) want(kVelocityOffsetObject);
   return out;
 }
 

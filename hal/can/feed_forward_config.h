@@ -14,10 +14,14 @@
 
 namespace trn {
 
-/// The objects of feed-forward that go to the drive of a joint with every setpoint: those that its mode has,
-/// its data sheet lets be mapped, and the config asks for (CiA 402-2, 0x60B1 and 0x60B2).
-std::vector<ObjectKey> feed_forward_objects(const ObjectDictionary& dictionary, Cia402Mode mode, int joint,
-                                            const std::optional<FeedForwardConfig>& config);
+/// Objects of feed-forward for one drive (CiA 402-2, 0x60B1 and 0x60B2).
+struct FeedForwardObjects {
+  std::vector<ObjectKey> mapped;  ///< that go to it with every setpoint
+  std::vector<ObjectKey>
+      missing;  ///< that its mode has and the config asks for, and its data sheet does not allow
+};
+FeedForwardObjects feed_forward_objects(const ObjectDictionary& dictionary, Cia402Mode mode, int joint,
+                                        const std::optional<FeedForwardConfig>& config);
 
 /// Reads what force the drive's thousandths are, and the loops of cyclic torque mode: `axis.torque_units` and
 /// `axis.torque_loop`. `forces`: the drive is told some, so that this must be known. ConfigError.

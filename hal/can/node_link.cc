@@ -15,7 +15,8 @@ constexpr ObjectKey kControlword{0x6040, 0}, kStatusword{0x6041, 0}, kModes{0x60
     kModesDisplay{0x6061, 0}, kActualPosition{0x6064, 0}, kTargetPosition{0x607A, 0},
     kTargetVelocity{0x60FF, 0}, kDigitalInputs{0x60FD, 0}, kInterpolationData{0x60C1, 1}, kTorque{0x6077, 0},
     kErrorCode{0x603F, 0}, kVelocityOffset{0x60B1, 0}, kTorqueOffset{0x60B2, 0}, kTargetTorque{0x6071, 0},
-    kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0}, kTouchFall{0x60BB, 0};
+    kTouchFunction{0x60B8, 0}, kTouchStatus{0x60B9, 0}, kTouchRise{0x60BA, 0}, kTouchFall{0x60BB, 0},
+    kDigitalOutputs{0x60FE, 1};
 
 // An answer comes within some periods; a drive that is silent for longer is asked again.
 constexpr std::uint32_t kSdoPeriodsMax = 50;
@@ -35,6 +36,7 @@ NodeLink::Place NodeLink::place(const std::vector<Pdo>& pdos, ObjectKey key) {
 NodeLink::NodeLink(const Config& config)
     : config_(config),
       axis_(config.axis),
+      brake_(config.brake),
       sdo_(config.id, kSdoPeriodsMax),
       status_(place(config.tpdos, kStatusword)),
       position_(place(config.tpdos, kActualPosition)),
@@ -53,6 +55,7 @@ NodeLink::NodeLink(const Config& config)
       velocity_offset_(place(config.rpdos, kVelocityOffset)),
       torque_offset_(place(config.rpdos, kTorqueOffset)),
       torque_target_(place(config.rpdos, kTargetTorque)),
+      digital_outputs_(place(config.rpdos, kDigitalOutputs)),
       shared_(std::make_unique<Shared>()) {}
 
 void NodeLink::receive(const CanFrame& frame) TRN_RT {
@@ -77,7 +80,10 @@ void NodeLink::take_pdo(std::size_t number, const CanFrame& frame) TRN_RT {
   if (status_.pdo == pdo) input_.statusword = static_cast<std::uint16_t>(value(status_));
   if (position_.pdo == pdo) input_.position = static_cast<std::int32_t>(value(position_));
   if (mode_display_.pdo == pdo) input_.mode = static_cast<std::int8_t>(value(mode_display_));
-  if (digital_inputs_.pdo == pdo) inputs_ = static_cast<unsigned>(value(digital_inputs_));
+  if (digital_inputs_.pdo == pdo) {
+    inputs_ = static_cast<unsigned>(value(digital_inputs_));
+    inputs_heard_ = true;
+  }
   if (torque_.pdo == pdo) {
     torque_now_ = static_cast<std::int16_t>(value(torque_));
     shared_->torque.store(torque_now_, std::memory_order_relaxed);
@@ -145,12 +151,48 @@ void NodeLink::reset() TRN_RT {
   axis_.reset();
 }
 
+void NodeLink::enable() TRN_RT {
+  letting_go_ = false;
+  axis_.enable();
+}
+
+void NodeLink::disable() TRN_RT {
+  letting_go_ = axis_.wanted() && !brake_.holds();
+  if (!letting_go_) axis_.disable();
+}
+
+// The drive holds the axis until the brake does, and takes it over before the brake lets go.
+void NodeLink::step_brake() TRN_RT {
+  const Cia402State drive = cia402_state(input_.statusword);
+  const bool held =
+      !lost_ && (drive == Cia402State::kOperationEnabled || drive == Cia402State::kQuickStopActive ||
+                 drive == Cia402State::kFaultReactionActive);
+  brake_.step({held, axis_.stands(), axis_.wanted() && !letting_go_});
+  if (!brake_.holds() || !(letting_go_ || axis_.stopping())) return;
+  letting_go_ = false;
+  axis_.disable();
+}
+
+bool NodeLink::sto_active() const TRN_RT {
+  const StoSign& sign = config_.sto;
+  const unsigned bits = sign.in_statusword ? input_.statusword : inputs_;
+  return sign.known && ((bits >> sign.bit & 1u) != 0) == sign.when_on;
+}
+
+void NodeLink::halt() TRN_RT {
+  axis_.quick_stop();
+  if (axis_.stopping()) output_.controlword = controlword::kQuickStop;
+}
+
 Fault NodeLink::fault() const TRN_RT { return worse(fault_, axis_.fault()); }
 
 DriveState NodeLink::state() const TRN_RT {
   if (lost_) return DriveState::kLost;
   if (!was_watched_) return DriveState::kOff;
   const bool stopped = fault_ != Fault::kOk && fault_info(fault_).reaction == Reaction::kQuickStop;
+  // Between brake and drive it is not yet, or no longer, an axis that moves.
+  if (axis_.state() == DriveState::kEnabled && letting_go_) return DriveState::kQuickStop;
+  if (axis_.state() == DriveState::kEnabled && !brake_.open()) return DriveState::kStarting;
   // A drive that was stopped for a fault of the link stands switched off. It must not look like one that
   // nobody has asked for.
   return stopped && axis_.state() == DriveState::kOff ? DriveState::kFault : axis_.state();
@@ -163,7 +205,7 @@ void NodeLink::watch() TRN_RT {
     setups_seen_ = setups;
     missed_ = since_heartbeat_ = 0;
     input_ = Cia402Axis::Input{};  // what it said before it was set up means nothing any more
-    fresh_ = false;
+    fresh_ = inputs_heard_ = false;
     told_mode_ = wanted_mode_ = static_cast<std::int8_t>(config_.axis.mode);
     sdo_.forget();
   }
@@ -189,8 +231,10 @@ void NodeLink::step(double q, double qd, bool follow) TRN_RT {
   TRN_CHECK(std::isfinite(q) && std::isfinite(qd));
   watch();
   input_.fresh = fresh_;
+  input_.sto = sto_active();
   show_mode();
   axis_.step(input_, q, qd, follow && !lost_, output_);
+  if (config_.brake.fitted) step_brake();
   fresh_ = false;
   step_sdo();
   shared_->statusword.store(input_.statusword, std::memory_order_relaxed);
@@ -282,6 +326,8 @@ int NodeLink::fill(Frames& frames) TRN_RT {
   put(velocity_offset_, static_cast<std::uint32_t>(output_.velocity_offset), frames);
   put(torque_offset_, static_cast<std::uint16_t>(output_.torque_offset), frames);
   put(torque_target_, static_cast<std::uint16_t>(output_.torque), frames);
+  if (config_.brake.fitted && config_.brake.of_drive)
+    put(digital_outputs_, std::uint64_t{brake_.output()} << config_.brake.output, frames);
   ++periods_;
   TRN_CHECK(count <= 4);
   std::size_t due = 0;

@@ -9,6 +9,7 @@
 
 #include "core/fault.h"
 #include "core/ports.h"
+#include "hal/can/brake.h"
 #include "hal/can/cia402_axis.h"
 #include "hal/can/cia402_touch.h"
 #include "hal/can/frame.h"
@@ -26,17 +27,28 @@ struct NodeWatchConfig {
   std::uint32_t guard_periods = 0;      ///< ask for a guarding answer this often; 0: never
 };
 
+/// How a drive tells that its Safe Torque Off is active.
+struct StoSign {
+  bool known = false, in_statusword = true;  ///< else in 0x60FD
+  int bit = 0;
+  bool when_on = true;  ///< the bit is on then
+};
+
 /// One node in the tick: its PDOs in and out, what else it says, and its axis. Pure; frames in, frames out.
 class NodeLink {
  public:
   struct Config {
     int id = 1, joint = 0;
-    int home_group = 0;  ///< joints of a lower number are homed before
-    std::string name;    ///< "can0 node 3 (joint Z)", for messages
+    bool gantry = false;  ///< one of several motors of the joint
+    int home_group = 0;   ///< joints of a lower number are homed before
+    std::string name;     ///< "can0 node 3 (joint Z)", for messages
     std::vector<Pdo> rpdos, tpdos;
     NodeWatchConfig watch;
     Cia402Axis::Config axis;
-    bool limit_switches = true;    ///< 0x60FD, bits 0 and 1
+    bool limit_switches = true;  ///< 0x60FD, bits 0 and 1
+    Brake::Config brake;
+    StoSign sto;
+    bool reads_inputs = false;     ///< 0x60FD with every SYNC
     unsigned touch_input_bit = 0;  ///< of 0x60FD: the touch probe is closed
     bool mode_by_sdo = false;      ///< 0x6060 and 0x6061 cannot be mapped: they are written and read by SDO
     bool display_by_sdo = false;
@@ -74,6 +86,16 @@ class NodeLink {
   /// The bus is gone: what can be known without it.
   void lose(Fault fault) TRN_RT;
   void reset() TRN_RT;
+  /// Behind `step`: quick stop with the frames of this very period, for a motor whose partner has failed.
+  void halt() TRN_RT;
+
+  void enable() TRN_RT;
+  /// Lets go, the brake first.
+  void disable() TRN_RT;
+  const Brake& brake() const TRN_RT { return brake_; }
+  /// 0x60FD as last heard.
+  std::uint32_t inputs() const TRN_RT { return inputs_; }
+  bool inputs_heard() const TRN_RT { return inputs_heard_; }
 
   Cia402Axis& axis() TRN_RT { return axis_; }
   const Cia402Axis& axis() const TRN_RT { return axis_; }
@@ -107,6 +129,8 @@ class NodeLink {
   void take_sdo() TRN_RT;
   void step_sdo() TRN_RT;
   void show_mode() TRN_RT;
+  void step_brake() TRN_RT;
+  bool sto_active() const TRN_RT;
   bool is_due(const Pdo& pdo) const TRN_RT;
   void fail(Fault fault, bool needs_setup) TRN_RT;
   void put(const Place& place, std::uint64_t value, Frames& frames) const TRN_RT;
@@ -116,16 +140,19 @@ class NodeLink {
   Cia402Axis::Input input_;
   Cia402Axis::Output output_;
   Cia402Touch touch_;
+  Brake brake_;
+  bool letting_go_ = false;  ///< disabled as soon as the brake holds
   TickSdo sdo_;
   Place status_, position_, mode_display_, digital_inputs_, touch_status_, touch_rise_, touch_fall_, torque_;
   Place control_, target_, velocity_, mode_, touch_function_, velocity_offset_, torque_offset_,
-      torque_target_;
+      torque_target_, digital_outputs_;
   std::unique_ptr<Shared> shared_;
   Fault fault_ = Fault::kOk;
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
   std::uint32_t setups_seen_ = 0, periods_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
   std::int16_t torque_now_ = 0;                ///< 0x6077
+  bool inputs_heard_ = false;                  ///< since the last set-up
   std::int8_t sent_mode_ = 0, told_mode_ = 0;  ///< by SDO, on its way and taken by the drive
   std::int8_t wanted_mode_ = 0;                ///< of the last period
   std::uint32_t since_mode_ = 0;               ///< periods since it changed

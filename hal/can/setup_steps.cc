@@ -198,7 +198,16 @@ void add_drive(StepList& list, const DriveSetup& setup) {
     list.write_if({0x60C2, 2}, setup.interpolation->exponent, kPeriod);
   }
   list.wish({0x6007, 0}, 3, kRemedy);  // connection lost: quick stop
-  list.wish({0x605A, 0}, 2, kRemedy);  // quick stop: by its ramp, then Switch On Disabled
+  // Quick stop: by its ramp, then Switch On Disabled. A drive that has a brake goes on holding until it is
+  // told.
+  if (setup.holds_at_stop)
+    list.write_if({0x605A, 0}, 6,
+                  "the drive cannot hold the axis until its brake does; see [[safety.brake]]");
+  else
+    list.wish({0x605A, 0}, 2, kRemedy);
+  if (setup.output_mask != 0)
+    list.write_if({0x60FE, 2}, setup.output_mask,
+                  "the drive does not let this output go; see [[safety.brake]]");
   list.wish({0x605E, 0}, 2, kRemedy);  // fault: by the quick stop ramp
   list.wish({0x6085, 0}, setup.quick_stop, kRemedy);
   // A profile is what the other modes do not have.

@@ -1,19 +1,23 @@
 #include "sim/canopen/emulated_can.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <cmath>
 #include <string_view>
 
 #include "core/units.h"
+#include "hal/can/brake.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_node_config.h"
 #include "hal/can/cia402.h"
+#include "hal/can/gantry.h"
 #include "hal/can/node_link.h"
 #include "sim/canopen/emulated_drive.h"
 #include "sim/canopen/emulated_homing.h"
 #include "sim/canopen/emulated_units.h"
+#include "sim/hanging_load.h"
 #include "sim/mechanism_config.h"
 #include "sim/simulated_drives.h"
 #include "sim/simulated_joint.h"
@@ -32,16 +36,83 @@ EmulatedUnits emulated_units(const CanNodeConfig& node, const Joint& joint) {
   return out;
 }
 
+/// What is true of one motor and not of its joint: where it stands, and where its home switch is.
+struct MotorTruth {
+  double start = 0, switch_offset = 0;  ///< beside those of the joint, mm or rad
+  HangingLoad::Config load;
+  std::uint32_t inputs_on = 0;
+};
+
+HangingLoad::Config read_load(const ConfigTable& table, double unit, double period_s) {
+  static const std::vector<std::string> kWays = {"negative", "no", "positive"};
+  HangingLoad::Config load;
+  const std::string way = table.choice("falls", kWays, "no");
+  load.falls = static_cast<int>(std::find(kWays.begin(), kWays.end(), way) - kWays.begin()) - 1;
+  // A turned axis falls as one of 100 mm of radius would.
+  load.gravity = unit == 1 ? 9810 : 98.1;
+  const auto periods = [&](std::string_view key, double fallback) {
+    return static_cast<std::uint32_t>(std::lround(table.number(key, fallback, Range{0, 10}) / period_s));
+  };
+  load.release_periods = periods("brake_release_s", 0.05);
+  load.close_periods = periods("brake_close_s", 0.05);
+  load.period_s = period_s;
+  return load;
+}
+
+std::uint32_t read_inputs_on(const ConfigTable& table) {
+  std::uint32_t on = 0;
+  if (!table.has("inputs_on")) return on;
+  for (const double bit : table.numbers("inputs_on")) {
+    if (bit < 0 || bit > 31 || bit != std::floor(bit))
+      throw table.error("inputs_on", "'inputs_on' is a list of bits of 0x60FD, 0 to 31");
+    on |= std::uint32_t{1} << static_cast<unsigned>(bit);
+  }
+  return on;
+}
+
+// [[drives.emulation.motor]]; a gantry's motors differ, which nobody has told the master.
+std::vector<std::vector<MotorTruth>> read_motors(const Machine& machine, const CanDrivesConfig& config,
+                                                 const ConfigTable& emulation) {
+  std::vector<std::vector<MotorTruth>> out;
+  std::vector<std::string> names;
+  for (const CanBusConfig& bus : config.buses) {
+    out.emplace_back(bus.nodes.size());
+    for (const CanNodeConfig& node : bus.nodes)
+      names.push_back(fmt::format("{}:{}", bus.interface, node.link.id));
+  }
+  for (const ConfigTable& table : emulation.tables_if("motor")) {
+    const std::string name = table.text("node");
+    if (std::find(names.begin(), names.end(), name) == names.end())
+      throw table.error("node",
+                        fmt::format("there is no drive '{}'; legal: {}", name, fmt::join(names, ", ")));
+    for (std::size_t b = 0; b < out.size(); ++b)
+      for (std::size_t i = 0; i < out[b].size(); ++i) {
+        const NodeLink::Config& link = config.buses[b].nodes[i].link;
+        if (fmt::format("{}:{}", config.buses[b].interface, link.id) != name) continue;
+        const bool rotary = machine.joints[static_cast<std::size_t>(link.joint)].kind == JointKind::kRotary;
+        const double unit = rotary ? kRadPerDeg : 1;
+        const char* suffix = rotary ? "deg" : "mm";
+        out[b][i].load = read_load(table, unit, machine.period_s);
+        out[b][i].inputs_on = read_inputs_on(table);
+        out[b][i].start = unit * table.number(fmt::format("start_offset_{}", suffix), 0.0, kAnyNumber);
+        out[b][i].switch_offset =
+            unit * table.number(fmt::format("switch_offset_{}", suffix), 0.0, kAnyNumber);
+      }
+  }
+  return out;
+}
+
 // The switches lie so that the method of the config finds the home point where the config has it.
 EmulatedHoming::Switches switches_of(const CanNodeConfig& node, const Joint& joint, double index_distance,
-                                     const ConfigTable& emulation) {
+                                     double switch_offset, const ConfigTable& emulation) {
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kRadPerDeg : 1;
   const auto key = [&](std::string_view name) { return fmt::format("{}_{}", name, rotary ? "deg" : "mm"); };
   const double width = unit * emulation.number(key("home_switch_width"), 10.0, kPositive);
   const double pitch = unit * emulation.number(key("index_pitch"), 5.0, kPositive);
-  EmulatedHoming::Switches out = EmulatedHoming::at_home(
-      node.homing_method, node.link.axis.counts_per_unit < 0, node.home, index_distance, width);
+  EmulatedHoming::Switches out =
+      EmulatedHoming::at_home(node.homing_method, node.link.axis.counts_per_unit < 0,
+                              node.home - node.square + switch_offset, index_distance, width);
   // An index that is farther from the switch than the pitch would not be the first one.
   out.index_pitch = std::max(pitch, 2 * index_distance);
   return out;
@@ -56,6 +127,7 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
   const ConfigTable table = section ? *section : parse_config("", machine.root.file());
   const auto sync_max = static_cast<unsigned>(table.integer("sync_periods_max", 5, Range{2, 100000}));
   SimulatedDrives::Config plants = read_simulated_drives(machine, table);
+  const std::vector<std::vector<MotorTruth>> motors = read_motors(machine, config, table);
   std::vector<std::vector<std::unique_ptr<EmulatedNode>>> out;
   for (const CanBusConfig& bus : config.buses) {
     out.emplace_back();
@@ -69,13 +141,20 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       if (node.link.axis.mode == Cia402Mode::kCyclicTorque && !plant.mechanism)
         plant.mechanism =
             plain_mechanism(joint, machine.period_s, 1000 / std::abs(node.link.axis.torque_units));
+      const MotorTruth& truth = motors[out.size() - 1][out.back().size()];
+      plant.start += truth.start;
+      plant.load = truth.load;
       EmulatedDrive::Config drive{plant, node.link.axis.counts_per_unit, machine.period_s,
                                   node.link.touch_input_bit};
       drive.units = emulated_units(node, joint);
       drive.torque_units = node.link.axis.torque_units;
       drive.habits = node.link.axis.habits;
       drive.offset_is_zero = node.offset_is_zero;
-      drive.switches = switches_of(node, joint, plant.index_distance, table);
+      drive.sto = node.link.sto;
+      drive.inputs_on = truth.inputs_on;
+      if (node.link.brake.fitted && node.link.brake.of_drive) drive.brake_bit = node.link.brake.output;
+      drive.brake_inverted = node.link.brake.inverted;
+      drive.switches = switches_of(node, joint, plant.index_distance, truth.switch_offset, table);
       out.back().push_back(std::make_unique<EmulatedNode>(
           EmulatedNode::Config{node.link.id, node.dictionary, drive, sync_max, bus.fd}));
     }
@@ -109,7 +188,11 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
       buses_.back()->add(*nodes_[i][k]);
       const NodeLink::Config& link = config_.buses[i].nodes[k].link;
       probe_.wire(*nodes_[i][k], link.joint);
-      standing_[link.joint] = nodes_[i][k]->drive().joint().measured() + link.axis.offset;
+      int motors = 1;
+      // A gantry stands at the mean of its motors, as the master has it.
+      for (const Gantry::Config& gantry : config_.gantries)
+        if (gantry.joint == link.joint) motors = gantry.motors;
+      standing_[link.joint] += (nodes_[i][k]->drive().joint().measured() + link.axis.offset) / motors;
     }
   }
   master_ = std::make_unique<CanDrives>(config_, std::make_unique<Opener>(*this));
@@ -122,6 +205,14 @@ void EmulatedCanDrives::exchange(const Setpoints& setpoints, Feedback& feedback)
   for (std::size_t i = 0; i < nodes_.size(); ++i)
     for (const NodeLink& link : master_->master(i).nodes())
       if (!link.axis().measured_once()) feedback.q[link.config().joint] = standing_[link.config().joint];
+  // Brakes on outputs of [io] are wired past the bus.
+  for (std::size_t i = 0; i < nodes_.size(); ++i)
+    for (std::size_t k = 0; k < nodes_[i].size(); ++k) {
+      const Brake::Config& brake = config_.buses[i].nodes[k].link.brake;
+      if (!brake.fitted || brake.of_drive) continue;
+      const bool on = feedback.held.on >> brake.output & 1;
+      nodes_[i][k]->drive().joint().set_brake(on != brake.inverted);
+    }
   // Behind the master's part: what it has sent in this period goes over the bus now, and is heard in the
   // next.
   for (auto& bus : buses_) bus->run_until(bus->now_ns() + period_ns_);

@@ -49,8 +49,23 @@ EmulatedDrive::EmulatedDrive(const Config& config, ObjectStore& store)
       torque_offset_(store, {0x60B2, 0}),
       target_torque_(store, {0x6071, 0}),
       torque_(store, {0x6077, 0}) {
+  inputs_on_ = config.inputs_on;
   q_before_ = q_target_ = joint_.measured();
   report();
+}
+
+void EmulatedDrive::set_sto(bool active) {
+  sto_ = active;
+  if (!active || state_ == Cia402State::kFault) return;
+  joint_.disable();
+  state_ = Cia402State::kSwitchOnDisabled;
+}
+
+void EmulatedDrive::step_brake_output() {
+  if (config_.brake_bit < 0 || !store_.has({0x60FE, 1})) return;
+  const bool on = store_.integer({0x60FE, 1}) >> config_.brake_bit & 1;
+  const bool enabled = store_.integer({0x60FE, 2}) >> config_.brake_bit & 1;
+  joint_.set_brake((on && enabled) != config_.brake_inverted);
 }
 
 void EmulatedDrive::power_cycle() {
@@ -84,6 +99,8 @@ void EmulatedDrive::fail(std::uint16_t code) {
 }
 
 void EmulatedDrive::lose_connection(std::uint16_t code) {
+  // Nobody switches its outputs any more: they go off, and a brake on one closes.
+  if (store_.has({0x60FE, 1})) store_.set({0x60FE, 1}, 0);
   // A drive without power has nothing to bring to a stand.
   if (powered()) fail(code);
 }
@@ -94,6 +111,7 @@ void EmulatedDrive::step() {
   const auto control = static_cast<std::uint16_t>(control_.get());
   // The state first: in the period in which it is enabled the drive takes its first target.
   obey_controlword(control);
+  step_brake_output();
   standing_ = joint_.measured() == q_before_ ? standing_ + 1 : 0;
   if (!config_.habits.stands_to_switch || !powered() || standing_ >= kStandingPeriods)
     mode_now_ = mode_.get();
@@ -127,7 +145,7 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
     raise(0);
     return;
   }
-  if (state_ == S::kFaultReactionActive || state_ == S::kNotReady) return;
+  if (state_ == S::kFaultReactionActive || state_ == S::kNotReady || sto_) return;
   const unsigned low = control & 0x0Fu;
   // In the order of the command table: bit 1 (voltage) at 0 beats all others, then bit 2 (quick stop), bit 0
   // and bit 3.
@@ -136,7 +154,7 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
     state_ = S::kSwitchOnDisabled;
   } else if (!(low & 4)) {
     if (state_ == S::kOperationEnabled) {
-      joint_.quick_stop();
+      joint_.quick_stop(store_.integer({0x605A, 0}) >= 5);
       state_ = S::kQuickStopActive;
     } else if (state_ != S::kQuickStopActive) {
       state_ = S::kSwitchOnDisabled;
@@ -193,6 +211,8 @@ void EmulatedDrive::move_joint() {
   // With a homing error it stands enabled (CiA 402-2, clause 11).
   attained_ ? joint_.take_home(homing_.home(), offset ? reads : homing_.home()) : joint_.give_up_homing();
   homing_.end();
+  // It stands where it is, in the new count: the old one would be a leap.
+  q_before_ = q_target_ = joint_.measured();
 }
 
 // What a drive with a mechanism is told besides the place: in the cyclic modes the offsets 0x60B1 and 0x60B2
@@ -322,6 +342,11 @@ void EmulatedDrive::touch(bool contact, double q) {
   touch_status_.set(status | stored);
 }
 
+std::int64_t EmulatedDrive::with_sign(std::int64_t bits) const {
+  const std::int64_t bit = std::int64_t{1} << config_.sto.bit;
+  return sto_ == config_.sto.when_on ? bits | bit : bits & ~bit;
+}
+
 void EmulatedDrive::report() {
   std::uint16_t status = cia402_status_bits(state_) | statusword::kRemote | statusword::kVoltage;
   if (state_ == Cia402State::kSwitchOnDisabled) status &= static_cast<std::uint16_t>(~0x20);
@@ -339,18 +364,21 @@ void EmulatedDrive::report() {
     status |= ignores_ ? statusword::kInternalLimit : statusword::kBit12;
   }
   if (error_code_ == kFollowingErrorCode) status |= statusword::kBit13;
+  if (config_.sto.known && config_.sto.in_statusword) status = static_cast<std::uint16_t>(with_sign(status));
   if (joint_.on_limit_switch()) status |= statusword::kInternalLimit;
   status_.set(status);
   mode_display_.set(mode_now_);
   const double q = joint_.measured();
-  torque_.set(std::llround(joint_.force() * config_.torque_units));
+  if (joint_.has_mechanism()) torque_.set(std::llround(joint_.force() * config_.torque_units));
   position_.set(std::llround(q * config_.counts_per_unit));
   velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit /
                              config_.units.counts_s(store_)));
   // Limit switches are named by the drive's own direction, which is the other way round on a reversed axis.
   const bool positive = config_.counts_per_unit > 0 ? q > 0 : q < 0;
   const std::int64_t touch = contact_ ? std::int64_t{1} << config_.touch_input_bit : 0;
-  inputs_.set((joint_.on_limit_switch() ? (positive ? 2 : 1) : 0) | touch);
+  std::int64_t inputs = (joint_.on_limit_switch() ? (positive ? 2 : 1) : 0) | touch | inputs_on_;
+  if (config_.sto.known && !config_.sto.in_statusword) inputs = with_sign(inputs);
+  inputs_.set(inputs);
 }
 
 }  // namespace trn

@@ -6,6 +6,7 @@
 
 #include "hal/can/cia402.h"
 #include "hal/can/cia402_axis.h"
+#include "hal/can/node_link.h"
 #include "hal/can/sdo.h"
 #include "sim/canopen/emulated_homing.h"
 #include "sim/canopen/emulated_units.h"
@@ -28,7 +29,11 @@ class EmulatedDrive {
     bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
     /// None: as the joint's own config has them, one index above a switch at the lower end.
     std::optional<EmulatedHoming::Switches> switches = {};
-    double torque_units = 0;      ///< thousandths of the rated torque for N or Nm
+    double torque_units = 0;  ///< thousandths of the rated torque for N or Nm
+    StoSign sto = {};         ///< how it tells of Safe Torque Off
+    int brake_bit = -1;       ///< of 0x60FE; -1: the brake is not wired to it
+    bool brake_inverted = false;
+    std::uint32_t inputs_on = 0;  ///< of 0x60FD, at power-on
     int interpolation_steps = 1;  ///< periods of its own between two cyclic targets, without a 0x60C2
   };
 
@@ -46,6 +51,11 @@ class EmulatedDrive {
   void drop();
   /// Enabled, it stays where it is and tells so by bits 11 and 12; false: it follows again.
   void ignore_targets(bool ignores) { ignores_ = ignores; }
+  /// Its own safety input takes its torque, and gives it back.
+  void set_sto(bool active);
+  /// Bits of 0x60FD that are on, beside limit switches and touch probe.
+  void set_inputs(std::uint32_t on) { inputs_on_ = on; }
+  std::uint32_t inputs() const { return inputs_on_; }
   /// The next fault comes without an emergency message.
   void keep_quiet() { quiet_ = true; }
   DriveHabits& habits() { return config_.habits; }
@@ -84,6 +94,8 @@ class EmulatedDrive {
   bool homes_by_itself() const { return homing_.running(); }
   void step_touch();
   void report();
+  void step_brake_output();
+  std::int64_t with_sign(std::int64_t bits) const;
   double counts_to_unit(double counts) const { return counts / config_.counts_per_unit; }
   void raise(std::uint16_t code);
 
@@ -102,7 +114,8 @@ class EmulatedDrive {
   int steps_left_ = 0;  ///< to it
   EmulatedHoming homing_;
   double homing_acceleration_ = 0;
-  bool ignores_ = false, quiet_ = false;
+  bool ignores_ = false, quiet_ = false, sto_ = false;
+  std::uint32_t inputs_on_ = 0;
   int standing_ = 0;  ///< periods without motion
   bool attained_ = false, homing_error_ = false, acknowledge_ = false;
   int emergency_ = -1;

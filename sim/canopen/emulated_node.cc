@@ -290,6 +290,12 @@ void EmulatedNode::trouble(Trouble kind, std::int64_t value, std::int64_t now_ns
     case Trouble::kQuietFault:
       drive_.keep_quiet();
       return drive_.fail(code);
+    case Trouble::kHeld:
+      return drive_.joint().set_stuck(value != 0);
+    case Trouble::kSto:
+      return drive_.set_sto(value != 0);
+    case Trouble::kInputs:
+      return drive_.set_inputs(static_cast<std::uint32_t>(value));
     case Trouble::kPreOperational:
       return obey_nmt(NmtCommand::kPreOperational, now_ns);
   }

@@ -46,6 +46,9 @@ class EmulatedNode {
     kPreOperational,  ///< leaves the operational state
     kIgnore,          ///< does not follow its target (value 0: follows again)
     kQuietFault,      ///< fault with code `value`, without an emergency message
+    kHeld,            ///< the axis is held fast (value 0: it is free again)
+    kSto,             ///< Safe Torque Off takes its torque (value 0: no more)
+    kInputs,          ///< the bits of 0x60FD that are on are now `value`
   };
 
   explicit EmulatedNode(const Config& config);

@@ -25,9 +25,10 @@ FaultScript::DeviceEvent read_device_event(const ConfigTable& table) {
 FaultScript::Event read_event(const ConfigTable& table) {
   static const std::vector<std::string> kKinds = {
       // as EmulatedNode::Trouble
-      "silent", "reset",           "emergency", "fault",      "no_heartbeat", "heartbeat_late",
-      "drop",   "duplicate",       "reorder",   "short_pdo",  "refuse",       "slow",
-      "lie",    "pre_operational", "ignore",    "quiet_fault"};
+      "silent",         "reset", "emergency", "fault",           "no_heartbeat",
+      "heartbeat_late", "drop",  "duplicate", "reorder",         "short_pdo",
+      "refuse",         "slow",  "lie",       "pre_operational", "ignore",
+      "quiet_fault",    "held",  "sto",       "inputs"};
   FaultScript::Event event;
   event.at_s = table.number("at_s", kNotNegative);
   event.bus = static_cast<std::size_t>(table.integer("bus", 0, Range{0, 7}));

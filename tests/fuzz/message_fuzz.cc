@@ -38,6 +38,9 @@ void listen_to_all(trn::LcmLink& link, Heard& heard) {
   listen<trunnion::command_t>(link, "m.command", heard);
   listen<trunnion::motion_t>(link, "m.motion", heard);
   listen<trunnion::sensor_t>(link, "m.sensor", heard);
+  listen<trunnion::scope_request_t>(link, "m.scope_request", heard);
+  listen<trunnion::scope_data_t>(link, "m.scope_data", heard);
+  listen<trunnion::scope_signals_t>(link, "m.scope_signals", heard);
   listen<trunnion::signed_command_t>(link, "m.signed", heard);
   listen<trunnion::status_t>(link, "m.status", heard);
   listen<trunnion::tables_t>(link, "m.tables", heard);

@@ -129,6 +129,10 @@ TEST(CanFeedForward, IsLeftOutWhereTheDataSheetHasNoObject) {
   const NodeLink::Config& link = field.drives.config().buses[0].nodes[0].link;
   EXPECT_EQ(objects(link.rpdos[0]), (std::vector<ObjectKey>{{0x6040, 0}, {0x607A, 0}, {0x6060, 0}}));
   EXPECT_EQ(link.rpdos.size(), 1u);
+  const std::vector<std::string> warnings = field.drives.warnings();
+  ASSERT_EQ(warnings.size(), 10u);  // two objects of five drives
+  EXPECT_NE(warnings[1].find("0x60B1"), std::string::npos) << warnings[1];
+  EXPECT_NE(warnings[1].find("goes without this feed-forward"), std::string::npos);
 }
 
 // A drive that counts speeds in revolutions a minute is told its velocity in these.

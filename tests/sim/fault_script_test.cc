@@ -40,7 +40,10 @@ TEST(FaultScript, EveryKindHasItsName) {
                                                   {"lie", Trouble::kLie},
                                                   {"pre_operational", Trouble::kPreOperational},
                                                   {"ignore", Trouble::kIgnore},
-                                                  {"quiet_fault", Trouble::kQuietFault}};
+                                                  {"quiet_fault", Trouble::kQuietFault},
+                                                  {"held", Trouble::kHeld},
+                                                  {"sto", Trouble::kSto},
+                                                  {"inputs", Trouble::kInputs}};
   for (const auto& [name, kind] : rows) {
     const FaultScript script = read("[[fault]]\nat_s = 2.5\nnode = 7\nkind = \"" + name + "\"\n");
     ASSERT_EQ(script.events.size(), 1u);

@@ -9,10 +9,10 @@
 #include <numbers>
 #include <utility>
 
-#include "core/joint_model.h"
 #include "app/lab/picture/axes.h"
 #include "app/lab/picture/colours.h"
 #include "app/lab/picture/svg.h"
+#include "core/joint_model.h"
 
 namespace trn {
 
@@ -23,10 +23,13 @@ using picture::Axes;
 using picture::Px;
 using picture::Svg;
 
-constexpr std::size_t kWelch = 512;        // periods of a window
-constexpr double kTrusted = 0.7;           // coherence
-constexpr double kDip = 0.6, kPeak = 1.7;  // of the rigid response
-constexpr double kSwingHz_min = 4;
+constexpr std::size_t kMovingWindow = 256, kStrokeWindow = 1024;  // periods of a window
+constexpr double kTrusted = 0.7;                                  // coherence
+constexpr double kBeyondSeen = 1.3;  // of the greatest frequency: farther away is a guess
+constexpr double kSlowestSwing_hz = 5;
+constexpr std::size_t kGapMax = 8;                               // frequencies
+constexpr double kNotRigid = 0.1, kExplained = 0.5, kDip = 0.6;  // of the rigid response; of what that leaves
+constexpr double kFast = 0.2, kSlowestMoving = 0.01;             // of the joint's velocity
 
 // Radix 2, in place (Cooley and Tukey 1965).
 void transform(std::vector<Complex>& x) {
@@ -51,37 +54,17 @@ void transform(std::vector<Complex>& x) {
 }
 
 /// A window of the signal with its mean taken away, as a spectrum.
-std::vector<Complex> spectrum(const std::vector<double>& signal, std::size_t from) {
+std::vector<Complex> spectrum(const std::vector<double>& signal, std::size_t from, std::size_t size) {
   double mean = 0;
-  for (std::size_t i = 0; i < kWelch; ++i) mean += signal[from + i] / kWelch;
-  std::vector<Complex> out(kWelch);
-  for (std::size_t i = 0; i < kWelch; ++i) {
-    const double hann = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / kWelch);
+  const auto n = static_cast<double>(size);
+  for (std::size_t i = 0; i < size; ++i) mean += signal[from + i] / n;
+  std::vector<Complex> out(size);
+  for (std::size_t i = 0; i < size; ++i) {
+    const double hann = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / n);
     out[i] = hann * (signal[from + i] - mean);
   }
   transform(out);
   return out;
-}
-
-FrequencyResponse response(const std::vector<double>& in, const std::vector<double>& out, double period_s) {
-  std::vector<double> xx(kWelch / 2), yy(kWelch / 2);
-  std::vector<Complex> xy(kWelch / 2);
-  for (std::size_t from = 0; from + kWelch <= in.size(); from += kWelch / 2) {
-    const std::vector<Complex> x = spectrum(in, from), y = spectrum(out, from);
-    for (std::size_t i = 0; i < kWelch / 2; ++i) {
-      xx[i] += std::norm(x[i]);
-      yy[i] += std::norm(y[i]);
-      xy[i] += std::conj(x[i]) * y[i];
-    }
-  }
-  FrequencyResponse result;
-  for (std::size_t i = 1; i < kWelch / 2; ++i) {
-    if (xx[i] <= 0 || yy[i] <= 0) continue;
-    result.hz.push_back(static_cast<double>(i) / (kWelch * period_s));
-    result.h.push_back(xy[i] / xx[i]);
-    result.coherence.push_back(std::norm(xy[i]) / (xx[i] * yy[i]));
-  }
-  return result;
 }
 
 std::vector<double> differences(const std::vector<double>& q, double period_s) {
@@ -90,51 +73,184 @@ std::vector<double> differences(const std::vector<double>& q, double period_s) {
   return out;
 }
 
-// What is left of the motor's force for moving masses.
-std::vector<double> moving_force(const TuneData& data, const TuneFit& fit, const std::vector<double>& v,
-                                 double slowest) {
-  std::vector<double> out(data.rows());
-  const JointModel model = fit.model(slowest);
-  for (std::size_t k = 0; k < data.rows(); ++k) {
-    JointModel friction = model;
-    friction.inertia = 0;
-    out[k] = std::isfinite(data.force[k]) ? data.force[k] - friction.force(data.measured[k], v[k], 0) : 0;
+/// Auto and cross spectra, added up window by window.
+class CrossSpectra {
+ public:
+  explicit CrossSpectra(std::size_t size) : size_(size), xx_(size / 2), yy_(size / 2), xy_(size / 2) {}
+  void add(const std::vector<Complex>& x, const std::vector<Complex>& y) {
+    for (std::size_t i = 0; i < size_ / 2; ++i) {
+      xx_[i] += std::norm(x[i]);
+      yy_[i] += std::norm(y[i]);
+      xy_[i] += std::conj(x[i]) * y[i];
+    }
+  }
+  FrequencyResponse response(double period_s) const {
+    FrequencyResponse result;
+    for (std::size_t i = 1; i < size_ / 2; ++i) {
+      if (xx_[i] <= 0 || yy_[i] <= 0) continue;
+      result.hz.push_back(static_cast<double>(i) / (static_cast<double>(size_) * period_s));
+      result.h.push_back(xy_[i] / xx_[i]);
+      result.coherence.push_back(std::norm(xy_[i]) / (xx_[i] * yy_[i]));
+    }
+    return result;
+  }
+
+ private:
+  std::size_t size_;
+  std::vector<double> xx_, yy_;
+  std::vector<Complex> xy_;
+};
+
+/// Of windows that begin at these places.
+FrequencyResponse response(const std::vector<double>& in, const std::vector<double>& out,
+                           const std::vector<std::size_t>& begins, double period_s) {
+  CrossSpectra sum(kMovingWindow);
+  for (const std::size_t from : begins)
+    sum.add(spectrum(in, from, kMovingWindow), spectrum(out, from, kMovingWindow));
+  return sum.response(period_s);
+}
+
+// A stroke from rest to rest needs no window: nothing of it is cut off.
+std::vector<Complex> stroke_spectrum(const std::vector<double>& signal, std::size_t from, std::size_t to) {
+  std::vector<Complex> out(kStrokeWindow);
+  for (std::size_t i = from; i < to; ++i) out[i - from] = signal[i];
+  transform(out);
+  return out;
+}
+
+FrequencyResponse stroke_response(const TuneData& data, double fast) {
+  const std::vector<double> wanted = differences(data.setpoint, data.period_s),
+                            seen = differences(data.measured, data.period_s);
+  CrossSpectra sum(kStrokeWindow);
+  for (std::size_t from = 0, to = 0; from < data.rows(); from = to) {
+    double speed = 0;
+    for (to = from; to < data.rows() && data.stroke[to] == data.stroke[from]; ++to)
+      speed = std::max(speed, std::abs(wanted[to]));
+    if (speed > fast && to - from <= kStrokeWindow)
+      sum.add(stroke_spectrum(wanted, from, to), stroke_spectrum(seen, from, to));
+  }
+  return sum.response(data.period_s);
+}
+
+// Windows all over which the joint moves in one direction: at rest a force says nothing of masses.
+std::vector<std::size_t> moving_windows(const std::vector<double>& v, double slowest) {
+  std::vector<std::size_t> out;
+  std::size_t run = 0;
+  for (std::size_t k = 1; k < v.size(); ++k) {
+    const bool goes_on = std::abs(v[k]) > slowest && (v[k] > 0) == (v[k - 1] > 0);
+    run = goes_on ? run + 1 : 0;
+    if (run >= kMovingWindow && (run - kMovingWindow) % (kMovingWindow / 8) == 0)
+      out.push_back(k + 1 - kMovingWindow);
   }
   return out;
 }
 
-// The free mass turns force into velocity as 1 / (J i w).
-void over_rigid(FrequencyResponse& mechanics, double inertia) {
-  for (std::size_t i = 0; i < mechanics.hz.size(); ++i)
-    mechanics.h[i] *= Complex(0, 2 * std::numbers::pi * mechanics.hz[i] * inertia);
+// Over some periods, so that the steps of the encoder do not turn it round.
+std::vector<double> smooth_velocity(const std::vector<double>& q, double period_s) {
+  constexpr std::size_t kHalf = 4;
+  std::vector<double> out(q.size());
+  for (std::size_t k = kHalf; k + kHalf < q.size(); ++k)
+    out[k] = (q[k + kHalf] - q[k - kHalf]) / (2 * kHalf * period_s);
+  return out;
 }
 
+std::vector<double> accelerations(const std::vector<double>& q, double period_s) {
+  std::vector<double> out(q.size());
+  for (std::size_t k = 1; k + 1 < q.size(); ++k)
+    out[k] = (q[k + 1] - 2 * q[k] + q[k - 1]) / (period_s * period_s);
+  return out;
+}
+
+// What is left of the motor's force for moving masses, over all of them: the acceleration of a rigid joint.
+std::vector<double> rigid_acceleration(const TuneData& data, const TuneFit& fit,
+                                       const std::vector<double>& v) {
+  JointModel friction = fit.model(0);
+  friction.inertia = 0;
+  std::vector<double> out(data.rows());
+  for (std::size_t k = 0; k < data.rows(); ++k) {
+    const double force = data.force[k] - friction.force(data.measured[k], v[k], 0);
+    out[k] = std::isfinite(force) ? force / fit.inertia.value : 0;
+  }
+  return out;
+}
+
+// Where it falls to 3 dB or 90 degrees, between two bins on a straight line.
 std::optional<double> bandwidth(const FrequencyResponse& closed) {
-  for (std::size_t i = 0; i < closed.hz.size(); ++i) {
-    if (closed.coherence[i] < kTrusted) continue;
-    if (std::abs(closed.h[i]) < std::sqrt(0.5) || std::real(closed.h[i]) < 0) return closed.hz[i];
+  const double level = std::sqrt(0.5);
+  for (std::size_t i = 1; i < closed.hz.size() && closed.coherence[i] >= kTrusted; ++i) {
+    const double before = std::abs(closed.h[i - 1]), here = std::abs(closed.h[i]);
+    if (here < level && before > here)
+      return closed.hz[i] -
+             (closed.hz[i] - closed.hz[i - 1]) * std::clamp((level - here) / (before - here), 0.0, 1.0);
+    if (std::real(closed.h[i]) < 0) return closed.hz[i];
   }
   return std::nullopt;
 }
 
-// The deepest dip, or the highest peak, that is trusted; its place between bins by a parabola through their
-// logarithms.
-std::optional<double> extreme(const FrequencyResponse& r, bool peak, double from_hz) {
-  std::optional<std::size_t> best;
-  const auto level = [&](std::size_t i) { return (peak ? 1 : -1) * std::log(std::abs(r.h[i]) + 1e-12); };
-  for (std::size_t i = 1; i + 1 < r.hz.size(); ++i) {
-    const bool beyond = peak ? std::abs(r.h[i]) > kPeak : std::abs(r.h[i]) < kDip;
-    if (r.hz[i] < from_hz || !beyond || level(i) < level(i - 1) || level(i) < level(i + 1)) continue;
-    // A dip has little signal of its own: its shoulders are trusted.
-    if (std::max(r.coherence[i - 1], r.coherence[i + 1]) < kTrusted / 2) continue;
-    if (!best || level(i) > level(*best)) best = i;
+// Up to where force and acceleration have to do with each other, but for a gap as a dip makes one.
+double seen_up_to(const FrequencyResponse& r) {
+  double last = 0;
+  for (std::size_t i = 0, gap = 0; i < r.hz.size() && gap < kGapMax; ++i) {
+    const bool seen = r.coherence[i] >= kTrusted;
+    gap = seen ? 0 : gap + 1;
+    if (seen) last = r.hz[i];
   }
-  if (!best) return std::nullopt;
-  const std::size_t i = *best;
-  const double left = level(i - 1), middle = level(i), right = level(i + 1);
-  const double bend = left - 2 * middle + right;
-  const double shift = bend < 0 ? 0.5 * (left - right) / bend : 0;
-  return r.hz[i] + shift * (r.hz[i + 1] - r.hz[i]);
+  return last;
+}
+
+/// A motor and its load on a spring.
+struct TwoMasses {
+  double swing_hz = 0;  ///< of the load, the motor held; 0: rigid
+  double share = 0.5;   ///< of the inertia, the load's
+  double damping = 0.05;
+
+  double resonance_hz() const { return swing_hz / std::sqrt(1 - share); }  // none with a share of 1
+  /// Acceleration over that of a rigid joint.
+  Complex response(double hz) const {
+    if (swing_hz <= 0) return 1;
+    const double load = hz / swing_hz, both = hz / resonance_hz();
+    return Complex(1 - load * load, 2 * damping * load) / Complex(1 - both * both, 2 * damping * load);
+  }
+};
+
+// Mean square of what the model leaves; each frequency weighs as much as its coherence is worth (Bendat and
+// Piersol, Random Data, 9.2).
+double misfit(const FrequencyResponse& r, double up_to_hz, const TwoMasses& masses) {
+  double sum = 0, weights = 0;
+  for (std::size_t i = 0; i < r.hz.size() && r.hz[i] <= up_to_hz; ++i) {
+    const double weight = r.coherence[i] / (1.02 - r.coherence[i]);
+    sum += weight * std::norm(r.h[i] - masses.response(r.hz[i]));
+    weights += weight;
+  }
+  return weights > 0 ? sum / weights : 0;
+}
+
+// All combinations: there are few, and no descent finds its way among dips. Rigid where two masses explain
+// little more.
+TwoMasses fit_two_masses(const FrequencyResponse& r, double up_to_hz) {
+  TwoMasses best;
+  const double rigid = misfit(r, up_to_hz, best);
+  double least = rigid;
+  for (double hz = kSlowestSwing_hz; hz < kBeyondSeen * up_to_hz; hz *= 1.01)
+    for (double share = 0.1; share < 0.95; share += 0.05)
+      for (const double damping : {0.01, 0.03, 0.1, 0.2, 0.4, 0.7}) {
+        const TwoMasses tried{hz, share, damping};
+        if (const double left = misfit(r, up_to_hz, tried); left < least) {
+          least = left;
+          best = tried;
+        }
+      }
+  if (rigid < kNotRigid * kNotRigid) return {};
+  if (least < kExplained * rigid) return best;
+  // With play no two masses explain it; the deepest dip is where the load swings most.
+  TwoMasses dip;
+  double lowest = kDip;
+  for (std::size_t i = 0; i < r.hz.size() && r.hz[i] <= up_to_hz; ++i) {
+    if (r.coherence[i] < kTrusted || std::abs(r.h[i]) >= lowest) continue;
+    lowest = std::abs(r.h[i]);
+    dip = {r.hz[i], 1, 0};
+  }
+  return dip;
 }
 
 double decibels(const Complex& h) { return 20 * std::log10(std::max(1e-6, std::abs(h))); }
@@ -147,11 +263,13 @@ void draw_response(Svg& svg, double top, const std::string& title, const Frequen
     const double value = phase ? std::arg(r.h[i]) * 180 / std::numbers::pi : decibels(r.h[i]);
     values.push_back(trusted ? value : std::nan(""));
   }
-  const double low = std::log10(r.hz.empty() ? 1 : r.hz.front()),
-               high = std::log10(r.hz.empty() ? 10 : r.hz.back());
-  const Axes axes({80, top, 800, 150}, {low, high}, picture::Range::over(values, 0.1));
-  axes.draw(svg, "frequency, powers of ten Hz", title);
-  for (std::size_t i = 0; i < r.hz.size(); ++i) places.push_back(axes.at(std::log10(r.hz[i]), values[i]));
+  double high = 10;
+  for (std::size_t i = 0; i < r.hz.size(); ++i)
+    if (r.coherence[i] >= kTrusted / 2) high = std::max(high, r.hz[i]);
+  const Axes axes({80, top, 800, 150}, {0, high}, picture::Range::over(values, 0.1));
+  axes.draw(svg, "frequency, Hz", title);
+  for (std::size_t i = 0; i < r.hz.size() && r.hz[i] <= high; ++i)
+    places.push_back(axes.at(r.hz[i], values[i]));
   svg.polyline(places, picture::line_colour(phase ? 1 : 0));
 }
 
@@ -159,14 +277,18 @@ void draw_response(Svg& svg, double top, const std::string& title, const Frequen
 
 TuneLoop measure_loop(const TuneData& data, const TuneFit& fit, const Joint& joint) {
   TuneLoop loop;
-  const std::vector<double> wanted = differences(data.setpoint, data.period_s),
-                            seen = differences(data.measured, data.period_s);
-  loop.closed = response(wanted, seen, data.period_s);
-  loop.mechanics = response(moving_force(data, fit, seen, 0.002 * joint.limit.velocity), seen, data.period_s);
-  over_rigid(loop.mechanics, fit.inertia.value);
+  const double dt = data.period_s;
+  const std::vector<double> v = smooth_velocity(data.measured, dt);
+  const std::vector<double> seen = accelerations(data.measured, dt);
+  const std::vector<std::size_t> moving = moving_windows(v, kSlowestMoving * joint.limit.velocity);
+  loop.closed = stroke_response(data, kFast * joint.limit.velocity);
+  loop.mechanics = response(rigid_acceleration(data, fit, v), seen, moving, dt);
   loop.bandwidth_hz = bandwidth(loop.closed);
-  loop.swing_hz = extreme(loop.mechanics, false, kSwingHz_min);
-  loop.resonance_hz = extreme(loop.mechanics, true, loop.swing_hz.value_or(kSwingHz_min));
+  loop.seen_up_to_hz = seen_up_to(loop.mechanics);
+  const TwoMasses masses = fit_two_masses(loop.mechanics, loop.seen_up_to_hz);
+  if (masses.swing_hz <= 0) return loop;
+  loop.swing_hz = masses.swing_hz;
+  if (masses.resonance_hz() < kBeyondSeen * loop.seen_up_to_hz) loop.resonance_hz = masses.resonance_hz();
   return loop;
 }
 

@@ -22,8 +22,9 @@ struct FrequencyResponse {
 struct TuneLoop {
   FrequencyResponse closed;  ///< from the setpoint's velocity to the measured one
   FrequencyResponse
-      mechanics;  ///< from force less friction to velocity, over that of the inertia alone: 1 is rigid
+      mechanics;  ///< from the force that moves masses to acceleration, over the inertia: 1 is rigid
   std::optional<double> bandwidth_hz;  ///< the closed loop is 3 dB down, or 90 degrees late
+  double seen_up_to_hz = 0;            ///< beyond, the motions had too little in them to tell
   std::optional<double> swing_hz;      ///< load against a motor that is held (a dip of the mechanics)
   std::optional<double> resonance_hz;  ///< load against a free motor (a peak)
 };

@@ -176,14 +176,23 @@ JointModel TuneFit::model(double coulomb_speed) const {
   return out;
 }
 
+NoTorque::NoTorque(const Joint& joint)
+    : std::runtime_error(
+          fmt::format("the drive of joint {} does not tell its torque. On CAN its node needs "
+                      "'torque = true', and {}, unless its data sheet says it",
+                      joint.name, joint.kind == JointKind::kRotary ? "rated_torque_Nm" : "rated_force_N")) {}
+
 TuneFit fit_joint(const TuneData& data, const Joint& joint) {
   const RowMaker maker(data, joint);
   const std::vector<FitRow> rows = maker.make();
+  const bool told =
+      std::any_of(data.force.begin(), data.force.end(), [](double f) { return std::isfinite(f); });
+  if (!told) throw NoTorque(joint);
   if (rows.size() < kRowsMin)
-    throw std::runtime_error(fmt::format(
-        "{} periods of motion with a torque are too few to tell anything of joint {}; does its drive tell "
-        "its torque ('torque = true' of the node, and rated_force_N or rated_torque_Nm)?",
-        rows.size(), joint.name));
+    throw std::runtime_error(
+        fmt::format("{} periods of even motion are too few to tell anything of joint {}; "
+                    "give it a longer --length",
+                    rows.size(), joint.name));
   const Solution found = solve(rows);
   TuneFit fit;
   const auto take = [&](Eigen::Index i) { return TuneValue{found.x[i], found.deviation[i]}; };
@@ -205,6 +214,7 @@ std::optional<TuneValue> lost_motion(const TuneData& data, const TuneFit& fit, s
   // Weight beyond friction holds the joint on one flank for good.
   if (fit.coulomb.value <= 0 || std::abs(fit.gravity.value) > fit.coulomb.value) return std::nullopt;
   std::vector<double> ways;
+  double steps = 0;
   const auto begins = [&](std::size_t k) {
     return data.stroke[k] >= static_cast<int>(first_slow) + 1 && data.stroke[k] != data.stroke[k - 1];
   };
@@ -217,6 +227,7 @@ std::optional<TuneValue> lost_motion(const TuneData& data, const TuneFit& fit, s
       if (data.setpoint[i] == data.setpoint[k]) continue;
       if (direction * (data.force[i] - fit.gravity.value) < 0.6 * fit.coulomb.value) continue;
       ways.push_back(std::abs(way));
+      steps += std::abs(data.measured[i] - data.measured[i - 1]);
       break;
     }
   }
@@ -225,7 +236,9 @@ std::optional<TuneValue> lost_motion(const TuneData& data, const TuneFit& fit, s
   for (const double way : ways) mean += way / static_cast<double>(ways.size());
   for (const double way : ways) squares += (way - mean) * (way - mean);
   const auto n = static_cast<double>(ways.size());
-  return TuneValue{mean, std::sqrt(squares / (n - 1) / n)};
+  // No period is looked into.
+  const double seen = steps / n / std::sqrt(12.0);
+  return TuneValue{mean, std::max(seen, std::sqrt(squares / (n - 1) / n))};
 }
 
 }  // namespace trn

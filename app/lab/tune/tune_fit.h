@@ -2,12 +2,18 @@
 
 #include <cstddef>
 #include <optional>
+#include <stdexcept>
 
 #include "app/lab/tune/tune_data.h"
 #include "core/axes.h"
 #include "core/joint_model.h"
 
 namespace trn {
+
+/// The joint's drive does not tell its torque; what() says what would be right.
+struct NoTorque : std::runtime_error {
+  explicit NoTorque(const Joint& joint);
+};
 
 /// A number and its standard deviation.
 struct TuneValue {

@@ -12,9 +12,9 @@ namespace trn {
 
 namespace {
 
-constexpr double kTuneMargin = 0.02;                                     // of the range, to either end
+constexpr double kTuneMargin = 0.02;                                 // of the range, to either end
 constexpr double kEvenSpeeds[] = {0.02, 0.05, 0.1, 0.2, 0.35, 0.5};  // of the greatest speed
-constexpr double kEvenTimeS = 2;                                     // of one slow stroke
+constexpr double kEvenTimeS = 1;                                     // of one slow stroke
 constexpr int kEvenTurns = 2, kFastTurns = 4;
 constexpr double kShortLengths[] = {0.31, 0.12, 0.2, 0.07, 0.26, 0.16, 0.1, 0.23};  // of the length
 constexpr double kCreepShare = 0.002, kCreepTimeS = 1.5;
@@ -35,7 +35,14 @@ void there_and_back(TunePlan& plan, double way, double speed, int turns) {
 
 // The way that the greatest speed needs to be reached and left, and as much at that speed.
 double length_for(const JointLimit& limit, double speed) {
-  return 2 * speed * (speed / limit.acceleration + limit.acceleration / limit.jerk);
+  return 4 * speed * (speed / limit.acceleration + limit.acceleration / limit.jerk);
+}
+
+// Weight that turns with the joint is told from an even one over a wide angle only.
+double usual_length(const Joint& joint, double speed) {
+  const double quarter = 0.25 * (joint.limit.max - joint.limit.min);
+  const double least = joint.kind == JointKind::kRotary ? 90 * kRadPerDeg : 0;
+  return std::min(quarter, std::max(least, length_for(joint.limit, speed)));
 }
 
 }  // namespace
@@ -47,9 +54,7 @@ TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
   TunePlan plan;
   plan.speed_max = std::clamp(wish.speed_share, 0.05, 1.0) * limit.velocity;
   const double room = std::max(up, down);
-  double length = wish.length > 0
-                      ? wish.length
-                      : std::min(0.25 * (limit.max - limit.min), length_for(limit, plan.speed_max));
+  double length = wish.length > 0 ? wish.length : usual_length(joint, plan.speed_max);
   if (wish.length > room || room < 0.02 * (limit.max - limit.min))
     throw std::runtime_error(
         fmt::format("joint {} has no room for that from where it stands; jog it towards its middle, or say a "
@@ -57,7 +62,7 @@ TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
                     joint.name));
   length = std::min(length, room);
   // A short way is not gone faster than it can be left again.
-  while (length_for(limit, plan.speed_max) > 1.5 * length && plan.speed_max > 0.02 * limit.velocity)
+  while (length_for(limit, plan.speed_max) > 3 * length && plan.speed_max > 0.02 * limit.velocity)
     plan.speed_max *= 0.9;
   const double sign = up >= down ? 1 : -1;
   for (const double share : kEvenSpeeds) {

@@ -68,8 +68,11 @@ std::string jerk_text(const TuneResult& result, const Joint& joint) {
   const std::string_view name = joint_unit_name(joint);
   const auto jerk = recommended_jerk(result.loop, joint);
   if (!jerk)
-    return fmt::format("No resonance was seen. The jerk limit of {:.6g} {}/s^3 may stay.\n",
-                       unit * joint.limit.jerk, name);
+    return fmt::format(
+        "No resonance was seen up to {:.0f} Hz; faster ones the motions do not stir. The jerk limit of "
+        "{:.6g} "
+        "{}/s^3\nmay stay.\n",
+        result.loop.seen_up_to_hz, unit * joint.limit.jerk, name);
   const double swing = result.loop.swing_hz.value_or(result.loop.resonance_hz.value_or(0));
   return fmt::format(
       "The load swings at {:.1f} Hz. A jerk of {:.4g} {}/s^3 lets the acceleration of {:.6g} {}/s^2 come up "

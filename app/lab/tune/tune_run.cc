@@ -7,6 +7,7 @@
 #include <deque>
 #include <stdexcept>
 
+#include "app/lab/tune/tune_fit.h"
 #include "app/session/make_cycle.h"
 #include "core/fault.h"
 #include "core/ports.h"
@@ -48,7 +49,12 @@ class EmulatedBench {
     }
     throw std::runtime_error("the emulated drives do not get ready; check the section [drives]");
   }
-  double stands() const { return cycle_.last_report().q_measured[joint_]; }
+  double stands() const {
+    const CycleReport& report = cycle_.last_report();
+    const bool told = report.force.size() > joint_ && std::isfinite(report.force[joint_]);
+    if (!told) throw NoTorque(assembly_.machine.joints[static_cast<std::size_t>(joint_)]);
+    return report.q_measured[joint_];
+  }
 
   void move(const TuneStroke& stroke, int number) {
     stroke_ = number;

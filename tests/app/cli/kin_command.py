@@ -36,6 +36,45 @@ def tilted(a, b):
     return [math.sin(b), -math.sin(a) * math.cos(b), math.cos(a) * math.cos(b)]
 
 
+def words(machine, direction, *lines, flag=("--words",)):
+    done = subprocess.run([TRUNNION, "kin", direction, "--machine", f"{SOURCE}/configs/{machine}.toml", *flag],
+                          input="".join(line + "\n" for line in lines), capture_output=True, text=True, timeout=60,
+                          check=False)
+    return done.returncode, done.stdout.splitlines(), done.stderr
+
+
+class Words(unittest.TestCase):
+    """Program words, joint names and degrees."""
+
+    def test_there_and_back(self):
+        code, lines, _ = words("cradle", "inverse", "X10 y-20 A30 C-90")
+        self.assertEqual((code, lines[0].split(";")[0]), (0, "joints X=10 Y=-20 Z=0 A=30 C=-90"))
+        code, lines, _ = words("cradle", "forward", lines[0].split(";")[0].removeprefix("joints "))
+        self.assertEqual((code, lines[0].split(";")[0]), (0, "words X10 Y-20 Z0 A30 C-90"))
+
+    def test_sense(self):
+        """The mill's table carries Y: its joint goes the other way, and the tool the word's way."""
+        _, lines, _ = words("mill", "inverse", "Y10")
+        self.assertEqual(lines[0], "joints X=0 Y=-10 Z=0; tool at X0 Y10 Z0, points along I0 J0 K1, seen from the work")
+        code, lines, _ = words("mill", "words", flag=())
+        self.assertEqual(code, 0)
+        self.assertEqual(lines, [f"{w}+  the tool goes towards +{w} of the work (joint {j})"
+                                 for w, j in (("X", "+X"), ("Y", "-Y"), ("Z", "+Z"))])
+
+    def test_beyond(self):
+        _, lines, _ = words("mill", "inverse", "X5000")
+        self.assertTrue(lines[0].endswith("beyond the range of X"), lines)
+
+    def test_mistakes(self):
+        for direction, line, told in (("inverse", "A10", "'A10' is no word of this machine"),
+                                      ("inverse", "Xten", "no number behind it"), ("forward", "Q=1", "is no joint"),
+                                      ("forward", "X", "is no joint with its place")):
+            code, lines, err = words("mill", direction, line)
+            self.assertEqual((code, lines), (5, []))
+            self.assertIn(told, err)
+        self.assertEqual(words("mill", "setpoint", "X1")[0], 5)
+
+
 class Serial(unittest.TestCase):
     def check(self, machine, table):
         """table: rows of joints, tool length, tip, axis; both ways, and the setpoint with corrections off."""

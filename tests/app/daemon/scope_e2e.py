@@ -10,6 +10,7 @@ import csv
 import json
 import os
 import struct
+import subprocess
 import sys
 import threading
 import time
@@ -32,6 +33,15 @@ def table(path):
     with open(path) as file:
         remark = file.readline()
         return remark, list(csv.DictReader(file))
+
+
+def decoder(folder):
+    """The type scope_data_t as lcm-gen makes it for Python, which is a decoder of its own."""
+    subprocess.run(["lcm-gen", "--python", "--ppath", folder, os.path.join(SOURCE, "hal/lcm/scope_data_t.lcm")],
+                   check=True, capture_output=True)
+    sys.path.insert(0, folder)
+    from trunnion import scope_data_t  # noqa: E402
+    return scope_data_t
 
 
 def events(path):
@@ -78,7 +88,6 @@ class ScopeTest(unittest.TestCase):
 
     def long_run(self, shop, seconds):
         """An hour is more than a client waits for by itself."""
-        import subprocess
         done = subprocess.run([BINARY, "scope", "X.setpoint", "X.measured", "line", "tick", "--seconds", str(seconds),
                                "--patience", str(2 * seconds), "--json", "--machine", shop.config], text=True,
                               capture_output=True, timeout=3 * seconds)
@@ -91,8 +100,8 @@ class ScopeTest(unittest.TestCase):
             files = {name: os.path.join(shop.folder.name, "cut." + name) for name in ("csv", "svg", "lcm")}
             told = []
             thread = self.beside(lambda: told.append(shop.client(
-                "scope", "X.setpoint", "X.velocity", "line", "--trigger", "line 4", "--before", "0.2", "--seconds", "0.3",
-                "--json", "--csv", files["csv"], "--svg", files["svg"], "--lcm", files["lcm"])))
+                "scope", "X.setpoint", "X.velocity", "line", "--trigger", "line 4", "--before", "0.2", "--seconds",
+                "0.3", "--json", "--csv", files["csv"], "--svg", files["svg"], "--lcm", files["lcm"])))
             time.sleep(0.5)
             shop.ask("load", shop.write("part.ngc", PROGRAM))
             shop.ask("start")
@@ -116,8 +125,13 @@ class ScopeTest(unittest.TestCase):
             logged = list(events(files["lcm"]))
             self.assertEqual([number for number, _, _ in logged], list(range(len(logged))))
             self.assertTrue(logged[0][1].endswith(".scope_signals"))
-            self.assertEqual(sum(channel.endswith(".scope_data") for _, channel, _ in logged),
-                             -(-summary["rows"] // 100))
+            data = [decoder(shop.folder.name).decode(payload) for _, channel, payload in logged
+                    if channel.endswith(".scope_data")]
+            self.assertEqual(len(data), -(-summary["rows"] // 100))
+            places = [value for message in data for value in message.value[0::3]]
+            self.assertEqual([f"{value:.12g}" for value in places], [row["X.setpoint [mm]"] for row in rows])
+            self.assertEqual([period for message in data for period in message.period],
+                             [int(row["period"]) for row in rows])
 
     def test_a_fault_is_kept_by_itself(self):
         with Shop() as shop:

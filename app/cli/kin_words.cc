@@ -1,0 +1,118 @@
+#include "app/cli/kin_words.h"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cctype>
+#include <charconv>
+#include <cmath>
+#include <sstream>
+#include <stdexcept>
+#include <vector>
+
+#include "app/session/word_directions.h"
+#include "core/axes.h"
+#include "core/frames.h"
+#include "core/units.h"
+
+namespace trn {
+
+namespace {
+
+double word_number(const std::string& item, std::string_view text) {
+  double value = 0;
+  if (!text.empty() && text[0] == '+') text.remove_prefix(1);
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc() || end != text.data() + text.size() || text.empty() || !std::isfinite(value))
+    throw std::invalid_argument(fmt::format("'{}' has no number behind it, as X12.5", item));
+  return value;
+}
+
+// -0.000 is 0.
+double shown_number(double value) {
+  const double out = std::round(value * 1e6) / 1e6;
+  return out == 0 ? 0 : out;
+}
+
+std::vector<std::string> kin_items(const std::string& line) {
+  std::istringstream in(line);
+  std::vector<std::string> out;
+  for (std::string item; in >> item;) out.push_back(item);
+  return out;
+}
+
+double kin_unit(const Joint& joint) { return joint.kind == JointKind::kRotary ? kRadPerDeg : 1; }
+
+}  // namespace
+
+// Where the gauge point is, and how the tool points, in the axes of a program.
+std::string KinWords::tip_text(const JointVec& q) const {
+  Pose X_BS;
+  if (kinematics_.forward(q, X_BS) != KinStatus::kOk) return "the machine has no place there";
+  const Pose X_MB = trn::inverse(kinematics_.home_X_BM());
+  const Vec3 p = X_MB.R * X_BS.p + X_MB.p, u = X_MB.R * X_BS.R.col(2);
+  return fmt::format("tool at X{:g} Y{:g} Z{:g}, points along I{:g} J{:g} K{:g}, seen from the work",
+                     shown_number(p[0]), shown_number(p[1]), shown_number(p[2]), shown_number(u[0]),
+                     shown_number(u[1]), shown_number(u[2]));
+}
+
+std::string KinWords::forward(const std::string& line) const {
+  std::vector<std::string> names;
+  for (const Joint& joint : machine_.joints) names.push_back(joint.name);
+  JointVec q = JointVec::Zero(kinematics_.joint_count());
+  for (const std::string& item : kin_items(line)) {
+    const std::size_t sign = item.find('=');
+    const std::string name = item.substr(0, sign);
+    const auto found = std::find(names.begin(), names.end(), name);
+    if (sign == std::string::npos || found == names.end())
+      throw std::invalid_argument(fmt::format("'{}' is no joint with its place, as {}=10; joints: {}", item,
+                                              names[0], fmt::join(names, ", ")));
+    const auto i = static_cast<std::size_t>(found - names.begin());
+    q[static_cast<Eigen::Index>(i)] =
+        kin_unit(machine_.joints[i]) * word_number(item, std::string_view(item).substr(sign + 1));
+  }
+  Words words;
+  if (kinematics_.words_from_joints(q, words) != KinStatus::kOk) return "no words lead there; " + tip_text(q);
+  std::string out = "words";
+  for (int i = kX; i <= kC; ++i)
+    if (kinematics_.word_mask() >> i & 1u)
+      out +=
+          fmt::format(" {}{:g}", kWordLetters[i], shown_number(i <= kZ ? words[i] : deg_from_rad(words[i])));
+  return out + "; " + tip_text(q);
+}
+
+std::string KinWords::inverse(const std::string& line) const {
+  Words words = Words::Zero();
+  for (const std::string& item : kin_items(line)) {
+    const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(item[0])));
+    const std::size_t word = std::string_view(kWordLetters).find(letter);
+    const bool legal = word != std::string_view::npos && word <= kC && (kinematics_.word_mask() >> word & 1u);
+    if (!legal) throw std::invalid_argument(fmt::format("'{}' is no word of this machine, as X10", item));
+    const double value = word_number(item, std::string_view(item).substr(1));
+    words[static_cast<Eigen::Index>(word)] = word <= kZ ? value : rad_from_deg(value);
+  }
+  JointVec q;
+  if (kinematics_.joints_from_words(words, q) != KinStatus::kOk) return "the machine cannot go there";
+  std::string out = "joints", beyond;
+  for (std::size_t i = 0; i < machine_.joints.size(); ++i) {
+    const Joint& joint = machine_.joints[i];
+    const double place = q[static_cast<Eigen::Index>(i)];
+    out += fmt::format(" {}={:g}", joint.name, shown_number(place / kin_unit(joint)));
+    if (place < joint.limit.min || place > joint.limit.max) beyond += " " + joint.name;
+  }
+  return out + "; " + tip_text(q) + (beyond.empty() ? "" : "; beyond the range of" + beyond);
+}
+
+std::string KinWords::directions() const {
+  std::string out;
+  for (const WordDirection& direction : word_directions(kinematics_, Words::Zero()))
+    out +=
+        fmt::format("{}+  {}{}\n", kWordLetters[direction.word], describe(direction, machine_),
+                    direction.as_iso_841() ? ""
+                    : direction.word <= kZ ? "  <- the wrong way by ISO 841"
+                                           : "  <- the table turns by the word; ISO 841 has the tool do so");
+  return out;
+}
+
+}  // namespace trn

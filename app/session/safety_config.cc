@@ -1,0 +1,50 @@
+#include "app/session/safety_config.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <string>
+
+#include "app/session/make_drives.h"
+#include "core/config.h"
+#include "core/signal_name.h"
+
+namespace trn {
+
+namespace {
+
+SafetyInputs::Input read_input(const Machine& machine, const ConfigTable& table) {
+  static const std::vector<std::string> kKinds = {"emergency_stop", "enable", "door",
+                                                  "air"};  // as SafetyKind
+  SafetyInputs::Input input;
+  const std::string kind = table.choice("kind", kKinds);
+  input.kind = static_cast<SafetyKind>(std::find(kKinds.begin(), kKinds.end(), kind) - kKinds.begin());
+  input.from = read_signal_name(machine, table, "from");
+  if (!input.from.is_input()) throw table.error("from", "a safety input comes from an input");
+  if (!input.from.of_drive() && !machine.root.has("io"))
+    throw table.error("from", "the machine has no section [io], whose input this would be");
+  if (input.from.of_drive() && drives_type(machine) != "canopen")
+    throw table.error("from", "only drives with type = \"canopen\" have inputs; use one of [io]");
+  input.safe_when_on = table.choice("safe_when", {"on", "off"}, "on") == "on";
+  const double debounce_s = table.number("debounce_s", 0.0, Range{0, 1});
+  input.debounce_periods = static_cast<std::uint32_t>(std::ceil(debounce_s / machine.period_s - 1e-9));
+  input.stops_jogs = !table.boolean("jog", false);
+  return input;
+}
+
+}  // namespace
+
+std::vector<SafetyInputs::Input> read_safety_inputs(const Machine& machine) {
+  std::vector<SafetyInputs::Input> out;
+  const std::optional<ConfigTable> safety = machine.root.table_if("safety");
+  if (!safety) return out;
+  // The drives' own reader knows what is in them.
+  if (safety->has("brake") && drives_type(machine) != "canopen")
+    throw safety->error("brake", "only drives with type = \"canopen\" have brakes that are operated");
+  for (const ConfigTable& table : safety->tables_if("input")) out.push_back(read_input(machine, table));
+  return out;
+}
+
+}  // namespace trn

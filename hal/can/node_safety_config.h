@@ -1,0 +1,14 @@
+#pragma once
+
+#include "core/config.h"
+#include "core/machine.h"
+#include "hal/can/node_link.h"
+
+namespace trn {
+
+/// What section [safety] and the node's key `sto` say of a drive: its holding brake, how it tells of Safe
+/// Torque Off, whether its inputs are safety inputs. `node.joint` is read already. ConfigError as
+/// `read_can_drives`.
+void read_node_safety(const Machine& machine, const ConfigTable& table, NodeLink::Config& node);
+
+}  // namespace trn
