@@ -16,8 +16,8 @@ def main():
     binary, source, _, output = (os.path.abspath(arg) for arg in sys.argv[1:5])
     os.makedirs(output, exist_ok=True)
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run([binary, "run", os.path.join(source, "examples/impeller.ngc"), "--report", folder, "--json"],
-                              capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
+        done = subprocess.run([binary, "run", os.path.join(source, "examples/impeller.ngc"), "--report", folder,
+                               "--json"], capture_output=True, text=True, check=True, timeout=TIMEOUT_S)
         told = json.loads(done.stdout)
         return subprocess.run(["node", os.path.join(source, "tests/panel/page_report.mjs"),
                                os.path.join(folder, "path.html"), os.path.join(source, "panel/page"), output,
