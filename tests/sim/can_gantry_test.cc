@@ -48,7 +48,7 @@ TEST(Gantry, HomesSquareAndStaysSquare) {
   field.start();
   EXPECT_FALSE(field.feedback.homed_mask >> kY & 1u);
   field.home();
-  EXPECT_NEAR(field.left(), 10, 2e-3) << "home_final_mm";
+  EXPECT_NEAR(field.left(), -1240, 2e-3) << "home_final_mm";
   EXPECT_NEAR(field.feedback.q[kY], field.left(), 1e-3);
   const double standing = field.askew();
   EXPECT_LT(standing, 3e-4) << "counts of the encoders";
@@ -84,7 +84,7 @@ TEST(Gantry, KeepsItsShapeUntilItIsHomed) {
   field.setpoints.qd[kY] = 0;
   field.run(100);
   EXPECT_NEAR(field.askew(), before, 1e-3);
-  EXPECT_NEAR(field.left(), 80 + 20, 2e-3);
+  EXPECT_NEAR(field.left(), -1170 + 20, 2e-3);
   EXPECT_LT(field.worst(), before + 1e-3);
 }
 
