@@ -29,6 +29,7 @@ struct Joint {
   std::string name;  ///< as in the trace header, e.g. "X", "A", "leg1"
   JointKind kind = JointKind::kLinear;
   JointLimit limit;
+  bool endless = false;  ///< a rotary joint that turns as far as one likes
 };
 
 using Joints = std::vector<Joint>;

@@ -8,6 +8,8 @@ namespace trn {
 
 namespace {
 
+constexpr double kEndless_deg = 3.6e7;  // 100,000 turns either way: an endless joint's range
+
 Joint read_joint(const ConfigTable& table) {
   Joint joint;
   joint.name = table.text("name");
@@ -16,8 +18,12 @@ Joint read_joint(const ConfigTable& table) {
   const double unit = rotary ? kRadPerDeg : 1.0;
   const std::string u = rotary ? "deg" : "mm";
   auto& limit = joint.limit;
-  limit.min = unit * table.number("min_" + u);
-  limit.max = unit * table.number("max_" + u);
+  joint.endless = table.boolean("endless", false);
+  if (joint.endless && !rotary) throw table.error("endless", "only a rotary joint turns without an end");
+  if (joint.endless && (table.has("min_deg") || table.has("max_deg")))
+    throw table.error("endless", "a joint that turns without an end has no min_deg and max_deg");
+  limit.min = joint.endless ? -unit * kEndless_deg : unit * table.number("min_" + u);
+  limit.max = joint.endless ? unit * kEndless_deg : unit * table.number("max_" + u);
   limit.velocity = unit * table.number(fmt::format("velocity_{}_s", u), kPositive);
   limit.acceleration = unit * table.number(fmt::format("acceleration_{}_s2", u), kPositive);
   limit.jerk = unit * table.number(fmt::format("jerk_{}_s3", u), kPositive);

@@ -129,6 +129,8 @@ struct Setpoints {
   /// Feed-forward, at the moment at which q acts: mm or rad per s, and N or Nm of the joint; zeros or empty
   /// without.
   JointVec velocity_offset = {}, force_offset = {};
+  std::array<std::uint32_t, kMaxJoints>
+      outputs{};  ///< of each joint's drive, as 0x60FE has them, beside brakes
 };
 
 enum class DriveState : unsigned char { kOff, kStarting, kEnabled, kHoming, kQuickStop, kFault, kLost };

@@ -1,7 +1,9 @@
 #include "core/signal_name.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <charconv>
 #include <optional>
 
@@ -10,6 +12,8 @@ namespace trn {
 namespace {
 
 constexpr int kIoNumbers = 64, kDriveBits = 32;
+const std::vector<std::string> kStates = {"enabled", "moving",  "running", "fault",
+                                          "homed",   "spindle", "mist",    "flood"};  // as MachineSignal
 constexpr std::string_view kLegal =
     "\"io.input.3\", \"io.output.3\", \"drive.X.input.16\" and \"drive.X.output.0\" are legal, X being a "
     "joint";
@@ -34,6 +38,8 @@ std::optional<int> number_below(const std::string& text, int limit) {
 }  // namespace
 
 std::string to_string(const SignalName& name, const Machine& machine) {
+  if (name.kind == SignalName::Kind::kMachine)
+    return "machine." + kStates[static_cast<std::size_t>(name.number)];
   const char* way = name.is_input() ? "input" : "output";
   if (!name.of_drive()) return fmt::format("io.{}.{}", way, name.number);
   return fmt::format("drive.{}.{}.{}", machine.joints[static_cast<std::size_t>(name.joint)].name, way,
@@ -46,6 +52,13 @@ SignalName read_signal_name(const Machine& machine, const ConfigTable& table, st
     return table.error(key, fmt::format("'{}' is no signal: {}; {}", text, why, kLegal));
   };
   const std::vector<std::string> words = split(text);
+  if (words[0] == "machine" && words.size() == 2) {
+    const auto found = std::find(kStates.begin(), kStates.end(), words[1]);
+    if (found == kStates.end())
+      throw table.error(
+          key, fmt::format("'{}' is no state of the machine; legal: {}", words[1], fmt::join(kStates, ", ")));
+    return {SignalName::Kind::kMachine, -1, static_cast<int>(found - kStates.begin())};
+  }
   const bool io = words[0] == "io" && words.size() == 3, drive = words[0] == "drive" && words.size() == 4;
   if (!io && !drive) throw refuse("it has another form");
   SignalName name;

@@ -34,6 +34,7 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       probe_(parts.drives, config.joints.size()),
       io_(parts.io, config.period_s, config.spindle_timeout_s),
       safety_(config.safety),
+      wires_(config.wires),
       detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, ramp_, io_),
       feed_forward_(config.feed_forward, config.plan_joints, config.period_s) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
@@ -55,6 +56,7 @@ void Cycle::tick() TRN_RT {
   watch_drives();
   exchange_io();
   watch_safety();
+  follow_wires();
   latch_failed_check();
   write_report();
   setpoint_.last = setpoint_.q_sent;
@@ -407,16 +409,9 @@ void Cycle::end_probe() TRN_RT {
 
 void Cycle::exchange_io() TRN_RT {
   const IoPlace place{feedback_.q, interpolator_.context().tool_offset};
-  const Fault fault =
-      io_.exchange(place, overrides_.spindle(io_.taps()), probe_.drives_see_contact(), feedback_.held);
-  if (fault != Fault::kOk) latch(fault, -1);
-}
-
-void Cycle::watch_safety() TRN_RT {
-  const bool moves = motion_ != MotionState::kRest && motion_ != MotionState::kPaused;
-  const bool jogs = motion_ == MotionState::kJogging || detour_.moves();
-  const bool turns = io_.outputs().spindle_rpm != 0;
-  const Fault fault = safety_.step(io_.inputs().digital, feedback_, {moves, jogs, turns});
+  const HeldOutputs& wired = wires_.ends().io_outputs;
+  const HeldOutputs held{feedback_.held.mask | wired.mask, feedback_.held.on | wired.on};
+  const Fault fault = io_.exchange(place, overrides_.spindle(io_.taps()), probe_.drives_see_contact(), held);
   if (fault != Fault::kOk) latch(fault, -1);
 }
 

@@ -25,6 +25,7 @@
 #include "kernel/rt_messages.h"
 #include "kernel/safety_inputs.h"
 #include "kernel/setpoint_chain.h"
+#include "kernel/signal_wires.h"
 #include "kernel/single_block.h"
 #include "kernel/tick_io.h"
 #include "kernel/tick_port.h"
@@ -42,6 +43,7 @@ struct CycleConfig {
   bool optional_stop = true;      ///< M1 is one, until the operator switches it
   double spindle_timeout_s = 10;  ///< for its speed or place
   std::vector<SafetyInputs::Input> safety;
+  std::vector<SignalWires::Wire> wires;
   Pose X_WB_idle = {};                 ///< in reports before a program's first motion
   std::size_t report_capacity = 4096;  ///< reports that wait to be read; more are lost, and counted
   std::optional<FeedForwardConfig> feed_forward = std::nullopt;
@@ -162,6 +164,8 @@ class Cycle final : public TickPort {
   void watch_drives() TRN_RT;
   void exchange_io() TRN_RT;
   void watch_safety() TRN_RT;
+  void follow_wires() TRN_RT;
+  std::uint32_t machine_signals() const TRN_RT;
 
   void latch(Fault fault, int joint) TRN_RT;
   void latch_failed_check() TRN_RT;
@@ -200,6 +204,7 @@ class Cycle final : public TickPort {
   ProbeMove probe_;
   TickIo io_;
   SafetyInputs safety_;
+  SignalWires wires_;
   HoldDetour detour_;
   int still_periods_ = 0;  ///< that the plan's joints have not moved, up to kStillPeriods
   ProgramWait wait_;

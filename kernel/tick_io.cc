@@ -29,6 +29,7 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
   inputs_.probe = false;
   io_->exchange(outputs, place, inputs_);
   inputs_.probe |= drives_touch;
+  inputs_.digital = (inputs_.digital & ~wired_inputs_.mask) | wired_inputs_.on;
   return lost && inputs_.fault == Fault::kOk ? Fault::kSpindle : inputs_.fault;
 }
 

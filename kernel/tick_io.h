@@ -28,6 +28,8 @@ class TickIo {
   /// `held`: outputs that only the drives switch.
   Fault exchange(const IoPlace& place, double spindle_override, bool drives_touch,
                  const HeldOutputs& held = {}) TRN_RT;
+  /// Inputs that follow a signal of the machine's wiring, from the next exchange on.
+  void overlay_inputs(const HeldOutputs& inputs) TRN_RT { wired_inputs_ = inputs; }
   /// The event in front, once a period until it is done. kFailed: `failure` says why.
   Outcome obey(const QueueEvent& event) TRN_RT;
   /// Outputs that change with the motion.
@@ -86,6 +88,7 @@ class TickIo {
   double period_s_, spindle_timeout_s_;
   IoOutputs outputs_;
   IoInputs inputs_;
+  HeldOutputs wired_inputs_;
   std::uint64_t looks_ = 0;  ///< periods that the event in front has waited
   std::uint64_t seen_ = 0;   ///< the inputs at the last look
   double input_value_ = 0;

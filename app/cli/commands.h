@@ -52,6 +52,8 @@ void add_tune(CLI::App& app, Exit& exit);
 void add_gateway(CLI::App& app, Exit& exit);
 void add_panel(CLI::App& app, Exit& exit);
 void add_mqtt(CLI::App& app, Exit& exit);
+void add_io(CLI::App& app, Exit& exit);
+void add_commission(CLI::App& app, Exit& exit);
 /// key make, show
 void add_key(CLI::App& app);
 /// load, start, hold, resume, stop, mdi, jog, home, override, step, correction, status, monitor, estop, reset

@@ -29,7 +29,11 @@ const ChapterMeaning kMachineMeanings = {
              {"type",
               "Whether the joint moves in mm or turns in degrees. It decides which of the keys below it "
               "has."},
-             {"min_mm min_deg", "Lower end of the joint's range."},
+             {"endless",
+              "Whether a rotary joint turns as far as one likes. It has no `min_deg` and `max_deg` then, and "
+              "its "
+              "drive may count beyond 32 bits."},
+             {"min_mm min_deg", "Lower end of the joint's range.", "required; none with `endless`"},
              {"max_mm max_deg",
               "Upper end of the range; it must lie above the lower one. A rotary axis that turns "
               "without end has a wide range, as -36000 to 36000."},
@@ -200,6 +204,10 @@ const ChapterMeaning kProgramMeanings = {
               "Rotary words that are angles on a circle. An absolute word takes the short way round, so "
               "that `C350` and then `C10` turns by 20 degrees.",
               "", "`A`, `B`, `C`"},
+             {"wrapped_way",
+              "Which way round such a word goes: `short`, or `sign` as on LinuxCNC. There C-10 turns "
+              "backwards to "
+              "10 degrees, C10 forwards, and 360 or more is an error."},
              {"great_circle",
               "At the program's start the tool's axis goes the shortest way (as after `ORIVECT`) instead of "
               "the "
@@ -369,8 +377,8 @@ const ChapterMeaning kHostMeanings = {
 std::vector<const ChapterMeaning*> all_meanings() {
   return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings, &kPlannerMeanings,
           &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,     &kSlowDriveMeanings,
-          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,  &kHostMeanings,
-          &kOtherFileMeanings};
+          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,  &kSignalMeanings,
+          &kHostMeanings,       &kOtherFileMeanings};
 }
 
 }  // namespace trn

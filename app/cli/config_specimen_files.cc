@@ -62,4 +62,40 @@ explained_validation = 0
 innovation_rms_mm = 1
 )";
 
+const char kTorqueSpecimen[] = R"(
+[feed_forward]
+[[feed_forward.joint]]
+joint = "@X"
+cogging_pitch_mm = 24
+cogging_N = [0, 1]
+[[feed_forward.joint]]
+joint = "@A"
+cogging_pitch_deg = 24
+cogging_Nm = [0, 1]
+)";
+
+// Of what hangs on drives.
+const char kSafetySpecimen[] = R"(
+[[safety.input]]
+kind = "door"
+from = "drive.@X.input.16"
+[[signal]]
+name = "lamp"
+from = "machine.running"
+to = "drive.@Y.output.1"
+[[safety.brake]]
+joint = "@Z"
+output = "drive.@Z.output.0"
+release_s = 0.1
+close_s = 0.1
+)";
+
+const char kMotorSpecimen[] = R"(
+[[drives.emulation.motor]]
+node = "can0:6"
+inputs_on = [16]
+[[drives.emulation.motor]]
+node = "can0:7"
+)";
+
 }  // namespace trn

@@ -1,6 +1,5 @@
 #include "app/cli/config_specimen_texts.h"
 
-#include "app/cli/config_specimen_motors.h"
 
 namespace trn {
 
@@ -546,7 +545,7 @@ std::string io_below(const char* table) {
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
-  const std::string five = std::string(kFiveJoints) + kProgram + kTorques, can = kCan;
+  const std::string five = std::string(kFiveJoints) + kProgram + kTorqueSpecimen, can = kCan;
   const std::string shapes = "[drives.emulation.probe]\n" + shapes_below("drives.emulation");
   return {
       {"simulated",
@@ -555,8 +554,8 @@ std::vector<ConfigSpecimen> machine_specimens() {
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotors + kSafety + shapes +
-           kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
+       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotorSpecimen + kSafetySpecimen +
+           shapes + kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
        five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +

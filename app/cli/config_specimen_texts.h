@@ -17,5 +17,7 @@ std::vector<ConfigSpecimen> machine_specimens();
 
 extern const char kFaultScriptSpecimen[];
 extern const char kNetworksSpecimen[];
+/// Parts of a machine's.
+extern const char kSafetySpecimen[], kMotorSpecimen[], kTorqueSpecimen[];
 
 }  // namespace trn

@@ -53,7 +53,8 @@ const std::array kGroups = {
     Group{"Cut a part", {"load", "start", "hold", "resume", "stop", "mdi", "override", "step", "switch"}},
     Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
     Group{"Set up a machine",
-          {"config", "import", "kin", "workspace", "latency", "can", "modbus", "scope", "tune", "following"}},
+          {"config", "import", "kin", "workspace", "io", "commission", "latency", "can", "modbus", "scope", "tune",
+           "following"}},
     Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
     Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
     Group{"This program", {"man", "completions"}},
@@ -77,6 +78,8 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_kin(app, exit);
   trn::add_workspace(app, exit);
   trn::add_following(app, exit);
+  trn::add_io(app, exit);
+  trn::add_commission(app, exit);
   trn::add_latency(app, exit);
   trn::add_can(app, exit);
   trn::add_modbus(app, exit);

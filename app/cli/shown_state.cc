@@ -19,6 +19,8 @@ namespace trn {
 
 namespace {
 
+constexpr double kOnCircle = 1e-4 / 720;  // turns: half of the last digit that is shown
+
 using trunnion::motion_t;
 using trunnion::status_t;
 
@@ -41,6 +43,13 @@ class Lines {
 double shown(double value, int axis, bool inch) {
   if (axis >= kA) return value * kDegPerRad;
   return inch ? value / kMmPerInch : value;
+}
+
+// 0 to below 360 degrees; what would be shown as 360.0000 is 0 of the next turn.
+double on_circle(double value) {
+  const double turns = value / (2 * kPi);
+  const double rest = turns - std::floor(turns + kOnCircle);
+  return 2 * kPi * std::max(0.0, rest);
 }
 
 std::string number(double value, int axis, bool inch) {
@@ -100,12 +109,18 @@ void put_positions(const status_t& status, const motion_t& motion, Lines& out) {
   for (const char letter : status.axes) {
     const auto axis = static_cast<int>(words.find(letter));
     if (axis < 0 || axis >= 6) continue;
-    const auto text = [&](const double* values) { return number(values[axis], axis, status.inch); };
-    out.put("", "{} {:>11}{:>14}{:>14}{}", letter, text(motion.work), text(motion.machine),
-            text(motion.to_go),
+    const bool wrapped = axis >= kA && status.wrapped.find(letter) != std::string::npos;
+    const auto place = [&](double value) {
+      return number(wrapped ? on_circle(value) : value, axis, status.inch);
+    };
+    const std::string turn =
+        wrapped ? fmt::format(", turn {:.0f}", std::floor(motion.machine[axis] / (2 * kPi) + kOnCircle)) : "";
+    out.put("", "{} {:>11}{:>14}{:>14}{}{}", letter, place(motion.work[axis]), place(motion.machine[axis]),
+            number(motion.to_go[axis], axis, status.inch),
             axis >= kA    ? " deg"
             : status.inch ? " in"
-                          : " mm");
+                          : " mm",
+            turn);
   }
 }
 

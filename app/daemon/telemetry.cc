@@ -138,6 +138,8 @@ trunnion::status_t first_status(const Machine& machine, const std::string& versi
   status.machine = machine.name;
   status.config_file = std::filesystem::absolute(machine.root.file()).lexically_normal();
   status.config_mark = file_mark(status.config_file);
+  if (const auto program = machine.root.table_if("program"))
+    for (const std::string& axis : program->texts("wrapped", {})) status.wrapped += axis;
   status.period_s = machine.period_s;
   status.override_wanted = status.rapid_override = status.spindle_override = status.adaptive_feed = 1;
   status.realtime = warnings.empty();

@@ -120,6 +120,7 @@ void write_program(const ImportedMachine& machine, ConfigText& out) {
   if (machine.tolerance_mm) out.number("tolerance_mm", *machine.tolerance_mm);
   if (!machine.sub_path.empty()) out.texts("sub_path", machine.sub_path);
   if (!machine.wrapped.empty()) out.texts("wrapped", machine.wrapped);
+  if (!machine.wrapped.empty()) out.text("wrapped_way", "sign");
   if (!machine.rtcp_on.empty()) out.texts("rtcp_on", machine.rtcp_on);
   if (!machine.rtcp_off.empty()) out.texts("rtcp_off", machine.rtcp_off);
   for (const ImportedCode& code : machine.codes) {

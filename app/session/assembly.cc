@@ -114,6 +114,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   a.drives = make_drives(a.machine, field);
   add_io(a, field);
   a.safety = read_safety_inputs(a.machine);
+  a.signals = read_signals(a.machine);
   root.finish();
   return a;
 }

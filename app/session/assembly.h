@@ -12,6 +12,7 @@
 #include "app/session/make_io.h"
 #include "app/session/realtime_config.h"
 #include "app/session/scope_config.h"
+#include "app/session/signal_config.h"
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/joint_model.h"
@@ -61,6 +62,7 @@ struct Assembly {
   ScopeConfig scope = {};
   std::optional<FeedForwardConfig> feed_forward = std::nullopt;  ///< none: no section [feed_forward]
   std::vector<SafetyInputs::Input> safety = {};                  ///< section [safety]
+  std::vector<NamedWire> signals = {};                           ///< tables [[signal]]
 };
 
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and

@@ -1,5 +1,7 @@
 #include "app/session/make_cycle.h"
 
+#include "app/session/signal_config.h"
+
 namespace trn {
 
 CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
@@ -12,6 +14,7 @@ CycleConfig cycle_config(const Assembly& assembly, ProgramStops stops) {
   config.spindle_timeout_s = assembly.spindle_timeout_s;
   config.feed_forward = assembly.feed_forward;
   config.safety = assembly.safety;
+  for (const NamedWire& signal : assembly.signals) config.wires.push_back(signal.wire);
   config.X_WB_idle = inverse(assembly.kinematics->home_X_BM());
   return config;
 }
@@ -30,6 +33,7 @@ Cycle make_replay_cycle(const Assembly& assembly, MotionQueue& queue, ProgramSto
                         MachineIo* io, RatePlans& plans) {
   CycleConfig config = cycle_config(assembly, stops);
   config.safety.clear();
+  config.wires.clear();
   return {config, {*assembly.map, queue, drives, plans, assembly.corrections.setpoint.get(), io}};
 }
 

@@ -17,7 +17,8 @@ Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stop
 /// beside the drives.
 Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
                  MachineIo* io, RatePlans& plans);
-/// For a replay: the log has the faults that safety inputs caused, so they are not judged again.
+/// For a replay: the log has the inputs, and the faults that they caused; wiring and safety are not done
+/// again.
 Cycle make_replay_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
                         MachineIo* io, RatePlans& plans);
 

@@ -247,6 +247,7 @@ void CanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT 
 void CanDrives::step_nodes(const Setpoints& setpoints) TRN_RT {
   for (auto& bus : buses_)
     for (NodeLink& node : bus->master->nodes()) {
+      node.set_outputs(setpoints.outputs[static_cast<std::size_t>(node.config().joint)]);
       const auto joint = static_cast<Eigen::Index>(node.config().joint);
       if (node.config().gantry) continue;
       node.set_offsets(value_of(setpoints.velocity_offset, joint), value_of(setpoints.force_offset, joint));

@@ -114,7 +114,8 @@ class NodeReader {
     if (axis.offset != 0 && !axis.absolute)
       throw table_.error(key("encoder_offset"),
                          "an offset is of an absolute encoder; a joint that homes has its home position");
-    check_counts(axis.counts_per_unit, axis.offset);
+    axis.endless = joint().endless;
+    if (!axis.endless) check_counts(axis.counts_per_unit, axis.offset);
     axis.gain_1_s = table_.number("velocity_gain_1_s", 20.0, kPositive);
     axis.following_error_max = unit() * table_.number(key("following_error"), 0.0, kNotNegative);
     // Three periods at the joint's full speed, and ten counts for an encoder that is coarse: more in one
@@ -281,7 +282,7 @@ class NodeReader {
                       node.link.name, node.dictionary.file, to_string(object)));
     out.insert(out.end(), offsets.begin(), offsets.end());
     const bool brake = node.link.brake.fitted && node.link.brake.of_drive;
-    if (brake) out.push_back({0x60FE, 1});
+    if (brake || node.link.output_mask != 0) out.push_back({0x60FE, 1});
     if (timing_.touch) out.push_back({0x60B8, 0});
     if (by_pdo(node, {0x6060, 0}, true)) out.push_back({0x6060, 0});
     if (timing_.touch) in.insert(in.end(), {{0x60BA, 0}, {0x60BB, 0}});
@@ -315,6 +316,9 @@ class NodeReader {
     const Cia402Axis::Config& axis = node.link.axis;
     const auto counts = [&](double q) { return std::llround((q - axis.offset) * axis.counts_per_unit); };
     setup.sets_limits = table_.choice("drive_limits", {"check", "set"}, "check") == "set";
+    setup.endless = joint().endless;
+    if (setup.endless && setup.sets_limits)
+      throw table_.error("drive_limits", "a joint that turns without an end has no range to be set");
     setup.range_low = std::min(counts(limit.min), counts(limit.max));
     setup.range_high = std::max(counts(limit.min), counts(limit.max));
     setup.following_counts = std::llround(axis.following_error_max * std::abs(axis.counts_per_unit));
@@ -363,8 +367,9 @@ class NodeReader {
     setup.sync_counter = timing_.sync_counter;
     read_watch(node, setup);
     setup.holds_at_stop = node.link.brake.fitted;
+    setup.output_mask = node.link.output_mask;
     if (node.link.brake.fitted && node.link.brake.of_drive)
-      setup.output_mask = std::int64_t{1} << node.link.brake.output;
+      setup.output_mask |= std::int64_t{1} << node.link.brake.output;
     const double scale = node.link.axis.counts_per_unit;
     // Zero if the joint reaches it, else the end of its range next to zero.
     const double home = std::clamp(0.0, limit.min, limit.max);

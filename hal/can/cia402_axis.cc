@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/check.h"
 
@@ -70,13 +71,24 @@ std::int32_t Cia402Axis::saturated(double counts) TRN_RT {
 }
 
 std::int32_t Cia402Axis::counts(double q) const TRN_RT {
-  return saturated((q - config_.offset) * config_.counts_per_unit);
+  const double counts = (q - config_.offset) * config_.counts_per_unit;
+  if (!config_.endless) return saturated(counts);
+  // What is above 32 bits the drive has lost as well: it goes the short way to the same count.
+  TRN_CHECK(std::abs(counts) < 9e15);
+  return static_cast<std::int32_t>(static_cast<std::uint32_t>(std::llrint(counts)));
+}
+
+std::int64_t Cia402Axis::unwrapped(std::int32_t counts) const TRN_RT {
+  if (!config_.endless) return counts;
+  const std::uint32_t ahead = static_cast<std::uint32_t>(counts) - static_cast<std::uint32_t>(heard_counts_);
+  return heard_counts_ + static_cast<std::int32_t>(ahead);
 }
 
 // A frame of somebody else may pretend anything. Of a drive that obeys setpoints, a feedback that cannot be
 // is left out; of any other drive, one that does not agree with the one before.
 void Cia402Axis::measure(const Input& input) TRN_RT {
   if (!input.fresh) return;
+  heard_counts_ = std::exchange(forgotten_, false) ? input.position : unwrapped(input.position);
   const double q = position_of(input.position);
   const bool stands = std::abs(q - heard_) * std::abs(config_.counts_per_unit) < 1.5;
   standing_periods_ = heard_once_ && stands ? standing_periods_ + 1 : 0;
@@ -246,6 +258,7 @@ void Cia402Axis::step_homing(const Input& input, Output& output) TRN_RT {
   const bool back = homing_ == Homing::kBack && input.mode == static_cast<std::int8_t>(config_.mode);
   // The position jumps when homing sets the zero. It is taken over when two feedbacks in a row agree on it.
   if (!back || !agrees_) return;
+  heard_counts_ = input.position;           // it counts from its zero, in no other turn of its 32 bits
   measured_ = position_of(input.position);  // it has just jumped to what it is
   measured_counts_ = target_ = input.position;
   if (!std::isfinite(config_.home_final)) return end_homing();

@@ -38,6 +38,7 @@ class Cia402Axis {
     double home_final = std::numeric_limits<double>::quiet_NaN();
     double final_speed = 0, final_acceleration = 0;  ///< of that move, mm or rad per s, per s^2
     double period_s = 0.001;
+    bool endless = false;  ///< the drive's 32 bits run over: positions are counted on beyond them
     DriveHabits habits = {};
     std::uint32_t enable_periods_max = 2000, homing_periods_max = 120'000;
   };
@@ -66,7 +67,10 @@ class Cia402Axis {
   /// Forgets the fault, and has the drive forget its own.
   void reset() TRN_RT;
   /// The drive has lost power or its mind: what it knew of its position is gone.
-  void forget_position() TRN_RT { homed_ = config_.absolute; }
+  void forget_position() TRN_RT {
+    homed_ = config_.absolute;
+    forgotten_ = true;
+  }
   /// A fault found by whoever watches the bus.
   void fail(Fault fault) TRN_RT;
 
@@ -91,7 +95,7 @@ class Cia402Axis {
   /// Homing or on its way to the place behind it.
   bool homing() const TRN_RT { return homing_ != Homing::kNone; }
   double position_of(std::int32_t counts) const TRN_RT {
-    return counts / config_.counts_per_unit + config_.offset;
+    return static_cast<double>(unwrapped(counts)) / config_.counts_per_unit + config_.offset;
   }
   bool measured_once() const TRN_RT { return measured_once_; }  ///< there has been feedback
   /// Setpoint to the count, as it goes out; saturates.
@@ -102,6 +106,8 @@ class Cia402Axis {
   enum class Homing : std::uint8_t { kNone, kMode, kRun, kBack, kFinal };
 
   static std::int32_t saturated(double counts) TRN_RT;
+  /// Of all counts that look like this one in 32 bits, the one nearest to where the drive was heard last.
+  std::int64_t unwrapped(std::int32_t counts) const TRN_RT;
   void measure(const Input& input) TRN_RT;
   void step_fault(Cia402State drive, Output& output) TRN_RT;
   void step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT;
@@ -122,6 +128,8 @@ class Cia402Axis {
   Homing homing_ = Homing::kNone;
   DriveState state_ = DriveState::kOff;
   Fault fault_ = Fault::kOk;
+  bool forgotten_ = true;          ///< the next position is taken as the drive tells it
+  std::int64_t heard_counts_ = 0;  ///< counted on beyond 32 bits
   bool homed_ = false, was_enabled_ = false, reset_wish_ = false, reset_edge_ = false, measured_once_ = false;
   bool heard_once_ = false, agrees_ = false;  ///< the last two feedbacks are of one place
   bool acknowledged_ = true;

@@ -326,8 +326,9 @@ int NodeLink::fill(Frames& frames) TRN_RT {
   put(velocity_offset_, static_cast<std::uint32_t>(output_.velocity_offset), frames);
   put(torque_offset_, static_cast<std::uint16_t>(output_.torque_offset), frames);
   put(torque_target_, static_cast<std::uint16_t>(output_.torque), frames);
-  if (config_.brake.fitted && config_.brake.of_drive)
-    put(digital_outputs_, std::uint64_t{brake_.output()} << config_.brake.output, frames);
+  const bool brake = config_.brake.fitted && config_.brake.of_drive && brake_.output();
+  put(digital_outputs_,
+      (outputs_ & config_.output_mask) | (brake ? std::uint64_t{1} << config_.brake.output : 0), frames);
   ++periods_;
   TRN_CHECK(count <= 4);
   std::size_t due = 0;

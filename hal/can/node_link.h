@@ -48,9 +48,10 @@ class NodeLink {
     bool limit_switches = true;  ///< 0x60FD, bits 0 and 1
     Brake::Config brake;
     StoSign sto;
-    bool reads_inputs = false;     ///< 0x60FD with every SYNC
-    unsigned touch_input_bit = 0;  ///< of 0x60FD: the touch probe is closed
-    bool mode_by_sdo = false;      ///< 0x6060 and 0x6061 cannot be mapped: they are written and read by SDO
+    bool reads_inputs = false;      ///< 0x60FD with every SYNC
+    std::uint32_t output_mask = 0;  ///< bits of 0x60FE that signals switch
+    unsigned touch_input_bit = 0;   ///< of 0x60FD: the touch probe is closed
+    bool mode_by_sdo = false;       ///< 0x6060 and 0x6061 cannot be mapped: they are written and read by SDO
     bool display_by_sdo = false;
     bool has_error_code = false;  ///< 0x603F, read when the drive faults
   };
@@ -89,6 +90,8 @@ class NodeLink {
   /// Behind `step`: quick stop with the frames of this very period, for a motor whose partner has failed.
   void halt() TRN_RT;
 
+  /// 0x60FE from now on, beside the brake.
+  void set_outputs(std::uint32_t on) TRN_RT { outputs_ = on; }
   void enable() TRN_RT;
   /// Lets go, the brake first.
   void disable() TRN_RT;
@@ -151,7 +154,8 @@ class NodeLink {
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
   std::uint32_t setups_seen_ = 0, periods_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
-  std::int16_t torque_now_ = 0;                ///< 0x6077
+  std::int16_t torque_now_ = 0;  ///< 0x6077
+  std::uint32_t outputs_ = 0;
   bool inputs_heard_ = false;                  ///< since the last set-up
   std::int8_t sent_mode_ = 0, told_mode_ = 0;  ///< by SDO, on its way and taken by the drive
   std::int8_t wanted_mode_ = 0;                ///< of the last period

@@ -71,6 +71,13 @@ StoSign read_sto(const ConfigTable& table) {
 void read_node_safety(const Machine& machine, const ConfigTable& table, NodeLink::Config& node) {
   node.sto = read_sto(table);
   node.reads_inputs = node.sto.known && !node.sto.in_statusword;
+  for (const ConfigTable& signal : machine.root.tables_if("signal")) {
+    const SignalName from = read_signal_name(machine, signal, "from"),
+                     to = read_signal_name(machine, signal, "to");
+    node.reads_inputs |= from.kind == SignalName::Kind::kDriveInput && from.joint == node.joint;
+    if (to.kind == SignalName::Kind::kDriveOutput && to.joint == node.joint)
+      node.output_mask |= std::uint32_t{1} << to.number;
+  }
   const std::optional<ConfigTable> safety = machine.root.table_if("safety");
   if (!safety) return;
   std::vector<std::string> names;

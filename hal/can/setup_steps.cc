@@ -230,14 +230,13 @@ void add_limits(StepList& list, const DriveSetup& setup) {
     if (setup.following_counts > 0) list.wish({0x6065, 0}, setup.following_counts, kRefused);
   }
   constexpr std::string_view kSet = "set it in the drive, or drive_limits = \"set\" in the config";
-  list.bound({0x607D, 1}, setup.range_low, Kind::kAtMost,
-             "the drive's range is less than the joint's; set it in "
-             "the drive, or drive_limits = \"set\" in the config",
-             true);
-  list.bound({0x607D, 2}, setup.range_high, Kind::kAtLeast,
-             "the drive's range is less than the joint's; set it in "
-             "the drive, or drive_limits = \"set\" in the config",
-             true);
+  constexpr std::string_view kRange =
+      "the drive's range is less than the joint's; set it in the drive, or drive_limits = \"set\" in the "
+      "config";
+  if (!setup.endless) {
+    list.bound({0x607D, 1}, setup.range_low, Kind::kAtMost, kRange, true);
+    list.bound({0x607D, 2}, setup.range_high, Kind::kAtLeast, kRange, true);
+  }
   if (setup.following_counts > 0) list.bound({0x6065, 0}, setup.following_counts, Kind::kAtLeast, kSet, true);
   list.bound({0x6072, 0}, 1, Kind::kAtLeast, "the drive may use no torque at all", false);
   if (setup.motor_rpm > 0)

@@ -31,6 +31,7 @@ struct DriveSetup {
   std::optional<InterpolationTime> interpolation;
   bool holds_at_stop = false;    ///< behind a quick stop it stays in Quick Stop Active until it is told
   std::int64_t output_mask = 0;  ///< bits of 0x60FE that the master switches
+  bool endless = false;          ///< without a range
   bool homes = true;
   int homing_method = 5;
   std::int64_t home_counts = 0, search_speed = 0, index_speed = 0, acceleration = 0, velocity = 0,

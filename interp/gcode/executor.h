@@ -238,6 +238,7 @@ class Executor : public StateValues {
   void polar(const Block& b, double& x, double& y) const;
   void check_polar_plane(const Block& b) const;
   double wrapped(double to, double from) const;
+  double wrapped_word(const Block& b, char letter, double from) const;
   void check_feed(const Block& b, std::string_view what) const;
   void straight(const Block& b, GCode motion);
   void put_straight(const Block& b, const ProgramWords& to, bool traverse);

@@ -219,6 +219,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   if (table.has("end_required"))
     config.end = table.boolean("end_required") ? ProgramEnd::kRequired : ProgramEnd::kFree;
   config.wrapped_mask = read_wrapped(table);
+  config.wrapped_by_sign = table.choice("wrapped_way", {"short", "sign"}, "short") == "sign";
   config.great_circle = table.boolean("great_circle", config.great_circle);
   config.words.clear();
   read_words(table, "rtcp_on", {}, WordAction::kRtcpOn, config.words);

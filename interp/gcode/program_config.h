@@ -85,7 +85,8 @@ struct ProgramConfig {
   bool io = false;               ///< the machine has a section [io]: inputs and a probe
   bool spindle_encoder = false;  ///< and [io.spindle] with an encoder
   double spindle_rpm_s = 0;      ///< how fast its speed can change; 0: any speed at once
-  unsigned wrapped_mask = 0;     ///< bit kA..kC: absolute words take the short way round
+  unsigned wrapped_mask = 0;     ///< bit kA..kC: absolute words are angles on a circle
+  bool wrapped_by_sign = false;  ///< their sign is the way round, as LinuxCNC has it; else the short way
   bool great_circle = false;  ///< at program start: the tool axis goes the shortest way, not the rotary words
   std::vector<MappedWord> words = {{"orivect", -1, WordAction::kGreatCircle},
                                    {"oriaxes", -1, WordAction::kAxisPath},

@@ -176,9 +176,10 @@ class EmulatedCanDrives::Opener final : public CanOpener {
   const EmulatedCanDrives& field_;
 };
 
-EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& drives)
+EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& drives, const Machine& truth,
+                                     const ConfigTable& true_drives)
     : config_(read_can_drives(machine, drives)),
-      nodes_(make_emulated_nodes(machine, config_, drives)),
+      nodes_(make_emulated_nodes(truth, read_can_drives(truth, true_drives), true_drives)),
       period_ns_(std::llround(machine.period_s * 1e9)),
       standing_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
       probe_(machine, drives) {

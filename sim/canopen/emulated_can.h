@@ -27,7 +27,11 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
 /// exchange moves on by a period. Deterministic; for simulation and tests, one thread.
 class EmulatedCanDrives final : public Drives, public TouchDrives {
  public:
-  EmulatedCanDrives(const Machine& machine, const ConfigTable& drives);
+  EmulatedCanDrives(const Machine& machine, const ConfigTable& drives)
+      : EmulatedCanDrives(machine, drives, machine, drives) {}
+  /// The nodes are built and wired as another config has it, on the same buses with the same node ids.
+  EmulatedCanDrives(const Machine& machine, const ConfigTable& drives, const Machine& truth,
+                    const ConfigTable& true_drives);
 
   void bring_up() override { master_->bring_up(); }
   void shut_down() noexcept override { master_->shut_down(); }

@@ -237,6 +237,13 @@ SimulatedJoint::Reference EmulatedDrive::reference() const {
   return {};
 }
 
+// A drive that counts in 32 bits has no more of a target: it goes the shorter way round to it.
+double EmulatedDrive::place_of(std::int64_t counts) const {
+  const std::int64_t here = std::llround(q_target_ * config_.counts_per_unit);
+  const auto way = static_cast<std::int32_t>(static_cast<std::uint32_t>(counts - here));
+  return counts_to_unit(static_cast<double>(here + way));
+}
+
 double EmulatedDrive::target() {
   if (mode_now_ == mode_number(Cia402Mode::kCyclicPosition)) return cyclic_target();
   // Cyclic velocity: the speed is added up from the last target, as the loop in a drive does.
@@ -246,14 +253,14 @@ double EmulatedDrive::target() {
                config_.period_s;
   // Interpolation runs only while bit 4 enables it; else the drive holds its last target.
   if (mode_now_ == mode_number(Cia402Mode::kInterpolatedPosition) && (control_.get() & controlword::kBit4))
-    return counts_to_unit(static_cast<double>(interpolation_.get()));
+    return place_of(interpolation_.get());
   if (mode_now_ == mode_number(Cia402Mode::kProfilePosition)) return profile_target();
   return q_target_;
 }
 
 // A straight line to the last target, over the time until the next one
 double EmulatedDrive::cyclic_target() {
-  const double goal = counts_to_unit(static_cast<double>(target_position_.get()));
+  const double goal = place_of(target_position_.get());
   // A new target begins a new line. One that comes again lets the line run out.
   if (goal != cyclic_goal_) steps_left_ = interpolation_steps();
   cyclic_goal_ = goal;
@@ -273,7 +280,7 @@ int EmulatedDrive::interpolation_steps() const {
 // Profile position, one setpoint at a time (CiA 402-2, 9.2): a trapezoid towards the last accepted target
 double EmulatedDrive::profile_target() {
   const bool rising = (control_.get() & ~control_before_) & controlword::kBit4;
-  if (rising) profile_goal_ = counts_to_unit(static_cast<double>(target_position_.get()));
+  if (rising) profile_goal_ = place_of(target_position_.get());
   acknowledge_ = control_.get() & controlword::kBit4;
   const double scale = std::abs(config_.counts_per_unit), dt = config_.period_s;
   const double a = std::max(1.0, static_cast<double>(store_.integer({0x6083, 0}))) *

@@ -86,6 +86,7 @@ class EmulatedDrive {
   double target();
   SimulatedJoint::Reference reference() const;
   double cyclic_target();
+  double place_of(std::int64_t counts) const;
   int interpolation_steps() const;
   double profile_target();
   void begin_homing(std::uint16_t control);

@@ -95,6 +95,14 @@ class Spoken(Interface):
         other.send({"type": "take_controls"})
         page.until(lambda m: m["type"] == "controls" and m["asker"])
         page.send({"type": "keep_controls"})
+        page.send({"type": "scope", "id": "list", "signals": []})
+        names = [one["name"] for one in page.until(lambda m: m["type"] == "scope_signals")["signals"]]
+        page.send({"type": "scope", "id": 9, "signals": names[:16], "from": -50, "rows": 50})
+        data = page.until(lambda m: m["type"] == "scope_data" and m["id"] == 9)
+        self.assertEqual((len(data["periods"]), len(data["values"])), (50, 16))
+        self.assertEqual({len(column) for column in data["values"]}, {50})
+        page.send({"type": "scope", "id": 10, "signals": ["nothing"]})
+        self.assertIn("no signal 'nothing'", page.until(lambda m: m["type"] == "scope_data" and m["id"] == 10)["text"])
         page.send("[]")
         page.until(lambda m: m["type"] == "error")
         page.ask(4, "estop")
@@ -108,7 +116,7 @@ class Spoken(Interface):
         self.bench.daemon.wait()
         page.until(lambda m: m["type"] == "gone")
         told = {"hello", "status", "motion", "tables", "alarms", "message", "controls", "plan", "answer", "error",
-                "gone", "fleet"}
+                "gone", "fleet", "scope_signals", "scope_data"}
         self.assertEqual(set(self.heard), told)
 
     def answers(self):

@@ -17,7 +17,7 @@ export async function launch(origin, key, sources) {
     const context = await browser.newContext({ viewport: size, colorScheme: "dark", ...options });
     const page = await context.newPage();
     page.setDefaultTimeout(kPatienceMs);
-    page.on("pageerror", (error) => complaints.push(String(error)));
+    page.on("pageerror", (error) => complaints.push(String(error.stack ?? error)));
     page.on("console", (line) => line.type() === "error" && complaints.push(line.text()));
     await page.goto(key ? `${origin}/#key=${key}` : `${origin}/`);
     return page;

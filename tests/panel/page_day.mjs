@@ -345,10 +345,11 @@ async function switchesOnHold(page) {
     await page.getByRole("button", { name: "Run line" }).click();
   };
   const stands = await text(page, "machine-X");
-  await type("M7");
-  await shows(page, "force-Coolant", "mist");
-  await type("M9");
-  await shows(page, "force-Coolant", "off");
+  const spindle = page.locator(".figure", { hasText: "Spindle" });
+  assert((await spindle.textContent()).startsWith("Spindle9000"), await spindle.textContent());
+  await type("M5");
+  await spindle.filter({ hasText: "Spindle0" }).waitFor();
+  await shows(page, "sentence", "switches on what the program had on");
   await type("G0 X0");
   await shows(page, "messages", "mdi:");
   assert.equal(await text(page, "machine-X"), stands);

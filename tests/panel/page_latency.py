@@ -4,21 +4,21 @@ page.
 
 usage: page_latency.py TRUNNION_BINARY SOURCE_DIR PAGE_DIR [PRESSES]
 
-A real browser presses a jog button. The daemon records every setpoint; its messages tell at which time of the clock a
-period was. Prints median and 99th percentile in ms.
+A real browser presses a jog button. 'trunnion scope' records every setpoint, and the daemon's messages tell at which
+time of the clock a period was. Prints median and 99th percentile in ms.
 """
 import csv
 import json
 import os
+import signal
 import statistics
 import subprocess
 import sys
 import threading
-import time
 
 from panel_bench import PanelBench
 
-JOINT = "X"
+SIGNAL = "X.plan"  # without corrections, which always move a little
 
 
 def percentile(values, share):
@@ -31,8 +31,8 @@ class Clock:
 
     def __init__(self, bench):
         self.pairs = []
-        self.process = subprocess.Popen([bench.binary, "monitor", "--json", "--machine", bench.config],
-                                        stdout=subprocess.PIPE, text=True, env=bench.environment)
+        self.process = subprocess.Popen([bench.binary, "monitor", "--json", "--timeout", "30", "--machine",
+                                         bench.config], stdout=subprocess.PIPE, text=True, env=bench.environment)
         threading.Thread(target=self._read, daemon=True).start()
 
     def _read(self):
@@ -51,42 +51,51 @@ class Clock:
         return lambda period: offset + 1e3 * period_s * period
 
 
-def trace_of(path):
-    """(time_s of each period, places of the joint)."""
-    with open(path, encoding="ascii") as file:
-        rows = csv.reader(line for line in file if not line.startswith("#"))
-        head = next(rows)
-        time_at = next(i for i, name in enumerate(head) if name.startswith("t"))
-        joint_at = next(i for i, name in enumerate(head) if JOINT in name)
-        times, places = [], []
-        for row in rows:
-            if len(row) == len(head):
-                times.append(float(row[time_at]))
-                places.append(float(row[joint_at]))
-    return times, places
+class Recorder:
+    """Every setpoint of the joint, with the number of its period, as 'trunnion scope' has it."""
+
+    def __init__(self, bench):
+        self.path = bench.path("scope.csv")
+        self.process = subprocess.Popen([bench.binary, "scope", SIGNAL, "--seconds", "3600", "--csv", self.path,
+                                         "--timeout", "30", "--machine", bench.config], stdout=subprocess.DEVNULL,
+                                        env=bench.environment)
+
+    def rows(self):
+        """(periods, places)."""
+        self.process.send_signal(signal.SIGINT)
+        self.process.wait(timeout=60)
+        with open(self.path, encoding="ascii") as file:
+            rows = csv.reader(line for line in file if not line.startswith("#"))
+            head = [name.split(" ")[0] for name in next(rows)]
+            period_at, place_at = head.index("period"), head.index(SIGNAL)
+            found = [(int(row[period_at]), float(row[place_at])) for row in rows]
+        return [period for period, _ in found], [place for _, place in found]
+
+
+def period_of(bench):
+    """Of the tick, s; waits until the daemon answers."""
+    done = subprocess.run([bench.binary, "status", "--json", "--timeout", "30", "--machine", bench.config],
+                          capture_output=True, text=True, check=True, env=bench.environment)
+    return json.loads(done.stdout)["period_s"]
 
 
 def main():
     binary, source, page = (os.path.abspath(arg) for arg in sys.argv[1:4])
     presses = sys.argv[4] if len(sys.argv) > 4 else "60"
-    bench = PanelBench(binary, source, daemon=False)
+    bench = PanelBench(binary, source)
     clock = None
     try:
-        bench.start_daemon("--record", bench.path("trace.csv"))
         bench.start_panel(page=page)
-        time.sleep(1)
-        clock = Clock(bench)
+        period_s = period_of(bench)
+        clock, recorder = Clock(bench), Recorder(bench)
         environment = {name: os.environ[name] for name in ("CHROMIUM",) if name in os.environ}
         done = subprocess.run(["node", os.path.join(source, "tests/panel/page_latency.mjs"), bench.origin, bench.key,
                                os.path.join(source, "panel/page"), presses], check=True, capture_output=True, text=True,
                               timeout=900, env=bench.environment | environment)
         seen = json.loads(done.stdout)
-        bench.daemon.terminate()
-        bench.daemon.wait()
-        times, places = trace_of(bench.path("trace.csv"))
-        period_s = times[1] - times[0]
+        periods, places = recorder.rows()
         wall_ms = clock.wall_ms(period_s)
-        at = [wall_ms(round(time_s / period_s)) for time_s in times]
+        at = [wall_ms(period) for period in periods]
         print(json.dumps({"presses": len(seen["presses"]), "shown": len(seen["shown"]),
                           "press_to_setpoint_ms": summary(press_delays(seen["presses"], at, places)),
                           "setpoint_to_pixel_ms": summary(shown_delays(seen["shown"], at, places))}, indent=1))
@@ -109,9 +118,10 @@ def press_delays(presses, at, places):
         while at[i] < press:
             i += 1
         begin = i
-        while places[i + 1] == places[begin]:
+        while i + 1 < len(at) and places[i + 1] == places[begin]:
             i += 1
-        delays.append(at[i + 1] - press)
+        if i + 1 < len(at) and at[i + 1] - press < 2000:  # else it was at a limit
+            delays.append(at[i + 1] - press)
     return delays
 
 

@@ -45,7 +45,7 @@ ALLOWED = {
 # System headers that belong to some folders only: bus and operating system stay out of the mathematics.
 SYSTEM = [
     (re.compile(r"^(lcm/|modbus|linux/|net/|sys/socket)"),
-     {"hal", "sim", "app/session", "app/daemon", "app/cli", "bench", "tests"}),
+     {"hal", "sim", "app/session", "app/daemon", "app/cli", "bench", "tests", "examples"}),
     (re.compile(r"^(spdlog/|CLI/|systemd/|nlohmann/)"), APP | {"bench", "tests", "cmake"}),
     (re.compile(r"^(pthread|sched|sys/mman|sys/timerfd|thread$|mutex$|condition_variable$)"),
      APP | {"hal", "sim", "bench", "tests"}),

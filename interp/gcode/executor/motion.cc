@@ -18,6 +18,7 @@ namespace trn {
 namespace {
 
 constexpr double kLeastInverseRate = 0.1;
+constexpr double kNoTurn_deg = 1e-9;  // less is rounding, no turn of 360 degrees
 constexpr double kProbeBackoff_mm = 0.254;
 
 double linear_length(const ProgramWords& from, const ProgramWords& to) {
@@ -30,7 +31,23 @@ double linear_length(const ProgramWords& from, const ProgramWords& to) {
 
 }  // namespace
 
-double Executor::wrapped(double to, double from) const { return from + std::remainder(to - from, 360.0); }
+// The short way, or as LinuxCNC has it: the angle is the word without its sign, and the sign is the way
+// round. -0 is a word with a sign. An angle where the axis stands already is no motion.
+double Executor::wrapped(double to, double from) const {
+  const double angle = parts_.config.wrapped_by_sign ? std::abs(to) : to;
+  const double way = std::remainder(angle - from, 360.0);
+  if (!parts_.config.wrapped_by_sign || std::abs(way) < kNoTurn_deg) return from + way;
+  if (std::signbit(to)) return from + (way > 0 ? way - 360 : way);
+  return from + (way < 0 ? way + 360 : way);
+}
+
+double Executor::wrapped_word(const Block& b, char letter, double from) const {
+  const double value = b[letter];
+  if (parts_.config.wrapped_by_sign && std::abs(value) >= 360)
+    fail(GcodeErrorCode::kBadValue, b.at(letter),
+         fmt::format("{:g} is no angle of a wrapped axis: -360 to 360, the sign is the way round", value));
+  return wrapped(value, from);
+}
 
 // Where the axis words of the block point to, in program coordinates.
 ProgramWords Executor::target(const Block& b) const {
@@ -47,7 +64,7 @@ ProgramWords Executor::target(const Block& b) const {
     if (s_.modal.incremental)
       to[i] += value;
     else
-      to[i] = parts_.config.wrapped_mask >> i & 1U ? wrapped(value, to[i]) : value;
+      to[i] = parts_.config.wrapped_mask >> i & 1U ? wrapped_word(b, letter, to[i]) : value;
   }
   return to;
 }

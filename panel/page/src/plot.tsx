@@ -21,23 +21,26 @@ function colourOf(name: string): string {
   return getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 }
 
-/** Lines of one unit share an axis: the first on the left, the second on the right; the others have none. */
+/** Errors are small beside the places of which they are. */
+const scaleOf = (line: Line) => (line.unit || "-") + (line.name.endsWith("following_error") ? " behind" : "");
+
+/** Lines of one scale share an axis: the first on the left, the second on the right; the others have none. */
 function options(lines: Line[], width: number, height: number, xText: string, marks: () => Marks, pick: (x: number) => void,
   zoomed: (on: boolean) => void): uPlot.Options {
-  const units = [...new Set(lines.map((line) => line.unit))];
+  const scales = [...new Set(lines.map(scaleOf))];
   const [soft, grid] = [colourOf("--soft"), colourOf("--edge")];
   const axis = { stroke: soft, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: "12px 'Inter Variable'" };
   return {
     width, height,
-    scales: { x: { time: false }, ...Object.fromEntries(units.map((unit) => [unit || "-", {}])) },
+    scales: { x: { time: false }, ...Object.fromEntries(scales.map((scale) => [scale, {}])) },
     series: [{ label: xText, value: (_, x) => (x === null ? "" : x.toPrecision(6)) },
       ...lines.map((line) => ({
-        label: line.name, scale: line.unit || "-", stroke: line.colour, width: 1.5, spanGaps: false,
+        label: line.name, scale: scaleOf(line), stroke: line.colour, width: 1.5, spanGaps: false,
         value: (_: uPlot, y: number | null) => (y === null ? "" : `${Number(y.toPrecision(7))} ${line.unit}`),
       }))],
     axes: [{ ...axis, label: xText, labelSize: 18, labelFont: "12px 'Inter Variable'" },
-      ...units.slice(0, 2).map((unit, i) => ({
-        ...axis, scale: unit || "-", side: i ? 1 : 3, size: 64, label: unit, labelSize: 16, labelFont: "12px 'Inter Variable'",
+      ...scales.slice(0, 2).map((scale, i) => ({
+        ...axis, scale, side: i ? 1 : 3, size: 64, label: scale === "-" ? "" : scale, labelSize: 16, labelFont: "12px 'Inter Variable'",
         grid: { show: i === 0, stroke: grid, width: 1 },
       }))],
     cursor: { drag: { x: true, y: false } },
@@ -98,6 +101,9 @@ export function Plot({ lines, data, xText, marks, pick, zoomed, again, log }: {
     };
   }, [lines.map((line) => line.name + line.unit).join(), xText, again]);
   useEffect(() => plot.current?.setData(data as uPlot.AlignedData), [data, log]);
-  useEffect(() => plot.current?.redraw(false), [marks.a, marks.b]);
+  useEffect(() => {
+    // Without any place on its axes a plot cannot be drawn again.
+    if (plot.current?.scales.x.min != null) plot.current.redraw(false);
+  }, [marks.a, marks.b]);
   return <div class="plot" ref={host} data-test="plot" />;
 }

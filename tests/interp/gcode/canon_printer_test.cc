@@ -1,3 +1,8 @@
+#include <sstream>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
 #include "tests/interp/gcode/run_program.h"
 
 // Canonical functions of short programs: every modal group, by hand from RS274/NGC's definitions.
@@ -187,6 +192,27 @@ TEST(Canon, WrappedRotaryGoesTheShortWay) {
   EXPECT_EQ(session.canon("G0 C350\nG0 C10"),
             "STRAIGHT_TRAVERSE(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, -10.0000)\n"
             "STRAIGHT_TRAVERSE(0.0000, 0.0000, 0.0000, 0.0000, 0.0000, 10.0000)\n");
+}
+
+// As LinuxCNC's wrapped rotary axes: the angle without its sign, the sign is the way round. By hand from its
+// documents (INI, AXIS section, WRAPPED_ROTARY).
+TEST(Canon, WrappedRotaryGoesByItsSign) {
+  Session session;
+  session.config.wrapped_mask = 1U << kC;
+  session.config.wrapped_by_sign = true;
+  const auto ends = [&](const std::string& program) {
+    std::vector<double> out;
+    std::istringstream lines(session.canon(program));
+    for (std::string line; std::getline(lines, line);)
+      out.push_back(std::stod(line.substr(line.rfind(',') + 1)));
+    return out;
+  };
+  EXPECT_EQ(ends("G0 C350\nG0 C10\nG0 C350\nG0 C10"), (std::vector<double>{350, 370, 710, 730}));
+  EXPECT_EQ(ends("G0 C-350\nG0 C-10\nG0 C20\nG0 C-0"), (std::vector<double>{-10, -350, -340, -360}));
+  EXPECT_EQ(ends("G0 C90\nG0 C90\nG0 C-90"), (std::vector<double>{90, 90, 90})) << "there already: no turn";
+  EXPECT_EQ(ends("F100 G1 C-90").back(), -270) << "feed moves alike";
+  EXPECT_EQ(ends("G0 C90\nG91 G0 C-30").back(), 60) << "relative words are ways";
+  for (const char* line : {"G0 C360", "G0 C-400"}) EXPECT_THROW(session.canon(line), std::exception) << line;
 }
 
 TEST(Canon, CutterCompensation) {

@@ -1,0 +1,41 @@
+#include "core/fault.h"
+#include "core/ports.h"
+#include "core/signal_name.h"
+#include "kernel/cycle.h"
+#include "kernel/rt_messages.h"
+#include "kernel/signal_wires.h"
+
+// What is wired to the machine: safety inputs and signals.
+namespace trn {
+
+void Cycle::watch_safety() TRN_RT {
+  const bool moves = motion_ != MotionState::kRest && motion_ != MotionState::kPaused;
+  const bool jogs = motion_ == MotionState::kJogging || detour_.moves();
+  const bool turns = io_.outputs().spindle_rpm != 0;
+  const Fault fault = safety_.step(io_.inputs().digital, feedback_, {moves, jogs, turns});
+  if (fault != Fault::kOk) latch(fault, -1);
+}
+
+std::uint32_t Cycle::machine_signals() const TRN_RT {
+  const auto bit = [](bool on, MachineSignal signal)
+                       TRN_RT { return on ? 1u << static_cast<unsigned>(signal) : 0u; };
+  const unsigned all = (1u << config_.joints.size()) - 1;
+  const bool program =
+      motion_ == MotionState::kMoving || motion_ == MotionState::kHeld || motion_ == MotionState::kPaused;
+  const IoOutputs& told = io_.outputs();
+  return bit(feedback_.state == DriveState::kEnabled, MachineSignal::kEnabled) |
+         bit(motion_ != MotionState::kRest && motion_ != MotionState::kPaused, MachineSignal::kMoving) |
+         bit(program, MachineSignal::kRunning) | bit(latched_.fault != Fault::kOk, MachineSignal::kFault) |
+         bit((feedback_.homed_mask & all) == all, MachineSignal::kHomed) |
+         bit(told.spindle_rpm != 0, MachineSignal::kSpindle) | bit(told.coolant & 1, MachineSignal::kMist) |
+         bit(told.coolant & 2, MachineSignal::kFlood);
+}
+
+// What they end at acts in the next period.
+void Cycle::follow_wires() TRN_RT {
+  const SignalWires::Ends& ends = wires_.step({io_.inputs().digital, &feedback_, machine_signals()});
+  io_.overlay_inputs(ends.io_inputs);
+  setpoints_.outputs = ends.drive_outputs;
+}
+
+}  // namespace trn

@@ -1,0 +1,94 @@
+#!/usr/bin/python3
+"""`trunnion commission`, rehearsed end to end: a config that is wrong about three axes of an emulated machine.
+
+usage: commission_command.py TRUNNION SOURCE_DIR
+"""
+import json
+import pathlib
+import re
+import subprocess
+import sys
+import tempfile
+import unittest
+
+TRUNNION, SOURCE = sys.argv[1:3]
+CONFIG = (pathlib.Path(SOURCE) / "configs/cradle_can.toml").read_text(encoding="ascii").replace(
+    "eds/servo.eds", f"{SOURCE}/configs/eds/servo.eds")
+
+
+def node(text, joint, changes):
+    """The config with changes in the drive of this joint: old text, new text."""
+    head, table = text.split(f'[[drives.node]]\njoint = "{joint}"\n')
+    for old, new in changes:
+        assert old in table, old
+        table = table.replace(old, new, 1)
+    return f'{head}[[drives.node]]\njoint = "{joint}"\n{table}'
+
+
+def keys_of(text, joint):
+    table = re.search(rf'\[\[drives.node\]\]\njoint = "{joint}"\n(.*?)(?:\n\n|\Z)', text, re.S).group(1)
+    return dict(re.findall(r"^(\w+) = ([^#\n]*?)\s*(?:#.*)?$", table, re.M))
+
+
+class Rehearsal(unittest.TestCase):
+    def setUp(self):
+        self.folder = tempfile.TemporaryDirectory()
+        self.addCleanup(self.folder.cleanup)
+        place = pathlib.Path(self.folder.name)
+        self.wrong, self.truth = place / "machine.toml", place / "truth.toml"
+        self.record, self.protocol = place / "machine.toml.commission.json", place / "protocol.md"
+        # What is built: X turns the other way, Y has a screw of another pitch, C has both and a worm of 1:90.
+        truth = node(CONFIG, "X", [("counts_per_mm = 10000", "counts_per_mm = 10000\nreverse = true"),
+                                   ("homing_method = 5", "homing_method = 3")])
+        truth = node(truth, "Y", [("counts_per_mm = 10000", "counts_per_mm = 8000")])
+        truth = node(truth, "C", [("counts_per_deg = 10000", "counts_per_deg = 9000\nreverse = true"),
+                                  ("homing_method = 5", "homing_method = 3")])
+        self.truth.write_text(truth, encoding="ascii")
+        # The config's homing methods are right; it is the wiring that nobody has checked.
+        wrong = node(CONFIG, "X", [("homing_method = 5", "homing_method = 3")])
+        self.wrong.write_text(node(wrong, "C", [("homing_method = 5", "homing_method = 3")]), encoding="ascii")
+
+    def commission(self, *options, answers=""):
+        return subprocess.run([TRUNNION, "commission", "--machine", str(self.wrong), "--protocol", str(self.protocol),
+                               *options], input=answers, capture_output=True, text=True, timeout=170, check=False)
+
+    def test_three_axes_wired_wrong(self):
+        before = self.wrong.read_text(encoding="ascii")
+        done = self.commission("--rehearse", str(self.truth))
+        print(done.stdout[done.stdout.find("# Commissioning"):], file=sys.stderr)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        text = self.wrong.read_text(encoding="ascii")
+        for joint, counts, reverse in (("X", 10000, "true"), ("Y", 8000, None), ("Z", 10000, None),
+                                       ("A", 10000, None), ("C", 9000, "true")):
+            keys = keys_of(text, joint)
+            unit = "deg" if joint in "AC" else "mm"
+            self.assertAlmostEqual(float(keys[f"counts_per_{unit}"]) / counts, 1, delta=0.001, msg=joint)
+            self.assertEqual(keys.get("reverse"), reverse, joint)
+        items = {item["name"]: item["result"] for item in json.loads(self.record.read_text())["items"]}
+        self.assertEqual([name for name, result in items.items() if result == "changed"],
+                         ["scale Y", "scale C", "direction X", "direction C"])
+        self.assertNotIn("failed", items.values())
+        self.assertEqual((self.wrong.parent / "machine.toml.before").read_text(encoding="ascii"), before)
+        self.assertIn("| direction X | changed | the motor of X is reversed |", self.protocol.read_text())
+        # Comments stay, and the list is done: a second call has nothing to do.
+        self.assertIn("# of master and drives", text)
+        again = self.commission("--rehearse", str(self.truth))
+        self.assertEqual(again.returncode, 0)
+        self.assertNotIn("will move", again.stdout)
+
+    def test_left_and_taken_up_again(self):
+        config = (pathlib.Path(SOURCE) / "configs/mill.toml").read_text(encoding="ascii")
+        self.wrong.write_text(config, encoding="ascii")
+        left = self.commission(answers="\nabc\n100\nq\n")  # X agreed, a number, 100 mm; left at Y
+        self.assertEqual(left.returncode, 4, left.stdout + left.stderr)
+        self.assertIn("'abc' is none of these", left.stdout)
+        self.assertIn("| scale X | good |", left.stdout)
+        self.assertIn("| scale Y | not yet |", left.stdout)
+        again = self.commission(answers="q\n")
+        self.assertIn("Joint Y will move", again.stdout)
+        self.assertNotIn("Joint X will move", again.stdout)
+
+
+if __name__ == "__main__":
+    del sys.argv[1:3]
+    unittest.main()
