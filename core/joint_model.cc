@@ -34,17 +34,17 @@ double coulomb_at(const JointModel& model, double qd) TRN_RT {
   return model.coulomb * qd / model.coulomb_speed;
 }
 
-void read_cogging(const ConfigTable& table, const std::string& pitch_key, const std::string& force_key,
-                  double unit, JointModel& model) {
-  if (!table.has(force_key)) {
-    if (table.has(pitch_key))
-      throw table.error(pitch_key, fmt::format("a pitch needs its table '{}'", force_key));
+void read_cogging(const ConfigTable& table, bool rotary, JointModel& model) {
+  const std::string at = rotary ? "cogging_pitch_deg" : "cogging_pitch_mm";
+  const std::string key = rotary ? "cogging_Nm" : "cogging_N";
+  if (!table.has(key)) {
+    if (table.has(at)) throw table.error(at, fmt::format("a pitch needs its table '{}'", key));
     return;
   }
-  model.cogging_pitch = unit * table.number(pitch_key, kPositive);
-  model.cogging = table.numbers(force_key);
+  model.cogging_pitch = (rotary ? kRadPerDeg : 1) * table.number(at, kPositive);
+  model.cogging = table.numbers(key);
   if (model.cogging.size() < 2 || model.cogging.size() > 4096)
-    throw table.error(force_key, fmt::format("'{}' has 2 to 4096 values over one pitch", force_key));
+    throw table.error(key, fmt::format("'{}' has 2 to 4096 values over one pitch", key));
 }
 
 void read_linear(const ConfigTable& table, JointModel& model) {
@@ -53,7 +53,7 @@ void read_linear(const ConfigTable& table, JointModel& model) {
   model.coulomb = table.number("coulomb_N", 0.0, kNotNegative);
   model.coulomb_speed = table.number("coulomb_speed_mm_s", 0.1, kNotNegative);
   model.gravity = table.number("gravity_N", 0.0, kAnyNumber);
-  read_cogging(table, "cogging_pitch_mm", "cogging_N", 1, model);
+  read_cogging(table, false, model);
 }
 
 void read_rotary(const ConfigTable& table, JointModel& model) {
@@ -66,7 +66,7 @@ void read_rotary(const ConfigTable& table, JointModel& model) {
   const double at = kRadPerDeg * table.number("imbalance_at_deg", 0.0, Range{-360, 360});
   model.imbalance_cos = imbalance * std::cos(at);
   model.imbalance_sin = imbalance * std::sin(at);
-  read_cogging(table, "cogging_pitch_deg", "cogging_Nm", kRadPerDeg, model);
+  read_cogging(table, true, model);
 }
 
 }  // namespace

@@ -1,6 +1,5 @@
 #include "app/cli/config_specimen_texts.h"
 
-
 namespace trn {
 
 namespace {

@@ -11,8 +11,7 @@ namespace trn {
 
 namespace {
 
-constexpr ObjectKey kVelocityOffsetObject{0x60B1, 0}, kTorqueOffsetObject{0x60B2, 0},
-    kRatedTorqueObject{0x6076, 0};
+constexpr ObjectKey kVelocityOffsetObject{0x60B1, 0}, kTorqueOffsetObject{0x60B2, 0};
 
 bool takes_offset(const ObjectDictionary& dictionary, ObjectKey key) {
   const DictionaryEntry* entry = dictionary.find(key);
@@ -23,7 +22,7 @@ bool takes_offset(const ObjectDictionary& dictionary, ObjectKey key) {
 // in mNm, and N times mm are mNm as well.
 double rated_by_sheet(const ObjectDictionary& dictionary, const DriveUnits& units, double counts_per_unit,
                       bool rotary) {
-  const double rated_mNm = static_cast<double>(dictionary.integer(kRatedTorqueObject).value_or(0));
+  const double rated_mNm = static_cast<double>(dictionary.integer({0x6076, 0}).value_or(0));
   const double way_of_turn = units.counts_per_motor_turn / std::abs(counts_per_unit);
   if (rated_mNm <= 0 || way_of_turn <= 0) return 0;
   return rated_mNm * 2 * kPi / way_of_turn * (rotary ? 1e-3 : 1);
@@ -59,10 +58,9 @@ void read_torque(const Joint& joint, const ConfigTable& table, const ObjectDicti
                          "at the joint, because {} does not tell 0x6076 and 0x608F",
                          key, dictionary.file));
   if (rated > 0) axis.torque_units = std::copysign(1000 / rated, axis.counts_per_unit);
-  const std::string damping = rotary ? "torque_gain_Nm_s" : "torque_gain_N_s_mm";
+  const std::string at = rotary ? "torque_gain_Nm_s" : "torque_gain_N_s_mm";
   axis.torque_loop.gain_1_s = axis.gain_1_s;
-  axis.torque_loop.damping =
-      torque_mode ? table.number(damping, kPositive) : table.number(damping, 0.0, kNotNegative);
+  axis.torque_loop.damping = torque_mode ? table.number(at, kPositive) : table.number(at, 0.0, kNotNegative);
   axis.torque_loop.integral_time_s = table.number("integral_time_s", 0.05, kPositive);
   axis.torque_loop.force_max = rated;
   axis.torque_loop.period_s = axis.period_s;

@@ -255,21 +255,19 @@ TwoMasses fit_two_masses(const FrequencyResponse& r, double up_to_hz) {
 
 double decibels(const Complex& h) { return 20 * std::log10(std::max(1e-6, std::abs(h))); }
 
+// Only what is to be trusted: beyond, noise would rule the picture.
 void draw_response(Svg& svg, double top, const std::string& title, const FrequencyResponse& r, bool phase) {
-  std::vector<double> values;
-  std::vector<Px> places;
-  for (std::size_t i = 0; i < r.hz.size(); ++i) {
-    const bool trusted = r.coherence[i] >= kTrusted / 2;
+  const double high = std::max(10.0, seen_up_to(r));
+  std::vector<double> hz, values;
+  for (std::size_t i = 0; i < r.hz.size() && r.hz[i] <= high; ++i) {
     const double value = phase ? std::arg(r.h[i]) * 180 / std::numbers::pi : decibels(r.h[i]);
-    values.push_back(trusted ? value : std::nan(""));
+    hz.push_back(r.hz[i]);
+    values.push_back(r.coherence[i] >= kTrusted ? value : std::nan(""));
   }
-  double high = 10;
-  for (std::size_t i = 0; i < r.hz.size(); ++i)
-    if (r.coherence[i] >= kTrusted / 2) high = std::max(high, r.hz[i]);
   const Axes axes({80, top, 800, 150}, {0, high}, picture::Range::over(values, 0.1));
   axes.draw(svg, "frequency, Hz", title);
-  for (std::size_t i = 0; i < r.hz.size() && r.hz[i] <= high; ++i)
-    places.push_back(axes.at(r.hz[i], values[i]));
+  std::vector<Px> places;
+  for (std::size_t i = 0; i < hz.size(); ++i) places.push_back(axes.at(hz[i], values[i]));
   svg.polyline(places, picture::line_colour(phase ? 1 : 0));
 }
 
