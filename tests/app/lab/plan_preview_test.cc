@@ -197,9 +197,10 @@ TEST_F(Preview, KeepsToTheNumberOfPoints) {
 TEST_F(Preview, TellsHowFarTheTipLeavesTheProgram) {
   const std::string begin = "G21 G90 G94\nT1 M6\nG43.4 H1\n",
                     corner = "\nG0 X0 Y0 Z0\nG1 X40 F3000\nG1 Y40\nG49\nM2\n";
+  constexpr double kTable = 75;  // where the table frame has the program's Z 0 on this machine
   const auto to_lines = [](const Vec3& p) {
-    const double first = Vec3(p[0] - std::clamp(p[0], 0.0, 40.0), p[1], p[2]).norm();
-    return std::min(first, Vec3(p[0] - 40, p[1] - std::clamp(p[1], 0.0, 40.0), p[2]).norm());
+    const double z = p[2] - kTable, first = Vec3(p[0] - std::clamp(p[0], 0.0, 40.0), p[1], z).norm();
+    return std::min(first, Vec3(p[0] - 40, p[1] - std::clamp(p[1], 0.0, 40.0), z).norm());
   };
   for (const bool blended : {true, false}) {
     const PlanPreview preview = plan(begin + (blended ? "G64 P0.05" : "G61") + corner);
