@@ -198,7 +198,7 @@ TEST(GantryConfig, RefusesWhatCannotBe) {
             std::string::npos);
   EXPECT_NE(refusal({{"square_mm = 0.35\nhome_group = 1", "home_group = 2"}}).find("the same home_group"),
             std::string::npos);
-  EXPECT_NE(refusal({{"home_mm = -1.0\n", "home_mm = -1.0\nsquare_mm = 0.1\n"}}).find("out of square"),
+  EXPECT_NE(refusal({{"home_mm = 99.0\n", "home_mm = 99.0\nsquare_mm = 0.1\n"}}).find("out of square"),
             std::string::npos);
   EXPECT_NE(refusal({{"apart_mm = 1.0", "apart_mm = -1.0"}}).find("apart_mm"), std::string::npos);
 }
