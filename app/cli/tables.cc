@@ -37,7 +37,7 @@ struct TableOptions {
 constexpr std::array<std::string_view, 9> kOffsets = {"G54", "G55",   "G56",   "G57",  "G58",
                                                       "G59", "G59.1", "G59.2", "G59.3"};
 
-std::string upper(std::string text) {
+std::string upper_case(std::string text) {
   for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
   return text;
 }
@@ -45,7 +45,7 @@ std::string upper(std::string text) {
 // 1 to 9; 0: "", the one in force.
 std::size_t offset_number(const std::string& name) {
   if (name.empty()) return 0;
-  const auto found = std::find(kOffsets.begin(), kOffsets.end(), upper(name));
+  const auto found = std::find(kOffsets.begin(), kOffsets.end(), upper_case(name));
   if (found == kOffsets.end())
     throw CLI::ValidationError(
         "OFFSET", fmt::format("'{}' is no work offset; they are {}", name, fmt::join(kOffsets, ", ")));
@@ -55,7 +55,7 @@ std::size_t offset_number(const std::string& name) {
 // "X" "10" "Y-3" as words of a block: "X10 Y-3". `letters`: those that may stand there.
 std::string block_words(const std::vector<std::string>& given, std::string_view letters) {
   std::string all;
-  for (const std::string& word : given) all += upper(word) + " ";
+  for (const std::string& word : given) all += upper_case(word) + " ";
   std::string out;
   for (std::size_t i = 0; i < all.size();) {
     const char letter = all[i];

@@ -28,7 +28,7 @@ class ExampleClients(unittest.TestCase):
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
             try:
                 self.assertEqual(client.stdout.readline(), "yellow\n")
-                bench.ok("estop")
+                bench.client("estop")
                 colours = [client.stdout.readline() for _ in range(20)]
             finally:
                 client.terminate()
@@ -37,6 +37,7 @@ class ExampleClients(unittest.TestCase):
 
     def test_python(self):
         with tempfile.TemporaryDirectory() as folder, Bench(machine="mill") as bench:
+            bench.start_daemon()
             subprocess.run(["lcm-gen", "--python", "--ppath", folder, *TYPES], check=True)
             socket = re.search(r" socket (\S+)", bench.log_text()).group(1)
             os.environ["PYTHONPATH"] = folder
@@ -44,6 +45,7 @@ class ExampleClients(unittest.TestCase):
 
     def test_cpp(self):
         with tempfile.TemporaryDirectory() as folder, Bench(machine="mill") as bench:
+            bench.start_daemon()
             subprocess.run(["lcm-gen", "--cpp", "--cpp-hpath", folder, *TYPES], check=True)
             lamp = os.path.join(folder, "lamp")
             subprocess.run(["g++", "-std=c++17", "-O0", "-I", folder, os.path.join(EXAMPLES, "lamp.cc"), "-o", lamp,
