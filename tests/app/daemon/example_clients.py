@@ -15,9 +15,11 @@ import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "../../support")]
-from daemon_e2e import SOURCE, Bench  # noqa: E402
+import daemon_e2e  # noqa: E402
+from daemon_e2e import Bench  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
+BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 EXAMPLES = os.path.join(SOURCE, "examples/clients")
 TYPES = glob.glob(os.path.join(SOURCE, "hal/lcm/*.lcm"))  # installed in share/trunnion/lcm
 
@@ -55,4 +57,5 @@ class ExampleClients(unittest.TestCase):
 
 if __name__ == "__main__":
     enter_own_network()
+    daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
