@@ -9,8 +9,6 @@
 #include <utility>
 #include <vector>
 
-#include "hal/can/can_node_config.h"
-#include "sim/canopen/emulated_drive.h"
 #include "app/lab/rehearsal_stage.h"
 #include "app/session/make_cycle.h"
 #include "core/axes.h"
@@ -18,6 +16,7 @@
 #include "core/signal_name.h"
 #include "hal/can/bus.h"
 #include "hal/can/can_config.h"
+#include "hal/can/can_node_config.h"
 #include "hal/can/frame.h"
 #include "hal/can/gantry.h"
 #include "hal/can/node_link.h"
@@ -26,6 +25,7 @@
 #include "kernel/rt_messages.h"
 #include "kernel/safety_inputs.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_drive.h"
 #include "sim/canopen/emulated_node.h"
 #include "sim/canopen/virtual_bus.h"
 

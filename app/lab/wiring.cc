@@ -90,10 +90,11 @@ void add_simulated(const Machine& machine, std::vector<WireRow>& rows) {
   if (!io) return;
   for (const ConfigTable& wire : io->tables_if("wire")) {
     const bool analog = wire.has("analog_input");
-    const std::string stem = analog ? "analog_" : "";
-    rows.push_back({WireRow::Kind::kSimulated, "simulated",
-                    fmt::format("io.{}output.{}", stem, wire.integer(stem + "output")),
-                    fmt::format("io.{}input.{}", stem, wire.integer(stem + "input")),
+    const char* stem = analog ? "analog_" : "";
+    const long output = analog ? wire.integer("analog_output") : wire.integer("output");
+    const long input = analog ? wire.integer("analog_input") : wire.integer("input");
+    rows.push_back({WireRow::Kind::kSimulated, "simulated", fmt::format("io.{}output.{}", stem, output),
+                    fmt::format("io.{}input.{}", stem, input),
                     how_text(false, 0, wire.has("delay_s") ? wire.number("delay_s") : 0)});
   }
 }
