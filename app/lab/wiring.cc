@@ -34,7 +34,7 @@ class EndNames {
     inputs_ = io->texts("digital_inputs", {});
     outputs_ = io->texts("digital_outputs", {});
   }
-  std::string text(const SignalName& name) const {
+  std::string spelt(const SignalName& name) const {
     const std::string plain = to_string(name, machine_);
     const auto& names = name.is_input() ? inputs_ : outputs_;
     const auto number = static_cast<std::size_t>(name.number);
@@ -65,7 +65,7 @@ void add_safety(const Assembly& assembly, const EndNames& names, std::vector<Wir
     std::string how = how_text(false, debounce_s, 0);
     how = fmt::format("safe when {}{}{}", input.safe_when_on ? "on" : "off", how.empty() ? "" : ", ", how);
     rows.push_back({WireRow::Kind::kSafety, kKinds[static_cast<std::size_t>(input.kind)],
-                    names.text(input.from),
+                    names.spelt(input.from),
                     fmt::format("fault {}", fault_info(SafetyInputs::fault_of(input.kind)).name), how});
   }
 }
@@ -77,7 +77,7 @@ void add_brakes(const Machine& machine, const EndNames& names, std::vector<WireR
     const bool inverted = brake.has("released_by") && brake.text("released_by") == "off";
     rows.push_back(
         {WireRow::Kind::kBrake, "brake of " + brake.text("joint"), "drive of " + brake.text("joint"),
-         names.text(read_signal_name(machine, brake, "output")),
+         names.spelt(read_signal_name(machine, brake, "output")),
          fmt::format("{}free after {}, holds after {}", inverted ? "inverted, " : "",
                      milliseconds(brake.number("release_s")), milliseconds(brake.number("close_s")))});
   }
@@ -90,10 +90,11 @@ void add_simulated(const Machine& machine, std::vector<WireRow>& rows) {
   if (!io) return;
   for (const ConfigTable& wire : io->tables_if("wire")) {
     const bool analog = wire.has("analog_input");
-    const std::string stem = analog ? "analog_" : "";
-    rows.push_back({WireRow::Kind::kSimulated, "simulated",
-                    fmt::format("io.{}output.{}", stem, wire.integer(stem + "output")),
-                    fmt::format("io.{}input.{}", stem, wire.integer(stem + "input")),
+    const char* stem = analog ? "analog_" : "";
+    const long output = analog ? wire.integer("analog_output") : wire.integer("output");
+    const long input = analog ? wire.integer("analog_input") : wire.integer("input");
+    rows.push_back({WireRow::Kind::kSimulated, "simulated", fmt::format("io.{}output.{}", stem, output),
+                    fmt::format("io.{}input.{}", stem, input),
                     how_text(false, 0, wire.has("delay_s") ? wire.number("delay_s") : 0)});
   }
 }
@@ -128,8 +129,8 @@ std::vector<WireRow> wiring_of(const Assembly& assembly) {
   const EndNames names(assembly.machine);
   std::vector<WireRow> rows;
   for (const NamedWire& signal : assembly.signals)
-    rows.push_back({WireRow::Kind::kSignal, signal.name, names.text(signal.wire.from),
-                    names.text(signal.wire.to),
+    rows.push_back({WireRow::Kind::kSignal, signal.name, names.spelt(signal.wire.from),
+                    names.spelt(signal.wire.to),
                     how_text(signal.wire.invert, signal.debounce_s, signal.delay_s)});
   add_safety(assembly, names, rows);
   add_brakes(assembly.machine, names, rows);

@@ -15,9 +15,11 @@ import unittest
 
 HERE = os.path.dirname(os.path.abspath(__file__))
 sys.path[:0] = [HERE, os.path.join(HERE, "../../support")]
-from daemon_e2e import SOURCE, Bench  # noqa: E402
+import daemon_e2e  # noqa: E402
+from daemon_e2e import Bench  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
+BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
 EXAMPLES = os.path.join(SOURCE, "examples/clients")
 TYPES = glob.glob(os.path.join(SOURCE, "hal/lcm/*.lcm"))  # installed in share/trunnion/lcm
 
@@ -28,7 +30,7 @@ class ExampleClients(unittest.TestCase):
         with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as client:
             try:
                 self.assertEqual(client.stdout.readline(), "yellow\n")
-                bench.ok("estop")
+                bench.client("estop")
                 colours = [client.stdout.readline() for _ in range(20)]
             finally:
                 client.terminate()
@@ -37,6 +39,7 @@ class ExampleClients(unittest.TestCase):
 
     def test_python(self):
         with tempfile.TemporaryDirectory() as folder, Bench(machine="mill") as bench:
+            bench.start_daemon()
             subprocess.run(["lcm-gen", "--python", "--ppath", folder, *TYPES], check=True)
             socket = re.search(r" socket (\S+)", bench.log_text()).group(1)
             os.environ["PYTHONPATH"] = folder
@@ -44,6 +47,7 @@ class ExampleClients(unittest.TestCase):
 
     def test_cpp(self):
         with tempfile.TemporaryDirectory() as folder, Bench(machine="mill") as bench:
+            bench.start_daemon()
             subprocess.run(["lcm-gen", "--cpp", "--cpp-hpath", folder, *TYPES], check=True)
             lamp = os.path.join(folder, "lamp")
             subprocess.run(["g++", "-std=c++17", "-O0", "-I", folder, os.path.join(EXAMPLES, "lamp.cc"), "-o", lamp,
@@ -53,4 +57,5 @@ class ExampleClients(unittest.TestCase):
 
 if __name__ == "__main__":
     enter_own_network()
+    daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
     unittest.main(argv=[sys.argv[0], *sys.argv[3:]])
