@@ -89,9 +89,8 @@ const ChapterMeaning kDriveMeanings = {
          }},
         {"One emulated motor",
          {{"drives.emulation.motor", "canopen"}},
-         "What is true of this motor and not of its joint: a gantry hangs askew, and a switch is not where "
-         "it "
-         "should be, an axis hangs.",
+         "What is true of this motor and not of its joint. A gantry hangs askew, a switch is not where it "
+         "should be, or an axis falls.",
          {
              {"node", "The drive.", "", "bus and node id, as \"can0:3\""},
              {"start_offset_mm start_offset_deg", "How far from its joint's start it stands at power-on."},

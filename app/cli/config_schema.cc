@@ -104,6 +104,11 @@ class Tables {
            });
   }
 
+  // An endless joint has no range. Whether another one lacks its own is said where the config is read.
+  static bool may_lack(const std::string& path, const std::string& key) {
+    return path == "joint" && (key.starts_with("min_") || key.starts_with("max_"));
+  }
+
   Json object(const std::string& path, const std::string& kind, const Json& table) const {
     Json properties = Json::object(), needed = Json::array();
     if (table.is_object())
@@ -111,7 +116,7 @@ class Tables {
         Json& property = properties[key["key"].get<std::string>()] = key_schema(key);
         if (key["key"] == "type" && !kind.empty()) property["enum"] = Json::array({kind});
         const bool other = key["key"] == "type" && key.contains("default") && key["default"] != kind;
-        if (key["required"] || other) needed.push_back(key["key"]);
+        if ((key["required"] && !may_lack(path, key["key"])) || other) needed.push_back(key["key"]);
       }
     for (const std::string& child : paths_) {
       if (parent_of(child) != path) continue;

@@ -83,6 +83,10 @@ FaultKeeper::FaultKeeper(const ScopeConfig& config, const Machine& machine, cons
   if (!log_.empty() && config_.fault_files > 0) worker_.emplace();
 }
 
+FaultKeeper::~FaultKeeper() {
+  if (worker_) worker_->finish();
+}
+
 void FaultKeeper::report(const CycleReport& report, const ScopeRing& ring) {
   if (!worker_) return;
   worker_->collect();

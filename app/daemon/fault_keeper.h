@@ -23,6 +23,10 @@ ScopeRecord record_of(const ScopeRing& ring, const SignalTable& table, const std
 class FaultKeeper {
  public:
   FaultKeeper(const ScopeConfig& config, const Machine& machine, const SignalTable& table, std::string log);
+  /// The file of the last fault is whole then.
+  ~FaultKeeper();
+  FaultKeeper(const FaultKeeper&) = delete;
+  FaultKeeper& operator=(const FaultKeeper&) = delete;
 
   /// Every report, behind its row in the ring.
   void report(const CycleReport& report, const ScopeRing& ring);

@@ -26,6 +26,11 @@ bool Worker::busy() const {
   return busy_;
 }
 
+void Worker::finish() {
+  std::unique_lock lock(mutex_);
+  idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });
+}
+
 void Worker::collect() {
   std::vector<Done> done;
   {
@@ -47,6 +52,7 @@ void Worker::run() {
     Done done = job();
     lock.lock();
     busy_ = false;
+    if (jobs_.empty()) idle_.notify_all();
     if (done) done_.push_back(std::move(done));
   }
 }

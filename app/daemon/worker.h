@@ -25,6 +25,8 @@ class Worker {
   void post(Job job);
   /// A job is at work. Until it is over, this cannot be destroyed.
   bool busy() const;
+  /// Waits until all jobs are over.
+  void finish();
   /// In the owner's thread: runs what finished jobs have left to do.
   void collect();
 
@@ -32,7 +34,7 @@ class Worker {
   void run();
 
   mutable std::mutex mutex_;
-  std::condition_variable wake_;
+  std::condition_variable wake_, idle_;
   std::queue<Job> jobs_;
   std::vector<Done> done_;
   bool closing_ = false, busy_ = false;

@@ -50,11 +50,11 @@ HangingLoad::Config read_load(const ConfigTable& table, double unit, double peri
   load.falls = static_cast<int>(std::find(kWays.begin(), kWays.end(), way) - kWays.begin()) - 1;
   // A turned axis falls as one of 100 mm of radius would.
   load.gravity = unit == 1 ? 9810 : 98.1;
-  const auto periods = [&](std::string_view key, double fallback) {
-    return static_cast<std::uint32_t>(std::lround(table.number(key, fallback, Range{0, 10}) / period_s));
+  const auto periods = [&](double time_s) {
+    return static_cast<std::uint32_t>(std::lround(time_s / period_s));
   };
-  load.release_periods = periods("brake_release_s", 0.05);
-  load.close_periods = periods("brake_close_s", 0.05);
+  load.release_periods = periods(table.number("brake_release_s", 0.05, Range{0, 10}));
+  load.close_periods = periods(table.number("brake_close_s", 0.05, Range{0, 10}));
   load.period_s = period_s;
   return load;
 }

@@ -64,7 +64,12 @@ class Sampler {
     const auto& joints = loaded_.machine.joints;
     JointVec q(static_cast<Eigen::Index>(joints.size()));
     for (std::size_t i = 0; i < joints.size(); ++i) {
-      const JointLimit& limit = joints[i].limit;
+      // An endless joint: some turns. Beyond, an angle has fewer digits behind its point than the judges ask
+      // for.
+      constexpr double kTurns_rad = 125;
+      const bool endless = joints[i].endless;
+      const JointLimit limit = {.min = endless ? -kTurns_rad : joints[i].limit.min,
+                                .max = endless ? kTurns_rad : joints[i].limit.max};
       const int kind = below(8);
       double value = uniform(limit.min, limit.max);
       if (kind == 0) value = below(2) == 0 ? limit.min : limit.max;

@@ -113,7 +113,8 @@ class State(Broker):
         names = ("fault", "waits_for", "tool", "parts", "feed_override", "alarms")
         self.assertEqual([self.kept(name) for name in names], ["ok", "none", "0", "0", "1", "[]"])
         deadline = time.monotonic() + PATIENCE_S
-        while (status := json.loads(self.kept("status")))["state"] != "idle":  # told once a second
+        unheard = '{"state": "unheard"}'
+        while (status := json.loads(self.kept("status") or unheard))["state"] != "idle":  # told once a second
             self.assertLess(time.monotonic(), deadline)
         self.assertEqual((status["machine"], status["state"], [joint["name"] for joint in status["joints"]]),
                          ("panel_test", "idle", ["X", "Y", "Z", "A", "C"]))

@@ -91,6 +91,8 @@ export interface Status {
   codes: string;
   /** the words that the machine has, as in "XYZAC" */
   axes: string;
+  /** those of them that are angles on a circle, as in "C": people are shown 0 to 360 degrees */
+  wrapped: string;
   /** of arcs and cycles: "G17", "G18" or "G19" */
   plane: string;
   /** the program's unit of length (G20); all lengths of this message are in mm */

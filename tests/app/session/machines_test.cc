@@ -45,9 +45,9 @@ std::vector<std::string> shipped_machines() {
   for (const std::string& path : shipped_configs())
     if (const std::string name = std::filesystem::path(path).stem().string();
         name.find("_can") == std::string::npos && name.find("_measured") == std::string::npos &&
-        name.find("_screws") == std::string::npos &&
-        name.find("_modbus") == std::string::npos)  // the judge here knows true geometry at one temperature
-      names.push_back(name);                        // only, and has no bus
+        name.find("_screws") == std::string::npos && name.find("_modbus") == std::string::npos &&
+        name.find("_servo") == std::string::npos)  // the judge here knows true geometry at one temperature
+      names.push_back(name);                       // only, and has no bus
   return names;
 }
 

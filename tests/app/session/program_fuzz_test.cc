@@ -3,6 +3,8 @@
 #include <cstdlib>
 #include <filesystem>
 #include <map>
+#include <string>
+#include <vector>
 
 #include "app/session/assembly.h"
 #include "app/session/operator_script.h"
@@ -103,7 +105,19 @@ std::string config_name(const testing::TestParamInfo<std::string>& config) {
   return std::filesystem::path(config.param).stem().string();
 }
 
-INSTANTIATE_TEST_SUITE_P(Programs, ProgramFuzz, testing::ValuesIn(shipped_configs()), config_name);
+// The programs and what is said of them begin at zero, where these two do not: one stands in the corner of
+// its table behind homing. On the other the words A count round a circle, so that they do not say where it
+// ends.
+std::vector<std::string> fuzzed_configs() {
+  std::vector<std::string> out;
+  for (const std::string& path : shipped_configs())
+    if (const std::string name = std::filesystem::path(path).stem().string();
+        name != "gantry_router" && name != "fourth_axis")
+      out.push_back(path);
+  return out;
+}
+
+INSTANTIATE_TEST_SUITE_P(Programs, ProgramFuzz, testing::ValuesIn(fuzzed_configs()), config_name);
 
 }  // namespace
 }  // namespace trn
