@@ -12,7 +12,7 @@ import subprocess
 import sys
 from concurrent.futures import ThreadPoolExecutor
 
-LINES_MAX = 2_850_000  # 2.6 million before the library for C++ and Python, the scope, tuning, gantries and commissioning
+LINES_MAX = 2_850_000  # 2.6 million before the library, the scope, tuning, gantries and commissioning
 UNITS_MAX = 116
 
 
