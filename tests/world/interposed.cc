@@ -115,6 +115,7 @@ std::random_device::result_type std::random_device::_M_getval() {
   return static_cast<std::random_device::result_type>(numbers());
 }
 
+#pragma GCC visibility push(default)  // the C++ library shall find them, too
 extern "C" {
 
 int pthread_create(pthread_t* thread, const pthread_attr_t* attributes, void* (*run)(void*), void* given) {
@@ -366,3 +367,4 @@ int close(int fd) {
 }
 
 }  // extern "C"
+#pragma GCC visibility pop
