@@ -108,7 +108,7 @@ class Motion {
 
 struct PlanOptions {
   double period_s = 0;             ///< between setpoints; 0: the machine's own period
-  std::vector<double> start = {};  ///< joints where the motion begins; none: where they are after homing
+  std::vector<double> start = {};  ///< joints where the motion begins; none: where the config's drives begin
   std::string tools = {};          ///< file of the tool table; "": none
   std::string variables = {};      ///< file of the program's variables; "": none. It is not written
 };

@@ -167,7 +167,7 @@ class Python(unittest.TestCase):
             with self.assertRaisesRegex(trunnion.Error, part):
                 machine.plan_text(text)
         with self.assertRaisesRegex(trunnion.Error, "has 3"):
-            machine.forward([0.0] * 3) and machine.inverse([0, 0, 0], [0, 0, 1], near=[1.0])
+            machine.inverse([0, 0, 0], [0, 0, 1], near=[1.0])
         with self.assertRaisesRegex(ValueError, "3 columns"):
             machine.forward([[0.0, 1.0]])
         with self.assertRaisesRegex(trunnion.Error, "no_such.toml"):
