@@ -55,6 +55,8 @@ std::int64_t now_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(wall).count();
 }
 
+json gone_json() { return {{"type", "gone"}, {"text", "No daemon answers for this machine."}}; }
+
 json typed(const char* type, json message) {
   message["type"] = type;
   return message;
@@ -94,7 +96,9 @@ void PanelState::step() {
     return;
   }
   if (std::exchange(told_gone_, true)) return;
-  tell_all({{"type", "gone"}, {"text", "No daemon answers for this machine."}});
+  // What was heard last and not yet sent would come behind this, and look like the daemon's return.
+  for (auto& [id, page] : pages_) page.status = page.motion = page.tables = page.alarms = false;
+  tell_all(gone_json());
 }
 
 bool PanelState::open(PageId id, const Visitor& visitor) {
@@ -102,10 +106,10 @@ bool PanelState::open(PageId id, const Visitor& visitor) {
   Page& page = pages_[id];
   page.visitor = visitor;
   page.heard = Clock::now();
-  page.status = daemon_.status().has_value();
-  page.motion = daemon_.motion().has_value();
-  page.tables = daemon_.tables().has_value();
-  page.alarms = daemon_.alarms().has_value();
+  page.status = !told_gone_ && daemon_.status().has_value();
+  page.motion = !told_gone_ && daemon_.motion().has_value();
+  page.tables = !told_gone_ && daemon_.tables().has_value();
+  page.alarms = !told_gone_ && daemon_.alarms().has_value();
   plan_due_ = true;
   put(page, {{"type", "hello"},
              {"version", config_.version},
@@ -115,7 +119,7 @@ bool PanelState::open(PageId id, const Visitor& visitor) {
   put(page, controls_of(id));
   put(page, typed("plan", plan_.state()));
   put(page, fleet_json());
-  if (told_gone_) put(page, {{"type", "gone"}, {"text", "No daemon answers for this machine."}});
+  if (told_gone_) put(page, gone_json());
   return true;
 }
 

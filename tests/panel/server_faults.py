@@ -160,6 +160,22 @@ class Restart(Faults):
         answer = self.page.ask(7, "start")
         self.assertNotEqual(answer["outcome"], "accepted")
 
+    def test_what_was_heard_last_does_not_come_behind_the_end(self):
+        """A page takes a status for the daemon's return."""
+        pages = [self.page] + [self.open() for _ in range(8)]
+        for page in pages:
+            page.state("idle")
+        self.bench.daemon.kill()
+        self.bench.daemon.wait()
+        for page in pages:
+            page.until(lambda m: m["type"] == "gone")
+        late = self.open()
+        late.until(lambda m: m["type"] == "gone")
+        for page in [*pages, late]:
+            page.send({"type": "take_controls"})  # whose answer is behind all that waited
+            page.until(lambda m: self.assertNotIn(m["type"], ("status", "motion")) or m["type"] == "controls")
+            page.ask("home", "home", joint=-1)
+
     def test_commands_while_there_is_no_daemon_are_not_kept(self):
         self.bench.daemon.kill()
         self.bench.daemon.wait()
