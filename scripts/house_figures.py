@@ -36,7 +36,8 @@ BESIDE = ("tests", "bench")  # told below the product's sum
 LEFT_OUT = ("cmake", "examples", "build", "out")
 INCLUDE = re.compile(r'^\s*#\s*include\s+"([^"]+)"', re.M)
 CHECK = re.compile(r"\bTRN_CHECK\s*\(")
-COLUMNS = ("files", "lines", "functions", "median", "p95", "longest", "comment", "checks", "units", "tested", "out", "in")
+COLUMNS = ("files", "lines", "functions", "median", "p95", "longest", "comment", "checks", "units", "tested", "out",
+           "in")
 
 
 def folder_of(name):
@@ -71,7 +72,7 @@ def share(lengths, part):
 
 
 def edges(files):
-    """(folder that includes, folder included), once for each line that crosses a border; tests and benchmarks left out."""
+    """(folder that includes, folder included) of each line that crosses a border; tests and benchmarks left out."""
     out = []
     for name, text in files.items():
         own = folder_of(name)

@@ -13,7 +13,8 @@ sys.path.insert(0, str(SCRIPT.parent))
 import house_figures  # noqa: E402
 
 TREE = {
-    "core/ring.h": "/// Of two.\nstruct Ring {\n  int top() const { return a; }\n  int a = 0;  // no comment line\n};\n",
+    "core/ring.h": "/// Of two.\nstruct Ring {\n  int top() const { return a; }\n"
+                   "  int a = 0;  // no comment line\n};\n",
     "kernel/cycle.h": '#include "core/ring.h"\n',
     "kernel/cycle.cc": '#include "kernel/cycle.h"\n/* one\n   two */\nint f(int a) {\n  TRN_CHECK(a > 0);\n'
                        '  // TRN_CHECK(a > 1);\n  return a;\n}\n',
@@ -50,8 +51,8 @@ class SmallTree(unittest.TestCase):
                          [(1, 1), (1, 0), (3, 1)])
 
     def test_edges_cross_a_border(self):
-        self.assertEqual([(self.rows[f]["out"], self.rows[f]["in"]) for f in ("core", "kernel", "kernel/rate", "product")],
-                         [(0, 2), (1, 1), (2, 0), (3, 3)])
+        folders = ("core", "kernel", "kernel/rate", "product")
+        self.assertEqual([(self.rows[f]["out"], self.rows[f]["in"]) for f in folders], [(0, 2), (1, 1), (2, 0), (3, 3)])
 
     def test_shares_of_lengths(self):
         self.assertEqual([house_figures.share(range(1, 101), part) for part in (0.5, 0.95, 1)], [50, 95, 100])
