@@ -32,12 +32,11 @@ struct PathLength : MoveSink {
 };
 
 // Offsets and the tool's length may be others by now: the program's own coordinates count.
-bool comes_to(const ProgramReader& reader, const std::vector<Words>& ends, const Words& to) {
+bool comes_to(const ProgramReader& reader, const std::vector<Words>& ends, const MmWords& to) {
   constexpr double kSamePlace = 1e-4;  // mm, degrees
   return std::any_of(ends.begin(), ends.end(), [&](const Words& end) {
     const MmWords there = reader.program_of(end);
-    return (there.xyz - to.head<3>()).norm() < kSamePlace &&
-           (there.abc_deg - to.tail<3>()).norm() < kSamePlace;
+    return (there.xyz - to.xyz).norm() < kSamePlace && (there.abc_deg - to.abc_deg).norm() < kSamePlace;
   });
 }
 
@@ -106,8 +105,8 @@ void each_field(Record& place, const Use& use) {
 std::string place_file_text(const PlaceRecord& place) {
   nlohmann::ordered_json json;
   each_field(place, [&](const char* key, const auto& value) {
-    if constexpr (std::is_same_v<decltype(value), const Words&>)
-      json[key] = std::vector<double>(value.begin(), value.end());
+    if constexpr (std::is_same_v<decltype(value), const MmWords&>)
+      for (int i = kX; i <= kC; ++i) json[key].push_back(value[i]);
     else
       json[key] = value;
   });
@@ -119,10 +118,10 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
     const nlohmann::json json = nlohmann::json::parse(text);
     PlaceRecord place;
     each_field(place, [&](const char* key, auto& value) {
-      if constexpr (std::is_same_v<decltype(value), Words&>) {
+      if constexpr (std::is_same_v<decltype(value), MmWords&>) {
         const auto words = json.at(key).template get<std::vector<double>>();
         if (words.size() != 6) throw ProgramError(fmt::format("{}: no record of a place: six words", name));
-        value = Eigen::Map<const Words>(words.data());
+        for (int i = kX; i <= kC; ++i) value[i] = words[static_cast<std::size_t>(i)];
       } else {
         json.at(key).get_to(value);
       }
