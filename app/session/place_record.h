@@ -4,11 +4,11 @@
 #include <string>
 #include <string_view>
 
-#include "interp/gcode/axis_words.h"
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
 #include "app/session/program_step.h"
 #include "core/axes.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
 

@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/frames.h"
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/frames.h"
 #include "core/motion.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
