@@ -8,10 +8,10 @@
 #include <iterator>
 #include <string>
 
-#include "hal/can/brake.h"
 #include "core/config.h"
 #include "core/machine.h"
 #include "core/units.h"
+#include "hal/can/brake.h"
 #include "hal/can/can_config.h"
 #include "tests/support/paths.h"
 
