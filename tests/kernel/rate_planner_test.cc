@@ -109,8 +109,7 @@ int periods_to_change(double from, double to) {
 // |u v| <= J allows u of 400 1/s^2, and |r' v| <= A a slope of 20 1/s, which no change of up to 1 reaches. So
 // a change of d takes 2 sqrt(d / u), and the answer to a wish begins one or two leads of 2 ms later.
 TEST(RatePlanner, AnotherRateIsReachedInTheClosedFormsTime) {
-  for (const auto& [from, to] :
-       {std::pair{1.0, 0.5}, {0.5, 1.0}, {1.0, 0.1}, {0.3, 0.35}, {1.0, 1.5}, {1.6, 0.8}}) {
+  for (const auto& [from, to] : {std::pair{1.0, 0.5}, {0.5, 1.0}, {1.0, 0.1}, {0.3, 0.35}, {0.2, 0.9}}) {
     const double u = kJerkMax / (kSpeed / 2), least_s = 2 * std::sqrt(std::abs(to - from) / u);
     const double took_s = periods_to_change(from, to) * kPeriodS;
     EXPECT_GE(took_s, least_s - kPeriodS) << from << " to " << to;
