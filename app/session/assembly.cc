@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "app/session/drawing_config.h"
 #include "app/session/inline_rate_plans.h"
 #include "app/session/safety_config.h"
 #include "compensation/sensor_board.h"
@@ -115,6 +116,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   add_io(a, field);
   a.safety = read_safety_inputs(a.machine);
   a.signals = read_signals(a.machine);
+  read_drawings(a.machine);  // the panel's; their keys are known
   root.finish();
   return a;
 }

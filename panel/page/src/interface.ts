@@ -365,6 +365,8 @@ export interface Machine {
   axes: string;
   kinematics: Chain;
   joints: JointInfo[];
+  /** Bodies with a drawing of their own: what each moves with (base, table, spindle or a joint). */
+  drawings: string[];
 }
 
 /** A file of the panel's folder of programs. */
