@@ -37,6 +37,7 @@ struct RtCommand {
     kSpindle,          ///< while the motion stands in a hold: value rpm, + clockwise
     kCoolant,          ///< the same; joint: bits, 1 mist, 2 flood
     kDigitalOutput,    ///< the same; joint: number; value: 1 on, 0 off
+    kCount
   };
   Kind kind = Kind::kStart;
   double value = 0;

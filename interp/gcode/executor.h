@@ -48,7 +48,7 @@ class Executor : public StateValues {
   explicit Executor(const ExecutorParts& parts);
 
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
-  void begin(const MmWords& start);
+  void begin(const MachineWords& start);
   /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
   /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
   /// and a running canned cycle are not taken over.
@@ -56,7 +56,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const MmWords& start, int in_spindle);
+  void enter(const MachineWords& start, int in_spindle);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -211,7 +211,7 @@ class Executor : public StateValues {
   void put_system(bool with_g92);
   WorkFrame frame() const;
   /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
-  MmWords machine_now(std::uint32_t column) const;
+  MachineWords machine_now(std::uint32_t column) const;
   /// Runs `change` on the offsets and keeps the machine where it is.
   template <typename Change>
   void keep_machine(const Change& change);
@@ -292,8 +292,11 @@ class Executor : public StateValues {
   void flush_comp();
 
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
+  // Parameters keep offsets, and for G28 and G30 places of the machine.
   MmWords stored(int parameter) const;
+  MachineWords stored_place(int parameter) const;
   void store(int parameter, const MmWords& words);
+  void store(int parameter, const MachineWords& place);
   double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
   double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
   MmWords to_mm(const ProgramWords& words) const { return in_mm(words, s_.modal.inch); }
@@ -339,7 +342,7 @@ class Executor : public StateValues {
 
 template <typename Change>
 void Executor::keep_machine(const Change& change) {
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   change();
   s_.position = from_mm(frame().to_program(machine));
 }

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 #include "app/client/message_json.h"
 #include "core/axes.h"
 #include "panel/server/machine_json.h"
@@ -213,7 +214,7 @@ void PanelState::note_command(const Page& page, const PageMessage& message) {
   const command_t& command = message.command;
   const bool end_of_jog = command.verb == command_t::JOG && command.value == 0;
   if (page.visitor.name.empty() || end_of_jog) return;
-  std::string what(find_rights(command.verb)->name);
+  std::string what(find_command(command.verb)->name);
   if (!command.text.empty()) what += " " + command.text.substr(0, kNotedMax);
   note("did", fmt::format("{}: {}", page.visitor.name, what));
 }
