@@ -333,6 +333,8 @@ export interface SerialChain {
   type: "serial";
   tool: ChainAxis[];
   work: ChainAxis[];
+  /** How a tilted head turns the spindle: about this line, as far as it is long; zero without */
+  spindle_turn_rad: Vector;
 }
 
 /** A leg or rail: where it holds the platform, and its other end. */

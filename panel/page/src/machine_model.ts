@@ -113,6 +113,8 @@ class SerialModel implements MachineModel {
     for (const axis of chain.tool) this.zero.add(vector(axis.offset_mm));
     for (const axis of chain.work) this.zero.sub(vector(axis.offset_mm));
     this.spindle = this.walk(chain.tool, this.root);
+    const turn = vector(chain.spindle_turn_rad);
+    this.spindle.quaternion.setFromAxisAngle(turn.clone().normalize(), turn.length());
     this.table = this.walk(chain.work, this.root);
     this.build();
   }
