@@ -60,7 +60,8 @@ SwitchOrder plan_switch(const command_t& command, const ProgramSwitches& now, bo
     default:
       order.name = "block delete";
       order.programs.block_delete = on;
-      order.changes_plan = true;
+      order.changes_plan = idle;
+      order.changes_reading = !idle;
   }
   if (order.changes_plan && !idle)
     order.refusal = fmt::format("{}{} can be switched while the machine is idle", order.name, why);

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <vector>
 
+#include "app/session/block_delete_json.h"
 #include "core/motion.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/g_code.h"
@@ -97,7 +98,8 @@ std::string place_file_text(const PlaceRecord& p) {
                                     {"coolant", p.coolant},
                                     {"work", p.work},
                                     {"block_delete", p.block_delete},
-                                    {"optional_stop", p.optional_stop}};
+                                    {"optional_stop", p.optional_stop},
+                                    {"block_delete_changes", changes_json(p.block_delete_changes)}};
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -125,6 +127,8 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
     p.work = json.at("work");
     p.block_delete = json.at("block_delete");
     p.optional_stop = json.at("optional_stop");
+    if (json.contains("block_delete_changes"))
+      p.block_delete_changes = changes_from(json.at("block_delete_changes"));
     return p;
   } catch (const nlohmann::json::exception& error) {
     throw ProgramError(fmt::format("{}: no record of a place: {}", name, error.what()));
@@ -151,11 +155,13 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
   Entries entries(before_mm - place.gone_mm);
   ProgramReader reader(assembly, parameters, tools, start, path);
   const Interpreter& interpreter = reader.interpreter();
+  double place_mm = place.gone_mm;
   while (interpreter.blocks() < place.block) {
     const bool begins = interpreter.between_blocks();
     const bool may_enter = begins && interpreter.cutter_comp() == 40_g;
     const std::uint64_t before = interpreter.blocks();
     const double at_mm = path.mm;
+    place_mm = at_mm + place.gone_mm;
     path.to.clear();
     if (!reader.step() && interpreter.blocks() < place.block) refuse_other_way(place, "it ends before");
     if (interpreter.waiting() && interpreter.blocks() < place.block)
@@ -171,7 +177,9 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
                                  interpreter.line()));
   if (place.moves && !comes_to(reader, path.to, place.to))
     refuse_other_way(place, "it comes to another place there, for variables have changed");
-  return entries.found();
+  PlaceEntry found = entries.found();
+  found.before_mm = place_mm - found.before_mm;
+  return found;
 }
 
 std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
@@ -182,9 +190,11 @@ std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
                       : place.coolant == 1 ? "mist"
                       : place.coolant == 2 ? "flood"
                                            : "mist and flood");
-  return text +
-         fmt::format("it goes on {}with line {}: the spindle and the coolant first, then the approach;\n",
-                     entry.block == place.block ? "" : "a little before, ", entry.line);
+  return text + fmt::format(
+                    "it goes on with line {} from its beginning, at least {:.1f} mm of the path before that: "
+                    "the spindle and "
+                    "the coolant first, then the approach;\n",
+                    entry.line, entry.before_mm);
 }
 
 }  // namespace trn
