@@ -96,6 +96,10 @@ class Executor : public StateValues {
   double predefined(int index) const override;
   double position(int axis) const override;
 
+  /// Lines that begin with '/' are skipped; at the beginning as the config has it.
+  bool block_delete() const { return block_delete_; }
+  void set_block_delete(bool on) { block_delete_ = on; }
+
   /// The line whose expressions are about to be computed.
   void at_line(std::uint32_t line, int file) {
     line_ = line;
@@ -340,6 +344,7 @@ class Executor : public StateValues {
   bool in_rational_ = false;
   enum class Question : std::uint8_t { kInput, kProbe, kTool };
   std::vector<Question> questions_;
+  bool block_delete_ = false;
   std::vector<bool> warned_words_;
   bool warned_smoothing_ = false, warned_dwell_ = false;
   bool ignores_ = false;  ///< the config passes over some words

@@ -201,6 +201,7 @@ void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, l
 
 void Executor::begin(const MachineWords& start) {
   line_ = 0;
+  block_delete_ = parts_.config.block_delete;
   // In the order in which the machine needs to know: units before any length, offsets before the place that
   // they make of the machine's.
   s_.modal.path = parts_.config.path_mode;
@@ -503,7 +504,7 @@ double Executor::predefined(int index) const {
     case 56:
       return s_.tilted;
     case 60:
-      return parts_.config.block_delete;
+      return block_delete_;
     case 61:
       return parts_.config.optional_stop;
     default:
