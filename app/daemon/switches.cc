@@ -60,7 +60,8 @@ SwitchOrder plan_switch(const command_t& command, const ProgramSwitches& now, bo
     case command_t::BLOCK_DELETE:
       order.name = "block delete";
       order.programs.block_delete = on;
-      order.changes_plan = true;
+      order.changes_plan = idle;
+      order.changes_reading = !idle;
       break;
     default:
       order.refusal = fmt::format("verb {} switches nothing", command.verb);

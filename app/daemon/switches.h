@@ -16,6 +16,7 @@ struct SwitchOrder {
   std::string name;                  ///< of the switch, for people
   ProgramSwitches programs;          ///< for the programs from now on
   bool changes_plan = false;         ///< what is prepared must be prepared anew
+  bool changes_reading = false;      ///< of the program that is under way: for what is not read yet
   std::optional<RtCommand> command;  ///< for the tick
   std::string refusal;               ///< then nothing shall be switched
 };

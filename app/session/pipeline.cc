@@ -55,6 +55,7 @@ void refuse(const CheckFailure& failed) {
 ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   if (start.text) config.end = ProgramEnd::kFree;
   config.block_delete = start.switches.block_delete;
+  config.block_delete_changes = start.block_delete_changes;
   config.optional_stop = start.switches.optional_stop;
   if (start.open) {
     config.open = start.open;

@@ -9,6 +9,7 @@
 #include <type_traits>
 #include <vector>
 
+#include "app/session/block_delete_json.h"
 #include "core/motion.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/g_code.h"
@@ -98,6 +99,7 @@ void each_field(Record& place, const Use& use) {
   use("work", place.work);
   use("block_delete", place.block_delete);
   use("optional_stop", place.optional_stop);
+  use("block_delete_changes", place.block_delete_changes);
 }
 
 }  // namespace
@@ -107,6 +109,8 @@ std::string place_file_text(const PlaceRecord& place) {
   each_field(place, [&](const char* key, const auto& value) {
     if constexpr (std::is_same_v<decltype(value), const MmWords&>)
       for (int i = kX; i <= kC; ++i) json[key].push_back(value[i]);
+    else if constexpr (std::is_same_v<decltype(value), const std::vector<BlockDeleteChange>&>)
+      json[key] = changes_json(value);
     else
       json[key] = value;
   });
@@ -122,6 +126,8 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
         const auto words = json.at(key).template get<std::vector<double>>();
         if (words.size() != 6) throw ProgramError(fmt::format("{}: no record of a place: six words", name));
         for (int i = kX; i <= kC; ++i) value[i] = words[static_cast<std::size_t>(i)];
+      } else if constexpr (std::is_same_v<decltype(value), std::vector<BlockDeleteChange>&>) {
+        if (json.contains(key)) value = changes_from(json.at(key));
       } else {
         json.at(key).get_to(value);
       }
@@ -152,11 +158,13 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
   Entries entries(before_mm - place.gone_mm);
   ProgramReader reader(assembly, parameters, tools, start, path);
   const Interpreter& interpreter = reader.interpreter();
+  double place_mm = place.gone_mm;
   while (interpreter.blocks() < place.block) {
     const bool begins = interpreter.between_blocks();
     const bool may_enter = begins && interpreter.cutter_comp() == 40_g;
     const std::uint64_t before = interpreter.blocks();
     const double at_mm = path.mm;
+    place_mm = at_mm + place.gone_mm;
     path.to.clear();
     if (!reader.step() && interpreter.blocks() < place.block) refuse_other_way(place, "it ends before");
     if (interpreter.waiting() && interpreter.blocks() < place.block)
@@ -172,7 +180,9 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
                                  interpreter.line()));
   if (place.moves && !comes_to(reader, path.to, place.to))
     refuse_other_way(place, "it comes to another place there, for variables have changed");
-  return entries.found();
+  PlaceEntry found = entries.found();
+  found.before_mm = place_mm - found.before_mm;
+  return found;
 }
 
 std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
@@ -183,9 +193,11 @@ std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
                       : place.coolant == 1 ? "mist"
                       : place.coolant == 2 ? "flood"
                                            : "mist and flood");
-  return text +
-         fmt::format("it goes on {}with line {}: the spindle and the coolant first, then the approach;\n",
-                     entry.block == place.block ? "" : "a little before, ", entry.line);
+  return text + fmt::format(
+                    "it goes on with line {} from its beginning, at least {:.1f} mm of the path before that: "
+                    "the spindle and "
+                    "the coolant first, then the approach;\n",
+                    entry.line, entry.before_mm);
 }
 
 }  // namespace trn

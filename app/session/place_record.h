@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
@@ -10,6 +11,7 @@
 #include "core/axes.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
 #include "interp/gcode/tool_table.h"
 
 namespace trn {
@@ -33,6 +35,8 @@ struct PlaceRecord {
   std::string work;           ///< the tip in the program's coordinates, for people
   bool block_delete = false;  ///< ProgramSwitches
   bool optional_stop = true;  ///< the same
+  /// How the block delete was switched while the program ran; the first: how it began. Empty: it was not.
+  std::vector<BlockDeleteChange> block_delete_changes;
 };
 
 /// The whole file (JSON), and back. ProgramError "name: what".

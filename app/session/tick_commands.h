@@ -43,6 +43,7 @@ inline constexpr auto kTickCommands = std::to_array<TickCommandRow>({
     {RtCommand::Kind::kSpindle, "spindle"},
     {RtCommand::Kind::kCoolant, "coolant"},
     {RtCommand::Kind::kDigitalOutput, "digital_output"},
+    {RtCommand::Kind::kRetrace, "retrace"},
 });
 
 namespace tick_commands {

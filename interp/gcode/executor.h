@@ -11,6 +11,7 @@
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/cutter/cutter_comp.h"
+#include "interp/gcode/cutter/tangential_knife.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor/nurbs.h"
 #include "interp/gcode/g_code.h"
@@ -95,6 +96,10 @@ class Executor : public StateValues {
   double predefined(int index) const override;
   double position(int axis) const override;
 
+  /// Lines that begin with '/' are skipped; at the beginning as the config has it.
+  bool block_delete() const { return block_delete_; }
+  void set_block_delete(bool on) { block_delete_ = on; }
+
   /// The line whose expressions are about to be computed.
   void at_line(std::uint32_t line, int file) {
     line_ = line;
@@ -112,7 +117,7 @@ class Executor : public StateValues {
   void warn(std::uint32_t column, std::string_view text) const { parts_.warn(column, text); }
   /// Nothing of the program is half done: no compensated contour, no open curve.
   bool between_features() const {
-    return !comp_.active() && !in_nurbs_ && !in_rational_ && !spline_chained_ && !left_contour_;
+    return !comp_.active() && !s_.knife && !in_nurbs_ && !in_rational_ && !spline_chained_ && !left_contour_;
   }
   /// M70/M73 bookkeeping: `level` is the sub-program depth.
   void on_return(int level);
@@ -210,6 +215,9 @@ class Executor : public StateValues {
   void load_system(int index);
   void put_system(bool with_g92);
   WorkFrame frame() const;
+  /// What a tool offset takes from the words while RTCP is off: it lies along the spindle at home.
+  ProgramWords in_words(ProgramWords tool_offset) const;
+  bool head_is_tilted() const;
   /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
   MachineWords machine_now(std::uint32_t column) const;
   /// Runs `change` on the offsets and keeps the machine where it is.
@@ -291,6 +299,12 @@ class Executor : public StateValues {
   void comp_move(const Block& b, const CanonCommand& command);
   void flush_comp();
 
+  // knife.cc: tangential control
+  void switch_knife(bool on, std::uint32_t column, std::string_view word);
+  void check_knife(const Block& b, GCode motion) const;
+  void check_knife_axis(std::uint32_t column, std::string_view word) const;
+  void check_knife_read(int axis) const;
+
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
   // Parameters keep offsets, and for G28 and G30 places of the machine.
   MmWords stored(int parameter) const;
@@ -302,6 +316,8 @@ class Executor : public StateValues {
   MmWords to_mm(const ProgramWords& words) const { return in_mm(words, s_.modal.inch); }
   ProgramWords from_mm(const MmWords& words) const { return in_program_units(words, s_.modal.inch); }
 
+  TangentialKnife knife_;    ///< all that the executor puts goes by way of it
+  bool knife_rtcp_ = false;  ///< it has switched RTCP on
   ExecutorParts parts_;
   unsigned axis_mask_;
   Settings s_;
@@ -328,6 +344,7 @@ class Executor : public StateValues {
   bool in_rational_ = false;
   enum class Question : std::uint8_t { kInput, kProbe, kTool };
   std::vector<Question> questions_;
+  bool block_delete_ = false;
   std::vector<bool> warned_words_;
   bool warned_smoothing_ = false, warned_dwell_ = false;
   bool ignores_ = false;  ///< the config passes over some words

@@ -67,6 +67,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   pass_.reset();
   passes_ = 0;
   blocks_ = 0;
+  changes_ = 0;
   gouges_told_.clear();
   held_.clear();
   executor_.begin(at);
@@ -283,8 +284,16 @@ void Interpreter::run_rest() {
   end_block(carry_out(true));
 }
 
+// As the operator did while the program ran before.
+void Interpreter::switch_block_delete() {
+  const std::vector<BlockDeleteChange>& changes = parts_.config.block_delete_changes;
+  for (; changes_ < changes.size() && changes[changes_].after_block <= blocks_; ++changes_)
+    executor_.set_block_delete(changes[changes_].on);
+}
+
 bool Interpreter::step() {
   if (ended_) return false;
+  switch_block_delete();
   block_done_ = false;
   try {
     if (!held_.empty() && flow_.depth() == held_.back().depth) {

@@ -101,7 +101,10 @@ class Interpreter {
   /// G40, G41 or G42.
   GCode cutter_comp() const { return executor_.cutter_comp_code(); }
 
+  /// How many blocks were run.
   std::uint64_t blocks() const { return blocks_; }
+  /// From the next block on, lines that begin with '/' are skipped, or run.
+  void set_block_delete(bool on) { executor_.set_block_delete(on); }
   const Settings& settings() const { return executor_.settings(); }
 
  private:
@@ -110,6 +113,7 @@ class Interpreter {
   void run_block(const ParsedBlock& parsed);
   void end_block(bool program_ends);
   void hold_for_tool(bool entry);
+  void switch_block_delete();
   void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at);
   void run_rest();
   void assign(const ParsedBlock& parsed);
@@ -149,6 +153,7 @@ class Interpreter {
   std::vector<double> values_;  ///< of the assignments of one line
   std::string text_;
   std::uint64_t blocks_ = 0;
+  std::size_t changes_ = 0;  ///< of the block delete, that have been made
   bool ended_ = false, came_round_ = false;
   bool block_done_ = false;               ///< the last block has been carried out: what failed was another
   std::vector<std::string> gouges_told_;  ///< at most kGougesTold: a loop meets them in every pass

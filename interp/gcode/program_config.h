@@ -10,13 +10,22 @@
 
 #include "core/config.h"
 #include "interp/gcode/canon.h"
+#include "interp/gcode/cutter/tangential_knife.h"
 #include "interp/gcode/g_code.h"
 #include "interp/gcode/text/line_reader.h"
 
 namespace trn {
 
 /// What a word of another control's language means here.
-enum class WordAction : std::uint8_t { kRtcpOn, kRtcpOff, kGreatCircle, kAxisPath, kIgnore };
+enum class WordAction : std::uint8_t {
+  kRtcpOn,
+  kRtcpOff,
+  kGreatCircle,
+  kAxisPath,
+  kKnifeOn,
+  kKnifeOff,
+  kIgnore
+};
 
 /// A word such as TRAORI, mapped by the config; M words ("M428") carry their number.
 struct MappedWord {
@@ -63,6 +72,15 @@ enum class ToolConfirm : std::uint8_t {
   kNobody       ///< M6 does not wait
 };
 
+/// The operator has switched the block delete while the program ran: behind so many of its blocks, as they
+/// were read (Interpreter::blocks).
+struct BlockDeleteChange {
+  std::uint64_t after_block = 0;
+  bool on = false;
+
+  bool operator==(const BlockDeleteChange&) const = default;
+};
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
@@ -76,6 +94,7 @@ struct ProgramConfig {
   double g183_retract_mm = 2.0;      ///< R of G183 when not given
   std::optional<double> safe_z_mm;   ///< machine Z to cross at when a program begins further down
   bool block_delete = false;         ///< lines that begin with '/' are skipped
+  std::vector<BlockDeleteChange> block_delete_changes;  ///< in their order; not from [program]
   bool optional_stop = true;
   double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run
   ProgramEnd end = ProgramEnd::kExpected;
@@ -91,6 +110,7 @@ struct ProgramConfig {
   std::vector<MappedWord> words = {{"orivect", -1, WordAction::kGreatCircle},
                                    {"oriaxes", -1, WordAction::kAxisPath},
                                    {"cycle832", -1, WordAction::kIgnore}};
+  TangentialConfig tangential;
   std::vector<UserCode> user_m;
   std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
@@ -107,7 +127,7 @@ const SwitchCode* find_switch(const ProgramConfig& config, int code);
 /// Reads an M code "M421" that nothing else in `config` uses; ConfigError if there is no such.
 int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config);
 
-/// Reads [program] and [tool_change]; ConfigError with file, line and column.
+/// Reads [program], [tool_change] and [tangential]; ConfigError with file, line and column.
 ProgramConfig read_program_config(const ConfigTable& root);
 
 }  // namespace trn

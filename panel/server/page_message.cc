@@ -75,7 +75,7 @@ command_t command_of(const json& message) {
   command.speed = number_of(message, "speed");
   command.speed_share = number_of(message, "speed_share");
   command.alive_ms = small_of(message, "alive_ms", 0, kAliveMax);
-  command.frame = static_cast<std::int8_t>(small_of(message, "frame", command_t::OWN, command_t::TOOL));
+  command.frame = static_cast<std::int8_t>(small_of(message, "frame", command_t::OWN, command_t::PATH));
   command.text = text_of(message, "text");
   return command;
 }

@@ -78,7 +78,7 @@ void judge_by_kdl(const LoadedMachine& loaded, bool closed_form, int count) {
 }
 
 TEST(Serial, ShippedConfigsAgreeWithKdl) {
-  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage", "nutating"}) {
+  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage", "nutating", "angle_head"}) {
     SCOPED_TRACE(name);
     judge_by_kdl(load_machine(name), true, std::string(name) == "mill" ? 500 : rounds(3000));
   }
@@ -97,6 +97,53 @@ TEST(Serial, ObliqueAxesAgreeWithKdl) {
       machine_of("XYZAC", linear + work('A', "1,0.05,-0.02", "0,3,0") + work('C', "0.1,0,1", "0,0,-75")),
       true, rounds(3000));
   judge_by_kdl(machine_of("XYZA", tool_xyz() + work('A', "1,0,0", "0,10,20")), true, rounds(3000));
+}
+
+std::string tilt(const std::string& direction, double tilt_deg, const std::string& offset = "0,0,0") {
+  return fmt::format("[[kinematics.tool_branch]]\ndirection=[{}]\ntilt_deg={}\noffset_mm=[{}]\n", direction,
+                     tilt_deg, offset);
+}
+std::string nose(const std::string& offset) {
+  return fmt::format("[[kinematics.tool_branch]]\noffset_mm=[{}]\n", offset);
+}
+
+TEST(Serial, TiltedHeadsAgreeWithKdl) {
+  // angle heads on a mill; one that is turned by hand about two axes; a rotary axis behind the tilt, before
+  // it, and in the table; three axes that only Newton solves
+  judge_by_kdl(machine_of("XYZ", tool_xyz() + tilt("1,0,0", 45, "0,0,-90") + nose("0,0,-60")), true, 500);
+  judge_by_kdl(
+      machine_of("XYZ", tool_xyz() + tilt("0,0,1", 30) + tilt("0,1,0", -90, "5,0,-90") + nose("0,3,-60")),
+      true, 500);
+  judge_by_kdl(machine_of("XYZB", tool_xyz() + tilt("0,1,1", 25, "0,0,-90") + tool('B', "0,1,0", "1,2,-70")),
+               true, rounds(3000));
+  judge_by_kdl(
+      machine_of("XYZC", tool_xyz() + tool('C', "0,0,1") + tilt("1,0,0", 90, "0,20,-90") + nose("0,0,-40")),
+      true, rounds(3000));
+  judge_by_kdl(machine_of("XYZAC", tool_xyz() + tilt("0,1,0", 20, "0,0,-50") + work('A', "1,0,0", "0,10,20") +
+                                       work('C', "0,0,1", "0,0,-75")),
+               true, rounds(3000));
+  judge_by_kdl(machine_of("XYZABC", tool_xyz() + tool('C', "0,0,1") + tilt("1,0,0", 10, "0,0,-20") +
+                                        tool('A', "1,0,0", "0,0,-50") + tool('B', "0,1,0", "0,0,-80")),
+               false, 500);
+}
+
+// What the config promises: an axis that is clamped at 35 degrees, and the same axis with a joint that stands
+// there.
+TEST(Serial, ATiltIsAnAxisThatIsClamped) {
+  const std::string before = tool_xyz() + tool('C', "0,0,1", "0,0,-30"), behind = nose("4,0,-60");
+  const LoadedMachine clamped = machine_of("XYZC", before + tilt("1,0.5,0", 35, "7,0,-90") + behind);
+  const LoadedMachine free = machine_of("XYZCA", before + tool('A', "1,0.5,0", "7,0,-90") + behind);
+  Sampler sampler(clamped, 12);
+  for (int round = 0; round < 500; ++round) {
+    const JointVec q = sampler.joints();
+    JointVec q_free(5);
+    q_free << q, rad_from_deg(35);
+    Pose X, X_free;
+    ASSERT_EQ(clamped.kinematics->forward(q, X), KinStatus::kOk);
+    ASSERT_EQ(free.kinematics->forward(q_free, X_free), KinStatus::kOk);
+    EXPECT_LT((X.p - X_free.p).norm(), 1e-12 * 1000);
+    EXPECT_LT((X.R - X_free.R).norm(), 1e-14);
+  }
 }
 
 TEST(Serial, TheOrderOfTheJointsIsFree) {

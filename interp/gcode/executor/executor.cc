@@ -180,7 +180,8 @@ void check_words(const Block& b, GCode motion) {
 }  // namespace
 
 Executor::Executor(const ExecutorParts& parts)
-    : parts_(parts),
+    : knife_(parts.config.tangential, parts.sink),
+      parts_{parts.config, parts.parameters, parts.tools, parts.kinematics, knife_, parts.warn, parts.asks},
       axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
       comp_(parts.config.gouge_check != GougeCheckMode::kOff),
       warned_words_(parts.config.words.size(), false) {
@@ -200,6 +201,7 @@ void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, l
 
 void Executor::begin(const MachineWords& start) {
   line_ = 0;
+  block_delete_ = parts_.config.block_delete;
   // In the order in which the machine needs to know: units before any length, offsets before the place that
   // they make of the machine's.
   s_.modal.path = parts_.config.path_mode;
@@ -306,6 +308,7 @@ bool Executor::execute(const Block& b) {
   }
   // What can be refused without knowing the machine is refused here, before anything of the block is done.
   check_words(b, motion);
+  if (s_.knife) check_knife(b, motion);
   if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   if (b.any_g) {
@@ -333,6 +336,7 @@ bool Executor::execute_rest(const Block& b) {
   const GCode motion = motion_of(b);
   if (b.any_m) m_codes(b);
   if (!b.parsed->keywords.empty()) keywords(b);
+  if (s_.knife) check_knife(b, motion);
   if (b.any_g) g_codes(b);
   if (motion != kNoGCode) motion_code(b, motion);
   if (only_sets_mode(b)) s_.motion = b.code(GGroup::kMotion);
@@ -351,6 +355,7 @@ void Executor::pass_over(const Block& b) {
     s_.position = target(b);
   } catch (const BlockError&) {  // there is no saying where it would have gone
   }
+  if (s_.knife) knife_.go_on_from(s_.position);
 }
 
 void Executor::check_g53(const Block& b) const {
@@ -460,6 +465,7 @@ void Executor::store(int parameter, const MmWords& words) {
 
 double Executor::position(int axis) const {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "reading the position");
+  check_knife_read(axis);
   return s_.position[axis];
 }
 
@@ -498,7 +504,7 @@ double Executor::predefined(int index) const {
     case 56:
       return s_.tilted;
     case 60:
-      return parts_.config.block_delete;
+      return block_delete_;
     case 61:
       return parts_.config.optional_stop;
     default:
@@ -509,6 +515,7 @@ double Executor::predefined(int index) const {
 // #<_x> to #<_c> in the program's coordinates, #<_abs_x> to #<_abs_c> in the machine's (G53); both in the
 // program's units.
 double Executor::predefined_place(int index) const {
+  check_knife_read((index - 32) % 6);
   if (index <= 37) return s_.position[index - 32];
   const int axis = index - 38;
   const double place = machine_now(1)[axis];

@@ -50,7 +50,7 @@ Pose Executor::spindle_pose(std::uint32_t column, std::string_view word) const {
   }
   Words words = in_radians(machine);
   // With RTCP off the words are the axes less the tool offset, so adding it gives where the axes stand.
-  words.head<3>() += tool;
+  words.head<3>() += kinematics.tool_in_words(tool);
   JointVec q;
   Pose X_BS;
   check(kinematics.joints_from_words(words, q), column, word);
@@ -77,7 +77,7 @@ ProgramWords Executor::position_for(const Pose& X_BS, bool tip_in_table, std::ui
       seed = JointVec::Zero(kinematics.joint_count());
     check(kinematics.inverse(X_BS, seed, q), column, word);
     check(kinematics.words_from_joints(q, words), column, word);
-    machine.xyz = words.head<3>() - tool;
+    machine.xyz = words.head<3>() - kinematics.tool_in_words(tool);
   }
   ProgramWords program = from_mm(f.to_program(machine));
   // The inverse may give a rotary axis a whole turn or a rounding error more. The program's own angles are
@@ -117,11 +117,11 @@ void Executor::suspend_rtcp(const Block& b, const std::function<void()>& move) {
 }
 
 MachineWords Executor::machine_now(std::uint32_t column) const {
-  if (!tip_in_table()) return frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+  if (!tip_in_table()) return frame().to_machine(to_mm(s_.position)) + to_mm(in_words(s_.tool_offset));
   const Pose X_BS = spindle_pose(column, "the present place");
   MachineWords machine = frame().to_machine(to_mm(s_.position));
   const ProgramWords program = position_for(X_BS, false, column, "the present place");
-  machine.xyz = frame().to_machine(to_mm(program)).xyz + to_mm(s_.tool_offset).xyz;
+  machine.xyz = frame().to_machine(to_mm(program)).xyz + to_mm(in_words(s_.tool_offset)).xyz;
   return machine;
 }
 
