@@ -1,0 +1,61 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+
+#include "core/axes.h"
+#include "core/fault.h"
+#include "kernel/hold_detour.h"
+#include "kernel/rt_messages.h"
+#include "tests/kernel/held_machine.h"
+
+// What a hold means to the tick: when the machine counts as standing, and what does not go on meanwhile.
+namespace trn {
+namespace {
+
+using Kind = RtCommand::Kind;
+
+TEST(CycleHold, ItStandsWhenTheSetpointsHaveStoodForSomePeriods) {
+  for (const std::uint32_t line : {4u, 6u}) {
+    HeldMachine machine;
+    ASSERT_TRUE(machine.until([&] { return machine.now().line == line && machine.now().speed_mm_s > 1; }));
+    machine.post({Kind::kHold});
+    JointVec last = machine.now().q_plan;
+    int still = 0;
+    for (int i = 0; i < 20000 && !machine.now().stands_in_hold; ++i) {
+      machine.tick();
+      still = machine.now().q_plan == last ? still + 1 : 0;
+      last = machine.now().q_plan;
+    }
+    ASSERT_TRUE(machine.now().stands_in_hold);
+    EXPECT_GE(still, HoldDetour::kStillPeriods) << line;
+  }
+}
+
+// G4 P1 is a second of the program's own time, which stands in a hold.
+TEST(CycleHold, ADwellDoesNotGoOnMeanwhile) {
+  constexpr int kHeld = 3000, kRamps = 300;  // periods
+  const auto lasts = [](int held) {
+    HeldMachine machine("mill", "G21 G90\nG1 X5 F3000\nG4 P1\nG1 X10\nM2\n");
+    int periods = 0;
+    const auto run = [&](int count) {
+      machine.run(count);
+      periods += count;
+    };
+    while (machine.now().q_plan[0] < 5 - 1e-9 && periods < 20000) run(1);
+    run(100);
+    if (held > 0) {
+      machine.post({Kind::kHold});
+      run(held);
+      EXPECT_EQ(machine.now().motion, MotionState::kHeld);
+      EXPECT_NEAR(machine.now().q_plan[0], 5, 1e-9);
+      machine.post({Kind::kResume});
+    }
+    while (machine.now().motion != MotionState::kRest && periods < 40000) run(1);
+    EXPECT_NEAR(machine.now().q_plan[0], 10, 1e-6);
+    return periods;
+  };
+  EXPECT_NEAR(lasts(kHeld), lasts(0) + kHeld, kRamps);
+}
+
+}  // namespace
+}  // namespace trn
