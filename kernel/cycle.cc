@@ -37,6 +37,7 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       safety_(config.safety),
       wires_(config.wires),
       detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, ramp_, io_),
+      retrace_(config.plan_joints, config.period_s, parts.queue, interpolator_),
       feed_forward_(config.feed_forward, config.plan_joints, config.period_s) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
   for (JointVec* v : {&setpoint_.q, &setpoint_.offset, &setpoint_.q_sent, &setpoint_.last, &setpoints_.q,
@@ -83,6 +84,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
       return start(command.value != 0);
     case Kind::kHold:
       if (detour_.under_way()) return detour_.hold();
+      if (retrace_.moves()) return retrace(0);
       if (on_path) motion_ = MotionState::kHeld;
       return;
     case Kind::kResume:
@@ -104,6 +106,8 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kDigitalOutput:
       if (stands_in_hold()) detour_.switch_output(setpoint_.q, command);
       return;
+    case Kind::kRetrace:
+      return retrace(command.value);
     case Kind::kHome:
       if (may_begin && !lock_.on) begin_homing(command.joint);
       return;
@@ -123,6 +127,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kRapidOverride:
     case Kind::kSpindleOverride:
     case Kind::kAdaptiveFeed:
+    case Kind::kCount:
       return;
   }
 }
@@ -136,6 +141,12 @@ void Cycle::start(bool typed_in) TRN_RT {
 void Cycle::resume() TRN_RT {
   if (motion_ != MotionState::kPaused && motion_ != MotionState::kHeld) return;
   if (detour_.under_way()) return detour_.lead_back();
+  if (retrace_.moves()) {
+    retrace_.stop();
+    retraced_.resumes = true;
+    return;
+  }
+  retrace_.forget();
   if (motion_ == MotionState::kPaused) single_block_.release();
   if (motion_ == MotionState::kPaused && wait_.paused) {
     wait_.tool_confirmed = interpolator_.event().event.kind == QueueEvent::Kind::kToolChange;
@@ -195,6 +206,7 @@ void Cycle::move() TRN_RT {
   // Drives without power are followed, so that they start without a jump.
   if (!obeyed_ && ending_ != Ending::kRunOut) setpoint_.q = feedback_.q - setpoint_.offset;
   if (detour_.under_way()) return follow_detour();
+  if (retrace_.moves()) return follow_retrace();
   switch (motion_) {
     case MotionState::kRest:
       queue_.front();  // lets a dropped program's blocks go
@@ -245,6 +257,7 @@ void Cycle::follow_path() TRN_RT {
   const auto stands = [&] { return rate_.standing() || interpolator_.at_rest(); };
   if (!ending() && single_block_.pauses(dwell_left_s_ <= 0 && stands())) {
     motion_ = MotionState::kPaused;
+    report_source(single_block_.driven({report_.line, report_.step}));
     return;
   }
   const double target = std::min(wanted, most);
@@ -274,6 +287,7 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   passed_.tip_mm = io_.geared() ? (tip - tip_before).norm() : 0;
   if (io_.taps()) io_.follow_tip(tip);
   report_source(interpolator_.source());
+  if (single_block_.on()) single_block_.see(interpolator_.source());
   io_.apply(interpolator_.take_outputs());
   if (outcome == Interpolator::Outcome::kBroken) return latch(Fault::kAssertion, -1);
   if (outcome == Interpolator::Outcome::kStarved) return latch(Fault::kStarved, -1);
@@ -418,33 +432,6 @@ void Cycle::exchange_io() TRN_RT {
   if (fault != Fault::kOk) latch(fault, -1);
 }
 
-// Where the operator may jog away and switch outputs: not inside a thread or a probe move.
-bool Cycle::stands_in_hold() const TRN_RT {
-  if (ending() || latched_.fault != Fault::kOk || !obeyed_ || switch_.settling) return false;
-  if (detour_.state() == DetourState::kJogs) return detour_.obeys();
-  if (still_periods_ < HoldDetour::kStillPeriods) return false;
-  if (detour_.under_way()) return detour_.obeys();
-  if (io_.reads_encoder() || io_.probes()) return false;
-  const bool stands = rate_.standing() || interpolator_.at_rest();
-  return motion_ == MotionState::kPaused || (motion_ == MotionState::kHeld && stands);
-}
-
-void Cycle::follow_detour() TRN_RT {
-  TRN_CHECK(motion_ == MotionState::kHeld || motion_ == MotionState::kPaused);
-  rate_.rest(queue_);
-  if (ending()) detour_.hold();
-  setpoint_.q = detour_.step(setpoint_.q, std::min(1.0, overrides_.feed()));
-  if (ending()) {
-    if (detour_.moves()) return;
-    io_.all_off();
-    return abandon_motion();
-  }
-  if (detour_.spindle_failed()) return latch(Fault::kSpindle, -1);
-  if (!detour_.ended()) return;
-  detour_.forget();
-  resume();
-}
-
 void Cycle::follow_jog() TRN_RT {
   if (ending()) jog_.stop();
   setpoint_.q = jog_.step(std::min(1.0, overrides_.feed()));
@@ -468,6 +455,7 @@ void Cycle::come_to_rest() TRN_RT {
   wait_ = {};
   switch_ = {};
   detour_.forget();
+  retrace_.forget();
   probe_.reset();
   overrides_.reset_mode();
   dwell_left_s_ = 0;
@@ -525,7 +513,7 @@ void Cycle::feed_forward() TRN_RT {
   const bool stands =
       !obeyed_ || lock_.on || motion_ == MotionState::kRest || motion_ == MotionState::kHoming;
   const bool on_path = (motion_ == MotionState::kMoving || motion_ == MotionState::kHeld) &&
-                       !detour_.under_way() && !switch_.settling;
+                       !detour_.under_way() && !retrace_.moves() && !switch_.settling;
   if (stands || (on_path && interpolator_.at_rest()))
     feed_forward_.stand(setpoint_.q);
   else if (on_path)

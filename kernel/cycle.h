@@ -22,6 +22,7 @@
 #include "kernel/path_rate.h"
 #include "kernel/probe_move.h"
 #include "kernel/rate_plans.h"
+#include "kernel/retrace.h"
 #include "kernel/rt_messages.h"
 #include "kernel/safety_inputs.h"
 #include "kernel/setpoint_chain.h"
@@ -94,6 +95,14 @@ class Cycle final : public TickPort {
     bool paused = false;          ///< kPaused because of it
     bool tool_confirmed = false;  ///< the tool change in front may pass
   };
+  /// The place of a hold that the operator moves away from along the path.
+  struct RetracedHold {
+    bool paused = false;  ///< it was kPaused
+    ProgramWait wait;
+    QueueEvent waits_at;
+    SourceLine source;
+    bool resumes = false;  ///< as soon as the motion stands
+  };
   /// Between two stretches with different corrections.
   struct CorrectionSwitch {
     bool pending = false;   ///< the next stretch begins with other corrections than the last one ended
@@ -133,6 +142,8 @@ class Cycle final : public TickPort {
   void quick_stop() TRN_RT;
   void jog(const RtCommand& command) TRN_RT;
   void begin_homing(int joint) TRN_RT;
+  void retrace(double way_mm) TRN_RT;
+  void end_retrace() TRN_RT;
   void set_lock(bool on) TRN_RT;
 
   void move() TRN_RT;
@@ -146,6 +157,7 @@ class Cycle final : public TickPort {
   void settle(double target) TRN_RT;
   bool stands_in_hold() const TRN_RT;
   void follow_detour() TRN_RT;
+  void follow_retrace() TRN_RT;
   void follow_jog() TRN_RT;
   void follow_homing() TRN_RT;
 
@@ -209,6 +221,8 @@ class Cycle final : public TickPort {
   SafetyInputs safety_;
   SignalWires wires_;
   HoldDetour detour_;
+  Retrace retrace_;
+  RetracedHold retraced_;
   int still_periods_ = 0;  ///< that the plan's joints have not moved, up to kStillPeriods
   ProgramWait wait_;
   CorrectionSwitch switch_;

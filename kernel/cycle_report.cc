@@ -51,6 +51,7 @@ void Cycle::report_place() TRN_RT {
   report_.late_rate_plans = rate_.late_answers();
   report_.override_now = rate_.rate();
   if (switch_.settling) report_.override_now = ramp_.rate();
+  if (retrace_.moves()) report_.override_now = retrace_.rate();
   if (detour_.goes_back()) report_.override_now = detour_.rate();
   if (motion_ == MotionState::kJogging || detour_.state() == DetourState::kJogs)
     report_.override_now = std::min(1.0, overrides_.feed());
@@ -94,7 +95,9 @@ void Cycle::write_report() TRN_RT {
   report_.fault_joint = latched_.joint;
   report_.failed_check = latched_.check;
   report_.motion = shown_motion();
-  report_.detour = detour_.state();
+  report_.detour = retrace_.moves() ? DetourState::kRetraces : detour_.state();
+  report_.behind_mm = retrace_.behind_mm();
+  report_.behind_end = retrace_.at_end();
   report_.stands_in_hold = stands_in_hold();
   report_.detour_full = detour_.full();
   report_.drives = feedback_.state;

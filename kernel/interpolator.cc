@@ -93,6 +93,29 @@ void Interpolator::evaluate(const MotionBlock& block) TRN_RT {
   has_position_ = true;
 }
 
+Interpolator::Stand Interpolator::stand() const TRN_RT {
+  return {time_s_, segment_, at_rest_, begun_, y_, context_, overrides_, source_};
+}
+
+void Interpolator::return_to(const Stand& stand) TRN_RT {
+  time_s_ = stand.time_s;
+  segment_ = stand.segment;
+  at_rest_ = stand.at_rest;
+  begun_ = stand.begun;
+  y_ = stand.y;
+  context_ = stand.context;
+  overrides_ = stand.overrides;
+  source_ = stand.source;
+}
+
+void Interpolator::go_to(const PlanPlace& place, const MotionBlock& block) TRN_RT {
+  TRN_CHECK(place.segment >= 0 && place.segment < block.segment_count && place.time_s >= 0);
+  time_s_ = place.time_s;
+  segment_ = place.segment;
+  begun_ = true;
+  evaluate(block);
+}
+
 void Interpolator::abandon() TRN_RT {
   queue_.drop_all();
   time_s_ = 0;

@@ -33,6 +33,22 @@ class Interpolator {
   const OverrideMode& overrides() const TRN_RT { return overrides_; }
   bool has_position() const TRN_RT { return has_position_; }
   bool at_rest() const TRN_RT { return at_rest_; }
+  bool begun() const TRN_RT { return begun_; }
+  /// Where it stands, to go away from and return to.
+  struct Stand {
+    double time_s = 0;
+    int segment = 0;
+    bool at_rest = true, begun = false;
+    Words y = Words::Zero();
+    MapContext context;
+    OverrideMode overrides;
+    SourceLine source;
+  };
+  Stand stand() const TRN_RT;
+  /// The queue's front is again what it was.
+  void return_to(const Stand& stand) TRN_RT;
+  /// Elsewhere on the path: in this block, which becomes the front.
+  void go_to(const PlanPlace& place, const MotionBlock& block) TRN_RT;
   /// Where in the queue's plan that is.
   PlanPlace place() const TRN_RT { return {queue_.front_number(), segment_, time_s_}; }
 

@@ -32,9 +32,13 @@ struct ProgramAnswer {
 /// same place.
 class MotionQueue {
  public:
+  /// `past`: so many blocks stay as they are behind the front (`kept`); there is less room ahead of it.
   explicit MotionQueue(std::size_t capacity,
-                       std::pmr::memory_resource* memory = std::pmr::get_default_resource())
-      : items_(capacity, memory) {}
+                       std::pmr::memory_resource* memory = std::pmr::get_default_resource(),
+                       std::size_t past = 0)
+      : items_(capacity, memory), past_(past) {
+    TRN_CHECK(past < capacity);
+  }
   /// Memory for the blocks of a queue.
   static constexpr std::size_t bytes(std::size_t capacity) { return capacity * sizeof(Item); }
 
@@ -44,7 +48,8 @@ class MotionQueue {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
     TRN_CHECK(block.segment_count <= MotionBlock::kMaxSegments);
     const std::uint64_t head = head_.load(std::memory_order_acquire);
-    if (tail - std::min(head, kept_from_.load(std::memory_order_acquire)) >= items_.size()) return false;
+    const std::uint64_t kept = std::min(head, kept_from_.load(std::memory_order_acquire));
+    if (tail - kept >= items_.size() - past_) return false;
     pushed_ns_.fetch_add(duration_ns(block), std::memory_order_relaxed);
     if (is_stop(block)) pushed_stops_.fetch_add(1, std::memory_order_relaxed);
     items_[tail % items_.size()] = {block, generation_.load(std::memory_order_relaxed), ++number_, pushed_ns_,
@@ -126,6 +131,22 @@ class MotionQueue {
       pop();
     return ahead(0);
   }
+  /// The block with this number: one that is seen, or of the past, as far as that is kept; null else.
+  const MotionBlock* kept(std::uint64_t number) const TRN_RT {
+    if (number >= seen_ || number < oldest()) return nullptr;
+    const Item& item = items_[number % items_.size()];
+    return item.generation > dropped_ ? &item.block : nullptr;
+  }
+  /// The front is the kept block with this number; `begun`: it is being driven.
+  void go_to(std::uint64_t number, bool begun) TRN_RT {
+    TRN_CHECK(number >= oldest() && number <= seen_ && number > 0);
+    floor_ = oldest();
+    head_.store(number, std::memory_order_release);
+    const Item& before = items_[(number - 1) % items_.size()];
+    begun_ = begun;
+    begun_ns_.store(begun ? item(0).end_ns : before.end_ns, std::memory_order_release);
+    popped_stops_.store(before.stops, std::memory_order_release);
+  }
   /// The block `index` places behind the front; null if it is not seen yet.
   const MotionBlock* ahead(std::uint64_t index) const TRN_RT {
     return sees(index) && item(index).generation > dropped_ ? &item(index).block : nullptr;
@@ -169,6 +190,11 @@ class MotionQueue {
   static constexpr int kDropsPerTick = 64;
   static constexpr std::uint32_t kAnswersMax = 8;  ///< a block of the program asks at most twice
 
+  // One less than `past_`: the writer may be about to fill the one behind.
+  std::uint64_t oldest() const TRN_RT {
+    const std::uint64_t head = head_.load(std::memory_order_relaxed);
+    return std::max(floor_, head - std::min<std::uint64_t>(head, past_ > 2 ? past_ - 2 : 0));
+  }
   bool sees(std::uint64_t index) const TRN_RT {
     return head_.load(std::memory_order_relaxed) + index < seen_;
   }
@@ -194,6 +220,8 @@ class MotionQueue {
   std::atomic<std::int64_t> pushed_stops_{0}, popped_stops_{0};
   std::uint32_t number_ = 0;              ///< the planner's own
   std::uint64_t seen_ = 0, dropped_ = 0;  ///< the tick's own
+  std::uint64_t floor_ = 0;               ///< the same: what was behind this is no longer kept
+  std::size_t past_ = 0;
   std::uint32_t seen_number_ = 0;
   bool begun_ = false;
 };

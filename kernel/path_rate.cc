@@ -37,6 +37,12 @@ void PathRate::rest(MotionQueue& queue) TRN_RT {
   periods_left_ = lead_periods_;
 }
 
+void PathRate::stand_elsewhere() TRN_RT {
+  stale_ = true;
+  has_stops_ = steady_ = false;
+  follower_.restart(0);
+}
+
 double PathRate::step(MotionQueue& queue, const PlanPlace& place, const RateWish& wish) TRN_RT {
   TRN_CHECK(wish.rate >= 0 && wish.rate <= 2);
   TRN_CHECK(wish.stop_in_s >= 0);

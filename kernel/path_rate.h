@@ -24,6 +24,8 @@ class PathRate {
   double start(MotionQueue& queue, double rate) TRN_RT;
   /// The motion is at rest and does not begin: asks now and then, so that it is known whether answers come.
   void rest(MotionQueue& queue) TRN_RT;
+  /// It stands, and the motion has been moved elsewhere on the path: what was asked is void.
+  void stand_elsewhere() TRN_RT;
   /// One period from `place` with this wish; returns the plan time that passes in it, s.
   double step(MotionQueue& queue, const PlanPlace& place, const RateWish& wish) TRN_RT;
 

@@ -37,6 +37,8 @@ struct RtCommand {
     kSpindle,          ///< while the motion stands in a hold: value rpm, + clockwise
     kCoolant,          ///< the same; joint: bits, 1 mist, 2 flood
     kDigitalOutput,    ///< the same; joint: number; value: 1 on, 0 off
+    kRetrace,          ///< the same; value mm of the path, back or, > 0, forward (Retrace); 0: stop there
+    kCount
   };
   Kind kind = Kind::kStart;
   double value = 0;
@@ -55,12 +57,13 @@ enum class MotionState : std::uint8_t {
   kHoming,
 };
 
-/// What the operator does while the motion is held (HoldDetour).
+/// What the operator does while the motion is held (HoldDetour, Retrace).
 enum class DetourState : std::uint8_t {
-  kNone,     ///< nothing: the machine stands where it was held
-  kJogs,     ///< jogs move it away
-  kAway,     ///< it stands, away or with outputs switched
-  kReturns,  ///< it is on the way back, or held there
+  kNone,      ///< nothing: the machine stands where it was held
+  kJogs,      ///< jogs move it away
+  kAway,      ///< it stands, away or with outputs switched
+  kReturns,   ///< it is on the way back, or held there
+  kRetraces,  ///< it moves back along the path, or forward again (Retrace)
 };
 
 /// A correction of the chain in one period.
@@ -117,6 +120,8 @@ struct CycleReport {
   DetourState detour = DetourState::kNone;
   bool stands_in_hold = false;  ///< the operator may jog and switch
   bool detour_full = false;     ///< away by as many corners as can be led back
+  double behind_mm = 0;         ///< so much of the path behind the place of the hold (Retrace)
+  bool behind_end = false;      ///< and no farther that way
   QueueEvent event;             ///< the event that took effect in this period, if any
   QueueEvent waits_at;          ///< the event in front that is not done yet: a program stop, a tool, an input
   bool answered = false;        ///< `event` gave the program `answer`

@@ -31,6 +31,14 @@ class SingleBlock {
   /// Plan time to the end of the released line, s, if that is in the middle of a stretch and nearer than
   /// `horizon_s`; else kNoStop.
   double to_line_end_s(double horizon_s) const TRN_RT;
+  /// What moves now.
+  void see(const SourceLine& source) TRN_RT {
+    if (source.line == line_) seen_ = source;
+  }
+  /// What moved last of the released line. `shown`: where nothing of it was seen.
+  SourceLine driven(const SourceLine& shown) const TRN_RT {
+    return seen_.step > 0 && seen_.line == line_ ? seen_ : shown;
+  }
   /// The motion went past the end of the released line: the line that has begun takes its place.
   void pass_line() TRN_RT;
 
@@ -42,6 +50,7 @@ class SingleBlock {
   const Interpolator& interpolator_;
   bool on_ = false, begins_ = false, typed_in_ = false;
   std::uint32_t line_ = 0;    ///< that was released
+  SourceLine seen_;           ///< of it
   std::uint32_t number_ = 0;  ///< of its last block that was met
 };
 

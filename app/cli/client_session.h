@@ -56,6 +56,8 @@ trunnion::command_t text_command(std::int8_t verb, const std::string& text);
 Exit send(ClientSession& session, const ClientOptions& options, const trunnion::command_t& command);
 Exit exit_of(const trunnion::acknowledge_t& answer);
 
+/// `trunnion reverse` and `trunnion forward`.
+void add_retrace(CLI::App& app, Exit& exit);
 /// `trunnion wheel`.
 void add_wheel(CLI::App& app, Exit& exit);
 /// `trunnion jog`.

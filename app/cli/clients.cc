@@ -305,10 +305,13 @@ void add_switch(CLI::App& app, Exit& exit) {
   auto on = std::make_shared<std::string>();
   CLI::App& client = add_sender(
       app, exit, options, "switch",
-      "Set a switch. optional-stop: M1 stops; it acts at once, also while a program runs. You set the "
-      "others while the machine is idle. block-delete: lines that begin with / are skipped. dry-run: feed "
-      "moves go as fast as the joints can, with the spindle off and the tool away from the work. "
-      "machine-lock: programs run while no joint moves",
+      "Set a switch. optional-stop: M1 stops; it acts at once, also while a program runs. block-delete: "
+      "lines "
+      "that begin with / are skipped; in a program that runs, those that are not read yet, and the answer "
+      "says "
+      "which. You set the others while the machine is idle. dry-run: feed moves go as fast as the joints "
+      "can, "
+      "with the spindle off and the tool away from the work. machine-lock: programs run while no joint moves",
       [on](const Machine&, const ClientOptions& chosen) { return switch_command(chosen.text, *on == "on"); });
   std::vector<std::string> names;
   for (const auto& entry : kSwitches) names.emplace_back(entry.name);
@@ -377,6 +380,7 @@ void add_clients(CLI::App& app, Exit& exit) {
   add_start(app, exit);
   add_motion_clients(app, exit);
   add_jog(app, exit);
+  add_retrace(app, exit);
   add_wheel(app, exit);
   add_home(app, exit);
   add_override(app, exit);

@@ -414,10 +414,10 @@ const ChapterMeaning kHostMeanings = {
     }};
 
 std::vector<const ChapterMeaning*> all_meanings() {
-  return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings, &kPlannerMeanings,
-          &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,     &kSlowDriveMeanings,
-          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,  &kSignalMeanings,
-          &kHostMeanings,       &kOtherFileMeanings};
+  return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings,  &kPlannerMeanings,
+          &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,      &kSlowDriveMeanings,
+          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,   &kSignalMeanings,
+          &kDrawingMeanings,    &kHostMeanings,       &kOtherFileMeanings};
 }
 
 }  // namespace trn

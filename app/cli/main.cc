@@ -50,7 +50,9 @@ struct Group {
 const std::array kGroups = {
     Group{"Try a program on this computer", {"run", "interpret", "check-trace", "replay"}},
     Group{"Run a machine", {"daemon", "panel", "status", "monitor", "home", "jog", "estop", "reset"}},
-    Group{"Cut a part", {"load", "start", "hold", "resume", "stop", "mdi", "override", "step", "switch"}},
+    Group{"Cut a part",
+          {"load", "start", "hold", "resume", "reverse", "forward", "stop", "mdi", "override", "step",
+           "switch"}},
     Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
     Group{"Set up a machine",
           {"config", "import", "kin", "workspace", "io", "commission", "latency", "can", "modbus", "scope",

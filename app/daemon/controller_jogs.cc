@@ -53,6 +53,21 @@ CommandServer::Answer MachineController::jog(const command_t& command) {
   return {acknowledge_t::ACCEPTED, order.remark};
 }
 
+// Along the path of the program that is held.
+CommandServer::Answer MachineController::retrace(const command_t& command) {
+  const bool moves = report_.detour == DetourState::kRetraces;
+  if (supervisor_.state() != MachineState::kHolding)
+    return refused("the motion is moved along its path while a program is held; 'hold' it first");
+  if (command.value != 0 && moves) return refused("it moves along its path already; 'hold' stops it");
+  if (report_.detour != DetourState::kNone && !moves)
+    return refused(
+        "the machine is away from the path, or an output is switched; jog it back, or let 'resume' lead it");
+  if (command.value != 0 && !report_.stands_in_hold)
+    return refused("the machine does not stand yet, or stands in a thread or a probe move");
+  post({RtCommand::Kind::kRetrace, command.value});
+  return accepted();
+}
+
 // Planned like a line of MDI, and ended by a stop on the path.
 CommandServer::Answer MachineController::jog_along(const command_t& command, const Ticket& ticket) {
   if (jogs_along() && jogs_.continues(command)) {

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/letter_case.h"
 #include "core/ports.h"
 
 namespace trn {
@@ -30,7 +31,7 @@ std::optional<std::vector<HeldWord>> held_words(std::string_view text) {
     while (at != end && std::isspace(static_cast<unsigned char>(*at)) != 0) ++at;
   };
   for (skip(); at != end; skip()) {
-    HeldWord word{static_cast<char>(std::toupper(static_cast<unsigned char>(*at++))), 0};
+    HeldWord word{upper_case(*at++), 0};
     skip();
     const auto read = std::from_chars(at, end, word.value);
     if (std::isalpha(static_cast<unsigned char>(word.letter)) == 0 || read.ec != std::errc() ||
@@ -47,6 +48,13 @@ std::string why_not_held(const std::vector<HeldWord>& words, const HeldWord& wor
     return std::string_view("XYZABCUVW").find(any.letter) != std::string_view::npos;
   });
   const bool sets = word.letter == 'G' && word.value != 0 && word.value != 1;
+  const bool sets_table = std::any_of(words.begin(), words.end(), [](const HeldWord& any) {
+    return (any.letter == 'G' && any.value == 10) || (any.letter == 'M' && any.value == 61);
+  });
+  if (sets_table)
+    return "offsets, tool lengths and the tool in the spindle would act in the middle of what is planned "
+           "already; "
+           "'stop' ends the program, set them then, and 'start --resume' goes on from this place with them";
   if (moves && !sets) return "an axis is moved with 'jog', and 'resume' leads it back";
   if (word.letter == 'G')
     return fmt::format("G{:g} would change what the held program goes on with; 'stop' ends it", word.value);

@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <filesystem>
+#include <memory>
 #include <thread>
 #include <utility>
 
@@ -103,7 +105,7 @@ Conditions MachineController::conditions() const {
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
   const std::string bad = bad_values(command, static_cast<int>(parts_.machine.joints.size()));
   if (!bad.empty()) return refused(bad);
-  cause_ = fmt::format("{}, by {}", find_rights(command.verb)->name, ticket.from);
+  cause_ = fmt::format("{}, by {}", find_command(command.verb)->name, ticket.from);
   const Answer answer = obey_legal(command, ticket);
   cause_.clear();
   return answer;
@@ -111,42 +113,45 @@ CommandServer::Answer MachineController::obey(const command_t& command, const Ti
 
 CommandServer::Answer MachineController::obey_legal(const command_t& command, const Ticket& ticket) {
   const CommandRow& row = *find_command(command.verb);
-  if (row.setting) return obey_setting(row, command.value);
-  if (is_switch(command.verb)) return obey_switch(command);
-  if (is_note(command.verb)) return obey_note(command);
+  const CommandEffect effect = effect_of(command.verb);
+  if (effect.setting) return obey_setting(row, *effect.setting, command.value);
+  if (row.act == CommandAct::kSwitch) return obey_switch(command, ticket);
+  if (row.act == CommandAct::kNote) return obey_note(command);
   const MachineState before = supervisor_.state();
+  if (command.verb == command_t::JOG && command.frame == command_t::PATH) return retrace(command);
   if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
   if (command.verb == command_t::JOG)
     if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
-  const Decision decision = supervisor_.handle(row.event.value(), conditions());
+  const Decision decision = supervisor_.handle(effect.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
   return act_on_command(decision.actions, command, ticket);
 }
 
 // Overrides and single block, legal in every state.
-CommandServer::Answer MachineController::obey_setting(const CommandRow& row, double value) {
+CommandServer::Answer MachineController::obey_setting(const CommandRow& row, RtCommand::Kind kind,
+                                                      double value) {
   using Kind = RtCommand::Kind;
-  if (value < 0 || value > row.setting_max)
-    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", find_rights(row.verb)->name,
-                               value, row.setting_max));
-  if (row.setting == Kind::kOverride) status_.override_wanted = value;
-  if (row.setting == Kind::kRapidOverride) status_.rapid_override = value;
-  if (row.setting == Kind::kSpindleOverride) status_.spindle_override = value;
-  if (row.setting == Kind::kAdaptiveFeed) status_.adaptive_feed = value;
-  spdlog::info("{} {:g}: {}", find_rights(row.verb)->name, value, cause_);
+  if (value < 0 || value > row.value_max)
+    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.value_max));
+  if (kind == Kind::kOverride) status_.override_wanted = value;
+  if (kind == Kind::kRapidOverride) status_.rapid_override = value;
+  if (kind == Kind::kSpindleOverride) status_.spindle_override = value;
+  if (kind == Kind::kAdaptiveFeed) status_.adaptive_feed = value;
+  spdlog::info("{} {:g}: {}", row.name, value, cause_);
   status_due_ = true;
-  post({*row.setting, value});
+  post({kind, value});
   return accepted();
 }
 
-CommandServer::Answer MachineController::obey_switch(const command_t& command) {
+CommandServer::Answer MachineController::obey_switch(const command_t& command, const Ticket& ticket) {
   const bool idle = supervisor_.state() == MachineState::kIdle && jobs_ + loads_ == 0;
   const SwitchOrder order = plan_switch(command, parts_.programs.switches(), idle, parts_.map, parts_.chain);
   if (!order.refusal.empty()) return refused(order.refusal);
   spdlog::info("{} {}: {}", order.name, command.value != 0 ? "on" : "off", cause_);
+  if (order.changes_reading) return switch_block_delete(order.programs.block_delete, ticket);
   if (order.changes_plan) {
     parts_.programs.abandon();
     prepared_at_.reset();
@@ -155,6 +160,33 @@ CommandServer::Answer MachineController::obey_switch(const command_t& command) {
   if (order.command) post(*order.command);
   status_due_ = true;
   return accepted();
+}
+
+// What is read already has been planned with it as it was.
+CommandServer::Answer MachineController::switch_block_delete(bool on, const Ticket& ticket) {
+  const MachineState state = supervisor_.state();
+  if (state != MachineState::kRunning && state != MachineState::kHolding)
+    return refused("block delete can be switched while the machine is idle, runs a program or holds one");
+  const bool was = parts_.programs.switches().block_delete;
+  const auto place = std::make_shared<ReadingPlace>();
+  run_job(
+      ticket, [this, on, place] { *place = parts_.programs.switch_block_delete(on); },
+      [this, on, was, place] {
+        const char* const done = on ? "skipped" : "run";
+        job_message_ =
+            place->line == 0
+                ? fmt::format("lines with / are {} from the next start on: this program is read to its end",
+                              done)
+                : fmt::format("lines with / are {} behind line {} of {}; those before it were read already",
+                              done, place->line, std::filesystem::path(place->file).filename().string());
+        status_.message = job_message_;
+        if (place->line == 0) return;
+        progress_.lines_change();
+        if (block_delete_changes_.empty()) block_delete_changes_.push_back({0, was});
+        block_delete_changes_.push_back({place->block, on});
+      },
+      Job::kSwitch);
+  return {acknowledge_t::WORKING, ""};
 }
 
 // What needs the command's own values; the rest is the same for commands and events.
@@ -308,6 +340,7 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   program_path_.clear();
   status_.program.clear();
   progress_.begin();
+  block_delete_changes_.clear();
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
@@ -330,6 +363,7 @@ CommandServer::Answer MachineController::load(const std::string& path, const Tic
   status_.program.clear();
   progress_.begin();
   from_line_ = 0;
+  block_delete_changes_.clear();
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
   run_job(
@@ -373,6 +407,7 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
         program_mark_ = found->place.mark;
         prepared_at_ = q;
         from_line_ = std::max(2U, found->place.line);
+        block_delete_changes_ = found->place.block_delete_changes;
         job_message_ = found->text;
       },
       Job::kLoad);
@@ -382,6 +417,7 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
 CommandServer::Answer MachineController::start(const Ticket& ticket) {
   const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
+  if (!prepared) block_delete_changes_.clear();
   if (!prepared && from_line_ > 1) {
     machine_event(Event::kMotionDone);
     return refused("the machine has moved since the way to the line was shown; show it again");
@@ -426,9 +462,9 @@ void MachineController::wait_until_heard(std::uint32_t id) const {
 
 void MachineController::run_job(const Ticket& ticket, const std::function<void()>& prepare,
                                 const std::function<void()>& then, Job kind) {
-  int& open_jobs = kind == Job::kLoad ? loads_ : jobs_;
+  int& open_jobs = kind == Job::kLoad || kind == Job::kSwitch ? loads_ : jobs_;
   ++open_jobs;
-  forget_message();
+  if (kind != Job::kSwitch) forget_message();
   program_worker_.post([=, this, &open_jobs, generation = generation_.load(), cause = cause_] {
     std::string error;
     try {
@@ -460,6 +496,7 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
     }
     return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
+  if (kind == Job::kSwitch) return commands_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
   fail_program(error);
   if (starts_motion) machine_event(Event::kMotionDone);
   commands_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});

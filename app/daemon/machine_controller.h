@@ -9,10 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "app/client/command_table.h"
 #include "app/daemon/access.h"
 #include "app/daemon/alarm_list.h"
+#include "app/daemon/command_effect.h"
 #include "app/daemon/command_server.h"
-#include "app/daemon/command_table.h"
 #include "app/daemon/correction_warnings.h"
 #include "app/daemon/jog_control.h"
 #include "app/daemon/late_rate_plans.h"
@@ -36,6 +37,7 @@
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "hal/local_socket.h"
+#include "interp/gcode/program_config.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
 #include "kernel/setpoint_chain.h"
@@ -102,11 +104,13 @@ class MachineController {
   static Answer refusal(MachineState before, const Decision& decision);
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
-  Answer obey_setting(const CommandRow& row, double value);
-  Answer obey_switch(const trunnion::command_t& command);
+  Answer obey_setting(const CommandRow& row, RtCommand::Kind kind, double value);
+  Answer obey_switch(const trunnion::command_t& command, const Ticket& ticket);
+  Answer switch_block_delete(bool on, const Ticket& ticket);
   std::string refuse_jog(const trunnion::command_t& command) const;
   Answer held_mdi(const std::string& text);
   Answer jog(const trunnion::command_t& command);
+  Answer retrace(const trunnion::command_t& command);
   Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
   bool jogs_along() const;
   void end_silent_jogs();
@@ -153,7 +157,7 @@ class MachineController {
     Clock::time_point next;
   };
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
-  enum class Job { kLoad, kStart, kMdi, kResume };
+  enum class Job { kLoad, kStart, kMdi, kResume, kSwitch };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
                Job kind);
   std::function<void()> clear_then(const std::function<void()>& prepare);
@@ -190,8 +194,9 @@ class MachineController {
   int loads_ = 0;                              ///< the same, of programs that nothing waits for
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
   std::string program_path_, program_mark_;
-  Noted noted_;                          ///< what the record of the place was last told
-  std::uint32_t from_line_ = 0;          ///< of the loaded program; 0: from its start
+  Noted noted_;                                          ///< what the record of the place was last told
+  std::uint32_t from_line_ = 0;                          ///< of the loaded program; 0: from its start
+  std::vector<BlockDeleteChange> block_delete_changes_;  ///< since it began
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins

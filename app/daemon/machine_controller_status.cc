@@ -196,6 +196,8 @@ void MachineController::publish_status() {
   add_corrections(report_, switches.corrections_off, parts_.map, parts_.chain, status);
   if (const ProgramStep* step = parts_.programs.step(present_step(report_)))
     add_step(*step, parts_.programs.tool_name(step->settings.current_tool), status);
+  status.mist = (report_.coolant & 1) != 0;
+  status.flood = (report_.coolant & 2) != 0;
   add_progress(status);
   if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();

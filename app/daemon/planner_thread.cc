@@ -34,7 +34,7 @@ PlannerListeners planner_listeners(SessionLog* log, FeatureRecorder* features) {
 PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
                              ToolTable tools, PlannerListeners listeners, MemoryFiles files)
     : PlannerThread(assembly, queue, std::move(parameters), std::move(tools), std::move(listeners),
-                    std::move(files), {own_abandoned_, own_closed_}) {}
+                    std::move(files), {own_abandoned_, own_closed_, own_optional_stop_}) {}
 
 PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Parameters parameters,
                              ToolTable tools, PlannerListeners listeners, MemoryFiles files,
@@ -48,6 +48,7 @@ PlannerThread::PlannerThread(const Assembly& assembly, MotionQueue& queue, Param
       program_log_(files.logs, [this](const std::string& text) { say(text, 0); }),
       abandoned_(flags.abandoned),
       closed_(flags.closed),
+      optional_stop_(flags.optional_stop),
       files_(abandoned_, assembly.program.words),
       switches_(ProgramSwitches::of(assembly)),
       time_pass_(assembly) {}
@@ -97,6 +98,7 @@ std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& 
   ProgramStart start{place.program, std::nullopt, q};
   start.open = opener();
   start.switches = switches_;
+  start.block_delete_changes = place.block_delete_changes;
   const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
   start.from_line = entry.line;
   start.from_block = entry.block;
@@ -123,13 +125,18 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
   wait_until_cleared();
   if (listeners_.starts) listeners_.starts(start);
-  const Parameters parameters = parameters_;  // as the program finds them
-  const ToolTable tools = tools_;
+  start_ = start;
+  start_parameters_ = parameters_;  // as the program finds them
+  start_tools_ = tools_;
+  changes_ = start.block_delete_changes;
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
   queue_.begin_generation();
   if (listeners_.begins) listeners_.begins();
-  if (listeners_.time && !start.text) time_pass_.begin(start, parameters, tools, listeners_.time);
-  ended_ = waits_ = false;
+  if (listeners_.time && !start.text)
+    time_pass_.begin(start, start_parameters_, start_tools_, listeners_.time);
+  ended_ = waits_ = at_stop_ = false;
+  blocks_read_ = 0;
+  wish_ = kNoWish;
   if (!start.text) mdi_.reset();
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
@@ -173,7 +180,9 @@ void PlannerThread::wait_until_cleared() {
 // A program may calculate for long before its first motion, or for ever.
 void PlannerThread::wait_until_primed() {
   const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(5);
-  const auto primed = [&] { return ended_ || waits_ || queue_.buffered_s() >= assembly_.planner.buffer_s; };
+  const auto primed = [&] {
+    return ended_ || waits_ || at_stop_ || queue_.buffered_s() >= assembly_.planner.buffer_s;
+  };
   while (!primed() && !abandoned_ && std::chrono::steady_clock::now() < end) doze();
   const std::string failure = take_failure();
   if (!failure.empty()) throw ProgramError(failure);
@@ -184,9 +193,12 @@ bool PlannerThread::feed(Pipeline& pipeline) {
   bool sound = true;
   for (bool more = true; more && !abandoned_;) {
     try {
+      take_wish(pipeline);
       more = pipeline.next(block, &abandoned_);
+      blocks_read_ = pipeline.blocks_read();
       if (more && pipeline.step() && listeners_.step) listeners_.step(*pipeline.step());
-      if (more) push(block);
+      if (more) push(pipeline, block);
+      if (more) wait_at_stop(pipeline, block.event.kind);
       if (!more && pipeline.waiting()) more = wait_for_answer(pipeline);
     } catch (const std::exception& error) {  // the end of the program still follows
       const std::lock_guard lock(mutex_);
@@ -211,14 +223,65 @@ void PlannerThread::show_idle() {
 bool PlannerThread::wait_for_answer(Pipeline& pipeline) {
   ProgramAnswer answer;
   waits_ = true;
-  while (!abandoned_ && !queue_.take_answer(answer)) doze();
+  while (!abandoned_ && !queue_.take_answer(answer)) {
+    take_wish(pipeline);
+    doze();
+  }
   waits_ = false;
   if (!abandoned_) pipeline.answer(answer);
   return !abandoned_;
 }
 
-void PlannerThread::push(const MotionBlock& block) {
-  while (!abandoned_ && (queue_.buffered_s() > assembly_.planner.buffer_s || !queue_.push(block))) doze();
+void PlannerThread::push(Pipeline& pipeline, const MotionBlock& block) {
+  while (!abandoned_ && (queue_.buffered_s() > assembly_.planner.buffer_s || !queue_.push(block))) {
+    take_wish(pipeline);
+    doze();
+  }
+}
+
+// What follows a program stop is read when the program goes on: whatever is switched there acts behind it.
+void PlannerThread::wait_at_stop(Pipeline& pipeline, QueueEvent::Kind kind) {
+  using Kind = QueueEvent::Kind;
+  const auto stops = [&] {
+    return kind == Kind::kProgramStop || (kind == Kind::kOptionalStop && optional_stop_);
+  };
+  while (stops() && queue_.holds_stop() && !abandoned_) {
+    at_stop_ = true;
+    take_wish(pipeline);
+    doze();
+  }
+  at_stop_ = false;
+}
+
+void PlannerThread::take_wish(Pipeline& pipeline) {
+  const int wish = wish_.exchange(kNoWish);
+  if (wish == kNoWish) return;
+  pipeline.set_block_delete(wish != 0);
+  const std::lock_guard lock(mutex_);
+  taken_ = ReadingPlace{pipeline.blocks_read(), pipeline.line(), pipeline.file_name()};
+  changes_.push_back({pipeline.blocks_read(), wish != 0});
+}
+
+// Lines that were skipped at the start have not been looked at.
+ReadingPlace PlannerThread::switch_block_delete(bool on) {
+  if (!ended_) {
+    ProgramStart start = start_;
+    {
+      const std::lock_guard lock(mutex_);
+      taken_.reset();
+      start.block_delete_changes = changes_;
+    }
+    start.block_delete_changes.push_back({blocks_read_.load(), on});
+    check_program(assembly_, start_parameters_, start_tools_, start, {}, &abandoned_);
+    wish_ = on ? 1 : 0;
+  }
+  while (!ended_ && wish_ != kNoWish) doze();
+  wish_ = kNoWish;
+  ProgramSwitches switches = switches_;
+  switches.block_delete = on;
+  switches_ = switches;
+  const std::lock_guard lock(mutex_);
+  return std::exchange(taken_, std::nullopt).value_or(ReadingPlace{});
 }
 
 std::string PlannerThread::take_failure() {

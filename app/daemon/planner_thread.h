@@ -1,11 +1,14 @@
 #pragma once
 
 #include <atomic>
+#include <cstdint>
 #include <functional>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <thread>
+#include <vector>
 
 #include "app/daemon/program_file.h"
 #include "app/daemon/program_source.h"
@@ -22,6 +25,7 @@
 #include "core/axes.h"
 #include "core/motion.h"
 #include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
 #include "interp/gcode/tool_table.h"
 #include "interp/move.h"
@@ -48,9 +52,9 @@ struct PlannerListeners {
 /// A session's log and a recorder of features as listeners; null: without. Both must outlive them.
 PlannerListeners planner_listeners(SessionLog* log, FeatureRecorder* features);
 
-/// Told from elsewhere: the program is given up; the same, and for all those that come later.
+/// Told from elsewhere: the program is given up; the same, and for all those that come later; M1 stops.
 struct PlannerFlags {
-  std::atomic<bool>&abandoned, &closed;
+  std::atomic<bool>&abandoned, &closed, &optional_stop;
 };
 
 /// Keeps the tick's queue filled from one program at a time, in a thread of its own. The queue must have been
@@ -73,8 +77,12 @@ class PlannerThread final : public ProgramSource {
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override { return memory_.tool_name(number); }
-  void set_switches(const ProgramSwitches& switches) override { switches_ = switches; }
+  void set_switches(const ProgramSwitches& switches) override {
+    switches_ = switches;
+    optional_stop_ = switches.optional_stop;
+  }
   ProgramSwitches switches() const override { return switches_; }
+  ReadingPlace switch_block_delete(bool on) override;
   void abandon() override { abandoned_ = true; }
   void close() override {
     closed_ = true;
@@ -96,9 +104,11 @@ class PlannerThread final : public ProgramSource {
   void wait_until_primed();
   /// False if the program failed or was abandoned.
   bool feed(Pipeline& pipeline);
-  void push(const MotionBlock& block);
+  void push(Pipeline& pipeline, const MotionBlock& block);
   /// The program asks the machine. False if it was abandoned meanwhile.
   bool wait_for_answer(Pipeline& pipeline);
+  void wait_at_stop(Pipeline& pipeline, QueueEvent::Kind kind);
+  void take_wish(Pipeline& pipeline);
   void join();
 
   const Assembly& assembly_;
@@ -109,14 +119,25 @@ class PlannerThread final : public ProgramSource {
   PlannerListeners listeners_;
   ProgramLog program_log_;
   int said_ = 0;  ///< messages of the present program
-  std::atomic<bool> own_abandoned_ = false, own_closed_ = false;
-  std::atomic<bool>&abandoned_, &closed_;
+  std::atomic<bool> own_abandoned_ = false, own_closed_ = false, own_optional_stop_ = true;
+  std::atomic<bool>&abandoned_, &closed_, &optional_stop_;
   std::atomic<bool> ended_ = true;
   ProgramFiles files_;
   std::atomic<ProgramSwitches> switches_;
-  std::atomic<bool> waits_ = false;  ///< for the machine's answer
+  std::atomic<bool> waits_ = false;    ///< for the machine's answer
+  std::atomic<bool> at_stop_ = false;  ///< reads on when the tick has passed a program stop
+  /// Of the block delete, until the planner's thread takes it.
+  static constexpr int kNoWish = -1;
+  std::atomic<int> wish_ = kNoWish;
+  std::atomic<std::uint64_t> blocks_read_ = 0;
+  /// The present program as it began.
+  ProgramStart start_;
+  Parameters start_parameters_;
+  ToolTable start_tools_;
   std::mutex mutex_;
-  std::string failure_;  ///< guarded by mutex_
+  std::string failure_;                     ///< guarded by mutex_
+  std::optional<ReadingPlace> taken_;       ///< the same: where the wish was taken
+  std::vector<BlockDeleteChange> changes_;  ///< the same: of the present program
   std::optional<Settings>
       mdi_;  ///< what the last MDI line left; the planner's thread writes it as its last act
   std::thread thread_;

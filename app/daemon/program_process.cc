@@ -24,6 +24,7 @@
 #include "app/session/assembly.h"
 #include "core/safe_file.h"
 #include "interp/move.h"
+#include "kernel/retrace.h"
 
 namespace trn {
 
@@ -121,10 +122,10 @@ ProgramStep believable(const ProgramStep& step) {
 }  // namespace
 
 ProgramProcess::ProgramProcess(const ConfigTable& config, const MemoryFiles& files, std::size_t queue_blocks)
-    : memory_(MotionQueue::bytes(queue_blocks) + sizeof(MotionQueue) + sizeof(SharedProgramState) +
-              SharedProgramState::bytes(queue_blocks) + kSlackBytes),
+    : memory_(MotionQueue::bytes(queue_blocks + Retrace::kBlocksKept) + sizeof(MotionQueue) +
+              sizeof(SharedProgramState) + SharedProgramState::bytes(queue_blocks) + kSlackBytes),
       queue_(new (memory_.allocate(sizeof(MotionQueue), alignof(MotionQueue)))
-                 MotionQueue(queue_blocks, &memory_)),
+                 MotionQueue(queue_blocks + Retrace::kBlocksKept, &memory_, Retrace::kBlocksKept)),
       shared_(new (memory_.allocate(sizeof(SharedProgramState), alignof(SharedProgramState)))
                   SharedProgramState(queue_blocks, &memory_)) {
   const std::array<int, 2> calls = socket_pair(), control = socket_pair();
@@ -151,7 +152,7 @@ ProgramProcess::~ProgramProcess() {
 void ProgramProcess::tell(SessionLog* log, FeatureRecorder* features, const ProgramSwitches& switches) {
   log_ = log;
   features_ = features;
-  switches_ = switches;
+  set_switches(switches);
 }
 
 void ProgramProcess::hand_on_moves() {
@@ -200,6 +201,7 @@ std::string ProgramProcess::load_place(const PlaceRecord& place, const JointVec&
     ProgramStart program{place.program, std::nullopt, q};
     program.from_line = starts.line;
     program.from_block = starts.block;
+    program.block_delete_changes = place.block_delete_changes;
     program.switches = switches_;
     start(program);
   });
@@ -231,6 +233,23 @@ std::string ProgramProcess::tool_name(int number) const {
   return found == tool_names_.end() ? fmt::format("tool {}", number) : found->second;
 }
 
+void ProgramProcess::set_switches(const ProgramSwitches& switches) {
+  switches_ = switches;
+  shared_->optional_stop = switches.optional_stop;
+}
+
+ReadingPlace ProgramProcess::switch_block_delete(bool on) {
+  ProgramCall call;
+  call.kind = ProgramCall::Kind::kBlockDelete;
+  call.line = on ? 1 : 0;
+  const ProgramReply reply = answer_to(call, {});
+  if (log_ && reply.line > 0) log_->block_delete({reply.block, on});
+  ProgramSwitches switches = switches_;
+  switches.block_delete = on;
+  switches_ = switches;
+  return {reply.block, reply.line, reply.text};
+}
+
 void ProgramProcess::settle() {
   shared_->abandoned = true;
   ProgramCall settling;
@@ -243,7 +262,9 @@ void ProgramProcess::settle() {
   }
 }
 
-std::string ProgramProcess::call(const ProgramCall& what, const Go& go) {
+std::string ProgramProcess::call(const ProgramCall& what, const Go& go) { return answer_to(what, go).text; }
+
+ProgramReply ProgramProcess::answer_to(const ProgramCall& what, const Go& go) {
   const std::lock_guard lock(mutex_);
   ProgramCall with_switches = what;
   with_switches.switches = switches_;
@@ -259,7 +280,7 @@ std::string ProgramProcess::call(const ProgramCall& what, const Go& go) {
   if (reply.kind == ProgramReply::Kind::kRefused) throw ProgramError(reply.text);
   const std::lock_guard names_lock(names_mutex_);
   tool_names_ = std::move(reply.tools);
-  return reply.text;
+  return reply;
 }
 
 ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
@@ -309,10 +330,16 @@ const ProgramStep* ProgramProcess::step(std::uint32_t number) {
   for (; const NumberedStep* next = shared_->steps.front(); shared_->steps.pop()) {
     const bool due = next->step.source.step <= number;
     if (next->program == program && !due) break;
-    if (next->program == program) step_ = {program, believable(next->step)};
+    if (next->program != program) continue;
+    if (steps_.size() == kStepsKept) steps_.pop_front();
+    steps_.push_back({program, believable(next->step)});
   }
   if (number == 0) return stands_known_ ? &stands_ : nullptr;
-  return step_.program == program && step_.step.source.step <= number ? &step_.step : nullptr;
+  // The motion may have gone back along its path.
+  const auto from = std::find_if(steps_.rbegin(), steps_.rend(), [&](const NumberedStep& step) {
+    return step.program != program || step.step.source.step <= number;
+  });
+  return from != steps_.rend() && from->program == program ? &from->step : nullptr;
 }
 
 void ProgramProcess::hear(const ProgramReply& said) {

@@ -3,6 +3,7 @@
 #include <sys/types.h>
 
 #include <atomic>
+#include <deque>
 #include <functional>
 #include <map>
 #include <mutex>
@@ -22,6 +23,7 @@
 #include "core/axes.h"
 #include "core/config.h"
 #include "kernel/motion_queue.h"
+#include "kernel/retrace.h"
 
 namespace trn {
 
@@ -50,8 +52,9 @@ class ProgramProcess final : public ProgramSource {
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override;
-  void set_switches(const ProgramSwitches& switches) override { switches_ = switches; }
+  void set_switches(const ProgramSwitches& switches) override;
   ProgramSwitches switches() const override { return switches_; }
+  ReadingPlace switch_block_delete(bool on) override;
   void abandon() override;
   void close() override;
   std::string take_failure() override;
@@ -72,6 +75,7 @@ class ProgramProcess final : public ProgramSource {
   using Go = std::function<void(const ProgramReply&)>;  ///< the program starts
 
   std::string call(const ProgramCall& call, const Go& go = {});
+  ProgramReply answer_to(const ProgramCall& call, const Go& go);
   ProgramReply ask(const ProgramCall& call, const Go& go);
   void begin_worker();
   void hear(const ProgramReply& said);
@@ -92,8 +96,9 @@ class ProgramProcess final : public ProgramSource {
   std::vector<ProgramMessage> said_;          ///< guarded by said_mutex_
   std::optional<trunnion::tables_t> tables_;  ///< the same
   std::optional<ProgramTime> time_;           ///< the same
-  NumberedStep step_;                         ///< the last that was taken
-  ProgramStep stands_;                        ///< SharedProgramState::stands
+  static constexpr std::size_t kStepsKept = Retrace::kBlocksKept;
+  std::deque<NumberedStep> steps_;  ///< the last that were taken
+  ProgramStep stands_;              ///< SharedProgramState::stands
   bool stands_known_ = false;
   mutable std::mutex names_mutex_;
   std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_

@@ -19,6 +19,13 @@ struct ProgramMessage {
   std::string text;
 };
 
+/// Where the reading of a program stands, ahead of its motion.
+struct ReadingPlace {
+  std::uint64_t block = 0;  ///< of its blocks, that were read
+  std::uint32_t line = 0;   ///< that was read last; 0: nothing is read any more
+  std::string file;         ///< it is a line of this
+};
+
 /// Prepares motion for the tick. Calls may take long; the daemon makes them in its worker thread.
 class ProgramSource {
  public:
@@ -40,6 +47,9 @@ class ProgramSource {
   /// Of all programs loaded from now on.
   virtual void set_switches(const ProgramSwitches& switches) = 0;
   virtual ProgramSwitches switches() const = 0;
+  /// Block delete, also of the program that is under way: from the next line on that is read. ProgramError:
+  /// the program cannot run so, and goes on as before.
+  virtual ReadingPlace switch_block_delete(bool on) = 0;
   /// Ends the preparation; from any thread, at once.
   virtual void abandon() = 0;
   /// The same, for good: what begins later ends at once too.

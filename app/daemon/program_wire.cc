@@ -64,6 +64,7 @@ std::string encode(const ProgramReply& reply) {
                   {"line", reply.line},
                   {"program", reply.program},
                   {"time", reply.time.time.shares_s()},
+                  {"rapid_runs", reply.time.time.rapid_runs()},
                   {"about", reply.time.about},
                   {"block", reply.block},
                   {"tools", tools}});
@@ -79,7 +80,7 @@ ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kLoadPlace))
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kBlockDelete))
     throw std::runtime_error(fmt::format("no call of kind {}", kind));
   call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");
@@ -106,7 +107,8 @@ ProgramReply decode_reply(const std::string& packet) {
   reply.line = whole<std::uint32_t>(json.at("line"));
   reply.block = json.at("block");
   reply.program = whole<std::uint32_t>(json.at("program"));
-  reply.time = {PlanTime(json.at("time").get<std::array<double, 5>>()), true, json.at("about")};
+  reply.time = {PlanTime(json.at("time").get<std::array<double, 5>>(), json.at("rapid_runs")), true,
+                json.at("about")};
   for (const Json& tool : json.at("tools")) reply.tools[whole<int>(tool.at(0))] = tool.at(1);
   return reply;
 }

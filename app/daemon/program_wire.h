@@ -13,10 +13,10 @@ namespace trn {
 
 /// What the daemon asks of the process that reads and plans its programs: one call of ProgramSource.
 struct ProgramCall {
-  enum class Kind : std::uint8_t { kLoad, kMdi, kConfirmTool, kSettle, kShow, kLoadPlace };
+  enum class Kind : std::uint8_t { kLoad, kMdi, kConfirmTool, kSettle, kShow, kLoadPlace, kBlockDelete };
   Kind kind = Kind::kLoad;
   std::string path, text;  ///< kLoad; kMdi: the lines; kLoadPlace: the record
-  std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start
+  std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start; kBlockDelete: 1 on, 0 off
   JointVec q;              ///< kLoad, kMdi: where the machine stands, mm or rad
   ProgramSwitches switches;
   int tool = 0;          ///< kConfirmTool
@@ -36,8 +36,9 @@ struct ProgramReply {
   };
   Kind kind = Kind::kDone;
   std::string text;
-  std::uint32_t line = 0;   ///< kSays; kStarts: of the first line, if it is not the program's
-  std::uint64_t block = 0;  ///< kStarts: ProgramStart::from_block
+  std::uint32_t line = 0;   ///< kSays; kStarts: of the first line, if it is not the program's; kBlockDelete:
+                            ///< of the ReadingPlace, whose file is `text`
+  std::uint64_t block = 0;  ///< kStarts: ProgramStart::from_block; kBlockDelete: of the ReadingPlace
   trunnion::tables_t tables{};
   std::map<int, std::string> tools = {};  ///< kDone: names of the tools in the table, for people
   std::uint32_t program = 0;              ///< kTime: as SharedProgramState::program

@@ -15,6 +15,7 @@
 #include "app/daemon/machine_tables.h"
 #include "app/daemon/planner_thread.h"
 #include "app/daemon/privileges.h"
+#include "app/daemon/program_source.h"
 #include "app/daemon/program_wire.h"
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
@@ -73,7 +74,7 @@ class ProgramWorker {
         socket_(socket),
         tools_(parts.files.tools.empty() ? ToolTable() : ToolTable::load(parts.files.tools)),
         planner_(parts.assembly, parts.queue, read_parameters(parts.files.vars), tools_, listeners(),
-                 parts.files, {parts.shared.abandoned, parts.shared.closed}) {}
+                 parts.files, {parts.shared.abandoned, parts.shared.closed, parts.shared.optional_stop}) {}
 
   void serve() {
     std::string packet;
@@ -96,7 +97,7 @@ class ProgramWorker {
   void answer(const std::string& packet) {
     ProgramReply reply;
     try {
-      reply.text = obey(decode_call(packet));
+      obey(decode_call(packet), reply);
       for (const auto& [number, tool] : tools_.tools()) reply.tools[number] = planner_.tool_name(number);
     } catch (const DaemonGone&) {
       throw;
@@ -108,8 +109,19 @@ class ProgramWorker {
     tell(reply);
   }
 
-  std::string obey(const ProgramCall& call) {
+  void obey(const ProgramCall& call, ProgramReply& reply) {
     planner_.set_switches(call.switches);
+    if (call.kind != ProgramCall::Kind::kBlockDelete) {
+      reply.text = obey(call);
+      return;
+    }
+    const ReadingPlace place = planner_.switch_block_delete(call.line != 0);
+    reply.text = place.file;
+    reply.line = place.line;
+    reply.block = place.block;
+  }
+
+  std::string obey(const ProgramCall& call) {
     switch (call.kind) {
       case ProgramCall::Kind::kLoad:
         return call.line > 1 ? planner_.load_from(call.path, call.q, call.line)
@@ -128,6 +140,8 @@ class ProgramWorker {
       case ProgramCall::Kind::kShow:
         planner_.show_idle();
         return "";
+      case ProgramCall::Kind::kBlockDelete:
+        break;
     }
     throw std::runtime_error("no such call");
   }

@@ -32,11 +32,12 @@ struct SharedProgramState {
            SharedRing<ProgramStep>::bytes(kStandsMax);
   }
 
-  std::atomic<bool> abandoned = false, closed = false;  ///< as in PlannerThread
-  std::atomic<std::uint32_t> program = 0;               ///< counts programs
-  SharedRing<ProgramMove> moves;                        ///< for who measures the program's features
-  SharedRing<NumberedStep> steps;                       ///< of what is in the queue
-  SharedRing<ProgramStep> stands;                       ///< PlannerListeners::stands
+  /// As in PlannerThread.
+  std::atomic<bool> abandoned = false, closed = false, optional_stop = true;
+  std::atomic<std::uint32_t> program = 0;  ///< counts programs
+  SharedRing<ProgramMove> moves;           ///< for who measures the program's features
+  SharedRing<NumberedStep> steps;          ///< of what is in the queue
+  SharedRing<ProgramStep> stands;          ///< PlannerListeners::stands
 };
 
 /// What a process for programs works with.

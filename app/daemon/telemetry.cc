@@ -42,6 +42,15 @@ void add_joints(const Machine& machine, const CycleReport& report, trunnion::sta
   }
 }
 
+// Where it stands, once the operator has moved it along the path.
+std::string behind_text(const CycleReport& report) {
+  if (report.detour == DetourState::kRetraces) return "; it moves along its path";
+  const char* const end = report.behind_end ? "; there is no more path that way" : "";
+  return report.behind_mm == 0
+             ? end
+             : fmt::format(" from here, {:.1f} mm behind the place of the hold{}", report.behind_mm, end);
+}
+
 std::string waits_in_place(const CycleReport& report, const ProgramStep* step,
                            const std::function<std::string(int)>& tool_name) {
   using Kind = QueueEvent::Kind;
@@ -53,7 +62,7 @@ std::string waits_in_place(const CycleReport& report, const ProgramStep* step,
   };
   if (report.rate_plan_late && report.motion == MotionState::kMoving && report.override_now == 0)
     return "the rate planner (rate_plan_late): the motion goes on when it answers";
-  if (report.motion == MotionState::kHeld) return "hold: 'resume' goes on";
+  if (report.motion == MotionState::kHeld) return "hold: 'resume' goes on" + behind_text(report);
   switch (event.kind) {
     case Kind::kToolChange: {
       const std::string tool = tool_name(event.argument);
@@ -87,8 +96,8 @@ std::string waits_in_place(const CycleReport& report, const ProgramStep* step,
 }  // namespace
 
 std::string_view detour_name(DetourState state) {
-  static constexpr std::string_view kNames[] = {"", "jogs", "away", "returns"};
-  static_assert(std::size(kNames) == static_cast<std::size_t>(DetourState::kReturns) + 1);
+  static constexpr std::string_view kNames[] = {"", "jogs", "away", "returns", "retraces"};
+  static_assert(std::size(kNames) == static_cast<std::size_t>(DetourState::kRetraces) + 1);
   return kNames[static_cast<std::size_t>(state)];
 }
 
@@ -253,7 +262,7 @@ void add_step(const ProgramStep& step, const std::string& tool_name, trunnion::s
 }
 
 void add_positions(const ShownPosition& position, trunnion::motion_t& motion) {
-  const auto put = [](const MmWords& words, double* out) {
+  const auto put = [](const auto& words, double* out) {
     const Words si = in_radians(words);
     std::copy(si.begin(), si.end(), out);
   };

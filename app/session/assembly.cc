@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "app/session/drawing_config.h"
 #include "app/session/inline_rate_plans.h"
 #include "app/session/safety_config.h"
 #include "compensation/sensor_board.h"
@@ -170,6 +171,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   add_spindle_axis(a);
   a.safety = read_safety_inputs(a.machine);
   a.signals = read_signals(a.machine);
+  read_drawings(a.machine);  // the panel's; their keys are known
   root.finish();
   return a;
 }

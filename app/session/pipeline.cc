@@ -27,13 +27,14 @@ Words start_words(const MachineJointMap& map, const ProgramStart& start) {
 
 void open(Interpreter& interpreter, const ProgramStart& start, const Words& words) {
   if (start.text)
-    interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);
+    interpreter.open_text(*start.text, start.path, in_degrees<MachineWords>(words),
+                          start.kept ? &*start.kept : nullptr);
   else
-    interpreter.open(start.path, in_degrees(words));
+    interpreter.open(start.path, in_degrees<MachineWords>(words));
   if (start.from_block > 1)
-    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees(words));
+    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees<MachineWords>(words));
   else if (start.from_line > 1)
-    interpreter.begin_at(start.from_line, in_degrees(words));
+    interpreter.begin_at(start.from_line, in_degrees<MachineWords>(words));
 }
 
 // A planner's message begins with "line N:"; the file belongs in front of it.
@@ -54,6 +55,7 @@ void refuse(const CheckFailure& failed) {
 ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   if (start.text) config.end = ProgramEnd::kFree;
   config.block_delete = start.switches.block_delete;
+  config.block_delete_changes = start.block_delete_changes;
   config.optional_stop = start.switches.optional_stop;
   if (start.open) {
     config.open = start.open;

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "app/session/assembly.h"
 #include "app/session/dry_run.h"
@@ -60,6 +61,8 @@ struct ProgramStart {
   ProgramSwitches switches = {};
   bool ends_round = false;       ///< as InterpreterParts
   std::uint64_t from_block = 0;  ///< as from_line, by the number of blocks run (ProgramStep::block); 0: not
+  /// As ProgramConfig has them: what the operator switches while the program runs, or did when it ran before.
+  std::vector<BlockDeleteChange> block_delete_changes = {};
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -104,7 +107,12 @@ class Pipeline {
   /// Answers it; from whoever drives the blocks, in the order of the events that ask.
   void answer(const ProgramAnswer& answer);
 
+  /// From the next block that is read; between calls of `next`.
+  void set_block_delete(bool on) { interpreter_.set_block_delete(on); }
+
+  /// The line that was read last, and the name of its file.
   std::uint32_t line() const { return interpreter_.line(); }
+  const std::string& file_name() const { return interpreter_.file_name(); }
   std::uint64_t blocks_read() const { return interpreter_.blocks(); }
   /// The modes that the program has left, once `next` has given false.
   const Settings& settings() const { return interpreter_.settings(); }

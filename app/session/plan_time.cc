@@ -19,6 +19,7 @@ void PlanTime::add(const MotionBlock& block) {
 PlanTime PlanTime::operator-(const PlanTime& other) const {
   PlanTime out;
   for (std::size_t i = 0; i < shares_s_.size(); ++i) out.shares_s_[i] = shares_s_[i] - other.shares_s_[i];
+  out.rapid_runs_ = rapid_runs_ - other.rapid_runs_;
   return out;
 }
 

@@ -22,14 +22,22 @@ class PlanTime {
   static Kind kind_of(const MotionBlock& block);
 
   PlanTime() = default;
-  explicit PlanTime(const std::array<double, 5>& shares_s) : shares_s_(shares_s) {}
+  PlanTime(const std::array<double, 5>& shares_s, double rapid_runs)
+      : shares_s_(shares_s), rapid_runs_(rapid_runs) {}
 
   void add(const MotionBlock& block);
-  void add(Kind kind, double duration_s) { shares_s_[index(kind)] += duration_s; }
+  void add(Kind kind, double duration_s) {
+    shares_s_[index(kind)] += duration_s;
+    if (kind.rapid && !in_rapid_run_) ++rapid_runs_;
+    in_rapid_run_ = kind.rapid;
+  }
   PlanTime operator-(const PlanTime& other) const;
   /// For who sends it elsewhere.
   const std::array<double, 5>& shares_s() const { return shares_s_; }
   double total_s() const;
+  /// Of rapid moves, and how often they begin after something else.
+  double rapid_s() const { return shares_s_[4]; }
+  double rapid_runs() const { return rapid_runs_; }
   /// How long it takes with these overrides; infinite where one of them is 0.
   double real_s(const OverrideShares& shares) const;
   /// The rate that these overrides ask of a block of this kind.
@@ -40,6 +48,8 @@ class PlanTime {
     return kind.rapid ? 4u : (kind.feed ? 1u : 0u) + (kind.adaptive ? 2u : 0u);
   }
   std::array<double, 5> shares_s_{};  ///< by `index`
+  double rapid_runs_ = 0;
+  bool in_rapid_run_ = false;  ///< what was added last is rapid
 };
 
 }  // namespace trn

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <limits>
+#include <memory_resource>
 
 #include "app/session/inline_rate_plans.h"
 #include "app/session/make_cycle.h"
@@ -16,6 +17,7 @@
 #include "interp/move.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
+#include "kernel/retrace.h"
 
 namespace trn {
 
@@ -148,7 +150,7 @@ class Replay {
         drives_(static_cast<Eigen::Index>(assembly.machine.joints.size()),
                 touch_periods_of(*assembly.drives)),
         plans_(assembly.plan_joints, assembly.machine.period_s),
-        queue_(kQueueBlocks),
+        queue_(kQueueBlocks + Retrace::kBlocksKept, std::pmr::get_default_resource(), Retrace::kBlocksKept),
         cycle_(make_replay_cycle(assembly, queue_,
                                  session.head.run ? ProgramStops::kPass : ProgramStops::kWait, drives_,
                                  assembly.io ? &io_ : nullptr, plans_)) {}
@@ -212,6 +214,8 @@ class Replay {
 
   void begin(ProgramStart start) {
     start.ends_round = head_.run;
+    for (std::size_t i = next_ + 1; i < entries_.size() && entries_[i].kind != Kind::kProgram; ++i)
+      if (entries_[i].kind == Kind::kBlockDelete) start.block_delete_changes.push_back(entries_[i].change);
     if (start.text)
       start.kept = mdi_;
     else

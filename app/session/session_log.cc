@@ -11,8 +11,10 @@
 #include <sstream>
 #include <stdexcept>
 
+#include "app/session/block_delete_json.h"
 #include "app/session/feature_report.h"
 #include "app/session/json_numbers.h"
+#include "app/session/tick_commands.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "interp/gcode/parameter_file.h"
@@ -28,17 +30,12 @@ using Kind = SessionEntry::Kind;
 constexpr int kLogsMax = 100'000;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",        "stands",   "fault", "inputs",
-                                       "answer",  "sensor",  "rate_plans", "features", "drives"};
+constexpr const char* kEntryNames[] = {"program",    "command",  "low",    "stands",
+                                       "fault",      "inputs",   "answer", "sensor",
+                                       "rate_plans", "features", "drives", "block_delete"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
-constexpr const char* kCommandNames[] = {
-    "start",         "hold",           "resume",           "stop",           "override",
-    "jog",           "home",           "quick_stop",       "emergency_stop", "correction",
-    "reset_fault",   "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
-    "optional_stop", "machine_lock",   "spindle",          "coolant",        "digital_output"};
-static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDrives) + 1);
+static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kBlockDelete) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
-static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kDigitalOutput) + 1);
 
 template <typename Vector>
 std::vector<double> numbers(const Vector& q) {
@@ -54,6 +51,12 @@ template <typename Names>
 std::size_t index_of(const Names& names, const std::string& name) {
   for (std::size_t i = 0; i < std::size(names); ++i)
     if (name == names[i]) return i;
+  throw std::runtime_error(fmt::format("'{}' is not known", name));
+}
+
+RtCommand::Kind tick_command_called(const std::string& name) {
+  for (const TickCommandRow& row : kTickCommands)
+    if (row.name == name) return row.kind;
   throw std::runtime_error(fmt::format("'{}' is not known", name));
 }
 
@@ -90,6 +93,8 @@ Json to_json(const SessionEntry& entry) {
     json["block_delete"] = entry.program.switches.block_delete;
     json["optional_stop"] = entry.program.switches.optional_stop;
     json["dry_run"] = entry.program.switches.dry_run;
+    if (!entry.program.block_delete_changes.empty())
+      json["block_delete_changes"] = changes_json(entry.program.block_delete_changes);
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kStands) json["measured"] = numbers(entry.q_measured);
@@ -114,9 +119,10 @@ Json to_json(const SessionEntry& entry) {
     json["value"] = entry.sensor.value;
   }
   if (entry.kind == Kind::kFeatures) json["features"] = features_json(entry.features);
+  if (entry.kind == Kind::kBlockDelete) json["changes"] = changes_json({entry.change});
   if (entry.kind != Kind::kCommand) return json;
-  TRN_CHECK(static_cast<std::size_t>(entry.command.kind) < std::size(kCommandNames));
-  json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
+  TRN_CHECK(entry.command.kind < RtCommand::Kind::kCount);
+  json["command"] = kTickCommands[static_cast<std::size_t>(entry.command.kind)].name;
   json["value"] = entry.command.value;
   json["speed"] = entry.command.speed;
   json["joint"] = entry.command.joint;
@@ -149,6 +155,8 @@ SessionEntry from_json(const Json& json) {
     entry.program.switches.block_delete = json.value("block_delete", false);
     entry.program.switches.optional_stop = json.value("optional_stop", true);
     entry.program.switches.dry_run = json.value("dry_run", false);
+    if (json.contains("block_delete_changes"))
+      entry.program.block_delete_changes = changes_from(json.at("block_delete_changes"));
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kStands)  // earlier logs have the setpoint alone
@@ -172,8 +180,13 @@ SessionEntry from_json(const Json& json) {
       throw std::runtime_error("no such channel");
   }
   if (entry.kind == Kind::kFeatures) entry.features = features_from(json.at("features"));
+  if (entry.kind == Kind::kBlockDelete) {
+    const std::vector<BlockDeleteChange> changes = changes_from(json.at("changes"));
+    if (changes.size() != 1) throw std::runtime_error("one change of the block delete");
+    entry.change = changes.front();
+  }
   if (entry.kind != Kind::kCommand) return entry;
-  entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
+  entry.command.kind = tick_command_called(json.at("command"));
   entry.command.value = json.at("value");
   entry.command.speed = json.at("speed");
   entry.command.joint = whole<int>(json.at("joint"));
@@ -215,6 +228,15 @@ void SessionLog::program(const ProgramStart& start) {
   SessionEntry entry;
   entry.kind = Kind::kProgram;
   entry.program = start;
+  const std::lock_guard lock(mutex_);
+  entry.period = next_period_;
+  write(entry);
+}
+
+void SessionLog::block_delete(const BlockDeleteChange& change) {
+  SessionEntry entry;
+  entry.kind = Kind::kBlockDelete;
+  entry.change = change;
   const std::lock_guard lock(mutex_);
   entry.period = next_period_;
   write(entry);

@@ -15,6 +15,7 @@
 #include "core/axes.h"
 #include "core/fault.h"
 #include "core/ports.h"
+#include "interp/gcode/program_config.h"
 #include "kernel/motion_queue.h"
 #include "kernel/rt_messages.h"
 
@@ -23,17 +24,18 @@ namespace trn {
 /// One thing that reached the tick from outside, in the period in which it did.
 struct SessionEntry {
   enum class Kind : std::uint8_t {
-    kProgram,    ///< `program` was prepared, before the tick of its period
-    kCommand,    ///< `command` took effect
-    kLow,        ///< little motion was queued: the tick saw `blocks` blocks of the program
-    kStands,     ///< the drives are powered: told `program.q`, and measured at `q_measured`
-    kFault,      ///< the drives reported `fault`
-    kInputs,     ///< the inputs are now `inputs`
-    kAnswer,     ///< the program was given `answer`
-    kSensor,     ///< the corrections heard `sensor`
-    kRatePlans,  ///< the rate planner's answers are `late` from now on, or come again
-    kFeatures,   ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
-    kDrives      ///< the drives follow no setpoints any more: they are in state `drives`
+    kProgram,     ///< `program` was prepared, before the tick of its period
+    kCommand,     ///< `command` took effect
+    kLow,         ///< little motion was queued: the tick saw `blocks` blocks of the program
+    kStands,      ///< the drives are powered: told `program.q`, and measured at `q_measured`
+    kFault,       ///< the drives reported `fault`
+    kInputs,      ///< the inputs are now `inputs`
+    kAnswer,      ///< the program was given `answer`
+    kSensor,      ///< the corrections heard `sensor`
+    kRatePlans,   ///< the rate planner's answers are `late` from now on, or come again
+    kFeatures,    ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
+    kDrives,      ///< the drives follow no setpoints any more: they are in state `drives`
+    kBlockDelete  ///< switched for what is read of the program behind `change`
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -49,6 +51,7 @@ struct SessionEntry {
   ProgramAnswer answer;
   SensorSample sensor;
   std::vector<FeatureDeflection> features;
+  BlockDeleteChange change;
 };
 
 /// What a session was made with; paths as given.
@@ -75,6 +78,8 @@ class SessionLog {
 
   /// From any thread, before the program's first block.
   void program(const ProgramStart& start);
+  /// From any thread, behind the program that it is for.
+  void block_delete(const BlockDeleteChange& change);
   /// Every command, before the tick can have it, and every report: from one thread.
   void posted(const RtCommand& command);
   void report(const CycleReport& report);

@@ -49,7 +49,7 @@ class Executor : public StateValues {
   explicit Executor(const ExecutorParts& parts);
 
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
-  void begin(const MmWords& start);
+  void begin(const MachineWords& start);
   /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
   /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
   /// and a running canned cycle are not taken over.
@@ -57,7 +57,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const MmWords& start, int in_spindle);
+  void enter(const MachineWords& start, int in_spindle);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -95,6 +95,10 @@ class Executor : public StateValues {
 
   double predefined(int index) const override;
   double position(int axis) const override;
+
+  /// Lines that begin with '/' are skipped; at the beginning as the config has it.
+  bool block_delete() const { return block_delete_; }
+  void set_block_delete(bool on) { block_delete_ = on; }
 
   /// The line whose expressions are about to be computed.
   void at_line(std::uint32_t line, int file) {
@@ -215,7 +219,7 @@ class Executor : public StateValues {
   ProgramWords in_words(ProgramWords tool_offset) const;
   bool head_is_tilted() const;
   /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
-  MmWords machine_now(std::uint32_t column) const;
+  MachineWords machine_now(std::uint32_t column) const;
   /// Runs `change` on the offsets and keeps the machine where it is.
   template <typename Change>
   void keep_machine(const Change& change);
@@ -307,8 +311,11 @@ class Executor : public StateValues {
   void check_knife_read(int axis) const;
 
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
+  // Parameters keep offsets, and for G28 and G30 places of the machine.
   MmWords stored(int parameter) const;
+  MachineWords stored_place(int parameter) const;
   void store(int parameter, const MmWords& words);
+  void store(int parameter, const MachineWords& place);
   double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
   double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
   MmWords to_mm(const ProgramWords& words) const { return in_mm(words, s_.modal.inch); }
@@ -342,6 +349,7 @@ class Executor : public StateValues {
   bool in_rational_ = false;
   enum class Question : std::uint8_t { kInput, kProbe, kTool };
   std::vector<Question> questions_;
+  bool block_delete_ = false;
   std::vector<bool> warned_words_;
   bool warned_smoothing_ = false, warned_dwell_ = false;
   bool ignores_ = false;  ///< the config passes over some words
@@ -356,7 +364,7 @@ class Executor : public StateValues {
 
 template <typename Change>
 void Executor::keep_machine(const Change& change) {
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   change();
   s_.position = from_mm(frame().to_program(machine));
 }

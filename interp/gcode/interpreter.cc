@@ -61,18 +61,19 @@ Interpreter::Interpreter(const InterpreterParts& parts)
 }
 
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
-                        const std::string& folder, const MmWords& at) {
+                        const std::string& folder, const MachineWords& at) {
   flow_.load(std::move(source), name, folder);
   ended_ = block_done_ = came_round_ = false;
   pass_.reset();
   passes_ = 0;
   blocks_ = 0;
+  changes_ = 0;
   gouges_told_.clear();
   held_.clear();
   executor_.begin(at);
 }
 
-void Interpreter::open(const std::string& path, const MmWords& at) {
+void Interpreter::open(const std::string& path, const MachineWords& at) {
   std::unique_ptr<ByteSource> source;
   try {
     source = parts_.config.open(path, false);
@@ -83,20 +84,21 @@ void Interpreter::open(const std::string& path, const MmWords& at) {
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
 
-void Interpreter::open_text(std::string text, std::string name, const MmWords& at, const Settings* kept) {
+void Interpreter::open_text(std::string text, std::string name, const MachineWords& at,
+                            const Settings* kept) {
   start(text_source(std::move(text)), name, ".", at);
   if (kept) executor_.resume(*kept);
 }
 
-void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
+void Interpreter::begin_at(std::uint32_t line, const MachineWords& at) {
   pass_over([this, line] { return flow_.next_main_line() < line; }, line, at);
 }
 
-void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MmWords& at) {
+void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at) {
   pass_over([this, block] { return blocks_ + 1 < block; }, line, at);
 }
 
-void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MmWords& at) {
+void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at) {
   // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
   // then what they would be.
   gate_.open = false;
@@ -282,8 +284,16 @@ void Interpreter::run_rest() {
   end_block(carry_out(true));
 }
 
+// As the operator did while the program ran before.
+void Interpreter::switch_block_delete() {
+  const std::vector<BlockDeleteChange>& changes = parts_.config.block_delete_changes;
+  for (; changes_ < changes.size() && changes[changes_].after_block <= blocks_; ++changes_)
+    executor_.set_block_delete(changes[changes_].on);
+}
+
 bool Interpreter::step() {
   if (ended_) return false;
+  switch_block_delete();
   block_done_ = false;
   try {
     if (!held_.empty() && flow_.depth() == held_.back().depth) {

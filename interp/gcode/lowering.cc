@@ -47,7 +47,7 @@ double length_of(Words from, const std::vector<Words>& way) {
 }  // namespace
 
 MmWords ProgramFrame::mm_of(const Words& words) const {
-  MmWords p = in_degrees(words);
+  MmWords p = in_degrees<MmWords>(words);
   // Without a turn the coordinates differ by a shift, which loses no digits.
   p.xyz = X_TP.R.isIdentity(0) ? Vec3(p.xyz - X_TP.p) : inverse(X_TP) * p.xyz;
   p.abc_deg -= abc_deg;

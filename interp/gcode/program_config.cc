@@ -9,17 +9,12 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/letter_case.h"
 #include "interp/gcode/modal.h"
 
 namespace trn {
 
 namespace {
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // "m428" -> 428; -1 for a word that is not M and digits.
 int m_number(const std::string& text) {
@@ -50,7 +45,7 @@ GCode g_number(const std::string& text) {
 bool read_value(const std::string& text, std::pair<char, double>& value) {
   constexpr std::string_view kParameterLetters = "abcdehijklpqrxyz";
   if (text.size() < 2 || kParameterLetters.find(text[0]) == std::string_view::npos) return false;
-  value.first = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  value.first = upper_case(text[0]);
   const char* const end = text.data() + text.size();
   const auto result = fast_float::from_chars(text.data() + 1, end, value.second);
   return result.ec == std::errc() && result.ptr == end;

@@ -83,6 +83,15 @@ enum class ToolConfirm : std::uint8_t {
   kNobody       ///< M6 does not wait
 };
 
+/// The operator has switched the block delete while the program ran: behind so many of its blocks, as they
+/// were read (Interpreter::blocks).
+struct BlockDeleteChange {
+  std::uint64_t after_block = 0;
+  bool on = false;
+
+  bool operator==(const BlockDeleteChange&) const = default;
+};
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
@@ -96,6 +105,7 @@ struct ProgramConfig {
   double g183_retract_mm = 2.0;      ///< R of G183 when not given
   std::optional<double> safe_z_mm;   ///< machine Z to cross at when a program begins further down
   bool block_delete = false;         ///< lines that begin with '/' are skipped
+  std::vector<BlockDeleteChange> block_delete_changes;  ///< in their order; not from [program]
   bool optional_stop = true;
   double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run
   ProgramEnd end = ProgramEnd::kExpected;

@@ -210,6 +210,27 @@ TEST_P(EveryMachine, WordsForAnyAxisPointTheToolOrSayUnreachable) {
   EXPECT_EQ(abc, Vec3::Zero());
 }
 
+// Two pairs of rotary words may point the tool alike. A path goes on in the pair in which it is.
+TEST_P(EveryMachine, WordsForAnAxisNearbyGoOnInTheirBranch) {
+  constexpr double kApart = 0.05, kBranch = 0.5;  // rad: of the seed, and less than any other pair is away
+  Sampler sampler(loaded_, 9);
+  int judged = 0;
+  for (int round = 0; round < 2000 && !HasFailure(); ++round) {
+    const JointVec q = sampler.joints();
+    if (sensitivity(q) < 0.3) continue;
+    Words words;
+    ASSERT_EQ(kin_.words_from_joints(q, words), KinStatus::kOk);
+    const Vec3 wanted = words.tail<3>();
+    Vec3 seed = wanted, abc;
+    for (int k = 0; k < 3; ++k)
+      if (kin_.word_mask() & 1u << (kA + k)) seed[k] += sampler.uniform(-kApart, kApart);
+    ASSERT_EQ(kin_.words_for_axis(kin_.orientation(wanted).col(2), seed, abc), KinStatus::kOk);
+    EXPECT_LT((abc - wanted).norm(), kBranch) << wanted.transpose() << " from " << seed.transpose();
+    ++judged;
+  }
+  EXPECT_GT(judged, 100);
+}
+
 TEST_P(EveryMachine, HomeWordsAreThePoseTheProgramIsWrittenIn) {
   // With every word at zero the tool is parallel to Z of M, unless its head is tilted, and M is not turned
   // against the table.

@@ -199,8 +199,9 @@ void Executor::put(const CanonCommand& command) {
 // Does not wait for the move that cutter compensation holds back.
 void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, line_); }
 
-void Executor::begin(const MmWords& start) {
+void Executor::begin(const MachineWords& start) {
   line_ = 0;
+  block_delete_ = parts_.config.block_delete;
   // In the order in which the machine needs to know: units before any length, offsets before the place that
   // they make of the machine's.
   s_.modal.path = parts_.config.path_mode;
@@ -450,6 +451,15 @@ MmWords Executor::stored(int parameter) const {
   return in_mm(words, parts_.config.parameter_unit_mm);
 }
 
+MachineWords Executor::stored_place(int parameter) const {
+  const MmWords words = stored(parameter);
+  return {words.xyz, words.abc_deg};
+}
+
+void Executor::store(int parameter, const MachineWords& place) {
+  store(parameter, MmWords{place.xyz, place.abc_deg});
+}
+
 void Executor::store(int parameter, const MmWords& words) {
   const TableWords table = in_table_units(words, parts_.config.parameter_unit_mm);
   for (int i = 0; i < 6; ++i) parts_.parameters[parameter + i] = table[i];
@@ -496,7 +506,7 @@ double Executor::predefined(int index) const {
     case 56:
       return s_.tilted;
     case 60:
-      return parts_.config.block_delete;
+      return block_delete_;
     case 61:
       return parts_.config.optional_stop;
     default:
@@ -509,7 +519,9 @@ double Executor::predefined(int index) const {
 double Executor::predefined_place(int index) const {
   check_knife_read((index - 32) % 6);
   if (index <= 37) return s_.position[index - 32];
-  return from_mm(machine_now(1))[index - 38];
+  const int axis = index - 38;
+  const double place = machine_now(1)[axis];
+  return axis < 3 ? from_mm(place) : place;
 }
 
 // #<_metric> to #<_rpm>, numbers 6 to 31 of the table.

@@ -353,14 +353,14 @@ void Executor::retract_to_safe_height() {
     return parts_.warn(1,
                        "no [program] safe_z_mm: the way to where the program goes on leads across at the "
                        "higher of both heights, which may be inside the work");
-  MmWords machine = frame().to_machine(to_mm(s_.position));
+  MachineWords machine = frame().to_machine(to_mm(s_.position));
   if (machine[kZ] >= *parts_.config.safe_z_mm) return;
   machine[kZ] = *parts_.config.safe_z_mm;
   s_.position = from_mm(frame().to_program(machine));
   put(canon::StraightTraverse{s_.position});
 }
 
-void Executor::enter(const MmWords& start, int in_spindle) {
+void Executor::enter(const MachineWords& start, int in_spindle) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
   if (s_.knife) fail(GcodeErrorCode::kKnife, 1, "a start in the middle", "");
   entered_ = s_;

@@ -20,8 +20,9 @@ namespace trn {
 namespace {
 
 // Turned about Z.
-MmWords turned(const MmWords& v, double deg) {
-  MmWords out = v;
+template <typename DegreesAndMm>
+DegreesAndMm turned(const DegreesAndMm& v, double deg) {
+  DegreesAndMm out = v;
   if (deg != 0) out.xyz = rot_z(rad_from_deg(deg)) * v.xyz;
   return out;
 }
@@ -129,7 +130,7 @@ void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
     return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
   if (s_.tilted) {
     WorkFrame f = frame();
-    const MmWords machine =
+    const MachineWords machine =
         f.to_machine(to_mm(s_.position)) + to_mm(in_words(s_.tool_offset)) - to_mm(in_words(offset));
     s_.position = from_mm(f.to_program(machine));
   } else if (s_.rotation_deg != 0) {
@@ -217,10 +218,11 @@ void Executor::g10_system(const Block& b, int l) {
   if (comp_.active() && index == s_.modal.work_offset)
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G10 of the active system");
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
   const MmWords old_offset = stored(base);
-  MmWords here = machine, offset = old_offset;
+  MachineWords here = machine;
+  MmWords offset = old_offset;
   if (l == 20) {
     here = turned(machine, -rotation);
     offset = turned(old_offset, -rotation);
@@ -311,7 +313,7 @@ void Executor::home_position(const Block& b, GCode code) {
   suspend_rtcp(b, [&] {
     // With axis words only those axes go to the reference place: "G91 G28 Z0" draws the spindle up and leaves
     // X and Y where they are.
-    ProgramWords to = from_mm(frame().to_program(stored(base) - to_mm(in_words(s_.tool_offset))));
+    ProgramWords to = from_mm(frame().to_program(stored_place(base) - to_mm(in_words(s_.tool_offset))));
     if (b.has_axis_word())
       for (int i = 0; i < 6; ++i)
         if (!b.has(kWordLetters[i])) to[i] = s_.position[i];

@@ -48,7 +48,7 @@ const ParsedBlock* Flow::next() {
       at_file_end();
       continue;
     }
-    if (block->block_delete && config_.block_delete) continue;
+    if (block->block_delete && executor_.block_delete()) continue;
     if (block->percent) {
       if (percent()) return nullptr;
       continue;

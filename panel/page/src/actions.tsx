@@ -23,8 +23,9 @@ function Switches() {
         hint="The machine stands at the end of every line" set={sends("single_block")} />
       <Toggle name="Optional stop" test="optional-stop" on={status.optional_stop} disabled={!mine}
         hint="The program stops at M1" set={sends("optional_stop")} />
-      <Toggle name="Block delete" test="block-delete" on={status.block_delete} disabled={!mine || status.state !== "idle"}
-        hint="Lines that begin with / are skipped; switched while the machine is idle" set={sends("block_delete")} />
+      <Toggle name="Block delete" test="block-delete" on={status.block_delete}
+        disabled={!mine || !["idle", "running", "holding"].includes(status.state)}
+        hint="Lines that begin with / are skipped; of a program that runs, those that are not read yet" set={sends("block_delete")} />
       <Toggle name="Dry run" test="dry-run" on={status.dry_run} disabled={!mine || status.state !== "idle"}
         hint="Feed moves go as fast as the joints can, the spindle stands and the tool keeps away; switched while the machine is idle"
         set={sends("dry_run")} />

@@ -75,7 +75,7 @@ export interface Status {
   alarms_open: number;
   /** the newest of them, for people; empty if none */
   alarm: string;
-  /** from where a program is held: "jogs" (moves away), "away" (stands there, or with spindle or outputs switched by hand), "returns" (on the way back, or held there); empty if none */
+  /** from where a program is held: "jogs" (moves away), "away" (stands there, or with spindle or outputs switched by hand), "returns" (on the way back, or held there), "retraces" (moves along its path, back or forward again); empty if none */
   detour: string;
   /** the last program ended early because of an error in it; `message` says where */
   program_failed: boolean;
@@ -119,7 +119,7 @@ export interface Status {
   feed: number;
   /** S: rpm, or surface speed in m or feet a minute (G96) */
   spindle_speed: number;
-  /** coolant */
+  /** coolant that is on, also where the operator has switched it in a hold */
   mist: boolean;
   flood: boolean;
   /** tool centre point control is on */
@@ -136,7 +136,7 @@ export interface Status {
   time_done_s: number;
   /** to its end at the overrides of now, s; -1: not known, or an override is 0 */
   time_left_s: number;
-  /** the program asks the machine (M66, G38), and its answers were guessed */
+  /** the program asks the machine (M66, G38), and its answers were guessed; or the block delete was switched while it ran */
   time_about: boolean;
   /** programs that came to their end, as it stands on disk */
   parts: number;
@@ -367,6 +367,8 @@ export interface Machine {
   axes: string;
   kinematics: Chain;
   joints: JointInfo[];
+  /** Bodies with a drawing of their own: what each moves with (base, table, spindle or a joint). */
+  drawings: string[];
 }
 
 /** A file of the panel's folder of programs. */

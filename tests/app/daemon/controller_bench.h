@@ -77,6 +77,12 @@ struct FakePrograms final : ProgramSource {
   std::string tool_name(int number) const override { return "tool " + std::to_string(number) + " (ball)"; }
   void set_switches(const ProgramSwitches& switches) override { switches_ = switches; }
   ProgramSwitches switches() const override { return switches_; }
+  ReadingPlace switch_block_delete(bool on) override {
+    if (no_switch) throw ProgramError("part.ngc:9:1: X is too far");
+    switches_.block_delete = on;
+    return {17, 12, "/parts/part.ngc"};
+  }
+  std::atomic<bool> no_switch = false;
   ProgramSwitches switches_;
   void abandon() override { ++abandoned; }
   std::string take_failure() override { return std::exchange(failure, ""); }

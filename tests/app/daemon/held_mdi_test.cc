@@ -35,6 +35,8 @@ TEST(HeldMdi, RefusesWhatTheHeldProgramGoesOnWith) {
       {"G92 X10", "G92 would change what the held program goes on with"},
       {"X10", "an axis is moved with 'jog'"},
       {"M5 G54", "G54 would change"},
+      {"G10 L20 P0 X0", "'start --resume' goes on from this place with them"},
+      {"M61 Q2", "'stop' ends the program, set them then"},
       {"M6 T2", "a tool is changed where the program asks for one"},
       {"M3", "M3 needs a speed here"},
       {"M64", "M64 needs the output's number"},

@@ -437,5 +437,25 @@ TEST(MachineController, HostilePacketsEndNothing) {
   EXPECT_EQ(bench.controller.state(), MachineState::kEstop);
 }
 
+// The machine goes on meanwhile; the answer says from which line on it acts.
+TEST(MachineController, BlockDeleteIsSwitchedWhileAProgramRuns) {
+  Bench bench;
+  bench.start_program();
+  acknowledge_t answer = bench.send(command_t::BLOCK_DELETE, "", 1);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(answer.message,
+            "lines with / are skipped behind line 12 of part.ngc; those before it were read already");
+  EXPECT_TRUE(bench.programs.switches_.block_delete);
+  EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
+  bench.until([&] { return bench.status && bench.status->block_delete; });
+  EXPECT_EQ(bench.status->message, answer.message);
+  bench.programs.no_switch = true;
+  answer = bench.send(command_t::BLOCK_DELETE, "", 0);
+  EXPECT_EQ(answer.outcome, +acknowledge_t::BAD_PROGRAM);
+  EXPECT_EQ(answer.message, "part.ngc:9:1: X is too far");
+  EXPECT_TRUE(bench.programs.switches_.block_delete) << "as it was";
+  EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
+}
+
 }  // namespace
 }  // namespace trn

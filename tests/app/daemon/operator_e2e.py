@@ -373,9 +373,6 @@ class OperatorTest(unittest.TestCase):
             shop.ask("start")
             shop.until(lambda s: s["state"] == "holding")
             self.assertAlmostEqual(shop.joints()[0], 1, places=6)
-            code, _, err = shop.client("switch", "block-delete", "on")
-            self.assertEqual(code, 5)
-            self.assertIn("while the machine is idle", err)
             shop.ask("switch", "optional-stop", "off")  # what is planned already obeys it
             self.assertIn("M1 does not stop", shop.ask("status"))
             shop.ask("resume")

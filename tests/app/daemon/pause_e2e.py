@@ -8,6 +8,7 @@ Exit code 77 (skipped) where the kernel allows no network of the test's own.
 """
 import json
 import os
+import re
 import subprocess
 import sys
 import time
@@ -156,6 +157,57 @@ class PauseTest(unittest.TestCase):
             shop.ask("start", "--resume", "--yes")
             shop.until(lambda s: s["state"] == "idle")
             refused("has come to its end")
+
+
+    def test_block_delete_acts_on_what_is_not_read_yet(self):
+        """At a program stop that is the next line; in motion, what the answer says."""
+        way = "".join(f"G1 X{20 + 40 * (i % 2)} F3000\n/G1 Y{i % 2}\n" for i in range(30))
+        program = "G21 G90 G61\nG1 X1 F6000\nM0\n/G1 X9\nG1 X3\nM0\n/G1 X12\nG1 X4\n" + way + "G1 Y9\nM2\n"
+        with Shop() as shop:
+            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: s["waits_for"].startswith("program stop"))
+            told = shop.client("switch", "block-delete", "on")
+            self.assertEqual(told[0], 0, told)
+            self.assertIn("lines with / are skipped behind line 3 of part.ngc", told[1] + told[2])
+            self.assertIn("behind line 3 of part.ngc", shop.ask("status"))
+            shop.until(lambda s: s["block_delete"] and s["time_about"])
+            shop.ask("resume")
+            shop.until(lambda s: s["line"] == 6 and s["waits_for"].startswith("program stop"))
+            self.assertAlmostEqual(shop.joints()[0], 3, places=6)
+            shop.ask("switch", "block-delete", "off")
+            shop.ask("resume")
+            shop.until(lambda s: s["line"] >= 11 and s["state"] == "running")
+            told = shop.client("switch", "block-delete", "on")
+            line = int(re.search(r"skipped behind line (\d+) of part.ngc", told[1] + told[2]).group(1))
+            self.assertGreater(line, 11)
+            self.assertLess(line, 60, "as far as is planned ahead, and no further")
+            shop.until(lambda s: s["state"] == "idle", 60)
+            # A line that would leave the machine is refused, and the program goes on as it was.
+            shop.ask("load", shop.write("far.ngc", "G21 G90\nG1 X1 F6000\nM0\n/G1 X900\nG1 X3\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["waits_for"].startswith("program stop"))
+            code, _, err = shop.client("switch", "block-delete", "off")
+            self.assertNotEqual(code, 0)
+            self.assertIn("far.ngc:4", err)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[0], 3, places=6)
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 1000)
+            self.assertEqual(first[:len(second)], second[:len(first)])
+            driven = {int(row["line"]) for row in rows(record)}
+            slashed = {n for n in driven if 10 <= n < 69 and n % 2 == 0}
+            self.assertGreater(len(slashed), 1, "they were run")
+            self.assertLessEqual(max(slashed), line, "and behind the line that was told they were not")
+            self.assertTrue({n for n in range(9, 69, 2)} <= driven)
+            self.assertNotIn(4, driven)
+            self.assertIn(7, driven)
 
 
 def until_accepted(shop, *arguments):

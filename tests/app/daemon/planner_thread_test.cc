@@ -158,6 +158,42 @@ TEST_F(Planner, AToolMayBeConfirmedBeforeTheProgramWaitsForIt) {
   EXPECT_EQ(planner_.take_failure(), "");
 }
 
+// Behind a program stop nothing is read before the tick has passed it.
+TEST_F(Planner, BlockDeleteSwitchedAtAStopActsOnTheNextLine) {
+  planner_.load(program("G21 G90 G0 X5\nM0\n/G0 X9\nG0 X7\nM2\n"), q_);
+  const ReadingPlace place = planner_.switch_block_delete(true);
+  EXPECT_EQ(place.line, 2U);
+  EXPECT_EQ(place.block, 2U);
+  std::vector<double> ends;
+  for (MotionBlock block = take(); block.event.kind != QueueEvent::Kind::kProgramEnd; block = take())
+    if (block.segment_count > 0) ends.push_back(block.piece.at(block.piece.length)[kX]);
+  EXPECT_NEAR(ends.back(), 7, 1e-9);
+  for (const double x : ends) EXPECT_LT(x, 8);
+  EXPECT_TRUE(planner_.switches().block_delete) << "the next program begins so";
+  EXPECT_EQ(planner_.switch_block_delete(false).line, 0U) << "no program is read any more";
+}
+
+TEST_F(Planner, ALineThatWouldLeaveTheMachineKeepsBlockDeleteAsItIs) {
+  planner_.set_switches({0, true, true});
+  planner_.load(program("G21 G90 G0 X5\nM0\n/G0 X9000\nG0 X7\nM2\n"), q_);
+  try {
+    planner_.switch_block_delete(false);
+    FAIL() << "X9000 is far away";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find(path_ + ":3:"), std::string::npos) << error.what();
+  }
+  EXPECT_NEAR(end_of_motion()[kX], 7, 1e-9);
+}
+
+// Nobody stands at an M1 that does not stop: there the program is read on.
+TEST_F(Planner, AtAnOptionalStopThatIsOffItReadsOn) {
+  planner_.set_switches({0, false, false});
+  planner_.load(program("G21 G90 G0 X5\nM1\n" + zigzag(400)), q_);
+  EXPECT_GE(queue_.buffered_s(), assembly_.planner.buffer_s);
+  EXPECT_GT(planner_.switch_block_delete(true).line, 2U);
+  end_of_motion();
+}
+
 TEST_F(Planner, WhereNoProgramWaitsNoToolIsConfirmed) {
   planner_.load(program("G0 X5\nM2\n"), q_);
   planner_.abandon();

@@ -39,8 +39,10 @@ TEST(Switches, BlockDeleteIsPartOfThePlan) {
   EXPECT_TRUE(order.changes_plan);
   EXPECT_FALSE(order.command);
   EXPECT_EQ(order.programs, (ProgramSwitches{3, true, true}));
-  EXPECT_NE(plan_switch(on, {}, false, nullptr, nullptr).refusal.find("while the machine is idle"),
-            std::string::npos);
+  const SwitchOrder live = plan_switch(on, {}, false, nullptr, nullptr);
+  EXPECT_EQ(live.refusal, "");
+  EXPECT_TRUE(live.changes_reading) << "of a program that is under way, what is not read yet";
+  EXPECT_FALSE(live.changes_plan);
 }
 
 TEST(Switches, CorrectionsOfThePlanKeepTheOthersAsTheyAre) {

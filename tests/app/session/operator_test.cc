@@ -179,6 +179,26 @@ TEST(SingleBlock, StandsBetweenLinesOnThePlannedPath) {
   EXPECT_EQ(lines, (std::vector<std::uint32_t>{2, 3, 4, 5, 6, 7}));
 }
 
+// Also where lines go on in one direction, and the machine stands in what the plan counts to the next.
+TEST(SingleBlock, TheLineThatWasDrivenIsShown) {
+  for (const char* const program : {"G21 G90 G64 P0.05 F4000\nG1 X20\nX40\nX60\nX90\nM2\n",
+                                    "G21 G90 G61 F4000\nG1 X20\nX40\nX60\nX90\nM2\n",
+                                    "G21 G90 G64 P0.05 F4000\nG1 X20\nX40 Y20\nX60 Y0\nX90 Y40\nM2\n"}) {
+    OperatedRun run(program);
+    run.post(Kind::kSingleBlock, 1);
+    run.post(Kind::kStart);
+    std::vector<std::uint32_t> lines;
+    for (int i = 0; i < 6; ++i) {
+      const auto reports = run.finish();
+      lines.push_back(reports.back().line);
+      if (reports.back().motion == MotionState::kRest) break;
+      run.post(Kind::kResume);
+      run.tick();
+    }
+    EXPECT_EQ(lines, (std::vector<std::uint32_t>{2, 3, 4, 5, 6})) << program;
+  }
+}
+
 TEST(SingleBlock, SwitchedOnInMotionStandsAtTheFirstEndThatCanBeReached) {
   std::string program = "G21 G91 G64 P0.01 F6000\n";
   for (int i = 0; i < 200; ++i) program += i % 2 ? "G1 X1 Y0.1\n" : "G1 X1 Y-0.1\n";

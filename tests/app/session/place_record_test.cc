@@ -8,6 +8,7 @@
 
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/frames.h"
 #include "core/motion.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -30,7 +31,7 @@ PlaceRecord second_pass() {
   place.text = "G1 Y10";
   place.gone_mm = 2;
   place.moves = true;
-  place.to << 20, 20, 0, 0, 0, 0;
+  place.to = {{20, 20, 0}, Vec3::Zero()};
   return place;
 }
 
@@ -80,8 +81,10 @@ TEST_F(Places, TheFileHasAllOfIt) {
   place.work = "X1.0000";
   place.block_delete = true;
   place.optional_stop = false;
+  place.block_delete_changes = {{0, false}, {17, true}};
   const std::string text = place_file_text(place);
   EXPECT_EQ(place_file_text(parse_place(text, "m.place")), text);
+  EXPECT_EQ(parse_place(text, "m.place").block_delete_changes, place.block_delete_changes);
   EXPECT_THROW(parse_place(text.substr(0, text.size() / 2), "m.place"), ProgramError);
   EXPECT_THROW(parse_place("{}", "m.place"), ProgramError);
 }
@@ -94,6 +97,31 @@ TEST_F(Places, ALineThatIsFarEnoughBeforeIsFound) {
   EXPECT_EQ(entry(second_pass(), 12).block, 4u);
   EXPECT_EQ(entry(second_pass(), 12.5).block, 3u) << "in the pass before";
   EXPECT_EQ(entry(second_pass(), 1000).block, 1u);
+}
+
+TEST_F(Places, TheAnswerSaysHowMuchIsDrivenAgain) {
+  EXPECT_NEAR(entry(second_pass(), 1).before_mm, 2, 1e-9);
+  EXPECT_NEAR(entry(second_pass(), 2.5).before_mm, 12, 1e-9);
+  EXPECT_NE(place_text(second_pass(), entry(second_pass(), 2.5)).find("at least 12.0 mm of the path"),
+            std::string::npos);
+}
+
+// The lines behind the switch count as they did then.
+TEST_F(Places, BlockDeleteThatWasSwitchedMeanwhileIsFollowed) {
+  const std::string text = "G21 G90\nG1 X10 F600\n/G1 Y5\nG1 X20\n/G1 Y7\nG1 X30\nM2\n";
+  PlaceRecord place;
+  place.block = 5;
+  place.line = 6;
+  place.text = "G1 X30";
+  place.moves = true;
+  place.to[0] = 30;
+  place.to[1] = 5;
+  place.block_delete_changes = {{0, false}, {4, true}};
+  ProgramStart from = start(text);
+  from.switches.block_delete = place.block_delete = true;
+  EXPECT_THROW(find_entry(assembly_, parameters_, tools_, from, place, 0), ProgramError) << "line 3 was run";
+  from.block_delete_changes = place.block_delete_changes;
+  EXPECT_EQ(find_entry(assembly_, parameters_, tools_, from, place, 0).line, 6U);
 }
 
 TEST_F(Places, WhatIsNotTheSameAnyMoreIsRefused) {
