@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "app/session/block_delete_json.h"
+#include "core/axes.h"
 #include "core/motion.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/g_code.h"
@@ -99,7 +100,8 @@ std::string place_file_text(const PlaceRecord& p) {
                                     {"work", p.work},
                                     {"block_delete", p.block_delete},
                                     {"optional_stop", p.optional_stop},
-                                    {"block_delete_changes", changes_json(p.block_delete_changes)}};
+                                    {"block_delete_changes", changes_json(p.block_delete_changes)},
+                                    {"began", std::vector<double>(p.began.begin(), p.began.end())}};
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
@@ -127,6 +129,10 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
     p.work = json.at("work");
     p.block_delete = json.at("block_delete");
     p.optional_stop = json.at("optional_stop");
+    const auto began = json.value("began", std::vector<double>());
+    if (began.size() > static_cast<std::size_t>(kMaxJoints))
+      throw ProgramError(fmt::format("{}: no record of a place: too many joints", name));
+    p.began = Eigen::Map<const Eigen::VectorXd>(began.data(), static_cast<Eigen::Index>(began.size()));
     if (json.contains("block_delete_changes"))
       p.block_delete_changes = changes_from(json.at("block_delete_changes"));
     return p;
