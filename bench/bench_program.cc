@@ -7,10 +7,10 @@
 
 #include <cmath>
 #include <cstdlib>
-#include <ctime>
 
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "bench/processor_time.h"
 #include "core/axes.h"
 #include "core/motion.h"
 #include "interp/gcode/parameters.h"
@@ -20,21 +20,6 @@
 
 namespace trn {
 namespace {
-
-double processor_s() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// Processor time of ten million dependent square roots and additions, to compare machines by.
-double calibration_s() {
-  const double start = processor_s();
-  double x = 1;
-  for (int i = 0; i < 10'000'000; ++i) x = std::sqrt(x + 1.5);
-  benchmark::DoNotOptimize(x);
-  return processor_s() - start;
-}
 
 /// Five-axis passes over a wavy surface, there and back, the tool along the normal: `moves` chords of
 /// `chord_mm`.

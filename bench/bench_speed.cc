@@ -1,7 +1,6 @@
 #include <benchmark/benchmark.h>
 
-#include <ctime>
-
+#include "bench/processor_time.h"
 #include "core/axes.h"
 #include "core/motion.h"
 #include "core/path.h"
@@ -19,22 +18,6 @@ struct Count : BlockSink {
   std::size_t blocks = 0;
   void block(const MotionBlock&) override { ++blocks; }
 };
-
-double processor_s() {
-  timespec t{};
-  clock_gettime(CLOCK_THREAD_CPUTIME_ID, &t);
-  return static_cast<double>(t.tv_sec) + 1e-9 * static_cast<double>(t.tv_nsec);
-}
-
-/// Processor time of a fixed loop of ten million dependent square roots and additions, to compare machines
-/// by.
-double calibration_s() {
-  const double start = processor_s();
-  double x = 1;
-  for (int i = 0; i < 10'000'000; ++i) x = std::sqrt(x + 1.5);
-  benchmark::DoNotOptimize(x);
-  return processor_s() - start;
-}
 
 void plan_all(benchmark::State& state, const std::vector<PathPiece>& pieces, const Joints& joints,
               const JointMap& map) {

@@ -20,13 +20,18 @@ Mat3 rotation_of(const Vec3& turn) TRN_RT {
   return Mat3::Identity() + std::sin(angle) * W + (1 - std::cos(angle)) * (W * W);
 }
 
-Mat3 tilt_matrix(const Vec3& t, TiltModel model) TRN_RT {
-  if (model == TiltModel::kExact) return rotation_of(t);
+// A becomes A T, where T is the tilt as a matrix.
+void tilt(const Vec3& t, TiltModel model, Mat3& A) TRN_RT {
+  if (model == TiltModel::kExact) {
+    A = (A * rotation_of(t)).eval();
+    return;
+  }
   // S1.1: products of tilts dropped, as in the paper whose figures the tests hold this form to. It is no
   // rotation but to first order, which is why a pose of this chain is an affine map and is inverted as one.
-  Mat3 E;
-  E << 1, -t.z(), t.y(), t.z(), 1, -t.x(), -t.y(), t.x(), 1;
-  return E;
+  const Vec3 x = A.col(0), y = A.col(1), z = A.col(2);
+  A.col(0) = x + t.z() * y - t.y() * z;
+  A.col(1) = y - t.z() * x + t.x() * z;
+  A.col(2) = z + t.y() * x - t.x() * y;
 }
 
 bool is_zero(const SixErrors& e) TRN_RT { return e.offset.isZero(0) && e.tilt.isZero(0); }
@@ -36,19 +41,18 @@ void apply(const SixErrors& e, TiltModel model, ActualChain::Affine& X) TRN_RT {
   // First the offset in the directions before the tilt, then the tilt: E(e; t) as S1.1 has it. The other
   // order would turn the offset as well.
   X.p += X.A * e.offset;
-  if (!e.tilt.isZero(0)) X.A = (X.A * tilt_matrix(e.tilt, model)).eval();
+  if (!e.tilt.isZero(0)) tilt(e.tilt, model, X.A);
 }
 
 void apply_linear(const ActualAxis& axis, double q, TiltModel model, ActualChain::Affine& X,
                   ActualChain::JointFrame& frame) TRN_RT {
-  // Squareness turns the direction of motion, not what is carried.
   X.p += X.A * (axis.location.offset + axis.offset_mm);
-  const Vec3 direction = axis.location.tilt.isZero(0)
-                             ? axis.direction
-                             : Vec3(tilt_matrix(axis.location.tilt, model) * axis.direction);
+  // Squareness turns the direction of motion, not what is carried.
+  Mat3 squareness = Mat3::Identity();
+  if (!axis.location.tilt.isZero(0)) tilt(axis.location.tilt, model, squareness);
   // The Jacobian needs the direction and the place of the joint as they really are, errors before it
   // included.
-  frame.axis = X.A * direction;
+  frame.axis = X.A * (squareness * axis.direction);
   frame.place = X.p;
   X.p += q * frame.axis;
   if (!axis.tables.empty()) apply(axis.tables[0].at(q), model, X);
@@ -108,6 +112,7 @@ void ActualChain::evaluate(const JointVec& q, Frames& out) const TRN_RT {
   out.X_MB = out.X_MS = {};
   walk(work, true, model, q, out.X_MB, out);
   walk(tool, false, model, q, out.X_MS, out);
+  out.X_MS.A = (out.X_MS.A * R_MS).eval();
 }
 
 double ActualChain::tilt_bound() const {
@@ -131,6 +136,7 @@ ActualChain read_chain(const Machine& machine) {
   const SerialBranches branches = read_branches(section, machine.joints);
   chain.tool = without_errors(branches.tool);
   chain.work = without_errors(branches.work);
+  chain.R_MS = branches.R_MS;
   return chain;
 }
 

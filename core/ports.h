@@ -64,6 +64,9 @@ class Kinematics {
   /// joint by joint through each axis' sense. Parallel machines: pose of the platform.
   virtual KinStatus joints_from_words(const Words& words, JointVec& q) const TRN_RT = 0;
   virtual KinStatus words_from_joints(const JointVec& q, Words& words) const TRN_RT = 0;
+  /// RTCP off: what a tool offset (mm) takes from X Y Z of those words. It lies along the spindle as it
+  /// stands with every rotary word at zero: along Z, unless the head is tilted for good.
+  Vec3 tool_in_words(const Vec3& tool_offset) const TRN_RT { return orientation(Vec3::Zero()) * tool_offset; }
   /// Each of those words is one joint's place: a straight move of the words is a straight move of the joints,
   /// so that its ends tell whether it stays in the joints' ranges. A machine that does not say so has its
   /// moves looked at all along.

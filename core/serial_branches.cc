@@ -4,6 +4,8 @@
 #include <cmath>
 #include <string>
 
+#include "core/units.h"
+
 namespace trn {
 
 namespace {
@@ -27,7 +29,15 @@ BranchAxis read_axis(const ConfigTable& table, const Joints& joints, std::vector
   BranchAxis axis{-1, JointKind::kLinear, Vec3::UnitZ(), table.vec3("offset_mm", Vec3::Zero()), table};
   // A fixed offset, such as the way from the last axis to the spindle nose. One of the two keys without the
   // other is an axis with a key missing, and is told as such below.
-  if (!table.has("joint") && !table.has("direction")) return axis;
+  const bool tilted = table.has("tilt_deg");
+  if (!table.has("joint") && !table.has("direction") && !tilted) return axis;
+  if (tilted) {
+    if (table.has("joint"))
+      throw table.error("tilt_deg",
+                        "an axis with a joint turns by itself; give the tilt an entry of its own");
+    axis.direction = read_direction(table);
+    return axis;
+  }
   axis.joint = read_joint(table, joints);
   const auto index = static_cast<std::size_t>(axis.joint);
   if (seen[index]) throw table.error("joint", "this joint is already in a branch");
@@ -37,15 +47,30 @@ BranchAxis read_axis(const ConfigTable& table, const Joints& joints, std::vector
   return axis;
 }
 
+/// What a clamped axis turns: all that is behind it, as a joint at that angle would.
+void carry(const Mat3& R_tilt, BranchAxis& axis) {
+  axis.offset_mm = R_tilt * axis.offset_mm;
+  axis.direction = R_tilt * axis.direction;
+}
+
 }  // namespace
 
 SerialBranches read_branches(const ConfigTable& section, const Joints& joints) {
   SerialBranches out;
   std::vector<bool> seen(joints.size(), false);
-  for (const ConfigTable& table : section.tables_if("tool_branch"))
+  for (const ConfigTable& table : section.tables_if("tool_branch")) {
     out.tool.push_back(read_axis(table, joints, seen));
-  for (const ConfigTable& table : section.tables_if("work_branch"))
+    carry(out.R_MS, out.tool.back());
+    if (!table.has("tilt_deg")) continue;
+    const double tilt_rad = rad_from_deg(table.number("tilt_deg", Range{-180.0, 180.0}));
+    out.R_MS = Eigen::AngleAxisd(tilt_rad, out.tool.back().direction).toRotationMatrix() * out.R_MS;
+  }
+  for (const ConfigTable& table : section.tables_if("work_branch")) {
+    if (table.has("tilt_deg"))
+      throw table.error("tilt_deg",
+                        "only the tool branch is tilted; for work that lies at an angle use G68.2");
     out.work.push_back(read_axis(table, joints, seen));
+  }
   return out;
 }
 

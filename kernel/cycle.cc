@@ -124,6 +124,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
     case Kind::kRapidOverride:
     case Kind::kSpindleOverride:
     case Kind::kAdaptiveFeed:
+    case Kind::kCount:
       return;
   }
 }

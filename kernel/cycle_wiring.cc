@@ -9,6 +9,7 @@
 namespace trn {
 
 void Cycle::watch_safety() TRN_RT {
+  if (safety_.empty()) return;
   const bool moves = motion_ != MotionState::kRest && motion_ != MotionState::kPaused;
   const bool jogs = motion_ == MotionState::kJogging || detour_.moves();
   const bool turns = io_.outputs().spindle_rpm != 0;
@@ -33,6 +34,7 @@ std::uint32_t Cycle::machine_signals() const TRN_RT {
 
 // What they end at acts in the next period.
 void Cycle::follow_wires() TRN_RT {
+  if (wires_.empty()) return;
   const SignalWires::Ends& ends = wires_.step({io_.inputs().digital, &feedback_, machine_signals()});
   io_.overlay_inputs(ends.io_inputs);
   setpoints_.outputs = ends.drive_outputs;

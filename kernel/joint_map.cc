@@ -22,7 +22,7 @@ KinStatus MachineJointMap::nominal(const Words& y, const MapContext& context, Jo
                                    Pose& X_BS) const TRN_RT {
   if (!context.rtcp) {
     Words axes = y;
-    axes.head<3>() += context.tool_offset;
+    axes.head<3>() += R_home_ * context.tool_offset;
     const KinStatus status = kinematics_.joints_from_words(axes, q);
     return status == KinStatus::kOk && pose(context.corrections_off) ? kinematics_.forward(q, X_BS) : status;
   }
@@ -42,7 +42,7 @@ KinStatus MachineJointMap::words_at(const JointVec& q, std::uint8_t corrections_
 KinStatus MachineJointMap::words_at(const JointVec& q, const MapContext& context, Words& words) const {
   KinStatus status = kinematics_.words_from_joints(q, words);
   const Words axes = words;
-  words.head<3>() -= context.tool_offset;
+  words.head<3>() -= R_home_ * context.tool_offset;
   if (!pose(context.corrections_off) && !joint(context.corrections_off)) return status;
   // The map differs little from the nominal one: a few simple corrections of the words find its inverse.
   constexpr int kSteps = 30;

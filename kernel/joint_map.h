@@ -15,7 +15,7 @@ class MachineJointMap final : public JointMap {
   /// All must outlive the map; a correction may be null.
   explicit MachineJointMap(const Kinematics& kinematics, const PoseCorrection* pose = nullptr,
                            const JointCorrection* joint = nullptr)
-      : kinematics_(kinematics), pose_(pose), joint_(joint) {}
+      : kinematics_(kinematics), pose_(pose), joint_(joint), R_home_(kinematics.orientation(Vec3::Zero())) {}
 
   int joint_count() const TRN_RT override { return kinematics_.joint_count(); }
   KinStatus map(const Words& y, const MapContext& context, JointVec& q) const TRN_RT override;
@@ -46,6 +46,7 @@ class MachineJointMap final : public JointMap {
   const Kinematics& kinematics_;
   const PoseCorrection* pose_;
   const JointCorrection* joint_;
+  Mat3 R_home_;  ///< of Kinematics::tool_in_words
 };
 
 /// Where the tool really is, judged from joints by the forward kinematics.

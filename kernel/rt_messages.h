@@ -38,6 +38,7 @@ struct RtCommand {
     kCoolant,          ///< the same; joint: bits, 1 mist, 2 flood
     kDigitalOutput,    ///< the same; joint: number; value: 1 on, 0 off
     kRetrace,          ///< the same; value mm of the path, back or, > 0, forward (Retrace); 0: stop there
+    kCount
   };
   Kind kind = Kind::kStart;
   double value = 0;

@@ -35,6 +35,7 @@ class SafetyInputs {
   };
 
   explicit SafetyInputs(const std::vector<Input>& inputs);
+  bool empty() const TRN_RT { return inputs_.empty(); }
 
   /// Once a period; kOk if all is safe that is watched now.
   Fault step(std::uint64_t io_inputs, const Feedback& feedback, const Motion& motion) TRN_RT;

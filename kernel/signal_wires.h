@@ -34,6 +34,7 @@ class SignalWires {
   };
 
   explicit SignalWires(const std::vector<Wire>& wires);
+  bool empty() const TRN_RT { return wires_.empty(); }
 
   /// Once a period.
   const Ends& step(const Sources& sources) TRN_RT;

@@ -36,9 +36,10 @@ const MotionBlock* SingleBlock::block_here(std::uint64_t& index) const TRN_RT {
 }
 
 bool SingleBlock::pauses(bool stands) TRN_RT {
+  if (!holds()) return false;
   std::uint64_t index = 0;
   const MotionBlock* here = block_here(index);
-  if (!holds() || !here) return false;
+  if (!here) return false;
   if (begins_) {
     begins_ = false;
     line_ = here->source.line;
@@ -64,8 +65,9 @@ double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
 }
 
 void SingleBlock::pass_line() TRN_RT {
+  if (!holds()) return;
   const MotionBlock* front = queue_.front();
-  if (!holds() || !front || front->segment_count == 0 || front->source.line == line_) return;
+  if (!front || front->segment_count == 0 || front->source.line == line_) return;
   if (queue_.number_ahead(0) <= number_ || interpolator_.place().time_s < kLineEndS) return;
   line_ = front->source.line;
   TRN_CHECK(queue_.number_ahead(0) > number_);

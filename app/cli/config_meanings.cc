@@ -61,9 +61,8 @@ const ChapterMeaning kKinematicsMeanings = {
          {{"kinematics.tool_branch", "serial"}, {"kinematics.work_branch", "serial"}},
          "One entry an axis, from the machine's base outwards: the tool branch ends at the spindle nose, the "
          "work "
-         "branch at the table. Every joint stands in exactly one of them. With all joints at zero the tool "
-         "must be "
-         "parallel to Z of the table.",
+         "branch at the table. Every joint stands in exactly one of them. With all joints and tilts at zero "
+         "the tool must be parallel to Z of the table.",
          {
              {"joint",
               "The joint that moves this axis. An entry without `joint` and `direction` is an offset alone.",
@@ -72,11 +71,18 @@ const ChapterMeaning kKinematicsMeanings = {
               "The way that the axis moves, or the line that it turns about right-handed, as the joint's "
               "value "
               "grows. Any length but 0 and any direction, as [0, 0.7071, 0.7071] for an axis at 45 degrees.",
-              "required with `joint`"},
+              "required with `joint` and `tilt_deg`"},
              {"offset_mm",
               "In the tool branch the way from the axis before to this one, in the work branch the same, "
               "with all "
               "joints at zero. The head's pivot length stands here."},
+             {"tilt_deg",
+              "An axis that is clamped at this angle: a right-angle head, or a swivel head set by hand. It "
+              "turns "
+              "about `direction` and carries what is behind it. It stands in an entry without `joint`, in "
+              "the tool "
+              "branch only.",
+              "none: nothing is turned", "-180 to 180"},
              {"word", "The word of the program that moves this axis; no two axes have the same.",
               "the joint's name if that is a legal word; else required",
               "`X`, `Y`, `Z` of a linear joint; `A`, `B`, "
@@ -251,6 +257,23 @@ const ChapterMeaning kProgramMeanings = {
               "their pockets.",
               "required with `confirm = \"sub-program\"`; else refused"},
          }},
+        {"Tangential knife",
+         {{"tangential", ""}},
+         "For a knife that a rotary axis turns about Z. [gcode.md](gcode.md#tangential-knife) shows it at "
+         "work.",
+         {
+             {"axis", "The word of the axis that turns the knife. Its edge points along +X at 0 degrees."},
+             {"on", "Words of the program from which the knife follows the path."},
+             {"off", "Words that end it; the program's end does so as well."},
+             {"corner_deg",
+              "At a corner that turns by more than this the knife goes up, turns, and comes down again."},
+             {"blend_deg",
+              "At a corner that turns by no more than this the knife turns on its way, along both moves. It "
+              "stands off the path by half of it at most. Between the two angles it turns on the spot, in "
+              "the "
+              "material."},
+             {"lift_mm", "How far it goes up at a sharp corner: more than the material is thick."},
+         }},
     }};
 
 const ChapterMeaning kPlannerMeanings = {
@@ -374,10 +397,10 @@ const ChapterMeaning kHostMeanings = {
     }};
 
 std::vector<const ChapterMeaning*> all_meanings() {
-  return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings, &kPlannerMeanings,
-          &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,     &kSlowDriveMeanings,
-          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,  &kSignalMeanings,
-          &kHostMeanings,       &kOtherFileMeanings};
+  return {&kMachineMeanings,    &kKinematicsMeanings, &kProgramMeanings,  &kPlannerMeanings,
+          &kCorrectionMeanings, &kDriveMeanings,      &kCanMeanings,      &kSlowDriveMeanings,
+          &kIoMeanings,         &kModbusMeanings,     &kSafetyMeanings,   &kSignalMeanings,
+          &kDrawingMeanings,    &kHostMeanings,       &kOtherFileMeanings};
 }
 
 }  // namespace trn

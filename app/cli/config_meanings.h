@@ -39,7 +39,7 @@ struct ChapterMeaning {
 // without a key, are told as errors.
 extern const ChapterMeaning kMachineMeanings, kKinematicsMeanings, kProgramMeanings, kPlannerMeanings,
     kCorrectionMeanings, kDriveMeanings, kCanMeanings, kSlowDriveMeanings, kIoMeanings, kModbusMeanings,
-    kSafetyMeanings, kSignalMeanings, kHostMeanings, kOtherFileMeanings;
+    kSafetyMeanings, kSignalMeanings, kDrawingMeanings, kHostMeanings, kOtherFileMeanings;
 
 /// In the order of the page.
 std::vector<const ChapterMeaning*> all_meanings();

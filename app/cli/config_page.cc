@@ -9,6 +9,7 @@
 
 #include "app/cli/config_meanings.h"
 #include "core/config_record.h"
+#include "core/letter_case.h"
 
 namespace trn {
 
@@ -194,7 +195,7 @@ std::string anchor(std::string_view title) {
   std::string out;
   for (const char c : title) {
     if (c == ' ') out += '-';
-    if (std::isalnum(static_cast<unsigned char>(c))) out += static_cast<char>(std::tolower(c));
+    if (std::isalnum(static_cast<unsigned char>(c))) out += lower_case(c);
   }
   return out;
 }

@@ -79,6 +79,9 @@ const char kSafetySpecimen[] = R"(
 [[safety.input]]
 kind = "door"
 from = "drive.@X.input.16"
+[[drawing]]
+part = "@Y"
+stl = "models/saddle.stl"
 [[signal]]
 name = "lamp"
 from = "machine.running"

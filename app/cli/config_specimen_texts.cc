@@ -64,6 +64,8 @@ word = "Z"
 direction = [0, 0, 1]
 [[kinematics.tool_branch]]
 offset_mm = [0, 0, 0]
+direction = [1, 0, 0]
+tilt_deg = 0
 [[kinematics.work_branch]]
 joint = "@A"
 word = "A"
@@ -549,7 +551,7 @@ std::vector<ConfigSpecimen> machine_specimens() {
   return {
       {"simulated",
        five + kCorrections + errors_below("corrections.geometric") +
-           "[tool_change]\nconfirm = \"input\"\ninput = 3\n[drives]\ntype = \"simulated\"" +
+           "[tool_change]\nconfirm = \"input\"\ninput = 3\n[tangential]\n[drives]\ntype = \"simulated\"" +
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",

@@ -4,6 +4,8 @@
 #include <cctype>
 #include <string_view>
 
+#include "core/letter_case.h"
+
 namespace trn {
 
 namespace {
@@ -67,7 +69,7 @@ std::string first_sentence(const CLI::App& command) {
   std::string text = command.get_description();
   text.resize(std::min({text.find(". "), text.find('\n'), text.size()}));
   if (!text.empty() && text.back() == '.') text.pop_back();
-  if (!text.empty()) text[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  if (!text.empty()) text[0] = upper_case(text[0]);
   return text;
 }
 

@@ -2,7 +2,6 @@
 #include <poll.h>
 #include <unistd.h>
 
-#include <cctype>
 #include <cerrno>
 #include <charconv>
 #include <chrono>
@@ -19,6 +18,7 @@
 #include "app/cli/client_session.h"
 #include "app/cli/commands.h"
 #include "core/axes.h"
+#include "core/letter_case.h"
 #include "core/machine.h"
 #include "core/units.h"
 
@@ -66,8 +66,7 @@ double distance_of(const std::string& text) {
 // moves in its own direction.
 command_t jog_command(const Machine& machine, const JogOptions& options, bool inch) {
   command_t command = command_of(command_t::JOG);
-  std::string upper = options.axis;
-  for (char& c : upper) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  const std::string upper = upper_case(options.axis);
   const std::size_t word = std::string_view(kWordLetters).find(upper);
   const bool by_word = upper.size() == 1 && word != std::string_view::npos;
   bool rotary = by_word && word >= static_cast<std::size_t>(kA);

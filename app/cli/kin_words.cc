@@ -4,7 +4,6 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <cctype>
 #include <charconv>
 #include <cmath>
 #include <sstream>
@@ -14,6 +13,7 @@
 #include "app/session/word_directions.h"
 #include "core/axes.h"
 #include "core/frames.h"
+#include "core/letter_case.h"
 #include "core/units.h"
 
 namespace trn {
@@ -85,7 +85,7 @@ std::string KinWords::forward(const std::string& line) const {
 std::string KinWords::inverse(const std::string& line) const {
   Words words = Words::Zero();
   for (const std::string& item : kin_items(line)) {
-    const auto letter = static_cast<char>(std::toupper(static_cast<unsigned char>(item[0])));
+    const char letter = upper_case(item[0]);
     const std::size_t word = std::string_view(kWordLetters).find(letter);
     const bool legal = word != std::string_view::npos && word <= kC && (kinematics_.word_mask() >> word & 1u);
     if (!legal) throw std::invalid_argument(fmt::format("'{}' is no word of this machine, as X10", item));

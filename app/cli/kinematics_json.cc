@@ -32,7 +32,10 @@ json branch_json(const std::vector<BranchAxis>& branch) {
 
 json serial_json(const ConfigTable& section, const Machine& machine) {
   const SerialBranches branches = read_branches(section, machine.joints);
-  return {{"tool", branch_json(branches.tool)}, {"work", branch_json(branches.work)}};
+  const Eigen::AngleAxisd turn(branches.R_MS);
+  return {{"tool", branch_json(branches.tool)},
+          {"work", branch_json(branches.work)},
+          {"spindle_turn_rad", vector_json(turn.angle() * turn.axis())}};
 }
 
 // Six legs or four rails, with the places of their ends.

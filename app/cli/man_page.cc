@@ -2,11 +2,10 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <cctype>
 #include <string_view>
 
 #include "app/cli/help_formatter.h"
+#include "core/letter_case.h"
 
 namespace trn {
 
@@ -27,12 +26,6 @@ std::string roff(std::string_view text) {
       out += c;
   }
   return out;
-}
-
-std::string upper(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::toupper(c)); });
-  return text;
 }
 
 /// "trunnion can sdo", with another word between for the name of a page.
@@ -108,7 +101,7 @@ std::string man_page(const CLI::App& app) {
   const CLI::App* const program = app.get_parent();
   const std::string name = full_name(app, "-");
   std::string out =
-      fmt::format(".TH {} 1 \"\" \"Trunnion {}\" \"Trunnion\"\n", roff(upper(name)), TRN_VERSION);
+      fmt::format(".TH {} 1 \"\" \"Trunnion {}\" \"Trunnion\"\n", roff(upper_case(name)), TRN_VERSION);
   out += fmt::format(".SH NAME\n{} \\- {}\n", roff(name), roff(first_sentence(app)));
   out += section("SYNOPSIS", synopsis(app));
   out += section("DESCRIPTION", program ? roff(full_text(app)) + "\n" : literal(full_text(app)));

@@ -21,6 +21,7 @@
 #include "app/cli/panel_page.h"
 #include "app/cli/panel_user.h"
 #include "app/client/access_config.h"
+#include "app/session/drawing_config.h"
 #include "core/config.h"
 #include "core/machine.h"
 #include "hal/lcm_link.h"
@@ -110,6 +111,21 @@ std::map<std::string, std::string> pages_of(const std::vector<std::string>& othe
   return out;
 }
 
+// A drawing that is none stops no machine, but whoever starts the panel wants to see it.
+std::vector<DrawnPart> drawings_of(const Machine& machine) {
+  constexpr std::uintmax_t kLargest = 64 << 20;
+  std::vector<DrawnPart> out;
+  for (const Drawing& drawing : read_drawings(machine)) {
+    std::error_code error;
+    const std::uintmax_t size = std::filesystem::file_size(drawing.file, error);
+    if (error) throw drawing.table.error("stl", fmt::format("{}: {}", drawing.file, error.message()));
+    if (size > kLargest)
+      throw drawing.table.error("stl", fmt::format("{} is larger than 64 MB", drawing.file));
+    out.push_back({drawing.part, std::filesystem::absolute(drawing.file)});
+  }
+  return out;
+}
+
 Exit serve(const PanelOptions& options) {
   if (options.machine.empty()) throw CLI::RequiredError("--machine");
   Machine machine = read_machine(load_config(options.machine));
@@ -132,6 +148,7 @@ Exit serve(const PanelOptions& options) {
                            key_of(options, tls.has_value()),
                            tls,
                            kinematics_json(machine),
+                           drawings_of(machine),
                            own_program(),
                            once,
                            pages_of(options.others)};

@@ -130,17 +130,25 @@ class ProgressLine {
   bool on_, shown_ = false;
 };
 
-PlanPreview plan_of(const RunOptions& options, const Assembly& assembly) {
+/// What a program begins with.
+struct Begin {
+  Begin(const RunOptions& options, const Assembly& assembly)
+      : start{options.program, std::nullopt, standing_joints(assembly)} {
+    if (!options.variables.empty()) load_parameters(options.variables, parameters);
+    if (!options.tools.empty()) tools = ToolTable::load(options.tools);
+    start.from_line = options.from_line;
+    start.switches = ProgramSwitches::of(assembly);
+  }
   Parameters parameters;
   ToolTable tools;
-  if (!options.variables.empty()) load_parameters(options.variables, parameters);
-  if (!options.tools.empty()) tools = ToolTable::load(options.tools);
-  ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
-  start.from_line = options.from_line;
-  start.switches = ProgramSwitches::of(assembly);
+  ProgramStart start;
+};
+
+PlanPreview plan_of(const RunOptions& options, const Assembly& assembly) {
+  Begin begin(options, assembly);
   PreviewOptions preview;
   if (options.stop_after_s > 0) preview.time_max_s = options.stop_after_s;
-  return preview_plan(assembly, parameters, tools, start, preview);
+  return preview_plan(assembly, begin.parameters, begin.tools, begin.start, preview);
 }
 
 // For the operator's page, which shows a program before it runs. Its host has other work, and a program may
@@ -198,16 +206,10 @@ Exit tell_result(const RunOptions& options, const Assembly& assembly, const Simu
 }
 
 Exit simulate_program(const RunOptions& options, Assembly& assembly) {
-  Parameters parameters;
-  ToolTable tools;
-  if (!options.variables.empty()) load_parameters(options.variables, parameters);
-  if (!options.tools.empty()) tools = ToolTable::load(options.tools);
-
+  Begin begin(options, assembly);
+  ToolTable& tools = begin.tools;
   // The whole program is judged before anything moves.
-  ProgramStart start{options.program, std::nullopt, standing_joints(assembly)};
-  start.from_line = options.from_line;
-  start.switches = ProgramSwitches::of(assembly);
-  const ProgramSummary checked = check_program(assembly, parameters, tools, start, {});
+  const ProgramSummary checked = check_program(assembly, begin.parameters, tools, begin.start, {});
   if (options.from_line > 1) fmt::print(stderr, "{}", approach_text(options.from_line, checked.approach));
   fmt::print(stderr, "{}", remark_on(checked));
 
@@ -250,13 +252,13 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   // Before the run, which may change parameters and tools.
   std::optional<PlanPreview> plan;
   if (!options.pictures.empty() && checked.endless == 0) plan = plan_of(options, assembly);
-  const SimulationResult result = simulate(assembly, parameters, tools, simulation);
+  const SimulationResult result = simulate(assembly, begin.parameters, tools, simulation);
   if (trace) trace->close();
   if (!options.pictures.empty())
     write_run_pictures(options.pictures, options.program, assembly.machine, recorder.bins(), result);
   if (plan && write_run_page(options.pictures, options.program, assembly.machine, *plan) && !options.json)
     fmt::print("The path in three dimensions: {}/path.html\n", options.pictures);
-  if (!options.variables.empty()) save_parameters(options.variables, parameters);
+  if (!options.variables.empty()) save_parameters(options.variables, begin.parameters);
 
   return tell_result(options, assembly, result);
 }

@@ -65,10 +65,11 @@ bool write_run_page(const std::string& folder, const std::string& program, const
   const std::string page = find_panel_page("");
   const std::string script = content_of(page + "/report.js"), style = content_of(page + "/report.css");
   if (page.empty() || script.empty() || style.empty()) return false;
-  const nlohmann::json run{{"program", program},
-                           {"text", content_of(program)},
-                           {"plan", plan_text(folder, plan, machine, program)},
-                           {"machine", machine_json(machine, TRN_VERSION, "", "", kinematics_json(machine))}};
+  const nlohmann::json run{
+      {"program", program},
+      {"text", content_of(program)},
+      {"plan", plan_text(folder, plan, machine, program)},
+      {"machine", machine_json(machine, TRN_VERSION, "", "", kinematics_json(machine), {})}};
   const std::string told =
       replaced(run.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), "<", "\\u003c");
   write_text_file(folder + "/path.html",

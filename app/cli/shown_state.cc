@@ -211,10 +211,8 @@ std::string cut_lines(const std::string& text, int columns) {
   return out;
 }
 
-}  // namespace
-
-std::string status_text(const status_t& status, const motion_t& motion) {
-  Lines out;
+// What both the status and the screen show.
+void put_machine(const status_t& status, const motion_t& motion, Lines& out) {
   put_state(status, out);
   put_program(status, out);
   put_time(status, out);
@@ -222,6 +220,13 @@ std::string status_text(const status_t& status, const motion_t& motion) {
   put_modes(status, out);
   put_speeds(status, motion, out);
   put_joints(status, motion, out);
+}
+
+}  // namespace
+
+std::string status_text(const status_t& status, const motion_t& motion) {
+  Lines out;
+  put_machine(status, motion, out);
   put_corrections(status, out);
   put_timing(status, out);
   std::string text = out.take();
@@ -252,13 +257,7 @@ std::string alarms_text(const trunnion::alarms_t& alarms) {
 
 std::string screen_text(const status_t& status, const motion_t& motion, int columns) {
   Lines out;
-  put_state(status, out);
-  put_program(status, out);
-  put_time(status, out);
-  put_positions(status, motion, out);
-  put_modes(status, out);
-  put_speeds(status, motion, out);
-  put_joints(status, motion, out);
+  put_machine(status, motion, out);
   return cut_lines(out.take(), columns);
 }
 

@@ -2,7 +2,6 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <cctype>
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -14,6 +13,7 @@
 #include "app/cli/commands.h"
 #include "app/client/message_json.h"
 #include "core/axes.h"
+#include "core/letter_case.h"
 #include "core/units.h"
 #include "hal/lcm_messages.h"
 
@@ -36,11 +36,6 @@ struct TableOptions {
 
 constexpr std::array<std::string_view, 9> kOffsets = {"G54", "G55",   "G56",   "G57",  "G58",
                                                       "G59", "G59.1", "G59.2", "G59.3"};
-
-std::string upper_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
-  return text;
-}
 
 // 1 to 9; 0: "", the one in force.
 std::size_t offset_number(const std::string& name) {

@@ -5,7 +5,7 @@
 #include <random>
 #include <utility>
 
-#include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 
 namespace trn {
 

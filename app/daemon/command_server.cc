@@ -7,6 +7,7 @@
 #include <chrono>
 
 #include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 #include "app/daemon/telemetry.h"
 #include "core/check.h"
 
@@ -57,9 +58,8 @@ void CommandServer::receive_from(const Peer& peer, const trunnion::command_t& co
 bool CommandServer::may(const Peer& peer, const trunnion::command_t& command, const Ticket& ticket) {
   const Role role = role_for(command);
   if (access_.allows(peer, role)) return true;
-  const CommandRights* rights = find_rights(command.verb);
-  spdlog::warn("{} is refused '{}': no right to {}", ticket.from, rights ? rights->name : "?",
-               to_string(role));
+  const CommandRow* row = find_command(command.verb);
+  spdlog::warn("{} is refused '{}': no right to {}", ticket.from, row ? row->name : "?", to_string(role));
   send(ticket, message_of(ticket, {acknowledge_t::REFUSED, access_.refusal(peer, role)}));
   return false;
 }

@@ -47,8 +47,7 @@ PlaceRecord MachineController::place_now(const ProgramStep& step) {
   place.text = step.text.data();
   place.gone_mm = (report_.y - noted_.began_at).head<3>().norm();
   place.moves = step.moves;
-  const MmWords to = step.frame.mm_of(step.to);
-  place.to << to.xyz, to.abc_deg;
+  place.to = step.frame.mm_of(step.to);
   place.tool = settings.current_tool;
   place.codes = active_codes(settings, step.cutter_comp);
   const MmWords offset = in_mm(settings.g5x, settings.modal.inch);

@@ -8,6 +8,7 @@
 #include <cmath>
 #include <optional>
 
+#include "core/letter_case.h"
 #include "core/ports.h"
 
 namespace trn {
@@ -30,7 +31,7 @@ std::optional<std::vector<HeldWord>> held_words(std::string_view text) {
     while (at != end && std::isspace(static_cast<unsigned char>(*at)) != 0) ++at;
   };
   for (skip(); at != end; skip()) {
-    HeldWord word{static_cast<char>(std::toupper(static_cast<unsigned char>(*at++))), 0};
+    HeldWord word{upper_case(*at++), 0};
     skip();
     const auto read = std::from_chars(at, end, word.value);
     if (std::isalpha(static_cast<unsigned char>(word.letter)) == 0 || read.ec != std::errc() ||

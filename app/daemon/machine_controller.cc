@@ -105,7 +105,7 @@ Conditions MachineController::conditions() const {
 CommandServer::Answer MachineController::obey(const command_t& command, const Ticket& ticket) {
   const std::string bad = bad_values(command, static_cast<int>(parts_.machine.joints.size()));
   if (!bad.empty()) return refused(bad);
-  cause_ = fmt::format("{}, by {}", find_rights(command.verb)->name, ticket.from);
+  cause_ = fmt::format("{}, by {}", find_command(command.verb)->name, ticket.from);
   const Answer answer = obey_legal(command, ticket);
   cause_.clear();
   return answer;
@@ -113,9 +113,10 @@ CommandServer::Answer MachineController::obey(const command_t& command, const Ti
 
 CommandServer::Answer MachineController::obey_legal(const command_t& command, const Ticket& ticket) {
   const CommandRow& row = *find_command(command.verb);
-  if (row.setting) return obey_setting(row, command.value);
-  if (is_switch(command.verb)) return obey_switch(command, ticket);
-  if (is_note(command.verb)) return obey_note(command);
+  const CommandEffect effect = effect_of(command.verb);
+  if (effect.setting) return obey_setting(row, *effect.setting, command.value);
+  if (row.act == CommandAct::kSwitch) return obey_switch(command, ticket);
+  if (row.act == CommandAct::kNote) return obey_note(command);
   const MachineState before = supervisor_.state();
   if (command.verb == command_t::JOG && command.frame == command_t::PATH) return retrace(command);
   if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
@@ -123,25 +124,25 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
     if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
-  const Decision decision = supervisor_.handle(row.event.value(), conditions());
+  const Decision decision = supervisor_.handle(effect.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
   return act_on_command(decision.actions, command, ticket);
 }
 
 // Overrides and single block, legal in every state.
-CommandServer::Answer MachineController::obey_setting(const CommandRow& row, double value) {
+CommandServer::Answer MachineController::obey_setting(const CommandRow& row, RtCommand::Kind kind,
+                                                      double value) {
   using Kind = RtCommand::Kind;
-  if (value < 0 || value > row.setting_max)
-    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", find_rights(row.verb)->name,
-                               value, row.setting_max));
-  if (row.setting == Kind::kOverride) status_.override_wanted = value;
-  if (row.setting == Kind::kRapidOverride) status_.rapid_override = value;
-  if (row.setting == Kind::kSpindleOverride) status_.spindle_override = value;
-  if (row.setting == Kind::kAdaptiveFeed) status_.adaptive_feed = value;
-  spdlog::info("{} {:g}: {}", find_rights(row.verb)->name, value, cause_);
+  if (value < 0 || value > row.value_max)
+    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.value_max));
+  if (kind == Kind::kOverride) status_.override_wanted = value;
+  if (kind == Kind::kRapidOverride) status_.rapid_override = value;
+  if (kind == Kind::kSpindleOverride) status_.spindle_override = value;
+  if (kind == Kind::kAdaptiveFeed) status_.adaptive_feed = value;
+  spdlog::info("{} {:g}: {}", row.name, value, cause_);
   status_due_ = true;
-  post({*row.setting, value});
+  post({kind, value});
   return accepted();
 }
 

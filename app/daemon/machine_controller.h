@@ -9,10 +9,11 @@
 #include <string>
 #include <vector>
 
+#include "app/client/command_table.h"
 #include "app/daemon/access.h"
 #include "app/daemon/alarm_list.h"
+#include "app/daemon/command_effect.h"
 #include "app/daemon/command_server.h"
-#include "app/daemon/command_table.h"
 #include "app/daemon/correction_warnings.h"
 #include "app/daemon/jog_control.h"
 #include "app/daemon/late_rate_plans.h"
@@ -103,7 +104,7 @@ class MachineController {
   static Answer refusal(MachineState before, const Decision& decision);
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
-  Answer obey_setting(const CommandRow& row, double value);
+  Answer obey_setting(const CommandRow& row, RtCommand::Kind kind, double value);
   Answer obey_switch(const trunnion::command_t& command, const Ticket& ticket);
   Answer switch_block_delete(bool on, const Ticket& ticket);
   std::string refuse_jog(const trunnion::command_t& command) const;

@@ -159,12 +159,7 @@ std::string_view to_string(MachineState state) {
 
 std::string_view to_string(Event event) {
   TRN_CHECK(event < Event::kCount);
-  static constexpr std::string_view kNames[] = {
-      "load",        "start",  "hold",       "resume",      "stop",         "mdi",        "jog",
-      "home",        "estop",  "reset",      "terminate",   "drives_ready", "drives_off", "start_failed",
-      "motion_done", "paused", "path_fault", "quick_fault", "timeout"};
-  static_assert(std::size(kNames) == static_cast<std::size_t>(Event::kCount));
-  return kNames[static_cast<std::size_t>(event)];
+  return kEventNames[static_cast<std::size_t>(event)];
 }
 
 std::span<const Transition> Supervisor::table() { return kTable; }

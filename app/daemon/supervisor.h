@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <string>
@@ -49,6 +51,12 @@ enum class Event : std::uint8_t {
   kCount
 };
 inline constexpr int kCommandEvents = static_cast<int>(Event::kTerminate) + 1;
+/// By event. A command's event has the name of its verb (app/client/command_table.h).
+inline constexpr auto kEventNames =
+    std::to_array<std::string_view>({"load", "start", "hold", "resume", "stop", "mdi", "jog", "home", "estop",
+                                     "reset", "terminate", "drives_ready", "drives_off", "start_failed",
+                                     "motion_done", "paused", "path_fault", "quick_fault", "timeout"});
+static_assert(kEventNames.size() == static_cast<std::size_t>(Event::kCount));
 std::string_view to_string(Event event);
 
 /// What the daemon must do after an event; a set of bits.

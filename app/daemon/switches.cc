@@ -57,11 +57,15 @@ SwitchOrder plan_switch(const command_t& command, const ProgramSwitches& now, bo
       order.changes_plan = true;  // where it begins
       why = "";
       break;
-    default:
+    case command_t::BLOCK_DELETE:
       order.name = "block delete";
       order.programs.block_delete = on;
       order.changes_plan = idle;
       order.changes_reading = !idle;
+      break;
+    default:
+      order.refusal = fmt::format("verb {} switches nothing", command.verb);
+      return order;
   }
   if (order.changes_plan && !idle)
     order.refusal = fmt::format("{}{} can be switched while the machine is idle", order.name, why);

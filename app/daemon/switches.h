@@ -21,16 +21,10 @@ struct SwitchOrder {
   std::string refusal;               ///< then nothing shall be switched
 };
 
-/// True for CORRECTION, OPTIONAL_STOP, BLOCK_DELETE, DRY_RUN and MACHINE_LOCK.
-constexpr bool is_switch(std::int8_t verb) {
-  using trunnion::command_t;
-  return verb == command_t::CORRECTION || verb == command_t::OPTIONAL_STOP ||
-         verb == command_t::BLOCK_DELETE || verb == command_t::DRY_RUN || verb == command_t::MACHINE_LOCK;
-}
-
-/// `now`: as it is; `idle`: nothing moves, and nothing is being prepared. Corrections behind the plan fade in
-/// and out at any time, and M1 is passed at any time; what is part of the plan would make a plan wrong that
-/// is being driven. `map` and `chain` may be null: no corrections.
+/// `command`: a kSwitch of the table of commands; `now`: as it is; `idle`: nothing moves, and nothing is
+/// being prepared. Corrections behind the plan fade in and out at any time, and M1 is passed at any time;
+/// what is part of the plan would make a plan wrong that is being driven. `map` and `chain` may be null: no
+/// corrections.
 SwitchOrder plan_switch(const trunnion::command_t& command, const ProgramSwitches& now, bool idle,
                         const MachineJointMap* map, const SetpointChain* chain);
 

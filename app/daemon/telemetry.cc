@@ -263,7 +263,7 @@ void add_step(const ProgramStep& step, const std::string& tool_name, trunnion::s
 }
 
 void add_positions(const ShownPosition& position, trunnion::motion_t& motion) {
-  const auto put = [](const MmWords& words, double* out) {
+  const auto put = [](const auto& words, double* out) {
     const Words si = in_radians(words);
     std::copy(si.begin(), si.end(), out);
   };

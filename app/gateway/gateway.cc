@@ -7,6 +7,7 @@
 #include <iterator>
 #include <utility>
 
+#include "app/client/command_table.h"
 #include "app/client/signed_message.h"
 #include "core/safe_file.h"
 #include "hal/message_codec.h"
@@ -23,8 +24,8 @@ using trunnion::signed_command_t;
 constexpr double kRepeatRate = 20, kTellRate = 20;
 
 std::string_view name_of(const command_t& command) {
-  const CommandRights* rights = find_rights(command.verb);
-  return rights ? rights->name : "?";
+  const CommandRow* row = find_command(command.verb);
+  return row ? row->name : "?";
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <array>
 
 #include "core/config.h"
+#include "core/letter_case.h"
 
 namespace trn {
 

@@ -49,6 +49,5 @@ std::optional<double> whole_number_text(std::string_view text);
 
 /// Without blanks at both ends.
 std::string_view trimmed(std::string_view text);
-std::string lower_case(std::string_view text);
 
 }  // namespace trn

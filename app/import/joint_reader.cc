@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/import/import_place.h"
+#include "core/letter_case.h"
 
 namespace trn {
 

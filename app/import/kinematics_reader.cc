@@ -7,6 +7,7 @@
 
 #include "app/import/hexapod_reader.h"
 #include "core/frames.h"
+#include "core/letter_case.h"
 
 namespace trn {
 
@@ -63,8 +64,7 @@ std::string default_letters(const std::string& name) {
 std::string upper_letters(std::string_view text) {
   std::string out;
   for (const char c : text)
-    if (!std::isspace(static_cast<unsigned char>(c)))
-      out += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (!std::isspace(static_cast<unsigned char>(c))) out += upper_case(c);
   return out;
 }
 

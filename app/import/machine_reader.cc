@@ -11,6 +11,7 @@
 #include "app/import/kinematics_reader.h"
 #include "app/import/leftover_notes.h"
 #include "app/import/program_reader.h"
+#include "core/letter_case.h"
 
 namespace trn {
 

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "app/import/import_place.h"
+#include "core/letter_case.h"
 
 namespace trn {
 
@@ -24,7 +25,7 @@ Remap read_remap(const IniEntry& entry) {
   Remap out;
   std::istringstream words(entry.value);
   words >> out.code;
-  for (char& c : out.code) c = static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+  out.code = upper_case(out.code);
   for (std::string word; words >> word;) {
     if (word[0] == '#' || word[0] == ';') break;
     if (word.starts_with("ngc="))
@@ -107,8 +108,7 @@ void read_startup(const IniFile& ini, ImportedMachine& machine) {
   if (!entry) return;
   std::string code;
   for (const char c : entry->value.substr(0, entry->value.find_first_of("(;")))
-    if (!std::isspace(static_cast<unsigned char>(c)))
-      code += static_cast<char>(std::toupper(static_cast<unsigned char>(c)));
+    if (!std::isspace(static_cast<unsigned char>(c))) code += upper_case(c);
   const auto has = [&](const char* word) {
     const std::size_t at = code.find(word);
     return at != std::string::npos && !std::isdigit(static_cast<unsigned char>(code.c_str()[at + 3])) &&

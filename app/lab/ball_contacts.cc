@@ -68,8 +68,8 @@ BallContact contact_at(const std::vector<std::optional<double>>& row, const Asse
   context.corrections_off = corrections_off;
   // The axes as G53 has them are those of the spindle; the words of the map are the axes less the tool.
   Words words = Words::Zero();
-  for (int k = 0; k < 3; ++k)
-    words[k] = row[static_cast<std::size_t>(k)].value_or(0) - context.tool_offset[k];
+  const Vec3 tool = assembly.kinematics->tool_in_words(context.tool_offset);
+  for (int k = 0; k < 3; ++k) words[k] = row[static_cast<std::size_t>(k)].value_or(0) - tool[k];
   for (int k = 3; k < 6; ++k) words[k] = row[static_cast<std::size_t>(k)].value_or(0) * kRadPerDeg;
   BallContact contact;
   if (assembly.map->map(words, context, contact.q) != KinStatus::kOk)

@@ -8,13 +8,10 @@
 #include <fstream>
 #include <stdexcept>
 
+#include "app/lab/measuring_run.h"
 #include "app/lab/text_file.h"
-#include "app/session/simulation.h"
 #include "core/axes.h"
-#include "core/fault.h"
 #include "core/units.h"
-#include "interp/gcode/parameters.h"
-#include "interp/gcode/tool_table.h"
 #include "kernel/rt_messages.h"
 
 namespace trn {
@@ -121,16 +118,7 @@ BallbarTrace run_ballbar(Assembly& assembly, const ActualChain& truth, const Bal
                          const BallbarInstrument& instrument, const std::string& program_path) {
   write_text_file(program_path, ballbar_program(assembly, test));
   BarReader reader(assembly, truth, test, instrument);
-  SimulationOptions options;
-  options.program = program_path;
-  options.trace = &reader;
-  Parameters parameters;
-  ToolTable tools;
-  const SimulationResult result = simulate(assembly, parameters, tools, options);
-  if (result.fault != Fault::kOk)
-    throw std::runtime_error(fmt::format("test {}: fault {}", test.name, fault_info(result.fault).name));
-  if (!result.within_limits)
-    throw std::runtime_error(fmt::format("test {}: a joint left its limits", test.name));
+  run_measurement(assembly, program_path, reader, "test " + test.name);
   return reader.take();
 }
 

@@ -7,17 +7,14 @@
 #include <random>
 #include <stdexcept>
 
+#include "app/lab/measuring_run.h"
 #include "app/lab/text_file.h"
 #include "app/session/corrections.h"
 #include "app/session/pipeline.h"
-#include "app/session/simulation.h"
 #include "core/axes.h"
-#include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
 #include "core/units.h"
-#include "interp/gcode/parameters.h"
-#include "interp/gcode/tool_table.h"
 #include "kernel/rt_messages.h"
 
 namespace trn {
@@ -152,15 +149,7 @@ JointMeasurements measure_joints(Assembly& assembly, const std::vector<JointTabl
   start.switches.corrections_off = corrections.planned_off;
   check_program(assembly, {}, {}, start, {});
   ScaleReader reader(assembly, truth, config);
-  SimulationOptions options;
-  options.program = program_path;
-  options.trace = &reader;
-  Parameters parameters;
-  ToolTable tools;
-  const SimulationResult result = simulate(assembly, parameters, tools, options);
-  if (result.fault != Fault::kOk)
-    throw std::runtime_error(fmt::format("{}: fault {}", program_path, fault_info(result.fault).name));
-  if (!result.within_limits) throw std::runtime_error(program_path + ": a joint left its limits");
+  run_measurement(assembly, program_path, reader, program_path);
   JointMeasurements measurements = reader.take();
   drop_resting(measurements);
   return measurements;

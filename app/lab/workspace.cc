@@ -33,7 +33,7 @@ class Surveyor {
     context_.tool_offset = Vec3(0, 0, tool_length_mm);
   }
 
-  /// Tip at home, upright.
+  /// Tip at home, with the tool as it stands there.
   Vec3 home() const {
     Pose X_BS;
     if (const auto* platform = dynamic_cast<const PlatformKinematics*>(&kinematics_)) {
@@ -44,7 +44,7 @@ class Surveyor {
         q[static_cast<Eigen::Index>(i)] = std::clamp(0.0, joints_[i].limit.min, joints_[i].limit.max);
       kinematics_.forward(q, X_BS);
     }
-    return X_BS.p - context_.tool_offset;
+    return X_BS.p - X_BS.R * context_.tool_offset;
   }
 
   WorkspaceValue at(const Vec3& p, double tilt_rad) const {
@@ -52,8 +52,8 @@ class Surveyor {
     const int azimuths = tilt_rad == 0 ? 1 : kAzimuths;
     for (int i = 0; i < azimuths; ++i) {
       const double azimuth = 2 * kPi * i / kAzimuths;
-      const Vec3 u(std::sin(tilt_rad) * std::cos(azimuth), std::sin(tilt_rad) * std::sin(azimuth),
-                   std::cos(tilt_rad));
+      const Vec3 u = R_home_ * Vec3(std::sin(tilt_rad) * std::cos(azimuth),
+                                    std::sin(tilt_rad) * std::sin(azimuth), std::cos(tilt_rad));
       const WorkspaceValue value = along(p, u);
       if (value.reach == Reach::kNoTilt) continue;
       if (value.reach != Reach::kOk) return value;
@@ -138,6 +138,7 @@ class Surveyor {
   const Joints& joints_;
   const Kinematics& kinematics_;
   const JointMap& map_;
+  const Mat3 R_home_ = kinematics_.orientation(Vec3::Zero());  // tilts count from how the tool stands there
   MapContext context_;
 };
 

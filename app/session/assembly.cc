@@ -1,10 +1,15 @@
 #include "app/session/assembly.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 
+#include "app/session/drawing_config.h"
 #include "app/session/inline_rate_plans.h"
 #include "app/session/safety_config.h"
 #include "compensation/sensor_board.h"
+#include "core/axes.h"
+#include "core/config.h"
 #include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
 #include "kernel/rate_plan.h"
@@ -67,6 +72,14 @@ void add_rate_plans(Assembly& assembly) {
   assembly.rate_plans = std::make_unique<InlineRatePlans>(assembly.plan_joints, assembly.machine.period_s);
 }
 
+/// Nothing else of the config tells whether the machine has the axis that turns the knife.
+void check_knife(const Assembly& a) {
+  const int axis = a.program.tangential.axis;
+  if (axis < 0 || a.kinematics->word_mask() >> axis & 1U) return;
+  throw a.machine.root.table("tangential")
+      .error("axis", fmt::format("no joint obeys the word {} that shall turn the knife", kWordLetters[axis]));
+}
+
 }  // namespace
 
 Assembly assemble(const std::string& config_path, Field field) {
@@ -94,6 +107,7 @@ Assembly assemble_planning(const ConfigTable& config) {
   add_corrections(a);
   a.program = read_program_config(root);
   a.program.switches = read_switches(root, a.program);
+  check_knife(a);
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
@@ -115,6 +129,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   add_io(a, field);
   a.safety = read_safety_inputs(a.machine);
   a.signals = read_signals(a.machine);
+  read_drawings(a.machine);  // the panel's; their keys are known
   root.finish();
   return a;
 }

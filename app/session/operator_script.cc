@@ -6,52 +6,36 @@
 #include <fstream>
 #include <sstream>
 
+#include "app/client/command_table.h"
+#include "app/session/tick_commands.h"
 #include "interp/move.h"
 
 namespace trn {
 
 namespace {
 
-enum class Value : unsigned char { kNone, kPercent, kSwitch };
-
-struct Word {
-  const char* name;
-  RtCommand::Kind kind;
-  Value value;
-  double percent_max;
-};
-
-constexpr Word kWords[] = {
-    {"hold", RtCommand::Kind::kHold, Value::kNone, 0},
-    {"resume", RtCommand::Kind::kResume, Value::kNone, 0},
-    {"stop", RtCommand::Kind::kStop, Value::kNone, 0},
-    {"override", RtCommand::Kind::kOverride, Value::kPercent, 200},
-    {"rapid", RtCommand::Kind::kRapidOverride, Value::kPercent, 100},
-    {"spindle", RtCommand::Kind::kSpindleOverride, Value::kPercent, 200},
-    {"adaptive", RtCommand::Kind::kAdaptiveFeed, Value::kPercent, 100},
-    {"step", RtCommand::Kind::kSingleBlock, Value::kSwitch, 0},
-};
-
-const Word& word_of(const std::string& name) {
-  std::vector<std::string> names;
-  for (const Word& word : kWords) {
-    if (name == word.name) return word;
-    names.emplace_back(word.name);
+const TickCommandRow& row_of(const std::string& action) {
+  std::vector<std::string_view> actions;
+  for (const TickCommandRow& row : kTickCommands) {
+    if (row.action.empty()) continue;
+    if (action == row.action) return row;
+    actions.push_back(row.action);
   }
-  throw ProgramError(fmt::format("'{}' is no action; there are {}", name, fmt::join(names, ", ")));
+  throw ProgramError(fmt::format("'{}' is no action; there are {}", action, fmt::join(actions, ", ")));
 }
 
-double value_of(const Word& word, std::istringstream& in) {
-  if (word.value == Value::kNone) return 0;
-  if (word.value == Value::kSwitch) {
+double value_of(const TickCommandRow& row, std::istringstream& in) {
+  if (row.value == ScriptValue::kNone) return 0;
+  if (row.value == ScriptValue::kSwitch) {
     std::string state;
     in >> state;
-    if (state != "on" && state != "off") throw ProgramError(fmt::format("{} takes on or off", word.name));
+    if (state != "on" && state != "off") throw ProgramError(fmt::format("{} takes on or off", row.action));
     return state == "on";
   }
   double percent = -1;
-  if (!(in >> percent) || !(percent >= 0 && percent <= word.percent_max))
-    throw ProgramError(fmt::format("{} takes a percentage, 0 to {:g}", word.name, word.percent_max));
+  const double percent_max = 100 * setting_max(row.name);
+  if (!(in >> percent) || !(percent >= 0 && percent <= percent_max))
+    throw ProgramError(fmt::format("{} takes a percentage, 0 to {:g}", row.action, percent_max));
   return percent / 100;
 }
 
@@ -61,9 +45,9 @@ OperatorAction action_of(const std::string& text) {
   std::string name, rest;
   if (!(in >> action.time_s >> name) || !(action.time_s >= 0))
     throw ProgramError("a line is SECONDS ACTION [VALUE], e.g. '1.5 override 50'");
-  const Word& word = word_of(name);
-  action.command.kind = word.kind;
-  action.command.value = value_of(word, in);
+  const TickCommandRow& row = row_of(name);
+  action.command.kind = row.kind;
+  action.command.value = value_of(row, in);
   if (in >> rest) throw ProgramError(fmt::format("'{}' is too much", rest));
   return action;
 }

@@ -29,13 +29,14 @@ void open(Interpreter& interpreter, const ProgramStart& start, const MachineJoin
   const Words words = start_words(map, start.q, start);
   const Words began = start.began.size() > 0 ? start_words(map, start.began, start) : words;
   if (start.text)
-    interpreter.open_text(*start.text, start.path, in_degrees(words), start.kept ? &*start.kept : nullptr);
+    interpreter.open_text(*start.text, start.path, in_degrees<MachineWords>(words),
+                          start.kept ? &*start.kept : nullptr);
   else
-    interpreter.open(start.path, in_degrees(began));
+    interpreter.open(start.path, in_degrees<MachineWords>(began));
   if (start.from_block > 1)
-    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees(words));
+    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees<MachineWords>(words));
   else if (start.from_line > 1)
-    interpreter.begin_at(start.from_line, in_degrees(words));
+    interpreter.begin_at(start.from_line, in_degrees<MachineWords>(words));
 }
 
 // A planner's message begins with "line N:"; the file belongs in front of it.

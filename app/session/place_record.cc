@@ -6,6 +6,7 @@
 #include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <type_traits>
 #include <vector>
 
 #include "app/session/block_delete_json.h"
@@ -33,12 +34,11 @@ struct PathLength : MoveSink {
 };
 
 // Offsets and the tool's length may be others by now: the program's own coordinates count.
-bool comes_to(const ProgramReader& reader, const std::vector<Words>& ends, const Words& to) {
+bool comes_to(const ProgramReader& reader, const std::vector<Words>& ends, const MmWords& to) {
   constexpr double kSamePlace = 1e-4;  // mm, degrees
   return std::any_of(ends.begin(), ends.end(), [&](const Words& end) {
     const MmWords there = reader.program_of(end);
-    return (there.xyz - to.head<3>()).norm() < kSamePlace &&
-           (there.abc_deg - to.tail<3>()).norm() < kSamePlace;
+    return (there.xyz - to.xyz).norm() < kSamePlace && (there.abc_deg - to.abc_deg).norm() < kSamePlace;
   });
 }
 
@@ -79,63 +79,72 @@ class Entries {
   std::deque<PlaceEntry> open_;  ///< before_mm: of the path before it
 };
 
+/// Calls `use` with every field and its key, in the order of the file.
+template <class Record, class Use>
+void each_field(Record& place, const Use& use) {
+  use("program", place.program);
+  use("mark", place.mark);
+  use("ended", place.ended);
+  use("block", place.block);
+  use("line", place.line);
+  use("file", place.file);
+  use("text", place.text);
+  use("gone_mm", place.gone_mm);
+  use("moves", place.moves);
+  use("to", place.to);
+  use("tool", place.tool);
+  use("codes", place.codes);
+  use("work_offset", place.work_offset);
+  use("spindle_rpm", place.spindle_rpm);
+  use("coolant", place.coolant);
+  use("work", place.work);
+  use("block_delete", place.block_delete);
+  use("optional_stop", place.optional_stop);
+  use("block_delete_changes", place.block_delete_changes);
+  use("began", place.began);
+}
+
+JointVec joints_from(const std::vector<double>& numbers, const std::string& name) {
+  if (numbers.size() > static_cast<std::size_t>(kMaxJoints))
+    throw ProgramError(fmt::format("{}: no record of a place: too many joints", name));
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
+}
+
 }  // namespace
 
-std::string place_file_text(const PlaceRecord& p) {
-  const nlohmann::ordered_json json{{"program", p.program},
-                                    {"mark", p.mark},
-                                    {"ended", p.ended},
-                                    {"block", p.block},
-                                    {"line", p.line},
-                                    {"file", p.file},
-                                    {"text", p.text},
-                                    {"gone_mm", p.gone_mm},
-                                    {"moves", p.moves},
-                                    {"to", std::vector<double>(p.to.begin(), p.to.end())},
-                                    {"tool", p.tool},
-                                    {"codes", p.codes},
-                                    {"work_offset", p.work_offset},
-                                    {"spindle_rpm", p.spindle_rpm},
-                                    {"coolant", p.coolant},
-                                    {"work", p.work},
-                                    {"block_delete", p.block_delete},
-                                    {"optional_stop", p.optional_stop},
-                                    {"block_delete_changes", changes_json(p.block_delete_changes)},
-                                    {"began", std::vector<double>(p.began.begin(), p.began.end())}};
+std::string place_file_text(const PlaceRecord& place) {
+  nlohmann::ordered_json json;
+  each_field(place, [&](const char* key, const auto& value) {
+    if constexpr (std::is_same_v<decltype(value), const MmWords&>)
+      for (int i = kX; i <= kC; ++i) json[key].push_back(value[i]);
+    else if constexpr (std::is_same_v<decltype(value), const std::vector<BlockDeleteChange>&>)
+      json[key] = changes_json(value);
+    else if constexpr (std::is_same_v<decltype(value), const JointVec&>)
+      json[key] = std::vector<double>(value.begin(), value.end());
+    else
+      json[key] = value;
+  });
   return json.dump(1, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 PlaceRecord parse_place(std::string_view text, const std::string& name) {
   try {
     const nlohmann::json json = nlohmann::json::parse(text);
-    PlaceRecord p;
-    p.program = json.at("program");
-    p.mark = json.at("mark");
-    p.ended = json.at("ended");
-    p.block = json.at("block");
-    p.line = json.at("line");
-    p.file = json.at("file");
-    p.text = json.at("text");
-    p.gone_mm = json.at("gone_mm");
-    p.moves = json.at("moves");
-    const auto to = json.at("to").get<std::vector<double>>();
-    if (to.size() != 6) throw ProgramError(fmt::format("{}: no record of a place: six words", name));
-    p.to = Eigen::Map<const Words>(to.data());
-    p.tool = json.at("tool");
-    p.codes = json.at("codes");
-    p.work_offset = json.at("work_offset");
-    p.spindle_rpm = json.at("spindle_rpm");
-    p.coolant = json.at("coolant");
-    p.work = json.at("work");
-    p.block_delete = json.at("block_delete");
-    p.optional_stop = json.at("optional_stop");
-    const auto began = json.value("began", std::vector<double>());
-    if (began.size() > static_cast<std::size_t>(kMaxJoints))
-      throw ProgramError(fmt::format("{}: no record of a place: too many joints", name));
-    p.began = Eigen::Map<const Eigen::VectorXd>(began.data(), static_cast<Eigen::Index>(began.size()));
-    if (json.contains("block_delete_changes"))
-      p.block_delete_changes = changes_from(json.at("block_delete_changes"));
-    return p;
+    PlaceRecord place;
+    each_field(place, [&](const char* key, auto& value) {
+      if constexpr (std::is_same_v<decltype(value), MmWords&>) {
+        const auto words = json.at(key).template get<std::vector<double>>();
+        if (words.size() != 6) throw ProgramError(fmt::format("{}: no record of a place: six words", name));
+        for (int i = kX; i <= kC; ++i) value[i] = words[static_cast<std::size_t>(i)];
+      } else if constexpr (std::is_same_v<decltype(value), std::vector<BlockDeleteChange>&>) {
+        if (json.contains(key)) value = changes_from(json.at(key));
+      } else if constexpr (std::is_same_v<decltype(value), JointVec&>) {
+        value = joints_from(json.value(key, std::vector<double>()), name);
+      } else {
+        json.at(key).get_to(value);
+      }
+    });
+    return place;
   } catch (const nlohmann::json::exception& error) {
     throw ProgramError(fmt::format("{}: no record of a place: {}", name, error.what()));
   }

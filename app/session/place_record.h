@@ -9,6 +9,7 @@
 #include "app/session/pipeline.h"
 #include "app/session/program_step.h"
 #include "core/axes.h"
+#include "interp/gcode/axis_words.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/tool_table.h"
@@ -25,7 +26,7 @@ struct PlaceRecord {
   std::string file, text;     ///< as in ProgramStep
   double gone_mm = 0;         ///< from where its motion began
   bool moves = false;         ///< it has a motion, which ends at `to`
-  Words to = Words::Zero();   ///< in the program's coordinates, mm and degrees
+  MmWords to;                 ///< in the program's coordinates
   int tool = 0;               ///< in the spindle
   std::string codes;          ///< in force, as in the status
   std::string work_offset;    ///< "G54 X1 Y2 Z3", for people

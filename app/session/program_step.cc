@@ -76,7 +76,8 @@ ShownPosition shown_position(const MachineJointMap& map, const ProgramStep& step
                              bool on_path, const Words& y) {
   ShownPosition out;
   Words words = Words::Zero();
-  if (map.words_at(q, step.context.corrections_off, words) == KinStatus::kOk) out.machine = in_degrees(words);
+  if (map.words_at(q, step.context.corrections_off, words) == KinStatus::kOk)
+    out.machine = in_degrees<MachineWords>(words);
   words = y;
   if (!on_path && words_in(map, q, step.context, words) != KinStatus::kOk) return out;
   out.work = step.frame.mm_of(words);

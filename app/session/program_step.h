@@ -50,9 +50,9 @@ ProgramStep idle_step(const Assembly& assembly, Parameters parameters, ToolTable
 
 /// Where the machine is, in the ways in which people count; mm and degrees.
 struct ShownPosition {
-  MmWords work;     ///< in the program's coordinate system: the tip with its tool, as X Y Z A B C words
-  MmWords machine;  ///< as G53 counts: the axes without offsets
-  MmWords to_go;    ///< from `work` to the end of the move; zero if there is none
+  MmWords work;          ///< in the program's coordinate system: the tip with its tool, as X Y Z A B C words
+  MachineWords machine;  ///< as G53 counts: the axes without offsets
+  MmWords to_go;         ///< from `work` to the end of the move; zero if there is none
 };
 /// `q`: plan's joints; `on_path`, `y`: as in CycleReport, for a motion of this step. Zero where a position
 /// has no axis words.

@@ -14,6 +14,7 @@
 #include "app/session/block_delete_json.h"
 #include "app/session/feature_report.h"
 #include "app/session/json_numbers.h"
+#include "app/session/tick_commands.h"
 #include "core/axes.h"
 #include "core/check.h"
 #include "interp/gcode/parameter_file.h"
@@ -33,15 +34,8 @@ constexpr const char* kEntryNames[] = {"program",    "command",  "low",    "stan
                                        "fault",      "inputs",   "answer", "sensor",
                                        "rate_plans", "features", "drives", "block_delete"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
-constexpr const char* kCommandNames[] = {
-    "start",         "hold",           "resume",           "stop",           "override",
-    "jog",           "home",           "quick_stop",       "emergency_stop", "correction",
-    "reset_fault",   "rapid_override", "spindle_override", "adaptive_feed",  "single_block",
-    "optional_stop", "machine_lock",   "spindle",          "coolant",        "digital_output",
-    "retrace"};
 static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kBlockDelete) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
-static_assert(std::size(kCommandNames) == static_cast<std::size_t>(RtCommand::Kind::kRetrace) + 1);
 
 template <typename Vector>
 std::vector<double> numbers(const Vector& q) {
@@ -57,6 +51,12 @@ template <typename Names>
 std::size_t index_of(const Names& names, const std::string& name) {
   for (std::size_t i = 0; i < std::size(names); ++i)
     if (name == names[i]) return i;
+  throw std::runtime_error(fmt::format("'{}' is not known", name));
+}
+
+RtCommand::Kind tick_command_called(const std::string& name) {
+  for (const TickCommandRow& row : kTickCommands)
+    if (row.name == name) return row.kind;
   throw std::runtime_error(fmt::format("'{}' is not known", name));
 }
 
@@ -122,8 +122,8 @@ Json to_json(const SessionEntry& entry) {
   if (entry.kind == Kind::kFeatures) json["features"] = features_json(entry.features);
   if (entry.kind == Kind::kBlockDelete) json["changes"] = changes_json({entry.change});
   if (entry.kind != Kind::kCommand) return json;
-  TRN_CHECK(static_cast<std::size_t>(entry.command.kind) < std::size(kCommandNames));
-  json["command"] = kCommandNames[static_cast<std::size_t>(entry.command.kind)];
+  TRN_CHECK(entry.command.kind < RtCommand::Kind::kCount);
+  json["command"] = kTickCommands[static_cast<std::size_t>(entry.command.kind)].name;
   json["value"] = entry.command.value;
   json["speed"] = entry.command.speed;
   json["joint"] = entry.command.joint;
@@ -188,7 +188,7 @@ SessionEntry from_json(const Json& json) {
     entry.change = changes.front();
   }
   if (entry.kind != Kind::kCommand) return entry;
-  entry.command.kind = static_cast<RtCommand::Kind>(index_of(kCommandNames, json.at("command")));
+  entry.command.kind = tick_command_called(json.at("command"));
   entry.command.value = json.at("value");
   entry.command.speed = json.at("speed");
   entry.command.joint = whole<int>(json.at("joint"));

@@ -20,7 +20,8 @@ namespace trn {
 
 namespace {
 
-constexpr std::int64_t kSlice = 1'000'000;  // ns between looks at the bus during bring-up
+constexpr std::int64_t kSlice = 1'000'000;      // ns between looks at the bus during bring-up
+constexpr std::int64_t kUntaken = 500'000'000;  // ns: by then the slowest bus has carried a full queue
 
 CanMaster::Config master_config(const CanDrivesConfig& config, const CanBusConfig& bus) {
   return {config.period_s,          config.master_id,    config.sync_counter,
@@ -116,6 +117,7 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
   };
   std::array<CanFrame, 32> in;
   std::vector<CanFrame> unsent;
+  std::int64_t taken_ns = endpoint.now_ns();  // when the controller last had room
   while (true) {
     CanFrame frame;
     for (NodeSetup& setup : setups)
@@ -124,7 +126,13 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
     // A controller's queue is short, ten frames by default. What does not fit is offered again a millisecond
     // later, in the same order.
     const int taken = endpoint.send(unsent);
+    if (taken > 0 || unsent.empty()) taken_ns = endpoint.now_ns();
     unsent.erase(unsent.begin(), unsent.begin() + std::max(taken, 0));
+    if (endpoint.now_ns() - taken_ns > kUntaken)
+      throw std::runtime_error(
+          "the CAN interface has taken no frame for half a second: nobody on the bus acknowledges them; "
+          "check "
+          "cable, termination, bit rate and the drives' supply, then reset");
     if (endpoint.state() != BusState::kOnline) {
       const std::string trouble = endpoint.recover();
       throw std::runtime_error(trouble.empty()

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -15,6 +14,7 @@
 
 #include "core/axes.h"
 #include "core/joint_model.h"
+#include "core/letter_case.h"
 #include "core/units.h"
 #include "hal/can/cia402.h"
 #include "hal/can/cia402_axis.h"
@@ -45,11 +45,6 @@ bool carries(const Pdo& pdo, const std::vector<ObjectKey>& objects) {
   return std::any_of(pdo.fields.begin(), pdo.fields.end(), [&](const PdoField& field) {
     return std::find(objects.begin(), objects.end(), field.key) != objects.end();
   });
-}
-
-std::string lower_case(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
 }
 
 /// Reads one [[drives.node]].

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <sstream>
 
+#include "core/letter_case.h"
 #include "hal/can/nmt.h"
 
 namespace trn {
@@ -24,12 +24,6 @@ struct Section {
   int line = 0;
   std::map<std::string, Line> keys;  // lower case
 };
-
-std::string lower(std::string_view text) {
-  std::string out(text);
-  for (char& c : out) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return out;
-}
 
 std::string_view trimmed(std::string_view text) {
   const auto first = text.find_first_not_of(" \t\r\n");
@@ -92,7 +86,7 @@ class IniReader {
     // The standard has no comment behind a value, many files do.
     if (const auto comment = value.find(';'); comment != std::string_view::npos)
       value = value.substr(0, comment);
-    const std::string key = lower(trimmed(line.substr(0, equals)));
+    const std::string key = lower_case(trimmed(line.substr(0, equals)));
     const bool fresh = sections_.back().keys.emplace(key, Line{std::string(trimmed(value)), number}).second;
     if (!fresh)
       warn(number, fmt::format("'{}' for the second time in [{}]; left out", key, sections_.back().name));
@@ -102,7 +96,7 @@ class IniReader {
     const auto end = line.find(']');
     if (end == std::string_view::npos) warn(number, "']' is missing; taken as if it were there");
     sections_.push_back(
-        {lower(trimmed(line.substr(1, end == std::string_view::npos ? end : end - 1))), number, {}});
+        {lower_case(trimmed(line.substr(1, end == std::string_view::npos ? end : end - 1))), number, {}});
   }
 
   ObjectDictionary& out_;
@@ -165,7 +159,7 @@ class DictionaryReader {
   std::optional<std::int64_t> number(const Section& section, const std::string& key) const {
     const auto found = section.keys.find(key);
     if (found == section.keys.end() || found->second.value.empty()) return std::nullopt;
-    std::string value = lower(found->second.value);
+    std::string value = lower_case(found->second.value);
     std::erase_if(value, [](char c) { return c == ' ' || c == '\t'; });
     std::int64_t sum = 0;
     for (std::size_t i = 0; i <= value.size();) {
@@ -259,7 +253,7 @@ class DictionaryReader {
   void fill_value(const Section& section, DictionaryEntry& entry) {
     const std::int64_t type = number_within(section, "datatype", {0, 0xFFFF}).value_or(0);
     entry.type = static_cast<DataType>(type);
-    const std::string access = lower(text(section, "accesstype"));
+    const std::string access = lower_case(text(section, "accesstype"));
     entry.writable = access == "rw" || access == "wo" || access == "rww" || access == "rwr";
     entry.readable = access != "wo";
     if (!access.empty() && !entry.writable && access != "ro" && access != "const" && access != "wo")
@@ -392,7 +386,7 @@ std::optional<std::int64_t> ObjectDictionary::integer(ObjectKey key) const {
 
 std::optional<ObjectKey> ObjectDictionary::find_name(std::string_view name) const {
   for (const auto& [key, entry] : entries)
-    if (lower(entry.name) == lower(name)) return key;
+    if (lower_case(entry.name) == lower_case(name)) return key;
   return std::nullopt;
 }
 

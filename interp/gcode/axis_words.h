@@ -1,10 +1,14 @@
 #pragma once
 
+#include <type_traits>
+
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/units.h"
 
 namespace trn {
+
+struct MachineLength;
 
 /// Values of the six axis words X Y Z A B C whose angles are degrees. What a length is, `LengthUnit` says;
 /// words of different units do not mix, nor do they with `Words`, which are mm and rad.
@@ -28,8 +32,10 @@ struct DegreeWords {
     abc_deg -= other.abc_deg;
     return *this;
   }
-  friend DegreeWords operator+(DegreeWords a, const DegreeWords& b) { return a += b; }
-  friend DegreeWords operator-(DegreeWords a, const DegreeWords& b) { return a -= b; }
+  // Of two places in M there is no sum: an offset moves a place.
+  static constexpr bool kAdds = !std::is_same_v<LengthUnit, MachineLength>;
+  friend DegreeWords operator+(DegreeWords a, const DegreeWords& b) requires kAdds { return a += b; }
+  friend DegreeWords operator-(DegreeWords a, const DegreeWords& b) requires kAdds { return a -= b; }
   friend bool operator==(const DegreeWords& a, const DegreeWords& b) {
     return a.xyz == b.xyz && a.abc_deg == b.abc_deg;
   }
@@ -38,12 +44,23 @@ struct DegreeWords {
 /// As the program writes them: lengths in mm after G21 and inch after G20, angles in degrees. Places are in
 /// the program's coordinate system, offsets along the axes that their code names.
 using ProgramWords = DegreeWords<struct ProgramLength>;
-/// Lengths in mm, angles in degrees, whatever the program's units are: places in the machine frame M, offsets
-/// and the tool table.
+/// Lengths in mm, angles in degrees, whatever the program's units are: places in the program's coordinate
+/// system, offsets and the tool table.
 using MmWords = DegreeWords<struct MmLength>;
+/// Places in the machine frame M, mm and degrees. `WorkFrame` alone makes them of the program's places, and
+/// the other way round.
+using MachineWords = DegreeWords<MachineLength>;
 /// As they stand in numbered parameters and in the file of the tool table: a length of 1 is
 /// ProgramConfig::parameter_unit_mm, angles are degrees.
 using TableWords = DegreeWords<struct TableLength>;
+
+/// A place moved by an offset along the machine's axes.
+inline MachineWords operator+(const MachineWords& place, const MmWords& offset) {
+  return {place.xyz + offset.xyz, place.abc_deg + offset.abc_deg};
+}
+inline MachineWords operator-(const MachineWords& place, const MmWords& offset) {
+  return {place.xyz - offset.xyz, place.abc_deg - offset.abc_deg};
+}
 
 /// The program's words in mm and degrees; `inch`: G20 is in force.
 inline MmWords in_mm(const ProgramWords& words, bool inch) {
@@ -58,12 +75,19 @@ inline TableWords in_table_units(const MmWords& words, double unit_mm) {
   return {words.xyz / unit_mm, words.abc_deg};
 }
 /// mm and degrees in mm and rad, the words of path and kinematics; the frame stays.
-inline Words in_radians(const MmWords& words) {
+template <typename Given>
+requires(std::is_same_v<Given, MmWords> || std::is_same_v<Given, MachineWords>) Words
+    in_radians(const Given& words) {
   Words out;
   out << words.xyz, words.abc_deg * kRadPerDeg;
   return out;
 }
-/// mm and rad in mm and degrees; the frame stays.
-inline MmWords in_degrees(const Words& words) { return {words.head<3>(), words.tail<3>() * kDegPerRad}; }
+/// mm and rad in mm and degrees. The frame stays: the caller says with `MmWords` or `MachineWords` which one
+/// it is.
+template <typename Out>
+requires(std::is_same_v<Out, MmWords> || std::is_same_v<Out, MachineWords>) Out
+    in_degrees(const Words& words) {
+  return {words.head<3>(), words.tail<3>() * kDegPerRad};
+}
 
 }  // namespace trn

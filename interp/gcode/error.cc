@@ -119,6 +119,9 @@ constexpr std::array<Row, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErr
     {GcodeErrorCode::kUnreachable,
      {"unreachable", "{}: the machine cannot take this pose ({})", "a pose inside the working space"}},
     {GcodeErrorCode::kTiltedPlane, {"tilted_plane", "{}: {}", ""}},
+    {GcodeErrorCode::kKnife,
+     {"tangential_knife", "{} is not possible while the knife follows the path{}", "TANGOF first"}},
+    {GcodeErrorCode::kKnifeStart, {"tangential_knife_start", "{}: {}", ""}},
 
     {GcodeErrorCode::kFlowSyntax, {"flow_syntax", "bad O-word: {}: {}", ""}},
     {GcodeErrorCode::kFlowUnmatched,

@@ -70,6 +70,8 @@ enum class GcodeErrorCode : std::uint8_t {
   kRtcpState,
   kUnreachable,
   kTiltedPlane,
+  kKnife,
+  kKnifeStart,
   kFlowSyntax,
   kFlowUnmatched,
   kFlowNoEnd,

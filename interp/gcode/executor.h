@@ -11,6 +11,7 @@
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/cutter/cutter_comp.h"
+#include "interp/gcode/cutter/tangential_knife.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor/nurbs.h"
 #include "interp/gcode/g_code.h"
@@ -48,7 +49,7 @@ class Executor : public StateValues {
   explicit Executor(const ExecutorParts& parts);
 
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
-  void begin(const MmWords& start);
+  void begin(const MachineWords& start);
   /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
   /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
   /// and a running canned cycle are not taken over.
@@ -56,7 +57,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const MmWords& start, int in_spindle);
+  void enter(const MachineWords& start, int in_spindle);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -116,7 +117,7 @@ class Executor : public StateValues {
   void warn(std::uint32_t column, std::string_view text) const { parts_.warn(column, text); }
   /// Nothing of the program is half done: no compensated contour, no open curve.
   bool between_features() const {
-    return !comp_.active() && !in_nurbs_ && !in_rational_ && !spline_chained_ && !left_contour_;
+    return !comp_.active() && !s_.knife && !in_nurbs_ && !in_rational_ && !spline_chained_ && !left_contour_;
   }
   /// M70/M73 bookkeeping: `level` is the sub-program depth.
   void on_return(int level);
@@ -214,8 +215,11 @@ class Executor : public StateValues {
   void load_system(int index);
   void put_system(bool with_g92);
   WorkFrame frame() const;
+  /// What a tool offset takes from the words while RTCP is off: it lies along the spindle at home.
+  ProgramWords in_words(ProgramWords tool_offset) const;
+  bool head_is_tilted() const;
   /// Axis coordinates with the tool offset added: where the machine itself stands, mm and degrees.
-  MmWords machine_now(std::uint32_t column) const;
+  MachineWords machine_now(std::uint32_t column) const;
   /// Runs `change` on the offsets and keeps the machine where it is.
   template <typename Change>
   void keep_machine(const Change& change);
@@ -295,14 +299,25 @@ class Executor : public StateValues {
   void comp_move(const Block& b, const CanonCommand& command);
   void flush_comp();
 
+  // knife.cc: tangential control
+  void switch_knife(bool on, std::uint32_t column, std::string_view word);
+  void check_knife(const Block& b, GCode motion) const;
+  void check_knife_axis(std::uint32_t column, std::string_view word) const;
+  void check_knife_read(int axis) const;
+
   bool has_axis(int axis) const { return axis_mask_ >> axis & 1U; }
+  // Parameters keep offsets, and for G28 and G30 places of the machine.
   MmWords stored(int parameter) const;
+  MachineWords stored_place(int parameter) const;
   void store(int parameter, const MmWords& words);
+  void store(int parameter, const MachineWords& place);
   double to_mm(double length) const { return s_.modal.inch ? length * kMmPerInch : length; }
   double from_mm(double length) const { return s_.modal.inch ? length / kMmPerInch : length; }
   MmWords to_mm(const ProgramWords& words) const { return in_mm(words, s_.modal.inch); }
   ProgramWords from_mm(const MmWords& words) const { return in_program_units(words, s_.modal.inch); }
 
+  TangentialKnife knife_;    ///< all that the executor puts goes by way of it
+  bool knife_rtcp_ = false;  ///< it has switched RTCP on
   ExecutorParts parts_;
   unsigned axis_mask_;
   Settings s_;
@@ -344,7 +359,7 @@ class Executor : public StateValues {
 
 template <typename Change>
 void Executor::keep_machine(const Change& change) {
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   change();
   s_.position = from_mm(frame().to_program(machine));
 }

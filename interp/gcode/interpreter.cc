@@ -61,7 +61,7 @@ Interpreter::Interpreter(const InterpreterParts& parts)
 }
 
 void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& name,
-                        const std::string& folder, const MmWords& at) {
+                        const std::string& folder, const MachineWords& at) {
   flow_.load(std::move(source), name, folder);
   ended_ = block_done_ = came_round_ = false;
   pass_.reset();
@@ -73,7 +73,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   executor_.begin(at);
 }
 
-void Interpreter::open(const std::string& path, const MmWords& at) {
+void Interpreter::open(const std::string& path, const MachineWords& at) {
   std::unique_ptr<ByteSource> source;
   try {
     source = parts_.config.open(path, false);
@@ -84,20 +84,21 @@ void Interpreter::open(const std::string& path, const MmWords& at) {
   start(std::move(source), path, std::filesystem::path(path).parent_path().string(), at);
 }
 
-void Interpreter::open_text(std::string text, std::string name, const MmWords& at, const Settings* kept) {
+void Interpreter::open_text(std::string text, std::string name, const MachineWords& at,
+                            const Settings* kept) {
   start(text_source(std::move(text)), name, ".", at);
   if (kept) executor_.resume(*kept);
 }
 
-void Interpreter::begin_at(std::uint32_t line, const MmWords& at) {
+void Interpreter::begin_at(std::uint32_t line, const MachineWords& at) {
   pass_over([this, line] { return flow_.next_main_line() < line; }, line, at);
 }
 
-void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MmWords& at) {
+void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at) {
   pass_over([this, block] { return blocks_ + 1 < block; }, line, at);
 }
 
-void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MmWords& at) {
+void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at) {
   // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
   // then what they would be.
   gate_.open = false;

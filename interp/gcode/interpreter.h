@@ -52,18 +52,18 @@ class Interpreter {
 
   /// Opens a program and emits the start state; `start` is where the machine stands (axis words, mm and
   /// degrees), `kept` the modes to begin with instead of the config's. GcodeError if it cannot be opened.
-  void open(const std::string& path, const MmWords& start = {});
-  void open_text(std::string text, std::string name, const MmWords& start = {},
+  void open(const std::string& path, const MachineWords& start = {});
+  void open_text(std::string text, std::string name, const MachineWords& start = {},
                  const Settings* kept = nullptr);
 
   /// After `open`: passes over the program up to `line` of the main program as if it had been run, then
   /// gives the sink the modes, the tool and the approach from `at` to where the program stands there: away
   /// along the tool's axis, across, and down. Sub-programs and loops before it are run through. GcodeError if
   /// the line is not reached, or lies inside cutter compensation.
-  void begin_at(std::uint32_t line, const MmWords& at);
+  void begin_at(std::uint32_t line, const MachineWords& at);
   /// The same up to the block that is run as the `block`th (`blocks`), in whatever pass of a loop or
   /// sub-program that is. `line`: of it, for messages.
-  void begin_at_block(std::uint64_t block, std::uint32_t line, const MmWords& at);
+  void begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at);
   /// The next block is no part of a tool change that is under way.
   bool between_blocks() const { return held_.empty(); }
 
@@ -109,12 +109,12 @@ class Interpreter {
 
  private:
   void start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
-             const MmWords& at);
+             const MachineWords& at);
   void run_block(const ParsedBlock& parsed);
   void end_block(bool program_ends);
   void hold_for_tool(bool entry);
   void switch_block_delete();
-  void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MmWords& at);
+  void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at);
   void run_rest();
   void assign(const ParsedBlock& parsed);
   bool carry_out(bool rest);

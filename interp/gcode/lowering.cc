@@ -6,6 +6,7 @@
 #include "core/check.h"
 #include "core/path.h"
 #include "core/units.h"
+#include "interp/gcode/cutter/plane_curve.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/modal.h"
 
@@ -46,7 +47,7 @@ double length_of(Words from, const std::vector<Words>& way) {
 }  // namespace
 
 MmWords ProgramFrame::mm_of(const Words& words) const {
-  MmWords p = in_degrees(words);
+  MmWords p = in_degrees<MmWords>(words);
   // Without a turn the coordinates differ by a shift, which loses no digits.
   p.xyz = X_TP.R.isIdentity(0) ? Vec3(p.xyz - X_TP.p) : inverse(X_TP) * p.xyz;
   p.abc_deg -= abc_deg;
@@ -64,6 +65,12 @@ Lowering::Lowering(const ProgramConfig& config, const Kinematics* kinematics, Mo
   move_.tolerance_rad = rad_from_deg(config.tolerance_deg);
   move_.context.corrections_off = corrections_off;
   set_frame();
+}
+
+// As far as the words without RTCP go less far for the tool: along the spindle at home.
+MmWords Lowering::in_words(MmWords tool) const {
+  if (kinematics_) tool.xyz = kinematics_->tool_in_words(tool.xyz);
+  return tool;
 }
 
 Words Lowering::words_of(const ProgramWords& program) const {
@@ -199,11 +206,7 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   Eigen::Vector2d from(from_P[first], from_P[second]), to(to_P[first], to_P[second]);
   Eigen::Vector2d centre(arc.centre1 * scale, arc.centre2 * scale);
   const Eigen::Vector2d chord = to - from;
-  if (chord.norm() > 1e-9) {  // the centre nearest to the programmed one that has equal radii
-    const Eigen::Vector2d middle = (from + to) / 2;
-    const Eigen::Vector2d along = chord.normalized();
-    centre -= along * along.dot(centre - middle);
-  }
+  if (chord.norm() > 1e-9) centre = centre_between(from, to, centre);
   const Eigen::Vector2d r1 = from - centre, r2 = to - centre;
   double sweep = std::atan2(r2.y(), r2.x()) - std::atan2(r1.y(), r1.x());
   const double sign = arc.turns > 0 ? 1 : -1;
@@ -416,7 +419,7 @@ struct Lowering::Visit {
   void operator()(const canon::UseToolLengthOffset& c) const {
     const MmWords tool = in_mm(c.offset, low.inch_);
     // The axes do not move: the same place, less the new tool.
-    if (!low.tip_in_table()) low.words_ += in_radians(low.tool_ - tool);
+    if (!low.tip_in_table()) low.words_ += in_radians(low.in_words(low.tool_ - tool));
     low.tool_ = tool;
     low.set_frame();
   }

@@ -50,6 +50,7 @@ class Lowering : public CanonSink {
  private:
   struct Visit;
 
+  MmWords in_words(MmWords tool) const;
   Words words_of(const ProgramWords& program) const;
   std::vector<Words> great_circle(const Words& to) const;
   bool on_great_circle(const Words& to, int parts, std::vector<Words>& way) const;

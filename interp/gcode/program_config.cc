@@ -9,17 +9,12 @@
 #include <cmath>
 #include <sstream>
 
+#include "core/letter_case.h"
 #include "interp/gcode/modal.h"
 
 namespace trn {
 
 namespace {
-
-std::string lower_case(std::string text) {
-  std::transform(text.begin(), text.end(), text.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return text;
-}
 
 // "m428" -> 428; -1 for a word that is not M and digits.
 int m_number(const std::string& text) {
@@ -50,7 +45,7 @@ GCode g_number(const std::string& text) {
 bool read_value(const std::string& text, std::pair<char, double>& value) {
   constexpr std::string_view kParameterLetters = "abcdehijklpqrxyz";
   if (text.size() < 2 || kParameterLetters.find(text[0]) == std::string_view::npos) return false;
-  value.first = static_cast<char>(std::toupper(static_cast<unsigned char>(text[0])));
+  value.first = upper_case(text[0]);
   const char* const end = text.data() + text.size();
   const auto result = fast_float::from_chars(text.data() + 1, end, value.second);
   return result.ec == std::errc() && result.ptr == end;
@@ -142,6 +137,19 @@ GougeCheckMode read_gouge_check(const ConfigTable& table) {
                              : GougeCheckMode::kOff;
 }
 
+void read_tangential(const ConfigTable& table, ProgramConfig& config) {
+  TangentialConfig& out = config.tangential;
+  out.axis = kA + static_cast<int>(table.choice("axis", {"A", "B", "C"}, "C")[0] - 'A');
+  out.corner_deg = table.number("corner_deg", out.corner_deg, Range{0.1, 180});
+  out.blend_deg = table.number("blend_deg", out.blend_deg, Range{0, 20});
+  if (out.blend_deg > out.corner_deg)
+    throw table.error("blend_deg",
+                      "corners from blend_deg to corner_deg turn on the spot; blend_deg is the smaller");
+  out.lift_mm = table.number("lift_mm", out.lift_mm, kPositive);
+  read_words(table, "on", {"TANGON"}, WordAction::kKnifeOn, config.words);
+  read_words(table, "off", {"TANGOF"}, WordAction::kKnifeOff, config.words);
+}
+
 // A key that belongs to another answer of `confirm` is a mistake.
 void read_tool_change(const ConfigTable& root, ProgramConfig& config) {
   const auto table = root.table_if("tool_change");
@@ -166,28 +174,7 @@ void read_tool_change(const ConfigTable& root, ProgramConfig& config) {
   if (config.tool_confirm == ToolConfirm::kSubProgram) config.tool_call = lower_case(table->text("call"));
 }
 
-}  // namespace
-
-const SwitchCode* find_switch(const ProgramConfig& config, int code) {
-  for (const SwitchCode& s : config.switches)
-    if (s.m_code == code) return &s;
-  return nullptr;
-}
-
-int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config) {
-  const ModalTable standard;
-  const std::string spelt = table.text(key);
-  const int code = m_number(lower_case(spelt));
-  bool taken = code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0;
-  for (const MappedWord& word : config.words) taken |= word.m_code == code;
-  for (const UserCode& user : config.user_m) taken |= user.code == code;
-  if (taken || find_switch(config, code))
-    throw table.error(key, fmt::format("'{}' cannot be this code; legal: M100 to M999, unused", spelt));
-  return code;
-}
-
-ProgramConfig read_program_config(const ConfigTable& root) {
-  ProgramConfig config;
+void read_io(const ConfigTable& root, ProgramConfig& config) {
   if (const auto io = root.table_if("io")) {
     config.io = true;
     const auto spindle = io->table_if("spindle");
@@ -197,10 +184,9 @@ ProgramConfig read_program_config(const ConfigTable& root) {
       throw spindle->error("encoder", "an inverter on Modbus gives no angle that a thread could follow");
     if (config.spindle_encoder) config.spindle_rpm_s = spindle->number("acceleration_rpm_s", 0, kNotNegative);
   }
-  read_tool_change(root, config);
-  const auto found = root.table_if("program");
-  if (!found) return config;
-  const ConfigTable& table = *found;
+}
+
+void read_program(const ConfigTable& table, ProgramConfig& config) {
   const std::string mode = table.choice("path_mode", {"G61", "G61.1", "G64"}, "G64");
   config.path_mode = mode == "G61"     ? MotionControl::kExactPath
                      : mode == "G61.1" ? MotionControl::kExactStop
@@ -233,6 +219,34 @@ ProgramConfig read_program_config(const ConfigTable& root) {
       table.integer("line_length_max", static_cast<long>(config.line_length_max), Range{80, 16e6}));
   config.sub_depth_max =
       static_cast<int>(table.integer("sub_depth_max", config.sub_depth_max, Range{1, 1000}));
+}
+
+}  // namespace
+
+const SwitchCode* find_switch(const ProgramConfig& config, int code) {
+  for (const SwitchCode& s : config.switches)
+    if (s.m_code == code) return &s;
+  return nullptr;
+}
+
+int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config) {
+  const ModalTable standard;
+  const std::string spelt = table.text(key);
+  const int code = m_number(lower_case(spelt));
+  bool taken = code < 0 || code >= ModalTable::kMCodes || standard.m_group(code) >= 0;
+  for (const MappedWord& word : config.words) taken |= word.m_code == code;
+  for (const UserCode& user : config.user_m) taken |= user.code == code;
+  if (taken || find_switch(config, code))
+    throw table.error(key, fmt::format("'{}' cannot be this code; legal: M100 to M999, unused", spelt));
+  return code;
+}
+
+ProgramConfig read_program_config(const ConfigTable& root) {
+  ProgramConfig config;
+  read_io(root, config);
+  read_tool_change(root, config);
+  if (const auto program = root.table_if("program")) read_program(*program, config);
+  if (const auto tangential = root.table_if("tangential")) read_tangential(*tangential, config);
   return config;
 }
 

@@ -10,13 +10,22 @@
 
 #include "core/config.h"
 #include "interp/gcode/canon.h"
+#include "interp/gcode/cutter/tangential_knife.h"
 #include "interp/gcode/g_code.h"
 #include "interp/gcode/text/line_reader.h"
 
 namespace trn {
 
 /// What a word of another control's language means here.
-enum class WordAction : std::uint8_t { kRtcpOn, kRtcpOff, kGreatCircle, kAxisPath, kIgnore };
+enum class WordAction : std::uint8_t {
+  kRtcpOn,
+  kRtcpOff,
+  kGreatCircle,
+  kAxisPath,
+  kKnifeOn,
+  kKnifeOff,
+  kIgnore
+};
 
 /// A word such as TRAORI, mapped by the config; M words ("M428") carry their number.
 struct MappedWord {
@@ -101,6 +110,7 @@ struct ProgramConfig {
   std::vector<MappedWord> words = {{"orivect", -1, WordAction::kGreatCircle},
                                    {"oriaxes", -1, WordAction::kAxisPath},
                                    {"cycle832", -1, WordAction::kIgnore}};
+  TangentialConfig tangential;
   std::vector<UserCode> user_m;
   std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
@@ -117,7 +127,7 @@ const SwitchCode* find_switch(const ProgramConfig& config, int code);
 /// Reads an M code "M421" that nothing else in `config` uses; ConfigError if there is no such.
 int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config);
 
-/// Reads [program] and [tool_change]; ConfigError with file, line and column.
+/// Reads [program], [tool_change] and [tangential]; ConfigError with file, line and column.
 ProgramConfig read_program_config(const ConfigTable& root);
 
 }  // namespace trn

@@ -24,15 +24,13 @@ struct WorkFrame {
     return X;
   }
   /// Words in P -> axis coordinates in M (without tool) and back.
-  MmWords to_machine(const MmWords& program) const {
-    MmWords m = program + g5x + g92;
-    if (rotation_deg != 0 || tilted) m.xyz = X_MP() * program.xyz;
-    return m;
+  MachineWords to_machine(const MmWords& program) const {
+    const MmWords m = program + g5x + g92;
+    return {rotation_deg != 0 || tilted ? Vec3(X_MP() * program.xyz) : m.xyz, m.abc_deg};
   }
-  MmWords to_program(const MmWords& machine) const {
-    MmWords p = machine - g5x - g92;
-    if (rotation_deg != 0 || tilted) p.xyz = inverse(X_MP()) * machine.xyz;
-    return p;
+  MmWords to_program(const MachineWords& machine) const {
+    const MachineWords p = machine - g5x - g92;
+    return {rotation_deg != 0 || tilted ? Vec3(inverse(X_MP()) * machine.xyz) : p.xyz, p.abc_deg};
   }
 };
 

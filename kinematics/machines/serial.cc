@@ -55,6 +55,7 @@ SerialChain make_chain(const SerialBranches& branches) {
     chain.append_offset(axis.offset_mm);
     if (axis.joint >= 0) chain.append_joint(axis.joint, axis.kind, axis.direction);
   }
+  chain.set_end(branches.R_MS);
   return chain;
 }
 

@@ -52,6 +52,11 @@ void SerialChain::append_joint(int joint, JointKind kind, const Vec3& axis) {
   steps_[count_++] = {joint, kind, axis, principal_axis(axis), Vec3::Zero()};
 }
 
+void SerialChain::set_end(const Mat3& R_end) {
+  R_end_ = R_end;
+  tilted_ = !R_end.isIdentity(0);
+}
+
 SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
   Sweep out{Mat3::Identity(), start_, Mat3::Zero()};
   int column = 0;
@@ -66,6 +71,7 @@ SerialChain::Sweep SerialChain::sweep(const JointVec& q) const TRN_RT {
     }
     out.p += out.R * step.offset;
   }
+  turn_end(out.R);
   return out;
 }
 
@@ -73,6 +79,7 @@ Mat3 SerialChain::rotation(const JointVec& q) const TRN_RT {
   Mat3 R = Mat3::Identity();
   for (int i = 0; i < count_; ++i)
     if (steps_[i].kind == JointKind::kRotary) turn(R, steps_[i], q[steps_[i].joint]);
+  turn_end(R);
   return R;
 }
 
@@ -87,6 +94,7 @@ Pose SerialChain::pose(const JointVec& q) const TRN_RT {
       X.p += X.R * step.offset + q[step.joint] * direction(X.R, step);
     }
   }
+  turn_end(X.R);
   return X;
 }
 
@@ -112,6 +120,7 @@ Pose SerialChain::pose_and_jacobian(const JointVec& q, Jacobian& J) const TRN_RT
     column.head<3>() = rotary ? Vec3(axis_B[i].cross(X.p - place[i])) : axis_B[i];
     if (rotary) column.tail<3>() = axis_B[i];
   }
+  turn_end(X.R);
   return X;
 }
 

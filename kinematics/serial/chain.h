@@ -33,6 +33,9 @@ class SerialChain {
 
   void append_offset(const Vec3& offset_mm);
   void append_joint(int joint, JointKind kind, const Vec3& axis);
+  /// How the spindle stands with every joint at zero: a head that is tilted for good. Identity without.
+  void set_end(const Mat3& R_end);
+  const Mat3& end() const TRN_RT { return R_end_; }
 
   Sweep sweep(const JointVec& q) const TRN_RT;
   Mat3 rotation(const JointVec& q) const TRN_RT;
@@ -47,7 +50,13 @@ class SerialChain {
   const ChainStep& step(int i) const TRN_RT { return steps_[i]; }
 
  private:
+  void turn_end(Mat3& R) const TRN_RT {
+    if (tilted_) R = (R * R_end_).eval();
+  }
+
   Vec3 start_ = Vec3::Zero();
+  Mat3 R_end_ = Mat3::Identity();
+  bool tilted_ = false;
   std::array<ChainStep, kMaxJoints> steps_;
   int count_ = 0;
 };

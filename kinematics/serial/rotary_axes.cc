@@ -45,7 +45,7 @@ bool RotaryAxes::add_axis(const Vec3& axis) {
   if (count_ == kMax) return false;
   axis_[count_++] = axis;
   if (count_ < 2) return true;
-  const Vec3 z = Vec3::UnitZ();
+  const Vec3& z = tool_;
   const Vec3 &w1 = axis_[0], &w2 = axis_[1];
   if (w1.cross(w2).norm() < kParallel || w2.cross(z).norm() < kParallel) return false;
   // By Rodrigues' formula E2 z = (w2.z) w2 + cos (z - (w2.z) w2) + sin (w2 x z). Its part along w1 is what
@@ -66,12 +66,12 @@ RotaryAxes::Solutions RotaryAxes::solve(const Vec3& u, const Angles& seed) const
 
 RotaryAxes::Solutions RotaryAxes::solve_none(const Vec3& u) const TRN_RT {
   Solutions out;
-  out.count = (u - Vec3::UnitZ()).norm() < 2 * kRounding ? 1 : 0;
+  out.count = (u - tool_).norm() < 2 * kRounding ? 1 : 0;
   return out;
 }
 
 RotaryAxes::Solutions RotaryAxes::solve_one(const Vec3& u, const Angles& seed) const TRN_RT {
-  const Vec3 z = Vec3::UnitZ();
+  const Vec3& z = tool_;
   const Vec3& w = axis_[0];
   Solutions out;
   const bool free = w.cross(z).norm() < kRounding;
@@ -100,7 +100,7 @@ RotaryAxes::Solutions RotaryAxes::solve_two(const Vec3& u, const Angles& seed) c
   Solutions out;
   for (const double sign : {1.0, -1.0}) {
     const double second = unwrapped(phase_ + sign * half_angle, seed[1]);
-    const Vec3 v = rotation_about(w2, second) * Vec3::UnitZ();
+    const Vec3 v = rotation_about(w2, second) * tool_;
     const double first = pole ? seed[0] : unwrapped(angle_between(w1, v, u), seed[0]);
     out.angles[out.count++] = {first, second};
   }

@@ -9,7 +9,8 @@ namespace trn {
 
 /// The turning axes of a machine, from the table to the tool, and the closed-form answer to: which angles
 /// point the tool along u? Zero, one or two axes of any direction (the second not along the tool, the two not
-/// parallel). Two axes: E1 E2 z = u gives w1.E2 z = w1.u, an equation a cos + b sin = d for the second angle
+/// parallel), and a tool z of any direction, (0, 0, 1) unless the head is tilted. Two axes: E1 E2 z = u gives
+/// w1.E2 z = w1.u, an equation a cos + b sin = d for the second angle
 /// with two solutions, then a plain angle for the first. Source: Paden-Kahan subproblems 1 and 2.
 class RotaryAxes {
  public:
@@ -22,6 +23,9 @@ class RotaryAxes {
     int count = 0;  ///< 0: u is out of reach
   };
 
+  /// `tool`: the tool's axis with every angle at zero, a unit vector.
+  explicit RotaryAxes(const Vec3& tool = Vec3::UnitZ()) : tool_(tool) {}
+
   /// False if there is no closed form for these axes.
   bool add_axis(const Vec3& axis);
   int count() const TRN_RT { return count_; }
@@ -33,6 +37,7 @@ class RotaryAxes {
   Solutions solve_one(const Vec3& u, const Angles& seed) const TRN_RT;
   Solutions solve_two(const Vec3& u, const Angles& seed) const TRN_RT;
 
+  Vec3 tool_;
   std::array<Vec3, kMax> axis_;
   int count_ = 0;
   // Two axes: w1.E2 z = mean + amplitude cos(angle - phase); gap_up = mean + amplitude - 1 and gap_down =

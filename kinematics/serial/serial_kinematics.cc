@@ -22,7 +22,9 @@ bool is_rotary_word(int word) TRN_RT { return word >= kA; }
 }  // namespace
 
 SerialKinematics::SerialKinematics(const SerialConfig& config)
-    : config_(config), joint_count_(static_cast<int>(config.joints.size())) {
+    : config_(config),
+      rotary_(config.chain.end().col(2)),
+      joint_count_(static_cast<int>(config.joints.size())) {
   TRN_CHECK(config.joints.size() <= kMaxJoints);
   int linear = 0;
   for (int i = 0; i < config_.chain.size(); ++i) {

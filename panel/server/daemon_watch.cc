@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 
 namespace trn {
 

@@ -6,7 +6,9 @@ namespace trn {
 
 nlohmann::json machine_json(const Machine& machine, const std::string& version,
                             const std::string& config_path, const std::string& axes,
-                            const nlohmann::json& kinematics) {
+                            const nlohmann::json& kinematics, const std::vector<DrawnPart>& drawings) {
+  nlohmann::json parts = nlohmann::json::array();
+  for (const DrawnPart& drawing : drawings) parts.push_back(drawing.part);
   nlohmann::json joints = nlohmann::json::array();
   for (const Joint& joint : machine.joints)
     joints.push_back({{"name", joint.name},
@@ -22,7 +24,8 @@ nlohmann::json machine_json(const Machine& machine, const std::string& version,
           {"period_s", machine.period_s},
           {"axes", axes},
           {"kinematics", kinematics},
-          {"joints", joints}};
+          {"joints", joints},
+          {"drawings", parts}};
 }
 
 }  // namespace trn

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 
 namespace trn {
 
@@ -20,15 +21,9 @@ constexpr std::size_t kIdMax = 64;
 constexpr std::int64_t kWholeMax =
     (std::int64_t{1} << 53) - 1;  // the greatest that JavaScript tells from the next
 
-// The verb by its name in the table of commands, which has a row for each; _ stands for a space.
 std::int8_t verb_of(const std::string& name) {
-  const CommandRights* row = nullptr;
-  for (std::int8_t verb = command_t::LOAD; (row = find_rights(verb)); ++verb) {
-    std::string known(row->name);
-    for (char& letter : known)
-      if (letter == ' ') letter = '_';
-    if (known == name) return verb;
-  }
+  for (const CommandRow& row : kCommands)
+    if (name.find(' ') == std::string::npos && same_name(row.name, name)) return row.verb;
   throw BadPageMessage("there is no such verb");
 }
 

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/client/access_config.h"
 #include "core/machine.h"
@@ -22,6 +23,12 @@ struct TlsConfig {
   std::chrono::seconds session_life{};
 };
 
+/// A body of the machine as an STL file.
+struct DrawnPart {
+  std::string part;  ///< as Drawing has it
+  std::string file;
+};
+
 /// What a panel serves, and where.
 struct PanelConfig {
   Machine machine;
@@ -32,11 +39,12 @@ struct PanelConfig {
   std::string programs_folder;  ///< a program that is loaded by its name alone lies here
   LcmConfig lcm;
   AccessConfig access;
-  std::optional<PanelKey> key;   ///< with `tls`: of programs that look, as Prometheus does
-  std::optional<TlsConfig> tls;  ///< without it: the loopback only, and whoever has the key
-  nlohmann::json kinematics;     ///< what the page draws the machine of
-  std::string own_program;       ///< plans the loaded program, as 'run --preview'
-  bool print_key = true;         ///< behind the address
+  std::optional<PanelKey> key;      ///< with `tls`: of programs that look, as Prometheus does
+  std::optional<TlsConfig> tls;     ///< without it: the loopback only, and whoever has the key
+  nlohmann::json kinematics;        ///< what the page draws the machine of
+  std::vector<DrawnPart> drawings;  ///< what it draws instead
+  std::string own_program;          ///< plans the loaded program, as 'run --preview'
+  bool print_key = true;            ///< behind the address
   std::map<std::string, std::string> pages_of_others;  ///< addresses of other panels by machine
 };
 

@@ -186,6 +186,7 @@ Response PanelServer::answer_visitor(lws* wsi, std::string_view path) const {
   if (path == kMetrics) return {kDone, "text/plain; version=0.0.4; charset=utf-8", state_.metrics(), {}, {}};
   const std::string_view name = path.substr(kApi.size());
   std::optional<OpenFile> plan = name == "plan" ? state_.plan() : std::nullopt;
+  if (!plan) plan = state_.drawing(name);
   if (plan) return {kDone, "application/octet-stream", "", std::move(plan), {}};
   std::optional<OpenFile> text = state_.program_text(name);
   if (text) return {kDone, "text/plain; charset=utf-8", "", std::move(text), {}};

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <charconv>
 #include <filesystem>
 #include <iterator>
 #include <utility>
 
 #include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 #include "app/client/message_json.h"
 #include "core/axes.h"
 #include "panel/server/machine_json.h"
@@ -212,7 +214,7 @@ void PanelState::note_command(const Page& page, const PageMessage& message) {
   const command_t& command = message.command;
   const bool end_of_jog = command.verb == command_t::JOG && command.value == 0;
   if (page.visitor.name.empty() || end_of_jog) return;
-  std::string what(find_rights(command.verb)->name);
+  std::string what(find_command(command.verb)->name);
   if (!command.text.empty()) what += " " + command.text.substr(0, kNotedMax);
   note("did", fmt::format("{}: {}", page.visitor.name, what));
 }
@@ -471,7 +473,8 @@ std::optional<std::string> PanelState::next(PageId id) {
 std::optional<std::string> PanelState::get(std::string_view name) const {
   if (name == "machine")
     return text_of(machine_json(config_.machine, config_.version, config_.config_path,
-                                daemon_.status() ? daemon_.status()->axes : "", config_.kinematics));
+                                daemon_.status() ? daemon_.status()->axes : "", config_.kinematics,
+                                config_.drawings));
   if (name == "state") return text_of(state_json());
   if (name == "history") return text_of(json(history_));
   if (name == "programs") return text_of(programs_json());
@@ -495,6 +498,17 @@ std::optional<OpenFile> PanelState::program_text(std::string_view name) const {
   } catch (const NoProgram&) {
     return std::nullopt;
   }
+}
+
+std::optional<OpenFile> PanelState::drawing(std::string_view name) const {
+  constexpr std::string_view kOfMachine = "drawings/";
+  std::size_t number = 0;
+  if (!name.starts_with(kOfMachine)) return std::nullopt;
+  const std::string_view digits = name.substr(kOfMachine.size());
+  const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
+  const bool known =
+      error == std::errc() && end == digits.data() + digits.size() && number < config_.drawings.size();
+  return known ? open_program(config_.drawings[number].file) : std::nullopt;
 }
 
 json PanelState::programs_json() const {

@@ -54,6 +54,8 @@ class PanelState {
   void keep(const std::string& name, const std::string& text);
   /// The plan of the loaded program that GET /api/v1/plan answers; nothing if there is none.
   std::optional<OpenFile> plan() const { return plan_.file(); }
+  /// A drawing of the machine by "drawings/" and its place in the list of the machine.
+  std::optional<OpenFile> drawing(std::string_view name) const;
   /// The text that GET /api/v1/program or programs/NAME answers: of the program that the daemon has loaded,
   /// wherever it lies, or of one in the folder; nothing if there is no such program.
   std::optional<OpenFile> program_text(std::string_view name) const;

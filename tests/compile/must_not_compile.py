@@ -14,7 +14,8 @@ import sys
 from dataclasses import dataclass
 
 FLAGS_OF = "trn_gcode.dir"
-HEADERS = ("core/ports.h", "interp/gcode/canon.h", "interp/gcode/text/block.h", "interp/gcode/work_frame.h")
+HEADERS = ("core/ports.h", "interp/gcode/canon.h", "interp/gcode/interpreter.h", "interp/gcode/text/block.h",
+           "interp/gcode/work_frame.h")
 
 # An error at the case's own place, or in a constant expression that begins there.
 REFUSAL = r"^case_(\d+):\d+:\d+: +(?:error: |in .constexpr. expansion)"
@@ -50,7 +51,27 @@ CASES = [
     Case("degrees are not radians", "const MmWords& words, const Kinematics& kinematics, JointVec& q",
          "static_cast<void>(kinematics.joints_from_words(in_radians(words), q));",
          "static_cast<void>(kinematics.joints_from_words(words, q));"),
-    Case("radians are not degrees", "const Words& y, MmWords& words", "words = in_degrees(y);", "words = y;"),
+    Case("radians are not degrees", "const Words& y, MmWords& words", "words = in_degrees<MmWords>(y);", "words = y;"),
+    Case("a place of the program is none of the machine", "const MmWords& place, const WorkFrame& frame",
+         "static_cast<void>(frame.to_machine(place));", "static_cast<void>(frame.to_program(place));"),
+    Case("a place of the machine is none of the program", "const MachineWords& place, const WorkFrame& frame",
+         "static_cast<void>(frame.to_program(place));", "static_cast<void>(frame.to_machine(place));"),
+    Case("the work frame alone carries a place from one to the other",
+         "const MachineWords& place, const WorkFrame& frame, MmWords& to", "to = frame.to_program(place);",
+         "to = place;"),
+    Case("a program begins where the machine stands, in its own coordinates",
+         "Interpreter& interpreter, const MmWords& place, const WorkFrame& frame",
+         'interpreter.open("p.ngc", frame.to_machine(place));', 'interpreter.open("p.ngc", place);'),
+    Case("words of the program are not the machine's", "const MachineWords& place, const WorkFrame& frame",
+         "static_cast<void>(in_program_units(frame.to_program(place), true));",
+         "static_cast<void>(in_program_units(place, true));"),
+    Case("an offset moves a place of the machine, another place does not",
+         "const MachineWords& place, const MachineWords& other, const MmWords& offset",
+         "static_cast<void>(place + offset); static_cast<void>(other);", "static_cast<void>(place + other);"),
+    Case("mm and rad become places of the frame that is named", "const Words& y, MachineWords& place",
+         "place = in_degrees<MachineWords>(y);", "place = in_degrees<MmWords>(y);"),
+    Case("only mm become mm and rad", "const ProgramWords& words",
+         "static_cast<void>(in_radians(in_mm(words, true)));", "static_cast<void>(in_radians(words));"),
     Case("what the tick calls is noexcept in every class", "",
          "struct Map : JointMap { KinStatus map(const Words&, const MapContext&, JointVec&) const TRN_RT override "
          "{ return KinStatus::kOk; } };",

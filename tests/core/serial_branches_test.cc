@@ -39,7 +39,30 @@ TEST(SerialBranches, AreReadFromTheBaseOutwards) {
   EXPECT_EQ(branches.work[1].offset_mm, Vec3(0, 0, 75));
 }
 
+TEST(SerialBranches, ATiltTurnsWhatIsBehindIt) {
+  const SerialBranches branches = read(
+      "[[tool_branch]]\noffset_mm = [0, 0, -10]\ndirection = [1, 0, 0]\ntilt_deg = 90\n"
+      "[[tool_branch]]\noffset_mm = [1, 2, 3]\ndirection = [0, 0, 1]\njoint = 'X'\n"
+      "[[tool_branch]]\ndirection = [0, 0, 2]\ntilt_deg = 90\n[[tool_branch]]\noffset_mm = [5, 0, 0]\n");
+  ASSERT_EQ(branches.tool.size(), 4u);
+  EXPECT_EQ(branches.tool[0].joint, -1);
+  EXPECT_EQ(branches.tool[0].offset_mm, Vec3(0, 0, -10));
+  // Y goes to Z and Z to -Y. Behind the second tilt X goes to Y, which has gone to Z.
+  EXPECT_LT((branches.tool[1].offset_mm - Vec3(1, -3, 2)).norm(), 1e-14);
+  EXPECT_LT((branches.tool[1].direction - Vec3(0, -1, 0)).norm(), 1e-15);
+  EXPECT_LT((branches.tool[3].offset_mm - Vec3(0, 0, 5)).norm(), 1e-14);
+  EXPECT_LT((branches.R_MS.col(0) - Vec3(0, 0, 1)).norm(), 1e-15);
+  EXPECT_LT((branches.R_MS.col(2) - Vec3(0, -1, 0)).norm(), 1e-15);
+}
+
 TEST(SerialBranches, RefuseWhatIsNoBranch) {
+  EXPECT_NE(error_of("[[tool_branch]]\njoint = 'X'\ndirection = [1, 0, 0]\ntilt_deg = 5\n").find("m.toml:4:"),
+            std::string::npos);
+  EXPECT_NE(error_of("[[tool_branch]]\ntilt_deg = 5\n").find("direction"), std::string::npos);
+  EXPECT_NE(error_of("[[tool_branch]]\ndirection = [1, 0, 0]\ntilt_deg = 181\n").find("180"),
+            std::string::npos);
+  EXPECT_NE(error_of("[[work_branch]]\ndirection = [1, 0, 0]\ntilt_deg = 5\n").find("G68.2"),
+            std::string::npos);
   EXPECT_NE(error_of("[[tool_branch]]\njoint = 'Y'\ndirection = [1, 0, 0]\n").find("m.toml:2:"),
             std::string::npos);
   EXPECT_NE(error_of("[[tool_branch]]\njoint = 'X'\ndirection = [0, 1e200, 0]\n").find("must not be so long"),

@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 #include "app/client/signed_message.h"
 #include "app/client/signing_key.h"
 #include "app/gateway/counter_file.h"

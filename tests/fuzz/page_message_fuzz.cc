@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "app/client/command_rights.h"
+#include "app/client/command_table.h"
 #include "panel/server/page_message.h"
 #include "panel/server/web_rules.h"
 #include "tests/fuzz/require.h"
@@ -22,7 +22,7 @@ using nlohmann::json;
 using trunnion::command_t;
 
 std::string verb_of(const command_t& command) {
-  std::string name(find_rights(command.verb)->name);
+  std::string name(find_command(command.verb)->name);
   for (char& letter : name)
     if (letter == ' ') letter = '_';
   return name;
@@ -55,7 +55,7 @@ void require_same(const PageMessage& one, const PageMessage& other) {
 
 void check_command(const PageMessage& message) {
   const command_t& command = message.command;
-  require(find_rights(command.verb), "a verb that the daemon knows");
+  require(find_command(command.verb), "a verb that the daemon knows");
   require(std::isfinite(command.value) && std::isfinite(command.speed) && std::isfinite(command.speed_share),
           "finite numbers");
   require(command.text.find('\0') == std::string::npos, "no zero byte in a text");

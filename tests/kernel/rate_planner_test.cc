@@ -8,9 +8,13 @@
 
 #include "app/check/limit_judge.h"
 #include "app/session/assembly.h"
+#include "app/session/inline_rate_plans.h"
 #include "core/axes.h"
 #include "core/motion.h"
+#include "kernel/motion_queue.h"
+#include "kernel/path_rate.h"
 #include "tests/kernel/planned_motion.h"
+#include "tests/kernel/rate_bench.h"
 #include "tests/kernel/shortest_stop.h"
 #include "tests/support/paths.h"
 
@@ -78,6 +82,40 @@ double shortest_stop(const PlannedMotion& motion, double time_s) {
     worst = std::max(worst, shortest_stop(v, a, motion.joints()[i].limit));
   }
   return worst;
+}
+
+/// Periods from the wish until the rate is `to` and stays so. A joint goes steadily at half of its speed, at
+/// the rate `from`.
+int periods_to_change(double from, double to) {
+  const Joints joints = one_joint();
+  InlineRatePlans plans(joints, kPeriodS);
+  MotionQueue queue(64);
+  EXPECT_TRUE(queue.push(joint_block({{20, kSpeed / 2}})));
+  queue.look();
+  PathRate rate(plans, kPeriodS);
+  double passed_s = rate.start(queue, std::min(from, 1.0));
+  const auto run = [&](int periods, double wish) {
+    int last = 0;
+    for (int i = 1; i <= periods; ++i) {
+      passed_s += rate.step(queue, {0, 0, passed_s}, {wish});
+      if (std::abs(rate.rate() - wish) > kNoRate) last = i;
+    }
+    return last;
+  };
+  EXPECT_LT(run(1000, from), 1000) << from;
+  return run(1000, to);
+}
+
+// |u v| <= J allows u of 400 1/s^2, and |r' v| <= A a slope of 20 1/s, which no change of up to 1 reaches. So
+// a change of d takes 2 sqrt(d / u), and the answer to a wish begins one or two leads of 2 ms later.
+TEST(RatePlanner, AnotherRateIsReachedInTheClosedFormsTime) {
+  for (const auto& [from, to] :
+       {std::pair{1.0, 0.5}, {0.5, 1.0}, {1.0, 0.1}, {0.3, 0.35}, {1.0, 1.5}, {1.6, 0.8}}) {
+    const double u = kJerkMax / (kSpeed / 2), least_s = 2 * std::sqrt(std::abs(to - from) / u);
+    const double took_s = periods_to_change(from, to) * kPeriodS;
+    EXPECT_GE(took_s, least_s - kPeriodS) << from << " to " << to;
+    EXPECT_LE(took_s, 1.1 * least_s + 3 * 0.002) << from << " to " << to;
+  }
 }
 
 class EveryMachine : public testing::TestWithParam<std::string> {};

@@ -7,6 +7,7 @@
 #include "core/config.h"
 #include "core/frames.h"
 #include "core/machine.h"
+#include "core/units.h"
 
 namespace trn {
 
@@ -29,6 +30,13 @@ inline KdlChain make_kdl_chain(const Machine& machine) {
   const auto add_offset = [&](const Vec3& offset) {
     out.chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), KDL::Frame(kdl_of(offset))));
   };
+  const auto add_tilt = [&](const ConfigTable& table) {
+    if (!table.has("tilt_deg")) return;
+    const KDL::Vector axis = kdl_of(table.vec3("direction").normalized());
+    const KDL::Frame turned(
+        KDL::Rotation::Rot2(axis, rad_from_deg(table.number("tilt_deg", Range{-180, 180}))));
+    out.chain.addSegment(KDL::Segment(KDL::Joint(KDL::Joint::None), turned));
+  };
   const auto add_joint = [&](const ConfigTable& table, double side) {
     if (!table.has("joint")) return;
     int index = 0;
@@ -48,6 +56,7 @@ inline KdlChain make_kdl_chain(const Machine& machine) {
   for (const ConfigTable& table : section.tables_if("tool_branch")) {
     add_offset(table.vec3("offset_mm", Vec3::Zero()));
     add_joint(table, 1);
+    add_tilt(table);
   }
   return out;
 }

@@ -244,6 +244,18 @@ TEST(RailMill, OutOfReachAndSingularAreErrors) {
   EXPECT_EQ(mill.words_for_axis(Vec3(0.1, 0, 1), Vec3::Zero(), abc), KinStatus::kUnreachable);
 }
 
+TEST(RailMill, APlaceThatIsTooSoftIsSingular) {
+  const Pose X = {rot_x(0.3), Vec3(60, -40, -330)};
+  const double there = as<RailMill>(load_machine("rail_mill")).conditioning(X);
+  ASSERT_GT(there, 0.03) << "legal on the machine as it ships";
+  for (const bool softer : {false, true}) {
+    const std::string least = fmt::format("conditioning_min = {:.6f}", there * (softer ? 1.001 : 0.999));
+    const LoadedMachine loaded = load_changed("rail_mill", {{"conditioning_min = 0.03", least}});
+    JointVec q;
+    EXPECT_EQ(as<RailMill>(loaded).actuators(X, q), softer ? KinStatus::kSingular : KinStatus::kOk) << least;
+  }
+}
+
 TEST(RailMill, RailSpeedsAreTheDerivativeOfTheRails) {
   const LoadedMachine loaded = load_machine("rail_mill");
   const auto& mill = as<RailMill>(loaded);

@@ -14,19 +14,20 @@
 namespace trn {
 namespace {
 
-std::string joint_text(const std::string& name, bool rotary) {
+std::string joint_text(const std::string& name, bool rotary, double turn_deg) {
   return fmt::format(
       fmt::runtime(
-          rotary ? "[[joint]]\nname=\"{}\"\ntype=\"rotary\"\nmin_deg=-170\nmax_deg=170\nvelocity_deg_s=9\n"
+          rotary ? "[[joint]]\nname=\"{0}\"\ntype=\"rotary\"\nmin_deg=-{1}\nmax_deg={1}\nvelocity_deg_s=9\n"
                    "acceleration_deg_s2=9\njerk_deg_s3=9\n"
-                 : "[[joint]]\nname=\"{}\"\ntype=\"linear\"\nmin_mm=-300\nmax_mm=300\nvelocity_mm_s=9\n"
+                 : "[[joint]]\nname=\"{0}\"\ntype=\"linear\"\nmin_mm=-300\nmax_mm=300\nvelocity_mm_s=9\n"
                    "acceleration_mm_s2=9\njerk_mm_s3=9\n"),
-      name);
+      name, turn_deg);
 }
 
-LoadedMachine machine_of(const std::string& joints, const std::string& branches) {
+/// Rotary joints turn so far to both sides.
+LoadedMachine machine_of(const std::string& joints, const std::string& branches, double turn_deg = 170) {
   std::string text = "[machine]\nname=\"m\"\nperiod_s=0.001\n";
-  for (const char name : joints) text += joint_text(std::string(1, name), name < 'X');
+  for (const char name : joints) text += joint_text(std::string(1, name), name < 'X', turn_deg);
   text += "[kinematics]\ntype=\"serial\"\n" + branches;
   Machine machine = read_machine(parse_config(text, "m.toml"));
   auto kinematics = make_kinematics(machine);
@@ -77,7 +78,7 @@ void judge_by_kdl(const LoadedMachine& loaded, bool closed_form, int count) {
 }
 
 TEST(Serial, ShippedConfigsAgreeWithKdl) {
-  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage", "nutating"}) {
+  for (const char* name : {"cradle", "head", "head_table", "mill", "micro_stage", "nutating", "angle_head"}) {
     SCOPED_TRACE(name);
     judge_by_kdl(load_machine(name), true, std::string(name) == "mill" ? 500 : rounds(3000));
   }
@@ -96,6 +97,53 @@ TEST(Serial, ObliqueAxesAgreeWithKdl) {
       machine_of("XYZAC", linear + work('A', "1,0.05,-0.02", "0,3,0") + work('C', "0.1,0,1", "0,0,-75")),
       true, rounds(3000));
   judge_by_kdl(machine_of("XYZA", tool_xyz() + work('A', "1,0,0", "0,10,20")), true, rounds(3000));
+}
+
+std::string tilt(const std::string& direction, double tilt_deg, const std::string& offset = "0,0,0") {
+  return fmt::format("[[kinematics.tool_branch]]\ndirection=[{}]\ntilt_deg={}\noffset_mm=[{}]\n", direction,
+                     tilt_deg, offset);
+}
+std::string nose(const std::string& offset) {
+  return fmt::format("[[kinematics.tool_branch]]\noffset_mm=[{}]\n", offset);
+}
+
+TEST(Serial, TiltedHeadsAgreeWithKdl) {
+  // angle heads on a mill; one that is turned by hand about two axes; a rotary axis behind the tilt, before
+  // it, and in the table; three axes that only Newton solves
+  judge_by_kdl(machine_of("XYZ", tool_xyz() + tilt("1,0,0", 45, "0,0,-90") + nose("0,0,-60")), true, 500);
+  judge_by_kdl(
+      machine_of("XYZ", tool_xyz() + tilt("0,0,1", 30) + tilt("0,1,0", -90, "5,0,-90") + nose("0,3,-60")),
+      true, 500);
+  judge_by_kdl(machine_of("XYZB", tool_xyz() + tilt("0,1,1", 25, "0,0,-90") + tool('B', "0,1,0", "1,2,-70")),
+               true, rounds(3000));
+  judge_by_kdl(
+      machine_of("XYZC", tool_xyz() + tool('C', "0,0,1") + tilt("1,0,0", 90, "0,20,-90") + nose("0,0,-40")),
+      true, rounds(3000));
+  judge_by_kdl(machine_of("XYZAC", tool_xyz() + tilt("0,1,0", 20, "0,0,-50") + work('A', "1,0,0", "0,10,20") +
+                                       work('C', "0,0,1", "0,0,-75")),
+               true, rounds(3000));
+  judge_by_kdl(machine_of("XYZABC", tool_xyz() + tool('C', "0,0,1") + tilt("1,0,0", 10, "0,0,-20") +
+                                        tool('A', "1,0,0", "0,0,-50") + tool('B', "0,1,0", "0,0,-80")),
+               false, 500);
+}
+
+// What the config promises: an axis that is clamped at 35 degrees, and the same axis with a joint that stands
+// there.
+TEST(Serial, ATiltIsAnAxisThatIsClamped) {
+  const std::string before = tool_xyz() + tool('C', "0,0,1", "0,0,-30"), behind = nose("4,0,-60");
+  const LoadedMachine clamped = machine_of("XYZC", before + tilt("1,0.5,0", 35, "7,0,-90") + behind);
+  const LoadedMachine free = machine_of("XYZCA", before + tool('A', "1,0.5,0", "7,0,-90") + behind);
+  Sampler sampler(clamped, 12);
+  for (int round = 0; round < 500; ++round) {
+    const JointVec q = sampler.joints();
+    JointVec q_free(5);
+    q_free << q, rad_from_deg(35);
+    Pose X, X_free;
+    ASSERT_EQ(clamped.kinematics->forward(q, X), KinStatus::kOk);
+    ASSERT_EQ(free.kinematics->forward(q_free, X_free), KinStatus::kOk);
+    EXPECT_LT((X.p - X_free.p).norm(), 1e-12 * 1000);
+    EXPECT_LT((X.R - X_free.R).norm(), 1e-14);
+  }
 }
 
 TEST(Serial, TheOrderOfTheJointsIsFree) {
@@ -149,6 +197,36 @@ TEST(Serial, WordsForAxisPrefersTheBranchInsideTheLimits) {
   ASSERT_EQ(narrow.kinematics->words_for_axis(u, {0.4, 0, rad_from_deg(169)}, abc), KinStatus::kOk);
   EXPECT_NEAR(abc[0], -0.5, 1e-12);  // C stops at 170 deg, so the other tilt and C - 180 deg
   EXPECT_NEAR(deg_from_rad(abc[2]), -5, 1e-9);
+}
+
+TEST(Serial, ASingleRotaryJointMayBeTheFirstOfAll) {
+  for (const char* order : {"AXYZ", "XAYZ", "XYZA"}) {
+    const LoadedMachine loaded = machine_of(order, tool_xyz() + work('A', "1,0,0"));
+    const Vec3 u = loaded.kinematics->orientation({0.4, 0, 0}).col(2);
+    Vec3 abc;
+    ASSERT_EQ(loaded.kinematics->words_for_axis(u, {0.3, 0, 0}, abc), KinStatus::kOk);
+    EXPECT_LT((abc - Vec3(0.4, 0, 0)).norm(), 1e-12) << order;
+  }
+}
+
+// The nearest answer to the seed may lie turns beyond the limits of 360 degrees: as many as are missing are
+// taken back, and none more.
+TEST(Serial, WordsForAxisComeInsideTheLimitsByWholeTurns) {
+  const LoadedMachine loaded = machine_of("XYZA", tool_xyz() + work('A', "1,0,0"), 360);
+  const auto a_deg = [&](double wanted_deg, double seed_deg) {
+    const Vec3 u = loaded.kinematics->orientation({rad_from_deg(wanted_deg), 0, 0}).col(2);
+    Vec3 abc;
+    EXPECT_EQ(loaded.kinematics->words_for_axis(u, {rad_from_deg(seed_deg), 0, 0}, abc), KinStatus::kOk);
+    return deg_from_rad(abc[0]);
+  };
+  EXPECT_NEAR(a_deg(10, 180), 10, 1e-9);
+  EXPECT_NEAR(a_deg(10, 340), 10, 1e-9) << "370";
+  EXPECT_NEAR(a_deg(10, 725), 10, 1e-9) << "730, two turns too far";
+  EXPECT_NEAR(a_deg(10, 1085), 10, 1e-9) << "1090";
+  EXPECT_NEAR(a_deg(-10, -340), -10, 1e-9) << "-370";
+  EXPECT_NEAR(a_deg(10, -725), -350, 1e-9) << "-710";
+  EXPECT_NEAR(a_deg(-10, -1085), -10, 1e-9) << "-1090";
+  EXPECT_NEAR(a_deg(200, 350), 200, 1e-9) << "inside: left where it is";
 }
 
 // Programmed A and C through the pole: joints move without a jump, and the third differences are those of a

@@ -225,6 +225,21 @@ TEST(CanField, AMissingNodeIsNamed) {
   }
 }
 
+// Where nobody acknowledges a frame, the interface sends the first one for ever and has no room for others.
+TEST(CanField, BringUpEndsWhereTheInterfaceTakesNoFrames) {
+  Field field("cradle_can.toml");
+  field.bus().jam(true);
+  try {
+    field.drives.bring_up();
+    FAIL() << "the drives came up on a bus that carries nothing";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("nobody on the bus acknowledges"), std::string::npos)
+        << error.what();
+  }
+  field.bus().jam(false);
+  field.start();
+}
+
 TEST(CanField, TheBudgetIsWhatTheBusCarries) {
   Field field("cradle_can.toml");
   field.start();

@@ -7,6 +7,7 @@ import check_dead
 import check_form
 import check_includes
 import check_links
+import check_mutants
 import check_names
 import check_realtime
 import check_uses
@@ -269,6 +270,26 @@ double Pump::level() const { return half(1); }
         self.assertIn("core/pump.cc:9: run is marked TRN_RT and calls half, which is not", error)
         (error,) = self.judged("void run(Pump& p) TRN_RT { p.level(); }\n")
         self.assertIn("calls level", error)
+
+
+class MutantsTest(unittest.TestCase):
+    ROW = "core/tank.cc: return a < b; -> return a <= b;  # never the same\n"
+
+    def judged(self, text):
+        return check_mutants.check(text, lambda file: {f"{file}: return a < b; -> return a <= b;"})
+
+    def test_a_row_of_a_change_with_its_reason(self):
+        self.assertEqual(self.judged("# of core\n\n" + self.ROW), [])
+
+    def test_a_row_of_what_is_gone(self):
+        (error,) = self.judged(self.ROW + self.ROW.replace("a < b", "a < c"))
+        self.assertIn("tests/mutants.txt:2: core/tank.cc has no such line any more", error)
+
+    def test_no_reason_and_twice(self):
+        (error,) = self.judged(self.ROW.split("  # ")[0])
+        self.assertIn("no reason", error)
+        (error,) = self.judged(self.ROW * 2)
+        self.assertIn("twice", error)
 
 
 if __name__ == "__main__":

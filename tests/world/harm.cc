@@ -141,12 +141,14 @@ class CanHarm final : public Harm {
 
 void Harm::step() {
   ++period_;
-  mended_ = false;
+  acted_ = false;
   for (auto due = mends_.begin(); due != mends_.end() && due->first <= period_; due = mends_.erase(due)) {
     due->second();
-    mended_ = true;
+    acted_ = true;
   }
-  if (static_cast<double>(random_() >> 11) * 0x1p-53 < share_) strike();
+  if (static_cast<double>(random_() >> 11) * 0x1p-53 >= share_) return;
+  acted_ = true;
+  strike();
 }
 
 void Harm::for_a_while(const char* what, std::function<void()> mend) {

@@ -27,8 +27,8 @@ class Harm {
   /// Encoders' places, mm or rad. A drive that was not heard may tell of a way at once when it is heard
   /// again.
   virtual JointVec places() = 0;
-  /// In this period something was mended.
-  bool mended() const { return mended_; }
+  /// In this period something was broken or mended: a drive that restarts counts its places anew.
+  bool acted() const { return acted_; }
   /// Calls of the daemon's worker must be made in the tick's thread: the emulated field lives in one thread.
   virtual bool one_thread() const { return false; }
 
@@ -43,7 +43,7 @@ class Harm {
   std::mt19937_64 random_;
   std::uint64_t period_ = 0;
   std::multimap<std::uint64_t, std::function<void()>> mends_;
-  bool mended_ = false;
+  bool acted_ = false;
 };
 
 /// For drives that are simulated or emulated on CAN; null for others.

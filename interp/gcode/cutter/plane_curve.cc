@@ -141,6 +141,11 @@ double sweep_of(const Point& centre, const Point& from, const Point& to, int tur
   return angle;
 }
 
+Point centre_between(const Point& from, const Point& to, const Point& given) {
+  const Point along = (to - from).normalized();
+  return given - along * along.dot(given - (from + to) / 2);
+}
+
 double length_of(const PlaneCurve& curve) {
   if (curve.turn == 0) return (curve.to - curve.from).norm();
   return curve.radius() * sweep_of(curve.centre, curve.from, curve.to, curve.turn);

@@ -24,6 +24,10 @@ inline double cross(const PlaneCurve::Point& a, const PlaneCurve::Point& b) {
 double sweep_of(const PlaneCurve::Point& centre, const PlaneCurve::Point& from, const PlaneCurve::Point& to,
                 int turn);
 
+/// The centre nearest to `given` that has both ends at one distance; the ends are apart.
+PlaneCurve::Point centre_between(const PlaneCurve::Point& from, const PlaneCurve::Point& to,
+                                 const PlaneCurve::Point& given);
+
 double length_of(const PlaneCurve& curve);
 /// Area that a ray from the origin sweeps over while its end runs along the curve; positive counterclockwise.
 double swept_area(const PlaneCurve& curve);

@@ -74,7 +74,10 @@ void Executor::flush_comp() {
   left_contour_ = true;
 }
 
-void Executor::finish() { flush_comp(); }
+void Executor::finish() {
+  flush_comp();
+  if (s_.knife) switch_knife(false, 1, "the end");
+}
 
 // The radius is still that of the compensation that has found them.
 std::vector<GcodeReport> Executor::take_gouges() {

@@ -180,7 +180,8 @@ void check_words(const Block& b, GCode motion) {
 }  // namespace
 
 Executor::Executor(const ExecutorParts& parts)
-    : parts_(parts),
+    : knife_(parts.config.tangential, parts.sink),
+      parts_{parts.config, parts.parameters, parts.tools, parts.kinematics, knife_, parts.warn, parts.asks},
       axis_mask_(parts.kinematics ? parts.kinematics->word_mask() : 0x3FU),
       comp_(parts.config.gouge_check != GougeCheckMode::kOff),
       warned_words_(parts.config.words.size(), false) {
@@ -198,7 +199,7 @@ void Executor::put(const CanonCommand& command) {
 // Does not wait for the move that cutter compensation holds back.
 void Executor::put_now(const CanonCommand& command) { parts_.sink.put(command, line_); }
 
-void Executor::begin(const MmWords& start) {
+void Executor::begin(const MachineWords& start) {
   line_ = 0;
   block_delete_ = parts_.config.block_delete;
   // In the order in which the machine needs to know: units before any length, offsets before the place that
@@ -307,6 +308,7 @@ bool Executor::execute(const Block& b) {
   }
   // What can be refused without knowing the machine is refused here, before anything of the block is done.
   check_words(b, motion);
+  if (s_.knife) check_knife(b, motion);
   if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   if (b.any_g) {
@@ -334,6 +336,7 @@ bool Executor::execute_rest(const Block& b) {
   const GCode motion = motion_of(b);
   if (b.any_m) m_codes(b);
   if (!b.parsed->keywords.empty()) keywords(b);
+  if (s_.knife) check_knife(b, motion);
   if (b.any_g) g_codes(b);
   if (motion != kNoGCode) motion_code(b, motion);
   if (only_sets_mode(b)) s_.motion = b.code(GGroup::kMotion);
@@ -352,6 +355,7 @@ void Executor::pass_over(const Block& b) {
     s_.position = target(b);
   } catch (const BlockError&) {  // there is no saying where it would have gone
   }
+  if (s_.knife) knife_.go_on_from(s_.position);
 }
 
 void Executor::check_g53(const Block& b) const {
@@ -445,6 +449,15 @@ MmWords Executor::stored(int parameter) const {
   return in_mm(words, parts_.config.parameter_unit_mm);
 }
 
+MachineWords Executor::stored_place(int parameter) const {
+  const MmWords words = stored(parameter);
+  return {words.xyz, words.abc_deg};
+}
+
+void Executor::store(int parameter, const MachineWords& place) {
+  store(parameter, MmWords{place.xyz, place.abc_deg});
+}
+
 void Executor::store(int parameter, const MmWords& words) {
   const TableWords table = in_table_units(words, parts_.config.parameter_unit_mm);
   for (int i = 0; i < 6; ++i) parts_.parameters[parameter + i] = table[i];
@@ -452,6 +465,7 @@ void Executor::store(int parameter, const MmWords& words) {
 
 double Executor::position(int axis) const {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "reading the position");
+  check_knife_read(axis);
   return s_.position[axis];
 }
 
@@ -501,8 +515,11 @@ double Executor::predefined(int index) const {
 // #<_x> to #<_c> in the program's coordinates, #<_abs_x> to #<_abs_c> in the machine's (G53); both in the
 // program's units.
 double Executor::predefined_place(int index) const {
+  check_knife_read((index - 32) % 6);
   if (index <= 37) return s_.position[index - 32];
-  return from_mm(machine_now(1))[index - 38];
+  const int axis = index - 38;
+  const double place = machine_now(1)[axis];
+  return axis < 3 ? from_mm(place) : place;
 }
 
 // #<_metric> to #<_rpm>, numbers 6 to 31 of the table.

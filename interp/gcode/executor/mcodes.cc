@@ -325,6 +325,8 @@ void Executor::restore(const Kept& kept) {
     flush_comp();
     note("interpreter: cutter radius compensation off");
   }
+  // The directions of the knife belong to the units and the tool that are given up here.
+  if (s_.knife && !kept.state.knife) switch_knife(false, 1, "M72");
   if (kept.state.modal.inch != s_.modal.inch) set_units(kept.state.modal.inch);
   restore_tool_length(kept.state);
   restore_modal(kept.state);
@@ -349,15 +351,16 @@ void Executor::retract_to_safe_height() {
     return parts_.warn(1,
                        "no [program] safe_z_mm: the way to where the program goes on leads across at the "
                        "higher of both heights, which may be inside the work");
-  MmWords machine = frame().to_machine(to_mm(s_.position));
+  MachineWords machine = frame().to_machine(to_mm(s_.position));
   if (machine[kZ] >= *parts_.config.safe_z_mm) return;
   machine[kZ] = *parts_.config.safe_z_mm;
   s_.position = from_mm(frame().to_program(machine));
   put(canon::StraightTraverse{s_.position});
 }
 
-void Executor::enter(const MmWords& start, int in_spindle) {
+void Executor::enter(const MachineWords& start, int in_spindle) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
+  if (s_.knife) fail(GcodeErrorCode::kKnife, 1, "a start in the middle", "");
   entered_ = s_;
   // As a program starts, with the tool that is really in the spindle. What the skipped lines have set comes
   // back in `enter_rest`, behind the tool change.
@@ -415,6 +418,9 @@ void Executor::keywords(const Block& b) {
     const MappedWord& word = parts_.config.words[index];
     if (word.action == WordAction::kGreatCircle || word.action == WordAction::kAxisPath)
       return set_great_circle(word.action == WordAction::kGreatCircle);
+    if (word.action == WordAction::kKnifeOn || word.action == WordAction::kKnifeOff)
+      return switch_knife(word.action == WordAction::kKnifeOn, column, word.text);
+    if (word.action != WordAction::kIgnore && s_.knife) fail(GcodeErrorCode::kKnife, column, word.text, "");
     if (word.action != WordAction::kIgnore)
       return set_rtcp(word.action == WordAction::kRtcpOn, s_.tool_offset, column, word.text);
     if (!warned_words_[index])

@@ -98,10 +98,10 @@ void Executor::check_polar_plane(const Block& b) const {
 ProgramWords Executor::machine_target(const Block& b) const {
   // G53 means the place of the spindle with its tool, so the offset is added before a word is replaced and
   // taken off again behind.
-  MmWords machine = frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+  MachineWords machine = frame().to_machine(to_mm(s_.position)) + to_mm(in_words(s_.tool_offset));
   for (int i = 0; i < 6; ++i)
     if (b.has(kWordLetters[i])) machine[i] = i < 3 ? to_mm(b[kWordLetters[i]]) : b[kWordLetters[i]];
-  return from_mm(frame().to_program(machine - to_mm(s_.tool_offset)));
+  return from_mm(frame().to_program(machine - to_mm(in_words(s_.tool_offset))));
 }
 
 void Executor::check_feed(const Block& b, std::string_view what) const {

@@ -20,8 +20,9 @@ namespace trn {
 namespace {
 
 // Turned about Z.
-MmWords turned(const MmWords& v, double deg) {
-  MmWords out = v;
+template <typename DegreesAndMm>
+DegreesAndMm turned(const DegreesAndMm& v, double deg) {
+  DegreesAndMm out = v;
   if (deg != 0) out.xyz = rot_z(rad_from_deg(deg)) * v.xyz;
   return out;
 }
@@ -40,6 +41,15 @@ WorkFrame Executor::frame() const {
   frame.origin = s_.modal.inch ? Vec3(s_.tilt_origin * kMmPerInch) : s_.tilt_origin;
   frame.R_tilt = s_.R_tilt;
   return frame;
+}
+
+ProgramWords Executor::in_words(ProgramWords tool_offset) const {
+  if (parts_.kinematics) tool_offset.xyz = parts_.kinematics->tool_in_words(tool_offset.xyz);
+  return tool_offset;
+}
+
+bool Executor::head_is_tilted() const {
+  return parts_.kinematics && !parts_.kinematics->orientation(Vec3::Zero()).isIdentity(0);
 }
 
 void Executor::load_system(int index) {
@@ -120,16 +130,17 @@ void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
     return set_rtcp(s_.rtcp && code != 49_g, offset, 1, g_name(code));
   if (s_.tilted) {
     WorkFrame f = frame();
-    const MmWords machine = f.to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset) - to_mm(offset);
+    const MachineWords machine =
+        f.to_machine(to_mm(s_.position)) + to_mm(in_words(s_.tool_offset)) - to_mm(in_words(offset));
     s_.position = from_mm(f.to_program(machine));
   } else if (s_.rotation_deg != 0) {
     // The offset lies along the machine's axes, the position in those turned by G10 L2 R: the difference is
     // turned back into them.
-    Vec3 shift = (s_.tool_offset - offset).xyz;
-    s_.position.xyz += rot_z(rad_from_deg(-s_.rotation_deg)) * shift;
-    s_.position.abc_deg += (s_.tool_offset - offset).abc_deg;
+    const ProgramWords shift = in_words(s_.tool_offset - offset);
+    s_.position.xyz += rot_z(rad_from_deg(-s_.rotation_deg)) * shift.xyz;
+    s_.position.abc_deg += shift.abc_deg;
   } else {
-    s_.position += s_.tool_offset - offset;
+    s_.position += in_words(s_.tool_offset - offset);
   }
   s_.tool_offset = offset;
   put(canon::UseToolLengthOffset{offset});
@@ -151,6 +162,10 @@ void Executor::g10_tool(const Block& b, int l) {
   if (!parts_.tools.tools().empty() && !parts_.tools.find(number)) unknown_tool(number, b.at('P'));
   if (b.has('Q') && (b['Q'] != std::round(b['Q']) || b['Q'] < 0 || b['Q'] > 9))
     fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "G10 L1", "an orientation from 0 to 9");
+  if (l != 1 && head_is_tilted())
+    fail(GcodeErrorCode::kNotSupported, b.at('L'), fmt::format("G10 L{}", l),
+         "the head is tilted, so that one coordinate does not tell a length: measure it along the tool and "
+         "write it with G10 L1");
   if (!b.has_axis_word() && (l != 1 || !(b.has('R') || b.has('I') || b.has('J') || b.has('Q'))))
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), fmt::format("G10 L{}", l), "axis words");
   Tool& tool = parts_.tools.at_or_new(number);
@@ -203,10 +218,11 @@ void Executor::g10_system(const Block& b, int l) {
   if (comp_.active() && index == s_.modal.work_offset)
     fail(GcodeErrorCode::kCompState, b.at(GGroup::kNonModal), "G10 of the active system");
   const double rotation = b.has('R') ? b['R'] : parameters[base + parameter::kOffsetRotation];
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   // L20 works in the turned axes of the system, so that each word stands for itself.
   const MmWords old_offset = stored(base);
-  MmWords here = machine, offset = old_offset;
+  MachineWords here = machine;
+  MmWords offset = old_offset;
   if (l == 20) {
     here = turned(machine, -rotation);
     offset = turned(old_offset, -rotation);
@@ -297,7 +313,7 @@ void Executor::home_position(const Block& b, GCode code) {
   suspend_rtcp(b, [&] {
     // With axis words only those axes go to the reference place: "G91 G28 Z0" draws the spindle up and leaves
     // X and Y where they are.
-    ProgramWords to = from_mm(frame().to_program(stored(base) - to_mm(s_.tool_offset)));
+    ProgramWords to = from_mm(frame().to_program(stored_place(base) - to_mm(in_words(s_.tool_offset))));
     if (b.has_axis_word())
       for (int i = 0; i < 6; ++i)
         if (!b.has(kWordLetters[i])) to[i] = s_.position[i];

@@ -39,7 +39,7 @@ Vec3 Executor::orientation_abc_rad(const ProgramWords& program) const {
 // Pose of the spindle nose in the table frame at the present place.
 Pose Executor::spindle_pose(std::uint32_t column, std::string_view word) const {
   const Kinematics& kinematics = *parts_.kinematics;
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   const Vec3 tool = to_mm(s_.tool_offset).xyz;
   // The words are the tip in the table, as they lie in M with every axis at zero; home_X_BM carries them to
   // B, and the tool leads from the tip to the spindle.
@@ -50,7 +50,7 @@ Pose Executor::spindle_pose(std::uint32_t column, std::string_view word) const {
   }
   Words words = in_radians(machine);
   // With RTCP off the words are the axes less the tool offset, so adding it gives where the axes stand.
-  words.head<3>() += tool;
+  words.head<3>() += kinematics.tool_in_words(tool);
   JointVec q;
   Pose X_BS;
   check(kinematics.joints_from_words(words, q), column, word);
@@ -64,7 +64,7 @@ ProgramWords Executor::position_for(const Pose& X_BS, bool tip_in_table, std::ui
   const Kinematics& kinematics = *parts_.kinematics;
   const Vec3 tool = to_mm(s_.tool_offset).xyz;
   const WorkFrame f = frame();
-  MmWords machine = f.to_machine(to_mm(s_.position));
+  MachineWords machine = f.to_machine(to_mm(s_.position));
   if (tip_in_table) {
     machine.xyz = inverse(kinematics.home_X_BM()) * (X_BS * Vec3(-tool));
   } else {
@@ -77,7 +77,7 @@ ProgramWords Executor::position_for(const Pose& X_BS, bool tip_in_table, std::ui
       seed = JointVec::Zero(kinematics.joint_count());
     check(kinematics.inverse(X_BS, seed, q), column, word);
     check(kinematics.words_from_joints(q, words), column, word);
-    machine.xyz = words.head<3>() - tool;
+    machine.xyz = words.head<3>() - kinematics.tool_in_words(tool);
   }
   ProgramWords program = from_mm(f.to_program(machine));
   // The inverse may give a rotary axis a whole turn or a rounding error more. The program's own angles are
@@ -116,12 +116,12 @@ void Executor::suspend_rtcp(const Block& b, const std::function<void()>& move) {
   s_.tool_vector = vector;
 }
 
-MmWords Executor::machine_now(std::uint32_t column) const {
-  if (!tip_in_table()) return frame().to_machine(to_mm(s_.position)) + to_mm(s_.tool_offset);
+MachineWords Executor::machine_now(std::uint32_t column) const {
+  if (!tip_in_table()) return frame().to_machine(to_mm(s_.position)) + to_mm(in_words(s_.tool_offset));
   const Pose X_BS = spindle_pose(column, "the present place");
-  MmWords machine = frame().to_machine(to_mm(s_.position));
+  MachineWords machine = frame().to_machine(to_mm(s_.position));
   const ProgramWords program = position_for(X_BS, false, column, "the present place");
-  machine.xyz = frame().to_machine(to_mm(program)).xyz + to_mm(s_.tool_offset).xyz;
+  machine.xyz = frame().to_machine(to_mm(program)).xyz + to_mm(in_words(s_.tool_offset)).xyz;
   return machine;
 }
 
@@ -161,7 +161,7 @@ void Executor::square_to_tool(const Block& b) {
 }
 
 void Executor::tilt(const Vec3& origin, const Mat3& R_tilt) {
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = true;
   s_.tilt_origin = origin;
   s_.R_tilt = R_tilt;
@@ -175,7 +175,7 @@ void Executor::cancel_tilted_plane() {
   // While the plane was obeyed the tip was what counted, as with RTCP. Otherwise the plane only renamed
   // coordinates.
   if (was_aligned) X_BS = spindle_pose(1, "G69");
-  const MmWords machine = frame().to_machine(to_mm(s_.position));
+  const MachineWords machine = frame().to_machine(to_mm(s_.position));
   s_.tilted = s_.tilted_aligned = false;
   s_.tilt_origin.setZero();
   s_.R_tilt.setIdentity();

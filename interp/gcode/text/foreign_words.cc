@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/letter_case.h"
 #include "interp/gcode/text/expression.h"
 #include "interp/gcode/text/lexer.h"
 
@@ -58,7 +59,7 @@ LetterRun next_run(std::string_view line, std::size_t& i) {
       continue;
     }
     run.at = i;
-    for (; i < line.size() && Lexer::is_letter(line[i]); ++i) run.text += Lexer::lower(line[i]);
+    for (; i < line.size() && Lexer::is_letter(line[i]); ++i) run.text += lower_case(line[i]);
     run.bracket_follows = i < line.size() && line[i] == '[';
     break;
   }

@@ -7,6 +7,8 @@
 #include <string>
 #include <string_view>
 
+#include "core/letter_case.h"
+
 namespace trn {
 
 inline constexpr double kPowersOfTen[] = {1e0, 1e1, 1e2,  1e3,  1e4,  1e5,  1e6,  1e7,
@@ -27,7 +29,7 @@ class Lexer {
   /// Next byte that is not white space, lower case; 0 at the end of the line.
   char peek() {
     while (p_ != end_ && (*p_ == ' ' || *p_ == '\t')) ++p_;
-    return p_ == end_ ? '\0' : lower(*p_);
+    return p_ == end_ ? '\0' : lower_case(*p_);
   }
   void skip() { ++p_; }
   bool accept(char c) {
@@ -56,7 +58,6 @@ class Lexer {
   const char* mark() const { return p_; }
   void back_to(const char* mark) { p_ = mark; }
 
-  static char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; }
   static bool is_digit(char c) { return c >= '0' && c <= '9'; }
   static bool is_letter(char c) { return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z'); }
 

@@ -333,6 +333,8 @@ export interface SerialChain {
   type: "serial";
   tool: ChainAxis[];
   work: ChainAxis[];
+  /** How a tilted head turns the spindle: about this line, as far as it is long; zero without */
+  spindle_turn_rad: Vector;
 }
 
 /** A leg or rail: where it holds the platform, and its other end. */
@@ -365,6 +367,8 @@ export interface Machine {
   axes: string;
   kinematics: Chain;
   joints: JointInfo[];
+  /** Bodies with a drawing of their own: what each moves with (base, table, spindle or a joint). */
+  drawings: string[];
 }
 
 /** A file of the panel's folder of programs. */

@@ -246,6 +246,11 @@ export class Link {
     return answer;
   }
 
+  /** A line of this page's own in the log. */
+  say(text: string) {
+    this.note({ time_us: Date.now() * 1000, kind: "message", text });
+  }
+
   private note(entry: LogEntry) {
     // A refusal comes as the answer and as the machine's message: once is enough.
     const told = this.log.slice(-4).find((other) => Math.abs(other.time_us - entry.time_us) < kSameUs &&

@@ -16,6 +16,8 @@ export interface MachineModel {
   /** Where the gauge point lies in the table frame with every word at zero: the zero of machine coordinates. */
   readonly zero: THREE.Vector3;
   place(motion: Motion): void;
+  /** What a joint of a chain of axes moves; null: none. */
+  ofJoint(joint: number): THREE.Object3D | null;
 }
 
 type Vec = [number, number, number];
@@ -32,7 +34,7 @@ const kEdges = new THREE.LineBasicMaterial({ color: 0x14202b, transparent: true,
 const kEdgeAngle = 35;
 
 /** With its edges, as on a drawing. */
-function edged(mesh: THREE.Mesh): THREE.Mesh {
+export function edged(mesh: THREE.Mesh): THREE.Mesh {
   mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, kEdgeAngle), kEdges));
   return mesh;
 }
@@ -111,6 +113,8 @@ class SerialModel implements MachineModel {
     for (const axis of chain.tool) this.zero.add(vector(axis.offset_mm));
     for (const axis of chain.work) this.zero.sub(vector(axis.offset_mm));
     this.spindle = this.walk(chain.tool, this.root);
+    const turn = vector(chain.spindle_turn_rad);
+    this.spindle.quaternion.setFromAxisAngle(turn.clone().normalize(), turn.length());
     this.table = this.walk(chain.work, this.root);
     this.build();
   }
@@ -126,6 +130,10 @@ class SerialModel implements MachineModel {
     const length = Math.max(top - group.position.z - from, this.unit * 0.2);
     mesh.scale.z = length;
     mesh.position.z = from + length / 2;
+  }
+
+  ofJoint(joint: number) {
+    return this.moved.find((one) => one.joint === joint)?.group ?? null;
   }
 
   private range(joint: number): [number, number] {
@@ -360,6 +368,10 @@ class PlatformModel implements MachineModel {
       if (one.base_mm) this.placeLeg(i, vector(one.base_mm), to);
       else this.placeLink(i, one, to, motion.q_measured[i] ?? 0);
     });
+  }
+
+  ofJoint() {
+    return null;
   }
 
   private placeLeg(i: number, from: THREE.Vector3, to: THREE.Vector3) {

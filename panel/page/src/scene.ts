@@ -5,6 +5,7 @@ import { LineGeometry } from "three/examples/jsm/lines/LineGeometry.js";
 import { LineMaterial } from "three/examples/jsm/lines/LineMaterial.js";
 import { link } from "./link";
 import { kHolder, type MachineModel, makeModel, makeTool } from "./machine_model";
+import { dress } from "./machine_drawings";
 import type { Colouring } from "./plan";
 import { PlanLines } from "./plan_lines";
 
@@ -30,6 +31,7 @@ let toolOf = "";
 function currentModel(): MachineModel | null {
   if (!model && link.machine?.kinematics) {
     model = makeModel(link.machine);
+    void dress(model, link.machine);
     model.spindle.add(tool);
   }
   return model;

@@ -71,6 +71,18 @@ TEST(Assembly, AKeyThatNobodyKnowsIsNamed) {
   EXPECT_NE(refusal(mill() + "\n[no_such_section]\n").find("no_such_section"), std::string::npos);
 }
 
+TEST(Assembly, ADrawingIsOfAPartOfTheMachineAndStopsNoMachine) {
+  const auto drawing = [](const std::string& part) {
+    return "\n[[drawing]]\npart = \"" + part + "\"\nstl = \"nowhere.stl\"\n";
+  };
+  for (const char* part : {"base", "table", "spindle", "Z"})
+    EXPECT_EQ(refusal(mill() + drawing(part)), "") << part;
+  EXPECT_NE(
+      refusal(mill() + drawing("W")).find("'drawing[0].part' must be one of base, table, spindle, X, Y, Z"),
+      std::string::npos)
+      << refusal(mill() + drawing("W"));
+}
+
 TEST(Planner, IsReadWithItsBounds) {
   const auto read = [](const std::string& keys) {
     return read_planner(parse_config("[planner]\n" + keys, "t"));

@@ -8,6 +8,7 @@
 
 #include "app/session/assembly.h"
 #include "app/session/pipeline.h"
+#include "core/frames.h"
 #include "core/motion.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -30,7 +31,7 @@ PlaceRecord second_pass() {
   place.text = "G1 Y10";
   place.gone_mm = 2;
   place.moves = true;
-  place.to << 20, 20, 0, 0, 0, 0;
+  place.to = {{20, 20, 0}, Vec3::Zero()};
   return place;
 }
 

@@ -96,7 +96,7 @@ TEST_F(Steps, TheMachinePositionIsThatOfG53) {
       "G61.1 G21 G90\nG10 L2 P2 X30 Y-20 Z5 R25\nG55\nT1 M6\nG43\nG0 Z100\nG53 G0 X12 Y-7 Z150\nG53 G0 X0 "
       "A-10\n");
   ASSERT_GE(found.size(), 2u);
-  const MmWords& there = found[found.size() - 2].at.machine;
+  const MachineWords& there = found[found.size() - 2].at.machine;
   EXPECT_LT((there.xyz - Vec3(12, -7, 150)).norm(), 1e-6);
   EXPECT_NEAR(found.back().at.machine[kA], -10, 1e-6);
 }

@@ -19,6 +19,8 @@ class Recorder final : public CanEndpoint {
     return static_cast<int>(taken);
   }
   int receive(std::span<CanFrame> frames) TRN_RT override {
+    constexpr int kEnough = 1000;
+    if (++batches < kEnough && floods) return static_cast<int>(frames.size());
     const std::size_t count = std::min(frames.size(), waiting.size());
     std::copy_n(waiting.begin(), count, frames.begin());
     waiting.erase(waiting.begin(), waiting.begin() + static_cast<std::ptrdiff_t>(count));
@@ -36,6 +38,8 @@ class Recorder final : public CanEndpoint {
   }
   std::vector<CanFrame> sent, waiting;
   std::size_t room = 1000;
+  bool floods = false;  // every batch is full
+  int batches = 0;      // that were asked for
   std::int64_t time_ns = 5'000'000'000, confirmed = 0;
 };
 
@@ -138,6 +142,17 @@ TEST(CanMaster, TheLoadIsOfEveryFrameHeardAndSent) {
     master.send();
   }
   EXPECT_NEAR(master.measured_load(), (55 + 65 + 135) * 1e-6 / 0.002, 1e-9);
+}
+
+TEST(CanMaster, ANodeThatBabblesDoesNotHoldUpTheTick) {
+  CanMaster master(config_with_heartbeat(0));
+  Recorder endpoint;
+  master.attach(&endpoint);
+  master.receive();
+  EXPECT_EQ(endpoint.batches, 1) << "nothing is left";
+  endpoint.floods = true;
+  master.receive();
+  EXPECT_EQ(endpoint.batches, 1 + 32);
 }
 
 }  // namespace

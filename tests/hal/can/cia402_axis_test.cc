@@ -114,5 +114,33 @@ TEST_F(Cia402AxisTest, TheFollowingErrorIsToTheSetpointTwoPeriodsBefore) {
   EXPECT_EQ(axis->fault(), Fault::kFollowingError);
 }
 
+TEST_F(Cia402AxisTest, ItStandsWhereTheEncoderStaysWithinACount) {
+  for (int i = 0; i < 10; ++i) {
+    step(kDisabledWord, 5000 + i % 2);
+    EXPECT_FALSE(axis->stands()) << i;
+  }
+  step(kDisabledWord, 5001);
+  EXPECT_TRUE(axis->stands());
+  step(kDisabledWord, 5003);
+  EXPECT_FALSE(axis->stands()) << "two counts in a period";
+}
+
+TEST_F(Cia402AxisTest, WhatNoDriveCanDoInAPeriodIsNoMeasurement) {
+  config.step_max = 0.05;  // mm, 50 counts
+  axis = std::make_unique<Cia402Axis>(config);
+  enable();
+  step(kEnabledWord, 50, 0, true);
+  EXPECT_DOUBLE_EQ(axis->measured(), 0.05);
+  step(kEnabledWord, 101, 0, true);
+  EXPECT_DOUBLE_EQ(axis->measured(), 0.05) << "51 counts";
+  step(kEnabledWord, 60, 0, true);
+  EXPECT_DOUBLE_EQ(axis->measured(), 0.06);
+  for (int i = 0; i < 3; ++i) step(kEnabledWord, 500, 0, true);
+  EXPECT_EQ(axis->fault(), Fault::kOk);
+  EXPECT_DOUBLE_EQ(axis->measured(), 0.06);
+  step(kEnabledWord, 500, 0, true);
+  EXPECT_EQ(axis->fault(), Fault::kFollowingError) << "it really is there";
+}
+
 }  // namespace
 }  // namespace trn

@@ -105,5 +105,19 @@ TEST(DriveUnits, WhatCannotBeKnownIsAskedFor) {
   EXPECT_EQ(refusal(wish("counts/s"), sheet_text({}, factor)), "");
 }
 
+TEST(DriveUnits, AFactorOfOneIsWrittenSoThatItStaysOne) {
+  const std::string factor =
+      record("6096", variable("6096sub1", "7", "rw", "1") + variable("6096sub2", "7", "rw", "1"));
+  int found = 0;
+  for (const DriveUnits::Object& object :
+       drive_units(wish("counts/s"), sheet(sheet_text({}, factor))).objects)
+    if (object.key.index == 0x6096) {
+      EXPECT_EQ(object.value, 1);
+      EXPECT_TRUE(object.written) << to_string(object.key);
+      ++found;
+    }
+  EXPECT_EQ(found, 2);
+}
+
 }  // namespace
 }  // namespace trn

@@ -122,5 +122,15 @@ TEST_F(NodeLinkTest, AnEmergencyIsAWarningAndKeptForTheMessage) {
   EXPECT_EQ(link->shared().emergency.load(), 0x2310) << "the last one that said something";
 }
 
+TEST_F(NodeLinkTest, AnErrorCodeIsToldWhereThereIsOne) {
+  feedback();
+  step();
+  for (int i = 0; i < 5; ++i) step();
+  ASSERT_EQ(link->fault(), Fault::kDriveLost);
+  EXPECT_EQ(link->explain().find("0x603F"), std::string::npos) << link->explain();
+  link->shared().error_code = 0x8611;
+  EXPECT_NE(link->explain().find("error code 0x603F = 0x8611"), std::string::npos) << link->explain();
+}
+
 }  // namespace
 }  // namespace trn

@@ -169,6 +169,13 @@ TEST(NodeSetup, AGuardedNodeIsAskedForItsState) {
   EXPECT_EQ(setup.error(), "");
 }
 
+TEST_F(NodeSetupSteps, ANodeWithAHeartbeatIsNotAskedForItsState) {
+  answer(setup, {0x60, 0x60, 0x60, 0, 0, 0, 0, 0}, 0);
+  EXPECT_EQ(sent(setup).back(), "000#01 05");
+  setup.poll(1000 * kMs);
+  EXPECT_TRUE(sent(setup).empty());
+}
+
 TEST_F(NodeSetupSteps, ABootUpMessageInBetweenIsAnError) {
   setup.receive(heartbeat_frame(5, NmtState::kBootUp), 1);
   EXPECT_TRUE(setup.finished());

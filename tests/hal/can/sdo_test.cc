@@ -55,5 +55,18 @@ TEST(SdoClient, ANodeThatTakesNoSegmentOfABlockIsGivenUp) {
   EXPECT_EQ(blocks, 4) << "the first and three more";
 }
 
+// CiA 301, 7.2.4.3.15: the server's answer has command 0xC0 to 0xC6 and names the object that was asked for.
+TEST(SdoClient, AnAnswerOfAnotherKindOrObjectEndsABlockUpload) {
+  const auto state_after = [](std::initializer_list<std::uint8_t> bytes) {
+    SdoClient client({5, 1'000'000, 1 << 16, 64, true});
+    client.read({0x2000, 0}, 0);
+    client.receive(make_frame(0x585, bytes), 0);
+    return client.state();
+  };
+  EXPECT_EQ(state_after({0xC6, 0x00, 0x20, 0x00, 16, 0, 0, 0}), SdoClient::State::kBusy);
+  EXPECT_EQ(state_after({0x43, 0x00, 0x20, 0x00, 16, 0, 0, 0}), SdoClient::State::kAborted);
+  EXPECT_EQ(state_after({0xC6, 0x01, 0x20, 0x00, 16, 0, 0, 0}), SdoClient::State::kAborted);
+}
+
 }  // namespace
 }  // namespace trn

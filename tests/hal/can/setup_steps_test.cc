@@ -44,10 +44,10 @@ TEST(SetupSteps, TheInterpolationTimeIsExact) {
 }
 
 TEST(SetupSteps, TheInterpolationTimeIsInMillisecondsIfItCanBe) {
-  const auto form = [](double period_s, const std::string& limits = "") {
+  const auto form = [](double period_s, const std::string& limits = "", const std::string& exponents = "") {
     const std::string text = sheet_text({"60C2"}, "[60C2]\nParameterName=Time\nObjectType=0x9\n" +
                                                       variable("60C2sub1", "5", "rw", "1", limits) +
-                                                      variable("60C2sub2", "2", "rw", "-3"));
+                                                      variable("60C2sub2", "2", "rw", "-3", exponents));
     const auto time = interpolation_time(period_s, parse_eds(text, "x.eds", 1));
     return time ? std::vector<int>{time->value, time->exponent} : std::vector<int>{};
   };
@@ -56,6 +56,7 @@ TEST(SetupSteps, TheInterpolationTimeIsInMillisecondsIfItCanBe) {
   EXPECT_EQ(form(0.1), (std::vector<int>{100, -3}));
   EXPECT_EQ(form(0.00025), (std::vector<int>{25, -5}));
   EXPECT_EQ(form(0.01, "HighLimit=5\n"), (std::vector<int>{1, -2}));
+  EXPECT_EQ(form(0.002, "", "HighLimit=-4\n"), (std::vector<int>{20, -4})) << "no milliseconds";
   EXPECT_EQ(form(0.002, "LowLimit=1\nHighLimit=1\n"), (std::vector<int>{})) << "1 ms and nothing else";
   EXPECT_EQ(form(0.0001234), (std::vector<int>{})) << "more digits than eight bits hold";
 }

@@ -36,7 +36,7 @@ TEST(AxisWords, OnlyAnglesChangeBetweenDegreesAndRadians) {
   EXPECT_EQ(words[kY], -2);
   EXPECT_DOUBLE_EQ(words[kA], kPi / 2);
   EXPECT_DOUBLE_EQ(words[kC], -kPi / 4);
-  const MmWords back = in_degrees(words);
+  const MmWords back = in_degrees<MmWords>(words);
   EXPECT_EQ(back.xyz, kPlace.xyz);
   EXPECT_NEAR((back.abc_deg - kPlace.abc_deg).norm(), 0, 1e-12);
 }

@@ -9,7 +9,7 @@ TEST(WorkFrame, OffsetsAddAndReachTheRotaryWords) {
   WorkFrame frame;
   frame.g5x = {{10, 20, 30}, {1, 2, 3}};
   frame.g92 = {{0.5, 0, 0}, {0, 0, 4}};
-  EXPECT_EQ(frame.to_machine({{1, 1, 1}, {5, 5, 5}}), (MmWords{{11.5, 21, 31}, {6, 7, 12}}));
+  EXPECT_EQ(frame.to_machine({{1, 1, 1}, {5, 5, 5}}), (MachineWords{{11.5, 21, 31}, {6, 7, 12}}));
 }
 
 // A quarter turn takes X to Y. G92 acts along the turned axes, G54 along those of the machine.
@@ -18,7 +18,7 @@ TEST(WorkFrame, TheTurnIsAboutTheOriginOfTheWorkOffset) {
   frame.g5x.xyz = {100, 0, 0};
   frame.g92.xyz = {1, 0, 0};
   frame.rotation_deg = 90;
-  const MmWords machine = frame.to_machine({{2, 0, 5}, Vec3::Zero()});
+  const MachineWords machine = frame.to_machine({{2, 0, 5}, Vec3::Zero()});
   EXPECT_LT((machine.xyz - Vec3(100, 3, 5)).norm(), 1e-12);
 }
 

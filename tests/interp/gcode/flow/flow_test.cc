@@ -62,7 +62,7 @@ TEST(Flow, BeginsAtALine) {
   const std::string program =
       "G21 G91 F100\nT2 M6\no1 repeat [2]\n#1=[#1+1]\nG1 X5 Z-1\no1 endrepeat\nG10 L2 P1 Y2\nG1 X#1\nM2\n";
   Interpreter interpreter({s.config, s.parameters, s.tools, nullptr, sink, {}});
-  const MmWords stands{{1, 1, 3}, Vec3::Zero()};
+  const MachineWords stands{{1, 1, 3}, Vec3::Zero()};
   interpreter.open_text(program, "p.ngc", stands);
   sink.text.clear();
   interpreter.begin_at(8, stands);
