@@ -172,7 +172,7 @@ class PauseTest(unittest.TestCase):
             self.assertIn("'hold' it first", shop.client("reverse", "5")[2])
             shop.ask("load", program)
             shop.ask("start")
-            shop.until(lambda s: s["line"] == 9 and shop.joints()[1] > 25)
+            shop.until(lambda s: s["line"] == 9 and shop.motion()[0]["work"][1] > 30)
             shop.ask("hold")
             code, _, err = until_accepted(shop, "reverse", "12", "--wait")
             self.assertEqual(code, 0, err)
