@@ -29,7 +29,7 @@ void open(Interpreter& interpreter, const ProgramStart& start, const MachineJoin
   const Words words = start_words(map, start.q, start);
   const Words began = start.began.size() > 0 ? start_words(map, start.began, start) : words;
   if (start.text)
-    interpreter.open_text(*start.text, start.path, in_degrees<MachineWords>(words),
+    interpreter.open_text(*start.text, start.path, in_degrees<MachineWords>(began),
                           start.kept ? &*start.kept : nullptr);
   else
     interpreter.open(start.path, in_degrees<MachineWords>(began));
