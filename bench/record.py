@@ -5,10 +5,10 @@
   bench/record.py build/release --write 0.2.0       the same, and keeps it in bench/records.json under that name
   bench/record.py build/release --only bench_speed  of one program
 
-Times are told in units of `bench_reference`, a fixed piece of work: that takes the computer out of the figure, roughly.
-Each time is the shortest of some repetitions, so that a busy host does harm only if it is busy all the time. Ticks are
-counted in instructions by callgrind, which no host disturbs. A figure that is worse by more than a tenth (ticks: by more
-than a fiftieth) is marked.
+Times are told in units of `bench_reference`, a fixed piece of work: that takes the computer out of the figure,
+roughly. Each time is the shortest of some repetitions, so that a busy host does harm only if it is busy all the time.
+Ticks are counted in instructions by callgrind, which no host disturbs. A figure that is worse by more than a tenth
+(ticks: by more than a fiftieth) is marked.
 
 Exit codes: 0 nothing is marked, 1 something is, 5 usage.
 """
