@@ -29,6 +29,7 @@
 #include "kernel/rt_messages.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
+#include "tests/support/program_words.h"
 
 namespace trn {
 namespace {
@@ -39,7 +40,7 @@ enum class Mode { kPlanned, kOverride, kHolds, kSingleBlock, kLatePlanner };
 std::string strokes(const Assembly& assembly) {
   std::mt19937_64 rng(1);
   std::uniform_real_distribution<double> u(-1, 1);
-  const unsigned mask = assembly.kinematics->word_mask();
+  const unsigned mask = program_words(assembly);
   std::string program = "G21 G94 G64 P0.02\nG91\n";
   Words at = Words::Zero();
   constexpr int kStrokes = 60;

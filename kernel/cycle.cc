@@ -21,6 +21,7 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       queue_(parts.queue),
       drives_(parts.drives),
       corrections_(parts.corrections),
+      spindle_axis_(parts.spindle_axis),
       commands_(256),
       reports_(config.report_capacity),
       interpolator_(parts.queue, config.X_WB_idle),
@@ -53,7 +54,9 @@ void Cycle::tick() TRN_RT {
   correct_setpoints();
   check_setpoints();
   tell_drives();
+  if (spindle_axis_) spindle_axis_->turn(setpoints_, feed_forward_.on());
   drives_.exchange(setpoints_, feedback_);
+  if (spindle_axis_) spindle_axis_->turn_back(feedback_);
   watch_drives();
   exchange_io();
   watch_safety();

@@ -28,6 +28,7 @@
 #include "kernel/setpoint_chain.h"
 #include "kernel/signal_wires.h"
 #include "kernel/single_block.h"
+#include "kernel/spindle_axis.h"
 #include "kernel/tick_io.h"
 #include "kernel/tick_port.h"
 
@@ -58,6 +59,7 @@ struct CycleParts {
   RatePlans& plans;
   SetpointChain* corrections = nullptr;  ///< null: the plan goes to the drives as it is
   MachineIo* io = nullptr;               ///< null: there are no devices beside the drives
+  SpindleAxis* spindle_axis = nullptr;   ///< null: no joint is a spindle
 };
 
 /// The tick. Read `tick` first: everything that happens in a period stands there in order.
@@ -199,6 +201,7 @@ class Cycle final : public TickPort {
   MotionQueue& queue_;
   Drives& drives_;
   SetpointChain* corrections_;
+  SpindleAxis* spindle_axis_;
   Ring<RtCommand> commands_;
   Ring<CycleReport> reports_;
 

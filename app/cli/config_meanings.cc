@@ -33,9 +33,11 @@ const ChapterMeaning kMachineMeanings = {
               "Whether a rotary joint turns as far as one likes. It has no `min_deg` and `max_deg` then, and "
               "its "
               "drive may count beyond 32 bits."},
-             {"min_mm min_deg", "Lower end of the joint's range; not with `endless`."},
+             {"min_mm min_deg", "Lower end of the joint's range; not with `endless`.",
+              "required without `endless`"},
              {"max_mm max_deg",
-              "Upper end of the range; it must lie above the lower one. Not with `endless`."},
+              "Upper end of the range; it must lie above the lower one. Not with `endless`.",
+              "required without `endless`"},
              {"velocity_mm_s velocity_deg_s",
               "Greatest velocity. Rapid moves reach it where the other limits let them."},
              {"acceleration_mm_s2 acceleration_deg_s2", "Greatest acceleration."},
@@ -256,6 +258,21 @@ const ChapterMeaning kProgramMeanings = {
               "The sub-program that changes the tool; #1 is the new tool, #2 the old one, #3 and #4 "
               "their pockets.",
               "required with `confirm = \"sub-program\"`; else refused"},
+         }},
+        {"A spindle that is an axis",
+         {{"spindle_axis", ""}},
+         "The spindle's drive is a joint of the machine. [gcode.md](gcode.md#a-spindle-that-is-an-axis) "
+         "shows it "
+         "at work. Its greatest speed and its acceleration are those of the joint.",
+         {
+             {"axis", "The word of the spindle's joint, which needs `endless = true`."},
+             {"axis_on",
+              "Words of the program that make an axis of the spindle: it stops, and turns to where the axis "
+              "stands."},
+             {"axis_off", "Words that make a spindle of it again; the program's end does so as well."},
+             {"m3",
+              "Which way the joint turns at M3, clockwise as seen from the spindle. It is `negative` for a "
+              "joint in the tool branch with `direction` [0, 0, 1]."},
          }},
         {"Tangential knife",
          {{"tangential", ""}},

@@ -17,6 +17,7 @@ std::vector<ConfigSpecimen> machine_specimens();
 
 extern const char kFaultScriptSpecimen[];
 extern const char kNetworksSpecimen[];
+extern const char kSpindleAxisSpecimen[];
 /// Parts of a machine's.
 extern const char kSafetySpecimen[], kMotorSpecimen[], kTorqueSpecimen[];
 

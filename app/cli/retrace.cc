@@ -8,7 +8,9 @@ namespace trn {
 
 namespace {
 
+using trunnion::acknowledge_t;
 using trunnion::command_t;
+using trunnion::status_t;
 
 constexpr double kAll_mm = 1e9;
 
@@ -18,21 +20,32 @@ struct Way {
   double sense;
 };
 
+Exit move_along(const ClientOptions& options, double sense) {
+  ClientSession session(options);
+  command_t command = command_of(command_t::JOG);
+  command.frame = command_t::PATH;
+  command.value = sense * options.amount;
+  const acknowledge_t answer = session.client.send(command);
+  const Exit obeyed = exit_of(answer);
+  if (obeyed != Exit::kDone || !options.wait) return obeyed;
+  const auto stands = [&](const status_t& now) {
+    return now.count >= answer.status_count && (now.state != "holding" || now.detour.empty());
+  };
+  const auto status = session.client.wait_status(stands, options.patience_s);
+  return status && status->state == "holding" ? Exit::kDone : Exit::kMachineFault;
+}
+
 void add_way(CLI::App& app, Exit& exit, const Way& way) {
   auto options = std::make_shared<ClientOptions>();
   options->amount = kAll_mm;
   CLI::App& client =
-      add_client(app, exit, options, way.name, way.help, [sense = way.sense](const ClientOptions& chosen) {
-        ClientSession session(chosen);
-        command_t command = command_of(command_t::JOG);
-        command.frame = command_t::PATH;
-        command.value = sense * chosen.amount;
-        return send(session, chosen, command);
-      });
+      add_client(app, exit, options, way.name, way.help,
+                 [sense = way.sense](const ClientOptions& chosen) { return move_along(chosen, sense); });
   client
       .add_option("mm", options->amount,
                   "So much of the path; a degree counts as 1 mm. Default: all there is, until 'hold'")
       ->check(CLI::Range(0.001, kAll_mm));
+  add_wait(client, options);
 }
 
 }  // namespace

@@ -64,6 +64,7 @@ PlaceRecord MachineController::place_now(const ProgramStep& step) {
   place.block_delete = switches.block_delete;
   place.optional_stop = switches.optional_stop;
   place.block_delete_changes = block_delete_changes_;
+  place.began = began_;
   return place;
 }
 

@@ -341,6 +341,7 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   status_.program.clear();
   progress_.begin();
   block_delete_changes_.clear();
+  began_.resize(0);
   const JointVec q = report_.q_plan;
   const auto approach = std::make_shared<std::string>();
   run_job(
@@ -364,6 +365,7 @@ CommandServer::Answer MachineController::load(const std::string& path, const Tic
   progress_.begin();
   from_line_ = 0;
   block_delete_changes_.clear();
+  began_.resize(0);
   const JointVec q = report_.q_plan;
   const auto remark = std::make_shared<std::string>();
   run_job(
@@ -408,6 +410,7 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
         prepared_at_ = q;
         from_line_ = std::max(2U, found->place.line);
         block_delete_changes_ = found->place.block_delete_changes;
+        began_ = found->place.began;
         job_message_ = found->text;
       },
       Job::kLoad);
@@ -418,6 +421,7 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
   const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
   if (!prepared) block_delete_changes_.clear();
+  if (!prepared || began_.size() == 0) began_ = q;
   if (!prepared && from_line_ > 1) {
     machine_event(Event::kMotionDone);
     return refused("the machine has moved since the way to the line was shown; show it again");

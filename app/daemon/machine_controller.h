@@ -197,6 +197,7 @@ class MachineController {
   Noted noted_;                                          ///< what the record of the place was last told
   std::uint32_t from_line_ = 0;                          ///< of the loaded program; 0: from its start
   std::vector<BlockDeleteChange> block_delete_changes_;  ///< since it began
+  JointVec began_;                       ///< where the machine stood then; empty: it has not begun
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished
   std::optional<JointVec> prepared_at_;  ///< where the loaded program, prepared to its start, begins

@@ -99,6 +99,7 @@ std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& 
   start.open = opener();
   start.switches = switches_;
   start.block_delete_changes = place.block_delete_changes;
+  if (place.began.size() == q.size()) start.began = place.began;
   const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
   start.from_line = entry.line;
   start.from_block = entry.block;

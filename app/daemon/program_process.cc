@@ -202,6 +202,7 @@ std::string ProgramProcess::load_place(const PlaceRecord& place, const JointVec&
     program.from_line = starts.line;
     program.from_block = starts.block;
     program.block_delete_changes = place.block_delete_changes;
+    if (place.began.size() == q.size()) program.began = place.began;
     program.switches = switches_;
     start(program);
   });

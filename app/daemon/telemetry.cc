@@ -134,7 +134,8 @@ std::string waits_text(const CycleReport& report, const ProgramStep* step,
   if (report.motion == MotionState::kMoving && report.detour != DetourState::kNone)
     return "the way back to where the program was held";
   const std::string text = waits_in_place(report, step, tool_name);
-  const bool away = report.detour != DetourState::kNone && !text.empty();
+  const bool away =
+      report.detour != DetourState::kNone && report.detour != DetourState::kRetraces && !text.empty();
   return away ? text + "; first it leads back and switches on what the program had on" : text;
 }
 

@@ -10,6 +10,7 @@
 #include "compensation/sensor_board.h"
 #include "core/axes.h"
 #include "core/config.h"
+#include "core/units.h"
 #include "hal/modbus/field_devices.h"
 #include "hal/modbus/modbus_io.h"
 #include "kernel/rate_plan.h"
@@ -72,6 +73,45 @@ void add_rate_plans(Assembly& assembly) {
   assembly.rate_plans = std::make_unique<InlineRatePlans>(assembly.plan_joints, assembly.machine.period_s);
 }
 
+/// The joint that moves alone when the word does, and its way for 1 of the word; -1: there is none.
+std::pair<int, double> joint_of_word(const Kinematics& kinematics, int word) {
+  JointVec q;
+  Words words = Words::Zero();
+  words[word] = 1;
+  if (!kinematics.words_are_joints() || !(kinematics.word_mask() >> word & 1U)) return {-1, 0};
+  if (kinematics.joints_from_words(words, q) != KinStatus::kOk) return {-1, 0};
+  Eigen::Index joint = -1;
+  q.cwiseAbs().maxCoeff(&joint);
+  return {static_cast<int>(joint), q[joint]};
+}
+
+/// The spindle's limits are those of its joint.
+void check_spindle_axis(Assembly& a) {
+  SpindleAxisConfig& axis = a.program.spindle_axis;
+  if (axis.axis < 0) return;
+  const ConfigTable table = a.machine.root.table("spindle_axis");
+  const auto [joint, sense] = joint_of_word(*a.kinematics, axis.axis);
+  if (joint < 0 || !a.machine.joints[static_cast<std::size_t>(joint)].endless)
+    throw table.error(
+        "axis", fmt::format("a spindle turns without an end: the joint of word {} needs 'endless = true'",
+                            kWordLetters[axis.axis]));
+  axis.word_sense = sense;
+  axis.rpm_max = SpindleAxis::kSpeedShare * a.plan_joints[static_cast<std::size_t>(joint)].limit.velocity *
+                 60 / (2 * kPi);
+}
+
+void add_spindle_axis(Assembly& a) {
+  const SpindleAxisConfig& axis = a.program.spindle_axis;
+  if (axis.axis < 0) return;
+  const int joint = joint_of_word(*a.kinematics, axis.axis).first;
+  auto made = std::make_unique<SpindleAxis>(
+      SpindleAxis::Config{joint, a.plan_joints[static_cast<std::size_t>(joint)], axis.sense,
+                          a.machine.period_s, a.drives->feedback_periods()},
+      std::move(a.io));
+  a.spindle_axis = made.get();
+  a.io = std::move(made);
+}
+
 /// Nothing else of the config tells whether the machine has the axis that turns the knife.
 void check_knife(const Assembly& a) {
   const int axis = a.program.tangential.axis;
@@ -108,6 +148,7 @@ Assembly assemble_planning(const ConfigTable& config) {
   a.program = read_program_config(root);
   a.program.switches = read_switches(root, a.program);
   check_knife(a);
+  check_spindle_axis(a);
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its
   // end.
@@ -127,6 +168,7 @@ Assembly assemble(const ConfigTable& config, Field field) {
   a.feed_forward = read_feed_forward(a.machine);
   a.drives = make_drives(a.machine, field);
   add_io(a, field);
+  add_spindle_axis(a);
   a.safety = read_safety_inputs(a.machine);
   a.signals = read_signals(a.machine);
   read_drawings(a.machine);  // the panel's; their keys are known
@@ -146,7 +188,9 @@ JointVec standing_joints(const Assembly& assembly) {
 void set_period(Assembly& assembly, double period_s) {
   assembly.machine.period_s = period_s;
   assembly.drives = make_drives(assembly.machine);
+  assembly.io.reset();
   add_io(assembly, Field::kEmulated);
+  add_spindle_axis(assembly);
   add_corrections(assembly);
   add_rate_plans(assembly);
 }

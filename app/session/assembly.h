@@ -26,6 +26,7 @@
 #include "kernel/joint_map.h"
 #include "kernel/rate_plans.h"
 #include "kernel/safety_inputs.h"
+#include "kernel/spindle_axis.h"
 #include "sim/simulated_screws.h"
 
 namespace trn {
@@ -63,6 +64,7 @@ struct Assembly {
   std::optional<FeedForwardConfig> feed_forward = std::nullopt;  ///< none: no section [feed_forward]
   std::vector<SafetyInputs::Input> safety = {};                  ///< section [safety]
   std::vector<NamedWire> signals = {};                           ///< tables [[signal]]
+  SpindleAxis* spindle_axis = nullptr;  ///< it is `io`; null: no section [spindle_axis]
 };
 
 /// `field`: drives on a field bus are real, or emulated in this process. ConfigError with file, line and

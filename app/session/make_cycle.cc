@@ -25,8 +25,9 @@ Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stop
 
 Cycle make_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,
                  MachineIo* io, RatePlans& plans) {
-  return {cycle_config(assembly, stops),
-          {*assembly.map, queue, drives, plans, assembly.corrections.setpoint.get(), io}};
+  return {
+      cycle_config(assembly, stops),
+      {*assembly.map, queue, drives, plans, assembly.corrections.setpoint.get(), io, assembly.spindle_axis}};
 }
 
 Cycle make_replay_cycle(const Assembly& assembly, MotionQueue& queue, ProgramStops stops, Drives& drives,

@@ -18,19 +18,21 @@ namespace trn {
 
 namespace {
 
-Words start_words(const MachineJointMap& map, const ProgramStart& start) {
+Words start_words(const MachineJointMap& map, const JointVec& q, const ProgramStart& start) {
   Words words = Words::Zero();
-  if (map.words_at(start.q, start.switches.corrections_off, words) != KinStatus::kOk)
+  if (map.words_at(q, start.switches.corrections_off, words) != KinStatus::kOk)
     throw ProgramError("the machine stands where its own position has no axis words; jog it away first");
   return words;
 }
 
-void open(Interpreter& interpreter, const ProgramStart& start, const Words& words) {
+void open(Interpreter& interpreter, const ProgramStart& start, const MachineJointMap& map) {
+  const Words words = start_words(map, start.q, start);
+  const Words began = start.began.size() > 0 ? start_words(map, start.began, start) : words;
   if (start.text)
-    interpreter.open_text(*start.text, start.path, in_degrees<MachineWords>(words),
+    interpreter.open_text(*start.text, start.path, in_degrees<MachineWords>(began),
                           start.kept ? &*start.kept : nullptr);
   else
-    interpreter.open(start.path, in_degrees<MachineWords>(words));
+    interpreter.open(start.path, in_degrees<MachineWords>(began));
   if (start.from_block > 1)
     interpreter.begin_at_block(start.from_block, start.from_line, in_degrees<MachineWords>(words));
   else if (start.from_line > 1)
@@ -188,7 +190,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
           dry_run_ ? static_cast<MoveSink&>(*dry_run_) : geometry_, assembly, std::move(observers.move),
           step_recorder(observers.steps),
           [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
-      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start),
+      lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start.q, start),
                 start.switches.corrections_off),
       messages_(std::make_unique<MessageTap>(lowering_, observers)),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), *messages_,
@@ -197,7 +199,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       tools_(tools),
       line_done_(std::move(observers.line_done)) {
   const CheckScope checks(failed_check_);
-  open(interpreter_, start, start_words(*assembly.map, start));
+  open(interpreter_, start, *assembly.map);
   if (start.from_line <= 1 && start.from_block <= 1) return;
   if (line_done_) line_done_(true);
   if (interpreter_.waiting()) finish_stages();
@@ -319,10 +321,10 @@ ProgramReader::ProgramReader(const Assembly& assembly, Parameters& parameters, T
                              const ProgramStart& start, MoveSink& sink)
     : name_(start.path),
       program_(config_for(assembly.program, start)),
-      lowering_(program_, assembly.kinematics.get(), sink, start_words(*assembly.map, start),
+      lowering_(program_, assembly.kinematics.get(), sink, start_words(*assembly.map, start.q, start),
                 start.switches.corrections_off),
       interpreter_({program_, parameters, tools, assembly.kinematics.get(), lowering_, {}, true, true}) {
-  open(interpreter_, start, start_words(*assembly.map, start));
+  open(interpreter_, start, *assembly.map);
 }
 
 bool ProgramReader::step() {
@@ -361,7 +363,7 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
                              const ProgramStart& start, const std::function<void(std::uint32_t)>& progress,
                              const std::atomic<bool>* given_up) {
   const ProgramConfig program = config_for(assembly.program, start);
-  const Words words = start_words(*assembly.map, start);
+  const Words words = start_words(*assembly.map, start.q, start);
   const Interpreter* reader = nullptr;
   RangeCheck range_check(assembly, [&](const RefusedMove& refused) {
     throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
@@ -373,7 +375,7 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   CheckFailure failed;
   const CheckScope checks(failed);
   try {
-    open(interpreter, start, words);
+    open(interpreter, start, *assembly.map);
     const auto put_tool_in = [&] {
       while (interpreter.asks_for_tool()) interpreter.answer({});
     };

@@ -61,6 +61,8 @@ struct ProgramStart {
   ProgramSwitches switches = {};
   bool ends_round = false;       ///< as InterpreterParts
   std::uint64_t from_block = 0;  ///< as from_line, by the number of blocks run (ProgramStep::block); 0: not
+  /// Where they stood when the program ran before, for what it does in relation to that; empty: at q.
+  JointVec began = {};
   /// As ProgramConfig has them: what the operator switches while the program runs, or did when it ran before.
   std::vector<BlockDeleteChange> block_delete_changes = {};
 };

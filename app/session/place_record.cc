@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/session/block_delete_json.h"
+#include "core/axes.h"
 #include "core/motion.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/g_code.h"
@@ -100,6 +101,13 @@ void each_field(Record& place, const Use& use) {
   use("block_delete", place.block_delete);
   use("optional_stop", place.optional_stop);
   use("block_delete_changes", place.block_delete_changes);
+  use("began", place.began);
+}
+
+JointVec joints_from(const std::vector<double>& numbers, const std::string& name) {
+  if (numbers.size() > static_cast<std::size_t>(kMaxJoints))
+    throw ProgramError(fmt::format("{}: no record of a place: too many joints", name));
+  return Eigen::Map<const Eigen::VectorXd>(numbers.data(), static_cast<Eigen::Index>(numbers.size()));
 }
 
 }  // namespace
@@ -111,6 +119,8 @@ std::string place_file_text(const PlaceRecord& place) {
       for (int i = kX; i <= kC; ++i) json[key].push_back(value[i]);
     else if constexpr (std::is_same_v<decltype(value), const std::vector<BlockDeleteChange>&>)
       json[key] = changes_json(value);
+    else if constexpr (std::is_same_v<decltype(value), const JointVec&>)
+      json[key] = std::vector<double>(value.begin(), value.end());
     else
       json[key] = value;
   });
@@ -128,6 +138,8 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
         for (int i = kX; i <= kC; ++i) value[i] = words[static_cast<std::size_t>(i)];
       } else if constexpr (std::is_same_v<decltype(value), std::vector<BlockDeleteChange>&>) {
         if (json.contains(key)) value = changes_from(json.at(key));
+      } else if constexpr (std::is_same_v<decltype(value), JointVec&>) {
+        value = joints_from(json.value(key, std::vector<double>()), name);
       } else {
         json.at(key).get_to(value);
       }

@@ -35,6 +35,7 @@ struct PlaceRecord {
   std::string work;           ///< the tip in the program's coordinates, for people
   bool block_delete = false;  ///< ProgramSwitches
   bool optional_stop = true;  ///< the same
+  JointVec began;             ///< where the machine stood when the program was started, mm or rad
   /// How the block delete was switched while the program ran; the first: how it began. Empty: it was not.
   std::vector<BlockDeleteChange> block_delete_changes;
 };

@@ -109,6 +109,8 @@ std::string foreign_part(const SessionEntry& entry, const Assembly& assembly) {
   const int most = of_joint ? joints : of_chain ? assembly.corrections.setpoint->size() : 1;
   const int least = command.kind == RtCommand::Kind::kHome ? -1 : 0;
   const bool place = entry.kind == Kind::kProgram || entry.kind == Kind::kStands;
+  if (entry.program.began.size() > 0 && !is_place(entry.program.began))
+    return fmt::format("a beginning of {} joints", entry.program.began.size());
   if (entry.kind == Kind::kStands && !is_place(entry.q_measured))
     return fmt::format("a place of {} joints", entry.q_measured.size());
   if (place && !is_place(entry.program.q)) return fmt::format("a place of {} joints", entry.program.q.size());

@@ -93,6 +93,7 @@ Json to_json(const SessionEntry& entry) {
     json["block_delete"] = entry.program.switches.block_delete;
     json["optional_stop"] = entry.program.switches.optional_stop;
     json["dry_run"] = entry.program.switches.dry_run;
+    if (entry.program.began.size() > 0) json["began"] = numbers(entry.program.began);
     if (!entry.program.block_delete_changes.empty())
       json["block_delete_changes"] = changes_json(entry.program.block_delete_changes);
   }
@@ -155,6 +156,7 @@ SessionEntry from_json(const Json& json) {
     entry.program.switches.block_delete = json.value("block_delete", false);
     entry.program.switches.optional_stop = json.value("optional_stop", true);
     entry.program.switches.dry_run = json.value("dry_run", false);
+    if (json.contains("began")) entry.program.began = joints(json.at("began"));
     if (json.contains("block_delete_changes"))
       entry.program.block_delete_changes = changes_from(json.at("block_delete_changes"));
   }

@@ -58,6 +58,7 @@ std::string active_codes(const Settings& settings, GCode cutter_comp) {
   put(cutter_comp);
   if (settings.g92_active) put(92_g);
   if (settings.tilted) put(68.2_g);
+  if (settings.spindle_is_axis) text += "SPINDLE-AXIS ";
   if (settings.knife) text += "TANGON ";
   put(m.css ? 96_g : 97_g);
   if (m.diameter) put(7_g);

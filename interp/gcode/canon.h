@@ -216,6 +216,11 @@ struct SetTiltedPlane {
 struct SetOrientationPath {
   bool great_circle;
 };
+/// At rest: the spindle's drive is an axis, which stands at `deg` then, clockwise; or a spindle again.
+struct SetSpindleAxis {
+  bool on;
+  double deg = 0;
+};
 struct UserM {
   int code;
   double p, q;
@@ -232,7 +237,7 @@ using CanonCommand =
                  canon::WaitOrient, canon::SelectTool, canon::ChangeTool, canon::ChangeToolNumber,
                  canon::SetToolTableEntry, canon::StartFeedSync, canon::SetOutputBit, canon::SetOutputValue,
                  canon::WaitInput, canon::Message, canon::Comment, canon::Print, canon::Log, canon::SetRtcp,
-                 canon::SetTiltedPlane, canon::SetOrientationPath, canon::UserM>;
+                 canon::SetTiltedPlane, canon::SetOrientationPath, canon::SetSpindleAxis, canon::UserM>;
 
 /// Receives the canonical functions in program order; `line` is 1-based, 0 before the program. Text is only
 /// valid during the call.

@@ -181,6 +181,9 @@ struct Print {
   void operator()(const canon::SetOrientationPath& c) const {
     add(out, "SET_ORIENTATION_PATH({})", c.great_circle ? "GREAT_CIRCLE" : "AXES");
   }
+  void operator()(const canon::SetSpindleAxis& c) const {
+    c.on ? add(out, "SET_SPINDLE_AXIS(ON, {:.4f})", c.deg) : add(out, "SET_SPINDLE_AXIS(OFF)");
+  }
   void operator()(const canon::UserM& c) const {
     add(out, "USER_DEFINED_FUNCTION({}, {:.6f}, {:.6f})", c.code, c.p, c.q);
   }

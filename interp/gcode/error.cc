@@ -122,6 +122,7 @@ constexpr std::array<Row, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErr
     {GcodeErrorCode::kKnife,
      {"tangential_knife", "{} is not possible while the knife follows the path{}", "TANGOF first"}},
     {GcodeErrorCode::kKnifeStart, {"tangential_knife_start", "{}: {}", ""}},
+    {GcodeErrorCode::kSpindleAxis, {"spindle_axis", "{}: {}", ""}},
 
     {GcodeErrorCode::kFlowSyntax, {"flow_syntax", "bad O-word: {}: {}", ""}},
     {GcodeErrorCode::kFlowUnmatched,

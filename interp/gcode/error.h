@@ -72,6 +72,7 @@ enum class GcodeErrorCode : std::uint8_t {
   kTiltedPlane,
   kKnife,
   kKnifeStart,
+  kSpindleAxis,
   kFlowSyntax,
   kFlowUnmatched,
   kFlowNoEnd,

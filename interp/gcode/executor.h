@@ -299,6 +299,11 @@ class Executor : public StateValues {
   void comp_move(const Block& b, const CanonCommand& command);
   void flush_comp();
 
+  // spindle_axis.cc
+  void switch_spindle_axis(bool on);
+  void check_spindle_axis(const Block& b, GCode motion, bool before) const;
+  std::string spindle_axis_word(WordAction action) const;
+
   // knife.cc: tangential control
   void switch_knife(bool on, std::uint32_t column, std::string_view word);
   void check_knife(const Block& b, GCode motion) const;

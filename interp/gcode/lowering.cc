@@ -481,6 +481,9 @@ struct Lowering::Visit {
     low.rtcp_ = c.on;
     low.moved_frame(c.to);
   }
+  void operator()(const canon::SetSpindleAxis& c) const {
+    c.on ? low.event(QueueEvent::Kind::kSpindleOrient, c.deg) : low.event(QueueEvent::Kind::kSpindle, 0);
+  }
   void operator()(const canon::SetOrientationPath& c) const { low.great_circle_ = c.great_circle; }
   void operator()(const canon::SetTiltedPlane& c) const {
     low.frame_.tilted = c.on;

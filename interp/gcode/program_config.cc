@@ -150,6 +150,15 @@ void read_tangential(const ConfigTable& table, ProgramConfig& config) {
   read_words(table, "off", {"TANGOF"}, WordAction::kKnifeOff, config.words);
 }
 
+void read_spindle_axis(const ConfigTable& table, ProgramConfig& config) {
+  SpindleAxisConfig& out = config.spindle_axis;
+  out.axis = kA + static_cast<int>(table.choice("axis", {"A", "B", "C"}, "C")[0] - 'A');
+  out.sense = table.choice("m3", {"negative", "positive"}, "negative") == "positive" ? 1 : -1;
+  read_words(table, "axis_on", {"M154"}, WordAction::kSpindleIsAxis, config.words);
+  read_words(table, "axis_off", {"M155"}, WordAction::kAxisIsSpindle, config.words);
+  config.spindle_encoder = true;
+}
+
 // A key that belongs to another answer of `confirm` is a mistake.
 void read_tool_change(const ConfigTable& root, ProgramConfig& config) {
   const auto table = root.table_if("tool_change");
@@ -247,6 +256,7 @@ ProgramConfig read_program_config(const ConfigTable& root) {
   read_tool_change(root, config);
   if (const auto program = root.table_if("program")) read_program(*program, config);
   if (const auto tangential = root.table_if("tangential")) read_tangential(*tangential, config);
+  if (const auto spindle = root.table_if("spindle_axis")) read_spindle_axis(*spindle, config);
   return config;
 }
 

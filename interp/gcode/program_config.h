@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -24,6 +25,8 @@ enum class WordAction : std::uint8_t {
   kAxisPath,
   kKnifeOn,
   kKnifeOff,
+  kSpindleIsAxis,
+  kAxisIsSpindle,
   kIgnore
 };
 
@@ -59,6 +62,14 @@ struct UserCode {
   std::string call;  ///< or ""
   int output = -1;   ///< or -1
   bool on = true;
+};
+
+/// [spindle_axis]: the spindle's drive is a joint of the machine.
+struct SpindleAxisConfig {
+  int axis = -1;                                             ///< kA..kC: its word; -1: there is none
+  double sense = -1;                                         ///< 1: M3 turns its joint positively
+  double word_sense = 1;                                     ///< joint = word_sense * word
+  double rpm_max = std::numeric_limits<double>::infinity();  ///< of its joint
 };
 
 /// What becomes of a gouge of a compensated contour.
@@ -111,6 +122,7 @@ struct ProgramConfig {
                                    {"oriaxes", -1, WordAction::kAxisPath},
                                    {"cycle832", -1, WordAction::kIgnore}};
   TangentialConfig tangential;
+  SpindleAxisConfig spindle_axis;
   std::vector<UserCode> user_m;
   std::vector<SwitchCode> switches;           ///< from the sections of the corrections, not from [program]
   std::vector<std::string> sub_path = {"."};  ///< folders of sub-program files, beside the program's own
@@ -127,7 +139,7 @@ const SwitchCode* find_switch(const ProgramConfig& config, int code);
 /// Reads an M code "M421" that nothing else in `config` uses; ConfigError if there is no such.
 int read_free_m(const ConfigTable& table, std::string_view key, const ProgramConfig& config);
 
-/// Reads [program], [tool_change] and [tangential]; ConfigError with file, line and column.
+/// Reads [program], [tool_change], [tangential] and [spindle_axis]; ConfigError with file, line and column.
 ProgramConfig read_program_config(const ConfigTable& root);
 
 }  // namespace trn

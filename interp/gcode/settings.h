@@ -64,8 +64,9 @@ struct Settings {
   CycleWords cycle;
   std::int32_t switched_on = 0, switched_off = 0;  ///< corrections that the program has switched, as bits
   bool rtcp = false;
-  bool tool_vector = false;  ///< G43.5
-  bool knife = false;        ///< the tangential knife follows the path
+  bool tool_vector = false;      ///< G43.5
+  bool spindle_is_axis = false;  ///< M154
+  bool knife = false;            ///< the tangential knife follows the path
   bool tilted = false, tilted_aligned = false;
   Vec3 tilt_origin = Vec3::Zero();
   Mat3 R_tilt = Mat3::Identity();

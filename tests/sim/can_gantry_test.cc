@@ -6,6 +6,7 @@
 #include <string>
 #include <utility>
 
+#include "core/axes.h"
 #include "core/config.h"
 #include "core/fault.h"
 #include "core/ports.h"
@@ -64,6 +65,29 @@ TEST(Gantry, HomesSquareAndStaysSquare) {
   std::printf(
       "gantry: %.3f mm askew at power-on; squared %.4f mm standing, %.4f mm at 200 mm/s and its ramps\n",
       before, standing, moving);
+}
+
+// Feed-forward of the joint: each motor goes as fast as the joint and takes half of its force, in its own
+// sense.
+TEST(Gantry, EachMotorTakesItsShareOfTheForce) {
+  GantryField field({{"counts_per_mm = 10000", "counts_per_mm = 10000\nrated_force_N = 1000.0"},
+                     {"period_s = 0.002", "period_s = 0.004"},
+                     {"[planner]",
+                      "[feed_forward]\n[[feed_forward.joint]]\njoint = \"Y\"\ninertia_kg = 300.0\n\n"
+                      "[planner]"}});
+  field.start();
+  field.home();
+  field.setpoints.velocity_offset = field.setpoints.force_offset = JointVec::Zero(3);
+  field.setpoints.qd[kY] = field.setpoints.velocity_offset[kY] = 50;
+  field.setpoints.force_offset[kY] = 600;
+  field.run(10);
+  const auto told = [&](int node, std::uint16_t index) {
+    return field.node(node).store().integer({index, 0});
+  };
+  EXPECT_EQ(told(kLeft, 0x60B2), 300);    // thousandths of 1000 N
+  EXPECT_EQ(told(kRight, 0x60B2), -300);  // this motor turns the other way
+  EXPECT_EQ(told(kLeft, 0x60B1), 500000);
+  EXPECT_EQ(told(kRight, 0x60B1), -500000);
 }
 
 // Without square_mm the gantry is drawn to the switches as they stand: the config's figure is what squares

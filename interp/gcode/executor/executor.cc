@@ -309,6 +309,7 @@ bool Executor::execute(const Block& b) {
   // What can be refused without knowing the machine is refused here, before anything of the block is done.
   check_words(b, motion);
   if (s_.knife) check_knife(b, motion);
+  if (parts_.config.spindle_axis.axis >= 0) check_spindle_axis(b, motion, true);
   if (only_sets_mode(b)) check_open_curve(b, b.code(GGroup::kMotion));
   if (b.parsed->comment_kind != CommentKind::kNone) comment(b);
   if (b.any_g) {
@@ -337,6 +338,7 @@ bool Executor::execute_rest(const Block& b) {
   if (b.any_m) m_codes(b);
   if (!b.parsed->keywords.empty()) keywords(b);
   if (s_.knife) check_knife(b, motion);
+  if (parts_.config.spindle_axis.axis >= 0) check_spindle_axis(b, motion, false);
   if (b.any_g) g_codes(b);
   if (motion != kNoGCode) motion_code(b, motion);
   if (only_sets_mode(b)) s_.motion = b.code(GGroup::kMotion);

@@ -10,6 +10,7 @@
 #include "interp/gcode/executor.h"
 #include "interp/gcode/g_code.h"
 #include "interp/gcode/modal.h"
+#include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
 #include "interp/gcode/text/block.h"
 
@@ -87,6 +88,10 @@ void Executor::switch_knife(bool on, std::uint32_t column, std::string_view word
     return;
   }
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, word);
+  if (axis == parts_.config.spindle_axis.axis && !s_.spindle_is_axis)
+    fail(GcodeErrorCode::kKnifeStart, column, word,
+         fmt::format("{} is a spindle now; {} makes an axis of it", kWordLetters[axis],
+                     spindle_axis_word(WordAction::kSpindleIsAxis)));
   if (s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, word, "G69 first");
   if (s_.modal.plane != Plane::kXY) fail(GcodeErrorCode::kPlane, column, word, "G18 or G19", "G17");
   if (s_.modal.feed_mode == FeedMode::kInverseTime)

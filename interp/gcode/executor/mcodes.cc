@@ -82,6 +82,7 @@ void Executor::tool_change(const Block& b) {
 }
 
 void Executor::start_spindle(SpindleTurn turn) {
+  if (s_.spindle_is_axis) switch_spindle_axis(false);  // what M72 and --from bring back
   s_.modal.turn = turn;
   put(canon::StartSpindle{turn == SpindleTurn::kClockwise});
 }
@@ -343,6 +344,7 @@ void Executor::resume(const Settings& kept) {
   if (kept.tilted_aligned) obey_plane(1);
   if (kept.rtcp) set_rtcp(true, kept.tool_offset, 1, "G43.4");
   s_.tool_vector = kept.tool_vector;
+  if (kept.spindle_is_axis) switch_spindle_axis(true);
 }
 
 // In machine coordinates, before the tool, the frame or the tilt of the program changes anything.
@@ -420,6 +422,10 @@ void Executor::keywords(const Block& b) {
       return set_great_circle(word.action == WordAction::kGreatCircle);
     if (word.action == WordAction::kKnifeOn || word.action == WordAction::kKnifeOff)
       return switch_knife(word.action == WordAction::kKnifeOn, column, word.text);
+    if (word.action == WordAction::kSpindleIsAxis || word.action == WordAction::kAxisIsSpindle) {
+      if (s_.knife) fail(GcodeErrorCode::kKnife, column, word.text, "");
+      return switch_spindle_axis(word.action == WordAction::kSpindleIsAxis);
+    }
     if (word.action != WordAction::kIgnore && s_.knife) fail(GcodeErrorCode::kKnife, column, word.text, "");
     if (word.action != WordAction::kIgnore)
       return set_rtcp(word.action == WordAction::kRtcpOn, s_.tool_offset, column, word.text);
@@ -469,6 +475,7 @@ void Executor::reset_at_end() {
   // RTCP and the plane go first: the work offset below is changed in plain machine coordinates.
   if (s_.rtcp) set_rtcp(false, s_.tool_offset, 1, "M2");
   if (s_.tilted) cancel_tilted_plane();
+  if (s_.spindle_is_axis) switch_spindle_axis(false);
   ModalState& m = s_.modal;
   keep_machine([&] { load_system(1); });
   put_system(false);

@@ -45,7 +45,7 @@ export function Actions() {
     hold: canHold(status),
     stop: ["running", "holding", "jogging", "homing"].includes(state),
     start: mine && state === "idle" && !!status && isProgram(status.program),
-    resume: mine && state === "holding" && status?.detour !== "jogs",
+    resume: mine && state === "holding" && !["jogs", "retraces"].includes(status?.detour ?? ""),
     reset: mine && (state === "fault" || state === "estop"),
   };
   const button = (verb: Verb, text: string, extra = "") => (

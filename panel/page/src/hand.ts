@@ -41,7 +41,7 @@ let held = false;
 function rest(answer: Answer): Promise<void> {
   return new Promise((resolve) => {
     const rests = (status: Status) => ["idle", "fault", "estop"].includes(status.state) ||
-      (isHeld(status) && status.detour !== "jogs");
+      (isHeld(status) && !["jogs", "retraces"].includes(status.detour));
     // A status from before the move, at rest as well, may still be on the way.
     const ended = () => !link.connected ||
       (!!link.status && link.status.count >= (answer.status_count ?? 0) && rests(link.status));

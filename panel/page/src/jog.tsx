@@ -37,6 +37,7 @@ const kDetours: Record<Status["detour"], string> = {
   jogs: "Moves away from the held program. Hold ends that.",
   away: "Away from the held program. Resume leads back the same way, then goes on.",
   returns: "On the way back to the held program. Hold stops that.",
+  retraces: "Moves along the path of the held program. Hold stops that.",
 };
 
 export function Jog() {

@@ -78,13 +78,17 @@ function beam(part: Part, h: number, along: [number, number], across: [number, n
   return box(part, size, at);
 }
 
-function motorSpindle(unit: number): THREE.Group {
-  const group = new THREE.Group();
-  group.add(round("spindle", unit * 0.36, unit * 1.5, kZ, new THREE.Vector3(0, 0, unit * 0.95)));
+function spindleNose(unit: number): THREE.Mesh {
   const nose = new THREE.Mesh(new THREE.CylinderGeometry(unit * 0.3, unit * 0.17, unit * 0.22, 40), kParts.rail);
   nose.rotation.x = Math.PI / 2;
   nose.position.z = unit * 0.1;
-  group.add(nose);
+  return nose;
+}
+
+function motorSpindle(unit: number): THREE.Group {
+  const group = new THREE.Group();
+  group.add(round("spindle", unit * 0.36, unit * 1.5, kZ, new THREE.Vector3(0, 0, unit * 0.95)));
+  group.add(spindleNose(unit));
   return group;
 }
 
@@ -234,6 +238,10 @@ class SerialModel implements MachineModel {
   // Rotary axes above the spindle: a turret, and a fork that swivels the spindle.
   private addHead(turns: ReturnType<SerialModel["find"]>) {
     const u = this.unit;
+    if (!turns.length && vector(this.chain.spindle_turn_rad).length() > 0) {
+      this.addAngleHead();
+      return;
+    }
     if (!turns.length) {
       this.spindle.add(motorSpindle(u));
       return;
@@ -257,6 +265,26 @@ class SerialModel implements MachineModel {
       group.add(round("spindle", u * 0.44, u * 1, direction));
     }
     this.spindle.add(motorSpindle(u));
+  }
+
+  // A head that bends: from the ram's end along its fixed ways to the nose.
+  private addAngleHead() {
+    const u = this.unit, { tool } = this.chain;
+    const last = tool.map((axis) => axis.joint >= 0).lastIndexOf(true);
+    const carrier = this.moved.find((one) => one.joint === tool[last]?.joint)?.group ?? this.root;
+    let from = new THREE.Vector3(0, 0, u * 1.4);
+    const to = new THREE.Vector3();
+    for (const axis of tool.slice(last + 1)) {
+      to.add(vector(axis.offset_mm));
+      const way = to.clone().sub(from);
+      if (way.length() === 0) continue;
+      carrier.add(round("spindle", u * 0.34, way.length(), way, from.clone().addScaledVector(way, 0.5)));
+      const knee = new THREE.Mesh(new THREE.SphereGeometry(u * 0.34, 32, 16), kParts.spindle);
+      knee.position.copy(from);
+      carrier.add(knee);
+      from = to.clone();
+    }
+    this.spindle.add(spindleNose(u));
   }
 
   private buildWork(below: ReturnType<SerialModel["find"]>, tables: ReturnType<SerialModel["find"]>, bed: number) {

@@ -70,7 +70,8 @@ export const isHeld = (status: Status) => status.state === "holding" && status.p
 
 /** Something moves that a hold ends. */
 export const canHold = (status: Status | null) =>
-  !!status && (["running", "jogging", "homing"].includes(status.state) || (isHeld(status) && status.detour === "jogs"));
+  !!status && (["running", "jogging", "homing"].includes(status.state) || 
+    (isHeld(status) && ["jogs", "retraces"].includes(status.detour)));
 
 /** As a clock shows it: 1:05, 1:02:03. */
 export function durationText(seconds: number): string {
@@ -98,6 +99,7 @@ export function sentence(status: Status): string {
       return name === "mdi" ? "Works on the line that was typed." : `Works on ${name}, line ${status.line}.`;
     case "holding":
       if (status.detour === "jogs") return "Moves away from the program that is held.";
+      if (status.detour === "retraces") return "Moves along the path of the program that is held.";
       return "The motion stands. Resume goes on, Stop ends the program.";
     case "idle":
       if (unhomed.length) return `Not homed: ${unhomed.join(", ")}. Home the machine first.`;

@@ -159,6 +159,50 @@ class PauseTest(unittest.TestCase):
             refused("has come to its end")
 
 
+    def test_a_held_program_goes_back_along_its_path_and_on_from_there(self):
+        with Shop() as shop:
+            record, log, again, plain = (os.path.join(shop.folder.name, name)
+                                         for name in ("record.csv", "log", "again.csv", "plain.csv"))
+            program = shop.write("part.ngc", PASSES)
+            run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", plain],
+                                 text=True, capture_output=True)
+            self.assertEqual(run.returncode, 0, run.stderr)
+            truth = places(plain, 5)
+            shop.start("--record", record, "--log", log)
+            self.assertIn("'hold' it first", shop.client("reverse", "5")[2])
+            shop.ask("load", program)
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 9 and shop.motion()[0]["work"][1] > 30)
+            shop.ask("hold")
+            code, _, err = until_accepted(shop, "reverse", "12", "--wait")
+            self.assertEqual(code, 0, err)
+            self.assertIn("goes on from here, 12.0 mm behind the place of the hold", shop.status()["waits_for"])
+            self.assertLess(distance_from(shop.joints(), truth), 0.002)
+            back = shop.joints()
+            shop.ask("forward", "--wait")
+            status = shop.status()
+            self.assertIn("there is no more path that way", status["waits_for"])
+            self.assertEqual((status["line"], status["block"]), (9, "G2 X20 Y40 I-20"))
+            held = shop.joints()
+            self.assertGreater(max(abs(a - b) for a, b in zip(held, back)), 5)
+            shop.ask("reverse")
+            shop.until(lambda s: s["detour"] == "retraces" and s["override_now"] < -0.1)
+            self.assertIn("moves along its path already", shop.client("reverse", "1")[2])
+            shop.ask("hold")
+            shop.until(lambda s: s["detour"] == "")
+            shop.ask("jog", "Z", "5", "--wait")
+            self.assertIn("away from the path", shop.client("reverse", "1")[2])
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.end(), 0)
+            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            first, second = (moving_xyz(rows(path)) for path in (record, again))
+            self.assertGreater(len(first), 1000)
+            self.assertEqual(first[:len(second)], second[:len(first)], "the replay goes back, too")
+            off = [q for q in places(record, 4) if distance_from(q, truth) > 0.002]
+            self.assertLess(max(abs(q[0] - off[0][0]) + abs(q[1] - off[0][1]) for q in off), 0.01, "the jog of Z alone")
+
     def test_block_delete_acts_on_what_is_not_read_yet(self):
         """At a program stop that is the next line; in motion, what the answer says."""
         way = "".join(f"G1 X{20 + 40 * (i % 2)} F3000\n/G1 Y{i % 2}\n" for i in range(30))

@@ -82,9 +82,11 @@ TEST_F(Places, TheFileHasAllOfIt) {
   place.block_delete = true;
   place.optional_stop = false;
   place.block_delete_changes = {{0, false}, {17, true}};
+  place.began = JointVec::Constant(3, 1.25);
   const std::string text = place_file_text(place);
   EXPECT_EQ(place_file_text(parse_place(text, "m.place")), text);
   EXPECT_EQ(parse_place(text, "m.place").block_delete_changes, place.block_delete_changes);
+  EXPECT_EQ(parse_place(text, "m.place").began, place.began);
   EXPECT_THROW(parse_place(text.substr(0, text.size() / 2), "m.place"), ProgramError);
   EXPECT_THROW(parse_place("{}", "m.place"), ProgramError);
 }
@@ -97,6 +99,26 @@ TEST_F(Places, ALineThatIsFarEnoughBeforeIsFound) {
   EXPECT_EQ(entry(second_pass(), 12).block, 4u);
   EXPECT_EQ(entry(second_pass(), 12.5).block, 3u) << "in the pass before";
   EXPECT_EQ(entry(second_pass(), 1000).block, 1u);
+}
+
+// The loop counts on from where it began: the machine stands elsewhere by now.
+TEST_F(Places, AProgramThatCountsOnFromItsBeginningIsGoneThroughFromThere) {
+  ProgramStart from = start(kLoop);
+  from.q << 5, 9, 0;
+  EXPECT_THROW(find_entry(assembly_, parameters_, tools_, from, second_pass(), 1), ProgramError);
+  from.began = JointVec::Zero(3);
+  EXPECT_EQ(find_entry(assembly_, parameters_, tools_, from, second_pass(), 1).block, 5U);
+  from.from_block = 5;
+  from.from_line = 4;
+  std::vector<Words> here;
+  PipelineObservers observers;
+  observers.move = [&](const ProgramMove& move) { here.push_back(move.to); };
+  Pipeline pipeline(assembly_, parameters_, tools_, from, observers);
+  MotionBlock block;
+  while (pipeline.next(block)) {
+  }
+  ASSERT_FALSE(here.empty());
+  EXPECT_NEAR((here.back() - ends(5).back()).norm(), 0, 1e-9);
 }
 
 TEST_F(Places, TheAnswerSaysHowMuchIsDrivenAgain) {

@@ -19,6 +19,7 @@
 #include "kernel/rt_messages.h"
 #include "tests/kernel/planned_motion.h"
 #include "tests/support/paths.h"
+#include "tests/support/program_words.h"
 
 // The operator at any tick: overrides of feed and rapid, adaptive feed, hold, resume, single block, stop, and
 // a planner that is late, or a rate planner. The joints are judged twice by a judge that shares no code with
@@ -41,7 +42,7 @@ std::string seeded_program(const Assembly& assembly, std::uint64_t seed) {
   const bool tilts = assembly.kinematics->joint_count() == 5 && assembly.machine.name.rfind("cradle", 0) == 0;
   if (tilts && u(rng) < 0.2) program += "M428\n";
   program += "G91\n";
-  const unsigned mask = assembly.kinematics->word_mask();
+  const unsigned mask = program_words(assembly);
   const char* kWords[] = {"M49\n",    "M48\n",    "M50 P0\n",   "M50 P1\n", "M53 P0\n",    "M53 P1\n",
                           "M52 P1\n", "M52 P0\n", "G4 P0.03\n", "G61.1\n",  "G64 P0.02\n", "M3 S900\n"};
   std::uniform_int_distribution<std::size_t> word(0, std::size(kWords) - 1);

@@ -238,6 +238,9 @@ TEST(Errors, EveryClassIsReached) {
                                      std::string("T1 M6\nG43.5\nG1 F9 I1 J0 K-1\n")})
     reached.merge(code_of(program, five));
   reached.merge(code_of("G0 X9000 Y9000 Z9000\nG43.4 H1\n", test::shipped("rail_mill")));
+  reached.merge(code_of("TANGON\nG0 C5\n", test::shipped("tangential_knife")));
+  reached.merge(code_of("G93\nTANGON\n", test::shipped("tangential_knife")));
+  reached.merge(code_of("G0 C5\n", test::shipped("spindle_axis")));
   reached.merge(codes_of_sessions());
   try {
     Session s;

@@ -7,6 +7,7 @@
 
 #include "core/ports.h"
 #include "core/units.h"
+#include "tests/support/program_words.h"
 
 namespace trn::fuzz {
 
@@ -33,13 +34,13 @@ std::string Program::text() const {
 }
 
 ProgramGenerator::ProgramGenerator(const Assembly& assembly, const JointVec& q_start, std::uint64_t seed)
-    : assembly_(assembly), rng_(seed), mask_(assembly.kinematics->word_mask()) {
+    : assembly_(assembly), rng_(seed), mask_(program_words(assembly)) {
   assembly.map->words_at(q_start, assembly.corrections.planned_off, start_);
   start_.tail<3>() /= kRadPerDeg;
 }
 
 bool ProgramGenerator::words_are_joints(const Assembly& assembly, const Words& words) {
-  const unsigned mask = assembly.kinematics->word_mask();
+  const unsigned mask = program_words(assembly);
   JointVec q0, q1;
   if (assembly.kinematics->joints_from_words(words, q0) != KinStatus::kOk) return false;
   for (int k = 0; k < 6; ++k) {

@@ -21,6 +21,7 @@
 #include "interp/move.h"
 #include "kernel/rt_messages.h"
 #include "sim/micromill/micro_mill_drives.h"
+#include "tests/support/program_words.h"
 
 namespace trn::fuzz {
 
@@ -204,7 +205,7 @@ Finding deviation(const SimulationResult& result) {
 // Words written as distances only lead from where the drives came up, which need not be zero to the digit.
 Finding end_point(const Assembly& assembly, const TimeBound& bound, const LastPlace& last) {
   if (last.q.size() == 0) return {};
-  const unsigned all = assembly.kinematics->word_mask();
+  const unsigned all = program_words(assembly);
   if (bound.context().rtcp && (bound.written() & all) != all) return {};
   Words words = bound.end(), standing;
   const auto off = bound.context().corrections_off;
