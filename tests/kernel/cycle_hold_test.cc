@@ -57,5 +57,27 @@ TEST(CycleHold, ADwellDoesNotGoOnMeanwhile) {
   EXPECT_NEAR(lasts(kHeld), lasts(0) + kHeld, kRamps);
 }
 
+// The way back is kept corner by corner. Where no more fit in, a jog is not obeyed, and the way back is still
+// known.
+TEST(CycleHold, AJogWithoutRoomForItsWayBackIsNotObeyed) {
+  HeldMachine machine;
+  ASSERT_TRUE(machine.held_at(6));
+  const JointVec q_hold = machine.now().q_plan;
+  int jogs = 0;
+  for (bool moved = true; moved && jogs < 400; ++jogs) {
+    const JointVec before = machine.now().q_plan;
+    machine.tell({Kind::kJog, -0.5, 0, jogs % 2});  // a staircase
+    machine.run(20);
+    moved = machine.now().q_plan != before;
+    ASSERT_TRUE(machine.until([&] { return machine.now().stands_in_hold; }));
+  }
+  EXPECT_GT(jogs, 100);
+  EXPECT_LT(jogs, 256) << "it is obeyed for ever";
+  EXPECT_EQ(machine.now().fault, Fault::kOk);
+  machine.tell({Kind::kResume});
+  ASSERT_TRUE(machine.until([&] { return machine.now().detour == DetourState::kNone; }, 200000));
+  EXPECT_EQ(machine.now().q_plan, q_hold);
+}
+
 }  // namespace
 }  // namespace trn
