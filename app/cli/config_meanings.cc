@@ -33,11 +33,9 @@ const ChapterMeaning kMachineMeanings = {
               "Whether a rotary joint turns as far as one likes. It has no `min_deg` and `max_deg` then, and "
               "its "
               "drive may count beyond 32 bits."},
-             {"min_mm min_deg", "Lower end of the joint's range; not with `endless`.",
-              "required without `endless`"},
+             {"min_mm min_deg", "Lower end of the joint's range; not with `endless`."},
              {"max_mm max_deg",
-              "Upper end of the range; it must lie above the lower one. Not with `endless`.",
-              "required without `endless`"},
+              "Upper end of the range; it must lie above the lower one. Not with `endless`."},
              {"velocity_mm_s velocity_deg_s",
               "Greatest velocity. Rapid moves reach it where the other limits let them."},
              {"acceleration_mm_s2 acceleration_deg_s2", "Greatest acceleration."},

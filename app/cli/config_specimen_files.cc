@@ -101,26 +101,7 @@ inputs_on = [16]
 node = "can0:7"
 )";
 
-// A spindle that is an axis as well: its joint has no ends.
-const char kSpindleAxisSpecimen[] = R"([machine]
-name = "specimen"
-period_s = 0.001
-[[joint]]
-name = "@C"
-type = "rotary"
-endless = true
-velocity_deg_s = 18000
-acceleration_deg_s2 = 36000
-jerk_deg_s3 = 720000
-[kinematics]
-type = "serial"
-[[kinematics.tool_branch]]
-joint = "@C"
-word = "C"
-direction = [0, 0, 1]
-[spindle_axis]
-[drives]
-type = "loopback"
-)";
+// Its joint would have no ends, and the machines above have all of theirs: what its own reader asks for.
+const char kSpindleAxisSpecimen[] = "[spindle_axis]\n";
 
 }  // namespace trn

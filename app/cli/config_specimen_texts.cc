@@ -570,7 +570,6 @@ std::vector<ConfigSpecimen> machine_specimens() {
            "[[drives.line]]\nname = \"other\"\naddress = \"tcp:127.0.0.1:1504\"\n"
            "[[modbus.line]]\nname = \"other\"\naddress = \"tcp:127.0.0.1:1505\"\n",
        ""},
-      {"spindle axis", kSpindleAxisSpecimen, ""},
       {"micro-mill", kThreeJoints + screws("X", "Y"), ""},
       {"hexapod", sliders(6, "480", "920") + kHexapod + screws("slider0", "slider1"), ""},
       {"rail mill", sliders(4, "-1200", "1200") + kRailMill + screws("slider0", "slider1"), ""},

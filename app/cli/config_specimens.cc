@@ -11,6 +11,7 @@
 #include "app/session/assembly.h"
 #include "compensation/micromill/friction_network.h"
 #include "core/config.h"
+#include "interp/gcode/program_config.h"
 #include "sim/canopen/fault_script.h"
 
 namespace trn {
@@ -96,6 +97,7 @@ std::vector<AskedSpecimen> ask_all_readers() {
           [](const ConfigTable& root) { assemble(root); });
     }
   }
+  ask(out, "spindle axis", kSpindleAxisSpecimen, [](const ConfigTable& root) { read_program_config(root); });
   ask(out, "fault script", kFaultScriptSpecimen, [](const ConfigTable& root) { read_fault_script(root); });
   ask(out, "networks", kNetworksSpecimen, [](const ConfigTable& root) { read_networks(root); });
   return out;
