@@ -16,6 +16,7 @@ from page_client import Page, get
 from panel_bench import PanelBench
 
 BINARY, SOURCE = "", ""
+DRAWING = '\n[[drawing]]\npart = "base"\nstl = "bed.stl"\n'
 PROGRAM = "G21 G90 G94\nF600\nG1 X5\nG1 X0\nM2\n"
 
 
@@ -49,9 +50,10 @@ class Interface(unittest.TestCase):
 
 class Spoken(Interface):
     def setUp(self):
-        self.bench = PanelBench(BINARY, SOURCE)
+        self.bench = PanelBench(BINARY, SOURCE, extra=DRAWING)
         self.addCleanup(self.bench.close)
         self.bench.write("programs/part.ngc", PROGRAM)
+        self.bench.write("bed.stl", "solid bed\nendsolid bed\n")
         self.bench.start_panel()
         self.heard = {}
 
@@ -126,7 +128,8 @@ class Spoken(Interface):
         for path, request in paths.items():
             if "get" not in request:
                 continue
-            answer, body = get(self.bench, path.replace("{name}", "part.ngc"))
+            name = "0" if "drawings" in path else "part.ngc"
+            answer, body = get(self.bench, path.replace("{name}", name))
             self.assertEqual(answer.status, 200, path)
             (kind, described), = request["get"]["responses"]["200"]["content"].items()
             self.assertEqual(answer.getheader("content-type").split(";")[0], kind, path)

@@ -10,14 +10,15 @@ PATIENCE_S = 60
 
 
 class PanelBench:
-    """`folder` goes with `close`; `origin` and `key` are what the panel printed."""
+    """`extra` is text at the config's end. `folder` goes with `close`; `origin` and `key` are what the panel printed."""
 
-    def __init__(self, binary, source, daemon=True, tools=None, config="cradle", name="panel_test", lcm_url=""):
+    def __init__(self, binary, source, daemon=True, tools=None, config="cradle", name="panel_test", lcm_url="",
+                 extra=""):
         self.binary, self.source = binary, source
         self.temporary = tempfile.TemporaryDirectory()
         self.folder = self.temporary.name
         self.name, self.lcm_url = name, lcm_url
-        self.machine = config
+        self.machine, self.extra = config, extra
         self.environment = self._environment()
         self.config = self._config()
         os.mkdir(self.path("page"))
@@ -49,7 +50,7 @@ class PanelBench:
                 os.symlink(os.path.join(self.source, "configs", entry), self.path(entry))
         if "[realtime]" not in text:
             text += "\n[realtime]\nlate_periods_max = 0\n"
-        return self.write("machine.toml", text + f'\n[lcm]\nurl = "{self.lcm_url}"\n')
+        return self.write("machine.toml", text + f'\n[lcm]\nurl = "{self.lcm_url}"\n' + self.extra)
 
     def path(self, name):
         return os.path.join(self.folder, name)
