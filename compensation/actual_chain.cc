@@ -34,6 +34,14 @@ void tilt(const Vec3& t, TiltModel model, Mat3& A) TRN_RT {
   A.col(2) = z + t.y() * x - t.x() * y;
 }
 
+// T d, by the same terms in the same order as the columns above.
+Vec3 tilted(const Vec3& d, const Vec3& t, TiltModel model) TRN_RT {
+  if (t.isZero(0)) return d;
+  if (model == TiltModel::kExact) return rotation_of(t) * d;
+  return {d.x() - t.z() * d.y() + t.y() * d.z(), t.z() * d.x() + d.y() - t.x() * d.z(),
+          t.x() * d.y() - t.y() * d.x() + d.z()};
+}
+
 bool is_zero(const SixErrors& e) TRN_RT { return e.offset.isZero(0) && e.tilt.isZero(0); }
 
 void apply(const SixErrors& e, TiltModel model, ActualChain::Affine& X) TRN_RT {
@@ -48,11 +56,10 @@ void apply_linear(const ActualAxis& axis, double q, TiltModel model, ActualChain
                   ActualChain::JointFrame& frame) TRN_RT {
   X.p += X.A * (axis.location.offset + axis.offset_mm);
   // Squareness turns the direction of motion, not what is carried.
-  Mat3 squareness = Mat3::Identity();
-  if (!axis.location.tilt.isZero(0)) tilt(axis.location.tilt, model, squareness);
+  const Vec3 direction = tilted(axis.direction, axis.location.tilt, model);
   // The Jacobian needs the direction and the place of the joint as they really are, errors before it
   // included.
-  frame.axis = X.A * (squareness * axis.direction);
+  frame.axis = X.A * direction;
   frame.place = X.p;
   X.p += q * frame.axis;
   if (!axis.tables.empty()) apply(axis.tables[0].at(q), model, X);
@@ -112,7 +119,7 @@ void ActualChain::evaluate(const JointVec& q, Frames& out) const TRN_RT {
   out.X_MB = out.X_MS = {};
   walk(work, true, model, q, out.X_MB, out);
   walk(tool, false, model, q, out.X_MS, out);
-  out.X_MS.A = (out.X_MS.A * R_MS).eval();
+  if (turned_MS) out.X_MS.A = (out.X_MS.A * R_MS).eval();
 }
 
 double ActualChain::tilt_bound() const {
@@ -137,6 +144,7 @@ ActualChain read_chain(const Machine& machine) {
   chain.tool = without_errors(branches.tool);
   chain.work = without_errors(branches.work);
   chain.R_MS = branches.R_MS;
+  chain.turned_MS = !branches.R_MS.isIdentity(0);
   return chain;
 }
 

@@ -60,6 +60,7 @@ class ActualChain {
 
   std::vector<ActualAxis> tool, work;
   Mat3 R_MS = Mat3::Identity();  ///< the spindle's turn at home, as in SerialBranches
+  bool turned_MS = false;        ///< it has one
   TiltModel model = TiltModel::kLinear;
 
   /// Both branches at joints q, errors included.

@@ -24,6 +24,7 @@ using trunnion::command_t;
 using namespace std::chrono_literals;
 
 constexpr auto kStatusEvery = 100ms, kMotionEvery = 50ms, kDeadMan = 500ms, kLost = 3000ms;
+constexpr auto kStandstill = 1000ms, kOldMessages = 500ms;
 constexpr int kMalformedMax = 3;
 constexpr std::size_t kHistoryMax = 1000, kPressesMax = 4096, kNotedMax = 80;
 
@@ -31,9 +32,13 @@ std::string text_of(const json& message) {
   return message.dump(-1, ' ', false, json::error_handler_t::replace);
 }
 
-bool begins_motion(const command_t& command) {
+bool begins_program(const command_t& command) {
   return command.verb == command_t::START || command.verb == command_t::RESUME ||
          command.verb == command_t::MDI || command.verb == command_t::HOME;
+}
+
+bool begins_motion(const command_t& command) {
+  return begins_program(command) || (command.verb == command_t::JOG && command.value != 0);
 }
 
 // A jog of one joint has a state of its own; one along a direction runs as a program of this name. One that
@@ -86,9 +91,18 @@ PanelState::PanelState(const PanelConfig& config)
   };
 }
 
-void PanelState::step() {
-  daemon_.step();
+// A process that was stopped, or a computer that slept, finds what pages said long ago, and may read it
+// before anything else.
+void PanelState::notice_standstill() {
+  const auto now = Clock::now();
+  if (now - looked_ > kStandstill) old_until_ = now + kOldMessages;
+  looked_ = now;
   watch_jogs();
+}
+
+void PanelState::step() {
+  notice_standstill();
+  daemon_.step();
   stop_jogs();
   watch_holder();
   watch_plan();
@@ -141,6 +155,7 @@ void PanelState::close(PageId id) {
 bool PanelState::receive(PageId id, std::string_view text) {
   const auto found = pages_.find(id);
   if (found == pages_.end() || found->second.gone) return false;
+  notice_standstill();
   Page& page = found->second;
   PageMessage message;
   try {
@@ -230,9 +245,11 @@ void PanelState::command(PageId id, const PageMessage& message) {
                               to_string(role_for(command))));
   if (!always && controls_.holder() != id)
     return refuse(page, message.id, "this page only looks; take the controls first");
+  if (begins_motion(command) && Clock::now() < old_until_)
+    return refuse(page, message.id, "the panel stood still for a while, and this may be old; ask again");
   note_command(page, message);
   if (command.verb == command_t::JOG) return jog(id, message);
-  if (begins_motion(command) && somebody_jogs())
+  if (begins_program(command) && somebody_jogs())
     return refuse(page, message.id, "a move by hand goes on; wait until it has ended");
   if (command.verb == command_t::LOAD && !command.text.empty()) {
     try {

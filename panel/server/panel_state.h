@@ -109,6 +109,7 @@ class PanelState {
                 const trunnion::acknowledge_t& answer);
   void stop_jogs();
   void watch_jogs();
+  void notice_standstill();
   void watch_holder();
   void watch_plan();
   void lose(Page& page);
@@ -125,6 +126,8 @@ class PanelState {
   std::deque<std::int64_t> oldest_presses_;
   std::map<std::int32_t, std::pair<PageId, nlohmann::json>> scopes_;  ///< questions to the scope, by sequence
   bool told_gone_ = false;
+  Clock::time_point looked_ = Clock::now(),
+                    old_until_;  ///< when the server last did anything; behind a standstill
   std::int32_t daemon_pid_ = 0;
   std::string last_message_, last_fault_ = "ok";
   std::string loaded_;  ///< path of the program that was loaded last

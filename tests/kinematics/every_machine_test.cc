@@ -214,9 +214,10 @@ TEST_P(EveryMachine, WordsForAnyAxisPointTheToolOrSayUnreachable) {
 TEST_P(EveryMachine, WordsForAnAxisNearbyGoOnInTheirBranch) {
   constexpr double kApart = 0.05, kBranch = 0.5;  // rad: of the seed, and less than any other pair is away
   Sampler sampler(loaded_, 9);
-  int judged = 0;
+  int judged = 0, about_tool = 0;  // an axis along the tool points it nowhere
   for (int round = 0; round < 2000 && !HasFailure(); ++round) {
     const JointVec q = sampler.joints();
+    if (sensitivity(q) < 1e-9) ++about_tool;
     if (sensitivity(q) < 0.3) continue;
     Words words;
     ASSERT_EQ(kin_.words_from_joints(q, words), KinStatus::kOk);
@@ -228,7 +229,7 @@ TEST_P(EveryMachine, WordsForAnAxisNearbyGoOnInTheirBranch) {
     EXPECT_LT((abc - wanted).norm(), kBranch) << wanted.transpose() << " from " << seed.transpose();
     ++judged;
   }
-  EXPECT_GT(judged, 100);
+  EXPECT_TRUE(judged > 100 || about_tool == 2000) << judged;
 }
 
 TEST_P(EveryMachine, HomeWordsAreThePoseTheProgramIsWrittenIn) {

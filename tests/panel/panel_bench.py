@@ -10,7 +10,7 @@ PATIENCE_S = 60
 
 
 class PanelBench:
-    """`extra` is text at the config's end. `folder` goes with `close`; `origin` and `key` are what the panel printed."""
+    """`folder` goes with `close`; `origin` and `key` are what the panel printed. `extra`: at the config's end."""
 
     def __init__(self, binary, source, daemon=True, tools=None, config="cradle", name="panel_test", lcm_url="",
                  extra=""):

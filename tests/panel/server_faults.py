@@ -88,12 +88,23 @@ class Panel(Faults):
         self.hold_button(self.page)
         self.bench.panel.send_signal(signal.SIGSTOP)
         place = self.assert_stands()
-        # What the page said meanwhile moves nothing when the panel goes on.
+        # What pages said meanwhile moves nothing when the panel goes on, in whatever order it finds that.
         for _ in range(20):
             self.page.send({"type": "alive"})
+        self.page.send({"type": "command", "id": 8, "verb": "jog", "text": "X", "value": 1, "speed": 10,
+                        "alive_ms": 250, "press": 2})
+        self.page.send({"type": "command", "id": 9, "verb": "home", "joint": -1})
+        self.page.send({"type": "alive"})
         self.bench.panel.send_signal(signal.SIGCONT)
+        for number in (8, 9):
+            answer = self.page.until(lambda m, id=number: m["type"] == "answer" and m["id"] == id)
+            self.assertEqual(answer["outcome"], "refused")
+            self.assertIn("may be old", answer["text"])
         time.sleep(1)
         self.assertAlmostEqual(self.x(), place, places=9)
+        # Then it is obeyed as before.
+        self.hold_button(self.page, press=3)
+        self.assertGreater(self.x(), place + 1)
 
 
 class Cut(Faults):
