@@ -3,7 +3,8 @@
 
 Counts the preprocessed lines of every source of the build, behind the precompiled headers, which are read once. Seconds
 differ from one computer to the next; these lines do not, and a header that spreads shows at once. Both bounds are told
-per line and per file of our own, so that they hold while the project grows. Ends with 1 beyond a bound, 77 where sources are compiled one at a time (TRN_UNITY=OFF).
+per line and per file of our own, so that they hold while the project grows. Ends with 1 beyond a bound, 77 where
+sources are compiled one at a time (TRN_UNITY=OFF).
 """
 import json
 import os
@@ -30,8 +31,8 @@ def lines_of(entry):
 
 def own_sources():
     """How many sources, and how many lines, with their headers."""
-    done = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "*.cc", "*.h"], cwd=ROOT, capture_output=True,
-                          text=True, check=True)
+    done = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "*.cc", "*.h"], cwd=ROOT,
+                          capture_output=True, text=True, check=True)
     files = [ROOT / name for name in done.stdout.split() if (ROOT / name).is_file()]
     return sum(path.suffix == ".cc" for path in files), sum(path.read_bytes().count(b"\n") for path in files)
 
@@ -50,7 +51,8 @@ def main():
     sources, own = own_sources()
     read_per_line, sources_per_unit = sum(lines) / own, sources / len(entries)
     print(f"{sum(lines)} lines behind the precompiled headers, {read_per_line:.1f} for each of our own (at most "
-          f"{READ_PER_LINE_MAX}); {len(entries)} units of {sources_per_unit:.1f} sources (at least {SOURCES_PER_UNIT_MIN})")
+          f"{READ_PER_LINE_MAX}); {len(entries)} units of {sources_per_unit:.1f} sources (at least "
+          f"{SOURCES_PER_UNIT_MIN})")
     return 0 if read_per_line <= READ_PER_LINE_MAX and sources_per_unit >= SOURCES_PER_UNIT_MIN else 1
 
 
