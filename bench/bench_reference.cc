@@ -14,7 +14,7 @@ namespace {
 using Matrix6 = Eigen::Matrix<double, 6, 6>;
 using Vector6 = Eigen::Matrix<double, 6, 1>;
 
-// Small dense algebra, angles, and reads all over two megabytes, a third of the time each.
+// Small dense algebra, angles, and reads all over two megabytes.
 void reference(benchmark::State& state) {
   std::vector<std::uint32_t> places(1u << 19);
   for (std::size_t i = 0; i < places.size(); ++i)

@@ -119,7 +119,7 @@ void ActualChain::evaluate(const JointVec& q, Frames& out) const TRN_RT {
   out.X_MB = out.X_MS = {};
   walk(work, true, model, q, out.X_MB, out);
   walk(tool, false, model, q, out.X_MS, out);
-  if (turned_MS) out.X_MS.A = (out.X_MS.A * R_MS).eval();
+  if (R_MS) out.X_MS.A = (out.X_MS.A * *R_MS).eval();
 }
 
 double ActualChain::tilt_bound() const {
@@ -143,8 +143,7 @@ ActualChain read_chain(const Machine& machine) {
   const SerialBranches branches = read_branches(section, machine.joints);
   chain.tool = without_errors(branches.tool);
   chain.work = without_errors(branches.work);
-  chain.R_MS = branches.R_MS;
-  chain.turned_MS = !branches.R_MS.isIdentity(0);
+  if (!branches.R_MS.isIdentity(0)) chain.R_MS = branches.R_MS;
   return chain;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "compensation/spline.h"
@@ -59,8 +60,7 @@ class ActualChain {
   };
 
   std::vector<ActualAxis> tool, work;
-  Mat3 R_MS = Mat3::Identity();  ///< the spindle's turn at home, as in SerialBranches
-  bool turned_MS = false;        ///< it has one
+  std::optional<Mat3> R_MS;  ///< the spindle's turn at home, as in SerialBranches, where it has one
   TiltModel model = TiltModel::kLinear;
 
   /// Both branches at joints q, errors included.

@@ -12,7 +12,7 @@ namespace trn {
 /// time scale's business, what to do at an event the cycle's.
 class Interpolator {
  public:
-  Interpolator(MotionQueue& queue, const Pose& X_WB_idle) : queue_(queue) { context_.X_WB = X_WB_idle; }
+  Interpolator(MotionQueue& queue, const Pose& X_WB_idle) : queue_(queue) { at_.context.X_WB = X_WB_idle; }
 
   enum class Outcome : unsigned char {
     kMoving,   ///< y() is on the way
@@ -26,31 +26,32 @@ class Interpolator {
   Outcome advance(double plan_time_s) TRN_RT;
 
   /// Where the motion is; valid after the first block.
-  const Words& y() const TRN_RT { return y_; }
+  const Words& y() const TRN_RT { return at_.y; }
   /// Of the motion; before the first block: of the first one ahead, if that is known.
-  const MapContext& context() const TRN_RT { return context_; }
-  SourceLine source() const TRN_RT { return source_; }
-  const OverrideMode& overrides() const TRN_RT { return overrides_; }
+  const MapContext& context() const TRN_RT { return at_.context; }
+  SourceLine source() const TRN_RT { return at_.source; }
+  const OverrideMode& overrides() const TRN_RT { return at_.overrides; }
   bool has_position() const TRN_RT { return has_position_; }
-  bool at_rest() const TRN_RT { return at_rest_; }
-  bool begun() const TRN_RT { return begun_; }
+  bool at_rest() const TRN_RT { return at_.at_rest; }
+  bool begun() const TRN_RT { return at_.begun; }
   /// Where it stands, to go away from and return to.
   struct Stand {
-    double time_s = 0;
+    double time_s = 0;  ///< in the segment
     int segment = 0;
-    bool at_rest = true, begun = false;
+    bool at_rest = true;
+    bool begun = false;  ///< the front block's outputs are taken
     Words y = Words::Zero();
     MapContext context;
     OverrideMode overrides;
     SourceLine source;
   };
-  Stand stand() const TRN_RT;
+  const Stand& stand() const TRN_RT { return at_; }
   /// The queue's front is again what it was.
-  void return_to(const Stand& stand) TRN_RT;
+  void return_to(const Stand& stand) TRN_RT { at_ = stand; }
   /// Elsewhere on the path: in this block, which becomes the front.
   void go_to(const PlanPlace& place, const MotionBlock& block) TRN_RT;
   /// Where in the queue's plan that is.
-  PlanPlace place() const TRN_RT { return {queue_.front_number(), segment_, time_s_}; }
+  PlanPlace place() const TRN_RT { return {queue_.front_number(), at_.segment, at_.time_s}; }
 
   /// Output changes of the blocks that have begun since the last call.
   OutputChanges take_outputs() TRN_RT;
@@ -72,15 +73,9 @@ class Interpolator {
   void evaluate(const MotionBlock& block) TRN_RT;
 
   MotionQueue& queue_;
-  double time_s_ = 0;  ///< in the segment
-  int segment_ = 0;
-  bool at_rest_ = true, has_position_ = false;
-  bool begun_ = false;  ///< the front block's outputs are taken
+  Stand at_;
+  bool has_position_ = false;
   OutputChanges outputs_;
-  Words y_ = Words::Zero();
-  MapContext context_;
-  OverrideMode overrides_;
-  SourceLine source_;
 };
 
 }  // namespace trn

@@ -230,15 +230,17 @@ void SessionLog::program(const ProgramStart& start) {
   SessionEntry entry;
   entry.kind = Kind::kProgram;
   entry.program = start;
-  const std::lock_guard lock(mutex_);
-  entry.period = next_period_;
-  write(entry);
+  write_now(entry);
 }
 
 void SessionLog::block_delete(const BlockDeleteChange& change) {
   SessionEntry entry;
   entry.kind = Kind::kBlockDelete;
   entry.change = change;
+  write_now(entry);
+}
+
+void SessionLog::write_now(SessionEntry& entry) {
   const std::lock_guard lock(mutex_);
   entry.period = next_period_;
   write(entry);

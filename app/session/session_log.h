@@ -88,6 +88,7 @@ class SessionLog {
 
  private:
   void write(const SessionEntry& entry);
+  void write_now(SessionEntry& entry);
   void report_drives(const CycleReport& report);
   void report_io(const CycleReport& report);
 

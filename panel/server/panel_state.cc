@@ -91,8 +91,7 @@ PanelState::PanelState(const PanelConfig& config)
   };
 }
 
-// A process that was stopped, or a computer that slept, finds what pages said long ago, and may read it
-// before anything else.
+// A process that was stopped finds what pages said long ago, and may read it before anything else.
 void PanelState::notice_standstill() {
   const auto now = Clock::now();
   if (now - looked_ > kStandstill) old_until_ = now + kOldMessages;
@@ -508,10 +507,10 @@ void PanelState::keep(const std::string& name, const std::string& text) {
 
 std::optional<OpenFile> PanelState::program_text(std::string_view name) const {
   constexpr std::string_view kOfFolder = "programs/";
-  if (name == "program") return loaded_.empty() ? std::nullopt : open_program(loaded_);
+  if (name == "program") return loaded_.empty() ? std::nullopt : open_file(loaded_);
   if (!name.starts_with(kOfFolder)) return std::nullopt;
   try {
-    return open_program(program_path(config_.programs_folder, std::string(name.substr(kOfFolder.size()))));
+    return open_file(program_path(config_.programs_folder, std::string(name.substr(kOfFolder.size()))));
   } catch (const NoProgram&) {
     return std::nullopt;
   }
@@ -525,7 +524,7 @@ std::optional<OpenFile> PanelState::drawing(std::string_view name) const {
   const auto [end, error] = std::from_chars(digits.data(), digits.data() + digits.size(), number);
   const bool known =
       error == std::errc() && end == digits.data() + digits.size() && number < config_.drawings.size();
-  return known ? open_program(config_.drawings[number].file) : std::nullopt;
+  return known ? open_file(config_.drawings[number].file) : std::nullopt;
 }
 
 json PanelState::programs_json() const {

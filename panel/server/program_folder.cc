@@ -43,7 +43,7 @@ std::string program_path(const std::string& folder, const std::string& name) {
   return real;
 }
 
-std::optional<OpenFile> open_program(const std::string& path) {
+std::optional<OpenFile> open_file(const std::string& path) {
   const std::filesystem::path file(path);
   return PageFolder(file.parent_path()).open(file.filename().string());
 }

@@ -19,8 +19,8 @@ struct NoProgram : std::runtime_error {
 /// unless it is a regular file that lies, behind all links, below `folder`.
 std::string program_path(const std::string& folder, const std::string& name);
 
-/// The text of a program by its real path; nothing if it is no regular file any more.
-std::optional<OpenFile> open_program(const std::string& path);
+/// A program or a drawing by its real path; nothing if it is no regular file any more.
+std::optional<OpenFile> open_file(const std::string& path);
 
 /// Keeps the text of a program in the folder, in the place of one that has this name; what is there after a
 /// power cut is the old one or the new one. NoProgram where the name is none of a program in the folder

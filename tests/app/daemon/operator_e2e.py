@@ -59,10 +59,21 @@ class Shop(Bench):
         self.process.wait()
 
 
+def assert_replays(test, shop, record, log, least):
+    """The session's log, replayed, moves the joints by the same bits. Returns the recorded places, `least` of them."""
+    again = os.path.join(shop.folder.name, "again.csv")
+    done = subprocess.run([daemon_e2e.BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
+    test.assertEqual(done.returncode, 0, done.stderr)
+    first, second = (moving_xyz(rows(path)) for path in (record, again))
+    test.assertGreater(min(len(first), len(second)), least)
+    test.assertEqual(first[:len(second)], second[:len(first)])
+    return first
+
+
 class OperatorTest(unittest.TestCase):
     def test_m6_waits_for_the_operator(self):
         with Shop() as shop:
-            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
             shop.ask("load", shop.write("part.ngc", TWO_TOOLS))
             shop.ask("start")
@@ -92,11 +103,7 @@ class OperatorTest(unittest.TestCase):
             shop.ask("mdi", "G0 X#5400", "--wait")
             self.assertAlmostEqual(shop.joints()[0], 2, places=6)
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 1000)
-            self.assertEqual(first[:len(second)], second[:len(first)])
+            assert_replays(self, shop, record, log, 1000)
             self.assertIn("waits for tool 2", shop.log_text())
 
     def test_run_passes_and_says_so(self):
@@ -367,7 +374,7 @@ class OperatorTest(unittest.TestCase):
     def test_optional_stop_and_block_delete(self):
         program = "G21 G90\nG1 X1 F6000\nM1\n/G1 X9\nG1 X3\nM1\nG1 X4\nM2\n"
         with Shop() as shop:
-            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
             shop.ask("load", shop.write("part.ngc", program))
             shop.ask("start")
@@ -388,11 +395,7 @@ class OperatorTest(unittest.TestCase):
             shop.until(lambda s: s["state"] == "holding" and s["line"] == 3)
             shop.ask("stop", "--wait")
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 300)
-            self.assertEqual(first[:len(second)], second[:len(first)])
+            first = assert_replays(self, shop, record, log, 300)
             far = [float(row[0]) > 8 and float(row[0]) < 9.5 for row in first]
             passes = sum(not a and b for a, b in zip(far, far[1:]))
             self.assertEqual(passes, 1 + 2, "in the first run alone, and to X11 and back")
@@ -538,7 +541,7 @@ class OperatorTest(unittest.TestCase):
             self.fail("no process plans programs")
 
         with Shop() as shop:
-            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
             part = shop.write("part.ngc", "G21 G90\nG1 F600 G64 P0.01\n" +
                               "".join(f"X{i % 200 / 2} Y{i % 2 / 2}\n" for i in range(20000)) + "M2\n")
@@ -562,11 +565,7 @@ class OperatorTest(unittest.TestCase):
             self.assertIn("was killed", shop.log_text())
             self.assertIn("signal 6", shop.log_text())
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 500)
-            self.assertEqual(first[:len(second)], second[:len(first)])
+            assert_replays(self, shop, record, log, 500)
 
     def test_an_unknown_command_is_explained(self):
         for word, near in (("hlep", "help"), ("statsu", "status"), ("jgo", "jog")):

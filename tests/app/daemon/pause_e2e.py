@@ -21,7 +21,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../
 import daemon_e2e  # noqa: E402
 import operator_e2e  # noqa: E402
 from daemon_e2e import rows  # noqa: E402
-from operator_e2e import Shop, moving_xyz  # noqa: E402
+from operator_e2e import Shop, assert_replays  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
 BINARY = ""
@@ -41,15 +41,18 @@ M2
 """
 
 
+def run_undisturbed(test, shop, program, trace):
+    run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", trace], text=True,
+                         capture_output=True)
+    test.assertEqual(run.returncode, 0, run.stderr)
+
+
 class PauseTest(unittest.TestCase):
     def test_a_hold_is_jogged_away_from_and_led_back_to(self):
         with Shop() as shop:
-            record, log, again, plain = (os.path.join(shop.folder.name, name)
-                                         for name in ("record.csv", "log", "again.csv", "plain.csv"))
+            record, log, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "plain.csv"))
             program = shop.write("part.ngc", PASSES)
-            run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", plain],
-                                 text=True, capture_output=True)
-            self.assertEqual(run.returncode, 0, run.stderr)
+            run_undisturbed(self, shop, program, plain)
             shop.start("--record", record, "--log", log)
             shop.ask("load", program)
             shop.ask("start")
@@ -79,11 +82,7 @@ class PauseTest(unittest.TestCase):
             self.assertEqual(shop.status()["spindle_rpm"], 2000)
             shop.until(lambda s: s["state"] == "idle")
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 1000)
-            self.assertEqual(first[:len(second)], second[:len(first)], "the replay has the jogs and the way back")
+            assert_replays(self, shop, record, log, 1000)
             truth = places(plain, 5)
             way = places(record, 4)
             off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
@@ -94,9 +93,7 @@ class PauseTest(unittest.TestCase):
         with Shop() as shop:
             record, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "plain.csv"))
             program = shop.write("part.ngc", PASSES)
-            run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", plain],
-                                 text=True, capture_output=True)
-            self.assertEqual(run.returncode, 0, run.stderr)
+            run_undisturbed(self, shop, program, plain)
             truth = places(plain, 5)
             shop.start()
             code, _, err = shop.client("start", "--resume", "--yes")
@@ -161,12 +158,9 @@ class PauseTest(unittest.TestCase):
 
     def test_a_held_program_goes_back_along_its_path_and_on_from_there(self):
         with Shop() as shop:
-            record, log, again, plain = (os.path.join(shop.folder.name, name)
-                                         for name in ("record.csv", "log", "again.csv", "plain.csv"))
+            record, log, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "plain.csv"))
             program = shop.write("part.ngc", PASSES)
-            run = subprocess.run([BINARY, "run", program, "--machine", shop.config, "--trace", plain],
-                                 text=True, capture_output=True)
-            self.assertEqual(run.returncode, 0, run.stderr)
+            run_undisturbed(self, shop, program, plain)
             truth = places(plain, 5)
             shop.start("--record", record, "--log", log)
             self.assertIn("'hold' it first", shop.client("reverse", "5")[2])
@@ -195,11 +189,7 @@ class PauseTest(unittest.TestCase):
             shop.ask("resume")
             shop.until(lambda s: s["state"] == "idle")
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 1000)
-            self.assertEqual(first[:len(second)], second[:len(first)], "the replay goes back, too")
+            assert_replays(self, shop, record, log, 1000)
             off = [q for q in places(record, 4) if distance_from(q, truth) > 0.002]
             self.assertLess(max(abs(q[0] - off[0][0]) + abs(q[1] - off[0][1]) for q in off), 0.01, "the jog of Z alone")
 
@@ -208,7 +198,7 @@ class PauseTest(unittest.TestCase):
         way = "".join(f"G1 X{20 + 40 * (i % 2)} F3000\n/G1 Y{i % 2}\n" for i in range(30))
         program = "G21 G90 G61\nG1 X1 F6000\nM0\n/G1 X9\nG1 X3\nM0\n/G1 X12\nG1 X4\n" + way + "G1 Y9\nM2\n"
         with Shop() as shop:
-            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
             shop.ask("load", shop.write("part.ngc", program))
             shop.ask("start")
@@ -240,11 +230,7 @@ class PauseTest(unittest.TestCase):
             shop.until(lambda s: s["state"] == "idle")
             self.assertAlmostEqual(shop.joints()[0], 3, places=6)
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 1000)
-            self.assertEqual(first[:len(second)], second[:len(first)])
+            assert_replays(self, shop, record, log, 1000)
             driven = {int(row["line"]) for row in rows(record)}
             slashed = {n for n in driven if 10 <= n < 69 and n % 2 == 0}
             self.assertGreater(len(slashed), 1, "they were run")

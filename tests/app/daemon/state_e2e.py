@@ -17,8 +17,7 @@ sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
 import operator_e2e  # noqa: E402
-from daemon_e2e import rows  # noqa: E402
-from operator_e2e import Shop, moving_xyz  # noqa: E402
+from operator_e2e import Shop, assert_replays  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
 BINARY = SOURCE = ""
@@ -131,7 +130,7 @@ class StateTest(unittest.TestCase):
 
     def test_with_the_machine_locked_programs_run_and_nothing_moves(self):
         with Shop() as shop:
-            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
             shop.ask("mdi", "G0 X5 Y6", "--wait")
             before = shop.joints()
@@ -154,11 +153,7 @@ class StateTest(unittest.TestCase):
             shop.ask("mdi", "G0 X7", "--wait")
             self.assertAlmostEqual(shop.joints()[0], 7, places=6)
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 1000)
-            self.assertEqual(first[:len(second)], second[:len(first)])
+            assert_replays(self, shop, record, log, 1000)
 
     def test_a_hand_wheel_adds_up_in_the_unit_of_the_program(self):
         with Shop() as shop:
@@ -184,7 +179,7 @@ class StateTest(unittest.TestCase):
 
     def test_a_dry_run_stays_away_from_the_work(self):
         with Shop() as shop:
-            record, log, again = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "again.csv"))
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
             shop.start("--record", record, "--log", log)
             shop.ask("load", shop.write("part.ngc", "G21 G90 G61.1\nS1000 M3\nG0 Z-10\nG1 Z-50 F60\nG1 X40\nM2\n"))
             shop.ask("switch", "dry-run", "on")
@@ -199,11 +194,7 @@ class StateTest(unittest.TestCase):
             shop.ask("mdi", "G0 Z-50", "--wait")
             self.assertAlmostEqual(shop.joints()[2], -50, places=6)
             self.assertEqual(shop.end(), 0)
-            done = subprocess.run([BINARY, "replay", log, "--trace", again], text=True, capture_output=True)
-            self.assertEqual(done.returncode, 0, done.stderr)
-            first, second = (moving_xyz(rows(path)) for path in (record, again))
-            self.assertGreater(len(first), 500)
-            self.assertEqual(first[:len(second)], second[:len(first)])
+            assert_replays(self, shop, record, log, 500)
 
 
 if __name__ == "__main__":
