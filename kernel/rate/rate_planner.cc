@@ -20,6 +20,8 @@ constexpr double kGentleArrival = 0.3;      // of the greatest u: below, trying 
 constexpr double kClimbFrom = 0.98;         // from this rate a trial towards more than 1 must last so
 constexpr double kClimbS = 0.008;           // long, or the rate would tremble where there is no room
 constexpr double kFarS = 0.02;              // before the last time to stop: look again with the next request
+constexpr double kLevelLeads = 3;           // at a rate above 1, before the plan comes back from it
+constexpr std::array kArrivalLeads = {1, 2, 4};  // each of the two steps to the target may last
 constexpr int kLooksAhead = 2;
 constexpr int kStopsInChange = 2;       // in store while plans follow each other
 constexpr int kNearStops = 3;           // begin soon
@@ -74,6 +76,7 @@ const RatePlan* RatePlanner::plan(const RateRequest& request) {
 // not make the plans that nobody took, gives the same.
 void RatePlanner::begin_trials() {
   budget_left_ = kBudget;
+  returns_left_ = kReturnsBudget;
   trial_.count = trial_.arrival = 0;
   trial_.target = trial_.end_rate = trial_.level_rate = 1;
   trial_.stops = trial_.at_place = false;
@@ -239,6 +242,7 @@ const RatePlan* RatePlanner::choose() {
   if (walk.ended()) return nullptr;
   const RatePlan* found = nullptr;
   trial_.target = target_;
+  if (slope == 0 && std::abs(rate - target_) <= kNoRate) return stays_level(walk) ? &trial_ : nullptr;
   if (target_ == 0) {  // a trial lasts the whole period, and may so be weaker than what a part of it allows
     trial_.count = trial_.arrival = 0;
     if (try_stop(walk)) {
@@ -250,8 +254,8 @@ const RatePlan* RatePlanner::choose() {
   }
   const double distance = target_ - rate;
   const double direction = distance > 0 ? 1 : distance < 0 ? -1 : -std::copysign(slope != 0 ? 1 : 0, slope);
-  const bool arrives = state_.next < in_force_->arrival && in_force_->target == target_;
-  const bool arrival = (target_ == 0 && has_stop()) || arrives;
+  const bool on_the_way = state_.next < in_force_->arrival && in_force_->target == target_;
+  const bool arrival = (target_ == 0 && has_stop()) || on_the_way;
   return try_changes(walk, direction, arrival) ? &trial_ : found;
 }
 
@@ -273,6 +277,7 @@ bool RatePlanner::try_changes(const RateWalk& walk, double direction, bool arriv
     }
     if (arrival) return false;
     if (i == 0 && state_.slope * direction > 0 && try_arrival(walk)) return true;
+    if (i == 0 && target_ > 0 && try_two_steps(walk, direction)) return true;
     const double share = (target_ - level_old) / (trial_.level_rate - level_old);
     u = u_old + std::clamp(0.98 * share, 0.0, 0.98) * (u - u_old);
   }
@@ -375,10 +380,41 @@ bool RatePlanner::try_arrival(RateWalk walk) {
     trial_.level_rate = level_before;
     return false;
   }
+  return arrives(walk);
+}
+
+// Where a constant u does not lead to the target: two steps of one length T, u T^2 = d - 3 w T / 2 in the
+// first, which leave r' at 0 a distance d on. It is w that the second takes back.
+bool RatePlanner::try_two_steps(const RateWalk& walk, double direction) {
+  const double level_before = trial_.level_rate, distance = target_ - state_.rate, w = state_.slope;
+  for (const int leads : kArrivalLeads) {
+    const double T = leads * lead_s_, u = (distance - 1.5 * w * T) / (T * T);
+    if ((w + u * T) * direction < 0) break;  // it would pass the target and come back
+    RateWalk way = walk;
+    trial_.count = 0;
+    if (!way.run(u, T, trial_.steps.data(), trial_.count) ||
+        !way.run(-w / T - u, T, trial_.steps.data(), trial_.count))
+      continue;
+    if (arrives(way)) return true;
+  }
+  trial_.level_rate = level_before;
+  return false;
+}
+
+// Behind the steps of trial_, which lead to the target.
+bool RatePlanner::arrives(RateWalk& walk) {
   trial_.arrival = trial_.count;
   trial_.level_rate = trial_.end_rate = target_;
   walk.set_rate(target_, 0);
   return walk.ended() || target_ <= 1 + kNoRate || return_to_one(walk);
+}
+
+// On at a rate above 1, to which the motion has come.
+bool RatePlanner::stays_level(const RateWalk& walk) {
+  trial_.count = trial_.arrival = 0;
+  trial_.stops = false;
+  trial_.level_rate = trial_.end_rate = target_;
+  return return_to_one(walk);
 }
 
 // The end of a trial's plan: first r' to 0, then, above rate 1, down to it.
@@ -408,11 +444,24 @@ bool RatePlanner::level_out(RateWalk& walk) {
   return false;
 }
 
-// From a constant rate above 1 to one that is safe for ever.
+// From a constant rate above 1 to one that is safe for ever; where there is room, not before the next answers
+// can come, or each of them would have to climb again.
 bool RatePlanner::return_to_one(const RateWalk& walk) {
-  int budget = kOverrideBudget;
+  const int steps = trial_.count;
+  RateWalk level = walk;
+  if (level.run(0, kLevelLeads * lead_s_, trial_.steps.data(), trial_.count) &&
+      (level.ended() || comes_back(level)))
+    return true;
+  trial_.count = steps;
+  return comes_back(walk);
+}
+
+bool RatePlanner::comes_back(const RateWalk& walk) {
+  const int most = std::min(kReturnBudget, returns_left_);
+  int left = most;
   const double level_rate = trial_.level_rate;
-  const bool down = stop_search_.find(walk, 1, kReleaseShare, budget, trial_) >= 0;
+  const bool down = stop_search_.find(walk, 1, kReleaseShare, left, trial_) >= 0;
+  returns_left_ -= most - std::max(left, 0);
   trial_.level_rate = level_rate;
   return down;
 }

@@ -31,7 +31,7 @@ namespace trn {
 /// once there is a stop, only one that ends sooner replaces it.
 ///
 /// Bounded work: at most kTries trials, each of at most RatePlan::kStepsMax steps over the segments;
-/// kBudget steps of searches for a slowdown, and kOverrideBudget where a trial has to come down to rate 1.
+/// kBudget steps of searches for a slowdown, and kReturnsBudget where trials have to come down to rate 1.
 /// With a stop to come to, kAims + 3 searches more, of kStepsMax steps.
 class RatePlanner {
  public:
@@ -48,6 +48,8 @@ class RatePlanner {
   /// Steps of all searches, of one search for a lower override, and for one stop in store: the near ones
   /// begin a hold, the far ones serve only if this planner dies.
   static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 250, kFarStopBudget = 160;
+  /// Of one search for the way back from a rate above 1, and of all of them.
+  static constexpr int kReturnBudget = RatePlan::kStepsMax, kReturnsBudget = 2880;
   static constexpr int kAims = 8;  ///< walks to come to a stop at a given place
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };
@@ -69,10 +71,14 @@ class RatePlanner {
   Verdict try_change(RateWalk walk, double direction, double u);
   bool try_changes(const RateWalk& walk, double direction, bool arrival);
   bool try_arrival(RateWalk walk);
+  bool try_two_steps(const RateWalk& walk, double direction);
+  bool arrives(RateWalk& walk);
+  bool stays_level(const RateWalk& walk);
   bool try_stop(const RateWalk& walk);
   bool has_stop() const;
   bool level_out(RateWalk& walk);
   bool return_to_one(const RateWalk& walk);
+  bool comes_back(const RateWalk& walk);
 
   PlanLimits limits_;
   StopSearch stop_search_;
@@ -94,6 +100,7 @@ class RatePlanner {
   int stops_sought_ = kStopsInStore;  ///< of the store, for this request
   bool ends_ = true;                  ///< the path rests before
   int budget_left_ = 0;               ///< steps of searches for this request
+  int returns_left_ = 0;              ///< the same, for the way back to rate 1
 };
 
 }  // namespace trn
