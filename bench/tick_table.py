@@ -2,7 +2,8 @@
 """Instructions of a tick, mean and worst, of every shipped config in five modes: as planned, a sweep of the override,
 holds and resumes, single block, a late planner.
 
-  python3 bench/tick_table.py build/release/bench_tick [--ticks 1000] [--config cradle ...] [--in-order-ghz 1.5]
+  python3 bench/tick_table.py build/release/bench_tick [--ticks 1000] [--config cradle ...] [--mode override ...]
+                              [--in-order-ghz 1.5] [--keep FOLDER]
 
 Counted by callgrind (Debian's valgrind), tick by tick, without the simulated plant and without the rate planner, which
 the daemon runs in a thread of its own. The first hundred ticks, which fill the caches of nobody but stand before the
@@ -15,6 +16,7 @@ branch, 100 for a miss of the last cache (the weights of KCachegrind's cycle est
 import argparse
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -37,9 +39,10 @@ def count_in(part):
     return counts["Ir"], sum(CLOCKS.get(event, 0) * count for event, count in counts.items())
 
 
-def count_ticks(bench, name, ticks, caches):
-    """Instructions and clocks of each tick. Callgrind writes a file for each, which is read and deleted at once."""
-    counts = {}
+def count_ticks(bench, name, ticks, caches, keep=None):
+    """Instructions and clocks of each tick. Callgrind writes a file for each, which is read and deleted at once; that of
+    the longest tick is kept in the folder `keep`, for callgrind_annotate."""
+    counts, longest = {}, 0
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "cg")
         simulated = ["--cache-sim=yes", "--branch-sim=yes"] if caches else []
@@ -54,6 +57,9 @@ def count_ticks(bench, name, ticks, caches):
             parts = sorted((int(part.suffix[1:]), part) for part in Path(folder).glob("cg.*"))
             for number, part in parts[:-1] if running else parts:  # the last one may not be whole yet
                 counts[number] = count_in(part)
+                if keep and number > SKIPPED and counts[number][0] > longest:
+                    longest = counts[number][0]
+                    shutil.copy(part, Path(keep) / f"{name.replace('/', '_')}.callgrind")
                 part.unlink()
             time.sleep(0.2 if running else 0)
         if process.returncode:
@@ -66,20 +72,22 @@ def main():
     parser.add_argument("bench")
     parser.add_argument("--ticks", type=int, default=1000)
     parser.add_argument("--config", nargs="*")
+    parser.add_argument("--mode", nargs="*", choices=MODES, default=MODES)
     parser.add_argument("--in-order-ghz", type=float)
+    parser.add_argument("--keep", metavar="FOLDER", help="keep callgrind's file of each mode's longest tick there")
     args = parser.parse_args()
     bench = str(Path(args.bench).resolve())
     configs = args.config or sorted(path.stem for path in (Path(__file__).parent.parent / "configs").glob("*.toml"))
     ghz = args.in_order_ghz
-    heads = [f"{mode}: mean, worst" for mode in MODES] + ["worst over planned mean"]
+    heads = [f"{mode}: mean, worst" for mode in args.mode] + ["worst over planned mean"]
     heads += [f"longest tick, in order at {ghz} GHz, us"] if ghz else []
     print("| config | " + " | ".join(heads) + " |")
     print("|---|" + "---|" * len(heads), flush=True)
     for config in configs:
         cells, worst, mean, clocks = [], 0, 0, 0
-        for mode in MODES:
+        for mode in args.mode:
             print(f"{config}/{mode}", end="\r", file=sys.stderr)
-            counted = count_ticks(bench, f"{config}/{mode}", args.ticks, caches=ghz is not None)
+            counted = count_ticks(bench, f"{config}/{mode}", args.ticks, ghz is not None, args.keep)
             if not counted:
                 sys.exit(f"{config}/{mode}: no ticks were counted")
             counts = [instructions for instructions, _ in counted]

@@ -13,7 +13,8 @@ namespace {
 constexpr double kHereMargin = 0.003;  // of the range of u, where a step that was tried again begins
 constexpr double kRetrySlopeUse = 0.98;
 constexpr int kRetries = 3;
-constexpr double kNear = 1e-9;
+constexpr double kNear =
+    1e-3;  // of the squared slope at which the release begins: it is met in a few steps, not in 30
 constexpr double kDeficitShare = 0.08;  // of what r' is too low by, recovered in one backtracking
 constexpr double kShareGrowth = 4;      // the same, while the search does not get past a place
 constexpr double kPastS = 0.001;        // of plan time: a place is passed
