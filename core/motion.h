@@ -49,6 +49,10 @@ struct OverrideMode {
   bool feed = true, spindle = true;  ///< their overrides act; off: 100 %
   bool adaptive = false;             ///< the adaptive feed acts
   bool feed_hold = true;             ///< a hold acts at once; off: where it is allowed again
+  bool per_turn = false;             ///< F is in mm a turn (G95)
+
+  /// The feed follows the override of the spindle, too, so that the chip keeps its thickness.
+  bool follows_spindle() const { return per_turn && spindle; }
 
   bool operator==(const OverrideMode&) const = default;
 };

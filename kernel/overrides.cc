@@ -31,7 +31,8 @@ double Overrides::motion(const MotionBlock* block) const TRN_RT {
   TRN_CHECK(rapid_ >= 0 && rapid_ <= 1 && adaptive_feed_ >= 0 && adaptive_feed_ <= 1);
   if (block && block->rapid) return rapid_;
   const OverrideMode mode = block ? block->overrides : OverrideMode{};
-  return (mode.feed ? feed_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0);
+  const double by_spindle = mode.follows_spindle() ? spindle_ : 1.0;
+  return std::min((mode.feed ? feed_ : 1.0) * (mode.adaptive ? adaptive_feed_ : 1.0) * by_spindle, kMax);
 }
 
 }  // namespace trn

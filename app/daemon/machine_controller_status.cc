@@ -113,7 +113,8 @@ void MachineController::hear_progress(const CycleReport& report) {
   if (ended && status_.program == program_path_ && !program_path_.empty() && !status_.program_failed)
     counters_.part_made();
   const ProgramStep* step = parts_.programs.step(present_step(report));
-  const OverrideShares shares{status_.override_wanted, status_.rapid_override, status_.adaptive_feed};
+  const OverrideShares shares{status_.override_wanted, status_.rapid_override, status_.adaptive_feed,
+                              status_.spindle_override};
   const bool own = present_step(report) > 0 && status_.program == program_path_;
   progress_.report(report, own ? step : nullptr, shares);
   spindle_speed_.hear(report.spindle_turns, parts_.machine.period_s);

@@ -6,7 +6,7 @@ namespace trn {
 
 PlanTime::Kind PlanTime::kind_of(const MotionBlock& block) {
   if (block.segment_count == 0) return {};
-  return {block.rapid, block.overrides.feed, block.overrides.adaptive};
+  return {block.rapid, block.overrides.feed, block.overrides.adaptive, block.overrides.follows_spindle()};
 }
 
 void PlanTime::add(const MotionBlock& block) {
@@ -27,7 +27,8 @@ double PlanTime::total_s() const { return real_s({}); }
 
 double PlanTime::rate(Kind kind, const OverrideShares& shares) {
   if (kind.rapid) return shares.rapid;
-  return (kind.feed ? shares.feed : 1) * (kind.adaptive ? shares.adaptive : 1);
+  return (kind.feed ? shares.feed : 1) * (kind.adaptive ? shares.adaptive : 1) *
+         (kind.spindle ? shares.spindle : 1);
 }
 
 double PlanTime::real_s(const OverrideShares& shares) const {
@@ -36,9 +37,10 @@ double PlanTime::real_s(const OverrideShares& shares) const {
     const double share_s = shares_s_[index(kind)], speed = rate(kind, shares);
     if (share_s > 0) sum += speed > 0 ? share_s / speed : std::numeric_limits<double>::infinity();
   };
-  put({true, false, false});
+  put({.rapid = true});
   for (const bool feed : {false, true})
-    for (const bool adaptive : {false, true}) put({false, feed, adaptive});
+    for (const bool adaptive : {false, true})
+      for (const bool spindle : {false, true}) put({false, feed, adaptive, spindle});
   return sum;
 }
 

@@ -62,7 +62,8 @@ double ProgramProgress::Driven::rate(double asked) const {
 
 void ProgramProgress::learn(const CycleReport& report, PlanTime::Kind kind) {
   learn_rapid(report, kind.rapid);
-  if (report.motion != MotionState::kMoving || !kind.feed || kind.rapid || kind.adaptive) return;
+  if (report.motion != MotionState::kMoving || !kind.feed || kind.rapid || kind.adaptive || kind.spindle)
+    return;
   feed_.time_s += period_s_;
   feed_.plan_s += period_s_ * report.override_now;
 }

@@ -122,6 +122,7 @@ void Lowering::send(const Words& to) {
   words_ = to;
   ++moves_;
   move_.feed.overrides = overrides_;
+  move_.feed.overrides.per_turn = per_revolution_ && !geared_;
   ++move_.source.step;
   sink_.move(move_);
   move_.outputs = {};

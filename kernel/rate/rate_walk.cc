@@ -115,7 +115,8 @@ RateBounds RateWalk::judge() const {
 
 // Rapid moves, and moves without feed override, go as planned at most, from their first moment on.
 bool RateWalk::goes_too_fast() const {
-  return block_ && !ended_ && rate_ > 1 + kRounding && (block_->rapid || !block_->overrides.feed);
+  if (!block_ || ended_ || rate_ <= 1 + kRounding) return false;
+  return block_->rapid || !(block_->overrides.feed || block_->overrides.follows_spindle());
 }
 
 double RateWalk::step(double u, double duration_s) {

@@ -58,6 +58,29 @@ TEST(Overrides, ActOnlyWhereTheProgramLetsThem) {
   EXPECT_EQ(overrides.spindle(false), 0.8);
 }
 
+// G95: 0.1 mm a turn stay 0.1 mm a turn when the operator makes the spindle faster.
+TEST(Overrides, FeedPerTurnFollowsTheSpindlesOverride) {
+  Overrides overrides;
+  overrides.obey(set(Kind::kSpindleOverride, 1.2));
+  MotionBlock block;
+  EXPECT_EQ(overrides.motion(&block), 1) << "G94 does not";
+  block.overrides.per_turn = true;
+  EXPECT_EQ(overrides.motion(&block), 1.2);
+  block.overrides.feed = false;
+  EXPECT_EQ(overrides.motion(&block), 1.2) << "M50 P0 is of the feed override only";
+  block.overrides.spindle = false;
+  EXPECT_EQ(overrides.motion(&block), 1) << "after M51 P0 the spindle turns as programmed";
+  block.overrides = {};
+  block.overrides.per_turn = true;
+  overrides.obey(set(Kind::kOverride, 2));
+  overrides.obey(set(Kind::kSpindleOverride, 2));
+  EXPECT_EQ(overrides.motion(&block), Overrides::kMax);
+  overrides.obey(set(Kind::kSpindleOverride, 0));
+  EXPECT_EQ(overrides.motion(&block), 0);
+  block.rapid = true;
+  EXPECT_EQ(overrides.motion(&block), 1);
+}
+
 TEST(Overrides, LeaveOtherCommandsToOthers) {
   Overrides overrides;
   for (const Kind kind :

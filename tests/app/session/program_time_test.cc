@@ -13,6 +13,7 @@
 #include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
+#include "app/session/plan_time.h"
 #include "app/session/program_progress.h"
 #include "app/session/program_step.h"
 #include "core/motion.h"
@@ -159,6 +160,18 @@ constexpr Case kCases[] = {
     {"engraving.ngc", "feed 150 %", RtCommand::Kind::kOverride, 1.5},
     {"engraving.ngc", "rapid 25 %", RtCommand::Kind::kRapidOverride, 0.25},
 };
+
+// By hand: 6 s at G95, 4 s of a plain feed, 2 s of rapid moves.
+TEST(PlanTime, FeedPerTurnGoesWithTheSpindlesOverride) {
+  PlanTime time;
+  time.add({.feed = true, .spindle = true}, 6);
+  time.add({.feed = true}, 4);
+  time.add({.rapid = true}, 2);
+  EXPECT_DOUBLE_EQ(time.total_s(), 12);
+  EXPECT_DOUBLE_EQ(time.real_s({.spindle = 1.5}), 4 + 4 + 2);
+  EXPECT_DOUBLE_EQ(time.real_s({.feed = 0.5, .spindle = 1.5}), 8 + 8 + 2);
+  EXPECT_TRUE(std::isinf(time.real_s({.spindle = 0})));
+}
 
 class TimeLeft : public testing::TestWithParam<Case> {};
 

@@ -184,6 +184,8 @@ TEST(Lowering, Feeds) {
   EXPECT_NEAR(list.moves[3].duration_s, 30, 1e-12);
   EXPECT_EQ(list.moves[3].feed.tip_mm_s, FeedLimit::kNone);
   EXPECT_NEAR(list.moves[4].feed.tip_mm_s, 0.5 * 300 / 60, 1e-12);
+  EXPECT_TRUE(list.moves[4].feed.overrides.per_turn);
+  for (const std::size_t i : {0u, 3u}) EXPECT_FALSE(list.moves[i].feed.overrides.per_turn) << i;
   EXPECT_EQ(list.moves[5].feed.tip_mm_s, FeedLimit::kNone);
 }
 
