@@ -112,11 +112,18 @@ std::string bounds_text(const SimulationResult& r, const Machine& machine, bool 
 
 std::string run_sentence(const SimulationResult& r, const Machine& machine, const std::string& program) {
   const bool feed_first = r.free_s >= longest_bound(r).time_s;
-  const char* const how = r.fault == Fault::kOk ? "ran through" : "was ended by a fault";
-  return fmt::format("\n{} {} on {} in {}: {} lines, {} of tool path.\nWhat limits it: {}.\n{}\n",
-                     program.substr(program.rfind('/') + 1), how, machine.name, duration(r.cycle_time_s),
-                     r.lines, length(r.path_mm), bounds_text(r, machine, feed_first),
-                     feed_first ? "A higher F makes it faster."
+  const std::string at =
+      r.stopped_at.value_or(0) > 0 ? fmt::format("at line {}", *r.stopped_at) : "before its first motion";
+  const std::string how = r.fault != Fault::kOk ? "was ended by a fault"
+                          : r.stopped_at        ? "was stopped " + at
+                                                : "ran through";
+  const std::string what =
+      fmt::format("\n{} {} on {} in {}: {} lines, {} of tool path.\n", program.substr(program.rfind('/') + 1),
+                  how, machine.name, duration(r.cycle_time_s), r.lines, length(r.path_mm));
+  if (r.stopped_at && r.path_mm == 0) return what;
+  return what + fmt::format("What limits it: {}.\n{}\n", bounds_text(r, machine, feed_first),
+                            feed_first
+                                ? "A higher F makes it faster."
                                 : "A wider tolerance (G64 P) makes it faster; a higher F hardly does.");
 }
 
@@ -203,38 +210,40 @@ std::string run_json(const SimulationResult& r, const Machine& machine, const st
                       {"time_at_limit_s", at_limit}});
   }
   const DeviationReport& d = r.deviation;
-  const nlohmann::json out = {{"program", program},
-                              {"machine", machine.name},
-                              {"cycle_time_s", r.cycle_time_s},
-                              {"period_s", machine.period_s},
-                              {"periods", r.periods},
-                              {"lines", r.lines},
-                              {"path_mm", r.path_mm},
-                              {"joints", joints},
-                              {"corrections", corrections_json(r)},
-                              {"screws", screws_json(r, machine)},
-                              {"features", features_json(r.features)},
-                              {"within_limits", r.within_limits},
-                              {"free_of_limits_s", r.free_s},
-                              {"tip_deviation_mm", d.tip_mm.value},
-                              {"axis_deviation_deg", d.axis_deg.value},
-                              {"deviation",
-                               {{"tip_mm", place(d.tip_mm)},
-                                {"axis_deg", place(d.axis_deg)},
-                                {"tip_share_of_tolerance", place(d.tip_ratio)},
-                                {"axis_share_of_tolerance", place(d.axis_ratio)},
-                                {"tip_exact_mm", place(d.tip_exact_mm)},
-                                {"axis_exact_deg", place(d.axis_exact_deg)},
-                                {"tip_over_mm", place(d.tip_over_mm)},
-                                {"axis_over_deg", place(d.axis_over_deg)},
-                                {"samples_lost", d.lost}}},
-                              {"starvations", r.starvations},
-                              {"plan_stops", r.speed.fallbacks},
-                              {"planned_pieces", r.speed.pieces},
-                              {"planning_s", r.planning_s},
-                              {"wall_s", r.wall_s},
-                              {"times_real_time", speed_up(r)},
-                              {"fault", fault_info(r.fault).name}};
+  const nlohmann::json out = {
+      {"program", program},
+      {"machine", machine.name},
+      {"cycle_time_s", r.cycle_time_s},
+      {"period_s", machine.period_s},
+      {"periods", r.periods},
+      {"lines", r.lines},
+      {"path_mm", r.path_mm},
+      {"joints", joints},
+      {"corrections", corrections_json(r)},
+      {"screws", screws_json(r, machine)},
+      {"features", features_json(r.features)},
+      {"within_limits", r.within_limits},
+      {"free_of_limits_s", r.free_s},
+      {"tip_deviation_mm", d.tip_mm.value},
+      {"axis_deviation_deg", d.axis_deg.value},
+      {"deviation",
+       {{"tip_mm", place(d.tip_mm)},
+        {"axis_deg", place(d.axis_deg)},
+        {"tip_share_of_tolerance", place(d.tip_ratio)},
+        {"axis_share_of_tolerance", place(d.axis_ratio)},
+        {"tip_exact_mm", place(d.tip_exact_mm)},
+        {"axis_exact_deg", place(d.axis_exact_deg)},
+        {"tip_over_mm", place(d.tip_over_mm)},
+        {"axis_over_deg", place(d.axis_over_deg)},
+        {"samples_lost", d.lost}}},
+      {"starvations", r.starvations},
+      {"plan_stops", r.speed.fallbacks},
+      {"planned_pieces", r.speed.pieces},
+      {"planning_s", r.planning_s},
+      {"wall_s", r.wall_s},
+      {"times_real_time", speed_up(r)},
+      {"stopped_at_line", r.stopped_at ? nlohmann::json(*r.stopped_at) : nlohmann::json()},
+      {"fault", fault_info(r.fault).name}};
   return out.dump(2) + "\n";
 }
 

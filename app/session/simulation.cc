@@ -114,6 +114,7 @@ class Simulation {
  private:
   void post(RtCommand command) {
     command.id = ++last_id_;
+    if (command.kind == RtCommand::Kind::kStop) result_.stopped_at = cycle_.last_report().line;
     if (options_.log) options_.log->posted(command);
     cycle_.post(command);
   }

@@ -78,6 +78,7 @@ struct SimulationResult {
   std::vector<CorrectionSummary> corrections;   ///< in the order of the chain
   std::vector<SimulatedScrews::Report> screws;  ///< how warm they became, and what that did
   std::vector<FeatureDeflection> features;      ///< empty unless the machine estimates the tool's load
+  std::optional<std::uint32_t> stopped_at;      ///< the line, where the program was not run to its end
   Fault fault = Fault::kOk;
   int fault_joint = -1;
   CheckFailure failed_check;  ///< behind the fault `assertion`

@@ -168,6 +168,14 @@ def check_ending(checks):
                   f"feed or a dwell for {free:.0f} %" in lines[1] and
                   (lines[1].index("feed") < lines[1].index("joint")) == (free >= share), result)
     checks.expect("what to try", "--report" in lines[3], result)
+    for how in (("--stop-after", "5"), ("--operator", "stands.txt")):
+        with open(os.path.join(checks.caller, "stands.txt"), "w", encoding="ascii") as file:
+            file.write("5 hold\n")
+        line = json.loads(checks.run("pocket", "--json", *how).stdout)["stopped_at_line"]
+        result = checks.run("pocket", *how)
+        checks.expect(f"it did not run through ({how[0]})", told["stopped_at_line"] is None and line > 0 and
+                      f"pocket.ngc was stopped at line {line} on " in result.stdout and
+                      "ran through" not in result.stdout, result)
 
 
 def check_browser(checks, folder):
