@@ -25,7 +25,8 @@ namespace trn {
 /// on the way down to another target they end at that, where r' cannot come back to 0 sooner. Each time a
 /// plan is asked for, the greatest u towards the target for a period is tried, with a new plan behind it. The
 /// first trial that verifies replaces the plan in force; where none does, the plan in force stays. When its
-/// end just reaches the target, a constant u leads exactly there.
+/// end just reaches the target, a constant u leads exactly there, or two steps do. A plan to a rate above 1
+/// stays there for a few leads before it comes back to 1, so that the next one need not climb again.
 ///
 /// Towards 0 the quicker is taken of the stop that StopSearch finds from here and the one behind a trial; and
 /// once there is a stop, only one that ends sooner replaces it.
