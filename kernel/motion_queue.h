@@ -50,10 +50,11 @@ class MotionQueue {
     const std::uint64_t head = head_.load(std::memory_order_acquire);
     const std::uint64_t kept = std::min(head, kept_from_.load(std::memory_order_acquire));
     if (tail - kept >= items_.size() - past_) return false;
-    pushed_ns_.fetch_add(duration_ns(block), std::memory_order_relaxed);
+    const double block_s = duration_s(block);
+    pushed_ns_.fetch_add(static_cast<std::int64_t>(1e9 * block_s), std::memory_order_relaxed);
     if (is_stop(block)) pushed_stops_.fetch_add(1, std::memory_order_relaxed);
-    items_[tail % items_.size()] = {block, generation_.load(std::memory_order_relaxed), ++number_, pushed_ns_,
-                                    pushed_stops_};
+    items_[tail % items_.size()] = {
+        block, generation_.load(std::memory_order_relaxed), ++number_, pushed_ns_, pushed_stops_, block_s};
     tail_.store(tail + 1, std::memory_order_release);
     return true;
   }
@@ -151,6 +152,17 @@ class MotionQueue {
   const MotionBlock* ahead(std::uint64_t index) const TRN_RT {
     return sees(index) && item(index).generation > dropped_ ? &item(index).block : nullptr;
   }
+  /// The same with all that is known of it.
+  struct Ahead {
+    const MotionBlock* block = nullptr;  ///< null if it is not seen yet
+    std::uint32_t number = 0;            ///< its place in its program, from 1
+    double duration_s = 0;               ///< of its segments
+  };
+  Ahead look_ahead(std::uint64_t index) const TRN_RT {
+    if (!sees(index)) return {};
+    const Item& it = item(index);
+    return it.generation > dropped_ ? Ahead{&it.block, it.number, it.duration_s} : Ahead{};
+  }
   /// Its place in its program, from 1; 0 if it is not seen yet.
   std::uint32_t number_ahead(std::uint64_t index) const TRN_RT {
     return ahead(index) ? item(index).number : 0;
@@ -186,6 +198,7 @@ class MotionQueue {
     std::uint64_t generation = 0;
     std::uint32_t number = 0;            ///< in its program, from 1
     std::int64_t end_ns = 0, stops = 0;  ///< pushed up to and with this one
+    double duration_s = 0;
   };
   static constexpr int kDropsPerTick = 64;
   static constexpr std::uint32_t kAnswersMax = 8;  ///< a block of the program asks at most twice
@@ -203,11 +216,11 @@ class MotionQueue {
   }
   const Item& last() const TRN_RT { return items_[(seen_ - 1) % items_.size()]; }
   static bool is_stop(const MotionBlock& block) { return block.segment_count == 0 || block.ends_at_rest; }
-  static std::int64_t duration_ns(const MotionBlock& block) {
+  static double duration_s(const MotionBlock& block) {
     double sum = 0;
     for (int i = 0; i < block.segment_count; ++i)
       sum += block.segments[static_cast<std::size_t>(i)].duration_s;
-    return static_cast<std::int64_t>(1e9 * sum);
+    return sum;
   }
 
   std::pmr::vector<Item> items_;

@@ -54,12 +54,13 @@ double SingleBlock::to_line_end_s(double horizon_s) const TRN_RT {
   double way_s = -place.time_s;
   TRN_CHECK(place.time_s >= 0);
   for (std::uint64_t i = 0; i < kLineBlocks && way_s < horizon_s; ++i) {
-    const MotionBlock* block = queue_.ahead(i);
-    if (!block || block->segment_count == 0) return RateWish::kNoStop;
-    if (queue_.number_ahead(i) > number_ && block->source.line != line_) return std::max(way_s, 0.0);
-    for (int k = i > 0 ? 0 : place.segment; k < block->segment_count; ++k)
-      way_s += block->segments[static_cast<std::size_t>(k)].duration_s;
-    if (block->ends_at_rest) return RateWish::kNoStop;
+    const MotionQueue::Ahead ahead = queue_.look_ahead(i);
+    if (!ahead.block || ahead.block->segment_count == 0) return RateWish::kNoStop;
+    if (ahead.number > number_ && ahead.block->source.line != line_) return std::max(way_s, 0.0);
+    way_s += ahead.duration_s;
+    for (int k = 0; i == 0 && k < place.segment; ++k)
+      way_s -= ahead.block->segments[static_cast<std::size_t>(k)].duration_s;
+    if (ahead.block->ends_at_rest) return RateWish::kNoStop;
   }
   return RateWish::kNoStop;
 }

@@ -34,7 +34,13 @@ TEST(MotionQueue, TheReaderSeesWhatWasThereWhenItLooked) {
   EXPECT_EQ(queue.ahead(1)->source.line, 8u);
   EXPECT_EQ(queue.number_ahead(1), 2u);
   EXPECT_EQ(queue.number_ahead(2), 0u);
+  EXPECT_EQ(queue.look_ahead(1).block, queue.ahead(1));
+  EXPECT_EQ(queue.look_ahead(1).number, 2u);
+  EXPECT_EQ(queue.look_ahead(1).duration_s, 0.25);
+  EXPECT_EQ(queue.look_ahead(2).block, nullptr);
   EXPECT_EQ(queue.seen_number(), 2u);
+  queue.drop_all();
+  EXPECT_EQ(queue.look_ahead(1).block, nullptr);
 }
 
 TEST(MotionQueue, AFullQueueTakesNothingAndLosesNothing) {

@@ -16,7 +16,9 @@ from pathlib import Path
 PROGRAMS = ["test_core", "test_hal"]
 DOORS = ["gcode_fuzz", "expression_fuzz", "message_fuzz", "can_frame_fuzz", "eds_fuzz", "table_fuzz", "operator_fuzz",
          "page_message_fuzz"]
-PRESETS = {"address": "asan", "thread": "tsan"}
+FLAGS = "-O1 -g1 -DNDEBUG"  # half the compiler's time of the long form
+SANITIZERS = {"address": "address,undefined", "thread": "thread"}
+INSTRUMENTED = {"address": b"__asan_init", "thread": b"__tsan_init"}
 
 
 def run(*command, folder):
@@ -29,13 +31,13 @@ def run(*command, folder):
 
 def main():
     source, kind = Path(sys.argv[1]), sys.argv[2]
-    preset = PRESETS[kind]
-    build = source / "build" / preset
+    build = source / "build" / f"short_{kind}"
     doors = DOORS if kind == "address" else []
     if not (build / "build.ninja").exists():
-        run("cmake", "--preset", preset, folder=source)
+        run("cmake", "--preset", "release", "-B", build, f"-DTRN_SANITIZE={SANITIZERS[kind]}", f"-DCMAKE_CXX_FLAGS_RELEASE={FLAGS}",
+            folder=source)
     run("cmake", "--build", build, "--target", *PROGRAMS, *[f"{door}_replay" for door in doors], folder=source)
-    if f"__{preset}_init".encode() not in (build / "test_core").read_bytes():
+    if INSTRUMENTED[kind] not in (build / "test_core").read_bytes():
         sys.exit(f"{build}/test_core was built without the {kind} sanitizer")
     names = PROGRAMS + [f"{door}_corpus" for door in doors]
     told = run("ctest", "--test-dir", build, "--output-on-failure", "-j2", "-R", f"^({'|'.join(names)})$", folder=source)
