@@ -546,20 +546,21 @@ std::string io_below(const char* table) {
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
-  const std::string five = std::string(kFiveJoints) + kProgram + kTorqueSpecimen, can = kCan;
+  const std::string five = std::string(kFiveJoints) + kProgram, can = kCan;
+  const std::string told = five + kTorqueSpecimen;  // in advance, which drives on Modbus are not
   const std::string shapes = "[drives.emulation.probe]\n" + shapes_below("drives.emulation");
   return {
       {"simulated",
-       five + kCorrections + errors_below("corrections.geometric") +
+       told + kCorrections + errors_below("corrections.geometric") +
            "[tool_change]\nconfirm = \"input\"\ninput = 3\n[tangential]\n[drives]\ntype = \"simulated\"" +
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotorSpecimen + kSafetySpecimen +
+       told + below(can, "@bus", "") + drives_below("drives.emulation") + kMotorSpecimen + kSafetySpecimen +
            shapes + kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
-       five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +
+       told + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +
            "[tool_change]\nconfirm = \"none\"\n[[drives.bus]]\ninterface = \"can1\"\n",
        "[[drives.bus]]\ninterface = \"can2\"\n"},
       {"modbus",
