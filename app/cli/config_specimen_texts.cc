@@ -203,12 +203,18 @@ limit_switch_margin_deg = @k
 name = "@X"
 [@drives.joint.mechanism]
 inertia_kg = 100
+cogging_pitch_mm = 24
+cogging_N = [1]
+cogging_at_mm = [0]
 [[@drives.joint]]
 name = "@Z"
 [[@drives.joint]]
 name = "@A"
 [@drives.joint.mechanism]
 inertia_kg_m2 = 1
+cogging_pitch_deg = 24
+cogging_Nm = [1]
+cogging_at_deg = [0]
 [[@drives.joint]]
 name = "@C"
 [[@drives.script]]
@@ -279,8 +285,14 @@ counts_per_mm = 1000
 @bus
 interpolation_period = [20, -3]
 home_final_mm = @k
+following_error_mm = @k
+following_error_ms = @k0
+at_shutdown = "ramp"
+at_disable = "ramp"
+at_halt = "ramp"
 [drives.node.habits]
 mode_display = @bool
+pdo_order = ["off", "clear", "map", "count", "type", "on"]
 [[drives.node.write]]
 index = 0x2110
 value = 1
