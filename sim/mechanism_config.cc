@@ -4,6 +4,7 @@
 
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/units.h"
 
@@ -12,6 +13,27 @@ namespace trn {
 namespace {
 constexpr double kTonnesPerKg = 1e-3;  // N over mm/s^2 is tonnes
 constexpr double kLoopHz = 60;
+// Not a table as the model has it: waves, so that the two share nothing.
+void read_cogging_waves(const ConfigTable& table, bool rotary, ServoMechanism::Config& out) {
+  const double unit = rotary ? kRadPerDeg : 1;
+  const std::string force = rotary ? "cogging_Nm" : "cogging_N",
+                    at = rotary ? "cogging_at_deg" : "cogging_at_mm";
+  const std::string pitch = rotary ? "cogging_pitch_deg" : "cogging_pitch_mm";
+  if (!table.has(force)) return;
+  out.cogging_pitch = unit * table.number(pitch, kPositive);
+  const std::vector<double> forces = table.numbers(force);
+  const std::vector<double> places = table.has(at) ? table.numbers(at) : std::vector<double>(forces.size());
+  if (forces.empty() || forces.size() > ServoMechanism::kCoggingWaves)
+    throw table.error(force, fmt::format("'{}' has one number for each wave, 1 to {}", force,
+                                         ServoMechanism::kCoggingWaves));
+  if (places.size() != forces.size())
+    throw table.error(at, fmt::format("'{}' has as many numbers as '{}'", at, force));
+  for (std::size_t i = 0; i < forces.size(); ++i) {
+    out.cogging[i] = forces[i];
+    out.cogging_at[i] = unit * places[i];
+  }
+}
+
 }  // namespace
 
 ServoMechanism::Config read_mechanism(const Joint& joint, double period_s, const ConfigTable& table) {
@@ -34,6 +56,7 @@ ServoMechanism::Config read_mechanism(const Joint& joint, double period_s, const
     out.imbalance = table.number("imbalance_Nm", 0.0, kNotNegative);
     out.imbalance_at = kRadPerDeg * table.number("imbalance_at_deg", 0.0, Range{-360, 360});
   }
+  read_cogging_waves(table, rotary, out);
   out.resonance_rad_s = 2 * kPi * table.number("resonance_hz", 0.0, Range{0, 2000});
   out.resonance_damping = table.number("resonance_damping", 0.02, Range{0, 1});
   out.load_share = table.number("load_share", 0.5, Range{0.01, 0.99});

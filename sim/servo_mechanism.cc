@@ -58,6 +58,17 @@ double ServoMechanism::weight_at(double x) const TRN_RT {
   return config_.gravity + turning;
 }
 
+// Of the motor: what holds it against its magnets.
+double ServoMechanism::cogging_at(double x) const TRN_RT {
+  double sum = 0;
+  if (config_.cogging_pitch <= 0) return sum;
+  for (std::size_t i = 0; i < kCoggingWaves; ++i) {
+    const double turns = static_cast<double>(i + 1) * (x - config_.cogging_at[i]) / config_.cogging_pitch;
+    if (config_.cogging[i] != 0) sum += config_.cogging[i] * std::cos(2 * 3.14159265358979 * turns);
+  }
+  return sum;
+}
+
 // Friction takes speed until there is none left; it never turns a motion round.
 double ServoMechanism::slowed(double v, double inertia) const TRN_RT {
   const double after_viscous = v / (1 + config_.viscous * dt_ / inertia);
@@ -68,7 +79,8 @@ double ServoMechanism::slowed(double v, double inertia) const TRN_RT {
 // Semi-implicit Euler: speed first, then the place by the new speed.
 void ServoMechanism::move(double force, State& state) const TRN_RT {
   if (load_inertia_ <= 0) {
-    state.v = slowed(state.v + (force - weight_at(state.x)) * dt_ / config_.inertia, config_.inertia);
+    state.v = slowed(state.v + (force - weight_at(state.x) - cogging_at(state.x)) * dt_ / config_.inertia,
+                     config_.inertia);
     state.x += state.v * dt_;
     state.load_x = state.x;
     state.load_v = state.v;
@@ -78,7 +90,7 @@ void ServoMechanism::move(double force, State& state) const TRN_RT {
   const double stretched = std::abs(apart) <= gap ? 0 : apart - std::copysign(gap, apart);
   const double damping = stretched != 0 ? spring_damping_ * (state.v - state.load_v) : 0;
   const double spring = stiffness_ * stretched + damping;
-  state.v += (force - spring) * dt_ / motor_inertia_;
+  state.v += (force - spring - cogging_at(state.x)) * dt_ / motor_inertia_;
   state.load_v =
       slowed(state.load_v + (spring - weight_at(state.load_x)) * dt_ / load_inertia_, load_inertia_);
   state.x += state.v * dt_;

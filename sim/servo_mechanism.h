@@ -1,5 +1,8 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
+
 #include "core/realtime.h"
 
 namespace trn {
@@ -10,6 +13,7 @@ namespace trn {
 /// JointModel.
 class ServoMechanism {
  public:
+  static constexpr std::size_t kCoggingWaves = 4;
   struct Config {
     double period_s = 0.001;
     double position_gain_1_s = 0;
@@ -20,10 +24,13 @@ class ServoMechanism {
     double viscous = 0, coulomb = 0;
     double gravity = 0;                      ///< N, Nm that holds the load
     double imbalance = 0, imbalance_at = 0;  ///< Nm that holds it where it is greatest; rad
-    double resonance_rad_s = 0;              ///< of motor against load; 0: they are rigid
-    double load_share = 0.5;                 ///< of the inertia, behind the spring
-    double resonance_damping = 0.02;         ///< 1: critical
-    double backlash = 0;                     ///< mm, rad between motor and load, with a spring only
+    double cogging_pitch = 0;                ///< mm, rad after which the motor's cogging repeats; 0: none
+    /// N, Nm of its first waves (so many in a pitch), and where each is greatest, mm or rad.
+    std::array<double, kCoggingWaves> cogging{}, cogging_at{};
+    double resonance_rad_s = 0;       ///< of motor against load; 0: they are rigid
+    double load_share = 0.5;          ///< of the inertia, behind the spring
+    double resonance_damping = 0.02;  ///< 1: critical
+    double backlash = 0;              ///< mm, rad between motor and load, with a spring only
   };
   /// What the drive is told, besides the place.
   struct Reference {
@@ -47,6 +54,7 @@ class ServoMechanism {
   double wanted_force(double target, const Reference& reference, State& state) const TRN_RT;
   void move(double force, State& state) const TRN_RT;
   double weight_at(double x) const TRN_RT;
+  double cogging_at(double x) const TRN_RT;
   double slowed(double v, double inertia) const TRN_RT;
 
   Config config_;

@@ -300,6 +300,7 @@ void add_can(CLI::App& app, Exit& exit) {
       ->add_option("--eds", options->eds, "Data sheet of the nodes: names of the objects in SDO transfers")
       ->check(CLI::ExistingFile);
   monitor_app->add_option("--seconds", options->seconds, "End after this time; 0: with Ctrl-C");
+  add_can_settings(*can, exit);
   add_can_faults(*can, exit);
 }
 

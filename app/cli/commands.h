@@ -38,8 +38,9 @@ void add_ballbar(CLI::App& app, Exit& exit);
 /// ball fit, plan
 void add_ball(CLI::App& app, Exit& exit);
 void add_joint_table(CLI::App& app, Exit& exit);
-/// can scan, sdo, nmt, monitor, faults
+/// can scan, sdo, nmt, monitor, lss, store, faults
 void add_can(CLI::App& app, Exit& exit);
+void add_can_settings(CLI::App& can, Exit& exit);
 void add_can_faults(CLI::App& can, Exit& exit);
 /// modbus scan, read, write, faults
 void add_modbus(CLI::App& app, Exit& exit);

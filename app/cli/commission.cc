@@ -2,14 +2,17 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <charconv>
 #include <chrono>
+#include <cstdint>
 #include <iostream>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
 #include <utility>
+#include <vector>
 
 #include "app/cli/commands.h"
 #include "app/daemon/realtime.h"
@@ -18,6 +21,10 @@
 #include "app/lab/commission/emulated_commission.h"
 #include "app/lab/text_file.h"
 #include "app/session/make_cycle.h"
+#include "hal/can/can_config.h"
+#include "hal/can/nmt.h"
+#include "hal/can/sdo_talk.h"
+#include "hal/can/socket_can.h"
 #include "kernel/cycle.h"
 #include "kernel/rt_messages.h"
 
@@ -32,7 +39,9 @@ struct CommissionOptions {
 constexpr const char kCommissionFooter[] =
     "A check-list for the first day of a machine: figures, drives on the bus, counts by a ruler, direction "
     "of\n"
-    "every program word, switches, homing, ranges, brakes, following error, probe, latency. It asks, moves "
+    "every program word, switches, homing, ranges, brakes, following error, tuning, spindle, probe, latency. "
+    "It asks, "
+    "moves "
     "the\n"
     "machine slowly, and writes what it finds into the config; CONFIG.before keeps what was there. Answer q "
     "to\n"
@@ -62,14 +71,35 @@ class RealCommission final : public CommissionMachine {
     wait(1);
     thread_.reset();
   }
-  void wait(double time_s) override { std::this_thread::sleep_for(std::chrono::duration<double>(time_s)); }
-  CycleReport report() override {
-    while (cycle_->next_report(last_)) {
+  // Reports are taken meanwhile: the ring between the threads holds some periods only.
+  void wait(double time_s) override {
+    using Clock = std::chrono::steady_clock;
+    const auto end =
+        Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time_s));
+    while (Clock::now() < end) {
+      std::this_thread::sleep_until(std::min(end, Clock::now() + std::chrono::milliseconds(2)));
+      report();
     }
+  }
+  CycleReport report() override {
+    while (cycle_->next_report(last_))
+      if (watcher_) watcher_(last_);
     return last_;
   }
-  double latest_us() const override {
+  double latest_us(double time_s) override {
+    wait(time_s);
     return thread_->statistics().wake.max_us() + thread_->statistics().tick.max_us();
+  }
+  const char* clock() const override { return "as this computer has been since the list began"; }
+  std::vector<ScannedBus> scan() override {
+    constexpr std::int64_t kAnswer_ns = 30'000'000;
+    std::vector<ScannedBus> out;
+    const CanDrivesConfig config = read_can_drives(assembly_.machine, assembly_.machine.root.table("drives"));
+    for (const CanBusConfig& bus : config.buses) {
+      SocketCan endpoint(bus.interface, {{cob::kSdoAnswer, 0x780}});
+      out.push_back({bus.interface, scan_nodes(endpoint, kNodeIdMax, kAnswer_ns)});
+    }
+    return out;
   }
 
  private:
@@ -99,6 +129,9 @@ class TerminalOperator final : public CommissionOperator {
       return yes || line == "n" || line == "no";
     });
   }
+  bool turned_clockwise(const std::string& text) override { return went_positive(text, 0); }
+  bool does(const std::string& text, HandStep, int) override { return agrees(text); }
+  void lets_go(const std::string& text) override { fmt::print("{}\n", text); }
   void tell(const std::string& text) override { fmt::print("{}\n", text); }
 
  private:

@@ -81,6 +81,11 @@ const ChapterMeaning kDriveMeanings = {
              {"gravity_N gravity_Nm", "What holds the joint against its weight."},
              {"imbalance_Nm", "What holds a rotary joint against its weight where that is greatest."},
              {"imbalance_at_deg", "Where that is."},
+             {"cogging_pitch_mm cogging_pitch_deg", "The way after which the motor's cogging repeats.",
+              "required with `cogging_N`"},
+             {"cogging_N cogging_Nm", "Its waves: of one in a pitch, of two, and so on.", "no cogging",
+              "1 to 4 numbers"},
+             {"cogging_at_mm cogging_at_deg", "Where each wave is greatest.", "at 0", "as many numbers"},
              {"resonance_hz",
               "Frequency at which motor and load swing against each other; 0: they are rigid."},
              {"resonance_damping", "Damping of it; 1 is critical."},
@@ -95,6 +100,8 @@ const ChapterMeaning kDriveMeanings = {
              {"node", "The drive.", "", "bus and node id, as \"can0:3\""},
              {"start_offset_mm start_offset_deg", "How far from its joint's start it stands at power-on."},
              {"inputs_on", "Bits of its 0x60FD that are on.", "none", "numbers, 0 to 31"},
+             {"serial", "Its serial number, for `trunnion can lss`; 0: by the data sheet."},
+             {"without_id", "Whether nobody has given it its node id yet: it waits for `trunnion can lss`."},
              {"falls", "The way in which the axis falls when neither its drive nor its brake holds it."},
              {"brake_release_s", "With `falls`: how long the brake really takes to let go."},
              {"brake_close_s", "And to hold."},
@@ -245,6 +252,17 @@ const ChapterMeaning kCanMeanings = {
               "The drive's own range (0x607D) and following error (0x6065): `check` warns where they are "
               "tighter "
               "than the joint's, `set` writes the joint's."},
+             {"following_error_ms",
+              "How long the drive lets its own following error (0x6066) last; with `drive_limits`, as that "
+              "says. It "
+              "needs a following error.",
+              "as the drive has it"},
+             {"at_shutdown",
+              "What the drive does when it is shut down (0x605B): it lets the motor coast, or brakes by its "
+              "ramp first.",
+              "as the drive has it"},
+             {"at_disable", "The same when it is told to let go (0x605C).", "as the drive has it"},
+             {"at_halt", "How the drive brakes when it is told to halt (0x605D).", "as the drive has it"},
              {"velocity_unit",
               "The drive's unit of velocity, as \"rpm\", \"0.1 rpm\" or \"counts/s\". It is written to the "
               "drive "
@@ -332,6 +350,15 @@ const ChapterMeaning kCanMeanings = {
              {"follows_bit", "Whether bit 12 of its statusword tells that it follows its setpoints."},
              {"homing_reached", "Whether it sets bit 10 beside bit 12 when it has homed."},
              {"stands_to_switch", "Whether it changes its mode at a standstill only."},
+             {"pdo_order",
+              "The only order in which it lets a PDO be mapped: `off` its identifier with bit 31, `type` of "
+              "transmission, `clear` the count to 0, `map` the objects, `count` them, `on` the identifier.",
+              "off, type, clear, map, count, on", "each once; off and clear before map, count, on"},
+             {"fixed_pdos",
+              "PDOs that carry what the data sheet says and cannot be mapped anew, as [\"RPDO1\", "
+              "\"TPDO1\"]. Their "
+              "mapping is compared.",
+              "none", "RPDO1 to RPDO4, TPDO1 to TPDO4"},
              {"home_offset",
               "`position`: 0x607C is what the drive counts at the home point; `zero`: where its zero lies, "
               "seen "

@@ -203,12 +203,18 @@ limit_switch_margin_deg = @k
 name = "@X"
 [@drives.joint.mechanism]
 inertia_kg = 100
+cogging_pitch_mm = 24
+cogging_N = [1]
+cogging_at_mm = [0]
 [[@drives.joint]]
 name = "@Z"
 [[@drives.joint]]
 name = "@A"
 [@drives.joint.mechanism]
 inertia_kg_m2 = 1
+cogging_pitch_deg = 24
+cogging_Nm = [1]
+cogging_at_deg = [0]
 [[@drives.joint]]
 name = "@C"
 [[@drives.script]]
@@ -279,8 +285,14 @@ counts_per_mm = 1000
 @bus
 interpolation_period = [20, -3]
 home_final_mm = @k
+following_error_mm = @k
+following_error_ms = @k0
+at_shutdown = "ramp"
+at_disable = "ramp"
+at_halt = "ramp"
 [drives.node.habits]
 mode_display = @bool
+pdo_order = ["off", "clear", "map", "count", "type", "on"]
 [[drives.node.write]]
 index = 0x2110
 value = 1
@@ -546,20 +558,21 @@ std::string io_below(const char* table) {
 }  // namespace
 
 std::vector<ConfigSpecimen> machine_specimens() {
-  const std::string five = std::string(kFiveJoints) + kProgram + kTorqueSpecimen, can = kCan;
+  const std::string five = std::string(kFiveJoints) + kProgram, can = kCan;
+  const std::string told = five + kTorqueSpecimen;  // in advance, which drives on Modbus are not
   const std::string shapes = "[drives.emulation.probe]\n" + shapes_below("drives.emulation");
   return {
       {"simulated",
-       five + kCorrections + errors_below("corrections.geometric") +
+       told + kCorrections + errors_below("corrections.geometric") +
            "[tool_change]\nconfirm = \"input\"\ninput = 3\n[tangential]\n[drives]\ntype = \"simulated\"" +
            drives_below("drives") + kScrew + "[io]\ntype = \"simulated\"\n" + io_below("io"),
        ""},
       {"canopen on one bus",
-       five + below(can, "@bus", "") + drives_below("drives.emulation") + kMotorSpecimen + kSafetySpecimen +
+       told + below(can, "@bus", "") + drives_below("drives.emulation") + kMotorSpecimen + kSafetySpecimen +
            shapes + kScrew + "[tool_change]\nconfirm = \"sub-program\"\ncall = \"change\"\n",
        ""},
       {"canopen on two buses",
-       five + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +
+       told + below(can, "@bus", "bus = \"can@k\"") + drives_below("drives.emulation") + shapes +
            "[tool_change]\nconfirm = \"none\"\n[[drives.bus]]\ninterface = \"can1\"\n",
        "[[drives.bus]]\ninterface = \"can2\"\n"},
       {"modbus",

@@ -36,9 +36,9 @@ class FileInMemory {
 
 /// The objects that setpoints, feedback and touch probe need, and one to be written.
 std::string data_sheet() {
-  constexpr std::pair<unsigned, unsigned> kObjects[] = {{0x2110, 7}, {0x6040, 6}, {0x6041, 6}, {0x6060, 2},
-                                                        {0x6061, 2}, {0x6064, 4}, {0x607A, 4}, {0x60B8, 6},
-                                                        {0x60B9, 6}, {0x60BA, 4}, {0x60BB, 4}, {0x60FD, 7}};
+  constexpr std::pair<unsigned, unsigned> kObjects[] = {
+      {0x605B, 3}, {0x605C, 3}, {0x605D, 3}, {0x6066, 6}, {0x2110, 7}, {0x6040, 6}, {0x6041, 6}, {0x6060, 2},
+      {0x6061, 2}, {0x6064, 4}, {0x607A, 4}, {0x60B8, 6}, {0x60B9, 6}, {0x60BA, 4}, {0x60BB, 4}, {0x60FD, 7}};
   std::string text;
   for (const auto& [index, type] : kObjects)
     text += fmt::format(

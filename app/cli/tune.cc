@@ -44,8 +44,8 @@ constexpr double kSettleS = 0.15;  // behind a stroke
 
 struct TuneOptions {
   std::string joint, machine, write, svg;
-  double length = 0, percent = 60, timeout_s = 2;
-  bool emulated = false, yes = false, json = false;
+  double length = 0, percent = 60, timeout_s = 2, cogging = 0;
+  bool emulated = false, yes = false, json = false, shake = false;
 };
 
 constexpr const char kTuneFooter[] =
@@ -174,7 +174,7 @@ Exit tell_tuning(const TuneOptions& options, const TuneData& data, const Joint& 
                  std::size_t first_slow) {
   TuneResult result;
   try {
-    result.fit = fit_joint(data, joint);
+    result.fit = fit_joint(data, joint, unit_of(joint) * options.cogging);
   } catch (const std::runtime_error& error) {
     fmt::print(stderr, "{}\n", error.what());
     return Exit::kBadProgram;
@@ -202,6 +202,8 @@ Exit tune(const TuneOptions& options) {
   bool go = true;
   const auto plan_of = [&](const Joint& joint, double stands) {
     wish.length = unit_of(joint) * options.length;
+    wish.cogging_pitch = unit_of(joint) * options.cogging;
+    wish.stirs = options.shake;
     try {
       plan = plan_tuning(joint, stands, wish);
     } catch (const std::runtime_error& error) {
@@ -210,6 +212,9 @@ Exit tune(const TuneOptions& options) {
     go = agreed(options, plan, joint);
     return go ? plan : TunePlan{};
   };
+  if (options.shake && !options.emulated)
+    throw CLI::ValidationError("--shake",
+                               "a daemon tells its drives no torque for others; only --emulated shakes");
   if (options.emulated) {
     Assembly assembly = assemble(options.machine);
     const std::size_t index = joint_of(assembly.machine, options.joint);
@@ -244,6 +249,13 @@ void add_tune(CLI::App& app, Exit& exit) {
       ->capture_default_str();
   command->add_option("--write", options->write, "write the joint's table for the config into this file");
   command->add_option("--svg", options->svg, "draw the frequency responses (Bode)");
+  command
+      ->add_option("--cogging", options->cogging,
+                   "fit a table of the motor's cogging, too: the way after which it repeats, mm or degrees")
+      ->check(CLI::PositiveNumber);
+  command->add_flag(
+      "--shake", options->shake,
+      "with --emulated: shake the motor by a small torque as well, which shows resonances above 50 Hz");
   command->add_flag("--emulated", options->emulated,
                     "rehearse: on the drives that the config emulates, in this process; nothing moves");
   command->add_flag("--yes", options->yes, "do not ask");

@@ -227,6 +227,46 @@ class NodeReader {
                          fmt::format("this DCF is of node {}, the drive here is node {}", of, node.link.id));
   }
 
+  // Each write once; the objects between clear and count, and only then on.
+  static bool is_legal(const PdoOrder& order) {
+    const auto at = [&](PdoWrite write) {
+      return std::find(order.begin(), order.end(), write) - order.begin();
+    };
+    using W = PdoWrite;
+    const bool each = std::is_permutation(order.begin(), order.end(), PdoHabits{}.order.begin());
+    return each && at(W::kOff) < at(W::kMap) && at(W::kClear) < at(W::kMap) && at(W::kMap) < at(W::kCount) &&
+           at(W::kCount) < at(W::kOn);
+  }
+
+  static PdoHabits read_pdo_habits(const ConfigTable& table) {
+    PdoHabits habits;
+    if (table.has("pdo_order")) {
+      const std::vector<std::string> words = table.texts("pdo_order", {});
+      habits.strict = true;
+      bool known = words.size() == habits.order.size();
+      for (std::size_t i = 0; known && i < words.size(); ++i) {
+        int write = 0;
+        while (write < kPdoWrites && to_string(static_cast<PdoWrite>(write)) != words[i]) ++write;
+        known = write < kPdoWrites;
+        if (known) habits.order[i] = static_cast<PdoWrite>(write);
+      }
+      if (!known || !is_legal(habits.order))
+        throw table.error(
+            "pdo_order",
+            "'pdo_order' has \"off\", \"type\", \"clear\", \"map\", \"count\", \"on\" once each; off and "
+            "clear before map, then count, then on");
+    }
+    for (const std::string& name : table.texts("fixed_pdos", {})) {
+      const bool shaped = name.size() == 5 && (name[0] == 'R' || name[0] == 'T') &&
+                          name.substr(1, 3) == "PDO" && name[4] >= '1' && name[4] <= '4';
+      if (!shaped)
+        throw table.error("fixed_pdos",
+                          fmt::format("'{}' is no PDO; legal: RPDO1 to RPDO4, TPDO1 to TPDO4", name));
+      (name[0] == 'R' ? habits.fixed_rpdos : habits.fixed_tpdos) |= 1u << (name[4] - '1');
+    }
+    return habits;
+  }
+
   void read_habits(CanNodeConfig& node) {
     DriveHabits& habits = node.link.axis.habits;
     if (const auto table = table_.table_if("habits")) {
@@ -234,6 +274,7 @@ class NodeReader {
       habits.follows_bit = table->boolean("follows_bit", true);
       habits.homing_reached = table->boolean("homing_reached", true);
       habits.stands_to_switch = table->boolean("stands_to_switch", false);
+      node.pdo_habits = read_pdo_habits(*table);
       node.offset_is_zero = table->choice("home_offset", {"position", "zero"}, "position") == "zero";
     }
     const DictionaryEntry* display = node.dictionary.find({0x6061, 0});
@@ -285,18 +326,19 @@ class NodeReader {
     node.link.touch_input_bit = timing_.touch_input_bit;
     if ((timing_.touch || node.link.limit_switches) && !node.link.reads_inputs) in.push_back({0x60FD, 0});
     try {
-      node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id, fd);
-      node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id, fd);
+      node.link.rpdos = plan_pdos(node.dictionary, out, true, node.link.id, fd, node.pdo_habits);
+      node.link.tpdos = plan_pdos(node.dictionary, in, false, node.link.id, fd, node.pdo_habits);
     } catch (const EdsError& error) {
       throw table_.error("eds", error.what());
     }
     // A TPDO sends itself with every tenth SYNC (transmission type 10). For an RPDO the type says when the
     // drive takes it over, so there the master sends more seldom.
-    for (std::size_t i = 1; i < node.link.tpdos.size(); ++i)
-      node.link.tpdos[i].transmission = carries(node.link.tpdos[i], {kTorqueActual}) ? 1 : kSlowPeriods;
+    const std::vector<ObjectKey> fast_in = {{0x6041, 0}, {0x6064, 0}, {0x60B9, 0}, kTorqueActual};
+    for (Pdo& pdo : node.link.tpdos) pdo.transmission = carries(pdo, fast_in) ? 1 : kSlowPeriods;
     // What goes with every setpoint has a PDO in every period.
-    for (std::size_t i = 1; i < node.link.rpdos.size(); ++i)
-      node.link.rpdos[i].every = carries(node.link.rpdos[i], offsets) ? 1 : kSlowPeriods;
+    std::vector<ObjectKey> fast_out = {{0x6040, 0}, {0x607A, 0}, {0x60FF, 0}, {0x6071, 0}, {0x60C1, 1}};
+    fast_out.insert(fast_out.end(), offsets.begin(), offsets.end());
+    for (Pdo& pdo : node.link.rpdos) pdo.every = carries(pdo, fast_out) ? 1 : kSlowPeriods;
     // What safety hangs on goes with every SYNC as well.
     int pdo = 0;
     PdoField field;
@@ -317,8 +359,49 @@ class NodeReader {
     setup.range_low = std::min(counts(limit.min), counts(limit.max));
     setup.range_high = std::max(counts(limit.min), counts(limit.max));
     setup.following_counts = std::llround(axis.following_error_max * std::abs(axis.counts_per_unit));
+    if (table_.has("following_error_ms")) {
+      setup.following_ms = static_cast<int>(table_.integer("following_error_ms", Range{0, 65535}));
+      needs_object(node, "following_error_ms", {0x6066, 0}, *setup.following_ms, setup.sets_limits);
+      if (setup.following_counts == 0)
+        throw table_.error(
+            "following_error_ms",
+            fmt::format("a time needs an error that it belongs to: set '{}'", key("following_error")));
+    }
     const double turn = node.units.counts_per_motor_turn;
     if (turn > 0) setup.motor_rpm = std::llround(60 * limit.velocity * std::abs(axis.counts_per_unit) / turn);
+  }
+
+  // A key of an object that the drive must have, and take this value.
+  void needs_object(const CanNodeConfig& node, std::string_view name, ObjectKey object, std::int64_t value,
+                    bool written = true) const {
+    const DictionaryEntry* entry = node.dictionary.find(object);
+    if (!entry || bits_of(entry->type) == 0 || (written ? !entry->writable : !entry->readable))
+      throw table_.error(
+          name, fmt::format("{} {} {} in {}; leave '{}' out", node.link.name, to_string(object),
+                            entry ? "cannot be written" : "does not exist", node.dictionary.file, name));
+    const bool low = entry->low && value < *entry->low, high = entry->high && value > *entry->high;
+    if (written && (low || high || encode_integer(entry->type, value).empty()))
+      throw table_.error(
+          name, fmt::format("{} does not take {} in {}: by {} {}", node.link.name, value, to_string(object),
+                            node.dictionary.file, limits_text(node, object)));
+  }
+
+  /// Words of the config for the values of an option code, from `first` on.
+  std::optional<int> read_option(const CanNodeConfig& node, std::string_view name, ObjectKey object,
+                                 const std::vector<std::string>& words, int first) const {
+    if (!table_.has(name)) return std::nullopt;
+    const std::string word = table_.choice(name, words);
+    const int value = first + static_cast<int>(std::find(words.begin(), words.end(), word) - words.begin());
+    needs_object(node, name, object, value);
+    return value;
+  }
+
+  // CiA 402-2, 8.4.4 to 8.4.6
+  void read_options(const CanNodeConfig& node, DriveSetup& setup) const {
+    setup.at_shutdown = read_option(node, "at_shutdown", {0x605B, 0}, {"coast", "ramp"}, 0);
+    setup.at_disable = read_option(node, "at_disable", {0x605C, 0}, {"coast", "ramp"}, 0);
+    setup.at_halt = read_option(node, "at_halt", {0x605D, 0},
+                                {"ramp", "quick_stop_ramp", "current_limit", "voltage_limit"}, 1);
   }
 
   // The move after homing: as fast as the search, at half of the joint's acceleration.
@@ -358,6 +441,7 @@ class NodeReader {
     setup.period_s = timing_.period_s;
     setup.mode = node.link.axis.mode;
     setup.skip = read_skip();
+    setup.pdo_order = node.pdo_habits.order;
     setup.interpolation = read_interpolation(node, setup);
     setup.sync_counter = timing_.sync_counter;
     read_watch(node, setup);
@@ -408,6 +492,7 @@ class NodeReader {
     const double quick = table_.number("quick_stop_factor", 2.0, kPositive);
     setup.quick_stop = units.acceleration_of(quick * limit.acceleration * scale);
     read_limits(node, setup);
+    read_options(node, setup);
     const auto told = [&](std::uint8_t sub) { return node.dictionary.integer({0x1018, sub}).value_or(0); };
     setup.vendor = table_.integer("vendor", static_cast<long>(told(1)), Range{0, 4294967295.0});
     setup.product = table_.integer("product", static_cast<long>(told(2)), Range{0, 4294967295.0});

@@ -10,6 +10,7 @@
 #include "hal/can/eds.h"
 #include "hal/can/node_link.h"
 #include "hal/can/node_setup.h"
+#include "hal/can/pdo.h"
 
 namespace trn {
 
@@ -21,8 +22,9 @@ struct CanNodeConfig {
   ObjectDictionary dictionary;
   NodeLink::Config link;
   NodeSetup::Config setup;
-  double home = 0;              ///< position at the home point, mm or rad
-  double square = 0;            ///< of which, how far this motor's switch stands beyond a square gantry
+  double home = 0;    ///< position at the home point, mm or rad
+  double square = 0;  ///< of which, how far this motor's switch stands beyond a square gantry
+  PdoHabits pdo_habits;
   bool offset_is_zero = false;  ///< 0x607C is where the zero lies, seen from the home point
   int homing_method = 0;
   DriveUnits units;

@@ -104,10 +104,9 @@ void NodeSetup::begin_step(std::int64_t now_ns) {
   const bool reads = only_reads(step) || (step.kind == Kind::kSetBits && !set_bits_read_);
   if (reads) return sdo_.read(step.key, now_ns);
   std::vector<std::uint8_t> bytes = step.bytes;
-  // Of two sizes the shorter counts: the node may know its object better than we do.
   if (step.kind == Kind::kSetBits) {
     bytes = found_;
-    for (std::size_t i = 0; i < std::min(bytes.size(), step.bytes.size()); ++i) bytes[i] |= step.bytes[i];
+    for (std::size_t i = 0; i < bytes.size(); ++i) bytes[i] |= step.bytes[i];
   }
   sdo_.write(step.key, bytes, now_ns);
 }
@@ -156,11 +155,17 @@ void NodeSetup::judge_value(std::int64_t now_ns) {
   using Kind = SetupStep::Kind;
   if (step.kind == Kind::kSetBits && !set_bits_read_) {
     found_ = sdo_.data();
+    if (found_.size() != step.bytes.size())
+      return fail(fmt::format("{} '{}' has {} bytes, {} are expected; check the EDS against its firmware",
+                              to_string(step.key), step.what, found_.size(), step.bytes.size()));
     set_bits_read_ = true;
     return begin_step(now_ns);
   }
   if (is_bound(step)) judge_bound(step);
   const bool checks = step.kind == Kind::kCheck || step.kind == Kind::kCheckIfThere;
+  if (checks && sdo_.data().size() != step.bytes.size())
+    return fail(fmt::format("{} '{}' has {} bytes, {} are expected; {}", to_string(step.key), step.what,
+                            sdo_.data().size(), step.bytes.size(), step.remedy));
   if (checks && sdo_.data() != step.bytes)
     return fail(fmt::format("{} '{}' is {}; {} is expected; {}", to_string(step.key), step.what,
                             hex(sdo_.data()), hex(step.bytes), step.remedy));
@@ -169,8 +174,14 @@ void NodeSetup::judge_value(std::int64_t now_ns) {
 
 void NodeSetup::judge_bound(const SetupStep& step) {
   const auto& data = sdo_.data();
-  const int size = static_cast<int>(std::min<std::size_t>(data.size(), 8));
-  if (size == 0) return;
+  const int size = static_cast<int>(data.size());
+  if (size == 0 || size > 8) {
+    warnings_.push_back(
+        fmt::format("{}: {} '{}' has {} bytes, so that it cannot be compared; check the EDS against "
+                    "its firmware",
+                    config_.name, to_string(step.key), step.what, size));
+    return;
+  }
   const std::int64_t value = step.is_signed ? get_le_signed(data.data(), size)
                                             : static_cast<std::int64_t>(get_le(data.data(), size));
   const bool most = step.kind == SetupStep::Kind::kAtMost;

@@ -30,7 +30,7 @@ inline constexpr std::uint32_t kToggle = 0x05030000, kTimeout = 0x05040000, kCom
                                kPdoLength = 0x06040042, kLength = 0x06070010, kTooLong = 0x06070012,
                                kTooShort = 0x06070013, kNoSub = 0x06090011, kValueRange = 0x06090030,
                                kValueHigh = 0x06090031, kValueLow = 0x06090032, kGeneral = 0x08000000,
-                               kState = 0x08000022;
+                               kStore = 0x08000020, kState = 0x08000022;
 }
 /// What the code means, in words.
 std::string_view sdo_abort_text(std::uint32_t code);

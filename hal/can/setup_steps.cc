@@ -78,20 +78,40 @@ class StepList {
   const ObjectDictionary& dictionary_;
 };
 
-// CiA 301, 7.5.2.35: switch the PDO off, change it, switch it on
-void add_pdo(StepList& list, const Pdo& pdo, bool receive) {
+constexpr std::string_view kPdoRemedy =
+    "the drive refuses this PDO; check the EDS against its firmware, and what order it wants and which PDOs "
+    "are fixed "
+    "('pdo_order' and 'fixed_pdos' in the node's habits)";
+
+// One of the writes that make a PDO. A mapping can be changed only while the PDO is off, and its count only
+// by way of 0. The identifier stays while it is switched off: a drive may refuse to change both at once.
+void write_pdo(StepList& list, const Pdo& pdo, bool receive, PdoWrite what) {
   const auto record = static_cast<std::uint16_t>((receive ? 0x1400 : 0x1800) + pdo.number);
   const auto mapping = static_cast<std::uint16_t>((receive ? 0x1600 : 0x1A00) + pdo.number);
-  constexpr std::string_view kRemedy = "the drive refuses this PDO; check the EDS against its firmware";
-  // A mapping can be changed only while the PDO is off, and its count only by way of 0. The identifier stays
-  // while it is switched off: a drive may refuse to change both at once.
-  list.write({record, 1}, kPdoOff, 4, kRemedy, Kind::kSetBits);
-  list.write({record, 2}, pdo.transmission, 1, kRemedy);
-  list.write({mapping, 0}, 0, 1, kRemedy);
-  for (std::size_t i = 0; i < pdo.fields.size(); ++i)
-    list.write({mapping, static_cast<std::uint8_t>(i + 1)}, pdo.fields[i].mapping(), 4, kRemedy);
-  list.write({mapping, 0}, static_cast<std::int64_t>(pdo.fields.size()), 1, kRemedy);
-  list.write({record, 1}, pdo.id | (list.identifier(record) & kNoRemote), 4, kRemedy);
+  switch (what) {
+    case PdoWrite::kOff:
+      return list.write({record, 1}, kPdoOff, 4, kPdoRemedy, Kind::kSetBits);
+    case PdoWrite::kType:
+      return list.write({record, 2}, pdo.transmission, 1, kPdoRemedy);
+    case PdoWrite::kClear:
+      return list.write({mapping, 0}, 0, 1, kPdoRemedy);
+    case PdoWrite::kMap:
+      for (std::size_t i = 0; i < pdo.fields.size(); ++i)
+        list.write({mapping, static_cast<std::uint8_t>(i + 1)}, pdo.fields[i].mapping(), 4, kPdoRemedy);
+      return;
+    case PdoWrite::kCount:
+      return list.write({mapping, 0}, static_cast<std::int64_t>(pdo.fields.size()), 1, kPdoRemedy);
+    case PdoWrite::kOn:
+      return list.write({record, 1}, pdo.id | (list.identifier(record) & kNoRemote), 4, kPdoRemedy);
+  }
+}
+
+// CiA 301, 7.5.2.35: switch the PDO off, change it, switch it on
+void add_pdo(StepList& list, const Pdo& pdo, bool receive, const PdoOrder& order) {
+  for (const PdoWrite what : order) {
+    const bool maps = what == PdoWrite::kClear || what == PdoWrite::kMap || what == PdoWrite::kCount;
+    if (!maps || !pdo.fixed) write_pdo(list, pdo, receive, what);
+  }
 }
 
 void check_pdo(StepList& list, const Pdo& pdo, bool receive) {
@@ -105,9 +125,10 @@ void check_pdo(StepList& list, const Pdo& pdo, bool receive) {
 
 // Drives come with PDOs of their maker's. Left on, they would load the bus beyond its budget, and one that
 // sends under an identifier of ours would be taken for feedback.
-void switch_off_unused(StepList& list, std::uint16_t first, std::size_t used) {
+void switch_off_unused(StepList& list, std::uint16_t first, const std::vector<Pdo>& used) {
   constexpr std::string_view kRemedy = "the drive cannot switch this PDO off; it would load the bus";
-  for (std::uint16_t i = static_cast<std::uint16_t>(used); i < kPdosMax; ++i) {
+  for (std::uint16_t i = 0; i < kPdosMax; ++i) {
+    if (std::any_of(used.begin(), used.end(), [i](const Pdo& pdo) { return pdo.number == i; })) continue;
     const auto record = static_cast<std::uint16_t>(first + i);
     const std::uint32_t id = list.identifier(record);
     // The first four have identifiers by the standard; of the others only those that the data sheet switches
@@ -117,11 +138,12 @@ void switch_off_unused(StepList& list, std::uint16_t first, std::size_t used) {
   }
 }
 
-void add_pdos(StepList& list, const std::vector<Pdo>& rpdos, const std::vector<Pdo>& tpdos) {
-  for (const Pdo& pdo : rpdos) add_pdo(list, pdo, true);
-  for (const Pdo& pdo : tpdos) add_pdo(list, pdo, false);
-  switch_off_unused(list, 0x1400, rpdos.size());
-  switch_off_unused(list, 0x1800, tpdos.size());
+void add_pdos(StepList& list, const std::vector<Pdo>& rpdos, const std::vector<Pdo>& tpdos,
+              const PdoOrder& order) {
+  for (const Pdo& pdo : rpdos) add_pdo(list, pdo, true, order);
+  for (const Pdo& pdo : tpdos) add_pdo(list, pdo, false, order);
+  switch_off_unused(list, 0x1400, rpdos);
+  switch_off_unused(list, 0x1800, tpdos);
   // Read back: some drives take every entry without complaint and keep their own.
   for (const Pdo& pdo : rpdos) check_pdo(list, pdo, true);
   for (const Pdo& pdo : tpdos) check_pdo(list, pdo, false);
@@ -187,6 +209,21 @@ void add_units(StepList& list, const DriveSetup& setup, const ObjectDictionary& 
   }
 }
 
+// How it stops when it is told to. Asked for by the config, so that a refusal is no small matter.
+void add_options(StepList& list, const DriveSetup& setup) {
+  const auto add = [&](ObjectKey key, const std::optional<int>& value, std::string_view name) {
+    if (value)
+      list.write_if(
+          key, *value,
+          fmt::format("the drive cannot stop in this way; see '{}' of the node, and the drive's manual",
+                      name),
+          Kind::kWrite);
+  };
+  add({0x605B, 0}, setup.at_shutdown, "at_shutdown");
+  add({0x605C, 0}, setup.at_disable, "at_disable");
+  add({0x605D, 0}, setup.at_halt, "at_halt");
+}
+
 void add_drive(StepList& list, const DriveSetup& setup) {
   constexpr std::string_view kRemedy = "value not accepted by the drive; check the config of this node";
   list.write({0x6060, 0}, static_cast<std::int64_t>(setup.mode), 1,
@@ -209,6 +246,7 @@ void add_drive(StepList& list, const DriveSetup& setup) {
     list.write_if({0x60FE, 2}, setup.output_mask,
                   "the drive does not let this output go; see [[safety.brake]]");
   list.wish({0x605E, 0}, 2, kRemedy);  // fault: by the quick stop ramp
+  add_options(list, setup);
   list.wish({0x6085, 0}, setup.quick_stop, kRemedy);
   // A profile is what the other modes do not have.
   if (setup.mode == Cia402Mode::kProfilePosition) {
@@ -228,6 +266,7 @@ void add_limits(StepList& list, const DriveSetup& setup) {
     list.wish({0x607D, 1}, setup.range_low, kRefused);
     list.wish({0x607D, 2}, setup.range_high, kRefused);
     if (setup.following_counts > 0) list.wish({0x6065, 0}, setup.following_counts, kRefused);
+    if (setup.following_ms) list.wish({0x6066, 0}, *setup.following_ms, kRefused);
   }
   constexpr std::string_view kSet = "set it in the drive, or drive_limits = \"set\" in the config";
   constexpr std::string_view kRange =
@@ -238,6 +277,11 @@ void add_limits(StepList& list, const DriveSetup& setup) {
     list.bound({0x607D, 2}, setup.range_high, Kind::kAtLeast, kRange, true);
   }
   if (setup.following_counts > 0) list.bound({0x6065, 0}, setup.following_counts, Kind::kAtLeast, kSet, true);
+  // Too short, a spike of the error ends a program; too long, the drive pushes against what blocks it.
+  if (setup.following_ms) {
+    list.bound({0x6066, 0}, *setup.following_ms, Kind::kAtLeast, kSet, false);
+    list.bound({0x6066, 0}, *setup.following_ms, Kind::kAtMost, kSet, false);
+  }
   list.bound({0x6072, 0}, 1, Kind::kAtLeast, "the drive may use no torque at all", false);
   if (setup.motor_rpm > 0)
     list.bound({0x6080, 0}, setup.motor_rpm, Kind::kAtLeast,
@@ -302,7 +346,7 @@ std::vector<SetupStep> setup_steps(const DriveSetup& setup, const ObjectDictiona
   list.write_configured();
   add_watch(list, setup);
   add_sync(list, setup);
-  add_pdos(list, rpdos, tpdos);
+  add_pdos(list, rpdos, tpdos, setup.pdo_order);
   add_units(list, setup, dictionary);
   add_drive(list, setup);
   add_limits(list, setup);

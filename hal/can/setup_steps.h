@@ -38,8 +38,12 @@ struct DriveSetup {
                quick_stop = 0;
   std::int64_t range_low = 0, range_high = 0;  ///< of the joint, in the drive's own direction
   std::int64_t following_counts = 0;           ///< following error that is the master's fault; 0: not watched
-  std::int64_t motor_rpm = 0;                  ///< at the joint's speed limit; 0: not known
-  bool sets_limits = false;                    ///< the drive is told the range and the following error
+  std::optional<int> following_ms;  ///< 0x6066, how long that error may last; none: as the drive has it
+  /// 0x605B, 0x605C, 0x605D: what it does when it is told to shut down, to let go, to halt.
+  std::optional<int> at_shutdown, at_disable, at_halt;
+  std::int64_t motor_rpm = 0;  ///< at the joint's speed limit; 0: not known
+  bool sets_limits = false;    ///< the drive is told the range and the following error
+  PdoOrder pdo_order = PdoHabits{}.order;
   std::vector<DriveUnits::Object> units;
   std::int64_t vendor = 0, product = 0;  ///< 0: any
   std::vector<std::string> skip;         ///< "0x6085" or "0x60C2:2": never written

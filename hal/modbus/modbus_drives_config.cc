@@ -132,6 +132,13 @@ double exchange_time_s(const ModbusAddress& address, const ModbusAxisConfig& axi
 }
 
 ModbusDrivesConfig read_modbus_drives(const Machine& machine, const ConfigTable& drives) {
+  if (machine.root.has("feed_forward"))
+    throw machine.root.error("feed_forward", fmt::format("drives on Modbus are told a place and go there by "
+                                                         "themselves, over a period of {:g} s: speed and "
+                                                         "torque told in advance would be old by then. Leave "
+                                                         "[feed_forward] out; the drive's manual may have "
+                                                         "one of its own",
+                                                         machine.period_s));
   ModbusDrivesConfig config;
   config.period_s = machine.period_s;
   config.missed_max = static_cast<std::uint32_t>(drives.integer("missed_max", 5, Range{1, 100}));

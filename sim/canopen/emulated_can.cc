@@ -41,6 +41,8 @@ struct MotorTruth {
   double start = 0, switch_offset = 0;  ///< beside those of the joint, mm or rad
   HangingLoad::Config load;
   std::uint32_t inputs_on = 0;
+  std::uint32_t serial = 0;
+  bool without_id = false;
 };
 
 HangingLoad::Config read_load(const ConfigTable& table, double unit, double period_s) {
@@ -94,6 +96,8 @@ std::vector<std::vector<MotorTruth>> read_motors(const Machine& machine, const C
         const char* suffix = rotary ? "deg" : "mm";
         out[b][i].load = read_load(table, unit, machine.period_s);
         out[b][i].inputs_on = read_inputs_on(table);
+        out[b][i].serial = static_cast<std::uint32_t>(table.integer("serial", 0, Range{0, 4294967295.0}));
+        out[b][i].without_id = table.boolean("without_id", false);
         out[b][i].start = unit * table.number(fmt::format("start_offset_{}", suffix), 0.0, kAnyNumber);
         out[b][i].switch_offset =
             unit * table.number(fmt::format("switch_offset_{}", suffix), 0.0, kAnyNumber);
@@ -155,8 +159,12 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       if (node.link.brake.fitted && node.link.brake.of_drive) drive.brake_bit = node.link.brake.output;
       drive.brake_inverted = node.link.brake.inverted;
       drive.switches = switches_of(node, joint, plant.index_distance, truth.switch_offset, table);
-      out.back().push_back(std::make_unique<EmulatedNode>(
-          EmulatedNode::Config{node.link.id, node.dictionary, drive, sync_max, bus.fd}));
+      EmulatedNode::Config emulated{node.link.id, node.dictionary, drive, sync_max, bus.fd};
+      emulated.pdo_habits = node.pdo_habits;
+      emulated.serial = truth.serial;
+      emulated.without_id = truth.without_id;
+      emulated.bitrate = static_cast<int>(std::lround(bus.bitrate));
+      out.back().push_back(std::make_unique<EmulatedNode>(emulated));
     }
   }
   return out;

@@ -131,6 +131,11 @@ void EmulatedDrive::step() {
   report();
 }
 
+// Out of Operation Enabled: at once, or by a ramp first (option codes 0x605B and 0x605C).
+void EmulatedDrive::let_go(ObjectKey option) {
+  store_.integer(option) == 1 ? joint_.quick_stop() : joint_.disable();
+}
+
 // Table of commands, CiA 402-2, 8.4.1; one transition a period
 void EmulatedDrive::obey_controlword(std::uint16_t control) {
   using S = Cia402State;
@@ -164,7 +169,7 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
   } else if (state_ == S::kQuickStopActive) {
     return;
   } else if (!(low & 1)) {
-    if (powered()) joint_.disable();
+    if (powered()) let_go({0x605B, 0});
     state_ = S::kReadyToSwitchOn;
   } else if (state_ == S::kReadyToSwitchOn) {
     state_ = S::kSwitchedOn;
@@ -172,7 +177,7 @@ void EmulatedDrive::obey_controlword(std::uint16_t control) {
     joint_.enable();
     state_ = S::kOperationEnabled;
   } else if (state_ == S::kOperationEnabled && !(low & 8)) {
-    joint_.disable();
+    let_go({0x605C, 0});
     state_ = S::kSwitchedOn;
   }
 }

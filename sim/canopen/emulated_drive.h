@@ -82,6 +82,7 @@ class EmulatedDrive {
   };
 
   void obey_controlword(std::uint16_t control);
+  void let_go(ObjectKey option);
   void follow_joint();
   double target();
   SimulatedJoint::Reference reference() const;

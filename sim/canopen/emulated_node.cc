@@ -15,10 +15,39 @@ EmulatedNode::EmulatedNode(const Config& config)
     : config_(config),
       store_(config.dictionary, config.fd ? 64 : 8),
       drive_(config.drive, store_),
-      sdo_(config.id, store_, [](ObjectKey) {}) {}
+      sdo_(config.id, store_, [](ObjectKey) {}),
+      lss_(lss_config()) {
+  store_.set_pdo_habits(config.pdo_habits);
+}
+
+EmulatedLss::Config EmulatedNode::lss_config() const {
+  EmulatedLss::Config out;
+  for (std::uint8_t i = 0; i < out.identity.size(); ++i)
+    out.identity[i] = static_cast<std::uint32_t>(store_.integer({0x1018, static_cast<std::uint8_t>(i + 1)}));
+  if (config_.serial != 0) out.identity[3] = config_.serial;
+  out.node_id = config_.without_id ? lss::kNoNodeId : config_.id;
+  out.bitrate = -1;
+  return out;
+}
+
+// Identifiers of the predefined connection set follow from the id (CiA 301, 7.3.3).
+void EmulatedNode::take_id(int id) {
+  if (id == id_) return;
+  id_ = id;
+  sdo_.set_node(id);
+  if (id != lss::kNoNodeId && !(id == config_.id && !renamed_)) {
+    store_.take_defaults(load_eds(config_.dictionary.file, id));
+    renamed_ = true;
+  }
+}
+
+// At another bit rate it understands nothing, and nobody understands it.
+bool EmulatedNode::is_deaf() const {
+  return bitrate_ >= 0 && lss_bit_rate_index(config_.bitrate) != bitrate_;
+}
 
 void EmulatedNode::put(const CanFrame& frame, std::int64_t now_ns) {
-  if (silent_) return;
+  if (silent_ || is_deaf()) return;
   const std::int64_t time_ns = now_ns + config_.answer_delay_ns + slow_ns_;
   // slower than before: the order of the controller's queue stays
   out_.push(frame, out_.empty() ? time_ns : std::max(time_ns, out_.back_time_ns()));
@@ -33,7 +62,13 @@ bool EmulatedNode::next_frame(std::int64_t now_ns, CanFrame& frame) {
 
 void EmulatedNode::boot(std::int64_t now_ns, bool power) {
   // A reset of communication keeps what the drive itself was set to; power loses all that was not stored.
+  if (power) {
+    lss_.power_cycle();
+    bitrate_ = lss_.bitrate();
+  }
+  take_id(lss_.node_id());
   store_.restore(!power);
+  if (config_.serial != 0) store_.set({0x1018, 4}, config_.serial);
   if (power) drive_.power_cycle();
   sdo_.reset();
   out_.clear();
@@ -45,10 +80,15 @@ void EmulatedNode::boot(std::int64_t now_ns, bool power) {
   next_beat_ns_ = now_ns;
   last_step_ns_ = last_sync_ns_ = now_ns;
   booted_ = true;
-  put(heartbeat_frame(config_.id, NmtState::kBootUp), now_ns);
+  // Without an id it has nothing to boot up with: it waits for one (CiA 305, 5).
+  if (id_ == lss::kNoNodeId) return;
+  put(heartbeat_frame(id_, NmtState::kBootUp), now_ns);
 }
 
 void EmulatedNode::obey_nmt(NmtCommand command, std::int64_t now_ns) {
+  if (id_ == lss::kNoNodeId && command != NmtCommand::kResetNode &&
+      command != NmtCommand::kResetCommunication)
+    return;
   switch (command) {
     case NmtCommand::kStart:
       // The mapping is taken over on the way into Operational, once: what is written later does not act
@@ -87,6 +127,12 @@ EmulatedNode::MappedPdo EmulatedNode::map_pdo(std::uint16_t record) {
     auto* bytes =
         store_.bytes({static_cast<std::uint16_t>(entry >> 16), static_cast<std::uint8_t>(entry >> 8)});
     const unsigned size = static_cast<unsigned>(entry & 0xFF) / 8;
+    const bool gap = (entry >> 16) < 0x20;  // a place that nothing stands for (CiA 301, 7.4.7.1)
+    if (gap) bytes = nullptr;
+    if (gap && pdo.size + size <= (config_.fd ? 64u : 8u)) {
+      pdo.fields.emplace_back(nullptr, size);
+      pdo.size += size;
+    }
     if (!bytes || bytes->size() != size || pdo.size + size > (config_.fd ? 64 : 8)) continue;
     pdo.fields.emplace_back(bytes, size);
     pdo.size += size;
@@ -104,8 +150,14 @@ void EmulatedNode::map_pdos() {
 }
 
 void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
-  if (frame.error || frame.extended || !booted_) return;
-  const auto id = static_cast<unsigned>(config_.id);
+  if (frame.error || frame.extended || !booted_ || is_deaf()) return;
+  if (frame.id == lss::kToNode) {
+    for (lss_.receive(frame, id_, answers_); !answers_.empty(); answers_.pop()) put(answers_.front(), now_ns);
+    if (lss_.left_configuration() && id_ == lss::kNoNodeId && lss_.node_id() != id_) boot(now_ns, false);
+    return;
+  }
+  const auto id = static_cast<unsigned>(id_);
+  if (id_ == lss::kNoNodeId && frame.id != cob::kNmt) return;
   if (frame.id == cob::kNmt && frame.size >= 2 && (frame.data[1] == 0 || frame.data[1] == id))
     return obey_nmt(static_cast<NmtCommand>(frame.data[0]), now_ns);
   if (frame.id == cob::kGuard + id && frame.remote) {
@@ -114,7 +166,7 @@ void EmulatedNode::receive(const CanFrame& frame, std::int64_t now_ns) {
     guard_seen_ns_ = now_ns;
     guarded_ = true;
     if (no_heartbeat_) return;
-    CanFrame answer = heartbeat_frame(config_.id, nmt_);
+    CanFrame answer = heartbeat_frame(id_, nmt_);
     // The toggle bit of node guarding, by which the master tells that an answer is a new one (CiA 301).
     answer.data[0] |= guard_toggle_ ? 0x80 : 0;
     guard_toggle_ = !guard_toggle_;
@@ -157,7 +209,7 @@ void EmulatedNode::on_sync(std::int64_t now_ns) {
     if (!std::exchange(pdo.pending, false)) continue;
     unsigned at = 0;
     for (const auto& [bytes, size] : pdo.fields) {
-      std::copy_n(pdo.data.begin() + at, size, bytes->begin());
+      if (bytes) std::copy_n(pdo.data.begin() + at, size, bytes->begin());
       at += size;
     }
   }
@@ -173,7 +225,7 @@ void EmulatedNode::send_tpdo(MappedPdo& pdo, std::int64_t now_ns) {
   CanFrame frame;
   frame.id = pdo.id;
   for (const auto& [bytes, size] : pdo.fields) {
-    std::copy_n(bytes->begin(), size, frame.data.begin() + frame.size);
+    if (bytes) std::copy_n(bytes->begin(), size, frame.data.begin() + frame.size);
     frame.size = static_cast<std::uint8_t>(frame.size + size);
   }
   // The position lies behind the status word in the first PDO.
@@ -198,7 +250,7 @@ void EmulatedNode::step_drive(std::int64_t now_ns) {
   const auto error_register = static_cast<std::uint8_t>(code != 0 ? 0x01 : 0x00);
   store_.set({0x1001, 0}, error_register);
   store_.set({0x603F, 0}, code);
-  put(make_frame(cob::kEmergency + static_cast<unsigned>(config_.id),
+  put(make_frame(cob::kEmergency + static_cast<unsigned>(id_),
                  {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8), error_register, 0, 0,
                   0, 0, 0}),
       now_ns);
@@ -221,12 +273,13 @@ void EmulatedNode::beat(std::int64_t now_ns) {
   const std::int64_t pause_ns = 1'000'000LL * store_.integer({0x1017, 0});
   if (pause_ns <= 0 || now_ns < next_beat_ns_) return;
   next_beat_ns_ = now_ns + pause_ns;
-  if (!no_heartbeat_) put(heartbeat_frame(config_.id, nmt_), now_ns);
+  if (!no_heartbeat_) put(heartbeat_frame(id_, nmt_), now_ns);
 }
 
 // The drive's clock runs on when SYNC stays away: it brakes by itself.
 void EmulatedNode::poll(std::int64_t now_ns) {
   if (!booted_) boot(now_ns, true);
+  if (id_ == lss::kNoNodeId) return;
   beat(now_ns);
   watch_master(now_ns);
   const auto period_ns = static_cast<std::int64_t>(config_.drive.period_s * 1e9);
@@ -253,7 +306,7 @@ void EmulatedNode::trouble(Trouble kind, std::int64_t value, std::int64_t now_ns
     case Trouble::kReset:
       return boot(now_ns, true);
     case Trouble::kEmergency:
-      return put(make_frame(cob::kEmergency + static_cast<unsigned>(config_.id),
+      return put(make_frame(cob::kEmergency + static_cast<unsigned>(id_),
                             {static_cast<std::uint8_t>(code), static_cast<std::uint8_t>(code >> 8), 1, 0, 0,
                              0, 0, 0}),
                  now_ns);

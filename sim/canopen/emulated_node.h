@@ -8,7 +8,9 @@
 #include "hal/can/eds.h"
 #include "hal/can/frame.h"
 #include "hal/can/nmt.h"
+#include "hal/can/pdo.h"
 #include "sim/canopen/emulated_drive.h"
+#include "sim/canopen/emulated_lss.h"
 #include "sim/canopen/frame_queue.h"
 #include "sim/canopen/object_store.h"
 #include "sim/canopen/sdo_server.h"
@@ -25,6 +27,10 @@ class EmulatedNode {
     EmulatedDrive::Config drive;
     unsigned sync_periods_max = 5;  ///< without SYNC: the drive faults
     bool fd = false;                ///< PDOs in CAN FD frames
+    PdoHabits pdo_habits = {};
+    std::uint32_t serial = 0;  ///< of its identity; 0: the data sheet's
+    bool without_id = false;   ///< nobody has given it its node id yet
+    int bitrate = 0;           ///< of the bus; 0: one that the node does not know by number
     std::int64_t answer_delay_ns =
         20'000;  ///< from a SYNC or a request to the frame's way into the controller
   };
@@ -61,7 +67,9 @@ class EmulatedNode {
 
   /// On a real interface answers take their own time.
   void no_answer_delay() { config_.answer_delay_ns = 0; }
+  /// As the config has it; what it has on the bus is `active_id`, lss::kNoNodeId: none yet.
   int id() const { return config_.id; }
+  int active_id() const { return id_; }
   NmtState nmt() const { return nmt_; }
   EmulatedDrive& drive() { return drive_; }
   ObjectStore& store() { return store_; }
@@ -86,6 +94,9 @@ class EmulatedNode {
   void on_sync(std::int64_t now_ns);
   void send_tpdo(MappedPdo& pdo, std::int64_t now_ns);
   void watch_master(std::int64_t now_ns);
+  EmulatedLss::Config lss_config() const;
+  void take_id(int id);
+  bool is_deaf() const;
   void beat(std::int64_t now_ns);
   void step_drive(std::int64_t now_ns);
 
@@ -93,11 +104,15 @@ class EmulatedNode {
   ObjectStore store_;
   EmulatedDrive drive_;
   SdoServer sdo_;
+  EmulatedLss lss_;
+  int id_ = lss::kNoNodeId;
+  int bitrate_ = -1;  ///< as a number of the standard's table, since power-on; -1: that of the bus
   NmtState nmt_ = NmtState::kBootUp;
   FrameQueue out_{1000}, answers_{200};
   std::vector<MappedPdo> rpdos_, tpdos_;
   std::int64_t next_beat_ns_ = 0, master_seen_ns_ = 0, last_step_ns_ = 0, last_sync_ns_ = 0;
   std::int64_t guard_seen_ns_ = 0;
+  bool renamed_ = false;  ///< it has had another node id than the config's
   bool booted_ = false, master_known_ = false, guarded_ = false, guard_toggle_ = false;
   bool silent_ = false, no_heartbeat_ = false, duplicate_ = false, reorder_ = false, short_ = false;
   std::int64_t slow_ns_ = 0, lie_ = 0;

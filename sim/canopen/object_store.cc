@@ -1,10 +1,12 @@
 #include "sim/canopen/object_store.h"
 
+#include <algorithm>
+
 namespace trn {
 
 namespace {
 
-constexpr std::uint32_t kPdoOff = 0x80000000, kIdentifier = 0x1FFFFFFF;
+constexpr std::uint32_t kPdoOff = 0x80000000, kIdentifier = 0x1FFFFFFF, kSave = 0x65766173;
 
 bool in_range(std::uint16_t index, unsigned first) { return index >= first && index < first + 4; }
 bool is_mapping(std::uint16_t index) { return in_range(index, 0x1600) || in_range(index, 0x1A00); }
@@ -21,7 +23,29 @@ ObjectStore::ObjectStore(const ObjectDictionary& dictionary, int pdo_bytes)
 void ObjectStore::restore(bool communication_only) {
   // 0x1000 to 0x1FFF is the communication profile.
   for (const auto& [key, entry] : dictionary_.entries)
-    if (!communication_only || key.index < 0x2000) values_[key] = entry.value;
+    if (!communication_only || key.index < 0x2000) {
+      const auto stored = stored_.find(key);
+      values_[key] = stored == stored_.end() ? entry.value : stored->second;
+    }
+}
+
+// The values stay where they are: drive and PDOs have found them.
+void ObjectStore::take_defaults(const ObjectDictionary& dictionary) {
+  for (const auto& [key, entry] : dictionary.entries) {
+    const auto known = dictionary_.entries.find(key);
+    if (known != dictionary_.entries.end()) known->second.value = entry.value;
+  }
+}
+
+// What others may set and no PDO carries; setpoints are not stored (CiA 301, 7.5.2.13).
+std::uint32_t ObjectStore::save(ObjectKey key, std::int64_t signature) {
+  if (signature != kSave) return sdo_abort::kStore;
+  for (const auto& [object, entry] : dictionary_.entries) {
+    const bool communication = object.index < 0x2000, is_0x1010 = object.index == 0x1010;
+    const bool wanted = key.sub == 1 || (key.sub == 2 ? communication : !communication);
+    if (wanted && entry.writable && !entry.mappable && !is_0x1010) stored_[object] = values_[object];
+  }
+  return 0;
 }
 
 std::vector<std::uint8_t>* ObjectStore::bytes(ObjectKey key) {
@@ -64,14 +88,43 @@ std::uint32_t ObjectStore::write(ObjectKey key, std::span<const std::uint8_t> by
   if (size != 0 && entry.high && value > *entry.high) return sdo_abort::kValueHigh;
   if (size != 0 && entry.low && value < *entry.low) return sdo_abort::kValueLow;
   // Checked last: a value that does not even fit its object is refused for that reason.
+  if (const std::uint32_t refused = check_pdo_habits(key, value)) return refused;
   if (const std::uint32_t refused = check_pdo_write(key, value)) return refused;
+  if (key.index == 0x1010 && key.sub > 0) return save(key, value);
   found->second.assign(bytes.begin(), bytes.end());
+  return 0;
+}
+
+// By the drive's own habits: one write after another. It may be done again, and be begun anew.
+std::uint32_t ObjectStore::check_pdo_habits(ObjectKey key, std::int64_t value) {
+  const bool maps = is_mapping(key.index);
+  if (!maps && !is_record(key.index)) return 0;
+  const bool receive = (maps ? key.index - 0x200 : key.index) < 0x1800;
+  const auto record = static_cast<std::uint16_t>(maps ? key.index - 0x200 : key.index);
+  if (maps && habits_.fixed(receive, key.index & 3)) return sdo_abort::kReadOnly;
+  if (!habits_.strict || (!maps && key.sub > 2)) return 0;
+  const bool off = static_cast<std::uint32_t>(value) & kPdoOff;
+  const PdoWrite write = maps           ? key.sub != 0 ? PdoWrite::kMap
+                                          : value == 0 ? PdoWrite::kClear
+                                                       : PdoWrite::kCount
+                         : key.sub == 2 ? PdoWrite::kType
+                         : off          ? PdoWrite::kOff
+                                        : PdoWrite::kOn;
+  const std::ptrdiff_t at =
+      std::find(habits_.order.begin(), habits_.order.end(), write) - habits_.order.begin();
+  std::ptrdiff_t& done = written_.try_emplace(record, kPdoWrites - 1).first->second;
+  const bool skips_map = habits_.fixed(receive, record & 3);
+  if (at != 0 && at != done && at != done + 1 && !skips_map && write != PdoWrite::kOff)
+    return sdo_abort::kState;
+  done = at;
   return 0;
 }
 
 // A mapping changes only while its PDO is off and, but for sub-index 0, while it is empty (CiA
 // 301, 7.5.2.36).
 std::uint32_t ObjectStore::check_pdo_write(ObjectKey key, std::int64_t value) const {
+  // A drive with an order of its own goes by that alone.
+  if (habits_.strict && is_mapping(key.index) && key.sub == 0) return check_mapping_length(key, value);
   if (is_record(key.index) && key.sub == 1) return check_identifier(key, static_cast<std::uint32_t>(value));
   if (!is_mapping(key.index)) return 0;
   const auto record = static_cast<std::uint16_t>(key.index - 0x200);

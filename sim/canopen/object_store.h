@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <functional>
 #include <map>
@@ -7,6 +8,7 @@
 #include <vector>
 
 #include "hal/can/eds.h"
+#include "hal/can/pdo.h"
 #include "hal/can/sdo.h"
 
 namespace trn {
@@ -26,11 +28,18 @@ class ObjectStore {
   bool has(ObjectKey key) const { return values_.count(key) != 0; }
   /// The value's own bytes, for PDOs; null if there is no such object.
   std::vector<std::uint8_t>* bytes(ObjectKey key);
-  /// Power-on values, of everything or of the communication profile area only (0x1000 to 0x1FFF).
+  /// Power-on values, or what was stored since (0x1010), of everything or of the communication profile area
+  /// only (0x1000 to 0x1FFF).
   void restore(bool communication_only);
+  /// PDOs are mapped in this order or not at all, and some not at all.
+  void set_pdo_habits(const PdoHabits& habits) { habits_ = habits; }
+  /// Power-on values of the same node with another id.
+  void take_defaults(const ObjectDictionary& dictionary);
   const ObjectDictionary& dictionary() const { return dictionary_; }
 
  private:
+  std::uint32_t check_pdo_habits(ObjectKey key, std::int64_t value);
+  std::uint32_t save(ObjectKey key, std::int64_t signature);
   std::uint32_t check_pdo_write(ObjectKey key, std::int64_t value) const;
   std::uint32_t check_identifier(ObjectKey key, std::uint32_t value) const;
   std::uint32_t check_mapping(ObjectKey key, std::int64_t value) const;
@@ -38,7 +47,9 @@ class ObjectStore {
 
   ObjectDictionary dictionary_;
   int pdo_bytes_;
-  std::map<ObjectKey, std::vector<std::uint8_t>> values_;
+  PdoHabits habits_;
+  std::map<std::uint16_t, std::ptrdiff_t> written_;  ///< by PDO, how far it has come in its order
+  std::map<ObjectKey, std::vector<std::uint8_t>> values_, stored_;
 };
 
 }  // namespace trn

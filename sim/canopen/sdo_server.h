@@ -21,6 +21,7 @@ class SdoServer {
   /// A request; answers are put into `answers`.
   void receive(const CanFrame& frame, FrameQueue& answers);
   void reset() { mode_ = Mode::kIdle; }
+  void set_node(int node) { node_ = node; }
   /// Objects of this index abort with `code` from now on; 0: no more.
   void refuse(std::uint16_t index, std::uint32_t code) {
     refused_index_ = index;

@@ -1,12 +1,16 @@
 #include <gtest/gtest.h>
 
+#include <exception>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/axes.h"
+#include "core/config.h"
 #include "core/fault.h"
 #include "core/ports.h"
 #include "hal/can/frame.h"
+#include "hal/can/pdo.h"
 #include "sim/canopen/emulated_node.h"
 #include "tests/sim/can_field.h"
 #include "tests/support/eds_sheet.h"
@@ -138,6 +142,111 @@ TEST(CanHabits, TorqueIsTold) {
   field.until([&] { return field.feedback.fault != Fault::kOk; }, 10);
   EXPECT_NE(field.drives.explain_fault(2).find("torque -34.5 % of the rated"), std::string::npos)
       << field.drives.explain_fault(2);
+}
+
+/// What a bring-up of a machine says whose first drive has these habits, and whose config says `keys`.
+std::string bring_up(const PdoHabits& drive, const Edits& edits) {
+  Field field("cradle_can.toml", edits);
+  field.node(0).store().set_pdo_habits(drive);
+  try {
+    field.drives.bring_up();
+  } catch (const std::exception& error) {
+    return error.what();
+  }
+  return field.until([&] { return field.enabled(); }, kReady) >= 0 ? "" : field.drives.explain_fault(-1);
+}
+
+// CiA 301, table 22: 0x08000022, not in this state of the device. Each order is taken by a drive that wants
+// it, and by no drive that wants another.
+TEST(CanHabits, PdosAreMappedInTheOrderThatTheDriveWants) {
+  using W = PdoWrite;
+  const std::vector<std::pair<PdoOrder, std::string>> orders = {
+      {{W::kOff, W::kType, W::kClear, W::kMap, W::kCount, W::kOn}, ""},
+      {{W::kOff, W::kClear, W::kMap, W::kCount, W::kType, W::kOn},
+       "pdo_order = [\"off\", \"clear\", \"map\", \"count\", \"type\", \"on\"]"},
+      {{W::kOff, W::kClear, W::kType, W::kMap, W::kCount, W::kOn},
+       "pdo_order = [\"off\", \"clear\", \"type\", \"map\", \"count\", \"on\"]"},
+      {{W::kClear, W::kOff, W::kMap, W::kCount, W::kOn, W::kType},
+       "pdo_order = [\"clear\", \"off\", \"map\", \"count\", \"on\", \"type\"]"}};
+  for (const auto& [drive, unused] : orders)
+    for (const auto& [told, keys] : orders) {
+      PdoHabits habits;
+      habits.strict = true;
+      habits.order = drive;
+      const std::string said =
+          bring_up(habits, with(sheet_text({}), keys.empty() ? "" : "[drives.node.habits]\n" + keys));
+      if (drive == told) {
+        EXPECT_EQ(said, "") << keys;
+        continue;
+      }
+      EXPECT_NE(said.find("can0 node 1 (joint X): writing 0x1"), std::string::npos) << said;
+      EXPECT_NE(said.find("SDO abort 0x08000022"), std::string::npos) << said;
+      EXPECT_NE(said.find("'pdo_order'"), std::string::npos) << said;
+    }
+}
+
+/// The control word alone in the first RPDO, status word and temperature of nobody in the first TPDO, for
+/// good.
+std::string fixed_sheet(const std::string& rpdo = "0x60400010") {
+  const auto mapping = [](const std::string& index, const std::vector<std::string>& entries) {
+    std::string subs = variable(index + "sub0", "5", "ro", std::to_string(entries.size()));
+    for (std::size_t i = 0; i < entries.size(); ++i)
+      subs += variable(index + "sub" + std::to_string(i + 1), "7", "ro", entries[i]);
+    return record(index, subs);
+  };
+  return sheet_text({"1600", "1A00"},
+                    mapping("1600", {rpdo}) + mapping("1A00", {"0x60410010", "0x60710010"}));
+}
+
+TEST(CanHabits, PdosThatCannotBeMappedAreUsedAsTheyAre) {
+  PdoHabits drive;
+  drive.fixed_rpdos = drive.fixed_tpdos = 1;
+  const std::string keys = "fixed_pdos = [\"RPDO1\", \"TPDO1\"]";
+  // More frames than a period of 2 ms has room for.
+  const auto slower = [](Edits edits) {
+    edits.emplace_back("period_s = 0.002", "period_s = 0.004");
+    return edits;
+  };
+  const Edits told = slower(with(fixed_sheet(), "[drives.node.habits]\n" + keys));
+  const std::string without = bring_up(drive, slower(with(fixed_sheet())));
+  EXPECT_NE(without.find("0x1600:0"), std::string::npos) << without;
+  EXPECT_NE(without.find("SDO abort 0x06010002"), std::string::npos) << without;
+  EXPECT_NE(without.find("'fixed_pdos'"), std::string::npos) << without;
+  EXPECT_EQ(bring_up(drive, told), "");
+  Field field("cradle_can.toml", told);
+  field.node(0).store().set_pdo_habits(drive);
+  work(field);
+  EXPECT_EQ(field.drives.config().buses[0].nodes[0].link.rpdos.size(), 3u)
+      << "the target has moved to the second";
+}
+
+TEST(CanHabits, AFixedPdoThatNothingSetsIsRefused) {
+  const auto refusal = [](const std::string& sheet, const std::string& keys) -> std::string {
+    try {
+      Field field("cradle_can.toml", with(sheet, "[drives.node.habits]\n" + keys));
+    } catch (const ConfigError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  const std::string fixed = "fixed_pdos = [\"RPDO1\"]";
+  const std::string sets =
+      refusal(sheet_text({"1600"}, record("1600", variable("1600sub0", "5", "ro", "2") +
+                                                      variable("1600sub1", "7", "ro", "0x60400010") +
+                                                      variable("1600sub2", "7", "ro", "0x60FF0020"))),
+              fixed);
+  EXPECT_NE(sets.find("RPDO1 is fixed and carries 0x60FF:0"), std::string::npos) << sets;
+  const std::string empty = refusal(sheet_text({"1600"}), fixed);
+  EXPECT_NE(empty.find("0x1600:0 does not tell how many"), std::string::npos) << empty;
+  const std::string bits = refusal(fixed_sheet("0x60400007"), fixed);
+  EXPECT_NE(bits.find("0x1600:1 = 0x60400007 is no object of whole bytes"), std::string::npos) << bits;
+  for (const char* bad : {"[\"RPDO5\"]", "[\"rpdo1\"]", "[\"PDO1\"]", "[1]", "\"RPDO1\"", "[\"\"]"})
+    EXPECT_NE(refusal(sheet_text({}), std::string("fixed_pdos = ") + bad), "") << bad;
+  for (const char* bad :
+       {"[\"off\", \"on\"]", "[]", "\"off\"", "[\"off\", \"type\", \"clear\", \"map\", \"count\", \"count\"]",
+        "[\"on\", \"type\", \"clear\", \"map\", \"count\", \"off\"]",
+        "[\"off\", \"type\", \"map\", \"clear\", \"count\", \"on\"]"})
+    EXPECT_NE(refusal(sheet_text({}), std::string("pdo_order = ") + bad), "") << bad;
 }
 
 }  // namespace

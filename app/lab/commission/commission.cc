@@ -5,13 +5,12 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
 
 #include "app/lab/commission/config_edit.h"
+#include "app/lab/commission/joint_words.h"
 #include "app/session/plausibility.h"
 #include "core/config.h"
 #include "core/fault.h"
@@ -32,18 +31,10 @@ constexpr double kScaleGood = 0.002;                        // share by which a 
 constexpr double kSlow = 0.1, kMiddle = 0.25, kFast = 0.8;  // of a joint's speed
 constexpr double kHeld = 0.05;    // mm, deg: what an axis may sink until its brake holds
 constexpr double kLagFactor = 3;  // following_error over what was seen
-constexpr double kByHand_s = 30;
-
-double unit_of_joint(const Joint& joint) { return joint.kind == JointKind::kRotary ? kRadPerDeg : 1; }
-const char* unit_name_of(const Joint& joint) { return joint.kind == JointKind::kRotary ? "deg" : "mm"; }
-
-std::string text_of_file(const std::string& path) {
-  std::ifstream in(path);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // A way that is easy to measure and has room on both sides of the machine's range; towards its middle.
 double measuring_way(const Joint& joint, double place) {
+  if (joint.endless) return 90 * kRadPerDeg;
   const double unit = unit_of_joint(joint), range = (joint.limit.max - joint.limit.min) / unit;
   double way = 10;
   for (const double wish : {20.0, 50.0, 100.0})
@@ -73,6 +64,7 @@ void Commission::list_items() {
   const auto kinematics = make_kinematics(described_);
   add("figures");
   add("bus");
+  add("identity");
   for (const Joint& joint : described_.joints) add("scale " + joint.name);
   for (int word = kX; word <= kC; ++word)
     if (kinematics->word_mask() >> word & 1u) add(fmt::format("direction {}", kWordLetters[word]));
@@ -81,6 +73,7 @@ void Commission::list_items() {
   for (const Joint& joint : described_.joints) add("range " + joint.name);
   for (const Joint& joint : described_.joints) add("brake " + joint.name);
   for (const Joint& joint : described_.joints) add("following " + joint.name);
+  for (const Joint& joint : described_.joints) add("tuning " + joint.name);
   add("spindle");
   add("probe");
   add("latency");
@@ -125,10 +118,8 @@ Commission::Outcome Commission::perform(const std::string& name) {
   for (std::size_t i = 0; i < described_.joints.size(); ++i)
     if (described_.joints[i].name == of) joint = static_cast<int>(i);
   if (what == "figures") return ask_plausible();
-  if (what == "spindle")
-    return {"skipped", "by hand: trunnion mdi 'M3 S300', and look that it turns clockwise"};
-  if (what == "latency") return latency();
   if (what == "bus") return check_bus();
+  if (what == "identity") return identity();
   if (const std::string trouble = ready(); !trouble.empty()) return {"failed", trouble};
   if (what == "scale") return scale(joint);
   if (what == "direction") return direction(static_cast<int>(std::string_view(kWordLetters).find(of[0])));
@@ -137,7 +128,9 @@ Commission::Outcome Commission::perform(const std::string& name) {
   if (what == "range") return ends(joint);
   if (what == "brake") return brake(joint);
   if (what == "following") return following(joint);
-  return probe();
+  if (what == "tuning") return tuning(joint);
+  if (what == "spindle") return spindle();
+  return what == "probe" ? probe() : latency();
 }
 
 CommissionMachine& Commission::machine() {
@@ -194,13 +187,17 @@ std::string Commission::move(const JointVec& way, double share) {
   return why.empty() ? fmt::format("fault {}", fault_info(report.fault).name) : why;
 }
 
-// The machine is made anew: it has another config.
 void Commission::change(const std::string& header, int number, const std::string& key,
                         const std::string& value) {
+  change_text(with_key(text_of_file(files_.config), header, number, key, value));
+}
+
+// The machine is made anew: it has another config.
+void Commission::change_text(const std::string& text) {
   const std::string before = text_of_file(files_.config);
   if (!std::filesystem::exists(files_.config + ".before"))
     write_file_safely(files_.config + ".before", before);
-  write_file_safely(files_.config, with_key(before, header, number, key, value));
+  write_file_safely(files_.config, text);
   if (machine_) {
     machine_->assembly().drives->shut_down();
     machine_->wait(1);
@@ -229,12 +226,13 @@ Commission::Outcome Commission::ask_plausible() {
 }
 
 // Bring-up compares maker and product with the data sheet, and the drive's own limits with the joint's.
-Commission::Outcome Commission::check_bus() {
+Commission::Outcome Commission::identity() {
   if (const std::string trouble = ready(); !trouble.empty()) return {"failed", trouble};
   std::string note;
   for (const std::string& warning : machine().assembly().drives->warnings())
     note += (note.empty() ? "" : "; ") + warning;
   const std::size_t nodes = described_.root.table("drives").tables_if("node").size();
+  if (nodes == 0) return {"good", "the drives are ready"};
   return {"good",
           fmt::format("{} drives are those of their data sheets{}{}", nodes, note.empty() ? "" : "; ", note)};
 }
@@ -323,47 +321,46 @@ Commission::Outcome Commission::direction(int word) {
   return {"failed", changed + ", and it still goes the wrong way"};
 }
 
-Commission::Outcome Commission::limit_switches() {
-  std::string note;
-  for (const ConfigTable& node : described_.root.table("drives").tables_if("node")) {
-    if (!node.boolean("limit_switches", false)) continue;
-    const std::string name = node.text("joint");
-    unsigned bit = 0;
-    for (std::size_t i = 0; i < described_.joints.size(); ++i)
-      if (described_.joints[i].name == name) bit = 1u << i;
-    if (!person_.agrees(fmt::format("Press a limit switch of {} by hand, within {:g} s.", name, kByHand_s)))
-      return {"failed", "left undone"};
-    if (!machine().until([&](const CycleReport& report) { return (report.limit_switch_mask & bit) != 0; },
-                         kByHand_s))
-      return {"failed", fmt::format("the switches of {} were not heard", name)};
-    note += (note.empty() ? "" : ", ") + name;
-  }
-  return note.empty() ? Outcome{"skipped", "no drive has limit_switches = true"}
-                      : Outcome{"good", "heard: " + note};
-}
-
 Commission::Outcome Commission::home() {
   if (!person_.agrees("All joints will look for their home positions.")) return {"failed", "left undone"};
-  const unsigned all = (1u << described_.joints.size()) - 1;
   const std::uint64_t from = machine().report().period;
+  if (const std::string trouble = homed(); !trouble.empty()) return {"failed", trouble};
+  const double time_s =
+      static_cast<double>(machine().report().period - from) * machine().assembly().machine.period_s;
+  return {"good", fmt::format("all joints within {:.1f} s", time_s)};
+}
+
+// All joints home; "" or what is in the way.
+std::string Commission::homed() {
+  const unsigned all = (1u << described_.joints.size()) - 1;
   machine().post({RtCommand::Kind::kHome, 0, 0, -1});
   machine().wait(0.2);
-  const bool homed = machine().until(
+  const bool done = machine().until(
       [&](const CycleReport& report) {
         return report.fault != Fault::kOk ||
                ((report.homed_mask & all) == all && report.motion == MotionState::kRest);
       },
       kHome_s);
   const CycleReport report = machine().report();
-  if (!homed || report.fault != Fault::kOk)
-    return {"failed", machine().assembly().drives->explain_fault(report.fault_joint)};
-  const double time_s = static_cast<double>(report.period - from) * machine().assembly().machine.period_s;
-  return {"good", fmt::format("all joints within {:.1f} s", time_s)};
+  if (done && report.fault == Fault::kOk) return "";
+  const std::string why = machine().assembly().drives->explain_fault(report.fault_joint);
+  return why.empty() ? fmt::format("fault {}", fault_info(report.fault).name) : why;
+}
+
+// A machine that was made anew may have forgotten where it is; "" or what is in the way.
+std::string Commission::at_home() {
+  const unsigned all = (1u << described_.joints.size()) - 1;
+  if ((machine().report().homed_mask & all) == all) return "";
+  if (!person_.agrees("The config has changed since the joints were homed. They will look for their home "
+                      "positions again."))
+    return "left undone";
+  return homed();
 }
 
 Commission::Outcome Commission::ends(int joint) {
   const Joint& axis = described_.joints[static_cast<std::size_t>(joint)];
   if (axis.endless) return {"skipped", "it turns without an end"};
+  if (const std::string trouble = at_home(); !trouble.empty()) return {"failed", trouble};
   const double unit = unit_of_joint(axis), margin = 0.01 * (axis.limit.max - axis.limit.min);
   if (axis.limit.max - axis.limit.min > 40 * kPi && axis.kind == JointKind::kRotary)
     return {"skipped", "its range is many turns"};
@@ -399,14 +396,15 @@ Commission::Outcome Commission::brake(int joint) {
 Commission::Outcome Commission::following(int joint) {
   const Joint& axis = described_.joints[static_cast<std::size_t>(joint)];
   const double unit = unit_of_joint(axis), speed = kFast * axis.limit.velocity;
+  if (const std::string trouble = at_home(); !trouble.empty()) return {"failed", trouble};
   // A third of a second at full speed, where there is room.
-  const double room = 0.3 * (axis.limit.max - axis.limit.min);
+  const double room = axis.endless ? 4 * kPi : 0.3 * (axis.limit.max - axis.limit.min);
   const double length = std::min(room, speed / 3 + speed * speed / axis.limit.acceleration);
   if (!person_.agrees(fmt::format("Joint {} will move there and back by {:.0f} {} at {:.0f} % of its speed.",
                                   axis.name, length / unit, unit_name_of(axis), 100 * kFast)))
     return {"failed", "left undone"};
   double worst = 0;
-  const bool up = machine().report().q_setpoint[joint] + length <= axis.limit.max;
+  const bool up = axis.endless || machine().report().q_setpoint[joint] + length <= axis.limit.max;
   for (const double way : {up ? length : -length, up ? -length : length}) {
     JointVec ways = JointVec::Zero(static_cast<Eigen::Index>(described_.joints.size()));
     ways[joint] = way;
@@ -431,25 +429,6 @@ Commission::Outcome Commission::following(int joint) {
   for (std::size_t i = 0; i < nodes.size(); ++i)
     if (nodes[i].text("joint") == axis.name) change("[[drives.node]]", static_cast<int>(i), key, value);
   return {"changed", fmt::format("{}; {} {:g} -> {}", note, key, allowed, value)};
-}
-
-Commission::Outcome Commission::probe() {
-  const bool drives = described_.root.table("drives").text("probe", "none") == "drive";
-  if (!described_.root.has("io") && !drives) return {"skipped", "the machine has no probe"};
-  if (!person_.agrees(fmt::format("Touch the probe by hand, within {:g} s.", kByHand_s)))
-    return {"skipped", "left undone"};
-  const bool heard = machine().until([](const CycleReport& report) { return report.probe; }, kByHand_s);
-  return heard ? Outcome{"good", "heard"} : Outcome{"failed", "no contact was heard"};
-}
-
-Commission::Outcome Commission::latency() {
-  if (const std::string trouble = ready(); !trouble.empty()) return {"failed", trouble};
-  machine().wait(3);
-  const double latest_us = machine().latest_us(), period_us = 1e6 * described_.period_s;
-  if (latest_us <= 0) return {"skipped", "an emulated machine has no clock that could be late"};
-  const std::string note =
-      fmt::format("latest wake-up and longest tick together {:.0f} us of {:.0f}", latest_us, period_us);
-  return {latest_us < 0.5 * period_us ? "good" : "failed", note};
 }
 
 std::string Commission::protocol() const {

@@ -6,19 +6,21 @@
 #include <vector>
 
 #include "app/lab/commission/commission_machine.h"
+#include "app/lab/tune/tune_data.h"
 #include "core/axes.h"
 #include "core/machine.h"
+#include "kernel/rt_messages.h"
 
 namespace trn {
 
 /// One item of the check-list and what came of it.
 struct CommissionItem {
   std::string name;    ///< "direction X"; the key in the record
-  std::string result;  ///< "good", "changed", "skipped", "failed"; "" while it has not been done
+  std::string result;  ///< "good", "changed", "rehearsed", "skipped", "failed"; "" while it has not been done
   std::string note;    ///< what was measured, what was changed
 };
 
-/// A machine's check-list, from the drives' identity to the following error. It goes on where it was left:
+/// A machine's check-list, from the drives on the bus to the latency. It goes on where it was left:
 /// the record is a JSON file. What an item finds wrong it mends in the config, and the machine is made anew.
 class Commission {
  public:
@@ -48,10 +50,12 @@ class Commission {
   Outcome perform(const std::string& name);
   CommissionMachine& machine();
   void change(const std::string& header, int number, const std::string& key, const std::string& value);
+  void change_text(const std::string& text);
   int node_of(int joint) const;
 
   Outcome ask_plausible();
   Outcome check_bus();
+  Outcome identity();
   Outcome scale(int joint);
   Outcome direction(int word);
   Outcome limit_switches();
@@ -59,11 +63,19 @@ class Commission {
   Outcome ends(int joint);
   Outcome brake(int joint);
   Outcome following(int joint);
+  Outcome tuning(int joint);
+  Outcome spindle();
+  std::string stroke(int joint, const TuneStroke& stroke);
   Outcome probe();
   Outcome latency();
 
   std::string move(const JointVec& way, double share);
   std::string ready();
+  std::string at_home();
+  std::string homed();
+  std::string by_hand(const std::string& what, HandStep step, int joint,
+                      const std::function<bool(const CycleReport&)>& heard);
+  std::string turn(double rpm, double& encoder_turns);
 
   Files files_;
   MakeMachine make_;

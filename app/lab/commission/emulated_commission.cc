@@ -2,15 +2,25 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <cstdint>
 #include <stdexcept>
+#include <string_view>
+#include <thread>
 #include <utility>
 
 #include "app/session/make_cycle.h"
+#include "core/motion.h"
+#include "core/ports.h"
 #include "core/units.h"
 #include "hal/can/can_config.h"
+#include "hal/can/nmt.h"
+#include "hal/can/sdo_talk.h"
 #include "kernel/cycle.h"
 #include "kinematics/factory.h"
+#include "sim/canopen/emulated_drive.h"
 
 namespace trn {
 
@@ -23,6 +33,40 @@ bool CommissionMachine::until(const std::function<bool(const CycleReport&)>& don
   return done(report());
 }
 
+bool CommissionMachine::turn_spindle(double rpm) {
+  queue_.begin_generation();
+  MotionBlock block;
+  block.event.kind = QueueEvent::Kind::kSpindle;
+  block.event.value = rpm;
+  if (!queue_.push(block)) return false;
+  block.event = {};
+  block.event.kind = QueueEvent::Kind::kProgramEnd;
+  if (!queue_.push(block)) return false;
+  post({RtCommand::Kind::kStart, 1});
+  return true;
+}
+
+/// The devices beside the drives, with a probe that somebody holds.
+class EmulatedCommission::HeldIo final : public MachineIo {
+ public:
+  explicit HeldIo(std::unique_ptr<MachineIo> inner) : inner_(std::move(inner)) {}
+  void bring_up() override { inner_->bring_up(); }
+  void shut_down() noexcept override { inner_->shut_down(); }
+  void exchange(const IoOutputs& outputs, const IoPlace& place, IoInputs& inputs) TRN_RT override {
+    inner_->exchange(outputs, place, inputs);
+    inputs.probe = inputs.probe || probe_;
+  }
+  std::string explain_fault() const override { return inner_->explain_fault(); }
+  std::string health() const override { return inner_->health(); }
+  void hold_probe(bool on) { probe_ = on; }
+
+ private:
+  std::unique_ptr<MachineIo> inner_;
+  bool probe_ = false;
+};
+
+EmulatedCommission::~EmulatedCommission() = default;
+
 EmulatedCommission::EmulatedCommission(const std::string& config, const std::string& truth)
     : CommissionMachine(assemble(config, Field::kEmulated)), truth_(read_machine(load_config(truth))) {
   if (drives_type(assembly_.machine) != "canopen" || drives_type(truth_) != "canopen")
@@ -31,13 +75,67 @@ EmulatedCommission::EmulatedCommission(const std::string& config, const std::str
                                                     truth_, truth_.root.table("drives"));
   field_ = drives.get();
   assembly_.drives = std::move(drives);
+  if (assembly_.io) {
+    auto held = std::make_unique<HeldIo>(std::move(assembly_.io));
+    held_ = held.get();
+    assembly_.io = std::move(held);
+  }
   cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass)));
   cycle_->tick();
 }
 
 void EmulatedCommission::wait(double time_s) {
   const int periods = static_cast<int>(std::ceil(time_s / assembly_.machine.period_s));
-  for (int i = 0; i < periods; ++i) cycle_->tick();
+  for (int i = 0; i < periods; ++i) {
+    cycle_->tick();
+    if (watcher_) watcher_(cycle_->last_report());
+  }
+}
+
+// In real time, for once: how late is a period, and how long does it take?
+double EmulatedCommission::latest_us(double time_s) {
+  using Clock = std::chrono::steady_clock;
+  const auto period = std::chrono::nanoseconds(std::llround(1e9 * assembly_.machine.period_s));
+  const auto us = [](Clock::duration time) {
+    return std::chrono::duration<double, std::micro>(time).count();
+  };
+  const int periods = static_cast<int>(std::ceil(time_s / assembly_.machine.period_s));
+  double wake_us = 0, tick_us = 0;
+  auto due = Clock::now() + period;
+  for (int i = 0; i < periods; ++i, due += period) {
+    std::this_thread::sleep_until(due);
+    const auto begun = Clock::now();
+    cycle_->tick();
+    wake_us = std::max(wake_us, us(begun - due));
+    tick_us = std::max(tick_us, us(Clock::now() - begun));
+    if (begun - due > period) due = begun;
+  }
+  return wake_us + tick_us;
+}
+
+std::vector<ScannedBus> EmulatedCommission::scan() {
+  constexpr std::int64_t kAnswer_ns = 5'000'000;
+  std::vector<ScannedBus> out;
+  for (std::size_t b = 0; b < field().config().buses.size(); ++b) {
+    const auto endpoint = field().bus(b).open({{cob::kSdoAnswer, 0x780}});
+    out.push_back({field().config().buses[b].interface, scan_nodes(*endpoint, kNodeIdMax, kAnswer_ns)});
+  }
+  return out;
+}
+
+void EmulatedCommission::press(HandStep step, int joint, bool on) {
+  if (step == HandStep::kProbe && held_) held_->hold_probe(on);
+  const CanDrivesConfig& config = field().config();
+  for (std::size_t b = 0; b < config.buses.size(); ++b)
+    for (std::size_t i = 0; i < config.buses[b].nodes.size(); ++i) {
+      EmulatedDrive& drive = field().node(b, i).drive();
+      if (step == HandStep::kProbe) {
+        drive.touch(on, drive.joint().measured());
+      } else if (config.buses[b].nodes[i].link.joint == joint) {
+        const std::uint32_t bit = step == HandStep::kPositiveSwitch ? 2 : 1;
+        drive.set_inputs(on ? drive.inputs() | bit : drive.inputs() & ~bit);
+      }
+    }
 }
 
 JointVec EmulatedCommission::true_places() {
@@ -55,7 +153,10 @@ RehearsedOperator::RehearsedOperator(std::unique_ptr<CommissionMachine>& machine
 
 bool RehearsedOperator::agrees(const std::string& text) {
   say_(text);
-  if (machine_) before_ = emulated().true_places();
+  if (machine_) {
+    before_ = emulated().true_places();
+    turns_before_ = machine_->report().spindle_turns;
+  }
   return true;
 }
 
@@ -66,6 +167,34 @@ double RehearsedOperator::measured(const std::string& text, int joint) {
   const double seen = std::round(100 * way) / 100;
   say_(fmt::format("{}\n  > {:g}", text, seen));
   return seen;
+}
+
+// A spindle that is a joint is seen by its motor, another one by its encoder, which nobody has wired wrong
+// here.
+bool RehearsedOperator::turned_clockwise(const std::string& text) {
+  const Machine& truth = emulated().truth();
+  bool clockwise = machine_->report().spindle_turns > turns_before_;
+  if (const auto axis = truth.root.table_if("spindle_axis")) {
+    const auto kinematics = make_kinematics(truth);
+    const int word = static_cast<int>(std::string_view(kWordLetters).find(axis->text("axis")[0]));
+    Words from, to;
+    kinematics->words_from_joints(before_, from);
+    kinematics->words_from_joints(emulated().true_places(), to);
+    clockwise = (to[word] < from[word]) == (axis->text("m3", "negative") == "negative");
+  }
+  say_(fmt::format("{}\n  > {}", text, clockwise ? "yes" : "no"));
+  return clockwise;
+}
+
+bool RehearsedOperator::does(const std::string& text, HandStep step, int joint) {
+  say_(text);
+  emulated().press(holds_ = step, holds_joint_ = joint, true);
+  return true;
+}
+
+void RehearsedOperator::lets_go(const std::string& text) {
+  say_(text);
+  emulated().press(holds_, holds_joint_, false);
 }
 
 bool RehearsedOperator::went_positive(const std::string& text, int word) {

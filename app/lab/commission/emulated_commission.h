@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "app/lab/commission/commission_machine.h"
 #include "core/axes.h"
@@ -16,8 +18,17 @@ namespace trn {
 class EmulatedCommission final : public CommissionMachine {
  public:
   EmulatedCommission(const std::string& config, const std::string& truth);
+  ~EmulatedCommission() override;
   void wait(double time_s) override;
   CycleReport report() override { return cycle_->last_report(); }
+  double latest_us(double time_s) override;
+  std::vector<ScannedBus> scan() override;
+  const char* clock() const override {
+    return "by this computer and its emulated drives; measure it again with the real ones";
+  }
+
+  /// By hand; `on` false: let go.
+  void press(HandStep step, int joint, bool on);
 
   const Machine& truth() const { return truth_; }
   /// Where the axes really stand, mm or rad, in the truth's joints.
@@ -26,8 +37,11 @@ class EmulatedCommission final : public CommissionMachine {
  private:
   EmulatedCanDrives& field() { return *field_; }
 
+  class HeldIo;
+
   Machine truth_;
   EmulatedCanDrives* field_ = nullptr;
+  HeldIo* held_ = nullptr;  ///< null: the machine has no [io]
 };
 
 /// Answers by what the axes really do.
@@ -38,6 +52,9 @@ class RehearsedOperator final : public CommissionOperator {
   bool agrees(const std::string& text) override;
   double measured(const std::string& text, int joint) override;
   bool went_positive(const std::string& text, int word) override;
+  bool turned_clockwise(const std::string& text) override;
+  bool does(const std::string& text, HandStep step, int joint) override;
+  void lets_go(const std::string& text) override;
   void tell(const std::string& text) override { say_(text); }
 
  private:
@@ -46,6 +63,9 @@ class RehearsedOperator final : public CommissionOperator {
   std::unique_ptr<CommissionMachine>& machine_;
   std::function<void(const std::string&)> say_;
   JointVec before_;  ///< true places when it last agreed to a motion
+  double turns_before_ = 0;
+  HandStep holds_ = HandStep::kProbe;
+  int holds_joint_ = -1;
 };
 
 }  // namespace trn

@@ -12,6 +12,7 @@
 #include "app/lab/picture/axes.h"
 #include "app/lab/picture/colours.h"
 #include "app/lab/picture/svg.h"
+#include "app/lab/tune/fourier.h"
 #include "core/joint_model.h"
 
 namespace trn {
@@ -30,42 +31,6 @@ constexpr double kSlowestSwing_hz = 5;
 constexpr std::size_t kGapMax = 8;                               // frequencies
 constexpr double kNotRigid = 0.1, kExplained = 0.5, kDip = 0.6;  // of the rigid response; of what that leaves
 constexpr double kFast = 0.2, kSlowestMoving = 0.01;             // of the joint's velocity
-
-// Radix 2, in place (Cooley and Tukey 1965).
-void transform(std::vector<Complex>& x) {
-  const std::size_t n = x.size();
-  for (std::size_t i = 1, j = 0; i < n; ++i) {
-    std::size_t bit = n >> 1;
-    for (; j & bit; bit >>= 1) j ^= bit;
-    j ^= bit;
-    if (i < j) std::swap(x[i], x[j]);
-  }
-  for (std::size_t length = 2; length <= n; length <<= 1) {
-    const Complex turn = std::polar(1.0, -2 * std::numbers::pi / static_cast<double>(length));
-    for (std::size_t i = 0; i < n; i += length) {
-      Complex w = 1;
-      for (std::size_t k = 0; k < length / 2; ++k, w *= turn) {
-        const Complex u = x[i + k], v = w * x[i + k + length / 2];
-        x[i + k] = u + v;
-        x[i + k + length / 2] = u - v;
-      }
-    }
-  }
-}
-
-/// A window of the signal with its mean taken away, as a spectrum.
-std::vector<Complex> spectrum(const std::vector<double>& signal, std::size_t from, std::size_t size) {
-  double mean = 0;
-  const auto n = static_cast<double>(size);
-  for (std::size_t i = 0; i < size; ++i) mean += signal[from + i] / n;
-  std::vector<Complex> out(size);
-  for (std::size_t i = 0; i < size; ++i) {
-    const double hann = 0.5 - 0.5 * std::cos(2 * std::numbers::pi * static_cast<double>(i) / n);
-    out[i] = hann * (signal[from + i] - mean);
-  }
-  transform(out);
-  return out;
-}
 
 std::vector<double> differences(const std::vector<double>& q, double period_s) {
   std::vector<double> out(q.size());
@@ -106,7 +71,7 @@ FrequencyResponse response(const std::vector<double>& in, const std::vector<doub
                            const std::vector<std::size_t>& begins, double period_s) {
   CrossSpectra sum(kMovingWindow);
   for (const std::size_t from : begins)
-    sum.add(spectrum(in, from, kMovingWindow), spectrum(out, from, kMovingWindow));
+    sum.add(window_spectrum(in, from, kMovingWindow), window_spectrum(out, from, kMovingWindow));
   return sum.response(period_s);
 }
 
@@ -283,6 +248,13 @@ TuneLoop measure_loop(const TuneData& data, const TuneFit& fit, const Joint& joi
   loop.mechanics = response(rigid_acceleration(data, fit, v), seen, moving, dt);
   loop.bandwidth_hz = bandwidth(loop.closed);
   loop.seen_up_to_hz = seen_up_to(loop.mechanics);
+  loop.stirred = measure_stirred(data, fit, joint);
+  if (loop.stirred && loop.stirred->resonance_hz > 0) {
+    loop.resonance_hz = loop.stirred->resonance_hz;
+    loop.swing_hz = loop.stirred->swing_hz();
+    loop.seen_up_to_hz = std::max(loop.seen_up_to_hz, loop.stirred->seen_up_to_hz);
+    return loop;
+  }
   const TwoMasses masses = fit_two_masses(loop.mechanics, loop.seen_up_to_hz);
   if (masses.swing_hz <= 0) return loop;
   loop.swing_hz = masses.swing_hz;

@@ -7,6 +7,7 @@
 
 #include "app/lab/tune/tune_data.h"
 #include "app/lab/tune/tune_fit.h"
+#include "app/lab/tune/tune_stirred.h"
 #include "core/axes.h"
 
 namespace trn {
@@ -25,6 +26,7 @@ struct TuneLoop {
       mechanics;  ///< from the force that moves masses to acceleration, over the inertia: 1 is rigid
   std::optional<double> bandwidth_hz;  ///< the closed loop is 3 dB down, or 90 degrees late
   double seen_up_to_hz = 0;            ///< beyond, the motions had too little in them to tell
+  std::optional<StirredLoop> stirred;  ///< where the motor was shaken
   std::optional<double> swing_hz;      ///< load against a motor that is held (a dip of the mechanics)
   std::optional<double> resonance_hz;  ///< load against a free motor (a peak)
 };

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 namespace trn {
@@ -16,6 +17,8 @@ struct TuneData {
   std::vector<double> setpoint, measured;  ///< mm or rad
   std::vector<double> force;               ///< N or Nm, of the motor
   std::vector<int> stroke;                 ///< which one; -1: none yet
+  std::vector<double> stirred;             ///< N or Nm that the drive was told beside; empty: never any
+  int first_stirred = std::numeric_limits<int>::max();  ///< the stroke from which on it was
 
   std::size_t rows() const { return measured.size(); }
 };

@@ -54,8 +54,12 @@ struct FitRow {
 
 class RowMaker {
  public:
-  RowMaker(const TuneData& data, const Joint& joint)
-      : data_(data), joint_(joint), smoother_(data.period_s), imbalance_(turns_enough()) {}
+  RowMaker(const TuneData& data, const Joint& joint, double cogging_pitch)
+      : data_(data),
+        joint_(joint),
+        cogging_pitch_(cogging_pitch),
+        smoother_(data.period_s),
+        imbalance_(turns_enough()) {}
 
   bool imbalance() const { return imbalance_; }
   std::vector<FitRow> make() const {
@@ -82,7 +86,8 @@ class RowMaker {
     for (const int i : {-reach + 1, -reach / 2, 0, reach / 2, reach - 1})
       if (sign * smooth_speed(k + i) < kSlowest * joint_.limit.velocity) return false;
     return std::isfinite(data_.force[static_cast<std::size_t>(k)]) &&
-           data_.stroke[static_cast<std::size_t>(k)] >= 0;
+           data_.stroke[static_cast<std::size_t>(k)] >= 0 &&
+           data_.stroke[static_cast<std::size_t>(k)] < data_.first_stirred;
   }
   double smooth_speed(int k) const {
     const int n = static_cast<int>(data_.rows());
@@ -97,11 +102,17 @@ class RowMaker {
                  behind = smoother_.at(k + 1, place);
     const double v = (behind - before) / (2 * dt), a = (behind - 2 * here + before) / (dt * dt);
     FitRow out;
-    out.regressors.resize(imbalance_ ? 6 : 4);
+    const Eigen::Index base = imbalance_ ? 6 : 4;
+    out.regressors.resize(base + (cogging_pitch_ > 0 ? 2 * kCoggingWavesMax : 0));
     out.regressors.head<4>() << a, v, (v > 0 ? 1.0 : -1.0), 1.0;
     if (imbalance_) {
       out.regressors[4] = smoother_.at(k, [&](int at) { return std::cos(q(at)); });
       out.regressors[5] = smoother_.at(k, [&](int at) { return std::sin(q(at)); });
+    }
+    for (int wave = 1; cogging_pitch_ > 0 && wave <= kCoggingWavesMax; ++wave) {
+      const double turn = 2 * std::numbers::pi * wave / cogging_pitch_;
+      out.regressors[base + 2 * wave - 2] = smoother_.at(k, [&](int at) { return std::cos(turn * q(at)); });
+      out.regressors[base + 2 * wave - 1] = smoother_.at(k, [&](int at) { return std::sin(turn * q(at)); });
     }
     out.force = smoother_.at(k, [&](int at) { return data_.force[static_cast<std::size_t>(at)]; });
     out.stroke = data_.stroke[static_cast<std::size_t>(k)];
@@ -110,6 +121,7 @@ class RowMaker {
 
   const TuneData& data_;
   const Joint& joint_;
+  double cogging_pitch_;
   Smoother smoother_;
   bool imbalance_;
 };
@@ -182,8 +194,25 @@ NoTorque::NoTorque(const Joint& joint)
                       "'torque = true', and {}, unless its data sheet says it",
                       joint.name, joint.kind == JointKind::kRotary ? "rated_torque_Nm" : "rated_force_N")) {}
 
-TuneFit fit_joint(const TuneData& data, const Joint& joint) {
-  const RowMaker maker(data, joint);
+double TuneFit::cogging_at(double q) const {
+  double sum = 0;
+  for (std::size_t i = 0; i < cogging_cos.size(); ++i) {
+    const double turn = 2 * std::numbers::pi * static_cast<double>(i + 1) * q / cogging_pitch;
+    sum += cogging_cos[i].value * std::cos(turn) + cogging_sin[i].value * std::sin(turn);
+  }
+  return sum;
+}
+
+bool TuneFit::cogs() const {
+  for (std::size_t i = 0; i < cogging_cos.size(); ++i)
+    if (std::hypot(cogging_cos[i].value, cogging_sin[i].value) >
+        4 * std::hypot(cogging_cos[i].deviation, cogging_sin[i].deviation))
+      return true;
+  return false;
+}
+
+TuneFit fit_joint(const TuneData& data, const Joint& joint, double cogging_pitch) {
+  const RowMaker maker(data, joint, cogging_pitch);
   const std::vector<FitRow> rows = maker.make();
   const bool told =
       std::any_of(data.force.begin(), data.force.end(), [](double f) { return std::isfinite(f); });
@@ -203,6 +232,12 @@ TuneFit fit_joint(const TuneData& data, const Joint& joint) {
   if (maker.imbalance()) {
     fit.imbalance_cos = take(4);
     fit.imbalance_sin = take(5);
+  }
+  fit.cogging_pitch = cogging_pitch;
+  for (int wave = 0; cogging_pitch > 0 && wave < kCoggingWavesMax; ++wave) {
+    const Eigen::Index at = (maker.imbalance() ? 6 : 4) + 2 * wave;
+    fit.cogging_cos.push_back(take(at));
+    fit.cogging_sin.push_back(take(at + 1));
   }
   fit.residual = found.residual;
   fit.explained = found.explained;

@@ -19,6 +19,11 @@ constexpr int kEvenTurns = 2, kFastTurns = 4;
 constexpr double kShortLengths[] = {0.31, 0.12, 0.2, 0.07, 0.26, 0.16, 0.1, 0.23};  // of the length
 constexpr double kCreepShare = 0.002, kCreepTimeS = 1.5;
 constexpr int kCreepTurns = 4;
+constexpr double kEndlessRange = 8 * kPi;
+constexpr double kPitches = 6, kPitchTimeS = 0.64, kSlowestCogging = 0.01;
+constexpr int kCoggingTurns = 2;
+constexpr double kStirredSpeed = 0.15, kStirredTimeS = 3;
+constexpr int kStirredTurns = 3;
 
 /// Where a stroke of this length and speed reaches the speed at all, and how long it takes.
 double stroke_time_s(const JointLimit& limit, const TuneStroke& stroke) {
@@ -40,22 +45,40 @@ double length_for(const JointLimit& limit, double speed) {
 
 // Weight that turns with the joint is told from an even one over a wide angle only.
 double usual_length(const Joint& joint, double speed) {
-  const double quarter = 0.25 * (joint.limit.max - joint.limit.min);
+  const double quarter = 0.25 * (joint.endless ? kEndlessRange : joint.limit.max - joint.limit.min);
   const double least = joint.kind == JointKind::kRotary ? 90 * kRadPerDeg : 0;
   return std::min(quarter, std::max(least, length_for(joint.limit, speed)));
+}
+
+// Whole pitches, so slowly that the finest wave is not smoothed away, and not so slowly that friction is
+// unsure.
+void add_cogging(TunePlan& plan, const Joint& joint, double length, double pitch) {
+  const double pitches = std::min(kPitches, std::floor(std::abs(length) / pitch));
+  const bool rotary = joint.kind == JointKind::kRotary;
+  if (pitches < 2)
+    throw std::runtime_error(
+        fmt::format("the table of cogging needs two pitches of way, {:.4g} {}, and joint {} will go "
+                    "{:.4g}; say a longer --length",
+                    2 * pitch * (rotary ? kDegPerRad : 1), rotary ? "deg" : "mm", joint.name,
+                    std::abs(length) * (rotary ? kDegPerRad : 1)));
+  const double speed =
+      std::clamp(pitch / kPitchTimeS, kSlowestCogging * joint.limit.velocity, plan.speed_max);
+  there_and_back(plan, std::copysign(pitches * pitch, length), speed, kCoggingTurns);
 }
 
 }  // namespace
 
 TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
   const JointLimit& limit = joint.limit;
-  const double margin = kTuneMargin * (limit.max - limit.min);
-  const double up = limit.max - margin - stands, down = stands - limit.min - margin;
+  // A joint without an end has room enough wherever it stands.
+  const double range = joint.endless ? kEndlessRange : limit.max - limit.min, margin = kTuneMargin * range;
+  const double up = joint.endless ? kEndlessRange : limit.max - margin - stands;
+  const double down = joint.endless ? 0 : stands - limit.min - margin;
   TunePlan plan;
   plan.speed_max = std::clamp(wish.speed_share, 0.05, 1.0) * limit.velocity;
   const double room = std::max(up, down);
   double length = wish.length > 0 ? wish.length : usual_length(joint, plan.speed_max);
-  if (wish.length > room || room < 0.02 * (limit.max - limit.min))
+  if (wish.length > room || room < 0.02 * range)
     throw std::runtime_error(
         fmt::format("joint {} has no room for that from where it stands; jog it towards its middle, or say a "
                     "shorter --length",
@@ -71,9 +94,15 @@ TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
   }
   there_and_back(plan, sign * length, plan.speed_max, kFastTurns);
   for (const double share : kShortLengths) there_and_back(plan, sign * share * length, plan.speed_max, 1);
+  if (wish.cogging_pitch > 0) add_cogging(plan, joint, sign * length, wish.cogging_pitch);
   plan.first_slow = plan.strokes.size();
   const double creep = kCreepShare * limit.velocity;
   there_and_back(plan, sign * kCreepTimeS * creep, creep, kCreepTurns);
+  if (wish.stirs) {
+    plan.first_stirred = plan.strokes.size();
+    const double speed = std::min(kStirredSpeed * plan.speed_max, length / kStirredTimeS);
+    there_and_back(plan, sign * std::min(length, kStirredTimeS * speed), speed, kStirredTurns);
+  }
   for (const TuneStroke& stroke : plan.strokes) plan.time_s += stroke_time_s(limit, stroke);
   plan.from = std::min(stands, stands + sign * length);
   plan.to = std::max(stands, stands + sign * length);
@@ -83,12 +112,17 @@ TunePlan plan_tuning(const Joint& joint, double stands, const TuneWish& wish) {
 std::string announcement(const TunePlan& plan, const Joint& joint) {
   const bool rotary = joint.kind == JointKind::kRotary;
   const double unit = rotary ? kDegPerRad : 1;
-  return fmt::format(
-      "Joint {} will move between {:.1f} and {:.1f} {}, {} times, at most at {:.4g} {}/s, for about {:.0f} "
-      "s. Nothing "
-      "else moves.\n",
-      joint.name, unit * plan.from, unit * plan.to, rotary ? "deg" : "mm", plan.strokes.size(),
-      unit * plan.speed_max, rotary ? "deg" : "mm", plan.time_s);
+  const std::string shaken =
+      plan.first_stirred < plan.strokes.size()
+          ? "In the last strokes its motor is shaken by a small torque, which is heard.\n"
+          : "";
+  return shaken + fmt::format(
+                      "Joint {} will move between {:.1f} and {:.1f} {}, {} times, at most at {:.4g} {}/s, "
+                      "for about {:.0f} "
+                      "s. Nothing "
+                      "else moves.\n",
+                      joint.name, unit * plan.from, unit * plan.to, rotary ? "deg" : "mm",
+                      plan.strokes.size(), unit * plan.speed_max, rotary ? "deg" : "mm", plan.time_s);
 }
 
 }  // namespace trn

@@ -1,12 +1,14 @@
 #include "app/lab/tune/tune_report.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <string_view>
 #include <vector>
 
+#include "app/lab/tune/tune_stirred.h"
 #include "core/units.h"
 
 namespace trn {
@@ -63,6 +65,39 @@ std::string_view joint_unit_name(const Joint& joint) {
   return joint.kind == JointKind::kRotary ? "deg" : "mm";
 }
 
+// As the config's table has it: at even places of the pitch, from 0 on.
+std::vector<double> cogging_table(const TuneFit& fit) {
+  constexpr int kPlaces = 64;
+  std::vector<double> out;
+  for (int i = 0; i < kPlaces; ++i) out.push_back(fit.cogging_at(fit.cogging_pitch * i / kPlaces));
+  return out;
+}
+
+std::string cogging_text(const TuneFit& fit, const Joint& joint) {
+  if (fit.cogging_pitch <= 0) return "";
+  const std::string_view unit = joint.kind == JointKind::kRotary ? "Nm" : "N";
+  std::string out;
+  for (std::size_t i = 0; i < fit.cogging_cos.size(); ++i) {
+    const double size = std::hypot(fit.cogging_cos[i].value, fit.cogging_sin[i].value);
+    const double deviation = std::hypot(fit.cogging_cos[i].deviation, fit.cogging_sin[i].deviation);
+    if (size > 4 * deviation)
+      out += fmt::format("  {:<18} {:>12.5g} +- {:<10.2g} {}, {} in a pitch\n", "cogging", size, deviation,
+                         unit, i + 1);
+  }
+  return out.empty() ? fmt::format("  {:<18} {:>12}  (none that is certain)\n", "cogging", "") : out;
+}
+
+std::string stirred_text(const TuneLoop& loop) {
+  if (!loop.stirred) return "";
+  const StirredLoop& s = *loop.stirred;
+  const std::string limit =
+      fmt::format("looked at up to {:.0f} Hz; the period allows for {:.0f}", s.seen_up_to_hz, s.nyquist_hz);
+  if (s.resonance_hz <= 0)
+    return fmt::format("  {:<18} {:>12}  ({})\n", "shaken", "", "nothing swings, " + limit);
+  return fmt::format("  {:<18} {:>12.4g} +- {:<10.2g} Hz, damping {:.3f}, load's share {:.2f} ({})\n",
+                     "resonance, shaken", s.resonance_hz, s.deviation_hz, s.damping, s.share, limit);
+}
+
 std::string jerk_text(const TuneResult& result, const Joint& joint) {
   const double unit = joint_unit(joint);
   const std::string_view name = joint_unit_name(joint);
@@ -90,6 +125,7 @@ std::string tune_text(const TuneResult& result, const Joint& joint) {
   for (const TuneLine& line : lines_of(result.fit, joint))
     out += fmt::format("  {:<18} {:>12.5g} +- {:<10.2g} {}{}\n", line.meaning, line.value.value,
                        line.value.deviation, line.unit, certain(line) ? "" : "  (none that is certain)");
+  out += cogging_text(result.fit, joint) + stirred_text(result.loop);
   if (result.lost_motion)
     out += fmt::format("  {:<18} {:>12.5g} +- {:<10.2g} {}\n", "lost motion",
                        joint_unit(joint) * result.lost_motion->value,
@@ -110,10 +146,39 @@ std::string tune_json(const TuneResult& result, const Joint& joint) {
   const std::string name(joint_unit_name(joint));
   if (result.lost_motion) out["lost_motion_" + name] = unit * result.lost_motion->value;
   if (result.loop.bandwidth_hz) out["bandwidth_hz"] = *result.loop.bandwidth_hz;
+  if (result.fit.cogs()) {
+    out["cogging_pitch_" + name] = unit * result.fit.cogging_pitch;
+    out["cogging"] = cogging_table(result.fit);
+  }
+  if (const auto& stirred = result.loop.stirred)
+    out["shaken"] = {{"resonance_hz", stirred->resonance_hz},
+                     {"deviation_hz", stirred->deviation_hz},
+                     {"damping", stirred->damping},
+                     {"load_share", stirred->share},
+                     {"seen_up_to_hz", stirred->seen_up_to_hz}};
   if (result.loop.swing_hz) out["swing_hz"] = *result.loop.swing_hz;
   if (result.loop.resonance_hz) out["resonance_hz"] = *result.loop.resonance_hz;
   if (const auto jerk = recommended_jerk(result.loop, joint)) out["jerk_" + name + "_s3"] = unit * *jerk;
   return out.dump(2) + "\n";
+}
+
+std::vector<TuneKey> tune_keys(const TuneResult& result, const Joint& joint) {
+  std::vector<TuneKey> out;
+  for (const TuneLine& line : lines_of(result.fit, joint))
+    if (certain(line)) out.push_back({std::string(line.key), line.value.value, line.value.deviation});
+  return out;
+}
+
+std::string tune_line(const TuneResult& result, const Joint& joint) {
+  std::string out;
+  for (const TuneLine& line : lines_of(result.fit, joint))
+    if (certain(line))
+      out +=
+          fmt::format("{}{} {:.4g} {}", out.empty() ? "" : ", ", line.meaning, line.value.value, line.unit);
+  if (result.loop.bandwidth_hz) out += fmt::format(", bandwidth {:.3g} Hz", *result.loop.bandwidth_hz);
+  const auto swing = result.loop.swing_hz ? result.loop.swing_hz : result.loop.resonance_hz;
+  if (swing) out += fmt::format(", the load swings at {:.3g} Hz", *swing);
+  return out;
 }
 
 std::string tune_config(const TuneResult& result, const Joint& joint) {
@@ -121,6 +186,11 @@ std::string tune_config(const TuneResult& result, const Joint& joint) {
       fmt::format("[[feed_forward.joint]]   # by trunnion tune {}\njoint = \"{}\"\n", joint.name, joint.name);
   for (const TuneLine& line : lines_of(result.fit, joint))
     if (certain(line)) out += fmt::format("{} = {:.6g}\n", line.key, line.value.value);
+  if (!result.fit.cogs()) return out;
+  const bool rotary = joint.kind == JointKind::kRotary;
+  out += fmt::format("cogging_pitch_{} = {:.6g}\ncogging_{} = [{:.4g}]\n", joint_unit_name(joint),
+                     joint_unit(joint) * result.fit.cogging_pitch, rotary ? "Nm" : "N",
+                     fmt::join(cogging_table(result.fit), ", "));
   return out;
 }
 

@@ -2,6 +2,7 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "app/lab/tune/tune_bode.h"
 #include "app/lab/tune/tune_fit.h"
@@ -15,6 +16,16 @@ struct TuneResult {
   std::optional<TuneValue> lost_motion;  ///< mm or rad
   TuneLoop loop;
 };
+
+/// A figure of the model, as the config has it.
+struct TuneKey {
+  std::string name;
+  double value = 0, deviation = 0;
+};
+/// Those that are certain.
+std::vector<TuneKey> tune_keys(const TuneResult& result, const Joint& joint);
+/// All of it in a line.
+std::string tune_line(const TuneResult& result, const Joint& joint);
 
 /// For people: the model with its uncertainties, play, resonance and the jerk that is recommended.
 std::string tune_text(const TuneResult& result, const Joint& joint);

@@ -67,6 +67,7 @@ class Rehearsal(unittest.TestCase):
         items = {item["name"]: item["result"] for item in json.loads(self.record.read_text())["items"]}
         self.assertEqual([name for name, result in items.items() if result == "changed"],
                          ["scale Y", "scale C", "direction X", "direction C"])
+        self.assertEqual(items["tuning X"], "skipped", "its drive tells no torque")
         self.assertNotIn("failed", items.values())
         self.assertEqual((self.wrong.parent / "machine.toml.before").read_text(encoding="ascii"), before)
         self.assertIn("| direction X | changed | the motor of X is reversed |", self.protocol.read_text())
@@ -75,6 +76,71 @@ class Rehearsal(unittest.TestCase):
         again = self.commission("--rehearse", str(self.truth))
         self.assertEqual(again.returncode, 0)
         self.assertNotIn("will move", again.stdout)
+
+    def test_every_step(self):
+        """A machine with feed-forward, switches, a brake, spindle and probe: wiring, counts and a mass are wrong."""
+        servo = (pathlib.Path(SOURCE) / "configs/cradle_servo.toml").read_text(encoding="ascii").replace(
+            "eds/servo.eds", f"{SOURCE}/configs/eds/servo.eds")
+        servo = servo.replace("period_s = 0.001", "period_s = 0.002")
+        more = """
+[io]
+type = "simulated"
+
+[[safety.brake]]
+joint = "Z"
+output = "drive.Z.output.0"
+release_s = 0.08
+close_s = 0.06
+"""
+        servo = servo.replace("[drives]\n", more + "\n[drives]\nprobe = \"drive\"\n", 1)
+        servo = node(servo, "X", [("homing_method = 5", "homing_method = 3\nlimit_switches = true")])
+        servo = node(servo, "C", [("homing_method = 5", "homing_method = 3")])
+        self.wrong.write_text(servo.replace("inertia_kg = 416.0", "inertia_kg = 300.0"), encoding="ascii")
+        truth = node(servo, "X", [("counts_per_mm = 10000", "counts_per_mm = 10000\nreverse = true")])
+        truth = node(truth, "Y", [("counts_per_mm = 10000", "counts_per_mm = 8000")])
+        truth = node(truth, "C", [("counts_per_deg = 10000", "counts_per_deg = 9000\nreverse = true")])
+        self.truth.write_text(truth, encoding="ascii")
+        done = self.commission("--rehearse", str(self.truth))
+        print(done.stdout[done.stdout.find("# Commissioning"):], file=sys.stderr)
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        items = {item["name"]: (item["result"], item["note"])
+                 for item in json.loads(self.record.read_text())["items"]}
+        changed = {"scale Y", "scale C", "direction X", "direction C", "tuning X"}
+        self.assertEqual({name for name, (result, _) in items.items() if result == "changed"}, changed)
+        for name in ("bus", "identity", "switches", "homing", "brake Z", "following X", "tuning Y", "tuning Z",
+                     "tuning A", "tuning C", "spindle", "probe"):
+            self.assertEqual(items[name][0], "good", f"{name}: {items[name]}")
+        self.assertEqual(items["latency"][0], "rehearsed", items["latency"])
+        self.assertEqual({name for name, (result, _) in items.items() if result == "skipped"},
+                         {f"brake {joint}" for joint in "XYAC"} | {"range C"})
+        self.assertRegex(items["bus"][1], "5 nodes answer on 1 buses")
+        self.assertRegex(items["spindle"][1], r"encoder: 2\.00 turns in 2 s at 60 rpm")
+        text = self.wrong.read_text(encoding="ascii")
+        mass = float(re.search(r'joint = "X"\ninertia_kg = ([\d.]+)', text).group(1))
+        self.assertAlmostEqual(mass / 420, 1, delta=0.01)
+        for question in ("Press the switch at the negative end of X", "Press the switch at the positive end of X",
+                         "Press the probe", "Let go of", "Does the spindle turn clockwise"):
+            self.assertIn(question, done.stdout)
+
+    def test_a_spindle_that_turns_the_wrong_way(self):
+        config = (pathlib.Path(SOURCE) / "configs/spindle_axis.toml").read_text(encoding="ascii").replace(
+            "eds/servo.eds", f"{SOURCE}/configs/eds/servo.eds")
+        self.truth.write_text(config, encoding="ascii")
+        self.wrong.write_text(config.replace('m3 = "negative"', 'm3 = "positive"'), encoding="ascii")
+        done = self.commission("--rehearse", str(self.truth))
+        self.assertEqual((done.returncode, done.stderr), (0, ""), done.stdout)
+        items = {item["name"]: item["result"] for item in json.loads(self.record.read_text())["items"]}
+        self.assertEqual([name for name, result in items.items() if result == "changed"], ["spindle"])
+        self.assertIn('m3 = "negative"', self.wrong.read_text(encoding="ascii"))
+
+    def test_a_drive_that_is_not_there(self):
+        motor = '\n[[drives.emulation.motor]]\nnode = "can0:3"\nwithout_id = true\n'
+        self.truth.write_text(CONFIG + motor, encoding="ascii")
+        self.wrong.write_text(CONFIG, encoding="ascii")
+        done = self.commission("--rehearse", str(self.truth))
+        self.assertEqual(done.returncode, 4)
+        self.assertRegex(done.stdout, r"bus: failed, can0 node 3 \(joint Z\) does not answer; on can0 there are: "
+                                      r"1, 2, 4, 5\..*trunnion can lss")
 
     def test_left_and_taken_up_again(self):
         config = (pathlib.Path(SOURCE) / "configs/mill.toml").read_text(encoding="ascii")

@@ -17,6 +17,7 @@
 #include "app/lab/tune/tune_plan.h"
 #include "app/lab/tune/tune_report.h"
 #include "app/lab/tune/tune_run.h"
+#include "app/lab/tune/tune_stirred.h"
 #include "app/session/assembly.h"
 #include "core/axes.h"
 #include "core/config.h"
@@ -51,15 +52,15 @@ struct Tuned {
   TuneResult result;
 };
 
-Tuned tuned(int index, const Edits& edits = {}) {
+Tuned tuned(int index, const Edits& edits = {}, const TuneWish& wish = {}) {
   Assembly assembly = machine(edits);
   Tuned out;
   out.joint = assembly.machine.joints[static_cast<std::size_t>(index)];
   out.data = tune_emulated(assembly, index, [&](double stands) {
-    out.plan = plan_tuning(out.joint, stands, {});
+    out.plan = plan_tuning(out.joint, stands, wish);
     return out.plan;
   });
-  out.result.fit = fit_joint(out.data, out.joint);
+  out.result.fit = fit_joint(out.data, out.joint, wish.cogging_pitch);
   out.result.lost_motion = lost_motion(out.data, out.result.fit, out.plan.first_slow);
   out.result.loop = measure_loop(out.data, out.result.fit, out.joint);
   std::printf("%s", tune_text(out.result, out.joint).c_str());
@@ -128,6 +129,94 @@ TEST(TuningOfASoftJoint, FindsItsPlay) {
     ASSERT_TRUE(soft.result.lost_motion);
     EXPECT_GT(soft.result.lost_motion->value, play + 0.7 * wind_up) << text;
     EXPECT_LT(soft.result.lost_motion->value, play + 1.0 * wind_up) << text;
+  }
+}
+
+/// X with more keys in its mechanism.
+Edits with_x(const std::string& more) {
+  const std::string head = "[drives.emulation.joint.mechanism]\ninertia_kg = 420.0";
+  return {{head, head + "\n" + more}};
+}
+
+// Above 50 Hz no jog stirs anything; shaken by a tenth of the force of its acceleration it shows what swings.
+// The emulated spring shares nothing with the model: it is stepped 40 times a swing.
+TEST(TuningOfAShakenJoint, FindsResonancesUpToWhatThePeriodAllows) {
+  TuneWish wish;
+  wish.stirs = true;
+  for (const double hz : {80.0, 120.0, 180.0}) {
+    const std::string keys =
+        "resonance_hz = " + std::to_string(hz) + "\nload_share = 0.5\nresonance_damping = 0.02\n";
+    const Tuned soft = tuned(0, with_x(keys), wish);
+    ASSERT_TRUE(soft.result.loop.stirred) << hz;
+    const StirredLoop& found = *soft.result.loop.stirred;
+    std::printf("%g Hz: off by %+.2f %%, damping %.3f, share %.2f\n", hz, 100 * (found.resonance_hz / hz - 1),
+                found.damping, found.share);
+    EXPECT_NEAR(found.resonance_hz, hz, 0.02 * hz);
+    EXPECT_NEAR(found.share, 0.5, 0.1) << hz;
+    EXPECT_GT(found.seen_up_to_hz, 250) << hz;
+    EXPECT_EQ(found.nyquist_hz, 500);
+    ASSERT_TRUE(soft.result.loop.swing_hz);
+    EXPECT_NEAR(*soft.result.loop.swing_hz, hz * std::sqrt(0.5), 0.08 * hz);
+    // The mass is that of both, whatever swings.
+    EXPECT_NEAR(soft.result.fit.inertia.value, 0.42, 0.01 * 0.42) << hz;
+  }
+}
+
+TEST(TuningOfAShakenJoint, SaysThatNothingSwingsInARigidOne) {
+  TuneWish wish;
+  wish.stirs = true;
+  const Tuned rigid = tuned(0, {}, wish);
+  ASSERT_TRUE(rigid.result.loop.stirred);
+  EXPECT_EQ(rigid.result.loop.stirred->resonance_hz, 0);
+  EXPECT_NE(tune_text(rigid.result, rigid.joint).find("nothing swings"), std::string::npos);
+}
+
+// The emulated motor has waves, one and two in a pitch, each with a place of its own.
+TEST(TuningOfACoggingJoint, FindsTheTableAgain) {
+  const double pitch = 30, first = 20, second = 8;
+  TuneWish wish;
+  wish.cogging_pitch = pitch;
+  const Tuned cogs =
+      tuned(0, with_x("cogging_pitch_mm = 30\ncogging_N = [20, 8]\ncogging_at_mm = [3, 11]\n"), wish);
+  EXPECT_TRUE(cogs.result.fit.cogs());
+  double worst = 0;
+  for (int i = 0; i < 300; ++i) {
+    const double q = pitch * i / 300;
+    const double truth =
+        first * std::cos(2 * kPi * (q - 3) / pitch) + second * std::cos(4 * kPi * (q - 11) / pitch);
+    worst = std::max(worst, std::abs(cogs.result.fit.cogging_at(q) - truth));
+  }
+  std::printf("cogging of 20 and 8 N: off by %.2f N at most\n", worst);
+  EXPECT_LT(worst, 0.05 * first);
+  EXPECT_NEAR(cogs.result.fit.coulomb.value, 180, 0.03 * 180);
+  EXPECT_NEAR(cogs.result.fit.inertia.value, 0.42, 0.01 * 0.42);
+  // What is written is read back as the model: linear between 64 places.
+  const std::string text = tune_config(cogs.result, cogs.joint);
+  EXPECT_NE(text.find("cogging_pitch_mm = 30\ncogging_N = ["), std::string::npos) << text;
+  Assembly read =
+      machine({{"coulomb_N = 176.0\n", "coulomb_N = 176.0\n" + text.substr(text.find("cogging_pitch_mm"))}});
+  ASSERT_TRUE(read.feed_forward);
+  const auto model = read_feed_forward(read.machine);
+  ASSERT_TRUE(model && model->models[0]);
+  for (const double q : {0.0, 3.3, -41.7, 88.1})
+    EXPECT_NEAR(model->models[0]->force_at_rest(q) - model->models[0]->gravity, cogs.result.fit.cogging_at(q),
+                0.2)
+        << q;
+}
+
+TEST(TuningOfACoggingJoint, FindsNoneWhereThereIsNone) {
+  TuneWish wish;
+  wish.cogging_pitch = 30;
+  const Tuned smooth = tuned(0, {}, wish);
+  EXPECT_EQ(tune_config(smooth.result, smooth.joint).find("cogging"), std::string::npos);
+  wish.cogging_pitch = 300;  // two pitches are more than it goes
+  Assembly assembly = machine();
+  try {
+    plan_tuning(assembly.machine.joints[0], 0, wish);
+    FAIL() << "no way for two pitches";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find("needs two pitches of way, 600 mm"), std::string::npos)
+        << error.what();
   }
 }
 

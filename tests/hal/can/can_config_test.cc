@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <fstream>
 #include <iterator>
 #include <string>
@@ -10,6 +11,7 @@
 #include "core/machine.h"
 #include "hal/can/node_setup.h"
 #include "hal/can/sdo.h"
+#include "tests/support/eds_sheet.h"
 #include "tests/support/paths.h"
 
 namespace trn {
@@ -19,6 +21,10 @@ namespace {
 CanDrivesConfig cradle_with(const std::string& text) {
   std::ifstream in(source_dir() + "/configs/cradle_can.toml");
   std::string config{std::istreambuf_iterator<char>(in), {}};
+  if (text.substr(0, 6) == "eds = ") {  // in place of its own
+    const std::size_t own = config.find("eds = ", config.find("[[drives.node]]"));
+    config.erase(own, config.find('\n', own) + 1 - own);
+  }
   config.insert(config.find("[[drives.node]]", config.find("[[drives.node]]") + 1), text);
   const ConfigTable root = parse_config(config, source_dir() + "/configs/cradle_can.toml");
   return read_can_drives(read_machine(root), root.table("drives"));
@@ -100,6 +106,72 @@ TEST(CanConfig, IdentityIsTheDataSheetsUnlessTheConfigSaysOtherwise) {
   };
   EXPECT_EQ(checks(""), (std::vector<std::uint64_t>{2, 0x402}));
   EXPECT_EQ(checks("vendor = 7\nproduct = 0\n"), (std::vector<std::uint64_t>{1, 7}));
+}
+
+/// The cradle with these objects more in its data sheet.
+std::string sheet_refusal(const std::string& objects, const std::string& keys) {
+  return refusal("eds = \"" + sheet_file(sheet_text({"605B", "605C", "605D"}, objects)) + "\"\n" + keys);
+}
+
+std::vector<SetupStep> steps_of(const CanDrivesConfig& config, ObjectKey key) {
+  std::vector<SetupStep> out;
+  for (const SetupStep& step : config.buses.at(0).nodes.at(0).setup.steps)
+    if (step.key == key) out.push_back(step);
+  return out;
+}
+
+TEST(CanConfig, OptionCodesAreWrittenWhenTheConfigHasThem) {
+  const std::vector<ObjectKey> objects = {{0x605B, 0}, {0x605C, 0}, {0x605D, 0}};
+  for (const ObjectKey key : objects) EXPECT_TRUE(steps_of(cradle_with(""), key).empty()) << to_string(key);
+  const CanDrivesConfig config =
+      cradle_with("at_shutdown = \"ramp\"\nat_disable = \"coast\"\nat_halt = \"quick_stop_ramp\"\n");
+  const std::uint8_t values[] = {1, 0, 2};
+  for (std::size_t i = 0; i < objects.size(); ++i) {
+    const auto steps = steps_of(config, objects[i]);
+    ASSERT_EQ(steps.size(), 1u);
+    EXPECT_EQ(steps[0].kind, SetupStep::Kind::kWrite);
+    EXPECT_EQ(steps[0].bytes, (std::vector<std::uint8_t>{values[i], 0}));
+  }
+}
+
+TEST(CanConfig, OptionCodesThatTheDriveCannotTakeAreRefused) {
+  for (const auto& [key, word, object] :
+       std::vector<std::array<std::string, 3>>{{"at_shutdown", "ramp", "605B"},
+                                               {"at_disable", "ramp", "605C"},
+                                               {"at_halt", "voltage_limit", "605D"}}) {
+    const std::string keys = key + " = \"" + word + "\"\n";
+    const auto says = [&](const std::string& message, const std::string& part) {
+      EXPECT_NE(message.find(part), std::string::npos) << key << ": " << message;
+    };
+    says(sheet_refusal("", keys), "can0 node 1 (joint X) 0x" + object + ":0 does not exist");
+    says(sheet_refusal(variable(object, "3", "ro", "0"), keys), "cannot be written");
+    says(sheet_refusal(variable(object, "3", "rw", "0", "HighLimit=0\n"), keys), "does not take");
+    says(sheet_refusal(variable(object, "9", "rw", ""), keys), "cannot be written");
+    says(refusal(key + " = \"brake\"\n"), "legal");
+    says(refusal(key + " = 1\n"), "string");
+  }
+}
+
+TEST(CanConfig, ATimeOfTheFollowingErrorIsOfTheDrivesOwn) {
+  const std::string sheet =
+      "eds = \"" +
+      sheet_file(sheet_text({}, variable("6065", "7", "rw", "0") + variable("6066", "6", "rw", "0"))) +
+      "\"\n";
+  const ObjectKey key{0x6066, 0};
+  // Set: written, then compared; not set: compared alone; both ways, and 0 is no leave to be late.
+  const auto set = steps_of(cradle_with(sheet + "following_error_ms = 20\ndrive_limits = \"set\"\n"), key);
+  ASSERT_EQ(set.size(), 3u);
+  EXPECT_EQ(set[0].kind, SetupStep::Kind::kWish);
+  EXPECT_EQ(set[0].bytes, (std::vector<std::uint8_t>{20, 0}));
+  const auto checked = steps_of(cradle_with(sheet + "following_error_ms = 20\n"), key);
+  ASSERT_EQ(checked.size(), 2u);
+  EXPECT_EQ(checked[0].kind, SetupStep::Kind::kAtLeast);
+  EXPECT_EQ(checked[1].kind, SetupStep::Kind::kAtMost);
+  EXPECT_FALSE(checked[0].zero_passes);
+  EXPECT_TRUE(steps_of(cradle_with(sheet), key).empty());
+  EXPECT_NE(refusal("following_error_ms = 20\n").find("0x6066:0 does not exist"), std::string::npos);
+  for (const char* bad : {"-1", "65536", "1.5", "\"20\"", "[20]"})
+    EXPECT_NE(refusal(sheet + "following_error_ms = " + bad + "\n"), "") << bad;
 }
 
 }  // namespace

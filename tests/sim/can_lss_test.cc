@@ -1,0 +1,239 @@
+#include <gtest/gtest.h>
+
+#include <cstdint>
+#include <memory>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "hal/can/bus.h"
+#include "hal/can/frame.h"
+#include "hal/can/lss.h"
+#include "hal/can/nmt.h"
+#include "hal/can/sdo.h"
+#include "hal/can/store_parameters.h"
+#include "sim/canopen/emulated_node.h"
+#include "sim/canopen/object_store.h"
+#include "sim/canopen/virtual_bus.h"
+#include "sim/simulated_joint.h"
+#include "tests/support/paths.h"
+
+// Node ids, bit rates and parameters that stay in a node: the master's services against emulated nodes on a
+// bus in memory.
+namespace trn {
+namespace {
+
+constexpr std::int64_t kMs = 1'000'000;
+
+class Shelf {
+ public:
+  EmulatedNode& add(int id, std::uint32_t serial, bool without_id, const std::string& sheet = "servo.eds") {
+    EmulatedNode::Config config;
+    config.id = id;
+    config.dictionary = load_eds(source_dir() + "/configs/eds/" + sheet, id);
+    SimulatedJoint::Config& joint = config.drive.joint;
+    joint.servo = {250, 0.7, 1, 0.001};
+    joint.following_error_max = 10;
+    joint.quick_stop_deceleration = 1000;
+    joint.switch_min = -1000;
+    joint.switch_max = 1000;
+    joint.homed = true;
+    config.drive.counts_per_unit = 1000;
+    config.serial = serial;
+    config.without_id = without_id;
+    config.bitrate = 1'000'000;
+    nodes_.push_back(std::make_unique<EmulatedNode>(config));
+    bus.add(*nodes_.back());
+    return *nodes_.back();
+  }
+  void start() {
+    bus.on_frame([this](const CanFrame& frame) {
+      if (frame.id > 0x700 && frame.id < 0x780 && frame.data[0] == 0)
+        booted.insert(static_cast<int>(frame.id - 0x700));
+    });
+    endpoint_ = bus.open({{0, 0}});
+    bus.run_until(10 * kMs);
+  }
+  CanEndpoint& endpoint() { return *endpoint_; }
+  template <typename Begin>
+  std::string lss(Begin begin) {
+    begin(master, bus.now_ns());
+    return run_lss(*endpoint_, master);
+  }
+  void send(const CanFrame& frame) {
+    endpoint_->send({&frame, 1});
+    bus.run_until(bus.now_ns() + 20 * kMs);
+  }
+  void power_cycle(EmulatedNode& node) {
+    node.trouble(EmulatedNode::Trouble::kReset, 0, bus.now_ns());
+    bus.run_until(bus.now_ns() + 20 * kMs);
+  }
+
+  VirtualBus bus{1e6};
+  LssMaster master{20 * kMs};
+  std::set<int> booted;
+
+ private:
+  std::vector<std::unique_ptr<EmulatedNode>> nodes_;
+  std::unique_ptr<CanEndpoint> endpoint_;
+};
+
+constexpr std::uint32_t kRevision = 0x10000, kProduct = 0x402;
+
+// Three drives out of their boxes, one that is at work: each search finds the lowest serial number that is
+// left.
+TEST(CanLss, FindsAndNamesOneNodeAfterTheOther) {
+  Shelf shelf;
+  EmulatedNode& working = shelf.add(7, 1, false);
+  std::vector<EmulatedNode*> fresh;
+  for (const std::uint32_t serial : {0x80000003u, 0x00010002u, 0xFFFFFFFFu})
+    fresh.push_back(&shelf.add(static_cast<int>(fresh.size()) + 1, serial, true));
+  shelf.start();
+  EXPECT_EQ(shelf.booted, std::set<int>{7});
+  int id = 11;
+  for (const std::uint32_t serial : {0x00010002u, 0x80000003u, 0xFFFFFFFFu}) {
+    ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.find(now); }), "");
+    EXPECT_EQ(shelf.master.identity(), (LssIdentity{0, kProduct, kRevision, serial}));
+    ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.ask_node_id(now); }), "");
+    EXPECT_EQ(shelf.master.node_id(), lss::kNoNodeId);
+    ASSERT_EQ(shelf.lss([&](LssMaster& m, std::int64_t now) { m.set_node_id(id, now); }), "");
+    ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.store(now); }), "");
+    ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.leave(now); }), "");
+    shelf.bus.run_until(shelf.bus.now_ns() + 20 * kMs);
+    EXPECT_TRUE(shelf.booted.count(id)) << "with an id it boots";
+    ++id;
+  }
+  EXPECT_NE(shelf.lss([](LssMaster& m, std::int64_t now) { m.find(now); }), "") << "nobody is left";
+  EXPECT_EQ(working.active_id(), 7);
+  EXPECT_EQ(fresh[1]->active_id(), 11);
+  // Its objects answer under the new id, and its identifiers follow from it.
+  SdoClient client({11, 100 * kMs, 1 << 16, 64, false});
+  client.read({0x1800, 1}, shelf.bus.now_ns());
+  CanFrame frame;
+  while (client.next_frame(frame)) shelf.send(frame);
+  std::array<CanFrame, 64> in;
+  const int count = shelf.endpoint().receive(in);
+  for (int i = 0; i < count; ++i) client.receive(in[static_cast<std::size_t>(i)], shelf.bus.now_ns());
+  ASSERT_EQ(client.state(), SdoClient::State::kDone);
+  EXPECT_EQ(get_le(client.data().data(), 4) & 0x7FF, 0x180u + 11);
+  // Stored: it comes up with it.
+  shelf.booted.clear();
+  shelf.power_cycle(*fresh[1]);
+  EXPECT_EQ(shelf.booted, std::set<int>{11});
+}
+
+TEST(CanLss, WhatIsNotStoredIsGoneWithThePower) {
+  Shelf shelf;
+  EmulatedNode& node = shelf.add(3, 5, true);
+  shelf.start();
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.find(now); }), "");
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.set_node_id(9, now); }), "");
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.leave(now); }), "");
+  shelf.bus.run_until(shelf.bus.now_ns() + 20 * kMs);
+  EXPECT_EQ(node.active_id(), 9);
+  shelf.power_cycle(node);
+  EXPECT_EQ(node.active_id(), lss::kNoNodeId);
+}
+
+TEST(CanLss, ANodeAtWorkIsSelectedByItsIdentityAndRenamedByAReset) {
+  Shelf shelf;
+  EmulatedNode& one = shelf.add(1, 100, false);
+  EmulatedNode& two = shelf.add(2, 200, false);
+  shelf.start();
+  const std::string nobody = shelf.lss([](LssMaster& m, std::int64_t now) {
+    m.select({0, kProduct, kRevision, 300}, now);
+  });
+  EXPECT_NE(nobody.find("serial 0x12C answers"), std::string::npos) << nobody;
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) {
+    m.select({0, kProduct, kRevision, 200}, now);
+  }),
+            "");
+  const std::string refused = shelf.lss([](LssMaster& m, std::int64_t now) { m.set_node_id(200, now); });
+  EXPECT_NE(refused.find("1 to 127"), std::string::npos) << refused;
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.set_node_id(20, now); }), "");
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.leave(now); }), "");
+  EXPECT_EQ(two.active_id(), 2) << "not before it is told";
+  shelf.send(nmt_frame(NmtCommand::kResetCommunication, 2));
+  EXPECT_EQ(two.active_id(), 20);
+  EXPECT_EQ(one.active_id(), 1);
+}
+
+TEST(CanLss, ABitRateActsBehindALossOfPower) {
+  Shelf shelf;
+  EmulatedNode& node = shelf.add(1, 100, false);
+  shelf.start();
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) {
+    m.select({0, kProduct, kRevision, 100}, now);
+  }),
+            "");
+  ASSERT_EQ(
+      shelf.lss([](LssMaster& m, std::int64_t now) { m.set_bit_rate(*lss_bit_rate_index(500'000), now); }),
+      "");
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.store(now); }), "");
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.ask_node_id(now); }), "") << "still understood";
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.leave(now); }), "");
+  shelf.booted.clear();
+  shelf.power_cycle(node);
+  EXPECT_TRUE(shelf.booted.empty());
+  EXPECT_NE(shelf.lss([](LssMaster& m, std::int64_t now) {
+    m.select({0, kProduct, kRevision, 100}, now);
+  }),
+            "");
+}
+
+std::string refusal(Shelf& shelf, int node, StoredPart part) {
+  try {
+    store_parameters(shelf.endpoint(), node, part, 100 * kMs);
+  } catch (const StoreError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+TEST(CanStore, ParametersStayAndARestartIsStillSeen) {
+  Shelf shelf;
+  EmulatedNode& node = shelf.add(4, 0, false);
+  shelf.start();
+  ObjectStore& store = node.store();
+  store.set({0x6085, 0}, 777);
+  store.set({0x1017, 0}, 50);
+  store.set({0x1016, 1}, 0x7F0096);
+  store.set({0x607A, 0}, 12345);
+  EXPECT_EQ(refusal(shelf, 4, StoredPart::kApplication), "");
+  shelf.power_cycle(node);
+  EXPECT_EQ(store.integer({0x6085, 0}), 777);
+  EXPECT_EQ(store.integer({0x1017, 0}), 0) << "of the communication";
+  EXPECT_EQ(store.integer({0x607A, 0}), 0) << "a setpoint is no parameter";
+  store.set({0x1017, 0}, 50);
+  store.set({0x1016, 1}, 0x7F0096);
+  EXPECT_EQ(refusal(shelf, 4, StoredPart::kAll), "");
+  shelf.power_cycle(node);
+  EXPECT_EQ(store.integer({0x1017, 0}), 50);
+  EXPECT_EQ(store.integer({0x1016, 1}), 0) << "by this the master sees that it was restarted";
+}
+
+TEST(CanStore, IsRefusedWithNodeObjectAndRemedy) {
+  Shelf shelf;
+  EmulatedNode& node = shelf.add(4, 0, false);
+  shelf.start();
+  node.store().set({0x6041, 0}, 0x0237);  // Operation Enabled
+  EXPECT_NE(refusal(shelf, 4, StoredPart::kAll).find("node 4: 0x6041:0 says that the drive has power"),
+            std::string::npos)
+      << refusal(shelf, 4, StoredPart::kAll);
+  node.store().set({0x6041, 0}, 0x0250);
+  node.store().set({0x1010, 1}, 2);
+  EXPECT_NE(refusal(shelf, 4, StoredPart::kAll).find("node 4: 0x1010:1 is 2: the node stores by itself"),
+            std::string::npos);
+  node.store().set({0x1010, 1}, 1);
+  node.trouble(EmulatedNode::Trouble::kRefuse, 0x1010, shelf.bus.now_ns());
+  EXPECT_NE(refusal(shelf, 4, StoredPart::kAll).find("0x1010:1 cannot be read: SDO abort 0x08000000"),
+            std::string::npos)
+      << refusal(shelf, 4, StoredPart::kAll);
+  EXPECT_NE(refusal(shelf, 9, StoredPart::kAll).find("node 9: 0x6041:0 was not answered"), std::string::npos);
+  // Another word than "save" is refused by the node (CiA 301, 7.5.2.13).
+  const std::vector<std::uint8_t> load = {'l', 'o', 'a', 'd'};
+  EXPECT_EQ(node.store().write({0x1010, 1}, load), 0x08000020u);
+}
+
+}  // namespace
+}  // namespace trn
