@@ -184,7 +184,8 @@ void MachineController::publish_status() {
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.detour = detour_name(
-      unheard() > 0 && supervisor_.state() == MachineState::kHolding ? DetourState::kJogs : report_.detour);
+      (unheard() > 0 && supervisor_.state() == MachineState::kHolding) || jogs_.on_way() ? DetourState::kJogs
+                                                                                         : report_.detour);
   status.bus_health = parts_.drives.health();
   for (const std::string& warning : parts_.drives.warnings()) status.warnings.push_back(warning);
   status.warning_count = static_cast<std::int32_t>(status.warnings.size());

@@ -578,7 +578,8 @@ class OperatorTest(unittest.TestCase):
 
 def moving_xyz(trace):
     """The joint columns, as text, from the first motion on."""
-    joints = [tuple(row[name] for name in "XYZ") for row in trace]
+    names = list(trace[0])
+    joints = [tuple(row[name] for name in names[names.index("t_s") + 1:names.index("p_x")]) for row in trace]
     first = next(i for i, q in enumerate(joints) if any(float(value) != 0 for value in q))
     last = next(i for i in reversed(range(len(joints))) if joints[i] != joints[-1])
     return joints[first:last + 2]
