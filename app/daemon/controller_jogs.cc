@@ -72,6 +72,15 @@ std::string MachineController::why_not_back() const {
       held_longer_mm_);
 }
 
+// Who starts twice, as by a double click, has not put a tool in.
+std::string MachineController::why_not_on(Event event) const {
+  if (supervisor_.state() != MachineState::kHolding) return "";
+  if (event == Event::kStart && stands_for_tool())
+    return fmt::format("the program runs already and waits for {}; 'resume' says that it is in the spindle",
+                       parts_.programs.tool_name(report_.waits_at.argument));
+  return why_not_back();
+}
+
 // What acts at once goes to the tick; offsets and tools go into the program, which goes on with them.
 CommandServer::Answer MachineController::held_mdi(const std::string& text, const Ticket& ticket) {
   const ProgramStep* step = parts_.programs.step(present_step(report_));

@@ -38,6 +38,14 @@ bool says_again(const RtCommand& last, const RtCommand& next) {
   return stops && last.kind == next.kind && last.value == next.value;
 }
 
+// People give overrides in percent.
+std::string out_of_range(const CommandRow& row, double value) {
+  if (row.verb == command_t::SINGLE_BLOCK)
+    return fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.value_max);
+  return fmt::format("{} {:g} % is out of range: 0 to {:g} % is legal", row.name, 100 * value,
+                     100 * row.value_max);
+}
+
 bool drives_at_work(DriveState state) {
   return state == DriveState::kQuickStop || state == DriveState::kHoming;
 }
@@ -125,7 +133,7 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
   if (effect.event == Event::kResume || effect.event == Event::kStart)
-    if (const std::string why = why_not_back(); !why.empty()) return refused(why);
+    if (const std::string why = why_not_on(*effect.event); !why.empty()) return refused(why);
   const Decision decision = supervisor_.handle(effect.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
@@ -136,8 +144,7 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
 CommandServer::Answer MachineController::obey_setting(const CommandRow& row, RtCommand::Kind kind,
                                                       double value) {
   using Kind = RtCommand::Kind;
-  if (value < 0 || value > row.value_max)
-    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.value_max));
+  if (value < 0 || value > row.value_max) return refused(out_of_range(row, value));
   if (kind == Kind::kOverride) status_.override_wanted = value;
   if (kind == Kind::kRapidOverride) status_.rapid_override = value;
   if (kind == Kind::kSpindleOverride) status_.spindle_override = value;

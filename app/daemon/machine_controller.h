@@ -113,6 +113,7 @@ class MachineController {
   HeldAt held_at() const;
   double tool_length_mm();
   std::string why_not_back() const;
+  std::string why_not_on(Event event) const;
   Answer jog_along_held(const trunnion::command_t& command);
   void go_on_along();
   void hear_hold();

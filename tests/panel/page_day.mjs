@@ -429,8 +429,10 @@ async function cuts(page) {
   await part(page, "load").click();
   await shows(page, "program", program);
   await plans(page);
-  await part(page, "start").click();
+  await part(page, "start").dblclick();
   await shows(page, "sentence", "tool 1");
+  await new Promise((done) => setTimeout(done, 300));
+  await shows(page, "sentence", "tool 1");  // the second click has not said that it is in
   assert(await part(page, "hold").isDisabled(), "what stands cannot be held");
   await part(page, "resume").click();
   await shows(page, "state", "Running");

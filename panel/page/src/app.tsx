@@ -62,8 +62,8 @@ function RemoteLine() {
   const may = { look: "only look and stop it", operate: "operate it", "set up": "operate it and set it up" }[remote.role];
   return (
     <p class="remote" data-test="remote">
-      <strong>This machine is on another computer.</strong> With the key “{remote.key}” this panel may {may}. What is shown here comes
-      unsigned over the network: nobody stands at the machine because this page does.
+      <strong>This machine is on another computer.</strong> With the key “{remote.key}” this page may {may}. What it shows comes
+      unsigned over the network.
     </p>
   );
 }

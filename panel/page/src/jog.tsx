@@ -93,7 +93,7 @@ export function Jog() {
       onPointerDown={(e) => e.isPrimary && e.button === 0 && retrace(sign)}
       onKeyDown={(e) => (e.key === " " || e.key === "Enter") && !e.repeat && retrace(sign)}
       onKeyUp={letGo} onContextMenu={(e) => e.preventDefault()}>
-      {sign > 0 ? "Forward along path" : "Back along path"}
+      {sign > 0 ? "Path forward" : "Path back"}
     </button>
   );
   const unit = unitText(false, status.inch);

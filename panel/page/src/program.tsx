@@ -88,7 +88,7 @@ function Loader() {
   };
   return (
     <form onSubmit={load}>
-      <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder={machine?.remote ? "Path on the machine's computer" : "Program"}
+      <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder={machine?.remote ? "Whole path there" : "Program"}
         aria-label="Name of a program" data-test="load-name" spellcheck={false} list="programs" autocomplete="off"
         onFocus={() => void link.fetchPrograms()} />
       <datalist id="programs" data-test="programs">

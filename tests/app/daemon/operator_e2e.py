@@ -87,6 +87,10 @@ class OperatorTest(unittest.TestCase):
                 time.sleep(0.3)
                 self.assertEqual(shop.joints(), first, "it stands until it is told")
                 self.assertEqual(shop.parameter(5400), tool - 1, "the tool before is in the spindle")
+                code, _, err = shop.client("start")  # twice, as by a double click: no tool is in for that
+                self.assertEqual(code, 5)
+                self.assertIn(f"waits for {name}; 'resume' says that it is in", err)
+                self.assertEqual(shop.status()["state"], "holding")
                 shop.ask("resume")
                 self.assertEqual(shop.parameter(5400), tool, "on disk before the answer")
             shop.until(lambda s: s["state"] == "idle")

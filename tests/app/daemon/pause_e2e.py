@@ -108,8 +108,8 @@ class PauseTest(unittest.TestCase):
             self.assertAlmostEqual(shop.motion()[0]["machine"][0], at[0] + 0.5, places=3)
             code, _, err = shop.client("jog", "A", "1", "--along", "work")
             self.assertIn("no direction of its own", err)
-            with subprocess.Popen([BINARY, "jog", "Y", "-", "--along", "machine", "--speed", "20", "--machine", shop.config],
-                                  stdout=subprocess.DEVNULL) as held:
+            jog = [BINARY, "jog", "Y", "-", "--along", "machine", "--speed", "20", "--machine", shop.config]
+            with subprocess.Popen(jog, stdout=subprocess.DEVNULL) as held:
                 time.sleep(1)
                 held.kill()  # nobody says any more that it is held
             shop.until(lambda s: s["detour"] == "away", 5)

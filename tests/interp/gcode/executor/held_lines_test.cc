@@ -95,14 +95,16 @@ TEST(HeldLines, AnotherToolHasItsOwnLengthWhereOneWasInForce) {
 
 // With RTCP the tip goes to its place with the new length, wherever the table has turned it.
 TEST(HeldLines, WithToolCentrePointControlTheTipGoesToItsPlace) {
-  const std::string program = "G21 G90\nM61 Q1 G43.4\nG1 X5 Y0 Z20 A-20 C30 F600\nM0\nG1 X6\nM2\n";
+  const std::string program =
+      "G21 G90\nM61 Q1 G43.4\nG1 X5 Y0 Z20 A-20 C30 F600\nM0\nG1 X6 Y0 Z20 A-20 C30\nM2\n";
   Held held(program, 4, test::cradle());
   const ProgramMove before = held.list.moves.back();
   held.obey("G10 L1 P1 Z60", {});
   const ProgramMove& move = held.next();
   EXPECT_EQ(move.context.tool_offset[2], 60);
   EXPECT_GT((move.from - before.to).head<3>().norm(), 9) << "the tip of the longer tool stands elsewhere";
-  Held plain("G21 G90\nM61 Q1 G43.4\nG1 X5 Y0 Z20 A-20 C30 F600\nG1 X6\nM2\n", 3, test::cradle());
+  Held plain("G21 G90\nM61 Q1 G43.4\nG1 X5 Y0 Z20 A-20 C30 F600\nG1 X6 Y0 Z20 A-20 C30\nM2\n", 3,
+             test::cradle());
   EXPECT_NEAR((move.to - plain.next().to).norm(), 0, 1e-9) << "its next place is the programmed one";
   EXPECT_THROW(held.obey("G10 L10 P1 Z0", {}), GcodeError) << "one coordinate tells no length here";
 }
