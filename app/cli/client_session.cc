@@ -39,6 +39,11 @@ namespace {
 // A jog or a switch in a hold is done when the machine stands there.
 bool stands_away(const status_t& status) { return status.state == "holding" && status.detour == "away"; }
 
+// And a line that was typed meanwhile when it is answered.
+bool held_program(const status_t& status, std::int8_t verb) {
+  return verb == command_t::MDI && status.state == "holding" && status.program != "mdi";
+}
+
 bool at_work(const status_t& status) {
   return !stands_away(status) && status.state != "idle" && status.state != "off" && status.state != "fault" &&
          status.state != "estop";
@@ -53,14 +58,18 @@ void print_fault(const status_t& status) {
 }
 
 // Until the command's work is over; kMachineFault if it ended in a fault.
-Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, double patience_s) {
+Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, std::int8_t verb,
+                     double patience_s) {
   const auto status = client.wait_status(
-      [&](const status_t& now) { return now.count >= answer.status_count && !at_work(now); }, patience_s);
+      [&](const status_t& now) {
+        return now.count >= answer.status_count && (!at_work(now) || held_program(now, verb));
+      },
+      patience_s);
   if (!status) {
     fmt::print(stderr, "trunnion: the machine is still at work after {} s\n", patience_s);
     return Exit::kMachineFault;
   }
-  if (stands_away(*status)) return Exit::kDone;
+  if (stands_away(*status) || held_program(*status, verb)) return Exit::kDone;
   if (status->state != "idle") {
     print_fault(*status);
     return Exit::kMachineFault;
@@ -105,7 +114,7 @@ Exit send(ClientSession& session, const ClientOptions& options, const command_t&
   session.compare_configs(options.timeout_s);
   const Exit exit = exit_of(answer);
   if (exit != Exit::kDone || !options.wait) return exit;
-  return wait_until_rest(session.client, answer, options.patience_s);
+  return wait_until_rest(session.client, answer, command.verb, options.patience_s);
 }
 
 int joint_index(const Machine& machine, const std::string& name) {

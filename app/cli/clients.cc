@@ -118,6 +118,19 @@ CLI::App& add_sender(CLI::App& app, Exit& exit, const std::shared_ptr<ClientOpti
   });
 }
 
+Exit count_parts(const ClientOptions& options) {
+  ClientSession session(options);
+  if (options.count >= 0) {
+    command_t command = command_of(command_t::PARTS);
+    command.value = static_cast<double>(options.count);
+    return send(session, options, command);
+  }
+  const auto any = [](const trunnion::status_t&) { return true; };
+  if (const auto status = session.client.wait_status(any, options.timeout_s))
+    fmt::print("{}\n", status->parts);
+  return Exit::kDone;
+}
+
 MakeCommand plain(std::int8_t verb) {
   return [verb](const Machine&, const ClientOptions&) { return command_of(verb); };
 }
@@ -333,14 +346,10 @@ void add_notes(CLI::App& app, Exit& exit) {
       .add_option("number", seen->count, "Of the alarm; default: all of them")
       ->check(CLI::Range(1L, 1000000000L));
   auto parts = std::make_shared<ClientOptions>();
-  add_sender(app, exit, parts, "parts", "Set the counter of parts, as for a new order: trunnion parts 0",
-             [](const Machine&, const ClientOptions& options) {
-               command_t command = command_of(command_t::PARTS);
-               command.value = static_cast<double>(options.count);
-               return command;
-             })
+  parts->count = -1;
+  add_client(app, exit, parts, "parts",
+             "Show the counter of parts, or set it, as for a new order: trunnion parts 0", count_parts)
       .add_option("count", parts->count, "Parts made so far")
-      ->required()
       ->check(CLI::Range(0L, 1000000000L));
 }
 

@@ -21,6 +21,8 @@
 #include "app/cli/panel_page.h"
 #include "app/cli/panel_user.h"
 #include "app/client/access_config.h"
+#include "app/client/gateway_config.h"
+#include "app/client/signing_key.h"
 #include "app/session/drawing_config.h"
 #include "core/config.h"
 #include "core/machine.h"
@@ -38,7 +40,7 @@ namespace {
 std::atomic<bool> stop_asked = false;
 
 struct PanelOptions {
-  std::string machine, listen = "127.0.0.1:8470", page, programs, key_file, cert, tls_key, users;
+  std::string machine, listen = "127.0.0.1:8470", page, programs, key_file, cert, tls_key, users, remote;
   double session_hours = 12;
   std::vector<std::string> others;
 };
@@ -111,6 +113,22 @@ std::map<std::string, std::string> pages_of(const std::vector<std::string>& othe
   return out;
 }
 
+// Without a key file the daemon is on this computer.
+std::optional<RemoteMachine> remote_of(const Machine& machine, const std::string& key_file) {
+  if (key_file.empty()) return std::nullopt;
+  const GatewayConfig gateway = read_gateway(machine.root);
+  if (gateway.url.empty())
+    throw machine.root.error("gateway", "--remote needs the gateway's group: '[gateway] url' in this config");
+  const SigningKey key = SigningKey::read(key_file);
+  for (const GatewayConfig::Key& known : gateway.keys)
+    if (known.name == key.name()) return RemoteMachine{gateway.url, key_file, key.name(), known.role};
+  throw machine.root.error(
+      "gateway",
+      fmt::format("no [[gateway.key]] is called '{}', as the key in {} is; take the config that the "
+                  "machine's computer has",
+                  key.name(), key_file));
+}
+
 // A drawing that is none stops no machine, but whoever starts the panel wants to see it.
 std::vector<DrawnPart> drawings_of(const Machine& machine) {
   constexpr std::uintmax_t kLargest = 64 << 20;
@@ -146,6 +164,7 @@ Exit serve(const PanelOptions& options) {
                            lcm,
                            access,
                            key_of(options, tls.has_value()),
+                           remote_of(machine, options.remote),
                            tls,
                            kinematics_json(machine),
                            drawings_of(machine),
@@ -195,6 +214,9 @@ void add_panel(CLI::App& app, Exit& exit) {
                       "key is made and printed");
   command->add_option("--page-of", options->others,
                       "NAME=ADDRESS: where another machine has its page, for the view of all machines");
+  command->add_option("--remote", options->remote,
+                      "key file: the daemon is on another computer, and commands go through its gateway, "
+                      "signed with this key");
   add_tls(*command, *options);
   add_panel_user(*command);
   command->footer(

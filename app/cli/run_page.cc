@@ -69,7 +69,7 @@ bool write_run_page(const std::string& folder, const std::string& program, const
       {"program", program},
       {"text", content_of(program)},
       {"plan", plan_text(folder, plan, machine, program)},
-      {"machine", machine_json(machine, TRN_VERSION, "", "", kinematics_json(machine), {})}};
+      {"machine", machine_json(machine, TRN_VERSION, "", "", kinematics_json(machine), {}, {})}};
   const std::string told =
       replaced(run.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace), "<", "\\u003c");
   write_text_file(folder + "/path.html",

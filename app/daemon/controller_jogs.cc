@@ -1,3 +1,4 @@
+#include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
 #include <chrono>
@@ -13,6 +14,8 @@
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/program_step.h"
+#include "core/motion.h"
+#include "interp/gcode/axis_words.h"
 #include "kernel/rt_messages.h"
 
 // The controller's jogs, and what an operator may do while a program is held.
@@ -36,11 +39,65 @@ std::string MachineController::refuse_jog(const command_t& command) const {
   return jogs ? jogs_.order(command, report_).refusal : "";
 }
 
-// The program stays as it is: what acts at once goes to the tick.
-CommandServer::Answer MachineController::held_mdi(const std::string& text) {
+// Where the program waits, nothing behind is read.
+HeldAt MachineController::held_at() const {
+  using Wait = QueueEvent::Kind;
+  if (report_.motion != MotionState::kPaused) return HeldAt::kPath;
+  if (report_.waits_at.kind == Wait::kToolChange) return HeldAt::kToolChange;
+  const bool stop =
+      report_.waits_at.kind == Wait::kProgramStop || report_.waits_at.kind == Wait::kOptionalStop;
+  return stop ? HeldAt::kStop : HeldAt::kPath;
+}
+
+// Of the tool whose length is in force; 0: none is known.
+double MachineController::tool_length_mm() {
   const ProgramStep* step = parts_.programs.step(present_step(report_));
-  const HeldMdi order = plan_held_mdi(text, step ? step->settings.modal.speed : 0, report_.coolant);
+  return step ? in_mm(step->settings.tool_offset, step->settings.modal.inch).xyz.z() : 0;
+}
+
+void MachineController::hear_hold() {
+  if (report_.detour == DetourState::kNone) q_hold_ = report_.q_plan;
+  if (report_.motion != MotionState::kPaused) held_longer_mm_ = 0;
+}
+
+// The way back leads to the joints' places at the stop, where a longer tool reaches deeper.
+std::string MachineController::why_not_back() const {
+  constexpr double kDeeper_mm = 1, kAway = 1e-6;  // mm or rad
+  const bool away = report_.detour != DetourState::kNone && q_hold_.size() == report_.q_plan.size() &&
+                    (report_.q_plan - q_hold_).cwiseAbs().maxCoeff() > kAway;
+  if (supervisor_.state() != MachineState::kHolding || !away || held_longer_mm_ <= kDeeper_mm) return "";
+  return fmt::format(
+      "the tool is {:.3f} mm longer than when the program stopped, and the way back would bring its tip that "
+      "much deeper; 'stop', then 'start --resume' leads back over the safe height with the new length",
+      held_longer_mm_);
+}
+
+// Who starts twice, as by a double click, has not put a tool in.
+std::string MachineController::why_not_on(Event event) const {
+  if (supervisor_.state() != MachineState::kHolding) return "";
+  if (event == Event::kStart && stands_for_tool())
+    return fmt::format("the program runs already and waits for {}; 'resume' says that it is in the spindle",
+                       parts_.programs.tool_name(report_.waits_at.argument));
+  return why_not_back();
+}
+
+// What acts at once goes to the tick; offsets and tools go into the program, which goes on with them.
+CommandServer::Answer MachineController::held_mdi(const std::string& text, const Ticket& ticket) {
+  const ProgramStep* step = parts_.programs.step(present_step(report_));
+  const HeldMdi order =
+      plan_held_mdi(text, step ? step->settings.modal.speed : 0, report_.coolant, held_at());
   if (!order.refusal.empty()) return refused(order.refusal);
+  if (!order.lines.empty()) {
+    spdlog::info("'{}' while the program is held: {}", text, cause_);
+    run_job(
+        ticket, [this, lines = order.lines, q = report_.q_plan] { parts_.programs.obey_held(lines, q); },
+        [this, before = tool_length_mm()] {
+          held_longer_mm_ += tool_length_mm() - before;
+          job_message_ = why_not_back();
+        },
+        Job::kSwitch);
+    return {acknowledge_t::WORKING, ""};
+  }
   spdlog::info("'{}' while the program is held: {}", text, cause_);
   for (const RtCommand& command : order.commands) post(command);
   return accepted();
@@ -74,13 +131,12 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
     jogs_.hear_direction(command, Clock::now());
     return accepted();
   }
+  const MachineState before = supervisor_.state();
+  if (before == MachineState::kHolding && !jogs_along()) return jog_along_held(command);
   if (command.value == 0) {
     if (jogs_along()) machine_event(Event::kStop);
     return accepted();
   }
-  const MachineState before = supervisor_.state();
-  if (before == MachineState::kHolding)
-    return refused("while a program is held, axes are jogged one by one or together, without --along");
   const DirectionOrder order = jogs_.direction(command, report_, parts_.programs.step(0));
   if (before == MachineState::kIdle && !order.refusal.empty()) return refused(order.refusal);
   const Decision decision = supervisor_.handle(Event::kMdi, conditions());
@@ -93,6 +149,44 @@ CommandServer::Answer MachineController::jog_along(const command_t& command, con
   });
 }
 
+// By single jogs of the joints, so that the way back has their corners.
+CommandServer::Answer MachineController::jog_along_held(const command_t& command) {
+  if (command.value == 0) {
+    end_held_jog();
+    return accepted();
+  }
+  if (jogs_.on_way() && jogs_.continues(command)) {
+    jogs_.hear_direction(command, Clock::now());
+    return accepted();
+  }
+  if (!report_.stands_in_hold || report_.detour == DetourState::kJogs)
+    return refused("the machine does not stand yet, or stands in a thread or a probe move; ask again");
+  if (report_.detour_full)
+    return refused(
+        "so many jogs have led away that the way back has no room for another; 'resume' leads back");
+  const DirectionOrder order = jogs_.begin_way(command, report_, parts_.programs.step(present_step(report_)));
+  if (!order.refusal.empty()) return refused(order.refusal);
+  spdlog::info("a jog along a direction while the program is held: {}", cause_);
+  jogs_.hear_direction(command, Clock::now());
+  go_on_along();
+  return {acknowledge_t::ACCEPTED, order.remark};
+}
+
+// The next stretch, when the joints have come to rest behind the last.
+void MachineController::go_on_along() {
+  if (!jogs_.on_way() || unheard() > 0) return;
+  const bool stands = report_.stands_in_hold && report_.detour != DetourState::kJogs;
+  if (supervisor_.state() != MachineState::kHolding || report_.detour_full) return jogs_.forget_way();
+  if (!stands) return;
+  for (const JogStretch& stretch : jogs_.next_stretch(report_, parts_.programs.step(present_step(report_))))
+    post({RtCommand::Kind::kJog, stretch.way, stretch.speed, stretch.joint});
+}
+
+void MachineController::end_held_jog() {
+  for (const JogStretch& stretch : jogs_.stretch()) post({RtCommand::Kind::kJog, 0, 0, stretch.joint});
+  jogs_.forget_way();
+}
+
 bool MachineController::jogs_along() const {
   const MachineState state = supervisor_.state();
   return (state == MachineState::kRunning || state == MachineState::kHolding) &&
@@ -103,6 +197,11 @@ void MachineController::end_silent_jogs() {
   while (const auto joint = jogs_.take_silent(Clock::now())) {
     const bool direction = *joint == JogControl::kDirection;
     const MachineState state = supervisor_.state();
+    if (direction && jogs_.on_way()) {
+      spdlog::warn("the jog along a direction is ended: its client went silent");
+      end_held_jog();
+      continue;
+    }
     if (direction ? !jogs_along() : state != MachineState::kJogging && state != MachineState::kHolding)
       continue;
     spdlog::warn("the jog of {} is ended: its client went silent",

@@ -133,6 +133,43 @@ double greatest_speed(const DirectionParts& parts, const Line& line, const Joint
   return greatest;
 }
 
+double off_max(const Joint& joint) {
+  return joint.kind == JointKind::kRotary ? kStretchOff_rad : kStretchOff_mm;
+}
+
+// Joints that move in proportion pass the middle within the limit.
+bool straight(const Joints& joints, const JointVec& from, const JointVec& middle, const JointVec& to) {
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (std::abs(middle[k] - (from[k] + to[k]) / 2) > off_max(joints[i])) return false;
+  }
+  return true;
+}
+
+// By how long a jog of a joint lags behind its demand: the means of JointJog, s.
+double lag_s(const JointLimit& limit, double speed) {
+  const double first = std::max(speed / limit.acceleration, std::sqrt(2 * speed / limit.jerk));
+  return first > 0 ? (first + std::min(first, 2 * speed / (first * limit.jerk))) / 2 : 0;
+}
+
+// Of the speeds by / time_s, so that joints of unlike ramps leave the straight line by less than the limit.
+double straight_share(const Joints& joints, const JointVec& by, double time_s) {
+  constexpr double kSlower = 0.8;
+  double share = 1;
+  for (int i = 0; i < kHalvings; ++i, share *= kSlower) {
+    double most_s = 0, worst = 0;
+    for (std::size_t j = 0; j < joints.size(); ++j)
+      if (const double way = std::abs(by[static_cast<Eigen::Index>(j)]); way > kRounding)
+        most_s = std::max(most_s, lag_s(joints[j].limit, share * way / time_s));
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+      const double speed = share * std::abs(by[static_cast<Eigen::Index>(j)]) / time_s;
+      worst = std::max(worst, speed * (most_s - lag_s(joints[j].limit, speed)) / off_max(joints[j]));
+    }
+    if (worst <= 1) break;
+  }
+  return share;
+}
+
 // M72 brings all modes back but that of the motion.
 std::string program_of(const Line& line, double way, double speed, GCode motion_mode) {
   const Words to = line.at(way);
@@ -183,10 +220,33 @@ DirectionOrder plan_direction_jog(const DirectionWish& wish, const DirectionPart
                     frame_name(wish.frame), unit * std::abs(possible), units, unit * std::abs(way));
   const double greatest = greatest_speed(parts, *line, q, way);
   const double share = wish.speed_share > 0 ? wish.speed_share : kDefaultShare;
-  order.program =
-      program_of(*line, possible, wish.speed > 0 ? std::min(wish.speed, greatest) : share * greatest,
-                 parts.step.settings.motion);
+  order.way = possible;
+  order.speed = wish.speed > 0 ? std::min(wish.speed, greatest) : share * greatest;
+  order.program = program_of(*line, possible, order.speed, parts.step.settings.motion);
   return order;
+}
+
+std::vector<JogStretch> plan_stretch(const DirectionWish& wish, const DirectionParts& parts,
+                                     const JointVec& q, double way, double speed, double& part) {
+  part = 0;
+  const auto line = line_of(wish, parts, q);
+  if (!line || !(speed > 0)) return {};
+  JointVec to;
+  for (double share = 1; share > 1e-4; share /= 2) {
+    const auto there = joints_at(parts, *line, share * way),
+               middle = joints_at(parts, *line, share * way / 2);
+    if (!there || !middle) return {};
+    to = *there;
+    part = share * way;
+    if (straight(parts.joints, q, *middle, to)) break;
+  }
+  const JointVec by = to - q;
+  speed *= straight_share(parts.joints, by, std::abs(part) / speed);
+  std::vector<JogStretch> stretches;
+  for (Eigen::Index i = 0; i < by.size(); ++i)
+    if (std::abs(by[i]) > kRounding)
+      stretches.push_back({static_cast<int>(i), by[i], std::abs(by[i]) * speed / std::abs(part)});
+  return stretches;
 }
 
 }  // namespace trn

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "app/session/program_step.h"
 #include "core/axes.h"
@@ -27,6 +28,14 @@ struct DirectionOrder {
   std::string program;
   std::string remark;   ///< what was cut short, for people; "" if nothing
   std::string refusal;  ///< then nothing shall move
+  double way = 0;       ///< as far as the joints can go, mm or rad, signed
+  double speed = 0;     ///< per s
+};
+
+/// One joint's part of a straight stretch; joint as in RtCommand::Kind::kJog.
+struct JogStretch {
+  int joint = 0;
+  double way = 0, speed = 0;
 };
 
 /// What plans it: the machine's map, its mechanism, the joints with the limits that hold, and the modes and
@@ -42,5 +51,12 @@ struct DirectionParts {
 /// spindle. Those of `kWork` are the program's, with its rotation and its tilted plane. The rotary axes
 /// stand, except where one of them is jogged along `kMachine`.
 DirectionOrder plan_direction_jog(const DirectionWish& wish, const DirectionParts& parts, const JointVec& q);
+
+/// The same while a program is held, by jogs of the joints that begin and end together: the first stretch of
+/// such an order from q, and of its `way` so much as leaves the line by less than kStretchOff_mm. `part` is
+/// that much. Empty: the machine stands where there is none.
+std::vector<JogStretch> plan_stretch(const DirectionWish& wish, const DirectionParts& parts,
+                                     const JointVec& q, double way, double speed, double& part);
+inline constexpr double kStretchOff_mm = 0.05, kStretchOff_rad = 5e-4;  ///< of each joint
 
 }  // namespace trn

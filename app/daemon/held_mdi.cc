@@ -53,8 +53,8 @@ std::string why_not_held(const std::vector<HeldWord>& words, const HeldWord& wor
   });
   if (sets_table)
     return "offsets, tool lengths and the tool in the spindle would act in the middle of what is planned "
-           "already; "
-           "'stop' ends the program, set them then, and 'start --resume' goes on from this place with them";
+           "already; set them at a program stop (M0), or 'stop' the program, set them, and 'start --resume' "
+           "goes on from this place with them";
   if (moves && !sets) return "an axis is moved with 'jog', and 'resume' leads it back";
   if (word.letter == 'G')
     return fmt::format("G{:g} would change what the held program goes on with; 'stop' ends it", word.value);
@@ -89,29 +89,78 @@ HeldLine read_held(const std::vector<HeldWord>& words) {
   return line;
 }
 
+const HeldWord* find_word(const std::vector<HeldWord>& words, char letter) {
+  const auto found =
+      std::find_if(words.begin(), words.end(), [&](const HeldWord& word) { return word.letter == letter; });
+  return found == words.end() ? nullptr : &*found;
+}
+
+bool sets_tables(const std::vector<HeldWord>& words) {
+  const HeldWord *g = find_word(words, 'G'), *m = find_word(words, 'M');
+  const std::string_view letters = g ? "GLPQRIJXYZABC" : "MQ";
+  if (!(g && g->value == 10) && !(m && m->value == 61)) return false;
+  return std::all_of(words.begin(), words.end(), [&](const HeldWord& word) {
+    return letters.find(word.letter) != std::string_view::npos && find_word(words, word.letter) == &word;
+  });
+}
+
+bool is_length_word(const std::vector<HeldWord>& words) {
+  return words.size() == 1 && words[0].letter == 'G' && words[0].value == 43;
+}
+
+// The tool that is put in is not the one that the control knows of yet.
+bool needs_spindle_tool(const std::vector<HeldWord>& words) {
+  const HeldWord* l = find_word(words, 'L');
+  return !l || (l->value != 1 && l->value != 2);
+}
+
+// None if the text is something else.
+std::optional<HeldMdi> plan_held_tables(std::string_view text, HeldAt at) {
+  HeldMdi out;
+  for (std::size_t begin = 0; begin < text.size();) {
+    const std::size_t end = std::min(text.find('\n', begin), text.size());
+    const std::string_view line = text.substr(begin, end - begin);
+    begin = end + 1;
+    const auto words = held_words(line);
+    if (!words) return std::nullopt;
+    if (words->empty() || (is_length_word(*words) && !out.lines.empty())) continue;
+    if (!sets_tables(*words)) return std::nullopt;
+    if (at == HeldAt::kToolChange && needs_spindle_tool(*words))
+      return HeldMdi{{},
+                     "",
+                     "the tool that the program waits for is not in the spindle before 'resume' confirms it; "
+                     "give its length with 'trunnion tool NUMBER Z LENGTH', or touch off at the next stop"};
+    out.lines += fmt::format("{}\n", line);
+  }
+  if (out.lines.empty()) return std::nullopt;
+  return out;
+}
+
 }  // namespace
 
-HeldMdi plan_held_mdi(std::string_view text, double program_speed, int coolant) {
+HeldMdi plan_held_mdi(std::string_view text, double program_speed, int coolant, HeldAt at) {
   using Kind = RtCommand::Kind;
+  if (at != HeldAt::kPath)
+    if (auto tables = plan_held_tables(text, at)) return *std::move(tables);
   const auto words = held_words(text);
-  if (!words || words->empty()) return {{}, kHeldLegal};
+  if (!words || words->empty()) return {{}, "", kHeldLegal};
   const HeldLine line = read_held(*words);
-  if (!line.refusal.empty()) return {{}, line.refusal};
+  if (!line.refusal.empty()) return {{}, "", line.refusal};
   HeldMdi out;
   const double speed = line.speed.value_or(program_speed);
   for (const int code : line.codes) {
     if (code <= 4 && speed <= 0)
-      return {{}, fmt::format("M{} needs a speed here, as in M{} S1000", code, code)};
+      return {{}, "", fmt::format("M{} needs a speed here, as in M{} S1000", code, code)};
     if (code == 9) coolant = 0;
     if (code == 7 || code == 8) coolant |= code == 7 ? 1 : 2;
     if (code <= 5) out.commands.push_back({Kind::kSpindle, code == 5 ? 0 : code == 3 ? speed : -speed});
     if (code >= 7 && code <= 9) out.commands.push_back({Kind::kCoolant, 0, 0, coolant});
     if (code < 64) continue;
-    if (!line.output) return {{}, fmt::format("M{} needs the output's number, as in M{} P2", code, code)};
+    if (!line.output) return {{}, "", fmt::format("M{} needs the output's number, as in M{} P2", code, code)};
     out.commands.push_back({Kind::kDigitalOutput, code == 64 ? 1.0 : 0.0, 0, static_cast<int>(*line.output)});
   }
   if (out.commands.empty())
-    return {{}, "S or P alone switches nothing here; give it with its M, as in M3 S1000"};
+    return {{}, "", "S or P alone switches nothing here; give it with its M, as in M3 S1000"};
   return out;
 }
 

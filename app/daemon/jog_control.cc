@@ -14,6 +14,18 @@ JogOrder JogControl::order(const command_t& command, const CycleReport& report) 
                   kinematics_, joints_, report.q_plan);
 }
 
+namespace {
+
+DirectionWish wish_of(const command_t& command, std::size_t word) {
+  const JogFrame frame = command.frame == command_t::MACHINE ? JogFrame::kMachine
+                         : command.frame == command_t::WORK  ? JogFrame::kWork
+                                                             : JogFrame::kTool;
+  return {frame,         static_cast<int>(word), command.value,
+          command.speed, command.speed_share,    command.alive_ms > 0};
+}
+
+}  // namespace
+
 DirectionOrder JogControl::direction(const command_t& command, const CycleReport& report,
                                      const ProgramStep* step) const {
   DirectionOrder order;
@@ -23,14 +35,32 @@ DirectionOrder JogControl::direction(const command_t& command, const CycleReport
   } else if (!step || !kinematics_ || !map_) {
     order.refusal = "the machine's axes are not known yet; ask again";
   } else {
-    const JogFrame frame = command.frame == command_t::MACHINE ? JogFrame::kMachine
-                           : command.frame == command_t::WORK  ? JogFrame::kWork
-                                                               : JogFrame::kTool;
-    order = plan_direction_jog({frame, static_cast<int>(word), command.value, command.speed,
-                                command.speed_share, command.alive_ms > 0},
-                               {*map_, *kinematics_, joints_, *step}, report.q_plan);
+    order = plan_direction_jog(wish_of(command, word), {*map_, *kinematics_, joints_, *step}, report.q_plan);
   }
   return order;
+}
+
+DirectionOrder JogControl::begin_way(const command_t& command, const CycleReport& report,
+                                     const ProgramStep* step) {
+  DirectionOrder order = direction(command, report, step);
+  if (!order.refusal.empty()) return order;
+  wish_ = wish_of(command, std::string_view(kWordLetters).find(command.text));
+  way_ = order.way;
+  way_speed_ = order.speed;
+  stretch_.clear();
+  return order;
+}
+
+const std::vector<JogStretch>& JogControl::next_stretch(const CycleReport& report, const ProgramStep* step) {
+  constexpr double kNoWay = 1e-6;  // mm, rad
+  stretch_.clear();
+  double part = 0;
+  if (step && std::abs(way_) > kNoWay)
+    stretch_ =
+        plan_stretch(wish_, {*map_, *kinematics_, joints_, *step}, report.q_plan, way_, way_speed_, part);
+  way_ = stretch_.empty() ? 0 : way_ - part;
+  if (way_ == 0 && !stretch_.empty()) way_ = std::copysign(kNoWay / 2, part);  // it is still under way
+  return stretch_;
 }
 
 void JogControl::hear(int joint, const command_t& command, Time now) {

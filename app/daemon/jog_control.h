@@ -2,6 +2,7 @@
 
 #include <chrono>
 #include <optional>
+#include <vector>
 
 #include "app/daemon/direction_jog.h"
 #include "app/daemon/held_jogs.h"
@@ -32,6 +33,15 @@ class JogControl {
   DirectionOrder direction(const trunnion::command_t& command, const CycleReport& report,
                            const ProgramStep* step) const;
 
+  /// While a program is held: the same as a way of stretches, which begins here. `step`: of the program.
+  DirectionOrder begin_way(const trunnion::command_t& command, const CycleReport& report,
+                           const ProgramStep* step);
+  bool on_way() const { return way_ != 0; }
+  /// From where the machine stands; the way ends where there is none.
+  const std::vector<JogStretch>& next_stretch(const CycleReport& report, const ProgramStep* step);
+  const std::vector<JogStretch>& stretch() const { return stretch_; }
+  void forget_way() { way_ = 0; }
+
   /// It has begun, or whoever holds it has said so again.
   void hear(int joint, const trunnion::command_t& command, Time now);
   void hear_direction(const trunnion::command_t& command, Time now);
@@ -46,6 +56,9 @@ class JogControl {
   const MachineJointMap* map_;
   HeldJogs held_;
   trunnion::command_t direction_{};  ///< the last one
+  DirectionWish wish_;               ///< of the way
+  double way_ = 0, way_speed_ = 0;   ///< what is left of it; 0: there is none
+  std::vector<JogStretch> stretch_;  ///< that was begun last
 };
 
 }  // namespace trn

@@ -38,6 +38,14 @@ bool says_again(const RtCommand& last, const RtCommand& next) {
   return stops && last.kind == next.kind && last.value == next.value;
 }
 
+// People give overrides in percent.
+std::string out_of_range(const CommandRow& row, double value) {
+  if (row.verb == command_t::SINGLE_BLOCK)
+    return fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.value_max);
+  return fmt::format("{} {:g} % is out of range: 0 to {:g} % is legal", row.name, 100 * value,
+                     100 * row.value_max);
+}
+
 bool drives_at_work(DriveState state) {
   return state == DriveState::kQuickStop || state == DriveState::kHoming;
 }
@@ -124,6 +132,8 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
     if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
+  if (effect.event == Event::kResume || effect.event == Event::kStart)
+    if (const std::string why = why_not_on(*effect.event); !why.empty()) return refused(why);
   const Decision decision = supervisor_.handle(effect.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
@@ -134,8 +144,7 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
 CommandServer::Answer MachineController::obey_setting(const CommandRow& row, RtCommand::Kind kind,
                                                       double value) {
   using Kind = RtCommand::Kind;
-  if (value < 0 || value > row.value_max)
-    return refused(fmt::format("{} {} is out of range: 0 to {:g} is legal", row.name, value, row.value_max));
+  if (value < 0 || value > row.value_max) return refused(out_of_range(row, value));
   if (kind == Kind::kOverride) status_.override_wanted = value;
   if (kind == Kind::kRapidOverride) status_.rapid_override = value;
   if (kind == Kind::kSpindleOverride) status_.spindle_override = value;
@@ -200,7 +209,8 @@ CommandServer::Answer MachineController::act_on_command(std::uint32_t actions, c
                ? load_from(command.text, static_cast<std::uint32_t>(std::min(command.value, 4e9)), ticket)
                : load(command.text, ticket);
   if (actions & kDoStart) return start(ticket);
-  if (actions & kDoMdi && supervisor_.state() == MachineState::kHolding) return held_mdi(command.text);
+  if (actions & kDoMdi && supervisor_.state() == MachineState::kHolding)
+    return held_mdi(command.text, ticket);
   if (actions & kDoMdi) return mdi(command.text, ticket, [this] { status_.program = "mdi"; });
   if (actions & (kDoJog | kDoHome)) forget_message();
   if (actions & kDoJog) return jog(command);
@@ -254,6 +264,7 @@ void MachineController::enter_state(MachineState before) {
 void MachineController::act(std::uint32_t actions) {
   using Kind = RtCommand::Kind;
   if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
+  if (actions != kDoNothing && !(actions & (kDoJog | kDoMdi))) jogs_.forget_way();
   const bool estop = supervisor_.state() == MachineState::kEstop;
   if (actions & kDoQuickStop) post({estop ? Kind::kEmergencyStop : Kind::kQuickStop});
   if (actions & kDoStopOnPath) post({Kind::kStop});
@@ -518,6 +529,7 @@ void MachineController::report(const CycleReport& report) {
   hear_wait(report);
   hear_progress(report);
   report_ = report;
+  hear_hold();
   heard_id_ = report.last_command_id;
   if (parts_.chain && correction_warnings_.hear(*parts_.chain, report)) status_due_ = true;
   late_rate_plans_.hear(report.late_rate_plans, Clock::now());
@@ -555,6 +567,7 @@ void MachineController::poll() {
   program_worker_.collect();
   commands_.poll();
   end_silent_jogs();
+  go_on_along();
   // while a job prepares a program, its failure is the job's answer
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {

@@ -15,6 +15,7 @@
 #include "app/daemon/command_effect.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/correction_warnings.h"
+#include "app/daemon/held_mdi.h"
 #include "app/daemon/jog_control.h"
 #include "app/daemon/late_rate_plans.h"
 #include "app/daemon/place_keeper.h"
@@ -108,7 +109,15 @@ class MachineController {
   Answer obey_switch(const trunnion::command_t& command, const Ticket& ticket);
   Answer switch_block_delete(bool on, const Ticket& ticket);
   std::string refuse_jog(const trunnion::command_t& command) const;
-  Answer held_mdi(const std::string& text);
+  Answer held_mdi(const std::string& text, const Ticket& ticket);
+  HeldAt held_at() const;
+  double tool_length_mm();
+  std::string why_not_back() const;
+  std::string why_not_on(Event event) const;
+  Answer jog_along_held(const trunnion::command_t& command);
+  void go_on_along();
+  void hear_hold();
+  void end_held_jog();
   Answer jog(const trunnion::command_t& command);
   Answer retrace(const trunnion::command_t& command);
   Answer jog_along(const trunnion::command_t& command, const Ticket& ticket);
@@ -204,6 +213,8 @@ class MachineController {
   bool shutting_down_ = false, drives_off_ = false;  ///< told to switch off; have done so
   bool closing_ = false, exit_wanted_ = false, came_to_rest_ = true;
   JogControl jogs_;
+  JointVec q_hold_;            ///< where the program was held, mm or rad
+  double held_longer_mm_ = 0;  ///< the tool in force is longer by this than it was there
   std::int64_t status_count_ = 0;
   bool status_due_ = true, tables_due_ = false, alarms_due_ = false;
   std::optional<trunnion::tables_t> tables_;

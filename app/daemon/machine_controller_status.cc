@@ -56,8 +56,10 @@ void MachineController::hear_wait(const CycleReport& report) {
 // Where a thing that went wrong belongs.
 void MachineController::raise(Alarm alarm) {
   const MachineState state = supervisor_.state();
-  const bool at_work = follows_program(report_) || state == MachineState::kRunning;
-  if (at_work || alarm.name == kProgramAlarm) alarm.program = status_.program;
+  const bool program = alarm.name == kProgramAlarm;
+  const bool typed = program && alarm.text.starts_with("mdi:");  // in no program
+  const bool at_work = !typed && (follows_program(report_) || state == MachineState::kRunning);
+  if (at_work || (program && !typed)) alarm.program = status_.program;
   if (at_work && alarm.line == 0) alarm.line = static_cast<std::int32_t>(report_.line);
   alarm.cause = cause_;
   alarms_.raise(std::move(alarm));
@@ -185,7 +187,8 @@ void MachineController::publish_status() {
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.detour = detour_name(
-      unheard() > 0 && supervisor_.state() == MachineState::kHolding ? DetourState::kJogs : report_.detour);
+      (unheard() > 0 && supervisor_.state() == MachineState::kHolding) || jogs_.on_way() ? DetourState::kJogs
+                                                                                         : report_.detour);
   status.bus_health = parts_.drives.health();
   for (const std::string& warning : parts_.drives.warnings()) status.warnings.push_back(warning);
   status.warning_count = static_cast<std::int32_t>(status.warnings.size());
@@ -200,6 +203,11 @@ void MachineController::publish_status() {
   status.mist = (report_.coolant & 1) != 0;
   status.flood = (report_.coolant & 2) != 0;
   add_progress(status);
+  // A machine that stands for no other reason.
+  const bool stands = status.state == "running" && status.waits_for.empty() && status.override_now == 0;
+  if (stands && (status.override_wanted == 0 || status.rapid_override == 0))
+    status.waits_for =
+        fmt::format("the {} override, which is at 0 %", status.override_wanted == 0 ? "feed" : "rapid");
   if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();
   status.clock_us = monotonic_us();

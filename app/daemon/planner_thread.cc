@@ -130,6 +130,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   start_parameters_ = parameters_;  // as the program finds them
   start_tools_ = tools_;
   changes_ = start.block_delete_changes;
+  held_state_ = HeldState::kNone;
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
   queue_.begin_generation();
   if (listeners_.begins) listeners_.begins();
@@ -226,8 +227,10 @@ bool PlannerThread::wait_for_answer(Pipeline& pipeline) {
   waits_ = true;
   while (!abandoned_ && !queue_.take_answer(answer)) {
     take_wish(pipeline);
+    take_held(pipeline);
     doze();
   }
+  take_held(pipeline);
   waits_ = false;
   if (!abandoned_) pipeline.answer(answer);
   return !abandoned_;
@@ -249,9 +252,57 @@ void PlannerThread::wait_at_stop(Pipeline& pipeline, QueueEvent::Kind kind) {
   while (stops() && queue_.holds_stop() && !abandoned_) {
     at_stop_ = true;
     take_wish(pipeline);
+    take_held(pipeline);
     doze();
   }
+  take_held(pipeline);
   at_stop_ = false;
+}
+
+// On disk before it is answered; the step shows what is in force from here on.
+void PlannerThread::take_held(Pipeline& pipeline) {
+  HeldState wished = HeldState::kWished;
+  if (abandoned_ || !held_state_.compare_exchange_strong(wished, HeldState::kTaken)) return;
+  try {
+    held_.obeyed = pipeline.held_lines(held_.text, held_.q);
+    check_held(held_.obeyed);
+    pipeline.obey_held(held_.obeyed, [this] { memory_.keep(true); });
+    if (const ProgramStep* step = pipeline.held_step(); step && listeners_.step) listeners_.step(*step);
+    if (listeners_.tables) listeners_.tables(parameters_, tools_);
+  } catch (const std::exception& error) {
+    held_.refusal = error.what();
+  }
+  held_state_ = HeldState::kDone;
+}
+
+// What follows must not leave the machine with it.
+void PlannerThread::check_held(const HeldLines& lines) {
+  ProgramStart start = start_;
+  start.held_lines.push_back(lines);
+  {
+    const std::lock_guard lock(mutex_);
+    start.block_delete_changes = changes_;
+  }
+  check_program(assembly_, start_parameters_, start_tools_, start, {}, &abandoned_);
+}
+
+HeldLines PlannerThread::obey_held(const std::string& text, const JointVec& q) {
+  const auto waits = [this] { return (at_stop_ || waits_) && !abandoned_; };
+  if (!waits())
+    throw ProgramError("the program does not wait any more; hold it where it waits, and ask again");
+  held_.text = text;
+  held_.q = q;
+  held_.refusal.clear();
+  held_state_ = HeldState::kWished;
+  while (held_state_ == HeldState::kTaken || (held_state_ == HeldState::kWished && waits())) doze();
+  HeldState wished = HeldState::kWished;
+  if (held_state_.compare_exchange_strong(wished, HeldState::kNone))
+    throw ProgramError("the program has gone on meanwhile; what the line sets was not set");
+  while (held_state_ == HeldState::kTaken) doze();
+  held_state_ = HeldState::kNone;
+  if (!held_.refusal.empty()) throw ProgramError(held_.refusal);
+  start_.held_lines.push_back(held_.obeyed);
+  return held_.obeyed;
 }
 
 void PlannerThread::take_wish(Pipeline& pipeline) {

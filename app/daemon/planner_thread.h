@@ -83,6 +83,7 @@ class PlannerThread final : public ProgramSource {
   }
   ProgramSwitches switches() const override { return switches_; }
   ReadingPlace switch_block_delete(bool on) override;
+  HeldLines obey_held(const std::string& text, const JointVec& q) override;
   void abandon() override { abandoned_ = true; }
   void close() override {
     closed_ = true;
@@ -109,6 +110,8 @@ class PlannerThread final : public ProgramSource {
   bool wait_for_answer(Pipeline& pipeline);
   void wait_at_stop(Pipeline& pipeline, QueueEvent::Kind kind);
   void take_wish(Pipeline& pipeline);
+  void take_held(Pipeline& pipeline);
+  void check_held(const HeldLines& lines);
   void join();
 
   const Assembly& assembly_;
@@ -130,6 +133,17 @@ class PlannerThread final : public ProgramSource {
   static constexpr int kNoWish = -1;
   std::atomic<int> wish_ = kNoWish;
   std::atomic<std::uint64_t> blocks_read_ = 0;
+  /// Lines that the operator gives while the program waits: from the wish on until it is taken back, they and
+  /// the answer are the planner's thread's.
+  struct HeldWish {
+    std::string text;
+    JointVec q;
+    HeldLines obeyed;
+    std::string refusal;
+  };
+  HeldWish held_;
+  enum class HeldState : int { kNone, kWished, kTaken, kDone };
+  std::atomic<HeldState> held_state_ = HeldState::kNone;
   /// The present program as it began.
   ProgramStart start_;
   Parameters start_parameters_;

@@ -23,6 +23,7 @@
 #include "app/daemon/privileges.h"
 #include "app/session/assembly.h"
 #include "core/safe_file.h"
+#include "interp/gcode/program_config.h"
 #include "interp/move.h"
 #include "kernel/retrace.h"
 
@@ -249,6 +250,19 @@ ReadingPlace ProgramProcess::switch_block_delete(bool on) {
   switches.block_delete = on;
   switches_ = switches;
   return {reply.block, reply.line, reply.text};
+}
+
+HeldLines ProgramProcess::obey_held(const std::string& text, const JointVec& q) {
+  ProgramCall call;
+  call.kind = ProgramCall::Kind::kHeld;
+  call.text = text;
+  call.q = q;
+  const ProgramReply reply = answer_to(call, {});
+  if (reply.stands.size() != 6) throw ProgramError("the process that plans programs gave no place");
+  HeldLines lines{reply.block, text, {}};
+  std::copy_n(reply.stands.begin(), 6, lines.stands.begin());
+  if (log_) log_->held(lines);
+  return lines;
 }
 
 void ProgramProcess::settle() {

@@ -22,6 +22,7 @@
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/config.h"
+#include "interp/gcode/program_config.h"
 #include "kernel/motion_queue.h"
 #include "kernel/retrace.h"
 
@@ -55,6 +56,7 @@ class ProgramProcess final : public ProgramSource {
   void set_switches(const ProgramSwitches& switches) override;
   ProgramSwitches switches() const override { return switches_; }
   ReadingPlace switch_block_delete(bool on) override;
+  HeldLines obey_held(const std::string& text, const JointVec& q) override;
   void abandon() override;
   void close() override;
   std::string take_failure() override;

@@ -10,6 +10,7 @@
 #include "app/session/program_time.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
+#include "interp/gcode/program_config.h"
 
 namespace trn {
 
@@ -50,6 +51,9 @@ class ProgramSource {
   /// Block delete, also of the program that is under way: from the next line on that is read. ProgramError:
   /// the program cannot run so, and goes on as before.
   virtual ReadingPlace switch_block_delete(bool on) = 0;
+  /// Lines of G10 and M61, as the operator gives them while the program waits at a stop or for a tool, and
+  /// the machine stands at q: in force from there on, and on disk. ProgramError: then nothing has changed.
+  virtual HeldLines obey_held(const std::string& text, const JointVec& q) = 0;
   /// Ends the preparation; from any thread, at once.
   virtual void abandon() = 0;
   /// The same, for good: what begins later ends at once too.

@@ -67,6 +67,7 @@ std::string encode(const ProgramReply& reply) {
                   {"rapid_runs", reply.time.time.rapid_runs()},
                   {"about", reply.time.about},
                   {"block", reply.block},
+                  {"stands", reply.stands},
                   {"tools", tools}});
 }
 
@@ -80,7 +81,7 @@ ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kBlockDelete))
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kHeld))
     throw std::runtime_error(fmt::format("no call of kind {}", kind));
   call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");
@@ -106,6 +107,7 @@ ProgramReply decode_reply(const std::string& packet) {
   reply.text = json.at("text");
   reply.line = whole<std::uint32_t>(json.at("line"));
   reply.block = json.at("block");
+  reply.stands = json.at("stands").get<std::vector<double>>();
   reply.program = whole<std::uint32_t>(json.at("program"));
   reply.time = {PlanTime(json.at("time").get<std::array<double, PlanTime::kKinds>>(), json.at("rapid_runs")), true,
                 json.at("about")};

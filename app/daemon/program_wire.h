@@ -13,9 +13,18 @@ namespace trn {
 
 /// What the daemon asks of the process that reads and plans its programs: one call of ProgramSource.
 struct ProgramCall {
-  enum class Kind : std::uint8_t { kLoad, kMdi, kConfirmTool, kSettle, kShow, kLoadPlace, kBlockDelete };
+  enum class Kind : std::uint8_t {
+    kLoad,
+    kMdi,
+    kConfirmTool,
+    kSettle,
+    kShow,
+    kLoadPlace,
+    kBlockDelete,
+    kHeld
+  };
   Kind kind = Kind::kLoad;
-  std::string path, text;  ///< kLoad; kMdi: the lines; kLoadPlace: the record
+  std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace: the record
   std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start; kBlockDelete: 1 on, 0 off
   JointVec q;              ///< kLoad, kMdi: where the machine stands, mm or rad
   ProgramSwitches switches;
@@ -43,6 +52,7 @@ struct ProgramReply {
   std::map<int, std::string> tools = {};  ///< kDone: names of the tools in the table, for people
   std::uint32_t program = 0;              ///< kTime: as SharedProgramState::program
   ProgramTime time = {};
+  std::vector<double> stands = {};  ///< kDone of kHeld: HeldLines'
 
   /// It ends a call.
   bool answers() const { return kind == Kind::kDone || kind == Kind::kRefused; }

@@ -22,6 +22,7 @@
 #include "app/session/program_time.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
+#include "interp/gcode/program_config.h"
 #include "interp/gcode/tool_table.h"
 
 namespace trn {
@@ -111,6 +112,12 @@ class ProgramWorker {
 
   void obey(const ProgramCall& call, ProgramReply& reply) {
     planner_.set_switches(call.switches);
+    if (call.kind == ProgramCall::Kind::kHeld) {
+      const HeldLines lines = planner_.obey_held(call.text, call.q);
+      reply.block = lines.after_block;
+      reply.stands.assign(lines.stands.begin(), lines.stands.end());
+      return;
+    }
     if (call.kind != ProgramCall::Kind::kBlockDelete) {
       reply.text = obey(call);
       return;
@@ -141,6 +148,7 @@ class ProgramWorker {
         planner_.show_idle();
         return "";
       case ProgramCall::Kind::kBlockDelete:
+      case ProgramCall::Kind::kHeld:
         break;
     }
     throw std::runtime_error("no such call");

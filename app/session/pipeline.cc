@@ -58,6 +58,7 @@ ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   if (start.text) config.end = ProgramEnd::kFree;
   config.block_delete = start.switches.block_delete;
   config.block_delete_changes = start.block_delete_changes;
+  config.held_lines = start.held_lines;
   config.optional_stop = start.switches.optional_stop;
   if (start.open) {
     config.open = start.open;
@@ -245,6 +246,27 @@ void Pipeline::find_step(const MotionBlock& block) {
   if (!step_) return;
   step_->begins_at = handed_out_;
   step_->timing = PlanTime::kind_of(block);
+  last_step_ = step_;
+}
+
+HeldLines Pipeline::held_lines(const std::string& text, const JointVec& q) const {
+  Words words = Words::Zero();
+  if (words_in(map_, q, lowering_.context(), words) != KinStatus::kOk)
+    throw ProgramError("the machine stands where its position has no axis words; jog it away first");
+  const ProgramWords stands = lowering_.program_of(words);
+  HeldLines lines{interpreter_.blocks(), text, {}};
+  for (int i = 0; i < 6; ++i) lines.stands[static_cast<std::size_t>(i)] = stands[i];
+  return lines;
+}
+
+const ProgramStep* Pipeline::held_step() {
+  if (!last_step_) return nullptr;
+  ProgramStep now = step_of(interpreter_, lowering_, tools_, last_step_->source, nullptr);
+  now.begins_at = last_step_->begins_at;
+  now.timing = last_step_->timing;
+  now.text = last_step_->text;
+  last_step_ = now;
+  return &*last_step_;
 }
 
 bool Pipeline::run_line() {

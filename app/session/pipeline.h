@@ -65,6 +65,7 @@ struct ProgramStart {
   JointVec began = {};
   /// As ProgramConfig has them: what the operator switches while the program runs, or did when it ran before.
   std::vector<BlockDeleteChange> block_delete_changes = {};
+  std::vector<HeldLines> held_lines = {};  ///< the same
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -112,6 +113,15 @@ class Pipeline {
   /// From the next block that is read; between calls of `next`.
   void set_block_delete(bool on) { interpreter_.set_block_delete(on); }
 
+  /// Lines that the operator gives here, for a machine that stands at q (mm, rad). ProgramError.
+  HeldLines held_lines(const std::string& text, const JointVec& q) const;
+  /// As Interpreter; between calls of `next`, while all that was read has been handed out.
+  void obey_held(const HeldLines& lines, const std::function<void()>& keep) {
+    interpreter_.obey_held(lines, keep);
+  }
+  /// How the program stands behind that: the last step, with what is in force now. Null: nobody asks.
+  const ProgramStep* held_step();
+
   /// The line that was read last, and the name of its file.
   std::uint32_t line() const { return interpreter_.line(); }
   const std::string& file_name() const { return interpreter_.file_name(); }
@@ -149,7 +159,7 @@ class Pipeline {
   const MachineJointMap& map_;
   const ToolTable& tools_;
   std::deque<ProgramStep> steps_;  ///< on their way through the planner
-  std::optional<ProgramStep> step_;
+  std::optional<ProgramStep> step_, last_step_;
   PlanTime handed_out_;  ///< of all blocks
   std::function<void(bool)> line_done_;
   CheckFailure failed_check_;

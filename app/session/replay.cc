@@ -217,7 +217,10 @@ class Replay {
   void begin(ProgramStart start) {
     start.ends_round = head_.run;
     for (std::size_t i = next_ + 1; i < entries_.size() && entries_[i].kind != Kind::kProgram; ++i)
-      if (entries_[i].kind == Kind::kBlockDelete) start.block_delete_changes.push_back(entries_[i].change);
+      if (entries_[i].kind == Kind::kBlockDelete)
+        start.block_delete_changes.push_back(entries_[i].change);
+      else if (entries_[i].kind == Kind::kHeld)
+        start.held_lines.push_back(entries_[i].held);
     if (start.text)
       start.kept = mdi_;
     else

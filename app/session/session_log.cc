@@ -30,9 +30,9 @@ using Kind = SessionEntry::Kind;
 constexpr int kLogsMax = 100'000;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program",    "command",  "low",    "stands",
-                                       "fault",      "inputs",   "answer", "sensor",
-                                       "rate_plans", "features", "drives", "block_delete"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",         "stands",     "fault",
+                                       "inputs",  "answer",  "sensor",      "rate_plans", "features",
+                                       "drives",  "held",    "block_delete"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
 static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kBlockDelete) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
@@ -120,6 +120,11 @@ Json to_json(const SessionEntry& entry) {
     json["value"] = entry.sensor.value;
   }
   if (entry.kind == Kind::kFeatures) json["features"] = features_json(entry.features);
+  if (entry.kind == Kind::kHeld) {
+    json["block"] = entry.held.after_block;
+    json["text"] = entry.held.text;
+    json["at"] = entry.held.stands;
+  }
   if (entry.kind == Kind::kBlockDelete) json["changes"] = changes_json({entry.change});
   if (entry.kind != Kind::kCommand) return json;
   TRN_CHECK(entry.command.kind < RtCommand::Kind::kCount);
@@ -182,6 +187,9 @@ SessionEntry from_json(const Json& json) {
       throw std::runtime_error("no such channel");
   }
   if (entry.kind == Kind::kFeatures) entry.features = features_from(json.at("features"));
+  if (entry.kind == Kind::kHeld)
+    entry.held = {whole<std::uint64_t>(json.at("block")), json.at("text").get<std::string>(),
+                  json.at("at").get<std::array<double, 6>>()};
   if (entry.kind == Kind::kBlockDelete) {
     const std::vector<BlockDeleteChange> changes = changes_from(json.at("changes"));
     if (changes.size() != 1) throw std::runtime_error("one change of the block delete");
@@ -237,6 +245,13 @@ void SessionLog::block_delete(const BlockDeleteChange& change) {
   SessionEntry entry;
   entry.kind = Kind::kBlockDelete;
   entry.change = change;
+  write_now(entry);
+}
+
+void SessionLog::held(const HeldLines& lines) {
+  SessionEntry entry;
+  entry.kind = Kind::kHeld;
+  entry.held = lines;
   write_now(entry);
 }
 

@@ -35,6 +35,7 @@ struct SessionEntry {
     kRatePlans,   ///< the rate planner's answers are `late` from now on, or come again
     kFeatures,    ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
     kDrives,      ///< the drives follow no setpoints any more: they are in state `drives`
+    kHeld,        ///< the operator has set offsets or tools while the program waited: `held`
     kBlockDelete  ///< switched for what is read of the program behind `change`
   };
   Kind kind = Kind::kCommand;
@@ -52,6 +53,7 @@ struct SessionEntry {
   SensorSample sensor;
   std::vector<FeatureDeflection> features;
   BlockDeleteChange change;
+  HeldLines held;
 };
 
 /// What a session was made with; paths as given.
@@ -80,6 +82,7 @@ class SessionLog {
   void program(const ProgramStart& start);
   /// From any thread, behind the program that it is for.
   void block_delete(const BlockDeleteChange& change);
+  void held(const HeldLines& lines);
   /// Every command, before the tick can have it, and every report: from one thread.
   void posted(const RtCommand& command);
   void report(const CycleReport& report);

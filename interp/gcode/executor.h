@@ -106,6 +106,13 @@ class Executor : public StateValues {
     file_ = file;
   }
 
+  /// While the program waits: a line of G10 or M61, carried out as if the machine stood at `stands`. Where it
+  /// stands in the program does not change. The length of the tool in the spindle, if it is in force, is then
+  /// that of the table. BlockError.
+  void obey_held(const Block& b, const ProgramWords& stands);
+  /// After that: offsets, tool and lengths are again as in `kept`.
+  void put_back(const Settings& kept);
+
   const Settings& settings() const { return s_; }
   /// Of the block that is being carried out: its settings have it only behind it.
   GCode motion_now() const { return motion_now_; }
@@ -201,6 +208,7 @@ class Executor : public StateValues {
 
   // offsets.cc
   void tool_length(const Block& b);
+  bool length_is_of_spindle_tool() const;
   void set_tool_offset(const ProgramWords& offset, GCode code);
   ProgramWords table_offset(int tool, std::uint32_t column) const;
   void work_offset(const Block& b);

@@ -6,9 +6,12 @@
 #include <cctype>
 #include <cstring>
 #include <filesystem>
+#include <sstream>
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/g_code.h"
+#include "interp/gcode/text/parser.h"
+#include "interp/move.h"
 
 namespace trn {
 
@@ -68,6 +71,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   passes_ = 0;
   blocks_ = 0;
   changes_ = 0;
+  held_lines_ = 0;
   gouges_told_.clear();
   held_.clear();
   executor_.begin(at);
@@ -291,9 +295,50 @@ void Interpreter::switch_block_delete() {
     executor_.set_block_delete(changes[changes_].on);
 }
 
+void Interpreter::obey_held_lines() {
+  const std::vector<HeldLines>& lines = parts_.config.held_lines;
+  for (; held_lines_ < lines.size() && lines[held_lines_].after_block <= blocks_; ++held_lines_)
+    obey_held(lines[held_lines_], [] {});
+}
+
+void Interpreter::obey_held(const HeldLines& lines, const std::function<void()>& keep) {
+  const Parameters parameters = parts_.parameters;
+  const ToolTable tools = parts_.tools;
+  const Settings settings = executor_.settings();
+  ProgramWords stands;
+  for (int i = 0; i < 6; ++i) stands[i] = lines.stands[static_cast<std::size_t>(i)];
+  try {
+    std::istringstream text(lines.text);
+    for (std::string line; std::getline(text, line);) obey_held_line(line, stands);
+    keep();
+  } catch (const ProgramError&) {
+    parts_.parameters = parameters;
+    parts_.tools = tools;
+    executor_.put_back(settings);
+    throw;
+  }
+}
+
+void Interpreter::obey_held_line(std::string_view line, const ProgramWords& stands) {
+  NameTable names, labels;
+  ParsedBlock parsed;
+  Block block;
+  try {
+    if (line.find_first_of("#[<") != std::string_view::npos)
+      fail(GcodeErrorCode::kNotSupported, 1, "an expression", "plain numbers while a program waits");
+    Parser(names, labels, parts_.config.words).parse(line, parsed);
+    evaluate_block(parsed, evaluator_, table_, block);
+    halve_diameter(executor_.settings().modal.diameter, block);
+    executor_.obey_held(block, stands);
+  } catch (const BlockError& error) {
+    throw GcodeError(error.code, flow_.line(), error.column, fmt::format("'{}': {}", line, error.what()));
+  }
+}
+
 bool Interpreter::step() {
   if (ended_) return false;
   switch_block_delete();
+  obey_held_lines();
   block_done_ = false;
   try {
     if (!held_.empty() && flow_.depth() == held_.back().depth) {

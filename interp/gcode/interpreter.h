@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <string_view>
 
 #include "core/ports.h"
 #include "interp/gcode/axis_words.h"
@@ -107,6 +108,11 @@ class Interpreter {
   void set_block_delete(bool on) { executor_.set_block_delete(on); }
   const Settings& settings() const { return executor_.settings(); }
 
+  /// While the program waits at a stop or for a tool: sets what the lines say, as if the machine stood at
+  /// `stands`; the program goes on from where it is. `keep` is called when they have been carried out.
+  /// ProgramError, also of `keep`: then all is as it was.
+  void obey_held(const HeldLines& lines, const std::function<void()>& keep);
+
  private:
   void start(std::unique_ptr<ByteSource> source, const std::string& name, const std::string& folder,
              const MachineWords& at);
@@ -114,6 +120,8 @@ class Interpreter {
   void end_block(bool program_ends);
   void hold_for_tool(bool entry);
   void switch_block_delete();
+  void obey_held_lines();
+  void obey_held_line(std::string_view line, const ProgramWords& stands);
   void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at);
   void run_rest();
   void assign(const ParsedBlock& parsed);
@@ -153,7 +161,8 @@ class Interpreter {
   std::vector<double> values_;  ///< of the assignments of one line
   std::string text_;
   std::uint64_t blocks_ = 0;
-  std::size_t changes_ = 0;  ///< of the block delete, that have been made
+  std::size_t changes_ = 0;     ///< of the block delete, that have been made
+  std::size_t held_lines_ = 0;  ///< of the config's, that have been obeyed
   bool ended_ = false, came_round_ = false;
   bool block_done_ = false;               ///< the last block has been carried out: what failed was another
   std::vector<std::string> gouges_told_;  ///< at most kGougesTold: a loop meets them in every pass

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -92,6 +93,16 @@ struct BlockDeleteChange {
   bool operator==(const BlockDeleteChange&) const = default;
 };
 
+/// The operator has set an offset, a tool's length or the tool in the spindle while the program waited,
+/// behind so many of its blocks: lines of G10 and M61.
+struct HeldLines {
+  std::uint64_t after_block = 0;
+  std::string text;
+  std::array<double, 6> stands{};  ///< where the machine stood then: the program's words and units
+
+  bool operator==(const HeldLines&) const = default;
+};
+
 /// [program]: what G code leaves open. All keys are optional.
 struct ProgramConfig {
   MotionControl path_mode = MotionControl::kContinuous;  ///< at program start
@@ -106,6 +117,7 @@ struct ProgramConfig {
   std::optional<double> safe_z_mm;   ///< machine Z to cross at when a program begins further down
   bool block_delete = false;         ///< lines that begin with '/' are skipped
   std::vector<BlockDeleteChange> block_delete_changes;  ///< in their order; not from [program]
+  std::vector<HeldLines> held_lines;                    ///< the same
   bool optional_stop = true;
   double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run
   ProgramEnd end = ProgramEnd::kExpected;

@@ -13,7 +13,7 @@ namespace {
 using trunnion::acknowledge_t;
 using namespace std::chrono_literals;
 
-constexpr auto kSilence = 1s, kAskAgain = 1s, kConnectAgain = 1s, kUnanswered = 5s, kExpiry = 2s;
+constexpr auto kSilence = 1s, kConnectAgain = 1s, kUnanswered = 5s, kExpiry = 2s;
 constexpr int kMessagesAtOnce = 200;
 constexpr std::size_t kAskedMax = 64;
 
@@ -43,8 +43,8 @@ acknowledge_t no_answer(const std::string& why) {
 
 }  // namespace
 
-DaemonWatch::DaemonWatch(const LcmConfig& names, const AccessConfig& access)
-    : names_(names), access_(access), tried_(Clock::now() - kConnectAgain), client_(random_client()) {}
+DaemonWatch::DaemonWatch(std::function<std::unique_ptr<DaemonLine>()> make_line)
+    : make_line_(std::move(make_line)), tried_(Clock::now() - kConnectAgain), client_(random_client()) {}
 
 void DaemonWatch::step() {
   if (!line_ && Clock::now() - tried_ >= kConnectAgain) connect();
@@ -60,7 +60,7 @@ void DaemonWatch::step() {
 void DaemonWatch::connect() {
   tried_ = Clock::now();
   try {
-    line_ = std::make_unique<SocketLine>(names_, access_, 0.0);
+    line_ = make_line_();
   } catch (const NoAnswer&) {
     return;  // the next try is a second away, and pages are told that the daemon is silent
   }
@@ -121,7 +121,8 @@ void DaemonWatch::send(trunnion::command_t command, Answer done) {
 std::int32_t DaemonWatch::send(trunnion::scope_request_t request) {
   request.client = client_;
   request.sequence = ++scope_sequence_;
-  return line_ && line_->send(request).empty() ? request.sequence : 0;
+  auto* const own = dynamic_cast<SocketLine*>(line_.get());  // the scope is asked on the daemon's own host
+  return own && own->send(request).empty() ? request.sequence : 0;
 }
 
 void DaemonWatch::answer(const acknowledge_t& heard) {
@@ -141,7 +142,7 @@ void DaemonWatch::ask_again() {
   for (auto& [sequence, asked] : asked_) {
     if (Clock::now() - asked.heard > kUnanswered) lost.push_back(sequence);
     const bool again = asked.command.verb != trunnion::command_t::JOG;
-    if (!line_ || !again || Clock::now() - asked.sent < kAskAgain) continue;
+    if (!line_ || !again || Clock::now() - asked.sent < line_->ask_again()) continue;
     asked.sent = Clock::now();
     line_->send(asked.command);
   }

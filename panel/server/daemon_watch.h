@@ -8,9 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "app/client/access_config.h"
 #include "app/client/daemon_line.h"
-#include "hal/lcm_link.h"
 #include "hal/lcm_messages.h"
 
 namespace trn {
@@ -23,7 +21,8 @@ class DaemonWatch {
   /// Outcome as the page's interface names it, and the daemon's answer (empty where there was none).
   using Answer = std::function<void(const std::string& outcome, const trunnion::acknowledge_t& answer)>;
 
-  DaemonWatch(const LcmConfig& names, const AccessConfig& access);
+  /// `make_line` connects to the daemon. NoAnswer: nobody is there now, and it is tried again.
+  explicit DaemonWatch(std::function<std::unique_ptr<DaemonLine>()> make_line);
 
   /// To be called some hundred times a second: hears what is there, asks again, connects again.
   void step();
@@ -58,9 +57,8 @@ class DaemonWatch {
   void ask_again();
   void give_up(const std::string& why);
 
-  LcmConfig names_;
-  AccessConfig access_;
-  std::unique_ptr<SocketLine> line_;
+  std::function<std::unique_ptr<DaemonLine>()> make_line_;
+  std::unique_ptr<DaemonLine> line_;
   Clock::time_point tried_, status_heard_;
   std::int64_t client_;
   std::int32_t sequence_ = 0, scope_sequence_ = 0;

@@ -12,6 +12,7 @@
 #include <string_view>
 #include <thread>
 
+#include "app/client/daemon_line.h"
 #include "app/client/message_json.h"
 #include "panel/server/daemon_watch.h"
 
@@ -129,7 +130,9 @@ void Broker::keep(const std::string& topic, const std::string& said) {
 class Teller {
  public:
   Teller(const MqttConfig& config, const LcmConfig& lcm, const AccessConfig& access)
-      : config_(config), broker_(config, lcm.machine), daemon_(lcm, access) {
+      : config_(config),
+        broker_(config, lcm.machine),
+        daemon_([lcm, access] { return std::make_unique<SocketLine>(lcm, access, 0.0); }) {
     daemon_.on_status = [this] { heard_status(); };
     daemon_.on_alarms = [this] {
       broker_.keep("alarms", text_of_json(json_of(*daemon_.alarms())["alarms"]));

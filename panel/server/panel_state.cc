@@ -6,11 +6,14 @@
 #include <charconv>
 #include <filesystem>
 #include <iterator>
+#include <memory>
 #include <utility>
 
 #include "app/client/command_rights.h"
 #include "app/client/command_table.h"
+#include "app/client/daemon_line.h"
 #include "app/client/message_json.h"
+#include "app/client/remote_line.h"
 #include "core/axes.h"
 #include "panel/server/machine_json.h"
 #include "panel/server/program_folder.h"
@@ -45,7 +48,8 @@ bool begins_motion(const command_t& command) {
 // leads away from a held program is a detour of it.
 bool jogs_now(const trunnion::status_t& status) {
   const bool runs = status.state == "running" || status.state == "holding" || status.state == "stopping";
-  return status.state == "jogging" || status.detour == "jogs" || (runs && status.program == "jog");
+  return status.state == "jogging" || status.detour == "jogs" || status.detour == "retraces" ||
+         (runs && status.program == "jog");
 }
 
 bool is_file(const std::string& program) { return program.starts_with('/'); }
@@ -62,7 +66,19 @@ std::int64_t now_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(wall).count();
 }
 
-json gone_json() { return {{"type", "gone"}, {"text", "No daemon answers for this machine."}}; }
+std::unique_ptr<DaemonLine> line_to(const PanelConfig& config) {
+  if (config.remote)
+    return std::make_unique<RemoteLine>(config.lcm, config.remote->group, config.remote->key_file);
+  return std::make_unique<SocketLine>(config.lcm, config.access, 0.0);
+}
+
+json gone_json(bool remote) {
+  return {
+      {"type", "gone"},
+      {"text", remote ? "No status of this machine comes over the network: does its daemon run there, and "
+                        "does its LCM group reach this computer?"
+                      : "No daemon answers for this machine."}};
+}
 
 json typed(const char* type, json message) {
   message["type"] = type;
@@ -73,7 +89,7 @@ json typed(const char* type, json message) {
 
 PanelState::PanelState(const PanelConfig& config)
     : config_(config),
-      daemon_(config.lcm, config.access),
+      daemon_([&config] { return line_to(config); }),
       plan_(config),
       fleet_(config.lcm.url, config.pages_of_others) {
   daemon_.on_status = [this] { heard_status(); };
@@ -113,13 +129,14 @@ void PanelState::step() {
   if (std::exchange(told_gone_, true)) return;
   // What was heard last and not yet sent would come behind this, and look like the daemon's return.
   for (auto& [id, page] : pages_) page.status = page.motion = page.tables = page.alarms = false;
-  tell_all(gone_json());
+  tell_all(gone_json(config_.remote.has_value()));
 }
 
 bool PanelState::open(PageId id, const Visitor& visitor) {
   if (pages_.size() >= kPagesMax) return false;
   Page& page = pages_[id];
   page.visitor = visitor;
+  if (config_.remote) page.visitor.role = std::min(visitor.role, config_.remote->role);
   page.heard = Clock::now();
   page.status = !told_gone_ && daemon_.status().has_value();
   page.motion = !told_gone_ && daemon_.motion().has_value();
@@ -134,7 +151,7 @@ bool PanelState::open(PageId id, const Visitor& visitor) {
   put(page, controls_of(id));
   put(page, typed("plan", plan_.state()));
   put(page, fleet_json());
-  if (told_gone_) put(page, gone_json());
+  if (told_gone_) put(page, gone_json(config_.remote.has_value()));
   return true;
 }
 
@@ -250,7 +267,11 @@ void PanelState::command(PageId id, const PageMessage& message) {
   if (command.verb == command_t::JOG) return jog(id, message);
   if (begins_program(command) && somebody_jogs())
     return refuse(page, message.id, "a move by hand goes on; wait until it has ended");
-  if (command.verb == command_t::LOAD && !command.text.empty()) {
+  if (command.verb == command_t::LOAD && config_.remote && !command.text.empty() && !is_file(command.text))
+    return refuse(page, message.id,
+                  "the programs of this machine lie on its own computer: give the whole path there, as "
+                  "/var/lib/trunnion/programs/part.ngc");
+  if (command.verb == command_t::LOAD && !config_.remote && !command.text.empty()) {
     try {
       command.text = program_path(config_.programs_folder, command.text);
     } catch (const NoProgram& none) {
@@ -375,7 +396,8 @@ void PanelState::watch_holder() {
 
 // A program that runs may change offsets and tools, which change nothing of its plan.
 void PanelState::watch_plan() {
-  const bool may = daemon_.connected() && daemon_.tables() && !pages_.empty() && is_file(loaded_);
+  const bool may =
+      !config_.remote && daemon_.connected() && daemon_.tables() && !pages_.empty() && is_file(loaded_);
   if (may && plan_due_ && (daemon_.status()->state == "idle" || plan_.program() != loaded_)) {
     plan_due_ = false;
     plan_.want(loaded_, *daemon_.status(), *daemon_.tables());
@@ -490,7 +512,7 @@ std::optional<std::string> PanelState::get(std::string_view name) const {
   if (name == "machine")
     return text_of(machine_json(config_.machine, config_.version, config_.config_path,
                                 daemon_.status() ? daemon_.status()->axes : "", config_.kinematics,
-                                config_.drawings));
+                                config_.drawings, config_.remote));
   if (name == "state") return text_of(state_json());
   if (name == "history") return text_of(json(history_));
   if (name == "programs") return text_of(programs_json());
@@ -498,6 +520,10 @@ std::optional<std::string> PanelState::get(std::string_view name) const {
 }
 
 void PanelState::keep(const std::string& name, const std::string& text) {
+  if (config_.remote)
+    throw NoProgram(
+        "the machine is on another computer, and so are its programs: copy this one there, into the folder "
+        "that its daemon reads");
   const bool rests = !daemon_.connected() || daemon_.status()->state == "idle";
   if (!rests && std::filesystem::path(loaded_).filename() == name)
     throw NoProgram("this program is at work; send it when the machine is idle");
@@ -507,6 +533,7 @@ void PanelState::keep(const std::string& name, const std::string& text) {
 
 std::optional<OpenFile> PanelState::program_text(std::string_view name) const {
   constexpr std::string_view kOfFolder = "programs/";
+  if (config_.remote) return std::nullopt;  // a file of that name here may be another
   if (name == "program") return loaded_.empty() ? std::nullopt : open_file(loaded_);
   if (!name.starts_with(kOfFolder)) return std::nullopt;
   try {
@@ -529,6 +556,7 @@ std::optional<OpenFile> PanelState::drawing(std::string_view name) const {
 
 json PanelState::programs_json() const {
   json programs = json::array();
+  if (config_.remote) return programs;
   for (const ProgramFile& file : list_programs(config_.programs_folder))
     programs.push_back({{"name", file.name}, {"size", file.size}, {"modified_s", file.modified_s}});
   return programs;

@@ -57,7 +57,8 @@ class Packages(unittest.TestCase):
                          {"trunnion", "trunnion-dev", "trunnion-panel", "libtrunnion0.2", "python3-trunnion"})
         program = self.files("trunnion")
         for path in ("/usr/bin/trunnion", "/usr/bin/trunnion-drives", "/etc/trunnion/mill.toml",
-                     "/usr/lib/systemd/system/trunnion@.service", "/usr/lib/sysusers.d/trunnion.conf",
+                     "/usr/lib/systemd/system/trunnion@.service", "/usr/lib/systemd/system/trunnion-mqtt@.service",
+                     "/usr/lib/sysusers.d/trunnion.conf",
                      "/usr/lib/tmpfiles.d/trunnion.conf", "/usr/lib/udev/rules.d/60-trunnion.rules",
                      "/usr/share/man/man1/trunnion-run.1.gz", "/usr/share/trunnion/machine.schema.json",
                      "/usr/share/bash-completion/completions/trunnion", "/usr/share/trunnion/examples/impeller.ngc"):

@@ -11,6 +11,7 @@
 #include "interp/gcode/g_code.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/parameters.h"
+#include "interp/gcode/settings.h"
 #include "interp/gcode/text/block.h"
 #include "interp/gcode/tool_table.h"
 #include "interp/gcode/work_frame.h"
@@ -243,6 +244,47 @@ void Executor::g10_system(const Block& b, int l) {
   if (index != s_.modal.work_offset) return note("interpreter: setting coordinate system origin");
   keep_machine([&] { load_system(index); });
   put_system(false);
+}
+
+bool Executor::length_is_of_spindle_tool() const {
+  if (!s_.rtcp && s_.tool_length_code != 43_g) return false;
+  const Tool* tool = parts_.tools.find(s_.current_tool);
+  return s_.tool_offset == (tool ? from_mm(tool->offset) : ProgramWords{});
+}
+
+void Executor::obey_held(const Block& b, const ProgramWords& stands) {
+  const bool sets = b.has(GGroup::kNonModal) && b.code(GGroup::kNonModal) == 10_g;
+  const bool puts_in = b.has(MGroup::kToolChange) && b.code(MGroup::kToolChange) == 61;
+  if (sets == puts_in)
+    fail(GcodeErrorCode::kNotSupported, 1, "this line",
+         "while a program waits, G10 and M61 set offsets, lengths and the tool in the spindle");
+  if (sets && !(b.has('L') && b.has('P')))
+    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), "G10", "L and P");
+  if (comp_.active())
+    fail(GcodeErrorCode::kCompState, 1, "a change of offsets or tools while the program waits");
+  if (sets && (b['L'] == 10 || b['L'] == 11) && tip_in_table())
+    fail(GcodeErrorCode::kNotSupported, b.at('L'), "G10 L10 with tool-centre-point control on",
+         "give the tool's length itself, as 'trunnion tool NUMBER Z LENGTH' does");
+  const bool follows = length_is_of_spindle_tool();
+  const MachineWords stop = frame().to_machine(to_mm(s_.position));
+  s_.position = stands;
+  if (sets) g10(b);
+  s_.position = from_mm(frame().to_program(stop));
+  if (puts_in) tool_change(b);
+  if (!follows) return;
+  const ProgramWords offset = table_offset(s_.current_tool, 1);
+  if (s_.rtcp)
+    set_rtcp(true, offset, 1, "G43.4");
+  else
+    set_tool_offset(offset, s_.tool_length_code);
+}
+
+void Executor::put_back(const Settings& kept) {
+  const bool rtcp = s_.rtcp || kept.rtcp;
+  s_ = kept;
+  put_system(true);
+  put(canon::UseToolLengthOffset{s_.tool_offset});
+  if (rtcp) put(canon::SetRtcp{s_.rtcp, s_.position});
 }
 
 void Executor::g92(const Block& b) {

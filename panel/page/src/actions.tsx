@@ -1,3 +1,4 @@
+import { useEffect, useRef, useState } from "preact/hooks";
 import type { Verb } from "./interface";
 import { link, useLink } from "./link";
 import { canHold, isProgram } from "./model";
@@ -38,14 +39,32 @@ function Switches() {
   );
 }
 
+/** A second click on "Start" comes to where "Resume" stands by then; it must not say that a tool is in. */
+const kSettleMs = 800;
+
+/** True for a while after the state has become this one. */
+function useFresh(state: string): boolean {
+  const [, again] = useState(0);
+  const since = useRef({ state, at: -kSettleMs });
+  if (since.current.state !== state) since.current = { state, at: performance.now() };
+  const left = since.current.at + kSettleMs - performance.now();
+  useEffect(() => {
+    if (left <= 0) return;
+    const timer = window.setTimeout(() => again((count) => count + 1), left);
+    return () => window.clearTimeout(timer);
+  }, [state]);
+  return left > 0;
+}
+
 export function Actions() {
   const { status, mine } = useLink("status", "link");
   const state = status?.state ?? "";
+  const fresh = useFresh(state);
   const can: Partial<Record<Verb, boolean>> = {
     hold: canHold(status),
     stop: ["running", "holding", "jogging", "homing"].includes(state),
     start: mine && state === "idle" && !!status && isProgram(status.program),
-    resume: mine && state === "holding" && !["jogs", "retraces"].includes(status?.detour ?? ""),
+    resume: mine && state === "holding" && !fresh && !["jogs", "retraces"].includes(status?.detour ?? ""),
     reset: mine && (state === "fault" || state === "estop"),
   };
   const button = (verb: Verb, text: string, extra = "") => (

@@ -54,6 +54,20 @@ const Silent = ({ name, text }: { name: string; text: string }) => (
   </div>
 );
 
+/** Under the head where the machine is on another computer. */
+function RemoteLine() {
+  const { machine } = useLink("machine");
+  const remote = machine?.remote;
+  if (!remote) return null;
+  const may = { look: "only look and stop it", operate: "operate it", "set up": "operate it and set it up" }[remote.role];
+  return (
+    <p class="remote" data-test="remote">
+      <strong>This machine is on another computer.</strong> With the key “{remote.key}” this page may {may}. What it shows comes
+      unsigned over the network.
+    </p>
+  );
+}
+
 function KeyHelp({ close }: { close: () => void }) {
   return (
     <dialog open aria-label="Keys" data-test="keys">
@@ -103,6 +117,7 @@ function App() {
           {theme === "dark" ? "Light" : "Dark"}
         </button>
       </nav>
+      <RemoteLine />
       <Asked />
       <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw(theme)}</main>
       <Actions />

@@ -23,7 +23,8 @@ function useKept(): boolean {
 }
 
 export function Controls() {
-  const { controls, connected, user } = useLink("link");
+  const { controls, connected, user, machine } = useLink("link", "machine");
+  const looks = user?.role === "look" || machine?.remote?.role === "look";
   const kept = useKept();
   if (controls.mine)
     return (
@@ -35,7 +36,7 @@ export function Controls() {
   const asks = controls.asker !== 0 && controls.asker === controls.page;
   const text = controls.holder === 0 ? "Take the controls" : !asks ? "Ask for the controls"
     : controls.may_take ? "Take them now" : "Asked";
-  const may = connected && user?.role !== "look" && (asks ? controls.may_take : controls.asker === 0);
+  const may = connected && !looks && (asks ? controls.may_take : controls.asker === 0);
   return (
     <span class="controls">
       {controls.holder !== 0 && (
@@ -44,7 +45,7 @@ export function Controls() {
             : kept ? `${controls.holder_name} keeps the controls` : `${controls.holder_name} has the controls`}
         </span>
       )}
-      {user?.role !== "look" && (
+      {!looks && (
         <button class="accent" data-test="take" disabled={!may} onClick={() => link.takeControls()}>{text}</button>
       )}
     </span>

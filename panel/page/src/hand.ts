@@ -12,6 +12,10 @@ export const kFrames = [
   { frame: 3, name: "Tool", hint: "the spindle's axes; Z away from the work" },
 ];
 export const kOwn = 0;
+/** Along the path of a held program, which has no axis. */
+export const kPath = 4;
+/** Farther than any path goes back, mm. */
+const kFarMm = 1e6;
 
 /** A move by hand as it is asked for: of an axis word, or of a joint by its index. */
 export interface Way {
@@ -55,7 +59,13 @@ function rest(answer: Answer): Promise<void> {
   });
 }
 
-const target = (way: Way) => ({ verb: "jog" as const, frame: way.frame, ...(way.word ? { text: way.word } : { joint: way.joint }) });
+const target = (way: Way) => ({ verb: "jog" as const, frame: way.frame, ...(way.word ? { text: way.word } : { joint: way.joint ?? 0 }) });
+
+/** What a press asks for beside its target. */
+function asked(way: Way) {
+  if (way.frame === kPath) return { value: way.sign * (way.step || kFarMm) };
+  return way.step ? { value: way.sign * way.step, speed_share: way.share } : { value: way.sign, alive_ms: kHeldMs, speed_share: way.share };
+}
 
 function untilLetGo(): Promise<void> {
   return new Promise((resolve) => {
@@ -69,9 +79,8 @@ export async function press(way: Way) {
   if (busy) return;
   busy = held = true;
   const goesOn = way.step === 0;
-  const ask = { ...target(way), speed_share: way.share, press: kFirstPress + ++presses };
   link.setAlive(goesOn ? kSayHeldMs : kSayStepMs);
-  const answered = link.command(goesOn ? { ...ask, value: way.sign, alive_ms: kHeldMs } : { ...ask, value: way.sign * way.step });
+  const answered = link.command({ ...target(way), ...asked(way), press: kFirstPress + ++presses });
   if (goesOn) {
     await untilLetGo();
     link.setAlive(0);

@@ -369,6 +369,16 @@ export interface Machine {
   joints: JointInfo[];
   /** Bodies with a drawing of their own: what each moves with (base, table, spindle or a joint). */
   drawings: string[];
+  /** The machine's daemon is on another computer; missing: on the panel's own. */
+  remote?: Remote;
+}
+
+/** How the panel commands a machine on another computer: through its gateway, signed. */
+export interface Remote {
+  /** Name of the panel's key. */
+  key: string;
+  /** What its commands may do at most. */
+  role: "look" | "operate" | "set up";
 }
 
 /** A file of the panel's folder of programs. */

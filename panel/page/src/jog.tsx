@@ -1,5 +1,5 @@
 import { useLayoutEffect, useState } from "preact/hooks";
-import { kFrames, kOwn, letGo, press, type Way } from "./hand";
+import { kFrames, kOwn, kPath, letGo, press, type Way } from "./hand";
 import { armKeys } from "./keys";
 import { link, useLink } from "./link";
 import { isAngle, isHeld, keptValue, kWords, type Machine, type Status, unitText, wordsOf } from "./model";
@@ -31,6 +31,9 @@ const kPairs: Record<string, [string, number]> = {
   ArrowRight: ["X", 1], ArrowLeft: ["X", -1], ArrowUp: ["Y", 1], ArrowDown: ["Y", -1], PageUp: ["Z", 1], PageDown: ["Z", -1],
 };
 
+/** Along the path of a held program. */
+const kAlong: Record<string, number> = { ",": -1, ".": 1 };
+
 /** What moves by hand mean while a program is held, by the detour of the status. */
 const kDetours: Record<Status["detour"], string> = {
   "": "The program is held: you may move the axes away. Resume then leads back first.",
@@ -47,8 +50,7 @@ export function Jog() {
   const [share, setShare] = useState(kFirstShare);
   const [keys, setKeys] = useState(false);
   const held = !!status && isHeld(status);
-  // What is planned first, as a move along a direction, has no place inside a held program.
-  const frame = held ? kOwn : chosen ?? (machine && status && !wordsAreJoints(machine, status) ? 1 : kOwn);
+  const frame = chosen ?? (machine && status && !wordsAreJoints(machine, status) ? 1 : kOwn);
   const along = machine && status ? targets(machine, status, frame) : [];
   const ready = mine && (status?.state === "idle" || status?.state === "jogging" || status?.program === "jog" || held);
   const move = (one: Target, sign: number) => {
@@ -56,17 +58,25 @@ export function Jog() {
     const way: Way = { ...one.way, frame, sign, share: kShares[share], step: keptValue(step, one.angle, status!.inch) };
     void press(way);
   };
+  const retrace = (sign: number) => {
+    if (ready && held && status!.detour !== "away")
+      void press({ frame: kPath, sign, share: 0, step: keptValue(step, false, status!.inch) });
+  };
   // At once with the picture: whoever sees that the keys are on may press one.
   useLayoutEffect(() => {
     if (!keys || !mine) return;
     return armKeys((key) => {
+      if (held && kAlong[key]) {
+        retrace(kAlong[key]);
+        return true;
+      }
       const pair = kPairs[key];
       const one = pair && along.find((each) => each.name === pair[0]);
       if (!one) return false;
       move(one, pair[1]);
       return true;
     }, letGo);
-  }, [keys, mine, ready, step, frame, share, along.length]);
+  }, [keys, mine, ready, held, status?.detour, step, frame, share, along.length]);
   if (!status) return <section class="card" />;
   const button = (one: Target, sign: number) => (
     <button disabled={!ready} data-test={`jog-${one.name}${sign > 0 ? "+" : "-"}`}
@@ -75,6 +85,15 @@ export function Jog() {
       onKeyDown={(e) => (e.key === " " || e.key === "Enter") && !e.repeat && move(one, sign)}
       onKeyUp={letGo} onContextMenu={(e) => e.preventDefault()}>
       {one.name}{sign > 0 ? "+" : "−"}
+    </button>
+  );
+  const alongPath = (sign: number) => (
+    <button disabled={!ready || status.detour === "away"} data-test={sign > 0 ? "path-forward" : "path-back"}
+      title={status.detour === "away" ? "Away from the path: Resume leads back to it" : "By the step, or as long as it is held"}
+      onPointerDown={(e) => e.isPrimary && e.button === 0 && retrace(sign)}
+      onKeyDown={(e) => (e.key === " " || e.key === "Enter") && !e.repeat && retrace(sign)}
+      onKeyUp={letGo} onContextMenu={(e) => e.preventDefault()}>
+      {sign > 0 ? "Path forward" : "Path back"}
     </button>
   );
   const unit = unitText(false, status.inch);
@@ -90,13 +109,13 @@ export function Jog() {
       <div class="switch wide" role="group" aria-label="Along">
         {kFrames.map((one) => (
           <button key={one.name} aria-pressed={frame === one.frame} title={`Along ${one.hint}`} data-test={`along-${one.name}`}
-            disabled={held && one.frame !== kOwn}
             onClick={() => setFrame(one.frame)}>{one.name}</button>
         ))}
       </div>
       <div class="pairs">
         {along.map((one) => <div key={one.name}>{button(one, 1)}{button(one, -1)}</div>)}
       </div>
+      {held && <div class="along" role="group" aria-label="Along the path of the held program">{alongPath(-1)}{alongPath(1)}</div>}
       <div class="switch wide" role="group" aria-label={`Step in ${unit} or degrees`}>
         <button aria-pressed={step === kHeld} data-test="held" onClick={() => setStep(kHeld)}>Held</button>
         {kSteps.map((one) => (

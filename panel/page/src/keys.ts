@@ -11,6 +11,7 @@ export const kKeyHelp: [string, string][] = [
   ["S", "Resume"],
   ["1 to 7", "Choose a view"],
   ["Arrows, page up, page down", "Move X, Y and Z, where “Arrow keys” is on"],
+  ["Comma, full stop", "Back and forward along the path of a held program, where “Arrow keys” is on"],
   ["?", "Show these keys"],
 ];
 
@@ -64,6 +65,6 @@ export function listenToKeys(show: (view: number) => void, help: () => void) {
     event.stopPropagation();
   }, true);
   window.addEventListener("keyup", (event) => {
-    if (event.key.startsWith("Arrow") || event.key.startsWith("Page")) jogEnd?.();
+    if (event.key.startsWith("Arrow") || event.key.startsWith("Page") || ",.".includes(event.key)) jogEnd?.();
   });
 }

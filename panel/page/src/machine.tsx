@@ -1,5 +1,5 @@
 import { link, useLink } from "./link";
-import { positionText, type Status, unitText } from "./model";
+import { fixed, positionText, type Status, unitText } from "./model";
 
 // What the machine tells of itself: joints, timing, bus, corrections, and what the cutter does.
 
@@ -23,7 +23,7 @@ function Joints() {
               <tr key={joint.name}>
                 <th scope="row"><span>{joint.name}</span></th>
                 <td class="strong">{positionText(q, angle, status.inch)} {unitText(angle, status.inch)}</td>
-                <td>{angle ? `${(behind * 1e3).toFixed(2)} mrad` : `${(behind * 1e3).toFixed(1)} µm`}</td>
+                <td>{angle ? `${fixed(behind * 1e3, 2)} mrad` : `${fixed(behind * 1e3, 1)} µm`}</td>
                 <td class="text"><b class="track"><i style={{ left: `${100 * at}%` }} /></b></td>
                 <td class="text">{state?.limit_switch ? "on its switch" : state?.homed ? "homed" : "not homed"}</td>
               </tr>
@@ -131,7 +131,7 @@ function ToolLoad() {
 
 function Features({ status }: { status: Status }) {
   if (!status.features?.length) return null;
-  const um = (value: number) => `${(1e3 * value).toFixed(1)} µm`;
+  const um = (value: number) => `${fixed(1e3 * value, 1)} µm`;
   return (
     <section class="card wide" data-test="features">
       <h2>What the bending of the tool made of the last program</h2>

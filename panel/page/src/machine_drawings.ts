@@ -3,6 +3,7 @@ import { STLLoader } from "three/examples/jsm/loaders/STLLoader.js";
 import { link } from "./link";
 import { edged, type MachineModel } from "./machine_model";
 import type { Machine } from "./model";
+import { PartMaterial } from "./shading";
 
 // The bodies of a machine as its maker drew them, in place of our own castings.
 
@@ -20,7 +21,7 @@ async function body(machine: Machine, index: number): Promise<THREE.Mesh | null>
     // The normals of such files are often zeros.
     geometry.computeVertexNormals();
     const color = kColours[machine.drawings[index]] ?? kJointColour;
-    const mesh = new THREE.Mesh(geometry, new THREE.MeshLambertMaterial({ color, side: THREE.DoubleSide }));
+    const mesh = new THREE.Mesh(geometry, new PartMaterial(color, true));
     return geometry.getAttribute("position").count < kEdgedMax ? edged(mesh) : mesh;
   } catch {
     return null;

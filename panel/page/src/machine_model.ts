@@ -1,5 +1,6 @@
 import * as THREE from "three";
 import { type Chain, type Machine, type Motion, type PlatformChain, type SerialChain } from "./model";
+import { PartMaterial } from "./shading";
 
 // The machine as its config describes it, in the base frame; mm. The axes, legs and rails stand where they are; the
 // castings around them are only drawn so that one knows the machine at once.
@@ -24,18 +25,17 @@ type Vec = [number, number, number];
 const vector = (v: Vec) => new THREE.Vector3(...v);
 const kZ = new THREE.Vector3(0, 0, 1);
 
-const metal = (color: number) => new THREE.MeshLambertMaterial({ color });
+const metal = (color: number) => new PartMaterial(color);
 const kParts = {
   casting: metal(0x8a9bab), slide: metal(0xc0ccd6), rail: metal(0x46535f), table: metal(0xdbe3ea),
   turning: metal(0x22a396), leg: metal(0xdfe6ec), joint: metal(0x3d4a56), spindle: metal(0xb7c4d0), rod: metal(0xe8b04a),
 };
-const kEdges = new THREE.LineBasicMaterial({ color: 0x14202b, transparent: true, opacity: 0.32 });
 /** Degrees between two faces, from which on their edge is drawn. */
 const kEdgeAngle = 35;
 
 /** With its edges, as on a drawing. */
-export function edged(mesh: THREE.Mesh): THREE.Mesh {
-  mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, kEdgeAngle), kEdges));
+export function edged(mesh: THREE.Mesh<THREE.BufferGeometry, PartMaterial>): THREE.Mesh {
+  mesh.add(new THREE.LineSegments(new THREE.EdgesGeometry(mesh.geometry, kEdgeAngle), mesh.material.edges));
   return mesh;
 }
 export type Part = keyof typeof kParts;

@@ -31,10 +31,15 @@ export function keptValue(shown: number, angle: boolean, inch: boolean): number 
 }
 
 /** Text of a position, without the minus of a zero that is only rounded. */
+/** A number for people: what rounds to zero has no sign. */
+export function fixed(value: number, digits: number): string {
+  const text = value.toFixed(digits);
+  return Number(text) === 0 ? (0).toFixed(digits) : text;
+}
+
 export function positionText(value: number, angle: boolean, inch: boolean): string {
   const digits = inch && !angle ? 4 : 3;
-  const text = shownValue(value, angle, inch).toFixed(digits);
-  return Number(text) === 0 ? (0).toFixed(digits) : text;
+  return fixed(shownValue(value, angle, inch), digits);
 }
 
 export const unitText = (angle: boolean, inch: boolean) => (angle ? "°" : inch ? "in" : "mm");

@@ -77,7 +77,7 @@ async function send(file: File | undefined) {
 }
 
 function Loader() {
-  const { mine, programs, status } = useLink("link", "programs", "status");
+  const { mine, programs, status, machine } = useLink("link", "programs", "status", "machine");
   const [name, setName] = useState("");
   const [busy, setBusy] = useState(false);
   const load = async (event: Event) => {
@@ -88,7 +88,7 @@ function Loader() {
   };
   return (
     <form onSubmit={load}>
-      <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder="Program"
+      <input value={name} onInput={(e) => setName(e.currentTarget.value)} placeholder={machine?.remote ? "Whole path there" : "Program"}
         aria-label="Name of a program" data-test="load-name" spellcheck={false} list="programs" autocomplete="off"
         onFocus={() => void link.fetchPrograms()} />
       <datalist id="programs" data-test="programs">
@@ -97,11 +97,11 @@ function Loader() {
       <button disabled={!mine || busy || !name.trim() || status?.state === "running"} data-test="load">
         {busy ? "Loading" : "Load"}
       </button>
-      <label class="button" title="Send a program of this computer; it may be dropped onto its text as well">
+      {!machine?.remote && <label class="button" title="Send a program of this computer; it may be dropped onto its text as well">
         Send
         <input type="file" accept=".ngc,.nc,.cnc,.tap,.gcode" data-test="upload" aria-label="Send a program of this computer"
           onChange={(e) => { void send(e.currentTarget.files?.[0]); e.currentTarget.value = ""; }} />
-      </label>
+      </label>}
     </form>
   );
 }

@@ -147,7 +147,7 @@ function Mdi() {
   return (
     <section class="card mdi" aria-label="Type a line">
       <form onSubmit={send}>
-        <input value={text} placeholder={away ? "On hold: M3 M4 M5 S M7 M8 M9, M64 and M65" : "Type a line, as G0 X10 Y20"} aria-label="Line of G-code" data-test="mdi"
+        <input value={text} placeholder={away ? "On hold: M3 to M9, S, M64; at M0 G10" : "Type a line, as G0 X10 Y20"} aria-label="Line of G-code" data-test="mdi"
           spellcheck={false} autocomplete="off" onInput={(e) => setText(e.currentTarget.value)} onKeyDown={browse} />
         <button disabled={!mine || !takes || !text.trim()}>Run line</button>
       </form>

@@ -132,11 +132,7 @@ export class Scene {
     this.mark = new THREE.Mesh(new THREE.SphereGeometry(1, 20, 12), new THREE.MeshBasicMaterial({ color: 0xffffff, depthTest: false, transparent: true }));
     this.mark.visible = false;
     this.mark.renderOrder = 2;
-    const sun = new THREE.DirectionalLight(0xffffff, 1.9);
-    sun.position.set(0.6, -1.4, 2.2);
-    const back = new THREE.DirectionalLight(0xbfd4ff, 0.7);
-    back.position.set(-1.5, 1, 0.6);
-    this.scene.add(this.rootFrame, sun, back, new THREE.HemisphereLight(0xffffff, 0x8a97a5, 1.5));
+    this.scene.add(this.rootFrame);
     this.grid.rotation.x = Math.PI / 2;
     this.grid.material.transparent = true;
     this.grid.material.opacity = 0.28;

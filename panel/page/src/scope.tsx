@@ -194,6 +194,7 @@ export function Scope({ theme }: { theme: string }) {
     setChosen(next);
     localStorage.setItem("scope", JSON.stringify(next));
   };
+  const remote = useLink("machine").machine?.remote;
   const drawn = shown?.signals ?? [];
   const lines: Line[] = drawn.map((name) => ({
     name, unit: signals.find((one) => one.name === name)?.unit ?? "", colour: kColours[Math.max(0, chosen.indexOf(name))],
@@ -226,7 +227,7 @@ export function Scope({ theme }: { theme: string }) {
           <button class="slim" disabled={!shown} data-test="scope-save" onClick={() => shown && save(shown, periodS)}>Save CSV</button>
         </div>
         <p class="hint" data-test="scope-text">
-          {text || (mode === "trigger" ? `Waits until ${trigger.signal} crosses ${trigger.level}, ${trigger.edge}.`
+          {remote ? "The scope is asked on the machine's own computer: open the page of a panel that runs there." : text || (mode === "trigger" ? `Waits until ${trigger.signal} crosses ${trigger.level}, ${trigger.edge}.`
             : shown?.lost ? `${shown.lost} periods came too late for this page.` : `${Math.round(1 / periodS)} values a second of each signal.`)}
         </p>
         <Plot lines={lines} data={data} xText={frequencies ? "Hz" : "s"} marks={marks} pick={pick}

@@ -1,10 +1,13 @@
 import { useState } from "preact/hooks";
 import { link, useLink } from "./link";
-import { isAngle, kWords, type Offset, positionText, unitText, wordsOf } from "./model";
+import { isAngle, isHeld, kWords, type Offset, positionText, type Status, unitText, wordsOf } from "./model";
 
 // Tables are changed by the lines of G-code that a program would use, as 'trunnion offset' and 'touch-off' do.
 
 const kSettable = ["G54", "G55", "G56", "G57", "G58", "G59", "G59.1", "G59.2", "G59.3"];
+
+/** While a program is held the daemon says where it may be: at a program stop. */
+const mayChange = (status: Status) => status.state === "idle" || (isHeld(status) && ["", "away"].includes(status.detour));
 
 const valueOf = (offset: Offset, word: number) => offset[kWords[word].toLowerCase() as "x" | "y" | "z" | "a" | "b" | "c"];
 
@@ -23,7 +26,7 @@ function Offsets() {
   const chosen = name || status.work_offset;
   const given = words.map((word) => [kWords[word], values[kWords[word]]?.trim() ?? ""]).filter(([, text]) => text);
   const sound = given.length > 0 && given.every(([, text]) => numberOf(text) !== null);
-  const ready = mine && status.state === "idle" && sound;
+  const ready = mine && mayChange(status) && sound;
   const send = async (code: string) => {
     const number = kSettable.indexOf(chosen) + 1;
     const line = `G10 ${code} P${number} ${given.map(([letter, text]) => letter + numberOf(text)).join(" ")}`;
@@ -98,7 +101,7 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
       <h2>Change tool {number}</h2>
       <div class="fields">{field("Length", length, setLength)}{field("Diameter", diameter, setDiameter)}</div>
       <div class="actions">
-        <button class="accent" disabled={!mine || status?.state !== "idle" || !sound} data-test="set-tool" onClick={() => void send()}>
+        <button class="accent" disabled={!mine || !status || !mayChange(status) || !sound} data-test="set-tool" onClick={() => void send()}>
           Set tool {number}
         </button>
         <button onClick={done}>Close</button>

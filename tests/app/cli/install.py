@@ -36,7 +36,8 @@ class InstallTest(unittest.TestCase):
             self.assertIn("every joint within its limits", done.stdout)
 
     def test_the_service_starts_the_installed_program(self):
-        for name, command in (("trunnion", "daemon"), ("trunnion-gateway", "gateway"), ("trunnion-panel", "panel")):
+        for name, command in (("trunnion", "daemon"), ("trunnion-gateway", "gateway"), ("trunnion-panel", "panel"),
+                              ("trunnion-mqtt", "mqtt")):
             unit = (self.prefix / f"lib/systemd/system/{name}@.service").read_text()
             self.assertIn(f"ExecStart={self.prefix}/bin/trunnion {command}", unit)
 

@@ -24,6 +24,7 @@
 #include "hal/lcm_link.h"
 #include "hal/lcm_messages.h"
 #include "hal/loopback.h"
+#include "interp/gcode/program_config.h"
 #include "interp/move.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
@@ -82,6 +83,12 @@ struct FakePrograms final : ProgramSource {
     switches_.block_delete = on;
     return {17, 12, "/parts/part.ngc"};
   }
+  HeldLines obey_held(const std::string& text, const JointVec&) override {
+    if (no_switch) throw ProgramError("part.ngc:9:1: X is too far");
+    held_text = text;
+    return {17, text, {}};
+  }
+  std::string held_text;
   std::atomic<bool> no_switch = false;
   ProgramSwitches switches_;
   void abandon() override { ++abandoned; }

@@ -95,6 +95,8 @@ class Service(unittest.TestCase):
         self.assertIn("WatchdogSec=", text)
         self.check_unit("trunnion@.service")
         self.check_unit("trunnion-gateway@.service")
+        self.check_unit("trunnion-mqtt@.service")
+        self.check_unit("trunnion-mqtt@.service", "mqtt-broker.conf")
         self.check_unit("trunnion-panel@.service")
         self.check_unit("trunnion-panel@.service", "panel-network.conf")
 

@@ -3,11 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
 namespace trn {
 namespace {
+
+HeldMdi plan_held_mdi(std::string_view text, double program_speed, int coolant) {
+  return trn::plan_held_mdi(text, program_speed, coolant, HeldAt::kPath);
+}
 
 using Kind = RtCommand::Kind;
 
@@ -36,7 +41,7 @@ TEST(HeldMdi, RefusesWhatTheHeldProgramGoesOnWith) {
       {"X10", "an axis is moved with 'jog'"},
       {"M5 G54", "G54 would change"},
       {"G10 L20 P0 X0", "'start --resume' goes on from this place with them"},
-      {"M61 Q2", "'stop' ends the program, set them then"},
+      {"M61 Q2", "'stop' the program, set them, and 'start --resume'"},
       {"M6 T2", "a tool is changed where the program asks for one"},
       {"M3", "M3 needs a speed here"},
       {"M64", "M64 needs the output's number"},
@@ -52,6 +57,34 @@ TEST(HeldMdi, RefusesWhatTheHeldProgramGoesOnWith) {
     EXPECT_TRUE(order.commands.empty()) << line;
     EXPECT_NE(order.refusal.find(why), std::string::npos) << line << ": " << order.refusal;
   }
+}
+
+// Nothing behind a stop is read yet, so that the program goes on with what is set there.
+TEST(HeldMdi, AtAStopItSetsOffsetsAndTools) {
+  for (const char* line : {"G10 L20 P0 X0 Y0", "G10 L1 P3 Z50.2 R4", "M61 Q3", "g10 l2 p2 x1\n\nM61 Q2"}) {
+    const HeldMdi order = trn::plan_held_mdi(line, 0, 0, HeldAt::kStop);
+    EXPECT_EQ(order.refusal, "") << line;
+    EXPECT_TRUE(order.commands.empty());
+    EXPECT_NE(order.lines, "") << line;
+  }
+  EXPECT_EQ(trn::plan_held_mdi("G10 L10 P1 Z0\nG43", 0, 0, HeldAt::kStop).lines, "G10 L10 P1 Z0\n")
+      << "the length is in force anyway, or is not to be";
+  EXPECT_EQ(trn::plan_held_mdi("M5", 0, 0, HeldAt::kStop).commands.size(), 1u);
+  for (const char* line :
+       {"G43", "G10 L1 P1 Z0 F3", "G10 L1 P1 Z0 Z1", "G10 L20 P0 X0\nG0 X5", "M61 Q[1]", "G92 X0"}) {
+    const HeldMdi order = trn::plan_held_mdi(line, 0, 0, HeldAt::kStop);
+    EXPECT_EQ(order.lines, "") << line;
+    EXPECT_NE(order.refusal, "") << line;
+  }
+}
+
+// The control does not know yet which tool is in.
+TEST(HeldMdi, AtAToolChangeItSetsLengthsByTheirNumber) {
+  EXPECT_NE(trn::plan_held_mdi("G10 L1 P3 Z50.2", 0, 0, HeldAt::kToolChange).lines, "");
+  for (const char* line : {"G10 L10 P1 Z0\nG43", "M61 Q3", "G10 L20 P0 Z0"})
+    EXPECT_NE(trn::plan_held_mdi(line, 0, 0, HeldAt::kToolChange).refusal.find("before 'resume' confirms it"),
+              std::string::npos)
+        << line;
 }
 
 }  // namespace

@@ -87,6 +87,10 @@ class OperatorTest(unittest.TestCase):
                 time.sleep(0.3)
                 self.assertEqual(shop.joints(), first, "it stands until it is told")
                 self.assertEqual(shop.parameter(5400), tool - 1, "the tool before is in the spindle")
+                code, _, err = shop.client("start")  # twice, as by a double click: no tool is in for that
+                self.assertEqual(code, 5)
+                self.assertIn(f"waits for {name}; 'resume' says that it is in", err)
+                self.assertEqual(shop.status()["state"], "holding")
                 shop.ask("resume")
                 self.assertEqual(shop.parameter(5400), tool, "on disk before the answer")
             shop.until(lambda s: s["state"] == "idle")
@@ -578,7 +582,8 @@ class OperatorTest(unittest.TestCase):
 
 def moving_xyz(trace):
     """The joint columns, as text, from the first motion on."""
-    joints = [tuple(row[name] for name in "XYZ") for row in trace]
+    names = list(trace[0])
+    joints = [tuple(row[name] for name in names[names.index("t_s") + 1:names.index("p_x")]) for row in trace]
     first = next(i for i, q in enumerate(joints) if any(float(value) != 0 for value in q))
     last = next(i for i in reversed(range(len(joints))) if joints[i] != joints[-1])
     return joints[first:last + 2]

@@ -75,9 +75,11 @@ class PauseTest(unittest.TestCase):
                 code, _, err = shop.client("mdi", line)
                 self.assertEqual(code, 5, err)
                 self.assertIn(why, err)
-            code, _, err = shop.client("jog", "Z", "1", "--along", "tool")
-            self.assertEqual(code, 5)
-            self.assertIn("without --along", err)
+            held = shop.joints()
+            shop.ask("jog", "Z", "4", "--along", "tool", "--wait")
+            shop.ask("jog", "Y", "-3", "--along", "work", "--wait")
+            self.assertAlmostEqual(shop.joints()[2], held[2] + 4, places=5)
+            self.assertAlmostEqual(shop.joints()[1], held[1] + 3, places=5)  # the table's way
             shop.ask("resume")
             self.assertEqual(shop.status()["spindle_rpm"], 2000)
             shop.until(lambda s: s["state"] == "idle")
@@ -88,6 +90,116 @@ class PauseTest(unittest.TestCase):
             off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
             self.assertLess(max(abs(way[off[-1] + 1][k] - way[off[0] - 1][k]) for k in range(3)), 0.01,
                             "it comes back to where it left")
+
+    def test_several_joints_lead_away_along_a_line_and_back(self):
+        """Six legs move for one axis; the tip stays on the line, and the way back leads to the place of the hold."""
+        with Shop(machine="hexapod") as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nG91 G1 X40 F1200\nX-40 Y10\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 2 and s["state"] == "running")
+            shop.ask("hold")
+            code, _, err = until_accepted(shop, "jog", "Z", "25", "--along", "machine", "--wait")
+            self.assertEqual(code, 0, err)
+            at = shop.motion()[0]["machine"]
+            code, out, err = shop.client("jog", "X", "0.5", "--along", "tool", "--speed", "5", "--wait")
+            self.assertEqual(code, 0, err)
+            self.assertAlmostEqual(shop.motion()[0]["machine"][0], at[0] + 0.5, places=3)
+            code, _, err = shop.client("jog", "A", "1", "--along", "work")
+            self.assertIn("no direction of its own", err)
+            jog = [BINARY, "jog", "Y", "-", "--along", "machine", "--speed", "20", "--machine", shop.config]
+            with subprocess.Popen(jog, stdout=subprocess.DEVNULL) as held:
+                time.sleep(1)
+                held.kill()  # nobody says any more that it is held
+            shop.until(lambda s: s["detour"] == "away", 5)
+            stands = shop.motion()[0]["machine"]
+            self.assertLess(stands[1], at[1] - 1)
+            time.sleep(0.3)
+            self.assertEqual(shop.motion()[0]["machine"], stands)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 1000)
+            tips = [[float(row[name]) for name in ("p_x", "p_y", "p_z")] for row in rows(record)]
+            up = [tip for tip in tips if tip[2] > tips[0][2] + 1]
+            self.assertGreater(max(tip[2] for tip in tips) - tips[0][2], 24.9)
+            # Up along Z at the place of the hold, and back the same way but for the last corners.
+            first = up[:next(i for i, tip in enumerate(up) if tip[2] > tips[0][2] + 24)]
+            self.assertLess(max(abs(tip[k] - first[0][k]) for tip in first for k in (0, 1)), 0.1)
+            self.assertLess(max(abs(a - b) for a, b in zip(tips[-1], [tips[0][0], tips[0][1] + 10, tips[0][2]])), 0.001)
+
+    def test_at_a_stop_offsets_and_tools_are_set_and_count_from_there_on(self):
+        program = "G21 G90 G61\nT1 M6\nG43\nG0 Z10\nG1 X10 F6000\nM0 (measure)\nG1 X20 Z5\nM0\nG43.1 Z7\nG1 X21\nM2\n"
+        with Shop() as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: "tool 1" in s["waits_for"])
+            # The control does not know the tool that is put in, but its length by its number.
+            self.assertIn("before 'resume' confirms it", shop.client("mdi", "G10 L10 P1 Z0")[2])
+            self.assertIn("before 'resume' confirms it", shop.client("touch-off", "Z", "0")[2])
+            shop.ask("tool", "1", "Z", "101")
+            shop.ask("resume")
+            shop.until(lambda s: "measure" in s["waits_for"])
+            self.assertEqual([round(q, 6) for q in shop.joints()[::2]], [10, 111])
+            shop.ask("jog", "Z", "30", "--wait")
+            shop.ask("jog", "X", "5", "--wait")
+            shop.ask("touch-off", "X", "25")
+            self.assertAlmostEqual(shop.status()["work_offset_value"][0], -10, places=6)
+            self.assertAlmostEqual(shop.motion()[0]["work"][0], 25, places=6)
+            self.assertAlmostEqual(shop.parameter(5221), -10, places=6, msg="on disk before the answer")
+            # From here a longer tool would come deeper on the way back.
+            code, out, err = shop.client("tool", "1", "Z", "140")
+            self.assertEqual(code, 0, err)
+            self.assertIn("39.000 mm longer", out + err)
+            code, _, err = shop.client("resume")
+            self.assertEqual(code, 5)
+            self.assertIn("'start --resume' leads back over the safe height", err)
+            self.assertEqual(shop.status()["state"], "holding")
+            shop.ask("touch-off", "Z", "46", "--tool")  # the spindle stands at 141
+            self.assertEqual(shop.length(1), 95)
+            self.assertAlmostEqual(shop.status()["tool_offset"][2], 95, places=6)
+            # What would lead out of the machine is refused, with the line, and nothing changes.
+            code, _, err = shop.client("offset", "G54", "X", "900")
+            self.assertNotEqual(code, 0)
+            self.assertIn("part.ngc:7", err)
+            self.assertAlmostEqual(shop.parameter(5221), -10, places=6)
+            self.assertEqual(shop.client("tool", "9", "Z", "1")[0], 2, "there is no tool 9")
+            shop.ask("resume")
+            shop.until(lambda s: s["line"] == 8 and s["state"] == "holding")
+            self.assertEqual([round(q, 6) for q in shop.joints()[::2]], [10, 100])
+            # Another tool in the spindle: its length is in force, as the one before was.
+            shop.ask("tool", "2", "--in-spindle")
+            self.assertAlmostEqual(shop.status()["tool_offset"][2], shop.length(2), places=6)
+            self.assertEqual(shop.parameter(5400), 2)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[0], 11, places=6)
+            self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 1000)
+
+    def test_where_the_path_is_planned_offsets_are_refused_at_once(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nT1 M61 Q1 G43\nG1 X10 F600\nX100\nX10\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 4)
+            shop.ask("hold")
+            shop.ask("step", "on")
+            for _ in range(2):  # in the hold, and held by single block
+                for line in (("touch-off", "X", "0"), ("touch-off", "Z", "0", "--tool"), ("tool", "1", "Z", "5"),
+                             ("offset", "G54", "X", "1")):
+                    begun = time.time()
+                    code, _, err = shop.client(*line)
+                    self.assertEqual(code, 5, err)
+                    self.assertIn("set them at a program stop (M0), or 'stop' the program", err)
+                    self.assertLess(time.time() - begun, 10, "it waits for nothing")
+                shop.ask("resume")
+                shop.until(lambda s: s["state"] == "holding")
+            shop.ask("stop", "--wait")
+            shop.ask("touch-off", "X", "0")
 
     def test_after_a_power_cut_the_program_goes_on_where_it_was(self):
         with Shop() as shop:

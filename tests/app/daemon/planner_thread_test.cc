@@ -56,10 +56,11 @@ class Planner : public ::testing::Test {
     return {};
   }
   /// Where the program's last motion ends; takes all of it.
-  Words end_of_motion() {
+  Words end_of_motion(double* tool_length = nullptr) {
     Words end = Words::Constant(std::nan(""));
     for (MotionBlock block = take(); block.event.kind != QueueEvent::Kind::kProgramEnd; block = take()) {
       if (block.segment_count > 0) end = block.piece.at(block.piece.length);
+      if (block.segment_count > 0 && tool_length) *tool_length = block.context.tool_offset[2];
       if (block.event.kind == QueueEvent::Kind::kWaitInput) queue_.answer({});
     }
     return end;
@@ -183,6 +184,34 @@ TEST_F(Planner, ALineThatWouldLeaveTheMachineKeepsBlockDeleteAsItIs) {
     EXPECT_NE(std::string(error.what()).find(path_ + ":3:"), std::string::npos) << error.what();
   }
   EXPECT_NEAR(end_of_motion()[kX], 7, 1e-9);
+}
+
+// As the operator touches off and measures at a stop; the path from there on is that of the new offset.
+TEST_F(Planner, OffsetsAndLengthsSetAtAStopCountBehindIt) {
+  planner_.load(program("G21 G90 M61 Q1 G43 G0 X5 Z10\nM0\nG0 X7 Z1\nM2\n"), q_);
+  JointVec stands = q_;
+  stands[0] = 25;
+  const HeldLines lines = planner_.obey_held("G10 L20 P0 X20\nG10 L1 P1 Z60\n", stands);
+  EXPECT_EQ(lines.after_block, 2U);
+  EXPECT_NEAR(lines.stands[0], 25, 1e-9);
+  try {
+    planner_.obey_held("G10 L2 P1 X9000", q_);
+    FAIL() << "the next line would leave the machine";
+  } catch (const std::runtime_error& error) {
+    EXPECT_NE(std::string(error.what()).find(path_ + ":3:"), std::string::npos) << error.what();
+  }
+  double length = 0;
+  const Words end = end_of_motion(&length);
+  EXPECT_NEAR(end[kX], 12, 1e-9);
+  EXPECT_NEAR(end[kZ], 1, 1e-9);
+  EXPECT_EQ(length, 60) << "words are those of the tip";
+  EXPECT_EQ(planner_.take_failure(), "");
+}
+
+TEST_F(Planner, InMotionNothingIsSetInTheProgram) {
+  planner_.load(program(zigzag(400)), q_);
+  EXPECT_THROW(planner_.obey_held("G10 L2 P1 X1", q_), std::runtime_error);
+  end_of_motion();
 }
 
 // Nobody stands at an M1 that does not stop: there the program is read on.

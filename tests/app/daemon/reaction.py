@@ -1,16 +1,18 @@
 #!/usr/bin/env python3
-"""From an emergency stop on the daemon's socket to the setpoints: how long, on a quiet socket and beside a flood of
-other commands, with an expiry long past. And what the flood costs the daemon.
+"""From an emergency stop and from a hold on the daemon's socket to the setpoints: how long, on a quiet socket and
+beside a flood of other commands, from clients whose clock is an hour before or behind. And what the flood costs.
 
 usage: reaction.py TRUNNION_BINARY SOURCE_DIR
 
-Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: so many stops of each kind.
-The session's log names the period in which the tick heard the stop. The daemon's messages tell when a period was.
+Exit code 77 (skipped) where the kernel allows no network of the test's own. TRN_LONG=COUNT: so many of each kind.
+The session's log names the period in which the tick heard an emergency stop; the drives are told in the same one. A
+hold is seen in the record: the first setpoint that is slower than those before. The daemon's messages tell when a
+period was.
 """
+import csv
 import json
 import multiprocessing
 import os
-import statistics
 import sys
 import time
 
@@ -21,15 +23,22 @@ from daemon_e2e import LONG_PROGRAM, Bench  # noqa: E402
 from daemon_socket import DaemonSocket  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
-OVERRIDE, ESTOP, HOLD = 9, 10, 3
+RAPID_OVERRIDE, ESTOP, HOLD = 13, 10, 3
 FLOOD_HZ = 50_000
 PERIOD_S = 0.001
+LAST = 4  # messages: where periods are late, they may be later by the next moment
+HOUR_US = 3600 * 10**6
+# Long enough at one speed that nothing but a hold slows it down.
+STRAIGHT = "G21 G90 G94\no1 while [1]\nG1 X-290 F1800\nG1 X290\no1 endwhile\nM2\n"
+TURNS_MM = 280  # behind that it slows down for its end
 
 
 def flood(machine, path, rate_hz, stop, sent):
-    """Overrides at this rate, in packets of a hundred at a time, until told to end."""
+    """Overrides of rapid moves, of which the programs have none, at this rate, in packets of a hundred at a time, until
+    told to end."""
     with DaemonSocket(machine, path) as loud:
-        packets = [loud.command(OVERRIDE, i, 0.5 + i % 2 * 0.1, client=os.getpid()) for i in range(1, 20001)]
+        packets = [loud.command(RAPID_OVERRIDE, i, 0.5 + i % 2 * 0.1, client=os.getpid())
+                   for i in range(1, 20001)]
         begun = time.time()
         while not stop.is_set():
             for _ in range(100):
@@ -71,11 +80,16 @@ class Flood:
 
 
 def clock_of_periods(client):
-    """Unix time of period 0: of many messages the one that came soonest behind its period. On a busy host periods are
-    late, so it holds for the moment only: what has waited in the socket is too old."""
+    """Unix time of period 0: of the last messages the one that came soonest behind its period. On a busy host periods
+    are late, so it holds for the moment only: what has waited in the socket is too old."""
     begun = time.time()
     heard = [motion for motion in client.hear(0.3, "motion") if motion.time_us / 1e6 > begun]
-    return min(motion.time_us / 1e6 - motion.period * PERIOD_S for motion in heard)
+    return min(motion.time_us / 1e6 - motion.period * PERIOD_S for motion in heard[-LAST:])
+
+
+def clock_of_client(bench, i):
+    """An expiry by a clock that is an hour behind the daemon's, and by one that is an hour before."""
+    return bench.status()["clock_us"] + (HOUR_US if i % 2 else -HOUR_US)
 
 
 def stops(bench, client, count, sequence):
@@ -85,9 +99,10 @@ def stops(bench, client, count, sequence):
         bench.ask("reset", "--wait", "--timeout", "60")
         bench.ask("start", "--timeout", "60")
         bench.until(lambda s: s["state"] == "running", 60)
+        packet = client.command(ESTOP, sequence + i, client=78, expires_us=clock_of_client(bench, i))
         zero.append(clock_of_periods(client))
         asked.append(time.time())
-        client.send(client.command(ESTOP, sequence + i, client=78, expires_us=1))  # expired since an age
+        client.send(packet)
         bench.until(lambda s: s["state"] == "estop", 60)
     with open(os.path.join(bench.folder.name, "session.log")) as file:
         entries = [json.loads(line) for line in file]
@@ -95,10 +110,45 @@ def stops(bench, client, count, sequence):
     return [begun + period * PERIOD_S - when for begun, period, when in zip(zero, heard, asked)]
 
 
+def holds(bench, client, count, sequence):
+    """(Unix time of period 0, time of sending, period and place of a moment before it) of `count` holds in motion."""
+    asked = []
+    for i in range(count):
+        bench.ask("resume" if i else "start", "--timeout", "60")
+        client.hear(0.01, "motion")
+        while True:  # in the middle of a line, at its speed
+            packet = client.command(HOLD, sequence + i, client=79, expires_us=clock_of_client(bench, i))
+            zero = clock_of_periods(client)
+            moment = client.hear(0.05, "motion")[-1]
+            steady = abs(moment.override_now - 1) < 1e-9 and abs(moment.q_setpoint[0]) < TURNS_MM - 30
+            if steady and moment.line in (3, 4):
+                break
+        asked.append((zero, time.time(), moment.period, moment.q_setpoint[0]))
+        client.send(packet)
+        bench.until(lambda s: s["state"] == "holding" and s["override_now"] == 0, 60)
+    return asked
+
+
+def until_slower(record, asked):
+    """Seconds from sending to the first setpoint that goes less far than the one before, of each hold."""
+    with open(record) as file:
+        x = [float(row["X"]) for row in csv.DictReader(file)]
+    times, at = [], 0
+    for zero, sent, period, place in asked:
+        at = x.index(place, at)
+        first_period = period - at
+        steady = abs(x[at + 1] - x[at])
+        while abs(x[at + 1] - x[at]) > steady * (1 - 1e-6):
+            at += 1
+        times.append(zero + (first_period + at + 1) * PERIOD_S - sent)
+    return times
+
+
 def show(what, times_s):
     times_ms = sorted(1000 * t for t in times_s)
-    print(f"{what}: {len(times_ms)} stops, from sending to the tick: median {statistics.median(times_ms):.1f} ms, "
-          f"worst {times_ms[-1]:.1f} ms", flush=True)
+    of = lambda share: times_ms[min(len(times_ms) - 1, int(share * len(times_ms)))]  # noqa: E731
+    print(f"{what}: {len(times_ms)}; p50 {of(0.5):.1f} ms, p99 {of(0.99):.1f} ms, worst {times_ms[-1]:.1f} ms",
+          flush=True)
 
 
 def main():
@@ -106,28 +156,39 @@ def main():
     enter_own_network()
     count = int(os.environ.get("TRN_LONG", "5"))
     with Bench() as bench:
-        bench.start_daemon("--log", os.path.join(bench.folder.name, "session.log"))
+        record = os.path.join(bench.folder.name, "record.csv")
+        bench.start_daemon("--log", os.path.join(bench.folder.name, "session.log"), "--record", record)
         bench.ask("home", "--wait")
-        bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
+        bench.ask("load", bench.write("straight.ngc", STRAIGHT))
         with DaemonSocket.of(bench) as client:
+            path = client.socket.getpeername()
+            held = holds(bench, client, count, 1)
+            bench.ask("stop", "--wait")
+            with Flood(client, path):
+                held_flooded = holds(bench, client, count, 1000000)
+            bench.ask("stop", "--wait", "--timeout", "60")
+            bench.ask("load", bench.write("part.ngc", LONG_PROGRAM))
             bench.ask("estop")
             quiet = stops(bench, client, count, 1)
-            show("quiet", quiet)
+            show("emergency stop, quiet, to the drives", quiet)
             before, begun = cpu_s(bench.process.pid), time.time()
             time.sleep(2)
             idle_cpu = (cpu_s(bench.process.pid) - before) / (time.time() - begun)
-            path = client.socket.getpeername()
             with Flood(client, path) as loud:
                 before, begun = cpu_s(bench.process.pid), time.time()
                 flooded = stops(bench, client, count, 1000)
                 busy_cpu = (cpu_s(bench.process.pid) - before) / (time.time() - begun)
-            show(f"beside {loud.rate_hz:.0f} commands a second", flooded)
+            show(f"emergency stop, beside {loud.rate_hz:.0f} commands a second", flooded)
             print(f"processor of the daemon: {100 * idle_cpu:.1f} % of one, {100 * busy_cpu:.1f} % beside the flood")
         log = bench.log_text()
-        assert min(quiet + flooded) > -0.02, "the clock of the periods is not understood"
-        assert max(quiet + flooded) < 0.5, "an emergency stop that waits is none"
-        assert log.count("more commands than are heard") <= 2, "a flood is told once for each sender"
         assert bench.end() == 0
+        slower = until_slower(record, held + held_flooded)
+    show("hold, quiet, to the first slower setpoint", slower[:count])
+    show("hold, beside the flood", slower[count:])
+    every = quiet + flooded + slower
+    assert min(every) > -0.02, "the clock of the periods is not understood"
+    assert max(every) < 0.5, "a stop that waits is none"
+    assert log.count("more commands than are heard") <= 4, "a flood is told once for each sender"
     print("passed")
 
 
