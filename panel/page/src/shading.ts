@@ -7,8 +7,8 @@ const kSun = { from: new THREE.Vector3(0.6, -1.4, 2.2), strength: 1.9 };
 const kBack = { from: new THREE.Vector3(-1.5, 1, 0.6), strength: 0.7, color: 0xbfd4ff };
 /** From all around: white from where the back of the machine is, the ground's colour from its front. */
 const kSky = { strength: 1.5, color: 0xffffff, ground: 0x8a97a5 };
-/** Of the colour of edges, the part's own; the rest is this. */
-const kOwnShare = 0.68, kEdge = 0x14202b;
+/** Of the colour of edges, the part's own, which no light makes darker; the rest is this. */
+const kOwnShare = 0.2, kEdge = 0x14202b;
 
 const kVertex = `
 uniform vec3 tint, sun, back, backColor, ground;

@@ -215,32 +215,34 @@ TEST(MachineController, LateErrorIsShownWhenThePlanHasRunOut) {
 }
 
 TEST(MachineController, TheToolIsKeptBeforeTheProgramGoesOn) {
-  for (const std::int8_t verb : {command_t::RESUME, command_t::START}) {
-    Bench bench;
-    bench.start_program();
-    bench.now.motion = MotionState::kPaused;
-    bench.now.waits_at = {QueueEvent::Kind::kToolChange, kToolByOperator, 7, {}, 0};
-    bench.tick();
-    EXPECT_EQ(bench.controller.state(), MachineState::kHolding);
-    bench.until(
-        [&] { return bench.status && bench.status->waits_for.starts_with("tool 7 (ball): put it into"); });
-    bench.programs.disk_full = true;
-    const acknowledge_t full = bench.send(verb);
-    EXPECT_NE(full.outcome, +acknowledge_t::ACCEPTED);
-    EXPECT_NE(full.message.find("No space left"), std::string::npos);
-    EXPECT_NE(bench.last(), Kind::kResume);
-    bench.tick();
-    EXPECT_EQ(bench.controller.state(), MachineState::kHolding) << "it still waits";
-    bench.programs.disk_full = false;
-    EXPECT_EQ(bench.send(verb).outcome, +acknowledge_t::ACCEPTED);
-    EXPECT_EQ(bench.programs.in_spindle, 7);
-    EXPECT_EQ(bench.last(), Kind::kResume);
-    bench.now.motion = MotionState::kMoving;
-    bench.now.waits_at = {};
-    bench.tick();
-    bench.until([&] { return bench.status->waits_for.empty(); });
-    EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
-  }
+  Bench bench;
+  bench.start_program();
+  bench.now.motion = MotionState::kPaused;
+  bench.now.waits_at = {QueueEvent::Kind::kToolChange, kToolByOperator, 7, {}, 0};
+  bench.tick();
+  EXPECT_EQ(bench.controller.state(), MachineState::kHolding);
+  bench.until(
+      [&] { return bench.status && bench.status->waits_for.starts_with("tool 7 (ball): put it into"); });
+  const acknowledge_t twice = bench.send(command_t::START);
+  EXPECT_EQ(twice.outcome, +acknowledge_t::REFUSED) << "as of a double click";
+  EXPECT_NE(twice.message.find("'resume' says that it is in the spindle"), std::string::npos);
+  EXPECT_EQ(bench.programs.in_spindle, 0);
+  bench.programs.disk_full = true;
+  const acknowledge_t full = bench.send(command_t::RESUME);
+  EXPECT_NE(full.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_NE(full.message.find("No space left"), std::string::npos);
+  EXPECT_NE(bench.last(), Kind::kResume);
+  bench.tick();
+  EXPECT_EQ(bench.controller.state(), MachineState::kHolding) << "it still waits";
+  bench.programs.disk_full = false;
+  EXPECT_EQ(bench.send(command_t::RESUME).outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(bench.programs.in_spindle, 7);
+  EXPECT_EQ(bench.last(), Kind::kResume);
+  bench.now.motion = MotionState::kMoving;
+  bench.now.waits_at = {};
+  bench.tick();
+  bench.until([&] { return bench.status->waits_for.empty(); });
+  EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
 }
 
 TEST(MachineController, HoldEndsAJog) {
