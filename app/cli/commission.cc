@@ -59,7 +59,9 @@ struct LeftTheList : std::runtime_error {
 /// The real drives, ticked in real time; a daemon of the machine must not run beside it.
 class RealCommission final : public CommissionMachine {
  public:
-  explicit RealCommission(const std::string& config) : CommissionMachine(assemble(config, Field::kReal)) {
+  RealCommission(const std::string& config, bool feed_forward)
+      : CommissionMachine(assemble(config, Field::kReal)) {
+    if (!feed_forward) assembly_.feed_forward.reset();
     cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass)));
     if (assembly_.io) assembly_.io->bring_up();
     thread_ = std::make_unique<TickThread>(assembly_.realtime, assembly_.machine.period_s,
@@ -91,6 +93,7 @@ class RealCommission final : public CommissionMachine {
     return thread_->statistics().wake.max_us() + thread_->statistics().tick.max_us();
   }
   const char* clock() const override { return "as this computer has been since the list began"; }
+  bool rehearses() const override { return false; }
   std::vector<ScannedBus> scan() override {
     constexpr std::int64_t kAnswer_ns = 30'000'000;
     std::vector<ScannedBus> out;
@@ -156,11 +159,13 @@ Exit commission(const CommissionOptions& options) {
   Commission::MakeMachine make;
   if (options.truth.empty()) {
     person = std::make_unique<TerminalOperator>();
-    make = [&] { return std::make_unique<RealCommission>(options.machine); };
+    make = [&](bool feed_forward) { return std::make_unique<RealCommission>(options.machine, feed_forward); };
   } else {
     person = std::make_unique<RehearsedOperator>(machine,
                                                  [](const std::string& text) { fmt::print("{}\n", text); });
-    make = [&] { return std::make_unique<EmulatedCommission>(options.machine, options.truth); };
+    make = [&](bool feed_forward) {
+      return std::make_unique<EmulatedCommission>(options.machine, options.truth, feed_forward);
+    };
   }
   const std::string record = options.record.empty() ? options.machine + ".commission.json" : options.record;
   Commission list({options.machine, record}, make, machine, *person);

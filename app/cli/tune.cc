@@ -217,6 +217,11 @@ Exit tune(const TuneOptions& options) {
                                "a daemon tells its drives no torque for others; only --emulated shakes");
   if (options.emulated) {
     Assembly assembly = assemble(options.machine);
+    const auto told = assembly.machine.root.table_if("feed_forward");
+    if (options.shake && !(told && told->boolean("torque", true)))
+      throw CLI::ValidationError("--shake",
+                                 "the drives are told no torque (0x60B2); the config needs a section "
+                                 "[feed_forward] for that");
     const std::size_t index = joint_of(assembly.machine, options.joint);
     const Joint joint = assembly.machine.joints[index];
     const TuneData data = tune_emulated(assembly, static_cast<int>(index),
@@ -226,6 +231,12 @@ Exit tune(const TuneOptions& options) {
   const Machine machine = client_machine(options.machine, "");
   const std::size_t index = joint_of(machine, options.joint);
   const Joint& joint = machine.joints[index];
+  const auto told = machine.root.table_if("feed_forward");
+  if (told && told->boolean("velocity", true))
+    fmt::print(
+        stderr,
+        "The daemon tells its drives speeds in advance, so that the mass may come out too small: have the "
+        "daemon run\nwith 'velocity = false' in [feed_forward] for this measurement.\n");
   DaemonBench bench(machine, index, options.timeout_s);
   plan_of(joint, bench.stands());
   return go ? tell_tuning(options, move_by_daemon(plan, bench), joint, plan.first_slow) : Exit::kUsage;

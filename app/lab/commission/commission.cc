@@ -134,7 +134,7 @@ Commission::Outcome Commission::perform(const std::string& name) {
 }
 
 CommissionMachine& Commission::machine() {
-  if (!machine_) machine_ = make_();
+  if (!machine_) machine_ = make_(feeds_forward_);
   return *machine_;
 }
 
@@ -187,6 +187,15 @@ std::string Commission::move(const JointVec& way, double share) {
   return why.empty() ? fmt::format("fault {}", fault_info(report.fault).name) : why;
 }
 
+// Whoever needs it next makes it anew.
+void Commission::leave_machine() {
+  if (machine_) {
+    machine_->assembly().drives->shut_down();
+    machine_->wait(1);
+  }
+  machine_.reset();
+}
+
 void Commission::change(const std::string& header, int number, const std::string& key,
                         const std::string& value) {
   change_text(with_key(text_of_file(files_.config), header, number, key, value));
@@ -198,11 +207,7 @@ void Commission::change_text(const std::string& text) {
   if (!std::filesystem::exists(files_.config + ".before"))
     write_file_safely(files_.config + ".before", before);
   write_file_safely(files_.config, text);
-  if (machine_) {
-    machine_->assembly().drives->shut_down();
-    machine_->wait(1);
-  }
-  machine_.reset();
+  leave_machine();
   described_ = read_machine(load_config(files_.config));
 }
 

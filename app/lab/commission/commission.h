@@ -24,7 +24,8 @@ struct CommissionItem {
 /// the record is a JSON file. What an item finds wrong it mends in the config, and the machine is made anew.
 class Commission {
  public:
-  using MakeMachine = std::function<std::unique_ptr<CommissionMachine>()>;
+  /// With or without its feed-forward.
+  using MakeMachine = std::function<std::unique_ptr<CommissionMachine>(bool feed_forward)>;
   struct Files {
     std::string config, record;
   };
@@ -49,6 +50,7 @@ class Commission {
   void write_record() const;
   Outcome perform(const std::string& name);
   CommissionMachine& machine();
+  void leave_machine();
   void change(const std::string& header, int number, const std::string& key, const std::string& value);
   void change_text(const std::string& text);
   int node_of(int joint) const;
@@ -83,6 +85,8 @@ class Commission {
   CommissionOperator& person_;
   Machine described_;  ///< as the config has it now
   std::vector<CommissionItem> items_;
+  bool feeds_forward_ =
+      true;  ///< until a joint is tuned: told in advance, the torque is not that of its loops alone
   double worst_lag_ = 0;  ///< of the joint that moved last
 };
 

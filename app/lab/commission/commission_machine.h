@@ -35,6 +35,8 @@ class CommissionMachine {
   virtual double latest_us(double time_s) = 0;
   /// Every CAN bus of the machine, before its drives are set up; std::runtime_error where one cannot be used.
   virtual std::vector<ScannedBus> scan() = 0;
+  /// Nothing moves: the drives are emulated.
+  virtual bool rehearses() const = 0;
   /// Where the time of `latest_us` comes from.
   virtual const char* clock() const = 0;
   /// Every period's report from now on, in the thread that waits; null: nobody.

@@ -67,10 +67,11 @@ class EmulatedCommission::HeldIo final : public MachineIo {
 
 EmulatedCommission::~EmulatedCommission() = default;
 
-EmulatedCommission::EmulatedCommission(const std::string& config, const std::string& truth)
+EmulatedCommission::EmulatedCommission(const std::string& config, const std::string& truth, bool feed_forward)
     : CommissionMachine(assemble(config, Field::kEmulated)), truth_(read_machine(load_config(truth))) {
   if (drives_type(assembly_.machine) != "canopen" || drives_type(truth_) != "canopen")
     throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
+  if (!feed_forward) assembly_.feed_forward.reset();
   auto drives = std::make_unique<EmulatedCanDrives>(assembly_.machine, assembly_.machine.root.table("drives"),
                                                     truth_, truth_.root.table("drives"));
   field_ = drives.get();

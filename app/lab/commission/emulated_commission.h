@@ -17,12 +17,13 @@ namespace trn {
 /// it. Virtual time. std::runtime_error if the drives are on no CAN bus; ConfigError as `assemble`.
 class EmulatedCommission final : public CommissionMachine {
  public:
-  EmulatedCommission(const std::string& config, const std::string& truth);
+  EmulatedCommission(const std::string& config, const std::string& truth, bool feed_forward);
   ~EmulatedCommission() override;
   void wait(double time_s) override;
   CycleReport report() override { return cycle_->last_report(); }
   double latest_us(double time_s) override;
   std::vector<ScannedBus> scan() override;
+  bool rehearses() const override { return true; }
   const char* clock() const override {
     return "by this computer and its emulated drives; measure it again with the real ones";
   }

@@ -21,6 +21,7 @@ constexpr double kOfNyquist = 0.9;  // beyond, differences of places say nothing
 constexpr double kLowest_hz = 5;
 constexpr double kLittleLeft = 0.5;  // of what a rigid joint leaves
 constexpr double kFloor = 0.05;      // of the rigid response: what a dip weighs at least
+constexpr double kSwings = 0.35;     // damping: beyond, there is no peak
 constexpr int kShiftMax = 3;
 
 /// Told, its mean force over the inertia, and acceleration; of the windows in which the joint went evenly.
@@ -212,7 +213,8 @@ std::optional<StirredLoop> measure_stirred(const TuneData& data, const TuneFit& 
   for (const Seen& one : seen)
     if (one.weight > 0) out.seen_up_to_hz = one.hz;
   const SpringFit found = fit_spring(seen, high_hz, data.period_s);
-  if (found.spring.hz <= 0 || found.left > kLittleLeft * found.rigid) return out;
+  if (found.spring.hz <= 0 || found.left > kLittleLeft * found.rigid || found.spring.damping > kSwings)
+    return out;
   std::array<double, 2> halves{};
   for (std::size_t half = 0; half < 2; ++half)
     halves[half] =
