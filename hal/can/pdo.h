@@ -49,8 +49,8 @@ struct Pdo {
   std::uint8_t transmission = 1;  ///< 1: with every SYNC (CiA 301, 7.5.2.35); 255: on an event
   int every = 1;                  ///< of an RPDO: sent once in so many periods
   bool fd = false;                ///< in CAN FD frames
-  bool fixed = false;             ///< its objects are the drive's own, and are not written
   std::vector<PdoField> fields;
+  bool fixed = false;  ///< its objects are the drive's own, and are not written
 
   int size() const TRN_RT;
   int frame_size() const TRN_RT { return fd ? fd_size(size()) : size(); }
