@@ -40,8 +40,8 @@ def count_in(part):
 
 
 def count_ticks(bench, name, ticks, caches, keep=None):
-    """Instructions and clocks of each tick. Callgrind writes a file for each, which is read and deleted at once; that of
-    the longest tick is kept in the folder `keep`, for callgrind_annotate."""
+    """Instructions and clocks of each tick. Callgrind writes a file for each, which is read and deleted at once. That
+    of the longest tick is kept in the folder `keep`, for callgrind_annotate."""
     counts, longest = {}, 0
     with tempfile.TemporaryDirectory() as folder:
         out = os.path.join(folder, "cg")

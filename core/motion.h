@@ -52,7 +52,7 @@ struct OverrideMode {
   bool per_turn = false;             ///< F is in mm a turn (G95)
 
   /// The feed follows the override of the spindle, too, so that the chip keeps its thickness.
-  bool follows_spindle() const { return per_turn && spindle; }
+  bool follows_spindle() const TRN_RT { return per_turn && spindle; }
 
   bool operator==(const OverrideMode&) const = default;
 };

@@ -352,13 +352,15 @@ const ChapterMeaning kCanMeanings = {
              {"stands_to_switch", "Whether it changes its mode at a standstill only."},
              {"pdo_order",
               "The only order in which it lets a PDO be mapped: `off` its identifier with bit 31, `type` of "
-              "transmission, `clear` the count to 0, `map` the objects, `count` them, `on` the identifier.",
-              "off, type, clear, map, count, on", "each once; off and clear before map, count, on"},
+              "transmission, `clear` the count to 0, `map` the objects, `count` them, `on` the identifier. "
+              "Without "
+              "it, that order.",
+              "", "each once; off and clear before map, count, on"},
              {"fixed_pdos",
               "PDOs that carry what the data sheet says and cannot be mapped anew, as [\"RPDO1\", "
               "\"TPDO1\"]. Their "
               "mapping is compared.",
-              "none", "RPDO1 to RPDO4, TPDO1 to TPDO4"},
+              "", "RPDO1 to RPDO4, TPDO1 to TPDO4"},
              {"home_offset",
               "`position`: 0x607C is what the drive counts at the home point; `zero`: where its zero lies, "
               "seen "

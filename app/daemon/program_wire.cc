@@ -109,8 +109,8 @@ ProgramReply decode_reply(const std::string& packet) {
   reply.block = json.at("block");
   reply.stands = json.at("stands").get<std::vector<double>>();
   reply.program = whole<std::uint32_t>(json.at("program"));
-  reply.time = {PlanTime(json.at("time").get<std::array<double, PlanTime::kKinds>>(), json.at("rapid_runs")), true,
-                json.at("about")};
+  reply.time = {PlanTime(json.at("time").get<std::array<double, PlanTime::kKinds>>(), json.at("rapid_runs")),
+                true, json.at("about")};
   for (const Json& tool : json.at("tools")) reply.tools[whole<int>(tool.at(0))] = tool.at(1);
   return reply;
 }

@@ -3,8 +3,8 @@
 
 usage: short_form.py SOURCE address|thread
 
-With `address` (and undefined behaviour): the readers of programs, tables, drives' data sheets, frames and messages, each
-on the kept corpus of its fuzzer, and the tests of core and hal. With `thread`: the tests of core and hal, in which
+With `address` (and undefined behaviour): the readers of programs, tables, drives' data sheets, frames and messages,
+each on the kept corpus of its fuzzer, and the tests of core and hal. With `thread`: the tests of core and hal, in which
 threads meet at rings, queues and sockets. The long form runs every test so.
 Exit codes: 0 nothing found, 1 something found, or it does not build.
 """
@@ -22,7 +22,8 @@ INSTRUMENTED = {"address": b"__asan_init", "thread": b"__tsan_init"}
 
 
 def run(*command, folder):
-    result = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, check=False)
+    result = subprocess.run(command, cwd=folder, stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True,
+                            check=False)
     if result.returncode:
         print(result.stdout)
         sys.exit(f"{' '.join(map(str, command))}: exit code {result.returncode}")
@@ -34,13 +35,14 @@ def main():
     build = source / "build" / f"short_{kind}"
     doors = DOORS if kind == "address" else []
     if not (build / "build.ninja").exists():
-        run("cmake", "--preset", "release", "-B", build, f"-DTRN_SANITIZE={SANITIZERS[kind]}", f"-DCMAKE_CXX_FLAGS_RELEASE={FLAGS}",
-            folder=source)
+        run("cmake", "--preset", "release", "-B", build, f"-DTRN_SANITIZE={SANITIZERS[kind]}",
+            f"-DCMAKE_CXX_FLAGS_RELEASE={FLAGS}", folder=source)
     run("cmake", "--build", build, "--target", *PROGRAMS, *[f"{door}_replay" for door in doors], folder=source)
     if INSTRUMENTED[kind] not in (build / "test_core").read_bytes():
         sys.exit(f"{build}/test_core was built without the {kind} sanitizer")
     names = PROGRAMS + [f"{door}_corpus" for door in doors]
-    told = run("ctest", "--test-dir", build, "--output-on-failure", "-j2", "-R", f"^({'|'.join(names)})$", folder=source)
+    told = run("ctest", "--test-dir", build, "--output-on-failure", "-j2", "-R", f"^({'|'.join(names)})$",
+               folder=source)
     passed = re.search(r"100% tests passed, 0 tests failed out of (\d+)", told)
     if not passed or int(passed[1]) != len(names):
         print(told)
