@@ -16,18 +16,18 @@ constexpr double kLoopHz = 60;
 // Not a table as the model has it: waves, so that the two share nothing.
 void read_cogging_waves(const ConfigTable& table, bool rotary, ServoMechanism::Config& out) {
   const double unit = rotary ? kRadPerDeg : 1;
-  const std::string force = rotary ? "cogging_Nm" : "cogging_N",
+  const std::string wave = rotary ? "cogging_Nm" : "cogging_N",
                     at = rotary ? "cogging_at_deg" : "cogging_at_mm";
   const std::string pitch = rotary ? "cogging_pitch_deg" : "cogging_pitch_mm";
-  if (!table.has(force)) return;
+  if (!table.has(wave)) return;
   out.cogging_pitch = unit * table.number(pitch, kPositive);
-  const std::vector<double> forces = table.numbers(force);
+  const std::vector<double> forces = table.numbers(wave);
   const std::vector<double> places = table.has(at) ? table.numbers(at) : std::vector<double>(forces.size());
   if (forces.empty() || forces.size() > ServoMechanism::kCoggingWaves)
-    throw table.error(force, fmt::format("'{}' has one number for each wave, 1 to {}", force,
-                                         ServoMechanism::kCoggingWaves));
+    throw table.error(
+        wave, fmt::format("'{}' has one number for each wave, 1 to {}", wave, ServoMechanism::kCoggingWaves));
   if (places.size() != forces.size())
-    throw table.error(at, fmt::format("'{}' has as many numbers as '{}'", at, force));
+    throw table.error(at, fmt::format("'{}' has as many numbers as '{}'", at, wave));
   for (std::size_t i = 0; i < forces.size(); ++i) {
     out.cogging[i] = forces[i];
     out.cogging_at[i] = unit * places[i];

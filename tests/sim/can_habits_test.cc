@@ -216,8 +216,14 @@ TEST(CanHabits, PdosThatCannotBeMappedAreUsedAsTheyAre) {
   Field field("cradle_can.toml", told);
   field.node(0).store().set_pdo_habits(drive);
   work(field);
-  EXPECT_EQ(field.drives.config().buses[0].nodes[0].link.rpdos.size(), 3u)
-      << "the target has moved to the second";
+  const std::vector<Pdo>& rpdos = field.drives.config().buses[0].nodes[0].link.rpdos;
+  int pdo = -1;
+  PdoField place;
+  ASSERT_TRUE(find_field(rpdos, {0x6040, 0}, pdo, place));
+  EXPECT_TRUE(rpdos[static_cast<std::size_t>(pdo)].fixed);
+  EXPECT_EQ(rpdos[static_cast<std::size_t>(pdo)].fields.size(), 1u);
+  ASSERT_TRUE(find_field(rpdos, {0x607A, 0}, pdo, place));
+  EXPECT_FALSE(rpdos[static_cast<std::size_t>(pdo)].fixed) << "the target has moved to another";
 }
 
 TEST(CanHabits, AFixedPdoThatNothingSetsIsRefused) {

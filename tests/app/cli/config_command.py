@@ -140,8 +140,12 @@ ELSEWHERE = {
     "forward": r"\bforward = ([^;,]*)[;,]", "backward": r"\bbackward = ([^;,]*)[;,]",
     "kStageAxes[i]": r"\bkStageAxes\[\] = \{(\"\w+\")", "kind.name": r"CorrectionKind kKinds\[\] = \{(.*?)\n\};",
     "list": r"platform_json\(section, (\"\w+\")", "place": r"(?<=[{ ])(\"\w+\")(?=[,}][^)]*\}\))",
-    "owned.key": r"kOwned\[\] = \{(.*?)\};", "error.key": r"DriveUnitError\(\s*(\"\w+\")"}
-IN_FILE = {"kStageAxes[i]": "compensation/micromill/friction_network.h", "error.key": "hal/can/drive_units.cc"}
+    "owned.key": r"kOwned\[\] = \{(.*?)\};", "error.key": r"DriveUnitError\(\s*(\"\w+\")",
+    "wave": r"\bwave = ([^;,]*)[;,]", "pitch": r"\bpitch = ([^;,]*)[;,]",
+    "name": r"(?:needs_object|read_option)\(node, (\"\w+\")",
+    "key.name": r"std::vector<TuneLine> lines_of\((.*?)\n\}"}
+IN_FILE = {"kStageAxes[i]": "compensation/micromill/friction_network.h", "error.key": "hal/can/drive_units.cc",
+           "key.name": "app/lab/tune/tune_report.cc"}
 TEXT = re.compile(r'"((?:[^"\\]|\\.)*)"')
 
 
