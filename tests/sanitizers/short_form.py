@@ -4,8 +4,8 @@
 usage: short_form.py SOURCE address|thread
 
 With `address` (and undefined behaviour): the readers of programs, tables, drives' data sheets, frames and messages,
-each on the kept corpus of its fuzzer, and the tests of core and hal. With `thread`: the tests of core and hal, in which
-threads meet at rings, queues and sockets. The long form runs every test so.
+each on the kept corpus of its fuzzer, and the tests of core and hal. With `thread`: the tests of hal, in which threads
+meet at queues and sockets. The long form runs every test so.
 Exit codes: 0 nothing found, 1 something found, or it does not build.
 """
 import re
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-PROGRAMS = ["test_core", "test_hal"]
+PROGRAMS = {"address": ["test_hal", "test_core"], "thread": ["test_hal"]}
 DOORS = ["gcode_fuzz", "expression_fuzz", "message_fuzz", "can_frame_fuzz", "eds_fuzz", "table_fuzz", "operator_fuzz",
          "page_message_fuzz"]
 FLAGS = "-O1 -g1 -DNDEBUG"  # half the compiler's time of the long form
@@ -33,14 +33,15 @@ def run(*command, folder):
 def main():
     source, kind = Path(sys.argv[1]), sys.argv[2]
     build = source / "build" / f"short_{kind}"
+    programs = PROGRAMS[kind]
     doors = DOORS if kind == "address" else []
     if not (build / "build.ninja").exists():
         run("cmake", "--preset", "release", "-B", build, f"-DTRN_SANITIZE={SANITIZERS[kind]}",
             f"-DCMAKE_CXX_FLAGS_RELEASE={FLAGS}", folder=source)
-    run("cmake", "--build", build, "--target", *PROGRAMS, *[f"{door}_replay" for door in doors], folder=source)
-    if INSTRUMENTED[kind] not in (build / "test_core").read_bytes():
-        sys.exit(f"{build}/test_core was built without the {kind} sanitizer")
-    names = PROGRAMS + [f"{door}_corpus" for door in doors]
+    run("cmake", "--build", build, "--target", *programs, *[f"{door}_replay" for door in doors], folder=source)
+    if INSTRUMENTED[kind] not in (build / programs[0]).read_bytes():
+        sys.exit(f"{build}/{programs[0]} was built without the {kind} sanitizer")
+    names = programs + [f"{door}_corpus" for door in doors]
     told = run("ctest", "--test-dir", build, "--output-on-failure", "-j2", "-R", f"^({'|'.join(names)})$",
                folder=source)
     passed = re.search(r"100% tests passed, 0 tests failed out of (\d+)", told)
