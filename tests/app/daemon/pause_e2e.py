@@ -192,7 +192,7 @@ class PauseTest(unittest.TestCase):
                 for line in (("touch-off", "X", "0"), ("touch-off", "Z", "0", "--tool"), ("tool", "1", "Z", "5"),
                              ("offset", "G54", "X", "1")):
                     begun = time.time()
-                    code, _, err = shop.client(*line)
+                    code, _, err = until_accepted(shop, *line)
                     self.assertEqual(code, 5, err)
                     self.assertIn("set them at a program stop (M0), or 'stop' the program", err)
                     self.assertLess(time.time() - begun, 10, "it waits for nothing")
