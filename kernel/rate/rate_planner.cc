@@ -383,8 +383,9 @@ bool RatePlanner::try_arrival(RateWalk walk) {
   return arrives(walk);
 }
 
-// Where a constant u does not lead to the target: two steps of one length T, u T^2 = d - 3 w T / 2 in the
-// first, which leave r' at 0 a distance d on. It is w that the second takes back.
+// Where a constant u does not lead to the target: two steps of one length T. With the distance d to the
+// target and the slope w, the first has u = (d - 3 w T / 2) / T^2 and the second -w / T - u, which ends with
+// r' = 0.
 bool RatePlanner::try_two_steps(const RateWalk& walk, double direction) {
   const double level_before = trial_.level_rate, distance = target_ - state_.rate, w = state_.slope;
   for (const int leads : kArrivalLeads) {

@@ -32,8 +32,8 @@ struct Spectra {
 };
 
 /// Motor and load on a spring under a force that holds for a period: acceleration, as a difference of places,
-/// over that of a rigid joint. From the exact solution of a damped swing (see docs/sources.md, a force that
-/// holds).
+/// over that of a rigid joint. The exact solution of a damped swing under zero-order hold (Astrom and
+/// Wittenmark, docs/sources.md); frequencies in Hz, `share` of the load in the whole inertia.
 struct HeldSpring {
   double hz = 0, share = 0.5, damping = 0.02;
 
