@@ -10,9 +10,13 @@
 #include <CLI/CLI.hpp>
 #include <algorithm>
 #include <array>
+#include <cerrno>
+#include <cstdint>
 #include <cstdio>
+#include <cstring>
 #include <exception>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -45,14 +49,17 @@ namespace {
 constexpr std::int64_t kCabinetStep = 10'000'000;  // ns
 
 struct Options {
-  std::string machine, faults;
+  std::string machine, faults, trace;
   std::vector<std::string> interfaces;
   std::vector<int> without;
   int priority = 0;
 };
 
+constexpr std::int64_t kTraceStep = 2'000'000;  // ns
+
 /// One interface and the nodes that live on it.
 struct Line {
+  std::string interface;
   std::unique_ptr<SocketCan> socket;
   std::vector<std::unique_ptr<EmulatedNode>> nodes;
   std::vector<CanFrame> unsent;
@@ -129,7 +136,7 @@ CanField make_field(const Options& options, const Machine& machine) {
       field.probe->wire(*node, config.joint_of(i, node->id()));
     }
     field.lines.push_back(
-        {std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
+        {name, std::make_unique<SocketCan>(name, std::vector<CanFilter>{}), std::move(nodes[i]), {}});
     if (config.buses[i].fd && !field.lines.back().socket->carries_fd())
       throw std::runtime_error(
           fmt::format("{0}: no CAN FD here; ip link set {0} mtu 72 (virtual), or ip link set {0} "
@@ -139,6 +146,46 @@ CanField make_field(const Options& options, const Machine& machine) {
   }
   return field;
 }
+
+/// What the drives do, whoever commands them or not: position (counts) and statusword of each, as CSV, one
+/// row each time that one of them changed. Times are those of CLOCK_MONOTONIC, so that another process can
+/// lay its own beside them.
+class DriveTrace {
+ public:
+  DriveTrace(const std::string& path, std::vector<Line>& lines) : lines_(lines), path_(path) {
+    file_.reset(std::fopen(path.c_str(), "we"));
+    if (!file_) throw std::runtime_error(fmt::format("{}: {}", path, std::strerror(errno)));
+    std::string head = "time_s";
+    for (const Line& line : lines_)
+      for (const auto& node : line.nodes)
+        head += fmt::format(",{0}.{1}.counts,{0}.{1}.status", line.interface, node->id());
+    write(head);
+  }
+
+  void step(std::int64_t now_ns) {
+    if (now_ns < next_ns_) return;
+    next_ns_ = now_ns + kTraceStep;
+    std::string row;
+    for (Line& line : lines_)
+      for (auto& node : line.nodes)
+        row += fmt::format(",{},0x{:04x}", node->store().integer({0x6064, 0}),
+                           node->store().integer({0x6041, 0}));
+    if (row == last_) return;
+    write(fmt::format("{:.4f}{}", 1e-9 * static_cast<double>(now_ns), row));
+    last_ = std::move(row);
+  }
+
+ private:
+  void write(const std::string& row) {
+    if (std::fprintf(file_.get(), "%s\n", row.c_str()) < 0 || std::fflush(file_.get()) != 0)
+      throw std::runtime_error(fmt::format("{}: {}", path_, std::strerror(errno)));
+  }
+
+  std::vector<Line>& lines_;
+  std::string path_, last_;
+  std::unique_ptr<std::FILE, int (*)(std::FILE*)> file_{nullptr, &std::fclose};
+  std::int64_t next_ns_ = 0;
+};
 
 std::int64_t monotonic_ns() {
   timespec now;
@@ -176,6 +223,10 @@ void run(const Options& options) {
         "type",
         "nothing to emulate: the drives are neither on CAN ('type' = \"canopen\") nor on Modbus "
         "(\"modbus\"), and there is no [modbus]");
+  if (!options.trace.empty() && lines.empty())
+    throw machine.root.table("drives").error("type", "--trace is of drives on CAN ('type' = \"canopen\")");
+  std::optional<DriveTrace> trace;
+  if (!options.trace.empty()) trace.emplace(options.trace, lines);
   std::fflush(stdout);
   make_realtime(options.priority);
   std::vector<pollfd> waiting = {{stop, POLLIN, 0}};
@@ -198,6 +249,7 @@ void run(const Options& options) {
       if (lines[i].socket->state() == BusState::kDown) lines[i].socket->recover();
     }
     if (field.probe) field.probe->step();
+    if (trace) trace->step(now_ns);
     ppoll(waiting.data(), waiting.size(), &slice, nullptr);
   }
   close(stop);
@@ -228,6 +280,10 @@ int main(int argc, char** argv) {
                  "Interfaces, one for each bus of the config, instead of those it names");
   app.add_option("--faults", options.faults,
                  "Script of what goes wrong and when (TOML, [[fault]]: at_s, node, kind, value)");
+  app.add_option(
+      "--trace", options.trace,
+      "Write position and statusword of every drive here (CSV), a row whenever one changed; it shows what "
+      "the drives do when nobody commands them any more");
   app.add_option("--without", options.without, "Node ids that somebody else plays");
   app.add_option("--priority", options.priority, "SCHED_FIFO priority; 0: none")->check(CLI::Range(0, 98));
   app.footer("Exit codes: 0 ended by a signal, 3 bad config or script, 4 no such interface, 5 usage.");

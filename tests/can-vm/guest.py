@@ -76,7 +76,7 @@ def libraries(program):
 
 def python_files():
     """Interpreter and every file that a python-can program loads: {place in the guest: file}."""
-    ask = ("import sys, can, can.interfaces.socketcan, random, struct\n"
+    ask = ("import sys, can, can.interfaces.socketcan, json, random, signal, struct, subprocess\n"
            "print(*(m.__file__ for m in list(sys.modules.values()) if getattr(m, '__file__', None)), sep='\\n')")
     done = subprocess.run(["/usr/bin/python3", "-c", ask], capture_output=True, text=True, check=False)
     if done.returncode:
@@ -131,7 +131,7 @@ def make_initramfs(folder, root, programs, modules, files, script):
     return archive
 
 
-def boot(work, root, archive, timeout_s=5400):
+def boot(work, root, archive, timeout_s=10800):
     """Runs the guest to its end and unpacks what it left into `work`. The two Kvaser cards hang on one bus."""
     disk = work / "out.tar"
     with open(disk, "wb") as file:

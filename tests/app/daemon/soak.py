@@ -21,26 +21,30 @@ from own_network import enter_own_network  # noqa: E402
 
 SESSIONS = 3
 WARM_UP = 1 / 3  # of a session: until caches and reply caches are full
-SLOPE_KB_MIN = 16  # of resident memory behind the warm-up, beside what the samples themselves scatter
+SLOPE_KB_MIN = 16  # behind the warm-up, beside what the samples themselves scatter
 SAMPLES_FOR_SLOPE = 30
 CLIENT_PATIENCE_S = 5
 
 
 class Watch:
-    """Resident memory and open descriptors of a daemon and its programs process."""
+    """Memory and open descriptors of a daemon and its programs process.
+
+    Counted are pages that belong to no file. What is private of a library changes with every other program that has it
+    loaded: a client that begins makes it shared, and one that ends makes it private again.
+    """
 
     def __init__(self, pid):
         self.pid, self.begun, self.rows = pid, time.time(), []
 
     def sample(self):
-        resident_kb = 0
+        kept_kb = 0
         for pid in self.family():
             try:
                 with open(f"/proc/{pid}/smaps_rollup") as file:
-                    resident_kb += sum(int(line.split()[1]) for line in file if line.startswith("Private_"))
+                    kept_kb += sum(int(line.split()[1]) for line in file if line.startswith("Anonymous:"))
             except (FileNotFoundError, ProcessLookupError):
                 return
-        self.rows.append((time.time() - self.begun, resident_kb, len(os.listdir(f"/proc/{self.pid}/fd"))))
+        self.rows.append((time.time() - self.begun, kept_kb, len(os.listdir(f"/proc/{self.pid}/fd"))))
 
     def family(self):
         with open(f"/proc/{self.pid}/task/{self.pid}/children") as file:
@@ -100,7 +104,7 @@ def session(bench, number, seconds, seed):
     slope, error = watch.slope(from_s)
     done = sum(count for (_, good), count in operator.counts.items() if good)
     refused = sum(count for (_, good), count in operator.counts.items() if not good)
-    print(f"session {number}, {seconds:.0f} s: {done} commands obeyed, {refused} refused; private memory "
+    print(f"session {number}, {seconds:.0f} s: {done} commands obeyed, {refused} refused; memory "
           f"{kept[0][1] / 1024:.1f} to {kept[-1][1] / 1024:.1f} MB, slope {slope:.1f} +- {error:.1f} kB/min; "
           f"descriptors {min(row[2] for row in kept)} to {max(row[2] for row in kept)}", flush=True)
     assert max(row[2] for row in kept) - min(row[2] for row in kept) <= 8, "descriptors are given back"
