@@ -5,6 +5,7 @@
 #include <cmath>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -31,9 +32,12 @@ struct TableOptions {
   std::string offset;
   std::vector<std::string> words;
   int tool = -1;
+  std::optional<int> pocket;
+  std::optional<std::string> remark;
   bool of_tool = false;
 };
 
+constexpr std::size_t kRemarkMax = 80;
 constexpr std::array<std::string_view, 9> kOffsets = {"G54", "G55",   "G56",   "G57",  "G58",
                                                       "G59", "G59.1", "G59.2", "G59.3"};
 
@@ -160,9 +164,47 @@ Exit touch_off(const TableOptions& options) {
               text_command(command_t::MDI, fmt::format("G10 L10 P{}{}\nG43", status->tool, words)));
 }
 
+// What the table has is told, so that a number that was mistyped is seen.
+Exit set_tool(const TableOptions& options, std::string words) {
+  ClientSession session(*options.client);
+  const tables_t tables = session.client.tables();
+  const auto row = std::find(tables.tool_number.begin(), tables.tool_number.end(), options.tool);
+  const bool adds = row == tables.tool_number.end();
+  if (words.empty() && !adds) {  // the remark alone: a line of G10 sets something
+    const auto i = static_cast<std::size_t>(row - tables.tool_number.begin());
+    words = fmt::format(" H{}", tables.tool_pocket[i]);
+  }
+  if (options.remark) words += fmt::format(" ({})", options.remark->empty() ? " " : *options.remark);
+  ClientOptions waiting = *options.client;
+  waiting.wait = true;
+  const Exit exit =
+      send(session, waiting, text_command(command_t::MDI, fmt::format("G10 L1 P{}{}", options.tool, words)));
+  if (exit == Exit::kDone && adds && !tables.tool_number.empty())
+    fmt::print("tool {} is new in the table, which also has {}\n", options.tool,
+               fmt::join(tables.tool_number, ", "));
+  return exit;
+}
+
+std::string check_remark(const std::string& text) {
+  const std::size_t bad = text.find_first_of("()\n\r");
+  if (bad == std::string::npos && text.size() <= kRemarkMax) return "";
+  if (bad == std::string::npos)
+    return fmt::format("{} bytes are too many; at most {} are legal", text.size(), kRemarkMax);
+  return "a remark is one line without parentheses";
+}
+
+// CLI11 would tell the largest double.
+std::string check_tool_number(const std::string& text) {
+  const bool digits =
+      !text.empty() && text.size() <= 8 && text.find_first_not_of("0123456789") == std::string::npos;
+  return digits ? ""
+                : fmt::format("'{}' is no tool number; a whole number from 0 to 99999999 is legal", text);
+}
+
 Exit tool(const TableOptions& options) {
   if (options.of_tool) return run_line(options, fmt::format("M61 Q{}", options.tool));
-  if (options.words.empty()) return show(options, true);
+  const bool sets = !options.words.empty() || options.pocket || options.remark;
+  if (!sets) return show(options, true);
   std::string words = block_words(options.words, "XYZABCD");
   // A table is made of diameters, G10 of radii.
   if (const std::size_t d = words.find('D'); d != std::string::npos) {
@@ -170,7 +212,8 @@ Exit tool(const TableOptions& options) {
     const double diameter = std::stod(words.substr(d + 1), &used);
     words.replace(d, used + 1, fmt::format("R{}", diameter / 2));
   }
-  return run_line(options, fmt::format("G10 L1 P{}{}", options.tool, words));
+  if (options.pocket) words += fmt::format(" H{}", *options.pocket);
+  return set_tool(options, words);
 }
 
 }  // namespace
@@ -198,13 +241,22 @@ void add_tables(CLI::App& app, Exit& exit) {
                      "Change the length of the tool in the spindle instead of the offset, and use it (G43)");
 
   const auto of_tool = std::make_shared<TableOptions>();
-  CLI::App& tool_app =
-      add_client(app, exit, of_tool->client, "tool", "Show the tools, or set one: trunnion tool 3 Z 50.2 D 8",
-                 [of_tool](const ClientOptions&) { return tool(*of_tool); });
-  tool_app.add_option("number", of_tool->tool, "Of the tool")->check(CLI::NonNegativeNumber);
+  CLI::App& tool_app = add_client(app, exit, of_tool->client, "tool",
+                                  "Show the tools, or set or add one: trunnion tool 3 Z 50.2 D 8",
+                                  [of_tool](const ClientOptions&) { return tool(*of_tool); });
+  tool_app.add_option("number", of_tool->tool, "Of the tool; one that is not in the table is added")
+      ->check(check_tool_number);
   tool_app.add_option(
       "words", of_tool->words,
       "X to C: gauge point to tip; D: diameter; in the unit in force; what is not named stays");
+  tool_app
+      .add_option("--pocket", of_tool->pocket, "Of the changer, or of the rack; a new tool gets its number's")
+      ->needs("number")
+      ->check(check_tool_number);
+  tool_app
+      .add_option("--remark", of_tool->remark, "What people read where the tool is asked for, as '8 mm ball'")
+      ->needs("number")
+      ->check(check_remark);
   tool_app.add_flag("--in-spindle", of_tool->of_tool, "This tool is in the spindle now (M61); 0: none is")
       ->needs("number");
   tool_app.add_flag("--json", of_tool->client->json, "For programs: offsets and tools, mm and rad");

@@ -1,8 +1,12 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <chrono>
+#include <memory>
 #include <string>
 
+#include "app/client/running_daemons.h"
+#include "app/daemon/command_server.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
@@ -13,12 +17,15 @@
 #include "interp/gcode/active_codes.h"
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/settings.h"
+#include "interp/move.h"
 #include "kernel/rt_messages.h"
 
 // The controller's record of where the program is.
 namespace trn {
 
 namespace {
+
+using trunnion::acknowledge_t;
 
 constexpr auto kPlacePeriod = std::chrono::seconds(1);
 
@@ -35,6 +42,41 @@ std::string letters_and_values(const std::string& axes, const MmWords& words) {
 
 }  // namespace
 
+// Where the record says; the answer tells the place and the approach.
+CommandServer::Answer MachineController::load_place(double before_mm, const Ticket& ticket) {
+  if (!parts_.place) return refused("the daemon records no place; give it --vars or --place");
+  program_path_.clear();
+  status_.program.clear();
+  const JointVec q = report_.q_plan;
+  struct Found {
+    PlaceRecord place;
+    std::string text;
+  };
+  const auto found = std::make_shared<Found>();
+  run_job(
+      ticket, clear_then([this, q, before_mm, found] {
+        found->place = parts_.place->read();
+        refuse_ended(found->place);
+        if (file_mark(found->place.program) != found->place.mark)
+          throw ProgramError(
+              fmt::format("{} is not the file any more that was under way; begin it with "
+                          "'trunnion start --from LINE'",
+                          found->place.program));
+        found->text = parts_.programs.load_place(found->place, q, before_mm);
+      }),
+      [this, q, found] {
+        program_path_ = status_.program = found->place.program;
+        program_mark_ = found->place.mark;
+        prepared_at_ = q;
+        from_line_ = std::max(2U, found->place.line);
+        block_delete_changes_ = found->place.block_delete_changes;
+        began_ = found->place.began;
+        job_message_ = found->text;
+      },
+      Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
+}
+
 PlaceRecord MachineController::place_now(const ProgramStep& step) {
   const Settings& settings = step.settings;
   const ProgramSwitches switches = parts_.programs.switches();
@@ -46,6 +88,7 @@ PlaceRecord MachineController::place_now(const ProgramStep& step) {
   place.file = step.file.data();
   place.text = step.text.data();
   place.gone_mm = (report_.y - noted_.began_at).head<3>().norm();
+  place.left_mm = step.moves && report_.on_path ? (step.to - report_.y).head<3>().norm() : -1;
   place.moves = step.moves;
   place.to = step.frame.mm_of(step.to);
   place.tool = settings.current_tool;
@@ -91,7 +134,10 @@ void MachineController::note_place() {
   const bool fresh = !noted_.open || step->block != noted_.block;
   if (fresh || !noted_.on_path) noted_.began_at = report_.y;
   noted_.on_path = report_.on_path;
-  if (!fresh && now < noted_.next) return;
+  // While it comes to a stand: of a second of the path nothing must be missing where it stands.
+  const bool slows = state == MachineState::kStopping || state == MachineState::kHolding;
+  if (!fresh && now < noted_.next && !(slows && report_.y != noted_.stood_at)) return;
+  noted_.stood_at = report_.y;
   noted_.block = step->block;
   noted_.open = true;
   noted_.next = now + kPlacePeriod;

@@ -97,7 +97,7 @@ const HeldWord* find_word(const std::vector<HeldWord>& words, char letter) {
 
 bool sets_tables(const std::vector<HeldWord>& words) {
   const HeldWord *g = find_word(words, 'G'), *m = find_word(words, 'M');
-  const std::string_view letters = g ? "GLPQRIJXYZABC" : "MQ";
+  const std::string_view letters = g ? "GLPHQRIJXYZABC" : "MQ";
   if (!(g && g->value == 10) && !(m && m->value == 61)) return false;
   return std::all_of(words.begin(), words.end(), [&](const HeldWord& word) {
     return letters.find(word.letter) != std::string_view::npos && find_word(words, word.letter) == &word;
@@ -121,7 +121,7 @@ std::optional<HeldMdi> plan_held_tables(std::string_view text, HeldAt at) {
     const std::size_t end = std::min(text.find('\n', begin), text.size());
     const std::string_view line = text.substr(begin, end - begin);
     begin = end + 1;
-    const auto words = held_words(line);
+    const auto words = held_words(line.substr(0, line.find('(')));  // behind it: the tool's remark
     if (!words) return std::nullopt;
     if (words->empty() || (is_length_word(*words) && !out.lines.empty())) continue;
     if (!sets_tables(*words)) return std::nullopt;

@@ -9,6 +9,7 @@
 #include <filesystem>
 #include <memory>
 #include <thread>
+#include <tuple>
 #include <utility>
 
 #include "app/client/running_daemons.h"
@@ -254,6 +255,8 @@ void MachineController::enter_state(MachineState before) {
   spdlog::info("{} -> {}{}{}", to_string(before), to_string(now), cause_.empty() ? "" : ": ", cause_);
   const bool latched = now == MachineState::kFault || now == MachineState::kEstop;
   if (!latched) alarms_.over();
+  if (now == MachineState::kIdle)
+    status_.program = program_path_;  // behind a typed line or a jog: what 'start' begins
   if (now == MachineState::kFault)
     unnamed_ = before == MachineState::kStarting ? Fault::kDriveNotReady : Fault::kDriveDropped;
   if (latched)
@@ -393,41 +396,6 @@ CommandServer::Answer MachineController::load(const std::string& path, const Tic
   return {acknowledge_t::WORKING, ""};
 }
 
-// Where the record says; the answer tells the place and the approach.
-CommandServer::Answer MachineController::load_place(double before_mm, const Ticket& ticket) {
-  if (!parts_.place) return refused("the daemon records no place; give it --vars or --place");
-  program_path_.clear();
-  status_.program.clear();
-  const JointVec q = report_.q_plan;
-  struct Found {
-    PlaceRecord place;
-    std::string text;
-  };
-  const auto found = std::make_shared<Found>();
-  run_job(
-      ticket, clear_then([this, q, before_mm, found] {
-        found->place = parts_.place->read();
-        refuse_ended(found->place);
-        if (file_mark(found->place.program) != found->place.mark)
-          throw ProgramError(
-              fmt::format("{} is not the file any more that was under way; begin it with "
-                          "'trunnion start --from LINE'",
-                          found->place.program));
-        found->text = parts_.programs.load_place(found->place, q, before_mm);
-      }),
-      [this, q, found] {
-        program_path_ = status_.program = found->place.program;
-        program_mark_ = found->place.mark;
-        prepared_at_ = q;
-        from_line_ = std::max(2U, found->place.line);
-        block_delete_changes_ = found->place.block_delete_changes;
-        began_ = found->place.began;
-        job_message_ = found->text;
-      },
-      Job::kLoad);
-  return {acknowledge_t::WORKING, ""};
-}
-
 CommandServer::Answer MachineController::start(const Ticket& ticket) {
   const JointVec q = report_.q_plan;
   const bool prepared = prepared_at_ && *prepared_at_ == q;
@@ -479,6 +447,7 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
                                 const std::function<void()>& then, Job kind) {
   int& open_jobs = kind == Job::kLoad || kind == Job::kSwitch ? loads_ : jobs_;
   ++open_jobs;
+  const std::tuple<std::string, bool> before{status_.message, status_.program_failed};
   if (kind != Job::kSwitch) forget_message();
   program_worker_.post([=, this, &open_jobs, generation = generation_.load(), cause = cause_] {
     std::string error;
@@ -493,6 +462,8 @@ void MachineController::run_job(const Ticket& ticket, const std::function<void()
         return commands_.finish(ticket, {acknowledge_t::FAULT, "given up: the machine was stopped"});
       cause_ = cause;
       finish_job(ticket, error, then, kind);
+      if (!error.empty() && kind == Job::kMdi)  // who typed it is told; for all others nothing has happened
+        std::tie(status_.message, status_.program_failed) = before;
       cause_.clear();
     });
   });
@@ -511,8 +482,9 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
     }
     return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
   }
-  if (kind == Job::kSwitch) return commands_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
-  fail_program(error);
+  // Nothing has run, so it is no alarm of the machine.
+  spdlog::warn("refused, {}: {}", cause_, error);
+  if (kind != Job::kSwitch) status_.message = error;
   if (starts_motion) machine_event(Event::kMotionDone);
   commands_.finish(ticket, {acknowledge_t::BAD_PROGRAM, error});
 }

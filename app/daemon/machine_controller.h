@@ -160,6 +160,7 @@ class MachineController {
   struct Noted {
     std::uint64_t block = 0;
     Words began_at = Words::Zero();  ///< path point where that block was first seen
+    Words stood_at = Words::Zero();  ///< path point of the last record
     bool on_path = false;            ///< `began_at` is known
     bool open = false;               ///< the record tells of a program that has not ended
     bool ran = false;                ///< when it was last looked

@@ -103,6 +103,7 @@ std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& 
   const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
   start.from_line = entry.line;
   start.from_block = entry.block;
+  start.from_place = entry.place;
   const ProgramSummary summary = begin(start);
   return place_text(place, entry) + approach_text(entry.line, summary.approach) + remark_on(summary);
 }

@@ -3,6 +3,7 @@
 #include <atomic>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -77,6 +78,7 @@ class PlannerThread final : public ProgramSource {
   void load_mdi(const std::string& text, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override { return memory_.tool_name(number); }
+  std::map<int, std::string> tool_names() const { return memory_.tool_names(); }
   void set_switches(const ProgramSwitches& switches) override {
     switches_ = switches;
     optional_stop_ = switches.optional_stop;

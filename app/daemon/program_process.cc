@@ -202,6 +202,7 @@ std::string ProgramProcess::load_place(const PlaceRecord& place, const JointVec&
     ProgramStart program{place.program, std::nullopt, q};
     program.from_line = starts.line;
     program.from_block = starts.block;
+    if (starts.stands.size() == 6) program.from_place = mm_words(starts.stands);
     program.block_delete_changes = place.block_delete_changes;
     if (place.began.size() == q.size()) program.began = place.began;
     program.switches = switches_;

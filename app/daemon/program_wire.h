@@ -52,7 +52,8 @@ struct ProgramReply {
   std::map<int, std::string> tools = {};  ///< kDone: names of the tools in the table, for people
   std::uint32_t program = 0;              ///< kTime: as SharedProgramState::program
   ProgramTime time = {};
-  std::vector<double> stands = {};  ///< kDone of kHeld: HeldLines'
+  std::vector<double> stands =
+      {};  ///< kDone of kHeld: HeldLines'; kStarts: ProgramStart::from_place, or none
 
   /// It ends a call.
   bool answers() const { return kind == Kind::kDone || kind == Kind::kRefused; }

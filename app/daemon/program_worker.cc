@@ -73,8 +73,8 @@ class ProgramWorker {
   ProgramWorker(const ProgramWorkerParts& parts, int socket)
       : parts_(parts),
         socket_(socket),
-        tools_(parts.files.tools.empty() ? ToolTable() : ToolTable::load(parts.files.tools)),
-        planner_(parts.assembly, parts.queue, read_parameters(parts.files.vars), tools_, listeners(),
+        planner_(parts.assembly, parts.queue, read_parameters(parts.files.vars),
+                 parts.files.tools.empty() ? ToolTable() : ToolTable::load(parts.files.tools), listeners(),
                  parts.files, {parts.shared.abandoned, parts.shared.closed, parts.shared.optional_stop}) {}
 
   void serve() {
@@ -99,7 +99,7 @@ class ProgramWorker {
     ProgramReply reply;
     try {
       obey(decode_call(packet), reply);
-      for (const auto& [number, tool] : tools_.tools()) reply.tools[number] = planner_.tool_name(number);
+      reply.tools = planner_.tool_names();
     } catch (const DaemonGone&) {
       throw;
     } catch (const std::bad_alloc&) {
@@ -158,7 +158,9 @@ class ProgramWorker {
   PlannerListeners listeners() {
     PlannerListeners out;
     out.starts = [this](const ProgramStart& start) {
-      tell({ProgramReply::Kind::kStarts, "", start.from_line, start.from_block, {}, {}});
+      ProgramReply starts{ProgramReply::Kind::kStarts, "", start.from_line, start.from_block, {}, {}};
+      for (int i = 0; start.from_place && i < 6; ++i) starts.stands.push_back((*start.from_place)[i]);
+      tell(starts);
       std::string go;
       if (receive_program_packet(socket_, go) <= 0) throw DaemonGone();
     };
@@ -194,7 +196,6 @@ class ProgramWorker {
 
   const ProgramWorkerParts& parts_;
   int socket_;
-  ToolTable tools_;
   PlannerThread planner_;
 };
 

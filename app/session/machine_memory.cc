@@ -87,4 +87,11 @@ std::string MachineMemory::tool_name(int number) const {
   return trn::tool_name(kept_tools_, number);
 }
 
+std::map<int, std::string> MachineMemory::tool_names() const {
+  const std::lock_guard lock(mutex_);
+  std::map<int, std::string> names;
+  for (const auto& [number, tool] : kept_tools_.tools()) names[number] = trn::tool_name(kept_tools_, number);
+  return names;
+}
+
 }  // namespace trn

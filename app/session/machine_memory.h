@@ -33,6 +33,8 @@ class MachineMemory {
 
   /// A tool for people, from any thread: "tool 2 (8 mm ball)", "no tool" for 0.
   std::string tool_name(int number) const;
+  /// Of all tools of the table.
+  std::map<int, std::string> tool_names() const;
 
   static constexpr double kSlack_s = 0.2;
 

@@ -34,7 +34,8 @@ void open(Interpreter& interpreter, const ProgramStart& start, const MachineJoin
   else
     interpreter.open(start.path, in_degrees<MachineWords>(began));
   if (start.from_block > 1)
-    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees<MachineWords>(words));
+    interpreter.begin_at_block(start.from_block, start.from_line, in_degrees<MachineWords>(words),
+                               start.from_place);
   else if (start.from_line > 1)
     interpreter.begin_at(start.from_line, in_degrees<MachineWords>(words));
 }
@@ -56,6 +57,7 @@ void refuse(const CheckFailure& failed) {
 
 ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   if (start.text) config.end = ProgramEnd::kFree;
+  config.typed = start.text.has_value();
   config.block_delete = start.switches.block_delete;
   config.block_delete_changes = start.block_delete_changes;
   config.held_lines = start.held_lines;
@@ -360,6 +362,11 @@ bool ProgramReader::step() {
   } catch (const ProgramError& error) {
     throw ProgramError(with_file(name_, error.what()));
   }
+}
+
+MmWords ProgramReader::stands() const {
+  const Settings& settings = interpreter_.settings();
+  return in_mm(settings.position, settings.modal.inch);
 }
 
 std::string remark_on(const ProgramSummary& summary) {

@@ -61,6 +61,8 @@ struct ProgramStart {
   ProgramSwitches switches = {};
   bool ends_round = false;       ///< as InterpreterParts
   std::uint64_t from_block = 0;  ///< as from_line, by the number of blocks run (ProgramStep::block); 0: not
+  /// With from_block: a place on the line of that block to begin at, in the program's coordinates.
+  std::optional<MmWords> from_place = std::nullopt;
   /// Where they stood when the program ran before, for what it does in relation to that; empty: at q.
   JointVec began = {};
   /// As ProgramConfig has them: what the operator switches while the program runs, or did when it ran before.
@@ -175,6 +177,8 @@ class ProgramReader {
   /// As Interpreter::step. ProgramError "file:line:..." for a defect.
   bool step();
   const Interpreter& interpreter() const { return interpreter_; }
+  /// Where the program stands, in its own coordinates.
+  MmWords stands() const;
   /// Words of a move of the last step, in the program's coordinates.
   MmWords program_of(const Words& words) const { return lowering_.frame().mm_of(words); }
 

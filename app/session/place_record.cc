@@ -6,6 +6,7 @@
 #include <deque>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <type_traits>
 #include <vector>
 
@@ -22,15 +23,49 @@ namespace trn {
 
 namespace {
 
+constexpr double kLeast_mm = 0.001;  // less of a line is none
+
 /// How long the path has become, mm of the tip.
 struct PathLength : MoveSink {
   void move(const ProgramMove& move) override {
     mm += (move.to - move.from).head<3>().norm();
     to.push_back(move.to);
+    only = to.size() == 1 && move.kind == ProgramMove::Kind::kFeed ? std::optional(move) : std::nullopt;
   }
   void event(const QueueEvent&, SourceLine) override {}
   double mm = 0;
-  std::vector<Words> to;  ///< ends of the moves of the block that was run last
+  std::vector<Words> to;            ///< ends of the moves of the block that was run last
+  std::optional<ProgramMove> only;  ///< the one move of that block, if it feeds along a straight line
+};
+
+/// The straight line that a block feeds along, in the program's coordinates.
+struct CutLine {
+  MmWords from, to;
+  double mm = 0;
+  MmWords at(double gone_mm) const {
+    const double share = gone_mm / mm;
+    return {from.xyz + share * (to.xyz - from.xyz), from.abc_deg + share * (to.abc_deg - from.abc_deg)};
+  }
+};
+
+// None where something else than the straight way from here to there may be meant, and where the block
+// changes what its coordinates count from.
+std::optional<CutLine> cut_line(const ProgramReader& reader, const MmWords& stood, const PathLength& path) {
+  if (!path.only || path.only->duration_s > 0 || reader.interpreter().motion() != 1_g) return std::nullopt;
+  constexpr double kSamePlace = 1e-6;  // mm, degrees
+  const CutLine line{reader.program_of(path.only->from), reader.program_of(path.only->to),
+                     (path.only->to - path.only->from).head<3>().norm()};
+  const bool same = (line.from.xyz - stood.xyz).norm() < kSamePlace &&
+                    (line.from.abc_deg - stood.abc_deg).norm() < kSamePlace;
+  const bool turns = (line.to.abc_deg - line.from.abc_deg).norm() > kSamePlace;
+  if (!same || (turns && reader.interpreter().settings().modal.great_circle)) return std::nullopt;
+  return line;
+}
+
+/// A beginning of a block, and its line if it has one.
+struct Beginning {
+  PlaceEntry entry;  ///< before_mm: of the path before it
+  std::optional<CutLine> line;
 };
 
 // Offsets and the tool's length may be others by now: the program's own coordinates count.
@@ -67,16 +102,16 @@ void refuse_other_setting(const Parameters& parameters, const ProgramStart& star
 class Entries {
  public:
   explicit Entries(double needed_mm) : needed_mm_(needed_mm) {}
-  void begin(const PlaceEntry& entry) { open_.push_back(entry); }
+  void begin(const Beginning& beginning) { open_.push_back(beginning); }
   /// `at_mm`: the place is there or later.
   void pass(double at_mm) {
-    while (open_.size() > 1 && at_mm - open_[1].before_mm >= needed_mm_) open_.pop_front();
+    while (open_.size() > 1 && at_mm - open_[1].entry.before_mm >= needed_mm_) open_.pop_front();
   }
-  const PlaceEntry& found() const { return open_.front(); }
+  const Beginning& found() const { return open_.front(); }
 
  private:
   double needed_mm_;
-  std::deque<PlaceEntry> open_;  ///< before_mm: of the path before it
+  std::deque<Beginning> open_;
 };
 
 /// Calls `use` with every field and its key, in the order of the file.
@@ -90,6 +125,7 @@ void each_field(Record& place, const Use& use) {
   use("file", place.file);
   use("text", place.text);
   use("gone_mm", place.gone_mm);
+  use("left_mm", place.left_mm);
   use("moves", place.moves);
   use("to", place.to);
   use("tool", place.tool);
@@ -140,6 +176,8 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
         if (json.contains(key)) value = changes_from(json.at(key));
       } else if constexpr (std::is_same_v<decltype(value), JointVec&>) {
         value = joints_from(json.value(key, std::vector<double>()), name);
+      } else if (std::string_view(key) == "left_mm" && !json.contains(key)) {
+        return;  // of an earlier version
       } else {
         json.at(key).get_to(value);
       }
@@ -167,7 +205,7 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
                       const ProgramStart& start, const PlaceRecord& place, double before_mm) {
   refuse_other_setting(parameters, start, place);
   PathLength path;
-  Entries entries(before_mm - place.gone_mm);
+  Entries entries(before_mm);
   ProgramReader reader(assembly, parameters, tools, start, path);
   const Interpreter& interpreter = reader.interpreter();
   double place_mm = place.gone_mm;
@@ -178,11 +216,16 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
     const double at_mm = path.mm;
     place_mm = at_mm + place.gone_mm;
     path.to.clear();
+    path.only.reset();
+    const MmWords stood = reader.stands();
     if (!reader.step() && interpreter.blocks() < place.block) refuse_other_way(place, "it ends before");
     if (interpreter.waiting() && interpreter.blocks() < place.block)
       refuse_other_way(place, fmt::format("line {} asks the machine (M66, G38)", interpreter.line()));
-    if (begins && (may_enter || before == 0)) entries.begin({before + 1, interpreter.line(), at_mm});
-    entries.pass(at_mm);
+    const std::optional<CutLine> line = cut_line(reader, stood, path);
+    if (begins && (may_enter || before == 0)) entries.begin({{before + 1, interpreter.line(), at_mm}, line});
+    // It may have been begun on its line, too: then what is left tells the place.
+    if (line && place.left_mm >= 0) place_mm = at_mm + std::clamp(line->mm - place.left_mm, 0.0, line->mm);
+    entries.pass(interpreter.blocks() < place.block ? at_mm : place_mm);
   }
   // Cutter compensation holds moves back: then the line is not known.
   const bool same = interpreter.line() == place.line && interpreter.text().rfind(place.text, 0) == 0;
@@ -192,8 +235,14 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
                                  interpreter.line()));
   if (place.moves && !comes_to(reader, path.to, place.to))
     refuse_other_way(place, "it comes to another place there, for variables have changed");
-  PlaceEntry found = entries.found();
+  PlaceEntry found = entries.found().entry;
   found.before_mm = place_mm - found.before_mm;
+  const std::optional<CutLine>& line = entries.found().line;
+  const double on_line_mm = line ? std::min(found.before_mm - before_mm, line->mm - kLeast_mm) : 0;
+  if (on_line_mm < kLeast_mm) return found;
+  found.on_line_mm = on_line_mm;
+  found.before_mm -= on_line_mm;
+  found.place = line->at(on_line_mm);
   return found;
 }
 
@@ -205,6 +254,11 @@ std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
                       : place.coolant == 1 ? "mist"
                       : place.coolant == 2 ? "flood"
                                            : "mist and flood");
+  if (entry.place)
+    return text + fmt::format(
+                      "it goes on in line {}, {:.1f} mm behind its beginning, and cuts {:.1f} mm before that "
+                      "place again: the spindle and the coolant first, then the approach;\n",
+                      entry.line, entry.on_line_mm, entry.before_mm);
   return text + fmt::format(
                     "it goes on with line {} from its beginning, at least {:.1f} mm of the path before that: "
                     "the spindle and "

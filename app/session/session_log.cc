@@ -88,6 +88,8 @@ Json to_json(const SessionEntry& entry) {
     json["path"] = entry.program.path;
     if (entry.program.from_line > 1) json["from_line"] = entry.program.from_line;
     if (entry.program.from_block > 1) json["from_block"] = entry.program.from_block;
+    if (entry.program.from_place)
+      for (int i = kX; i <= kC; ++i) json["from_place"].push_back((*entry.program.from_place)[i]);
     if (entry.program.text) json["text"] = *entry.program.text;
     json["corrections_off"] = entry.program.switches.corrections_off;
     json["block_delete"] = entry.program.switches.block_delete;
@@ -155,6 +157,11 @@ SessionEntry from_json(const Json& json) {
     entry.program.path = json.at("path");
     if (json.contains("from_line")) entry.program.from_line = whole<std::uint32_t>(json.at("from_line"));
     if (json.contains("from_block")) entry.program.from_block = whole<std::uint64_t>(json.at("from_block"));
+    if (json.contains("from_place")) {
+      const auto six = json.at("from_place").get<std::vector<double>>();
+      if (six.size() != 6) throw std::runtime_error("a place has six words");
+      entry.program.from_place = mm_words(six);
+    }
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
     if (json.contains("corrections_off"))
       entry.program.switches.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));

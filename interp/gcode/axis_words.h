@@ -1,8 +1,10 @@
 #pragma once
 
+#include <span>
 #include <type_traits>
 
 #include "core/axes.h"
+#include "core/check.h"
 #include "core/frames.h"
 #include "core/units.h"
 
@@ -53,6 +55,12 @@ using MachineWords = DegreeWords<MachineLength>;
 /// As they stand in numbered parameters and in the file of the tool table: a length of 1 is
 /// ProgramConfig::parameter_unit_mm, angles are degrees.
 using TableWords = DegreeWords<struct TableLength>;
+
+/// Of six numbers, as files and messages have them.
+inline MmWords mm_words(std::span<const double> six) {
+  TRN_CHECK(six.size() == 6);
+  return {{six[0], six[1], six[2]}, {six[3], six[4], six[5]}};
+}
 
 /// A place moved by an offset along the machine's axes.
 inline MachineWords operator+(const MachineWords& place, const MmWords& offset) {

@@ -101,7 +101,8 @@ constexpr std::array<Row, static_cast<std::size_t>(GcodeErrorCode::kCount)> kErr
     {GcodeErrorCode::kSpline, {"spline", "{}: {}", ""}},
 
     {GcodeErrorCode::kUnknownTool,
-     {"unknown_tool", "tool {} is not in {}", "a tool of the table; --tools FILE.tbl gives another table"}},
+     {"unknown_tool", "tool {} is not in {}",
+      "a tool of the table; 'trunnion tool' adds one at the machine, --tools FILE.tbl gives another table"}},
     {GcodeErrorCode::kNoToolTable,
      {"no_tool_table", "tool {} is not known: no tool table was given",
       "--tools FILE.tbl, with this tool in it"}},

@@ -57,7 +57,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const MachineWords& start, int in_spindle);
+  void enter(const MachineWords& start, int in_spindle, const std::optional<MmWords>& on_line);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -212,8 +212,9 @@ class Executor : public StateValues {
   void set_tool_offset(const ProgramWords& offset, GCode code);
   ProgramWords table_offset(int tool, std::uint32_t column) const;
   void work_offset(const Block& b);
-  void g10(const Block& b);
-  void g10_tool(const Block& b, int l);
+  void g10(const Block& b, bool by_hand);
+  void g10_tool(const Block& b, int l, bool by_hand);
+  Tool& table_entry(const Block& b, bool by_hand);
   void g10_system(const Block& b, int l);
   void g92(const Block& b);
   void g52(const Block& b);
@@ -367,6 +368,7 @@ class Executor : public StateValues {
   int call_level_ = 0;
   std::optional<double> return_value_;  ///< of the last sub-program that returned
   Settings entered_;                    ///< what `enter` goes to
+  std::optional<MmWords> enter_at_;     ///< on the line that begins there; none: where it begins
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 

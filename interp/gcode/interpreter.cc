@@ -98,11 +98,13 @@ void Interpreter::begin_at(std::uint32_t line, const MachineWords& at) {
   pass_over([this, line] { return flow_.next_main_line() < line; }, line, at);
 }
 
-void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at) {
-  pass_over([this, block] { return blocks_ + 1 < block; }, line, at);
+void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at,
+                                 const std::optional<MmWords>& on_line) {
+  pass_over([this, block] { return blocks_ + 1 < block; }, line, at, on_line);
 }
 
-void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at) {
+void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at,
+                            const std::optional<MmWords>& on_line) {
   // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
   // then what they would be.
   gate_.open = false;
@@ -130,7 +132,7 @@ void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t li
   }
   gate_.open = true;
   try {
-    executor_.enter(at, in_spindle);
+    executor_.enter(at, in_spindle, on_line);
     if (executor_.tool_wait() == Executor::ToolWait::kNone)
       executor_.enter_rest();
     else
@@ -324,7 +326,7 @@ void Interpreter::obey_held_line(std::string_view line, const ProgramWords& stan
   ParsedBlock parsed;
   Block block;
   try {
-    if (line.find_first_of("#[<") != std::string_view::npos)
+    if (line.substr(0, line.find('(')).find_first_of("#[<") != std::string_view::npos)
       fail(GcodeErrorCode::kNotSupported, 1, "an expression", "plain numbers while a program waits");
     Parser(names, labels, parts_.config.words).parse(line, parsed);
     evaluate_block(parsed, evaluator_, table_, block);

@@ -3,6 +3,7 @@
 #include <functional>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 
@@ -63,8 +64,10 @@ class Interpreter {
   /// the line is not reached, or lies inside cutter compensation.
   void begin_at(std::uint32_t line, const MachineWords& at);
   /// The same up to the block that is run as the `block`th (`blocks`), in whatever pass of a loop or
-  /// sub-program that is. `line`: of it, for messages.
-  void begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at);
+  /// sub-program that is. `line`: of it, for messages. `on_line`: the approach leads to this place on the
+  /// straight line that the block feeds along, instead of to where it begins; in the program's coordinates.
+  void begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at,
+                      const std::optional<MmWords>& on_line = std::nullopt);
   /// The next block is no part of a tool change that is under way.
   bool between_blocks() const { return held_.empty(); }
 
@@ -122,7 +125,8 @@ class Interpreter {
   void switch_block_delete();
   void obey_held_lines();
   void obey_held_line(std::string_view line, const ProgramWords& stands);
-  void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at);
+  void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at,
+                 const std::optional<MmWords>& on_line = std::nullopt);
   void run_rest();
   void assign(const ParsedBlock& parsed);
   bool carry_out(bool rest);

@@ -118,6 +118,7 @@ struct ProgramConfig {
   bool block_delete = false;         ///< lines that begin with '/' are skipped
   std::vector<BlockDeleteChange> block_delete_changes;  ///< in their order; not from [program]
   std::vector<HeldLines> held_lines;                    ///< the same
+  bool typed = false;  ///< lines that the operator types in, which may add tools; not from [program]
   bool optional_stop = true;
   double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run
   ProgramEnd end = ProgramEnd::kExpected;

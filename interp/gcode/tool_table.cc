@@ -167,18 +167,19 @@ std::string ToolTable::to_text() const {
 std::string ToolTable::text_over(std::string_view old_text) const {
   std::string text;
   std::set<int> seen;
+  std::string_view ending = "\n";
   while (!old_text.empty()) {
     const std::size_t end = std::min(old_text.find('\n'), old_text.size());
     std::string_view line = old_text.substr(0, end);
     old_text.remove_prefix(std::min(end + 1, old_text.size()));
-    const std::string_view ending = line.ends_with('\r') ? "\r\n" : "\n";
+    ending = line.ends_with('\r') ? "\r\n" : "\n";
     if (line.ends_with('\r')) line.remove_suffix(1);
     const Tool* tool = changed_tool(line, seen);
     text += tool ? line_of(*tool) : std::string(line);
     text += ending;
   }
   for (const auto& [number, tool] : tools_)
-    if (!seen.contains(number)) text += line_of(tool) + "\n";
+    if (!seen.contains(number)) text.append(line_of(tool)).append(ending);
   return text;
 }
 

@@ -67,6 +67,7 @@ try {
   await ask("cut");
   const cutAt = await stands();
   await shows(page, "sentence", "what is shown here is old");
+  await part(page, "old").waitFor();
   await picture(page, "line_cut");
   assert(await part(page, "estop").isEnabled());
   await ask("mend");
@@ -83,10 +84,12 @@ try {
 
   await holdButton(page);
   await ask("kill daemon");
-  await shows(page, "sentence", "No daemon answers for this machine.");
+  await shows(page, "sentence", "No daemon answers for this machine. What is shown here is old.");
+  await part(page, "old").waitFor();
   await picture(page, "daemon_gone");
   await ask("start daemon");
   await shows(page, "state", "Ready");
+  await part(page, "old").waitFor({ state: "detached" });
   const began = Number(await ask("place"));
   await page.mouse.up();
   await rest(1000);

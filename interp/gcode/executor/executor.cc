@@ -44,7 +44,7 @@ std::uint32_t g_letters(GCode code) {
     case 6.2_g:
       return letters("PKR");
     case 10_g:
-      return letters("LPQRIJ");
+      return letters("HLPQRIJ");
     case 33_g:
     case 33.1_g:
       return letters("K");
@@ -384,7 +384,7 @@ void Executor::g_codes(const Block& b) {
   if (b.has(GGroup::kTiltedPlane)) tilted_plane(b);
   switch (plain) {
     case 10_g:
-      g10(b);
+      g10(b, parts_.config.typed);
       break;
     case 28_g:
     case 28.1_g:

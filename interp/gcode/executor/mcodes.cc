@@ -360,10 +360,11 @@ void Executor::retract_to_safe_height() {
   put(canon::StraightTraverse{s_.position});
 }
 
-void Executor::enter(const MachineWords& start, int in_spindle) {
+void Executor::enter(const MachineWords& start, int in_spindle, const std::optional<MmWords>& on_line) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
   if (s_.knife) fail(GcodeErrorCode::kKnife, 1, "a start in the middle", "");
   entered_ = s_;
+  enter_at_ = on_line;
   // As a program starts, with the tool that is really in the spindle. What the skipped lines have set comes
   // back in `enter_rest`, behind the tool change.
   s_ = Settings{};
@@ -377,16 +378,18 @@ void Executor::enter(const MachineWords& start, int in_spindle) {
 void Executor::enter_rest() {
   const Settings kept = entered_;
   resume(kept);
+  // Its line feeds from wherever the tool stands on it to its end, which counts from where it begins.
+  const ProgramWords on_path = enter_at_ ? from_mm(*enter_at_) : kept.position;
   // Up, across and down: at the higher of both heights the tool passes over the work, if safe_z_mm is above
   // it.
   ProgramWords to = s_.position;
-  to[kZ] = std::max(s_.position[kZ], kept.position[kZ]);
+  to[kZ] = std::max(s_.position[kZ], on_path[kZ]);
   put(canon::StraightTraverse{to});
   const double above = to[kZ];
-  to = kept.position;
+  to = on_path;
   to[kZ] = above;
   put(canon::StraightTraverse{to});
-  put(canon::StraightTraverse{kept.position});
+  put(canon::StraightTraverse{on_path});
   s_ = kept;
 }
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/frames.h"
 #include "interp/gcode/axis_words.h"
@@ -147,29 +148,60 @@ void Executor::set_tool_offset(const ProgramWords& offset, GCode code) {
   put(canon::UseToolLengthOffset{offset});
 }
 
-void Executor::g10(const Block& b) {
+void Executor::g10(const Block& b, bool by_hand) {
   if (b['P'] != std::round(b['P']) || b['P'] < 0) fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
   const double l = b['L'];
-  if (l == 1 || l == 10 || l == 11) return g10_tool(b, static_cast<int>(l));
+  if (b.has('H') && l != 1)
+    fail(GcodeErrorCode::kUnusedWord, b.at('H'), 'H', "G10 L1 gives a tool its pocket");
+  if (l == 1 || l == 10 || l == 11) return g10_tool(b, static_cast<int>(l), by_hand);
   if (l == 2 || l == 20) return g10_system(b, static_cast<int>(l));
   fail(GcodeErrorCode::kBadValue, b.at('L'), 'L', l, "G10", "L1, L2, L10, L11 or L20");
 }
 
+// A program that names a tool which is not there is wrong; an operator adds it. What tells the tool to people
+// is the comment of the operator's line, as in the table's file.
+Tool& Executor::table_entry(const Block& b, bool by_hand) {
+  const int number = static_cast<int>(b['P']);
+  const std::map<int, Tool>& tools = parts_.tools.tools();
+  const bool adds = !tools.empty() && !parts_.tools.find(number);
+  if (adds && !(by_hand && b['L'] == 1)) unknown_tool(number, b.at('P'));
+  const auto taken = [&](int pocket) {
+    return std::any_of(tools.begin(), tools.end(), [&](const auto& entry) {
+      return entry.first != number && entry.second.pocket == pocket;
+    });
+  };
+  int pocket = number;
+  if (b.has('H')) {
+    if (b['H'] != std::round(b['H']) || std::abs(b['H']) > 99999999)
+      fail(GcodeErrorCode::kNotInteger, b.at('H'), 'H', b['H']);
+    pocket = static_cast<int>(b['H']);
+    if (pocket < 0 || (pocket != 0 && taken(pocket)))
+      fail(GcodeErrorCode::kBadValue, b.at('H'), 'H', pocket, "G10 L1",
+           "a pocket that no other tool has, or 0");
+  } else if (adds && taken(pocket)) {
+    for (pocket = 1; taken(pocket);) ++pocket;
+  }
+  Tool& tool = parts_.tools.at_or_new(number);
+  if (b.has('H') || adds) tool.pocket = pocket;
+  if (by_hand && b['L'] == 1 && b.parsed && b.parsed->comment_kind == CommentKind::kPlain)
+    tool.comment = b.parsed->comment;
+  return tool;
+}
+
 // L1 sets the entry; L10 so that the present place becomes the words in the work offset, L11 in G59.3. Words
 // are in the turned axes of the system, the entry in those of the machine.
-void Executor::g10_tool(const Block& b, int l) {
+void Executor::g10_tool(const Block& b, int l, bool by_hand) {
   const int number = static_cast<int>(b['P']);
   if (number == 0) fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', 0, "G10 L1", "a tool number");
-  if (!parts_.tools.tools().empty() && !parts_.tools.find(number)) unknown_tool(number, b.at('P'));
   if (b.has('Q') && (b['Q'] != std::round(b['Q']) || b['Q'] < 0 || b['Q'] > 9))
     fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], "G10 L1", "an orientation from 0 to 9");
   if (l != 1 && head_is_tilted())
     fail(GcodeErrorCode::kNotSupported, b.at('L'), fmt::format("G10 L{}", l),
          "the head is tilted, so that one coordinate does not tell a length: measure it along the tool and "
          "write it with G10 L1");
-  if (!b.has_axis_word() && (l != 1 || !(b.has('R') || b.has('I') || b.has('J') || b.has('Q'))))
+  if (!b.has_axis_word() && (l != 1 || !(b.has('R') || b.has('I') || b.has('J') || b.has('Q') || b.has('H'))))
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kNonModal), fmt::format("G10 L{}", l), "axis words");
-  Tool& tool = parts_.tools.at_or_new(number);
+  Tool& tool = table_entry(b, by_hand);
   double turn_deg = 0;
   MmWords here;  // where a tool of no length would stand, mm
   if (l == 10) {
@@ -268,7 +300,7 @@ void Executor::obey_held(const Block& b, const ProgramWords& stands) {
   const bool follows = length_is_of_spindle_tool();
   const MachineWords stop = frame().to_machine(to_mm(s_.position));
   s_.position = stands;
-  if (sets) g10(b);
+  if (sets) g10(b, true);
   s_.position = from_mm(frame().to_program(stop));
   if (puts_in) tool_change(b);
   if (!follows) return;

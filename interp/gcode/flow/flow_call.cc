@@ -103,6 +103,9 @@ bool Flow::return_numbered(const Block& block) {
     leave(nullptr);
     return false;
   }
+  if (config_.typed)
+    fail(GcodeErrorCode::kNotSupported, block.at(MGroup::kSub), "M99 in a typed line",
+         "what is typed runs once; M99 stands at the end of a program or a sub-program");
   if (!told_again_)
     executor_.warn(block.at(MGroup::kSub), "M99 in the main program: it begins again from its first line");
   told_again_ = true;

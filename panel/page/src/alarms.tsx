@@ -41,7 +41,8 @@ const acknowledge = (number: number) => void link.command({ verb: "acknowledge",
 
 function AlarmCard({ alarm }: { alarm: Alarm }) {
   const { status, mine } = useLink("status", "link");
-  const place = alarm.program && `${programName(alarm.program)}${alarm.line ? `, line ${alarm.line}` : ""}`;
+  const named = alarm.program === "mdi" ? "a typed line" : alarm.program === "jog" ? "a move by hand" : programName(alarm.program);
+  const place = alarm.program && `${named}${alarm.line && named !== "a typed line" ? `, line ${alarm.line}` : ""}`;
   const rows = [["Cure", alarm.cure], ["What the machine did", alarm.did], ["Program", place], ["Cause", alarm.cause]];
   return (
     <section class={`card alarm ${alarm.active ? "fault" : ""}`} role={alarm.active ? "alert" : undefined} data-test="alarm"

@@ -37,7 +37,7 @@ function StateLine() {
   if (refused) return <Silent name="No key" text={refused} />;
   if (!connected) return <Silent name="No connection" text="The panel does not answer; trying again." />;
   if (stale) return <Silent name="No connection" text="The panel says nothing any more: what is shown here is old." />;
-  if (gone) return <Silent name="No machine" text={gone} />;
+  if (gone) return <Silent name="No machine" text={`${gone} What is shown here is old.`} />;
   if (!status) return <Silent name="Connecting" text="" />;
   return (
     <div class="state" role="status" aria-live="polite">
@@ -79,7 +79,8 @@ function KeyHelp({ close }: { close: () => void }) {
 }
 
 function App() {
-  const { machine, needsLogIn } = useLink("machine", "link");
+  const { machine, needsLogIn, connected, stale, gone } = useLink("machine", "link");
+  const old = !connected || stale || gone !== "";
   const [view, setView] = useState(0);
   const [theme, setTheme] = useState<Theme>(firstTheme);
   const [help, setHelp] = useState(false);
@@ -119,7 +120,7 @@ function App() {
       </nav>
       <RemoteLine />
       <Asked />
-      <main tabIndex={0} aria-label={kViews[view].name}>{kViews[view].draw(theme)}</main>
+      <main tabIndex={0} aria-label={kViews[view].name} class={old ? "old" : ""} data-test={old ? "old" : undefined}>{kViews[view].draw(theme)}</main>
       <Actions />
       {help && <KeyHelp close={() => setHelp(false)} />}
     </>

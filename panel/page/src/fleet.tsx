@@ -35,7 +35,7 @@ function Machine({ one, own }: { one: FleetMachine; own: boolean }) {
           <span><strong>{durationText(one.time_left_s)}</strong> left</span>
         </p>
       )}
-      {one.alarms_open > 0 && <p class="alarm-line"><b class="badge">{one.alarms_open}</b> {one.alarm}</p>}
+      {one.alarms_open > 0 && <p class="alarm-line"><b class="badge">{one.alarms_open}</b> {one.alarm.replace(/^\w+: /, "")}</p>}
       <dl>
         <div><dt>Tool</dt><dd>{one.tool_name || "none"}</dd></div>
         <div><dt>Parts</dt><dd>{one.parts}</dd></div>

@@ -24,15 +24,18 @@ function colourOf(name: string): string {
 /** Errors are small beside the places of which they are. */
 const scaleOf = (line: Line) => (line.unit || "-") + (line.name.endsWith("following_error") ? " behind" : "");
 
+/** At whole decades. */
+const decadeText = (value: number | null) => (value && Number.isInteger(Math.round(1e6 * Math.log10(value)) / 1e6) ? String(Number(value.toPrecision(1))) : "");
+
 /** Lines of one scale share an axis: the first on the left, the second on the right; the others have none. */
 function options(lines: Line[], width: number, height: number, xText: string, marks: () => Marks, pick: (x: number) => void,
-  zoomed: (on: boolean) => void): uPlot.Options {
+  zoomed: (on: boolean) => void, decades: boolean): uPlot.Options {
   const scales = [...new Set(lines.map(scaleOf))];
   const [soft, grid] = [colourOf("--soft"), colourOf("--edge")];
   const axis = { stroke: soft, grid: { stroke: grid, width: 1 }, ticks: { stroke: grid, width: 1 }, font: "12px 'Inter Variable'" };
   return {
     width, height,
-    scales: { x: { time: false }, ...Object.fromEntries(scales.map((scale) => [scale, {}])) },
+    scales: { x: { time: false }, ...Object.fromEntries(scales.map((scale) => [scale, decades ? { distr: 3, log: 10 } : {}])) },
     series: [{ label: xText, value: (_, x) => (x === null ? "" : x.toPrecision(6)) },
       ...lines.map((line) => ({
         label: line.name, scale: scaleOf(line), stroke: line.colour, width: 1.5, spanGaps: false,
@@ -40,7 +43,7 @@ function options(lines: Line[], width: number, height: number, xText: string, ma
       }))],
     axes: [{ ...axis, label: xText, labelSize: 18, labelFont: "12px 'Inter Variable'" },
       ...scales.slice(0, 2).map((scale, i) => ({
-        ...axis, scale, side: i ? 1 : 3, size: 64, label: scale === "-" ? "" : scale, labelSize: 16, labelFont: "12px 'Inter Variable'",
+        ...axis, scale, side: i ? 1 : 3, size: 64, ...(decades && { values: (_: uPlot, at: (number | null)[]) => at.map(decadeText) }), label: scale === "-" ? "" : scale, labelSize: 16, labelFont: "12px 'Inter Variable'",
         grid: { show: i === 0, stroke: grid, width: 1 },
       }))],
     cursor: { drag: { x: true, y: false } },
@@ -79,9 +82,9 @@ function drawMarks(plot: uPlot, { a, b }: Marks) {
 }
 
 /** `again` changes where the plot is to be made anew, as for another theme. */
-export function Plot({ lines, data, xText, marks, pick, zoomed, again, log }: {
+export function Plot({ lines, data, xText, marks, pick, zoomed, again, log, decades = false }: {
   lines: Line[]; data: (number | null)[][]; xText: string; marks: Marks; pick: (x: number) => void;
-  zoomed: (on: boolean) => void; again: string; log?: string;
+  zoomed: (on: boolean) => void; again: string; log?: string; decades?: boolean;
 }) {
   const host = useRef<HTMLDivElement>(null);
   const plot = useRef<uPlot | null>(null);
@@ -92,14 +95,14 @@ export function Plot({ lines, data, xText, marks, pick, zoomed, again, log }: {
     const size = () => ({ width: element.clientWidth, height: Math.max(220, (element.clientHeight || kHeight) - 44) });
     const first = size();
     plot.current = new uPlot(options(lines, first.width, first.height, xText, () => now.current.marks,
-      (x) => now.current.pick(x), (on) => now.current.zoomed(on)), data as uPlot.AlignedData, element);
+      (x) => now.current.pick(x), (on) => now.current.zoomed(on), decades), data as uPlot.AlignedData, element);
     const watch = new ResizeObserver(() => plot.current?.setSize(size()));
     watch.observe(element);
     return () => {
       watch.disconnect();
       plot.current?.destroy();
     };
-  }, [lines.map((line) => line.name + line.unit).join(), xText, again]);
+  }, [lines.map((line) => line.name + line.unit).join(), xText, again, decades]);
   useEffect(() => plot.current?.setData(data as uPlot.AlignedData), [data, log]);
   useEffect(() => {
     // Without any place on its axes a plot cannot be drawn again.

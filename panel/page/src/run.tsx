@@ -120,19 +120,40 @@ function InForce() {
   );
 }
 
+/** Why a typed line was not run, under the place that is wrong in it. */
+function Refused({ line, why, close }: { line: string; why: string; close: () => void }) {
+  const place = /^mdi:(\d+):(\d+): /.exec(why);
+  const column = place && place[1] === "1" ? Math.min(Number(place[2]), line.length + 1) : 0;
+  return (
+    <div class="refused" data-test="mdi-refused">
+      {column > 0 && (
+        <code>{line.slice(0, column - 1)}<mark data-test="mdi-wrong">{line.slice(column - 1) || "\u00a0"}</mark></code>
+      )}
+      <p>Not run: {place ? why.slice(place[0].length) : why}</p>
+      <button class="slim" onClick={close} aria-label="Close the message">Close</button>
+    </div>
+  );
+}
+
 function Mdi() {
   const { status, mine } = useLink("status", "link");
   const [text, setText] = useState("");
   const [history, setHistory] = useState<string[]>([]);
   const [at, setAt] = useState(0);
-  const send = (event: Event) => {
+  const [refused, setRefused] = useState<{ line: string; why: string } | null>(null);
+  const send = async (event: Event) => {
     event.preventDefault();
     const line = text.trim();
     if (!line) return;
     setHistory((before) => [...before.filter((old) => old !== line), line].slice(-50));
     setAt(0);
     setText("");
-    void link.command({ verb: "mdi", text: line });
+    setRefused(null);
+    const answer = await link.command({ verb: "mdi", text: line });
+    if (answer.outcome === "accepted") return;
+    // To be mended, unless another one is being typed already.
+    setText((now) => now || line);
+    setRefused({ line, why: answer.text });
   };
   const browse = (event: KeyboardEvent) => {
     const step = event.key === "ArrowUp" ? 1 : event.key === "ArrowDown" ? -1 : 0;
@@ -148,9 +169,13 @@ function Mdi() {
     <section class="card mdi" aria-label="Type a line">
       <form onSubmit={send}>
         <input value={text} placeholder={away ? "On hold: M3 to M9, S, M64; at M0 G10" : "Type a line, as G0 X10 Y20"} aria-label="Line of G-code" data-test="mdi"
-          spellcheck={false} autocomplete="off" onInput={(e) => setText(e.currentTarget.value)} onKeyDown={browse} />
+          spellcheck={false} autocomplete="off" onInput={(e) => setText(e.currentTarget.value)} onKeyDown={browse}
+          aria-invalid={!!refused && text === refused.line} aria-describedby="mdi-refused" />
         <button disabled={!mine || !takes || !text.trim()}>Run line</button>
       </form>
+      <div id="mdi-refused" role="alert">
+        {refused && <Refused line={refused.line} why={refused.why} close={() => setRefused(null)} />}
+      </div>
     </section>
   );
 }
@@ -176,8 +201,8 @@ export function Run() {
   return (
     <div class="run">
       <div class="column"><Positions /><Speeds /></div>
-      <div class="column middle"><Program /><Mdi /></div>
-      <div class="column"><Jog /><InForce /><LastMessages /></div>
+      <div class="column middle"><Program /><Mdi /><LastMessages /></div>
+      <div class="column"><Jog /><InForce /></div>
     </div>
   );
 }

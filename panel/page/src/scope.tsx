@@ -178,6 +178,12 @@ function TriggerFields({ trigger, set, names }: { trigger: Trigger; set: (trigge
   );
 }
 
+/** Axes of decades have no zero: what is a millionth of the greatest is as good as none. */
+function aboveFloor(amplitude: number[]): number[] {
+  const floor = Math.max(1e-12, 1e-6 * Math.max(0, ...amplitude));
+  return amplitude.map((value) => Math.max(value, floor));
+}
+
 export function Scope({ theme }: { theme: string }) {
   const { signals, periodS } = useSignals();
   const [chosen, setChosen] = useState<string[]>(() => JSON.parse(localStorage.getItem("scope") ?? "null") ?? kFirst);
@@ -206,7 +212,7 @@ export function Scope({ theme }: { theme: string }) {
       return [shown.periods.map((period) => (period - from) * periodS), ...shown.columns];
     }
     const all = shown.columns.map((column) => spectrum(column, periodS));
-    return [all[0]?.frequency ?? [], ...all.map((one) => one.amplitude)];
+    return [all[0]?.frequency ?? [], ...all.map((one) => aboveFloor(one.amplitude))];
   }, [shown, frequencies, zero, periodS]);
   const pick = (x: number) => setMarks((before) => (before.a === null || before.b !== null ? { a: x, b: null } : { ...before, b: x }));
   return (
@@ -231,7 +237,7 @@ export function Scope({ theme }: { theme: string }) {
             : shown?.lost ? `${shown.lost} periods came too late for this page.` : `${Math.round(1 / periodS)} values a second of each signal.`)}
         </p>
         <Plot lines={lines} data={data} xText={frequencies ? "Hz" : "s"} marks={marks} pick={pick}
-          zoomed={(on) => { frozen.current = on && mode === "live"; }} again={theme + frequencies} />
+          zoomed={(on) => { frozen.current = on && mode === "live"; }} again={theme + frequencies} decades={frequencies} />
         <Readings lines={lines} data={data} marks={marks} unit={frequencies ? "Hz" : "s"} />
       </section>
     </div>

@@ -78,31 +78,53 @@ function Offsets() {
   );
 }
 
-/** Changes length and diameter of a tool by the line that a program would use. */
+const isWhole = (text: string) => /^\d{1,8}$/.test(text.trim());
+
+/** Changes a tool, or adds one (`number` 0), by a line of G10 with the tool's remark. */
 function ChangeTool({ number, done }: { number: number; done: () => void }) {
-  const { status, mine } = useLink("status", "link");
+  const { status, mine, tables } = useLink("status", "link", "tables");
+  const tool = tables?.tools.find((one) => one.number === number);
   const [length, setLength] = useState("");
   const [diameter, setDiameter] = useState("");
-  const words = [length.trim() && `Z${numberOf(length)}`, diameter.trim() && `R${Number(numberOf(diameter)) / 2}`].filter(Boolean);
-  const sound = words.length > 0 && [length, diameter].every((text) => !text.trim() || numberOf(text) !== null);
+  const [pocket, setPocket] = useState("");
+  const [given, setGiven] = useState("");
+  const [remark, setRemark] = useState(tool?.remark ?? "");
+  const [refused, setRefused] = useState("");
+  const adds = number === 0;
+  const known = adds && !!tables?.tools.some((one) => one.number === Number(given));
+  const said = remark.trim() !== (tool?.remark ?? "").trim();
+  const words = [length.trim() && `Z${numberOf(length)}`, diameter.trim() && `R${Number(numberOf(diameter)) / 2}`,
+    pocket.trim() ? `H${pocket.trim()}` : !length.trim() && !diameter.trim() && said && tool ? `H${tool.pocket}` : ""].filter(Boolean);
+  const sound = words.length > 0 && [length, diameter].every((text) => !text.trim() || numberOf(text) !== null) &&
+    (!pocket.trim() || isWhole(pocket)) && (!adds || (isWhole(given) && Number(given) > 0 && !known)) && !/[()]/.test(remark);
   const send = async () => {
-    const answer = await link.command({ verb: "mdi", text: `G10 L1 P${number} ${words.join(" ")}` });
+    const line = `G10 L1 P${adds ? Number(given) : number} ${words.join(" ")}${said ? ` (${remark.trim() || " "})` : ""}`;
+    const answer = await link.command({ verb: "mdi", text: line });
     if (answer.outcome === "accepted") done();
+    else setRefused(answer.text);
   };
   const unit = unitText(false, status?.inch ?? false);
-  const field = (name: string, value: string, set: (text: string) => void) => (
-    <label>{name} {unit}
-      <input inputMode="decimal" value={value} data-test={`tool-${name.toLowerCase()}`}
-        aria-invalid={!!value.trim() && numberOf(value) === null} onInput={(e) => set(e.currentTarget.value)} />
+  const field = (name: string, value: string, wrong: boolean, set: (text: string) => void, asText = false) => (
+    <label class={asText ? "long" : ""}>{name} {name === "Length" || name === "Diameter" ? unit : ""}
+      <input inputMode={asText ? "text" : "decimal"} value={value} data-test={`tool-${name.toLowerCase()}`} maxLength={asText ? 80 : 20}
+        aria-invalid={!!value.trim() && wrong} onInput={(e) => set(e.currentTarget.value)} />
     </label>
   );
   return (
     <div class="change-tool">
-      <h2>Change tool {number}</h2>
-      <div class="fields">{field("Length", length, setLength)}{field("Diameter", diameter, setDiameter)}</div>
+      <h2>{adds ? "Add a tool" : `Change tool ${number}`}</h2>
+      <div class="fields">
+        {adds && field("Number", given, !isWhole(given) || known, setGiven)}
+        {field("Length", length, numberOf(length) === null, setLength)}
+        {field("Diameter", diameter, numberOf(diameter) === null, setDiameter)}
+        {field("Pocket", pocket, !isWhole(pocket), setPocket)}
+        {field("Remark", remark, /[()]/.test(remark), setRemark, true)}
+      </div>
+      {known && <p class="hint">Tool {Number(given)} is in the table; choose it there to change it.</p>}
+      {refused && <p class="hint wrong" role="alert" data-test="tool-refused">{refused}</p>}
       <div class="actions">
         <button class="accent" disabled={!mine || !status || !mayChange(status) || !sound} data-test="set-tool" onClick={() => void send()}>
-          Set tool {number}
+          {adds ? "Add the tool" : `Set tool ${number}`}
         </button>
         <button onClick={done}>Close</button>
       </div>
@@ -112,7 +134,7 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
 
 function Tools() {
   const { status, tables } = useLink("status", "tables");
-  const [chosen, setChosen] = useState(0);
+  const [chosen, setChosen] = useState<number | null>(null);
   if (!status || !tables) return <section class="card" />;
   const length = (value: number) => positionText(value, false, status.inch);
   return (
@@ -132,7 +154,10 @@ function Tools() {
           </tbody>
         </table>
       )}
-      {chosen > 0 && <ChangeTool key={chosen} number={chosen} done={() => setChosen(0)} />}
+      {chosen !== null && <ChangeTool key={chosen} number={chosen} done={() => setChosen(null)} />}
+      {chosen === null && (
+        <div class="actions"><button data-test="add-tool" onClick={() => setChosen(0)}>Add a tool</button></div>
+      )}
       {tables.tools_more > 0 && <p class="none">And {tables.tools_more} more.</p>}
     </section>
   );

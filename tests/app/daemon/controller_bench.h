@@ -70,7 +70,10 @@ struct FakePrograms final : ProgramSource {
     return "approach";
   }
   std::string load_place(const PlaceRecord&, const JointVec&, double) override { return ""; }
-  void load_mdi(const std::string&, const JointVec&) override { ++mdis; }
+  void load_mdi(const std::string&, const JointVec&) override {
+    if (!bad_line.empty()) throw ProgramError(bad_line);
+    ++mdis;
+  }
   void confirm_tool(int number) override {
     if (disk_full) throw std::runtime_error("m.var: cannot be written: No space left on device");
     in_spindle = number;
@@ -97,7 +100,7 @@ struct FakePrograms final : ProgramSource {
   std::atomic<bool> disk_full = false;
   int abandoned = 0;
   std::uint32_t from_line = 0;
-  std::string failure;
+  std::string failure, bad_line;
   std::shared_future<void> hangs;
   std::atomic<bool> hanging = false;
 };

@@ -61,7 +61,8 @@ TEST(HeldMdi, RefusesWhatTheHeldProgramGoesOnWith) {
 
 // Nothing behind a stop is read yet, so that the program goes on with what is set there.
 TEST(HeldMdi, AtAStopItSetsOffsetsAndTools) {
-  for (const char* line : {"G10 L20 P0 X0 Y0", "G10 L1 P3 Z50.2 R4", "M61 Q3", "g10 l2 p2 x1\n\nM61 Q2"}) {
+  for (const char* line : {"G10 L20 P0 X0 Y0", "G10 L1 P3 Z50.2 R4", "G10 L1 P7 Z5 H3 (8 mm ball)", "M61 Q3",
+                           "g10 l2 p2 x1\n\nM61 Q2"}) {
     const HeldMdi order = trn::plan_held_mdi(line, 0, 0, HeldAt::kStop);
     EXPECT_EQ(order.refusal, "") << line;
     EXPECT_TRUE(order.commands.empty());

@@ -46,11 +46,31 @@ TEST(MachineController, AFaultIsAnAlarmUntilItIsResetAndAcknowledged) {
   bench.until([&] { return alarms->alarm_count == 0; });
 }
 
-TEST(MachineController, AProgramThatCannotBeReadIsAnAlarmWithItsClient) {
+// Nothing has happened to the machine, so nobody has to acknowledge anything.
+TEST(MachineController, WhatIsRefusedBeforeItRunsIsToldToWhoAskedAndIsNoAlarm) {
   Bench bench;
-  EXPECT_EQ(bench.send(command_t::LOAD, "bad.ngc").outcome, +acknowledge_t::BAD_PROGRAM);
+  const acknowledge_t load = bench.send(command_t::LOAD, "bad.ngc");
+  EXPECT_EQ(load.outcome, +acknowledge_t::BAD_PROGRAM);
+  EXPECT_EQ(load.message, "bad.ngc:3:7: no such word");
+  bench.until([&] { return bench.status && bench.status->message == load.message; });
+  EXPECT_EQ(bench.status->program, "");
+  bench.programs.bad_line = "mdi:1:6: no such word";
+  const acknowledge_t typed = bench.send(command_t::MDI, "G1 X1O");
+  EXPECT_EQ(typed.outcome, +acknowledge_t::BAD_PROGRAM);
+  EXPECT_EQ(typed.message, "mdi:1:6: no such word");
+  bench.until([&] { return bench.controller.state() == MachineState::kIdle; });
+  const std::int64_t count = bench.status->count;
+  bench.until([&] { return bench.status->count > count + 1; });
+  EXPECT_EQ(bench.status->alarms_open, 0);
+  EXPECT_EQ(bench.status->message, load.message) << "a typed line that is refused changes nothing for others";
+}
+
+TEST(MachineController, AProgramThatFailsWhileItRunsIsAnAlarmWithItsNumber) {
+  Bench bench;
+  bench.start_program();
+  bench.programs.failure = "part.ngc:3:7: no such word";
   bench.until([&] { return bench.status && bench.status->alarms_open == 1; });
-  EXPECT_EQ(bench.status->alarm, "program: bad.ngc:3:7: no such word");
+  EXPECT_EQ(bench.status->alarm, "program: part.ngc:3:7: no such word");
   for (const double none : {2.0, -1.0, 0.5})
     EXPECT_EQ(bench.send(command_t::ACKNOWLEDGE, "", none).outcome, +acknowledge_t::REFUSED) << none;
   EXPECT_EQ(bench.send(command_t::ACKNOWLEDGE).outcome, +acknowledge_t::ACCEPTED);

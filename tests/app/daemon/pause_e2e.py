@@ -236,6 +236,39 @@ class PauseTest(unittest.TestCase):
             for q in truth[-40:]:
                 self.assertLess(distance_from(q, back), 0.01, "to the end")
 
+    def test_a_long_line_is_entered_a_little_before_the_place(self):
+        with Shop() as shop:
+            record = os.path.join(shop.folder.name, "record.csv")
+            program = shop.write("long.ngc", "G21 G91 G94\nG0 Z5\nG1 Z-7 F600\nG1 X200 F1200\nG1 Y20\nM2\n")
+            shop.start()
+            for ends in (("stop", "--wait"), ("estop",), ("stop", "--wait")):  # each time from within the line
+                fresh = shop.status()["program"] == ""
+                if fresh:
+                    shop.ask("load", program)
+                    shop.ask("start")
+                else:
+                    shop.ask("start", "--resume", "--yes", "--before", "3")
+                first = shop.joints()[0]
+                shop.until(lambda s: s["line"] == 4 and shop.joints()[2] < -1.99 and
+                           shop.joints()[0] > (20 if fresh else first + 10))
+                shop.ask(*ends)
+                shop.until(lambda s: s["state"] in ("idle", "estop"))
+                if ends[0] == "estop":
+                    shop.ask("reset", "--wait")
+            stood = shop.joints()[0]
+            self.assertEqual(shop.end(), 0)
+            shop.start("--record", record)
+            code, out, err = shop.client("start", "--resume", "--yes", "--before", "3")
+            self.assertEqual(code, 0, err)
+            self.assertIn("it goes on in line 4, ", out + err)
+            self.assertIn("cuts 3.0 mm before that place again", out + err)
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.end(), 0)
+            cut = [q for q in places(record, 1) if abs(q[2] + 2) < 1e-3 and q[0] > 1]
+            self.assertAlmostEqual(cut[0][0], stood - 3, delta=0.05)
+            self.assertAlmostEqual(cut[-1][0], 200, delta=0.01)
+            self.assertAlmostEqual(abs(cut[-1][1]), 20, delta=0.01)
+
     def test_what_has_changed_is_no_place_to_go_on(self):
         with Shop() as shop:
             program = shop.write("part.ngc", PASSES)

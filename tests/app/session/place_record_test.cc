@@ -74,6 +74,7 @@ TEST_F(Places, TheFileHasAllOfIt) {
   PlaceRecord place = second_pass();
   place.mark = "0123456789abcdef";
   place.tool = 7;
+  place.left_mm = 8.25;
   place.codes = "G1 G17";
   place.work_offset = "G54 X1.0000";
   place.spindle_rpm = -3000.5;
@@ -122,10 +123,91 @@ TEST_F(Places, AProgramThatCountsOnFromItsBeginningIsGoneThroughFromThere) {
 }
 
 TEST_F(Places, TheAnswerSaysHowMuchIsDrivenAgain) {
-  EXPECT_NEAR(entry(second_pass(), 1).before_mm, 2, 1e-9);
-  EXPECT_NEAR(entry(second_pass(), 2.5).before_mm, 12, 1e-9);
-  EXPECT_NE(place_text(second_pass(), entry(second_pass(), 2.5)).find("at least 12.0 mm of the path"),
+  EXPECT_NEAR(entry(second_pass(), 1).before_mm, 1, 1e-9);
+  EXPECT_NEAR(entry(second_pass(), 2.5).before_mm, 2.5, 1e-9);
+  EXPECT_NE(place_text(second_pass(), entry(second_pass(), 2.5))
+                .find("9.5 mm behind its beginning, and cuts 2.5 mm"),
+            std::string::npos)
+      << place_text(second_pass(), entry(second_pass(), 2.5));
+  PlaceRecord arc = second_pass();  // on the arc of line 3: it is gone back to a whole line
+  arc.block = 3;
+  arc.line = 3;
+  arc.text = "G3 X50.5 Y50 J50";
+  arc.gone_mm = 7;
+  arc.to = {{50.5, 50, 0}, Vec3::Zero()};
+  const PlaceEntry whole = entry(arc, 1, "G21 G90 G94 F600\nG1 X0.5\nG3 X50.5 Y50 J50\nM2\n");
+  EXPECT_EQ(whole.line, 3u);
+  EXPECT_FALSE(whole.place);
+  EXPECT_NE(place_text(arc, whole).find("with line 3 from its beginning, at least 7.0 mm"),
             std::string::npos);
+}
+
+// From the middle of a long line on, the path is the one that it would have been: also in G91, in inches, in
+// a turned system, and where the line was begun on its middle once before.
+TEST_F(Places, ALongLineIsEnteredTheDistanceBeforeThePlace) {
+  struct Case {
+    const char* text;
+    PlaceRecord place;
+    Vec3 enters;  ///< 1 mm before the place, worked out by hand, mm in the machine
+  };
+  const auto place = [](const char* line, double gone, double left, const Vec3& to) {
+    PlaceRecord out;
+    out.program = "/nc/part.ngc";
+    out.block = 3;
+    out.line = 3;
+    out.file = "part.ngc";
+    out.text = line;
+    out.gone_mm = gone;
+    out.left_mm = left;
+    out.moves = true;
+    out.to = {to, Vec3::Zero()};
+    return out;
+  };
+  const Case cases[] = {
+      {"G21 G90 G94 F600\nG1 Z-2\nG1 X200\nG1 Y5\nM2\n",
+       place("G1 X200", 120, -1, {200, 0, -2}),
+       {119, 0, -2}},
+      {"G21 G91 G94 F600\nG1 Z-2\nG1 X200\nG1 Y5\nM2\n",
+       place("G1 X200", 120, 80, {200, 0, -2}),
+       {119, 0, -2}},
+      {"G20 G91 G94 F20\nG1 Z-1\nG1 X3 Y4\nG1 Y1\nM2\n",
+       place("G1 X3 Y4", 11, 116, {76.2, 101.6, -25.4}),
+       {6, 8, -25.4}},
+      {"G10 L2 P1 R90\nG21 G90 G94 F600 G1 Z-2\nG1 X200\nG1 Y5\nM2\n",
+       place("G1 X200", 120, 80, {200, 0, -2}),
+       {0, 119, -2}},
+  };
+  for (const Case& c : cases) {
+    ProgramStart from = start(c.text);
+    const PlaceEntry found = find_entry(assembly_, parameters_, tools_, from, c.place, 1);
+    EXPECT_EQ(found.block, 3u) << c.text;
+    EXPECT_NEAR(found.before_mm, 1, 1e-6);
+    ASSERT_TRUE(found.place) << c.text;
+    const auto moves_of = [&](const ProgramStart& begun) {
+      std::vector<ProgramMove> out;
+      PipelineObservers observers;
+      observers.move = [&](const ProgramMove& move) { out.push_back(move); };
+      Parameters parameters = parameters_;
+      ToolTable tools = tools_;
+      Pipeline pipeline(assembly_, parameters, tools, begun, observers);
+      MotionBlock block;
+      while (pipeline.next(block)) {
+      }
+      return out;
+    };
+    const std::vector<ProgramMove> whole = moves_of(from);
+    from.from_block = found.block;
+    from.from_line = found.line;
+    from.from_place = found.place;
+    const std::vector<ProgramMove> again = moves_of(from);
+    ASSERT_GE(again.size(), 3u) << c.text;
+    const ProgramMove &cut = again[again.size() - 2], &last = again.back();
+    EXPECT_EQ(cut.kind, ProgramMove::Kind::kFeed);
+    EXPECT_NEAR((cut.from.head<3>() - c.enters).norm(), 0, 1e-6) << c.text << cut.from.transpose();
+    EXPECT_NEAR((cut.to - whole[whole.size() - 2].to).norm(), 0, 1e-9) << c.text;
+    EXPECT_NEAR((last.to - whole.back().to).norm(), 0, 1e-9) << c.text;
+    EXPECT_NEAR((last.from - whole.back().from).norm(), 0, 1e-9) << c.text;
+  }
 }
 
 // The lines behind the switch count as they did then.

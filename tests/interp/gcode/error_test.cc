@@ -106,8 +106,8 @@ const Case kCases[] = {
      "p.ngc:1:4: the probe move ends where it starts: 'G38.2'; legal: a straight move that is not zero"},
     {"G5.3", "p.ngc:1:1: G5.3 without G5.2: G5.2 first: 'G5.3'"},
     {"T9",
-     "p.ngc:1:1: tool 9 is not in t.tbl: 'T9'; legal: a tool of the table; --tools FILE.tbl gives another "
-     "table"},
+     "p.ngc:1:1: tool 9 is not in t.tbl: 'T9'; legal: a tool of the table; 'trunnion tool' adds one at the "
+     "machine, --tools FILE.tbl gives another table"},
     {"O1\nG0 X1\nO2",
      "p.ngc:3:1: another program begins here, and the one before it has not ended: 'O2'; legal: M30 or M99 "
      "at "

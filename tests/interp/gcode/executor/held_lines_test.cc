@@ -111,7 +111,7 @@ TEST(HeldLines, WithToolCentrePointControlTheTipGoesToItsPlace) {
 
 TEST(HeldLines, WhatIsRefusedChangesNothing) {
   const std::string program = "G21 G90\nM61 Q1 G43\nG1 X10 Z10 F600\nM0\nG1 X20 Z5\nM2\n";
-  for (const char* text : {"G10 L2 P1 X5\nG10 L1 P9 Z1", "G10 L2 P1 X5\nG0 X3", "G10 L1 P1 Z40\nM61 Q9",
+  for (const char* text : {"G10 L2 P1 X5\nG10 L10 P9 Z1", "G10 L2 P1 X5\nG0 X3", "G10 L1 P1 Z40\nM61 Q9",
                            "G10 L2 P1 X5\nG10 L20 X1", "G10 L2 P1 X#5220"}) {
     Held held(program, 4);
     EXPECT_THROW(held.obey(text, {10, 0, 10, 0, 0, 0}), GcodeError) << text;
@@ -145,6 +145,41 @@ TEST(HeldLines, AReplayObeysThemBehindTheSameBlock) {
   ASSERT_EQ(again.moves.size(), live.list.moves.size());
   for (std::size_t i = 0; i < again.moves.size(); ++i)
     EXPECT_EQ(again.moves[i].to, live.list.moves[i].to) << i;
+}
+
+// A line of the program that names a tool which is not there is wrong; the operator's adds it.
+TEST(HeldLines, TheOperatorAddsAToolToATableThatHasOthers) {
+  Held held("G21 G90\nM61 Q1 G43\nG1 X10 Z10 F600\nM0\nG10 L1 P9 Z5\nM2\n", 4);
+  held.obey("G10 L1 P9 Z33 R4 (8 mm ball)", {});
+  const Tool* tool = held.session.tools.find(9);
+  ASSERT_NE(tool, nullptr);
+  EXPECT_EQ(tool->offset[2], 33);
+  EXPECT_EQ(tool->diameter, 8);
+  EXPECT_EQ(tool->pocket, 9) << "its number's pocket is free";
+  EXPECT_EQ(tool->comment, "8 mm ball");
+  held.obey("G10 L1 P9 H12", {});
+  EXPECT_EQ(held.session.tools.find(9)->pocket, 12);
+  EXPECT_EQ(held.session.tools.find(9)->comment, "8 mm ball") << "what is not named stays";
+  EXPECT_THROW(held.obey("G10 L1 P9 H1", {}), GcodeError) << "another tool is there";
+  EXPECT_THROW(held.obey("G10 L10 P7 Z0", {}), GcodeError) << "nothing to touch off";
+  held.obey("G10 L1 P12 Z1", {});
+  EXPECT_EQ(held.session.tools.find(12)->pocket, 4) << "12 is taken: the first that is free";
+}
+
+TEST(TypedLines, AddAToolAndAProgramDoesNot) {
+  Session session;
+  EXPECT_NE(session.error("G10 L1 P9 Z33").find("tool 9 is not in"), std::string::npos);
+  session.config.typed = true;
+  EXPECT_EQ(session.error("G10 L1 P9 Z33 (probe)"), "");
+  ASSERT_NE(session.tools.find(9), nullptr);
+  EXPECT_EQ(session.tools.find(9)->comment, "probe");
+}
+
+// It would go round for ever, and answer nobody.
+TEST(TypedLines, M99IsRefused) {
+  Session session;
+  session.config.typed = true;
+  EXPECT_NE(session.error("M99").find("what is typed runs once"), std::string::npos) << session.error("M99");
 }
 
 }  // namespace

@@ -196,6 +196,10 @@ TEST(ToolChange, ATableIsWrittenOverItsOwnText) {
   const ToolTable again = ToolTable::parse(table.to_text(), "t.tbl");
   EXPECT_EQ(again.find(1)->offset[kZ], 50.123456789012345) << "the same bits";
   EXPECT_EQ(again.find(9)->diameter, 0.1);
+  table.at_or_new(1) = *ToolTable::parse("T1 P1 D6 Z50 ;end mill", "t.tbl").find(1);
+  EXPECT_EQ(table.text_over("T1 P1 D6 Z50 ;end mill\r\nT7 P2 Z+12.5\r\n"),
+            "T1 P1 D6 Z50 ;end mill\r\nT7 P2 Z+12.5\r\nT9 P0 D+0.100000\r\n")
+      << "a new line ends as the others do";
 }
 
 }  // namespace
