@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <ctime>
 #include <optional>
 #include <string>
 #include <vector>
@@ -46,7 +47,11 @@ TEST(Simulation, TellsItsProgressEveryTwentyThousandPeriods) {
 
 // 30 mm at 600 mm/min take 3 s, and a little for the ramps at either end.
 TEST(Simulation, AStraightCutTakesItsTimeAndItsWay) {
+  const std::clock_t before = std::clock();
   const SimulationResult result = run("mill", "G21 G90 G94\nG1 X30 F600\nM2\n");
+  EXPECT_GT(result.planning_s, 0);
+  EXPECT_LE(result.planning_s, static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC)
+      << "planning is a part of what this process did";
   EXPECT_LE(result.path_mm, 30);
   EXPECT_GT(result.path_mm, 30 - 1e-3) << "but for the first period";
   EXPECT_GT(result.cycle_time_s, 3);
