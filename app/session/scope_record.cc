@@ -123,7 +123,10 @@ ScopeRecord parse_scope_csv(const std::string& text, const std::string& name) {
     if (cells.size() != header.size())
       throw fail(number, fmt::format("{} columns; the header has {}", cells.size(), header.size()));
     std::uint64_t period = 0;
-    std::from_chars(cells[1].data(), cells[1].data() + cells[1].size(), period);
+    const char* const period_end = cells[1].data() + cells[1].size();
+    if (const auto [end, error] = std::from_chars(cells[1].data(), period_end, period);
+        error != std::errc() || end != period_end)
+      throw fail(number, fmt::format("'{}' is no number of a period", cells[1]));
     record.periods.push_back(period);
     for (std::size_t k = 2; k < cells.size(); ++k) {
       double value = 0;

@@ -140,8 +140,10 @@ class Simulation {
   void operate() {
     const CycleReport& report = cycle_.last_report();
     for (; next_action_ < options_.script.size() && options_.script[next_action_].time_s < now_s();
-         ++next_action_)
+         ++next_action_) {
       post(options_.script[next_action_].command);
+      standing_periods_ = 0;  // what it asks for needs its time
+    }
     const bool paused = report.motion == MotionState::kPaused;
     if (paused && options_.single_block) return post({RtCommand::Kind::kResume});
     const bool stands = paused || (cycle_.rate().standing() && report.motion != MotionState::kRest);

@@ -112,6 +112,30 @@ TEST(FeedForward, GoesWithTheRateOfTheMotion) {
   }
 }
 
+// Of a moment that is not queued yet nobody knows the motion: nothing is told, and what was told is not kept.
+TEST(FeedForward, TellsNothingOfWhatIsNotQueuedYet) {
+  constexpr double kDelay = 8;
+  RateBench bench(motion(), 3);
+  const double queued_s = bench.queue().buffered_s();
+  ASSERT_LT(queued_s, motion().rest_after(0) - 0.1) << "the queue ends within the motion";
+  FeedForward feed_forward(unit_inertias(motion().joints().size(), kDelay), motion().joints(), kPeriodS);
+  Setpoints told = zeros();
+  int known = 0, unknown = 0;
+  for (int i = 0; i < 20000 && bench.time_s() < queued_s - 2 * kPeriodS; ++i) {
+    bench.tick(1, 1, [](double) {});
+    feed_forward.follow_plan(bench.queue(), bench.interpolator().place(), bench.rate().follower());
+    feed_forward.tell(motion().q(bench.time_s()), told);
+    const double at = bench.time_s() + kDelay * kPeriodS * bench.rate().rate();
+    if (bench.rate().rate() < 1 - 1e-12 || at < 0.05 || std::abs(at - queued_s) < 1e-6) continue;
+    const bool queued = at < queued_s;
+    queued ? ++known : ++unknown;
+    ASSERT_EQ(told.velocity_offset.isZero(0), !queued) << at << " of " << queued_s;
+    ASSERT_EQ(told.force_offset.isZero(0), !queued) << at << " of " << queued_s;
+  }
+  EXPECT_GT(known, 10);
+  EXPECT_GT(unknown, 4);
+}
+
 // While the rate changes, the velocity of the stream is q' r; the truth is the stream of setpoints itself.
 TEST(FeedForward, FollowsAHoldToRest) {
   const Joints& joints = motion().joints();

@@ -93,6 +93,25 @@ TEST(JointMap, TellsWhatThePoseCorrectionHasLeft) {
   EXPECT_TRUE(parts.pose.isZero(0));
 }
 
+// With the errors of the machine the tip stands beside where it should, and without them where it should.
+TEST(JointMap, WhereTheToolStandsIsToldWithTheErrorsThatAreLeft) {
+  const Machine machine = read_machine(load_config(source_dir() + "/configs/mill.toml"));
+  const auto kinematics = make_kinematics(machine);
+  const Stubborn correction(*kinematics);
+  const MachineJointMap map(*kinematics, &correction);
+  MapContext context;
+  context.tool_offset = Vec3(0, 0, 100);
+  Words y = Words::Zero();
+  y.head<3>() = Vec3(50, 20, -30);
+  JointVec q;
+  ASSERT_EQ(MachineJointMap(*kinematics).map(y, context, q), KinStatus::kOk);
+  ToolPose ideal, real;
+  ASSERT_EQ(tool_pose(*kinematics, q, context, ideal), KinStatus::kOk);
+  ASSERT_EQ(tool_pose(map, q, context, real), KinStatus::kOk);
+  EXPECT_NEAR((real.p_B - ideal.p_B - Vec3(0.003, 0.01, 0)).norm(), 0, 1e-6);
+  EXPECT_NEAR((real.u_B - Vec3(0, -1e-4, 1)).norm(), 0, 1e-7);
+}
+
 INSTANTIATE_TEST_SUITE_P(Configs, UprightTool,
                          testing::Values("cradle", "head", "head_table", "hexapod", "micro_stage", "mill",
                                          "rail_mill"));

@@ -144,5 +144,11 @@ TEST(Assembly, OnlyAMachineWithASectionForItHasIo) {
   EXPECT_EQ(assembled(text.substr(0, text.find("[io]"))).io, nullptr);
 }
 
+// 18,200 degrees a second are 3033 turns a minute, of which a spindle takes 99 %.
+TEST(Assembly, ASpindleThatIsAnAxisTurnsAsFastAsItsJointMay) {
+  const Assembly assembly = assemble(source_dir() + "/configs/spindle_axis.toml");
+  EXPECT_NEAR(assembly.program.spindle_axis.rpm_max, 0.99 * 18200 * 60 / 360, 0.01);
+}
+
 }  // namespace
 }  // namespace trn

@@ -1,5 +1,6 @@
 #include "app/session/dry_run.h"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -67,6 +68,17 @@ class DryRunTest : public testing::Test {
 
 constexpr char kPart[] =
     "G21 G90 G61.1\nS3000 M3 M8\nG0 X10 Z-50\nG1 Z-100 F60\nX60\nG2 X80 Y20 I0 J20\nM0\nG0 Z-50\n";
+
+// The end of an axis' range belongs to it: there the tool is drawn back as anywhere.
+TEST_F(DryRunTest, DrawsBackAtTheEndsOfOtherAxesToo) {
+  const JointLimit& x = assembly_.plan_joints[0].limit;
+  for (const double end : {x.min, x.max}) {
+    const Planned dry = plan(fmt::format("G21 G90 G61.1\nG0 X{} Z-100\n", end), true);
+    ASSERT_FALSE(dry.ends.empty());
+    EXPECT_EQ(dry.ends.back()[0], end);
+    EXPECT_NEAR(dry.ends.back()[2], -100 + assembly_.program.dry_run_up_mm, 1e-9) << end;
+  }
+}
 
 TEST_F(DryRunTest, StaysAwayGoesFastAndTurnsNothing) {
   const Planned real = plan(kPart, false), dry = plan(kPart, true);

@@ -152,6 +152,21 @@ TEST(ScopeRecord, ComesBackFromItsTable) {
   EXPECT_EQ(only(again, {{"line", ""}}).values[2], record.values[5]);
 }
 
+// Whole seconds, the daemon's millisecond, and a period as short as 16 kHz.
+TEST(ScopeRecord, KeepsThePeriodOfAnyMachine) {
+  for (const double period_s : {2.0, 0.001, 0.0000625, 1e-9}) {
+    ScopeRecord record = columns();
+    record.period_s = period_s;
+    record.periods = {7, 9};
+    record.values = {1, 2, 3, 4};
+    const ScopeRecord again = parse_scope_csv(scope_csv(record), "x.csv");
+    EXPECT_DOUBLE_EQ(again.period_s, period_s);
+    EXPECT_FALSE(again.trigger_period);
+    EXPECT_DOUBLE_EQ(again.time_s(1), 2 * period_s) << "from the first row";
+    EXPECT_EQ(again.values, record.values);
+  }
+}
+
 TEST(ScopeRecord, RefusesOtherTables) {
   const auto error_of = [](const std::string& text) {
     try {
@@ -166,6 +181,9 @@ TEST(ScopeRecord, RefusesOtherTables) {
   EXPECT_EQ(error_of(head + "t,X\n").substr(0, 9), "x.csv:2: ");
   EXPECT_EQ(error_of(head + "t_s,period,X [mm]\n0,1\n"), "x.csv:3: 2 columns; the header has 3");
   EXPECT_EQ(error_of(head + "t_s,period,X [mm]\n0,1,three\n"), "x.csv:3: 'three' is no number");
+  EXPECT_EQ(error_of(head + "t_s,period,X [mm]\n0,one,1\n"), "x.csv:3: 'one' is no number of a period");
+  EXPECT_EQ(error_of("# trunnion scope; machine mill\nt_s,period,X\n").substr(0, 31),
+            "x.csv:1: the period is missing;");
 }
 
 }  // namespace

@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <ctime>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/session/assembly.h"
+#include "app/session/operator_script.h"
 #include "core/fault.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -43,7 +47,11 @@ TEST(Simulation, TellsItsProgressEveryTwentyThousandPeriods) {
 
 // 30 mm at 600 mm/min take 3 s, and a little for the ramps at either end.
 TEST(Simulation, AStraightCutTakesItsTimeAndItsWay) {
+  const std::clock_t before = std::clock();
   const SimulationResult result = run("mill", "G21 G90 G94\nG1 X30 F600\nM2\n");
+  EXPECT_GT(result.planning_s, 0);
+  EXPECT_LE(result.planning_s, static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC)
+      << "planning is a part of what this process did";
   EXPECT_LE(result.path_mm, 30);
   EXPECT_GT(result.path_mm, 30 - 1e-3) << "but for the first period";
   EXPECT_GT(result.cycle_time_s, 3);
@@ -69,6 +77,34 @@ TEST(Simulation, SumsUpWhatEachCorrectionDid) {
   EXPECT_LT(geometric.peak_mm, 0.2);
   EXPECT_LT(geometric.peak_rad, 0.01);
   EXPECT_LT(geometric.left_tip_mm, 1e-6);
+}
+
+// At the end of the script nobody is left who could wake a machine that stands: the run waits ten seconds,
+// says so and ends. While the script still has something to do, it waits for that.
+TEST(Simulation, EndsWhereTheScriptLeavesTheMachineStanding) {
+  const std::string program = "G21 G90 G94\nG1 X30 F600\nX60\nM2\n";
+  for (const std::string text : {"0.5 hold\n", "0.5 step on\n", "0.5 override 0\n"}) {
+    SCOPED_TRACE(text);
+    std::vector<std::string> warnings;
+    SimulationOptions options;
+    options.on_warning = [&](const Diagnostic& warning) { warnings.push_back(warning.text); };
+    options.script = parse_operator_script(text, "s");
+    const SimulationResult left = run("mill", program, options);
+    const double stands_s =
+        text == "0.5 step on\n" ? 3 : 0.5;  // at the end of the first line, 30 mm at 10 mm/s
+    EXPECT_NEAR(left.cycle_time_s, stands_s + 10, 1);
+    EXPECT_EQ(left.stopped_at, std::optional<std::uint32_t>(2));
+    ASSERT_EQ(warnings.size(), 1u);
+    EXPECT_NE(warnings[0].find("the operator's script has nothing more to do"), std::string::npos)
+        << warnings[0];
+
+    warnings.clear();
+    options.script = parse_operator_script(text + "20 override 100\n20 step off\n20 resume\n", "s");
+    const SimulationResult woken = run("mill", program, options);
+    EXPECT_NEAR(woken.cycle_time_s, 6 + 20 - stands_s, 1);
+    EXPECT_FALSE(woken.stopped_at);
+    EXPECT_TRUE(warnings.empty());
+  }
 }
 
 }  // namespace

@@ -1,0 +1,54 @@
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "kernel/rt_messages.h"
+#include "tests/kernel/held_machine.h"
+
+// What the tick tells of the rate at which the machine moves now.
+namespace trn {
+namespace {
+
+using Kind = RtCommand::Kind;
+
+TEST(CycleReport, TheRateOfAJogIsTheFeedOverrideAndOneAtMost) {
+  HeldMachine machine("mill", "G21 G90\nG1 X30 F3000\nM2\n");
+  machine.tell({Kind::kOverride, 0.4});
+  ASSERT_TRUE(machine.until([&] { return machine.now().speed_mm_s > 1; }));
+  ASSERT_TRUE(machine.hold());
+  EXPECT_EQ(machine.now().override_now, 0) << "it stands";
+  machine.tell({Kind::kJog, 10, 0, 1});
+  machine.run(20);
+  ASSERT_EQ(machine.now().detour, DetourState::kJogs);
+  EXPECT_EQ(machine.now().override_now, 0.4) << "a jog in a hold";
+  ASSERT_TRUE(machine.until([&] { return machine.now().stands_in_hold; }));
+  machine.tell({Kind::kResume});
+  ASSERT_TRUE(machine.until([&] { return machine.now().detour == DetourState::kNone; }));
+  ASSERT_TRUE(machine.ended());
+  for (const double feed : {0.25, 1.0, 1.5}) {
+    machine.tell({Kind::kOverride, feed});
+    machine.tell({Kind::kJog, 10, 0, 0});
+    machine.run(20);
+    ASSERT_EQ(machine.now().motion, MotionState::kJogging);
+    EXPECT_EQ(machine.now().override_now, std::min(1.0, feed)) << "a jog at rest";
+    ASSERT_TRUE(machine.ended());
+  }
+}
+
+// M1 waits for the operator where he has asked for that, and only then.
+TEST(CycleReport, AnOptionalStopIsOneWhileTheOperatorWantsIt) {
+  for (const bool wanted : {true, false}) {
+    HeldMachine machine("mill", "G21 G90\nG1 X10 F3000\nM1\nX20\nM2\n");
+    machine.tell({Kind::kOptionalStop, wanted ? 0.0 : 1.0});
+    EXPECT_EQ(machine.now().optional_stop, !wanted);
+    machine.tell({Kind::kOptionalStop, wanted ? 1.0 : 0.0});
+    EXPECT_EQ(machine.now().optional_stop, wanted);
+    ASSERT_TRUE(machine.until([&] {
+      return machine.now().motion == MotionState::kPaused || machine.now().motion == MotionState::kRest;
+    }));
+    EXPECT_NEAR(machine.now().q_plan[0], wanted ? 10 : 20, 1e-9);
+  }
+}
+
+}  // namespace
+}  // namespace trn
