@@ -12,7 +12,7 @@ namespace trn {
 
 namespace {
 
-constexpr int kLssParts = 4;
+constexpr int kLssParts = 4, kLssNodeIdMax = 127;
 constexpr std::int64_t kLssLook_ns = 1'000'000;
 
 // CiA 305, table 1; index 5 is reserved
@@ -45,6 +45,7 @@ void LssMaster::begin(Service service) {
   out_.clear();
   expected_ = 0;
   answered_ = false;
+  answers_ = wrong_size_ = 0;
 }
 
 // A command, its value in the next bytes, the rest 0
@@ -119,6 +120,7 @@ void LssMaster::scan(std::int64_t now_ns) {
 
 void LssMaster::scanned(bool answered, std::int64_t now_ns) {
   if (part_ < 0) {
+    if (!answered && wrong_size_ != 0) return fail_silent();
     if (!answered)
       return fail(
           "no node without a node id answers; one that has an id is selected by its identity. Check its "
@@ -146,20 +148,26 @@ void LssMaster::scanned(bool answered, std::int64_t now_ns) {
 
 void LssMaster::receive(const CanFrame& frame, std::int64_t now_ns) {
   if (state_ != State::kBusy || frame.error || frame.remote || frame.extended) return;
-  if (frame.id != lss::kToMaster || frame.size != 8 || frame.data[0] != expected_ || expected_ == 0) return;
+  if (frame.id != lss::kToMaster || frame.size == 0 || frame.data[0] != expected_ || expected_ == 0) return;
+  if (frame.size != 8) {
+    wrong_size_ = frame.size;
+    return;
+  }
   // Of a search, several nodes may answer with the same frame at times of their own: it waits for the last.
   if (service_ == Service::kFind) {
     answered_ = true;
     return poll(now_ns);
   }
-  judge(frame);
+  if (service_ != Service::kAsk) return judge(frame);
+  ++answers_;
+  node_id_ = frame.data[1];
+  poll(now_ns);
 }
 
 void LssMaster::judge(const CanFrame& frame) {
   const int code = frame.data[1];
   state_ = State::kDone;
-  if (service_ == Service::kAsk) node_id_ = code;
-  if (service_ == Service::kSelect || service_ == Service::kAsk || code == 0) return;
+  if (service_ == Service::kSelect || code == 0) return;
   const std::string own = code == 255 ? fmt::format(" (its maker's error {})", frame.data[2]) : "";
   if (service_ == Service::kSetId)
     fail(fmt::format("the node refuses node id {}{}: 1 to 127 are legal, and 255 for none", asked_, own));
@@ -171,6 +179,34 @@ void LssMaster::judge(const CanFrame& frame) {
              : fmt::format("the node could not store (error {}){}", code, own));
 }
 
+// Nobody has set anything yet, so that two nodes of one serial number (often 0) get no common node id.
+void LssMaster::judge_node_id() {
+  if (answers_ == 0) return fail_silent();
+  if (answers_ > 1)
+    return fail(fmt::format(
+        "{} answers came where one node is selected: several nodes have the same identity, often the serial "
+        "number 0. Connect them one at a time; if there is only one, try again",
+        answers_));
+  const bool legal = (node_id_ >= 1 && node_id_ <= kLssNodeIdMax) || node_id_ == lss::kNoNodeId;
+  if (!legal)
+    return fail(
+        fmt::format("the node says that its node id is {}; legal are 1 to 127, and 255 for none. "
+                    "Switch it off and on, and begin anew",
+                    node_id_));
+  state_ = State::kDone;
+}
+
+void LssMaster::fail_silent() {
+  if (wrong_size_ != 0)
+    return fail(
+        fmt::format("an answer of {} bytes came, where 8 are right (CiA 305). Check whether another "
+                    "device sends with the identifier 0x{:X}",
+                    wrong_size_, lss::kToMaster));
+  fail(
+      "the node that was selected is silent now; check its supply and the cable, and begin anew, with a "
+      "longer --timeout");
+}
+
 void LssMaster::poll(std::int64_t now_ns) {
   if (state_ != State::kBusy || now_ns < deadline_ns_) return;
   switch (service_) {
@@ -180,15 +216,17 @@ void LssMaster::poll(std::int64_t now_ns) {
     case Service::kFind:
       return scanned(answered_, now_ns);
     case Service::kSelect:
+      if (wrong_size_ != 0) return fail_silent();
       return fail(
           fmt::format("no node of {} answers; all four numbers must be right, as on its label or in 0x1018. "
                       "Check the bit rate, and whether it knows LSS at all",
                       to_string(identity_)));
     case Service::kAsk:
+      return judge_node_id();
     case Service::kSetId:
     case Service::kSetRate:
     case Service::kStore:
-      return fail("the node that was selected is silent now; check its supply and the cable, and begin anew");
+      return fail_silent();
   }
 }
 

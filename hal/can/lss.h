@@ -50,6 +50,7 @@ class LssMaster {
   /// Finds one node without a node id, by its bits (fastscan), and selects it. Several: the lowest identity.
   void find(std::int64_t now_ns);
   /// The rest is for the node that is selected.
+  /// Waits for the whole time-out: two answers are two nodes with the same identity.
   void ask_node_id(std::int64_t now_ns);
   void set_node_id(int id, std::int64_t now_ns);
   void set_bit_rate(int index, std::int64_t now_ns);
@@ -72,6 +73,8 @@ class LssMaster {
   void scan(std::int64_t now_ns);
   void scanned(bool answered, std::int64_t now_ns);
   void judge(const CanFrame& frame);
+  void judge_node_id();
+  void fail_silent();
   void fail(const std::string& what);
 
   std::int64_t timeout_ns_, deadline_ns_ = 0;
@@ -84,6 +87,8 @@ class LssMaster {
   int node_id_ = lss::kNoNodeId, asked_ = 0;
   int part_ = -1, bit_ = 0;  ///< of a search: part of the identity, bit of it; -1: is anybody there?
   bool answered_ = false;
+  int answers_ = 0;     ///< to kAsk
+  int wrong_size_ = 0;  ///< bytes of an answer that is no answer; 0: there was none
 };
 
 /// Lets the service go over the bus to its end; its error, "" when it is done.

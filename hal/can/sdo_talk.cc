@@ -28,6 +28,11 @@ bool SdoTalk::transfer(SdoClient& client, ObjectKey key) {
   while (client.next_frame(frame)) bus_.send({&frame, 1});
   code_ = client.abort_code();
   if (client.state() == SdoClient::State::kDone) return true;
+  if (!client.aborted_by_node() && code_ != sdo_abort::kTimeout)
+    throw SdoSilence(fmt::format(
+        "node {}: the answer for {} is not legal ({}). End other programs that talk to this node, "
+        "such as the daemon, and check that no other node has this id",
+        node_, to_string(key), sdo_abort_text(code_)));
   if (!client.aborted_by_node())
     throw SdoSilence(
         fmt::format("node {}: {} was not answered ({}); check its supply, the node id and the bit rate, or "

@@ -11,7 +11,7 @@
 
 namespace trn {
 
-/// The node does not answer.
+/// The node does not answer, or not what was asked.
 struct SdoSilence : std::runtime_error {
   using std::runtime_error::runtime_error;
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <utility>
 
 #include "hal/can/cia402.h"
 #include "hal/can/frame.h"
@@ -21,14 +22,16 @@ class StoringNode {
  public:
   StoringNode(CanEndpoint& bus, int id, std::int64_t timeout_ns) : talk_(bus, id, timeout_ns), id_(id) {}
 
-  /// Nothing: the node refuses.
-  std::optional<std::uint64_t> read(ObjectKey key) {
+  /// Nothing: the node does not have it. A node that refuses to tell may have it, and is not understood.
+  std::optional<std::uint64_t> read(ObjectKey key, std::size_t size) {
     try {
       const auto data = talk_.read(key);
-      if (!data) return std::nullopt;
-      size_ = data->size();
-      if (size_ == 0 || size_ > 8) fail(key, fmt::format("has {} bytes, and is no number", size_));
-      return get_le(data->data(), static_cast<int>(size_));
+      if (!data && absent()) return std::nullopt;
+      if (!data) fail(key, "cannot be read: " + refusal());
+      if (data->size() != size)
+        fail(key,
+             fmt::format("came with {} bytes, where {} are right; nothing is stored", data->size(), size));
+      return get_le(data->data(), static_cast<int>(size));
     } catch (const SdoSilence& silence) {
       throw StoreError(silence.what());
     }
@@ -40,11 +43,11 @@ class StoringNode {
       throw StoreError(silence.what());
     }
   }
-  std::size_t size() const { return size_; }  ///< of what was read
   bool absent() const { return talk_.absent(); }
   std::string refusal() const {
     return fmt::format("SDO abort 0x{:08X} ({})", talk_.code(), sdo_abort_text(talk_.code()));
   }
+  int id() const { return id_; }
   [[noreturn]] void fail(ObjectKey key, const std::string& what) const {
     throw StoreError(fmt::format("node {}: {} {}", id_, to_string(key), what));
   }
@@ -52,13 +55,12 @@ class StoringNode {
  private:
   SdoTalk talk_;
   int id_;
-  std::size_t size_ = 0;
 };
 
 // A drive with power may go off while it stores, and some do.
 void refuse_under_power(StoringNode& node) {
   constexpr ObjectKey kStatus{0x6041, 0};
-  const auto word = node.read(kStatus);
+  const auto word = node.read(kStatus, 2);
   if (!word) return;  // no drive
   const Cia402State state = cia402_state(static_cast<std::uint16_t>(*word));
   if (state == Cia402State::kOperationEnabled || state == Cia402State::kQuickStopActive ||
@@ -69,23 +71,28 @@ void refuse_under_power(StoringNode& node) {
 // In this order `signature_step` asks for them; the first one that a drive has is what it goes by.
 void take_back_signature(StoringNode& node, std::vector<std::string>& done) {
   bool any = false;
-  for (const ObjectKey key : {ObjectKey{0x1016, 1}, ObjectKey{0x100C, 0}, ObjectKey{0x1006, 0}}) {
-    const auto value = node.read(key);
+  constexpr std::pair<ObjectKey, std::size_t> kSignatures[] = {
+      {{0x1016, 1}, 4}, {{0x100C, 0}, 2}, {{0x1006, 0}, 4}};
+  for (const auto& [key, size] : kSignatures) {
+    const auto value = node.read(key, size);
     if (!value) continue;
     any = true;
     if (*value == 0) continue;
-    if (!node.write(key, 0, node.size(), kStoring_ns))
+    if (!node.write(key, 0, size, kStoring_ns))
       node.fail(
           key,
           fmt::format("cannot be taken back: {}. Stored, it would hide that the drive was restarted; store "
-                      "the application's part alone (--what application)",
-                      node.refusal()));
+                      "the application's part alone (trunnion can store {} application)",
+                      node.refusal(), node.id()));
     done.push_back(fmt::format("{} was {}, and is 0 now", to_string(key), *value));
   }
   if (!any)
-    node.fail({0x1016, 1},
-              "is not there, nor 0x100C, nor 0x1006: with its communication stored, nothing would tell that "
-              "this drive was restarted; store the application's part alone (--what application)");
+    node.fail(
+        {0x1016, 1},
+        fmt::format("is not there, nor 0x100C, nor 0x1006: with its communication stored, nothing would "
+                    "tell that this drive was restarted; store the application's part alone (trunnion can "
+                    "store {} application)",
+                    node.id()));
 }
 
 }  // namespace
@@ -95,11 +102,12 @@ std::vector<std::string> store_parameters(CanEndpoint& bus, int id, StoredPart p
   StoringNode node(bus, id, timeout_ns);
   const ObjectKey key{0x1010, static_cast<std::uint8_t>(part)};
   refuse_under_power(node);
-  const auto can = node.read(key);
-  if (!can && node.absent() && part != StoredPart::kAll)
-    node.fail(key, "is not there: the node cannot store this part alone; try --what all");
-  if (!can && node.absent()) node.fail(key, "is not there: the node cannot store, see its manual");
-  if (!can) node.fail(key, "cannot be read: " + node.refusal());
+  const auto can = node.read(key, 4);
+  if (!can && part != StoredPart::kAll)
+    node.fail(
+        key, fmt::format("is not there: the node cannot store this part alone; try trunnion can store {} all",
+                         id));
+  if (!can) node.fail(key, "is not there: the node cannot store, see its manual");
   // Bit 0: it stores when it is told, bit 1: by itself (CiA 301, 7.5.2.13).
   if ((*can & 1) == 0)
     node.fail(

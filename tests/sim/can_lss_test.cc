@@ -1,9 +1,15 @@
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
+#include <random>
 #include <set>
 #include <string>
+#include <tuple>
+#include <utility>
 #include <vector>
 
 #include "hal/can/bus.h"
@@ -16,6 +22,7 @@
 #include "sim/canopen/object_store.h"
 #include "sim/canopen/virtual_bus.h"
 #include "sim/simulated_joint.h"
+#include "tests/sim/hostile_bus.h"
 #include "tests/support/paths.h"
 
 // Node ids, bit rates and parameters that stay in a node: the master's services against emulated nodes on a
@@ -27,10 +34,12 @@ constexpr std::int64_t kMs = 1'000'000;
 
 class Shelf {
  public:
-  EmulatedNode& add(int id, std::uint32_t serial, bool without_id, const std::string& sheet = "servo.eds") {
+  EmulatedNode& add(int id, std::uint32_t serial, bool without_id, const std::string& sheet = "servo.eds",
+                    const std::function<void(ObjectDictionary&)>& change = {}) {
     EmulatedNode::Config config;
     config.id = id;
     config.dictionary = load_eds(source_dir() + "/configs/eds/" + sheet, id);
+    if (change) change(config.dictionary);
     SimulatedJoint::Config& joint = config.drive.joint;
     joint.servo = {250, 0.7, 1, 0.001};
     joint.following_error_max = 10;
@@ -181,6 +190,87 @@ TEST(CanLss, ABitRateActsBehindALossOfPower) {
             "");
 }
 
+// As many drives come from their makers: the serial number is 0 in all of them.
+TEST(CanLss, TwoNodesOfOneIdentityGetNoNodeId) {
+  Shelf shelf;
+  EmulatedNode& one = shelf.add(1, 7, true);
+  EmulatedNode& two = shelf.add(2, 7, true);
+  shelf.start();
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.find(now); }), "");
+  const std::string told = shelf.lss([](LssMaster& m, std::int64_t now) { m.ask_node_id(now); });
+  EXPECT_NE(told.find("one at a time"), std::string::npos) << told;
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.leave(now); }), "");
+  EXPECT_EQ(one.active_id(), lss::kNoNodeId);
+  EXPECT_EQ(two.active_id(), lss::kNoNodeId);
+}
+
+struct Naming {
+  bool done = false;
+  std::string error;
+  LssIdentity identity{};
+  int struck = 0;
+};
+
+// What `trunnion can lss --node ID --store` does; whatever happens, everybody waits again behind it.
+Naming name_a_node(Shelf& shelf, int id, unsigned seed, int strike) {
+  HostileBus bus(shelf.endpoint(), lss::kToMaster, seed, strike, 20 * kMs);
+  LssMaster& master = shelf.master;
+  Naming out;
+  const auto run = [&](auto begin) {
+    if (!out.error.empty()) return;
+    begin(bus.now_ns());
+    out.error = run_lss(bus, master);
+  };
+  run([&](std::int64_t now) { master.find(now); });
+  out.identity = master.identity();
+  run([&](std::int64_t now) { master.ask_node_id(now); });
+  const bool fresh = out.error.empty() && master.node_id() == lss::kNoNodeId;
+  run([&](std::int64_t now) { master.set_node_id(id, now); });
+  run([&](std::int64_t now) { master.store(now); });
+  out.done = out.error.empty();
+  EXPECT_TRUE(fresh || !out.done) << "seed " << seed;
+  master.leave(bus.now_ns());
+  run_lss(bus, master);
+  out.struck = bus.struck();
+  shelf.bus.run_until(shelf.bus.now_ns() + 100 * kMs);
+  return out;
+}
+
+// "Done" is true, and an error names nobody wrongly: afterwards, a clean session finds everybody who is left.
+TEST(CanLss, HostileAnswersMakeNoWrongNodeId) {
+  int done = 0, failed = 0;
+  for (unsigned seed = 1; seed <= 60; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Shelf shelf;
+    EmulatedNode& working = shelf.add(7, 1, false);
+    std::array<EmulatedNode*, 2> fresh{};
+    std::mt19937 random(seed);
+    std::array<std::uint32_t, 2> serials = {static_cast<std::uint32_t>(random()) | 1,
+                                            static_cast<std::uint32_t>(random()) & ~1u};
+    if (serials[1] == 0) serials[1] = 2;
+    for (std::size_t i = 0; i < 2; ++i) fresh[i] = &shelf.add(static_cast<int>(i) + 1, serials[i], true);
+    shelf.start();
+    const Naming naming = name_a_node(shelf, 11, seed, seed % 2 == 0 ? 1 : 5);
+    (naming.done ? done : failed) += naming.struck > 0;
+    EXPECT_EQ(working.active_id(), 7);
+    int named = 0;
+    for (std::size_t i = 0; i < 2; ++i) {
+      if (naming.done && naming.identity[3] == serials[i]) {
+        shelf.power_cycle(*fresh[i]);
+        EXPECT_EQ(fresh[i]->active_id(), 11) << "what is said to be stored is stored";
+      }
+      named += fresh[i]->active_id() == 11;
+    }
+    EXPECT_TRUE(named == 1 || (!naming.done && named == 0)) << naming.error;
+    // The two that were struck are well again.
+    const Naming next = name_a_node(shelf, 12, seed, 0);
+    EXPECT_EQ(next.error, "");
+    EXPECT_TRUE(next.identity[3] == serials[0] || next.identity[3] == serials[1]);
+  }
+  EXPECT_GT(done, 5);
+  EXPECT_GT(failed, 10);
+}
+
 std::string refusal(Shelf& shelf, int node, StoredPart part) {
   try {
     store_parameters(shelf.endpoint(), node, part, 100 * kMs);
@@ -230,9 +320,80 @@ TEST(CanStore, IsRefusedWithNodeObjectAndRemedy) {
             std::string::npos)
       << refusal(shelf, 4, StoredPart::kAll);
   EXPECT_NE(refusal(shelf, 9, StoredPart::kAll).find("node 9: 0x6041:0 was not answered"), std::string::npos);
+  // A node that does not tell its state, or what its restart is seen by, may have both.
+  for (const auto& [index, part] :
+       {std::pair{0x6041, StoredPart::kApplication}, {0x1016, StoredPart::kAll}}) {
+    node.trouble(EmulatedNode::Trouble::kRefuse, index, shelf.bus.now_ns());
+    EXPECT_NE(refusal(shelf, 4, part).find("cannot be read: SDO abort 0x08000000"), std::string::npos)
+        << index << ": " << refusal(shelf, 4, part);
+  }
   // Another word than "save" is refused by the node (CiA 301, 7.5.2.13).
   const std::vector<std::uint8_t> load = {'l', 'o', 'a', 'd'};
   EXPECT_EQ(node.store().write({0x1010, 1}, load), 0x08000020u);
+}
+
+// What is told to do instead is what the command's help has.
+TEST(CanStore, TheRemedyIsACommandAsItIsTyped) {
+  Shelf shelf;
+  EmulatedNode& node = shelf.add(4, 0, false, "servo.eds", [](ObjectDictionary& sheet) {
+    sheet.entries.at({0x1016, 1}).writable = false;
+    sheet.entries.erase({0x1010, 2});
+  });
+  shelf.start();
+  node.store().set({0x1016, 1}, 0x7F0096);
+  std::string told = refusal(shelf, 4, StoredPart::kAll);
+  EXPECT_NE(told.find("(trunnion can store 4 application)"), std::string::npos) << told;
+  told = refusal(shelf, 4, StoredPart::kCommunication);
+  EXPECT_NE(told.find("try trunnion can store 4 all"), std::string::npos) << told;
+}
+
+// "Stored" is true and hides no restart; what fails says which node and which object.
+TEST(CanStore, HostileAnswersMakeNoFalseSuccess) {
+  int done = 0, failed = 0;
+  for (unsigned seed = 1; seed <= 200; ++seed) {
+    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    Shelf shelf;
+    EmulatedNode& node = shelf.add(4, 0, false);
+    shelf.start();
+    node.store().set({0x6085, 0}, 777);
+    node.store().set({0x1016, 1}, 0x7F0096);
+    HostileBus bus(shelf.endpoint(), 0x584, seed, 20, 100 * kMs);
+    std::string error;
+    try {
+      store_parameters(bus, 4, StoredPart::kAll, 100 * kMs);
+    } catch (const StoreError& told) {
+      error = told.what();
+    }
+    (error.empty() ? done : failed) += bus.struck() > 0;
+    EXPECT_TRUE(error.empty() || (error.starts_with("node 4: ") && error.find(" 0x") != std::string::npos))
+        << error;
+    shelf.bus.run_until(shelf.bus.now_ns() + 1000 * kMs);
+    shelf.power_cycle(node);
+    EXPECT_EQ(node.store().integer({0x1016, 1}), 0) << "stored, it would hide a restart";
+    if (error.empty()) {
+      EXPECT_EQ(node.store().integer({0x6085, 0}), 777) << "what is said to be stored is stored";
+    }
+    EXPECT_EQ(refusal(shelf, 4, StoredPart::kAll), "") << "well again";
+  }
+  EXPECT_GT(done, 20);
+  EXPECT_GT(failed, 20);
+}
+
+// A status word of one byte, or a signature of two, is not what the data sheet promises.
+TEST(CanStore, AValueOfTheWrongSizeIsNotBelieved) {
+  for (const auto& [key, bytes, right] : {std::tuple{ObjectKey{0x6041, 0}, 1, 2},
+                                          {ObjectKey{0x6041, 0}, 4, 2},
+                                          {ObjectKey{0x1010, 1}, 1, 4},
+                                          {ObjectKey{0x1016, 1}, 2, 4}}) {
+    Shelf shelf;
+    EmulatedNode& node = shelf.add(4, 0, false);
+    shelf.start();
+    *node.store().bytes(key) = std::vector<std::uint8_t>(static_cast<std::size_t>(bytes), 1);
+    const std::string told = refusal(shelf, 4, StoredPart::kAll);
+    EXPECT_NE(told.find(fmt::format("with {} bytes, where {} are right", bytes, right)), std::string::npos)
+        << told;
+    EXPECT_NE(told.find("node 4: 0x"), std::string::npos) << told;
+  }
 }
 
 }  // namespace

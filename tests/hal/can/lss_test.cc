@@ -61,7 +61,77 @@ TEST(Lss, ConfiguresTheSelected) {
   master.ask_node_id(6);
   EXPECT_EQ(sent(master), (std::vector<Bytes>{{0x5E, 0, 0, 0, 0, 0, 0, 0}}));
   master.receive(answer({0x5E, 9}), 7);
+  master.poll(6 + kTimeout);
+  EXPECT_EQ(master.error(), "");
   EXPECT_EQ(master.node_id(), 9);
+}
+
+// Serial number 0 is common: two such drives are selected by the same four numbers, and would get one node
+// id.
+TEST(Lss, TwoAnswersForTheNodeIdAreTwoNodes) {
+  for (const std::uint8_t second : {std::uint8_t{255}, std::uint8_t{4}}) {
+    LssMaster master(kTimeout);
+    master.ask_node_id(0);
+    sent(master);
+    master.receive(answer({0x5E, 255}), 1);
+    EXPECT_EQ(master.state(), LssMaster::State::kBusy) << "the second may still come";
+    master.receive(answer({0x5E, second}), 2);
+    master.poll(kTimeout);
+    EXPECT_EQ(master.state(), LssMaster::State::kFailed);
+    EXPECT_NE(master.error().find("one at a time"), std::string::npos) << master.error();
+  }
+}
+
+TEST(Lss, ANodeIdThatNobodyCanHaveIsToldSo) {
+  for (const int id : {0, 128, 200, 254}) {
+    LssMaster master(kTimeout);
+    master.ask_node_id(0);
+    sent(master);
+    master.receive(answer({0x5E, static_cast<std::uint8_t>(id)}), 1);
+    master.poll(kTimeout);
+    EXPECT_EQ(master.state(), LssMaster::State::kFailed) << id;
+    EXPECT_NE(master.error().find("1 to 127"), std::string::npos) << master.error();
+  }
+}
+
+TEST(Lss, AnAnswerOfTheWrongSizeIsNoAnswerAndIsNamed) {
+  for (int size = 1; size < 8; ++size) {
+    LssMaster master(kTimeout);
+    master.store(0);
+    sent(master);
+    CanFrame cut = answer({0x17, 0});
+    cut.size = static_cast<std::uint8_t>(size);
+    master.receive(cut, 1);
+    master.poll(kTimeout - 1);
+    EXPECT_EQ(master.state(), LssMaster::State::kBusy);
+    master.poll(kTimeout);
+    EXPECT_NE(master.error().find("of " + std::to_string(size) + " bytes"), std::string::npos)
+        << master.error();
+  }
+  LssMaster master(kTimeout);
+  master.store(0);
+  sent(master);
+  CanFrame empty = answer({0x17, 0});
+  empty.size = 0;
+  master.receive(empty, 1);
+  master.poll(kTimeout);
+  EXPECT_NE(master.error().find("silent"), std::string::npos) << master.error();
+}
+
+// An answer that comes when its question is given up is no answer to the next one, unless it is the same.
+TEST(Lss, ALateAnswerToAnotherServiceIsPassedOver) {
+  LssMaster master(kTimeout);
+  master.set_node_id(5, 0);
+  sent(master);
+  master.poll(kTimeout);
+  EXPECT_EQ(master.state(), LssMaster::State::kFailed);
+  master.receive(answer({0x11, 0}), kTimeout + 1);
+  EXPECT_EQ(master.state(), LssMaster::State::kFailed) << "it was told so";
+  master.store(kTimeout + 2);
+  master.receive(answer({0x11, 0}), kTimeout + 3);
+  EXPECT_EQ(master.state(), LssMaster::State::kBusy);
+  master.receive(answer({0x17, 0}), kTimeout + 4);
+  EXPECT_EQ(master.state(), LssMaster::State::kDone);
 }
 
 // What another service, another node or noise sends is no answer; silence ends every service with a remedy.
@@ -73,7 +143,7 @@ TEST(Lss, TakesNoOtherFrameForAnAnswer) {
   foreign.id = 0x584;
   master.receive(foreign, 1);
   foreign = answer({0x11, 0});
-  foreign.size = 2;
+  foreign.extended = true;
   master.receive(foreign, 1);
   master.receive(answer({0x17, 0}), 1);
   master.poll(kTimeout - 1);
