@@ -11,12 +11,15 @@ namespace trn {
 
 namespace {
 constexpr auto kPoll = std::chrono::microseconds(500);
+// Below the threads of interrupts, which a PREEMPT_RT kernel runs at 50: an answer may take a few
+// milliseconds on a slow processor, and the frames of a field bus must not wait for it.
+constexpr int kBelowInterrupts = 49;
 }  // namespace
 
 void RatePlannerThread::start(const RealtimeConfig& config) {
   TRN_CHECK(!thread_.joinable());
   RealtimeConfig below = config;
-  below.priority = std::max(0, config.priority - 1);
+  below.priority = std::clamp(config.priority - 1, 0, kBelowInterrupts);
   below.cpu = -1;  // the tick's may be kept for it alone
   ends_ = false;
   thread_ = std::thread([this, below] {
