@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <cstdlib>
+#include <string>
 #include <string_view>
 
 #include "app/cli/help_formatter.h"
@@ -40,6 +42,14 @@ std::string no_option(const CLI::App& app, const std::string& word) {
                      near_text(word, legal), name_of(app));
 }
 
+constexpr double kNoBound = 1e300;
+
+bool begins_with_number(const std::string& text) {
+  char* end = nullptr;
+  std::strtod(text.c_str(), &end);
+  return end != text.c_str();
+}
+
 // "percent: Value 500 not in range 0.000000 to 200.000000", and what else CLI11 says in its own way.
 std::string in_plain_words(std::string text) {
   const auto split = [&text](std::string_view at) {
@@ -51,8 +61,13 @@ std::string in_plain_words(std::string text) {
   };
   if (const std::string range = split(" not in range "); !range.empty()) {
     const double low = std::stod(range), high = std::stod(range.substr(range.find(" to ") + 4));
-    return fmt::format("{} is out of range; {:g} to {:g} is legal",
-                       CLI::detail::find_and_replace(text, ": Value ", ": "), low, high);
+    const std::string legal = high > kNoBound ? fmt::format("{:g} or more is legal", low)
+                                              : fmt::format("{:g} to {:g} is legal", low, high);
+    const std::size_t value = text.find(": Value ");
+    if (value != std::string::npos && !begins_with_number(text.substr(value + 8)))
+      return fmt::format("{}: '{}' is no number; {}", text.substr(0, value), text.substr(value + 8), legal);
+    return fmt::format("{} is out of range; {}", CLI::detail::find_and_replace(text, ": Value ", ": "),
+                       legal);
   }
   if (const std::string choices = split(" not in {"); !choices.empty())
     return fmt::format("{} is not legal; what is: {}", text,

@@ -13,6 +13,7 @@
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
 #include "app/session/program_step.h"
+#include "core/axes.h"
 #include "core/units.h"
 #include "interp/gcode/active_codes.h"
 #include "interp/gcode/axis_words.h"

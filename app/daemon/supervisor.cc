@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <array>
 #include <vector>
 
@@ -129,6 +130,9 @@ std::string refuse_by_state(S state, E event) {
   if (state == S::kFault || state == S::kEstop) help = "; clear it with 'reset'";
   if (state == S::kOff) help = "; bring the drives up with 'reset'";
   if (state == S::kHolding) help = "; 'resume' or 'start' goes on, 'stop' gives the program up";
+  const bool held = std::find(legal.begin(), legal.end(), to_string(S::kHolding)) != legal.end();
+  if (state == S::kRunning) help = held ? "; 'hold' or 'stop' it first" : "; 'stop' ends what runs";
+  if (state == S::kJogging || state == S::kHoming) help = "; wait for its end, or 'stop' it";
   return fmt::format("the machine is in state '{}'; '{}' is legal in: {}{}", to_string(state),
                      to_string(event), fmt::join(legal, ", "), help);
 }

@@ -529,6 +529,8 @@ async function mistypes(page) {
   assert.equal(await part(page, "alarms-open").count(), 0);
   await typeLine(page, "G0 X1");
   await part(page, "mdi-refused").waitFor({ state: "detached" });
+  await typeLine(page, "G0 X0");
+  await rests(page);
 }
 
 const browser = await chromium.launch({

@@ -24,8 +24,10 @@ function colourOf(name: string): string {
 /** Errors are small beside the places of which they are. */
 const scaleOf = (line: Line) => (line.unit || "-") + (line.name.endsWith("following_error") ? " behind" : "");
 
-/** At whole decades. */
-const decadeText = (value: number | null) => (value && Number.isInteger(Math.round(1e6 * Math.log10(value)) / 1e6) ? String(Number(value.toPrecision(1))) : "");
+const isDecade = (value: number | null) => !!value && Number.isInteger(Math.round(1e6 * Math.log10(value)) / 1e6);
+const decadeText = (value: number | null) => (isDecade(value) ? String(Number(value!.toPrecision(1))) : "");
+/** Lines and marks of an axis of decades. */
+const decadesOnly = (_: uPlot, at: number[]) => at.map((value) => (isDecade(value) ? value : null));
 
 /** Lines of one scale share an axis: the first on the left, the second on the right; the others have none. */
 function options(lines: Line[], width: number, height: number, xText: string, marks: () => Marks, pick: (x: number) => void,
@@ -44,7 +46,8 @@ function options(lines: Line[], width: number, height: number, xText: string, ma
     axes: [{ ...axis, label: xText, labelSize: 18, labelFont: "12px 'Inter Variable'" },
       ...scales.slice(0, 2).map((scale, i) => ({
         ...axis, scale, side: i ? 1 : 3, size: 64, ...(decades && { values: (_: uPlot, at: (number | null)[]) => at.map(decadeText) }), label: scale === "-" ? "" : scale, labelSize: 16, labelFont: "12px 'Inter Variable'",
-        grid: { show: i === 0, stroke: grid, width: 1 },
+        grid: { show: i === 0, stroke: grid, width: 1, ...(decades && { filter: decadesOnly }) },
+        ticks: { ...axis.ticks, ...(decades && { filter: decadesOnly }) },
       }))],
     cursor: { drag: { x: true, y: false } },
     hooks: {

@@ -125,7 +125,7 @@ function Refused({ line, why, close }: { line: string; why: string; close: () =>
   const place = /^mdi:(\d+):(\d+): /.exec(why);
   const column = place && place[1] === "1" ? Math.min(Number(place[2]), line.length + 1) : 0;
   return (
-    <div class="refused" data-test="mdi-refused">
+    <div class="not-run" data-test="mdi-refused">
       {column > 0 && (
         <code>{line.slice(0, column - 1)}<mark data-test="mdi-wrong">{line.slice(column - 1) || "\u00a0"}</mark></code>
       )}

@@ -61,7 +61,9 @@ class Help(unittest.TestCase):
             self.assertIn(said, done.stderr, words)
 
     def test_what_is_wrong_is_said_in_plain_words(self):
-        for words, said in ((["override", "500"], "percent: 500 is out of range; 0 to 200 is legal\n"
+        for words, said in ((["override", "abc"], "percent: 'abc' is no number; 0 to 200 is legal\n"
+                             "'trunnion override --help' explains this command\n"),
+                            (["override", "500"], "percent: 500 is out of range; 0 to 200 is legal\n"
                              "'trunnion override --help' explains this command\n"),
                             (["completions", "tcsh"], "shell: tcsh is not legal; what is: bash, zsh, fish\n"
                              "'trunnion completions --help' explains this command\n"),

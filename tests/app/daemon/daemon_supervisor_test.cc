@@ -170,6 +170,9 @@ TEST(Supervisor, ARefusalSaysWhatHelps) {
       {S::kFault, "; clear it with 'reset'"},
       {S::kEstop, "; clear it with 'reset'"},
       {S::kOff, "; bring the drives up with 'reset'"},
+      {S::kRunning, "; 'stop' ends what runs"},
+      {S::kJogging, "; wait for its end, or 'stop' it"},
+      {S::kHoming, "; wait for its end, or 'stop' it"},
       {S::kHolding, "; 'resume' or 'start' goes on, 'stop' gives the program up"}};
   for (auto& [state, supervisor] : everywhere()) {
     const std::string refusal = supervisor.handle(E::kHome, kReady).refusal;
@@ -180,6 +183,9 @@ TEST(Supervisor, ARefusalSaysWhatHelps) {
     const auto found = help.find(state);
     EXPECT_EQ(refusal, "the machine is in state '" + std::string(to_string(state)) +
                            "'; 'home' is legal in: idle" + (found == help.end() ? "" : found->second));
+    if (state != S::kRunning) continue;
+    const std::string typed = supervisor.handle(E::kMdi, kReady).refusal;
+    EXPECT_NE(typed.find("; 'hold' or 'stop' it first"), std::string::npos) << typed;
   }
 }
 

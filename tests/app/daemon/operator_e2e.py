@@ -525,9 +525,12 @@ class OperatorTest(unittest.TestCase):
             # What is wrong is told, and changes nothing.
             before = tables()["offsets"]
             for words, code in ((("offset", "G60", "X1"), 5), (("offset", "G55", "Q1"), 5), (("offset", "G55"), 5),
-                                (("touch-off", "X", "nan"), 5), (("tool", "77", "Z1"), 2)):
+                                (("touch-off", "X", "nan"), 5), (("tool", "77", "--in-spindle"), 2),
+                                (("tool", "X"), 5), (("tool", "2", "--pocket", "1"), 2),
+                                (("tool", "2", "--remark", "a (b)"), 5), (("mdi", "G10 L10 P77 Z1"), 2)):
                 self.assertEqual(code, shop.client(*words)[0], words)
             self.assertEqual(before, tables()["offsets"])
+            self.assertEqual([1, 2], [row["number"] for row in tables()["tools"]])
 
     def test_a_dead_process_for_programs_stops_no_machine(self):
         def process_for_programs():

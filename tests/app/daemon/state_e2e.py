@@ -71,6 +71,24 @@ class StateTest(unittest.TestCase):
             code, _, err = shop.client("acknowledge", "99")
             self.assertEqual((code, "there is no alarm 99" in err), (5, True), err)
 
+    def test_a_tool_is_added_written_and_asked_for(self):
+        with Shop() as shop:
+            shop.start()
+            # A tool is added; LinuxCNC's form is on disk, and the other lines are as they were.
+            self.assertIn("tool 77 is new in the table, which also has 1, 2", shop.ask("tool", "77", "Z1.5", "D", "3",
+                                                                                     "--remark", "engraver"))
+            shop.ask("tool", "77", "--pocket", "12")
+            with open(shop.tools) as file:
+                text = file.read()
+            self.assertTrue(text.startswith("; the workshop's tools\nT1 P1 "), text)
+            self.assertIn("\nT77 P12 Z+1.500000 D+3.000000 ;engraver\n", text)
+            shop.ask("mdi", "T77 M6")
+            shop.until(lambda s: "tool 77 (engraver)" in s["waits_for"])
+            shop.ask("stop", "--wait")
+            shop.end()
+            shop.start()  # reads what it wrote
+            self.assertRegex(shop.ask("tool"), r"77 +12 +3\.0000 .* 1\.5000 +engraver")
+
     def test_a_stop_of_the_program_tells_its_words_and_a_probe_its_wait(self):
         with Shop() as shop:
             shop.start()
