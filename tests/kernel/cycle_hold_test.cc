@@ -101,5 +101,17 @@ TEST(CycleHold, AStopWhileACorrectionIsSwitchedKeepsTheLimits) {
   EXPECT_GT(moved, 2);
 }
 
+// At 2 % the joints come to rest long before they are there, and the program ends there.
+TEST(CycleHold, AStopWhileACorrectionIsSwitchedSlowlyEndsOnTheWay) {
+  HeldMachine machine("cradle_measured", "G21 G90 G61\nG1 X60 Y40 F6000\nM422\nG1 X90\nM2\n");
+  ASSERT_TRUE(machine.until([&] { return machine.now().event.kind == QueueEvent::Kind::kCorrection; }));
+  const JointVec q = machine.now().q_plan;
+  machine.post({Kind::kOverride, 0.02});
+  machine.run(60);
+  EXPECT_NE(machine.now().q_plan, q) << "it is under way";
+  machine.post({Kind::kStop});
+  EXPECT_TRUE(machine.until([&] { return machine.now().motion == MotionState::kRest; }, 2000));
+}
+
 }  // namespace
 }  // namespace trn
