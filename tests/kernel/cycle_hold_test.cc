@@ -1,6 +1,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <string>
 
 #include "core/axes.h"
 #include "core/fault.h"
@@ -77,6 +78,39 @@ TEST(CycleHold, AJogWithoutRoomForItsWayBackIsNotObeyed) {
   machine.tell({Kind::kResume});
   ASSERT_TRUE(machine.until([&] { return machine.now().detour == DetourState::kNone; }, 200000));
   EXPECT_EQ(machine.now().q_plan, q_hold);
+}
+
+// Behind M422 the joints go to where the next line has them without the correction. A stop meanwhile lets
+// them slow down.
+TEST(CycleHold, AStopWhileACorrectionIsSwitchedKeepsTheLimits) {
+  int moved = 0;
+  for (const int delay : {2, 6, 12, 20}) {
+    HeldMachine machine("cradle_measured", "G21 G90 G61\nG1 X60 Y40 F6000\nM422\nG1 X90\nM2\n");
+    ASSERT_TRUE(machine.until([&] { return machine.now().event.kind == QueueEvent::Kind::kCorrection; }));
+    const JointVec q = machine.now().q_plan;
+    machine.run(delay);
+    moved += machine.now().q_plan != q;
+    machine.post({Kind::kStop});
+    ASSERT_TRUE(machine.ended());
+    EXPECT_LT((machine.now().q_plan - q).head<3>().norm(), 1) << "it went on with the program";
+    machine.run(5);
+    std::string where;
+    EXPECT_LE(machine.worst(where), 1 + 1e-6) << where << ", stopped after " << delay;
+    EXPECT_EQ(machine.now().fault, Fault::kOk);
+  }
+  EXPECT_GT(moved, 2);
+}
+
+// At 2 % the joints come to rest long before they are there, and the program ends there.
+TEST(CycleHold, AStopWhileACorrectionIsSwitchedSlowlyEndsOnTheWay) {
+  HeldMachine machine("cradle_measured", "G21 G90 G61\nG1 X60 Y40 F6000\nM422\nG1 X90\nM2\n");
+  ASSERT_TRUE(machine.until([&] { return machine.now().event.kind == QueueEvent::Kind::kCorrection; }));
+  const JointVec q = machine.now().q_plan;
+  machine.post({Kind::kOverride, 0.02});
+  machine.run(60);
+  EXPECT_NE(machine.now().q_plan, q) << "it is under way";
+  machine.post({Kind::kStop});
+  EXPECT_TRUE(machine.until([&] { return machine.now().motion == MotionState::kRest; }, 2000));
 }
 
 }  // namespace

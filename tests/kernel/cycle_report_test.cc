@@ -50,5 +50,26 @@ TEST(CycleReport, AnOptionalStopIsOneWhileTheOperatorWantsIt) {
   }
 }
 
+// The program's planning waits for a tool, and for nothing else of these events.
+TEST(CycleReport, TheProgramIsToldThatItsToolIsInAndOnce) {
+  HeldMachine machine("mill", "G21 G90\nS100 M3\nG4 P0.1\nM8\nG1 X5 F3000\nM0\nT1 M6\nG1 X10\nM2\n");
+  int answers = 0, pauses = 0;
+  for (int i = 0; i < 20000 && answers == 0; ++i) {
+    machine.tick();
+    if (machine.now().motion == MotionState::kPaused && machine.now().stands_in_hold) {
+      EXPECT_EQ(answers, 0);
+      ++pauses;
+      machine.tell({Kind::kResume});
+    }
+    if (!machine.now().answered) continue;
+    ++answers;
+    EXPECT_EQ(machine.now().event.kind, QueueEvent::Kind::kToolChange);
+    EXPECT_EQ(machine.now().answer.value, 1);
+    EXPECT_FALSE(machine.now().answer.probe);
+  }
+  EXPECT_EQ(answers, 1);
+  EXPECT_EQ(pauses, 2) << "at M0 and at M6";
+}
+
 }  // namespace
 }  // namespace trn

@@ -2,7 +2,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
 #include <random>
+#include <vector>
 
 namespace trn {
 namespace {
@@ -125,6 +129,53 @@ TEST(TimeScale, AStopFromAnyStateTakesLittleMorePlanTimeThanFromFullRate) {
   }
   std::printf("stop from full rate %.4f s of plan time, from the worst state %.4f s\n", longest, worst);
   EXPECT_LE(worst, 1.1 * longest);
+}
+
+// The least time from one rate to another, s: the two inequalities followed in the plane of rate and speed,
+// from both ends, without a reserve.
+double least_time_s(const Joints& joints, PlanShares shares, double from, double to) {
+  constexpr int kParts = 4000;
+  double k_a = 0, k_aj = 0, k_j = 0;
+  for (const Joint& j : joints) {
+    k_a = std::max(k_a, j.limit.velocity / j.limit.acceleration);
+    k_aj = std::max(k_aj, j.limit.acceleration / j.limit.jerk);
+    k_j = std::max(k_j, j.limit.velocity / j.limit.jerk);
+  }
+  const double h = std::abs(to - from) / kParts;
+  const auto rate = [&](int i) { return from + (to - from) * i / kParts; };
+  const auto most = [&](int i) {
+    const double r = rate(i), spare = 1 - shares.jerk * r * r * r;
+    const double by_speed = (1 - shares.acceleration * r * r) / k_a;
+    return r > 0 ? std::min(by_speed, spare / (3 * r * shares.acceleration * k_aj)) : by_speed;
+  };
+  const auto next = [&](int i, int neighbour, double w) {
+    const double r = rate(i), spare = 1 - shares.jerk * r * r * r - 3 * r * w * shares.acceleration * k_aj;
+    return std::min(most(neighbour), std::sqrt(w * w + 2 * h * std::max(spare, 0.0) / k_j));
+  };
+  std::vector<double> up(kParts + 1, 0.0), down(kParts + 1, 0.0);
+  for (int i = 0; i < kParts; ++i) up[i + 1] = next(i, i + 1, up[i]);
+  for (int i = kParts; i > 0; --i) down[i - 1] = next(i, i - 1, down[i]);
+  double time_s = 0;
+  for (int i = 0; i < kParts; ++i)
+    time_s += 2 * h / (std::min(up[i], down[i]) + std::min(up[i + 1], down[i + 1]));
+  return time_s;
+}
+
+// The bounds are there to be used. Near the rate 1 little jerk is left, and the reserve counts for more.
+TEST(TimeScale, ARateComesToItsTargetInLittleMoreThanTheLeastTime) {
+  for (const double from : {0.0, 0.3, 0.6, 1.0})
+    for (const double to : {0.0, 0.1, 0.3, 0.5, 0.8}) {
+      if (std::abs(to - from) < 0.1) continue;
+      TimeScale scale(cradle_like(), {}, kT);
+      scale.set_target(from);
+      for (int i = 0; i < 5000 && !scale.at_target(); ++i) scale.step();
+      scale.set_target(to);
+      int steps = 0;
+      for (; std::abs(scale.rate() - to) > 1e-3 && steps < 5000; ++steps) scale.step();
+      const double least_s = least_time_s(cradle_like(), {}, from, to);
+      EXPECT_LE(steps * kT, (to > 0.5 && from < to ? 1.6 : 1.3) * least_s) << from << " to " << to;
+      EXPECT_GE(steps * kT, 0.9 * least_s) << from << " to " << to << ": no bound allows that";
+    }
 }
 
 }  // namespace

@@ -105,6 +105,9 @@ TEST_F(DryRunTest, StaysInsideTheJointsRanges) {
   ASSERT_FALSE(dry.ends.empty());
   for (const JointVec& q : dry.ends) EXPECT_LE(q[2], top);
   EXPECT_NEAR(dry.ends.back()[2], top, 1e-3);
+  const Planned below = plan("G21 G90\nG53 G0 Z" + std::to_string(top - 5) + "\n", true);
+  ASSERT_FALSE(below.ends.empty());
+  EXPECT_NEAR(below.ends.back()[2], top, 1e-3) << "5 mm of 20 are left to draw back";
 }
 
 TEST_F(DryRunTest, DrawsTheToolBackAlongItsOwnAxis) {

@@ -153,6 +153,18 @@ TEST_F(ProgramProgressTest, LearnsAtWhichRateCutsAreDriven) {
   EXPECT_NEAR(progress_.left_s(), 2 + 2 / 0.5, 0.01) << "another override, of which nothing is known yet";
 }
 
+// Below 100 % short moves end before the rate is there.
+TEST_F(ProgramProgressTest, LearnsAtWhichRateShortCutsAreDriven) {
+  shares_.feed = 0.5;
+  for (int pair = 0; pair < 8; ++pair) {
+    rapid();
+    drive(kFeed, [](double) { return 0.7; });
+  }
+  begin(kRapid);
+  period(1);
+  EXPECT_NEAR(progress_.left_s(), 2 + 2 / 0.7, 0.2);
+}
+
 TEST_F(ProgramProgressTest, WithoutEndNothingIsPromised) {
   begin(kFeed);
   shares_.feed = 0;

@@ -173,6 +173,38 @@ TEST(PlanTime, FeedPerTurnGoesWithTheSpindlesOverride) {
   EXPECT_TRUE(std::isinf(time.real_s({.spindle = 0})));
 }
 
+// Nobody knows what the machine will say: the tool is in, an input is 0, and a probe meets its work where the
+// move was programmed to end.
+TEST(ProgramTime, GuessesWhatTheMachineWillAnswer) {
+  Assembly assembly = assemble(source_dir() + "/configs/mill.toml");
+  Parameters parameters;
+  ToolTable tools;
+  Pipeline pipeline(assembly, parameters, tools,
+                    {"t", "G21 G90\nG1 X10 Y-4 Z-5 F600\nM2\n", JointVec::Zero(3)}, {});
+  MotionBlock last;
+  for (MotionBlock block; pipeline.next(block);)
+    if (block.segment_count > 0) last = block;
+  ASSERT_GT(last.segment_count, 0);
+  QueueEvent event;
+  event.kind = QueueEvent::Kind::kToolChange;
+  const ProgramAnswer tool = guessed_answer(event, *assembly.map, last);
+  EXPECT_EQ(tool.value, 1);
+  EXPECT_FALSE(tool.probe);
+  event.kind = QueueEvent::Kind::kWaitInput;
+  const ProgramAnswer input = guessed_answer(event, *assembly.map, last);
+  EXPECT_EQ(input.value, 0);
+  EXPECT_FALSE(input.probe);
+  event.kind = QueueEvent::Kind::kProbeEnd;
+  const ProgramAnswer probe = guessed_answer(event, *assembly.map, last);
+  EXPECT_EQ(probe.value, 1);
+  ASSERT_TRUE(probe.probe);
+  EXPECT_LT((probe.q_contact - Vec3(10, 4, -5)).norm(), 1e-9) << "Y moves the table";
+  EXPECT_LT((probe.y_stand.head<3>() - Vec3(10, -4, -5)).norm(), 1e-9);
+  const ProgramAnswer nowhere = guessed_answer(event, *assembly.map, MotionBlock());
+  EXPECT_EQ(nowhere.value, 0);
+  EXPECT_FALSE(nowhere.probe) << "without a motion there is no place";
+}
+
 class TimeLeft : public testing::TestWithParam<Case> {};
 
 TEST_P(TimeLeft, IsRightWithinTwoPercent) {

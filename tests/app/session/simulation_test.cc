@@ -2,6 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <ctime>
 #include <optional>
@@ -77,6 +80,31 @@ TEST(Simulation, SumsUpWhatEachCorrectionDid) {
   EXPECT_LT(geometric.peak_mm, 0.2);
   EXPECT_LT(geometric.peak_rad, 0.01);
   EXPECT_LT(geometric.left_tip_mm, 1e-6);
+}
+
+/// The greatest offset of each correction behind the plan, in any linear joint.
+class GreatestOffsets final : public ReportSink {
+ public:
+  void write(const CycleReport& report) override {
+    for (std::size_t i = 0; i < 2; ++i)
+      mm[i] = std::max(mm[i], report.corrections[i].offset.size() < 3
+                                  ? 0.0
+                                  : report.corrections[i].offset.head<3>().lpNorm<Eigen::Infinity>());
+  }
+  std::array<double, 2> mm{};
+};
+
+// Ten minutes at full speed warm a screw by some micrometres.
+TEST(Simulation, SumsUpTheCorrectionsBehindThePlanToo) {
+  GreatestOffsets seen;
+  SimulationOptions options;
+  options.trace = &seen;
+  std::string program = "G21 G90 G94 F10000\n";
+  for (int i = 0; i < 20; ++i) program += i % 2 ? "G1 X0\n" : "G1 X100\n";
+  const SimulationResult result = run("head_screws", program + "M2\n", options);
+  ASSERT_GE(result.corrections.size(), 1u);
+  EXPECT_GT(result.corrections.back().peak_mm, 0);
+  EXPECT_EQ(result.corrections.back().peak_mm, std::max(seen.mm[0], seen.mm[1]));
 }
 
 // At the end of the script nobody is left who could wake a machine that stands: the run waits ten seconds,
