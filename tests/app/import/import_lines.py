@@ -20,7 +20,8 @@ class NothingIsLost(unittest.TestCase):
     maxDiff = None
     """A line that says something else makes another machine, another note or an error: it has been read."""
     # What LinuxCNC and its screens do among themselves; a code of one's own belongs to no modal group here.
-    SAME = re.compile(r"JOINTS|KINEMATICS|loadrt (trivkins|\[KINS\]KINEMATICS)|HALUI|VERSION|MACHINE|DEBUG|REMAP = .*modalgroup")
+    SAME = re.compile(r"JOINTS|KINEMATICS|loadrt (trivkins|\[KINS\]KINEMATICS)|HALUI|VERSION|MACHINE|DEBUG|"
+                      r"REMAP = .*modalgroup")
 
     @staticmethod
     def otherwise(line):
@@ -35,7 +36,8 @@ class NothingIsLost(unittest.TestCase):
         shutil.rmtree(made, ignore_errors=True)
         done = subprocess.run([BINARY, "import", "linuxcnc", ini, "--to", "made"], cwd=folder, capture_output=True,
                               text=True, timeout=120, check=False)
-        return done.returncode, done.stdout, done.stderr, {f.name: f.read_text() for f in made.glob("*")} if made.exists() else {}
+        files = {f.name: f.read_text() for f in made.glob("*")} if made.exists() else {}
+        return done.returncode, done.stdout, done.stderr, files
 
     def test_every_line_matters(self):
         randomly, tried, lost = random.Random(26), 0, []
