@@ -22,6 +22,10 @@ int linear_joint(const Machine& machine, const ConfigTable& table) {
   return static_cast<int>(found - machine.joints.begin());
 }
 
+// No screw is longer than these, nor rubs or is cooled more; lengths of 1e300 mm would not be numbers in the
+// tick.
+constexpr Range kPlaces{-1e5, 1e5}, kOfScrews{0, 1e6};
+
 ScrewSensor read_sensor(const ConfigTable& table, double length_mm, SensorBoard& board) {
   ScrewSensor sensor;
   if (!table.has("sensor")) return sensor;
@@ -41,9 +45,9 @@ ScrewSensor read_sensor(const ConfigTable& table, double length_mm, SensorBoard&
 ScrewHeat read_heat(const ConfigTable& table) {
   ScrewHeat heat;
   heat.diameter_mm = table.number("diameter_mm", heat.diameter_mm, Range{4, 200});
-  heat.nut_friction_N = table.number("nut_friction_N", heat.nut_friction_N, kNotNegative);
-  heat.bearing_friction_N = table.number("bearing_friction_N", heat.bearing_friction_N, kNotNegative);
-  heat.cooling_W_m2K = table.number("cooling_W_m2K", heat.cooling_W_m2K, kNotNegative);
+  heat.nut_friction_N = table.number("nut_friction_N", heat.nut_friction_N, kOfScrews);
+  heat.bearing_friction_N = table.number("bearing_friction_N", heat.bearing_friction_N, kOfScrews);
+  heat.cooling_W_m2K = table.number("cooling_W_m2K", heat.cooling_W_m2K, kOfScrews);
   return heat;
 }
 
@@ -52,8 +56,8 @@ ScrewHeat read_heat(const ConfigTable& table) {
 ScrewConfig read_screw(const Machine& machine, const ConfigTable& table) {
   ScrewConfig screw;
   screw.joint = linear_joint(machine, table);
-  screw.fixed_bearing_mm = table.number("fixed_bearing_mm");
-  screw.far_bearing_mm = table.number("far_bearing_mm");
+  screw.fixed_bearing_mm = table.number("fixed_bearing_mm", kPlaces);
+  screw.far_bearing_mm = table.number("far_bearing_mm", kPlaces);
   const double low = std::min(screw.fixed_bearing_mm, screw.far_bearing_mm);
   const double high = std::max(screw.fixed_bearing_mm, screw.far_bearing_mm);
   const JointLimit& limit = machine.joints[static_cast<std::size_t>(screw.joint)].limit;

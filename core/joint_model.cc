@@ -34,35 +34,42 @@ double coulomb_at(const JointModel& model, double qd) TRN_RT {
   return model.coulomb * qd / model.coulomb_speed;
 }
 
+// No axis has masses or forces beyond these, and the sums of smaller ones stay numbers.
+constexpr Range kOfMachines{0, 1e9}, kEitherWay{-1e9, 1e9};
+
 void read_cogging(const ConfigTable& table, bool rotary, JointModel& model) {
   const std::string at = rotary ? "cogging_pitch_deg" : "cogging_pitch_mm";
   const std::string key = rotary ? "cogging_Nm" : "cogging_N";
   if (!table.has(key)) {
-    if (table.has(at)) throw table.error(at, fmt::format("a pitch needs its table '{}'", key));
+    if (table.has(at)) throw table.error(at, fmt::format("'{}' needs its table '{}'", at, key));
     return;
   }
   model.cogging_pitch = (rotary ? kRadPerDeg : 1) * table.number(at, kPositive);
   model.cogging = table.numbers(key);
   if (model.cogging.size() < 2 || model.cogging.size() > 4096)
     throw table.error(key, fmt::format("'{}' has 2 to 4096 values over one pitch", key));
+  for (const double value : model.cogging)
+    if (std::abs(value) > kEitherWay.max)
+      throw table.error(
+          key, fmt::format("'{}' has a value {:g} that is out of range: -1e9 to 1e9 is legal", key, value));
 }
 
 void read_linear(const ConfigTable& table, JointModel& model) {
-  model.inertia = kTonnesPerKg * table.number("inertia_kg", 0.0, kNotNegative);
-  model.viscous = table.number("viscous_N_s_mm", 0.0, kNotNegative);
-  model.coulomb = table.number("coulomb_N", 0.0, kNotNegative);
+  model.inertia = kTonnesPerKg * table.number("inertia_kg", 0.0, kOfMachines);
+  model.viscous = table.number("viscous_N_s_mm", 0.0, kOfMachines);
+  model.coulomb = table.number("coulomb_N", 0.0, kOfMachines);
   model.coulomb_speed = table.number("coulomb_speed_mm_s", 0.1, kNotNegative);
-  model.gravity = table.number("gravity_N", 0.0, kAnyNumber);
+  model.gravity = table.number("gravity_N", 0.0, kEitherWay);
   read_cogging(table, false, model);
 }
 
 void read_rotary(const ConfigTable& table, JointModel& model) {
-  model.inertia = table.number("inertia_kg_m2", 0.0, kNotNegative);
-  model.viscous = table.number("viscous_Nm_s", 0.0, kNotNegative);
-  model.coulomb = table.number("coulomb_Nm", 0.0, kNotNegative);
+  model.inertia = table.number("inertia_kg_m2", 0.0, kOfMachines);
+  model.viscous = table.number("viscous_Nm_s", 0.0, kOfMachines);
+  model.coulomb = table.number("coulomb_Nm", 0.0, kOfMachines);
   model.coulomb_speed = kRadPerDeg * table.number("coulomb_speed_deg_s", 0.1, kNotNegative);
-  model.gravity = table.number("gravity_Nm", 0.0, kAnyNumber);
-  const double imbalance = table.number("imbalance_Nm", 0.0, kNotNegative);
+  model.gravity = table.number("gravity_Nm", 0.0, kEitherWay);
+  const double imbalance = table.number("imbalance_Nm", 0.0, kOfMachines);
   const double at = kRadPerDeg * table.number("imbalance_at_deg", 0.0, Range{-360, 360});
   model.imbalance_cos = imbalance * std::cos(at);
   model.imbalance_sin = imbalance * std::sin(at);

@@ -230,6 +230,9 @@ class Drives {
   virtual std::string health() const;
   /// Any thread: what the last bring-up could not set and does without, a line each.
   virtual std::vector<std::string> warnings() const;
+  /// Any thread: ends of a joint whose limit switches its drive says are closed, by the joint's direction:
+  /// bit 0 negative, bit 1 positive.
+  virtual unsigned closed_ends(int) const { return 0; }
   /// Periods from a setpoint to the feedback in which a drive without any lag would show it.
   virtual int feedback_periods() const { return 0; }
   /// False: simulated inside this process, where nothing moves.

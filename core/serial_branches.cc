@@ -34,7 +34,8 @@ BranchAxis read_axis(const ConfigTable& table, const Joints& joints, std::vector
   if (tilted) {
     if (table.has("joint"))
       throw table.error("tilt_deg",
-                        "an axis with a joint turns by itself; give the tilt an entry of its own");
+                        "'tilt_deg' does not go with 'joint': an axis with a joint turns by itself; give the "
+                        "tilt an entry of its own");
     axis.direction = read_direction(table);
     return axis;
   }
@@ -68,7 +69,7 @@ SerialBranches read_branches(const ConfigTable& section, const Joints& joints) {
   for (const ConfigTable& table : section.tables_if("work_branch")) {
     if (table.has("tilt_deg"))
       throw table.error("tilt_deg",
-                        "only the tool branch is tilted; for work that lies at an angle use G68.2");
+                        "'tilt_deg' is of the tool branch only; for work that lies at an angle use G68.2");
     out.work.push_back(read_axis(table, joints, seen));
   }
   return out;

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <cmath>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -13,6 +14,8 @@ namespace trn {
 namespace {
 constexpr double kTonnesPerKg = 1e-3;  // N over mm/s^2 is tonnes
 constexpr double kLoopHz = 60;
+// No axis has masses or forces beyond these.
+constexpr Range kOfMachines{0, 1e9}, kInertia{1e-9, 1e9};
 // Not a table as the model has it: waves, so that the two share nothing.
 void read_cogging_waves(const ConfigTable& table, bool rotary, ServoMechanism::Config& out) {
   const double unit = rotary ? kRadPerDeg : 1;
@@ -29,6 +32,9 @@ void read_cogging_waves(const ConfigTable& table, bool rotary, ServoMechanism::C
   if (places.size() != forces.size())
     throw table.error(at, fmt::format("'{}' has as many numbers as '{}'", at, wave));
   for (std::size_t i = 0; i < forces.size(); ++i) {
+    if (std::abs(forces[i]) > kOfMachines.max)
+      throw table.error(wave, fmt::format("'{}' has a value {:g} that is out of range: -1e9 to 1e9 is legal",
+                                          wave, forces[i]));
     out.cogging[i] = forces[i];
     out.cogging_at[i] = unit * places[i];
   }
@@ -44,16 +50,16 @@ ServoMechanism::Config read_mechanism(const Joint& joint, double period_s, const
   ServoMechanism::Config out;
   out.period_s = period_s;
   out.position_gain_1_s = table.number("position_gain_1_s", 40.0, kPositive);
-  out.inertia = rotary ? table.number("inertia_kg_m2", kPositive)
-                       : kTonnesPerKg * table.number("inertia_kg", kPositive);
+  out.inertia =
+      rotary ? table.number("inertia_kg_m2", kInertia) : kTonnesPerKg * table.number("inertia_kg", kInertia);
   out.velocity_gain = 2 * kPi * table.number("velocity_loop_hz", kLoopHz, kPositive) * out.inertia;
   out.integral_time_s = table.number("integral_time_s", 0.02, kNotNegative);
-  out.force_max = table.number(key("force_max"), 0.0, kNotNegative);
-  out.viscous = table.number(rotary ? "viscous_Nm_s" : "viscous_N_s_mm", 0.0, kNotNegative);
-  out.coulomb = table.number(key("coulomb"), 0.0, kNotNegative);
-  out.gravity = table.number(key("gravity"), 0.0, kAnyNumber);
+  out.force_max = table.number(key("force_max"), 0.0, kOfMachines);
+  out.viscous = table.number(rotary ? "viscous_Nm_s" : "viscous_N_s_mm", 0.0, kOfMachines);
+  out.coulomb = table.number(key("coulomb"), 0.0, kOfMachines);
+  out.gravity = table.number(key("gravity"), 0.0, Range{-1e9, 1e9});
   if (rotary) {
-    out.imbalance = table.number("imbalance_Nm", 0.0, kNotNegative);
+    out.imbalance = table.number("imbalance_Nm", 0.0, kOfMachines);
     out.imbalance_at = kRadPerDeg * table.number("imbalance_at_deg", 0.0, Range{-360, 360});
   }
   read_cogging_waves(table, rotary, out);

@@ -190,15 +190,20 @@ void note_axis_limits(const IniFile& ini, char letter, const ImportedJoint& join
 void leave_out(const IniFile& ini, int number, char letter, bool second, ImportedMachine& machine) {
   const std::string section = fmt::format("JOINT_{}", number);
   const ImportPlace place = ini.place_of(ini.has_section(section) ? section : "KINS");
+  std::string values;
   for (const IniEntry& entry : ini.entries())
-    if (entry.section == section || (!second && entry.section == fmt::format("AXIS_{}", letter)))
+    if (entry.section == section || (!second && entry.section == fmt::format("AXIS_{}", letter))) {
       entry.used = true;
+      values += fmt::format("{}{} = {}", values.empty() ? "" : ", ", entry.key, entry.value);
+    }
   if (second)
-    machine.note(
-        ImportSpot::kJoint, place, fmt::format("[{}], a second motor of axis {}", section, letter),
-        "a joint has one motor here until there are machines with two: the gantry's other side is not driven",
-        "do not run this machine with real drives unless these couple both motors themselves",
-        std::string(1, letter));
+    machine.note(ImportSpot::kJoint, place, fmt::format("[{}], a second motor of axis {}", section, letter),
+                 fmt::format("simulated drives have one motor for each joint; left out are: {}",
+                             values.empty() ? "no entries" : values),
+                 "with real drives on CANopen, one [[drives.node]] for each motor and a [[drives.gantry]]; "
+                 "its square_mm is "
+                 "what the two HOME_OFFSETs differ by (docs/drives.md)",
+                 std::string(1, letter));
   else
     machine.note(ImportSpot::kMachine, place, fmt::format("[{}], axis {}", section, letter),
                  "no machine here has axes U, V and W",

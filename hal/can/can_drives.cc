@@ -197,6 +197,10 @@ void CanDrives::reset_faults() {
 
 void CanDrives::shut_down() noexcept { requests_.fetch_or(kDisable); }
 
+unsigned CanDrives::closed_ends(int joint) const {
+  return closed_ends_[static_cast<std::size_t>(joint)].load(std::memory_order_relaxed);
+}
+
 std::string CanDrives::explain_fault(int joint) const {
   for (const auto& gantry : gantries_)
     if (joint < 0 || gantry->joint() == joint)
@@ -334,6 +338,7 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
   feedback.held = {};
   // One contact is enough, but all drives must be armed: each latches its own position at the same moment.
   touch_ = {false, true, 0, feedback.q};
+  ends_ = {};
   for (auto& bus : buses_) {
     for (const NodeLink& node : bus->master->nodes()) report_node(node, feedback);
     const Fault fault = bus->master->fault();
@@ -341,6 +346,7 @@ void CanDrives::report(Feedback& feedback) TRN_RT {
     if (fault == Fault::kBusOff || fault == Fault::kBusDown) bus->lost.store(true);
     feedback.fault = worse(feedback.fault, fault);
   }
+  for (std::size_t i = 0; i < ends_.size(); ++i) closed_ends_[i].store(ends_[i], std::memory_order_relaxed);
   for (const auto& gantry : gantries_) {
     gantry->report(feedback);
     if (config_.touch_periods > 0) gantry->report_touch(touch_);
@@ -364,6 +370,14 @@ void CanDrives::report_brake(const Brake& brake, HeldOutputs& held) TRN_RT {
   if (brake.output()) held.on |= bit;
 }
 
+namespace {
+// A drive names its switches by its own direction, which is the other way round on a reversed joint.
+unsigned ends_of(const NodeLink& node) TRN_RT {
+  const unsigned ends = node.limit_switches();
+  return node.config().axis.counts_per_unit > 0 ? ends : (ends >> 1 & 1u) | (ends & 1u) << 1;
+}
+}  // namespace
+
 void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   const int joint = node.config().joint;
   TRN_CHECK(joint >= 0 && joint < feedback.q.size());
@@ -371,6 +385,7 @@ void CanDrives::report_node(const NodeLink& node, Feedback& feedback) TRN_RT {
   feedback.q[joint] = axis.measured();
   if (axis.homed()) feedback.homed_mask |= 1u << joint;
   if (node.limit_switches()) feedback.limit_switch_mask |= 1u << joint;
+  ends_[static_cast<std::size_t>(joint)] |= ends_of(node);
   feedback.inputs[static_cast<std::size_t>(joint)] |= node.inputs();
   if (node.inputs_heard()) feedback.inputs_heard_mask |= 1u << joint;
   report_brake(node.brake(), feedback.held);

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <map>
 #include <memory>
@@ -33,6 +34,7 @@ class CanDrives final : public Drives, public TouchDrives {
   std::string explain_fault(int joint) const override;
   std::string health() const override;
   std::vector<std::string> warnings() const override;
+  unsigned closed_ends(int joint) const override;
   int feedback_periods() const override { return 2; }
 
   void exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT override;
@@ -83,6 +85,8 @@ class CanDrives final : public Drives, public TouchDrives {
   mutable std::mutex warnings_mutex_;                         ///< never taken by the tick
   std::map<std::string, std::vector<std::string>> warnings_;  ///< by node, of its last bring-up
   TouchProbe touch_;
+  std::array<unsigned, kMaxJoints> ends_{};                      ///< of this period
+  std::array<std::atomic<unsigned>, kMaxJoints> closed_ends_{};  ///< of the last one
   unsigned waiting_homes_ = 0;  ///< joints that are homed when their group's turn comes
   bool follow_ = false;         ///< all drives stood enabled in the last period: they obey the setpoints
 };

@@ -42,7 +42,7 @@ struct MotorTruth {
   HangingLoad::Config load;
   std::uint32_t inputs_on = 0;
   std::uint32_t serial = 0;
-  bool without_id = false;
+  bool without_id = false, switches_swapped = false;
 };
 
 HangingLoad::Config read_load(const ConfigTable& table, double unit, double period_s) {
@@ -98,6 +98,7 @@ std::vector<std::vector<MotorTruth>> read_motors(const Machine& machine, const C
         out[b][i].inputs_on = read_inputs_on(table);
         out[b][i].serial = static_cast<std::uint32_t>(table.integer("serial", 0, Range{0, 4294967295.0}));
         out[b][i].without_id = table.boolean("without_id", false);
+        out[b][i].switches_swapped = table.boolean("switches_swapped", false);
         out[b][i].start = unit * table.number(fmt::format("start_offset_{}", suffix), 0.0, kAnyNumber);
         out[b][i].switch_offset =
             unit * table.number(fmt::format("switch_offset_{}", suffix), 0.0, kAnyNumber);
@@ -156,6 +157,7 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       drive.offset_is_zero = node.offset_is_zero;
       drive.sto = node.link.sto;
       drive.inputs_on = truth.inputs_on;
+      drive.switches_swapped = truth.switches_swapped;
       if (node.link.brake.fitted && node.link.brake.of_drive) drive.brake_bit = node.link.brake.output;
       drive.brake_inverted = node.link.brake.inverted;
       drive.switches = switches_of(node, joint, plant.index_distance, truth.switch_offset, table);

@@ -36,6 +36,7 @@ class EmulatedCanDrives final : public Drives, public TouchDrives {
   void bring_up() override { master_->bring_up(); }
   void shut_down() noexcept override { master_->shut_down(); }
   void reset_faults() override { master_->reset_faults(); }
+  unsigned closed_ends(int joint) const override { return master_->closed_ends(joint); }
   std::string explain_fault(int joint) const override { return master_->explain_fault(joint); }
   std::string health() const override { return master_->health(); }
   std::vector<std::string> warnings() const override { return master_->warnings(); }

@@ -386,7 +386,7 @@ void EmulatedDrive::report() {
   velocity_.set(std::llround((q - q_before_) / config_.period_s * config_.counts_per_unit /
                              config_.units.counts_s(store_)));
   // Limit switches are named by the drive's own direction, which is the other way round on a reversed axis.
-  const bool positive = config_.counts_per_unit > 0 ? q > 0 : q < 0;
+  const bool positive = switch_bit(true) == 2 ? q > 0 : q < 0;
   const std::int64_t touch = contact_ ? std::int64_t{1} << config_.touch_input_bit : 0;
   std::int64_t inputs = (joint_.on_limit_switch() ? (positive ? 2 : 1) : 0) | touch | inputs_on_;
   if (config_.sto.known && !config_.sto.in_statusword) inputs = with_sign(inputs);

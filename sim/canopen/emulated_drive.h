@@ -33,8 +33,9 @@ class EmulatedDrive {
     StoSign sto = {};         ///< how it tells of Safe Torque Off
     int brake_bit = -1;       ///< of 0x60FE; -1: the brake is not wired to it
     bool brake_inverted = false;
-    std::uint32_t inputs_on = 0;  ///< of 0x60FD, at power-on
-    int interpolation_steps = 1;  ///< periods of its own between two cyclic targets, without a 0x60C2
+    std::uint32_t inputs_on = 0;    ///< of 0x60FD, at power-on
+    bool switches_swapped = false;  ///< each limit switch is wired to the other one's input
+    int interpolation_steps = 1;    ///< periods of its own between two cyclic targets, without a 0x60C2
   };
 
   EmulatedDrive(const Config& config, ObjectStore& store);
@@ -56,6 +57,11 @@ class EmulatedDrive {
   /// Bits of 0x60FD that are on, beside limit switches and touch probe.
   void set_inputs(std::uint32_t on) { inputs_on_ = on; }
   std::uint32_t inputs() const { return inputs_on_; }
+  /// Its bit of 0x60FD for the switch at this end of the plant, by the drive's own direction and as it is
+  /// wired.
+  std::uint32_t switch_bit(bool positive) const {
+    return (config_.counts_per_unit > 0 ? positive : !positive) != config_.switches_swapped ? 2 : 1;
+  }
   /// The next fault comes without an emergency message.
   void keep_quiet() { quiet_ = true; }
   DriveHabits& habits() { return config_.habits; }

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "hal/can/bus.h"
+#include "hal/can/eds.h"
 #include "hal/can/frame.h"
 #include "hal/can/lss.h"
 #include "hal/can/nmt.h"
@@ -240,7 +241,7 @@ Naming name_a_node(Shelf& shelf, int id, unsigned seed, int strike) {
 TEST(CanLss, HostileAnswersMakeNoWrongNodeId) {
   int done = 0, failed = 0;
   for (unsigned seed = 1; seed <= 60; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    SCOPED_TRACE(fmt::format("seed {}", seed));
     Shelf shelf;
     EmulatedNode& working = shelf.add(7, 1, false);
     std::array<EmulatedNode*, 2> fresh{};
@@ -351,7 +352,7 @@ TEST(CanStore, TheRemedyIsACommandAsItIsTyped) {
 TEST(CanStore, HostileAnswersMakeNoFalseSuccess) {
   int done = 0, failed = 0;
   for (unsigned seed = 1; seed <= 200; ++seed) {
-    SCOPED_TRACE(testing::Message() << "seed " << seed);
+    SCOPED_TRACE(fmt::format("seed {}", seed));
     Shelf shelf;
     EmulatedNode& node = shelf.add(4, 0, false);
     shelf.start();

@@ -91,6 +91,17 @@ std::string Commission::by_hand(const std::string& what, HandStep step, int join
   return "";
 }
 
+namespace {
+// With its switches swapped a drive would search its home point at the wrong end, and stop at none of them.
+std::string wrong_end(const std::string& joint, HandStep step) {
+  const bool negative = step == HandStep::kNegativeSwitch;
+  return fmt::format(
+      "the switch at the {0} end of {1} is heard as that of the {2} end: the two are swapped, or another one "
+      "was pressed. Switch the drive off, swap the two wires at its inputs, and begin this item anew",
+      negative ? "negative" : "positive", joint, negative ? "positive" : "negative");
+}
+}  // namespace
+
 Commission::Outcome Commission::limit_switches() {
   std::string note;
   for (const ConfigTable& node : described_.root.table("drives").tables_if("node")) {
@@ -99,21 +110,32 @@ Commission::Outcome Commission::limit_switches() {
     int joint = 0;
     for (std::size_t i = 0; i < described_.joints.size(); ++i)
       if (described_.joints[i].name == name) joint = static_cast<int>(i);
-    const auto heard = [joint](const CycleReport& report) {
-      return (report.limit_switch_mask >> joint & 1u) != 0;
+    // Of a switch that is heard it is told which end its drive takes it for; the joint's direction is right
+    // by now.
+    unsigned ends = 0;
+    const auto heard = [this, joint, &ends](const CycleReport& report) {
+      if ((report.limit_switch_mask >> joint & 1u) == 0) return false;
+      ends |= machine().assembly().drives->closed_ends(joint);
+      return ends != 0;  // 0: it has bounced since
     };
     for (const HandStep step : {HandStep::kNegativeSwitch, HandStep::kPositiveSwitch}) {
       const std::string what = fmt::format("the switch at the {} end of {}",
                                            step == HandStep::kNegativeSwitch ? "negative" : "positive", name);
+      ends = 0;
       if (const std::string trouble = by_hand(what, step, joint, heard); !trouble.empty())
         return {"failed", trouble};
+      if (const unsigned right = step == HandStep::kNegativeSwitch ? 1 : 2; (ends & right) == 0)
+        return {"failed", wrong_end(name, step)};
+      if (ends == 3)
+        return {"failed",
+                what + " closes both inputs of its drive: look at its wiring, bits 0 and 1 of 0x60FD"};
       // A drive may take it for a fault, as it should.
       if (const std::string trouble = ready(); !trouble.empty()) return {"failed", trouble};
     }
     note += (note.empty() ? "" : ", ") + name;
   }
   return note.empty() ? Outcome{"skipped", "no drive has limit_switches = true"}
-                      : Outcome{"good", "both heard and let go: " + note};
+                      : Outcome{"good", "both heard, at the right ends, and let go: " + note};
 }
 
 Commission::Outcome Commission::probe() {

@@ -133,7 +133,7 @@ void EmulatedCommission::press(HandStep step, int joint, bool on) {
       if (step == HandStep::kProbe) {
         drive.touch(on, drive.joint().measured());
       } else if (config.buses[b].nodes[i].link.joint == joint) {
-        const std::uint32_t bit = step == HandStep::kPositiveSwitch ? 2 : 1;
+        const std::uint32_t bit = drive.switch_bit(step == HandStep::kPositiveSwitch);
         drive.set_inputs(on ? drive.inputs() | bit : drive.inputs() & ~bit);
       }
     }

@@ -122,6 +122,29 @@ close_s = 0.06
                          "Press the probe", "Let go of", "Does the spindle turn clockwise"):
             self.assertIn(question, done.stdout)
 
+    def test_limit_switches_that_are_swapped(self):
+        """The switch that is pressed at one end is heard as that of the other; so for a joint that is reversed, too."""
+        def place(reverse):
+            keys = "homing_method = 3\nlimit_switches = true" + ("\nreverse = true" if reverse else "")
+            return node(CONFIG, "X", [("homing_method = 5", keys)])
+        # The numbers of the nodes are those of the config, X is the first one.
+        motor = '\n[[drives.emulation.motor]]\nnode = "can0:1"\nswitches_swapped = true\n'
+        for reverse in (False, True):
+            self.record.unlink(missing_ok=True)
+            self.wrong.write_text(place(reverse), encoding="ascii")
+            self.truth.write_text(place(reverse) + motor, encoding="ascii")
+            done = self.commission("--rehearse", str(self.truth))
+            self.assertEqual(done.returncode, 4, done.stdout)
+            self.assertRegex(done.stdout, r"switches: failed, the switch at the negative end of X is heard as that of "
+                                          r"the positive end: the two are swapped.*swap the two wires")
+            self.assertNotIn("homing:", done.stdout, "it would search at the wrong end")
+            # The wires are swapped back, and the list goes on there.
+            self.truth.write_text(place(reverse), encoding="ascii")
+            again = self.commission("--rehearse", str(self.truth))
+            self.assertEqual(again.returncode, 0, again.stdout)
+            self.assertIn("switches: good, both heard, at the right ends", again.stdout)
+            self.assertNotIn("Joint X will move", again.stdout.split("switches: good")[0])
+
     def test_a_spindle_that_turns_the_wrong_way(self):
         config = (pathlib.Path(SOURCE) / "configs/spindle_axis.toml").read_text(encoding="ascii").replace(
             "eds/servo.eds", f"{SOURCE}/configs/eds/servo.eds")

@@ -8,6 +8,7 @@ Starts itself again in a network of its own (LCM); exit code 77 (skipped) where 
 import ctypes
 import os
 import pathlib
+import re
 import shutil
 import signal
 import socket
@@ -94,13 +95,27 @@ class Service(unittest.TestCase):
         self.assertIn("Type=notify", text)
         self.assertIn("WatchdogSec=", text)
         self.check_unit("trunnion@.service")
+        self.check_unit("trunnion@.service", "serial.conf", threshold=30)  # devices
         self.check_unit("trunnion-gateway@.service")
         self.check_unit("trunnion-mqtt@.service")
         self.check_unit("trunnion-mqtt@.service", "mqtt-broker.conf")
         self.check_unit("trunnion-panel@.service")
         self.check_unit("trunnion-panel@.service", "panel-network.conf")
 
-    def check_unit(self, name, drop_in=None):
+    def test_a_file_that_root_keeps_is_readable_to_the_service(self):
+        """Its user is made up at each start: what root writes into its state folder later stays root's."""
+        for name in ("mqtt-broker.conf", "panel-network.conf"):
+            text = (SOURCE / "packaging" / name).read_text()
+            comment = "\n".join(line for line in text.splitlines() if line.startswith("#"))
+            self.assertNotIn("/var/lib/", comment, name)
+            loaded = set(re.findall(r"^LoadCredential=([\w.]+):/etc/trunnion/", text, re.M))
+            used = set(re.findall(r"CREDENTIALS_DIRECTORY\}?/([\w.]+)", text))
+            self.assertEqual(loaded, used, name)
+            made = set(re.findall(r'>"\$(\w+_DIRECTORY/\w+)"', text))
+            for place in re.findall(r"--(?:users|password-file) \$\{(\w+)\}/(\w+)", text):
+                self.assertIn("/".join(place), made, name)
+
+    def check_unit(self, name, drop_in=None, threshold=20):
         """The unit alone, or as it is with a drop-in behind it."""
         unit = pathlib.Path(self.folder.name, name)
         text = (SOURCE / "packaging" / name).read_text()
@@ -110,7 +125,8 @@ class Service(unittest.TestCase):
         done = subprocess.run(["systemd-analyze", "verify", "--man=no", unit], capture_output=True, text=True,
                               check=False)
         self.assertEqual((done.returncode, done.stderr), (0, ""))
-        exposure = subprocess.run(["systemd-analyze", "security", "--offline=true", "--threshold=20", unit],
+        exposure = subprocess.run(["systemd-analyze", "security", "--offline=true",
+                                   f"--threshold={threshold}", unit],
                                   capture_output=True, text=True, check=False)  # in tenths
         self.assertEqual(exposure.returncode, 0, exposure.stdout[-300:])
 

@@ -244,7 +244,8 @@ class Kinematics(Workshop):
         stem, _, err = self.imported("gantry")
         rows = self.trace(stem, "G21 G90 G61.1 G1 F3000 X30 Y40 Z-5\nX0 Y10 Z-20\nM2\n")  # the INI names no table
         self.assertEqual(len(rows[-1][1]), 3)
-        self.assertRegex(err, r"gantry\.ini:\d+:1: \[JOINT_2\], a second motor of axis Y: .*one motor")
+        self.assertRegex(err, r"gantry\.ini:\d+:1: \[JOINT_2\], a second motor of axis Y: .*MAX_LIMIT = 900.*"
+                              r"\[\[drives\.gantry\]\]")
 
     def write(self, name, text):
         (self.folder / name).write_text(text)
