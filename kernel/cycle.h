@@ -177,6 +177,7 @@ class Cycle final : public TickPort {
   void feed_forward() TRN_RT;
   void watch_drives() TRN_RT;
   void exchange_io() TRN_RT;
+  bool may_move() const TRN_RT;
   void watch_safety() TRN_RT;
   void follow_wires() TRN_RT;
   std::uint32_t machine_signals() const TRN_RT;

@@ -8,12 +8,17 @@
 // What is wired to the machine: safety inputs and signals.
 namespace trn {
 
+// At a program stop it stands, but for what the operator moves there.
+bool Cycle::may_move() const TRN_RT {
+  const bool stands = motion_ == MotionState::kRest || motion_ == MotionState::kPaused;
+  return !stands || detour_.moves() || retrace_.moves();
+}
+
 void Cycle::watch_safety() TRN_RT {
   if (safety_.empty()) return;
-  const bool moves = motion_ != MotionState::kRest && motion_ != MotionState::kPaused;
   const bool jogs = motion_ == MotionState::kJogging || detour_.moves();
   const bool turns = io_.outputs().spindle_rpm != 0;
-  const Fault fault = safety_.step(io_.inputs().digital, feedback_, {moves, jogs, turns});
+  const Fault fault = safety_.step(io_.inputs().digital, feedback_, {may_move(), jogs, turns});
   if (fault != Fault::kOk) latch(fault, -1);
 }
 
@@ -25,8 +30,8 @@ std::uint32_t Cycle::machine_signals() const TRN_RT {
       motion_ == MotionState::kMoving || motion_ == MotionState::kHeld || motion_ == MotionState::kPaused;
   const IoOutputs& told = io_.outputs();
   return bit(feedback_.state == DriveState::kEnabled, MachineSignal::kEnabled) |
-         bit(motion_ != MotionState::kRest && motion_ != MotionState::kPaused, MachineSignal::kMoving) |
-         bit(program, MachineSignal::kRunning) | bit(latched_.fault != Fault::kOk, MachineSignal::kFault) |
+         bit(may_move(), MachineSignal::kMoving) | bit(program, MachineSignal::kRunning) |
+         bit(latched_.fault != Fault::kOk, MachineSignal::kFault) |
          bit((feedback_.homed_mask & all) == all, MachineSignal::kHomed) |
          bit(told.spindle_rpm != 0, MachineSignal::kSpindle) | bit(told.coolant & 1, MachineSignal::kMist) |
          bit(told.coolant & 2, MachineSignal::kFlood);

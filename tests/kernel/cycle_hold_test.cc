@@ -5,6 +5,7 @@
 
 #include "core/axes.h"
 #include "core/fault.h"
+#include "core/motion.h"
 #include "kernel/hold_detour.h"
 #include "kernel/rt_messages.h"
 #include "tests/kernel/held_machine.h"

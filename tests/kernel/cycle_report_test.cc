@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/motion.h"
 #include "kernel/rt_messages.h"
 #include "tests/kernel/held_machine.h"
 

@@ -10,6 +10,7 @@
 #include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "app/session/pipeline.h"
+#include "core/axes.h"
 #include "core/fault.h"
 #include "core/motion.h"
 #include "core/ports.h"
@@ -171,6 +172,44 @@ TEST(CycleWiring, ADoorThatLetsTheOperatorJogDoesSoInAHold) {
   mill.run(50);
   EXPECT_EQ(mill.now().detour, DetourState::kJogs);
   EXPECT_EQ(mill.now().fault, Fault::kOk);
+}
+
+// At M0 the program stands, but a jog there and the way back do move.
+TEST(CycleWiring, ADoorThatStopsJogsStopsThoseAtAProgramStop) {
+  WiredMill mill({door(true)});
+  mill.start(kStopsBetween);
+  ASSERT_TRUE(mill.until([&] { return mill.now().motion == MotionState::kPaused; }));
+  mill.open_door();
+  mill.run(50);
+  EXPECT_EQ(mill.now().fault, Fault::kOk) << "it stands";
+  EXPECT_FALSE(mill.on(MachineSignal::kMoving));
+  const JointVec stood = mill.now().q_plan;
+  mill.tell({Kind::kJog, 20, 0, 1});
+  mill.run(500);
+  EXPECT_EQ(mill.now().fault, Fault::kDoorOpen);
+  EXPECT_LT((mill.now().q_plan - stood).cwiseAbs().maxCoeff(), 0.1);
+}
+
+TEST(CycleWiring, TheWayBackToAProgramStopIsWatched) {
+  WiredMill mill({door(true)});
+  mill.start(kStopsBetween);
+  ASSERT_TRUE(mill.until([&] { return mill.now().motion == MotionState::kPaused; }));
+  mill.run(5);  // it has stood for a moment
+  mill.tell({Kind::kJog, 60, 0, 1});
+  EXPECT_TRUE(mill.on(MachineSignal::kMoving));
+  mill.run(5000);
+  ASSERT_NEAR(mill.now().q_plan[1], 60, 1e-6) << "jogged away with the door closed";
+  EXPECT_FALSE(mill.on(MachineSignal::kMoving));
+  mill.tell({Kind::kResume});
+  mill.run(200);
+  EXPECT_TRUE(mill.on(MachineSignal::kMoving)) << "it goes back";
+  const double opened_mm = mill.now().q_plan[1];
+  ASSERT_GT(opened_mm, 30);
+  mill.open_door();
+  mill.run(600);
+  EXPECT_EQ(mill.now().motion, MotionState::kRest);
+  EXPECT_EQ(mill.now().fault, Fault::kDoorOpen);
+  EXPECT_GT(mill.now().q_plan[1], opened_mm - 30) << "it stops on the way";
 }
 
 TEST(CycleWiring, ADoorThatStopsJogsStopsThem) {

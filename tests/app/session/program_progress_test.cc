@@ -8,6 +8,7 @@
 #include "app/session/plan_time.h"
 #include "app/session/program_step.h"
 #include "app/session/program_time.h"
+#include "core/motion.h"
 #include "kernel/rt_messages.h"
 
 // How long a program still takes, told by reports that are made by hand: the truth is the time they take.

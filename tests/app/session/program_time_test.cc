@@ -16,6 +16,8 @@
 #include "app/session/plan_time.h"
 #include "app/session/program_progress.h"
 #include "app/session/program_step.h"
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/motion.h"
 #include "core/ports.h"
 #include "interp/gcode/parameters.h"
