@@ -166,7 +166,7 @@ class PauseTest(unittest.TestCase):
             self.assertNotEqual(code, 0)
             self.assertIn("part.ngc:7", err)
             self.assertAlmostEqual(shop.parameter(5221), -10, places=6)
-            self.assertEqual(shop.client("tool", "9", "Z", "1")[0], 2, "there is no tool 9")
+            self.assertEqual(shop.client("tool", "9", "--in-spindle")[0], 2, "there is no tool 9")
             shop.ask("resume")
             shop.until(lambda s: s["line"] == 8 and s["state"] == "holding")
             self.assertEqual([round(q, 6) for q in shop.joints()[::2]], [10, 100])

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <fstream>
+#include <optional>
+#include <string>
+
 #include "core/ports.h"
 #include "tests/support/paths.h"
 
@@ -93,7 +97,9 @@ TEST_F(Modes, PassFromOneMdiLineToTheNext) {
 class Check : public testing::Test {
  protected:
   ProgramSummary check(const std::string& text) {
-    ProgramStart start{"p.ngc", text, JointVec::Zero(5)};
+    const std::string path = testing::TempDir() + "p.ngc";
+    std::ofstream(path) << text;
+    const ProgramStart start{path, std::nullopt, JointVec::Zero(5)};
     return check_program(assembly_, Parameters(), ToolTable::parse("", "t"), start, {});
   }
   Assembly assembly_ = assemble(source_dir() + "/configs/cradle.toml");
