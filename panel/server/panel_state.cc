@@ -374,9 +374,10 @@ void PanelState::stop_jogs() {
 void PanelState::watch_jogs() {
   for (auto& [id, page] : pages_) {
     const auto patience = page.held ? std::chrono::milliseconds(page.held->alive_ms) : kDeadMan;
-    if (!page.jogs() || Clock::now() - page.heard < patience) continue;
+    // Of a held jog the daemon counts, too, and may have ended it before.
+    if ((!page.jogs() && !page.held) || Clock::now() - page.heard < patience) continue;
     page.heard = Clock::now();  // the next stop, if the jog goes on, in another half second
-    page.stop_wanted = true;
+    page.stop_wanted = page.jogs();
     page.held.reset();
     if (page.gone) continue;
     put(page, {{"type", "message"},
