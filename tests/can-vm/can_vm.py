@@ -161,7 +161,7 @@ M2
 SCRIPT = """{setup}
 /bin/ip -details link show can0
 {socket_test}
-candump -L {log} > bus.log &
+candump -L -r 4000000 {log} > bus.log &
 {peers}
 trunnion-drives --machine machine.toml {drives} --priority 60 > drives.log 2>&1 &
 trunnion daemon --machine machine.toml --tools tools.tbl --log session.log > daemon.log 2>&1 &
