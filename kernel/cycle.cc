@@ -36,7 +36,7 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       io_(parts.io, config.period_s, config.spindle_timeout_s),
       safety_(config.safety),
       wires_(config.wires),
-      detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, ramp_, io_),
+      detour_(config.plan_joints, config.period_s, config.spindle_timeout_s, jog_, io_),
       retrace_(config.plan_joints, config.period_s, parts.queue, interpolator_),
       feed_forward_(config.feed_forward, config.plan_joints, config.period_s) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
@@ -177,6 +177,7 @@ void Cycle::jog(const RtCommand& command) TRN_RT {
     detour_.jog(setpoint_.q, command.joint, command.value, command.speed);
     return;
   }
+  interpolator_.leave_path();
   if (motion_ != MotionState::kJogging) jog_.begin(setpoint_.q);
   jog_.move_on(command.joint, command.value, command.speed);
   motion_ = MotionState::kJogging;
@@ -194,6 +195,7 @@ void Cycle::begin_homing(int joint) TRN_RT {
   const unsigned all = (1u << config_.joints.size()) - 1;
   homing_.mask = joint < 0 ? all : (1u << joint) & all;
   TRN_CHECK(motion_ == MotionState::kRest);
+  interpolator_.leave_path();
   homing_.answered = homing_.mask == 0;
   drives_.request_home(homing_.mask);
   motion_ = MotionState::kHoming;

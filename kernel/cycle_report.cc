@@ -35,6 +35,7 @@ void Cycle::report_source(const SourceLine& source) TRN_RT {
 
 void Cycle::report_place() TRN_RT {
   const Words y_before = report_.y;
+  const bool was_on_path = report_.on_path;
   const bool still = setpoint_.q == report_.q_plan;
   still_periods_ = still ? std::min(still_periods_ + 1, HoldDetour::kStillPeriods) : 0;
   report_.q_plan = setpoint_.q;
@@ -46,7 +47,8 @@ void Cycle::report_place() TRN_RT {
   report_.y = interpolator_.y();
   report_.context = interpolator_.context();
   report_.on_path = interpolator_.has_position() && !switch_.off_path && !detour_.under_way();
-  report_.speed_mm_s = (report_.y - y_before).head<3>().norm() / config_.period_s;
+  report_.speed_mm_s =
+      was_on_path && report_.on_path ? (report_.y - y_before).head<3>().norm() / config_.period_s : 0;
   report_.rate_plan_late = rate_.late();
   report_.late_rate_plans = rate_.late_answers();
   report_.override_now = rate_.rate();

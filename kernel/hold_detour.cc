@@ -11,11 +11,11 @@ constexpr std::int64_t kSpindleHears = 2;  // periods from the command to the an
 }
 
 HoldDetour::HoldDetour(const Joints& joints, double period_s, double spindle_timeout_s, JointJog& jog,
-                       JointRamp& ramp, TickIo& io)
+                       TickIo& io)
     : period_s_(period_s),
       spindle_timeout_s_(spindle_timeout_s),
       jog_(jog),
-      ramp_(ramp),
+      ramp_(joints, period_s, kShares),
       io_(io),
       way_(joints) {}
 
@@ -89,7 +89,7 @@ JointVec HoldDetour::step_back(const JointVec& q, double rate) TRN_RT {
     if (wanted <= 0 || still_ < kStillPeriods) return q;
     ended_ = way_.count() == 1 && q == way_.last();
     if (ended_) return q;
-    ramp_.begin_way(q, way_.last() - q, wanted, kSpeedShare);
+    ramp_.begin_way(q, way_.last() - q, wanted);
     on_leg_ = true;
   }
   const JointVec next = ramp_.step(wanted);

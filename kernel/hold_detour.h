@@ -19,11 +19,11 @@ namespace trn {
 /// It follows the corners of the jogs in reverse, because that way was free, from rest to rest at each.
 class HoldDetour {
  public:
-  static constexpr double kSpeedShare = 0.25;  ///< of the joints' velocity limits, on the way back
+  /// Of the joints' limits, on the way back: slow, and with half of them left to stop it.
+  static constexpr PlanShares kShares{0.5, 0.5, 0.25};
 
-  /// All must outlive this; `jog` and `ramp` are used by nobody else while the detour is under way.
-  HoldDetour(const Joints& joints, double period_s, double spindle_timeout_s, JointJog& jog, JointRamp& ramp,
-             TickIo& io);
+  /// All must outlive this; `jog` is used by nobody else while the detour is under way.
+  HoldDetour(const Joints& joints, double period_s, double spindle_timeout_s, JointJog& jog, TickIo& io);
 
   DetourState state() const TRN_RT { return state_; }
   /// The machine may stand elsewhere than at the hold, or an output differs.
@@ -65,7 +65,7 @@ class HoldDetour {
 
   double period_s_, spindle_timeout_s_;
   JointJog& jog_;
-  JointRamp& ramp_;
+  JointRamp ramp_;
   TickIo& io_;
   WayOut way_;
   DetourState state_ = DetourState::kNone;

@@ -108,7 +108,7 @@ void Interpolator::abandon() TRN_RT {
   at_.at_rest = true;
   at_.begun = false;
   outputs_ = {};
-  has_position_ = false;  // the joints may go elsewhere before the next program
+  leave_path();  // the joints may go elsewhere before the next program
 }
 
 }  // namespace trn

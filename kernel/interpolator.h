@@ -32,6 +32,8 @@ class Interpolator {
   SourceLine source() const TRN_RT { return at_.source; }
   const OverrideMode& overrides() const TRN_RT { return at_.overrides; }
   bool has_position() const TRN_RT { return has_position_; }
+  /// The joints go elsewhere, by a jog or in homing: y is no place of theirs any more.
+  void leave_path() TRN_RT { has_position_ = false; }
   bool at_rest() const TRN_RT { return at_.at_rest; }
   bool begun() const TRN_RT { return at_.begun; }
   /// Where it stands, to go away from and return to.

@@ -8,28 +8,27 @@
 namespace trn {
 
 namespace {
-constexpr PlanShares kShares{0.9, 0.8};  // of the limits; the rest stops the ramp at any moment
 constexpr double kFast = 1e12;           // no limit at all
 constexpr double kNoWay = 1e-9;          // mm, rad: keeps the division by a joint's way finite
 }  // namespace
 
-JointRamp::JointRamp(const Joints& joints, double period_s)
-    : joints_(joints), time_scale_(joints, kShares, period_s) {
+JointRamp::JointRamp(const Joints& joints, double period_s, PlanShares shares)
+    : joints_(joints), shares_(shares), time_scale_(joints, shares, period_s) {
   from_.setZero(static_cast<Eigen::Index>(joints.size()));
   way_ = from_;
 }
 
 // The curve runs from 0 to 1; each joint's limit, divided by its way, is a limit of the curve.
-void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate, double speed_share) TRN_RT {
+void JointRamp::begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT {
   TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size() && from.size() == way.size());
-  TRN_CHECK(way.allFinite() && speed_share > 0 && speed_share <= 1);
+  TRN_CHECK(way.allFinite());
   double velocity = kFast, acceleration = kFast, jerk = kFast;
   for (std::size_t i = 0; i < joints_.size(); ++i) {
     const JointLimit& limit = joints_[i].limit;
     const double part = std::abs(way[static_cast<Eigen::Index>(i)]) + kNoWay;
-    velocity = std::min(velocity, speed_share * limit.velocity / part);
-    acceleration = std::min(acceleration, kShares.acceleration * limit.acceleration / part);
-    jerk = std::min(jerk, kShares.jerk * limit.jerk / part);
+    velocity = std::min(velocity, shares_.velocity * limit.velocity / part);
+    acceleration = std::min(acceleration, shares_.acceleration * limit.acceleration / part);
+    jerk = std::min(jerk, shares_.jerk * limit.jerk / part);
   }
   curve_ = SCurve(1, velocity, acceleration, jerk);
   from_ = from;

@@ -13,11 +13,11 @@ namespace trn {
 /// override and a stop act at any moment (TimeScale).
 class JointRamp {
  public:
-  JointRamp(const Joints& joints, double period_s);
+  /// `shares`: of the joints' limits that it takes at full rate.
+  JointRamp(const Joints& joints, double period_s, PlanShares shares = {0.9, 0.8});
 
   /// All joints move by `way` together, as fast as the slowest of them can.
-  /// `speed_share`: of their velocity limits.
-  void begin_way(const JointVec& from, const JointVec& way, double rate, double speed_share = 1) TRN_RT;
+  void begin_way(const JointVec& from, const JointVec& way, double rate) TRN_RT;
 
   /// One period with this target of the rate, 0 to 1; the joints at its end, mm or rad.
   JointVec step(double rate_target) TRN_RT;
@@ -27,6 +27,7 @@ class JointRamp {
 
  private:
   const Joints joints_;
+  PlanShares shares_;
   TimeScale time_scale_;
   SCurve curve_;
   JointVec from_, way_;

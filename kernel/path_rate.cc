@@ -21,6 +21,7 @@ double PathRate::start(MotionQueue& queue, double rate) TRN_RT {
   has_stops_ = false;
   if (asked_ && --periods_left_ <= 0) take_answer();
   if (!asked_) queue.keep_nothing();
+  if (stands_by() && rate > 0) notice_late();
   follower_.restart(stands_by() ? 0 : rate);
   return follower_.step();
 }
@@ -52,7 +53,8 @@ double PathRate::step(MotionQueue& queue, const PlanPlace& place, const RateWish
   // What was asked for may not be wished any more: only for a hold there is something better in store.
   if (stop >= 0 && holds && asked_rate_ > 0) begin_stop(stop);
   if (asked_ && --periods_left_ <= 0) take_answer();
-  if (late() && stop >= 0 && has_stops_ && (holds || !has_later_stop(stop))) begin_stop(stop);
+  if (late() && stop >= 0 && has_stops_ && (holds || !has_later_stop(stop)) && begin_stop(stop) && !holds)
+    notice_late();
   ++since_question_;
   const bool changed = wish.rate != asked_rate_ || wish.stop_in_s < RateWish::kNoStop;
   if (waits_for_stop(holds)) return follower_.step();
@@ -76,13 +78,13 @@ void PathRate::take_answer() TRN_RT {
   const bool came = stale_ ? plans_.forget() : plans_.take(plan);
   if (!came) {
     moved_ |= !stale_;
-    if (++late_periods_ == kNoticeLeads * lead_periods_ && moved_) ++late_answers_;
+    if (++late_periods_ >= kNoticeLeads * lead_periods_ && moved_) notice_late();
     stale_ = true;
     return;
   }
   asked_ = false;
   late_periods_ = 0;
-  moved_ = false;
+  moved_ = noticed_ = false;
   if (stale_) return;
   has_stops_ = true;
   stops_from_ = asked_from_;
@@ -91,6 +93,12 @@ void PathRate::take_answer() TRN_RT {
   const RateState& state = follower_.state();
   steady_ = !plan && state.plan_ended(follower_.plan()) && std::abs(state.rate - asked_rate_) <= kArrived &&
             has_later_stop(-1);
+}
+
+// Once for each answer.
+void PathRate::notice_late() TRN_RT {
+  if (!noticed_) ++late_answers_;
+  noticed_ = true;
 }
 
 // The stop in store that begins so many periods from now; -1: none.

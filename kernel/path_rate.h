@@ -35,7 +35,8 @@ class PathRate {
   bool standing() const TRN_RT { return follower_.standing(); }
   /// The answer to the last question is due and has not come.
   bool late() const TRN_RT { return late_periods_ > 0; }
-  /// How often an answer was late by four leads and more while the machine moved.
+  /// How often an answer was late by four leads and more while the machine moved, or so that it slowed down or
+  /// waited for it.
   std::uint32_t late_answers() const TRN_RT { return late_answers_; }
   /// Plan time that passed in the first part (0 to 1) of the last period, s.
   double plan_time_at(double part) const TRN_RT { return follower_.plan_time_at(part); }
@@ -47,6 +48,7 @@ class PathRate {
   bool begin_stop(int index) TRN_RT;
   void take_answer() TRN_RT;
   bool stands_by() const TRN_RT;
+  void notice_late() TRN_RT;
 
   RatePlans& plans_;
   RateFollower follower_;
@@ -61,7 +63,8 @@ class PathRate {
                 stops_from_ = 0;  ///< blocks that the question and the stops in store begin with
   int since_answer_ = 0;          ///< periods since the last answer began that was taken
   int late_periods_ = 0;
-  bool moved_ = false;  ///< when the answer became late
+  bool moved_ = false;    ///< when the answer became late
+  bool noticed_ = false;  ///< that it is
   std::uint32_t late_answers_ = 0;
   double asked_rate_ = 1;
 };

@@ -21,11 +21,13 @@ TimeScale::TimeScale(const Joints& joints, PlanShares shares, double period_s)
     : alpha_(shares.acceleration), beta_(shares.jerk), period_s_(period_s) {
   TRN_CHECK(shares.acceleration > 0 && shares.acceleration < 1);
   TRN_CHECK(shares.jerk > 0 && shares.jerk < 1);
+  TRN_CHECK(shares.velocity > 0 && shares.velocity <= 1);
   for (const Joint& joint : joints) {
     const JointLimit& limit = joint.limit;
-    k_a_ = std::max(k_a_, limit.velocity / limit.acceleration);
+    const double velocity = shares.velocity * limit.velocity;
+    k_a_ = std::max(k_a_, velocity / limit.acceleration);
     k_aj_ = std::max(k_aj_, limit.acceleration / limit.jerk);
-    k_j_ = std::max(k_j_, limit.velocity / limit.jerk);
+    k_j_ = std::max(k_j_, velocity / limit.jerk);
   }
   // w(r): the largest speed from which both ends, r = 0 and r = 1, can be reached or were reached within the
   // bounds; a forward and a backward sweep over z = w^2, whose slope is 2 r''.

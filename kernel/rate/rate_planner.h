@@ -45,12 +45,12 @@ class RatePlanner {
   const RatePlan* stop(int index);
 
  private:
-  static constexpr int kTries = 24;
+  static constexpr int kTries = 8;
   /// Steps of all searches, of one search for a lower override, and for one stop in store: the near ones
   /// begin a hold, the far ones serve only if this planner dies.
-  static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 250, kFarStopBudget = 160;
+  static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 160, kFarStopBudget = 160;
   /// Of one search for the way back from a rate above 1, and of all of them.
-  static constexpr int kReturnBudget = RatePlan::kStepsMax, kReturnsBudget = 2880;
+  static constexpr int kReturnBudget = 150, kReturnsBudget = 900;
   static constexpr int kAims = 8;  ///< walks to come to a stop at a given place
 
   enum class Verdict : unsigned char { kSafe, kBeyondTarget, kBreaks };

@@ -19,7 +19,8 @@ constexpr double kDeficitShare = 0.08;  // of what r' is too low by, recovered i
 constexpr double kShareGrowth = 4;      // the same, while the search does not get past a place
 constexpr double kPastS = 0.001;        // of plan time: a place is passed
 constexpr double kDeficitMin = 1e-6;
-constexpr int kSlopes = 8;        // looked at for the r' that a place bears
+constexpr int kSlopes = 8;        // parts of r' in which that which a place bears is looked for
+constexpr int kBacktracks = 48, kBacktracksAbove0 = 12;  // of a search for a stop, for a lower rate
 constexpr double kLowRate = 0.1;  // below, r' must come to 0 before the rate does
 
 // How long u < 0 may last until a constant `release_u` brings rate and slope to 0 together:
@@ -39,17 +40,19 @@ double release(const RateWalk& walk, const RateBounds& bounds) {
   return walk.slope() < 0 ? most : std::min(0.0, most);
 }
 
-// The lowest r' above the present one that its place seems to bear at this rate.
+// The lowest r' above the present one that its place seems to bear at this rate. What limits r' and u there is
+// linear in both, so the slopes that it bears have no gap up to 0: half of them is left by each look.
 double feasible_slope(RateWalk walk) {
   const double r = walk.rate(), w = walk.slope();
-  for (int i = kSlopes - 1; i > 0; --i) {
-    const double tried = w * i / kSlopes;
+  int borne = 0;
+  for (int step = kSlopes / 2; step > 0; step /= 2) {
+    const double tried = w * (borne + step) / kSlopes;
     walk.set_rate(r, tried);
     const RateBounds bounds = walk.bounds();
     const bool comes_to_rest = r > kLowRate || tried * tried < 2 * r * bounds.u_max;
-    if (bounds.legal && tried > bounds.slope_min && comes_to_rest) return tried;
+    if (bounds.legal && tried > bounds.slope_min && comes_to_rest) borne += step;
   }
-  return 0;
+  return w * borne / kSlopes;
 }
 
 }  // namespace
@@ -65,6 +68,7 @@ double StopSearch::find(const RateWalk& from, double to, double release_share, i
   release_from_ = RatePlan::kStepsMax;
   release_until_s_ = 0;
   deficit_share_ = kDeficitShare;
+  backtracks_left_ = to > 0 ? kBacktracksAbove0 : kBacktracks;
   checkpoints_[static_cast<std::size_t>(at_)] = from;
   plan.stops = to == 0;
   plan.level_rate = plan.end_rate = to;
@@ -85,7 +89,7 @@ double StopSearch::find(const RateWalk& from, double to, double release_share, i
     if (bounds.legal && advance(here, bounds, off, plan.steps[k], checkpoints_[k + 1])) {
       released_[k] = off || (here.slope() < 0 && plan.steps[k].u >= 0);
       ++at_;
-    } else if (!backtrack(behind, plan)) {
+    } else if (backtracks_left_-- == 0 || !backtrack(behind, plan)) {
       return -1;
     }
   }

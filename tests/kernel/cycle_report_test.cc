@@ -1,5 +1,6 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "core/motion.h"
@@ -34,6 +35,24 @@ TEST(CycleReport, TheRateOfAJogIsTheFeedOverrideAndOneAtMost) {
     EXPECT_EQ(machine.now().override_now, std::min(1.0, feed)) << "a jog at rest";
     ASSERT_TRUE(machine.ended());
   }
+}
+
+// A program that begins elsewhere than the one before has ended does not move fast in its first period.
+TEST(CycleReport, TheSpeedIsThatOfThePathAlsoInTheFirstPeriodOfAProgram) {
+  HeldMachine machine("mill", "G21 G90\nG1 X10 F3000\nM2\n");
+  ASSERT_TRUE(machine.until([&] { return machine.now().speed_mm_s > 1; }));
+  ASSERT_TRUE(machine.ended());
+  machine.tell({Kind::kJog, 40, 0, 1});
+  ASSERT_TRUE(machine.until([&] { return machine.now().motion == MotionState::kJogging; }));
+  ASSERT_TRUE(machine.ended());
+  machine.start("G21 G90\nG1 X20 F3000\nM2\n");
+  double fastest_mm_s = 0;
+  ASSERT_TRUE(machine.until([&] {
+    fastest_mm_s = std::max(fastest_mm_s, machine.now().speed_mm_s);
+    return machine.now().motion == MotionState::kRest && fastest_mm_s > 1;
+  }));
+  EXPECT_GT(fastest_mm_s, 45);
+  EXPECT_LT(fastest_mm_s, 51) << "F3000 is 50 mm/s";
 }
 
 // M1 waits for the operator where he has asked for that, and only then.

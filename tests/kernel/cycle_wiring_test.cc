@@ -209,7 +209,7 @@ TEST(CycleWiring, TheWayBackToAProgramStopIsWatched) {
   mill.run(600);
   EXPECT_EQ(mill.now().motion, MotionState::kRest);
   EXPECT_EQ(mill.now().fault, Fault::kDoorOpen);
-  EXPECT_GT(mill.now().q_plan[1], opened_mm - 30) << "it stops on the way";
+  EXPECT_GT(mill.now().q_plan[1], opened_mm - 10) << "it stops on the way";
 }
 
 TEST(CycleWiring, ADoorThatStopsJogsStopsThem) {

@@ -42,9 +42,15 @@ class HeldMachine {
         judge_(assembly_.machine.joints, assembly_.machine.period_s) {
     assembly_.drives->bring_up();
     for (int i = 0; i < 20000 && now().drives != DriveState::kEnabled; ++i) cycle_.tick();
+    for (int i = 0; i < 4; ++i) judge_(now().q_setpoint);  // it stands
+    start(program);
+  }
+  /// At rest, from where it stands.
+  void start(const std::string& program) {
+    queue_.begin_generation();
     pipeline_.emplace(assembly_, parameters_, tools_, ProgramStart{"test", program, now().q_plan},
                       PipelineObservers{});
-    for (int i = 0; i < 4; ++i) judge_(now().q_setpoint);  // it stands
+    ended_ = false;
     post({RtCommand::Kind::kStart});
   }
   void tick() {

@@ -112,6 +112,7 @@ TEST_F(PathRateProtocol, GoesOnWhileAnAnswerIsLateAndStopsWhereNoneComes) {
   EXPECT_EQ(rate_.rate(), 1) << "the plan in force is safe";
   steps(1, {1.5});
   EXPECT_LT(rate_.rate(), 1) << "the last stop in store";
+  EXPECT_EQ(rate_.late_answers(), 1u) << "it is told as soon as the machine slows down for it";
   steps(30, {1.5});
   EXPECT_TRUE(rate_.standing());
   EXPECT_EQ(rate_.late_answers(), 1u) << "one answer that is late is one";
@@ -187,10 +188,12 @@ TEST_F(PathRateProtocol, StandsWhileNobodyAnswers) {
   EXPECT_TRUE(rate_.late());
   EXPECT_EQ(rate_.start(queue_, 1), kPeriodS) << "a little late is no reason to wait";
   for (int i = 0; i < 20 * lead_; ++i) rate_.rest(queue_);
+  EXPECT_EQ(rate_.late_answers(), 0u) << "nothing moved, and nothing should";
+  EXPECT_EQ(rate_.start(queue_, 1), 0);
   EXPECT_EQ(rate_.start(queue_, 1), 0);
   plans_.late = false;
   EXPECT_EQ(rate_.start(queue_, 1), kPeriodS);
-  EXPECT_EQ(rate_.late_answers(), 0u) << "nothing moved";
+  EXPECT_EQ(rate_.late_answers(), 1u) << "a motion waited";
 }
 
 }  // namespace
