@@ -37,6 +37,12 @@ function checkFunctions({ crossing, ScopeRows, spectrum }) {
   // Between two lines the window takes 15 % at most off the peak.
   const between = Math.max(...spectrum(wave(100.5 * bin, 1), periodS).amplitude);
   assert(between > 0.84 && between < 0.86, `${between}`);
+  // All that is shown counts, however long that is: a wave in the first part of 1000 values, and one all along.
+  const short = Array.from({ length: 1000 }, (_, i) => (i < 400 ? Math.sin(2 * Math.PI * 50 * i * periodS) : 0));
+  assert(Math.max(...spectrum(short, periodS).amplitude) > 0.1, "the first part is left out");
+  const whole = Array.from({ length: 1000 }, (_, i) => 2 * Math.sin(2 * Math.PI * 50 * i * periodS));
+  const { frequency: at, amplitude: found } = spectrum(whole, periodS), peak = found.indexOf(Math.max(...found));
+  assert(Math.abs(at[peak] - 50) < 0.5 && Math.abs(found[peak] - 2) < 0.05, `${found[peak]} at ${at[peak]} Hz`);
   assert.equal(crossing([0, 1, null, 5, 6], "rising", 5.5, 0), 4);
   assert.equal(crossing([0, 1, null, 5, 6], "rising", 3, 0), -1);  // nobody knows when
   assert.equal(crossing([2, 1, 0], "falling", 1, 0), 1);

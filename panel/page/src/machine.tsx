@@ -23,7 +23,7 @@ function Joints() {
               <tr key={joint.name}>
                 <th scope="row"><span>{joint.name}</span></th>
                 <td class="strong">{positionText(q, angle, status.inch)} {unitText(angle, status.inch)}</td>
-                <td>{angle ? `${fixed(behind * 1e3, 2)} mrad` : `${fixed(behind * 1e3, 1)} µm`}</td>
+                <td>{angle ? `${fixed((behind * 180) / Math.PI, 4)}°` : `${fixed(behind * 1e3, 1)} µm`}</td>
                 <td class="text"><b class="track"><i style={{ left: `${100 * at}%` }} /></b></td>
                 <td class="text">{state?.limit_switch ? "on its switch" : state?.homed ? "homed" : "not homed"}</td>
               </tr>

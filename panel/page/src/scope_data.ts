@@ -63,19 +63,19 @@ export function crossing(column: Column, edge: Edge, level: number, from: number
   return -1;
 }
 
-/** Amplitudes of a signal over its frequencies in Hz: Hann window, mean taken off, of the newest 2^n rows. */
+/** Amplitudes of a signal over its frequencies in Hz: of all rows, Hann window, mean taken off, zeros up to a power of two. */
 export function spectrum(column: Column, periodS: number): { frequency: number[]; amplitude: number[] } {
-  const n = 2 ** Math.floor(Math.log2(Math.max(1, column.length)));
-  if (n < 16) return { frequency: [], amplitude: [] };
-  const values = column.slice(-n).map((value) => value ?? 0);
-  const mean = values.reduce((sum, value) => sum + value, 0) / n;
-  const re = new Float64Array(n), im = new Float64Array(n);
-  for (let i = 0; i < n; ++i) re[i] = (values[i] - mean) * (0.5 - 0.5 * Math.cos((2 * Math.PI * i) / n));
+  const m = column.length, n = 2 ** Math.ceil(Math.log2(Math.max(1, m)));
+  const known = column.filter((value) => value !== null) as number[];
+  if (known.length < 16) return { frequency: [], amplitude: [] };
+  const mean = known.reduce((sum, value) => sum + value, 0) / known.length;
+  const re = new Float64Array(n), im = new Float64Array(n);  // zeros behind what is shown
+  for (let i = 0; i < m; ++i) re[i] = ((column[i] ?? mean) - mean) * (0.5 - 0.5 * Math.cos((2 * Math.PI * i) / m));
   transform(re, im);
   const frequency: number[] = [], amplitude: number[] = [];
   for (let k = 1; k < n / 2; ++k) {
     frequency.push(k / (n * periodS));
-    amplitude.push((4 / n) * Math.hypot(re[k], im[k]));  // 2/n for one side, 2 for the window's mean
+    amplitude.push((4 / m) * Math.hypot(re[k], im[k]));  // 2/n for one side, 2 for the window's mean
   }
   return { frequency, amplitude };
 }
