@@ -9,6 +9,7 @@
 #include "kernel/joint_ramp.h"
 #include "kernel/rt_messages.h"
 #include "kernel/tick_io.h"
+#include "kernel/time_scale.h"
 #include "kernel/way_out.h"
 
 namespace trn {
