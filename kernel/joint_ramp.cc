@@ -8,8 +8,8 @@
 namespace trn {
 
 namespace {
-constexpr double kFast = 1e12;           // no limit at all
-constexpr double kNoWay = 1e-9;          // mm, rad: keeps the division by a joint's way finite
+constexpr double kFast = 1e12;   // no limit at all
+constexpr double kNoWay = 1e-9;  // mm, rad: keeps the division by a joint's way finite
 }  // namespace
 
 JointRamp::JointRamp(const Joints& joints, double period_s, PlanShares shares)

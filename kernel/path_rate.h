@@ -35,8 +35,8 @@ class PathRate {
   bool standing() const TRN_RT { return follower_.standing(); }
   /// The answer to the last question is due and has not come.
   bool late() const TRN_RT { return late_periods_ > 0; }
-  /// How often an answer was late by four leads and more while the machine moved, or so that it slowed down or
-  /// waited for it.
+  /// How often an answer was late by four leads and more while the machine moved, or so that it slowed down
+  /// or waited for it.
   std::uint32_t late_answers() const TRN_RT { return late_answers_; }
   /// Plan time that passed in the first part (0 to 1) of the last period, s.
   double plan_time_at(double part) const TRN_RT { return follower_.plan_time_at(part); }

@@ -20,10 +20,9 @@ struct PlanShares {
 /// With r, r', r'' a joint that the plan moves by v, a, j moves by r v, r^2 a + r' v and
 /// r^3 j + 3 r r' a + r'' v. For every plan inside the shares these stay inside the limits if
 ///   |r'| k_a <= 1 - alpha r^2   and   3 r |r'| alpha k_aj + |r''| k_j <= 1 - beta r^3
-/// with k_a = max V/A, k_aj = max A/J, k_j = max V/J over the joints, V with its share, and alpha, beta those of
-/// acceleration and jerk: no knowledge
-/// of the plan is needed, so a hold may come at any tick. The fastest law inside these bounds is a curve w(r)
-/// of the rate's speed, computed once.
+/// with k_a = max V/A, k_aj = max A/J, k_j = max V/J over the joints, V with its share, and alpha, beta those
+/// of acceleration and jerk: no knowledge of the plan is needed, so a hold may come at any tick. The fastest
+/// law inside these bounds is a curve w(r) of the rate's speed, computed once.
 class TimeScale {
  public:
   TimeScale(const Joints& joints, PlanShares shares, double period_s);

@@ -19,9 +19,9 @@ constexpr double kDeficitShare = 0.08;  // of what r' is too low by, recovered i
 constexpr double kShareGrowth = 4;      // the same, while the search does not get past a place
 constexpr double kPastS = 0.001;        // of plan time: a place is passed
 constexpr double kDeficitMin = 1e-6;
-constexpr int kSlopes = 8;        // parts of r' in which that which a place bears is looked for
+constexpr int kSlopes = 8;  // parts of r' in which that which a place bears is looked for
 constexpr int kBacktracks = 48, kBacktracksAbove0 = 12;  // of a search for a stop, for a lower rate
-constexpr double kLowRate = 0.1;  // below, r' must come to 0 before the rate does
+constexpr double kLowRate = 0.1;                         // below, r' must come to 0 before the rate does
 
 // How long u < 0 may last until a constant `release_u` brings rate and slope to 0 together:
 // (w + u t)^2 = 2 release_u (r + w t + u t^2 / 2). So the end of a stop does not depend on where steps begin.
@@ -40,8 +40,8 @@ double release(const RateWalk& walk, const RateBounds& bounds) {
   return walk.slope() < 0 ? most : std::min(0.0, most);
 }
 
-// The lowest r' above the present one that its place seems to bear at this rate. What limits r' and u there is
-// linear in both, so the slopes that it bears have no gap up to 0: half of them is left by each look.
+// The lowest r' above the present one that its place seems to bear at this rate. What limits r' and u there
+// is linear in both, so the slopes that it bears have no gap up to 0: half of them is left by each look.
 double feasible_slope(RateWalk walk) {
   const double r = walk.rate(), w = walk.slope();
   int borne = 0;

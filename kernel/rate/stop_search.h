@@ -34,8 +34,8 @@ class StopSearch {
 
   double step_s_max_;
   double to_ = 0, release_share_ = 0;
-  int at_ = 0, release_from_ = 0;                              ///< steps
-  double release_until_s_ = 0;                                 ///< of plan time passed
+  int at_ = 0, release_from_ = 0;  ///< steps
+  double release_until_s_ = 0;     ///< of plan time passed
   int backtracks_left_ = 0;
   double deficit_share_ = 0;                                   ///< recovered in the next backtracking
   std::array<RateWalk, RatePlan::kStepsMax + 1> checkpoints_;  ///< where the steps begin

@@ -3,8 +3,8 @@
 
 usage: page_memory.py TRUNNION_BINARY SOURCE_DIR PAGE_DIR [SECONDS]
 
-Without SECONDS: 30, or TRN_LONG=SECONDS. In the short form the page must only not grow by more than it holds; from 600 s
-on the slopes behind the first third are judged.
+Without SECONDS: 30, or TRN_LONG=SECONDS. In the short form the page must only not grow by more than it holds; from
+600 s on the slopes behind the first third are judged.
 """
 import json
 import os
@@ -65,8 +65,9 @@ def slope(rows, key):
 
 def judge(rows, seconds):
     last, kept = rows[-1], [row for row in rows if row["s"] >= WARM_UP * seconds]
-    print(f"heap {rows[0]['heap'] / 1e6:.1f} to {last['heap'] / 1e6:.1f} MB, elements {rows[0]['nodes']} to {last['nodes']}, "
-          f"listeners {rows[0]['listeners']} to {last['listeners']}, in {len(rows)} rounds")
+    first = rows[0]
+    print(f"heap {first['heap'] / 1e6:.1f} to {last['heap'] / 1e6:.1f} MB, elements {first['nodes']} to {last['nodes']}, "
+          f"listeners {first['listeners']} to {last['listeners']}, in {len(rows)} rounds")
     assert last["heap"] < 2 * rows[0]["heap"] + 5e6, "the heap grows"
     if seconds < JUDGED_FROM_S:
         return
