@@ -66,7 +66,8 @@ def slope(rows, key):
 def judge(rows, seconds):
     last, kept = rows[-1], [row for row in rows if row["s"] >= WARM_UP * seconds]
     first = rows[0]
-    print(f"heap {first['heap'] / 1e6:.1f} to {last['heap'] / 1e6:.1f} MB, elements {first['nodes']} to {last['nodes']}, "
+    print(f"heap {first['heap'] / 1e6:.1f} to {last['heap'] / 1e6:.1f} MB, "
+          f"elements {first['nodes']} to {last['nodes']}, "
           f"listeners {first['listeners']} to {last['listeners']}, in {len(rows)} rounds")
     assert last["heap"] < 2 * rows[0]["heap"] + 5e6, "the heap grows"
     if seconds < JUDGED_FROM_S:
