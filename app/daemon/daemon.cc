@@ -17,6 +17,7 @@
 #include "app/client/command_rights.h"
 #include "app/client/daemon_place.h"
 #include "app/daemon/access.h"
+#include "app/daemon/drop_teller.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/scope_server.h"
 #include "app/daemon/sensor_receiver.h"
@@ -99,22 +100,6 @@ void drain_reports(const DaemonParts& parts, MachineController& controller, Scop
   }
 }
 
-/// Tells, once a minute at most, that messages were dropped.
-class DropTeller {
- public:
-  void look(const LocalServer& clients) {
-    const auto now = std::chrono::steady_clock::now();
-    if (clients.dropped() == told_ || now < quiet_until_) return;
-    spdlog::warn("{} packets of clients were no messages and were dropped", clients.dropped() - told_);
-    told_ = clients.dropped();
-    quiet_until_ = now + std::chrono::minutes(1);
-  }
-
- private:
-  std::uint64_t told_ = 0;
-  std::chrono::steady_clock::time_point quiet_until_;
-};
-
 // Who hangs in a system call cannot be waited for: then the process ends from here.
 void end_with(const MachineController& controller) {
   const std::string bad = controller.bad_ending();
@@ -136,7 +121,9 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
   notifier.ready();
   while (!controller.done()) {
     for (int round = 0; round < kRoundsAtOnce && clients.handle(round == 0 ? kPollMs : 0);) ++round;
-    drops.look(clients);
+    if (const std::string told = drops.look(clients.dropped(), std::chrono::steady_clock::now());
+        !told.empty())
+      spdlog::warn("{}", told);
     for (const auto& work : parts.background) work();
     drain_reports(parts, controller, scope);
     if (signals.taken()) {

@@ -44,6 +44,16 @@ TEST(Config, ErrorsNamePlaceAndRemedy) {
             "t.toml:2:5: 'c.d' = \"x\" is not legal; did you mean \"y\"? Legal: y, z");
 }
 
+TEST(Config, ProposesAWordForSlipsOfTheFingersOnly) {
+  // A letter left out, one too many, a wrong one, two in the wrong order.
+  for (const char* written : {"velocty", "veloocity", "velozity", "veloctiy"})
+    EXPECT_EQ(nearest_word(written, {"jerk", "velocity", "position"}), "velocity") << written;
+  EXPECT_EQ(nearest_word("feet", {"reed", "feed"}), "feed") << "one letter is nearer than two";
+  // Longer words with the same begin are other words: nine and eight letters are missing.
+  EXPECT_EQ(nearest_word("rail", {"railing_width"}), "");
+  EXPECT_EQ(nearest_word("home", {"homing_speed"}), "");
+}
+
 TEST(Config, NumbersAreFinite) {
   const ConfigTable root = parse_config("a = inf\nb = [0, 1, -inf]\n", "t.toml");
   EXPECT_EQ(failure([&] { root.number("a"); }), "t.toml:1:5: 'a' must be a finite number");

@@ -131,6 +131,28 @@ TEST_F(SafeFile, RootKeepsTheOwner) {
   EXPECT_EQ(found.st_gid, 23456u);
 }
 
+// Whoever may write a file of another user replaces it by one of his own: only root can give files away.
+TEST_F(SafeFile, AnotherUsersFileIsReplacedByOnesOwn) {
+  std::ofstream(path) << "old";
+  ::chmod(path.c_str(), 0666);
+  ::chmod(folder.c_str(), 0777);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    // By a name from here: the folders above may be closed to others.
+    if (::chdir(folder.c_str()) != 0 || ::setgid(23456) != 0 || ::setuid(12345) != 0) ::_exit(2);
+    ::_exit(why("mill.var").empty() ? 0 : 1);
+  }
+  int status = 1;
+  ASSERT_EQ(::waitpid(child, &status, 0), child);
+  if (WEXITSTATUS(status) == 2) GTEST_SKIP() << "only root can become another user";
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(read(path), "new");
+  EXPECT_EQ(mode(path), 0666u);
+  struct stat found {};
+  ASSERT_EQ(::lstat(path.c_str(), &found), 0);
+  EXPECT_EQ(found.st_uid, 12345u);
+}
+
 TEST_F(SafeFile, ReadOnlyHoldsForRootToo) {
   std::ofstream(path) << "old";
   ::chmod(path.c_str(), 0444);

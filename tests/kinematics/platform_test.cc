@@ -1,5 +1,9 @@
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <set>
+
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/machine.h"
@@ -190,6 +194,33 @@ TEST(Hexapod, TheFreeTurnIsASmoothFunctionOfThePose) {
     const JointVec third = last[3] - 3 * last[2] + 3 * last[1] - last[0];
     EXPECT_LT(third.lpNorm<Eigen::Infinity>(), 200 * h * h * h + 1e-11);
   }
+}
+
+// The greatest of twelve angles, from the places of the joints as the config has them. By turns each leg has
+// the worst.
+TEST(Hexapod, TheWorstEndOfAnyLegIsItsJointAngle) {
+  const LoadedMachine loaded = load_machine("hexapod");
+  const auto& hexapod = as<Hexapod>(loaded);
+  const auto legs = loaded.machine.root.table("kinematics").tables("leg");
+  ASSERT_EQ(legs.size(), 6u);
+  const auto angle = [](const Vec3& a, const Vec3& b) { return std::atan2(a.cross(b).norm(), a.dot(b)); };
+  std::set<std::size_t> worst_legs;
+  for (int k = 0; k < 72; ++k) {
+    const double way = 2 * kPi * k / 72;
+    const Mat3 R = rot_z(way) * rot_x(0.25) * rot_z(-way);
+    const Pose X{R, Vec3(60 * std::cos(3 * way), 60 * std::sin(3 * way), 640)};
+    double worst = 0;
+    std::size_t worst_leg = 0;
+    for (std::size_t i = 0; i < 6; ++i) {
+      const Vec3 base = legs[i].vec3("base_mm"), joint = legs[i].vec3("platform_mm");
+      const Vec3 home = joint + Vec3(0, 0, 640) - base, now = R * joint + X.p - base;
+      const double here = std::max(angle(now, home), angle(R.transpose() * now, home));
+      if (here > worst) worst = here, worst_leg = i;
+    }
+    worst_legs.insert(worst_leg);
+    EXPECT_NEAR(hexapod.joint_angle(X), worst, 1e-7) << k;
+  }
+  EXPECT_EQ(worst_legs.size(), 6u);
 }
 
 TEST(Hexapod, LimitsOfTheMechanismAreNamed) {

@@ -53,5 +53,17 @@ TEST_F(Reader, SaysWhereTheTraceIsDamaged) {
   EXPECT_NE(failure("t_s,X,A\n0,inf,2\n"), "");
 }
 
+// A damaged field may be a megabyte: its first 24 bytes are shown.
+TEST_F(Reader, QuotesTheBeginOfALongField) {
+  const std::string letters(24, 'x');
+  EXPECT_EQ(failure("t_s,X,A\n0,1," + letters + "\n"), ":2:5: '" + letters + "' is not a finite number");
+  EXPECT_EQ(failure("t_s,X,A\n0,1," + letters + "y\n"), ":2:5: '" + letters + "...' is not a finite number");
+}
+
+TEST_F(Reader, SaysWhereItsHeaderIsWrong) {
+  EXPECT_EQ(failure("t_s,X,A,X\n").substr(0, 6), ":1:9: ");
+  EXPECT_EQ(failure("X,t_s,A\n").substr(0, 6), ":1:1: ");
+}
+
 }  // namespace
 }  // namespace trn

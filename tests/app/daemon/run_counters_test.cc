@@ -68,7 +68,8 @@ TEST(RunCounters, KeepRunTimeNowAndThen) {
 }
 
 TEST(RunCounters, LeaveAloneWhatTheyDoNotUnderstand) {
-  for (const char* text : {"", "parts -1\nrun_s 2\n", "parts 1\nrun_s nan\n", "G0 X1\n"}) {
+  for (const char* text : {"", "parts -1\nrun_s 2\n", "parts 1\nrun_s nan\n", "parts 1\nrun_s -2\n",
+                           "pieces 1\nrun_s 2\n", "parts 1\nhours 2\n", "G0 X1\n"}) {
     const std::string file = fresh("d.counters");
     std::ofstream(file) << text;
     {

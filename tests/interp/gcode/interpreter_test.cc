@@ -172,6 +172,7 @@ TEST(Dialect, CodesWithAMeaningAreIgnoredOnlyAsTheyAreWritten) {
   for (const char* line : {"G8 P2", "G8 P1 X1", "G187 P2", "G187"})
     EXPECT_NE(Session(session).error(line), "") << line;
   EXPECT_EQ(Session(session).error("F9 G5 X1 Y1 I1 J1 P10000 Q1\nG8"), "") << "a spline";
+  EXPECT_EQ(Session(session).canon("G4 P1"), canon("G4 P1")) << "another code with such a word";
   const auto refused = [](const std::string& words) {
     try {
       ignoring(words);
@@ -287,6 +288,10 @@ TEST(Dialect, ToolsThatAreNotThere) {
   EXPECT_NE(none.error("G43 H7").find("tool 7 is not known: no tool table was given"), std::string::npos);
   EXPECT_NE(none.error("G43 H7").find("--tools FILE.tbl"), std::string::npos);
   EXPECT_NE(Session().error("T7 M6").find("tool 7 is not in t.tbl"), std::string::npos);
+  Session without_one;
+  without_one.tools = ToolTable::parse("T2 P2 Z6\n", "t.tbl");
+  EXPECT_NE(without_one.error("T1 M6").find("tool 1 is not in t.tbl"), std::string::npos);
+  EXPECT_EQ(without_one.error("T0 M6"), "") << "no tool in the spindle";
 }
 
 // A thousandth of the greater radius, as the family takes it.

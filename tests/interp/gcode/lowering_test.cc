@@ -417,6 +417,9 @@ TEST(UserCodes, CallSubProgramsAndSwitchOutputs) {
   EXPECT_EQ(
       session.canon("o<touch> sub\nG0 X#1 Y#2\no<touch> endsub\nM111 P3 Q4\nM112\nM113 P1"),
       test::moves({"T 3 4 0", "CLEAR_AUX_OUTPUT_BIT(5)", "USER_DEFINED_FUNCTION(113, 1.000000, 0.000000)"}));
+  const std::string called = "o<touch> sub\nG0 X[#1+1] Y[#2+1]\no<touch> endsub\n";
+  EXPECT_EQ(session.canon(called + "M111 P3"), test::moves({"T 4 1 0"})) << "a word that is missing is 0";
+  EXPECT_EQ(session.canon(called + "M111 Q3"), test::moves({"T 1 4 0"}));
 }
 
 // A quarter of a circle of 10 mm as a rational curve: chords miss it by 2 um, the cubic pieces by 1 um at

@@ -107,6 +107,9 @@ TEST(Tables, AToolsSizesAreReadAgainAsTheyWere) {
     EXPECT_EQ(again.find(1)->offset[kZ], table.find(1)->offset[kZ]) << table.to_text();
   }
   EXPECT_EQ(ToolTable::parse("T1 P1 Z50 D0.5", "t.tbl").to_text(), "T1 P1 Z+50.000000 D+0.500000\n");
+  EXPECT_EQ(ToolTable::parse("T1 P1 Z0.1234567 D-0.1234567", "t.tbl").to_text(),
+            "T1 P1 Z+0.1234567 D-0.1234567\n")
+      << "with its sign, as those of six digits";
 }
 
 TEST(Tables, ToolTablesThatAreNoneAreRefused) {

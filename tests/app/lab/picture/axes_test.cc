@@ -108,6 +108,7 @@ TEST(Legend, BeginsANewRowWhereTheEntriesDoNotFit) {
   const std::vector<LegendEntry> entries(6, {"twelve chars", line_colour(0)});
   EXPECT_EQ(draw_legend(svg, 10, 20, 290, {entries[0]}), 40);
   EXPECT_EQ(draw_legend(svg, 10, 20, 290, entries), 80) << "two in a row";
+  EXPECT_EQ(svg.str().find("bold"), std::string::npos) << "headings are bold, and nothing else";
 }
 
 }  // namespace
