@@ -203,7 +203,7 @@ class PauseTest(unittest.TestCase):
 
     def test_after_a_power_cut_the_program_goes_on_where_it_was(self):
         with Shop() as shop:
-            record, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "plain.csv"))
+            record, log, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log", "plain.csv"))
             program = shop.write("part.ngc", PASSES)
             run_undisturbed(self, shop, program, plain)
             truth = places(plain, 5)
@@ -219,7 +219,7 @@ class PauseTest(unittest.TestCase):
             with open(os.path.join(shop.folder.name, "m.place")) as file:
                 place = json.load(file)
             self.assertEqual((place["line"], place["text"], place["to"][:3]), (8, "G1 X40 Y20", [40, 20, -2]))
-            shop.start("--record", record)
+            shop.start("--record", record, "--log", log)
             code, out, err = shop.client("start", "--resume")  # nobody says yes
             self.assertEqual(code, 5, err)
             self.assertIn("it was in line 8", out + err)
@@ -227,6 +227,7 @@ class PauseTest(unittest.TestCase):
             shop.ask("start", "--resume", "--yes", "--before", "2")
             shop.until(lambda s: s["state"] == "idle")
             self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 1000)
             way = places(record, 4)
             off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
             back = way[off[-1] + 1:]
@@ -238,9 +239,10 @@ class PauseTest(unittest.TestCase):
 
     def test_a_long_line_is_entered_a_little_before_the_place(self):
         with Shop() as shop:
-            record = os.path.join(shop.folder.name, "record.csv")
+            record, ends_record, log, ends_log = (os.path.join(shop.folder.name, name)
+                                                  for name in ("record.csv", "ends.csv", "log", "ends.log"))
             program = shop.write("long.ngc", "G21 G91 G94\nG0 Z5\nG1 Z-7 F600\nG1 X200 F1200\nG1 Y20\nM2\n")
-            shop.start()
+            shop.start("--record", ends_record, "--log", ends_log)
             for ends in (("stop", "--wait"), ("estop",), ("stop", "--wait")):  # each time from within the line
                 fresh = shop.status()["program"] == ""
                 if fresh:
@@ -257,13 +259,15 @@ class PauseTest(unittest.TestCase):
                     shop.ask("reset", "--wait")
             stood = shop.joints()[0]
             self.assertEqual(shop.end(), 0)
-            shop.start("--record", record)
+            assert_replays(self, shop, ends_record, ends_log, 1000)
+            shop.start("--record", record, "--log", log)
             code, out, err = shop.client("start", "--resume", "--yes", "--before", "3")
             self.assertEqual(code, 0, err)
             self.assertIn("it goes on in line 4, ", out + err)
             self.assertIn("cuts 3.0 mm before that place again", out + err)
             shop.until(lambda s: s["state"] == "idle")
             self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 1000)
             cut = [q for q in places(record, 1) if abs(q[2] + 2) < 1e-3 and q[0] > 1]
             self.assertAlmostEqual(cut[0][0], stood - 3, delta=0.05)
             self.assertAlmostEqual(cut[-1][0], 200, delta=0.01)
