@@ -72,6 +72,7 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
         from_line_ = std::max(2U, found->place.line);
         block_delete_changes_ = found->place.block_delete_changes;
         began_ = found->place.began;
+        measured_ = found->place.measured;
         job_message_ = found->text;
       },
       Job::kLoad);
@@ -109,7 +110,27 @@ PlaceRecord MachineController::place_now(const ProgramStep& step) {
   place.optional_stop = switches.optional_stop;
   place.block_delete_changes = block_delete_changes_;
   place.began = began_;
+  place.measured = measured_;
   return place;
+}
+
+// What is set while no program is under way counts up to the place where one was given up.
+void MachineController::hear_measured() {
+  for (const ProgramSource::Measured& set : parts_.programs.take_measured()) {
+    const bool held = set.values.until_block() > 0;
+    if (set.begins) measured_ = set.values;
+    if (held) measured_.add(set.values);
+    if (set.begins || !parts_.place) continue;
+    try {
+      PlaceRecord place = parts_.place->read();
+      if (place.ended) continue;
+      MeasuredValues values = set.values;
+      if (!held) values.set_until(place.block);
+      place.measured.add(values);
+      parts_.place->note(place);
+    } catch (const std::exception&) {  // there is no program to go on with
+    }
+  }
 }
 
 // At every new line or move, and once a second; and that the program has come to its end.

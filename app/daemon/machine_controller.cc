@@ -561,6 +561,7 @@ void MachineController::poll() {
   }
   if (status_due_ || now >= next_status_) publish_status();
   if (now >= next_motion_) publish_motion();
+  hear_measured();
   note_place();
   publish_tables();
   publish_alarms();

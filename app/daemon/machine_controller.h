@@ -38,6 +38,7 @@
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "hal/local_socket.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/program_config.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
@@ -154,6 +155,7 @@ class MachineController {
   Answer load_place(double before_mm, const Ticket& ticket);
   void note_place();
   PlaceRecord place_now(const ProgramStep& step);
+  void hear_measured();
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
   /// For the record of the place.
@@ -207,6 +209,7 @@ class MachineController {
   Noted noted_;                                          ///< what the record of the place was last told
   std::uint32_t from_line_ = 0;                          ///< of the loaded program; 0: from its start
   std::vector<BlockDeleteChange> block_delete_changes_;  ///< since it began
+  MeasuredValues measured_;                              ///< the same, with how the program found the tables
   JointVec began_;                       ///< where the machine stood then; empty: it has not begun
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished

@@ -99,6 +99,7 @@ std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& 
   start.open = opener();
   start.switches = switches_;
   start.block_delete_changes = place.block_delete_changes;
+  start.measured = place.measured;
   if (place.began.size() == q.size()) start.began = place.began;
   const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
   start.from_line = entry.line;
@@ -130,6 +131,8 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   start_ = start;
   start_parameters_ = parameters_;  // as the program finds them
   start_tools_ = tools_;
+  if (listeners_.measured && !start.text && start.from_block == 0)
+    listeners_.measured(found_by_program(parameters_), true);
   changes_ = start.block_delete_changes;
   held_state_ = HeldState::kNone;
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
@@ -144,6 +147,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
     if (feed(*pipeline) && mdi) mdi_ = pipeline->settings();
+    if (mdi) tell_measured(start_parameters_, start_tools_, 0);
     show_idle();
     ended_ = true;
   });
@@ -212,6 +216,14 @@ bool PlannerThread::feed(Pipeline& pipeline) {
   return sound && !abandoned_;
 }
 
+void PlannerThread::tell_measured(const Parameters& before, const ToolTable& tools_before,
+                                  std::uint64_t until_block) {
+  if (!listeners_.measured) return;
+  MeasuredValues changes = changes_between(before, tools_before, parameters_, tools_);
+  changes.set_until(until_block);
+  if (!changes.empty()) listeners_.measured(changes, false);
+}
+
 // Only for people: where it cannot be found out, nothing else is wrong.
 void PlannerThread::show_idle() {
   if (!listeners_.stands) return;
@@ -267,7 +279,10 @@ void PlannerThread::take_held(Pipeline& pipeline) {
   try {
     held_.obeyed = pipeline.held_lines(held_.text, held_.q);
     check_held(held_.obeyed);
+    const Parameters before = parameters_;
+    const ToolTable tools_before = tools_;
     pipeline.obey_held(held_.obeyed, [this] { memory_.keep(true); });
+    tell_measured(before, tools_before, held_.obeyed.after_block);
     if (const ProgramStep* step = pipeline.held_step(); step && listeners_.step) listeners_.step(*step);
     if (listeners_.tables) listeners_.tables(parameters_, tools_);
   } catch (const std::exception& error) {

@@ -25,6 +25,7 @@
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/motion.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
@@ -47,6 +48,9 @@ struct PlannerListeners {
   std::function<void(const Parameters&, const ToolTable&)> tables;
   /// How long the program takes, a little after it `begins`, in a thread of its own; not of MDI lines.
   std::function<void(const ProgramTime&)> time;
+  /// What the operator has just set (typed in, or at a program stop); `begins`: what a program that begins
+  /// finds.
+  std::function<void(const MeasuredValues&, bool begins)> measured;
   std::function<void(const ProgramStep&)> stands;  ///< with which modes, offsets and tool the next one begins
 };
 
@@ -114,6 +118,7 @@ class PlannerThread final : public ProgramSource {
   void take_wish(Pipeline& pipeline);
   void take_held(Pipeline& pipeline);
   void check_held(const HeldLines& lines);
+  void tell_measured(const Parameters& before, const ToolTable& tools_before, std::uint64_t until_block);
   void join();
 
   const Assembly& assembly_;

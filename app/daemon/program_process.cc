@@ -204,6 +204,7 @@ std::string ProgramProcess::load_place(const PlaceRecord& place, const JointVec&
     program.from_block = starts.block;
     if (starts.stands.size() == 6) program.from_place = mm_words(starts.stands);
     program.block_delete_changes = place.block_delete_changes;
+    program.measured = place.measured;
     if (place.began.size() == q.size()) program.began = place.began;
     program.switches = switches_;
     start(program);
@@ -362,6 +363,7 @@ void ProgramProcess::hear(const ProgramReply& said) {
   const std::lock_guard lock(said_mutex_);
   if (said.kind == ProgramReply::Kind::kSays) said_.push_back({said.line, said.text});
   if (said.kind == ProgramReply::Kind::kTables) tables_ = said.tables;
+  if (said.kind == ProgramReply::Kind::kMeasured) measured_.push_back({said.measured, said.line != 0});
   if (said.kind == ProgramReply::Kind::kTime && said.program == shared_->program) time_ = said.time;
 }
 
@@ -370,6 +372,11 @@ bool ProgramProcess::take_tables(trunnion::tables_t& tables) {
   if (!tables_) return false;
   tables = *std::exchange(tables_, std::nullopt);
   return true;
+}
+
+std::vector<ProgramSource::Measured> ProgramProcess::take_measured() {
+  const std::lock_guard lock(said_mutex_);
+  return std::exchange(measured_, {});
 }
 
 bool ProgramProcess::take_program_time(ProgramTime& time) {

@@ -10,6 +10,7 @@
 #include "app/session/program_time.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/program_config.h"
 
 namespace trn {
@@ -71,6 +72,13 @@ class ProgramSource {
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }
   /// Offsets and tools, once after each change; false if there is nothing new.
   virtual bool take_tables(trunnion::tables_t& /*tables*/) { return false; }
+  /// What the operator has set since, in order: for PlaceRecord::measured. `begins`: as the program that was
+  /// loaded last found it.
+  struct Measured {
+    MeasuredValues values;
+    bool begins = false;
+  };
+  virtual std::vector<Measured> take_measured() { return {}; }
   /// How long the program that was loaded last takes, once it is known; false: no news.
   virtual bool take_program_time(ProgramTime& /*time*/) { return false; }
   /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.

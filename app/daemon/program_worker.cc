@@ -178,6 +178,11 @@ class ProgramWorker {
       send_program_packet(socket_,
                           encode({ProgramReply::Kind::kTime, "", 0, 0, {}, {}, shared.program, time}));
     };
+    out.measured = [this](const MeasuredValues& measured, bool begins) {
+      ProgramReply reply{ProgramReply::Kind::kMeasured, "", begins ? 1U : 0U, 0, {}, {}};
+      reply.measured = measured;
+      send_program_packet(socket_, encode(reply));
+    };
     out.begins = [&shared] { ++shared.program; };
     // Who does not look misses what does not fit.
     out.step = [&shared](const ProgramStep& step) { shared.steps.try_push({shared.program, step}); };

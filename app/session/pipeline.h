@@ -60,7 +60,7 @@ struct ProgramStart {
       {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
   ProgramSwitches switches = {};
   bool ends_round = false;       ///< as InterpreterParts
-  std::uint64_t from_block = 0;  ///< as from_line, by the number of blocks run (ProgramStep::block); 0: not
+  std::uint64_t from_block = 0;  ///< as from_line, by the number of the block (ProgramStep::block); 0: not
   /// With from_block: a place on the line of that block to begin at, in the program's coordinates.
   std::optional<MmWords> from_place = std::nullopt;
   /// Where they stood when the program ran before, for what it does in relation to that; empty: at q.
@@ -68,6 +68,7 @@ struct ProgramStart {
   /// As ProgramConfig has them: what the operator switches while the program runs, or did when it ran before.
   std::vector<BlockDeleteChange> block_delete_changes = {};
   std::vector<HeldLines> held_lines = {};  ///< the same
+  MeasuredValues measured = {};            ///< the same
 };
 
 /// Who looks on while a program passes; each may be empty.

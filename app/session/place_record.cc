@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "app/session/block_delete_json.h"
+#include "app/session/measured_json.h"
 #include "core/axes.h"
 #include "core/motion.h"
 #include "interp/gcode/axis_words.h"
@@ -98,6 +99,28 @@ void refuse_other_setting(const Parameters& parameters, const ProgramStart& star
                   place.line, place.text, what));
 }
 
+std::string name_of_number(int number) {
+  if (number == parameter::kTool) return "the tool in the spindle";
+  const int k = number >= parameter::kFirstOffset
+                    ? (number - parameter::kFirstOffset) % parameter::kOffsetStride
+                    : number - (number >= parameter::kG30 ? parameter::kG30 : parameter::kG28);
+  const std::string word =
+      k == parameter::kOffsetRotation ? "the rotation" : std::string(1, k <= kC ? kWordLetters[k] : '?');
+  if (number < parameter::kFirstOffset)
+    return fmt::format("{} of G{}", word, number >= parameter::kG30 ? 30 : 28);
+  const auto system = static_cast<std::size_t>((number - parameter::kFirstOffset) / parameter::kOffsetStride);
+  return fmt::format("{} of {}", word, g_name(kWorkOffsetCodes[system]));
+}
+
+std::string kept_text(const Interpreter& interpreter) {
+  std::vector<std::string> kept;
+  for (const auto& [number, line] : interpreter.kept_numbers())
+    kept.push_back(fmt::format("{} (line {})", name_of_number(number), line));
+  for (const auto& [number, line] : interpreter.kept_tools())
+    kept.push_back(fmt::format("tool {} (line {})", number, line));
+  return fmt::format("{}", fmt::join(kept, ", "));
+}
+
 /// Beginnings of blocks from which the place may be approached; the first is the one that is far enough.
 class Entries {
  public:
@@ -138,6 +161,7 @@ void each_field(Record& place, const Use& use) {
   use("optional_stop", place.optional_stop);
   use("block_delete_changes", place.block_delete_changes);
   use("began", place.began);
+  use("measured", place.measured);
 }
 
 JointVec joints_from(const std::vector<double>& numbers, const std::string& name) {
@@ -155,6 +179,8 @@ std::string place_file_text(const PlaceRecord& place) {
       for (int i = kX; i <= kC; ++i) json[key].push_back(value[i]);
     else if constexpr (std::is_same_v<decltype(value), const std::vector<BlockDeleteChange>&>)
       json[key] = changes_json(value);
+    else if constexpr (std::is_same_v<decltype(value), const MeasuredValues&>)
+      json[key] = measured_json(value);
     else if constexpr (std::is_same_v<decltype(value), const JointVec&>)
       json[key] = std::vector<double>(value.begin(), value.end());
     else
@@ -174,6 +200,8 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
         for (int i = kX; i <= kC; ++i) value[i] = words[static_cast<std::size_t>(i)];
       } else if constexpr (std::is_same_v<decltype(value), std::vector<BlockDeleteChange>&>) {
         if (json.contains(key)) value = changes_from(json.at(key));
+      } else if constexpr (std::is_same_v<decltype(value), MeasuredValues&>) {
+        if (json.contains(key)) value = measured_from(json.at(key));
       } else if constexpr (std::is_same_v<decltype(value), JointVec&>) {
         value = joints_from(json.value(key, std::vector<double>()), name);
       } else if (std::string_view(key) == "left_mm" && !json.contains(key)) {
@@ -237,6 +265,7 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
     refuse_other_way(place, "it comes to another place there, for variables have changed");
   PlaceEntry found = entries.found().entry;
   found.before_mm = place_mm - found.before_mm;
+  found.kept = kept_text(interpreter);
   const std::optional<CutLine>& line = entries.found().line;
   const double on_line_mm = line ? std::min(found.before_mm - before_mm, line->mm - kLeast_mm) : 0;
   if (on_line_mm < kLeast_mm) return found;
@@ -254,6 +283,8 @@ std::string place_text(const PlaceRecord& place, const PlaceEntry& entry) {
                       : place.coolant == 1 ? "mist"
                       : place.coolant == 2 ? "flood"
                                            : "mist and flood");
+  if (!entry.kept.empty())
+    text += fmt::format("  as you have set it since, though a line of the program sets it: {}\n", entry.kept);
   if (entry.place)
     return text + fmt::format(
                       "it goes on in line {}, {:.1f} mm behind its beginning, and cuts {:.1f} mm before that "

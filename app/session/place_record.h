@@ -11,6 +11,7 @@
 #include "app/session/program_step.h"
 #include "core/axes.h"
 #include "interp/gcode/axis_words.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/tool_table.h"
@@ -40,6 +41,7 @@ struct PlaceRecord {
   JointVec began;             ///< where the machine stood when the program was started, mm or rad
   /// How the block delete was switched while the program ran; the first: how it began. Empty: it was not.
   std::vector<BlockDeleteChange> block_delete_changes;
+  MeasuredValues measured;  ///< ProgramStart::measured
 };
 
 /// The whole file (JSON), and back. ProgramError "name: what".
@@ -57,6 +59,7 @@ struct PlaceEntry {
   double before_mm = 0;                         ///< path from there to the place, at least
   double on_line_mm = 0;                        ///< how far along the line of that block; 0: where it begins
   std::optional<MmWords> place = std::nullopt;  ///< ProgramStart::from_place
+  std::string kept = "";  ///< what the operator has set and a line of the program would have set, for people
 };
 
 /// The place `before_mm` of the path before the other, where it lies on a straight line that is cut. Else the

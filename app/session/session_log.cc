@@ -14,6 +14,7 @@
 #include "app/session/block_delete_json.h"
 #include "app/session/feature_report.h"
 #include "app/session/json_numbers.h"
+#include "app/session/measured_json.h"
 #include "app/session/tick_commands.h"
 #include "core/axes.h"
 #include "core/check.h"
@@ -87,7 +88,7 @@ Json to_json(const SessionEntry& entry) {
   if (entry.kind == Kind::kProgram) {
     json["path"] = entry.program.path;
     if (entry.program.from_line > 1) json["from_line"] = entry.program.from_line;
-    if (entry.program.from_block > 1) json["from_block"] = entry.program.from_block;
+    if (entry.program.from_block > 0) json["from_block"] = entry.program.from_block;
     if (entry.program.from_place)
       for (int i = kX; i <= kC; ++i) json["from_place"].push_back((*entry.program.from_place)[i]);
     if (entry.program.text) json["text"] = *entry.program.text;
@@ -98,6 +99,7 @@ Json to_json(const SessionEntry& entry) {
     if (entry.program.began.size() > 0) json["began"] = numbers(entry.program.began);
     if (!entry.program.block_delete_changes.empty())
       json["block_delete_changes"] = changes_json(entry.program.block_delete_changes);
+    if (!entry.program.measured.empty()) json["measured_values"] = measured_json(entry.program.measured);
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kStands) json["measured"] = numbers(entry.q_measured);
@@ -171,6 +173,7 @@ SessionEntry from_json(const Json& json) {
     if (json.contains("began")) entry.program.began = joints(json.at("began"));
     if (json.contains("block_delete_changes"))
       entry.program.block_delete_changes = changes_from(json.at("block_delete_changes"));
+    if (json.contains("measured_values")) entry.program.measured = measured_from(json.at("measured_values"));
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kStands)  // earlier logs have the setpoint alone

@@ -273,6 +273,69 @@ class PauseTest(unittest.TestCase):
             self.assertAlmostEqual(cut[-1][0], 200, delta=0.01)
             self.assertAlmostEqual(abs(cut[-1][1]), 20, delta=0.01)
 
+    def test_what_was_measured_since_counts_and_not_what_the_program_sets_before(self):
+        """Also behind a power cut; and where a line behind the place, read ahead, has set it otherwise meanwhile."""
+        program = ("G21 G90 G61 G10 L2 P1 X0 Y0 Z0\nM61 Q1\nG10 L1 P1 Z100\nG43\nG0 X0 Y0 Z10\nG1 X10 F6000\n"
+                   "M0 (measure)\nG1 X20 Z5\nG1 X60 F600\nG10 L2 P1 X7\nG1 X61\nM2\n")
+        with Shop() as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: "measure" in s["waits_for"])
+            shop.ask("touch-off", "X", "25")  # the spindle stands at 10
+            shop.ask("tool", "1", "Z", "95")
+            shop.ask("tool", "2", "--in-spindle")
+            shop.ask("resume")
+            shop.until(lambda s: s["line"] == 9 and shop.joints()[0] > 15)
+            shop.kill()
+            shop.start("--record", record, "--log", log)
+            self.assertAlmostEqual(shop.parameter(5221), 7, places=6, msg="read ahead, and kept")
+            shop.ask("mdi", "G10 L2 P1 Y3", "--wait")
+            code, out, err = shop.client("start", "--resume")  # nobody says yes
+            self.assertEqual(code, 5, err)
+            self.assertIn("as you have set it since, though a line of the program sets it: X of G54 (line 1), "
+                          "Y of G54 (line 1), the tool in the spindle (line 2), tool 1 (line 3)", out + err)
+            shop.ask("start", "--resume", "--yes")
+            shop.until(lambda s: s["line"] == 9 and s["state"] == "running" and shop.joints()[0] > 20)
+            status = shop.status()
+            self.assertEqual([round(x, 6) for x in status["work_offset_value"][:3]], [-15, 3, 0])
+            self.assertEqual(shop.parameter(5400), 2)
+            self.assertAlmostEqual(status["tool_offset"][2], shop.length(2), places=6)
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.length(1), 95)
+            at = shop.motion()[0]["machine"]
+            self.assertAlmostEqual(at[0], 61 + 7, places=6, msg="what lies behind the place sets it as ever")
+            self.assertAlmostEqual(at[1], 3, places=6)
+            self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 1000)
+            x = [float(row["X"]) for row in rows(record) if int(row["line"]) == 9]
+            self.assertAlmostEqual(max(x), 60 - 15, places=6)
+
+    def test_the_work_offset_and_g92_are_as_the_program_found_them(self):
+        """What it sets behind the place was read ahead, and is in force when it is given up."""
+        program = "G21 G90 G61\nG1 X5 F6000\nG1 X50 F300\nG92 X0\nG55\nM0\nG1 X10 F6000\nG92.1\nM2\n"
+        with Shop() as shop:
+            shop.start()
+            shop.ask("mdi", "G10 L2 P2 X100", "--wait")
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 3 and shop.joints()[0] > 48)
+            shop.ask("stop", "--wait")
+            self.assertEqual(shop.parameter(5220), 2, "read ahead")
+            stood = shop.joints()[0]
+            shop.ask("jog", "X", "-20", "--wait")
+            shop.ask("start", "--resume", "--yes")
+            shop.until(lambda s: s["line"] == 3 and s["state"] == "running")
+            self.assertGreater(shop.joints()[0], stood - 25)
+            self.assertLess(shop.joints()[0], 50.001, "in G54, not in G55, 100 mm away")
+            shop.until(lambda s: s["state"] == "holding")
+            self.assertAlmostEqual(shop.joints()[0], 50, places=6)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            # G92 makes X0 of X50 in G54, which lies at 100 + 50 in G55.
+            self.assertAlmostEqual(shop.joints()[0], 160, places=6)
+
     def test_what_has_changed_is_no_place_to_go_on(self):
         with Shop() as shop:
             program = shop.write("part.ngc", PASSES)

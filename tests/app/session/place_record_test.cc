@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -84,10 +85,14 @@ TEST_F(Places, TheFileHasAllOfIt) {
   place.optional_stop = false;
   place.block_delete_changes = {{0, false}, {17, true}};
   place.began = JointVec::Constant(3, 1.25);
+  place.measured.numbers[5221] = {0.1 + 0.2, 12};
+  place.measured.tools[3] = {Tool{3, 2, 1, {{0, 0, 1.0 / 3}, Vec3::Zero()}, 6, 1, 2, 3, "ball"}, 12};
+  place.measured.tools[4] = {std::nullopt, 12};
   const std::string text = place_file_text(place);
   EXPECT_EQ(place_file_text(parse_place(text, "m.place")), text);
   EXPECT_EQ(parse_place(text, "m.place").block_delete_changes, place.block_delete_changes);
   EXPECT_EQ(parse_place(text, "m.place").began, place.began);
+  EXPECT_EQ(parse_place(text, "m.place").measured, place.measured);
   EXPECT_THROW(parse_place(text.substr(0, text.size() / 2), "m.place"), ProgramError);
   EXPECT_THROW(parse_place("{}", "m.place"), ProgramError);
 }
@@ -256,6 +261,70 @@ TEST_F(Places, AnOffsetThatWasSetAnewIsNoHindrance) {
   place.block = place.line = 3;
   place.text = "G1 X20 Y20";
   EXPECT_EQ(refusal(place, "G21 G90\nG1 X20 Y10 F600\nG1 X20 Y20\nM2\n"), "");
+}
+
+// G10 and M61 in the program set what they set, unless the operator has set it himself since.
+TEST_F(Places, WhatTheOperatorHasMeasuredSinceIsKept) {
+  const char* const kSets =
+      "G21 G90 G10 L2 P1 X1 Y2\nM61 Q1\nG10 L1 P1 Z50\nG43\nG0 X0 Y0 Z60\nG1 X20 F600\nG1 X30\nM2\n";
+  tools_ = ToolTable::parse("T1 P1 Z40\nT2 P2 Z70\n", "tools.tbl");
+  PlaceRecord place;
+  place.block = place.line = 7;
+  place.text = "G1 X30";
+  place.moves = true;
+  place.to = {{30, 0, 60}, Vec3::Zero()};
+  place.tool = 2;
+  place.measured.numbers[5221] = {9, 6};
+  place.measured.numbers[parameter::kTool] = {2, 6};
+  place.measured.tools[1] = {Tool{1, 1, 1, {{0, 0, 45}, Vec3::Zero()}, 0, 0, 0, 0, ""}, 6};
+  place.measured.numbers[5241] = {3, 6};  // no line of the program sets it
+  for (const bool since : {false, true}) {
+    ProgramStart from = start(kSets);
+    if (since) from.measured = place.measured;
+    if (!since) place.tool = 0;
+    Parameters parameters = parameters_;
+    ToolTable tools = tools_;
+    if (since) parameters[parameter::kTool] = place.tool = 2;
+    const PlaceEntry found = find_entry(assembly_, parameters, tools, from, place, 1);
+    EXPECT_EQ(found.kept,
+              since ? "X of G54 (line 1), the tool in the spindle (line 2), tool 1 (line 3)" : "");
+    from.from_block = found.block;
+    from.from_line = found.line;
+    Words end = Words::Zero();
+    double length = 0;
+    PipelineObservers observers;
+    observers.move = [&](const ProgramMove& move) {
+      end = move.to;
+      length = move.context.tool_offset.z();
+    };
+    Pipeline pipeline(assembly_, parameters, tools, from, observers);
+    if (pipeline.waiting()) pipeline.answer({});
+    MotionBlock block;
+    while (pipeline.next(block) || pipeline.waiting())
+      if (pipeline.waiting()) pipeline.answer({});
+    EXPECT_NEAR(end[kX], since ? 39 : 31, 1e-9);
+    EXPECT_NEAR(end[kY], 2, 1e-9);
+    EXPECT_NEAR(length, since ? 70 : 50, 1e-9);
+    EXPECT_EQ(tools.find(1)->offset[kZ], since ? 45 : 50);
+    EXPECT_EQ(parameters[parameter::kTool], since ? 2 : 1);
+    EXPECT_EQ(parameters[5241], since ? 3 : 0);
+  }
+}
+
+// Lines behind the block up to which it counts set it as ever.
+TEST_F(Places, WhatWasMeasuredCountsUpToItsPlace) {
+  ProgramStart from = start("G21 G90 G10 L2 P1 X1\nG1 X10 F600\nG10 L2 P1 X2\nG1 X11\nM2\n");
+  from.measured.numbers[5221] = {9, 2};
+  std::vector<double> ends;
+  PipelineObservers observers;
+  observers.move = [&](const ProgramMove& move) { ends.push_back(move.to[kX]); };
+  Pipeline pipeline(assembly_, parameters_, tools_, from, observers);
+  MotionBlock block;
+  while (pipeline.next(block)) {
+  }
+  ASSERT_EQ(ends.size(), 2u);
+  EXPECT_NEAR(ends[0], 19, 1e-9);
+  EXPECT_NEAR(ends[1], 13, 1e-9);
 }
 
 TEST_F(Places, ContourCompensationIsEnteredBeforeItBegins) {
