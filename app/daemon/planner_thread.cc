@@ -1,5 +1,7 @@
 #include "app/daemon/planner_thread.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <memory>
 #include <stdexcept>
@@ -91,22 +93,70 @@ std::string PlannerThread::load_from(const std::string& path, const JointVec& q,
   return approach_text(line, summary.approach) + remark_on(summary);
 }
 
-std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
-  abandoned_ = true;
-  join();
-  abandoned_ = closed_.load();
+ProgramStart PlannerThread::start_at(const PlaceRecord& place, const JointVec& q, double before_mm,
+                                     PlaceEntry& entry) {
   ProgramStart start{place.program, std::nullopt, q};
   start.open = opener();
   start.switches = switches_;
   start.block_delete_changes = place.block_delete_changes;
   start.measured = place.measured;
   if (place.began.size() == q.size()) start.began = place.began;
-  const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
+  entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
   start.from_line = entry.line;
   start.from_block = entry.block;
   start.from_place = entry.place;
+  return start;
+}
+
+std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
+  abandoned_ = true;
+  join();
+  abandoned_ = closed_.load();
+  PlaceEntry entry;
+  const ProgramStart start = start_at(place, q, before_mm, entry);
   const ProgramSummary summary = begin(start);
   return place_text(place, entry) + approach_text(entry.line, summary.approach) + remark_on(summary);
+}
+
+// The planner's thread reads nothing meanwhile, and has read nothing behind the stop.
+void PlannerThread::check_place(const PlaceRecord& place, const JointVec& q) {
+  if (abandoned_ || !(at_stop_ || waits_)) throw ProgramError("no program waits any more");
+  PlaceEntry entry;
+  const ProgramStart start = start_at(place, q, 0, entry);
+  check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
+}
+
+// Whether a program needs it is known by running through it without the tool.
+void PlannerThread::delete_tool(int number, const std::string& path, const JointVec& q) {
+  abandoned_ = true;
+  time_pass_.end();
+  join();
+  abandoned_ = closed_.load();
+  if (!tools_.find(number)) throw ProgramError(fmt::format("there is no tool {} in the table", number));
+  if (static_cast<int>(parameters_[parameter::kTool]) == number)
+    throw ProgramError(
+        fmt::format("tool {} is in the spindle; put it away first (trunnion tool 0 --in-spindle)", number));
+  const auto runs = [&](const ToolTable& tools) -> std::string {
+    ProgramStart start{path, std::nullopt, q};
+    start.open = opener();
+    start.switches = switches_;
+    try {
+      check_program(assembly_, parameters_, tools, start, {}, &abandoned_);
+      return "";
+    } catch (const ProgramError& error) {
+      return error.what();
+    }
+  };
+  ToolTable without = tools_;
+  without.remove(number);
+  const std::string lacks = path.empty() ? "" : runs(without);
+  if (!lacks.empty() && runs(tools_) != lacks)
+    throw ProgramError(fmt::format("the loaded program needs tool {}: {}", number, lacks));
+  const ToolTable before = tools_;
+  tools_.remove(number);
+  memory_.keep(true);
+  tell_measured(parameters_, before, 0);
+  show_idle();
 }
 
 OpenFile PlannerThread::opener() {

@@ -80,6 +80,8 @@ class PlannerThread final : public ProgramSource {
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
   std::string load_place(const PlaceRecord& place, const JointVec& q, double before_mm) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
+  void check_place(const PlaceRecord& place, const JointVec& q) override;
+  void delete_tool(int number, const std::string& path, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override { return memory_.tool_name(number); }
   std::map<int, std::string> tool_names() const { return memory_.tool_names(); }
@@ -104,6 +106,7 @@ class PlannerThread final : public ProgramSource {
 
  private:
   ProgramSummary begin(ProgramStart start);
+  ProgramStart start_at(const PlaceRecord& place, const JointVec& q, double before_mm, PlaceEntry& entry);
   OpenFile opener();
   PipelineObservers observers();
   void say(std::string_view text, std::uint32_t line);

@@ -56,6 +56,8 @@ class ProgramProcess final : public ProgramSource {
   void set_switches(const ProgramSwitches& switches) override;
   ProgramSwitches switches() const override { return switches_; }
   ReadingPlace switch_block_delete(bool on) override;
+  void check_place(const PlaceRecord& place, const JointVec& q) override;
+  void delete_tool(int number, const std::string& path, const JointVec& q) override;
   HeldLines obey_held(const std::string& text, const JointVec& q) override;
   void abandon() override;
   void close() override;

@@ -22,14 +22,16 @@ struct ProgramCall {
     kShow,
     kLoadPlace,
     kBlockDelete,
-    kHeld
+    kHeld,
+    kCheckPlace,
+    kDeleteTool
   };
   Kind kind = Kind::kLoad;
-  std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace: the record
+  std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace, kCheckPlace: the record
   std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start; kBlockDelete: 1 on, 0 off
   JointVec q;              ///< kLoad, kMdi: where the machine stands, mm or rad
   ProgramSwitches switches;
-  int tool = 0;          ///< kConfirmTool
+  int tool = 0;          ///< kConfirmTool, kDeleteTool
   double before_mm = 0;  ///< kLoadPlace
 };
 

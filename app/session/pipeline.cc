@@ -396,6 +396,9 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   const Words words = start_words(*assembly.map, start.q, start);
   const Interpreter* reader = nullptr;
   RangeCheck range_check(assembly, [&](const RefusedMove& refused) {
+    if (refused.line == 0)  // the approach of a program that is begun further down
+      throw ProgramError(
+          fmt::format("{}:{}: on the way to this line, {}", start.path, start.from_line, refused.text));
     throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
   });
   Lowering lowering(program, assembly.kinematics.get(), range_check, words, start.switches.corrections_off);

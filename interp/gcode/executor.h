@@ -58,7 +58,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const MachineWords& start, int in_spindle, const std::optional<MmWords>& on_line);
+  void enter(const MachineWords& start, int in_spindle, const std::optional<EntryPlace>& on_move);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -373,7 +373,7 @@ class Executor : public StateValues {
   int call_level_ = 0;
   std::optional<double> return_value_;  ///< of the last sub-program that returned
   Settings entered_;                    ///< what `enter` goes to
-  std::optional<MmWords> enter_at_;     ///< on the line that begins there; none: where it begins
+  std::optional<EntryPlace> enter_at_;  ///< on the move that begins there; none: where it begins
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 

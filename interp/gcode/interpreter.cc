@@ -102,12 +102,12 @@ void Interpreter::begin_at(std::uint32_t line, const MachineWords& at) {
 }
 
 void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at,
-                                 const std::optional<MmWords>& on_line) {
-  pass_over([this, block] { return blocks_ + 1 < block; }, line, at, on_line);
+                                 const std::optional<EntryPlace>& on_move) {
+  pass_over([this, block] { return blocks_ + 1 < block; }, line, at, on_move);
 }
 
 void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at,
-                            const std::optional<MmWords>& on_line) {
+                            const std::optional<EntryPlace>& on_move) {
   // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
   // then what they would be.
   gate_.open = false;
@@ -135,7 +135,7 @@ void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t li
   }
   gate_.open = true;
   try {
-    executor_.enter(at, in_spindle, on_line);
+    executor_.enter(at, in_spindle, on_move);
     if (executor_.tool_wait() == Executor::ToolWait::kNone)
       executor_.enter_rest();
     else

@@ -64,10 +64,10 @@ class Interpreter {
   /// the line is not reached, or lies inside cutter compensation.
   void begin_at(std::uint32_t line, const MachineWords& at);
   /// The same up to the block that is run as the `block`th (`blocks`), in whatever pass of a loop or
-  /// sub-program that is. `line`: of it, for messages. `on_line`: the approach leads to this place on the
-  /// straight line that the block feeds along, instead of to where it begins; in the program's coordinates.
+  /// sub-program that is. `line`: of it, for messages. `on_move`: the approach leads to this place on the
+  /// one move that the block makes, a straight feed or an arc, instead of to where it begins.
   void begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at,
-                      const std::optional<MmWords>& on_line = std::nullopt);
+                      const std::optional<EntryPlace>& on_move = std::nullopt);
   /// The next block is no part of a tool change that is under way.
   bool between_blocks() const { return held_.empty(); }
 
@@ -132,7 +132,7 @@ class Interpreter {
   void keep_measured();
   void obey_held_line(std::string_view line, const ProgramWords& stands);
   void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at,
-                 const std::optional<MmWords>& on_line = std::nullopt);
+                 const std::optional<EntryPlace>& on_move = std::nullopt);
   void run_rest();
   void assign(const ParsedBlock& parsed);
   bool carry_out(bool rest);

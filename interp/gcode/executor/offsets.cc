@@ -10,6 +10,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 #include "interp/gcode/g_code.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/settings.h"
