@@ -369,7 +369,9 @@ void Executor::enter(const MachineWords& start, int in_spindle, const std::optio
   // back in `enter_rest`, behind the tool change.
   s_ = Settings{};
   tool_is_in(in_spindle);
+  const bool deletes = block_delete_;  // may have been switched while the program ran
   begin(start);
+  block_delete_ = deletes;
   retract_to_safe_height();
   tool_wait_ = ToolWait::kNone;
   if (entered_.current_tool != in_spindle) ask_for_tool(entered_.current_tool);

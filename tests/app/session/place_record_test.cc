@@ -355,6 +355,18 @@ TEST_F(Places, BlockDeleteThatWasSwitchedMeanwhileIsFollowed) {
   EXPECT_THROW(find_entry(assembly_, parameters_, tools_, from, place, 0), ProgramError) << "line 3 was run";
   from.block_delete_changes = place.block_delete_changes;
   EXPECT_EQ(find_entry(assembly_, parameters_, tools_, from, place, 0).line, 6U);
+  // From line 2 on, too: line 3 is run, line 5 is skipped.
+  from.from_block = 2;
+  std::vector<std::uint32_t> lines;
+  PipelineObservers observers;
+  observers.move = [&](const ProgramMove& move) {
+    if (move.source.line > 0) lines.push_back(move.source.line);
+  };
+  Pipeline pipeline(assembly_, parameters_, tools_, from, observers);
+  MotionBlock block;
+  while (pipeline.next(block)) {
+  }
+  EXPECT_EQ(lines, (std::vector<std::uint32_t>{2, 3, 4, 6}));
 }
 
 TEST_F(Places, WhatIsNotTheSameAnyMoreIsRefused) {
