@@ -169,8 +169,9 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
   } kPlain[] = {
       {"hold", "Brake on the path and stand still; 'resume' goes on. A jog ends", command_t::HOLD, false},
       {"resume",
-       "Go on after a hold, a program stop (M0, M1) or a single block. After M6 it says that the tool is in "
-       "the spindle",
+       "Go on after a hold, a program stop (M0, M1), a tool change (M6) or a single block. At M6 it says "
+       "that "
+       "the tool is in the spindle. What was jogged away is led back first",
        command_t::RESUME, false},
       {"stop", "Brake on the path and end the program", command_t::STOP, true},
       {"estop", "Emergency stop: every drive brakes by its own ramp, then has no power", command_t::ESTOP,
@@ -218,26 +219,33 @@ Exit start(const StartOptions& options) {
 void add_start(CLI::App& app, Exit& exit) {
   auto options = std::make_shared<StartOptions>();
   const std::shared_ptr<ClientOptions> common(options, &options->client);
-  CLI::App& client = add_client(app, exit, common, "start", "Start the loaded program",
-                                [options](const ClientOptions&) { return start(*options); });
+  CLI::App& client =
+      add_client(app, exit, common, "start",
+                 "Start the loaded program: from its beginning, from a line, or where it was given up. "
+                 "While a program is held it does what 'resume' does",
+                 [options](const ClientOptions&) { return start(*options); });
   CLI::Option* const from =
       client
           .add_option(
               "--from", common->count,
               "Begin at this line. The lines before it set modes, offsets and tool without motion. The "
               "way to the start is shown, and nothing moves before you agree")
+          ->type_name("LINE")
           ->check(CLI::Range(2L, 100000000L));
   CLI::Option* const resume =
       client
           .add_flag(
               "--resume", options->resume,
               "Go on where the program was when the power failed, or at the last stop, emergency stop or "
-              "fault, also in a loop or sub-program; place and way are shown first")
+              "fault, also in a loop or sub-program. Place and way are shown, and nothing moves before you "
+              "agree")
           ->excludes(from);
   client
-      .add_option("--before", options->before_mm,
-                  "With --resume: begin with the line that lies at least so many mm of the path before the "
-                  "place; default: 1")
+      .add_option(
+          "--before", options->before_mm,
+          "With --resume: cut so many mm of the path before the place again; default: 1. Where a move "
+          "cannot be entered within, the cut begins with a whole line before that")
+      ->type_name("MM")
       ->check(CLI::Range(0.0, 10000.0))
       ->needs(resume);
   client.add_flag("--yes", common->yes, "With --from and --resume: do not ask");
@@ -343,7 +351,7 @@ void add_notes(CLI::App& app, Exit& exit) {
                command.value = static_cast<double>(options.count);
                return command;
              })
-      .add_option("number", seen->count, "Of the alarm; default: all of them")
+      .add_option("number", seen->count, "The alarm's number; default: all of them")
       ->check(CLI::Range(1L, 1000000000L));
   auto parts = std::make_shared<ClientOptions>();
   parts->count = -1;

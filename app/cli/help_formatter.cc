@@ -4,6 +4,7 @@
 #include <cctype>
 #include <string_view>
 
+#include "app/cli/command_groups.h"
 #include "core/letter_case.h"
 
 namespace trn {
@@ -49,8 +50,11 @@ std::string entry(const std::string& name, std::string_view text) {
 }  // namespace
 
 std::vector<const CLI::App*> shown_commands(const CLI::App& app) {
-  return app.get_subcommands(
+  std::vector<const CLI::App*> commands = app.get_subcommands(
       [](const CLI::App* command) { return !command->get_name().empty() && !command->get_group().empty(); });
+  std::stable_sort(commands.begin(), commands.end(),
+                   [](const CLI::App* a, const CLI::App* b) { return command_rank(*a) < command_rank(*b); });
+  return commands;
 }
 
 std::vector<const CLI::Option*> shown_options(const CLI::App& app, bool positional) {
@@ -88,6 +92,8 @@ std::string value_name(const CLI::Option& option) {
   if (!choices.empty()) return CLI::detail::join(choices, "|");
   const std::string type = option.get_type_name();
   if (type == "TEXT:FILE") return "FILE";
+  for (const char* const named : {"LINE", "MM", "SECONDS"})
+    if (type.rfind(named, 0) == 0) return named;
   return type.rfind("TEXT", 0) == 0 ? type : "NUMBER";
 }
 
@@ -99,7 +105,11 @@ std::string option_remarks(const CLI::Option& option) {
   if (type.find(":POSITIVE") != std::string::npos) out.push_back("above 0");
   if (const std::size_t open = type.find(" in ["); open != std::string::npos) {
     const std::string range = type.substr(open + 5, type.find(']', open) - open - 5);
-    out.push_back(CLI::detail::find_and_replace(range, " - ", " to "));
+    const std::size_t middle = range.find(" - ");
+    // So great an end is there for the computer's sake.
+    const bool endless = middle != std::string::npos && std::stod(range.substr(middle + 3)) >= 1e8;
+    out.push_back(endless ? range.substr(0, middle) + " or more"
+                          : CLI::detail::find_and_replace(range, " - ", " to "));
   }
   if (!option.get_default_str().empty()) out.push_back("default " + option.get_default_str());
   if (!option.get_envname().empty()) out.push_back("or the environment variable " + option.get_envname());
@@ -112,6 +122,17 @@ HelpFormatter::HelpFormatter() {
   label("OPTIONS", "options");
   label("SUBCOMMAND", "COMMAND");
   label("Positionals", "Arguments");
+}
+
+// CLI11 lists them in the order in which they were made.
+std::string HelpFormatter::make_subcommands(const CLI::App* app, CLI::AppFormatMode mode) const {
+  std::string out, group;
+  for (const CLI::App* command : shown_commands(*app)) {
+    if (command->get_group() != group) out += "\n" + (group = command->get_group()) + ":\n";
+    out += mode == CLI::AppFormatMode::All ? command->help(command->get_name(), CLI::AppFormatMode::Sub)
+                                           : make_subcommand(command);
+  }
+  return out;
 }
 
 std::string HelpFormatter::make_subcommand(const CLI::App* sub) const {

@@ -28,6 +28,7 @@ std::string option_remarks(const CLI::Option& option);
 class HelpFormatter final : public CLI::Formatter {
  public:
   HelpFormatter();
+  std::string make_subcommands(const CLI::App* app, CLI::AppFormatMode mode) const override;
   std::string make_subcommand(const CLI::App* sub) const override;
   std::string make_option(const CLI::Option* opt, bool is_positional) const override;
   std::string make_description(const CLI::App* app) const override;

@@ -1,14 +1,13 @@
 #include <fmt/format.h>
 
-#include <array>
 #include <cstdio>
 #include <exception>
 #include <memory>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <vector>
 
+#include "app/cli/command_groups.h"
 #include "app/cli/commands.h"
 #include "app/cli/completions.h"
 #include "app/cli/help_formatter.h"
@@ -19,7 +18,7 @@
 namespace {
 
 constexpr const char kDescription[] =
-    "Trunnion: a real-time CNC interpolator and kinematics kernel.\n"
+    "Trunnion: a CNC control. It reads G-code and moves a machine, or simulates one.\n"
     "Run a program in simulation:   trunnion run impeller\n"
     "Drive a machine:               trunnion daemon --machine configs/mill.toml";
 
@@ -40,27 +39,6 @@ constexpr const char kLesson[] =
     "'trunnion help' lists all commands, 'trunnion help COMMAND' explains one.\n";
 
 constexpr const char kExits[] = "Exit codes: 0 done, 2 bad program, 3 bad config, 4 machine fault, 5 usage.";
-
-struct Group {
-  const char* name;
-  std::vector<std::string_view> commands;
-};
-
-// In the order of the help. What stands in none is shown under "More".
-const std::array kGroups = {
-    Group{"Try a program on this computer", {"run", "interpret", "check-trace", "replay"}},
-    Group{"Run a machine", {"daemon", "panel", "status", "monitor", "home", "jog", "estop", "reset"}},
-    Group{"Cut a part",
-          {"load", "start", "hold", "resume", "reverse", "forward", "stop", "mdi", "override", "step",
-           "switch"}},
-    Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
-    Group{"Set up a machine",
-          {"config", "import", "kin", "workspace", "io", "commission", "latency", "can", "modbus", "scope",
-           "tune", "following"}},
-    Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
-    Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
-    Group{"This program", {"man", "completions"}},
-};
 
 void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_run(app, exit);
@@ -92,15 +70,6 @@ void add_commands(CLI::App& app, trn::Exit& exit) {
   trn::add_gateway(app, exit);
   trn::add_key(app);
   trn::add_manual(app);
-}
-
-void sort_into_groups(CLI::App& app) {
-  for (CLI::App* command : app.get_subcommands({})) {
-    command->group("More");
-    for (const Group& group : kGroups)
-      for (const std::string_view name : group.commands)
-        if (command->get_name() == name) command->group(group.name);
-  }
 }
 
 trn::Exit help(const CLI::App& app, const std::vector<std::string>& names) {
@@ -143,7 +112,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   trn::Exit exit = trn::Exit::kDone;
   add_commands(app, exit);
-  sort_into_groups(app);
+  trn::sort_into_groups(app);
   app.footer(std::string(kExits) + "\n'trunnion help COMMAND' explains a command.");
   const std::vector<std::string> words(argv + 1, argv + argc);
   if (const auto answered = answer(app, words)) return static_cast<int>(*answered);

@@ -35,6 +35,7 @@ struct TableOptions {
   std::optional<int> pocket;
   std::optional<std::string> remark;
   bool of_tool = false;
+  bool deletes = false;
 };
 
 constexpr std::size_t kRemarkMax = 80;
@@ -202,6 +203,12 @@ std::string check_tool_number(const std::string& text) {
 }
 
 Exit tool(const TableOptions& options) {
+  if (options.deletes) {
+    ClientSession session(*options.client);
+    command_t command = command_of(command_t::DELETE_TOOL);
+    command.value = options.tool;
+    return send(session, *options.client, command);
+  }
   if (options.of_tool) return run_line(options, fmt::format("M61 Q{}", options.tool));
   const bool sets = !options.words.empty() || options.pocket || options.remark;
   if (!sets) return show(options, true);
@@ -242,23 +249,36 @@ void add_tables(CLI::App& app, Exit& exit) {
 
   const auto of_tool = std::make_shared<TableOptions>();
   CLI::App& tool_app = add_client(app, exit, of_tool->client, "tool",
-                                  "Show the tools, or set or add one: trunnion tool 3 Z 50.2 D 8",
+                                  "Show the tools, or set, add or delete one: trunnion tool 3 Z 50.2 D 8",
                                   [of_tool](const ClientOptions&) { return tool(*of_tool); });
-  tool_app.add_option("number", of_tool->tool, "Of the tool; one that is not in the table is added")
+  tool_app.add_option("number", of_tool->tool, "The tool's number; one that is not in the table is added")
       ->check(check_tool_number);
   tool_app.add_option(
       "words", of_tool->words,
-      "X to C: gauge point to tip; D: diameter; in the unit in force; what is not named stays");
+      "Letters and values, as Z 50.2 D 8. Z is the length, from the gauge point to the tip; X, Y, A, B, C "
+      "likewise; D is the diameter. In mm or inch, whichever is in force; what is not named stays");
   tool_app
-      .add_option("--pocket", of_tool->pocket, "Of the changer, or of the rack; a new tool gets its number's")
+      .add_option("--pocket", of_tool->pocket,
+                  "Its place in the changer or rack; a new tool gets the pocket of its own number")
       ->needs("number")
       ->check(check_tool_number);
   tool_app
-      .add_option("--remark", of_tool->remark, "What people read where the tool is asked for, as '8 mm ball'")
+      .add_option("--remark", of_tool->remark,
+                  "A name for it, as '8 mm ball'; M6 asks for the tool by number and name")
       ->needs("number")
       ->check(check_remark);
   tool_app.add_flag("--in-spindle", of_tool->of_tool, "This tool is in the spindle now (M61); 0: none is")
       ->needs("number");
+  tool_app
+      .add_flag(
+          "--delete", of_tool->deletes,
+          "Take this tool out of the table. Refused for the tool in the spindle, and for one that the loaded "
+          "program needs")
+      ->needs("number")
+      ->excludes("words")
+      ->excludes("--pocket")
+      ->excludes("--remark")
+      ->excludes("--in-spindle");
   tool_app.add_flag("--json", of_tool->client->json, "For programs: offsets and tools, mm and rad");
 }
 

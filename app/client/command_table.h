@@ -16,7 +16,7 @@ enum class CommandAct : std::uint8_t {
   kSetting,  ///< handed to the tick in every state: the tick's command that has the verb's name, with its
              ///< value
   kSwitch,   ///< switches something of the programs to come, 1 on, 0 off
-  kNote,     ///< changes what is shown, and nothing that moves; its value is a number to count with
+  kNote,     ///< changes what is shown or kept, and nothing that moves; its value is a whole number
 };
 
 /// When a command makes the machine safer, so that it acts however late, often or early it comes.
@@ -68,6 +68,7 @@ inline constexpr auto kCommands = std::to_array<CommandRow>({
     {trunnion::command_t::PARTS, "parts", CommandAct::kNote},
     {trunnion::command_t::DRY_RUN, "dry run", CommandAct::kSwitch},
     {trunnion::command_t::MACHINE_LOCK, "machine lock", CommandAct::kSwitch},
+    {trunnion::command_t::DELETE_TOOL, "delete tool", CommandAct::kNote},
 });
 
 namespace command_table {

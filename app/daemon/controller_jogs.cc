@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 
+#include "app/client/running_daemons.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/direction_jog.h"
 #include "app/daemon/held_mdi.h"
@@ -13,9 +14,12 @@
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
+#include "app/session/place_record.h"
 #include "app/session/program_step.h"
+#include "core/axes.h"
 #include "core/motion.h"
 #include "interp/gcode/axis_words.h"
+#include "interp/move.h"
 #include "kernel/rt_messages.h"
 
 // The controller's jogs, and what an operator may do while a program is held.
@@ -61,15 +65,15 @@ void MachineController::hear_hold() {
 }
 
 // The way back leads to the joints' places at the stop, where a longer tool reaches deeper.
-std::string MachineController::why_not_back() const {
+bool MachineController::needs_new_way() const {
   constexpr double kDeeper_mm = 1, kAway = 1e-6;  // mm or rad
   const bool away = report_.detour != DetourState::kNone && q_hold_.size() == report_.q_plan.size() &&
                     (report_.q_plan - q_hold_).cwiseAbs().maxCoeff() > kAway;
-  if (supervisor_.state() != MachineState::kHolding || !away || held_longer_mm_ <= kDeeper_mm) return "";
-  return fmt::format(
-      "the tool is {:.3f} mm longer than when the program stopped, and the way back would bring its tip that "
-      "much deeper; 'stop', then 'start --resume' leads back over the safe height with the new length",
-      held_longer_mm_);
+  return supervisor_.state() == MachineState::kHolding && away && held_longer_mm_ > kDeeper_mm;
+}
+
+std::string MachineController::longer_text() const {
+  return fmt::format("the tool is {:.3f} mm longer than when the program stopped", held_longer_mm_);
 }
 
 // Who starts twice, as by a double click, has not put a tool in.
@@ -78,7 +82,52 @@ std::string MachineController::why_not_on(Event event) const {
   if (event == Event::kStart && stands_for_tool())
     return fmt::format("the program runs already and waits for {}; 'resume' says that it is in the spindle",
                        parts_.programs.tool_name(report_.waits_at.argument));
-  return why_not_back();
+  if (needs_new_way() && !placed_)
+    return fmt::format(
+        "{}, and the way back would bring its tip that much deeper; 'stop' the program, and begin it with "
+        "'start --from LINE'",
+        longer_text());
+  return "";
+}
+
+// Over the safe height to where the tip was, and to the stop once more. Before the program is given up for
+// that, all that follows the stop is tried with the new length.
+CommandServer::Answer MachineController::resume_anew(const Ticket& ticket) {
+  PlaceRecord place = *placed_;
+  place.measured = measured_;
+  if (const ProgramStep* step = parts_.programs.step(present_step(report_)))
+    place.tool = step->settings.current_tool;
+  const JointVec q = report_.q_plan;
+  job_message_.clear();
+  run_job(
+      ticket,
+      [this, place, q] {
+        if (file_mark(place.program) != place.mark)
+          throw ProgramError(
+              fmt::format("{} has been changed since it was started; 'stop' it", place.program));
+        parts_.programs.check_place(place, q);
+      },
+      [this, place, q, ticket] { lead_over_safe_height(place, q, ticket); }, Job::kFirst);
+  return {acknowledge_t::WORKING, ""};
+}
+
+void MachineController::lead_over_safe_height(const PlaceRecord& place, const JointVec& q,
+                                              const Ticket& ticket) {
+  const std::string text = fmt::format(
+      "{}: over the safe height its tip goes back to where it was, and the program stops there "
+      "again, in line {}; 'resume' then goes on",
+      longer_text(), place.line);
+  spdlog::info("{}", text);
+  run_job(
+      ticket, clear_then([this, place, q] { parts_.programs.load_place(place, q, 0); }),
+      [this, place, text] {
+        block_delete_changes_ = place.block_delete_changes;
+        began_ = place.began;
+        measured_ = place.measured;
+        progress_.begin();
+        status_.message = job_message_ = text;
+      },
+      Job::kStart);
 }
 
 // What acts at once goes to the tick; offsets and tools go into the program, which goes on with them.
@@ -93,7 +142,8 @@ CommandServer::Answer MachineController::held_mdi(const std::string& text, const
         ticket, [this, lines = order.lines, q = report_.q_plan] { parts_.programs.obey_held(lines, q); },
         [this, before = tool_length_mm()] {
           held_longer_mm_ += tool_length_mm() - before;
-          job_message_ = why_not_back();
+          if (needs_new_way())
+            job_message_ = fmt::format("{}; 'resume' leads over the safe height", longer_text());
         },
         Job::kSwitch);
     return {acknowledge_t::WORKING, ""};

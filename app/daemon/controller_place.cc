@@ -8,6 +8,7 @@
 #include "app/client/running_daemons.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/machine_controller.h"
+#include "app/daemon/program_source.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/pipeline.h"
@@ -17,6 +18,8 @@
 #include "core/units.h"
 #include "interp/gcode/active_codes.h"
 #include "interp/gcode/axis_words.h"
+#include "interp/gcode/measured_values.h"
+#include "interp/gcode/parameters.h"
 #include "interp/gcode/settings.h"
 #include "interp/move.h"
 #include "kernel/rt_messages.h"
@@ -72,6 +75,8 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
         from_line_ = std::max(2U, found->place.line);
         block_delete_changes_ = found->place.block_delete_changes;
         began_ = found->place.began;
+        measured_ = found->place.measured;
+        progress_.begin();
         job_message_ = found->text;
       },
       Job::kLoad);
@@ -88,8 +93,12 @@ PlaceRecord MachineController::place_now(const ProgramStep& step) {
   place.line = step.source.line;
   place.file = step.file.data();
   place.text = step.text.data();
-  place.gone_mm = (report_.y - noted_.began_at).head<3>().norm();
-  place.left_mm = step.moves && report_.on_path ? (step.to - report_.y).head<3>().norm() : -1;
+  place.gone_mm = noted_.gone_mm;
+  const bool at_move = step.moves && report_.on_path;
+  const double straight_mm = (step.to - report_.y).head<3>().norm();
+  // Of an arc it tells the turn; `at` the place on it.
+  if (at_move) place.left_mm = step.arc ? std::max(0.0, step.length_mm - noted_.move_mm) : straight_mm;
+  if (at_move) place.at = step.frame.mm_of(report_.y);
   place.moves = step.moves;
   place.to = step.frame.mm_of(step.to);
   place.tool = settings.current_tool;
@@ -109,12 +118,61 @@ PlaceRecord MachineController::place_now(const ProgramStep& step) {
   place.optional_stop = switches.optional_stop;
   place.block_delete_changes = block_delete_changes_;
   place.began = began_;
+  place.measured = measured_;
   return place;
+}
+
+// What is set while no program is under way counts up to the place where one was given up.
+void MachineController::hear_measured() {
+  for (const ProgramSource::Measured& set : parts_.programs.take_measured()) {
+    const bool held = set.values.until_block() > 0;
+    if (set.begins) measured_ = set.values;
+    if (held) measured_.add(set.values);
+    if (set.begins || !parts_.place) continue;
+    try {
+      PlaceRecord place = parts_.place->read();
+      if (place.ended) continue;
+      MeasuredValues values = set.values;
+      if (!held) values.set_until(place.block);
+      place.measured.add(values);
+      const auto tool = values.numbers.find(parameter::kTool);
+      if (held && tool != values.numbers.end()) place.tool = static_cast<int>(tool->second.value);
+      parts_.place->note(place);
+    } catch (const std::exception&) {  // there is no program to go on with
+    }
+  }
+}
+
+// Of the block and of the move, how much of the path is done; it may go back along it.
+void MachineController::note_way(const ProgramStep& step, bool fresh) {
+  const double way_mm = noted_.on_path ? (report_.y - noted_.was_at).head<3>().norm() : 0;
+  const double gone_mm = report_.override_now < 0 ? -way_mm : way_mm;
+  const std::uint32_t number = step.source.step;
+  noted_.gone_mm = fresh ? 0 : noted_.gone_mm + gone_mm;
+  if (number == noted_.step)
+    noted_.move_mm += gone_mm;
+  else
+    noted_.move_mm = number < noted_.step && noted_.open ? step.length_mm : 0;
+  noted_.step = number;
+  noted_.was_at = report_.y;
+  noted_.on_path = report_.on_path;
+}
+
+// The program that is loaded must still run without it; what is prepared of that is let go.
+CommandServer::Answer MachineController::delete_tool(int number, const Ticket& ticket) {
+  if (supervisor_.state() != MachineState::kIdle || jobs_ + loads_ > 0)
+    return refused("a tool is taken out of the table while the machine is idle; 'stop' what runs first");
+  spdlog::info("tool {} is to leave the table: {}", number, cause_);
+  run_job(
+      ticket, clear_then([this, number, path = program_path_, q = report_.q_plan] {
+        parts_.programs.delete_tool(number, path, q);
+      }),
+      [this, number] { job_message_ = fmt::format("tool {} is out of the table", number); }, Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
 }
 
 // At every new line or move, and once a second; and that the program has come to its end.
 void MachineController::note_place() {
-  if (!parts_.place) return;
   const bool file = !program_path_.empty() && status_.program == program_path_;
   const MachineState state = supervisor_.state();
   if (state == MachineState::kIdle && noted_.open && jobs_ + loads_ == 0) {
@@ -122,8 +180,9 @@ void MachineController::note_place() {
       PlaceRecord ended;
       ended.program = program_path_;
       ended.ended = true;
-      parts_.place->note(ended);
+      if (parts_.place) parts_.place->note(ended);
     }
+    placed_.reset();
     noted_.open = false;
   }
   noted_.ran = state == MachineState::kRunning;
@@ -133,8 +192,7 @@ void MachineController::note_place() {
   if (!step || step->block == 0 || step->source.line == 0) return;  // the way to a place is none
   const auto now = Clock::now();
   const bool fresh = !noted_.open || step->block != noted_.block;
-  if (fresh || !noted_.on_path) noted_.began_at = report_.y;
-  noted_.on_path = report_.on_path;
+  note_way(*step, fresh);
   // While it comes to a stand: of a second of the path nothing must be missing where it stands.
   const bool slows = state == MachineState::kStopping || state == MachineState::kHolding;
   if (!fresh && now < noted_.next && !(slows && report_.y != noted_.stood_at)) return;
@@ -142,7 +200,8 @@ void MachineController::note_place() {
   noted_.block = step->block;
   noted_.open = true;
   noted_.next = now + kPlacePeriod;
-  parts_.place->note(place_now(*step));
+  placed_ = place_now(*step);
+  if (parts_.place) parts_.place->note(*placed_);
 }
 
 }  // namespace trn

@@ -125,7 +125,7 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
   const CommandEffect effect = effect_of(command.verb);
   if (effect.setting) return obey_setting(row, *effect.setting, command.value);
   if (row.act == CommandAct::kSwitch) return obey_switch(command, ticket);
-  if (row.act == CommandAct::kNote) return obey_note(command);
+  if (row.act == CommandAct::kNote) return obey_note(command, ticket);
   const MachineState before = supervisor_.state();
   if (command.verb == command_t::JOG && command.frame == command_t::PATH) return retrace(command);
   if (command.verb == command_t::JOG && command.frame != command_t::OWN) return jog_along(command, ticket);
@@ -133,11 +133,13 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
     if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
+  const bool anew = needs_new_way();
   if (effect.event == Event::kResume || effect.event == Event::kStart)
     if (const std::string why = why_not_on(*effect.event); !why.empty()) return refused(why);
   const Decision decision = supervisor_.handle(effect.event.value(), conditions());
   if (!decision.refusal.empty()) return refusal(before, decision);
   enter_state(before);
+  if (anew && decision.actions & kDoResume) return resume_anew(ticket);
   return act_on_command(decision.actions, command, ticket);
 }
 
@@ -475,6 +477,7 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
   status_due_ = true;
   if (error.empty()) {
     then();
+    if (kind == Job::kFirst) return;
     if (starts_motion) {
       prepared_at_.reset();
       from_line_ = 0;
@@ -561,6 +564,7 @@ void MachineController::poll() {
   }
   if (status_due_ || now >= next_status_) publish_status();
   if (now >= next_motion_) publish_motion();
+  hear_measured();
   note_place();
   publish_tables();
   publish_alarms();

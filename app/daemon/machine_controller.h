@@ -38,6 +38,7 @@
 #include "core/ports.h"
 #include "hal/lcm_link.h"
 #include "hal/local_socket.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/program_config.h"
 #include "kernel/joint_map.h"
 #include "kernel/rt_messages.h"
@@ -112,7 +113,10 @@ class MachineController {
   Answer held_mdi(const std::string& text, const Ticket& ticket);
   HeldAt held_at() const;
   double tool_length_mm();
-  std::string why_not_back() const;
+  bool needs_new_way() const;
+  std::string longer_text() const;
+  Answer resume_anew(const Ticket& ticket);
+  void lead_over_safe_height(const PlaceRecord& place, const JointVec& q, const Ticket& ticket);
   std::string why_not_on(Event event) const;
   Answer jog_along_held(const trunnion::command_t& command);
   void go_on_along();
@@ -132,7 +136,8 @@ class MachineController {
   void raise(Alarm alarm);
   void raise_fault(Fault fault, MachineState before);
   void fail_program(const std::string& error);
-  Answer obey_note(const trunnion::command_t& command);
+  Answer obey_note(const trunnion::command_t& command, const Ticket& ticket);
+  Answer delete_tool(int number, const Ticket& ticket);
   Answer act_on_command(std::uint32_t actions, const trunnion::command_t& command, const Ticket& ticket);
   void machine_event(Event event);
   void act(std::uint32_t actions);
@@ -154,20 +159,26 @@ class MachineController {
   Answer load_place(double before_mm, const Ticket& ticket);
   void note_place();
   PlaceRecord place_now(const ProgramStep& step);
+  void note_way(const ProgramStep& step, bool fresh);
+  void hear_measured();
   Answer start(const Ticket& ticket);
   Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
   /// For the record of the place.
   struct Noted {
     std::uint64_t block = 0;
-    Words began_at = Words::Zero();  ///< path point where that block was first seen
+    std::uint32_t step = 0;          ///< ProgramStep::source
+    double gone_mm = 0;              ///< of the path, since that block was first seen
+    double move_mm = 0;              ///< the same, of the step
+    Words was_at = Words::Zero();    ///< path point of the last look
     Words stood_at = Words::Zero();  ///< path point of the last record
-    bool on_path = false;            ///< `began_at` is known
+    bool on_path = false;            ///< `was_at` is known
     bool open = false;               ///< the record tells of a program that has not ended
     bool ran = false;                ///< when it was last looked
     Clock::time_point next;
   };
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
-  enum class Job { kLoad, kStart, kMdi, kResume, kSwitch };
+  /// Behind kFirst another job answers.
+  enum class Job { kLoad, kStart, kMdi, kResume, kSwitch, kFirst };
   void run_job(const Ticket& ticket, const std::function<void()>& prepare, const std::function<void()>& then,
                Job kind);
   std::function<void()> clear_then(const std::function<void()>& prepare);
@@ -205,8 +216,10 @@ class MachineController {
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
   std::string program_path_, program_mark_;
   Noted noted_;                                          ///< what the record of the place was last told
+  std::optional<PlaceRecord> placed_;                    ///< that record
   std::uint32_t from_line_ = 0;                          ///< of the loaded program; 0: from its start
   std::vector<BlockDeleteChange> block_delete_changes_;  ///< since it began
+  MeasuredValues measured_;                              ///< the same, with how the program found the tables
   JointVec began_;                       ///< where the machine stood then; empty: it has not begun
   std::string cause_;                    ///< command and client that the state changes for; "": the machine
   std::string job_message_;              ///< of the job that is being finished

@@ -159,8 +159,11 @@ void MachineController::add_progress(trunnion::status_t& status) {
 }
 
 // What changes no motion, and is legal in every state.
-MachineController::Answer MachineController::obey_note(const trunnion::command_t& command) {
+MachineController::Answer MachineController::obey_note(const trunnion::command_t& command,
+                                                       const Ticket& ticket) {
   status_due_ = true;
+  if (command.verb == trunnion::command_t::DELETE_TOOL)
+    return delete_tool(static_cast<int>(command.value), ticket);
   if (command.verb == trunnion::command_t::PARTS) {
     spdlog::info("parts {}: {}", command.value, cause_);
     counters_.set_parts(static_cast<std::int64_t>(command.value));

@@ -1,5 +1,7 @@
 #include "app/daemon/planner_thread.h"
 
+#include <fmt/format.h>
+
 #include <chrono>
 #include <memory>
 #include <stdexcept>
@@ -91,21 +93,70 @@ std::string PlannerThread::load_from(const std::string& path, const JointVec& q,
   return approach_text(line, summary.approach) + remark_on(summary);
 }
 
-std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
-  abandoned_ = true;
-  join();
-  abandoned_ = closed_.load();
+ProgramStart PlannerThread::start_at(const PlaceRecord& place, const JointVec& q, double before_mm,
+                                     PlaceEntry& entry) {
   ProgramStart start{place.program, std::nullopt, q};
   start.open = opener();
   start.switches = switches_;
   start.block_delete_changes = place.block_delete_changes;
+  start.measured = place.measured;
   if (place.began.size() == q.size()) start.began = place.began;
-  const PlaceEntry entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
+  entry = find_entry(assembly_, parameters_, tools_, start, place, before_mm);
   start.from_line = entry.line;
   start.from_block = entry.block;
   start.from_place = entry.place;
+  return start;
+}
+
+std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
+  abandoned_ = true;
+  join();
+  abandoned_ = closed_.load();
+  PlaceEntry entry;
+  const ProgramStart start = start_at(place, q, before_mm, entry);
   const ProgramSummary summary = begin(start);
   return place_text(place, entry) + approach_text(entry.line, summary.approach) + remark_on(summary);
+}
+
+// The planner's thread reads nothing meanwhile, and has read nothing behind the stop.
+void PlannerThread::check_place(const PlaceRecord& place, const JointVec& q) {
+  if (abandoned_ || !(at_stop_ || waits_)) throw ProgramError("no program waits any more");
+  PlaceEntry entry;
+  const ProgramStart start = start_at(place, q, 0, entry);
+  check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
+}
+
+// Whether a program needs it is known by running through it without the tool.
+void PlannerThread::delete_tool(int number, const std::string& path, const JointVec& q) {
+  abandoned_ = true;
+  time_pass_.end();
+  join();
+  abandoned_ = closed_.load();
+  if (!tools_.find(number)) throw ProgramError(fmt::format("there is no tool {} in the table", number));
+  if (static_cast<int>(parameters_[parameter::kTool]) == number)
+    throw ProgramError(
+        fmt::format("tool {} is in the spindle; put it away first (trunnion tool 0 --in-spindle)", number));
+  const auto runs = [&](const ToolTable& tools) -> std::string {
+    ProgramStart start{path, std::nullopt, q};
+    start.open = opener();
+    start.switches = switches_;
+    try {
+      check_program(assembly_, parameters_, tools, start, {}, &abandoned_);
+      return "";
+    } catch (const ProgramError& error) {
+      return error.what();
+    }
+  };
+  ToolTable without = tools_;
+  without.remove(number);
+  const std::string lacks = path.empty() ? "" : runs(without);
+  if (!lacks.empty() && runs(tools_) != lacks)
+    throw ProgramError(fmt::format("the loaded program needs tool {}: {}", number, lacks));
+  const ToolTable before = tools_;
+  tools_.remove(number);
+  memory_.keep(true);
+  tell_measured(parameters_, before, 0);
+  show_idle();
 }
 
 OpenFile PlannerThread::opener() {
@@ -130,6 +181,8 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   start_ = start;
   start_parameters_ = parameters_;  // as the program finds them
   start_tools_ = tools_;
+  if (listeners_.measured && !start.text && start.from_block == 0)
+    listeners_.measured(found_by_program(parameters_), true);
   changes_ = start.block_delete_changes;
   held_state_ = HeldState::kNone;
   auto pipeline = std::make_unique<Pipeline>(assembly_, parameters_, tools_, start, observers());
@@ -144,6 +197,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
     if (feed(*pipeline) && mdi) mdi_ = pipeline->settings();
+    if (mdi) tell_measured(start_parameters_, start_tools_, 0);
     show_idle();
     ended_ = true;
   });
@@ -212,6 +266,14 @@ bool PlannerThread::feed(Pipeline& pipeline) {
   return sound && !abandoned_;
 }
 
+void PlannerThread::tell_measured(const Parameters& before, const ToolTable& tools_before,
+                                  std::uint64_t until_block) {
+  if (!listeners_.measured) return;
+  MeasuredValues changes = changes_between(before, tools_before, parameters_, tools_);
+  changes.set_until(until_block);
+  if (!changes.empty()) listeners_.measured(changes, false);
+}
+
 // Only for people: where it cannot be found out, nothing else is wrong.
 void PlannerThread::show_idle() {
   if (!listeners_.stands) return;
@@ -267,7 +329,10 @@ void PlannerThread::take_held(Pipeline& pipeline) {
   try {
     held_.obeyed = pipeline.held_lines(held_.text, held_.q);
     check_held(held_.obeyed);
+    const Parameters before = parameters_;
+    const ToolTable tools_before = tools_;
     pipeline.obey_held(held_.obeyed, [this] { memory_.keep(true); });
+    tell_measured(before, tools_before, held_.obeyed.after_block);
     if (const ProgramStep* step = pipeline.held_step(); step && listeners_.step) listeners_.step(*step);
     if (listeners_.tables) listeners_.tables(parameters_, tools_);
   } catch (const std::exception& error) {

@@ -25,6 +25,7 @@
 #include "app/session/session_log.h"
 #include "core/axes.h"
 #include "core/motion.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
@@ -47,6 +48,9 @@ struct PlannerListeners {
   std::function<void(const Parameters&, const ToolTable&)> tables;
   /// How long the program takes, a little after it `begins`, in a thread of its own; not of MDI lines.
   std::function<void(const ProgramTime&)> time;
+  /// What the operator has just set (typed in, or at a program stop); `begins`: what a program that begins
+  /// finds.
+  std::function<void(const MeasuredValues&, bool begins)> measured;
   std::function<void(const ProgramStep&)> stands;  ///< with which modes, offsets and tool the next one begins
 };
 
@@ -76,6 +80,8 @@ class PlannerThread final : public ProgramSource {
   std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) override;
   std::string load_place(const PlaceRecord& place, const JointVec& q, double before_mm) override;
   void load_mdi(const std::string& text, const JointVec& q) override;
+  void check_place(const PlaceRecord& place, const JointVec& q) override;
+  void delete_tool(int number, const std::string& path, const JointVec& q) override;
   void confirm_tool(int number) override;
   std::string tool_name(int number) const override { return memory_.tool_name(number); }
   std::map<int, std::string> tool_names() const { return memory_.tool_names(); }
@@ -100,6 +106,7 @@ class PlannerThread final : public ProgramSource {
 
  private:
   ProgramSummary begin(ProgramStart start);
+  ProgramStart start_at(const PlaceRecord& place, const JointVec& q, double before_mm, PlaceEntry& entry);
   OpenFile opener();
   PipelineObservers observers();
   void say(std::string_view text, std::uint32_t line);
@@ -114,6 +121,7 @@ class PlannerThread final : public ProgramSource {
   void take_wish(Pipeline& pipeline);
   void take_held(Pipeline& pipeline);
   void check_held(const HeldLines& lines);
+  void tell_measured(const Parameters& before, const ToolTable& tools_before, std::uint64_t until_block);
   void join();
 
   const Assembly& assembly_;

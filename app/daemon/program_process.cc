@@ -202,12 +202,31 @@ std::string ProgramProcess::load_place(const PlaceRecord& place, const JointVec&
     ProgramStart program{place.program, std::nullopt, q};
     program.from_line = starts.line;
     program.from_block = starts.block;
-    if (starts.stands.size() == 6) program.from_place = mm_words(starts.stands);
+    program.from_place = entry_place(starts.stands);
     program.block_delete_changes = place.block_delete_changes;
+    program.measured = place.measured;
     if (place.began.size() == q.size()) program.began = place.began;
     program.switches = switches_;
     start(program);
   });
+}
+
+void ProgramProcess::check_place(const PlaceRecord& place, const JointVec& q) {
+  ProgramCall checking;
+  checking.kind = ProgramCall::Kind::kCheckPlace;
+  checking.text = place_file_text(place);
+  checking.q = q;
+  call(checking);
+}
+
+void ProgramProcess::delete_tool(int number, const std::string& path, const JointVec& q) {
+  ProgramCall deleting;
+  deleting.kind = ProgramCall::Kind::kDeleteTool;
+  deleting.tool = number;
+  deleting.path = path;
+  deleting.q = q;
+  call(deleting);
+  if (log_) log_->tool_deleted(number);
 }
 
 void ProgramProcess::load_mdi(const std::string& text, const JointVec& q) {
@@ -362,6 +381,7 @@ void ProgramProcess::hear(const ProgramReply& said) {
   const std::lock_guard lock(said_mutex_);
   if (said.kind == ProgramReply::Kind::kSays) said_.push_back({said.line, said.text});
   if (said.kind == ProgramReply::Kind::kTables) tables_ = said.tables;
+  if (said.kind == ProgramReply::Kind::kMeasured) measured_.push_back({said.measured, said.line != 0});
   if (said.kind == ProgramReply::Kind::kTime && said.program == shared_->program) time_ = said.time;
 }
 
@@ -370,6 +390,11 @@ bool ProgramProcess::take_tables(trunnion::tables_t& tables) {
   if (!tables_) return false;
   tables = *std::exchange(tables_, std::nullopt);
   return true;
+}
+
+std::vector<ProgramSource::Measured> ProgramProcess::take_measured() {
+  const std::lock_guard lock(said_mutex_);
+  return std::exchange(measured_, {});
 }
 
 bool ProgramProcess::take_program_time(ProgramTime& time) {

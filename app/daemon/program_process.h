@@ -56,12 +56,15 @@ class ProgramProcess final : public ProgramSource {
   void set_switches(const ProgramSwitches& switches) override;
   ProgramSwitches switches() const override { return switches_; }
   ReadingPlace switch_block_delete(bool on) override;
+  void check_place(const PlaceRecord& place, const JointVec& q) override;
+  void delete_tool(int number, const std::string& path, const JointVec& q) override;
   HeldLines obey_held(const std::string& text, const JointVec& q) override;
   void abandon() override;
   void close() override;
   std::string take_failure() override;
   std::vector<ProgramMessage> take_messages() override;
   bool take_tables(trunnion::tables_t& tables) override;
+  std::vector<Measured> take_measured() override;
   bool take_program_time(ProgramTime& time) override;
   void show() override;
   const ProgramStep* step(std::uint32_t number) override;
@@ -97,6 +100,7 @@ class ProgramProcess final : public ProgramSource {
   std::mutex said_mutex_;
   std::vector<ProgramMessage> said_;          ///< guarded by said_mutex_
   std::optional<trunnion::tables_t> tables_;  ///< the same
+  std::vector<Measured> measured_;            ///< the same
   std::optional<ProgramTime> time_;           ///< the same
   static constexpr std::size_t kStepsKept = Retrace::kBlocksKept;
   std::deque<NumberedStep> steps_;  ///< the last that were taken

@@ -10,6 +10,7 @@
 #include "app/session/program_time.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/program_config.h"
 
 namespace trn {
@@ -39,6 +40,12 @@ class ProgramSource {
   virtual std::string load_from(const std::string& path, const JointVec& q, std::uint32_t line) = 0;
   /// The same from the place of a record, or so many mm of the path before it.
   virtual std::string load_place(const PlaceRecord& place, const JointVec& q, double before_mm) = 0;
+  /// While a program waits at a stop or for a tool: what `load_place` would find wrong, with before_mm 0.
+  /// ProgramError; nothing changes.
+  virtual void check_place(const PlaceRecord& place, const JointVec& q) = 0;
+  /// Takes a tool out of the table; no program is under way. On disk when this returns. ProgramError: there
+  /// is none, it is in the spindle, or the program at `path` ("": none) needs it.
+  virtual void delete_tool(int number, const std::string& path, const JointVec& q) = 0;
   /// The operator has put the tool (0: none) into the spindle that the program waits for. On disk when this
   /// returns; FileError if that cannot be, and then it is not taken as changed.
   virtual void confirm_tool(int number) = 0;
@@ -71,6 +78,13 @@ class ProgramSource {
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }
   /// Offsets and tools, once after each change; false if there is nothing new.
   virtual bool take_tables(trunnion::tables_t& /*tables*/) { return false; }
+  /// What the operator has set since, in order: for PlaceRecord::measured. `begins`: as the program that was
+  /// loaded last found it.
+  struct Measured {
+    MeasuredValues values;
+    bool begins = false;
+  };
+  virtual std::vector<Measured> take_measured() { return {}; }
   /// How long the program that was loaded last takes, once it is known; false: no news.
   virtual bool take_program_time(ProgramTime& /*time*/) { return false; }
   /// Moves that were read since, to whoever measures features; before reports of what the tick did with them.

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/session/json_numbers.h"
+#include "app/session/measured_json.h"
 #include "app/session/plan_time.h"
 #include "hal/message_codec.h"
 
@@ -68,6 +69,7 @@ std::string encode(const ProgramReply& reply) {
                   {"about", reply.time.about},
                   {"block", reply.block},
                   {"stands", reply.stands},
+                  {"measured", measured_json(reply.measured)},
                   {"tools", tools}});
 }
 
@@ -81,7 +83,7 @@ ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kHeld))
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kDeleteTool))
     throw std::runtime_error(fmt::format("no call of kind {}", kind));
   call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");
@@ -101,13 +103,14 @@ ProgramReply decode_reply(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramReply reply;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kTime))
+  if (kind < 0 || kind > static_cast<int>(ProgramReply::Kind::kMeasured))
     throw std::runtime_error(fmt::format("no reply of kind {}", kind));
   reply.kind = static_cast<ProgramReply::Kind>(kind);
   reply.text = json.at("text");
   reply.line = whole<std::uint32_t>(json.at("line"));
   reply.block = json.at("block");
   reply.stands = json.at("stands").get<std::vector<double>>();
+  reply.measured = measured_from(json.at("measured"));
   reply.program = whole<std::uint32_t>(json.at("program"));
   reply.time = {PlanTime(json.at("time").get<std::array<double, PlanTime::kKinds>>(), json.at("rapid_runs")),
                 true, json.at("about")};

@@ -8,6 +8,7 @@
 #include "app/session/program_time.h"
 #include "core/axes.h"
 #include "hal/lcm_messages.h"
+#include "interp/gcode/measured_values.h"
 
 namespace trn {
 
@@ -21,27 +22,30 @@ struct ProgramCall {
     kShow,
     kLoadPlace,
     kBlockDelete,
-    kHeld
+    kHeld,
+    kCheckPlace,
+    kDeleteTool
   };
   Kind kind = Kind::kLoad;
-  std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace: the record
+  std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace, kCheckPlace: the record
   std::uint32_t line = 0;  ///< kLoad: to begin at; 0: at the start; kBlockDelete: 1 on, 0 off
   JointVec q;              ///< kLoad, kMdi: where the machine stands, mm or rad
   ProgramSwitches switches;
-  int tool = 0;          ///< kConfirmTool
+  int tool = 0;          ///< kConfirmTool, kDeleteTool
   double before_mm = 0;  ///< kLoadPlace
 };
 
 /// What comes back.
 struct ProgramReply {
   enum class Kind : std::uint8_t {
-    kStarts,   ///< the program is sound, its first block is about to be made: the daemon says when to go on
-    kDone,     ///< the call is over
-    kRefused,  ///< the same; `text` is why
-    kFailed,   ///< without a call: the program cannot go on; `text` is why
-    kSays,     ///< the same: the program says `text` to people, in `line`
-    kTables,   ///< the same: offsets and tools are now `tables`
-    kTime,     ///< the same: `program` takes `time`
+    kStarts,    ///< the program is sound, its first block is about to be made: the daemon says when to go on
+    kDone,      ///< the call is over
+    kRefused,   ///< the same; `text` is why
+    kFailed,    ///< without a call: the program cannot go on; `text` is why
+    kSays,      ///< the same: the program says `text` to people, in `line`
+    kTables,    ///< the same: offsets and tools are now `tables`
+    kTime,      ///< the same: `program` takes `time`
+    kMeasured,  ///< the same: `measured` was set; `line` 1: as a program that begins finds it
   };
   Kind kind = Kind::kDone;
   std::string text;
@@ -52,6 +56,7 @@ struct ProgramReply {
   std::map<int, std::string> tools = {};  ///< kDone: names of the tools in the table, for people
   std::uint32_t program = 0;              ///< kTime: as SharedProgramState::program
   ProgramTime time = {};
+  MeasuredValues measured = {};
   std::vector<double> stands =
       {};  ///< kDone of kHeld: HeldLines'; kStarts: ProgramStart::from_place, or none
 

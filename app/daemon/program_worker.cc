@@ -20,6 +20,7 @@
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
 #include "app/session/program_time.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
@@ -147,6 +148,12 @@ class ProgramWorker {
       case ProgramCall::Kind::kShow:
         planner_.show_idle();
         return "";
+      case ProgramCall::Kind::kCheckPlace:
+        planner_.check_place(parse_place(call.text, "the record"), call.q);
+        return "";
+      case ProgramCall::Kind::kDeleteTool:
+        planner_.delete_tool(call.tool, call.path, call.q);
+        return "";
       case ProgramCall::Kind::kBlockDelete:
       case ProgramCall::Kind::kHeld:
         break;
@@ -159,7 +166,7 @@ class ProgramWorker {
     PlannerListeners out;
     out.starts = [this](const ProgramStart& start) {
       ProgramReply starts{ProgramReply::Kind::kStarts, "", start.from_line, start.from_block, {}, {}};
-      for (int i = 0; start.from_place && i < 6; ++i) starts.stands.push_back((*start.from_place)[i]);
+      if (start.from_place) starts.stands = numbers_of(*start.from_place);
       tell(starts);
       std::string go;
       if (receive_program_packet(socket_, go) <= 0) throw DaemonGone();
@@ -177,6 +184,11 @@ class ProgramWorker {
     out.time = [this, &shared](const ProgramTime& time) {
       send_program_packet(socket_,
                           encode({ProgramReply::Kind::kTime, "", 0, 0, {}, {}, shared.program, time}));
+    };
+    out.measured = [this](const MeasuredValues& measured, bool begins) {
+      ProgramReply reply{ProgramReply::Kind::kMeasured, "", begins ? 1U : 0U, 0, {}, {}};
+      reply.measured = measured;
+      send_program_packet(socket_, encode(reply));
     };
     out.begins = [&shared] { ++shared.program; };
     // Who does not look misses what does not fit.

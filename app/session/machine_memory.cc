@@ -5,10 +5,38 @@
 #include <algorithm>
 #include <cstring>
 #include <filesystem>
+#include <string>
 
 #include "interp/gcode/parameter_file.h"
+#include "interp/gcode/tool_table.h"
+#include "interp/move.h"
 
 namespace trn {
+
+namespace {
+
+bool names_removed(const std::string& line, const ToolTable& kept, const ToolTable& now) {
+  try {
+    const ToolTable of_line = ToolTable::parse(line, "");
+    return std::any_of(of_line.tools().begin(), of_line.tools().end(),
+                       [&](const auto& tool) { return kept.find(tool.first) && !now.find(tool.first); });
+  } catch (const ProgramError&) {
+    return false;
+  }
+}
+
+// Without lines of tools that were taken out since. One that somebody else has added stays.
+std::string without_removed(const std::string& text, const ToolTable& kept, const ToolTable& now) {
+  std::string out;
+  for (std::size_t begin = 0, end = 0; begin < text.size(); begin = end) {
+    end = std::min(text.find('\n', begin), text.size() - 1) + 1;
+    const std::string line = text.substr(begin, end - begin);
+    if (!names_removed(line, kept, now)) out += line;
+  }
+  return out;
+}
+
+}  // namespace
 
 // What the file of variables holds (parameters_text), but for the results of the last input.
 const MachineMemory::Range MachineMemory::kMachine[] = {{parameter::kProbe, parameter::kProbeSuccess},
@@ -72,7 +100,9 @@ void MachineMemory::keep_tools() {
   try {
     if (!files_.tools.empty()) {
       const bool there = std::filesystem::exists(files_.tools);
-      write_file_safely(files_.tools, tools_.text_over(there ? read_text_file(files_.tools) : ""));
+      write_file_safely(
+          files_.tools,
+          tools_.text_over(there ? without_removed(read_text_file(files_.tools), kept_tools_, tools_) : ""));
     }
   } catch (const std::exception& error) {
     tools_ = kept_tools_;

@@ -33,7 +33,7 @@ void open(Interpreter& interpreter, const ProgramStart& start, const MachineJoin
                           start.kept ? &*start.kept : nullptr);
   else
     interpreter.open(start.path, in_degrees<MachineWords>(began));
-  if (start.from_block > 1)
+  if (start.from_block > 0)
     interpreter.begin_at_block(start.from_block, start.from_line, in_degrees<MachineWords>(words),
                                start.from_place);
   else if (start.from_line > 1)
@@ -61,6 +61,7 @@ ProgramConfig config_for(ProgramConfig config, const ProgramStart& start) {
   config.block_delete = start.switches.block_delete;
   config.block_delete_changes = start.block_delete_changes;
   config.held_lines = start.held_lines;
+  config.measured = start.measured;
   config.optional_stop = start.switches.optional_stop;
   if (start.open) {
     config.open = start.open;
@@ -203,7 +204,7 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       line_done_(std::move(observers.line_done)) {
   const CheckScope checks(failed_check_);
   open(interpreter_, start, *assembly.map);
-  if (start.from_line <= 1 && start.from_block <= 1) return;
+  if (start.from_line <= 1 && start.from_block == 0) return;
   if (line_done_) line_done_(true);
   if (interpreter_.waiting()) finish_stages();
 }
@@ -395,6 +396,9 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
   const Words words = start_words(*assembly.map, start.q, start);
   const Interpreter* reader = nullptr;
   RangeCheck range_check(assembly, [&](const RefusedMove& refused) {
+    if (refused.line == 0)  // the approach of a program that is begun further down
+      throw ProgramError(
+          fmt::format("{}:{}: on the way to this line, {}", start.path, start.from_line, refused.text));
     throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
   });
   Lowering lowering(program, assembly.kinematics.get(), range_check, words, start.switches.corrections_off);

@@ -20,6 +20,7 @@
 #include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/lowering.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/settings.h"
@@ -60,14 +61,15 @@ struct ProgramStart {
       {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
   ProgramSwitches switches = {};
   bool ends_round = false;       ///< as InterpreterParts
-  std::uint64_t from_block = 0;  ///< as from_line, by the number of blocks run (ProgramStep::block); 0: not
-  /// With from_block: a place on the line of that block to begin at, in the program's coordinates.
-  std::optional<MmWords> from_place = std::nullopt;
+  std::uint64_t from_block = 0;  ///< as from_line, by the number of the block (ProgramStep::block); 0: not
+  /// With from_block: a place on the move of that block to begin at.
+  std::optional<EntryPlace> from_place = std::nullopt;
   /// Where they stood when the program ran before, for what it does in relation to that; empty: at q.
   JointVec began = {};
   /// As ProgramConfig has them: what the operator switches while the program runs, or did when it ran before.
   std::vector<BlockDeleteChange> block_delete_changes = {};
   std::vector<HeldLines> held_lines = {};  ///< the same
+  MeasuredValues measured = {};            ///< the same
 };
 
 /// Who looks on while a program passes; each may be empty.
@@ -177,6 +179,8 @@ class ProgramReader {
   /// As Interpreter::step. ProgramError "file:line:..." for a defect.
   bool step();
   const Interpreter& interpreter() const { return interpreter_; }
+  /// What words of a move of the last step are in the program.
+  ProgramFrame frame() const { return lowering_.frame(); }
   /// Where the program stands, in its own coordinates.
   MmWords stands() const;
   /// Words of a move of the last step, in the program's coordinates.

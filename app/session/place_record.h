@@ -11,6 +11,7 @@
 #include "app/session/program_step.h"
 #include "core/axes.h"
 #include "interp/gcode/axis_words.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
 #include "interp/gcode/tool_table.h"
@@ -25,10 +26,11 @@ struct PlaceRecord {
   std::uint64_t block = 0;    ///< as ProgramStep::block: which pass of the line
   std::uint32_t line = 0;     ///< that moved, of `file`
   std::string file, text;     ///< as in ProgramStep
-  double gone_mm = 0;         ///< from where its motion began
+  double gone_mm = 0;         ///< of the path, from where its motion began
   double left_mm = -1;        ///< to the end of its motion; below 0: not known
   bool moves = false;         ///< it has a motion, which ends at `to`
   MmWords to;                 ///< in the program's coordinates
+  std::optional<MmWords> at;  ///< the same; none: not known
   int tool = 0;               ///< in the spindle
   std::string codes;          ///< in force, as in the status
   std::string work_offset;    ///< "G54 X1 Y2 Z3", for people
@@ -40,6 +42,7 @@ struct PlaceRecord {
   JointVec began;             ///< where the machine stood when the program was started, mm or rad
   /// How the block delete was switched while the program ran; the first: how it began. Empty: it was not.
   std::vector<BlockDeleteChange> block_delete_changes;
+  MeasuredValues measured;  ///< ProgramStart::measured
 };
 
 /// The whole file (JSON), and back. ProgramError "name: what".
@@ -52,14 +55,15 @@ PlaceRecord read_place(const std::string& path);
 
 /// Where a program goes on that was given up at a place.
 struct PlaceEntry {
-  std::uint64_t block = 0;                      ///< ProgramStart::from_block
-  std::uint32_t line = 0;                       ///< of it
-  double before_mm = 0;                         ///< path from there to the place, at least
-  double on_line_mm = 0;                        ///< how far along the line of that block; 0: where it begins
-  std::optional<MmWords> place = std::nullopt;  ///< ProgramStart::from_place
+  std::uint64_t block = 0;  ///< ProgramStart::from_block
+  std::uint32_t line = 0;   ///< of it
+  double before_mm = 0;     ///< path from there to the place, at least
+  double on_move_mm = 0;    ///< how far along the move of that block; 0: where it begins
+  std::optional<EntryPlace> place = std::nullopt;  ///< ProgramStart::from_place
+  std::string kept = "";  ///< what the operator has set and a line of the program would have set, for people
 };
 
-/// The place `before_mm` of the path before the other, where it lies on a straight line that is cut. Else the
+/// The place `before_mm` of the path before the other, where it lies on a straight feed or an arc. Else the
 /// last block from whose beginning at least `before_mm` of the path lead to the place, outside cutter
 /// compensation; the program's first if there is none. Runs the program up to the place, on copies.
 /// ProgramError if the spindle holds another tool, the switches are not those of the record, or the program

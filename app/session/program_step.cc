@@ -1,8 +1,10 @@
 #include "app/session/program_step.h"
 
 #include <algorithm>
+#include <cmath>
 #include <string_view>
 
+#include "core/frames.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/program_config.h"
 #include "interp/move.h"
@@ -40,7 +42,9 @@ ProgramStep step_of(const Interpreter& interpreter, const Lowering& lowering, co
   step.block = interpreter.blocks();
   step.moves = move != nullptr;
   step.rapid = move && move->kind == ProgramMove::Kind::kTraverse;
+  step.arc = move && move->kind == ProgramMove::Kind::kArc;
   if (move) step.to = move->to;
+  if (move) step.length_mm = tip_length_mm(*move);
   step.context = lowering.context();
   step.frame = lowering.frame();
   step.settings = interpreter.settings();
@@ -61,6 +65,14 @@ ProgramStep idle_step(const Assembly& assembly, Parameters parameters, ToolTable
   Interpreter interpreter({config, parameters, tools, assembly.kinematics.get(), lowering, {}});
   interpreter.open_text("", "", {}, kept);
   return step_of(interpreter, lowering, tools, {}, nullptr);
+}
+
+double tip_length_mm(const ProgramMove& move) {
+  const Vec3 way = (move.to - move.from).head<3>();
+  if (move.kind != ProgramMove::Kind::kArc) return way.norm();
+  const Vec3 r = move.from.head<3>() - move.arc_centre;
+  const Vec3 radial = r - move.arc_axis * move.arc_axis.dot(r);
+  return std::hypot(radial.norm() * move.arc_sweep_rad, move.arc_axis.dot(way));
 }
 
 KinStatus words_in(const MachineJointMap& map, const JointVec& q, const MapContext& context, Words& words) {

@@ -28,7 +28,9 @@ struct ProgramStep {
   std::uint64_t block = 0;      ///< how many blocks were run, with its own: tells the passes of a line apart
   bool moves = false;           ///< to `to`; else an event
   bool rapid = false;           ///< G0
+  bool arc = false;             ///< G2, G3, a helix
   Words to = Words::Zero();     ///< as in ProgramMove
+  double length_mm = 0;         ///< tip_length_mm
   PlanTime begins_at;           ///< of the program, up to where its first block begins
   PlanTime::Kind timing;        ///< of that block
   MapContext context;           ///< what such words mean to the joints
@@ -58,6 +60,9 @@ struct ShownPosition {
 /// has no axis words.
 ShownPosition shown_position(const MachineJointMap& map, const ProgramStep& step, const JointVec& q,
                              bool on_path, const Words& y);
+
+/// How long the way of the tip is, mm, also along an arc or helix.
+double tip_length_mm(const ProgramMove& move);
 
 /// The words of a context (with RTCP: the tip in the table frame) whose joints are q.
 KinStatus words_in(const MachineJointMap& map, const JointVec& q, const MapContext& context, Words& words);

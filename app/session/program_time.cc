@@ -13,8 +13,8 @@ namespace trn {
 
 namespace {
 
-constexpr double kLongest_s = 3 * 86400.0;       // who loops for three days has no end
-constexpr std::uint64_t kLinesMax = 10'000'000;  // for one block: a loop without motion
+constexpr double kLongest_s = 3 * 86400.0;            // who loops for three days has no end
+constexpr std::uint64_t kBlockLinesMax = 10'000'000;  // for one block: a loop without motion
 
 }  // namespace
 
@@ -38,7 +38,7 @@ ProgramTime time_program(const Assembly& assembly, Parameters parameters, ToolTa
     MotionBlock block, last;
     QueueEvent asked;
     while (out.time.total_s() < kLongest_s) {
-      if (pipeline.next(block, given_up, kLinesMax)) {
+      if (pipeline.next(block, given_up, kBlockLinesMax)) {
         out.time.add(block);
         if (block.segment_count > 0) last = block;
         asked = block.event;

@@ -190,6 +190,7 @@ class Replay {
     for (; next_ < entries_.size() && entries_[next_].period <= period; ++next_) {
       const SessionEntry& entry = entries_[next_];
       if (entry.kind == Kind::kProgram) begin(entry.program);
+      if (entry.kind == Kind::kDeleteTool) tools_.remove(entry.tool);
       if (entry.kind == Kind::kCommand) {
         drives_.set_homes(shows_homing());
         cycle_.post(entry.command);

@@ -14,6 +14,7 @@
 #include "app/session/block_delete_json.h"
 #include "app/session/feature_report.h"
 #include "app/session/json_numbers.h"
+#include "app/session/measured_json.h"
 #include "app/session/tick_commands.h"
 #include "core/axes.h"
 #include "core/check.h"
@@ -30,11 +31,11 @@ using Kind = SessionEntry::Kind;
 constexpr int kLogsMax = 100'000;
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",         "stands",     "fault",
-                                       "inputs",  "answer",  "sensor",      "rate_plans", "features",
-                                       "drives",  "held",    "block_delete"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",          "stands",     "fault",
+                                       "inputs",  "answer",  "sensor",       "rate_plans", "features",
+                                       "drives",  "held",    "block_delete", "delete_tool"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
-static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kBlockDelete) + 1);
+static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDeleteTool) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
 
 template <typename Vector>
@@ -87,9 +88,8 @@ Json to_json(const SessionEntry& entry) {
   if (entry.kind == Kind::kProgram) {
     json["path"] = entry.program.path;
     if (entry.program.from_line > 1) json["from_line"] = entry.program.from_line;
-    if (entry.program.from_block > 1) json["from_block"] = entry.program.from_block;
-    if (entry.program.from_place)
-      for (int i = kX; i <= kC; ++i) json["from_place"].push_back((*entry.program.from_place)[i]);
+    if (entry.program.from_block > 0) json["from_block"] = entry.program.from_block;
+    if (entry.program.from_place) json["from_place"] = numbers_of(*entry.program.from_place);
     if (entry.program.text) json["text"] = *entry.program.text;
     json["corrections_off"] = entry.program.switches.corrections_off;
     json["block_delete"] = entry.program.switches.block_delete;
@@ -98,6 +98,7 @@ Json to_json(const SessionEntry& entry) {
     if (entry.program.began.size() > 0) json["began"] = numbers(entry.program.began);
     if (!entry.program.block_delete_changes.empty())
       json["block_delete_changes"] = changes_json(entry.program.block_delete_changes);
+    if (!entry.program.measured.empty()) json["measured_values"] = measured_json(entry.program.measured);
   }
   if (entry.kind == Kind::kProgram || entry.kind == Kind::kStands) json["q"] = numbers(entry.program.q);
   if (entry.kind == Kind::kStands) json["measured"] = numbers(entry.q_measured);
@@ -127,6 +128,7 @@ Json to_json(const SessionEntry& entry) {
     json["text"] = entry.held.text;
     json["at"] = entry.held.stands;
   }
+  if (entry.kind == Kind::kDeleteTool) json["tool"] = entry.tool;
   if (entry.kind == Kind::kBlockDelete) json["changes"] = changes_json({entry.change});
   if (entry.kind != Kind::kCommand) return json;
   TRN_CHECK(entry.command.kind < RtCommand::Kind::kCount);
@@ -158,9 +160,8 @@ SessionEntry from_json(const Json& json) {
     if (json.contains("from_line")) entry.program.from_line = whole<std::uint32_t>(json.at("from_line"));
     if (json.contains("from_block")) entry.program.from_block = whole<std::uint64_t>(json.at("from_block"));
     if (json.contains("from_place")) {
-      const auto six = json.at("from_place").get<std::vector<double>>();
-      if (six.size() != 6) throw std::runtime_error("a place has six words");
-      entry.program.from_place = mm_words(six);
+      entry.program.from_place = entry_place(json.at("from_place").get<std::vector<double>>());
+      if (!entry.program.from_place) throw std::runtime_error("a place has six words, and a share");
     }
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
     if (json.contains("corrections_off"))
@@ -171,6 +172,7 @@ SessionEntry from_json(const Json& json) {
     if (json.contains("began")) entry.program.began = joints(json.at("began"));
     if (json.contains("block_delete_changes"))
       entry.program.block_delete_changes = changes_from(json.at("block_delete_changes"));
+    if (json.contains("measured_values")) entry.program.measured = measured_from(json.at("measured_values"));
   }
   if (json.contains("q")) entry.program.q = joints(json.at("q"));
   if (entry.kind == Kind::kStands)  // earlier logs have the setpoint alone
@@ -197,6 +199,7 @@ SessionEntry from_json(const Json& json) {
   if (entry.kind == Kind::kHeld)
     entry.held = {whole<std::uint64_t>(json.at("block")), json.at("text").get<std::string>(),
                   json.at("at").get<std::array<double, 6>>()};
+  if (entry.kind == Kind::kDeleteTool) entry.tool = whole<int>(json.at("tool"));
   if (entry.kind == Kind::kBlockDelete) {
     const std::vector<BlockDeleteChange> changes = changes_from(json.at("changes"));
     if (changes.size() != 1) throw std::runtime_error("one change of the block delete");
@@ -259,6 +262,13 @@ void SessionLog::held(const HeldLines& lines) {
   SessionEntry entry;
   entry.kind = Kind::kHeld;
   entry.held = lines;
+  write_now(entry);
+}
+
+void SessionLog::tool_deleted(int number) {
+  SessionEntry entry;
+  entry.kind = Kind::kDeleteTool;
+  entry.tool = number;
   write_now(entry);
 }
 

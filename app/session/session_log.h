@@ -24,19 +24,20 @@ namespace trn {
 /// One thing that reached the tick from outside, in the period in which it did.
 struct SessionEntry {
   enum class Kind : std::uint8_t {
-    kProgram,     ///< `program` was prepared, before the tick of its period
-    kCommand,     ///< `command` took effect
-    kLow,         ///< little motion was queued: the tick saw `blocks` blocks of the program
-    kStands,      ///< the drives are powered: told `program.q`, and measured at `q_measured`
-    kFault,       ///< the drives reported `fault`
-    kInputs,      ///< the inputs are now `inputs`
-    kAnswer,      ///< the program was given `answer`
-    kSensor,      ///< the corrections heard `sensor`
-    kRatePlans,   ///< the rate planner's answers are `late` from now on, or come again
-    kFeatures,    ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
-    kDrives,      ///< the drives follow no setpoints any more: they are in state `drives`
-    kHeld,        ///< the operator has set offsets or tools while the program waited: `held`
-    kBlockDelete  ///< switched for what is read of the program behind `change`
+    kProgram,      ///< `program` was prepared, before the tick of its period
+    kCommand,      ///< `command` took effect
+    kLow,          ///< little motion was queued: the tick saw `blocks` blocks of the program
+    kStands,       ///< the drives are powered: told `program.q`, and measured at `q_measured`
+    kFault,        ///< the drives reported `fault`
+    kInputs,       ///< the inputs are now `inputs`
+    kAnswer,       ///< the program was given `answer`
+    kSensor,       ///< the corrections heard `sensor`
+    kRatePlans,    ///< the rate planner's answers are `late` from now on, or come again
+    kFeatures,     ///< a program ended, and the tool's bending made `features` of it; a result, not replayed
+    kDrives,       ///< the drives follow no setpoints any more: they are in state `drives`
+    kHeld,         ///< the operator has set offsets or tools while the program waited: `held`
+    kBlockDelete,  ///< switched for what is read of the program behind `change`
+    kDeleteTool    ///< the tool with the number `tool` has left the table
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -54,6 +55,7 @@ struct SessionEntry {
   std::vector<FeatureDeflection> features;
   BlockDeleteChange change;
   HeldLines held;
+  int tool = 0;
 };
 
 /// What a session was made with; paths as given.
@@ -83,6 +85,7 @@ class SessionLog {
   /// From any thread, behind the program that it is for.
   void block_delete(const BlockDeleteChange& change);
   void held(const HeldLines& lines);
+  void tool_deleted(int number);
   /// Every command, before the tick can have it, and every report: from one thread.
   void posted(const RtCommand& command);
   void report(const CycleReport& report);

@@ -98,4 +98,25 @@ requires(std::is_same_v<Out, MmWords> || std::is_same_v<Out, MachineWords>) Out
   return {words.head<3>(), words.tail<3>() * kDegPerRad};
 }
 
+/// A place on a move at which a program is entered.
+struct EntryPlace {
+  MmWords at;            ///< in the program's coordinates
+  double arc_share = 0;  ///< how much of the arc lies before it, above 0 and below 1; 0: the move is straight
+
+  bool operator==(const EntryPlace&) const = default;
+};
+/// As seven numbers, and back; none where they are no such place. Six: on a straight move.
+inline std::vector<double> numbers_of(const EntryPlace& place) {
+  std::vector<double> out;
+  for (int i = kX; i <= kC; ++i) out.push_back(place.at[i]);
+  out.push_back(place.arc_share);
+  return out;
+}
+inline std::optional<EntryPlace> entry_place(std::span<const double> numbers) {
+  if (numbers.size() != 6 && numbers.size() != 7) return std::nullopt;
+  const double share = numbers.size() == 7 ? numbers[6] : 0;
+  if (!(share >= 0 && share < 1)) return std::nullopt;
+  return EntryPlace{mm_words(numbers.first(6)), share};
+}
+
 }  // namespace trn

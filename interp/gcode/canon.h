@@ -102,6 +102,12 @@ struct ArcFeed {
   Plane plane;
   double inverse_per_min = 0;
 };
+/// The next function is an ArcFeed from `from`, of which this share was cut before; the machine stands at its
+/// end.
+struct EnterArc {
+  ProgramWords from;
+  double share;
+};
 /// The way up to the clear height behind the stop of G88. The operator may have gone some of it by hand; the
 /// path goes on from its end.
 struct ManualRetract {
@@ -227,17 +233,16 @@ struct UserM {
 };
 }  // namespace canon
 
-using CanonCommand =
-    std::variant<canon::Plain, canon::UseLengthUnits, canon::SelectPlane, canon::SetG5xOffset,
-                 canon::SetG92Offset, canon::SetXyRotation, canon::UseToolLengthOffset, canon::SetFeedRate,
-                 canon::SetFeedMode, canon::SetMotionControlMode, canon::SetNaivecamTolerance,
-                 canon::StraightTraverse, canon::StraightFeed, canon::ArcFeed, canon::ManualRetract,
-                 canon::StraightProbe, canon::RigidTap, canon::NurbsFeed, canon::Dwell, canon::SetSpindleMode,
-                 canon::SetSpindleSpeed, canon::StartSpindle, canon::StopSpindle, canon::OrientSpindle,
-                 canon::WaitOrient, canon::SelectTool, canon::ChangeTool, canon::ChangeToolNumber,
-                 canon::SetToolTableEntry, canon::StartFeedSync, canon::SetOutputBit, canon::SetOutputValue,
-                 canon::WaitInput, canon::Message, canon::Comment, canon::Print, canon::Log, canon::SetRtcp,
-                 canon::SetTiltedPlane, canon::SetOrientationPath, canon::SetSpindleAxis, canon::UserM>;
+using CanonCommand = std::variant<
+    canon::Plain, canon::UseLengthUnits, canon::SelectPlane, canon::SetG5xOffset, canon::SetG92Offset,
+    canon::SetXyRotation, canon::UseToolLengthOffset, canon::SetFeedRate, canon::SetFeedMode,
+    canon::SetMotionControlMode, canon::SetNaivecamTolerance, canon::StraightTraverse, canon::StraightFeed,
+    canon::ArcFeed, canon::EnterArc, canon::ManualRetract, canon::StraightProbe, canon::RigidTap,
+    canon::NurbsFeed, canon::Dwell, canon::SetSpindleMode, canon::SetSpindleSpeed, canon::StartSpindle,
+    canon::StopSpindle, canon::OrientSpindle, canon::WaitOrient, canon::SelectTool, canon::ChangeTool,
+    canon::ChangeToolNumber, canon::SetToolTableEntry, canon::StartFeedSync, canon::SetOutputBit,
+    canon::SetOutputValue, canon::WaitInput, canon::Message, canon::Comment, canon::Print, canon::Log,
+    canon::SetRtcp, canon::SetTiltedPlane, canon::SetOrientationPath, canon::SetSpindleAxis, canon::UserM>;
 
 /// Receives the canonical functions in program order; `line` is 1-based, 0 before the program. Text is only
 /// valid during the call.

@@ -164,6 +164,7 @@ struct Print {
     else
       add(out, "{}(\"{}\")", kNames[static_cast<std::size_t>(c.what)], c.text);
   }
+  void operator()(const canon::EnterArc& c) const { add(out, "ENTER_ARC({:.4f})", c.share); }
   void operator()(const canon::SetRtcp& c) const {
     add(out, "SET_TOOL_CENTRE_POINT_CONTROL({})", c.on ? "ON" : "OFF");
   }

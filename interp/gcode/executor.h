@@ -15,6 +15,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor/nurbs.h"
 #include "interp/gcode/g_code.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/program_config.h"
@@ -57,7 +58,7 @@ class Executor : public StateValues {
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
   /// tool, and the rest of it when `tool_wait` is over. BlockError.
-  void enter(const MachineWords& start, int in_spindle, const std::optional<MmWords>& on_line);
+  void enter(const MachineWords& start, int in_spindle, const std::optional<EntryPlace>& on_move);
   void enter_rest();
   /// Gives the table the codes that the config adds.
   void map_words(ModalTable& table) const;
@@ -110,7 +111,10 @@ class Executor : public StateValues {
   /// stands in the program does not change. The length of the tool in the spindle, if it is in force, is then
   /// that of the table. BlockError.
   void obey_held(const Block& b, const ProgramWords& stands);
-  /// After that: offsets, tool and lengths are again as in `kept`.
+  /// Offsets, tools and the tool in the spindle, in place of what a line has just set. The machine does not
+  /// move; a length in force is that of the spindle's tool again.
+  void set_measured(const MeasuredValues& measured);
+  /// After `obey_held`: offsets, tool and lengths are again as in `kept`.
   void put_back(const Settings& kept);
 
   const Settings& settings() const { return s_; }
@@ -222,6 +226,7 @@ class Executor : public StateValues {
   void restore_g92(bool active);
   void home_position(const Block& b, GCode code);
   void load_system(int index);
+  void take_spindle_length();
   void put_system(bool with_g92);
   WorkFrame frame() const;
   /// What a tool offset takes from the words while RTCP is off: it lies along the spindle at home.
@@ -368,7 +373,7 @@ class Executor : public StateValues {
   int call_level_ = 0;
   std::optional<double> return_value_;  ///< of the last sub-program that returned
   Settings entered_;                    ///< what `enter` goes to
-  std::optional<MmWords> enter_at_;     ///< on the line that begins there; none: where it begins
+  std::optional<EntryPlace> enter_at_;  ///< on the move that begins there; none: where it begins
   int spindle_slot_ = 1;  ///< of the tool in the spindle; the dialect begins with the table's first
 };
 

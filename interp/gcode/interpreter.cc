@@ -10,6 +10,8 @@
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/g_code.h"
+#include "interp/gcode/measured_values.h"
+#include "interp/gcode/modal.h"
 #include "interp/gcode/text/parser.h"
 #include "interp/move.h"
 
@@ -72,6 +74,7 @@ void Interpreter::start(std::unique_ptr<ByteSource> source, const std::string& n
   blocks_ = 0;
   changes_ = 0;
   held_lines_ = 0;
+  find_measured();
   gouges_told_.clear();
   held_.clear();
   executor_.begin(at);
@@ -99,12 +102,12 @@ void Interpreter::begin_at(std::uint32_t line, const MachineWords& at) {
 }
 
 void Interpreter::begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at,
-                                 const std::optional<MmWords>& on_line) {
-  pass_over([this, block] { return blocks_ + 1 < block; }, line, at, on_line);
+                                 const std::optional<EntryPlace>& on_move) {
+  pass_over([this, block] { return blocks_ + 1 < block; }, line, at, on_move);
 }
 
 void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at,
-                            const std::optional<MmWords>& on_line) {
+                            const std::optional<EntryPlace>& on_move) {
   // Everything before the line is carried out, but nothing of it leaves: modes, offsets and parameters are
   // then what they would be.
   gate_.open = false;
@@ -132,7 +135,7 @@ void Interpreter::pass_over(const std::function<bool()>& ahead, std::uint32_t li
   }
   gate_.open = true;
   try {
-    executor_.enter(at, in_spindle, on_line);
+    executor_.enter(at, in_spindle, on_move);
     if (executor_.tool_wait() == Executor::ToolWait::kNone)
       executor_.enter_rest();
     else
@@ -297,6 +300,46 @@ void Interpreter::switch_block_delete() {
     executor_.set_block_delete(changes[changes_].on);
 }
 
+// Before the first line; what the program has read ahead of the place where it was given up does not count.
+void Interpreter::find_measured() {
+  new_tool_in_ = false;
+  kept_numbers_.clear();
+  kept_tools_.clear();
+  const MeasuredValues& measured = parts_.config.measured;
+  for (const auto& [number, row] : measured.tools)
+    if (!row.tool)
+      parts_.tools.remove(number);
+    else if (const Tool* const now = parts_.tools.find(number); !now || *now != *row.tool)
+      parts_.tools.at_or_new(number) = *row.tool;
+  for (const auto& [number, set] : measured.numbers)
+    if (number != parameter::kTool)
+      parts_.parameters[number] = set.value;
+    else
+      set_spindle_tool(parts_.parameters, parts_.tools, static_cast<int>(set.value),
+                       parts_.config.parameter_unit_mm);
+}
+
+// Behind a block that may have set it otherwise. A tool that the operator is asked for is the newer one.
+void Interpreter::keep_measured() {
+  const MeasuredValues& measured = parts_.config.measured;
+  new_tool_in_ |=
+      gate_.open && block_.any_m && block_.has(MGroup::kToolChange) && block_.code(MGroup::kToolChange) == 6;
+  MeasuredValues lost;
+  for (const auto& [number, row] : measured.tools) {
+    const Tool* const now = parts_.tools.find(number);
+    if (!row.tool || blocks_ > row.until_block || (now && *now == *row.tool)) continue;
+    lost.tools[number] = row;
+    kept_tools_[number] = flow_.line();
+  }
+  for (const auto& [number, set] : measured.numbers) {
+    if (blocks_ > set.until_block || std::as_const(parts_.parameters)[number] == set.value) continue;
+    if (number == parameter::kTool && new_tool_in_) continue;
+    lost.numbers[number] = set;
+    kept_numbers_[number] = flow_.line();
+  }
+  if (!lost.empty()) executor_.set_measured(lost);
+}
+
 void Interpreter::obey_held_lines() {
   const std::vector<HeldLines>& lines = parts_.config.held_lines;
   for (; held_lines_ < lines.size() && lines[held_lines_].after_block <= blocks_; ++held_lines_)
@@ -354,6 +397,7 @@ bool Interpreter::step() {
   } catch (const BlockError& error) {
     throw located(error);
   }
+  if (!parts_.config.measured.empty()) keep_measured();
   block_done_ = true;
   tell_gouges();
   return !ended_;

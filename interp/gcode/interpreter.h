@@ -64,10 +64,10 @@ class Interpreter {
   /// the line is not reached, or lies inside cutter compensation.
   void begin_at(std::uint32_t line, const MachineWords& at);
   /// The same up to the block that is run as the `block`th (`blocks`), in whatever pass of a loop or
-  /// sub-program that is. `line`: of it, for messages. `on_line`: the approach leads to this place on the
-  /// straight line that the block feeds along, instead of to where it begins; in the program's coordinates.
+  /// sub-program that is. `line`: of it, for messages. `on_move`: the approach leads to this place on the
+  /// one move that the block makes, a straight feed or an arc, instead of to where it begins.
   void begin_at_block(std::uint64_t block, std::uint32_t line, const MachineWords& at,
-                      const std::optional<MmWords>& on_line = std::nullopt);
+                      const std::optional<EntryPlace>& on_move = std::nullopt);
   /// The next block is no part of a tool change that is under way.
   bool between_blocks() const { return held_.empty(); }
 
@@ -110,6 +110,10 @@ class Interpreter {
   /// From the next block on, lines that begin with '/' are skipped, or run.
   void set_block_delete(bool on) { executor_.set_block_delete(on); }
   const Settings& settings() const { return executor_.settings(); }
+  /// What the operator had measured (ProgramConfig::measured), where a line of the program would have set
+  /// something else; and that line.
+  const std::map<int, std::uint32_t>& kept_numbers() const { return kept_numbers_; }
+  const std::map<int, std::uint32_t>& kept_tools() const { return kept_tools_; }
 
   /// While the program waits at a stop or for a tool: sets what the lines say, as if the machine stood at
   /// `stands`; the program goes on from where it is. `keep` is called when they have been carried out.
@@ -124,9 +128,11 @@ class Interpreter {
   void hold_for_tool(bool entry);
   void switch_block_delete();
   void obey_held_lines();
+  void find_measured();
+  void keep_measured();
   void obey_held_line(std::string_view line, const ProgramWords& stands);
   void pass_over(const std::function<bool()>& ahead, std::uint32_t line, const MachineWords& at,
-                 const std::optional<MmWords>& on_line = std::nullopt);
+                 const std::optional<EntryPlace>& on_move = std::nullopt);
   void run_rest();
   void assign(const ParsedBlock& parsed);
   bool carry_out(bool rest);
@@ -167,6 +173,8 @@ class Interpreter {
   std::uint64_t blocks_ = 0;
   std::size_t changes_ = 0;     ///< of the block delete, that have been made
   std::size_t held_lines_ = 0;  ///< of the config's, that have been obeyed
+  std::map<int, std::uint32_t> kept_numbers_, kept_tools_;
+  bool new_tool_in_ = false;  ///< since the program moves: the measured one is out
   bool ended_ = false, came_round_ = false;
   bool block_done_ = false;               ///< the last block has been carried out: what failed was another
   std::vector<std::string> gouges_told_;  ///< at most kGougesTold: a loop meets them in every pass

@@ -1,6 +1,7 @@
 #include "interp/gcode/lowering.h"
 
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/check.h"
@@ -200,8 +201,10 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   const bool xy = arc.plane == Plane::kXY, xz = arc.plane == Plane::kXZ;
   const int first = xy ? kX : xz ? kZ : kY, second = xy ? kY : xz ? kX : kZ, normal = xy ? kZ : xz ? kY : kX;
   const double scale = inch_ ? kMmPerInch : 1;
+  const std::optional<Entered> entered = std::exchange(entered_, std::nullopt);
+  const Words& begins = entered ? entered->from : words_;
   // in the program frame, where the plane is: start, end, centre
-  Vec3 from_P = inverse(X_TP_) * Vec3(words_.head<3>());
+  const Vec3 from_P = inverse(X_TP_) * Vec3(begins.head<3>());
   const Vec3 to_P = arc.to.xyz * scale;
   Eigen::Vector2d from(from_P[first], from_P[second]), to(to_P[first], to_P[second]);
   Eigen::Vector2d centre(arc.centre1 * scale, arc.centre2 * scale);
@@ -226,7 +229,7 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   move_.kind = ProgramMove::Kind::kArc;
   move_.arc_centre = X_TP_ * centre_P;
   move_.arc_axis = X_TP_.R * axis_P;
-  move_.arc_sweep_rad = sign * sweep;
+  move_.arc_sweep_rad = sign * sweep * (1 - (entered ? entered->share : 0));
   const Words words = words_of(arc.to);
   move_.feed = FeedLimit{};
   if (arc.inverse_per_min > 0)
@@ -453,6 +456,7 @@ struct Lowering::Visit {
     low.event(QueueEvent::Kind::kSpindleOrient, c.deg, c.direction);
   }
   void operator()(const canon::ArcFeed& c) const { low.arc(c); }
+  void operator()(const canon::EnterArc& c) const { low.entered_ = {low.words_of(c.from), c.share}; }
   void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
   void operator()(const canon::Dwell& c) const { low.event(QueueEvent::Kind::kDwell, c.s); }
   void operator()(const canon::SetSpindleSpeed& c) const {

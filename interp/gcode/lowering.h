@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/motion.h"
@@ -89,6 +91,12 @@ class Lowering : public CanonSink {
   bool geared_ = false;  ///< between the events that couple path and spindle
   double per_turn_ = 0;  ///< then: units of the program a turn
   int coolant_ = 0;
+  /// canon::EnterArc, until the arc has come.
+  struct Entered {
+    Words from;
+    double share = 0;
+  };
+  std::optional<Entered> entered_;
   Words words_;  ///< where the machine stands
   ProgramMove move_;
   OverrideMode overrides_;

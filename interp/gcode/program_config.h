@@ -14,6 +14,7 @@
 #include "interp/gcode/canon.h"
 #include "interp/gcode/cutter/tangential_knife.h"
 #include "interp/gcode/g_code.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/text/line_reader.h"
 
 namespace trn {
@@ -118,6 +119,7 @@ struct ProgramConfig {
   bool block_delete = false;         ///< lines that begin with '/' are skipped
   std::vector<BlockDeleteChange> block_delete_changes;  ///< in their order; not from [program]
   std::vector<HeldLines> held_lines;                    ///< the same
+  MeasuredValues measured;                              ///< not from [program]
   bool typed = false;  ///< lines that the operator types in, which may add tools; not from [program]
   bool optional_stop = true;
   double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run

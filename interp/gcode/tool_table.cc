@@ -127,6 +127,12 @@ Tool& ToolTable::at_or_new(int number) {
   return tool;
 }
 
+bool ToolTable::remove(int number) {
+  if (tools_.erase(number) == 0) return false;
+  ++revision_;
+  return true;
+}
+
 ToolTable ToolTable::parse(std::string_view text, const std::string& name, double unit_mm) {
   ToolTable table;
   table.name_ = name;

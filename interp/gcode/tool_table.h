@@ -30,6 +30,8 @@ class ToolTable {
  public:
   const Tool* find(int number) const;
   Tool& at_or_new(int number);
+  /// False: there is none.
+  bool remove(int number);
   const std::map<int, Tool>& tools() const { return tools_; }
   /// Where the tools come from, for messages; "" for a table that nobody has given.
   const std::string& name() const { return name_; }

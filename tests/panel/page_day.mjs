@@ -275,6 +275,13 @@ async function touchesOff(page) {
   await picture(page, "tool_added");
   await part(page, "set-tool").click();
   await until(page, "tool-row-44", (shown) => shown.includes("61.000") && shown.includes("engraver"), "61 and its remark");
+  await part(page, "tool-44").click();
+  await part(page, "delete-tool").click();
+  await until(page, "delete-tool", (shown) => shown.includes("Really"), "a question first");
+  await rests(page);
+  await picture(page, "tool_deleted");
+  await part(page, "delete-tool").click();
+  await part(page, "tool-row-44").waitFor({ state: "detached" });
   await view(page, "Run");
 }
 

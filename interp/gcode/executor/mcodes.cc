@@ -360,16 +360,18 @@ void Executor::retract_to_safe_height() {
   put(canon::StraightTraverse{s_.position});
 }
 
-void Executor::enter(const MachineWords& start, int in_spindle, const std::optional<MmWords>& on_line) {
+void Executor::enter(const MachineWords& start, int in_spindle, const std::optional<EntryPlace>& on_move) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, 1, "a start in the middle of a contour");
   if (s_.knife) fail(GcodeErrorCode::kKnife, 1, "a start in the middle", "");
   entered_ = s_;
-  enter_at_ = on_line;
+  enter_at_ = on_move;
   // As a program starts, with the tool that is really in the spindle. What the skipped lines have set comes
   // back in `enter_rest`, behind the tool change.
   s_ = Settings{};
   tool_is_in(in_spindle);
+  const bool deletes = block_delete_;  // may have been switched while the program ran
   begin(start);
+  block_delete_ = deletes;
   retract_to_safe_height();
   tool_wait_ = ToolWait::kNone;
   if (entered_.current_tool != in_spindle) ask_for_tool(entered_.current_tool);
@@ -379,7 +381,7 @@ void Executor::enter_rest() {
   const Settings kept = entered_;
   resume(kept);
   // Its line feeds from wherever the tool stands on it to its end, which counts from where it begins.
-  const ProgramWords on_path = enter_at_ ? from_mm(*enter_at_) : kept.position;
+  const ProgramWords on_path = enter_at_ ? from_mm(enter_at_->at) : kept.position;
   // Up, across and down: at the higher of both heights the tool passes over the work, if safe_z_mm is above
   // it.
   ProgramWords to = s_.position;
@@ -390,6 +392,7 @@ void Executor::enter_rest() {
   to[kZ] = above;
   put(canon::StraightTraverse{to});
   put(canon::StraightTraverse{on_path});
+  if (enter_at_ && enter_at_->arc_share > 0) put(canon::EnterArc{kept.position, enter_at_->arc_share});
   s_ = kept;
 }
 

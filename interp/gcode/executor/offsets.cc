@@ -10,6 +10,7 @@
 #include "interp/gcode/error.h"
 #include "interp/gcode/executor.h"
 #include "interp/gcode/g_code.h"
+#include "interp/gcode/measured_values.h"
 #include "interp/gcode/modal.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/settings.h"
@@ -303,12 +304,34 @@ void Executor::obey_held(const Block& b, const ProgramWords& stands) {
   if (sets) g10(b, true);
   s_.position = from_mm(frame().to_program(stop));
   if (puts_in) tool_change(b);
-  if (!follows) return;
+  if (follows) take_spindle_length();
+}
+
+void Executor::take_spindle_length() {
   const ProgramWords offset = table_offset(s_.current_tool, 1);
   if (s_.rtcp)
     set_rtcp(true, offset, 1, "G43.4");
   else
     set_tool_offset(offset, s_.tool_length_code);
+}
+
+void Executor::set_measured(const MeasuredValues& measured) {
+  const bool follows = length_is_of_spindle_tool();
+  for (const auto& [number, row] : measured.tools)
+    if (row.tool) parts_.tools.at_or_new(number) = *row.tool;
+  for (const auto& [number, set] : measured.numbers)
+    if (number != parameter::kTool) parts_.parameters[number] = set.value;
+  const auto tool = measured.numbers.find(parameter::kTool);
+  if (tool != measured.numbers.end()) s_.current_tool = static_cast<int>(tool->second.value);
+  if (s_.current_tool != 0) spindle_slot_ = slot_of(s_.current_tool);
+  set_spindle_tool(parts_.parameters, parts_.tools, s_.current_tool, parts_.config.parameter_unit_mm);
+  const int base = system_base(s_.modal.work_offset);
+  const auto of_system = measured.numbers.lower_bound(base);
+  if (of_system != measured.numbers.end() && of_system->first < base + parameter::kOffsetStride) {
+    keep_machine([this] { load_system(s_.modal.work_offset); });
+    put_system(false);
+  }
+  if (follows) take_spindle_length();
 }
 
 void Executor::put_back(const Settings& kept) {

@@ -607,7 +607,7 @@ export interface Command {
 }
 
 /** Of a command: those of hal/lcm/command_t.lcm. */
-export type Verb = "load" | "start" | "hold" | "resume" | "stop" | "mdi" | "jog" | "home" | "override" | "estop" | "reset" | "correction" | "rapid_override" | "spindle_override" | "adaptive_feed" | "single_block" | "optional_stop" | "block_delete" | "acknowledge" | "parts" | "dry_run" | "machine_lock";
+export type Verb = "load" | "start" | "hold" | "resume" | "stop" | "mdi" | "jog" | "home" | "override" | "estop" | "reset" | "correction" | "rapid_override" | "spindle_override" | "adaptive_feed" | "single_block" | "optional_stop" | "block_delete" | "acknowledge" | "parts" | "dry_run" | "machine_lock" | "delete_tool";
 
 export type ServerMessage =
   | ({ type: "fleet" } & Fleet)

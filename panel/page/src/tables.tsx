@@ -90,6 +90,7 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
   const [given, setGiven] = useState("");
   const [remark, setRemark] = useState(tool?.remark ?? "");
   const [refused, setRefused] = useState("");
+  const [asked, setAsked] = useState(false);
   const adds = number === 0;
   const known = adds && !!tables?.tools.some((one) => one.number === Number(given));
   const said = remark.trim() !== (tool?.remark ?? "").trim();
@@ -100,6 +101,12 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
   const send = async () => {
     const line = `G10 L1 P${adds ? Number(given) : number} ${words.join(" ")}${said ? ` (${remark.trim() || " "})` : ""}`;
     const answer = await link.command({ verb: "mdi", text: line });
+    if (answer.outcome === "accepted") done();
+    else setRefused(answer.text);
+  };
+  const remove = async () => {
+    if (!asked) return setAsked(true);
+    const answer = await link.command({ verb: "delete_tool", value: number });
     if (answer.outcome === "accepted") done();
     else setRefused(answer.text);
   };
@@ -126,6 +133,11 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
         <button class="accent" disabled={!mine || !status || !mayChange(status) || !sound} data-test="set-tool" onClick={() => void send()}>
           {adds ? "Add the tool" : `Set tool ${number}`}
         </button>
+        {!adds && (
+          <button class={asked ? "danger" : ""} disabled={!mine || status?.state !== "idle"} data-test="delete-tool" onClick={() => void remove()}>
+            {asked ? `Really delete tool ${number}?` : `Delete tool ${number}`}
+          </button>
+        )}
         <button onClick={done}>Close</button>
       </div>
     </div>

@@ -44,7 +44,7 @@ TEST(CommandTable, WhatIsSwitchedAndWhatIsNotedMovesNothing) {
   for (const auto verb : {command_t::CORRECTION, command_t::OPTIONAL_STOP, command_t::BLOCK_DELETE,
                           command_t::DRY_RUN, command_t::MACHINE_LOCK})
     EXPECT_EQ(find_command(verb)->act, CommandAct::kSwitch) << find_command(verb)->name;
-  for (const auto verb : {command_t::ACKNOWLEDGE, command_t::PARTS})
+  for (const auto verb : {command_t::ACKNOWLEDGE, command_t::PARTS, command_t::DELETE_TOOL})
     EXPECT_EQ(find_command(verb)->act, CommandAct::kNote) << find_command(verb)->name;
 }
 

@@ -24,7 +24,8 @@ TEST(CommandEffect, EveryVerbAsksTheSupervisorForItsOwnEvent) {
   for (const auto verb :
        {command_t::OVERRIDE, command_t::CORRECTION, command_t::RAPID_OVERRIDE, command_t::SPINDLE_OVERRIDE,
         command_t::ADAPTIVE_FEED, command_t::SINGLE_BLOCK, command_t::OPTIONAL_STOP, command_t::BLOCK_DELETE,
-        command_t::ACKNOWLEDGE, command_t::PARTS, command_t::DRY_RUN, command_t::MACHINE_LOCK})
+        command_t::ACKNOWLEDGE, command_t::PARTS, command_t::DRY_RUN, command_t::MACHINE_LOCK,
+        command_t::DELETE_TOOL})
     EXPECT_FALSE(effect_of(verb).event);
 }
 
@@ -39,7 +40,7 @@ TEST(CommandEffect, EverySettingIsToldToTheTickByItsOwnCommand) {
        {command_t::LOAD, command_t::START, command_t::HOLD, command_t::RESUME, command_t::STOP,
         command_t::MDI, command_t::JOG, command_t::HOME, command_t::ESTOP, command_t::RESET,
         command_t::CORRECTION, command_t::OPTIONAL_STOP, command_t::BLOCK_DELETE, command_t::ACKNOWLEDGE,
-        command_t::PARTS, command_t::DRY_RUN, command_t::MACHINE_LOCK})
+        command_t::PARTS, command_t::DRY_RUN, command_t::MACHINE_LOCK, command_t::DELETE_TOOL})
     EXPECT_FALSE(effect_of(verb).setting);
 }
 

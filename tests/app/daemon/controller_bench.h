@@ -70,6 +70,14 @@ struct FakePrograms final : ProgramSource {
     return "approach";
   }
   std::string load_place(const PlaceRecord&, const JointVec&, double) override { return ""; }
+  void check_place(const PlaceRecord&, const JointVec&) override {}
+  void delete_tool(int number, const std::string& path, const JointVec&) override {
+    if (number == 9) throw ProgramError("there is no tool 9 in the table");
+    deleted_tool = number;
+    deleted_beside = path;
+  }
+  std::atomic<int> deleted_tool = 0;
+  std::string deleted_beside;
   void load_mdi(const std::string&, const JointVec&) override {
     if (!bad_line.empty()) throw ProgramError(bad_line);
     ++mdis;

@@ -77,6 +77,22 @@ TEST(MachineController, AProgramThatFailsWhileItRunsIsAnAlarmWithItsNumber) {
   bench.until([&] { return bench.status->alarms_open == 0; });
 }
 
+TEST(MachineController, AToolIsTakenOutOfTheTableWhileTheMachineIsIdle) {
+  Bench bench;
+  bench.start_program();
+  EXPECT_EQ(bench.send(command_t::DELETE_TOOL, "", 3).outcome, +acknowledge_t::REFUSED);
+  EXPECT_EQ(bench.programs.deleted_tool, 0);
+  bench.now.motion = MotionState::kRest;
+  bench.tick();
+  bench.until([&] { return bench.controller.state() == MachineState::kIdle; });
+  EXPECT_EQ(bench.send(command_t::DELETE_TOOL, "", 9).message, "there is no tool 9 in the table");
+  const acknowledge_t done = bench.send(command_t::DELETE_TOOL, "", 3);
+  EXPECT_EQ(done.outcome, +acknowledge_t::ACCEPTED);
+  EXPECT_EQ(done.message, "tool 3 is out of the table");
+  EXPECT_EQ(bench.programs.deleted_tool, 3);
+  EXPECT_FALSE(bench.programs.deleted_beside.empty()) << "the loaded program must run without it";
+}
+
 TEST(MachineController, APartIsAProgramThatCameToItsEnd) {
   Bench bench;
   const auto end = [&](bool whole) {

@@ -1,12 +1,11 @@
 #!/usr/bin/env python3
-"""A program that is held, jogged away from and led back to; and one that goes on after a power cut or a stop, or not at
-all where something has changed. With the daemon's own clients over its real socket.
+"""A program that is held, jogged away from and led back to, also with another tool. With the daemon's own clients
+over its real socket.
 
 usage: pause_e2e.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 
 Exit code 77 (skipped) where the kernel allows no network of the test's own.
 """
-import json
 import os
 import re
 import subprocess
@@ -150,14 +149,11 @@ class PauseTest(unittest.TestCase):
             self.assertAlmostEqual(shop.status()["work_offset_value"][0], -10, places=6)
             self.assertAlmostEqual(shop.motion()[0]["work"][0], 25, places=6)
             self.assertAlmostEqual(shop.parameter(5221), -10, places=6, msg="on disk before the answer")
-            # From here a longer tool would come deeper on the way back.
+            # From here a longer tool would come deeper on the way back, and it is too long for what follows.
             code, out, err = shop.client("tool", "1", "Z", "140")
             self.assertEqual(code, 0, err)
             self.assertIn("39.000 mm longer", out + err)
-            code, _, err = shop.client("resume")
-            self.assertEqual(code, 5)
-            self.assertIn("'start --resume' leads back over the safe height", err)
-            self.assertEqual(shop.status()["state"], "holding")
+            self.assertIn("'resume' leads over the safe height", out + err)
             shop.ask("touch-off", "Z", "46", "--tool")  # the spindle stands at 141
             self.assertEqual(shop.length(1), 95)
             self.assertAlmostEqual(shop.status()["tool_offset"][2], 95, places=6)
@@ -180,6 +176,92 @@ class PauseTest(unittest.TestCase):
             self.assertEqual(shop.end(), 0)
             assert_replays(self, shop, record, log, 1000)
 
+    def test_behind_a_stop_a_longer_tool_goes_over_the_safe_height_to_where_the_tip_was(self):
+        """The rest is planned anew with its length; and refused, with line and joint, where it would not fit."""
+        program = ("G21 G90 G61\nM61 Q1\nG10 L1 P1 Z50\nG43\nG0 X0 Y0 Z10\nG1 X10 Z5 F6000\nM0 (measure)\n"
+                   "G1 X20\nG1 Z120\nG0 Z130\nM2\n")
+        with Shop() as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: "measure" in s["waits_for"])
+            self.assertEqual([round(q, 6) for q in shop.joints()[::2]], [10, 55])
+            shop.ask("jog", "Z", "60", "--wait")
+            shop.ask("jog", "X", "-40", "--wait")
+            away = shop.joints()
+            # Too long for a line that follows (Z goes to 250): it says which, and the program goes on waiting.
+            code, _, err = shop.client("tool", "1", "Z", "125")
+            self.assertEqual(code, 2, err)
+            self.assertIn("part.ngc:10", err)
+            self.assertIn("joint Z would go to 255", err)
+            self.assertEqual(shop.length(1), 50)
+            self.assertEqual(shop.joints(), away)
+            shop.ask("tool", "1", "Z", "90")
+            code, out, err = shop.client("resume")
+            self.assertEqual(code, 0, err)
+            self.assertIn("40.000 mm longer", out + err)
+            self.assertIn("stops there again, in line 7", out + err)
+            shop.until(lambda s: s["state"] == "holding" and "measure" in s["waits_for"])
+            self.assertEqual([round(q, 6) for q in shop.joints()[::2]], [10, 95], "its tip is where it was")
+            self.assertAlmostEqual(shop.motion()[0]["work"][2], 5, places=6)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[2], 130 + 90, places=6)
+            self.assertEqual(shop.length(1), 90, "and not what the program gives")
+            self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 1000)
+            way = [(float(row["X"]), float(row["Z"])) for row in rows(record)]
+            at = next(i for i, (x, z) in enumerate(way) if x < -29.9)
+            back = way[at:]
+            arrived = next(i for i, (x, z) in enumerate(back) if abs(x - 10) < 1e-6 and abs(z - 95) < 1e-6)
+            self.assertGreater(min(z for _, z in back[:arrived]), 94.999, "no deeper than to that place")
+
+    def test_where_the_tip_has_no_room_to_go_back_to_resume_is_refused(self):
+        """At the stop there was room for the old tool alone; what follows is lower."""
+        program = "G21 G90 G61\nM61 Q1\nG10 L1 P1 Z50\nG43\nG0 X0 Y0 Z120\nM0\nG1 X20 F6000\nG0 Z10\nM2\n"
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: s["waits_for"].startswith("program stop"))
+            shop.ask("jog", "X", "-40", "--wait")
+            away = shop.joints()
+            shop.ask("tool", "1", "Z", "140")
+            code, _, err = shop.client("resume")
+            self.assertEqual(code, 2, err)
+            self.assertIn("part.ngc:6", err)
+            self.assertIn("on the way to this line, joint Z would go to 260", err)
+            shop.until(lambda s: s["state"] == "holding" and s["waits_for"].startswith("program stop"))
+            self.assertEqual(shop.joints(), away)
+            shop.ask("tool", "1", "Z", "100")  # a shorter one
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "holding" and abs(shop.joints()[2] - 220) < 1e-6)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[2], 110, places=6)
+
+    def test_while_m6_waits_a_longer_tool_goes_over_the_safe_height(self):
+        program = "G21 G90 G61\nM61 Q1 G43\nG0 X0 Y0 Z20\nG1 X10 F6000\nT2 M6\nG43\nG1 X20\nG0 Z50\nM2\n"
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("start")
+            shop.until(lambda s: "tool 2" in s["waits_for"])
+            stood, length = shop.joints(), shop.length(1)
+            shop.ask("jog", "Z", "40", "--wait")
+            shop.ask("tool", "1", "Z", str(length + 15))  # the one that is in force still
+            code, out, err = shop.client("resume")
+            self.assertEqual(code, 0, err)
+            self.assertIn("15.000 mm longer", out + err)
+            shop.until(lambda s: s["state"] == "holding" and "tool 2" in s["waits_for"])
+            self.assertAlmostEqual(shop.joints()[2], stood[2] + 15, places=6)
+            self.assertNotEqual(shop.parameter(5400), 2)
+            shop.ask("resume")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertEqual(shop.parameter(5400), 2)
+            self.assertAlmostEqual(shop.joints()[2], 50 + shop.length(2), places=6)
+
     def test_where_the_path_is_planned_offsets_are_refused_at_once(self):
         with Shop() as shop:
             shop.start()
@@ -200,106 +282,6 @@ class PauseTest(unittest.TestCase):
                 shop.until(lambda s: s["state"] == "holding")
             shop.ask("stop", "--wait")
             shop.ask("touch-off", "X", "0")
-
-    def test_after_a_power_cut_the_program_goes_on_where_it_was(self):
-        with Shop() as shop:
-            record, plain = (os.path.join(shop.folder.name, name) for name in ("record.csv", "plain.csv"))
-            program = shop.write("part.ngc", PASSES)
-            run_undisturbed(self, shop, program, plain)
-            truth = places(plain, 5)
-            shop.start()
-            code, _, err = shop.client("start", "--resume", "--yes")
-            self.assertNotEqual(code, 0)
-            self.assertIn("no program was under way", err)
-            shop.ask("load", program)
-            shop.ask("start")
-            shop.until(lambda s: shop.joints()[2] < -1.9 and s["line"] == 8)  # the second of three passes
-            time.sleep(0.3)
-            shop.kill()
-            with open(os.path.join(shop.folder.name, "m.place")) as file:
-                place = json.load(file)
-            self.assertEqual((place["line"], place["text"], place["to"][:3]), (8, "G1 X40 Y20", [40, 20, -2]))
-            shop.start("--record", record)
-            code, out, err = shop.client("start", "--resume")  # nobody says yes
-            self.assertEqual(code, 5, err)
-            self.assertIn("it was in line 8", out + err)
-            self.assertIn("spindle 2000 rpm", out + err)
-            shop.ask("start", "--resume", "--yes", "--before", "2")
-            shop.until(lambda s: s["state"] == "idle")
-            self.assertEqual(shop.end(), 0)
-            way = places(record, 4)
-            off = [i for i, q in enumerate(way) if distance_from(q, truth) > 0.002]
-            back = way[off[-1] + 1:]
-            self.assertLess(min(q[2] for q in back), -2.99, "the third pass was cut")
-            again = [q for q in way if abs(q[2] + 1) < 0.1 and q[0] > 1]
-            self.assertEqual(again, [], "and the first was not cut again")
-            for q in truth[-40:]:
-                self.assertLess(distance_from(q, back), 0.01, "to the end")
-
-    def test_a_long_line_is_entered_a_little_before_the_place(self):
-        with Shop() as shop:
-            record = os.path.join(shop.folder.name, "record.csv")
-            program = shop.write("long.ngc", "G21 G91 G94\nG0 Z5\nG1 Z-7 F600\nG1 X200 F1200\nG1 Y20\nM2\n")
-            shop.start()
-            for ends in (("stop", "--wait"), ("estop",), ("stop", "--wait")):  # each time from within the line
-                fresh = shop.status()["program"] == ""
-                if fresh:
-                    shop.ask("load", program)
-                    shop.ask("start")
-                else:
-                    shop.ask("start", "--resume", "--yes", "--before", "3")
-                first = shop.joints()[0]
-                shop.until(lambda s: s["line"] == 4 and shop.joints()[2] < -1.99 and
-                           shop.joints()[0] > (20 if fresh else first + 10))
-                shop.ask(*ends)
-                shop.until(lambda s: s["state"] in ("idle", "estop"))
-                if ends[0] == "estop":
-                    shop.ask("reset", "--wait")
-            stood = shop.joints()[0]
-            self.assertEqual(shop.end(), 0)
-            shop.start("--record", record)
-            code, out, err = shop.client("start", "--resume", "--yes", "--before", "3")
-            self.assertEqual(code, 0, err)
-            self.assertIn("it goes on in line 4, ", out + err)
-            self.assertIn("cuts 3.0 mm before that place again", out + err)
-            shop.until(lambda s: s["state"] == "idle")
-            self.assertEqual(shop.end(), 0)
-            cut = [q for q in places(record, 1) if abs(q[2] + 2) < 1e-3 and q[0] > 1]
-            self.assertAlmostEqual(cut[0][0], stood - 3, delta=0.05)
-            self.assertAlmostEqual(cut[-1][0], 200, delta=0.01)
-            self.assertAlmostEqual(abs(cut[-1][1]), 20, delta=0.01)
-
-    def test_what_has_changed_is_no_place_to_go_on(self):
-        with Shop() as shop:
-            program = shop.write("part.ngc", PASSES)
-            shop.start()
-
-            def until_stopped():
-                shop.ask("load", program)
-                shop.ask("start")
-                shop.until(lambda s: s["line"] == 8)
-                shop.ask("stop", "--wait")
-
-            def refused(why):
-                code, out, err = shop.client("start", "--resume", "--yes")
-                self.assertNotEqual(code, 0)
-                self.assertIn(why, err)
-
-            until_stopped()
-            shop.ask("mdi", "M61 Q2", "--wait")
-            refused("tool 2 is in the spindle, and the program was given up with tool 0")
-            shop.ask("mdi", "M61 Q0", "--wait")
-            shop.write("part.ngc", PASSES + "(more)\n")
-            refused("is not the file any more")
-            shop.write("part.ngc", PASSES.replace("#1 = 0", "").replace("#1", "#31"))
-            until_stopped()
-            refused("comes to another place")  # it counts on from what a variable was before
-            shop.write("part.ngc", PASSES)
-            until_stopped()
-            shop.ask("start", "--resume", "--yes")
-            shop.until(lambda s: s["state"] == "idle")
-            refused("has come to its end")
-
 
     def test_a_held_program_goes_back_along_its_path_and_on_from_there(self):
         with Shop() as shop:

@@ -29,6 +29,54 @@ class StateTest(unittest.TestCase):
         """But those of a host that is too busy to plan."""
         return [a for a in json.loads(shop.ask("status", "--json"))["alarms"] if a["name"] != "starved"]
 
+    def test_a_tool_is_taken_out_of_the_table(self):
+        with Shop() as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start("--record", record, "--log", log)
+            shop.ask("tool", "7", "Z", "30", "--remark", "tap")
+            part = shop.write("part.ngc", "G21 G90 G61\nM61 Q1\nG43 H7\nG0 Z40\nG1 X300 F300\nM2\n")
+            shop.ask("load", part)
+            shop.ask("mdi", "M61 Q1", "--wait")
+
+            def table():
+                with open(shop.tools) as file:
+                    return file.read()
+
+            def refused(number, why):
+                before = table()
+                code, _, err = shop.client("tool", number, "--delete")
+                self.assertNotEqual(code, 0)
+                self.assertIn(why, err)
+                self.assertEqual(table(), before)
+
+            refused("9", "there is no tool 9 in the table")
+            refused("1", "tool 1 is in the spindle")
+            refused("7", "the loaded program needs tool 7")
+            refused("7", "part.ngc:3")
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 5)
+            refused("2", "while the machine is idle")
+            shop.ask("stop", "--wait")
+            code, out, err = shop.client("tool", "2", "--delete")
+            self.assertEqual(code, 0, err)
+            self.assertIn("tool 2 is out of the table", out + err)
+            self.assertNotIn("T2 ", table(), "on disk before the answer")
+            self.assertIn("T7 ", table())
+            self.assertNotIn("8 mm ball", shop.ask("tool"))
+            # The loaded program is as it was, and the next one does not know the tool.
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 5 and shop.joints()[0] > 1)
+            shop.ask("stop", "--wait")
+            self.assertNotEqual(shop.client("mdi", "T2 M6")[0], 0)
+            # What comes again under the number has nothing of the old one, in a replay neither.
+            shop.ask("tool", "2", "Z", "11")
+            shop.ask("mdi", "M61 Q2", "--wait")
+            shop.ask("mdi", "G43", "--wait")
+            shop.ask("mdi", "G0 Z#5410", "--wait")  # the diameter, which nobody has given
+            self.assertAlmostEqual(shop.joints()[2], 11, places=6)
+            self.assertEqual(shop.end(), 0)
+            assert_replays(self, shop, record, log, 100)
+
     def test_an_alarm_is_shown_until_it_is_acknowledged_and_no_longer(self):
         with Shop() as shop:
             shop.start()

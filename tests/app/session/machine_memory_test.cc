@@ -61,6 +61,18 @@ TEST_F(Memory, KeepsOffsetsToolsAndTheUsersOwnParameters) {
   EXPECT_EQ(memory->tool_name(0), "no tool");
 }
 
+// Its line goes; that of a tool that somebody else has added to the file meanwhile stays, as do comments.
+TEST_F(Memory, AToolThatIsTakenOutLeavesTheFile) {
+  std::ofstream(files.tools) << "; the shop's\nT1 P1 Z+50 ;end mill\nT2 P2 Z+80\nT8 P8 Z+8\nnonsense\n";
+  EXPECT_TRUE(tools.remove(2));
+  EXPECT_FALSE(tools.remove(2));
+  memory->keep(false);
+  EXPECT_EQ(read_text_file(files.tools), "; the shop's\nT1 P1 Z+50 ;end mill\nT8 P8 Z+8\nnonsense\n");
+  tools.at_or_new(2).pocket = 5;
+  memory->keep(false);
+  EXPECT_NE(read_text_file(files.tools).find("T2 P5\n"), std::string::npos) << "nothing of the old one";
+}
+
 // A loop that counts with #100 must not wait for the disk at every line.
 TEST_F(Memory, CountingIsKeptInTheEndAndNotEveryTime) {
   int writes = 0;
