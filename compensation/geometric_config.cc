@@ -17,6 +17,16 @@ namespace trn {
 namespace {
 
 constexpr double kRadPerArcsec = kRadPerDeg / 3600;
+// 10 mm and 2 degrees are no errors any more but another machine; most likely the unit is wrong.
+constexpr double kOffsetMax = 10, kTiltMaxArcsec = 7200;
+
+/// Greatest slope of a column, by place: steeper than any way or turntable. Mostly the unit is wrong, or two
+/// places lie too close together, and the curve swings between the others.
+struct Steepest {
+  double offset, tilt;
+};
+constexpr Steepest kLinearSteepest{0.02, 0.001}, kRotarySteepest{5, 0.02};
+
 constexpr char kOffsets[] = "xyz", kTurns[] = "abc";
 
 int joint_of(const Machine& machine, const ConfigTable& table) {
@@ -26,19 +36,35 @@ int joint_of(const Machine& machine, const ConfigTable& table) {
   return static_cast<int>(std::find(names.begin(), names.end(), name) - names.begin());
 }
 
-Spline read_column(const ConfigTable& table, const std::string& key, double unit,
+struct ColumnBounds {
+  double unit, value_max, slope_max;
+};
+
+Spline read_column(const ConfigTable& table, const std::string& key, const ColumnBounds& column,
                    const std::vector<double>& places, bool periodic) {
   if (!table.has(key)) return {};
   std::vector<double> values = table.numbers(key);
   if (values.size() != places.size())
     throw table.error(key,
                       fmt::format("{} values, but the table has {} places", values.size(), places.size()));
-  for (double& value : values) value *= unit;
+  for (double& value : values) {
+    if (std::abs(value) > column.value_max)
+      throw table.error(key, fmt::format("'{}' has {:g}; -{:g} to {:g} is legal", key, value,
+                                         column.value_max, column.value_max));
+    value *= column.unit;
+  }
+  Spline curve;
   try {
-    return periodic ? Spline::periodic(places, values) : Spline(places, values);
+    curve = periodic ? Spline::periodic(places, values) : Spline(places, values);
   } catch (const std::invalid_argument& bad) {
     throw table.error(key, bad.what());
   }
+  if (curve.slope_max() > column.slope_max)
+    throw table.error(key,
+                      fmt::format("the smooth curve through '{}' is steeper than any real axis; check the "
+                                  "unit, and whether two places lie too close together",
+                                  key));
+  return curve;
 }
 
 ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
@@ -56,10 +82,13 @@ ErrorTables read_tables(const ConfigTable& table, JointKind kind) {
   // table must be that place, or the spline would stretch the turn.
   if (periodic && std::abs(places.back() - places.front() - 2 * kPi) > 1e-9)
     throw table.error(at, "the places of a periodic table must span 360 degrees");
+  const Steepest& steepest = rotary ? kRotarySteepest : kLinearSteepest;
   ErrorTables out;
   for (std::size_t i = 0; i < 3; ++i) {
-    out.offset[i] = read_column(table, fmt::format("e{}_mm", kOffsets[i]), 1, places, periodic);
-    out.tilt[i] = read_column(table, fmt::format("e{}_arcsec", kTurns[i]), kRadPerArcsec, places, periodic);
+    out.offset[i] = read_column(table, fmt::format("e{}_mm", kOffsets[i]), {1, kOffsetMax, steepest.offset},
+                                places, periodic);
+    out.tilt[i] = read_column(table, fmt::format("e{}_arcsec", kTurns[i]),
+                              {kRadPerArcsec, kTiltMaxArcsec, steepest.tilt}, places, periodic);
   }
   return out;
 }
@@ -74,8 +103,7 @@ void read_axis_errors(const Machine& machine, const ConfigTable& section, Actual
       throw table.error("joint", "this axis has its errors already");
     seen.push_back(joint);
     ActualAxis& axis = *find_axis(chain, joint);
-    // 10 mm and 2 degrees are no errors any more but another machine; most likely the unit is wrong.
-    const Range mm{-10, 10}, arcsec{-7200, 7200};
+    const Range mm{-kOffsetMax, kOffsetMax}, arcsec{-kTiltMaxArcsec, kTiltMaxArcsec};
     for (int i = 0; i < 3; ++i) {
       axis.location.offset[i] = table.number(fmt::format("e{}0_mm", kOffsets[i]), 0, mm);
       axis.location.tilt[i] = kRadPerArcsec * table.number(fmt::format("e{}0_arcsec", kTurns[i]), 0, arcsec);

@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "core/config_record.h"
+#include "core/letter_case.h"
 
 namespace trn {
 
@@ -31,7 +32,8 @@ namespace {
 using Node = ConfigTable::Node;
 using Form = AskedKey::Form;
 
-std::size_t edit_distance(std::string_view a, std::string_view b) {
+std::size_t edit_distance(std::string_view spelt_a, std::string_view spelt_b) {
+  const std::string a = lower_case(spelt_a), b = lower_case(spelt_b);  // capitals are no other word
   std::vector<std::size_t> before, above(b.size() + 1), row(b.size() + 1);
   for (std::size_t j = 0; j <= b.size(); ++j) above[j] = j;
   for (std::size_t i = 1; i <= a.size(); ++i) {
@@ -112,23 +114,58 @@ std::string spelt_list(const Values& values) {
   return "[" + out + "]";
 }
 
+// No machine has a length, time or force beyond these. Their squares and products stay far from the ends of a
+// double.
+constexpr double kLargest = 1e15, kSmallest = 1e-12;
+
+std::string legal_range(Range range) {
+  const bool above_zero = range.min == kPositive.min, open = std::isinf(range.max);
+  if (above_zero) return open ? "above 0" : fmt::format("above 0, up to {},", range.max);
+  if (open) return fmt::format("{} or more", range.min);
+  return std::isinf(range.min) ? fmt::format("up to {}", range.max)
+                               : fmt::format("{} to {}", range.min, range.max);
+}
+
 double as_number(const Node& node, const toml::node& value, std::string_view key, Range range) {
   const auto number = value.value<double>();
   if (!value.is_number() || !number)
-    throw error_at(node, value.source(), fmt::format("'{}' must be a number", dotted(node, key)));
-  // Written so that a NaN is out of range.
-  if (!(*number >= range.min && *number <= range.max))
     throw error_at(node, value.source(),
-                   fmt::format("'{}' = {} is out of range: {} to {} is legal", dotted(node, key), *number,
-                               range.min, range.max));
+                   fmt::format("'{}' must be a number{}", dotted(node, key),
+                               value.is_string() ? ", without quotes and without a unit" : ""));
+  // Written so that a NaN is out of range.
+  const bool any = std::isinf(range.min) && std::isinf(range.max);
+  if (!any && !(*number >= range.min && *number <= range.max))
+    throw error_at(node, value.source(),
+                   fmt::format("'{}' = {} is out of range: {} is legal", dotted(node, key), *number,
+                               legal_range(range)));
   if (!std::isfinite(*number))
     throw error_at(node, value.source(), fmt::format("'{}' must be a finite number", dotted(node, key)));
+  if (std::abs(*number) > kLargest)
+    throw error_at(node, value.source(),
+                   fmt::format("'{}' = {:g} is too large to be meant: up to {:g} is legal", dotted(node, key),
+                               *number, kLargest));
+  if (range.min == kPositive.min && *number < kSmallest)
+    throw error_at(node, value.source(),
+                   fmt::format("'{}' = {:g} is too small to be meant: {:g} or more is legal",
+                               dotted(node, key), *number, kSmallest));
   return *number;
 }
 
+// Names go into messages, files and terminals. A line feed or a NUL in one of them is never meant.
 std::string as_text(const Node& node, const toml::node& value, std::string_view key) {
+  constexpr std::size_t kLongest = 1000;  // bytes
   const auto text = value.value<std::string>();
-  if (!text) throw error_at(node, value.source(), fmt::format("'{}' must be a string", dotted(node, key)));
+  if (!text)
+    throw error_at(node, value.source(), fmt::format("'{}' must be a string in quotes", dotted(node, key)));
+  if (text->size() > kLongest)
+    throw error_at(
+        node, value.source(),
+        fmt::format("'{}' has {} bytes; up to {} are legal", dotted(node, key), text->size(), kLongest));
+  for (const char c : *text)
+    if (static_cast<unsigned char>(c) < ' ' || c == '\x7f')
+      throw error_at(node, value.source(),
+                     fmt::format("'{}' has a character that cannot be printed (0x{:02x}); leave it out",
+                                 dotted(node, key), static_cast<unsigned char>(c)));
   return *text;
 }
 
@@ -140,7 +177,8 @@ bool as_boolean(const Node& node, const toml::node& value, std::string_view key)
 
 const toml::array& as_array(const Node& node, const toml::node& value, std::string_view key) {
   if (!value.is_array())
-    throw error_at(node, value.source(), fmt::format("'{}' must be an array", dotted(node, key)));
+    throw error_at(node, value.source(),
+                   fmt::format("'{}' must be a list in square brackets", dotted(node, key)));
   return *value.as_array();
 }
 
@@ -164,18 +202,22 @@ std::shared_ptr<Node> child(Node& node, const toml::node& value, std::string_vie
   return made;
 }
 
-// A misspelt key first: what is unknown beside it may be legal with the key that was meant.
 void finish_node(const Node& node) {
   const toml::key* stranger = nullptr;
+  std::string meant;
   for (const auto& [key, value] : *node.table) {
     if (is_known(node, key.str())) continue;
-    // The first unknown key is kept for the end: one that is nearly a legal key tells more.
-    if (!stranger) stranger = &key;
     const std::string near = nearest_word(key.str(), node.known);
-    if (!near.empty())
-      throw error_at(node, key.source(),
-                     fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, key.str()), near));
+    // The one that is nearest to a legal key tells most: others may be legal with the key that was meant.
+    const bool nearer = !near.empty() && (meant.empty() || edit_distance(key.str(), near) <
+                                                               edit_distance(stranger->str(), meant));
+    if (stranger && !nearer) continue;
+    stranger = &key;
+    meant = near;
   }
+  if (!meant.empty())
+    throw error_at(node, stranger->source(),
+                   fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, stranger->str()), meant));
   if (stranger)
     throw error_at(node, stranger->source(),
                    fmt::format("unknown key '{}'; legal here: {}", dotted(node, stranger->str()),

@@ -124,8 +124,11 @@ SimulatedDrives::Config read_simulated_drives(const Machine& machine, const Conf
   }
   std::vector<std::optional<ServoMechanism::Config>> mechanisms(keys.size());
   // Behind the values for all joints: what a joint says of itself comes on top.
+  std::vector<bool> seen(keys.size());
   for (const ConfigTable& table : drives.tables_if("joint")) {
     const auto i = static_cast<std::size_t>(joint_index(machine, table, "name"));
+    if (seen[i]) throw table.error("name", "this joint has its table already");
+    seen[i] = true;
     read_override(table, machine.joints[i], keys[i]);
     if (const auto mechanism = table.table_if("mechanism"))
       mechanisms[i] = read_mechanism(machine.joints[i], machine.period_s, *mechanism);

@@ -1,5 +1,7 @@
 #include "sim/simulated_io.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -97,7 +99,14 @@ void SimulatedIo::set(int input, bool analog, double value) TRN_RT {
 
 SimulatedIo::Config read_simulated_io(const Machine& machine, const ConfigTable& io) {
   SimulatedIo::Config config;
-  for (const ConfigTable& table : io.tables_if("wire")) config.wires.push_back(read_wire(machine, table));
+  for (const ConfigTable& table : io.tables_if("wire")) {
+    const SimulatedIo::Wire wire = read_wire(machine, table);
+    for (const SimulatedIo::Wire& other : config.wires)
+      if (other.analog == wire.analog && other.input == wire.input)
+        throw table.error(wire.analog ? "analog_input" : "input",
+                          fmt::format("input {} has its wire already", wire.input));
+    config.wires.push_back(wire);
+  }
   for (const ConfigTable& table : io.tables_if("script"))
     config.script.push_back(read_script(machine, table));
   config.table = read_touch_table(machine, io);

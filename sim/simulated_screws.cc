@@ -87,6 +87,9 @@ std::vector<SimulatedScrewConfig> read_simulated_screws(const Machine& machine, 
   for (const ConfigTable& table : machine.root.table("drives").tables_if("screw")) {
     SimulatedScrewConfig config;
     config.screw = read_screw(machine, table);
+    for (const SimulatedScrewConfig& other : out)
+      if (other.screw.joint == config.screw.joint)
+        throw table.error("joint", "this joint has its screw already");
     const double length = std::abs(config.screw.far_bearing_mm - config.screw.fixed_bearing_mm);
     ScrewSensor& sensor = config.screw.sensor;
     if (table.has("sensor")) {

@@ -79,8 +79,16 @@ const ChapterMeaning kCorrectionMeanings = {
              {"at_mm at_deg", "Places along the joint at which the errors are known; they must rise.",
               "required; the unit is the joint's"},
              {"periodic", "Of a rotary axis: the table spans 360 degrees and goes on with its beginning."},
-             {"ex_mm ey_mm ez_mm", "Shifts at these places, one number each.", "none"},
-             {"ea_arcsec eb_arcsec ec_arcsec", "Tilts at these places, one number each.", "none"},
+             {"ex_mm ey_mm ez_mm",
+              "Shifts at these places, one number each, up to 10 mm. A smooth curve goes through them. One "
+              "that is "
+              "steeper than 0.02 (rotary: 5 mm/rad) is refused.",
+              "none"},
+             {"ea_arcsec eb_arcsec ec_arcsec",
+              "Tilts at these places, one number each, up to 7200. A curve steeper than 0.001 rad/mm "
+              "(rotary: 0.02) "
+              "is refused.",
+              "none"},
          }},
         {"Joint tables",
          {{"corrections.joint_table", ""}},
@@ -99,7 +107,9 @@ const ChapterMeaning kCorrectionMeanings = {
               "Error of the scale: setpoints are multiplied by 1 + slope. It and the steepest part of the "
               "table may not exceed 0.02 together."},
              {"backlash_mm backlash_deg",
-              "Gap between driving forward and driving backward, the same everywhere."},
+              "Gap between driving forward and driving backward, the same everywhere. Half of it, with that "
+              "of the "
+              "table, must be within `limit_mm` or `limit_deg` of the section."},
              {"hysteresis_mm hysteresis_deg", "The joint has reversed when it has gone back by this much."},
              {"at_mm at_deg", "Places along the joint at which its error was measured.",
               "none: slope and backlash alone"},

@@ -60,6 +60,9 @@ mill.toml:3:12: 'machine.period_s' = 5 is out of range: 1e-05 to 0.1 is legal
 mill.toml:27:11: 'kinematics.tool_branch[0].joint' = "x" is not legal; did you mean "X"? Legal: X, Y, Z
 ```
 
+No number may be above 1e15, and none that must be above 0 may be below 1e-12. A text has at most 1000 bytes, all of them
+printable. An entry that stands there twice, as two tables for the same joint, is an error as well.
+
 In the tables below, "required" means that a key must be there wherever its table is, and a table wherever the one around it
 is. The word "none" means that a key may be missing and has no default. A table that is "under" a type is legal where the table around
 it has that `type`.

@@ -140,9 +140,10 @@ int interpret(const InterpretOptions& options, const ProgramConfig& config, cons
     printer.put(canon::Plain{PlainCanon::kOnReset}, 0);
     printer.flush();
   } else {
-    fmt::print("{}: {} lines, {} moves ({} rapid), {:.1f} mm of feed, {} events, {} warnings, {} errors\n",
+    fmt::print("{}: {} lines, {} moves ({} rapid), {:.1f} mm of feed, {} events, {} warning{}, {} error{}\n",
                options.program, interpreter.line(), counter.moves, counter.traverses, counter.path,
-               counter.events, findings.warnings, findings.errors);
+               counter.events, findings.warnings, findings.warnings == 1 ? "" : "s", findings.errors,
+               findings.errors == 1 ? "" : "s");
   }
   if (options.save_variables && findings.errors == 0) save_parameters(options.variables, parameters);
   return findings.errors;

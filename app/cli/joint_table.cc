@@ -10,6 +10,7 @@
 #include <optional>
 #include <sstream>
 #include <tuple>
+#include <utility>
 
 #include "app/cli/commands.h"
 #include "app/lab/error_curves.h"
@@ -74,8 +75,29 @@ Measured read_measurements(const std::string& path, const Machine& machine) {
   return out;
 }
 
+double half_gap(const ErrorCurve& n) {
+  double most = n.fit.backlash / 2;
+  for (std::size_t i = 0; i < n.fit.at.size(); ++i)
+    most = std::max(most, std::abs(n.fit.backward[i] - n.fit.forward[i]) / 2);
+  return most;
+}
+
+// What a gap needs on reversal, where that is more than the default; the section would be refused otherwise.
+std::string limits_of(const std::vector<ErrorCurve>& fits) {
+  constexpr std::pair<const char*, double> kDefaults[] = {{"mm", 0.1}, {"deg", 0.01}};
+  constexpr double kRoom = 1.2;
+  std::string out;
+  for (const auto& [unit, most_by_default] : kDefaults) {
+    double most = 0;
+    for (const ErrorCurve& n : fits)
+      if (n.unit == unit) most = std::max(most, half_gap(n));
+    if (most > most_by_default) out += fmt::format("limit_{} = {:.3g}\n", unit, kRoom * most);
+  }
+  return out;
+}
+
 std::string config_section(const std::vector<ErrorCurve>& fits) {
-  std::string out = "[corrections.joint_table]\nenabled = true\n";
+  std::string out = "[corrections.joint_table]\nenabled = true\n" + limits_of(fits);
   for (const ErrorCurve& n : fits) {
     out += fmt::format("\n[[corrections.joint_table.joint]]\njoint = \"{}\"\n", n.joint);
     if (n.fit.at.empty()) {

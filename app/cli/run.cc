@@ -138,6 +138,7 @@ struct Begin {
     if (!options.tools.empty()) tools = ToolTable::load(options.tools);
     start.from_line = options.from_line;
     start.switches = ProgramSwitches::of(assembly);
+    check_start(assembly, start.q);
   }
   Parameters parameters;
   ToolTable tools;

@@ -19,7 +19,7 @@ std::string name_of(const CLI::App& app) {
 
 std::string near_text(const std::string& word, const std::vector<std::string>& legal) {
   const std::string near = nearest_word(word, legal);
-  return near.empty() ? "" : fmt::format("; did you mean '{}'?", near);
+  return near.empty() ? ";" : fmt::format("; did you mean '{}'?", near);
 }
 
 std::string no_command(const CLI::App& app, const std::string& word) {
@@ -27,10 +27,9 @@ std::string no_command(const CLI::App& app, const std::string& word) {
   for (const CLI::App* command : shown_commands(app)) legal.push_back(command->get_name());
   if (!app.get_parent()) {
     legal.push_back("help");
-    return fmt::format("'{}' is no command{}; 'trunnion help' lists them all\n", word,
-                       near_text(word, legal));
+    return fmt::format("'{}' is no command{} 'trunnion help' lists them all\n", word, near_text(word, legal));
   }
-  return fmt::format("'{}' is no command of '{}'{}; 'trunnion help {}' lists them\n", word, name_of(app),
+  return fmt::format("'{}' is no command of '{}'{} 'trunnion help {}' lists them\n", word, name_of(app),
                      near_text(word, legal), app.get_name());
 }
 
@@ -38,7 +37,7 @@ std::string no_option(const CLI::App& app, const std::string& word) {
   std::vector<std::string> legal;
   for (const CLI::Option* option : shown_options(app, false))
     for (const std::string& name : option->get_lnames()) legal.push_back("--" + name);
-  return fmt::format("'{}' has no option '{}'{}; '{} --help' lists them\n", name_of(app), word,
+  return fmt::format("'{}' has no option '{}'{} '{} --help' lists them\n", name_of(app), word,
                      near_text(word, legal), name_of(app));
 }
 

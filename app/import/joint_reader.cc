@@ -137,14 +137,19 @@ void read_homing(const JointSection& section, ImportedJoint& joint, ImportedMach
                  "on CANopen choose homing_method (17 to 30: switches at either end)");
 }
 
-void read_scale(const JointSection& section, ImportedJoint& joint) {
+void read_scale(const JointSection& section, ImportedJoint& joint, ImportedMachine& machine) {
   for (const char* key : {"SCALE", "OUTPUT_SCALE", "STEP_SCALE", "INPUT_SCALE", "ENCODER_SCALE"}) {
     const IniEntry* entry = section.ini.find(section.name, key);
     if (!entry || joint.counts) continue;
     // Some have an offset or a remark behind it.
     const std::string first = entry->value.substr(0, entry->value.find_first_of(" \t"));
     const std::optional<double> counts = whole_number_text(first);
-    if (counts && *counts != 0) joint.counts = *counts / section.unit;
+    if (counts && *counts != 0)
+      joint.counts = *counts / section.unit;
+    else
+      machine.note(ImportSpot::kDrives, entry->value_place, entry->text(),
+                   "this is no number of counts for a unit of the axis",
+                   "with real drives, counts_per_mm or counts_per_deg");
   }
 }
 
@@ -166,7 +171,7 @@ ImportedJoint read_joint(const IniFile& ini, int number, const std::string& name
   read_range(ini, keys, trivial ? fmt::format("AXIS_{}", letter) : "", joint, machine);
   choose_jerk(keys, joint, machine);
   read_homing(keys, joint, machine);
-  read_scale(keys, joint);
+  read_scale(keys, joint, machine);
   return joint;
 }
 
@@ -275,8 +280,11 @@ void read_joints(const IniFile& ini, const KinematicsModule& module, ImportedMac
     throw ImportRefusal(module.place,
                         fmt::format("of the axes {} none is X, Y, Z, A, B or C", module.letters));
   for (int i = static_cast<int>(module.letters.size()); i < static_cast<int>(count); ++i)
-    machine.note(ImportSpot::kMachine, ini.place_of(fmt::format("JOINT_{}", i)), fmt::format("[JOINT_{}]", i),
-                 "an extra joint that no axis moves, by HAL alone", "it needs a control of its own");
+    machine.note(
+        ImportSpot::kMachine,
+        ini.place_of(ini.has_section(fmt::format("JOINT_{}", i)) ? fmt::format("JOINT_{}", i) : "KINS"),
+        fmt::format("[JOINT_{}]", i), "an extra joint that no axis moves, by HAL alone",
+        "it needs a control of its own");
 }
 
 }  // namespace trn

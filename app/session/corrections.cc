@@ -49,10 +49,30 @@ void check_tables(const Machine& machine, const ConfigTable& table, const std::v
   }
 }
 
+/// What acts on reversal is half of the gap, to either side; `limit_mm` would cut off what is more.
+void check_gaps(const Machine& machine, const ConfigTable& table, const std::vector<JointTable>& tables,
+                const SetpointBudget& budget) {
+  for (const JointTable& t : tables) {
+    const Joint& joint = machine.joints[static_cast<std::size_t>(t.joint)];
+    const bool rotary = joint.kind == JointKind::kRotary;
+    const double limit = rotary ? budget.limit_rad : budget.limit_mm, unit = rotary ? kDegPerRad : 1;
+    const double half = t.backlash / 2 + t.half_gap.peak();
+    if (half <= limit * (1 + 1e-9)) continue;
+    const char* name = rotary ? "deg" : "mm";
+    throw table.error(
+        fmt::format("limit_{}", name),
+        fmt::format(
+            "the gap of joint {} asks for {:.4g} {} to either side, but 'limit_{}' is {:.4g}; the largest "
+            "gap that it takes is {:.4g} {}",
+            joint.name, unit * half, name, name, unit * limit, 2 * unit * limit, name));
+  }
+}
+
 void read_tables(const Machine& machine, const ConfigTable& table, Corrections& out) {
   const std::vector<JointTable> tables = read_joint_tables(machine, table);
   check_tables(machine, table, tables);
   SetpointBudget budget = read_budget(table, "backlash");
+  check_gaps(machine, table, tables, budget);
   budget.bit = kJointTableBit;
   if (!budget.enabled) out.planned_off |= kJointTableBit;
   out.joint = std::make_unique<JointTables>(tables);

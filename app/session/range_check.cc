@@ -63,10 +63,8 @@ void RangeCheck::judge(const ProgramMove& move, const Words& y) {
   unreachable_ = status != KinStatus::kOk;
   if (unreachable_ && !told)
     refuse_({move.source.line, 0,
-             fmt::format(
-                 "the machine cannot get there ({}): X{:.4f} Y{:.4f} Z{:.4f}; move the work offset or the "
-                 "part",
-                 to_string(status), y[0], y[1], y[2])});
+             fmt::format("the machine cannot get there ({}): X{:.4f} Y{:.4f} Z{:.4f}; {}", to_string(status),
+                         y[0], y[1], y[2], way_out(move, y))});
   if (unreachable_) return;
   for (std::size_t i = 0; i < assembly_.plan_joints.size(); ++i) {
     const JointLimit& limit = assembly_.plan_joints[i].limit;
@@ -77,6 +75,19 @@ void RangeCheck::judge(const ProgramMove& move, const Words& y) {
     outside_ = inside ? outside_ & ~bit : outside_ | bit;
     if (!inside && !known) outside(move, i, value);
   }
+}
+
+// A machine that gets there without its correction of geometry is kept from it by that correction's own
+// limit.
+std::string RangeCheck::way_out(const ProgramMove& move, const Words& y) const {
+  MapContext nominal = move.context;
+  nominal.corrections_off |= kGeometricBit;
+  JointVec q;
+  if (!assembly_.map->pose(move.context.corrections_off) ||
+      assembly_.map->map(y, nominal, q) != KinStatus::kOk)
+    return "move the work offset or the part";
+  return "[corrections.geometric] would move a joint by more than its limit_mm or limit_deg; check its "
+         "numbers";
 }
 
 void RangeCheck::outside(const ProgramMove& move, std::size_t i, double value) {

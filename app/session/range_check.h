@@ -37,6 +37,7 @@ class RangeCheck : public MoveSink {
 
  private:
   void judge(const ProgramMove& move, const Words& y);
+  std::string way_out(const ProgramMove& move, const Words& y) const;
   void judge_end(const ProgramMove& move);
   void outside(const ProgramMove& move, std::size_t joint, double value);
   char letter_of(std::size_t joint) const;

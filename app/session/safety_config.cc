@@ -43,7 +43,13 @@ std::vector<SafetyInputs::Input> read_safety_inputs(const Machine& machine) {
   // The drives' own reader knows what is in them.
   if (safety->has("brake") && drives_type(machine) != "canopen")
     throw safety->error("brake", "only drives with type = \"canopen\" have brakes that are operated");
-  for (const ConfigTable& table : safety->tables_if("input")) out.push_back(read_input(machine, table));
+  for (const ConfigTable& table : safety->tables_if("input")) {
+    const SafetyInputs::Input input = read_input(machine, table);
+    for (const SafetyInputs::Input& other : out)
+      if (other.from == input.from && other.kind == input.kind)
+        throw table.error("from", "this input is there already, of the same kind");
+    out.push_back(input);
+  }
   return out;
 }
 

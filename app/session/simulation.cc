@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <ctime>
 
 #include "app/check/trace_reader.h"
 #include "app/session/make_cycle.h"
 #include "core/axes.h"
+#include "core/config.h"
 #include "core/differencer.h"
 #include "core/frames.h"
 #include "core/motion.h"
@@ -24,6 +26,8 @@ constexpr double kAtLimit = 0.95;
 constexpr int kStartPeriodsMax = 600000;
 constexpr std::uint64_t kLinesMax = 10 * Interpreter::kLoopedLinesMax;  // without any motion
 constexpr double kPatienceS = 10;  // with a standing machine and an operator who has nothing left to do
+constexpr double kSettleS = 60;    // at most, for offsets of corrections behind the path's end
+constexpr double kStill = 0.02;    // of a joint's jerk: an offset that changes by less stands
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -86,6 +90,7 @@ class Simulation {
 
   SimulationResult run() {
     prepare_drives();
+    check_start(assembly_, cycle_.last_report().q_plan);
     list_corrections();
     const auto wall = std::chrono::steady_clock::now();
     ProgramStart start{options_.program, options_.program_text, cycle_.last_report().q_plan};
@@ -106,6 +111,7 @@ class Simulation {
     fill();
     watch(cycle_.last_report());  // the stream begins at rest
     drive();
+    settle();
     if (failure_) std::rethrow_exception(failure_);
     finish(seconds_since(wall));
     return result_;
@@ -162,17 +168,35 @@ class Simulation {
     assembly_.drives->bring_up();
     const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
     bool asked = false;
+    double waited_s = 0;
     for (int i = 0; i < kStartPeriodsMax; ++i) {
       tick();
       const CycleReport& report = cycle_.last_report();
       const bool standing = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
-      if (standing && (report.homed_mask & all) == all) return;
-      if (standing && !asked) {
+      watch_offset(report);
+      // With power on, a correction moves to what it wants here; the record begins at rest.
+      const bool ready = standing && (report.homed_mask & all) == all;
+      waited_s += ready ? period_s_ : 0;
+      if (ready && (!offset_moves_ || waited_s > kSettleS)) return;
+      if (standing && !ready && !asked) {
         asked = true;
         post({RtCommand::Kind::kHome, 0, 0, -1});
       }
     }
-    throw std::runtime_error("the simulated drives do not get ready; check the section [drives]");
+    throw assembly_.machine.root.error("drives", not_ready());
+  }
+
+  std::string not_ready() const {
+    const CycleReport& report = cycle_.last_report();
+    std::string joints;
+    for (std::size_t i = 0; i < assembly_.machine.joints.size(); ++i)
+      if ((report.homed_mask >> i & 1u) == 0)
+        joints += (joints.empty() ? "" : ", ") + assembly_.machine.joints[i].name;
+    const double waited_s = kStartPeriodsMax * period_s_;
+    if (report.drives != DriveState::kEnabled || joints.empty())
+      return fmt::format("the simulated drives have no power after {:g} s; check [drives]", waited_s);
+    return fmt::format("homing does not end within {:g} s: {}; check homing speeds and switches in [drives]",
+                       waited_s, joints);
   }
 
   // Keeps the queue ahead of the tick, as the planner's thread of the daemon does.
@@ -218,6 +242,31 @@ class Simulation {
     } while (goes_on());
   }
 
+  // When the path ends, a correction behind the plan may still be on its way. A record that broke off there
+  // would show a jerk that no drive ever sees.
+  void settle() {
+    motion_periods_ = result_.periods;
+    settling_ = true;
+    const auto still_s = [&] { return static_cast<double>(result_.periods - motion_periods_) * period_s_; };
+    while (offset_moves_ && result_.fault == Fault::kOk && !failure_ && still_s() < kSettleS) {
+      tick();
+      for (const auto& work : assembly_.corrections.background) work();
+      watch(cycle_.last_report());
+    }
+  }
+
+  void watch_offset(const CycleReport& report) {
+    if (report.q_setpoint.size() != report.q_plan.size()) return;
+    const JointVec offset = report.q_setpoint - report.q_plan;
+    offset_moves_ = false;
+    for (std::size_t i = 0; offset_.size() == offset.size() && i < assembly_.machine.joints.size(); ++i) {
+      const auto k = static_cast<Eigen::Index>(i);
+      const double still = kStill * assembly_.machine.joints[i].limit.jerk * std::pow(period_s_, 3);
+      offset_moves_ |= std::abs(offset[k] - offset_[k]) > still;
+    }
+    offset_ = offset;
+  }
+
   // A fault is followed to the standstill.
   bool goes_on() const {
     const MotionState motion = cycle_.last_report().motion;
@@ -241,7 +290,8 @@ class Simulation {
     row_.digits.assign(row_.q.size(), WrittenDigits{17, 17});
     row_.line = report.line;
     judge_.row(row_);
-    clock_.row(report.q_setpoint);
+    if (!settling_) clock_.row(report.q_setpoint);
+    watch_offset(report);
     measure(report);
     features_.sample(report);
     ++result_.periods;
@@ -322,6 +372,7 @@ class Simulation {
     if (options_.log && !result_.features.empty()) options_.log->features(result_.features);
     result_.lines = pipeline_->line();
     result_.speed = pipeline_->speed_stats();
+    result_.periods = motion_periods_;
     result_.cycle_time_s = static_cast<double>(result_.periods) * period_s_;
     result_.wall_s = wall_s;
   }
@@ -340,6 +391,9 @@ class Simulation {
   std::optional<Pipeline> pipeline_;
   MotionBlock block_;
   bool has_block_ = false, planned_ = false, measured_ = false, stopped_ = false;
+  bool settling_ = false, offset_moves_ = false;
+  JointVec offset_;  ///< of the last period, of all corrections behind the plan
+  std::uint64_t motion_periods_ = 0;
   std::exception_ptr failure_;
   TraceRow row_;
   Vec3 p_last_ = Vec3::Zero();
@@ -350,6 +404,27 @@ class Simulation {
 };
 
 }  // namespace
+
+void check_start(const Assembly& assembly, const JointVec& q) {
+  Words words;
+  const std::uint8_t off = ProgramSwitches::of(assembly).corrections_off;
+  const KinStatus status = assembly.map->words_at(q, off, words);
+  if (status == KinStatus::kOk) return;
+  const ConfigTable& root = assembly.machine.root;
+  if (assembly.map->words_at(q, kPlannedBits, words) == KinStatus::kOk)
+    throw root.error("corrections",
+                     "where the machine starts, [corrections] would move a joint by more than its limit_mm "
+                     "or limit_deg; check the numbers");
+  std::string places;
+  for (std::size_t i = 0; i < assembly.machine.joints.size(); ++i) {
+    const Joint& joint = assembly.machine.joints[i];
+    const double unit = joint.kind == JointKind::kRotary ? kDegPerRad : 1;
+    places += fmt::format(" {} {:.4g}", joint.name, unit * q[static_cast<Eigen::Index>(i)]);
+  }
+  throw root.error("kinematics", fmt::format("the machine starts at{}, where it cannot stand ({}); check the "
+                                             "lengths in [kinematics], or start it elsewhere in [drives]",
+                                             places, to_string(status)));
+}
 
 SimulationResult simulate(Assembly& assembly, Parameters& parameters, ToolTable& tools,
                           const SimulationOptions& options) {

@@ -14,6 +14,7 @@
 #include "app/session/operator_script.h"
 #include "app/session/pipeline.h"
 #include "app/session/session_log.h"
+#include "core/axes.h"
 #include "core/check.h"
 #include "core/fault.h"
 #include "interp/gcode/canon.h"
@@ -83,6 +84,9 @@ struct SimulationResult {
   int fault_joint = -1;
   CheckFailure failed_check;  ///< behind the fault `assertion`
 };
+
+/// ConfigError if the machine would begin at joints from which no program can: nobody can jog it away there.
+void check_start(const Assembly& assembly, const JointVec& q);
 
 /// Runs a program on simulated drives with a virtual clock: brings up and homes the drives, then ticks as
 /// fast as it can, with planning ahead of every tick. Deterministic. ProgramError as Pipeline.

@@ -63,6 +63,11 @@ void check_budget(const CanBusConfig& bus, const ConfigTable& table) {
 CanBusConfig read_bus(const ConfigTable& table) {
   CanBusConfig bus;
   bus.interface = table.text("interface");
+  constexpr std::size_t kNameMax = 15;  // of an interface, by the kernel
+  if (bus.interface.empty() || bus.interface.size() > kNameMax ||
+      bus.interface.find_first_of("/ :") != std::string::npos)
+    throw table.error("interface",
+                      fmt::format("'{}' is no name of a CAN interface; most are called can0", bus.interface));
   bus.bitrate = static_cast<double>(table.integer("bitrate", 1000000, Range{10000, 1000000}));
   bus.fd = table.boolean("fd", false);
   const auto data_bitrate =

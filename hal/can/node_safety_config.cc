@@ -83,8 +83,10 @@ void read_node_safety(const Machine& machine, const ConfigTable& table, NodeLink
   std::vector<std::string> names;
   for (const Joint& joint : machine.joints) names.push_back(joint.name);
   for (const ConfigTable& brake : safety->tables_if("brake"))
-    if (brake.choice("joint", names) == names[static_cast<std::size_t>(node.joint)])
+    if (brake.choice("joint", names) == names[static_cast<std::size_t>(node.joint)]) {
+      if (node.brake.fitted) throw brake.error("joint", "this joint has its brake already");
       node.brake = read_brake(machine, brake, node.joint);
+    }
   for (const ConfigTable& input : safety->tables_if("input")) {
     const SignalName from = read_signal_name(machine, input, "from");
     node.reads_inputs |= from.kind == SignalName::Kind::kDriveInput && from.joint == node.joint;

@@ -50,8 +50,13 @@ ModbusDeviceConfig read_device(const ConfigTable& table, const std::vector<std::
   if (device.stale_s <= device.poll_s) throw table.error("stale_s", "'stale_s' must be longer than poll_s");
   device.retries = static_cast<int>(table.integer("retries", 2, Range{0, 10}));
   device.required = table.boolean("required", true);
-  for (const ConfigTable& value : table.tables("value"))
-    device.values.push_back(read_value_config(value, device.name));
+  for (const ConfigTable& entry : table.tables("value")) {
+    const ModbusValueConfig value = read_value_config(entry, device.name);
+    for (const ModbusValueConfig& other : device.values)
+      if (other.name == value.name)
+        throw entry.error("name", fmt::format("'{}' is there already", value.name));
+    device.values.push_back(value);
+  }
   return device;
 }
 
@@ -114,8 +119,11 @@ ModbusConfig read_modbus(const ConfigTable& root) {
   for (const ConfigTable& table : lines) {
     ModbusConfig::Line line;
     line.name = table.text("name");
+    if (std::find(names.begin(), names.end(), line.name) != names.end())
+      throw table.error("name", fmt::format("line '{}' is there already", line.name));
+    const std::string address = table.text("address");
     try {
-      line.address = parse_modbus_address(table.text("address"));
+      line.address = parse_modbus_address(address);
     } catch (const std::runtime_error& error) {
       throw table.error("address", error.what());
     }
@@ -123,8 +131,13 @@ ModbusConfig read_modbus(const ConfigTable& root) {
     names.push_back(line.name);
     config.lines.push_back(line);
   }
-  for (const ConfigTable& table : section->tables_if("device"))
-    config.devices.push_back(read_device(table, names));
+  for (const ConfigTable& table : section->tables_if("device")) {
+    const ModbusDeviceConfig device = read_device(table, names);
+    for (const ModbusDeviceConfig& other : config.devices)
+      if (other.name == device.name)
+        throw table.error("name", fmt::format("device '{}' is there already", device.name));
+    config.devices.push_back(device);
+  }
   for (std::size_t i = 0; i < lines.size(); ++i) check_budget(config, i, lines[i]);
   return config;
 }

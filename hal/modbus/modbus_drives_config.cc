@@ -28,8 +28,9 @@ std::uint32_t periods(double duration_s, double period_s) {
 ModbusConfig::Line read_line(const ConfigTable& table) {
   ModbusConfig::Line line;
   line.name = table.text("name");
+  const std::string address = table.text("address");
   try {
-    line.address = parse_modbus_address(table.text("address"));
+    line.address = parse_modbus_address(address);
   } catch (const std::runtime_error& error) {
     throw table.error("address", error.what());
   }
@@ -149,6 +150,8 @@ ModbusDrivesConfig read_modbus_drives(const Machine& machine, const ConfigTable&
   for (const ConfigTable& table : lines) {
     config.lines.push_back(read_line(table));
     check_line(machine, table, config.lines.back());
+    if (std::find(names.begin(), names.end(), config.lines.back().name) != names.end())
+      throw table.error("name", fmt::format("line '{}' is there already", config.lines.back().name));
     names.push_back(config.lines.back().name);
   }
   const std::vector<ConfigTable> axes = drives.tables("axis");

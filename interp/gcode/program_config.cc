@@ -126,6 +126,8 @@ void read_user_m(const ConfigTable& table, std::vector<UserCode>& codes) {
     code.on = entry.boolean("on", true);
     if (code.call.empty() == (code.output < 0))
       throw entry.error("code", fmt::format("M{} needs either call or output", code.code));
+    for (const UserCode& other : codes)
+      if (other.code == code.code) throw entry.error("code", fmt::format("M{} is there already", code.code));
     codes.push_back(code);
   }
 }
@@ -180,7 +182,10 @@ void read_tool_change(const ConfigTable& root, ProgramConfig& config) {
     config.tool_input = static_cast<int>(table->integer("input", Range{0, 63}));
     if (!config.io) throw table->error("input", "the machine has no inputs; add a section [io]");
   }
-  if (config.tool_confirm == ToolConfirm::kSubProgram) config.tool_call = lower_case(table->text("call"));
+  if (config.tool_confirm != ToolConfirm::kSubProgram) return;
+  config.tool_call = lower_case(table->text("call"));
+  if (config.tool_call.empty())
+    throw table->error("call", "'call' names the sub-program that changes the tool");
 }
 
 void read_io(const ConfigTable& root, ProgramConfig& config) {

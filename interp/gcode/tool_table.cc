@@ -154,7 +154,10 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name, doubl
       tool.diameter *= unit_mm;
       table.tools_[tool.number] = tool;
     } catch (const BlockError& error) {
-      throw ProgramError(fmt::format("{}:{}:{}: {}", name, number, error.column, error.what()));
+      // The form of the first columns, where somebody had another table in mind.
+      const bool other_form = error.code == GcodeErrorCode::kBadCharacter;
+      throw ProgramError(fmt::format("{}:{}:{}: {}{}", name, number, error.column, error.what(),
+                                     other_form ? "; a tool is a line as 'T1 P1 Z50.5 D6 ;end mill'" : ""));
     }
   }
   return table;

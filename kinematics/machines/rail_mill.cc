@@ -63,7 +63,6 @@ Rail read_rail(const ConfigTable& table) {
   rail.direction_R = table.vec3("direction");
   const double length = rail.direction_R.norm();
   if (!(length > 1e-9)) throw table.error("direction", "a direction must not be zero");
-  if (!std::isfinite(length)) throw table.error("direction", "a direction must not be so long");
   rail.direction_R.normalize();
   rail.platform_P = table.vec3("platform_mm");
   rail.link_mm = table.number("link_mm", kPositive);

@@ -82,8 +82,12 @@ std::vector<std::vector<MotorTruth>> read_motors(const Machine& machine, const C
     for (const CanNodeConfig& node : bus.nodes)
       names.push_back(fmt::format("{}:{}", bus.interface, node.link.id));
   }
+  std::vector<std::string> seen;
   for (const ConfigTable& table : emulation.tables_if("motor")) {
     const std::string name = table.text("node");
+    if (std::find(seen.begin(), seen.end(), name) != seen.end())
+      throw table.error("node", fmt::format("drive '{}' has its table already", name));
+    seen.push_back(name);
     if (std::find(names.begin(), names.end(), name) == names.end())
       throw table.error("node",
                         fmt::format("there is no drive '{}'; legal: {}", name, fmt::join(names, ", ")));

@@ -24,9 +24,12 @@ std::vector<EmulatedValue> read_emulated_values(const ConfigTable& root, const M
   const auto section = root.table_if("modbus");
   if (!section) return out;
   const std::vector<std::string> names = names_of(devices);
-  for (const ConfigTable& table : section->tables_if("emulation"))
+  for (const ConfigTable& table : section->tables_if("emulation")) {
     out.push_back({table.choice("value", names), table.number("start", 0.0, kAnyNumber),
                    table.number("rate_per_s", 0.0, kAnyNumber)});
+    for (std::size_t i = 0; i + 1 < out.size(); ++i)
+      if (out[i].name == out.back().name) throw table.error("value", "this value is emulated already");
+  }
   return out;
 }
 

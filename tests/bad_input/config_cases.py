@@ -37,7 +37,7 @@ CONFIGS = [
     Config("unknown_section", "[machine]", "[coolant]\nflow = 1\n[machine]", command="run",
             message="{file}:4:2: unknown key 'coolant'*"),
     Config("wrong_type", "period_s = 0.001", 'period_s = "1 ms"',
-            message="{file}:6:12: 'machine.period_s' must be a number"),
+            message="{file}:6:12: 'machine.period_s' must be a number, without quotes and without a unit"),
     Config("period_out_of_range", "period_s = 0.001", "period_s = 1.0",
             message="{file}:6:12: 'machine.period_s' = 1 is out of range: 1e-05 to 0.1 is legal"),
     Config("not_a_number", "period_s = 0.001", "period_s = nan",
@@ -45,10 +45,10 @@ CONFIGS = [
     Config("limits_swapped", "min_mm = -400.0", "min_mm = 500.0",
             message="{file}:13:10: the upper limit must lie above the lower limit"),
     Config("velocity_negative", "velocity_mm_s = 500.0", "velocity_mm_s = -500.0",
-            message="{file}:14:17: 'joint[0].velocity_mm_s' = -500 is out of range: 2.2250738585072014e-308 to inf is "
+            message="{file}:14:17: 'joint[0].velocity_mm_s' = -500 is out of range: above 0 is "
                     "legal"),
     Config("jerk_zero", "jerk_mm_s3 = 100000.0", "jerk_mm_s3 = 0.0",
-            message="{file}:16:14: 'joint[0].jerk_mm_s3' = 0 is out of range: 2.2250738585072014e-308 to inf is legal"),
+            message="{file}:16:14: 'joint[0].jerk_mm_s3' = 0 is out of range: above 0 is legal"),
     Config("unit_wrong", "velocity_deg_s = 120.0", "velocity_mm_s = 120.0",
             message="{file}:41:1: unknown key 'joint[3].velocity_mm_s'; did you mean 'velocity_deg_s'?"),
     Config("joint_type_unknown", 'type = "linear"', 'type = "liner"',
@@ -76,7 +76,7 @@ CONFIGS = [
             message='{file}:82:13: \'program.path_mode\' = "G65" is not legal; did you mean "G61"? Legal: G61, '
                     'G61.1, G64'),
     Config("tolerance_negative", "tolerance_deg = 0.05", "tolerance_deg = -0.05",
-            message="{file}:84:17: 'program.tolerance_deg' = -0.05 is out of range: 2.2250738585072014e-308 to inf is "
+            message="{file}:84:17: 'program.tolerance_deg' = -0.05 is out of range: above 0 is "
                     "legal"),
     Config("rtcp_word_no_word", '"M428", ', '"4711", ',
             message="{file}:85:11: '4711' is no word: M and a number, or at least two letters"),

@@ -62,6 +62,59 @@ TEST(Config, NumbersAreFinite) {
   EXPECT_EQ(failure([&] { root.numbers("b"); }), "t.toml:2:12: 'b' must be a finite number");
 }
 
+TEST(Config, RangesAreToldInWords) {
+  const ConfigTable root = parse_config("a = -1\nb = 9\nc = \"1 mm\"\nd = 7\n", "t.toml");
+  EXPECT_EQ(failure([&] { root.number("a", kPositive); }),
+            "t.toml:1:5: 'a' = -1 is out of range: above 0 is legal");
+  EXPECT_EQ(failure([&] { root.number("a", kNotNegative); }),
+            "t.toml:1:5: 'a' = -1 is out of range: 0 or more is legal");
+  EXPECT_EQ(failure([&] {
+              root.number("b", Range{kPositive.min, 5});
+            }),
+            "t.toml:2:5: 'b' = 9 is out of range: above 0, up to 5, is legal");
+  EXPECT_EQ(failure([&] { root.number("c"); }),
+            "t.toml:3:5: 'c' must be a number, without quotes and without a unit");
+  EXPECT_EQ(failure([&] { root.text("d"); }), "t.toml:4:5: 'd' must be a string in quotes");
+  EXPECT_EQ(failure([&] { root.numbers("d"); }), "t.toml:4:5: 'd' must be a list in square brackets");
+}
+
+TEST(Config, NumbersAreOfAMachine) {
+  const ConfigTable root =
+      parse_config("a = 1e300\nb = [0, -1.1e15]\nc = 1e-300\nd = 1e15\ne = 1e-12\n", "t.toml");
+  EXPECT_EQ(failure([&] { root.number("a"); }),
+            "t.toml:1:5: 'a' = 1e+300 is too large to be meant: up to 1e+15 is legal");
+  EXPECT_NE(failure([&] { root.numbers("b"); }).find("t.toml:2:9: 'b' = -1.1e+15 is too large"),
+            std::string::npos);
+  EXPECT_EQ(failure([&] { root.number("c", kPositive); }),
+            "t.toml:3:5: 'c' = 1e-300 is too small to be meant: 1e-12 or more is legal");
+  EXPECT_EQ(root.number("c"), 1e-300);
+  EXPECT_EQ(root.number("d", kPositive), 1e15);
+  EXPECT_EQ(root.number("e", kPositive), 1e-12);
+}
+
+TEST(Config, TextsArePrintable) {
+  const ConfigTable root = parse_config(
+      "a = \"x\\u0000\"\nb = [\"\", \"l\\nf\"]\nc = \"" + std::string(1001, 'x') + "\"\nd = \"Fräse\"\n",
+      "t.toml");
+  EXPECT_EQ(failure([&] { root.text("a"); }),
+            "t.toml:1:5: 'a' has a character that cannot be printed (0x00); leave it out");
+  EXPECT_EQ(failure([&] { root.texts("b"); }),
+            "t.toml:2:10: 'b' has a character that cannot be printed (0x0a); leave it out");
+  EXPECT_EQ(failure([&] { root.text("c"); }), "t.toml:3:5: 'c' has 1001 bytes; up to 1000 are legal");
+  EXPECT_EQ(root.text("d"), "Fräse");
+}
+
+// The unknown key is named, not a good one beside it.
+TEST(Config, TheKeyThatIsMisspeltIsNamed) {
+  const ConfigTable capitals = parse_config("MIN_MM = 1\nmax_mm = 2\n", "t.toml");
+  EXPECT_EQ(failure([&] { capitals.number("min_mm"); }),
+            "t.toml:1:1: unknown key 'MIN_MM'; did you mean 'min_mm'?");
+  const ConfigTable beside = parse_config("cogging_at_mm = 1\ncogging_M = 2\n", "t.toml");
+  beside.has("cogging_N");
+  EXPECT_EQ(failure([&] { beside.finish(); }),
+            "t.toml:2:1: unknown key 'cogging_M'; did you mean 'cogging_N'?");
+}
+
 /// A question in words: "table kind key form required fallback min..max choices".
 std::string words(const AskedKey& a) {
   std::string out = a.table + " <" + a.kind + "> " + a.key + " " + std::to_string(static_cast<int>(a.form)) +

@@ -1,9 +1,10 @@
 #!/usr/bin/python3
 """usage: config_neighbours.py TRUNNION SOURCE_DIR [CASES [SEED]]
 
-Wrong values for every key of the page, in every shipped config that has its table: another type, negative, zero, huge,
-NaN, empty, an unknown word, lists of another length. Each is refused at its line, with its key and what is legal; or it
-is a value that the page allows. Which ones are tried is drawn with a seed.
+Wrong values for every key of the page, in a shipped config or a host of config_hosts.py: another type, a unit's text,
+just outside the range, negative, zero, huge, NaN, empty, an unknown word, lists of another length. Misspelt keys, too,
+and entries that stand there twice. Each is refused at its line, with its key and what is legal; or it is a value that
+the page allows. Which ones are tried is drawn with a seed; `--accepted` behind it lists what was taken.
 """
 import importlib.util
 import math
@@ -18,69 +19,116 @@ import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-BINARY, SOURCE = Path(sys.argv[1]).resolve(), Path(sys.argv[2]).resolve()
-CASES = int(sys.argv[3]) if len(sys.argv) > 3 else 500
-SEED = int(sys.argv[4]) if len(sys.argv) > 4 else 26
+sys.path.insert(0, str(Path(__file__).resolve().parent))
+import config_hosts  # noqa: E402
+
+SHOWN = "--accepted" in sys.argv
+ARGUMENTS = [a for a in sys.argv[1:] if a != "--accepted"]
+BINARY, SOURCE = Path(ARGUMENTS[0]).resolve(), Path(ARGUMENTS[1]).resolve()
+DRIVES = BINARY.parent / "trunnion-drives"  # which alone reads scripts of faults
+CASES = int(ARGUMENTS[2]) if len(ARGUMENTS) > 2 else 500
+SEED = int(ARGUMENTS[3]) if len(ARGUMENTS) > 3 else 26
 
 spec = importlib.util.spec_from_file_location("config_command", SOURCE / "tests/app/cli/config_command.py")
 command = importlib.util.module_from_spec(spec)
 spec.loader.exec_module(command)
 
-# The readers of other programs, and files that no machine's config is.
-NOT_READ_BY_RUN = re.compile(r"^(fault|X|Y|X\.record|Y\.record|scope|lcm|access|gateway|gateway\.key)$")
+# Networks stand in a file of their own, which this config names.
+NETWORKS = "configs/networks/micro_stage.toml"
+NETWORKS_OF = "configs/micro_stage.toml"
 BIG = "9" * 400
 
 
-def tables_of(path):
-    """(numbered table, table, type, line of its header) of a config."""
-    text = path.read_text()
-    places = {numbered: (table, kind)
-              for table, kind, _, _, numbered in command.walk(tomllib.loads(text))}
-    seen = set()
-    for number, (line, here) in enumerate(zip(text.splitlines(), command.headers_of(text))):
-        if line.startswith("[") and here in places and here not in seen:
-            seen.add(here)
-            yield (here, *places[here], number)
+class Host:
+    """A file that has tables of the page, and how it is read."""
+
+    def __init__(self, name, text):
+        self.name, self.text = name, text  # name: below the folder of the tests
+        self.lines, self.here = text.splitlines(), list(command.headers_of(text))
+        self.values = tomllib.loads(text)
+        self.entries = {n: (t, k) for t, k, _, _, n in command.walk(self.values)}
+
+    def read(self, folder, number, text):
+        """The command that reads this text in place of the host's."""
+        place = folder / Path(self.name).parent / f"case{number}.toml"
+        place.write_text(text)
+        run = [BINARY, "run", folder / "still.ngc", "--machine"]
+        if self.name == NETWORKS:
+            config = folder / f"configs/case{number}.toml"
+            names_it = (SOURCE / NETWORKS_OF).read_text().replace("networks/micro_stage.toml", f"networks/{place.name}")
+            config.write_text(names_it)
+            return [*run, config], [place, config]
+        if self.name.startswith("fault"):
+            machine = folder / f"configs/{self.name[6:]}"
+            return [DRIVES, "--machine", machine, "--can", "none9", "--faults", place], [place]
+        return [*run, place], [place]
+
+
+def all_hosts():
+    for path in (p.resolve() for p in command.FILES):
+        yield Host(str(path.relative_to(SOURCE)), path.read_text())
+    for name, text in config_hosts.hosts(SOURCE):
+        yield Host(f"configs/{name}", text)
+    if DRIVES.exists():
+        for config, text in config_hosts.FAULTS:
+            yield Host(f"fault_{config}.toml", text)
+
+
+def outside(row):
+    """Numbers next to the ends of the row's range, on the wrong side."""
+    for end, way in (("min", -1), ("max", 1)):
+        if end in row:
+            whole = row["form"] == "integer"
+            yield str(int(row[end]) + way) if whole else repr(math.nextafter(row[end], way * math.inf))
 
 
 def wrong_values(row, randomly):
     """Values of this row as they are written."""
-    form = row["form"]
+    form, unit = row["form"], row.get("unit", "mm")
     if form in ("number", "integer"):
         values = ["-1", "0", "1e300", "-1e300", "nan", "inf", "-inf", '""', '"fast"', "true", "[1.0]", "1.5",
-                  "-0.0", "1e-320", str(randomly.randrange(-10**9, 10**9)), "9223372036854775807", BIG,
-                  "1979-05-27", "{a = 1}"]
+                  "-0.0", "1e-320", "1e-300", "1e16",
+                  str(randomly.randrange(-10**9, 10**9)), "9223372036854775807", BIG,
+                  "1979-05-27", "{a = 1}", f'"1 {unit}"', '"1"', '"1,5"', "1,5", "1" + unit, *outside(row)]
     elif form == "boolean":
-        values = ["0", "1", '"true"', '"yes"', '""', "nan", "[true]"]
+        values = ["0", "1", '"true"', '"yes"', '""', "nan", "[true]", "True", "on"]
     elif form in ("numbers", "three_numbers"):
         values = ["[]", "[1.0]", "[1.0, 2.0, 3.0, 4.0, 5.0]", "[nan, 1.0, 2.0]", "[1e300, 1e300, 1e300]",
-                  '["a", "b", "c"]',
-                  "[-1.0, -2.0, -3.0]", "7", '""', "[0.0, inf, 0.0]",
+                  '["a", "b", "c"]', "[true, true, true]",
+                  "[-1.0, -2.0, -3.0]", "7", '""', "[0.0, inf, 0.0]", "[1.0 2.0 3.0]", '"1, 2, 3"',
                   "[[1.0], [2.0], [3.0]]", "[0.0, 0.0, 0.0]", "true"]
     elif form == "texts":
-        values = ["[7]", '"word"', "7", '[""]', '["no such thing"]', '[["a"]]', "[nan]"]
+        values = ["[7]", '"word"', "7", '[""]', '["no such thing"]', '[["a"]]', "[nan]", f'["{"x" * 5000}"]',
+                  '["M3"]', '["a", "a"]']
     elif form == "choice":
-        values = ['""', '"nonsense"', "7", "nan", '["a"]', "true", f'"{"x" * 5000}"', '"\\u0000"']
+        values = ['""', '"nonsense"', "7", "nan", '["a"]', "true", f'"{"x" * 5000}"', '"\\u0000"', "word"]
     else:
-        values = ["7", "nan", "true", '["a"]', '""', '"no such thing"', f'"{"x" * 5000}"', '"\\u0000"', '"../../.."']
+        values = ["7", "nan", "true", '["a"]', '""', '"no such thing"', f'"{"x" * 5000}"', '"\\u0000"', '"../../.."',
+                  '" "', '"a\\nb"', '"\u00e4"', "word"]
     return values
 
 
 class Case:
-    def __init__(self, path, numbered, table, kind, header, key, row, value):
-        self.path, self.numbered, self.table, self.kind, self.key, self.row = path, numbered, table, kind, key, row
-        self.value = value
-        lines = path.read_text().splitlines()
-        here = list(command.headers_of(path.read_text()))
-        self.line = next((i for i, line in enumerate(lines)
-                          if here[i] == numbered and re.match(rf"{key} = ", line)), None)
+    """A host with one line that is other than it should be."""
+
+    def __init__(self, host, numbered, key, value):
+        self.host, self.numbered, self.key, self.value = host, numbered, key, value
+        self.table, self.kind = host.entries[numbered]
+        self.row = KEYS.rows.get((self.table, self.kind, key))
+        lines = list(host.lines)
+        self.line = line_of(host, numbered, key)
         if self.line is None:
-            self.line = header + 1
-            lines.insert(self.line, "")
-        elif "[" in lines[self.line] and lines[self.line].count("[") > lines[self.line].count("]"):
-            self.line = None  # a list of several lines
-            return
-        lines[self.line] = f"{key} = {value}"
+            self.line = host.here.index(numbered) + 1
+            lines.insert(self.line, f"{key} = {value}")
+        else:
+            end = self.line
+            while lines[end].partition("#")[0].count("[") > lines[end].partition("#")[0].count("]"):
+                end += 1  # a list of several lines
+                lines[self.line] = lines[self.line].partition("#")[0] + lines[end]
+                lines[end] = ""
+                if lines[self.line].count("[") <= lines[self.line].count("]"):
+                    break
+            lines[self.line] = f"{key} = {value}"
         self.text = "\n".join(lines) + "\n"
 
     def legal(self):
@@ -100,46 +148,151 @@ class Case:
 
     def judge(self, code, err):
         """"" or what is wrong with the answer."""
-        first = (err.splitlines() or [""])[0]
-        if code < 0 or code > 5 or "TRN_CHECK" in err or "terminate" in err:
-            return f"crashed ({code})"
         if code == 0:
             return "" if self.legal() else "was taken without a word"
-        if code not in (3, 4):
-            return f"exit {code}"
-        if "internal check" in err:
-            return "an internal check failed"
         if self.legal():
             return ""  # another key may not go with it, or the machine cannot be run so
-        place = re.match(r"[^:]+:(\d+):(\d+): (.*)", first)
-        if not place:
-            return "no place"
-        if "Error while parsing" in place.group(3) or "missing key" in place.group(3):
-            return ""  # it is no TOML at all, or another key is asked for first
-        if int(place.group(1)) != self.line + 1:
-            return f"line {place.group(1)} instead of {self.line + 1}"
-        if self.key not in place.group(3):
-            return "does not name the key"
-        return ""
+        return at_its_line(err, self.line, self.key)
+
+    def __str__(self):
+        return f"{Path(self.host.name).name} [{self.numbered}] ({self.kind}) {self.key} = {self.value[:60]}"
+
+
+# Without them a bus is too slow, two motors differ, or another object is meant; that is told before the key is.
+MISSED_ELSEWHERE = {"fd", "data_bitrate", "home_final_mm", "sub", "turnaround_ms"}
+
+
+class Misspelt(Case):
+    """A key that is nearly one of the page."""
+
+    def __init__(self, host, numbered, key, wrong):
+        super().__init__(host, numbered, key, "0")
+        self.wrong = wrong
+        lines = list(host.lines)
+        lines[self.line] = wrong + lines[self.line][len(key):]
+        self.text = "\n".join(lines) + "\n"
+
+    def judge(self, code, err):
+        if code == 0:
+            return "was taken without a word"
+        trouble = at_its_line(err, self.line, self.wrong, self.key)
+        # What the key would have said is missed somewhere else, by its name; or its absence makes another error first.
+        return "" if trouble.startswith("line ") and (self.key in err or self.key in MISSED_ELSEWHERE) else trouble
+
+    def __str__(self):
+        return f"{Path(self.host.name).name} [{self.numbered}] ({self.kind}) {self.wrong}"
+
+
+# Entries that may stand there twice: each says something of its own. A part may be drawn by several files.
+TWICE = re.compile(r"(^|\.)(script|write|plate|bore|boss|ball|fault|tool_branch|work_branch|drawing)$")
+
+
+class Twice(Case):
+    """An entry that stands there a second time."""
+
+    def __init__(self, host, numbered):
+        self.host, self.numbered, self.key = host, numbered, ""
+        self.table, self.kind = host.entries[numbered]
+        self.line = host.here.index(numbered)
+        end = self.line
+        while end < len(host.here) and (host.here[end] == numbered or host.here[end].startswith(numbered + ".")):
+            end += 1
+        self.text = "\n".join(host.lines[:end] + host.lines[self.line:end] + host.lines[end:]) + "\n"
+        self.value = "twice"
+
+    def legal(self):
+        return bool(TWICE.search(self.table))
+
+    def judge(self, code, err):
+        if code == 0:
+            return "" if self.legal() else "was taken without a word"
+        return "" if re.match(r"[^:]+:\d+:\d+: .", err) else "no place"
+
+    def __str__(self):
+        return f"{Path(self.host.name).name} [[{self.table}]] ({self.kind}) twice"
+
+
+def line_of(host, numbered, key):
+    return next((i for i, line in enumerate(host.lines)
+                 if host.here[i] == numbered and re.match(rf"{key} *= ", line)), None)
+
+
+def at_its_line(err, line, *words):
+    """"" if the error is at this line and has these words, or what is wrong with it."""
+    place = re.match(r"[^:]+:(\d+):(\d+): (.*)", err)
+    if not place:
+        return "no place"
+    if "Error while parsing" in place.group(3) or "missing key" in place.group(3):
+        return ""  # it is no TOML at all, or another key is asked for first
+    if int(place.group(1)) != line + 1:
+        return f"line {place.group(1)} instead of {line + 1}"
+    for word in words:
+        if word not in place.group(3):
+            return f"does not name {word}"
+    return ""
+
+
+def fits(host, numbered, key):
+    """How well an entry goes with a key: it has the key; or keys of the same unit, as mm and degrees."""
+    if line_of(host, numbered, key) is not None:
+        return 2
+    own = "\n".join(line for line, here in zip(host.lines, host.here)
+                    if here == numbered or numbered.startswith(here + ".") and here.endswith("]"))
+    linear, rotary = re.search(r'_mm\w* =|= "[XYZ]"', own), re.search(r'_deg\w* =|= "[ABC]"', own)
+    unit = rotary if re.search(r"deg|Nm|kg_m2", key) else linear if re.search(r"mm|_N|_kg", key) else True
+    return 1 if unit else 0
+
+
+def misspelt(key):
+    yield key[:-1] + ("x" if key[-1] != "x" else "y")
+    if key.upper() != key:
+        yield key.upper()
 
 
 def cases(randomly):
-    """Every key at the first place that has its table."""
-    done = set()
-    for path in (p.resolve() for p in command.FILES):
-        if path.parent.name == "networks":
+    """Every key in the entry that goes best with it."""
+    hosts = list(all_hosts())
+    for (table, kind, key), row in KEYS.rows.items():
+        places = [(fits(host, numbered, key), -i, host, numbered) for i, host in enumerate(hosts)
+                  for numbered, of in host.entries.items() if of == (table, kind) and numbered in host.here]
+        if not places:
+            UNTRIED.append(f"[{table}] ({kind}) {key}")
             continue
-        for numbered, table, kind, header in tables_of(path):
-            if NOT_READ_BY_RUN.match(table):
-                continue
-            for (t, k, key), row in KEYS.rows.items():
-                if (t, k) != (table, kind) or (t, k, key) in done:
-                    continue
-                done.add((t, k, key))
-                for value in wrong_values(row, randomly):
-                    case = Case(path, numbered, table, kind, header, key, row, value)
-                    if case.line is not None:
-                        yield case
+        best = max(places, key=lambda place: place[:2])
+        host, numbered = best[2:]
+        for value in wrong_values(row, randomly):
+            yield Case(host, numbered, key, value)
+        if best[0] == 2:
+            for wrong in misspelt(key):
+                yield Misspelt(host, numbered, key, wrong)
+    done = set()
+    for host in hosts:
+        for numbered, of in host.entries.items():
+            if numbered.endswith("]") and of not in done and numbered in host.here:
+                done.add(of)
+                yield Twice(host, numbered)
+
+
+def answer(folder, number, case):
+    """(trouble, first line of the errors, exit code)"""
+    line, files = case.host.read(folder, number, case.text)
+    try:
+        done = subprocess.run(line, capture_output=True, timeout=300)
+    except subprocess.TimeoutExpired:
+        return "takes longer than 300 s", "", -1
+    for path in files:
+        path.unlink()
+    err, code = done.stderr.decode("utf-8", "replace"), done.returncode
+    first = (err.splitlines() or [""])[0]
+    if "none9" in err and code in (3, 4):
+        code, first = 0, ""  # the script was read, and the bus does not exist
+    if code < 0 or code > 5 or "TRN_CHECK" in err or "terminate" in err:
+        return f"crashed ({code})", first, code
+    if "internal check" in err:
+        return "an internal check failed", first, code
+    if code not in (0, 3, 4):
+        return f"exit {code}", first, code
+    return case.judge(code, first), first, code
 
 
 def main():
@@ -152,31 +305,23 @@ def main():
         for name in ("configs", "examples", "tests/data/machines"):
             shutil.copytree(SOURCE / name, place / name, dirs_exist_ok=True)
         (place / "still.ngc").write_text("G21 G90\nM2\n")
-
-        def one(numbered):
-            i, case = numbered
-            path = place / case.path.relative_to(SOURCE).parent / f"case{i}.toml"
-            path.write_text(case.text)
-            try:
-                done = subprocess.run([BINARY, "run", place / "still.ngc", "--machine", path], capture_output=True,
-                                      timeout=60)
-                err = done.stderr.decode("utf-8", "replace")
-            except subprocess.TimeoutExpired:
-                return case, "takes longer than 60 s", ""
-            path.unlink()
-            return case, case.judge(done.returncode, err), (err.splitlines() or [""])[0]
-
+        (place / "configs/drawn.stl").write_text(config_hosts.STL)
         with ThreadPoolExecutor(min(2, os.cpu_count())) as pool:
-            for case, trouble, first in pool.map(one, enumerate(tried)):
+            answers = pool.map(lambda numbered: answer(place, *numbered), enumerate(tried))
+            for case, (trouble, first, code) in zip(tried, answers):
                 if trouble:
                     wrong.append(case)
-                    print(f"{case.path.name} [{case.numbered}] ({case.kind}) {case.key} = {case.value[:60]}: {trouble}")
-                    print(f"    {first[-200:]}")
-    keys = len({(case.table, case.kind, case.key) for case in everything})
-    print(f"{len(tried)} of {len(everything)} wrong values of {keys} keys, seed {SEED}: {len(wrong)} answered wrongly")
-    return 1 if wrong else 0
+                    print(f"{case}: {trouble}\n    {first[-250:]}", flush=True)
+                elif SHOWN:
+                    print(f"{'taken' if code == 0 else 'refused'}: {case}\n    {first[-250:]}")
+    keys = len({(case.table, case.kind, case.key) for case in everything if type(case) is Case})
+    for untried in UNTRIED:
+        print(f"{untried}: no host has its table")
+    print(f"{len(tried)} of {len(everything)} wrong values of {keys} of {len(KEYS.rows)} keys, seed {SEED}: "
+          f"{len(wrong)} answered wrongly")
+    return 1 if wrong or UNTRIED and DRIVES.exists() else 0
 
 
 if __name__ == "__main__":
-    KEYS = command.Keys()
+    KEYS, UNTRIED = command.Keys(), []
     sys.exit(main())

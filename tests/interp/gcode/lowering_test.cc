@@ -256,7 +256,8 @@ TEST(Tables, ToolsRoundTrip) {
     ToolTable::parse("T1 P1\nT2 ?\n", "t.tbl");
     FAIL();
   } catch (const ProgramError& error) {
-    EXPECT_STREQ(error.what(), "t.tbl:2:4: unexpected character '?'");
+    EXPECT_STREQ(error.what(),
+                 "t.tbl:2:4: unexpected character '?'; a tool is a line as 'T1 P1 Z50.5 D6 ;end mill'");
   }
 }
 
