@@ -316,8 +316,8 @@ TEST(MachineController, ASettingChangesNoOtherOne) {
                                bench.status->spindle_override, bench.status->adaptive_feed};
   };
   std::vector<double> wanted = settings();
-  const std::int32_t verbs[] = {command_t::OVERRIDE, command_t::RAPID_OVERRIDE, command_t::SPINDLE_OVERRIDE,
-                                command_t::ADAPTIVE_FEED};
+  const std::int8_t verbs[] = {command_t::OVERRIDE, command_t::RAPID_OVERRIDE, command_t::SPINDLE_OVERRIDE,
+                               command_t::ADAPTIVE_FEED};
   for (std::size_t i = 0; i < 4; ++i) {
     wanted[i] = 0.5 + 0.1 * static_cast<double>(i);
     EXPECT_EQ(bench.send(verbs[i], "", wanted[i]).outcome, +acknowledge_t::ACCEPTED);
