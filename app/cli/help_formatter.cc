@@ -1,10 +1,12 @@
 #include "app/cli/help_formatter.h"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <cstddef>
 #include <string_view>
+#include <vector>
 
-#include "app/cli/command_groups.h"
 #include "core/letter_case.h"
 
 namespace trn {
@@ -38,6 +40,37 @@ std::string wrapped(std::string_view text, std::size_t column) {
   return out;
 }
 
+struct Group {
+  const char* name;
+  std::vector<std::string_view> commands;
+};
+
+// In the order of the help. What stands in none is shown under "More", behind them.
+const std::array kGroups = {
+    Group{"Try a program on this computer", {"run", "interpret", "check-trace", "replay"}},
+    Group{"Run a machine",
+          {"daemon", "panel", "reset", "home", "jog", "wheel", "status", "monitor", "estop", "acknowledge"}},
+    Group{"Cut a part",
+          {"load", "start", "hold", "resume", "stop", "reverse", "forward", "override", "step", "switch",
+           "mdi", "parts"}},
+    Group{"Offsets, tools and corrections", {"offset", "touch-off", "tool", "correction", "sensor"}},
+    Group{"Set up a machine",
+          {"config", "import", "kin", "workspace", "io", "commission", "latency", "can", "modbus", "scope",
+           "tune", "following"}},
+    Group{"Make a machine accurate", {"ballbar", "ball", "joint-table", "micromill"}},
+    Group{"Let other computers command and see", {"gateway", "key", "mqtt"}},
+    Group{"This program", {"man", "completions"}},
+};
+
+// Where the help lists a command; the same for all that stand in no group.
+std::size_t command_rank(const CLI::App& command) {
+  std::size_t rank = 0;
+  for (const Group& group : kGroups)
+    for (const std::string_view name : group.commands)
+      if (++rank; command.get_name() == name && command.get_group() == group.name) return rank;
+  return rank + 1;
+}
+
 /// A name, and behind it or below it what it is.
 std::string entry(const std::string& name, std::string_view text) {
   std::string out = "  " + name;
@@ -48,6 +81,15 @@ std::string entry(const std::string& name, std::string_view text) {
 }
 
 }  // namespace
+
+void sort_into_groups(CLI::App& app) {
+  for (CLI::App* command : app.get_subcommands({})) {
+    command->group("More");
+    for (const Group& group : kGroups)
+      for (const std::string_view name : group.commands)
+        if (command->get_name() == name) command->group(group.name);
+  }
+}
 
 std::vector<const CLI::App*> shown_commands(const CLI::App& app) {
   std::vector<const CLI::App*> commands = app.get_subcommands(

@@ -6,7 +6,9 @@
 
 namespace trn {
 
-/// The commands that a help lists: those with a name and a group.
+/// Gives every command of trunnion the headline under which the help lists it.
+void sort_into_groups(CLI::App& app);
+/// The commands that a help lists, in its order: those with a name and a group.
 std::vector<const CLI::App*> shown_commands(const CLI::App& app);
 /// The options, or the arguments, that a help lists.
 std::vector<const CLI::Option*> shown_options(const CLI::App& app, bool positional);

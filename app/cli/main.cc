@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "app/cli/command_groups.h"
 #include "app/cli/commands.h"
 #include "app/cli/completions.h"
 #include "app/cli/help_formatter.h"

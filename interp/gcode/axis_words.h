@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <type_traits>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/check.h"

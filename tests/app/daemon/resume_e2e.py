@@ -315,7 +315,7 @@ class ResumeTest(unittest.TestCase):
             shop.write("part.ngc", PASSES)
             until_stopped()
             shop.ask("start", "--resume", "--yes")
-            shop.until(lambda s: s["state"] == "idle")
+            shop.until(lambda s: s["state"] == "idle", 60)
             refused("has come to its end")
 
 
