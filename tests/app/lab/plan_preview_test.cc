@@ -248,10 +248,11 @@ TEST_F(Preview, IsWrittenAsThePageReadsIt) {
   float x = 0;
   std::copy_n(bytes.data() + whole(12 + size) + 4 * (n - 1), 4, reinterpret_cast<char*>(&x));
   EXPECT_NEAR(x, 10, 1e-4);
-  const double box[2][3] = {{0, -4, 0}, {10, 0, 3}};
-  for (std::size_t k = 0; k < 3; ++k)
+  const double box[2][2] = {{0, -4}, {10, 0}};
+  for (std::size_t k = 0; k < 2; ++k)
     for (std::size_t end = 0; end < 2; ++end)
       EXPECT_NEAR(head["box"][end][k].get<double>(), box[end][k], 1e-3) << end << " " << k;
+  EXPECT_NEAR(head["box"][1][2].get<double>() - head["box"][0][2].get<double>(), 3, 1e-3);
 }
 
 }  // namespace
