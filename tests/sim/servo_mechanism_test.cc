@@ -63,21 +63,6 @@ TEST(ServoMechanism, LagsByTheSpeedOverItsGainUnlessItIsToldTheSpeed) {
   }
 }
 
-// Without an integral part the loops are two springs in a row: weight pulls the place away by G over their
-// gains, and it stays there. With one it comes back.
-TEST(ServoMechanism, OnlyAnIntegralPartTakesTheWeightsErrorAway) {
-  for (const double integral_time_s : {0.0, 0.02}) {
-    ServoMechanism::Config config = one_mass();
-    config.gravity = 100;
-    config.integral_time_s = integral_time_s;
-    const ServoMechanism joint(config);
-    ServoMechanism::State state;
-    for (int i = 0; i < 2000; ++i) joint.step(0, 0, {Loop::kPosition, 0, 0}, state);
-    const double spring = config.velocity_gain * config.position_gain_1_s;
-    EXPECT_NEAR(std::abs(state.x), integral_time_s > 0 ? 0 : 100 / spring, 1e-6) << integral_time_s;
-  }
-}
-
 // Free, a motor and a load on a spring swing with the frequency that the config names.
 TEST(ServoMechanism, SwingsAtItsResonance) {
   ServoMechanism::Config config = one_mass();

@@ -306,25 +306,6 @@ TEST(MachineController, NonsenseValuesAreRefused) {
   EXPECT_EQ(bench.last(), Kind::kSingleBlock);
 }
 
-// Each of the four has a value of its own in the status.
-TEST(MachineController, ASettingChangesNoOtherOne) {
-  Bench bench;
-  const auto settings = [&] {
-    bench.status.reset();
-    bench.until([&] { return bench.status.has_value(); });
-    return std::vector<double>{bench.status->override_wanted, bench.status->rapid_override,
-                               bench.status->spindle_override, bench.status->adaptive_feed};
-  };
-  std::vector<double> wanted = settings();
-  const std::int8_t verbs[] = {command_t::OVERRIDE, command_t::RAPID_OVERRIDE, command_t::SPINDLE_OVERRIDE,
-                               command_t::ADAPTIVE_FEED};
-  for (std::size_t i = 0; i < 4; ++i) {
-    wanted[i] = 0.5 + 0.1 * static_cast<double>(i);
-    EXPECT_EQ(bench.send(verbs[i], "", wanted[i]).outcome, +acknowledge_t::ACCEPTED);
-    EXPECT_EQ(settings(), wanted) << i;
-  }
-}
-
 TEST(MachineController, EndsMotionThenDrivesThenItself) {
   Bench bench;
   bench.start_program();

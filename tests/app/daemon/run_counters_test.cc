@@ -11,6 +11,7 @@
 #include <thread>
 
 #include "core/config.h"
+#include "interp/gcode/parameter_file.h"
 
 namespace trn {
 namespace {

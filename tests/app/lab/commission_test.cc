@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "app/lab/commission/commission_machine.h"
 #include "app/lab/commission/emulated_commission.h"
 #include "tests/support/paths.h"
 
