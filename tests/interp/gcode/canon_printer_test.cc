@@ -231,6 +231,16 @@ TEST(Canon, CutterCompensation) {
                    "COMMENT(\"interpreter: cutter radius compensation off\")", "F -20 50 0"}));
 }
 
+// L0 is the centre of a nose, which is what a mill has.
+TEST(Canon, CutterCompensationTakesAnOrientation) {
+  const std::string contour = "\nG1 X10\nX30\nG40 X40";
+  EXPECT_EQ(canon("F1 G18 G41.1 D2 L0" + contour), canon("F1 G18 G41.1 D2" + contour));
+  for (const char* word : {"L-1", "L10", "L1.5"})
+    EXPECT_NE(Session().error(std::string("F1 G18 G41.1 D2 ") + word).find("an orientation from 0 to 9"),
+              std::string::npos)
+        << word;
+}
+
 // Numbers as Debian's rs274 prints them for the same programs.
 TEST(Canon, CutterCompensationEntersByAnArc) {
   const std::string start =

@@ -143,6 +143,8 @@ TEST(Cycles, WordsThatDoNotFitAreRefused) {
            {"G81 Z-1 R1", kZeroFeed, 1},
            {"F9 G18 G81 Y1 R0", kCycle, 8},
            {"F9 G41.1 D2\nG81 Z-1 R1", kCompState, 1},
+           {"F9 G183 X1 H0", kBadValue, 12},
+           {"F9 G183 X1 H0.5", kBadValue, 12},
        })
     expect_refused(refusal);
 }
