@@ -154,6 +154,7 @@ void log_to_stderr() {
 
 void run_daemon(const DaemonParts& parts) {
   log_to_stderr();
+  give_back_large_blocks();
   TerminationSignals signals;  // first: threads inherit what is blocked
   LocalServer& clients = parts.door.clients();
   const AccessRules& access = parts.door.access();

@@ -1,6 +1,7 @@
 #include "app/daemon/realtime.h"
 
 #include <fmt/format.h>
+#include <malloc.h>
 #include <pthread.h>
 #include <sched.h>
 #include <sys/mman.h>
@@ -52,6 +53,13 @@ std::string no_processor(int cpu, int error) {
 }
 
 }  // namespace
+
+// Left to itself the allocator learns from the first large block that is freed to keep the next ones, up to
+// 32 MB.
+void give_back_large_blocks() {
+  constexpr int kLarge = 128 << 10;
+  mallopt(M_MMAP_THRESHOLD, kLarge);
+}
 
 // Under a limit, memory that is asked for later would be refused instead of locked: then better not to lock.
 std::string lock_memory() {

@@ -11,6 +11,9 @@
 
 namespace trn {
 
+/// What a recording or a program has needed once does not stay: large blocks go back to the system when they
+/// are freed.
+void give_back_large_blocks();
 /// Locks the memory of the process, present and future. "" or what was refused, why, and how to mend it.
 std::string lock_memory();
 /// Gives the calling thread its priority and processor, and touches its stack so that it is there. What was

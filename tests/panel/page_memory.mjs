@@ -7,6 +7,7 @@ import { launch } from "./page_browser.mjs";
 
 const kViews = ["Run", "Path", "Scope", "Machine", "Offsets and tools", "Alarms", "All machines"];
 const kViewMs = 1500;
+const kVisits = 20;  // of the 3-D view, one after the other
 
 const [origin, key, sources, seconds] = process.argv.slice(2);
 const { browser, open, until, complaints } = await launch(origin, key, sources);
@@ -16,17 +17,33 @@ try {
   await until(page, "state", (shown) => shown && shown !== "No daemon", "a state");
   const tools = await page.context().newCDPSession(page);
   await tools.send("Performance.enable");
+  const view = (name) => page.getByRole("tab", { name: new RegExp(`^${name}`) }).click();
+  const look = async () => {
+    for (let i = 0; i < 3; ++i) await tools.send("HeapProfiler.collectGarbage");
+    const { metrics } = await tools.send("Performance.getMetrics");
+    const found = Object.fromEntries(metrics.map(({ name, value }) => [name, value]));
+    return { heap: found.JSHeapUsedSize, nodes: found.Nodes, listeners: found.JSEventListeners };
+  };
+  const visit = async () => {
+    await view("Path");
+    await rest(200);
+    await view("Run");
+    await rest(100);
+  };
+  await visit();
+  const before = await look();
+  for (let i = 0; i < kVisits; ++i) await visit();
+  const after = await look();
+  console.log(JSON.stringify({ visits: kVisits, nodes: after.nodes - before.nodes }));
   const begin = Date.now();
   while (Date.now() < begin + 1000 * Number(seconds)) {
     for (const name of kViews) {
-      await page.getByRole("tab", { name: new RegExp(`^${name}`) }).click();
+      await view(name);
       await rest(kViewMs);
     }
-    await page.getByRole("tab", { name: /^Run/ }).click();
+    await view("Run");
     await rest(kViewMs);
-    for (let i = 0; i < 3; ++i) await tools.send("HeapProfiler.collectGarbage");
-    const found = Object.fromEntries((await tools.send("Performance.getMetrics")).metrics.map(({ name, value }) => [name, value]));
-    console.log(JSON.stringify({ s: (Date.now() - begin) / 1000, heap: found.JSHeapUsedSize, nodes: found.Nodes, listeners: found.JSEventListeners }));
+    console.log(JSON.stringify({ s: (Date.now() - begin) / 1000, ...(await look()) }));
   }
   assert.deepEqual(complaints, []);
 } finally {

@@ -96,6 +96,13 @@ const kStandpoints: Record<Standpoint, [number, number, number]> = {
   iso: [0.42, -1.2, 0.78], top: [0, -0.001, 1], front: [0, -1, 0.06], side: [1, 0, 0.06],
 };
 
+/** What a renderer keeps of an object, and a listener there that would keep the renderer: materials outlive a view. */
+function free(one: THREE.Object3D) {
+  const { geometry, material } = one as Partial<THREE.Mesh>;
+  geometry?.dispose();
+  for (const each of material ? [material].flat() : []) each.dispose();
+}
+
 export class Scene {
   /** Called when the pointer is at a point of the plan; -1: at none. */
   onPoint: (point: number) => void = () => undefined;
@@ -159,6 +166,7 @@ export class Scene {
     this.themes.disconnect();
     this.orbit.dispose();
     this.lines?.dispose();
+    this.scene.traverse(free);
     this.shown?.table.remove(...this.onTable());
     this.renderer.dispose();
     this.renderer.domElement.remove();
