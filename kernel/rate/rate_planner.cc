@@ -266,20 +266,19 @@ bool RatePlanner::try_changes(const RateWalk& walk, double direction, bool arriv
   const double level_old = state_.plan_ended(*in_force_) ? state_.rate : in_force_->level_rate;
   const double u_most = direction == 0 ? 0 : fastest(walk, direction);
   double scale = 1;
-  double u = u_old + scale * (u_most - u_old);
   for (int i = 0; i < kTries; ++i) {
+    const double u = u_old + scale * (u_most - u_old);
     const Verdict verdict = try_change(walk, direction, u);
     if (verdict == Verdict::kSafe) return true;
     if (verdict == Verdict::kBreaks) {
       scale *= kShrink;
-      u = u_old + scale * (u_most - u_old);
       continue;
     }
     if (arrival) return false;
     if (i == 0 && state_.slope * direction > 0 && try_arrival(walk)) return true;
     if (i == 0 && target_ > 0 && try_two_steps(walk, direction)) return true;
     const double share = (target_ - level_old) / (trial_.level_rate - level_old);
-    u = u_old + std::clamp(0.98 * share, 0.0, 0.98) * (u - u_old);
+    scale *= std::clamp(0.98 * share, 0.0, 0.98);
   }
   return false;
 }

@@ -45,7 +45,7 @@ class RatePlanner {
   const RatePlan* stop(int index);
 
  private:
-  static constexpr int kTries = 12;
+  static constexpr int kTries = 24;
   /// Steps of all searches, of one search for a lower override, and for one stop in store: the near ones
   /// begin a hold, the far ones serve only if this planner dies.
   static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 160, kFarStopBudget = 160;

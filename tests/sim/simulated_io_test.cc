@@ -29,7 +29,7 @@ TEST(SimulatedIoConfig, ATimeIsSoManyPeriods) {
 TEST(SimulatedIoConfig, ATimeBeyondTheCounterNeverComes) {
   constexpr auto kNever = std::numeric_limits<std::uint32_t>::max();
   EXPECT_EQ(read("1e9").wires.at(0).delay_periods, kNever);
-  EXPECT_EQ(read("1e300").script.at(0).period, kNever);
+  EXPECT_EQ(read("1e15").script.at(0).period, kNever);
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ std::string write_of(const std::string& index, const std::string& sub, const std
 }
 
 TEST(CanConfig, ARampBeyondItsObjectIsTheSteepest) {
-  for (const char* factor : {"1e9", "1e300"}) {
+  for (const char* factor : {"1e9", "1e15"}) {
     const CanDrivesConfig config = cradle_with(std::string("quick_stop_factor = ") + factor + "\n");
     int found = 0;
     for (const SetupStep& step : config.buses.at(0).nodes.at(0).setup.steps) {
