@@ -160,15 +160,18 @@ class StateTest(unittest.TestCase):
             for percent in (100, 50):
                 seen = []
                 shop.ask("start")
+                # By the machine's own periods: on a busy host an answer comes when it comes.
                 while not seen or seen[-1][1]["state"] == "running":
-                    seen.append((time.monotonic(), shop.status()))
+                    status = shop.status()
+                    seen.append((status["periods"] * status["period_s"], status))
                     if percent < 100 and len(seen) == 5:
                         shop.ask("override", str(percent))
-                end = seen[-1][0]
+                end, unseen = seen[-1][0], seen[-1][0] - seen[-2][0]
                 judged = [(at, s) for at, s in seen[12:-1] if s["state"] == "running"]
                 self.assertGreater(len(judged), 10)
                 for at, status in judged:
-                    self.assertAlmostEqual(status["time_left_s"], end - at, delta=0.02 * whole["time_total_s"] + 0.3)
+                    self.assertAlmostEqual(status["time_left_s"], end - at,
+                                           delta=0.02 * whole["time_total_s"] + 0.2 + unseen)
                     self.assertAlmostEqual(status["time_total_s"], whole["time_total_s"], delta=1e-6)
             self.assertRegex(shop.ask("status"), r"time +0:00 of 0:\d\d done \(0 %\), 0:\d\d left")
             shop.ask("override", "0")
