@@ -100,13 +100,12 @@ void RatePlanner::seek_stop(int index) {
   if (ends_ || (near && found > 0) || (last && has_stop_[k - 1]) || (changes_ && found >= kStopsInChange))
     return;
   const double ahead_s = (kStopLeads[k] - 1) * lead_s_;
-  has_stop_[k] = find_stop_in_store(ahead_s, near ? kNearStopBudget : kFarStopBudget) ||
-                 (last && find_late_stop(ahead_s));
+  has_stop_[k] = find_stop_in_store(ahead_s) || (last && find_late_stop(ahead_s));
   if (has_stop_[k]) store_[k].copy_from(trial_);
 }
 
 // As far ahead as the path is known for sure.
-bool RatePlanner::find_stop_in_store(double ahead_s, int budget) {
+bool RatePlanner::find_stop_in_store(double ahead_s) {
   if (ahead_s > 2 * stop_s_) return false;
   RateState state = begin_;
   const double passed_s = state.follow(followed_, ahead_s);
@@ -114,7 +113,7 @@ bool RatePlanner::find_stop_in_store(double ahead_s, int budget) {
   walk.skip(passed_s);
   if (walk.ended() || state.standing()) return false;
   begin_trials();
-  budget_left_ = budget;
+  budget_left_ = kStopBudget;
   trial_.target = 0;
   for (const double release_share : {kReleaseShare, kLateReleaseShare}) {
     trial_.count = trial_.arrival = 0;

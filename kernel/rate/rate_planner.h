@@ -46,9 +46,8 @@ class RatePlanner {
 
  private:
   static constexpr int kTries = 24;
-  /// Steps of all searches, of one search for a lower override, and for one stop in store: the near ones
-  /// begin a hold, the far ones serve only if this planner dies.
-  static constexpr int kBudget = 800, kOverrideBudget = 120, kNearStopBudget = 160, kFarStopBudget = 160;
+  /// Steps of all searches for a slowdown, of one for a lower override, and of one for a stop in store.
+  static constexpr int kBudget = 800, kOverrideBudget = 120, kStopBudget = 160;
   /// Of one search for the way back from a rate above 1, and of all of them.
   static constexpr int kReturnBudget = 150, kReturnsBudget = 900;
   static constexpr int kAims = 8;  ///< walks to come to a stop at a given place
@@ -57,7 +56,7 @@ class RatePlanner {
 
   void begin_trials();
   void seek_stop(int index);
-  bool find_stop_in_store(double ahead_s, int budget);
+  bool find_stop_in_store(double ahead_s);
   bool find_late_stop(double ahead_s);
   const RatePlan* choose();
   const RatePlan* plan_stop_at(double stop_in_s);

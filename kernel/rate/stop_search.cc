@@ -40,8 +40,9 @@ double release(const RateWalk& walk, const RateBounds& bounds) {
   return walk.slope() < 0 ? most : std::min(0.0, most);
 }
 
-// The lowest r' above the present one that its place seems to bear at this rate. What limits r' and u there
-// is linear in both, so the slopes that it bears have no gap up to 0: half of them is left by each look.
+// The lowest r' above the present one that its place seems to bear at this rate. Its limits are convex
+// in r' and u, and at a rate of at most 1 it bears 0: so it bears all slopes up to there, and each look
+// halves them. Above rate 1 it may bear none of those that are looked at; then 0 is the answer.
 double feasible_slope(RateWalk walk) {
   const double r = walk.rate(), w = walk.slope();
   int borne = 0;
