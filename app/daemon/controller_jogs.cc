@@ -1,8 +1,10 @@
 #include <fmt/format.h>
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cstddef>
+#include <optional>
 #include <string>
 
 #include "app/client/running_daemons.h"
@@ -64,20 +66,41 @@ void MachineController::hear_hold() {
   if (report_.motion != MotionState::kPaused) held_longer_mm_ = 0;
 }
 
+// By the table, the tool that the program waits for is longer by this than the one before it, mm; 0 where it
+// waits for none. Its length is not in force yet, but it is in the spindle when the way back begins.
+double MachineController::incoming_longer_mm() {
+  const ProgramStep* step = stands_for_tool() ? parts_.programs.step(present_step(report_)) : nullptr;
+  if (!step || !tables_) return 0;
+  const auto length_mm = [this](int number) -> std::optional<double> {
+    if (number == 0) return 0;
+    const auto& numbers = tables_->tool_number;
+    const auto found = std::find(numbers.begin(), numbers.end(), number);
+    if (found == numbers.end()) return std::nullopt;
+    return tables_->tool_z[static_cast<std::size_t>(found - numbers.begin())];
+  };
+  const auto before = length_mm(step->settings.current_tool), behind = length_mm(report_.waits_at.argument);
+  return before && behind ? *behind - *before : 0;
+}
+
 // The way back leads to the joints' places at the stop, where a longer tool reaches deeper.
-bool MachineController::needs_new_way() const {
+bool MachineController::needs_new_way() {
   constexpr double kDeeper_mm = 1, kAway = 1e-6;  // mm or rad
   const bool away = report_.detour != DetourState::kNone && q_hold_.size() == report_.q_plan.size() &&
                     (report_.q_plan - q_hold_).cwiseAbs().maxCoeff() > kAway;
-  return supervisor_.state() == MachineState::kHolding && away && held_longer_mm_ > kDeeper_mm;
+  return supervisor_.state() == MachineState::kHolding && away &&
+         std::max(held_longer_mm_, incoming_longer_mm()) > kDeeper_mm;
 }
 
-std::string MachineController::longer_text() const {
-  return fmt::format("the tool is {:.3f} mm longer than when the program stopped", held_longer_mm_);
+std::string MachineController::longer_text() {
+  const double incoming_mm = incoming_longer_mm();
+  if (incoming_mm <= held_longer_mm_)
+    return fmt::format("the tool is {:.3f} mm longer than when the program stopped", held_longer_mm_);
+  return fmt::format("{} is {:.3f} mm longer than the tool before it",
+                     parts_.programs.tool_name(report_.waits_at.argument), incoming_mm);
 }
 
 // Who starts twice, as by a double click, has not put a tool in.
-std::string MachineController::why_not_on(Event event) const {
+std::string MachineController::why_not_on(Event event) {
   if (supervisor_.state() != MachineState::kHolding) return "";
   if (event == Event::kStart && stands_for_tool())
     return fmt::format("the program runs already and waits for {}; 'resume' says that it is in the spindle",

@@ -113,11 +113,12 @@ class MachineController {
   Answer held_mdi(const std::string& text, const Ticket& ticket);
   HeldAt held_at() const;
   double tool_length_mm();
-  bool needs_new_way() const;
-  std::string longer_text() const;
+  double incoming_longer_mm();
+  bool needs_new_way();
+  std::string longer_text();
   Answer resume_anew(const Ticket& ticket);
   void lead_over_safe_height(const PlaceRecord& place, const JointVec& q, const Ticket& ticket);
-  std::string why_not_on(Event event) const;
+  std::string why_not_on(Event event);
   Answer jog_along_held(const trunnion::command_t& command);
   void go_on_along();
   void hear_hold();

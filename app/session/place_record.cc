@@ -132,6 +132,15 @@ void refuse_other_setting(const Parameters& parameters, const ProgramStart& star
                   place.line, place.text, what));
 }
 
+// At the stop the machine stayed where it was; as the program is read now, the offset counts from its start.
+std::string why_elsewhere(const PlaceRecord& place) {
+  const auto& numbers = place.measured.numbers;
+  const bool at_stop =
+      std::any_of(numbers.begin(), numbers.end(), [](const auto& set) { return set.second.until_block > 0; });
+  return at_stop ? "offsets were set at a stop, and no line has named every axis since, or variables have changed"
+                 : "variables have changed";
+}
+
 std::string name_of_number(int number) {
   if (number == parameter::kTool) return "the tool in the spindle";
   const int k = number >= parameter::kFirstOffset
@@ -306,7 +315,7 @@ PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable
                      fmt::format("it is in line {} by then, for variables or a sub-program have changed",
                                  interpreter.line()));
   if (place.moves && !comes_to(reader, path.to, place.to))
-    refuse_other_way(place, "it comes to another place there, for variables have changed");
+    refuse_other_way(place, fmt::format("it comes to another place there, for {}", why_elsewhere(place)));
   PlaceEntry found = entries.found().entry;
   found.before_mm = place_mm - found.before_mm;
   found.kept = kept_text(interpreter);

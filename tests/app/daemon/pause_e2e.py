@@ -262,6 +262,34 @@ class PauseTest(unittest.TestCase):
             self.assertEqual(shop.parameter(5400), 2)
             self.assertAlmostEqual(shop.joints()[2], 50 + shop.length(2), places=6)
 
+    def test_a_longer_tool_that_comes_in_goes_over_the_safe_height(self):
+        program = "G21 G90 G61\nM61 Q1 G43\nG0 X0 Y0 Z60\nG1 X10 F6000\nT2 M6\nG43\nG1 X20\nG0 Z90\nM2\n"
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", program))
+            shop.ask("tool", "2", "Z", str(shop.length(1) + 12))
+            for jogs in (False, True):
+                shop.ask("start")
+                shop.until(lambda s: "tool 2" in s["waits_for"])
+                stood = shop.joints()
+                if jogs:
+                    shop.ask("jog", "X", "30", "--wait")
+                    highest = shop.joints()[2]
+                    code, out, err = shop.client("resume")
+                    self.assertEqual(code, 0, err)
+                    self.assertIn("12.000 mm longer than the tool before it", out + err)
+                    self.assertNotEqual(shop.parameter(5400), 2)
+                    while not shop.status()["state"] == "holding":
+                        highest = max(highest, shop.joints()[2])
+                    self.assertGreater(highest, stood[2] + 20, "it goes over the safe height")
+                    shop.until(lambda s: s["state"] == "holding" and "tool 2" in s["waits_for"])
+                    for at, then in zip(shop.joints(), stood):
+                        self.assertAlmostEqual(at, then, places=6)
+                shop.ask("resume")  # nobody has jogged: the program goes on as it is written
+                shop.until(lambda s: s["state"] == "idle")
+                self.assertEqual(shop.parameter(5400), 2)
+                self.assertAlmostEqual(shop.joints()[2], 90 + shop.length(2), places=6)
+
     def test_where_the_path_is_planned_offsets_are_refused_at_once(self):
         with Shop() as shop:
             shop.start()
