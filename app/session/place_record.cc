@@ -137,8 +137,9 @@ std::string why_elsewhere(const PlaceRecord& place) {
   const auto& numbers = place.measured.numbers;
   const bool at_stop =
       std::any_of(numbers.begin(), numbers.end(), [](const auto& set) { return set.second.until_block > 0; });
-  return at_stop ? "offsets were set at a stop, and no line has named every axis since, or variables have changed"
-                 : "variables have changed";
+  return at_stop
+             ? "offsets were set at a stop, and no line has named every axis since, or variables have changed"
+             : "variables have changed";
 }
 
 std::string name_of_number(int number) {
