@@ -10,6 +10,7 @@ import csv
 import json
 import math
 import os
+import pathlib
 import re
 import signal
 import subprocess
@@ -177,7 +178,20 @@ class Bench:
 
     def end(self):
         self.process.send_signal(signal.SIGTERM)
-        return self.process.wait(timeout=20)
+        try:
+            return self.process.wait(timeout=20)
+        except subprocess.TimeoutExpired as error:
+            raise AssertionError(f"the daemon does not end\n{threads_of(self.process.pid)}\n{self.log_text()}") from error
+
+
+def threads_of(process):
+    """Name, state and what it waits for of each thread, a line each."""
+    lines = []
+    for task in sorted(pathlib.Path(f"/proc/{process}/task").iterdir()):
+        state = (task / "stat").read_text().rsplit(")", 1)[1].split()
+        lines.append(f"{(task / 'comm').read_text().strip()}: {state[0]}, {state[11]} + {state[12]} clock ticks of CPU, "
+                     f"waits in {(task / 'wchan').read_text()}")
+    return "\n".join(lines)
 
 
 def rows(path):

@@ -285,6 +285,8 @@ class KillsTest(unittest.TestCase):
                 if os.path.exists(shop.vars + ".counters"):
                     with open(shop.vars + ".counters") as file:
                         self.assertTrue(kept.judge("parts", int(file.read().split()[1])), told)
+                if kills > 50 and kill % 10 == 0:
+                    print(f"{told} of {kills}", file=sys.stderr, flush=True)
         print(f"{kills} kills (seed {os.environ.get('TRN_SEED', 1)}): {answered} behind an answer, nothing "
               f"acknowledged lost, no file torn; {resumes} of {resumes} programs went on upon their contour, "
               f"worst {1000 * worst_mm:.2f} um")
