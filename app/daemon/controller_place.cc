@@ -60,7 +60,7 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
   run_job(
       ticket, clear_then([this, q, before_mm, found] {
         found->place = parts_.place->read();
-        refuse_ended(found->place);
+        refuse_without_place(found->place);
         if (file_mark(found->place.program) != found->place.mark)
           throw ProgramError(
               fmt::format("{} is not the file any more that was under way; begin it with "
@@ -81,6 +81,17 @@ CommandServer::Answer MachineController::load_place(double before_mm, const Tick
       },
       Job::kLoad);
   return {acknowledge_t::WORKING, ""};
+}
+
+// In a worker's thread, before the program moves: where the power fails behind its first lines, the place
+// that is found is not one of another program.
+void MachineController::keep_beginning(const std::string& path) const {
+  if (!parts_.place) return;
+  PlaceRecord begun;
+  begun.program = path;
+  begun.mark = program_mark_;
+  parts_.place->note(begun);
+  parts_.place->wait_until_kept();
 }
 
 PlaceRecord MachineController::place_now(const ProgramStep& step) {

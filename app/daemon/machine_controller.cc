@@ -410,11 +410,14 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
   const auto load_again = [this, path = program_path_, q] {
     parts_.programs.load(path, q);
     program_mark_ = file_mark(path);
+    keep_beginning(path);
   };
-  const std::function<void()> nothing = [] {};
+  const auto begin_prepared = [this, path = program_path_, from_start = from_line_ <= 1] {
+    if (from_start) keep_beginning(path);
+  };
   run_job(
-      ticket, prepared ? nothing : clear_then(load_again), [this] { status_.program = program_path_; },
-      Job::kStart);
+      ticket, prepared ? std::function<void()>(begin_prepared) : clear_then(load_again),
+      [this] { status_.program = program_path_; }, Job::kStart);
   return {acknowledge_t::WORKING, ""};
 }
 

@@ -131,6 +131,7 @@ class MachineController {
   void forget_message();
   bool stands_for_tool() const;
   Answer confirm_tool(const Ticket& ticket);
+  void keep_beginning(const std::string& path) const;
   void hear_wait(const CycleReport& report);
   void hear_progress(const CycleReport& report);
   void hear_probe(const CycleReport& report, const ProgramStep* step);

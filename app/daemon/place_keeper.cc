@@ -22,14 +22,17 @@ PlaceKeeper::~PlaceKeeper() {
 }
 
 void PlaceKeeper::note(PlaceRecord place) {
-  {
-    const std::lock_guard lock(mutex_);
-    last_ = place;
-    next_ = std::move(place);
-  }
+  const std::lock_guard lock(mutex_);
+  last_ = place;
+  next_ = std::move(place);
   wake_.notify_one();
   // Not before: by now the process has blocked the signals that shall not end it.
   if (!thread_.joinable()) thread_ = std::thread([this] { run(); });
+}
+
+void PlaceKeeper::wait_until_kept() {
+  std::unique_lock lock(mutex_);
+  kept_.wait_for(lock, std::chrono::duration<double>(kPatience_s), [this] { return !next_ && !writes_; });
 }
 
 PlaceRecord PlaceKeeper::read() const {
@@ -50,6 +53,7 @@ void PlaceKeeper::run() {
     wake_.wait(lock, [this] { return next_ || closing_; });
     if (!next_) return;
     const PlaceRecord place = *std::exchange(next_, std::nullopt);
+    writes_ = true;
     lock.unlock();
     try {
       write_file_safely(path_, place_file_text(place));
@@ -60,6 +64,8 @@ void PlaceKeeper::run() {
                       error.what());
     }
     lock.lock();
+    writes_ = false;
+    kept_.notify_all();
     wake_.wait_for(lock, std::chrono::duration<double>(kGap_s), [this] { return closing_; });
   }
 }

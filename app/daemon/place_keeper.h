@@ -14,7 +14,7 @@ namespace trn {
 /// Of places that come faster than kGap the newest is written.
 class PlaceKeeper {
  public:
-  static constexpr double kGap_s = 0.05;
+  static constexpr double kGap_s = 0.05, kPatience_s = 2;
 
   explicit PlaceKeeper(std::string path);
   /// What was noted is on disk then.
@@ -22,8 +22,10 @@ class PlaceKeeper {
   PlaceKeeper(const PlaceKeeper&) = delete;
   PlaceKeeper& operator=(const PlaceKeeper&) = delete;
 
-  /// From one thread.
+  /// Any thread.
   void note(PlaceRecord place);
+  /// Any thread: until what was noted before is on disk or could not be written, for kPatience_s at most.
+  void wait_until_kept();
   /// The last that was noted; else what the file holds. As read_place.
   PlaceRecord read() const;
 
@@ -32,10 +34,10 @@ class PlaceKeeper {
 
   std::string path_;
   mutable std::mutex mutex_;
-  std::condition_variable wake_;
+  std::condition_variable wake_, kept_;
   std::optional<PlaceRecord> next_, last_;  ///< to be written; noted last. Guarded by mutex_
-  bool closing_ = false;                    ///< the same
-  std::thread thread_;
+  bool writes_ = false, closing_ = false;   ///< the same
+  std::thread thread_;                      ///< the same, until closing_
 };
 
 }  // namespace trn

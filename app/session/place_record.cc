@@ -277,10 +277,15 @@ PlaceRecord read_place(const std::string& path) {
   return parse_place(read_text_file(path), path);
 }
 
-void refuse_ended(const PlaceRecord& place) {
+void refuse_without_place(const PlaceRecord& place) {
   if (place.ended)
     throw ProgramError(fmt::format(
         "{} has come to its end; there is nothing to go on with, 'start' begins it anew", place.program));
+  if (place.block == 0)
+    throw ProgramError(
+        fmt::format("{} was started, but had not begun its first line; there is no place to go on from, "
+                    "'start' begins it",
+                    place.program));
 }
 
 PlaceEntry find_entry(const Assembly& assembly, Parameters parameters, ToolTable tools,

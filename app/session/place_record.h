@@ -48,8 +48,9 @@ struct PlaceRecord {
 /// The whole file (JSON), and back. ProgramError "name: what".
 std::string place_file_text(const PlaceRecord& place);
 PlaceRecord parse_place(std::string_view text, const std::string& name);
-/// ProgramError where the program has come to its end: there is nothing to go on with.
-void refuse_ended(const PlaceRecord& place);
+/// ProgramError where the program has come to its end, or has begun no line yet: there is nothing to go on
+/// with.
+void refuse_without_place(const PlaceRecord& place);
 /// ProgramError also where there is none.
 PlaceRecord read_place(const std::string& path);
 

@@ -181,7 +181,8 @@ class Bench:
         try:
             return self.process.wait(timeout=20)
         except subprocess.TimeoutExpired as error:
-            raise AssertionError(f"the daemon does not end\n{threads_of(self.process.pid)}\n{self.log_text()}") from error
+            threads = threads_of(self.process.pid)
+            raise AssertionError(f"the daemon does not end\n{threads}\n{self.log_text()}") from error
 
 
 def threads_of(process):
@@ -189,7 +190,8 @@ def threads_of(process):
     lines = []
     for task in sorted(pathlib.Path(f"/proc/{process}/task").iterdir()):
         state = (task / "stat").read_text().rsplit(")", 1)[1].split()
-        lines.append(f"{(task / 'comm').read_text().strip()}: {state[0]}, {state[11]} + {state[12]} clock ticks of CPU, "
+        name = (task / "comm").read_text().strip()
+        lines.append(f"{name}: {state[0]}, {state[11]} + {state[12]} clock ticks of CPU, "
                      f"waits in {(task / 'wchan').read_text()}")
     return "\n".join(lines)
 

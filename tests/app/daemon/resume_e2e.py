@@ -287,6 +287,31 @@ class ResumeTest(unittest.TestCase):
             # G92 makes X0 of X50 in G54, which lies at 100 + 50 in G55.
             self.assertAlmostEqual(shop.joints()[0], 160, places=6)
 
+    def test_from_the_start_on_a_power_cut_finds_this_program_and_no_other(self):
+        with Shop() as shop:
+            old = shop.write("old.ngc", "G21 G90 G1 X5 F600\nX100\nM2\n")
+            new = shop.write("new.ngc", "G21 G90\nG1 X3 F600\nX4\nX200\nM2\n")
+            shop.start()
+            shop.ask("load", old)
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 2)
+            shop.ask("stop", "--wait")
+            seen = set()
+            for pause_s in (0, 0, 0.02, 0.1, 0.8):
+                shop.ask("load", new)
+                shop.ask("start")
+                time.sleep(pause_s)
+                shop.kill()
+                shop.start()
+                code, out, err = shop.client("start", "--resume")  # nobody says yes
+                self.assertNotEqual(code, 0)
+                self.assertNotIn("old.ngc", out + err)
+                self.assertIn("new.ngc", out + err)
+                seen.add("had not begun its first line" in err)
+                shop.ask("mdi", "G0 X0", "--wait")
+            self.assertIn(False, seen, "behind 0.8 s it is in a line")
+            self.assertEqual(shop.end(), 0)
+
     def test_what_has_changed_is_no_place_to_go_on(self):
         with Shop() as shop:
             program = shop.write("part.ngc", PASSES)

@@ -101,6 +101,24 @@ TEST_F(Places, TheFileHasAllOfIt) {
   EXPECT_THROW(parse_place("{}", "m.place"), ProgramError);
 }
 
+TEST_F(Places, AProgramThatHasEndedOrNotBegunHasNone) {
+  PlaceRecord place = second_pass();
+  EXPECT_NO_THROW(refuse_without_place(place));
+  const auto told = [&] {
+    try {
+      refuse_without_place(parse_place(place_file_text(place), "m.place"));
+    } catch (const ProgramError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  place.ended = true;
+  EXPECT_NE(told().find("/nc/part.ngc has come to its end"), std::string::npos);
+  place.ended = false;
+  place.block = 0;
+  EXPECT_NE(told().find("had not begun its first line"), std::string::npos);
+}
+
 TEST_F(Places, ALineThatIsFarEnoughBeforeIsFound) {
   EXPECT_EQ(entry(second_pass(), 1).block, 5u) << "2 mm of the line are done";
   EXPECT_EQ(entry(second_pass(), 1).line, 4u);
