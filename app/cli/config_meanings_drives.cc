@@ -102,6 +102,9 @@ const ChapterMeaning kDriveMeanings = {
              {"inputs_on", "Bits of its 0x60FD that are on.", "none", "numbers, 0 to 31"},
              {"serial", "Its serial number, for `trunnion can lss`; 0: by the data sheet."},
              {"without_id", "Whether nobody has given it its node id yet: it waits for `trunnion can lss`."},
+             {"stores",
+              "Whether it keeps what it is told to store, by LSS and by 0x1010. Else it refuses, as one "
+              "whose memory is broken."},
              {"switches_swapped", "Whether each limit switch is wired to the input of the other end."},
              {"falls", "The way in which the axis falls when neither its drive nor its brake holds it."},
              {"brake_release_s", "With `falls`: how long the brake really takes to let go."},

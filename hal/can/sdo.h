@@ -27,10 +27,10 @@ inline constexpr std::uint32_t kToggle = 0x05030000, kTimeout = 0x05040000, kCom
                                kBlockSize = 0x05040002, kSequence = 0x05040003, kCrc = 0x05040004,
                                kMemory = 0x05040005, kAccess = 0x06010000, kWriteOnly = 0x06010001,
                                kReadOnly = 0x06010002, kNoObject = 0x06020000, kNotMappable = 0x06040041,
-                               kPdoLength = 0x06040042, kLength = 0x06070010, kTooLong = 0x06070012,
-                               kTooShort = 0x06070013, kNoSub = 0x06090011, kValueRange = 0x06090030,
-                               kValueHigh = 0x06090031, kValueLow = 0x06090032, kGeneral = 0x08000000,
-                               kStore = 0x08000020, kState = 0x08000022;
+                               kPdoLength = 0x06040042, kHardware = 0x06060000, kLength = 0x06070010,
+                               kTooLong = 0x06070012, kTooShort = 0x06070013, kNoSub = 0x06090011,
+                               kValueRange = 0x06090030, kValueHigh = 0x06090031, kValueLow = 0x06090032,
+                               kGeneral = 0x08000000, kStore = 0x08000020, kState = 0x08000022;
 }
 /// What the code means, in words.
 std::string_view sdo_abort_text(std::uint32_t code);

@@ -42,7 +42,7 @@ struct MotorTruth {
   HangingLoad::Config load;
   std::uint32_t inputs_on = 0;
   std::uint32_t serial = 0;
-  bool without_id = false, switches_swapped = false;
+  bool without_id = false, stores = true, switches_swapped = false;
 };
 
 HangingLoad::Config read_load(const ConfigTable& table, double unit, double period_s) {
@@ -102,6 +102,7 @@ std::vector<std::vector<MotorTruth>> read_motors(const Machine& machine, const C
         out[b][i].inputs_on = read_inputs_on(table);
         out[b][i].serial = static_cast<std::uint32_t>(table.integer("serial", 0, Range{0, 4294967295.0}));
         out[b][i].without_id = table.boolean("without_id", false);
+        out[b][i].stores = table.boolean("stores", true);
         out[b][i].switches_swapped = table.boolean("switches_swapped", false);
         out[b][i].start = unit * table.number(fmt::format("start_offset_{}", suffix), 0.0, kAnyNumber);
         out[b][i].switch_offset =
@@ -169,6 +170,7 @@ std::vector<std::vector<std::unique_ptr<EmulatedNode>>> make_emulated_nodes(cons
       emulated.pdo_habits = node.pdo_habits;
       emulated.serial = truth.serial;
       emulated.without_id = truth.without_id;
+      emulated.stores = truth.stores;
       emulated.bitrate = static_cast<int>(std::lround(bus.bitrate));
       out.back().push_back(std::make_unique<EmulatedNode>(emulated));
     }

@@ -18,6 +18,7 @@ EmulatedNode::EmulatedNode(const Config& config)
       sdo_(config.id, store_, [](ObjectKey) {}),
       lss_(lss_config()) {
   store_.set_pdo_habits(config.pdo_habits);
+  store_.set_stores(config.stores);
 }
 
 EmulatedLss::Config EmulatedNode::lss_config() const {
@@ -27,6 +28,7 @@ EmulatedLss::Config EmulatedNode::lss_config() const {
   if (config_.serial != 0) out.identity[3] = config_.serial;
   out.node_id = config_.without_id ? lss::kNoNodeId : config_.id;
   out.bitrate = -1;
+  out.stores = config_.stores;
   return out;
 }
 

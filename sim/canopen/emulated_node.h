@@ -30,6 +30,7 @@ class EmulatedNode {
     PdoHabits pdo_habits = {};
     std::uint32_t serial = 0;  ///< of its identity; 0: the data sheet's
     bool without_id = false;   ///< nobody has given it its node id yet
+    bool stores = true;        ///< what it is told to, by LSS and by 0x1010; false: it refuses
     int bitrate = 0;           ///< of the bus; 0: one that the node does not know by number
     std::int64_t answer_delay_ns =
         20'000;  ///< from a SYNC or a request to the frame's way into the controller

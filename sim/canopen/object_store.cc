@@ -40,6 +40,7 @@ void ObjectStore::take_defaults(const ObjectDictionary& dictionary) {
 // What others may set and no PDO carries; setpoints are not stored (CiA 301, 7.5.2.13).
 std::uint32_t ObjectStore::save(ObjectKey key, std::int64_t signature) {
   if (signature != kSave) return sdo_abort::kStore;
+  if (!stores_) return sdo_abort::kHardware;
   for (const auto& [object, entry] : dictionary_.entries) {
     const bool communication = object.index < 0x2000, is_0x1010 = object.index == 0x1010;
     const bool wanted = key.sub == 1 || (key.sub == 2 ? communication : !communication);

@@ -31,6 +31,8 @@ class ObjectStore {
   /// Power-on values, or what was stored since (0x1010), of everything or of the communication profile area
   /// only (0x1000 to 0x1FFF).
   void restore(bool communication_only);
+  /// The memory behind 0x1010 is broken (`stores` false): "save" is refused.
+  void set_stores(bool stores) { stores_ = stores; }
   /// PDOs are mapped in this order or not at all, and some not at all.
   void set_pdo_habits(const PdoHabits& habits) { habits_ = habits; }
   /// Power-on values of the same node with another id.
@@ -47,6 +49,7 @@ class ObjectStore {
 
   ObjectDictionary dictionary_;
   int pdo_bytes_;
+  bool stores_ = true;
   PdoHabits habits_;
   std::map<std::uint16_t, std::ptrdiff_t> written_;  ///< by PDO, how far it has come in its order
   std::map<ObjectKey, std::vector<std::uint8_t>> values_, stored_;

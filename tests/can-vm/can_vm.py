@@ -8,7 +8,8 @@ controllers run on it instead (native.py). There the daemon brings up, homes and
 emulated drives of another process; candump records the bus. Then, on this side (bus_log.py): the setpoints on the
 bus are those of the replayed session and, if neither planner was late, those of `trunnion run`, to the count;
 tshark finds no malformed frame; SYNC periods are summed up. A case with faults shows that each one is told and that
-`reset` brings the machine back. Exit code 77 (skipped) where QEMU or the kernel package cannot be had.
+`reset` brings the machine back. The case "lss" needs no daemon: node ids and parameters that stay in a node
+(lss_session.py). Exit code 77 (skipped) where QEMU or the kernel package cannot be had.
 """
 import os
 import pathlib
@@ -20,6 +21,7 @@ from dataclasses import dataclass
 
 import bus_log
 import guest
+import lss_session
 import native
 
 VCAN = "/bin/ip link add dev {0} type vcan; /bin/ip link set {0} txqueuelen 1000 up\n"
@@ -204,15 +206,8 @@ def run_case(name, case, build, source, cache):
         files.update({name: source / "tests/can-vm" / name for name in ("python_node.py", "bus_fuzzer.py")})
     script = SCRIPT.format(setup=case.setup, log=case.log, drives=case.drives, peers=case.peers, script=case.script,
                            socket_test="" if case.setup == KVASER else SOCKET_TEST)
-    begin = time.time()
-    if native.has_virtual_can() and case.setup != KVASER:
-        where = "host"
-        native.run(work, build, files, script)
-    else:
-        where = "guest"
-        boot_guest(work, guest.kernel_folder(cache), case, build, files, script)
+    run_session(name, case.setup, build, cache, files, script)
     console = (work / "console.log").read_text()
-    print(f"{name}: {where} ran {time.time() - begin:.0f} s", flush=True)
     for line in console.splitlines():
         if not line.startswith(("{", " ")):
             print("  |", line)
@@ -221,8 +216,29 @@ def run_case(name, case, build, source, cache):
     return judge(case, work, build)
 
 
-def boot_guest(work, root, case, build, files, script):
-    driver = "kvaser_pci" if case.setup == KVASER else "vcan"  # each takes the name can0
+def run_lss(name, build, source, cache):
+    work = cache / name
+    work.mkdir(parents=True, exist_ok=True)
+    setup = VCAN.format("can0")
+    run_session(name, setup, build, cache, lss_session.files(source), lss_session.script(setup))
+    return lss_session.judge(work)
+
+
+def run_session(name, setup, build, cache, files, script):
+    work, begin = cache / name, time.time()
+    for log in work.glob("*.log"):
+        log.unlink()  # of the last time: what does not come back must not be judged
+    if native.has_virtual_can() and setup != KVASER:
+        where = "host"
+        native.run(work, build, files, script)
+    else:
+        where = "guest"
+        boot_guest(work, guest.kernel_folder(cache), setup, build, files, script)
+    print(f"{name}: {where} ran {time.time() - begin:.0f} s", flush=True)
+
+
+def boot_guest(work, root, setup, build, files, script):
+    driver = "kvaser_pci" if setup == KVASER else "vcan"  # each takes the name can0
     programs = [build / "trunnion", build / "trunnion-drives", build / "test_hal"]
     guest.boot(work, root, guest.make_initramfs(work / "fs", root, programs, [driver], files, script))
 
@@ -277,7 +293,8 @@ def main():
         names = list(CASES)[1:]
     good = True
     for name in names:
-        good &= run_case(name, CASES[name], build, source, cache)
+        good &= (run_lss(name, build, source, cache) if name == "lss" else
+                 run_case(name, CASES[name], build, source, cache))
     print("passed" if good else "FAILED")
     return 0 if good else 1
 

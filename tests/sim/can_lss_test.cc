@@ -51,6 +51,7 @@ class Shelf {
     config.drive.counts_per_unit = 1000;
     config.serial = serial;
     config.without_id = without_id;
+    config.stores = stores;
     config.bitrate = 1'000'000;
     nodes_.push_back(std::make_unique<EmulatedNode>(config));
     bus.add(*nodes_.back());
@@ -82,6 +83,7 @@ class Shelf {
   VirtualBus bus{1e6};
   LssMaster master{20 * kMs};
   std::set<int> booted;
+  bool stores = true;  ///< of the nodes that are added from now on
 
  private:
   std::vector<std::unique_ptr<EmulatedNode>> nodes_;
@@ -331,6 +333,28 @@ TEST(CanStore, IsRefusedWithNodeObjectAndRemedy) {
   // Another word than "save" is refused by the node (CiA 301, 7.5.2.13).
   const std::vector<std::uint8_t> load = {'l', 'o', 'a', 'd'};
   EXPECT_EQ(node.store().write({0x1010, 1}, load), 0x08000020u);
+}
+
+TEST(CanStore, ANodeWhoseMemoryIsBrokenRefusesBothWays) {
+  Shelf shelf;
+  shelf.stores = false;
+  EmulatedNode& node = shelf.add(4, 5, true);
+  shelf.start();
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.find(now); }), "");
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.set_node_id(9, now); }), "");
+  const std::string by_lss = shelf.lss([](LssMaster& m, std::int64_t now) { m.store(now); });
+  EXPECT_NE(by_lss.find("the node cannot store by LSS"), std::string::npos) << by_lss;
+  ASSERT_EQ(shelf.lss([](LssMaster& m, std::int64_t now) { m.leave(now); }), "");
+  shelf.bus.run_until(shelf.bus.now_ns() + 20 * kMs);
+  ASSERT_EQ(node.active_id(), 9);
+  node.store().set({0x6085, 0}, 777);
+  const std::string told = refusal(shelf, 9, StoredPart::kApplication);
+  EXPECT_NE(told.find("node 9: 0x1010:3 was told to save, and refuses: SDO abort 0x06060000"),
+            std::string::npos)
+      << told;
+  shelf.power_cycle(node);
+  EXPECT_EQ(node.active_id(), lss::kNoNodeId);
+  EXPECT_NE(node.store().integer({0x6085, 0}), 777);
 }
 
 // What is told to do instead is what the command's help has.
