@@ -67,10 +67,11 @@ void MachineController::hear_hold() {
 }
 
 // By the table, the tool that the program waits for is longer by this than the one before it, mm; 0 where it
-// waits for none. Its length is not in force yet, but it is in the spindle when the way back begins.
+// waits for none. Its length is not in force yet, but it is in the spindle when the way back begins. A typed
+// line has no place at which it could be begun anew: there the way back is the only one.
 double MachineController::incoming_longer_mm() {
   const ProgramStep* step = stands_for_tool() ? parts_.programs.step(present_step(report_)) : nullptr;
-  if (!step || !tables_) return 0;
+  if (!step || !tables_ || !placed_) return 0;
   const auto length_mm = [this](int number) -> std::optional<double> {
     if (number == 0) return 0;
     const auto& numbers = tables_->tool_number;

@@ -14,7 +14,8 @@ namespace trn {
 /// Of places that come faster than kGap the newest is written.
 class PlaceKeeper {
  public:
-  static constexpr double kGap_s = 0.05, kPatience_s = 2;
+  static constexpr double kGap_s = 0.05;    ///< between two records on disk
+  static constexpr double kPatience_s = 2;  ///< with a disk that is slow
 
   explicit PlaceKeeper(std::string path);
   /// What was noted is on disk then.

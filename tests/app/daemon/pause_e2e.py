@@ -290,6 +290,20 @@ class PauseTest(unittest.TestCase):
                 self.assertEqual(shop.parameter(5400), 2)
                 self.assertAlmostEqual(shop.joints()[2], 90 + shop.length(2), places=6)
 
+    def test_a_tool_that_was_typed_is_confirmed_behind_a_jog(self):
+        with Shop() as shop:
+            shop.start()
+            for before in (0, 2):  # none, and another one
+                shop.ask("tool", str(before), "--in-spindle")
+                shop.ask("mdi", "T1 M6")
+                shop.until(lambda s: "tool 1" in s["waits_for"])
+                stood = shop.joints()
+                shop.ask("jog", "Z", "40", "--wait")
+                shop.ask("resume")
+                shop.until(lambda s: s["state"] == "idle")
+                self.assertEqual(shop.parameter(5400), 1)
+                self.assertAlmostEqual(shop.joints()[2], stood[2], places=6)
+
     def test_where_the_path_is_planned_offsets_are_refused_at_once(self):
         with Shop() as shop:
             shop.start()
