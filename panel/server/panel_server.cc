@@ -46,9 +46,10 @@ constexpr std::size_t kUploadMax = 64U << 20, kLogInMax = 4096, kPeerMax = 64;
 constexpr unsigned kContinue = 100, kDone = 200, kBadRequest = 400, kNoVisitor = 401, kForbidden = 403,
                    kNotFound = 404, kOnlyGet = 405, kConflict = 409, kTooLong = 413, kTooOften = 429,
                    kBusy = 503;
-constexpr int kCloseNoVisitor = 4401,
-              kCloseBusy = 4503;                 // RFC 6455, 7.4.2: from 4000 on they are the application's
+// RFC 6455, 7.4.2: from 4000 on they are the application's.
+constexpr int kCloseNoVisitor = 4401, kCloseTooLate = 4408, kCloseBusy = 4503;
 constexpr std::string_view kMapped = "::ffff:";  // before an address of IPv4 (RFC 4291, 2.5.5.2)
+constexpr std::string_view kTooLateText = "The page said its key too late: try again.";
 constexpr std::string_view kOverText = "This session is over: log in again.";
 constexpr std::string_view kQueryText =
     "No request has a query here, and no key belongs in one, where logs keep it: it stands behind the '#'.\n";
@@ -355,8 +356,11 @@ int PanelServer::write_page(lws* wsi) {
   const auto found = sockets_.find(wsi);
   if (found == sockets_.end()) return -1;
   const PageId page = found->second.page;
-  if (is_over(found->second))
+  if (is_over(found->second)) {
+    // A browser on a busy computer may be this slow: its key is not wrong, so it may come again by itself.
+    if (page == 0 && !door_.log_in()) return close_stream(wsi, kCloseTooLate, kTooLateText);
     return close_stream(wsi, kCloseNoVisitor, page == 0 ? door_.refusal() : kOverText);
+  }
   if (page == 0) return 0;
   if (state_.overflown(page)) return -1;
   const std::optional<std::string> text = state_.next(page);

@@ -5,7 +5,7 @@ import { join } from "node:path";
 
 export const kPatienceMs = 30000;
 
-/** `open` opens a page of the panel with its key; `complaints` is what the browser says against the page. */
+/** `open` opens a page of the panel with its key, `before` runs in it before anything else; `complaints` is what the browser says against the page. */
 export async function launch(origin, key, sources) {
   const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");
   const browser = await chromium.launch({
@@ -13,8 +13,9 @@ export async function launch(origin, key, sources) {
     args: ["--no-sandbox", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"],
   });
   const complaints = [];
-  const open = async (size, options = {}) => {
+  const open = async (size, options = {}, before = () => {}) => {
     const context = await browser.newContext({ viewport: size, colorScheme: "dark", ...options });
+    await context.addInitScript(before);
     const page = await context.newPage();
     page.setDefaultTimeout(kPatienceMs);
     page.on("pageerror", (error) => complaints.push(String(error.stack ?? error)));

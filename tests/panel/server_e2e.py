@@ -17,7 +17,7 @@ from page_client import Page, get, post
 from panel_bench import PanelBench
 
 BINARY, SOURCE = "", ""
-NO_KEY = 4401
+NO_KEY, TOO_LATE = 4401, 4408
 NO_KEY_TEXT = "This page has no key, or not this panel's: open the address that 'trunnion panel' printed."
 
 
@@ -92,7 +92,7 @@ class WholePanel(PanelTest):
     def test_who_says_no_key_is_not_waited_for(self):
         page = self.page(key=None)
         self.assertEqual(page.until_closed(), [])
-        self.assertEqual(page.closed, (NO_KEY, NO_KEY_TEXT))
+        self.assertEqual(page.closed, (TOO_LATE, "The page said its key too late: try again."))
 
     def test_many_who_say_no_key_are_not_let_in(self):
         lines = [self.page(key=None).status_line for _ in range(20)]
