@@ -128,6 +128,10 @@ std::string run_sentence(const SimulationResult& r, const Machine& machine, cons
 }
 
 std::string run_summary(const SimulationResult& r, const Machine& machine, const std::string& program) {
+  // Where nothing deviates there is no line either.
+  const auto at = [](const auto& worst) {
+    return worst.line > 0 ? fmt::format(" at line {}", worst.line) : "";
+  };
   std::string out = fmt::format("{} on {}\n", program, machine.name);
   out += fmt::format("  cycle time       {}  ({} periods of {:g} ms)\n", duration(r.cycle_time_s), r.periods,
                      1e3 * machine.period_s);
@@ -135,13 +139,12 @@ std::string run_summary(const SimulationResult& r, const Machine& machine, const
   out +=
       fmt::format("  simulated        in {:.2f} s, {:.1f} times faster than real time (planning {:.2f} s)\n",
                   r.wall_s, speed_up(r), r.planning_s);
-  out += fmt::format(
-      "  tip deviation    {:.6f} mm at line {} ({:.1f} % of the tolerance); exact modes {:.1e} mm\n",
-      r.deviation.tip_mm.value, r.deviation.tip_mm.line, 100 * r.deviation.tip_ratio.value,
-      r.deviation.tip_exact_mm.value);
+  out += fmt::format("  tip deviation    {:.6f} mm{} ({:.1f} % of the tolerance); exact modes {:.1e} mm\n",
+                     r.deviation.tip_mm.value, at(r.deviation.tip_mm), 100 * r.deviation.tip_ratio.value,
+                     r.deviation.tip_exact_mm.value);
   out +=
-      fmt::format("  axis deviation   {:.6f} deg at line {} ({:.1f} % of the tolerance)\n",
-                  r.deviation.axis_deg.value, r.deviation.axis_deg.line, 100 * r.deviation.axis_ratio.value);
+      fmt::format("  axis deviation   {:.6f} deg{} ({:.1f} % of the tolerance)\n", r.deviation.axis_deg.value,
+                  at(r.deviation.axis_deg), 100 * r.deviation.axis_ratio.value);
   out += fmt::format("  starvations      {}; stops to wait for a better plan: {}\n", r.starvations,
                      r.speed.fallbacks);
   out += "  joint    worst ratio to the limit                        time at the limit, %\n";
