@@ -40,6 +40,23 @@ def packet_of(machine, channel, payload):
     return b"LC02\0\0\0\1" + f"{machine}.{channel}".encode() + b"\0" + payload
 
 
+def as_json(message):
+    """The message as our clients write it with --json: fields of a list are brought together."""
+    values = {name: list(value) if isinstance(value, (tuple, map)) else value  # of truth values it is a map
+              for name, value in ((name, getattr(message, name)) for name in message.__slots__)}
+    lists = {name.removesuffix("count"): name for name in values if name.endswith("_count")}
+    out = {}
+    for name, value in values.items():
+        prefix = next((one for one in lists if name.startswith(one) and name != lists[one]), None)
+        if prefix and isinstance(value, list):
+            entries = out.setdefault(prefix[:-1] + "s", [{} for _ in value])
+            for entry, element in zip(entries, value):
+                entry[name.removeprefix(prefix)] = element
+        elif name not in lists.values():
+            out[name] = value
+    return out
+
+
 class DaemonSocket:
     """`machine`: its name; `path`: of the socket."""
 
@@ -69,18 +86,21 @@ class DaemonSocket:
     def send(self, packet):
         self.socket.send(packet)
 
-    def hear(self, duration_s, channel):
-        """The messages of one channel that come in this time."""
-        heard, end = [], time.time() + duration_s
+    def messages(self, duration_s, channel):
+        """Yields the messages of one channel as they come, until this time is over or the daemon has gone."""
+        end = time.time() + duration_s
         while (left := end - time.time()) > 0:
             self.socket.settimeout(left)
             try:
                 data = self.socket.recv(70000)
-            except TimeoutError:
-                break
+            except (TimeoutError, ConnectionError):
+                return
             if not data:
-                break
+                return
             name, payload = data[8:].split(b"\0", 1)
             if name.decode() == f"{self.machine}.{channel}":
-                heard.append(TYPES[channel].decode(payload))
-        return heard
+                yield TYPES[channel].decode(payload)
+
+    def hear(self, duration_s, channel):
+        """The messages of one channel that come in this time."""
+        return list(self.messages(duration_s, channel))

@@ -59,6 +59,21 @@ class Shop(Bench):
         self.process.wait()
 
 
+def held_jog(shop, joint, *arguments):
+    """A client that jogs, once the joint has moved by 2 mm, four times as far as without a word of its client. A busy
+    host may keep it from saying in time that it is there: then the machine stops, rightly, and it is tried again."""
+    for _ in range(5):
+        before = shop.joints()[joint]
+        client = subprocess.Popen([BINARY, "jog", *arguments, "--speed", "5", "--machine", shop.config],
+                                  stderr=subprocess.PIPE, text=True)
+        shop.until(lambda s: s["state"] != "idle")
+        if shop.until(lambda s: s["state"] == "idle" or abs(shop.joints()[joint] - before) > 2)["state"] != "idle":
+            return client
+        client.kill()
+        client.communicate()
+    raise AssertionError(f"the jog ends by itself\n{shop.log_text()}")
+
+
 def assert_replays(test, shop, record, log, least):
     """The session's log, replayed, moves the joints by the same bits. Returns the recorded places, `least` of them."""
     again = os.path.join(shop.folder.name, "again.csv")
@@ -255,17 +270,11 @@ class OperatorTest(unittest.TestCase):
     def test_a_held_jog_ends_when_it_is_let_go_and_when_its_client_dies(self):
         with Shop() as shop:
             shop.start()
-            held = [BINARY, "jog", "Y", "-", "--speed", "5", "--machine", shop.config]
-            limits = re.compile("until Ctrl-C, or its limit")
             for end in (signal.SIGINT, signal.SIGKILL, signal.SIGSTOP):
                 with self.subTest(end=end):
-                    before = shop.joints()[1]
-                    client = subprocess.Popen(held, stderr=subprocess.PIPE, text=True)
+                    client = held_jog(shop, 1, "Y", "-")
                     try:
-                        self.assertRegex(client.stderr.readline(), limits)
-                        shop.until(lambda s: s["state"] == "jogging")
-                        while abs(shop.joints()[1] - before) < 2:  # four times as far as without a word of its client
-                            pass
+                        self.assertIn("until Ctrl-C, or its limit", client.stderr.readline())
                         client.send_signal(end)
                         if end == signal.SIGINT:
                             self.assertEqual(client.wait(20), 0)
@@ -277,7 +286,7 @@ class OperatorTest(unittest.TestCase):
                         client.kill()
                         client.wait()
                         client.stderr.close()
-            self.assertEqual(shop.log_text().count("the jog of Y is ended: its client went silent"), 2)
+            self.assertGreaterEqual(shop.log_text().count("the jog of Y is ended: its client went silent"), 2)
 
     def test_jogs_add_up_and_several_joints_move_at_once(self):
         with Shop() as shop:
@@ -315,13 +324,8 @@ class OperatorTest(unittest.TestCase):
             self.assertAlmostEqual(abs(moved[1]), 4, places=5, msg="the work lies turned by 90 degrees")
             for end in (signal.SIGINT, signal.SIGKILL):
                 with self.subTest(end=end):
-                    client = subprocess.Popen([BINARY, "jog", "Z", "+", "--along", "tool", "--speed", "5", "--machine",
-                                               shop.config], stderr=subprocess.PIPE, text=True)
+                    client = held_jog(shop, 2, "Z", "+", "--along", "tool")
                     try:
-                        shop.until(lambda s: s["state"] == "running")
-                        before = shop.joints()[2]
-                        while abs(shop.joints()[2] - before) < 2:
-                            pass
                         client.send_signal(end)
                         if end == signal.SIGINT:
                             self.assertEqual(client.wait(20), 0)
@@ -425,7 +429,7 @@ class OperatorTest(unittest.TestCase):
                     told = shop.ask("status")
                     self.assertIn("cycle_overrun", told)
                     self.assertRegex(told, r"cure +give the process real-time rights")
-                    self.assertIn("real-time", status["fault_remedy"])
+                    self.assertIn("real-time", json.loads(shop.ask("status", "--json"))["fault_remedy"])
                 shop.kill()
 
     def test_single_block_does_not_hold_what_is_typed_in(self):
