@@ -3,7 +3,7 @@ import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { join } from "node:path";
 
-export const kPatienceMs = 30000;
+export const kPatienceMs = 90000;  // a busy host needs half a minute to load a page
 
 /** `open` opens a page of the panel with its key, `before` runs in it before anything else; `complaints` is what the browser says against the page. */
 export async function launch(origin, key, sources) {

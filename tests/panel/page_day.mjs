@@ -5,12 +5,12 @@
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { join } from "node:path";
+import { kPatienceMs } from "./page_browser.mjs";
 
 const [origin, key, sources, output, program, cycle] = process.argv.slice(2);
 const cycleTime = Number(cycle);
 const address = `${origin}/#key=${key}`;
 const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");
-const kPatienceMs = 30000;
 const kWork = { width: 1280, height: 800 };
 const kTablet = { width: 820, height: 1180 };
 

@@ -4,7 +4,7 @@
 //
 // BODIES: the boxes of a cradle's drawings, [[low, high], ...]: base, table, joint A, joint Z.
 import assert from "node:assert/strict";
-import { launch } from "./page_browser.mjs";
+import { kPatienceMs, launch } from "./page_browser.mjs";
 
 const [origin, key, sources, picture, how, bodies] = process.argv.slice(2);
 
@@ -32,7 +32,7 @@ function near(boxes, wanted) {
 
 async function lieAsDrawn(page, wanted) {
   let seen = { boxes: [], castings: 1 };
-  for (const end = Date.now() + 30000; seen.castings && Date.now() < end; ) seen = await drawn(page, 0, 0);
+  for (const end = Date.now() + kPatienceMs; seen.castings && Date.now() < end; ) seen = await drawn(page, 0, 0);
   assert.equal(seen.castings, 0, "our own castings stay");
   near(seen.boxes, wanted);
   // A turns by 90 degrees: what lay along +Y points to +Z. Z moves up by 100.

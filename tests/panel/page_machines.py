@@ -14,7 +14,7 @@ import sys
 from page_client import get
 from panel_bench import PanelBench
 
-TIMEOUT_S = 120
+TIMEOUT_S = 300
 
 
 def drives_are_simulated(source, config):
