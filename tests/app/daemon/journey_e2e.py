@@ -23,12 +23,11 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-import operator_e2e  # noqa: E402
 import pause_e2e  # noqa: E402
 from daemon_e2e import rows  # noqa: E402
-from operator_e2e import Shop  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 from pause_e2e import until_accepted  # noqa: E402
+from shop import Shop  # noqa: E402
 
 BINARY = ""
 PART = """G21 G90 G64 P0.001 G17
@@ -302,7 +301,7 @@ class KillsTest(unittest.TestCase):
 
 if __name__ == "__main__":
     BINARY = os.path.abspath(sys.argv[1])
-    for module in (daemon_e2e, operator_e2e, pause_e2e):
+    for module in (daemon_e2e, pause_e2e):
         module.BINARY, module.SOURCE = BINARY, os.path.abspath(sys.argv[2])
     enter_own_network()
     names = [f"{'KillsTest' if 'kills' in name else 'JourneyTest'}.{name}" for name in sys.argv[3:]] or None

@@ -18,10 +18,9 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-import operator_e2e  # noqa: E402
 from daemon_e2e import rows  # noqa: E402
-from operator_e2e import Shop, assert_replays  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
+from shop import Shop, assert_replays  # noqa: E402
 
 BINARY = ""
 PASSES = """G21 G90 G64 P0.001 G17
@@ -440,8 +439,7 @@ def distance_from(q, line):
 
 if __name__ == "__main__":
     BINARY = os.path.abspath(sys.argv[1])
-    for module in (daemon_e2e, operator_e2e):
-        module.BINARY, module.SOURCE = BINARY, os.path.abspath(sys.argv[2])
+    daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, os.path.abspath(sys.argv[2])
     enter_own_network()
     names = [f"PauseTest.{name}" for name in sys.argv[3:]] or None
     unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)

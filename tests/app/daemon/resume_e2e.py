@@ -17,12 +17,11 @@ import numpy as np
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-import operator_e2e  # noqa: E402
 import pause_e2e  # noqa: E402
 from daemon_e2e import rows  # noqa: E402
-from operator_e2e import Shop, assert_replays  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 from pause_e2e import PASSES, distance_from, places, run_undisturbed  # noqa: E402
+from shop import Shop, assert_replays  # noqa: E402
 
 
 class ResumeTest(unittest.TestCase):
@@ -352,7 +351,7 @@ def places_of(shop):
 
 
 if __name__ == "__main__":
-    for module in (daemon_e2e, operator_e2e, pause_e2e):
+    for module in (daemon_e2e, pause_e2e):
         module.BINARY, module.SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     enter_own_network()
     names = [f"ResumeTest.{name}" for name in sys.argv[3:]] or None

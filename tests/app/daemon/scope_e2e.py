@@ -20,9 +20,8 @@ import xml.etree.ElementTree
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-import operator_e2e  # noqa: E402
-from operator_e2e import Shop  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
+from shop import Shop  # noqa: E402
 
 BINARY = SOURCE = ""
 PROGRAM = "G21 G90 G61.1\nG1 X0 F6000\nG4 P0.5\nG1 X50\nG1 Y20\nG1 X0 Y0\nM2\n"
@@ -193,7 +192,6 @@ class ScopeTest(unittest.TestCase):
 if __name__ == "__main__":
     BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
-    operator_e2e.BINARY, operator_e2e.SOURCE = BINARY, SOURCE
     enter_own_network()
     names = [f"ScopeTest.{name}" for name in sys.argv[3:]] or None
     unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)

@@ -16,9 +16,8 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-import operator_e2e  # noqa: E402
-from operator_e2e import Shop, assert_replays  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
+from shop import Shop, assert_replays  # noqa: E402
 
 BINARY = SOURCE = ""
 SQUARE = "G21 G90 G61.1\nG1 X10 F600\nY10\nX0\nY0\nG4 P1\nG0 X50\nG0 X0\nM2\n"
@@ -276,7 +275,6 @@ class StateTest(unittest.TestCase):
 if __name__ == "__main__":
     BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
-    operator_e2e.BINARY, operator_e2e.SOURCE = BINARY, SOURCE
     enter_own_network()
     names = [f"StateTest.{name}" for name in sys.argv[3:]] or None
     unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)

@@ -14,9 +14,8 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
-import operator_e2e  # noqa: E402
-from operator_e2e import Shop  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
+from shop import Shop  # noqa: E402
 
 BINARY = SOURCE = ""
 MECHANISM = """
@@ -80,7 +79,6 @@ class TuneTest(unittest.TestCase):
 if __name__ == "__main__":
     BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
     daemon_e2e.BINARY, daemon_e2e.SOURCE = BINARY, SOURCE
-    operator_e2e.BINARY, operator_e2e.SOURCE = BINARY, SOURCE
     enter_own_network()
     names = [f"TuneTest.{name}" for name in sys.argv[3:]] or None
     unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)
