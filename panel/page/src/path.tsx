@@ -89,7 +89,7 @@ function PlanCard({ plan, mode }: { plan: Plan; mode: Colouring }) {
       <Legend plan={plan} mode={mode} />
       <h2>What limits, of the time</h2>
       <Limits plan={plan} />
-      <h2>{outside.length ? `Leaves the range of ${outside.map((joint) => joint.name).join(", ")}` : "Way of each joint in its range"}</h2>
+      <h2>{outside.length ? `Leaves the range of ${outside.map((joint) => joint.name).join(", ")}` : "Travel of each joint in its range"}</h2>
       <Ranges plan={plan} />
     </aside>
   );
