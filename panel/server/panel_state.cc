@@ -383,7 +383,7 @@ void PanelState::watch_jogs() {
     put(page, {{"type", "message"},
                {"time_us", now_us()},
                {"kind", "dead_man"},
-               {"text", "The jog was stopped: the page said for too long no more that somebody holds it."}});
+               {"text", "The jog was stopped: the page no longer says that somebody holds the button."}});
   }
 }
 
