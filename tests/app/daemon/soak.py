@@ -28,8 +28,10 @@ SAMPLES_FOR_SLOPE = 300
 PARTS_FOR_SLOPE = 20
 CLIENT_PATIENCE_S = 5
 # The daemon keeps its last 4,096 answers, so that a command that is heard twice is obeyed once
-# (app/daemon/reply_cache.h). Until they are there, and as long as they may become, memory grows by 1 MB.
+# (app/daemon/reply_cache.h), and the last 2,048 steps of programs, which somebody may go back along
+# (kernel/retrace.h). Until they are there, memory grows by some MB.
 FIRST_COMMANDS = 8000
+MANY_STEPS = "G21 G91 G94\n" + "G1 X0.1 Y0.05 F6000\nG1 X-0.1 Y0.05\n" * 1200 + "M2\n"
 FIRST_HZ = 120  # one client may ask for 200
 
 
@@ -103,7 +105,11 @@ class Operator:
 
 
 def warm_up(bench, operator):
-    """Commands as the operator's, without a process for each."""
+    """A long program, then commands as the operator's, without a process for each."""
+    bench.ask("load", bench.write("many.ngc", MANY_STEPS))
+    bench.ask("start")
+    bench.until(lambda status: status["state"] == "running", 60)
+    bench.until(lambda status: status["state"] == "idle", 300)
     verbs = command_t
     with DaemonSocket.of(bench) as client:
         for sequence in range(1, FIRST_COMMANDS + 1):
