@@ -135,6 +135,7 @@ void Cycle::obey(const RtCommand& command) TRN_RT {
 void Cycle::start(bool typed_in) TRN_RT {
   if (motion_ != MotionState::kRest) return;
   if (latched_.fault == Fault::kOk) motion_ = MotionState::kMoving;
+  report_source({});  // nothing of this program has been driven yet
   single_block_.begin(typed_in);
 }
 
@@ -368,11 +369,11 @@ void Cycle::pass_event() TRN_RT {
   TRN_CHECK(event.kind != Kind::kNone);
   if (event.kind == Kind::kProbeEnd && (probe_.touched() || io_.probe_found())) return end_probe();
   report_.waits_at = event;
+  report_source(interpolator_.event().source);
   if (arms_probe(event)) return;
   const auto outcome = obey_event(event);
   if (outcome == TickIo::Outcome::kWaits) return;
   report_.event = event;
-  report_source(interpolator_.event().source);
   if (outcome == TickIo::Outcome::kFailed) return latch(io_.failure(), -1);
   if (pauses_at(event)) {
     motion_ = MotionState::kPaused;  // the event stays in front until kResume

@@ -22,6 +22,7 @@ class SingleBlock {
   void begin(bool typed_in) TRN_RT {
     typed_in_ = typed_in;
     begins_ = true;
+    seen_ = {};
   }
   /// The next line that the motion meets is released.
   void release() TRN_RT { begins_ = true; }

@@ -182,21 +182,28 @@ CommandServer::Answer MachineController::delete_tool(int number, const Ticket& t
   return {acknowledge_t::WORKING, ""};
 }
 
-// At every new line or move, and once a second; and that the program has come to its end.
+// Only the tick knows that a program has come to its end: a stop may bring the machine to rest between two
+// looks at its state. A program that failed has ended too, but there its place counts.
+void MachineController::keep_end() {
+  if (ended_.empty()) return;
+  if (!status_.program_failed) {
+    counters_.part_made();
+    PlaceRecord ended;
+    ended.program = ended_;
+    ended.ended = true;
+    if (parts_.place) parts_.place->note(ended);
+  }
+  ended_.clear();
+}
+
+// At every new line or move, and once a second.
 void MachineController::note_place() {
   const bool file = !program_path_.empty() && status_.program == program_path_;
   const MachineState state = supervisor_.state();
   if (state == MachineState::kIdle && noted_.open && jobs_ + loads_ == 0) {
-    if (noted_.ran && file && !status_.program_failed) {
-      PlaceRecord ended;
-      ended.program = program_path_;
-      ended.ended = true;
-      if (parts_.place) parts_.place->note(ended);
-    }
     placed_.reset();
     noted_.open = false;
   }
-  noted_.ran = state == MachineState::kRunning;
   const std::uint32_t number = present_step(report_);
   if (!file || number == 0 || jobs_ > 0 || report_.detour != DetourState::kNone) return;
   const ProgramStep* step = parts_.programs.step(number);

@@ -554,6 +554,7 @@ void MachineController::poll() {
     status_.program_failed = true;
     if (parts_.programs.lost()) machine_event(Event::kStop);
   }
+  keep_end();
   for (const ProgramMessage& said : parts_.programs.take_messages()) {
     spdlog::info("the program says in line {}: {}", said.line, said.text);
     status_.message = said.text;

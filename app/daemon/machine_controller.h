@@ -132,6 +132,7 @@ class MachineController {
   bool stands_for_tool() const;
   Answer confirm_tool(const Ticket& ticket);
   void keep_beginning(const std::string& path) const;
+  void keep_end();
   void hear_wait(const CycleReport& report);
   void hear_progress(const CycleReport& report);
   void hear_probe(const CycleReport& report, const ProgramStep* step);
@@ -175,7 +176,6 @@ class MachineController {
     Words stood_at = Words::Zero();  ///< path point of the last record
     bool on_path = false;            ///< `was_at` is known
     bool open = false;               ///< the record tells of a program that has not ended
-    bool ran = false;                ///< when it was last looked
     Clock::time_point next;
   };
   /// What a job of the program worker is for. Motion that is about to begin makes older reports meaningless.
@@ -219,6 +219,7 @@ class MachineController {
   std::string program_path_, program_mark_;
   Noted noted_;                                          ///< what the record of the place was last told
   std::optional<PlaceRecord> placed_;                    ///< that record
+  std::string ended_;                                    ///< program that came to its end since the last poll
   std::uint32_t from_line_ = 0;                          ///< of the loaded program; 0: from its start
   std::vector<BlockDeleteChange> block_delete_changes_;  ///< since it began
   MeasuredValues measured_;                              ///< the same, with how the program found the tables

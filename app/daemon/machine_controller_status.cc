@@ -112,8 +112,7 @@ void MachineController::hear_progress(const CycleReport& report) {
   if (follows_program(report) && !follows_program(report_)) counters_.program_begins();
   if (at_work && report.motion == MotionState::kMoving) counters_.program_ran(parts_.machine.period_s);
   const bool ended = report.event.kind == QueueEvent::Kind::kProgramEnd && report.fault == Fault::kOk;
-  if (ended && status_.program == program_path_ && !program_path_.empty() && !status_.program_failed)
-    counters_.part_made();
+  if (ended && status_.program == program_path_) ended_ = program_path_;
   const ProgramStep* step = parts_.programs.step(present_step(report));
   const OverrideShares shares{status_.override_wanted, status_.rapid_override, status_.adaptive_feed,
                               status_.spindle_override};

@@ -209,6 +209,19 @@ TEST_P(EveryConfig, EmergencyStopIsLatchedUntilItIsReset) {
   EXPECT_EQ(bench.report().fault, Fault::kOk);
 }
 
+// Whose program has yet to be planned.
+TEST_P(EveryConfig, AStartShowsNoLineOfTheProgramBefore) {
+  Bench bench(GetParam(), "\n\nG4 P0.01\nM2\n");
+  for (int i = 0; i < 1000; ++i) bench.cycle().tick();
+  ASSERT_EQ(bench.report().motion, MotionState::kRest);
+  ASSERT_EQ(bench.report().line, 4u) << "where it ended";
+  bench.cycle().post({RtCommand::Kind::kStart});
+  bench.cycle().tick();
+  EXPECT_EQ(bench.report().motion, MotionState::kMoving);
+  EXPECT_EQ(bench.report().line, 0u);
+  EXPECT_EQ(bench.report().step, 0u);
+}
+
 TEST_P(EveryConfig, ReportsThatNobodyTakesAreCounted) {
   Bench bench(GetParam(), wander(assemble(GetParam())));
   for (int i = 0; i < 20; ++i) bench.cycle().tick();  // now the ring is full

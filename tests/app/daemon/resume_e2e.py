@@ -8,6 +8,7 @@ Exit code 77 (skipped) where the kernel allows no network of the test's own.
 """
 import json
 import os
+import re
 import sys
 import time
 import unittest
@@ -311,6 +312,26 @@ class ResumeTest(unittest.TestCase):
                 shop.ask("mdi", "G0 X0", "--wait")
             self.assertIn(False, seen, "behind 0.8 s it is in a line")
             self.assertEqual(shop.end(), 0)
+
+    def test_a_stop_before_the_first_move_is_no_end_of_the_program(self):
+        """The machine rests again before anybody has seen it move; the line shown is none of the run before."""
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", PASSES))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 8)
+            shop.ask("stop", "--wait")
+            for pause_s in [0, 0, *np.random.default_rng(7).uniform(0, 0.3, 6)]:
+                shop.ask("start")
+                time.sleep(pause_s)
+                shop.ask("stop", "--wait")
+                code, _, err = shop.client("start", "--resume")  # nobody says yes
+                self.assertNotEqual(code, 0)
+                self.assertNotIn("has come to its end", err)
+            self.assertEqual(shop.status()["parts"], 0)
+            waits = re.findall(r"line (\d+): waits for the spindle", shop.log_text())
+            self.assertIn("2", waits)
+            self.assertEqual(set(waits) - {"0", "2"}, set(), shop.log_text())
 
     def test_what_has_changed_is_no_place_to_go_on(self):
         with Shop() as shop:
