@@ -97,12 +97,25 @@ void FaultKeeper::report(const CycleReport& report, const ScopeRing& ring) {
     due_period_ = report.period + static_cast<std::uint64_t>(std::llround(config_.after_fault_s / period_s_));
   }
   latched_ = faulty;
-  if (due_period_ && report.period >= *due_period_) keep(ring);
+  if (!due_period_ || report.period < *due_period_) return;
+  if (!worker_->idle()) return wait_for_disk(ring);
+  due_period_.reset();
+  keep(ring);
+}
+
+// One copy at a time: on a disk that hangs, fault upon fault would take the memory. While the ring has the
+// fault, its file can still be written.
+void FaultKeeper::wait_for_disk(const ScopeRing& ring) {
+  if (ring.first_from(fault_period_) > 0) return;
+  due_period_.reset();
+  spdlog::warn(
+      "what happened before the fault is not kept: the file of the fault before it is still being "
+      "written; the disk of {} is slow",
+      log_);
 }
 
 // The rows are copied here; what takes long is the thread's.
 void FaultKeeper::keep(const ScopeRing& ring) {
-  due_period_.reset();
   auto copy = std::make_shared<ScopeRing>(ring);
   const std::uint64_t trigger = fault_period_;
   worker_->post([copy, trigger, &table = table_, machine = machine_, log = log_, most = config_.fault_files] {

@@ -19,7 +19,8 @@ ScopeRecord record_of(const ScopeRing& ring, const SignalTable& table, const std
 
 /// On every fault, keeps what the scope has of the last seconds and a little after, in a file beside the
 /// session's log: LOG.fault1.csv, LOG.fault2.csv and so on. When there are as many as may be, the oldest
-/// goes. A thread of its own writes.
+/// goes. A thread of its own writes, one file at a time. A fault that comes meanwhile waits for it as long as
+/// the scope still has its period; then a warning says that nothing was kept of it.
 class FaultKeeper {
  public:
   FaultKeeper(const ScopeConfig& config, const Machine& machine, const SignalTable& table, std::string log);
@@ -33,6 +34,7 @@ class FaultKeeper {
 
  private:
   void keep(const ScopeRing& ring);
+  void wait_for_disk(const ScopeRing& ring);
 
   ScopeConfig config_;
   std::string machine_, log_;

@@ -26,6 +26,11 @@ bool Worker::busy() const {
   return busy_;
 }
 
+bool Worker::idle() const {
+  const std::lock_guard lock(mutex_);
+  return jobs_.empty() && !busy_;
+}
+
 void Worker::finish() {
   std::unique_lock lock(mutex_);
   idle_.wait(lock, [this] { return jobs_.empty() && !busy_; });

@@ -25,6 +25,8 @@ class Worker {
   void post(Job job);
   /// A job is at work. Until it is over, this cannot be destroyed.
   bool busy() const;
+  /// Neither is a job at work nor does one wait.
+  bool idle() const;
   /// Waits until all jobs are over.
   void finish();
   /// In the owner's thread: runs what finished jobs have left to do.
