@@ -74,7 +74,7 @@ std::string bad_values(const command_t& command, int joints) {
     return fmt::format("{} is no number: 0, 1, 2, ... is legal", command.value);
   if (command.frame < 0 || command.frame > command_t::PATH ||
       (command.frame && command.verb != command_t::JOG))
-    return fmt::format("frame {} is not known: a jog takes 0 to {}", command.frame, command_t::PATH);
+    return fmt::format("frame {} is not known: a jog takes 0 to {}", command.frame, +command_t::PATH);
   if (command.frame == command_t::PATH && command.alive_ms != 0)
     return "a jog along the path takes alive_ms 0: 'hold' stops it";
   if (command.alive_ms != 0 && (command.verb != command_t::JOG || !HeldJogs::legal(command.alive_ms)))
