@@ -121,7 +121,6 @@ void Lowering::send(const Words& to) {
   move_.from = words_;
   move_.to = to;
   words_ = to;
-  ++moves_;
   move_.feed.overrides = overrides_;
   move_.feed.overrides.per_turn = per_revolution_ && !geared_;
   ++move_.source.step;

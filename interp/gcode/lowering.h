@@ -39,8 +39,6 @@ class Lowering : public CanonSink {
 
   void put(const CanonCommand& command, std::uint32_t line) override;
 
-  std::uint64_t moves() const { return moves_; }
-
   /// After a probe move: the machine stands at these words (as in ProgramMove), not at the move's end.
   void stand_at(const Words& words) { words_ = words; }
   /// Such words in program coordinates and units.
@@ -102,7 +100,6 @@ class Lowering : public CanonSink {
   Words words_;  ///< where the machine stands
   ProgramMove move_;
   OverrideMode overrides_;
-  std::uint64_t moves_ = 0;
 };
 
 }  // namespace trn

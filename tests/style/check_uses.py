@@ -1,5 +1,7 @@
 #!/usr/bin/python3
-"""A file includes the header of every type of the project that it names, not one that happens to include that.
+"""A file includes the header of every type of the project that it names, not one that happens to include that. And
+it includes a header of every library in LIBRARIES whose namespace it names: with sources in groups, the compiler
+does not notice.
 
 What the header of the same name includes counts for a .cc and for its test. A type that is only declared (`class X;`)
 needs no header. `--mend` writes the missing lines. Errors as file:line.
@@ -19,6 +21,9 @@ NAMESPACE = re.compile(r"\b[a-z]\w*::")  # types begin with a capital letter
 # The face of the library, whose types have such names, too
 FACE = re.compile(r"^namespace trunnion \{|^#include <trunnion/", re.M)
 OUTSIDE = re.compile(r"\btrunnion::(?:\w+::)*\w+")
+LIBRARIES = {"spdlog": "spdlog/spdlog.h", "fmt": "fmt/format.h", "nlohmann": "nlohmann/json.hpp"}
+LIBRARY = re.compile(r"(?<![\w:])(" + "|".join(LIBRARIES) + r")::")
+OUTER = re.compile(r"^[ \t]*#[ \t]*include[ \t]+<([^>]+)>", re.M)
 WORD = re.compile(r"(?<![\w.>:])([A-Z]\w+)")
 
 
@@ -62,10 +67,23 @@ def missing(name, texts, where):
     return [(line, word, header) for header, (line, word) in out.items()]
 
 
+def missing_libraries(name, texts):
+    """(line, namespace, header) of each library that is named and of which nothing is included."""
+    included = "".join(f"<{header}>" for of in (name, *own_headers(name, texts)) for header in OUTER.findall(texts[of]))
+    out, code = {}, code_only(texts[name])
+    for match in LIBRARY.finditer(code):
+        word = match.group(1)
+        if f"<{word}/" not in included and word not in out:
+            out[word] = code.count("\n", 0, match.start()) + 1
+    return [(line, word, LIBRARIES[word]) for word, line in out.items()]
+
+
 def check(texts):
     where = definitions(texts)
     errors = []
     for name in sorted(texts):
+        for line, word, header in missing_libraries(name, texts):
+            errors.append(f"{name}:{line}: {word}:: is used, and <{header}> is not included")
         for line, word, header in missing(name, texts, where):
             errors.append(f'{name}:{line}: {word} is used, and "{header}" is not included')
     return errors

@@ -245,6 +245,13 @@ class UsesTest(unittest.TestCase):
             self.assertEqual(self.judged(text, name, **{"core/plant.h": own}), [])
 
 
+    def test_a_library_that_comes_in_through_another_header_is_told(self):
+        (error,) = self.judged('void say() { spdlog::info("full"); }\n')
+        self.assertIn("core/plant.cc:1: spdlog:: is used, and <spdlog/spdlog.h> is not included", error)
+        self.assertEqual(self.judged('#include <fmt/ranges.h>\nvoid say() { fmt::print("full"); }\n'), [])
+        self.assertEqual(self.judged('// As fmt::print.\nconst char* text = "fmt::print";\n'), [])
+
+
 class RealtimeTest(unittest.TestCase):
     HEADER = "class Pump {\n public:\n  double rate() const TRN_RT;\n  double level() const;\n};\n"
     SOURCE = """

@@ -1,5 +1,7 @@
 #include "interp/gcode/cutter/cutter_comp.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,6 +1,7 @@
 #include "interp/gcode/text/lexer.h"
 
 #include <fast_float/fast_float.h>
+#include <fmt/format.h>
 
 #include <array>
 

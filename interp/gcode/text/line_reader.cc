@@ -1,6 +1,7 @@
 #include "interp/gcode/text/line_reader.h"
 
 #include <fcntl.h>
+#include <fmt/format.h>
 #include <sys/stat.h>
 #include <unistd.h>
 

@@ -1,5 +1,7 @@
 #include "interp/gcode/text/expression.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <cstdlib>
 #include <functional>
