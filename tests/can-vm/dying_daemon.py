@@ -35,13 +35,15 @@ FAULTS = {"freeze": ("drive_fault", "drive_lost", "drive_dropped", "tick_late"),
           "interface_down": ("bus_down", "drive_lost")}
 
 
-def slowest_stop_s(config):
-    """From a joint's full speed by its own acceleration and jerk, the longest of all."""
+def slowest_stop_s(config, on_path):
+    """From a joint's full speed by its own acceleration and jerk, the longest of all. A drive's quick stop begins to
+    brake at once. A stop on the path keeps the joint's jerk: where it comes to full speed with full acceleration, it
+    first takes that back."""
     def stop(joint):
         unit = "deg" if "velocity_deg_s" in joint else "mm"
         v, a, j = (joint[f"{name}_{unit}_{power}"] for name, power in
                    (("velocity", "s"), ("acceleration", "s2"), ("jerk", "s3")))
-        return v / a + a / j
+        return v / a + (2 if on_path else 1) * a / j
     return max(map(stop, config["joint"]))
 
 
@@ -81,7 +83,7 @@ def main():
                                                 SCRIPT.format(rounds=rounds, seed=seed)))
     done = [json.loads(line) for line in (work / "rounds.log").read_text().splitlines()]
     config = tomllib.loads(text)
-    most_s = {kind: periods * config["machine"]["period_s"] + slowest_stop_s(config) + SLACK_S
+    most_s = {kind: periods * config["machine"]["period_s"] + slowest_stop_s(config, kind == "terminate") + SLACK_S
               for kind, periods in NOTICE_PERIODS.items()}
     good = len(done) == rounds
     if not good:
