@@ -69,10 +69,12 @@ class Operator {
     if (tell(command_of(command_t::MDI, 0, offsets_.next_line()))) offsets_.accepted();
   }
 
+  const std::string& one_of(const std::vector<std::string>& texts) {
+    return texts[static_cast<std::size_t>(dice_.below(static_cast<int>(texts.size())))];
+  }
+
   void run_program() {
-    const std::string& path =
-        world_.programs[static_cast<std::size_t>(dice_.below(static_cast<int>(world_.programs.size())))];
-    if (!tell(command_of(command_t::LOAD, 0, path))) {
+    if (!tell(command_of(command_t::LOAD, 0, one_of(world_.programs)))) {
       tell(command_of(dice_.below(2) == 0 ? command_t::STOP : command_t::RESET));
       return;
     }
@@ -80,7 +82,7 @@ class Operator {
   }
 
   void act() {
-    switch (dice_.below(16)) {
+    switch (dice_.below(22)) {
       case 0:
       case 1:
       case 2:
@@ -116,6 +118,15 @@ class Operator {
       case 13:
         tell(command_of(command_t::HOME, 0, "", dice_.below(4) - 1));
         return;
+      case 14:
+      case 15:
+        return go_aside();
+      case 16:
+        return go_on(command_of(command_t::LOAD, -1));
+      case 17:
+        return go_on(command_of(command_t::LOAD, 2 + dice_.below(20), one_of(world_.programs)));
+      case 18:
+        return note();
       default:
         return keep_offset();
     }
@@ -131,8 +142,56 @@ class Operator {
 
   void turn_a_switch() {
     const std::int8_t kSwitches[] = {command_t::SINGLE_BLOCK, command_t::OPTIONAL_STOP,
-                                     command_t::BLOCK_DELETE};
-    tell(command_of(kSwitches[dice_.below(3)], dice_.below(4) == 0));
+                                     command_t::BLOCK_DELETE, command_t::DRY_RUN, command_t::MACHINE_LOCK};
+    tell(command_of(kSwitches[dice_.below(5)], dice_.below(4) == 0));
+  }
+
+  // Holds, looks at the work from the side or goes back along the path, and goes on; or tries to.
+  void go_aside() {
+    static const std::vector<std::string> kLines = {"M5", "M3 S900", "M8", "M9", "G10 L20 P3 X0"};
+    static const std::vector<std::string> kWords = {"X", "Y", "Z"};
+    if (!tell(command_of(command_t::HOLD))) {
+      run_program();
+      dice_.think(900);
+      tell(command_of(command_t::HOLD));
+    }
+    for (int i = 1 + dice_.below(4); i > 0 && !world_.closing; --i) {
+      dice_.think(250);
+      command_t command = command_of(command_t::JOG, dice_.between(-10, 10));
+      switch (dice_.below(4)) {
+        case 0:
+          command = command_of(command_t::MDI, 0, one_of(kLines));
+          break;
+        case 1:
+          command.text = one_of(kWords);
+          command.frame = static_cast<std::int8_t>(1 + dice_.below(3));
+          if (dice_.below(2) == 0) command.alive_ms = 20 + dice_.below(200);
+          break;
+        case 2:
+          command.frame = command_t::PATH;
+          break;
+        default:
+          command.joint = dice_.below(3);
+          break;
+      }
+      tell(command);
+    }
+    dice_.think(250);
+    if (!world_.closing) tell(command_of(command_t::RESUME));
+  }
+
+  // A program from the place where one was given up, or from a line.
+  void go_on(command_t load) {
+    if (load.value < 0) load.speed = dice_.between(0, 5);
+    if (tell(load)) tell(command_of(command_t::START));
+  }
+
+  // What moves nothing.
+  void note() {
+    const std::int8_t kNotes[] = {command_t::ACKNOWLEDGE, command_t::PARTS, command_t::SPINDLE_OVERRIDE,
+                                  command_t::ADAPTIVE_FEED};
+    const std::int8_t verb = kNotes[dice_.below(4)];
+    tell(command_of(verb, verb >= command_t::ACKNOWLEDGE ? dice_.below(3) : dice_.between(0.5, 1)));
   }
 
   ClientWorld& world_;

@@ -12,14 +12,17 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <memory_resource>
 #include <thread>
 
 #include "app/daemon/daemon.h"
 #include "app/daemon/door.h"
+#include "app/daemon/place_keeper.h"
 #include "app/daemon/planner_thread.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
+#include "app/session/place_record.h"
 #include "app/session/replay.h"
 #include "app/session/session_log.h"
 #include "app/session/trace.h"
@@ -28,6 +31,7 @@
 #include "interp/gcode/tool_table.h"
 #include "kernel/cycle.h"
 #include "kernel/motion_queue.h"
+#include "kernel/retrace.h"
 #include "kernel/rt_messages.h"
 #include "sim/simulated_drives.h"
 #include "tests/support/paths.h"
@@ -46,6 +50,7 @@ namespace {
 constexpr std::size_t kQueueBlocks = 8192;
 constexpr double kFirstOffset_mm = 0.5;
 constexpr double kPatience_s = 5;  // of a client
+constexpr double kScope_s = 0.2;   // so that the record of a fault is soon written
 
 /// Everything that a seed decides at the beginning.
 struct Fate {
@@ -135,6 +140,7 @@ class Life {
   void judge_disk();
   void judge_replay(const std::string& machine);
   std::string vars() const { return folder_ + "/kept/mill.var"; }
+  std::string place() const { return folder_ + "/kept/mill.place"; }
   Means means() const { return {!fate_.on_can, fate_.on_can}; }
   std::string log() const { return folder_ + "/session.log"; }
   std::string trace() const { return folder_ + "/trace.csv"; }
@@ -176,6 +182,12 @@ void Life::judge_disk() {
   const Disk::Content left = Disk::of(vars().c_str())->after_power_cut(vars());
   if (const std::string bad = offsets_.judge(left.there, left.text); !bad.empty())
     Chronicle::finding("kept on disk", bad);
+  const Disk::Content place_left = Disk::of(place().c_str())->after_power_cut(place());
+  try {
+    if (place_left.there) parse_place(place_left.text, "the place of the program");
+  } catch (const std::exception& error) {
+    Chronicle::finding("kept on disk", error.what());
+  }
 }
 
 void Life::serve(Assembly& assembly) {
@@ -185,7 +197,8 @@ void Life::serve(Assembly& assembly) {
   auto plans = std::make_unique<RatePlannerThread>(assembly.plan_joints, assembly.machine.period_s);
   RatePlannerThread& rate_plans = *plans;
   assembly.rate_plans = std::move(plans);
-  MotionQueue queue(kQueueBlocks);
+  MotionQueue queue(kQueueBlocks + Retrace::kBlocksKept, std::pmr::get_default_resource(),
+                    Retrace::kBlocksKept);
   Door door(assembly.machine.name, assembly.access);
   Cycle cycle = make_cycle(assembly, queue, ProgramStops::kWait, drives, assembly.io.get(), rate_plans);
   SessionLog session_log(make_log_file(log()), session_head("machine", "", vars(), false));
@@ -197,6 +210,7 @@ void Life::serve(Assembly& assembly) {
   };
   TraceWriter record(trace(), assembly.machine, *assembly.map, *assembly.corrections.setpoint, false, true);
   PlannerThread programs(assembly, queue, parameters, {}, listeners, {vars(), ""});
+  PlaceKeeper place_keeper(place());
   ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives, means(), fate_.on_can};
   std::vector<std::thread> clients;
   clients.emplace_back([&, seed = random_()] { operate(world, offsets_, seed); });
@@ -213,6 +227,11 @@ void Life::serve(Assembly& assembly) {
   parts.io = assembly.io.get();
   parts.kinematics = assembly.kinematics.get();
   parts.plan_joints = &assembly.plan_joints;
+  parts.place = &place_keeper;
+  parts.counters_file = folder_ + "/kept/mill.counters";
+  parts.scope.seconds = kScope_s;
+  parts.scope.after_fault_s = kScope_s / 4;
+  parts.log_file = log();
   parts.on_report = [this](const CycleReport& report) { lost_reports_ = report.lost_reports; };
   run_daemon(parts);
   world.closing = true;
