@@ -541,12 +541,8 @@ void MachineController::events_from(const CycleReport& report) {
 }
 
 void MachineController::poll() {
-  drive_worker_.collect();
-  program_worker_.collect();
-  commands_.poll();
-  end_silent_jogs();
-  go_on_along();
-  // while a job prepares a program, its failure is the job's answer
+  // What has ended is kept before a command may begin the next program. While a job prepares a program, its
+  // failure is the job's answer.
   const std::string failure = jobs_ + loads_ == 0 ? parts_.programs.take_failure() : "";
   if (!failure.empty()) {
     spdlog::error("{}", failure);
@@ -555,6 +551,11 @@ void MachineController::poll() {
     if (parts_.programs.lost()) machine_event(Event::kStop);
   }
   keep_end();
+  drive_worker_.collect();
+  program_worker_.collect();
+  commands_.poll();
+  end_silent_jogs();
+  go_on_along();
   for (const ProgramMessage& said : parts_.programs.take_messages()) {
     spdlog::info("the program says in line {}: {}", said.line, said.text);
     status_.message = said.text;

@@ -4,7 +4,7 @@ it includes a header of every library in LIBRARIES whose namespace it names: wit
 does not notice.
 
 What the header of the same name includes counts for a .cc and for its test. A type that is only declared (`class X;`)
-needs no header. `--mend` writes the missing lines. Errors as file:line.
+needs no header. `--mend` writes the missing lines of the project's own headers. Errors as file:line.
 """
 import re
 import sys

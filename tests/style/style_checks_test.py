@@ -244,7 +244,6 @@ class UsesTest(unittest.TestCase):
             text = '#include "core/plant.h"\nTank& tank();\n'
             self.assertEqual(self.judged(text, name, **{"core/plant.h": own}), [])
 
-
     def test_a_library_that_comes_in_through_another_header_is_told(self):
         (error,) = self.judged('void say() { spdlog::info("full"); }\n')
         self.assertIn("core/plant.cc:1: spdlog:: is used, and <spdlog/spdlog.h> is not included", error)
