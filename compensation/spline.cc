@@ -1,11 +1,12 @@
 #include "compensation/spline.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
 
 #include "core/check.h"
+#include "core/solve_in_place.h"
 
 namespace trn {
 
@@ -51,8 +52,8 @@ Spline Spline::periodic(std::vector<double> x, std::vector<double> y) {
     A(i, (i + 1) % k) += h1;
     b[i] = 6 * ((out.y_[at + 1] - out.y_[at]) / h1 - (out.y_[before + 1] - out.y_[before]) / h0);
   }
-  const Eigen::VectorXd m = A.partialPivLu().solve(b);
-  for (std::size_t i = 0; i < n; ++i) out.m_[i] = m[static_cast<Eigen::Index>(i) % k];
+  solve_in_place(A, b);
+  for (std::size_t i = 0; i < n; ++i) out.m_[i] = b[static_cast<Eigen::Index>(i) % k];
   return out;
 }
 

@@ -29,4 +29,8 @@ Mat3 rot_x(double angle_rad) TRN_RT;
 Mat3 rot_y(double angle_rad) TRN_RT;
 Mat3 rot_z(double angle_rad) TRN_RT;
 
+/// The shortest turn that brings the unit vector `from` to the unit vector `to`; for opposite ones, by half a
+/// turn about some axis across them.
+Mat3 turn_between(const Vec3& from, const Vec3& to) TRN_RT;
+
 }  // namespace trn

@@ -1,8 +1,11 @@
 #pragma once
 
 #include <Eigen/Dense>
+#include <cmath>
 
 #include "core/ports.h"
+#include "core/realtime.h"
+#include "core/solve_in_place.h"
 
 namespace trn {
 
@@ -29,7 +32,8 @@ NewtonReport solve_newton(const Model& model, State& state) TRN_RT {
   bool improving = true;
   for (int i = 0; improving && error > kRoundingMm && i < kIterationsMax; ++i) {
     if (error > kReachedMm) ++report.iterations;
-    Eigen::Matrix<double, N, 1> step = J.partialPivLu().solve(-e);
+    Eigen::Matrix<double, N, 1> step = -e;
+    solve_in_place(J, step);
     improving = false;
     // Once reached, plain steps go on while they help: an ill-conditioned pose needs the last digits.
     const int tries = error < kReachedMm ? 1 : kHalvingsMax;

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <stdexcept>
 
+#include "compensation/fit/least_squares.h"
 #include "compensation/fit/rotary_fit.h"
 
 namespace trn {
@@ -121,9 +122,10 @@ std::pair<Vec3, double> sphere_through(const ActualChain& known, const std::vect
     M.row(i) << 2 * d.transpose(), 1;
     y[i] = d.squaredNorm();
   }
-  const Eigen::ColPivHouseholderQR<MatrixXd> qr(M);
-  if (qr.rank() < 4) throw std::runtime_error("the contacts lie in a plane: no ball goes through them");
-  const Eigen::Vector4d s = qr.solve(y);
+  const LeastSquares equations(M);
+  if (equations.rank() < 4)
+    throw std::runtime_error("the contacts lie in a plane: no ball goes through them");
+  const VectorXd s = equations.solve(y);
   const Vec3 centre = s.head<3>();
   return {mean + centre, std::sqrt(std::max(0.0, s[3] + centre.squaredNorm()))};
 }
@@ -131,7 +133,7 @@ std::pair<Vec3, double> sphere_through(const ActualChain& known, const std::vect
 /// What an untold parameter acts like, in words: the largest shares of those that were told.
 std::string acts_like(const MatrixXd& J, const VectorXd& column, const std::vector<BallParameter>& parameters,
                       const std::vector<int>& chosen) {
-  const VectorXd share = J.colPivHouseholderQr().solve(column);
+  const VectorXd share = LeastSquares(J).solve(column);
   std::string text;
   for (Index k = 0; k < share.size(); ++k) {
     if (std::abs(share[k]) < 0.05) continue;
@@ -155,7 +157,7 @@ std::vector<int> tellable(const ActualChain& known, std::vector<BallParameter>& 
     BallParameter& p = parameters[at(i)];
     const VectorXd column = J.col(i);
     VectorXd rest = column;
-    if (told.cols() > 0) rest -= told * told.colPivHouseholderQr().solve(column);
+    if (told.cols() > 0) rest -= told * LeastSquares(told).solve(column);
     // What others explain to 98 % would be told with fifty times the noise of a touch: a number that looks
     // like a result and is none.
     if (column.norm() < kTellableShare * largest) {
@@ -179,7 +181,7 @@ void solve(const ActualChain& known, const std::vector<BallContact>& contacts, c
            std::vector<BallParameter>& parameters) {
   for (int step = 0; step < kStepsMax; ++step) {
     const MatrixXd J = jacobian(known, parameters, contacts, which);
-    const VectorXd dx = -J.colPivHouseholderQr().solve(gaps(known, parameters, contacts));
+    const VectorXd dx = -LeastSquares(J).solve(gaps(known, parameters, contacts));
     for (std::size_t k = 0; k < which.size(); ++k) {
       BallParameter& p = parameters[at(which[k])];
       p.value += dx[static_cast<Index>(k)] * unit_of(p);
@@ -197,15 +199,15 @@ void judge(const ActualChain& known, const std::vector<BallContact>& contacts, B
   // Each unknown takes one contact's worth of freedom out of the residuals.
   fit.noise_mm = std::sqrt(left.squaredNorm() / static_cast<double>(J.rows() - J.cols()));
   // The bound of Cramér and Rao for independent noise of the same size on every touch.
-  const MatrixXd inverse = (J.transpose() * J).inverse();
+  const LeastSquares equations(J);
+  const MatrixXd inverse = equations.covariance();
   const VectorXd scale = inverse.diagonal().cwiseSqrt();
   fit.correlation = scale.cwiseInverse().asDiagonal() * inverse * scale.cwiseInverse().asDiagonal();
   for (std::size_t k = 0; k < fit.fitted.size(); ++k) {
     BallParameter& p = fit.parameters[at(fit.fitted[k])];
     p.deviation = fit.noise_mm * scale[static_cast<Index>(k)] * unit_of(p);
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(J);
-  fit.condition = svd.singularValues()(0) / svd.singularValues()(J.cols() - 1);
+  fit.condition = equations.condition();
 }
 
 }  // namespace

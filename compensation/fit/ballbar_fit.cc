@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "compensation/fit/least_squares.h"
 #include "compensation/fit/rotary_fit.h"
 #include "core/axes.h"
 
@@ -224,17 +225,17 @@ void judge(const Model& model, const std::vector<BallbarTrace>& traces, const Ba
   const auto free = static_cast<double>(std::max<Eigen::Index>(1, J.rows() - J.cols()));
   const double sigma = options.noise_mm.value_or(std::sqrt(left.squaredNorm() / free));
   // The bound of Cramér and Rao for independent noise of the same size on every reading.
-  const MatrixXd covariance = sigma * sigma * (J.transpose() * J).inverse();
+  const LeastSquares equations(J);
+  const MatrixXd covariance = sigma * sigma * equations.covariance();
   const VectorXd scale = covariance.diagonal().cwiseSqrt();
-  fit.correlation = (J.transpose() * J).inverse();
+  fit.correlation = equations.covariance();
   const VectorXd unit = fit.correlation.diagonal().cwiseSqrt().cwiseInverse();
   fit.correlation = unit.asDiagonal() * fit.correlation * unit.asDiagonal();
   for (std::size_t k = 0; k < fit.fitted.size(); ++k) {
     BallbarParameter& p = fit.parameters[static_cast<std::size_t>(fit.fitted[k])];
     p.deviation = scale[static_cast<Eigen::Index>(k)] * unit_of(p);
   }
-  const Eigen::JacobiSVD<MatrixXd> svd(J);
-  fit.condition = svd.singularValues()(0) / svd.singularValues()(J.cols() - 1);
+  fit.condition = equations.condition();
   Eigen::Index row = 0;
   for (const BallbarTrace& trace : traces) {
     const auto n = static_cast<Eigen::Index>(trace.readings.size());
@@ -256,8 +257,7 @@ Eigen::Vector2d centre_of(const BallbarTrace& trace) {
     M.row(i) << 1, std::cos(r.angle_rad), std::sin(r.angle_rad);
     y[i] = r.reading_mm;
   }
-  const Eigen::Vector3d solution = M.colPivHouseholderQr().solve(y);
-  return solution.tail<2>();
+  return LeastSquares(M).solve(y).tail<2>();
 }
 
 const BallbarTrace& trace_named(const std::vector<BallbarTrace>& traces, const char* name) {

@@ -1,9 +1,12 @@
 #include "compensation/fit/joint_table_fit.h"
 
-#include <Eigen/Dense>
+#include <Eigen/Core>
 #include <algorithm>
 #include <cmath>
 #include <stdexcept>
+
+#include "compensation/fit/least_squares.h"
+#include "core/solve_in_place.h"
 
 namespace trn {
 
@@ -33,10 +36,11 @@ void fit_line(const std::vector<AxisMeasurement>& m, bool both, JointTableFit& f
     if (both) A(i, 2) = -fit.direction[static_cast<std::size_t>(i)] / 2.0;
     e[i] = point.actual - point.commanded;
   }
-  const Eigen::VectorXd x = A.colPivHouseholderQr().solve(e);
+  const LeastSquares equations(A);
+  const Eigen::VectorXd x = equations.solve(e);
   const double left = (A * x - e).squaredNorm();
   const Eigen::MatrixXd covariance =
-      left / static_cast<double>(std::max<Eigen::Index>(1, n - columns)) * (A.transpose() * A).inverse();
+      left / static_cast<double>(std::max<Eigen::Index>(1, n - columns)) * equations.covariance();
   fit.datum = x[0];
   // An axis that goes 1.001 mm for each commanded one must be told 1 / 1.001.
   fit.slope = 1 / (1 + x[1]) - 1;
@@ -70,8 +74,8 @@ std::vector<double> fit_curve(const std::vector<AxisMeasurement>& m, const Joint
   // A height that no measurement pulls at could be anything, and the system has no single answer.
   if (N.diagonal().minCoeff() <= 1e-6)
     throw std::invalid_argument("a place of the table has no measurement near it; ask for fewer places");
-  const Eigen::VectorXd y = N.ldlt().solve(b);
-  return {y.data(), y.data() + y.size()};
+  solve_in_place(N, b);
+  return {b.data(), b.data() + b.size()};
 }
 
 }  // namespace

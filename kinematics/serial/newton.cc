@@ -3,6 +3,7 @@
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/ports.h"
+#include "core/solve_in_place.h"
 #include "kinematics/serial/chain.h"
 #include "kinematics/serial/serial_kinematics.h"
 
@@ -46,12 +47,13 @@ void project_axis_rows(const Vec3& u, SerialChain::Jacobian& J) TRN_RT {
 }
 
 JointVec damped_step(const SerialChain::Jacobian& J, const Residual& e, double damping) TRN_RT {
-  Square A = J.transpose() * J;
+  Square A = J.transpose().lazyProduct(J);
   // Marquardt's scaling of the damping by the diagonal, so that mm and rad are damped alike. The 1 beside it
   // keeps the matrix regular where a joint moves nothing, as a turn about the tool does.
   for (Eigen::Index i = 0; i < A.rows(); ++i) A(i, i) += damping * (1.0 + A(i, i));
-  const JointVec rhs = J.transpose() * e;
-  return A.ldlt().solve(rhs);
+  JointVec step = J.transpose().lazyProduct(e);
+  solve_in_place(A, step);
+  return step;
 }
 
 }  // namespace

@@ -91,7 +91,7 @@ KinStatus SerialKinematics::words_for_axis(const Vec3& u_B, const Vec3& seed_abc
   if (!rotary_closed_) {
     // The tool's own turn is free: the present frame is turned by the shortest way.
     const Pose X = config_.chain.pose(q);
-    const Mat3 turned = Eigen::Quaterniond::FromTwoVectors(X.R.col(2), u) * X.R;
+    const Mat3 turned = turn_between(X.R.col(2), u) * X.R;
     const KinStatus status = solve_by_newton(config_.chain, {turned, X.p}, q);
     if (status != KinStatus::kOk) return status;
   } else {

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
+#include <cmath>
 #include <random>
 
 // Eigen's angle-axis rotations and homogeneous matrices judge.
@@ -36,6 +37,25 @@ TEST(Frames, PosesMultiplyAndInvertAsHomogeneousMatrices) {
     EXPECT_LT((a * p - (matrix_of(a) * p.homogeneous()).head<3>()).norm(), 1e-13);
     EXPECT_LT((translation(b.p) * p - (b.p + p)).norm(), 1e-15);
   }
+}
+
+TEST(Frames, TheTurnBetweenTwoDirectionsIsTheShortest) {
+  std::mt19937_64 random(4);
+  std::normal_distribution<double> normal;
+  for (int i = 0; i < 1000; ++i) {
+    const Vec3 from = Vec3(normal(random), normal(random), normal(random)).normalized();
+    Vec3 to = Vec3(normal(random), normal(random), normal(random)).normalized();
+    if (i % 3 == 1) to = (from + std::pow(10, -i % 18) * to).normalized();
+    if (i % 3 == 2) to = (-from + std::pow(10, -i % 18) * to).normalized();
+    const Mat3 R = turn_between(from, to);
+    EXPECT_LT((R * from - to).norm(), 1e-15) << i;
+    EXPECT_LT((R * R.transpose() - Mat3::Identity()).norm(), 2e-15) << i;
+    EXPECT_GT(R.determinant(), 0) << i;
+    // The shortest: by the angle between the two and no more, which the trace tells.
+    EXPECT_NEAR(R.trace(), 1 + 2 * from.dot(to), 1e-14) << i;
+  }
+  for (const Vec3& axis : {Vec3(Vec3::UnitX()), Vec3(Vec3::UnitY()), Vec3(Vec3::UnitZ())})
+    EXPECT_LT((turn_between(axis, -axis) * axis + axis).norm(), 1e-15);
 }
 
 }  // namespace

@@ -49,7 +49,7 @@ class EveryMachine : public testing::TestWithParam<std::string> {
       J.conservativeResize(3, J.cols() + 1);
       J.col(J.cols() - 1) = (X_up.R.col(2) - X_down.R.col(2)) / 2e-5;
     }
-    return J.cols() == 0 ? 1.0 : J.jacobiSvd().singularValues().tail(1)[0];
+    return J.cols() == 0 ? 1.0 : Eigen::JacobiSVD<Eigen::MatrixXd>(J).singularValues().tail(1)[0];
   }
 
   /// A rotary joint is there, and each of them leaves the tool's axis where it is.
