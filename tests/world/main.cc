@@ -1,6 +1,8 @@
 // test_world: sessions of the whole control in a world that one number decides.
 
 #include <fmt/format.h>
+#include <malloc.h>
+#include <sched.h>
 #include <sys/personality.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -12,7 +14,7 @@
 #include <filesystem>
 #include <map>
 #include <string>
-#include <thread>
+#include <vector>
 
 #include "tests/world/scheduler_check.h"
 #include "tests/world/session.h"
@@ -36,9 +38,32 @@ struct Child {
   int fd = -1;
   std::uint64_t seed = 0;
   std::string folder;
+  int processor = 0;
 };
 
-Child begin(std::uint64_t seed, bool verbose) {
+std::vector<int> own_processors() {
+  cpu_set_t set;
+  std::vector<int> out;
+  if (sched_getaffinity(0, sizeof set, &set) != 0) return {0};
+  for (int i = 0; i < CPU_SETSIZE; ++i)
+    if (CPU_ISSET(i, &set)) out.push_back(i);
+  return out;
+}
+
+// Of a session's threads only one runs at a time, so on one processor the baton goes over without waking
+// another. And memory that one life gave back is there for the next. Together a third less time.
+void settle(int processor) {
+  cpu_set_t set;
+  CPU_ZERO(&set);
+  CPU_SET(processor, &set);
+  sched_setaffinity(0, sizeof set, &set);
+  mallopt(M_MMAP_THRESHOLD, 32 << 20);
+  mallopt(M_TRIM_THRESHOLD, 1 << 30);
+  mallopt(M_TOP_PAD, 64 << 20);
+  mallopt(M_ARENA_MAX, 1);
+}
+
+Child begin(std::uint64_t seed, bool verbose, int processor) {
   std::string folder = (std::filesystem::temp_directory_path() / "trunnion-world-XXXXXX").string();
   if (!mkdtemp(folder.data())) std::exit(5);
   int ends[2];
@@ -47,11 +72,12 @@ Child begin(std::uint64_t seed, bool verbose) {
   const pid_t pid = fork();
   if (pid == 0) {
     close(ends[0]);
+    settle(processor);
     alarm(kPatience_s);
     trn::world::live(seed, verbose, ends[1], folder);
   }
   close(ends[1]);
-  return {pid, ends[0], seed, folder};
+  return {pid, ends[0], seed, folder, processor};
 }
 
 Result finish(const Child& child, int status) {
@@ -75,12 +101,13 @@ class Runner {
   explicit Runner(const Options& options) : options_(options) {}
 
   int run() {
-    const std::size_t jobs = std::max(1u, options_.verbose ? 1u : std::thread::hardware_concurrency());
+    if (options_.verbose) idle_.resize(1);
     for (std::uint64_t seed = options_.first; seed <= options_.last; ++seed) {
       const bool twice = options_.twice || seed % 10 == 0;
       for (int i = 0; i < (twice && !options_.verbose ? 2 : 1); ++i) {
-        while (children_.size() >= jobs) collect();
-        const Child child = begin(seed, options_.verbose);
+        while (idle_.empty()) collect();
+        const Child child = begin(seed, options_.verbose, idle_.back());
+        idle_.pop_back();
         children_[child.pid] = child;
       }
     }
@@ -99,6 +126,7 @@ class Runner {
     if (found == children_.end()) return;
     const Child child = found->second;
     children_.erase(found);
+    idle_.push_back(child.processor);
     const Result result = finish(child, status);
     if (!result.good) tell(child.seed, result.text);
     if (result.good && result.text.size() > 17) seconds_ += std::atof(result.text.c_str() + 17);
@@ -117,6 +145,7 @@ class Runner {
   }
 
   Options options_;
+  std::vector<int> idle_ = own_processors();
   std::map<pid_t, Child> children_;
   std::map<std::uint64_t, std::string> results_;
   double seconds_ = 0;
