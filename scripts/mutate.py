@@ -10,9 +10,10 @@ usage: scripts/mutate.py FOLDER [--count N] [--seed N] [--skip FILE] [--jobs N] 
   scripts/mutate.py hal --only hal.jsonl        those that lived, once more, after tests were committed
 
 Works in a copy of the last commit, never in your tree. Each mutant is compiled, and judged first by the tests
-that have the file's name, then by the folder's quick tests, then by the slow ones; each may take five times as
-long as unchanged. A mutant that no test fails lives: either a test is missing, or the change makes no difference.
-Those of the second kind are listed with the reason in tests/mutants.txt, as `file: code -> code`.
+that have the file's name, then by the folder's quick tests, then by the slow ones, in app/daemon also by the
+scripts that start a daemon. Each may take five times as long as unchanged. A mutant that no test fails lives:
+either a test is missing, or the change makes no difference. Those of the second kind are listed with the reason
+in tests/mutants.txt, as `file: code -> code`.
 
 Exit codes: 0 no unknown mutant lives, 1 some do, 2 the tests fail unchanged, 5 usage.
 """
@@ -22,9 +23,11 @@ import os
 import random
 import re
 import resource
+import signal
 import subprocess
 import sys
 import tempfile
+import time
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -52,6 +55,8 @@ ALSO = {"hal": ["test_sim"], "kernel": ["test_app_session"]}
 BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet"),
          "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents|EveryMachineRuns)\w*/(?!cradle$|mill$)"
                               "|ProgramFuzz|ScrewWarmUp|Drilling|RunPromises|Corrections[.]|HexapodRuns")}
+# What a whole daemon shows and no part of it: these scripts judge last, each with the program itself.
+SCRIPTS = {"app/daemon": ["state_e2e", "operator_e2e", "pause_e2e", "resume_e2e", "daemon_e2e", "scope_e2e"]}
 SHARDS = {"test_sim": 4}  # its slow tests wait for time-outs: they may do so together
 
 
@@ -164,6 +169,27 @@ class Copy:
                 process.kill()
                 process.wait()
 
+    def script_s(self, folder, script):
+        """How long a script that starts a daemon takes; None if it fails or cannot run here."""
+        begin = time.monotonic()
+        return time.monotonic() - begin if self.script_passes(folder, script, 3600) else None
+
+    def script_passes(self, folder, script, limit_s):
+        program = self.folder / "build/release/trunnion"
+        command = ["/usr/bin/python3", f"tests/{folder}/{script}.py", program, self.folder]
+        process = subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                                   start_new_session=True)
+        try:
+            return process.wait(limit_s) == 0
+        except subprocess.TimeoutExpired:
+            return False
+        finally:
+            try:
+                os.killpg(process.pid, signal.SIGKILL)
+            except ProcessLookupError:
+                pass
+            process.wait()
+
     def durations_s(self, program):
         """Every test's duration, by its full name; None if one fails."""
         with tempfile.NamedTemporaryFile(suffix=".json") as report:
@@ -193,10 +219,10 @@ def stages(durations_s, file):
     return [stage for stage in (named, quick, rest) if stage]
 
 
-def killer(copy, file, programs):
-    """The program that fails, and which of its stages; None if all pass.
+def killer(copy, file, programs, scripts):
+    """The program that fails, and which of its stages, or the script; None if all pass.
 
-    programs: the durations of each program's tests.
+    programs: the durations of each program's tests. scripts: those of the scripts of app/daemon.
     """
     for program, durations_s in programs.items():
         for number, tests in enumerate(stages(durations_s, file)):
@@ -211,17 +237,21 @@ def killer(copy, file, programs):
                 # Tests that wait for answers may fail on a busy host: only what they fail alone too counts.
                 if program not in SHARDS or not copy.passes(program, limit_s, options):
                     return f"{program}, stage {number}"
+    for script, duration_s in scripts.items():
+        # What waits for answers may fail on a busy host: only what fails twice counts.
+        if not any(copy.script_passes("app/daemon", script, 20 + 5 * duration_s) for _ in range(2)):
+            return script
     return None
 
 
-def judge(copy, mutant, programs):
+def judge(copy, mutant, programs, scripts):
     path = copy.folder / mutant.file
     text = path.read_text(encoding="utf-8")
     path.write_text(text[:mutant.at] + mutant.after + text[mutant.at + len(mutant.before):], encoding="utf-8")
     try:
-        if not copy.build(programs):
+        if not copy.build([*programs, *(["trunnion"] if scripts else [])]):
             return "does not compile", None
-        by = killer(copy, mutant.file, programs)
+        by = killer(copy, mutant.file, programs, scripts)
         return ("killed" if by else "lives"), by
     finally:
         path.write_text(text, encoding="utf-8")
@@ -265,16 +295,19 @@ def chosen(root, options):
 def judge_all(copy, options):
     folder = max((f for f in PROGRAMS if options.target.startswith(f)), key=len)
     names = [PROGRAMS[folder], *ALSO.get(folder, [])]
-    built = copy.build(names)
+    scripts = SCRIPTS.get(folder, [])
+    built = copy.build([*names, *(["trunnion"] if scripts else [])])
     programs = {name: copy.durations_s(name) if built else None for name in names}
-    if None in programs.values():
+    scripts = {script: copy.script_s(folder, script) if built else None for script in scripts}
+    if None in [*programs.values(), *scripts.values()]:
         print("the tests fail without any change", file=sys.stderr)
         return 2
     mutants, possible = chosen(copy.folder, options)
-    print(f"{len(mutants)} of {possible} mutants of {options.target}, judged by {', '.join(names)}", flush=True)
+    judges = ", ".join([*names, *scripts])
+    print(f"{len(mutants)} of {possible} mutants of {options.target}, judged by {judges}", flush=True)
     known, tally = known_equivalents(), {}
     for count, (mutant, name, number, line) in enumerate(mutants, 1):
-        verdict, by = judge(copy, mutant, programs)
+        verdict, by = judge(copy, mutant, programs, scripts)
         if verdict == "lives" and name in known:
             verdict = "lives, as listed"
         tally[verdict] = tally.get(verdict, 0) + 1

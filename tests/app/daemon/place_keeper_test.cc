@@ -2,8 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <filesystem>
 #include <string>
+#include <thread>
 
 #include "app/session/place_record.h"
 #include "interp/move.h"
@@ -35,6 +37,20 @@ TEST(PlaceKeeper, TheNewestOfManyIsOnDiskWhenTheWaitIsOver) {
     EXPECT_EQ(keeper.read().block, 100 * round + 50) << "noted last, on disk or not";
     keeper.wait_until_kept();
     EXPECT_EQ(read_place(path).block, 100 * round + 50);
+  }
+}
+
+// The wait may begin while the place is no longer the next one and not yet on the disk.
+TEST(PlaceKeeper, TheWaitCoversWhatIsBeingWritten) {
+  const std::string folder = new_folder("place_written");
+  for (std::uint64_t round = 0; round < 60; ++round) {
+    const std::string path = folder + "/m" + std::to_string(round) + ".place";
+    PlaceKeeper keeper(path);
+    keeper.note(place(round));
+    std::this_thread::sleep_for(std::chrono::microseconds(20 * round));
+    keeper.wait_until_kept();
+    ASSERT_TRUE(std::filesystem::exists(path)) << "round " << round;
+    EXPECT_EQ(read_place(path).block, round);
   }
 }
 

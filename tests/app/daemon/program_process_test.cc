@@ -311,6 +311,26 @@ TEST_F(SmallProgramProcess, AProgramThatNeedsTooMuchMemoryIsRefused) {
   EXPECT_EQ(take_all().back().event.kind, QueueEvent::Kind::kProgramEnd);
 }
 
+// The page shows offsets and tools as the planner has them, each time they change and no more often.
+TEST_F(ProgramProcessTest, TablesComeOverWhenALineChangesThem) {
+  trunnion::tables_t tables{};
+  const auto newest = [&] {
+    bool any = false;
+    for (const auto end = Clock::now() + std::chrono::seconds(20); !any && Clock::now() < end;)
+      any = process_.take_tables(tables);
+    return any;
+  };
+  process_.load_mdi("G10 L2 P2 Y-7.5", q_);
+  take_all();
+  ASSERT_TRUE(newest());
+  const auto end = Clock::now() + std::chrono::seconds(20);
+  while (tables.offset_y[1] != -7.5 && Clock::now() < end) process_.take_tables(tables);
+  EXPECT_EQ(tables.offset_name[1], "G55");
+  EXPECT_EQ(tables.offset_y[1], -7.5);
+  std::this_thread::sleep_for(std::chrono::milliseconds(50));
+  EXPECT_FALSE(process_.take_tables(tables)) << "nothing has changed since";
+}
+
 class KeepingProgramProcess : public ProgramProcessTest {
  protected:
   KeepingProgramProcess() : ProgramProcessTest("", {testing::TempDir() + "/kept.var", ""}) {}
