@@ -10,10 +10,10 @@ usage: scripts/mutate.py FOLDER [--count N] [--seed N] [--skip FILE] [--jobs N] 
   scripts/mutate.py hal --only hal.jsonl        those that lived, once more, after tests were committed
 
 Works in a copy of the last commit, never in your tree. Each mutant is compiled, and judged first by the tests
-that have the file's name, then by the folder's quick tests, then by the slow ones, in app/daemon also by the
-scripts that start a daemon. Each may take five times as long as unchanged. A mutant that no test fails lives:
-either a test is missing, or the change makes no difference. Those of the second kind are listed with the reason
-in tests/mutants.txt, as `file: code -> code`.
+that have the file's name, then by the folder's quick tests, then by the slow ones, in app/daemon and app/lab
+also by scripts that run the whole program. Each may take five times as long as unchanged. A mutant that no test
+fails lives: either a test is missing, or the change makes no difference. Those of the second kind are listed with
+the reason in tests/mutants.txt, as `file: code -> code`.
 
 Exit codes: 0 no unknown mutant lives, 1 some do, 2 the tests fail unchanged, 5 usage.
 """
@@ -55,8 +55,10 @@ ALSO = {"hal": ["test_sim"], "kernel": ["test_app_session"]}
 BLIND = {"hal/can": re.compile("Modbus|Indexer|Cabinet"),
          "kernel": re.compile(r"(HoldIsNear|NeverAllocates|OperatorEvents|EveryMachineRuns)\w*/(?!cradle$|mill$)"
                               "|ProgramFuzz|ScrewWarmUp|Drilling|RunPromises|Corrections[.]|HexapodRuns")}
-# What a whole daemon shows and no part of it: these scripts judge last, each with the program itself.
-SCRIPTS = {"app/daemon": ["state_e2e", "operator_e2e", "pause_e2e", "resume_e2e", "daemon_e2e", "scope_e2e"]}
+# What the whole program shows and no part of it: these scripts of tests/ judge last.
+SCRIPTS = {"app/daemon": ["app/daemon/state_e2e", "app/daemon/operator_e2e", "app/daemon/pause_e2e",
+                          "app/daemon/resume_e2e", "app/daemon/daemon_e2e", "app/daemon/scope_e2e"],
+           "app/lab": ["app/cli/workspace_command", "app/cli/ball_command", "app/cli/commission_command"]}
 SHARDS = {"test_sim": 4}  # its slow tests wait for time-outs: they may do so together
 
 
@@ -169,14 +171,14 @@ class Copy:
                 process.kill()
                 process.wait()
 
-    def script_s(self, folder, script):
-        """How long a script that starts a daemon takes; None if it fails or cannot run here."""
+    def script_s(self, script):
+        """How long a script takes; None if it fails or cannot run here."""
         begin = time.monotonic()
-        return time.monotonic() - begin if self.script_passes(folder, script, 3600) else None
+        return time.monotonic() - begin if self.script_passes(script, 3600) else None
 
-    def script_passes(self, folder, script, limit_s):
+    def script_passes(self, script, limit_s):
         program = self.folder / "build/release/trunnion"
-        command = ["/usr/bin/python3", f"tests/{folder}/{script}.py", program, self.folder]
+        command = ["/usr/bin/python3", f"tests/{script}.py", program, self.folder]
         process = subprocess.Popen(command, cwd=self.folder, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
                                    start_new_session=True)
         try:
@@ -222,7 +224,7 @@ def stages(durations_s, file):
 def killer(copy, file, programs, scripts):
     """The program that fails, and which of its stages, or the script; None if all pass.
 
-    programs: the durations of each program's tests. scripts: those of the scripts of app/daemon.
+    programs: the durations of each program's tests. scripts: how long each of them takes.
     """
     for program, durations_s in programs.items():
         for number, tests in enumerate(stages(durations_s, file)):
@@ -239,7 +241,7 @@ def killer(copy, file, programs, scripts):
                     return f"{program}, stage {number}"
     for script, duration_s in scripts.items():
         # What waits for answers may fail on a busy host: only what fails twice counts.
-        if not any(copy.script_passes("app/daemon", script, 20 + 5 * duration_s) for _ in range(2)):
+        if not any(copy.script_passes(script, 20 + 5 * duration_s) for _ in range(2)):
             return script
     return None
 
@@ -298,7 +300,7 @@ def judge_all(copy, options):
     scripts = SCRIPTS.get(folder, [])
     built = copy.build([*names, *(["trunnion"] if scripts else [])])
     programs = {name: copy.durations_s(name) if built else None for name in names}
-    scripts = {script: copy.script_s(folder, script) if built else None for script in scripts}
+    scripts = {script: copy.script_s(script) if built else None for script in scripts}
     if None in [*programs.values(), *scripts.values()]:
         print("the tests fail without any change", file=sys.stderr)
         return 2

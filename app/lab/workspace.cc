@@ -7,6 +7,7 @@
 #include <set>
 #include <stdexcept>
 
+#include "compensation/fit/least_squares.h"
 #include "core/axes.h"
 #include "core/motion.h"
 #include "core/units.h"
@@ -131,8 +132,7 @@ class Surveyor {
       if (joint.kind == JointKind::kRotary) scaled.row(i) *= kMmPerRad;
     }
     scaled.rightCols(turns) /= kMmPerRad;
-    const Eigen::VectorXd s = scaled.jacobiSvd().singularValues();
-    value.conditioning = s[s.size() - 1] / s[0];
+    value.conditioning = 1 / LeastSquares(scaled).condition();
   }
 
   const Joints& joints_;
