@@ -88,7 +88,6 @@ class Scheduler {
   WorldThread* find(pthread_t handle);
   void schedule();
   WorldThread* choose();
-  void hand_over(WorldThread& to);
   [[noreturn]] void stuck();
   bool chance(double share);
   std::int64_t draw(std::int64_t most);
