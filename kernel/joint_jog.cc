@@ -98,7 +98,8 @@ void JointJog::stop() TRN_RT {
 double JointJog::follow(Chase& chase, double rate) const TRN_RT {
   const double most = chase.speed * rate * period_s_;
   double way = std::clamp(chase.target - chase.demand, -most, most);
-  if (way * chase.direction < 0 && chase.still < chase.first_count) way = 0;
+  const bool reverses = (way < 0 && chase.direction > 0) || (way > 0 && chase.direction < 0);
+  if (reverses && chase.still < chase.first_count) way = 0;
   chase.still = way == 0 ? chase.still + 1 : 0;
   if (way != 0) chase.direction = way;
   // The last step ends at the target to the bit.

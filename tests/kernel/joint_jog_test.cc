@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <deque>
+#include <limits>
 #include <numeric>
 #include <random>
 
@@ -151,11 +152,30 @@ TEST_F(Jogging, StandsAtTheLimit) {
   keeps_limits();
 }
 
+// A message may hold any number: the smallest speed above 0 turns the demand round as any other does.
+TEST_F(Jogging, ReversesBehindAStepTooSmallToBeSeen) {
+  const double least = std::numeric_limits<double>::denorm_min();
+  jog_.move_on(0, 1e9, 20);
+  for (int i = 0; i < 40; ++i) step();
+  for (const double speed : {least / kJogPeriodS, 1e-300}) {
+    jog_.move_on(0, -1e9, speed);
+    step();
+    jog_.move_on(0, -1e9, 20);
+    for (int i = 0; i < 40; ++i) step();
+    jog_.move_on(0, 1e9, 20);
+    for (int i = 0; i < 40; ++i) step();
+  }
+  keeps_limits();
+}
+
 // Whatever two hands do: reversals, steps on the way, other speeds, overrides, stops.
 TEST_F(Jogging, NothingThatTheOperatorDoesBreaksALimit) {
   std::mt19937_64 rng(7);
   const auto between = [&](double low, double high) {
     return std::uniform_real_distribution<double>(low, high)(rng);
+  };
+  const auto shrunk = [&](double value) {
+    return between(0, 1) < 0.1 ? value * std::pow(10, between(-320, 0)) : value;
   };
   double rate = 1;
   long moved = 0;
@@ -166,10 +186,10 @@ TEST_F(Jogging, NothingThatTheOperatorDoesBreaksALimit) {
       const double kind = between(0, 1);
       const double way = kind < 0.15  ? 0
                          : kind < 0.4 ? std::copysign(1e9, between(-1, 1))
-                                      : between(-range, range);
-      jog_.move_on(joint, way, between(0, 1) < 0.3 ? 0 : between(0, 2.5 * range));
+                                      : shrunk(between(-range, range));
+      jog_.move_on(joint, way, between(0, 1) < 0.3 ? 0 : shrunk(between(0, 2.5 * range)));
     }
-    if (between(0, 1) < 0.01) rate = between(0, 1) < 0.2 ? 0 : between(0, 1);
+    if (between(0, 1) < 0.01) rate = between(0, 1) < 0.2 ? 0 : shrunk(between(0, 1));
     if (between(0, 1) < 0.001) jog_.stop();
     const JointVec before = q_;
     step(rate);
