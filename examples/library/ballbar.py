@@ -5,6 +5,8 @@ import sys
 import numpy
 import trunnion
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
 machine = trunnion.Machine(sys.argv[1])
 traces = {}
 for path in sys.argv[2:]:

@@ -5,6 +5,8 @@ import sys
 import numpy
 import trunnion
 
+if len(sys.argv) < 3:
+    sys.exit(__doc__)
 machine = trunnion.Machine(sys.argv[1])
 motion = machine.plan(sys.argv[2], tools=sys.argv[3] if len(sys.argv) > 3 else "")
 print(f"{motion.time[-1]:.2f} s on {machine.name}")

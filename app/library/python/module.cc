@@ -167,7 +167,11 @@ void add_joint(py::module_& module) {
       .def_readonly("max", &trunnion::Joint::max)
       .def_readonly("velocity_max", &trunnion::Joint::velocity_max)
       .def_readonly("acceleration_max", &trunnion::Joint::acceleration_max)
-      .def_readonly("jerk_max", &trunnion::Joint::jerk_max);
+      .def_readonly("jerk_max", &trunnion::Joint::jerk_max)
+      .def("__repr__", [](const trunnion::Joint& joint) {
+        return py::str("Joint({}, {:g} to {:g} {})")
+            .format(joint.name, joint.min, joint.max, joint.rotary ? "rad" : "mm");
+      });
 }
 
 void add_machine(py::module_& module) {
@@ -213,6 +217,10 @@ void add_machine(py::module_& module) {
            "Tip and tool axis (from the tip towards the spindle) in the table frame, (n, 3) each.")
       .def("inverse", &inverse, "tip"_a, "axis"_a, "tool_length"_a = 0.0, "near"_a = std::vector<double>{},
            "The joints (n, joints) for tips and axes; each solution is the nearest to the one before.")
+      .def("__repr__",
+           [](const trunnion::Machine& machine) {
+             return py::str("Machine({}, joints {})").format(machine.name(), machine.joints());
+           })
       .def_property_readonly("ballbar_tests", &trunnion::Machine::ballbar_tests)
       .def("fit_ballbar", &fit_ballbar, "traces"_a, "noise"_a = 0.0,
            "traces: {test: (angles, readings)}. errors: {name: (value, standard error)}; not_fitted: {name: "
