@@ -191,6 +191,9 @@ void SimulatedJoint::step_enabled(double q, const Reference& reference) TRN_RT {
   // homed.
   const double target = q - encoder_offset_;
   const double outward = target - plant_.target;
+  // A setpoint that jumps is a following error before the axis has moved.
+  const double jump = outward - v_target_ * config_.servo.period_s;
+  if (std::abs(jump) > config_.following_error_max) return fail(Fault::kFollowingError);
   follow(target, reference);
   if (std::abs(plant_.x - plant_.target) > config_.following_error_max) fail(Fault::kFollowingError);
   // standing on a switch is no fault, or nobody could jog away from it

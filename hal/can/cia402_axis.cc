@@ -25,17 +25,33 @@ bool Cia402Axis::stands() const TRN_RT { return standing_periods_ >= kStandingPe
 void Cia402Axis::enable() TRN_RT {
   // A wish that stands already keeps its count of periods: an enable that is repeated every period must still
   // run out of time.
-  if (wish_ != Wish::kEnabled) {
-    periods_ = 0;
-    was_enabled_ = false;
-  }
+  const bool stops = wish_ == Wish::kStop;
+  if (stops ? again_ : wish_ == Wish::kEnabled) return;
+  periods_ = 0;
+  // A drive that brakes would lose its torque on the way from Quick Stop Active, and one that has not yet
+  // obeyed still looks enabled.
+  again_ = stops;
+  if (stops) return;
+  was_enabled_ = false;
   wish_ = Wish::kEnabled;
+}
+
+void Cia402Axis::disable() TRN_RT {
+  wish_ = Wish::kOff;
+  again_ = false;
+}
+
+void Cia402Axis::end_stop() TRN_RT {
+  TRN_CHECK(wish_ == Wish::kStop);
+  wish_ = Wish::kOff;
+  if (std::exchange(again_, false)) enable();
 }
 
 void Cia402Axis::quick_stop() TRN_RT {
   // A drive that is off or on its way there has nothing to stop, and must not be led back to Quick Stop
   // Active.
   if (wish_ == Wish::kEnabled) wish_ = Wish::kStop;
+  again_ = false;
   homing_ = Homing::kNone;
 }
 
@@ -170,7 +186,7 @@ void Cia402Axis::step_fault(Cia402State drive, Output& output) TRN_RT {
     return;
   }
   reset_wish_ = false;
-  wish_ = Wish::kOff;
+  disable();
   if (fault_ == Fault::kOk) fault_ = Fault::kDriveFault;
 }
 
@@ -178,12 +194,10 @@ void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output
   // The drive has left Fault: the reset has done its work. Status words that are not fresh still show the
   // time before it.
   if (input.fresh && drive != Cia402State::kNotReady) reset_wish_ = false;
-  // The quick stop ends in Switch On Disabled (0x605A = 2, as written at bring-up; with a brake it stays,
-  // until the brake holds: 6). From there nothing may lead it on again by itself.
-  if (wish_ == Wish::kStop && !powered(drive)) wish_ = Wish::kOff;
+  if (wish_ == Wish::kStop) step_stop(drive);
   if (wish_ == Wish::kStop) {
     output.controlword = controlword::kQuickStop;
-    state_ = DriveState::kQuickStop;
+    state_ = again_ ? DriveState::kStarting : DriveState::kQuickStop;
     return;
   }
   if (wish_ == Wish::kOff) {
@@ -207,6 +221,16 @@ void Cia402Axis::step_wish(Cia402State drive, const Input& input, Output& output
   if (++periods_ <= config_.enable_periods_max) return;
   wish_ = Wish::kOff;
   fail(input.sto ? Fault::kSafeTorqueOff : Fault::kDriveNotReady);
+}
+
+// The quick stop ends in Switch On Disabled (0x605A = 2, as written at bring-up; with a brake it stays, until
+// the brake holds: 6). From there only `enable` leads it on. A drive that stays without a brake is led on
+// when it stands, and one that never seems to stand, because of its encoder's noise, when time is up.
+void Cia402Axis::step_stop(Cia402State drive) TRN_RT {
+  if (!powered(drive)) return end_stop();
+  if (!again_ || config_.braked) return;
+  const bool stays = drive == Cia402State::kQuickStopActive && stands();
+  if (stays || ++periods_ > config_.enable_periods_max) end_stop();
 }
 
 void Cia402Axis::step_enabled(const Input& input, Output& output) TRN_RT {

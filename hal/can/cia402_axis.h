@@ -39,6 +39,7 @@ class Cia402Axis {
     double final_speed = 0, final_acceleration = 0;  ///< of that move, mm or rad per s, per s^2
     double period_s = 0.001;
     bool endless = false;  ///< the drive's 32 bits run over: positions are counted on beyond them
+    bool braked = false;   ///< behind a quick stop somebody else holds the axis first: `end_stop`
     DriveHabits habits = {};
     std::uint32_t enable_periods_max = 2000, homing_periods_max = 120'000;
   };
@@ -60,9 +61,12 @@ class Cia402Axis {
   explicit Cia402Axis(const Config& config)
       : config_(config), homed_(config.absolute), torque_loop_(config.torque_loop) {}
 
+  /// While it is told to stop, it is enabled behind the stop.
   void enable() TRN_RT;
-  void disable() TRN_RT { wish_ = Wish::kOff; }
+  void disable() TRN_RT;
   void quick_stop() TRN_RT;
+  /// The stop is over: power off, and on again if `enable` has been called meanwhile.
+  void end_stop() TRN_RT;
   void home() TRN_RT;
   /// Forgets the fault, and has the drive forget its own.
   void reset() TRN_RT;
@@ -111,6 +115,7 @@ class Cia402Axis {
   void measure(const Input& input) TRN_RT;
   void step_fault(Cia402State drive, Output& output) TRN_RT;
   void step_wish(Cia402State drive, const Input& input, Output& output) TRN_RT;
+  void step_stop(Cia402State drive) TRN_RT;
   void step_enabled(const Input& input, Output& output) TRN_RT;
   void step_homing(const Input& input, Output& output) TRN_RT;
   void end_homing() TRN_RT;
@@ -125,6 +130,7 @@ class Cia402Axis {
 
   Config config_;
   Wish wish_ = Wish::kOff;
+  bool again_ = false;  ///< told to be enabled while it stops
   Homing homing_ = Homing::kNone;
   DriveState state_ = DriveState::kOff;
   Fault fault_ = Fault::kOk;

@@ -170,7 +170,10 @@ void NodeLink::step_brake() TRN_RT {
   brake_.step({held, axis_.stands(), axis_.wanted() && !letting_go_});
   if (!brake_.holds() || !(letting_go_ || axis_.stopping())) return;
   letting_go_ = false;
-  axis_.disable();
+  if (axis_.stopping())
+    axis_.end_stop();
+  else
+    axis_.disable();
 }
 
 bool NodeLink::sto_active() const TRN_RT {

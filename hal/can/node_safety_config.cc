@@ -86,6 +86,7 @@ void read_node_safety(const Machine& machine, const ConfigTable& table, NodeLink
     if (brake.choice("joint", names) == names[static_cast<std::size_t>(node.joint)]) {
       if (node.brake.fitted) throw brake.error("joint", "this joint has its brake already");
       node.brake = read_brake(machine, brake, node.joint);
+      node.axis.braked = true;
     }
   for (const ConfigTable& input : safety->tables_if("input")) {
     const SignalName from = read_signal_name(machine, input, "from");

@@ -22,7 +22,7 @@ namespace {
 constexpr std::int64_t kStopNs = 20 * kMillisecond;
 // The simulated drives brake with twice the joint's acceleration: 400 mm/s takes 50 ms, and the servo
 // follows.
-constexpr double kBrake_s = 0.15, kBrakeShare = 2;
+constexpr double kBrake_s = 0.15;
 constexpr double kStands = 1e-4, kBegins_mm = 0.1;
 
 }  // namespace
@@ -34,8 +34,7 @@ WatchedDrives::WatchedDrives(Drives& inner, const Machine& machine, Harm& harm)
       judge_(machine.joints, machine.period_s),
       q_last_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
       place_last_(q_last_),
-      speed_(q_last_),
-      speed_at_stop_(q_last_) {}
+      brake_periods_(static_cast<std::uint64_t>(std::ceil(kBrake_s / machine.period_s))) {}
 
 void WatchedDrives::bring_up() {
   if (!harm_.one_thread()) return inner_.bring_up();
@@ -70,20 +69,7 @@ void WatchedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) noe
   judge_stop(feedback);
   judge_rest(feedback);
   q_last_ = feedback.q;
-  const JointVec places = harm_.places();
-  speed_ = (places - place_last_) / machine_.period_s;
-  place_last_ = places;
-}
-
-// A drive whose encoder lied when it was enabled jumps, by its own rules, to where it was said to stand.
-std::uint64_t WatchedDrives::brake_periods() const {
-  double longest_s = kBrake_s;
-  for (Eigen::Index i = 0; i < speed_at_stop_.size(); ++i) {
-    const JointLimit& limit = machine_.joints[static_cast<std::size_t>(i)].limit;
-    const double beyond = std::abs(speed_at_stop_[i]) - limit.velocity;
-    longest_s = std::max(longest_s, kBrake_s + beyond / (kBrakeShare * limit.acceleration));
-  }
-  return static_cast<std::uint64_t>(std::ceil(longest_s / machine_.period_s));
+  place_last_ = harm_.places();
 }
 
 // A drive that has just been enabled obeys the next setpoint: that one begins where the joint stands.
@@ -124,10 +110,7 @@ void WatchedDrives::expect_stop() {
 }
 
 void WatchedDrives::quick_stop() noexcept {
-  if (stopped_at_ == 0) {
-    stopped_at_ = period_;
-    speed_at_stop_ = speed_;
-  }
+  if (stopped_at_ == 0) stopped_at_ = period_;
   stop_due_ns_ = 0;
   inner_.quick_stop();
 }
@@ -145,7 +128,7 @@ void WatchedDrives::judge_rest(const Feedback& feedback) {
   const bool braking = feedback.state == DriveState::kQuickStop || feedback.state == DriveState::kFault ||
                        feedback.state == DriveState::kLost;
   if (!braking) stopped_at_ = 0;
-  if (harm_.acted() || stopped_at_ == 0 || period_ < stopped_at_ + brake_periods()) return;
+  if (harm_.acted() || stopped_at_ == 0 || period_ < stopped_at_ + brake_periods_) return;
   const JointVec places = harm_.places();
   for (Eigen::Index i = 0; i < places.size(); ++i)
     if (std::abs(places[i] - place_last_[i]) > kStands)

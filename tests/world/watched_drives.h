@@ -40,7 +40,6 @@ class WatchedDrives final : public Drives {
   void judge(const Setpoints& setpoints, bool enabled);
   void judge_stop(const Feedback& feedback);
   void judge_rest(const Feedback& feedback);
-  std::uint64_t brake_periods() const;
 
   Drives& inner_;
   const Machine& machine_;
@@ -51,7 +50,7 @@ class WatchedDrives final : public Drives {
   std::uint64_t stopped_at_ = 0;                     ///< period of the quick stop that is not over; 0: none
   bool was_enabled_ = false;
   JointVec q_last_, place_last_;     ///< as the drives told it, as it is
-  JointVec speed_, speed_at_stop_;   ///< of the places, in the last period and in that of the quick stop
+  std::uint64_t brake_periods_;      ///< within which a joint must come to rest
   std::atomic<bool> asked_ = false;  ///< to bring up the drives, in the tick's thread
   std::string refusal_;              ///< why that failed
 };

@@ -2,7 +2,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 // Words of CiA 402-2, 8.4: statuswords of the states, controlwords that lead on.
@@ -10,7 +12,7 @@ namespace trn {
 namespace {
 
 constexpr std::uint16_t kFaultWord = 0x0208, kDisabledWord = 0x0240, kReadyWord = 0x0221, kOnWord = 0x0223,
-                        kEnabledWord = 0x0227;
+                        kEnabledWord = 0x0227, kBrakesWord = 0x0207;
 
 class Cia402AxisTest : public testing::Test {
  protected:
@@ -87,6 +89,79 @@ TEST_F(Cia402AxisTest, AQuickStopIsCommandedWhileThereIsPower) {
   EXPECT_EQ(axis->state(), DriveState::kQuickStop);
   EXPECT_EQ(step(kDisabledWord), 0x00);
   EXPECT_EQ(axis->state(), DriveState::kOff);
+}
+
+// A reset right behind an emergency stop: the drive still looks enabled, then it brakes.
+TEST_F(Cia402AxisTest, WhoIsEnabledWhileItStopsComesUpBehindTheStop) {
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  for (int position = 0; position < 500; position += 100) {
+    EXPECT_EQ(step(position < 200 ? kEnabledWord : kBrakesWord, position), 0x02) << "it keeps its torque";
+    EXPECT_EQ(axis->state(), DriveState::kStarting);
+    EXPECT_FALSE(axis->wanted());
+    axis->enable();
+  }
+  EXPECT_EQ(step(kDisabledWord), 0x06);
+  for (const std::uint16_t word : {kReadyWord, kOnWord, kEnabledWord}) step(word);
+  EXPECT_EQ(axis->state(), DriveState::kEnabled);
+  EXPECT_EQ(axis->fault(), Fault::kOk);
+}
+
+TEST_F(Cia402AxisTest, AStopOrASwitchOffTakesTheNextEnableBack) {
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  axis->quick_stop();
+  step(kBrakesWord);
+  EXPECT_EQ(axis->state(), DriveState::kQuickStop);
+  EXPECT_EQ(step(kDisabledWord), 0x00);
+  EXPECT_EQ(axis->state(), DriveState::kOff);
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  axis->disable();
+  EXPECT_EQ(step(kBrakesWord), 0x00);
+  EXPECT_EQ(axis->state(), DriveState::kOff);
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  step(kFaultWord);
+  EXPECT_EQ(step(kDisabledWord), 0x00) << "a fault on the way";
+}
+
+// 0x605A = 5 and 6: the drive stays in Quick Stop Active.
+TEST_F(Cia402AxisTest, ADriveThatStaysInQuickStopActiveIsLedOnWhenItStands) {
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  for (int i = 0; i < 9; ++i) EXPECT_EQ(step(kBrakesWord, 100 * (5 - std::min(i, 5))), 0x02) << i;
+  int periods = 0;
+  while (step(kBrakesWord) == 0x02 && periods < 100) ++periods;
+  EXPECT_LT(periods, 10);
+  EXPECT_EQ(output.controlword, 0x00) << "Disable Voltage leads out of it";
+  EXPECT_EQ(step(kDisabledWord), 0x06);
+}
+
+TEST_F(Cia402AxisTest, ADriveWhoseEncoderNeverRestsIsLedOnWhenTimeIsUp) {
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  for (int i = 0; i < 20; ++i) EXPECT_EQ(step(kBrakesWord, 100 * (i % 2)), 0x02) << i;
+  EXPECT_EQ(step(kBrakesWord), 0x00);
+}
+
+TEST_F(Cia402AxisTest, BehindABrakeTheStopEndsWhenTheBrakeHolds) {
+  config.braked = true;
+  axis = std::make_unique<Cia402Axis>(config);
+  enable();
+  axis->quick_stop();
+  axis->enable();
+  for (int i = 0; i < 100; ++i) EXPECT_EQ(step(kBrakesWord), 0x02) << i;
+  EXPECT_TRUE(axis->stopping());
+  axis->end_stop();
+  EXPECT_EQ(step(kBrakesWord), 0x00);
+  EXPECT_EQ(step(kDisabledWord), 0x06);
 }
 
 TEST_F(Cia402AxisTest, ItHoldsWhereItStoodAndFollowsToTheCount) {
