@@ -3,12 +3,14 @@
 #include <fmt/format.h>
 
 #include <utility>
+#include <vector>
 
 #include "core/fault.h"
 #include "hal/can/bus.h"
 #include "hal/can/frame.h"
 #include "hal/can/nmt.h"
 #include "sim/canopen/emulated_can.h"
+#include "sim/canopen/emulated_drive.h"
 #include "sim/canopen/emulated_node.h"
 #include "sim/canopen/virtual_bus.h"
 #include "sim/simulated_drives.h"
@@ -55,7 +57,11 @@ class SimulatedHarm final : public Harm {
 
 class CanHarm final : public Harm {
  public:
-  CanHarm(EmulatedCanDrives& field, double share, std::uint64_t seed) : Harm(share, seed), field_(field) {}
+  CanHarm(EmulatedCanDrives& field, double share, std::uint64_t seed) : Harm(share, seed), field_(field) {
+    for (std::size_t i = 0; i < field_.config().buses[0].nodes.size(); ++i)
+      for (unsigned bit = 0; bit < 32; ++bit)
+        if (drive(i).inputs() >> bit & 1u) watches_.emplace_back(i, bit);
+  }
 
   bool one_thread() const override { return true; }
   JointVec places() override {
@@ -70,6 +76,7 @@ class CanHarm final : public Harm {
   using T = EmulatedNode::Trouble;
 
   void strike() override {
+    if (!watches_.empty() && below(3) == 0) return strike_safety();
     const int kind = below(19);
     if (kind < 13) return strike_node(kind);
     VirtualBus& bus = field_.bus(0);
@@ -89,6 +96,21 @@ class CanHarm final : public Harm {
       default:
         return noise(bus);
     }
+  }
+
+  EmulatedDrive& drive(std::size_t node) { return field_.node(0, node).drive(); }
+
+  // A door, a button or an air hose opens its input; or a drive's own safety input takes its torque.
+  void strike_safety() {
+    const auto& [node, bit] = watches_[static_cast<std::size_t>(below(static_cast<int>(watches_.size())))];
+    EmulatedDrive& victim = drive(node);
+    if (below(4) == 0) {
+      victim.set_sto(true);
+      return for_a_while("a drive's torque is off", [&victim] { victim.set_sto(false); });
+    }
+    victim.set_inputs(victim.inputs() & ~(1u << bit));
+    for_a_while("a safety input is open",
+                [&victim, on = 1u << bit] { victim.set_inputs(victim.inputs() | on); });
   }
 
   // Frames of any identifier and content.
@@ -135,6 +157,7 @@ class CanHarm final : public Harm {
   }
 
   EmulatedCanDrives& field_;
+  std::vector<std::pair<std::size_t, unsigned>> watches_;  ///< nodes and bits of inputs that are on
 };
 
 }  // namespace

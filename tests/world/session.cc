@@ -52,11 +52,20 @@ constexpr double kFirstOffset_mm = 0.5;
 constexpr double kPatience_s = 5;  // of a client
 constexpr double kScope_s = 0.2;   // so that the record of a fault is soon written
 
+/// The machine of a session.
+struct Site {
+  const char* config;
+  Means means;
+  bool on_can;  ///< emulated drives, which must be homed
+};
+constexpr Site kMill{"mill", {true, false}, false}, kCradle{"cradle_can", {false, true}, true},
+    kGantry{"gantry_router", {false, false}, true};
+
 /// Everything that a seed decides at the beginning.
 struct Fate {
   Malice malice;
   double drive_faults = 0;  ///< share of the periods
-  bool on_can = false;
+  Site site = kMill;
   DiskMalice disk;
   std::int64_t length_ns = 0;
   bool power_cut = false, guarded = false, harassed = false, doubted = false;
@@ -80,7 +89,8 @@ Fate draw_fate(std::uint64_t seed, std::mt19937_64& random) {
   fate.guarded = one_in(random, 2);
   fate.harassed = one_in(random, 2);
   fate.doubted = one_in(random, 2);
-  fate.on_can = seed % 3 == 0;
+  if (seed % 3 == 0) fate.site = kCradle;
+  if (seed % 6 == 1) fate.site = kGantry;
   fate.programs = 1 + static_cast<int>(random() % 3);
   return fate;
 }
@@ -122,6 +132,32 @@ std::string compare_traces(const std::string& recorded, const std::string& repla
 
 void write_text(const std::string& path, const std::string& text) { std::ofstream(path) << text; }
 
+std::string read_text(const std::string& path) {
+  std::ifstream file(path);
+  return {std::istreambuf_iterator<char>(file), {}};
+}
+
+void replace(std::string& text, std::string_view what, std::string_view by) {
+  const std::size_t at = text.find(what);
+  if (at == std::string::npos) throw std::runtime_error(fmt::format("the config has no '{}'", what));
+  for (std::size_t i = at; i != std::string::npos; i = text.find(what, i + by.size()))
+    text.replace(i, what.size(), by);
+}
+
+// Switches near the middle, and joints near their switches: a session has a few seconds.
+std::string gantry_config() {
+  std::string text = read_text(source_dir() + "/configs/gantry_router.toml");
+  replace(text, "eds/servo.eds", source_dir() + "/configs/eds/servo.eds");
+  for (const auto& [before, after] : {std::pair{"home_mm = -620.0", "home_mm = -130.0"},
+                                      std::pair{"start_mm = -505.0", "start_mm = -124.0"},
+                                      std::pair{"home_mm = -1245.0", "home_mm = -130.0"},
+                                      std::pair{"home_final_mm = -1240.0", "home_final_mm = -125.0"},
+                                      std::pair{"start_mm = -1170.0", "start_mm = -122.0"},
+                                      std::pair{"start_mm = 40.0", "start_mm = 95.0"}})
+    replace(text, before, after);
+  return text;
+}
+
 class Life {
  public:
   Life(std::uint64_t seed, std::string folder)
@@ -138,10 +174,11 @@ class Life {
   void serve(Assembly& assembly);
   void direct(ClientWorld& world);
   void judge_disk();
-  void judge_replay(const std::string& machine);
+  void judge_replay();
   std::string vars() const { return folder_ + "/kept/mill.var"; }
   std::string place() const { return folder_ + "/kept/mill.place"; }
-  Means means() const { return {!fate_.on_can, fate_.on_can}; }
+  const Means& means() const { return fate_.site.means; }
+  std::string machine_file() const;
   std::string log() const { return folder_ + "/session.log"; }
   std::string trace() const { return folder_ + "/trace.csv"; }
 
@@ -153,8 +190,15 @@ class Life {
   std::uint32_t lost_reports_ = 0;
 };
 
+std::string Life::machine_file() const {
+  if (fate_.site.config != kGantry.config)
+    return fmt::format("{}/configs/{}.toml", source_dir(), fate_.site.config);
+  return folder_ + "/gantry.toml";
+}
+
 void Life::prepare() {
   std::filesystem::create_directory(folder_ + "/kept");
+  if (fate_.site.config == kGantry.config) write_text(machine_file(), gantry_config());
   Parameters parameters;
   parameters[KeptOffsets::kParameter] = kFirstOffset_mm;
   write_text(vars(), parameters_text(parameters));
@@ -211,7 +255,8 @@ void Life::serve(Assembly& assembly) {
   TraceWriter record(trace(), assembly.machine, *assembly.map, *assembly.corrections.setpoint, false, true);
   PlannerThread programs(assembly, queue, parameters, {}, listeners, {vars(), ""});
   PlaceKeeper place_keeper(place());
-  ClientWorld world{{assembly.lcm, assembly.access, kPatience_s}, programs_, drives, means(), fate_.on_can};
+  ClientWorld world{
+      {assembly.lcm, assembly.access, kPatience_s}, programs_, drives, means(), fate_.site.on_can};
   std::vector<std::thread> clients;
   clients.emplace_back([&, seed = random_()] { operate(world, offsets_, seed); });
   if (fate_.guarded) clients.emplace_back([&, seed = random_()] { guard(world, seed); });
@@ -242,10 +287,10 @@ void Life::serve(Assembly& assembly) {
 }
 
 // A log that lacks periods, or whose programs failed because of the disk, gives other setpoints.
-void Life::judge_replay(const std::string& machine) {
+void Life::judge_replay() {
   if (lost_reports_ > 0 || fate_.disk.fault_share > 0) return;
   const Session session = read_session(log());
-  const Assembly assembly = assemble(machine);
+  const Assembly assembly = assemble(machine_file());
   Parameters parameters;
   parse_parameters(session.head.vars_text, "variables", parameters);
   ToolTable tools;
@@ -258,10 +303,8 @@ void Life::judge_replay(const std::string& machine) {
 
 void Life::run() {
   prepare();
-  const std::string machine =
-      source_dir() + (fate_.on_can ? "/configs/cradle_can.toml" : "/configs/mill.toml");
   {
-    Assembly assembly = assemble(machine);
+    Assembly assembly = assemble(machine_file());
     assembly.lcm.url.clear();
     assembly.realtime.cpu = -1;
     assembly.realtime.lock_memory = false;
@@ -269,7 +312,7 @@ void Life::run() {
     serve(assembly);
   }
   judge_disk();
-  judge_replay(machine);
+  judge_replay();
 }
 
 void block_signals() {
