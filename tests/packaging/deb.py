@@ -23,6 +23,8 @@ ALLOWED = {
     "initial-upload-closes-no-bugs": "Debian has no request for this package",
 }
 
+LIBRARY = ("libtrunnion0.2", "trunnion-dev", "python3-trunnion")
+
 
 def run(*command, **options):
     done = subprocess.run(list(map(str, command)), capture_output=True, text=True, check=False, **options)
@@ -286,7 +288,8 @@ class FreshDebian(unittest.TestCase):
         def change(tree):
             path = tree / "etc/trunnion/mill.toml"
             path.write_text(path.read_text() + "\n# newer\n")
-        self.tree.install(newer(self.packages["trunnion"], self.folder.name, change), self.packages["trunnion-dev"],
+        self.tree.install(newer(self.packages["trunnion"], self.folder.name, change),
+                          *(self.packages[name] for name in LIBRARY),
                           options=("-o", "Dpkg::Options::=--force-confdef", "-o", "Dpkg::Options::=--force-confold",
                                    "--allow-change-held-packages"))
         self.assertIn("0.2.0-2", self.tree.run("dpkg-query", "-W", "trunnion"))
@@ -296,8 +299,13 @@ class FreshDebian(unittest.TestCase):
         said = self.tree.run("trunnion", "run", "probe", "--machine", "/etc/trunnion/mill.toml")
         self.assertIn("within its limits", said)
 
-    def test_5_purge(self):
-        said = self.tree.run("apt-get", "purge", "-y", "-q", "trunnion", "trunnion-dev")
+    def test_5_the_library_plans(self):
+        said = self.tree.run("python3", "/usr/share/trunnion/examples/library/limits.py", "/etc/trunnion/mill.toml",
+                             "/usr/share/trunnion/examples/first_part.ngc", "/usr/share/trunnion/examples/tools.tbl")
+        self.assertRegex(said, r"s on mill\nX: ")
+
+    def test_6_purge(self):
+        said = self.tree.run("apt-get", "purge", "-y", "-q", "trunnion", "trunnion-panel", *LIBRARY)
         self.assertIn("Removing trunnion", said)
         left = {str(path.relative_to(self.tree.root)) for part in ("usr", "etc", "var/lib")
                 for path in (self.tree.root / part).rglob("*trunnion*")
