@@ -234,17 +234,18 @@ class DictionaryReader {
                        section.name, object_type));
     if (top) parents_[key.index] = entry.name;
     fill_value(section, entry);
-    mend_limits(section, key, entry);
     // An array or a record has no value of its own: its values are its sub-objects, which follow as sections
     // or, in a compact file, are made here.
-    if (top && (object_type == 8 || object_type == 9)) return add_compact(section, key, entry);
+    const bool list = top && (object_type == 8 || object_type == 9);
+    if (list || key.sub != 0) mend_limits(section, key, entry);
+    if (list) return add_compact(section, key, entry);
     if (!top) entry.name = parents_[key.index] + ": " + entry.name;
     out_.entries[key] = entry;
   }
 
   // 0x1016 holds a node id above a time of 16 bits. Several makers' files have a limit of the time alone.
   void mend_limits(const Section& section, ObjectKey key, DictionaryEntry& entry) {
-    if (key.index != 0x1016 || key.sub == 0 || !entry.high || *entry.high > 0xFFFF || entry.high == 0) return;
+    if (key.index != 0x1016 || !entry.high || *entry.high > 0xFFFF || entry.high == 0) return;
     warn(section.line, fmt::format("HighLimit {} of [{}] leaves no room for a node id; left out", *entry.high,
                                    section.name));
     entry.high.reset();

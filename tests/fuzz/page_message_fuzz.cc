@@ -59,7 +59,7 @@ void check_command(const PageMessage& message) {
   require(std::isfinite(command.value) && std::isfinite(command.speed) && std::isfinite(command.speed_share),
           "finite numbers");
   require(command.text.find('\0') == std::string::npos, "no zero byte in a text");
-  require(command.frame >= command_t::OWN && command.frame <= command_t::TOOL, "a frame");
+  require(command.frame >= command_t::OWN && command.frame <= command_t::PATH, "a frame");
   require(command.alive_ms >= 0 && command.alive_ms <= 1000 && command.joint >= -1, "values in range");
   const bool moves = command.verb == command_t::JOG && command.value != 0;
   require(moves == (message.press > 0), "a press where a jog moves, and only there");

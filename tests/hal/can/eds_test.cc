@@ -139,5 +139,15 @@ TEST(Eds, ALimitThatLeavesNoRoomForTheMastersIdIsLeftOut) {
             "elmo.eds:4: HighLimit 65535 of [1016sub1] leaves no room for a node id; left out");
 }
 
+TEST(Eds, ACompactListOfConsumersHasNoSuchLimitEither) {
+  const ObjectDictionary out = parse_eds(
+      "[1016]\nParameterName=Consumer\nObjectType=8\nDataType=7\nAccessType=rw\nHighLimit=65535\n"
+      "CompactSubObj=3\n",
+      "elmo.eds", 1);
+  for (std::uint8_t sub = 1; sub <= 3; ++sub) EXPECT_FALSE(out.find({0x1016, sub})->high) << int{sub};
+  ASSERT_EQ(out.warnings.size(), 1u);
+  EXPECT_EQ(out.warnings[0], "elmo.eds:1: HighLimit 65535 of [1016] leaves no room for a node id; left out");
+}
+
 }  // namespace
 }  // namespace trn
