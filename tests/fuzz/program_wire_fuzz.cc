@@ -16,7 +16,7 @@ using fuzz::require;
 
 void read_reply(const std::string& packet) {
   const ProgramReply reply = decode_reply(packet);
-  require(reply.kind <= ProgramReply::Kind::kTime, "a kind of reply that there is");
+  require(reply.kind <= ProgramReply::Kind::kMeasured, "a kind of reply that there is");
   if (reply.kind == ProgramReply::Kind::kTables) {
     const std::string again = encode(reply.tables);
     require(encode(decode_reply(again).tables) == again, "the same tables again");
@@ -28,7 +28,7 @@ void read_reply(const std::string& packet) {
 
 void read_call(const std::string& packet) {
   const ProgramCall call = decode_call(packet);
-  require(call.kind <= ProgramCall::Kind::kLoadPlace, "a kind of call that there is");
+  require(call.kind <= ProgramCall::Kind::kDeleteTool, "a kind of call that there is");
   require(call.q.allFinite(), "places are numbers");
   const std::string written = encode(call);
   require(encode(decode_call(written)) == written, "the same call again");

@@ -156,6 +156,15 @@ void check_cycle_words(const Block& b, GCode motion) {
          "a whole number of repeats from 1");
 }
 
+// Also of an arc that goes on without its code.
+void check_turns(const Block& b) {
+  if (!b.has('P')) return;
+  const double turns = b['P'];
+  if (turns != std::round(turns)) fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', turns);
+  if (turns < 1 || turns > 1e6)
+    fail(GcodeErrorCode::kBadValue, b.at('P'), 'P', turns, "an arc", "1 turn to 1000000");
+}
+
 // Words without which a code means nothing, and values no code takes: before anything of the block is done.
 void check_words(const Block& b, GCode motion) {
   if (b.has('F') && b['F'] < 0)
@@ -163,6 +172,7 @@ void check_words(const Block& b, GCode motion) {
   if (b.has('S') && b['S'] < 0)
     fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "a spindle speed", "S of 0 or more");
   if (motion > 3_g) check_cycle_words(b, motion);
+  if (motion == 2_g || motion == 3_g) check_turns(b);
   if (!b.any_g) return;
   const GCode code = b.code(GGroup::kNonModal);
   const std::uint32_t column = b.at(GGroup::kNonModal);
@@ -172,9 +182,6 @@ void check_words(const Block& b, GCode motion) {
     fail(GcodeErrorCode::kMissingWord, column, g_name(code), "axis words");
   if (code == 53_g && motion != 0_g && motion != 1_g)
     fail(GcodeErrorCode::kMissingWord, column, "G53", "G0 or G1 and axis words");
-  if ((motion == 2_g || motion == 3_g) && b.has('P') &&
-      (b['P'] < 1 || b['P'] > 1e6 || b['P'] != std::round(b['P'])))
-    fail(GcodeErrorCode::kNotInteger, b.at('P'), 'P', b['P']);
 }
 
 }  // namespace

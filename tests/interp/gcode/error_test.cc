@@ -77,6 +77,12 @@ const Case kCases[] = {
     {"G0 X[1/0]", "p.ngc:1:7: division by zero: '/0]'; legal: a divisor other than 0"},
     {"G0 X[SQRT[-4]]",
      "p.ngc:1:6: SQRT of -4 is not defined: 'SQRT[-4]]'; legal: an argument inside the function's range"},
+    {"F9 G2 I5 P0", "p.ngc:1:10: P = 0 is not legal for an arc: 1 turn to 1000000: 'P0'"},
+    {"F9 G2 I5\nI5 P0", "p.ngc:2:4: P = 0 is not legal for an arc: 1 turn to 1000000: 'P0'"},
+    {"F9 G3 I5\nI5 P-1 (modal)", "p.ngc:2:4: P = -1 is not legal for an arc: 1 turn to 1000000: 'P-1'"},
+    {"F9 G2 I5\nI5 P1.5", "p.ngc:2:4: P = 1.5 is not an integer: 'P1.5'; legal: an integer"},
+    {"F9 G2 I5\nI5 P1000001",
+     "p.ngc:2:4: P = 1000001 is not legal for an arc: 1 turn to 1000000: 'P1000001'"},
     {"T1.5", "p.ngc:1:1: T = 1.5 is not an integer: 'T1.5'; legal: an integer"},
     {"X1",
      "p.ngc:1:1: axis words without a motion mode: 'X1'; legal: G0, G1, G2, G3 or a cycle before or on this "
