@@ -21,12 +21,19 @@ constexpr double kTapShare = 0.8;     // of the spindle's acceleration that the 
 constexpr double kSplineChord_mm = 0.002;
 constexpr double kAxisChord_rad = 5e-5;  // tool axis of a chord from its great circle
 constexpr int kAxisChordsMax = 512;
+constexpr double kSplineChordsMax = 200'000;  // some 10 km, and 10 MB
 constexpr double kSameWords_rad = 1e-4;
 constexpr double kTipAtRest = 1e-9;  // mm; F then means the rotary words
 
 Vec3 bezier(const Vec3* c, double t) {
   const double s = 1 - t;
   return s * s * s * c[0] + 3 * s * s * t * c[1] + 3 * s * t * t * c[2] + t * t * t * c[3];
+}
+
+// How many chords stay within 2 um of this cubic piece.
+double chords_of(const Vec3* c, double scale) {
+  const double bend = std::max((c[0] - 2 * c[1] + c[2]).norm(), (c[1] - 2 * c[2] + c[3]).norm()) * scale;
+  return std::max(1.0, std::ceil(std::sqrt(0.75 * bend / kSplineChord_mm)));
 }
 
 // Unit vector a share t of the angle between a and b from a.
@@ -240,17 +247,22 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   send(words);
 }
 
-// Cubic pieces as chords that stay within 2 um of the curve.
+// Cubic pieces as chords. All of a curve's are made at once, as they share its time: there is an end to their
+// number.
 void Lowering::spline(const canon::NurbsFeed& spline) {
   const double scale = inch_ ? kMmPerInch : 1;
   ProgramWords at = spline.to;
   std::vector<Words> way;
   const std::vector<Vec3>& hull = *spline.bezier;
   TRN_CHECK(!hull.empty() && hull.size() % 4 == 0);
+  double all = 0;
+  for (std::size_t i = 0; i + 3 < hull.size(); i += 4) all += chords_of(hull.data() + i, scale);
+  if (!(all <= kSplineChordsMax))
+    fail(GcodeErrorCode::kSpline, 1, "the curve is longer than any machine",
+         "its control points and tangents nearer to each other");
   for (std::size_t i = 0; i + 3 < hull.size(); i += 4) {
     const Vec3* c = hull.data() + i;
-    const double bend = std::max((c[0] - 2 * c[1] + c[2]).norm(), (c[1] - 2 * c[2] + c[3]).norm()) * scale;
-    const int chords = std::max(1, static_cast<int>(std::ceil(std::sqrt(0.75 * bend / kSplineChord_mm))));
+    const int chords = static_cast<int>(chords_of(c, scale));
     for (int k = 1; k <= chords; ++k) {
       const Vec3 p = bezier(c, static_cast<double>(k) / chords);
       at[kX] = p.x();

@@ -372,6 +372,24 @@ TEST(Lowering, WhatNeedsInputsIsRefusedByName) {
             "p.ngc:1:1: M66 is not built into this control: no inputs are connected (");
 }
 
+// A digit too many: all of a curve's chords lie in memory at once.
+TEST(Lowering, ASplineWithoutEndIsRefused) {
+  const std::string digits = "222222222222";
+  for (const std::string& curve : {"G5 X1 Y1 I0 J1 Q-3 P" + digits, "G5.1 X1 Y1 J1 I" + digits,
+                                   "G5.2 X" + digits + " Y1 P1\nX9 Y" + digits + " P1\nX0 Y1 P1\nG5.3",
+                                   "G6.2 P3 K0 X0 Y0 Z0\nK0 X" + digits + "\nK0 X0 Y9\nK1\nK1\nK1"}) {
+    try {
+      Session().moves("F9\n" + curve + "\nM2\n");
+      ADD_FAILURE() << curve;
+    } catch (const GcodeError& error) {
+      EXPECT_NE(std::string(error.what()).find("the curve is longer than any machine"), std::string::npos)
+          << error.what();
+    }
+  }
+  EXPECT_GT(Session().moves("F9\nG5 X10 Y1 I0 J3 P10000000 Q1\nM2\n").moves.size(), 50'000U)
+      << "nearly 10 km";
+}
+
 // A rational quadratic with these weights is a quarter of a circle.
 TEST(Lowering, NurbsInSpaceAreTheirCurve) {
   const test::MoveList list = Session().moves(
