@@ -298,6 +298,7 @@ class Executor : public StateValues {
   void cycle_word(const Block& b, GCode motion, char letter, double& kept);
   void cycle_words(const Block& b, GCode motion);
   [[noreturn]] void bad_peck(const Block& b, GCode motion) const;
+  void check_peck(const Block& b, GCode motion, const Hole& hole) const;
   Hole first_hole(const Block& b, const CycleAxes& axes) const;
   void drill(const Block& b, GCode motion, Hole& hole, double height, int repeats);
   void cycle_hole(GCode motion, const Hole& hole);

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <bit>
 #include <chrono>
 #include <cmath>
@@ -75,14 +76,16 @@ void WatchedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) noe
 // A drive that has just been enabled obeys the next setpoint: that one begins where the joint stands.
 void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
   const bool begins = obeyed_ == 0;
-  if (!enabled && obeyed_ > 0) judge_.next_piece();
   obeyed_ = enabled && was_enabled_ ? obeyed_ + 1 : 0;
   was_enabled_ = enabled;
   if (obeyed_ == 0) return;
   if (begins && (setpoints.q - q_last_).cwiseAbs().maxCoeff() > kBegins_mm)
     Chronicle::finding("no jump", fmt::format("the first setpoint is {:.3f} mm from where the drives stand",
                                               (setpoints.q - q_last_).cwiseAbs().maxCoeff()));
-  if (begins) judge_row(period_ - 1, q_last_);  // it stands there, and may move with the very first one
+  if (begins) {
+    judge_ = LimitJudge(joints_around(q_last_), machine_.period_s);
+    judge_row(period_ - 1, q_last_);  // it stands there, and may move with the very first one
+  }
   judge_row(period_, setpoints.q);
   if (judge_.within_limits()) return;
   for (std::size_t joint = 0; joint < judge_.verdicts().size(); ++joint)
@@ -92,6 +95,17 @@ void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
       Chronicle::finding("joint limit", fmt::format("{} {:.6f} of its {}", machine_.joints[joint].name,
                                                     peak.ratio, to_string(static_cast<Quantity>(k))));
     }
+}
+
+// A joint that stands outside its range, as where homing was stopped behind the switch, goes no further out.
+Joints WatchedDrives::joints_around(const JointVec& q) const {
+  Joints joints = machine_.joints;
+  for (std::size_t i = 0; i < joints.size(); ++i) {
+    JointLimit& limit = joints[i].limit;
+    limit.min = std::min(limit.min, q[static_cast<Eigen::Index>(i)]);
+    limit.max = std::max(limit.max, q[static_cast<Eigen::Index>(i)]);
+  }
+  return joints;
 }
 
 void WatchedDrives::judge_row(std::uint64_t period, const JointVec& q) {

@@ -37,6 +37,7 @@ class WatchedDrives final : public Drives {
  private:
   void bring_up_if_asked();
   void judge_row(std::uint64_t period, const JointVec& q);
+  Joints joints_around(const JointVec& q) const;
   void judge(const Setpoints& setpoints, bool enabled);
   void judge_stop(const Feedback& feedback);
   void judge_rest(const Feedback& feedback);

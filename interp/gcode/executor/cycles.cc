@@ -19,6 +19,7 @@ namespace trn {
 namespace {
 
 constexpr double kRepeatsMax = 1e6;
+constexpr int kPecksMax = 10000;  // of one hole
 
 bool needs_dwell(GCode motion) {
   return motion == 82_g || motion == 86_g || motion == 88_g || motion == 89_g;
@@ -80,6 +81,15 @@ void Executor::cycle_words(const Block& b, GCode motion) {
 
 void Executor::bad_peck(const Block& b, GCode motion) const {
   fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', b['Q'], g_name(motion), "a peck greater than 0");
+}
+
+// The pecks of a hole are made at once, and one too small for its digits would never come to the bottom.
+void Executor::check_peck(const Block& b, GCode motion, const Hole& hole) const {
+  const double q = s_.cycle.q;
+  if (q <= 0) bad_peck(b, motion);
+  if (hole.r - hole.bottom > kPecksMax * q)
+    fail(GcodeErrorCode::kBadValue, b.has('Q') ? b.at('Q') : b.motion_column(), 'Q', q, g_name(motion),
+         fmt::format("a peck of which {} reach the bottom", kPecksMax));
 }
 
 void Executor::cycle(const Block& b, GCode motion) {
@@ -160,7 +170,7 @@ void Executor::drill(const Block& b, GCode motion, Hole& hole, double height, in
     cycle_to(hole, hole.first, hole.second, height, true);
     if (height != hole.r) cycle_to(hole, hole.first, hole.second, hole.r, true);
     check_cycle_spindle(motion, b.motion_column());
-    if ((motion == 73_g || motion == 83_g) && s_.cycle.q <= 0) bad_peck(b, motion);
+    if (motion == 73_g || motion == 83_g) check_peck(b, motion, hole);
     cycle_hole(motion, hole);
     height = hole.clear;
   }
@@ -308,7 +318,7 @@ void Executor::tilted_drilling(const Block& b) {
   if (b.has('Q') || !goes_on) s_.cycle.q = b.get('Q', 1);
   if (b.has('R') || !goes_on) s_.cycle.retract = b.get('R', from_mm(parts_.config.g183_retract_mm));
   const double pecks = s_.cycle.q;
-  if (pecks < 1 || pecks != std::round(pecks) || pecks > 10000)
+  if (pecks < 1 || pecks != std::round(pecks) || pecks > kPecksMax)
     fail(GcodeErrorCode::kBadValue, b.at('Q'), 'Q', pecks, "G183", "a whole number of pecks from 1");
   if (s_.cycle.retract < 0)
     fail(GcodeErrorCode::kBadValue, b.at('R'), 'R', s_.cycle.retract, "G183", "R of 0 or more");
