@@ -34,6 +34,7 @@ WatchedDrives::WatchedDrives(Drives& inner, const Machine& machine, Harm& harm)
       harm_(harm),
       judge_(machine.joints, machine.period_s),
       q_last_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
+      q_before_(q_last_),
       place_last_(q_last_),
       brake_periods_(static_cast<std::uint64_t>(std::ceil(kBrake_s / machine.period_s))) {}
 
@@ -69,6 +70,7 @@ void WatchedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) noe
   judge(setpoints, feedback.state == DriveState::kEnabled);
   judge_stop(feedback);
   judge_rest(feedback);
+  q_before_ = q_last_;
   q_last_ = feedback.q;
   place_last_ = harm_.places();
 }
@@ -83,8 +85,9 @@ void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
     Chronicle::finding("no jump", fmt::format("the first setpoint is {:.3f} mm from where the drives stand",
                                               (setpoints.q - q_last_).cwiseAbs().maxCoeff()));
   if (begins) {
-    judge_ = LimitJudge(joints_around(q_last_), machine_.period_s);
-    judge_row(period_ - 1, q_last_);  // it stands there, and may move with the very first one
+    const JointVec stands = standing_at(setpoints.q);
+    judge_ = LimitJudge(joints_around(stands), machine_.period_s);
+    judge_row(period_ - 1, stands);  // it stands there, and may move with the very first one
   }
   judge_row(period_, setpoints.q);
   if (judge_.within_limits()) return;
@@ -95,6 +98,15 @@ void WatchedDrives::judge(const Setpoints& setpoints, bool enabled) {
       Chronicle::finding("joint limit", fmt::format("{} {:.6f} of its {}", machine_.joints[joint].name,
                                                     peak.ratio, to_string(static_cast<Quantity>(k))));
     }
+}
+
+// Where the joints stand when they are given `first`. A joint that still creeps, as one that sagged until its
+// servo took it, is told where it was a period before. That is as near as anybody can tell it.
+JointVec WatchedDrives::standing_at(const JointVec& first) const {
+  JointVec out = q_last_;
+  for (Eigen::Index i = 0; i < out.size(); ++i)
+    if (std::abs(first[i] - q_last_[i]) <= std::abs(q_last_[i] - q_before_[i])) out[i] = first[i];
+  return out;
 }
 
 // A joint that stands outside its range, as where homing was stopped behind the switch, goes no further out.

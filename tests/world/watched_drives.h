@@ -37,6 +37,7 @@ class WatchedDrives final : public Drives {
  private:
   void bring_up_if_asked();
   void judge_row(std::uint64_t period, const JointVec& q);
+  JointVec standing_at(const JointVec& first) const;
   Joints joints_around(const JointVec& q) const;
   void judge(const Setpoints& setpoints, bool enabled);
   void judge_stop(const Feedback& feedback);
@@ -50,7 +51,8 @@ class WatchedDrives final : public Drives {
   std::int64_t stop_due_ns_ = 0, stop_held_ns_ = 0;  ///< 0: none is due
   std::uint64_t stopped_at_ = 0;                     ///< period of the quick stop that is not over; 0: none
   bool was_enabled_ = false;
-  JointVec q_last_, place_last_;     ///< as the drives told it, as it is
+  JointVec q_last_, q_before_;       ///< as the drives told it in the last two periods
+  JointVec place_last_;              ///< as it is
   std::uint64_t brake_periods_;      ///< within which a joint must come to rest
   std::atomic<bool> asked_ = false;  ///< to bring up the drives, in the tick's thread
   std::string refusal_;              ///< why that failed
