@@ -70,6 +70,21 @@ TEST_F(Leg, EveryAxisOfALongTurnIsFoundInWhatOneSearchLooksAt) {
   }
 }
 
+// The table tilts while it turns: an axis on the way comes near it once in every turn, and is met in one of
+// them. One that is tilted 0.01 deg further lies off the spiral by that, times the cosine of the spiral's
+// slope.
+TEST_F(Leg, OfTurnsThatDifferTheNearestIsFound) {
+  const ProgrammedLeg leg(line(words({0, 0, 0}, 10, 0), words({0, 0, 0}, 40, 3 * 360.0)), table_);
+  ASSERT_EQ(leg.shares_at_once(), 1);
+  for (int i = 1; i < 60; ++i) {
+    const double share = i / 60.0, tilt_rad = rad_from_deg(10.01 + 30 * share);
+    const double slope = 30.0 / (3 * 360) / std::sin(tilt_rad);
+    const Vec3 here = table_.orientation(Vec3(tilt_rad, 0, 3 * 2 * kPi * share)).col(2);
+    EXPECT_NEAR(leg.smallest_angle_deg(here, 0, 1, 0), 0.01 / std::hypot(1, slope), 1e-6)
+        << "share " << share;
+  }
+}
+
 TEST_F(Leg, AShortTurnIsLookedAtAtOnce) {
   EXPECT_EQ(ProgrammedLeg(line(words({0, 0, 0}, 0, 0), words({0, 0, 0}, 30, 360)), table_).shares_at_once(),
             1);
