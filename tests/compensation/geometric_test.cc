@@ -47,7 +47,7 @@ Pige random_pige(std::mt19937& rng) {
 
 TEST(Geometric, VectorsOfTheCradle) {
   const LoadedMachine cradle_machine = load_machine("cradle");
-  for (const auto& row : load_vectors("cradle_pige").at("rows")) {
+  for (const auto& row : vector_rows("cradle_pige")) {
     GeometricConfig config;
     config.chain = read_chain(cradle_machine.machine);
     set_pige(config.chain, pige_of(row.at("pige")));

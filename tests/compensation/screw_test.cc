@@ -26,7 +26,7 @@ double interpolate(const std::vector<double>& x, const std::vector<double>& y, d
 }
 
 TEST(Screw, DisplacementOfTheThreeMountings) {
-  for (const auto& row : load_vectors("screw_thermal").at("rows")) {
+  for (const auto& row : vector_rows("screw_thermal")) {
     const std::string mounting = row.at("mounting");
     const ScrewMounting m = mounting == "fixed-free"    ? ScrewMounting::kFixedFree
                             : mounting == "fixed-fixed" ? ScrewMounting::kFixedFixed

@@ -3,7 +3,10 @@
 #include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/frames.h"
@@ -35,6 +38,14 @@ inline LoadedMachine load_machine(const std::string& name) {
 inline nlohmann::json load_vectors(const std::string& name) {
   std::ifstream in(source_dir() + "/tests/data/vectors/" + name + ".json");
   return nlohmann::json::parse(in);
+}
+
+/// The rows of such a file, of which there is one at least. By value: a loop over a part of load_vectors()
+/// would go over what is gone.
+inline std::vector<nlohmann::json> vector_rows(const std::string& name) {
+  auto rows = load_vectors(name).at("rows").get<std::vector<nlohmann::json>>();
+  if (rows.empty()) throw std::runtime_error(name + ": no rows");
+  return rows;
 }
 
 inline Vec3 vec3_of(const nlohmann::json& j) {

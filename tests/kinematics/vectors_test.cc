@@ -38,14 +38,14 @@ void check_serial_row(const Kinematics& kinematics, const JointVec& q, const Vec
 
 TEST(Vectors, CradleNominal) {
   const LoadedMachine cradle = load_machine("cradle");
-  for (const auto& row : load_vectors("cradle_pige").at("rows"))
+  for (const auto& row : vector_rows("cradle_pige"))
     check_serial_row(*cradle.kinematics, joints_of(row.at("joints")), vec3_of(row.at("tip_nominal")),
                      vec3_of(row.at("axis_nominal")), row.at("tool_length"));
 }
 
 TEST(Vectors, Head) {
   const LoadedMachine head = load_machine("head");
-  for (const auto& row : load_vectors("head").at("rows"))
+  for (const auto& row : vector_rows("head"))
     check_serial_row(*head.kinematics, joints_of(row.at("joints")), vec3_of(row.at("tip")),
                      vec3_of(row.at("axis")), row.at("pivot_to_tip"));
 }
@@ -54,7 +54,7 @@ TEST(Vectors, Hexapod) {
   const LoadedMachine hexapod = load_machine("hexapod");
   const Kinematics& kinematics = *hexapod.kinematics;
   const auto& platform = dynamic_cast<const PlatformKinematics&>(kinematics);
-  for (const auto& row : load_vectors("hexapod").at("rows")) {
+  for (const auto& row : vector_rows("hexapod")) {
     const Vec3 point = vec3_of(row.at("point_on_platform")), abc(row.at("A"), row.at("B"), 0);
     const Pose X_BS{kinematics.orientation(abc), point};  // no tool: the gauge point is the tip
     const JointVec legs = joints_of(row.at("legs"));
@@ -75,7 +75,7 @@ TEST(Vectors, Hexapod) {
 TEST(Vectors, RailMill) {
   const LoadedMachine rail_mill = load_machine("rail_mill");
   const Kinematics& kinematics = *rail_mill.kinematics;
-  for (const auto& row : load_vectors("rail").at("rows")) {
+  for (const auto& row : vector_rows("rail")) {
     const Pose X_BS{kinematics.orientation(Vec3(row.at("alpha"), 0, 0)), vec3_of(row.at("position"))};
     const JointVec rails = joints_of(row.at("rails"));
     JointVec q;
