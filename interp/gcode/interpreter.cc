@@ -7,6 +7,7 @@
 #include <cstring>
 #include <filesystem>
 #include <sstream>
+#include <string_view>
 
 #include "interp/gcode/error.h"
 #include "interp/gcode/g_code.h"
@@ -408,7 +409,7 @@ std::string Interpreter::place_of(std::uint32_t line, char letter) const {
   std::uint32_t column = 1;
   if (block_.parsed && line == block_.line) {
     column = block_.motion_column();
-    for (const char word : kWordLetters)
+    for (const char word : std::string_view(kWordLetters))
       if (block_.has(word) && (column == block_.motion_column() || block_.at(word) < column))
         column = block_.at(word);
     if (letter != 0 && block_.has(letter)) column = block_.at(letter);
