@@ -225,7 +225,8 @@ class DaemonTest(unittest.TestCase):
     def test_a_client_shows_what_the_daemon_tells(self):
         with Bench() as bench:
             bench.start_daemon()
-            told, shown = bench.status(), json.loads(bench.ask("status", "--json"))
+            told = bench.until(lambda s: s["codes"])
+            shown = json.loads(bench.ask("status", "--json"))
             self.assertEqual(set(shown) ^ set(told), {"fault_meaning", "fault_remedy", "alarms"})
             for name in ("machine", "state", "joints", "work_offset_value", "features", "warnings", "codes", "pid"):
                 self.assertEqual(shown[name], told[name])
