@@ -43,6 +43,11 @@ std::vector<CanFilter> CanMaster::service_filters() const {
   return filters;
 }
 
+void CanMaster::attach(CanEndpoint* endpoint) TRN_RT {
+  own_periods_ = kOwnPeriods;
+  endpoint_ = endpoint;
+}
+
 void CanMaster::receive() TRN_RT {
   if (!endpoint_) return;
   for (int batch = 0; batch < kBatchesPerTick; ++batch) {
@@ -55,8 +60,10 @@ void CanMaster::receive() TRN_RT {
   }
   const std::int64_t confirmed_ns = endpoint_->confirmed_ns();
   // The time stamp of the last own frame on the bus. Older ones belong to the period before.
-  if (confirmed_ns > last_sync_ns_ && last_sync_ns_ > 0)
+  if (confirmed_ns > last_sync_ns_ && last_sync_ns_ > 0) {
     statistics_->bus_latency.add(confirmed_ns - last_sync_ns_);
+    own_periods_ = std::max(own_periods_ - 1, 0);
+  }
   watch_bus();
 }
 
@@ -72,7 +79,7 @@ void CanMaster::take(const CanFrame& frame) TRN_RT {
   // A second master, or a tool that sends setpoints. A drive would obey whoever spoke last, so this is a
   // fault even though all drives still answer.
   if (is_foreign(frame)) {
-    if (fault_ == Fault::kOk) fault_ = Fault::kForeignMaster;
+    if (fault_ == Fault::kOk && own_periods_ == 0) fault_ = Fault::kForeignMaster;
     return;
   }
   // Each looks at the identifier itself: a bus has a handful of nodes.

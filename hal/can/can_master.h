@@ -36,8 +36,9 @@ class CanMaster {
 
   explicit CanMaster(const Config& config);
 
-  /// The endpoint to use from now on; the tick only.
-  void attach(CanEndpoint* endpoint) TRN_RT { endpoint_ = endpoint; }
+  /// The endpoint to use from now on; the tick only. It hears what the one before still had to send, that of
+  /// a process that is gone as well: until its own frames are out, nobody else is blamed for those.
+  void attach(CanEndpoint* endpoint) TRN_RT;
   CanEndpoint* endpoint() const TRN_RT { return endpoint_; }
 
   void receive() TRN_RT;
@@ -62,6 +63,10 @@ class CanMaster {
   static constexpr std::size_t kBatch = 64;
   // What is heard while drives are set up must be over before they are watched: a hundred answers of each.
   static constexpr int kBatchesPerTick = 32;
+  // A controller sends in the order in which it was told, some with a few frames in hand by their
+  // identifiers. Two whole periods of the new endpoint are on the bus behind everything that the old one had
+  // queued.
+  static constexpr int kOwnPeriods = 2;
   static constexpr std::size_t kFramesMax = 2 + NodeLink::kFramesMax * kNodesMax;
 
   void take(const CanFrame& frame) TRN_RT;
@@ -79,6 +84,7 @@ class CanMaster {
   std::unique_ptr<Statistics> statistics_;
   Fault fault_ = Fault::kOk;
   int counter_ = 0;
+  int own_periods_ = 0;  ///< that a new endpoint still has to confirm before foreign frames count
   std::uint32_t since_heartbeat_ = 0, overloaded_ = 0;
   std::int64_t last_sync_ns_ = 0;
 };

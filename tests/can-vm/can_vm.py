@@ -250,7 +250,7 @@ def judge(case, work, build):
     daemon_log = (work / "daemon.log").read_text()
     print("  daemon:", *re.findall(r"can\d: load.*", daemon_log))
     good = "daemon exit 0" in console and '"state":"idle"' in console
-    good &= case.setup == KVASER or "[  PASSED  ] 2 tests" in console
+    good &= case.setup == KVASER or "[  PASSED  ] 3 tests" in console
     if case.faults:
         told = re.findall(r"^fault +(\w+)", console, re.M)
         print(f"  faults told: {told}")

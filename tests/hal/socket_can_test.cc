@@ -5,7 +5,9 @@
 #include <array>
 #include <cstdlib>
 
+#include "core/fault.h"
 #include "hal/can/bus.h"
+#include "hal/can/can_master.h"
 #include "hal/can/frame.h"
 
 // On an interface of the kernel, named by TRN_CAN; tests/can-vm runs it where there is one.
@@ -67,6 +69,32 @@ TEST_F(SocketCanTest, ItDoesNotHearItself) {
   constexpr std::int64_t kReadingNs = 500'000'000;  // between the readings of two clocks, on a busy host
   EXPECT_GE(master_->confirmed_ns(), before_ns - kReadingNs);
   EXPECT_LE(master_->confirmed_ns(), master_->now_ns() + kReadingNs);
+}
+
+// As at a reset behind an interface that was down: the tick goes on with the old endpoint while the new one
+// is already open. What it hears of that is no second master; a frame of somebody else still is.
+TEST_F(SocketCanTest, TheEndpointThatItReplacesIsNoSecondMaster) {
+  CanMaster::Config config;
+  config.period_s = 0.002;
+  config.bus.interface = std::getenv("TRN_CAN");
+  CanMaster master(config);
+  master.attach(master_.get());
+  for (int i = 0; i < 3; ++i) {
+    master.send();
+    master.receive();
+  }
+  SocketCan anew(config.bus.interface, master.tick_filters());
+  anew.confirm_sends();
+  master.send();
+  master.attach(&anew);
+  for (int i = 0; i < 4; ++i) {
+    master.receive();
+    ASSERT_EQ(master.fault(), Fault::kOk) << i;
+    master.send();
+  }
+  send(*other_, 0x80, 1);
+  master.receive();
+  EXPECT_EQ(master.fault(), Fault::kForeignMaster);
 }
 
 }  // namespace

@@ -111,11 +111,21 @@ TEST(CanMaster, ABusThatTakesNothingIsOverloadedAfterSoManyPeriods) {
   EXPECT_EQ(master.fault(), Fault::kOk);
 }
 
+// A period that is sent, goes out and is heard of.
+void one_period(CanMaster& master, Recorder& endpoint) {
+  master.send();
+  endpoint.confirmed = endpoint.time_ns + 100'000;
+  master.receive();
+  endpoint.time_ns += 2'000'000;
+}
+
 TEST(CanMaster, WhatOnlyTheMasterMaySendIsForeign) {
   for (const std::uint32_t id : {0x080u, 0x77Fu}) {
     CanMaster master(config_with_heartbeat(0));
     Recorder endpoint;
     master.attach(&endpoint);
+    one_period(master, endpoint);
+    one_period(master, endpoint);
     CanFrame extended = make_frame(id, {0});
     extended.extended = true;
     CanFrame remote = make_frame(id, {});
@@ -125,6 +135,32 @@ TEST(CanMaster, WhatOnlyTheMasterMaySendIsForeign) {
     EXPECT_EQ(master.fault(), Fault::kOk) << std::hex << id;
     endpoint.waiting = {make_frame(id, {0})};
     master.receive();
+    EXPECT_EQ(master.fault(), Fault::kForeignMaster) << std::hex << id;
+  }
+}
+
+// The interface was down, `reset` has opened it anew; the period that the old endpoint has queued goes out
+// beside the new one's first. A second master that is there as well sends on, and is found behind it.
+TEST(CanMaster, WhatTheEndpointBeforeHadToSendIsNotForeign) {
+  for (const std::uint32_t id : {0x080u, 0x77Fu}) {
+    CanMaster master(config_with_heartbeat(0));
+    Recorder before, after;
+    master.attach(&before);
+    for (int i = 0; i < 3; ++i) one_period(master, before);
+    master.attach(&after);
+    for (int i = 0; i < 4; ++i) {
+      after.waiting = {make_frame(id, {0})};
+      master.receive();
+      ASSERT_EQ(master.fault(), Fault::kOk) << "nothing of the new one is on the bus yet, period " << i;
+      master.send();
+    }
+    for (int i = 0; i < 2; ++i) {
+      after.waiting = {make_frame(id, {0})};
+      one_period(master, after);
+      ASSERT_EQ(master.fault(), Fault::kOk) << "the new one's period " << i;
+    }
+    after.waiting = {make_frame(id, {0})};
+    one_period(master, after);
     EXPECT_EQ(master.fault(), Fault::kForeignMaster) << std::hex << id;
   }
 }
