@@ -12,6 +12,7 @@ namespace trn {
 namespace {
 constexpr double kQueueFactor = 1.5;  // of the plan time of a stop: with less the motion slows down
 constexpr double kLowFactor = 2;      // of that: below, what is seen may decide something
+constexpr double kFillS = 1;          // that a start from rest waits for the planner, at most
 constexpr double kSettled = 1e-9;     // mm, rad
 }  // namespace
 
@@ -240,7 +241,7 @@ double Cycle::target_rate() TRN_RT {
 // The rate falls with what is left in the queue: a planner that is late slows the machine down to its own
 // pace, one that is gone lets it run out smoothly, and at any moment a hold is shorter than what is left.
 double Cycle::rate_by_queue(double wanted) TRN_RT {
-  if (queue_.sees_stop()) return Overrides::kMax;
+  if (dwell_left_s_ > 0 || queue_.sees_stop()) return Overrides::kMax;  // a dwell needs no plan
   const double usable_s = std::max(0.0, queue_.seen_s() - unusable_s_);
   const double full_s = kQueueFactor * stop_s_;
   if (usable_s < kLowFactor * full_s * std::max(wanted, rate_.rate()))
@@ -248,11 +249,21 @@ double Cycle::rate_by_queue(double wanted) TRN_RT {
   return usable_s / full_s;
 }
 
+// A motion that begins with less ahead than it needs would begin slowly, and differ from the same program run
+// where nothing is late. At rest a wait costs nothing; a planner that takes longer than that is late.
+bool Cycle::waits_for_plan(bool short_of_plan) TRN_RT {
+  const bool begins = short_of_plan && interpolator_.at_rest() && queue_.front();
+  fill_periods_ = begins ? fill_periods_ + 1 : 0;
+  return begins && fill_periods_ * config_.period_s <= kFillS;
+}
+
 void Cycle::follow_path() TRN_RT {
   const double wanted = target_rate();
   if (switch_.settling) return settle(wanted);
-  const double most = rate_by_queue(wanted);
-  const bool late = most < wanted && !interpolator_.at_rest();
+  const double by_queue = rate_by_queue(wanted);
+  const bool waits = waits_for_plan(by_queue < wanted);
+  const double most = waits ? 0 : by_queue;
+  const bool late = by_queue < wanted && !waits && (queue_.front() || !interpolator_.at_rest());
   if (late && !planner_late_) ++report_.starvations;
   planner_late_ = late;
   // Both the joints and the probe were last heard at the end of the period before.

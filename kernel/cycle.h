@@ -150,6 +150,7 @@ class Cycle final : public TickPort {
   void follow_path() TRN_RT;
   double target_rate() TRN_RT;
   double rate_by_queue(double wanted) TRN_RT;
+  bool waits_for_plan(bool short_of_plan) TRN_RT;
   void drive(double plan_time_s) TRN_RT;
   bool map_setpoint() TRN_RT;
   bool meet_next_stretch() TRN_RT;
@@ -232,6 +233,7 @@ class Cycle final : public TickPort {
   Passed passed_;
   double dwell_left_s_ = 0;
   bool planner_late_ = false;  ///< slower than asked for, because of it
+  int fill_periods_ = 0;       ///< that the motion's start waits for more of the plan
 
   FeedForward feed_forward_;
   Setpoint setpoint_;
