@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <pwd.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -17,6 +16,7 @@
 #include <stdexcept>
 #include <system_error>
 
+#include "core/accounts.h"
 #include "core/check.h"
 
 namespace trn {
@@ -71,14 +71,6 @@ void bind_for(int fd, const std::string& path, gid_t group) {
   if (chmod(path.c_str(), shared ? 0660 : 0600) != 0)
     throw failure("the socket's rights cannot be set:", path);
   if (listen(fd, kBacklog) != 0) throw failure("nobody can connect to", path);
-}
-
-// From the file alone: a directory service may lie on a network, and may take its time.
-std::string user_name(uid_t uid) {
-  const std::unique_ptr<FILE, int (*)(FILE*)> users(std::fopen("/etc/passwd", "re"), std::fclose);
-  while (const passwd* user = users ? fgetpwent(users.get()) : nullptr)
-    if (user->pw_uid == uid) return user->pw_name;
-  return std::to_string(uid);
 }
 
 // Nothing if the peer has gone already.

@@ -1,7 +1,6 @@
 #include "app/client/daemon_place.h"
 
 #include <fmt/format.h>
-#include <pwd.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -13,6 +12,8 @@
 #include <system_error>
 #include <utility>
 
+#include "core/accounts.h"
+
 namespace trn {
 
 namespace {
@@ -22,12 +23,6 @@ constexpr const char* kSystemFolder = "/run/trunnion";
 std::string of_environment(const char* name) {
   const char* value = std::getenv(name);
   return value ? std::string(value).substr(0, std::string_view(value).find(':')) : std::string();
-}
-
-// As the system knows it: HOME may be anything.
-std::string home_folder() {
-  const passwd* user = getpwuid(geteuid());
-  return user && user->pw_dir && user->pw_dir[0] == '/' ? user->pw_dir : "";
 }
 
 // "" if the folder is private and can be written; otherwise why not.

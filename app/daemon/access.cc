@@ -1,11 +1,11 @@
 #include "app/daemon/access.h"
 
 #include <fmt/format.h>
-#include <grp.h>
 #include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include "app/client/daemon_place.h"
+#include "core/accounts.h"
 #include "hal/local_socket.h"
 
 namespace trn {
@@ -13,17 +13,13 @@ namespace trn {
 namespace {
 
 constexpr auto kNobody = static_cast<gid_t>(-1);
-gid_t group_id(const std::string& name) {
-  const group* found = getgrnam(name.c_str());
-  return found ? found->gr_gid : kNobody;
-}
 
 }  // namespace
 
 AccessRules::AccessRules(const AccessConfig& config) : names_{config.look, config.operate, config.set_up} {
   for (std::size_t i = 0; i < std::size(names_); ++i) {
     if (i > 0 && names_[i].empty()) names_[i] = names_[i - 1];
-    groups_[i] = group_id(names_[i]);
+    groups_[i] = group_id(names_[i]).value_or(kNobody);
     const bool told = i > 0 && names_[i] == names_[i - 1];
     if (groups_[i] == kNobody && !told)
       warnings_.push_back(

@@ -31,7 +31,9 @@ class Line {
  public:
   Line() : far_(posix_openpt(O_RDWR | O_NOCTTY)) {
     require(far_ >= 0 && grantpt(far_) == 0 && unlockpt(far_) == 0, "a pair of terminals");
-    name = ptsname(far_);
+    std::array<char, 64> text{};
+    require(ptsname_r(far_, text.data(), text.size()) == 0, "a terminal's name");
+    name = text.data();
     near_ = open(name.c_str(), O_RDWR | O_NOCTTY);  // it stays a line of raw bytes while this is open
     termios raw{};
     require(near_ >= 0 && tcgetattr(near_, &raw) == 0, "a terminal");

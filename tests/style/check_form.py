@@ -38,6 +38,11 @@ ANYWHERE = [
     (re.compile(r"\s$"), "space at the end of the line"),
 ]
 
+# One answer for all threads (the manual pages' ATTRIBUTES): another thread's call overwrites it.
+SHARED_ANSWER = re.compile(
+    r"\b(f?getpwent|getpwuid|getpwnam|f?getgrent|getgrgid|getgrnam|localtime|gmtime|asctime|ctime|strtok|gethostbyname|"
+    r"gethostbyaddr|getservbyname|getservbyport|ttyname|getlogin|ptsname|crypt|drand48)\s*\(")
+
 
 def line_of(text, offset, first):
     return first + text.count("\n", 0, offset)
@@ -71,6 +76,9 @@ def check_cpp(path, text, lengths):
     if path.endswith(".h"):
         errors += [f"{path}:{line_of(code, match.start(), 1)}: 'using namespace' in a header"
                    for match in re.finditer(r"\busing\s+namespace\b", code)]
+    errors += [f"{path}:{line_of(code, match.start(), 1)}: {match.group(1)} has one answer for all threads; use "
+               f"{match.group(1)}_r" for match in SHARED_ANSWER.finditer(code)
+               if not code[:match.start()].endswith("fmt::")]
     for function in functions(code):
         lengths.append(function.length)
         if function.length > FUNCTION_LINES_MAX:

@@ -50,6 +50,12 @@ class FunctionsTest(unittest.TestCase):
         errors = check_form.check_cpp("a.cc", "\nvoid g() {\n" + body + "  f();\n}\n", [])
         self.assertEqual(errors, ["a.cc:2: g has 71 lines; a function has at most 70"])
 
+    def test_answer_that_threads_share(self):
+        errors = check_form.check_cpp("a.cc", "void g() {\n  const passwd* user = getpwuid(7);\n}\n", [])
+        self.assertEqual(errors, ["a.cc:2: getpwuid has one answer for all threads; use getpwuid_r"])
+        for text in ("getpwuid_r(7, a, b, c, d);", "fmt::localtime(t);", "h = \"getpwuid(7)\";"):
+            self.assertEqual(check_form.check_cpp("a.cc", f"void g() {{\n  {text}\n}}\n", []), [])
+
 
 class TickTest(unittest.TestCase):
     def errors(self, statement, mark="TRN_RT"):

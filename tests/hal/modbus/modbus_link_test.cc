@@ -6,6 +6,7 @@
 #include <termios.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstdint>
 #include <stdexcept>
 #include <string>
@@ -52,7 +53,10 @@ TEST(ModbusLink, ALineThatIsNotThereIsNamed) {
 struct SerialLine {
   SerialLine() : far(posix_openpt(O_RDWR | O_NOCTTY)) {
     EXPECT_TRUE(far >= 0 && grantpt(far) == 0 && unlockpt(far) == 0);
-    near = open(ptsname(far), O_RDWR | O_NOCTTY);
+    std::array<char, 64> text{};
+    EXPECT_EQ(ptsname_r(far, text.data(), text.size()), 0);
+    name = text.data();
+    near = open(name.c_str(), O_RDWR | O_NOCTTY);
     termios raw{};
     tcgetattr(near, &raw);
     cfmakeraw(&raw);
@@ -63,12 +67,13 @@ struct SerialLine {
     close(far);
   }
   int far, near = -1;
+  std::string name;  ///< of the other end
 };
 
 // Unit 17, function 3, two bytes, their value, checksum (Modbus over serial line 1.02, 6.2)
 TEST(ModbusLink, BytesBehindAnAnswerAreNotTheNextOne) {
   SerialLine line;
-  ModbusLink link(parse_modbus_address("rtu:" + std::string(ptsname(line.far)) + ":115200:N"), 0.2);
+  ModbusLink link(parse_modbus_address("rtu:" + line.name + ":115200:N"), 0.2);
   std::thread device([&line] {
     std::uint8_t request[8];
     EXPECT_EQ(read(line.far, request, sizeof request), 8);
