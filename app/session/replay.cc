@@ -25,6 +25,7 @@ namespace {
 
 constexpr std::size_t kQueueBlocks = 8192;
 constexpr std::uint64_t kPeriodsAfterMax = 100'000'000;
+constexpr double kStillS = 1;  // far more than a motion from rest waits for an answer
 
 /// Drives that do what the log says they did.
 class RecordedDrives final : public Drives, public TouchDrives {
@@ -159,11 +160,7 @@ class Replay {
 
   ReplayResult run() {
     const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();
-    const auto moving = [&] {
-      const MotionState motion = cycle_.last_report().motion;
-      return motion == MotionState::kMoving || motion == MotionState::kJogging;
-    };
-    for (std::uint64_t period = 0; period <= last || (moving() && period < last + kPeriodsAfterMax);
+    for (std::uint64_t period = 0; period <= last || (goes_on() && period < last + kPeriodsAfterMax);
          ++period) {
       obey(period);
       fill(period);
@@ -173,6 +170,7 @@ class Replay {
       const CycleReport& report = cycle_.last_report();
       if (report.drives == DriveState::kEnabled && period >= first) sink_.write(report);
       if (report.drives != DriveState::kEnabled) sink_.power_lost();
+      see_rest(report);
     }
     result_.starvations = cycle_.last_report().starvations;
     result_.fault = cycle_.last_report().fault;
@@ -181,6 +179,21 @@ class Replay {
 
  private:
   using Kind = SessionEntry::Kind;
+
+  void see_rest(const CycleReport& report) {
+    const bool same = report.q_plan.size() == q_before_.size() && report.q_plan == q_before_;
+    still_periods_ = same ? still_periods_ + 1 : 0;
+    q_before_ = report.q_plan;
+  }
+
+  // Behind the log's end, to the end of the motion. A rate planner that was late there never answers: then
+  // the machine stands on its path for ever.
+  bool goes_on() const {
+    const CycleReport& report = cycle_.last_report();
+    const bool moves = report.motion == MotionState::kMoving || report.motion == MotionState::kJogging;
+    const bool stands = report.rate_plan_late && still_periods_ * assembly_.machine.period_s > kStillS;
+    return moves && !stands;
+  }
 
   // The state of the drives acts on the setpoints a period after it is read, so it is announced one earlier.
   void obey(std::uint64_t period) {
@@ -314,6 +327,8 @@ class Replay {
   MotionBlock block_;
   bool has_block_ = false, ended_ = true, is_mdi_ = false, sound_ = true;
   std::uint32_t pushed_ = 0;  ///< of the program
+  JointVec q_before_;         ///< the plan's, of the last period
+  int still_periods_ = 0;     ///< that it has been the same
   std::size_t next_ = 0, next_answer_ = 0;
   ReplayResult result_;
 };
