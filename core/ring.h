@@ -1,5 +1,16 @@
 #pragma once
 
+// The queue tells the thread sanitizer at its fences who waits for whom, but knows it under clang only.
+#if defined(__SANITIZE_THREAD__) && !defined(AE_TSAN_ANNOTATE_RELEASE)
+extern "C" void AnnotateHappensBefore(const char*, int, void*);
+extern "C" void AnnotateHappensAfter(const char*, int, void*);
+namespace trn {
+inline int ring_fences;
+}
+#define AE_TSAN_ANNOTATE_RELEASE() AnnotateHappensBefore(__FILE__, __LINE__, &::trn::ring_fences)
+#define AE_TSAN_ANNOTATE_ACQUIRE() AnnotateHappensAfter(__FILE__, __LINE__, &::trn::ring_fences)
+#endif
+
 #include <readerwriterqueue/readerwriterqueue.h>
 
 #include <cstddef>

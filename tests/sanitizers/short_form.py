@@ -4,8 +4,8 @@
 usage: short_form.py SOURCE address|thread
 
 With `address` (and undefined behaviour): the readers of programs, tables, drives' data sheets, frames and messages,
-each on the kept corpus of its fuzzer, and the tests of core and hal. With `thread`: the tests of hal, in which threads
-meet at queues and sockets. The long form runs every test so.
+each on the kept corpus of its fuzzer, and the tests of core and hal. With `thread`: the tests of core and hal, in
+which threads meet at queues and sockets. The long form runs every test so.
 Exit codes: 0 nothing found, 1 something found, or it does not build.
 """
 import re
@@ -13,7 +13,7 @@ import subprocess
 import sys
 from pathlib import Path
 
-PROGRAMS = {"address": ["test_hal", "test_core"], "thread": ["test_hal"]}
+PROGRAMS = {"address": ["test_hal", "test_core"], "thread": ["test_hal", "test_core"]}
 DOORS = ["gcode_fuzz", "expression_fuzz", "message_fuzz", "can_frame_fuzz", "eds_fuzz", "table_fuzz", "operator_fuzz",
          "page_message_fuzz"]
 FLAGS = "-O1 -g1 -DNDEBUG"  # half the compiler's time of the long form

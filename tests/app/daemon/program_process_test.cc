@@ -163,7 +163,7 @@ TEST_F(ProgramProcessTest, HowLongAProgramTakesIsKnownBeforeItRuns) {
   const std::string path = written("long.ngc", zigzag(3000));
   process_.load(path, q_);
   ProgramTime time;
-  for (const auto end = Clock::now() + std::chrono::seconds(30); !time.known && Clock::now() < end;) {
+  for (const auto end = Clock::now() + std::chrono::minutes(3); !time.known && Clock::now() < end;) {
     EXPECT_EQ(process_.take_failure(), "");
     process_.take_program_time(time);
   }
@@ -179,7 +179,7 @@ TEST_F(ProgramProcessTest, HowLongAProgramTakesIsKnownBeforeItRuns) {
   process_.abandon();
   drop_everything();
   process_.load(written("short.ngc", zigzag(3)), q_);
-  for (const auto end = Clock::now() + std::chrono::seconds(30);
+  for (const auto end = Clock::now() + std::chrono::minutes(3);
        !process_.take_program_time(time) && Clock::now() < end;)
     EXPECT_EQ(process_.take_failure(), "");
   EXPECT_LT(time.time.total_s(), 1) << "of the program that was loaded last";
