@@ -243,7 +243,7 @@ Commission::Outcome Commission::identity() {
 }
 
 Commission::Outcome Commission::scale(int joint) {
-  const Joint& axis = described_.joints[static_cast<std::size_t>(joint)];
+  const Joint axis = described_.joints[static_cast<std::size_t>(joint)];  // `change` reads the config anew
   const double unit = unit_of_joint(axis);
   const int node = node_of(joint);
   std::string changed;
@@ -399,7 +399,7 @@ Commission::Outcome Commission::brake(int joint) {
 }
 
 Commission::Outcome Commission::following(int joint) {
-  const Joint& axis = described_.joints[static_cast<std::size_t>(joint)];
+  const Joint axis = described_.joints[static_cast<std::size_t>(joint)];  // `change` reads the config anew
   const double unit = unit_of_joint(axis), speed = kFast * axis.limit.velocity;
   if (const std::string trouble = at_home(); !trouble.empty()) return {"failed", trouble};
   // A third of a second at full speed, where there is room.
