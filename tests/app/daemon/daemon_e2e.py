@@ -24,7 +24,7 @@ sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../
 from daemon_socket import DaemonSocket, as_json, packet_of  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
-BINARY, SOURCE = "", ""
+BINARY, SOURCE, SANITIZED = "", "", False
 
 PROGRAM = """G21 G90 G94 G17
 G0 X0 Y0 Z50
@@ -520,7 +520,9 @@ class DaemonTest(unittest.TestCase):
                     # On a busy host a planner may be late; the motion then slows down, as it should, and says so.
                     if not differing or not late:
                         break
-                self.assertEqual(differing, [], "periods whose joints differ")
+                if differing and late and SANITIZED:
+                    self.skipTest("ten times slower, the planner is late on this host; each time it said so")
+                self.assertEqual(differing[:20], [], f"periods whose joints differ; told: {late}")
 
     def compare_with_run(self, bench, program, options):
         record, trace = (os.path.join(bench.folder.name, name) for name in ("record.csv", "trace.csv"))
@@ -534,9 +536,10 @@ class DaemonTest(unittest.TestCase):
             self.assertIn("tool 1", bench.status()["waits_for"])
             bench.ask("resume")
             bench.until(lambda s: s["waits_for"] == "")
-        late = bench.status()["starvations"] > 0
+        starvations = bench.status()["starvations"]
         self.assertEqual(bench.end(), 0)
-        late = late or "rate_plan_late" in bench.log_text()
+        plans = bench.log_text().count("rate_plan_late")
+        late = f"{starvations} starvations, {plans} lines of rate_plan_late" if starvations or plans else ""
         simulated, sent = moving(rows(trace)), moving(rows(record))
         self.assertGreater(len(simulated), 1000)
         # run ends with the program. In the daemon the filter behind the plan goes on settling; a program that
@@ -559,6 +562,7 @@ def moving(trace):
 
 if __name__ == "__main__":
     BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
+    SANITIZED = any(name in pathlib.Path(BINARY).read_bytes() for name in (b"__asan_init", b"__tsan_init"))
     enter_own_network()
     names = [f"DaemonTest.{name}" for name in sys.argv[3:]] or None
     unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)
