@@ -429,7 +429,10 @@ class Files(RulesTest):
         before = self.most_memory()
         body = get(self.bench, "/long.bin")[1]
         self.assertEqual((len(body), body[-5:], body.count(0)), (size, b"\1\2end", size - 5))
-        self.assertLess(self.most_memory() - before, size / 2)
+        with open(BINARY, "rb") as file:
+            keeps_freed = b"__asan_init" in file.read()  # what was freed, to find who still reads it
+        if not keeps_freed:
+            self.assertLess(self.most_memory() - before, size / 2)
 
 
 if __name__ == "__main__":

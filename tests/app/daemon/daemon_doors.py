@@ -6,8 +6,10 @@ usage: daemon_doors.py TRUNNION_BINARY SOURCE_DIR [test name ...]
 Starts itself again in a network of its own; exit code 77 (skipped) where the kernel does not allow that.
 TRN_LONG=COUNT: so many hostile packets.
 """
+import contextlib
 import os
 import random
+import re
 import signal
 import socket
 import struct
@@ -99,9 +101,11 @@ class Doors(unittest.TestCase):
     @staticmethod
     def udp_ports(pid, waiting=False):
         """Ports of the UDP sockets of a process; `waiting`: of those only with something in the receive queue."""
+        inodes = set()
+        for fd in os.listdir(f"/proc/{pid}/fd"):
+            with contextlib.suppress(FileNotFoundError):  # it has been closed since
+                inodes |= set(re.findall(r"^socket:\[(\d+)\]$", os.readlink(f"/proc/{pid}/fd/{fd}")))
         with open(f"/proc/{pid}/net/udp") as file:
-            inodes = {os.readlink(f"/proc/{pid}/fd/{fd}")[8:-1] for fd in os.listdir(f"/proc/{pid}/fd")
-                      if os.readlink(f"/proc/{pid}/fd/{fd}").startswith("socket:")}
             rows = [row.split() for row in file.readlines()[1:]]
         return [int(row[1].split(":")[1], 16) for row in rows
                 if row[9] in inodes and (not waiting or int(row[4].split(":")[1], 16) > 0)]
