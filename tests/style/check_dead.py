@@ -87,7 +87,7 @@ def function_name(statement):
     """(class, name, has a body) of a function's declaration or definition, or None."""
     text = re.sub(r"^(template\s*<.*?>\s*)+", "", statement.text, flags=re.DOTALL)
     declared = NO_BODY.sub("", text).strip()
-    if "operator" in text or re.match(r"\s*(using|typedef|friend|static_assert|return|namespace)\b", text):
+    if "operator" in text or re.match(r"\s*(using|typedef|friend|extern|static_assert|return|namespace)\b", text):
         return None
     if not statement.body and (not FUNCTION_END.search(declared) or "=" in declared.split("(")[0]
                                or is_container(declared)):
