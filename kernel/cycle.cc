@@ -253,8 +253,8 @@ double Cycle::rate_by_queue(double wanted) TRN_RT {
 // where nothing is late. At rest a wait costs nothing; a planner that takes longer than that is late.
 bool Cycle::waits_for_plan(bool short_of_plan) TRN_RT {
   const bool begins = short_of_plan && interpolator_.at_rest() && queue_.front();
-  fill_periods_ = begins ? fill_periods_ + 1 : 0;
-  return begins && fill_periods_ * config_.period_s <= kFillS;
+  filling_s_ = begins ? filling_s_ + config_.period_s : 0;
+  return begins && filling_s_ <= kFillS;
 }
 
 void Cycle::follow_path() TRN_RT {
@@ -466,6 +466,7 @@ void Cycle::come_to_rest() TRN_RT {
   motion_ = MotionState::kRest;
   ending_ = Ending::kNone;
   planner_late_ = false;
+  filling_s_ = 0;
   wait_ = {};
   switch_ = {};
   detour_.forget();

@@ -233,7 +233,7 @@ class Cycle final : public TickPort {
   Passed passed_;
   double dwell_left_s_ = 0;
   bool planner_late_ = false;  ///< slower than asked for, because of it
-  int fill_periods_ = 0;       ///< that the motion's start waits for more of the plan
+  double filling_s_ = 0;       ///< that the motion's start has waited for more of the plan, s
 
   FeedForward feed_forward_;
   Setpoint setpoint_;
