@@ -176,7 +176,7 @@ export interface Status {
   periods: number;
   /** ticks that were not finished, or not begun, within their period */
   overruns: number;
-  /** times the planner came too late and the motion ran into its safe stop */
+  /** times the planner came too late, and the motion slowed down on its path or began slowly */
   starvations: number;
   /** lateness of the tick's start, us: median, 99.9th percentile, worst */
   wake_us_p50: number;
