@@ -56,28 +56,48 @@ TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_R
           fixed.squaredNorm() + turning.squaredNorm() + 2 * fixed.z() * turning.z()};
 }
 
+/// First and second derivative of half the legs' variance against the turn, times six.
+struct VarianceSlope {
+  double slope = 0, bend = 0;
+};
+
+VarianceSlope variance_slope(const std::array<TurnedLeg, 6>& legs, double g) TRN_RT {
+  VarianceSlope out;
+  for (const TurnedLeg& leg : legs) {
+    const double at = leg.at(g), slope = leg.slope(g);
+    out.slope += at * slope;
+    out.bend += slope * slope + at * leg.bend(g);
+  }
+  return out;
+}
+
 /// Turn at which the variance of the legs' squared lengths has its minimum next to 0; they are given less
 /// their mean.
 double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
-  constexpr int kIterationsMax = 20;
-  // The machine works in the valley next to turn 0. Steps of at most 0.3 rad (17 degrees) keep the iteration
-  // in it.
-  constexpr double kStepMax = 0.3, kRounding = 1e-15;
-  double g = 0;
+  constexpr int kIterationsMax = 60, kStridesMax = 10;
+  constexpr double kStride = 0.3, kRounding = 1e-15;
+  VarianceSlope here = variance_slope(legs, 0);
+  if (here.slope == 0) return 0;  // no leg feels the turn, or 0 is the bottom
+  // Downhill from 0 in strides of 0.3 rad (17 degrees), until the way goes up again: the valley's bottom lies
+  // within the last stride.
+  const double downhill = here.slope < 0 ? 1 : -1;
+  double g = 0, near = 0, far = 0;
+  for (int i = 0; i < kStridesMax && here.slope * downhill < 0; ++i) {
+    near = far;
+    far += downhill * kStride;
+    here = variance_slope(legs, far);
+    g = far;
+  }
+  if (here.slope * downhill < 0) return g;  // half a turn away; the bound holds it back in any case
+  // Newton's step is taken where it stays between the two ends, and half their distance where it does not: a
+  // valley may be so flat that the curvature at its rim is no guide, or negative.
   for (int i = 0; i < kIterationsMax; ++i) {
-    double slope = 0, gauss = 0, rest = 0;
-    for (const TurnedLeg& leg : legs) {
-      slope += leg.at(g) * leg.slope(g);
-      gauss += leg.slope(g) * leg.slope(g);
-      rest += leg.at(g) * leg.bend(g);
-    }
-    // Newton's step needs a positive curvature. Far from the minimum the true one may be negative, and the
-    // step would climb; the part that is a sum of squares never is (Gauss-Newton).
-    const double bend = gauss + rest > 0.1 * gauss ? gauss + rest : gauss;
-    if (!(bend > 0)) return g;  // no leg feels the turn
-    const double step = std::clamp(-slope / bend, -kStepMax, kStepMax);
-    g += step;
-    if (std::abs(step) < kRounding) break;
+    (here.slope * downhill < 0 ? near : far) = g;
+    const double newton = here.bend > 0 ? g - here.slope / here.bend : far;
+    if (std::abs(newton - g) < kRounding) break;
+    const bool inside = (newton - near) * downhill > 0 && (far - newton) * downhill > 0;
+    g = inside ? newton : 0.5 * (near + far);
+    here = variance_slope(legs, g);
   }
   return g;
 }

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <set>
 
 #include "core/axes.h"
@@ -150,21 +151,35 @@ void judge_free_turn(const std::vector<std::pair<std::string, std::string>>& car
     ASSERT_EQ(free.kinematics->forward(turned, reached), KinStatus::kOk);
     EXPECT_LT((reached.p - wanted.p).norm(), 1e-9);
     EXPECT_LT((reached.R.col(2) - wanted.R.col(2)).norm(), 1e-12);
-    double best = leg_variance(q), best_turn = 0;
+    double best = std::numeric_limits<double>::infinity(), best_turn = 0;
+    constexpr double kStep = 0.002, kBound = 20 * kPi / 180;
     const Mat3 R = plain.kinematics->orientation(
         {std::atan2(-wanted.R(1, 2), wanted.R(2, 2)), std::asin(wanted.R(0, 2)), 0});
-    for (int i = -150; i <= 150; ++i) {
+    const auto variance_at = [&](double turn) {
       JointVec tried;
-      plain.kinematics->inverse({R * rot_z(i * 0.002), wanted.p}, q, tried);
-      if (leg_variance(tried) >= best) continue;
-      best = leg_variance(tried);
-      best_turn = i * 0.002;
+      const KinStatus status = plain.kinematics->inverse({R * rot_z(turn), wanted.p}, q, tried);
+      return status == KinStatus::kOk ? leg_variance(tried) : std::numeric_limits<double>::infinity();
+    };
+    for (int i = -150; i <= 150; ++i) {
+      const double there = variance_at(i * kStep);
+      if (there >= best) continue;
+      best = there;
+      best_turn = i * kStep;
     }
     before += leg_variance(q);
     after += leg_variance(turned);
     EXPECT_LE(leg_variance(turned), leg_variance(q) * (1 + 1e-12));
     if (std::abs(best_turn) < 0.05) {
       EXPECT_LT(leg_variance(turned), best * 1.01 + 1.0);
+    }
+    if (std::abs(best_turn) < 0.25) {  // the lowest point of the parabola through three turns, softly bounded
+      const double left = variance_at(best_turn - kStep), right = variance_at(best_turn + kStep);
+      const double lowest =
+          best_turn + 0.5 * kStep * (left - right) / (left - 2 * variance_at(best_turn) + right);
+      const Mat3 turn = R.transpose() * reached.R;
+      if (std::isfinite(lowest)) {  // not beside a turn that is out of reach
+        EXPECT_NEAR(std::atan2(turn(1, 0), turn(0, 0)), kBound * std::tanh(lowest / kBound), 2e-5);
+      }
     }
   }
   EXPECT_LT(after, 0.9 * before);
@@ -285,6 +300,25 @@ TEST(RailMill, APlaceThatIsTooSoftIsSingular) {
     const LoadedMachine loaded = load_changed("rail_mill", {{"conditioning_min = 0.03", least}});
     JointVec q;
     EXPECT_EQ(as<RailMill>(loaded).actuators(X, q), softer ? KinStatus::kSingular : KinStatus::kOk) << least;
+  }
+}
+
+// From these sliders a straight Newton that begins at home ends in another assembly of the links.
+TEST(RailMill, FarFromHomeThePlatformIsLedToItsOwnAssembly) {
+  const LoadedMachine loaded = load_machine("rail_mill");
+  const auto& mill = as<RailMill>(loaded);
+  const Pose far[] = {{rot_x(-0.387355), {389.328, -173.639, -303.138}},
+                      {rot_x(-0.853683), {388.894, -96.1544, -245.308}},
+                      {rot_x(-0.628011), {-414.86, -72.8503, -355.214}},
+                      {rot_x(0.79537), {376.817, 114.925, -248.347}}};
+  for (const Pose& X : far) {
+    JointVec q;
+    ASSERT_EQ(mill.actuators(X, q), KinStatus::kOk);
+    ASSERT_LT(q.lpNorm<Eigen::Infinity>(), 900) << "inside the sliders' limits";
+    Pose found;
+    ASSERT_EQ(mill.platform(q, found), KinStatus::kOk);
+    EXPECT_LT((found.p - X.p).norm(), 1e-6);
+    EXPECT_LT((found.R - X.R).norm(), 1e-9);
   }
 }
 

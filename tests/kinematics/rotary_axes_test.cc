@@ -1,0 +1,45 @@
+#include "kinematics/serial/rotary_axes.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/frames.h"
+#include "core/units.h"
+
+// The angles that point the tool along a direction.
+namespace trn {
+namespace {
+
+TEST(RotaryAxes, AnAxisAlongTheToolStaysWhereItIs) {
+  RotaryAxes axes;
+  ASSERT_TRUE(axes.add_axis(Vec3::UnitZ()));
+  const auto found = axes.solve(Vec3::UnitZ(), {0.7, -0.4});
+  ASSERT_EQ(found.count, 1);
+  EXPECT_EQ(found.angles[0][0], 0.7);
+  EXPECT_EQ(axes.solve(Vec3::UnitX(), {0.7, -0.4}).count, 0) << "it cannot tilt the tool";
+}
+
+TEST(RotaryAxes, OneAxisTurnsOnFromItsSeed) {
+  RotaryAxes axes;
+  ASSERT_TRUE(axes.add_axis(Vec3::UnitX()));
+  const double angle = 0.3, turns = 20 * kPi;
+  const auto found = axes.solve(rot_x(angle) * Vec3::UnitZ(), {turns, -1.0});
+  ASSERT_EQ(found.count, 1);
+  EXPECT_NEAR(found.angles[0][0], turns + angle, 1e-12);
+}
+
+TEST(RotaryAxes, AtThePoleOfTwoTheFirstStaysWhereItIs) {
+  RotaryAxes axes;
+  ASSERT_TRUE(axes.add_axis(Vec3::UnitZ()));
+  ASSERT_TRUE(axes.add_axis(Vec3::UnitX()));
+  const auto found = axes.solve(Vec3::UnitZ(), {2.5, 0.1});
+  ASSERT_EQ(found.count, 2);
+  for (const auto& angles : found.angles) {
+    EXPECT_EQ(angles[0], 2.5);
+    EXPECT_NEAR(angles[1], 0, 1e-12);
+  }
+}
+
+}  // namespace
+}  // namespace trn
