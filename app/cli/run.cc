@@ -28,6 +28,7 @@
 #include "core/fault.h"
 #include "core/machine.h"
 #include "core/ports.h"
+#include "core/sanitizer.h"
 #include "interp/gcode/canon.h"
 #include "interp/gcode/interpreter.h"
 #include "interp/gcode/parameter_file.h"
@@ -158,7 +159,7 @@ Exit preview_program(const RunOptions& options, const Assembly& assembly) {
   constexpr rlim_t kMemory = rlim_t{3} << 30, kSeconds = 600;
   constexpr int kNice = 10;
   const rlimit memory{kMemory, kMemory}, time{kSeconds, kSeconds};
-  setrlimit(RLIMIT_AS, &memory);
+  if (!kSanitized) setrlimit(RLIMIT_AS, &memory);
   setrlimit(RLIMIT_CPU, &time);
   if (nice(kNice) < 0) fmt::print(stderr, "the plan is made with the priority of every other program\n");
   const PlanPreview plan = plan_of(options, assembly);

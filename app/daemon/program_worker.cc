@@ -20,6 +20,7 @@
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
 #include "app/session/program_time.h"
+#include "core/sanitizer.h"
 #include "interp/gcode/measured_values.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
@@ -36,17 +37,10 @@ struct DaemonGone : std::runtime_error {
   DaemonGone() : std::runtime_error("the daemon has gone") {}
 };
 
-// The sanitizers' own memory would count.
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-constexpr bool kLimited = false;
-#else
-constexpr bool kLimited = true;
-#endif
-
 // Where memory is short, the kernel shall end this process, not the one that moves the machine.
 void limit_resources(std::size_t memory_bytes) {
   const rlimit limit{memory_bytes, memory_bytes};
-  if (kLimited && memory_bytes > 0) setrlimit(RLIMIT_DATA, &limit);
+  if (!kSanitized && memory_bytes > 0) setrlimit(RLIMIT_DATA, &limit);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
   const int fd = open("/proc/self/oom_score_adj", O_WRONLY | O_CLOEXEC);

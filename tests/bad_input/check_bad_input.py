@@ -19,6 +19,9 @@ from config_cases import CONFIGS
 from program_cases import PROGRAMS
 from trace_cases import TRACES
 
+sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "support"))
+from instrumented import sanitized  # noqa: E402
+
 ROOT = Path(__file__).resolve().parents[2]
 CRADLE = ROOT / "configs" / "cradle.toml"
 TOOLS = ROOT / "examples" / "tools.tbl"
@@ -27,8 +30,8 @@ SECONDS_MAX = 120
 BAD_PROGRAM, BAD_CONFIG = 2, 3
 
 
-def limited(sanitized):
-    return None if sanitized else lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY_MAX, MEMORY_MAX))
+def limited(instrumented):
+    return None if instrumented else lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY_MAX, MEMORY_MAX))
 
 
 def feed(path, pieces):
@@ -49,7 +52,7 @@ def write(path, text):
 class Runner:
     def __init__(self, binary, folder):
         self.binary, self.folder = binary, Path(folder)
-        self.sanitized = b"__asan_init" in Path(binary).read_bytes() or b"__tsan_init" in Path(binary).read_bytes()
+        self.sanitized = sanitized(binary)
 
     def run(self, *arguments):
         done = subprocess.run([self.binary, *map(str, arguments)], capture_output=True, timeout=SECONDS_MAX,

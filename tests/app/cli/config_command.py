@@ -21,14 +21,18 @@ BINARY, SOURCE = sys.argv[1], Path(sys.argv[2])
 sys.path.insert(0, str(SOURCE / "tests/style"))
 from source_text import TOKEN, source_files  # noqa: E402
 
+sys.path.insert(0, str(SOURCE / "tests/support"))
+from instrumented import sanitized  # noqa: E402
+
 CONFIGS = sorted((SOURCE / "configs").glob("*.toml"))
 FILES = CONFIGS + sorted(path for folder in ("configs/networks", "examples", "tests/data/machines")
                          for path in (SOURCE / folder).glob("*.toml"))
+PATIENCE_S = 1800 if sanitized(BINARY) else 120  # drives that never get power are watched for 1,200 s of the machine
 IO_TYPE = "simulated"  # of an [io] without type
 
 
 def trunnion(*arguments, cwd=None):
-    done = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=120, cwd=cwd)
+    done = subprocess.run([BINARY, *map(str, arguments)], capture_output=True, text=True, timeout=PATIENCE_S, cwd=cwd)
     return done.returncode, done.stdout, done.stderr
 
 

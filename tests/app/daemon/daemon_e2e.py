@@ -22,6 +22,7 @@ import unittest
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 from daemon_socket import DaemonSocket, as_json, packet_of  # noqa: E402
+from instrumented import sanitized  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
 
 BINARY, SOURCE, SANITIZED = "", "", False
@@ -562,7 +563,7 @@ def moving(trace):
 
 if __name__ == "__main__":
     BINARY, SOURCE = os.path.abspath(sys.argv[1]), os.path.abspath(sys.argv[2])
-    SANITIZED = any(name in pathlib.Path(BINARY).read_bytes() for name in (b"__asan_init", b"__tsan_init"))
+    SANITIZED = sanitized(BINARY)
     enter_own_network()
     names = [f"DaemonTest.{name}" for name in sys.argv[3:]] or None
     unittest.main(argv=[sys.argv[0], "-v"], defaultTest=names)

@@ -21,6 +21,7 @@
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/motion.h"
+#include "core/sanitizer.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -258,11 +259,8 @@ TEST_F(ProgramProcessTest, OneThatIsKilledIsANamedFailureAndTheNextOneWorks) {
 
 // A sanitizer takes some signals itself, and ends the process with a report.
 TEST_F(ProgramProcessTest, ADefectIsNamedByItsSignal) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  const std::vector<int> signals = {SIGABRT, SIGSYS};
-#else
-  const std::vector<int> signals = {SIGABRT, SIGSYS, SIGSEGV, SIGBUS, SIGFPE, SIGILL};
-#endif
+  std::vector<int> signals = {SIGABRT, SIGSYS};
+  if (!kSanitized) signals.insert(signals.end(), {SIGSEGV, SIGBUS, SIGFPE, SIGILL});
   for (const int signal : signals) {
     process_.load_mdi("G0 X1", q_);
     kill(process_.worker(), signal);
@@ -307,9 +305,7 @@ class SmallProgramProcess : public ProgramProcessTest {
 };
 
 TEST_F(SmallProgramProcess, AProgramThatNeedsTooMuchMemoryIsRefused) {
-#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "a sanitizer's own memory has no limit";
-#endif
+  if (kSanitized) GTEST_SKIP() << "a sanitizer's own memory has no limit";
   std::string text = "G21\n";
   for (int i = 0; i < 900'000; ++i) text += fmt::format("#<_a_name_of_some_length_{}>=1\n", i);
   try {
