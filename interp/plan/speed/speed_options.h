@@ -12,6 +12,8 @@ struct SpeedOptions {
   double window_s = 0;        ///< motion planned at once; 0: from the joints' limits
   double node_spacing_s = 0;  ///< of the grid, in estimated time; 0: from the joints' limits
   std::size_t buffered_pieces_max = 20000;
+  int rounds_max =
+      10;  ///< of solving a window and judging it, at least 1; a window without a plan is driven slower
 };
 
 /// What the stage did.

@@ -15,7 +15,6 @@ constexpr Headroom kFreshHeadroom{0.9996, 0.998, 0.990, 1.6};
 // Uses that verification accepts; the rest covers what lies between the places judged.
 constexpr double kVelocityAccept = 0.99999, kAccelerationAccept = 0.9995, kJerkAccept = 0.998;
 constexpr InteriorPointOptions kFirstSolve{200, 5e-3, 0.01}, kNextSolve{30, 5e-3, 3e-4};
-constexpr int kRoundsMax = 10;                     // of solving and verifying
 constexpr double kLoweredMax = 0.7;                // in a round: a half
 constexpr double kWindow = 3, kProvisional = 1.5;  // brake times planned at once, and of these left open
 constexpr size_t kIntervalsMin = 8, kShortWindowMin = 40;
@@ -288,13 +287,14 @@ size_t WindowPlanner::segments_within(double time_s) const {
 // verify lowers the headroom, and the solver resumes. Where no law can be made, because constant jerk would
 // turn back in a dip of the spline, that dip is damped and the solver begins anew from the last solution.
 bool WindowPlanner::solve_window(size_t head, size_t tail) {
+  TRN_CHECK(options_.rounds_max >= 1);
   initial_guess(head, tail);
   const auto& grid = grid_.intervals();
   const size_t n = grid.size() - head - tail;
   bool fresh = true;
   Doubles found;  // the last solution
   changed_.clear();
-  for (int round = 0; round < kRoundsMax; ++round) {
+  for (int round = 0; round < options_.rounds_max; ++round) {
     ++stats_.rounds;
     head_end_.at_rest = start_.at_rest;
     head_end_.state = start_.plan;
@@ -386,6 +386,7 @@ void WindowPlanner::initial_guess(size_t head, size_t tail) {
 // Another start for a search that has not come to where all rows are kept, as before a place that is hundreds
 // of times slower than the way to it: from far below it does.
 void WindowPlanner::slow_guess(size_t head, size_t tail) {
+  TRN_CHECK(options_.rounds_max >= 1);
   initial_guess(head, tail);
   const size_t keep = start_.at_rest ? 0 : 1;
   for (size_t k = keep; k < c_.size(); ++k) c_[k] *= kSlowGuess;

@@ -2,6 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <random>
+
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/motion.h"
@@ -66,6 +70,25 @@ TEST(CornerBlend, UsageIsTheWorstOfAllPlaces) {
       EXPECT_GE(used, 0.9999 * truth);
       EXPECT_LE(used, 1.002 * truth);
     }
+}
+
+// Two arcs that run into each other, either bent the same way or like an S: the worst place lies on either
+// side of where they meet, and between the samples as a rule.
+TEST(CornerBlend, UsageIsTheWorstBetweenTheSamplesToo) {
+  std::mt19937_64 rng(5);
+  std::uniform_real_distribution<double> size(1, 20), turn(0.2, 1.5);
+  for (int round = 0; round < 100; ++round) {
+    const double r1 = size(rng), r2 = size(rng), phi = turn(rng), psi = turn(rng), side = round % 2 ? 1 : -1;
+    const PathPiece before = make_arc(words(-r1 * std::sin(phi), r1 * (1 - std::cos(phi))), words(0, 0),
+                                      Vec3(0, r1, 0), Vec3(0, 0, 1), phi);
+    const PathPiece after = make_arc(words(0, 0), words(r2 * std::sin(psi), side * r2 * (1 - std::cos(psi))),
+                                     Vec3(0, side * r2, 0), Vec3(0, 0, side), psi);
+    const double span = std::min(before.length, after.length) * turn(rng) / 3;
+    const double truth = brute_usage(before, after, span, 0.05, 0.02);
+    const double used = blend_usage(before, after, span, {0.05, 0.02, 50});
+    EXPECT_GE(used, 0.99999 * truth) << round;
+    EXPECT_LE(used, 1.002 * truth) << round;
+  }
 }
 
 // The largest span keeps the tolerance and one hardly larger does not.

@@ -76,6 +76,46 @@ double tip_distance(const Vec3& p, const std::vector<RunVertex>& v) {
   return least;
 }
 
+// Long chords beside each other: between their ends, too, the curve is looked at.
+TEST(RunFit, AcceptedCurvesStayInTheToleranceBesideLongChords) {
+  std::mt19937_64 rng(3);
+  std::uniform_real_distribution<double> part(-1, 1);
+  int accepted = 0;
+  for (int round = 0; round < 400; ++round) {
+    std::vector<RunVertex> v;
+    double u = 0, way = 0;
+    const double tolerance_mm = std::pow(10, 0.7 * part(rng) - 1.5);
+    const double bend = 0.1 * part(rng) * std::sqrt(tolerance_mm / 0.03);  // of a polygon with such tolerance
+    for (int i = 0, n = 8 + static_cast<int>(10 * (1 + part(rng))); i < n; ++i) {
+      way += bend * (1 + 0.3 * part(rng));
+      Words y = v.empty() ? words(0, 0) : v.back().y;
+      const double length = 2 + part(rng);
+      y[kX] += length * std::cos(way);
+      y[kY] += length * std::sin(way);
+      if (!v.empty()) u += run_length(y - v.back().y);
+      v.push_back({u, y, 0});
+    }
+    const RunFit f = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, tolerance_mm, 9e-4});
+    if (!f.ok) continue;
+    ++accepted;
+    double worst = 0;
+    for (int k = 0; k < f.spline.span_count(); ++k) {
+      const PathPiece piece =
+          make_hermite(f.spline.derivatives_at_break(k), f.spline.derivatives_at_break(k + 1),
+                       f.spline.at_break(k + 1) - f.spline.at_break(k));
+      for (int i = 0; i < 400; ++i)
+        worst = std::max(worst, tip_distance(piece.at(piece.length * i / 400).head<3>(), v));
+    }
+    EXPECT_LE(worst, 0.982 * tolerance_mm) << "round " << round;
+    double told = 0;
+    for (const TubeUse& use : f.usage) told = std::max(told, use.worst());
+    if (worst > 0.95 * tolerance_mm) {  // below that it is not looked at more closely
+      EXPECT_GE(told * tolerance_mm, 0.99 * worst) << "round " << round;
+    }
+  }
+  EXPECT_GT(accepted, 200);
+}
+
 /// A few five-axis moves as CAM writes them: of very different lengths, rounded to four digits.
 std::vector<RunVertex> few_moves(std::mt19937_64& rng) {
   std::uniform_real_distribution<double> part(-1, 1);

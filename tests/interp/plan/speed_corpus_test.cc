@@ -1,6 +1,8 @@
 #include <gtest/gtest.h>
 
 #include <cstdlib>
+#include <random>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/path.h"
@@ -46,9 +48,14 @@ Sample make_sample(unsigned seed) {
   return s;
 }
 
+const JointMap& map_of(const Sample& s) {
+  static const IdentityMap three({kX, kY, kZ}), five({kX, kY, kZ, kA, kC});
+  static const TrunnionMap trunnion;
+  if (s.trunnion) return trunnion;
+  return s.joints.size() == 5 ? five : three;
+}
+
 TEST(SpeedCorpus, NoStopForWantOfAPlan) {
-  const IdentityMap three({kX, kY, kZ}), five({kX, kY, kZ, kA, kC});
-  const TrunnionMap trunnion;
   const char* wanted = std::getenv("TRN_LONG");
   const unsigned count = wanted ? static_cast<unsigned>(std::atoi(wanted)) : 60;
   const char* from = std::getenv("TRN_SEED");
@@ -57,9 +64,7 @@ TEST(SpeedCorpus, NoStopForWantOfAPlan) {
   for (unsigned seed = first; seed < first + count; ++seed) {
     SCOPED_TRACE(seed);
     const Sample s = make_sample(seed);
-    const JointMap& map = s.trunnion             ? static_cast<const JointMap&>(trunnion)
-                          : s.joints.size() == 5 ? five
-                                                 : three;
+    const JointMap& map = map_of(s);
     const Planned r = run(s.pieces, s.joints, map, s.feed, full_shares());
     windows += r.stats.windows;
     slowed += r.stats.slowed;
@@ -76,6 +81,34 @@ TEST(SpeedCorpus, NoStopForWantOfAPlan) {
   std::printf("%u paths, %llu windows, %llu of them slowed as a whole\n", count,
               static_cast<unsigned long long>(windows), static_cast<unsigned long long>(slowed));
   EXPECT_EQ(slowed, 0u);
+}
+
+// With one round of solving many windows have no plan. What is driven instead, slower or as one S-curve from
+// rest to rest, keeps every limit all the same.
+TEST(SpeedCorpus, TheLastResortKeepsEveryLimit) {
+  SpeedOptions options = full_shares();
+  options.rounds_max = 1;
+  std::uint64_t slowed = 0, fallbacks = 0;
+  std::vector<unsigned> seeds = {224, 336};  // which have to be slowed down more than once
+  for (unsigned seed = 0; seed < 22; ++seed) seeds.push_back(seed);
+  for (const unsigned seed : seeds) {
+    SCOPED_TRACE(seed);
+    const Sample s = make_sample(seed);
+    const Planned r = run(s.pieces, s.joints, map_of(s), s.feed, options);
+    slowed += r.stats.slowed;
+    fallbacks += r.stats.fallbacks;
+    const Verdict v = judge(r.blocks, map_of(s), s.joints, 2e-4, s.feed);
+    EXPECT_LE(v.velocity, 1.000001);
+    EXPECT_LE(v.acceleration, 1.000001);
+    EXPECT_LE(v.jerk, 1.000001);
+    if (r.stats.fallbacks > 0) continue;  // the judge knows no stop inside of a piece
+    EXPECT_LE(v.join, 1e-8);
+    EXPECT_TRUE(v.ends_well);
+  }
+  std::printf("%llu windows slowed, %llu stops\n", static_cast<unsigned long long>(slowed),
+              static_cast<unsigned long long>(fallbacks));
+  EXPECT_GT(slowed, 10u);
+  EXPECT_GT(fallbacks, 5u);
 }
 
 }  // namespace
