@@ -62,6 +62,12 @@ TEST(JointModel, OfARotaryJointKnowsWhereItIsHeavy) {
   EXPECT_NEAR(a.force(90 * kRadPerDeg, 0, 2), 20 * std::cos(60 * kRadPerDeg) + 6, 1e-9);
 }
 
+TEST(JointModel, AskedForNothingButMassItAsksForNothingElse) {
+  const FeedForwardConfig config =
+      read("[feed_forward]\n[[feed_forward.joint]]\njoint = \"X\"\ninertia_kg = 200\n");
+  EXPECT_EQ(config.models[0]->force(40, 250, 0), 0) << "no friction, no weight, no cogging";
+}
+
 TEST(JointModel, CoggingRepeatsAndIsLinearBetweenItsPlaces) {
   const FeedForwardConfig config = read(
       "[feed_forward]\n[[feed_forward.joint]]\njoint = \"X\"\ncogging_pitch_mm = 24\ncogging_N = [0, 12, -6, "

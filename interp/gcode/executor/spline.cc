@@ -74,7 +74,7 @@ void Executor::quadratic_spline(const Block& b) {
   if (!b.has('I') || !b.has('J')) fail(GcodeErrorCode::kMissingWord, column, "G5.1", "I and J words");
   const ProgramWords to = target(b);
   const Vec3 from = lift(s_.position[kX], s_.position[kY]), end = lift(to[kX], to[kY]);
-  const auto cubic = cubic_from_quadratic(from, from + lift(b.get('I', 0), b.get('J', 0)), end);
+  const auto cubic = cubic_from_quadratic(from, from + lift(b['I'], b['J']), end);
   auto hull = std::make_shared<std::vector<Vec3>>(cubic.begin(), cubic.end());
   put(canon::NurbsFeed{3, to, hull, false, inverse_rate(b)});
   s_.position = to;

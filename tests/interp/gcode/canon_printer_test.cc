@@ -110,6 +110,12 @@ TEST(Canon, FeedModes) {
       "STRAIGHT_FEED(20.0000, 0.0000, 0.0000, 10.0000, 0.0000, 0.0000)\n");
 }
 
+// Half a turn of radius 1 that rises by 4 is hypot(pi, 4) = 5.0862 mm long, and takes half a minute.
+TEST(Canon, InverseTimeOfAHelix) {
+  const std::string text = canon("G93 F2 G3 X-2 Z4 I-1");
+  EXPECT_NE(text.find("SET_FEED_RATE(10.1724)"), std::string::npos) << text;
+}
+
 TEST(Canon, PathModes) {
   EXPECT_EQ(canon("G61\nG61.1\nG64\nG64 P.1\nG64 P.1 Q.2"),
             "SET_MOTION_CONTROL_MODE(CANON_EXACT_PATH)\nSET_MOTION_CONTROL_MODE(CANON_EXACT_STOP)\n"
@@ -163,6 +169,12 @@ TEST(Canon, StateIsKeptAndRestored) {
   EXPECT_EQ(canon("o1 sub\nM73\nG91\nG0 X1\no1 endsub\no1 call\nG0 X5"),
             moves({"COMMENT(\"interpreter: distance mode changed to incremental\")", "T 1 0 0",
                    "COMMENT(\"interpreter: distance mode changed to absolute\")", "T 5 0 0"}));
+}
+
+// M70 alone keeps the state for an M72; the end of the sub-program does not bring it back.
+TEST(Canon, StateThatIsOnlyKeptIsNotRestored) {
+  EXPECT_EQ(canon("o1 sub\nM70\nG91\nG0 X1\no1 endsub\no1 call\nG0 X5"),
+            moves({"COMMENT(\"interpreter: distance mode changed to incremental\")", "T 1 0 0", "T 6 0 0"}));
 }
 
 // Each word of G64 by itself is reason enough.

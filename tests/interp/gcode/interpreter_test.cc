@@ -309,6 +309,19 @@ TEST(Dialect, DigitsOfMessages) {
 }
 
 // The first axis word of the line, wherever it stands, or the letter that was asked for.
+// The operator has changed the tool since the program was given up: its own M61 does not count up to there.
+TEST(Interpreter, AToolThatTheOperatorPutInStays) {
+  const auto tool_after = [](std::uint64_t until_block) {
+    Session session;
+    session.config.measured.numbers[parameter::kTool] = {2, until_block};
+    test::CanonText sink;
+    session.run("M61 Q1\nG4 P1\nM2\n", sink);
+    return std::as_const(session.parameters)[parameter::kTool];
+  };
+  EXPECT_EQ(tool_after(2), 2);
+  EXPECT_EQ(tool_after(0), 1) << "the program's line comes later";
+}
+
 TEST(Interpreter, APlaceIsThatOfTheFirstAxisWord) {
   for (const auto& [block, first, of_x] : {std::tuple("G1 F9 Y1 X2", "p.ngc:1:7", "p.ngc:1:10"),
                                            std::tuple("X2 Y1 G1 F9", "p.ngc:1:1", "p.ngc:1:1"),

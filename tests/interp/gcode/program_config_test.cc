@@ -89,6 +89,7 @@ TEST(ProgramConfig, WhatCannotBeIsRefused) {
   expect("rtcp_on = [\"T\"]", "'T' is no word");
   expect("rtcp_on = [\"M1000\"]", "out of range");
   expect("rtcp_on = [\"M3\"]", "already has a meaning");
+  expect("rtcp_on = [\"M0\"]", "already has a meaning");
   expect("rtcp_on = [\"M128\"]\nrtcp_off = [\"m128\"]", "mapped twice");
   expect("user_m = [\"M3\"]", "cannot be a user code");
   expect("user_m = [\"X\"]", "cannot be a user code");

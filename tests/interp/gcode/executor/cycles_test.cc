@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <sstream>
+#include <vector>
 
 #include "core/frames.h"
 #include "interp/gcode/canon.h"
@@ -99,6 +100,19 @@ TEST(Cycles, BackBoringGoesInBesideTheHoleAndCutsUpwards) {
     EXPECT_EQ(steps[first + i].feed, expected[i].first) << i;
     EXPECT_LT((steps[first + i].to - expected[i].second).norm(), 1e-12) << i;
   }
+}
+
+// G183 upright, in two strokes: down the hole, out to the clear plane, back to just above what is drilled.
+// The tip's control that it needs is off again behind it.
+TEST(Cycles, TiltedDrillingIsStrokesAlongTheTool) {
+  Session session = test::cradle();
+  const test::MoveList list = session.moves("F100 G183 X20 Y15 Z30 A0 C0 H-10 Q2 R3\nG0 Z90\nM2\n");
+  const double depths[] = {33, 25, 33, 25.254, 20, 33};
+  const double table = 75;  // where the work's zero lies in the cradle's table
+  ASSERT_EQ(list.moves.size(), std::size(depths) + 1);
+  for (std::size_t i = 0; i < std::size(depths); ++i)
+    EXPECT_NEAR(list.moves[i].to[kZ], table + depths[i], 1e-9) << i;
+  EXPECT_FALSE(list.moves.back().context.rtcp);
 }
 
 struct Refusal {

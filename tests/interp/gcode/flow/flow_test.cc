@@ -2,9 +2,13 @@
 
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
+#include <string>
+#include <utility>
 
 #include "core/frames.h"
 #include "interp/gcode/axis_words.h"
+#include "interp/gcode/error.h"
 #include "interp/gcode/interpreter.h"
 #include "tests/interp/gcode/run_program.h"
 
@@ -115,14 +119,42 @@ TEST(Flow, NumberedSubPrograms) {
   EXPECT_EQ(sink.text.find("STRAIGHT_TRAVERSE(4.0000"), std::string::npos);
 }
 
-TEST(Flow, SubProgramFiles) {
-  const auto folder = std::filesystem::temp_directory_path() / "trn_flow_test";
-  std::filesystem::create_directories(folder);
-  std::ofstream(folder / "probe_it.ngc") << "o<probe_it> sub\nG0 X#1\no<probe_it> endsub [5]\nM2\n";
+/// A folder of sub-program files, gone with the object.
+class SubFolder {
+ public:
+  SubFolder(std::initializer_list<std::pair<std::string, std::string>> files) {
+    std::filesystem::create_directory(path_);
+    for (const auto& [name, text] : files) std::ofstream(path_ / name) << text;
+    session.config.sub_path = {path_.string()};
+  }
+  SubFolder(const SubFolder&) = delete;
+  SubFolder& operator=(const SubFolder&) = delete;
+  ~SubFolder() { std::filesystem::remove_all(path_); }
   Session session;
-  session.config.sub_path = {folder.string()};
-  EXPECT_EQ(session.canon("o<probe_it> call [2]\nG0 Y#<_value>"), moves({"T 2 0 0", "T 2 5 0"}));
-  std::filesystem::remove_all(folder);
+
+ private:
+  const std::filesystem::path path_ = std::filesystem::path(testing::TempDir()) / "subs";
+};
+
+TEST(Flow, SubProgramFiles) {
+  SubFolder folder{{"probe_it.ngc", "o<probe_it> sub\nG0 X#1\no<probe_it> endsub [5]\nM2\n"}};
+  EXPECT_EQ(folder.session.canon("o<probe_it> call [2]\nG0 Y#<_value>"), moves({"T 2 0 0", "T 2 5 0"}));
+}
+
+// A file that was called stays open: what else it defines is known from then on, as on LinuxCNC.
+TEST(Flow, AFileThatIsOpenLendsItsOtherSubPrograms) {
+  SubFolder folder{{"a.ngc", "o<a> sub\nG0 X1\no<a> endsub\no<b> sub\nG0 Y#1\no<b> endsub\nM2\n"}};
+  EXPECT_EQ(folder.session.canon("o<a> call\no<b> call [3]"), moves({"T 1 0 0", "T 1 3 0"}));
+}
+
+// A file of M98 may end without M99. One of an O-word must end with endsub, and so must what stands in the
+// main program.
+TEST(Flow, OnlyANumberedFileMayEndWithoutItsEnd) {
+  SubFolder folder{{"7.ngc", "O7\nG0 X1\n"}, {"a.ngc", "o<a> sub\nG0 X1\n"}};
+  EXPECT_EQ(folder.session.canon("M98 P7\nG0 Y1"), moves({"T 1 0 0", "T 1 1 0"}));
+  EXPECT_NE(folder.session.error("o<a> call").find("no endsub for oa of line 1"), std::string::npos);
+  test::CanonText sink;
+  EXPECT_THROW(folder.session.run("M98 P8\nM2\nO8\nG0 X1\n", sink), GcodeError);
 }
 
 TEST(Flow, AnEndlessLoopOfOWordsLetsTheCallerGo) {
