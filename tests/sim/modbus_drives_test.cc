@@ -203,6 +203,7 @@ TEST_P(Indexer, ASilentDriveIsLostAndComesBackWithItsPosition) {
   ASSERT_TRUE(until([&] { return feedback.state == DriveState::kLost; }, 200));
   EXPECT_EQ(feedback.fault, Fault::kDriveLost);
   EXPECT_EQ(feedback.fault_joint, 1);
+  EXPECT_EQ(drives->explain_fault(0), "") << "the other joint";
   EXPECT_NE(drives->explain_fault(1).find("serial unit 2 (joint C)"), std::string::npos)
       << drives->explain_fault(1);
   drives->quick_stop();

@@ -36,10 +36,11 @@ std::string edited_config(int port) {
 
 class Cabinet : public testing::Test {
  protected:
-  Cabinet() {
+  explicit Cabinet(bool fault_code = true) {
     for (int port = 15120; !cabinet && port < 15170; ++port) {
       const ConfigTable root = parse_config(edited_config(port), "mill_modbus.toml");
       config = read_modbus_io(root);
+      if (!fault_code) config.spindle.fault.clear();
       try {
         cabinet = std::make_unique<EmulatedCabinet>(config, read_emulated_values(root, config.devices));
       } catch (const std::runtime_error&) {
@@ -69,6 +70,17 @@ class Cabinet : public testing::Test {
   JointVec q;
   Vec3 offset = Vec3::Zero();
 };
+
+class PlainCabinet : public Cabinet {
+ protected:
+  PlainCabinet() : Cabinet(false) {}
+};
+
+TEST_F(PlainCabinet, AnInverterThatTellsNoFaultHasNone) {
+  ASSERT_TRUE(until([&] { return inputs.spindle_ready; })) << io->explain_fault();
+  EXPECT_EQ(inputs.fault, Fault::kOk);
+  EXPECT_EQ(io->explain_fault(), "");
+}
 
 TEST_F(Cabinet, SpindleIsReadyOnlyWhenItTurnsAsTold) {
   ASSERT_TRUE(until([&] { return inputs.spindle_ready; })) << io->explain_fault();

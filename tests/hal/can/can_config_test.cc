@@ -152,6 +152,21 @@ TEST(CanConfig, OptionCodesThatTheDriveCannotTakeAreRefused) {
   }
 }
 
+// A node that sends no heartbeat is guarded: a question and an answer in each guarding time.
+TEST(CanConfig, TheBudgetHasBothFramesOfGuarding) {
+  const std::string sheet = "eds = \"" + sheet_file(sheet_text({"1016", "1017"})) + "\"\n";
+  const CanBusConfig bus = cradle_with(sheet).buses.at(0);
+  int found = 0;
+  for (const BusBudget::Item& item : bus.budget.items) {
+    if (item.what != "guarding") continue;
+    ++found;
+    EXPECT_EQ(item.frames, 2);
+    EXPECT_EQ(item.bytes, 1);
+    EXPECT_EQ(item.cycle_s, 0.05) << "guarding_ms is heartbeat_ms";
+  }
+  EXPECT_EQ(found, 1);
+}
+
 TEST(CanConfig, ATimeOfTheFollowingErrorIsOfTheDrivesOwn) {
   const std::string sheet =
       "eds = \"" +
@@ -172,6 +187,14 @@ TEST(CanConfig, ATimeOfTheFollowingErrorIsOfTheDrivesOwn) {
   EXPECT_NE(refusal("following_error_ms = 20\n").find("0x6066:0 does not exist"), std::string::npos);
   for (const char* bad : {"-1", "65536", "1.5", "\"20\"", "[20]"})
     EXPECT_NE(refusal(sheet + "following_error_ms = " + bad + "\n"), "") << bad;
+  const auto narrow = [](const std::string& limits) {
+    return sheet_refusal(variable("6065", "7", "rw", "0") + variable("6066", "5", "rw", "0", limits),
+                         "following_error_ms = 400\ndrive_limits = \"set\"\n");
+  };
+  EXPECT_NE(narrow("").find("does not take 400"), std::string::npos) << narrow("");
+  EXPECT_NE(narrow("").find("0x6066:0 has no limits"), std::string::npos) << narrow("");
+  EXPECT_NE(narrow("HighLimit=200\n").find("0x6066:0 is any to 200"), std::string::npos)
+      << narrow("HighLimit=200\n");
 }
 
 }  // namespace

@@ -180,6 +180,24 @@ TEST(CanMaster, TheLoadIsOfEveryFrameHeardAndSent) {
   EXPECT_NEAR(master.measured_load(), (55 + 65 + 135) * 1e-6 / 0.002, 1e-9);
 }
 
+// An answer to a service is not cyclic, whichever node it is of; the nodes are 1 to 127.
+TEST(CanMaster, TheLoadIsWithoutServices) {
+  CanMaster master(config_with_heartbeat(0));
+  Recorder endpoint;
+  master.attach(&endpoint);
+  const auto load_with = [&](std::uint32_t id) {
+    for (int i = 0; i < 10; ++i) {
+      endpoint.waiting = {make_frame(id, {1, 2, 3, 4, 5, 6, 7, 8})};
+      master.receive();
+      master.send();
+    }
+    return master.measured_load();
+  };
+  const double bare = load_with(0x581);
+  EXPECT_EQ(load_with(0x5FF), bare);
+  EXPECT_GT(load_with(0x1FF), bare);
+}
+
 TEST(CanMaster, ANodeThatBabblesDoesNotHoldUpTheTick) {
   CanMaster master(config_with_heartbeat(0));
   Recorder endpoint;

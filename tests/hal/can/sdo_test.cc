@@ -64,6 +64,9 @@ TEST(SdoClient, AnAnswerOfAnotherKindOrObjectEndsABlockUpload) {
     return client.state();
   };
   EXPECT_EQ(state_after({0xC6, 0x00, 0x20, 0x00, 16, 0, 0, 0}), SdoClient::State::kBusy);
+  EXPECT_EQ(state_after({0xC6, 0x00, 0x20, 0x00, 0, 0, 1, 0}), SdoClient::State::kBusy)
+      << "as large as may be";
+  EXPECT_EQ(state_after({0xC6, 0x00, 0x20, 0x00, 1, 0, 1, 0}), SdoClient::State::kAborted);
   EXPECT_EQ(state_after({0x43, 0x00, 0x20, 0x00, 16, 0, 0, 0}), SdoClient::State::kAborted);
   EXPECT_EQ(state_after({0xC6, 0x01, 0x20, 0x00, 16, 0, 0, 0}), SdoClient::State::kAborted);
 }

@@ -153,6 +153,11 @@ TEST(SetupSteps, TheSignatureIsWhatTheDriveDoesNotHoldAtPowerOn) {
   const ObjectDictionary bare = parse_eds(sheet_text({"1016", "1006"}), "bare.eds", 3);
   EXPECT_EQ(signature(bare, plain()).key, (ObjectKey{0x1000, 0}));
   EXPECT_TRUE(signature(bare, plain()).bytes.empty()) << "which no answer equals";
+  Pdo setpoints;
+  setpoints.id = 0x203;
+  setpoints.transmission = 7;
+  const ObjectKey key = signature_step(setup_steps(plain(), bare, {setpoints}, {}), bare).key;
+  EXPECT_EQ(key, (ObjectKey{0x1400, 2})) << "its transmission type";
 }
 
 TEST(SetupSteps, RampsStayWithinTheDataSheetsLimits) {

@@ -7,6 +7,7 @@
 #include "core/axes.h"
 #include "core/path.h"
 #include "core/ports.h"
+#include "interp/plan/speed/speed_options.h"
 #include "tests/interp/plan/speed_support.h"
 
 // A corpus of seeded random paths: three and five axes, tiny and long moves, sharp and gentle, slow and fast,
