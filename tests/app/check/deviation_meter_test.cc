@@ -108,6 +108,24 @@ TEST_F(Meter, SpikeMayBeCutWithoutLosingTheWay) {
   EXPECT_EQ(meter_.report().lost, 0u);
 }
 
+// Its share of the tolerance is less than a tight move had before. That does not settle how many millimetres
+// it is: the nearer leg of the spike counts all the same.
+TEST_F(Meter, ASmallShareOfAWideToleranceIsStillMeasuredToTheNearerLeg) {
+  const double half = rad_from_deg(2.0);
+  const Vec3 tip(10, 0, 0), left(0, 10 * std::tan(half), 0), right(0, -10 * std::tan(half), 0);
+  const Vec3 begin = left - Vec3(0, 0, 5);
+  polyline({begin, left}, 0.002);
+  polyline({left, tip, right}, 0.05);
+  drive(begin + Vec3(0.0016, 0, 0), left + Vec3(0.0016, 0, 0), 0.05);
+  const Vec3 a = left + 0.985 * (tip - left), b = right + 0.985 * (tip - right);
+  drive(left, a, 0.05);
+  drive(a, b, 1e-5);
+  drive(b, right, 0.05);
+  EXPECT_NEAR(meter_.report().tip_ratio.value, 0.8, 1e-9);
+  EXPECT_NEAR(meter_.report().tip_mm.value, a.y() * std::cos(half), 1e-5);
+  EXPECT_EQ(meter_.report().lost, 0u);
+}
+
 TEST_F(Meter, LapsOfACircleAreNotMistakenForEachOther) {
   // Three turns of a helix rising 0.02 a turn: other turns are near, but only the right one is at the height.
   const Words from = words({5, 0, 0});
