@@ -150,6 +150,15 @@ TEST_F(EmulatedDrives, CommandsLeadThroughTheStates) {
   EXPECT_EQ(drive_.state(), S::kSwitchOnDisabled);
 }
 
+// Enable Operation is bit 3; Switch On alone, however long it stands there, gives no power.
+TEST_F(EmulatedDrives, SwitchedOnIsNotEnabled) {
+  set(0x6040, 0x06);
+  steps(2);
+  set(0x6040, 0x07);
+  steps(20);
+  EXPECT_EQ(drive_.state(), S::kSwitchedOn);
+}
+
 TEST_F(EmulatedDrives, ALostConnectionIsAFaultOnlyUnderPower) {
   drive_.lose_connection(0x8130);
   EXPECT_EQ(drive_.take_emergency(), -1);

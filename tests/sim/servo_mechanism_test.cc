@@ -107,6 +107,7 @@ TEST(ServoMechanism, TurnsRoundThroughItsBacklash) {
   drive(-5, 1000);
   drive(0, 1000);
   EXPECT_GT(top, 0.019);
+  EXPECT_LT(top, 0.025) << "half of the backlash, and what friction stretches the spring by";
   EXPECT_LT(state.x - state.load_x, -0.019);
 }
 

@@ -47,6 +47,28 @@ struct Bench {
   SimulatedJoint joint;
 };
 
+TEST(SimulatedJoint, AMassThatGetsPowerStandsStill) {
+  SimulatedJoint::Config with_mass = config();
+  ServoMechanism::Config mass;
+  mass.period_s = kPeriod_s;
+  mass.position_gain_1_s = 40;
+  mass.inertia = 0.4;
+  mass.velocity_gain = 150;
+  mass.integral_time_s = 0.02;
+  with_mass.mechanism = mass;
+  SimulatedJoint joint(with_mass);
+  const double place = joint.measured();
+  for (int round = 0; round < 2; ++round) {
+    joint.enable();
+    for (int k = 0; k < 20; ++k) {
+      joint.step(place);
+      EXPECT_NEAR(joint.measured(), place, 1e-12) << k;
+    }
+    EXPECT_EQ(joint.state(), DriveState::kEnabled);
+    joint.disable();
+  }
+}
+
 // 50 mm/s at 1000 mm/s^2: 50 ms, whether the program or the search for home had moved it.
 TEST(SimulatedJoint, AQuickStopTakesTheTimeOfItsRamp) {
   Bench moved;
