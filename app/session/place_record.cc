@@ -265,7 +265,9 @@ PlaceRecord parse_place(std::string_view text, const std::string& name) {
       }
     });
     return place;
-  } catch (const nlohmann::json::exception& error) {
+  } catch (const ProgramError&) {
+    throw;
+  } catch (const std::exception& error) {  // of JSON, or of what the operator measured
     throw ProgramError(fmt::format("{}: no record of a place: {}", name, error.what()));
   }
 }

@@ -99,6 +99,11 @@ TEST_F(Places, TheFileHasAllOfIt) {
   EXPECT_EQ(parse_place(text, "m.place").measured, place.measured);
   EXPECT_THROW(parse_place(text.substr(0, text.size() / 2), "m.place"), ProgramError);
   EXPECT_THROW(parse_place("{}", "m.place"), ProgramError);
+  for (const char* number : {"99", "6000"}) {  // no offset of the machine
+    std::string other = text;
+    other.replace(other.find("5221"), 4, number);
+    EXPECT_THROW(parse_place(other, "m.place"), ProgramError) << number;
+  }
 }
 
 TEST_F(Places, AProgramThatHasEndedOrNotBegunHasNone) {
@@ -466,6 +471,20 @@ TEST_F(Places, WhatTheOperatorHasMeasuredSinceIsKept) {
     EXPECT_EQ(parameters[parameter::kTool], since ? 2 : 1);
     EXPECT_EQ(parameters[5241], since ? 3 : 0);
   }
+}
+
+TEST_F(Places, WhatIsKeptIsNamedByItsWorkOffset) {
+  PlaceRecord place;
+  place.block = place.line = 5;
+  place.text = "G1 X30";
+  place.moves = true;
+  place.to = {{30, 0, 0}, Vec3::Zero()};
+  place.measured.numbers[5242] = {9, 4};
+  ProgramStart from = start("G21 G90\nG10 L2 P2 Y2\nG0 X0\nG1 X20 F600\nG1 X30\nM2\n");
+  from.measured = place.measured;
+  Parameters parameters = parameters_;
+  ToolTable tools = tools_;
+  EXPECT_EQ(find_entry(assembly_, parameters, tools, from, place, 1).kept, "Y of G55 (line 2)");
 }
 
 // Lines behind the block up to which it counts set it as ever.
