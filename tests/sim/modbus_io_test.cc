@@ -36,11 +36,11 @@ std::string edited_config(int port) {
 
 class Cabinet : public testing::Test {
  protected:
-  explicit Cabinet(bool fault_code = true) {
+  explicit Cabinet(const std::function<void(ModbusIoConfig&)>& edit = [](ModbusIoConfig&) {}) {
     for (int port = 15120; !cabinet && port < 15170; ++port) {
       const ConfigTable root = parse_config(edited_config(port), "mill_modbus.toml");
       config = read_modbus_io(root);
-      if (!fault_code) config.spindle.fault.clear();
+      edit(config);
       try {
         cabinet = std::make_unique<EmulatedCabinet>(config, read_emulated_values(root, config.devices));
       } catch (const std::runtime_error&) {
@@ -73,8 +73,24 @@ class Cabinet : public testing::Test {
 
 class PlainCabinet : public Cabinet {
  protected:
-  PlainCabinet() : Cabinet(false) {}
+  PlainCabinet() : Cabinet([](ModbusIoConfig& own) { own.spindle.fault.clear(); }) {}
 };
+
+class AnalogCabinet : public Cabinet {
+ protected:
+  AnalogCabinet()
+      : Cabinet([](ModbusIoConfig& own) {
+          own.digital_outputs.clear();
+          own.analog_outputs = {"box.vacuum"};
+        }) {}
+};
+
+TEST_F(AnalogCabinet, TheFirstAnalogOutputIsSent) {
+  outputs.analog[0] = 1;
+  EXPECT_TRUE(until([&] { return cabinet->get("box.vacuum") == 1; })) << io->explain_fault();
+  outputs.analog[0] = 0;
+  EXPECT_TRUE(until([&] { return cabinet->get("box.vacuum") == 0; })) << io->explain_fault();
+}
 
 TEST_F(PlainCabinet, AnInverterThatTellsNoFaultHasNone) {
   ASSERT_TRUE(until([&] { return inputs.spindle_ready; })) << io->explain_fault();
