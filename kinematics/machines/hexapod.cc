@@ -56,7 +56,7 @@ TurnedLeg turned_leg(const Vec3& fixed, const Vec3& turning, double sense) TRN_R
           fixed.squaredNorm() + turning.squaredNorm() + 2 * fixed.z() * turning.z()};
 }
 
-/// First and second derivative of half the legs' variance against the turn, times six.
+/// First and second derivative, mm^4/rad and mm^4/rad^2, of three times the variance of the squared lengths.
 struct VarianceSlope {
   double slope = 0, bend = 0;
 };
@@ -71,13 +71,13 @@ VarianceSlope variance_slope(const std::array<TurnedLeg, 6>& legs, double g) TRN
   return out;
 }
 
-/// Turn at which the variance of the legs' squared lengths has its minimum next to 0; they are given less
-/// their mean.
+/// Turn, rad, at which the variance of the legs' squared lengths has its minimum next to 0; they are given
+/// less their mean.
 double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
-  constexpr int kIterationsMax = 60, kStridesMax = 10;
-  constexpr double kStride = 0.3, kRounding = 1e-15;
+  constexpr int kIterationsMax = 40, kStridesMax = 10;
+  constexpr double kStride = 0.3, kLastStep = 1e-9;  // rad
   VarianceSlope here = variance_slope(legs, 0);
-  if (here.slope == 0) return 0;  // no leg feels the turn, or 0 is the bottom
+  if (!(std::abs(here.slope) > 0)) return 0;  // no leg feels the turn, or 0 is the bottom
   // Downhill from 0 in strides of 0.3 rad (17 degrees), until the way goes up again: the valley's bottom lies
   // within the last stride.
   const double downhill = here.slope < 0 ? 1 : -1;
@@ -94,7 +94,8 @@ double least_variance(const std::array<TurnedLeg, 6>& legs) TRN_RT {
   for (int i = 0; i < kIterationsMax; ++i) {
     (here.slope * downhill < 0 ? near : far) = g;
     const double newton = here.bend > 0 ? g - here.slope / here.bend : far;
-    if (std::abs(newton - g) < kRounding) break;
+    // The error behind so small a step is of the order of its square. A further step would be rounding.
+    if (here.bend > 0 && std::abs(newton - g) < kLastStep) return newton;
     const bool inside = (newton - near) * downhill > 0 && (far - newton) * downhill > 0;
     g = inside ? newton : 0.5 * (near + far);
     here = variance_slope(legs, g);

@@ -142,6 +142,7 @@ void judge_free_turn(const std::vector<std::pair<std::string, std::string>>& car
   const LoadedMachine free = load_changed("hexapod", edits);
   Sampler sampler(plain, 24);
   double before = 0, after = 0;
+  int compared = 0;
   for (int round = 0; round < 500 && !testing::Test::HasFailure(); ++round) {
     const JointVec q = sampler.joints();
     Pose wanted, reached;
@@ -178,11 +179,13 @@ void judge_free_turn(const std::vector<std::pair<std::string, std::string>>& car
           best_turn + 0.5 * kStep * (left - right) / (left - 2 * variance_at(best_turn) + right);
       const Mat3 turn = R.transpose() * reached.R;
       if (std::isfinite(lowest)) {  // not beside a turn that is out of reach
+        ++compared;
         EXPECT_NEAR(std::atan2(turn(1, 0), turn(0, 0)), kBound * std::tanh(lowest / kBound), 2e-5);
       }
     }
   }
   EXPECT_LT(after, 0.9 * before);
+  EXPECT_GT(compared, 100);
 }
 
 TEST(Hexapod, TheFreeTurnBalancesTheLegs) {

@@ -12,8 +12,9 @@ struct SpeedOptions {
   double window_s = 0;        ///< motion planned at once; 0: from the joints' limits
   double node_spacing_s = 0;  ///< of the grid, in estimated time; 0: from the joints' limits
   std::size_t buffered_pieces_max = 20000;
-  int rounds_max =
-      10;  ///< of solving a window and judging it, at least 1; a window without a plan is driven slower
+  /// Rounds of solving a window and judging its plan, at least 1. A window that has no plan by then is driven
+  /// more slowly, and stops if need be.
+  int rounds_max = 10;
 };
 
 /// What the stage did.

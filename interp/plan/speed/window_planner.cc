@@ -96,7 +96,9 @@ WindowPlanner::WindowPlanner(const Joints& joints, const JointMap& map, const Sp
       sampler_(joints, map, joint_rates(joints, options.acceleration_share, options.jerk_share)),
       grid_(sampler_, options_.node_spacing_s, 1.5 * brake_time(joints)),
       emitter_(joint_rates(joints, 1, 1), out),
-      brake_s_(brake_time(joints)) {}
+      brake_s_(brake_time(joints)) {
+  TRN_CHECK(options_.rounds_max >= 1);
+}
 
 void WindowPlanner::piece(const PlanPiece& piece) {
   TRN_CHECK(piece.piece.length > 0);
@@ -287,7 +289,6 @@ size_t WindowPlanner::segments_within(double time_s) const {
 // verify lowers the headroom, and the solver resumes. Where no law can be made, because constant jerk would
 // turn back in a dip of the spline, that dip is damped and the solver begins anew from the last solution.
 bool WindowPlanner::solve_window(size_t head, size_t tail) {
-  TRN_CHECK(options_.rounds_max >= 1);
   initial_guess(head, tail);
   const auto& grid = grid_.intervals();
   const size_t n = grid.size() - head - tail;
@@ -386,7 +387,6 @@ void WindowPlanner::initial_guess(size_t head, size_t tail) {
 // Another start for a search that has not come to where all rows are kept, as before a place that is hundreds
 // of times slower than the way to it: from far below it does.
 void WindowPlanner::slow_guess(size_t head, size_t tail) {
-  TRN_CHECK(options_.rounds_max >= 1);
   initial_guess(head, tail);
   const size_t keep = start_.at_rest ? 0 : 1;
   for (size_t k = keep; k < c_.size(); ++k) c_[k] *= kSlowGuess;

@@ -76,6 +76,19 @@ double tip_distance(const Vec3& p, const std::vector<RunVertex>& v) {
   return least;
 }
 
+/// The greatest distance of the curve's tip from the polyline, at 400 places of each span, mm.
+double worst_tip_distance(const RunFit& f, const std::vector<RunVertex>& v) {
+  double worst = 0;
+  for (int k = 0; k < f.spline.span_count(); ++k) {
+    const PathPiece piece =
+        make_hermite(f.spline.derivatives_at_break(k), f.spline.derivatives_at_break(k + 1),
+                     f.spline.at_break(k + 1) - f.spline.at_break(k));
+    for (int i = 0; i < 400; ++i)
+      worst = std::max(worst, tip_distance(piece.at(piece.length * i / 400).head<3>(), v));
+  }
+  return worst;
+}
+
 // Long chords beside each other: between their ends, too, the curve is looked at.
 TEST(RunFit, AcceptedCurvesStayInTheToleranceBesideLongChords) {
   std::mt19937_64 rng(3);
@@ -98,14 +111,7 @@ TEST(RunFit, AcceptedCurvesStayInTheToleranceBesideLongChords) {
     const RunFit f = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, tolerance_mm, 9e-4});
     if (!f.ok) continue;
     ++accepted;
-    double worst = 0;
-    for (int k = 0; k < f.spline.span_count(); ++k) {
-      const PathPiece piece =
-          make_hermite(f.spline.derivatives_at_break(k), f.spline.derivatives_at_break(k + 1),
-                       f.spline.at_break(k + 1) - f.spline.at_break(k));
-      for (int i = 0; i < 400; ++i)
-        worst = std::max(worst, tip_distance(piece.at(piece.length * i / 400).head<3>(), v));
-    }
+    const double worst = worst_tip_distance(f, v);
     EXPECT_LE(worst, 0.982 * tolerance_mm) << "round " << round;
     double told = 0;
     for (const TubeUse& use : f.usage) told = std::max(told, use.worst());
@@ -145,14 +151,7 @@ TEST(RunFit, AcceptedCurvesOfFewMovesStayInAnyTolerance) {
     const RunFit f = fit_run({v, RunEnd::kPoint, RunEnd::kPoint, nullptr, tolerance_mm, 9e-4});
     if (!f.ok) continue;
     ++accepted;
-    double worst = 0;
-    for (int k = 0; k < f.spline.span_count(); ++k) {
-      const PathPiece piece =
-          make_hermite(f.spline.derivatives_at_break(k), f.spline.derivatives_at_break(k + 1),
-                       f.spline.at_break(k + 1) - f.spline.at_break(k));
-      for (int i = 0; i < 400; ++i)
-        worst = std::max(worst, tip_distance(piece.at(piece.length * i / 400).head<3>(), v));
-    }
+    const double worst = worst_tip_distance(f, v);
     EXPECT_LE(worst, 0.982 * tolerance_mm) << "round " << round;
   }
   EXPECT_GT(accepted, 200);

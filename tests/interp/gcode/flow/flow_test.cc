@@ -141,7 +141,7 @@ TEST(Flow, SubProgramFiles) {
   EXPECT_EQ(folder.session.canon("o<probe_it> call [2]\nG0 Y#<_value>"), moves({"T 2 0 0", "T 2 5 0"}));
 }
 
-// A file that was called stays open: what else it defines is known from then on, as on LinuxCNC.
+// A file that was called stays open: what else it defines is known from then on.
 TEST(Flow, AFileThatIsOpenLendsItsOtherSubPrograms) {
   SubFolder folder{{"a.ngc", "o<a> sub\nG0 X1\no<a> endsub\no<b> sub\nG0 Y#1\no<b> endsub\nM2\n"}};
   EXPECT_EQ(folder.session.canon("o<a> call\no<b> call [3]"), moves({"T 1 0 0", "T 1 3 0"}));
