@@ -212,6 +212,14 @@ TEST(DeflectionConfig, SaysWhatIsWrong) {
   EXPECT_NE(error_of("lag_s", "lagg_s").find("did you mean 'lag_s'"), std::string::npos);
   EXPECT_NE(error_of("gain = 0.5", "gain = 2").find("out of range"), std::string::npos);
   EXPECT_NE(error_of("gain = 0.5", "networks = \"gone.toml\"").find("gone.toml"), std::string::npos);
+  // Positions may come once in 1 to 100 periods; both ends count.
+  const auto measured_every = [&](int periods) {
+    return error_of("gain = 0.5", "gain = 0.5\nmeasure_every = " + std::to_string(periods));
+  };
+  EXPECT_EQ(measured_every(1), "");
+  EXPECT_EQ(measured_every(100), "");
+  EXPECT_NE(measured_every(0).find("test.toml"), std::string::npos);
+  EXPECT_NE(measured_every(101).find("measure_every"), std::string::npos);
 }
 
 }  // namespace
