@@ -3,11 +3,13 @@
 
 Counts the preprocessed lines of every source of the build, behind the precompiled headers, which are read once. Seconds
 differ from one computer to the next; these lines do not, and a header that spreads shows at once. Both bounds are told
-per line and per file of our own, so that they hold while the project grows. Ends with 1 beyond a bound, 77 where
-sources are compiled one at a time (TRN_UNITY=OFF).
+per line and per file of our own, so that they hold while the project grows. gcc compiles a source at the optimisation
+of the precompiled headers that it takes, whatever its own command says: where the two differ, that is told. Ends with
+1 beyond a bound or where they differ, 77 where sources are compiled one at a time (TRN_UNITY=OFF).
 """
 import json
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -29,6 +31,25 @@ def lines_of(entry):
     return text.stdout.count(b"\n")
 
 
+def optimisation(words):
+    levels = [word for word in words if re.fullmatch(r"-O\w*", word)]
+    return levels[-1] if levels else "-O0"
+
+
+def differing_levels(entries):
+    """Sentences, one for each source that asks for another optimisation than its precompiled headers."""
+    commands = [(entry, shlex.split(entry["command"])) for entry in entries]
+    levels = {entry["file"].removesuffix(".cxx"): optimisation(words)
+              for entry, words in commands if entry["file"].endswith("cmake_pch.hxx.cxx")}
+    out = []
+    for entry, words in commands:
+        for option, header in zip(words, words[1:]):
+            if option == "-include" and header in levels and levels[header] != optimisation(words):
+                out.append(f"{entry['file']}: {optimisation(words)}, but its precompiled headers are made with "
+                           f"{levels[header]}, which counts")
+    return out
+
+
 def own_sources():
     """How many sources, and how many lines, with their headers."""
     done = subprocess.run(["git", "ls-files", "-co", "--exclude-standard", "*.cc", "*.h"], cwd=ROOT,
@@ -39,10 +60,13 @@ def own_sources():
 
 def main():
     with open(sys.argv[1], encoding="utf-8") as file:
-        entries = [entry for entry in json.load(file) if "cmake_pch" not in entry["file"]]
+        every = json.load(file)
+    entries = [entry for entry in every if "cmake_pch" not in entry["file"]]
     if not any("/Unity/" in entry["file"] for entry in entries):
         print("the sources are compiled one at a time: nothing to count")
         return 77
+    wrong = differing_levels(every)
+    print("\n".join(wrong), end="\n" if wrong else "")
     with ThreadPoolExecutor(os.cpu_count()) as pool:
         lines = list(pool.map(lines_of, entries))
     if "--table" in sys.argv:
@@ -53,7 +77,7 @@ def main():
     print(f"{sum(lines)} lines behind the precompiled headers, {read_per_line:.1f} for each of our own (at most "
           f"{READ_PER_LINE_MAX}); {len(entries)} units of {sources_per_unit:.1f} sources (at least "
           f"{SOURCES_PER_UNIT_MIN})")
-    return 0 if read_per_line <= READ_PER_LINE_MAX and sources_per_unit >= SOURCES_PER_UNIT_MIN else 1
+    return 0 if not wrong and read_per_line <= READ_PER_LINE_MAX and sources_per_unit >= SOURCES_PER_UNIT_MIN else 1
 
 
 sys.exit(main())

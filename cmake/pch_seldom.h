@@ -1,0 +1,6 @@
+// What the parts use that run seldom: the commands, the daemon around its tick, the panel.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <nlohmann/json.hpp>
+
+#include "pch.h"
