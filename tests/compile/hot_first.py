@@ -1,9 +1,9 @@
 #!/usr/bin/env python3
 """Whether programs run the tick's own code: hot_first.py CMAKELISTS BUILD PROGRAM...
 
-Functions of templates are compiled in every part that uses them, and the linker keeps one. The parts around the tick are
-compiled with less optimisation. So each function that a program shares with the parts of the tick must have the size
-that it has there. Ends with 1 where one has not.
+Functions of templates are compiled in every part that uses them, and the linker keeps one. The parts around the tick
+are compiled with less optimisation. So each function that a program shares with the parts of the tick must have the
+size that it has there. Ends with 1 where one has not.
 """
 import re
 import subprocess
