@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "app/import/config_text.h"
 #include "app/import/config_writer.h"
 #include "app/import/hal_setup.h"
@@ -57,11 +59,30 @@ void convert_variables(const std::string& text, const std::string& path, Importe
                      "convert the lengths to mm");
 }
 
+// LinuxCNC skips lines that it cannot read, and of two lines with one T it takes the first (tooldata_load and
+// tooldata_find_index_for_tool of 2.9). So a machine that runs there comes over with the same tools.
+void convert_tools(const std::string& text, const std::string& path, ImportedFiles& out) {
+  std::vector<LeftOutLine> left_out;
+  out.tools = ToolTable::parse_readable(text, path, out.machine.mm_per_unit, left_out).to_text();
+  constexpr std::size_t kTold = 10;
+  for (std::size_t i = 0; i < std::min(left_out.size(), kTold); ++i) {
+    const LeftOutLine& line = left_out[i];
+    out.machine.note(ImportSpot::kToolChange,
+                     {path, static_cast<int>(line.line), static_cast<int>(line.column)},
+                     line.text.substr(0, 80), line.why + "; this tool was left out",
+                     "trunnion tool adds it with the number that it should have");
+  }
+  if (left_out.size() > kTold)
+    out.machine.note(ImportSpot::kToolChange, {path},
+                     fmt::format("{} more lines of the tool table", left_out.size() - kTold),
+                     "they cannot be read either; these tools were left out", "look into the old table");
+}
+
 void convert_tables(const IniFile& ini, const ImportReader& read, ImportedFiles& out) {
   std::string path;
   out.variables = parameters_text(Parameters());
   if (const auto text = named_text(ini, read, "EMCIO", "TOOL_TABLE", out, path))
-    out.tools = ToolTable::parse(*text, path, out.machine.mm_per_unit).to_text();
+    convert_tools(*text, path, out);
   if (const auto text = named_text(ini, read, "RS274NGC", "PARAMETER_FILE", out, path))
     convert_variables(*text, path, out);
 }

@@ -9,6 +9,7 @@ namespace trn {
 namespace {
 
 constexpr std::size_t kTextBytesMax = 4u << 20;
+constexpr std::size_t kGapBytesMax = 80;  // of a line that was left out, in a note
 
 // A value up to a comment behind it, which needs a blank before its mark.
 std::string_view without_comment(std::string_view value) {
@@ -104,17 +105,20 @@ void IniFile::open_section(std::string_view line, ImportPlace place) {
 
 void IniFile::read_line(std::string_view line, ImportPlace place) {
   if (line[place.column - 1] == '[') return open_section(line, place);
+  const auto leave_out = [&](const char* why) {
+    gaps_.push_back({place, std::string(trimmed(line).substr(0, kGapBytesMax)), why});
+  };
   const std::size_t equals = line.find('=');
   if (equals == std::string_view::npos)
-    throw ImportError(place, fmt::format("'{}' is neither KEY = VALUE nor [SECTION] nor a comment (# or ;)",
-                                         trimmed(line).substr(0, 40)));
+    return leave_out(
+        "this line is neither KEY = VALUE nor [SECTION] nor a comment (# or ;); LinuxCNC skips it, too");
   const std::string key(trimmed(line.substr(0, equals)));
-  if (!is_name(key)) {
-    throw ImportError(place, fmt::format("'{}' is no name of a key; letters, digits and _ would be right, as "
-                                         "in MAX_VELOCITY = 20",
-                                         key.substr(0, 40)));
-  }
-  if (sections_.empty()) throw ImportError(place, fmt::format("'{}' stands before the first [SECTION]", key));
+  if (!is_name(key))
+    return leave_out(
+        "no key has this name; letters, digits and _ would be right, as in MAX_VELOCITY = 20; LinuxCNC does "
+        "not look for it");
+  if (sections_.empty())
+    return leave_out("it stands before the first [SECTION], where LinuxCNC does not look");
   const std::string_view value = trimmed(line.substr(equals + 1));
   ImportPlace value_place = place;
   value_place.column =

@@ -21,8 +21,9 @@ struct IniEntry {
 /// backslash, `#INCLUDE FILE`, comments with # or ; at the beginning of a line. Upper and lower case differ.
 class IniFile {
  public:
-  /// ImportError with file, line and column for a line that is nothing of this and a file that cannot be
-  /// read. A file that is included includes no other, as in LinuxCNC: such a line is a gap.
+  /// A line that is nothing of this is a gap, because LinuxCNC skips it and starts. A file that is included
+  /// includes no other, as in LinuxCNC: such a line is a gap, too. ImportError with file, line and column for
+  /// a section without its ] or without a name, and for a file that cannot be read.
   static IniFile load(const std::string& path, const ImportReader& read);
 
   /// The first of its key, as LinuxCNC takes it; null if there is none. It counts as used, and so do those of

@@ -133,7 +133,22 @@ bool ToolTable::remove(int number) {
   return true;
 }
 
-ToolTable ToolTable::parse(std::string_view text, const std::string& name, double unit_mm) {
+void ToolTable::read_line(std::string_view line, double unit_mm) {
+  const std::size_t zero = line.find('\0');
+  if (zero != std::string_view::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
+  Tool tool;
+  if (lines_ == 0 && is_headline(line)) return;
+  if (!read_tool(line, tool)) return;
+  tool.slot = ++lines_;
+  if (tool.number == 0) return;
+  if (tools_.count(tool.number)) fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
+  tool.offset.xyz *= unit_mm;
+  tool.diameter *= unit_mm;
+  tools_[tool.number] = tool;
+}
+
+ToolTable ToolTable::parse_lines(std::string_view text, const std::string& name, double unit_mm,
+                                 const std::function<void(const LeftOutLine&)>& leave_out) {
   ToolTable table;
   table.name_ = name;
   std::istringstream stream{std::string(text)};
@@ -141,26 +156,27 @@ ToolTable ToolTable::parse(std::string_view text, const std::string& name, doubl
   for (std::uint32_t number = 1; std::getline(stream, line); ++number) {
     while (!line.empty() && line.back() == '\r') line.pop_back();
     try {
-      const std::size_t zero = line.find('\0');
-      if (zero != std::string::npos) fail(GcodeErrorCode::kBinary, static_cast<std::uint32_t>(zero + 1), 0);
-      Tool tool;
-      if (table.lines_ == 0 && is_headline(line)) continue;
-      if (!read_tool(line, tool)) continue;
-      tool.slot = ++table.lines_;
-      if (tool.number == 0) continue;
-      if (table.tools_.count(tool.number))
-        fail(GcodeErrorCode::kRepeatedWord, 1, fmt::format("T{}", tool.number));
-      tool.offset.xyz *= unit_mm;
-      tool.diameter *= unit_mm;
-      table.tools_[tool.number] = tool;
+      table.read_line(line, unit_mm);
     } catch (const BlockError& error) {
       // The form of the first columns, where somebody had another table in mind.
       const bool other_form = error.code == GcodeErrorCode::kBadCharacter;
-      throw ProgramError(fmt::format("{}:{}:{}: {}{}", name, number, error.column, error.what(),
-                                     other_form ? "; a tool is a line as 'T1 P1 Z50.5 D6 ;end mill'" : ""));
+      leave_out({number, error.column, line,
+                 fmt::format("{}{}", error.what(),
+                             other_form ? "; a tool is a line as 'T1 P1 Z50.5 D6 ;end mill'" : "")});
     }
   }
   return table;
+}
+
+ToolTable ToolTable::parse(std::string_view text, const std::string& name, double unit_mm) {
+  return parse_lines(text, name, unit_mm, [&](const LeftOutLine& at) {
+    throw ProgramError(fmt::format("{}:{}:{}: {}", name, at.line, at.column, at.why));
+  });
+}
+
+ToolTable ToolTable::parse_readable(std::string_view text, const std::string& name, double unit_mm,
+                                    std::vector<LeftOutLine>& left_out) {
+  return parse_lines(text, name, unit_mm, [&](const LeftOutLine& at) { left_out.push_back(at); });
 }
 
 ToolTable ToolTable::load(const std::string& path, double unit_mm) {

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <map>
 #include <set>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/parameters.h"
@@ -22,6 +25,12 @@ struct Tool {
   std::string comment;
 
   bool operator==(const Tool&) const = default;
+};
+
+/// A line of a table that was not read; line and column count from 1.
+struct LeftOutLine {
+  std::uint32_t line = 0, column = 0;
+  std::string text = {}, why = {};
 };
 
 /// Tools by number, without T0, which is no tool; read from and written to LinuxCNC's .tbl form ("T1 P1 D6.0
@@ -43,6 +52,10 @@ class ToolTable {
   /// A length of 1 in the file is `unit_mm`.
   static ToolTable load(const std::string& path, double unit_mm = 1);
   static ToolTable parse(std::string_view text, const std::string& name, double unit_mm = 1);
+  /// The same for a table of another control: a line that is not of this form, or whose tool is there
+  /// already, is left out, and `left_out` tells it.
+  static ToolTable parse_readable(std::string_view text, const std::string& name, double unit_mm,
+                                  std::vector<LeftOutLine>& left_out);
   std::string to_text() const;
   /// `old_text`, the content of a table's file, with this table's tools: lines whose tools are the same, and
   /// those that name none of them, stay as they are.
@@ -50,6 +63,10 @@ class ToolTable {
 
  private:
   const Tool* changed_tool(std::string_view line, std::set<int>& seen) const;
+  static ToolTable parse_lines(std::string_view text, const std::string& name, double unit_mm,
+                               const std::function<void(const LeftOutLine&)>& leave_out);
+  /// BlockError for a line that is no tool, or one that is there already.
+  void read_line(std::string_view line, double unit_mm);
 
   std::map<int, Tool> tools_;
   std::string name_;

@@ -479,7 +479,6 @@ BAD = [
      r"m\.ini:2:29: axis B beside those of xyzac-trt-kins"),
     ("coordinates=XZ", "coordinates=UV", 4, r"m\.ini:2:23: of the axes UV none is X"),
     ("PARAMETER_FILE = m.var", "PARAMETER_FILE = m.tbl", 3, r"m\.tbl:1:1: "),
-    ("TOOL_TABLE = m.tbl", "TOOL_TABLE = m.hal", 3, r"m\.hal:1:\d+: "),
     ("HALFILE = m.hal", "HALFILE = bad.hal", 3, r"bad\.hal:2:1: 'nett' is no command of HAL; did you mean 'net'\?"),
 ]
 
