@@ -4,6 +4,7 @@
 #include "core/fault.h"
 #include "kernel/cycle.h"
 #include "kernel/hold_detour.h"
+#include "kernel/joint_jog.h"
 #include "kernel/retrace.h"
 #include "kernel/rt_messages.h"
 
@@ -15,7 +16,7 @@ bool Cycle::stands_in_hold() const TRN_RT {
   if (ending() || latched_.fault != Fault::kOk || !obeyed_ || switch_.settling) return false;
   if (retrace_.moves()) return false;
   if (detour_.state() == DetourState::kJogs) return detour_.obeys();
-  if (still_periods_ < HoldDetour::kStillPeriods) return false;
+  if (still_periods_ < kStillPeriods) return false;
   if (detour_.under_way()) return detour_.obeys();
   if (io_.reads_encoder() || io_.probes()) return false;
   const bool stands = rate_.standing() || interpolator_.at_rest();

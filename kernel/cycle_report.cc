@@ -7,6 +7,7 @@
 #include "core/motion.h"
 #include "kernel/cycle.h"
 #include "kernel/hold_detour.h"
+#include "kernel/joint_jog.h"
 #include "kernel/rt_messages.h"
 
 // What the tick tells of itself.
@@ -37,7 +38,7 @@ void Cycle::report_place() TRN_RT {
   const Words y_before = report_.y;
   const bool was_on_path = report_.on_path;
   const bool still = setpoint_.q == report_.q_plan;
-  still_periods_ = still ? std::min(still_periods_ + 1, HoldDetour::kStillPeriods) : 0;
+  still_periods_ = still ? std::min(still_periods_ + 1, kStillPeriods) : 0;
   report_.q_plan = setpoint_.q;
   report_.q_setpoint = setpoint_.q_sent;
   report_.q_measured = feedback_.q;

@@ -35,14 +35,12 @@ class HoldDetour {
   bool obeys() const TRN_RT { return !goes_back() && (state_ == DetourState::kJogs || !moves()); }
   /// A joint may move in this period.
   bool moves() const TRN_RT;
-  /// Periods between two motions, so that the jerk of one's end and of the other's beginning do not meet.
-  static constexpr int kStillPeriods = 3;
   bool full() const TRN_RT { return state_ != DetourState::kNone && way_.full(); }
   /// Of the way back.
   double rate() const TRN_RT { return ramp_.rate(); }
 
-  /// The machine stands at q (mm, rad) in the hold, or in a way back that is held. The arguments are
-  /// JointJog's. False: there is no room for more corners.
+  /// The machine has stood at q (mm, rad) for `kStillPeriods`, in the hold or in a way back that is held. The
+  /// arguments are JointJog's. False: there is no room for more corners.
   bool jog(const JointVec& q, int joint, double way, double speed) TRN_RT;
   /// Switches what the command names. The machine stands at q.
   void switch_output(const JointVec& q, const RtCommand& command) TRN_RT;

@@ -50,9 +50,10 @@ double JointJog::time_constant_s(int joint, double speed) const TRN_RT {
   return std::max(speed / (kUse * limit.acceleration), std::sqrt(2 * speed / (kUse * limit.jerk)));
 }
 
-void JointJog::begin(const JointVec& from) TRN_RT {
-  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size());
+void JointJog::begin(const JointVec& from, int stood) TRN_RT {
+  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size() && stood >= 0);
   q_ = from;
+  wait_ = std::max(0, kStillPeriods - stood);
   for (Chase& chase : chases_) chase.moves = false;
 }
 
@@ -112,6 +113,10 @@ double JointJog::follow(Chase& chase, double rate) const TRN_RT {
 
 JointVec JointJog::step(double rate) TRN_RT {
   TRN_CHECK(rate >= 0 && rate <= 1);
+  if (wait_ > 0) {
+    --wait_;
+    return q_;
+  }
   for (std::size_t i = 0; i < chases_.size(); ++i) {
     Chase& chase = chases_[i];
     if (!chase.moves) continue;

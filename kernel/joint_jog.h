@@ -8,6 +8,9 @@
 
 namespace trn {
 
+/// Periods between two motions, so that the jerk of one's end and of the other's beginning do not meet.
+inline constexpr int kStillPeriods = 3;
+
 /// Where a joint that stands at `from` ends when it is jogged by `way`: at its limit at the latest; one that
 /// stands outside may come back, and goes no further out. mm or rad.
 double jog_target(const JointLimit& limit, double from, double way) TRN_RT;
@@ -37,8 +40,9 @@ class JointJog {
  public:
   JointJog(const Joints& joints, double period_s);
 
-  /// All joints stand here, mm or rad.
-  void begin(const JointVec& from) TRN_RT;
+  /// All joints stand here, mm or rad, and have stood for so many periods. A jog uses the whole jerk from its
+  /// first period on, so it waits until these are `kStillPeriods`.
+  void begin(const JointVec& from, int stood) TRN_RT;
   /// The joint's target moves on by `way` (mm or rad), but not out of its range; 0: the joint stops. `speed`:
   /// per s, 0: a tenth of the joint's limit. One that moves already does not become faster than it began.
   void move_on(int joint, double way, double speed) TRN_RT;
@@ -70,6 +74,7 @@ class JointJog {
   double period_s_;
   std::vector<Chase> chases_;
   JointVec q_;
+  int wait_ = 0;  ///< periods until the first step
 };
 
 }  // namespace trn

@@ -29,7 +29,7 @@ TEST(CycleHold, ItStandsWhenTheSetpointsHaveStoodForSomePeriods) {
       last = machine.now().q_plan;
     }
     ASSERT_TRUE(machine.now().stands_in_hold);
-    EXPECT_GE(still, HoldDetour::kStillPeriods) << line;
+    EXPECT_GE(still, kStillPeriods) << line;
   }
 }
 

@@ -10,6 +10,7 @@
 
 #include "app/check/limit_judge.h"
 #include "core/machine.h"
+#include "kernel/s_curve.h"
 #include "tests/kernel/planned_motion.h"
 
 namespace trn {
@@ -34,7 +35,7 @@ JointVec stand_at(double x, double a) {
 class Jogging : public testing::Test {
  protected:
   explicit Jogging(const JointVec& from = stand_at(5, 0.3)) : q_(from) {
-    jog_.begin(from);
+    jog_.begin(from, kStillPeriods);
     judge_(from);
   }
   void step(double rate = 1) {
@@ -96,7 +97,7 @@ TEST_F(Jogging, MovesItsJointAloneTheWholeWayWithinTheLimits) {
 
 TEST_F(Jogging, WithoutASpeedTakesATenthOfTheLimitAndNeverMoreThanTheLimit) {
   for (const auto& [asked, expected] : {std::pair{0.0, 20.0}, {9999.0, 200.0}}) {
-    jog_.begin(stand_at(-90, 0));
+    jog_.begin(stand_at(-90, 0), kStillPeriods);
     jog_.move_on(0, 150, asked);
     double fastest = 0, before = -90;
     while (!jog_.ended()) {
@@ -166,6 +167,36 @@ TEST_F(Jogging, ReversesBehindAStepTooSmallToBeSeen) {
     for (int i = 0; i < 40; ++i) step();
   }
   keeps_limits();
+}
+
+// A jog that is asked for in the very period in which another motion came to rest: the jerk with which that
+// one ended and the jog's own would add up in one period. The other motions end anywhere between two periods.
+TEST(JogBehindAnotherMotion, KeepsTheJerk) {
+  std::mt19937_64 rng(11);
+  const auto between = [&](double low, double high) {
+    return std::uniform_real_distribution<double>(low, high)(rng);
+  };
+  const Joints joints = jogged_joints();
+  const JointLimit& limit = joints[0].limit;
+  for (int run = 0; run < 400; ++run) {
+    const double way = between(-20, 20);
+    const SCurve motion(way, limit.velocity, limit.acceleration, limit.jerk);
+    const auto at = [&](int period) { return stand_at(motion.at(period * kJogPeriodS), 0); };
+    JointJudge judge(joints, kJogPeriodS);
+    judge(at(0));
+    int period = 1, stood = 0;
+    for (; period * kJogPeriodS < motion.duration_s(); ++period) judge(at(period));
+    judge(at(period));
+    for (const int more = static_cast<int>(between(0, 4)); stood < more; ++stood) judge(at(period));
+    JointJog jog(joints, kJogPeriodS);
+    jog.begin(stand_at(way, 0), stood);
+    jog.move_on(0, std::copysign(between(0.1, 30), between(-1, 1)), between(1, 200));
+    JointVec q;
+    for (int i = 0; i < 20000 && !jog.ended(); ++i) judge(q = jog.step(1));
+    std::string where;
+    ASSERT_LE(judge.worst(&where), 1 + 1e-6) << where << " in run " << run;
+    ASSERT_NE(q[0], way);
+  }
 }
 
 // Whatever two hands do: reversals, steps on the way, other speeds, overrides, stops.
