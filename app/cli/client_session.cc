@@ -10,6 +10,7 @@
 
 #include "app/client/access_config.h"
 #include "app/client/daemon_line.h"
+#include "app/client/running_daemons.h"
 #include "core/config.h"
 #include "core/fault.h"
 #include "hal/lcm_link.h"

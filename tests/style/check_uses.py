@@ -3,6 +3,8 @@
 it includes a header of every library in LIBRARIES whose namespace it names: with sources in groups, the compiler
 does not notice.
 
+The header of every free function of the project that it calls must be included as well, here by whatever includes it.
+
 What the header of the same name includes counts for a .cc and for its test. A type that is only declared (`class X;`)
 needs no header. `--mend` writes the missing lines of the project's own headers. Errors as file:line.
 """
@@ -25,6 +27,58 @@ LIBRARIES = {"spdlog": "spdlog/spdlog.h", "fmt": "fmt/format.h", "nlohmann": "nl
 LIBRARY = re.compile(r"(?<![\w:])(" + "|".join(LIBRARIES) + r")::")
 OUTER = re.compile(r"^[ \t]*#[ \t]*include[ \t]+<([^>]+)>", re.M)
 WORD = re.compile(r"(?<![\w.>:])([A-Z]\w+)")
+
+
+# A function at namespace scope, whose declaration begins in the first column.
+FUNCTION = re.compile(r"^(?!using|return|namespace|static_assert)[A-Za-z_][\w:<>,&*\[\] ]*[\s&*>](\w+)"
+                      r"\((?!\*)[^;{}]*\)[^;{}()]*[;{]", re.M)
+# A member that is called, or something inside a function or a class with its type before its name.
+MEMBER = re.compile(r"(?:\.|->)(\w+)")
+INSIDE = re.compile(r"^[ \t].*$", re.M)
+NAMED_INSIDE = re.compile(r"(?<![\w>.])(?!(?:return|else|throw|case|delete|new|goto|and|or|not)\b)"
+                          r"(?=(?:[A-Za-z_][\w:]*(?:<[^;(){}]*>)?(?:[ \t]+|[&*]+[ \t]*|[ \t]+[&*]+))(\w+)"
+                          r"(?:[({;=,)\[ ]|$))"
+                          r"|>[&*]+ (\w+)")
+CALL = re.compile(r"(?<![\w.>:~])(\w+)\(")
+
+
+def functions(texts):
+    """Function to header, of the free functions that exactly one header declares and whose name is no member's and no
+    variable's anywhere."""
+    found, others = {}, set()
+    for name, text in texts.items():
+        code = code_only(text)
+        others.update(MEMBER.findall(code))
+        for line in INSIDE.findall(code):
+            others.update(word for found in NAMED_INSIDE.findall(line) for word in found)
+        if name.endswith(".h") and not FACE.search(text):
+            for match in FUNCTION.finditer(code):
+                found.setdefault(match.group(1), set()).add(name)
+    return {word: headers.pop() for word, headers in found.items() if len(headers) == 1 and word not in others}
+
+
+def reached(name, texts, known):
+    """Every header of the project that comes in with `name`; `known` keeps what was found."""
+    if name not in known:
+        known[name] = set()  # a circle ends here
+        for header in INCLUDE.findall(texts[name]):
+            if header in texts:
+                known[name] |= {header} | reached(header, texts, known)
+    return known[name]
+
+
+def missing_functions(name, texts, where, known):
+    """(line, function, header) of each free function whose header does not come in, whatever includes it."""
+    if FACE.search(texts[name]):
+        return []
+    out, code, come = {}, code_only(texts[name]), reached(name, texts, known)
+    own = {match.group(1) for match in FUNCTION.finditer(code)}
+    for match in CALL.finditer(code):
+        word = match.group(1)
+        header = where.get(word)
+        if header and header != name and header not in come and word not in own and word not in out:
+            out[word] = (code.count("\n", 0, match.start()) + 1, header)
+    return [(line, word, header) for word, (line, header) in out.items()]
 
 
 def definitions(texts):
@@ -79,13 +133,15 @@ def missing_libraries(name, texts):
 
 
 def check(texts):
-    where = definitions(texts)
+    where, declared, known = definitions(texts), functions(texts), {}
     errors = []
     for name in sorted(texts):
         for line, word, header in missing_libraries(name, texts):
             errors.append(f"{name}:{line}: {word}:: is used, and <{header}> is not included")
         for line, word, header in missing(name, texts, where):
             errors.append(f'{name}:{line}: {word} is used, and "{header}" is not included')
+        for line, word, header in missing_functions(name, texts, declared, known):
+            errors.append(f'{name}:{line}: {word}() is called, and "{header}" does not come in')
     return errors
 
 

@@ -250,6 +250,15 @@ class UsesTest(unittest.TestCase):
             text = '#include "core/plant.h"\nTank& tank();\n'
             self.assertEqual(self.judged(text, name, **{"core/plant.h": own}), [])
 
+    def test_a_function_whose_header_does_not_come_in_is_told(self):
+        pipes = {"core/pipes.h": '#include "core/valve.h"\n', "core/valve.h": "double open_share(int valve);\n"}
+        (error,) = self.judged("void run() {\n  open_share(1);\n}\n", **pipes)
+        self.assertIn('core/plant.cc:2: open_share() is called, and "core/valve.h" does not come in', error)
+        # By whatever header, as a member of something, or as a function of the file's own, it is known.
+        self.assertEqual(self.judged('#include "core/pipes.h"\nvoid run() { open_share(1); }\n', **pipes), [])
+        self.assertEqual(self.judged("struct Tap;\nvoid run(Tap& tap) {\n  tap.open_share(1);\n}\n", **pipes), [])
+        self.assertEqual(self.judged("double open_share(int) { return 1; }\ndouble x = open_share(2);\n", **pipes), [])
+
     def test_a_library_that_comes_in_through_another_header_is_told(self):
         (error,) = self.judged('void say() { spdlog::info("full"); }\n')
         self.assertIn("core/plant.cc:1: spdlog:: is used, and <spdlog/spdlog.h> is not included", error)
