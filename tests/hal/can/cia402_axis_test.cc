@@ -81,6 +81,24 @@ TEST_F(Cia402AxisTest, ADriveThatStaysOnItsWayIsLate) {
   EXPECT_EQ(axis->fault(), Fault::kDriveNotReady);
 }
 
+// A drive that never goes into the homing mode, and one that homes for ever: each has the whole time, and no
+// more. The time begins again when the mode is reached.
+TEST_F(Cia402AxisTest, HomingThatNeverBeginsOrNeverEndsIsLate) {
+  config.homing_periods_max = 30;
+  for (const int in_mode_from : {1000, 10}) {
+    axis = std::make_unique<Cia402Axis>(config);
+    enable();
+    axis->home();
+    const int last = in_mode_from > 30 ? 30 : in_mode_from + 30;
+    for (int period = 1; period <= last + 1; ++period) {
+      EXPECT_EQ(axis->fault(), Fault::kOk) << "period " << period;
+      const std::int8_t mode = period >= in_mode_from ? 6 : 8;
+      axis->step({kEnabledWord, 0, mode, true}, 0, 0, false, output);
+    }
+    EXPECT_EQ(axis->fault(), Fault::kHomingFailed);
+  }
+}
+
 TEST_F(Cia402AxisTest, AQuickStopIsCommandedWhileThereIsPower) {
   enable();
   axis->quick_stop();
