@@ -84,6 +84,11 @@ TEST(JointModel, BadSectionsAreRefusedWhereTheyAre) {
   EXPECT_FALSE(read_feed_forward(read_machine(parse_config(kHead, "m.toml"))));
   EXPECT_NE(error_of("[feed_forward]\ndelay_periods = -1.5\n").find("m.toml:21:17: "), std::string::npos)
       << error_of("[feed_forward]\ndelay_periods = -1.5\n");
+  for (const char* beyond : {"360.5", "-360.5"}) {
+    const std::string error = error_of(
+        std::string("[feed_forward]\n[[feed_forward.joint]]\njoint = \"A\"\nimbalance_at_deg = ") + beyond);
+    EXPECT_NE(error.find("m.toml:23:20: "), std::string::npos) << error;
+  }
   const std::string twice =
       "[feed_forward]\n[[feed_forward.joint]]\njoint = \"X\"\n[[feed_forward.joint]]\njoint = \"X\"\n";
   EXPECT_NE(error_of(twice).find("'X' has a model already"), std::string::npos);

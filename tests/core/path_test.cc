@@ -45,6 +45,7 @@ TEST(Path, HelixHitsItsEndAndKeepsItsRadius) {
   Words from = Words::Zero(), to = Words::Zero();
   from.head<3>() << 30, 0, 5;
   to.head<3>() << 0, 30, 25;
+  from[kC] = -1.25;
   to[kA] = 0.5;
   const PathPiece arc = make_arc(from, to, Vec3(0, 0, 5), Vec3(0, 0, 1), 2.5 * 3.14159265358979323846);
   EXPECT_LT((arc.at(arc.length) - to).norm(), 1e-11);

@@ -57,6 +57,16 @@ TEST(JointTableFit, ATableHasBothDirections) {
   }
 }
 
+// An axis whose range does not begin at 0, as most do not; its error has a bend at one of the table's places.
+TEST(JointTableFit, ARangeMayBeginAnywhere) {
+  const auto error = [](double at) { return 1e-4 * std::abs(at - 85); };
+  std::vector<AxisMeasurement> way;
+  for (int at = 35; at <= 135; at += 5) way.push_back({1.0 * at, at + error(at)});
+  const JointTableFit fit = fit_joint_table(way, 5);
+  EXPECT_EQ(fit.at, (std::vector<double>{35, 60, 85, 110, 135}));
+  for (std::size_t k = 0; k < 5; ++k) EXPECT_NEAR(fit.forward[k], error(fit.at[k]) - fit.datum, 1e-12) << k;
+}
+
 TEST(JointTableFit, AMeasurementAtTheSamePlaceKeepsTheDirection) {
   const JointTableFit fit = fit_joint_table({{0, 0}, {1, 1}, {1, 1}, {0, 0.1}, {0, 0.1}}, 0);
   EXPECT_EQ(fit.direction, (std::vector<int>{1, 1, 1, -1, -1}));
