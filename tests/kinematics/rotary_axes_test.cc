@@ -3,6 +3,8 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <tuple>
+#include <vector>
 
 #include "core/frames.h"
 #include "core/units.h"
@@ -27,6 +29,20 @@ TEST(RotaryAxes, OneAxisTurnsOnFromItsSeed) {
   const auto found = axes.solve(rot_x(angle) * Vec3::UnitZ(), {turns, -1.0});
   ASSERT_EQ(found.count, 1);
   EXPECT_NEAR(found.angles[0][0], turns + angle, 1e-12);
+}
+
+// Two axes the same way turn the tool in one plane only, and a second one along the tool does not turn it at
+// all.
+TEST(RotaryAxes, TwoAxesWithoutAClosedFormAreTold) {
+  const Vec3 x = Vec3::UnitX(), y = Vec3::UnitY(), z = Vec3::UnitZ();
+  const std::vector<std::tuple<Vec3, Vec3, bool>> cases = {{x, x, false},  {x, -x, false}, {x, z, false},
+                                                           {x, -z, false}, {z, z, false},  {x, y, true},
+                                                           {z, x, true}};
+  for (const auto& [first, second, closed] : cases) {
+    RotaryAxes axes;
+    EXPECT_TRUE(axes.add_axis(first));
+    EXPECT_EQ(axes.add_axis(second), closed) << first.transpose() << " and " << second.transpose();
+  }
 }
 
 TEST(RotaryAxes, AtThePoleOfTwoTheFirstStaysWhereItIs) {
