@@ -180,7 +180,7 @@ void Cycle::jog(const RtCommand& command) TRN_RT {
     return;
   }
   interpolator_.leave_path();
-  if (motion_ != MotionState::kJogging) jog_.begin(setpoint_.q, still_periods_);
+  if (motion_ != MotionState::kJogging) jog_.begin(setpoint_.q);
   jog_.move_on(command.joint, command.value, command.speed);
   motion_ = MotionState::kJogging;
 }

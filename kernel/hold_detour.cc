@@ -37,7 +37,7 @@ bool HoldDetour::jog(const JointVec& q, int joint, double way, double speed) TRN
   begin(q);
   if (way != 0 && way_.full()) return false;
   if (on_leg_) way_.turn_at(q);
-  if (state_ != DetourState::kJogs) jog_.begin(q, kStillPeriods);
+  if (state_ != DetourState::kJogs) jog_.begin(q);
   jog_.move_on(joint, way, speed);
   state_ = DetourState::kJogs;
   on_leg_ = held_ = false;

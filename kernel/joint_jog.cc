@@ -50,10 +50,10 @@ double JointJog::time_constant_s(int joint, double speed) const TRN_RT {
   return std::max(speed / (kUse * limit.acceleration), std::sqrt(2 * speed / (kUse * limit.jerk)));
 }
 
-void JointJog::begin(const JointVec& from, int stood) TRN_RT {
-  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size() && stood >= 0);
+void JointJog::begin(const JointVec& from) TRN_RT {
+  TRN_CHECK(static_cast<std::size_t>(from.size()) == joints_.size());
   q_ = from;
-  wait_ = std::max(0, kStillPeriods - stood);
+  wait_ = kStillPeriods;
   for (Chase& chase : chases_) chase.moves = false;
 }
 

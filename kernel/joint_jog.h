@@ -40,9 +40,9 @@ class JointJog {
  public:
   JointJog(const Joints& joints, double period_s);
 
-  /// All joints stand here, mm or rad, and have stood for so many periods. A jog uses the whole jerk from its
-  /// first period on, so it waits until these are `kStillPeriods`.
-  void begin(const JointVec& from, int stood) TRN_RT;
+  /// All joints have come to rest here, mm or rad. A jog uses the whole jerk from its first period on, so it
+  /// waits `kStillPeriods`, however long they have stood: a replay does not know that.
+  void begin(const JointVec& from) TRN_RT;
   /// The joint's target moves on by `way` (mm or rad), but not out of its range; 0: the joint stops. `speed`:
   /// per s, 0: a tenth of the joint's limit. One that moves already does not become faster than it began.
   void move_on(int joint, double way, double speed) TRN_RT;

@@ -35,7 +35,7 @@ JointVec stand_at(double x, double a) {
 class Jogging : public testing::Test {
  protected:
   explicit Jogging(const JointVec& from = stand_at(5, 0.3)) : q_(from) {
-    jog_.begin(from, kStillPeriods);
+    jog_.begin(from);
     judge_(from);
   }
   void step(double rate = 1) {
@@ -84,7 +84,7 @@ TEST(MovingMean, IsTheMeanOfTheLastValues) {
   }
 }
 
-// The closed form: the way at constant speed, and both means' lengths, each rounded up to periods.
+// The closed form: the wait, the way at constant speed, and both means' lengths, each rounded up to periods.
 TEST_F(Jogging, MovesItsJointAloneTheWholeWayWithinTheLimits) {
   jog_.move_on(0, -40, 150);
   const int periods = finish();
@@ -92,12 +92,12 @@ TEST_F(Jogging, MovesItsJointAloneTheWholeWayWithinTheLimits) {
   keeps_limits();
   const double first_s = std::max(150 / (0.99 * 2000), std::sqrt(2 * 150 / (0.99 * 40000)));
   const double second_s = 2 * 150 / (first_s * 0.99 * 40000);
-  EXPECT_NEAR(periods * kJogPeriodS, 40 / 150.0 + first_s + second_s, 3.01 * kJogPeriodS);
+  EXPECT_NEAR((periods - kStillPeriods) * kJogPeriodS, 40 / 150.0 + first_s + second_s, 3.01 * kJogPeriodS);
 }
 
 TEST_F(Jogging, WithoutASpeedTakesATenthOfTheLimitAndNeverMoreThanTheLimit) {
   for (const auto& [asked, expected] : {std::pair{0.0, 20.0}, {9999.0, 200.0}}) {
-    jog_.begin(stand_at(-90, 0), kStillPeriods);
+    jog_.begin(stand_at(-90, 0));
     jog_.move_on(0, 150, asked);
     double fastest = 0, before = -90;
     while (!jog_.ended()) {
@@ -184,12 +184,12 @@ TEST(JogBehindAnotherMotion, KeepsTheJerk) {
     const auto at = [&](int period) { return stand_at(motion.at(period * kJogPeriodS), 0); };
     JointJudge judge(joints, kJogPeriodS);
     judge(at(0));
-    int period = 1, stood = 0;
+    int period = 1;
     for (; period * kJogPeriodS < motion.duration_s(); ++period) judge(at(period));
     judge(at(period));
-    for (const int more = static_cast<int>(between(0, 4)); stood < more; ++stood) judge(at(period));
+    for (int stands = static_cast<int>(between(0, 4)); stands > 0; --stands) judge(at(period));
     JointJog jog(joints, kJogPeriodS);
-    jog.begin(stand_at(way, 0), stood);
+    jog.begin(stand_at(way, 0));
     jog.move_on(0, std::copysign(between(0.1, 30), between(-1, 1)), between(1, 200));
     JointVec q;
     for (int i = 0; i < 20000 && !jog.ended(); ++i) judge(q = jog.step(1));
