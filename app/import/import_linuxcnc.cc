@@ -60,7 +60,8 @@ void convert_variables(const std::string& text, const std::string& path, Importe
 }
 
 // LinuxCNC skips lines that it cannot read, and of two lines with one T it takes the first (tooldata_load and
-// tooldata_find_index_for_tool of 2.9). So a machine that runs there comes over with the same tools.
+// tooldata_find_index_for_tool of 2.9). So a machine that runs there comes over. A length as Z10,5, of which
+// LinuxCNC reads 10, is left out as well: nobody knows which was meant.
 void convert_tools(const std::string& text, const std::string& path, ImportedFiles& out) {
   std::vector<LeftOutLine> left_out;
   out.tools = ToolTable::parse_readable(text, path, out.machine.mm_per_unit, left_out).to_text();

@@ -50,7 +50,7 @@ def functions(texts):
         code = code_only(text)
         others.update(MEMBER.findall(code))
         for line in INSIDE.findall(code):
-            others.update(word for found in NAMED_INSIDE.findall(line) for word in found)
+            others.update(word for words in NAMED_INSIDE.findall(line) for word in words)
         if name.endswith(".h") and not FACE.search(text):
             for match in FUNCTION.finditer(code):
                 found.setdefault(match.group(1), set()).add(name)
