@@ -5,6 +5,26 @@ import { join } from "node:path";
 
 export const kPatienceMs = 90000;  // a busy host needs half a minute to load a page
 
+const kStandsMs = 2000;
+
+/** Holds the button down until `done`; tells how often it was pressed for that. On a busy host the dead man may let go. */
+export async function holdsUntil(page, button, done, what) {
+  const end = Date.now() + kPatienceMs;
+  const shown = () => page.locator('[data-test="state"]').first().textContent();
+  for (let presses = 1; ; ++presses) {
+    await page.locator(`[data-test="${button}"]`).click({ trial: true });
+    const box = await page.locator(`[data-test="${button}"]`).boundingBox();
+    await page.mouse.move(box.x + box.width / 2, box.y + box.height / 2);
+    await page.mouse.down();
+    for (let moved = Date.now(); Date.now() - moved < kStandsMs; ) {
+      if (await done()) return presses;
+      if (Date.now() > end) assert.fail(`${button} is held down, and never ${what}`);
+      if ((await shown()) !== "Ready") moved = Date.now();
+    }
+    await page.mouse.up();
+  }
+}
+
 /** `open` opens a page of the panel with its key, `before` runs in it before anything else; `complaints` is what the browser says against the page. */
 export async function launch(origin, key, sources) {
   const { chromium } = createRequire(join(sources, "package.json"))("playwright-core");

@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { createRequire } from "node:module";
 import { join } from "node:path";
-import { kPatienceMs } from "./page_browser.mjs";
+import { holdsUntil, kPatienceMs } from "./page_browser.mjs";
 
 const [origin, key, sources, output, program, cycle] = process.argv.slice(2);
 const cycleTime = Number(cycle);
@@ -157,15 +157,11 @@ async function moves(page) {
 async function heldJogEnds(page) {
   await part(page, "held").click();
   await rests(page);
-  await part(page, "jog-Z+").click({ trial: true });
-  const button = await part(page, "jog-Z+").boundingBox();
-  await page.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
   const jogsBefore = jogsSent;
-  await page.mouse.down();
-  await until(page, "machine-Z", (shown) => Number(shown) > 15, "more than 15");
+  const presses = await holdsUntil(page, "jog-Z+", async () => Number(await text(page, "machine-Z")) > 15, "Z beyond 15");
   await page.mouse.up();
   await rests(page);
-  assert.equal(jogsSent - jogsBefore, 2, "the page asks once for a held move, and once for its end");
+  assert.equal(jogsSent - jogsBefore, 2 * presses, "the page asks once for a held move, and once for its end");
   // Positions are shown a moment after the state: those after a move along X are of later.
   await typeLine(page, "G0 X5");
   await shows(page, "work-X", "5.000");
@@ -190,11 +186,7 @@ async function frozenPageEnds(browser, page) {
   const second = await open(browser, kWork);
   await asksFor(second, page);
   await part(second, "held").click();
-  await part(second, "jog-X+").click({ trial: true });
-  const button = await part(second, "jog-X+").boundingBox();
-  await second.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
-  await second.mouse.down();
-  await shows(page, "state", "Moving by hand");
+  await holdsUntil(second, "jog-X+", async () => (await text(page, "state")) === "Moving by hand", "it moves by hand");
   // Its scripts say nothing for four seconds; the button is still down.
   const frozen = second.evaluate(() => {
     for (const end = Date.now() + 4000; Date.now() < end;);
@@ -471,10 +463,31 @@ async function cuts(page) {
   await until(page, "path-line", (shown) => Number(shown) >= 40, "line 40");
 }
 
+/** On a busy host the planner may be late, which is an alarm of its own: acknowledges that, in the view of the alarms. */
+async function acknowledgesStarved(page) {
+  const starved = part(page, "alarm").filter({ has: page.getByRole("heading", { name: "starved", exact: true }) });
+  for (const end = Date.now() + kPatienceMs; await starved.count(); ) {
+    assert(Date.now() < end, "an alarm stays that is acknowledged");
+    // It may be over and gone before the click.
+    await starved.first().locator('[data-test="acknowledge"]:enabled').click({ timeout: 500 }).catch(() => {});
+  }
+}
+
+async function raisesNothing(page, here, why) {
+  if (await part(page, "alarms-open").count()) {
+    await view(page, "Alarms");
+    await acknowledgesStarved(page);
+    await part(page, "alarms-open").waitFor({ state: "detached" });
+    await view(page, here);
+  }
+  assert.equal(await part(page, "alarms-open").count(), 0, why);
+}
+
 /** An alarm stays until it is over and acknowledged. */
 async function acknowledges(page) {
   const alarm = part(page, "alarm").filter({ hasText: "emergency stop" });
   await alarm.filter({ hasText: `${program}, line` }).filter({ hasText: "estop, by" }).waitFor();
+  await acknowledgesStarved(page);
   await shows(page, "alarms-open", "1");
   await picture(page, "alarms_tablet");
   await part(page, "reset").click();
@@ -522,7 +535,7 @@ async function sendsPrograms(page) {
   await picture(page, "program_wrong");
   await send("worse.ngc", ["G21 G90 G94", "G1 X]", "M2"]);
   await shows(page, "program-error", "worse.ngc:2:");
-  assert.equal(await part(page, "alarms-open").count(), 0, "nothing has run, so nothing is an alarm");
+  await raisesNothing(page, "Run", "nothing has run, so nothing is an alarm");
 }
 
 /** A typed line that is wrong stays, with its wrong place and what would be right; no alarm, and no message to others. */
@@ -533,7 +546,7 @@ async function mistypes(page) {
   await shows(page, "mdi-wrong", "X2");
   assert.equal(await part(page, "mdi").inputValue(), "G0 X1 X2", "to be mended");
   await picture(page, "mdi_refused");
-  assert.equal(await part(page, "alarms-open").count(), 0);
+  await raisesNothing(page, "Run", "a mistyped line is no alarm");
   await typeLine(page, "G0 X1");
   await part(page, "mdi-refused").waitFor({ state: "detached" });
   await typeLine(page, "G0 X0");

@@ -5,7 +5,7 @@
 import assert from "node:assert/strict";
 import { join } from "node:path";
 import { createInterface } from "node:readline";
-import { launch } from "./page_browser.mjs";
+import { holdsUntil, launch } from "./page_browser.mjs";
 
 const [origin, key, sources, output] = process.argv.slice(2);
 const { browser, open, part, until, complaints } = await launch(origin, key, sources);
@@ -22,10 +22,8 @@ async function ask(what) {
 
 async function holdButton(page) {
   await shows(page, "state", "Ready");
-  const button = await part(page, "jog-X+").boundingBox();
-  await page.mouse.move(button.x + button.width / 2, button.y + button.height / 2);
-  await page.mouse.down();
-  await shows(page, "state", "Moving by hand");
+  const moves = async () => (await part(page, "state").first().textContent()) === "Moving by hand";
+  await holdsUntil(page, "jog-X+", moves, "it moves by hand");
 }
 
 /** The machine stands within a second, as the daemon itself tells, and goes nowhere from there. */

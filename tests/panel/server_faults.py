@@ -24,6 +24,7 @@ STAND_S = 3  # by then a move by hand has ended
 
 class Faults(unittest.TestCase):
     def setUp(self):
+        self.presses = 0
         self.bench = PanelBench(BINARY, SOURCE)
         self.addCleanup(self.bench.close)
         self.bench.start_panel()
@@ -57,14 +58,22 @@ class Faults(unittest.TestCase):
     def daemon_state(self):
         return json.loads(self.line("status", "--json"))["state"]
 
-    def hold_button(self, page, press=1):
-        """Begins a held move along X of 10 mm/s, and says for half a second that it is held."""
-        answer = page.ask(5, "jog", text="X", value=1, speed=10, alive_ms=250, press=press)
-        self.assertEqual(answer["outcome"], "accepted")
-        end = time.monotonic() + 0.5
-        while time.monotonic() < end:
+    def hold_button(self, page):
+        """Holds a button of X, 10 mm/s, until it has moved by 1 mm; on a busy host the dead man may let go before."""
+        begin, deadline, pressed_at = self.x(), time.monotonic() + 60, None
+        while True:
+            self.assertLess(time.monotonic(), deadline, "it does not move")
+            if pressed_at is None:
+                self.presses += 1
+                answer = page.ask(5, "jog", text="X", value=1, speed=10, alive_ms=250, press=self.presses)
+                self.assertEqual(answer["outcome"], "accepted")
+                pressed_at = answer["status_count"]
             page.send({"type": "alive"})
-            page.next()
+            message = page.next()
+            if message["type"] == "motion" and message["q_setpoint"][0] > begin + 1:
+                return
+            if message["type"] == "status" and message["state"] == "idle" and message["count"] > pressed_at:
+                pressed_at = None
 
     def assert_stands(self, before=STAND_S):
         """The machine is at rest soon, and stays where it is."""
@@ -92,7 +101,7 @@ class Panel(Faults):
         for _ in range(20):
             self.page.send({"type": "alive"})
         self.page.send({"type": "command", "id": 8, "verb": "jog", "text": "X", "value": 1, "speed": 10,
-                        "alive_ms": 250, "press": 2})
+                        "alive_ms": 250, "press": 1000})
         self.page.send({"type": "command", "id": 9, "verb": "home", "joint": -1})
         self.page.send({"type": "alive"})
         self.bench.panel.send_signal(signal.SIGCONT)
@@ -103,8 +112,7 @@ class Panel(Faults):
         time.sleep(1)
         self.assertAlmostEqual(self.x(), place, places=9)
         # Then it is obeyed as before.
-        self.hold_button(self.page, press=3)
-        self.assertGreater(self.x(), place + 1)
+        self.hold_button(self.page)
 
 
 class Cut(Faults):
