@@ -15,9 +15,12 @@ also by scripts that run the whole program. Each may take five times as long as 
 fails lives: either a test is missing, or the change makes no difference. Those of the second kind are listed with
 the reason in tests/mutants.txt, as `file: code -> code`.
 
-Exit codes: 0 no unknown mutant lives, 1 some do, 2 the tests fail unchanged, 5 usage.
+How long the tests take unchanged is measured first. A kept copy remembers that for programs as they were.
+
+Exit codes: 0 no unknown mutant lives, 1 some do, 2 the tests fail or do not compile unchanged, 5 usage.
 """
 import argparse
+import hashlib
 import json
 import os
 import random
@@ -294,15 +297,34 @@ def chosen(root, options):
     return [entry for entry in every[:options.count] if (entry[1], entry[2]) not in done], total
 
 
+def measured(copy, names, scripts):
+    """The durations of the programs' tests and of the scripts. A kept copy knows those of programs as they were."""
+    record = copy.folder.parent / "durations.json"
+    known = json.loads(record.read_text(encoding="utf-8")) if record.is_file() else {}
+
+    def once(name, files, measure):
+        content = hashlib.sha256(b"".join((copy.folder / file).read_bytes() for file in files)).hexdigest()
+        duration = known.get(name + content) or measure(name)
+        known[name + content] = duration
+        return duration
+
+    programs = {name: once(name, [f"build/release/{name}"], copy.durations_s) for name in names}
+    scripts = {name: once(name, ["build/release/trunnion", f"tests/{name}.py"], copy.script_s) for name in scripts}
+    record.write_text(json.dumps(known), encoding="utf-8")
+    return programs, scripts
+
+
 def judge_all(copy, options):
     folder = max((f for f in PROGRAMS if options.target.startswith(f)), key=len)
     names = [PROGRAMS[folder], *ALSO.get(folder, [])]
     scripts = SCRIPTS.get(folder, [])
-    built = copy.build([*names, *(["trunnion"] if scripts else [])])
-    programs = {name: copy.durations_s(name) if built else None for name in names}
-    scripts = {script: copy.script_s(script) if built else None for script in scripts}
-    if None in [*programs.values(), *scripts.values()]:
-        print("the tests fail without any change", file=sys.stderr)
+    if not copy.build([*names, *(["trunnion"] if scripts else [])]):
+        print("the last commit does not compile: ninja -C build/release says where", file=sys.stderr)
+        return 2
+    programs, scripts = measured(copy, names, scripts)
+    failing = [name for name, duration in (programs | scripts).items() if duration is None]
+    if failing:
+        print(f"without any change these fail: {', '.join(failing)}", file=sys.stderr)
         return 2
     mutants, possible = chosen(copy.folder, options)
     judges = ", ".join([*names, *scripts])
