@@ -20,10 +20,12 @@ TRUNNION, SOURCE = sys.argv[1:3]
 
 
 def workspace(machine, *options):
-    """Exit code, output and CSV rows of a survey."""
+    """Exit code, output and CSV rows of a survey of a shipped machine or of a config."""
+    if isinstance(machine, str):
+        machine = f"{SOURCE}/configs/{machine}.toml"
     with tempfile.TemporaryDirectory() as folder:
         table, picture = Path(folder) / "w.csv", Path(folder) / "w.svg"
-        done = subprocess.run([TRUNNION, "workspace", "--machine", f"{SOURCE}/configs/{machine}.toml", "--json",
+        done = subprocess.run([TRUNNION, "workspace", "--machine", str(machine), "--json",
                                "--csv", str(table), "--svg", str(picture), *options],
                               capture_output=True, text=True, timeout=120, check=False)
         if done.returncode != 0:
@@ -68,6 +70,19 @@ class Workspace(unittest.TestCase):
         self.assertTrue(any(row["reach"] == "ok" for row in upright))
         self.assertEqual({row["reach"] for row in rows if row["tilt_deg"] == "10"}, {"no_tilt"})
         self.assertAlmostEqual(summary["tilts"][0]["conditioning_min"], 1, places=6)
+
+    def test_a_joint_may_stand_at_the_ends_of_its_range(self):
+        with open(f"{SOURCE}/configs/mill.toml", encoding="ascii") as file:
+            mill = file.read()
+        home_at_the_end = {"min": r"(?m)^min_mm = -\S+", "max": r"(?m)^max_mm = \d\S*"}
+        for end, pattern in home_at_the_end.items():
+            with self.subTest(end=end), tempfile.TemporaryDirectory() as folder:
+                config = Path(folder) / "mill.toml"
+                config.write_text(re.sub(pattern, f"{end}_mm = 0.0", mill), encoding="ascii")
+                code, summary, rows = workspace(config, "--points", "5", "--tilts", "0")
+                self.assertEqual(code, 0, summary)
+                at_home = [row for row in rows if np.abs(place(row)).max() < 1e-9]
+                self.assertEqual([row["reach"] for row in at_home], ["ok"])
 
     def test_a_hexapod_is_as_fast_as_its_jacobian_says(self):
         _, _, rows = workspace("hexapod", "--points", "9", "--tilts", "0")

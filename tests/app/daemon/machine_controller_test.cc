@@ -245,6 +245,26 @@ TEST(MachineController, TheToolIsKeptBeforeTheProgramGoesOn) {
   EXPECT_EQ(bench.controller.state(), MachineState::kRunning);
 }
 
+// Away on a jog the joints do not stand: that is what is said, whatever else would keep the next jog.
+TEST(MachineController, WhileAHeldMachineMovesAJogIsToldToWait) {
+  Bench bench;
+  bench.start_program();
+  ASSERT_EQ(bench.send(command_t::HOLD).outcome, +acknowledge_t::ACCEPTED);
+  bench.tick();
+  ASSERT_EQ(bench.controller.state(), MachineState::kHolding);
+  bench.now.stands_in_hold = false;
+  bench.now.detour_full = true;
+  bench.tick();
+  const acknowledge_t moves = bench.send(command_t::JOG, "X", 1);
+  EXPECT_EQ(moves.outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(moves.message.find("stand"), std::string::npos) << moves.message;
+  EXPECT_EQ(moves.message.find("no room"), std::string::npos) << moves.message;
+  bench.now.stands_in_hold = true;
+  bench.tick();
+  const acknowledge_t full = bench.send(command_t::JOG, "X", 1);
+  EXPECT_NE(full.message.find("no room"), std::string::npos) << full.message;
+}
+
 TEST(MachineController, HoldEndsAJog) {
   Bench bench;
   EXPECT_EQ(bench.send(command_t::JOG, "", 10).outcome, +acknowledge_t::ACCEPTED);

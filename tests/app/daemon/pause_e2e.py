@@ -262,7 +262,7 @@ class PauseTest(unittest.TestCase):
             self.assertAlmostEqual(shop.joints()[2], 50 + shop.length(2), places=6)
 
     def test_a_longer_tool_that_comes_in_goes_over_the_safe_height(self):
-        program = "G21 G90 G61\nM61 Q1 G43\nG0 X0 Y0 Z60\nG1 X10 F6000\nT2 M6\nG43\nG1 X20\nG0 Z90\nM2\n"
+        program = "G21 G90 G61\nM61 Q1 G43\nG0 X8 Y0 Z60\nG1 X10 F60\nT2 M6\nG43\nG1 X20 F6000\nG0 Z90\nM2\n"
         with Shop() as shop:
             shop.start()
             shop.ask("load", shop.write("part.ngc", program))
@@ -279,7 +279,9 @@ class PauseTest(unittest.TestCase):
                     self.assertIn("12.000 mm longer than the tool before it", out + err)
                     self.assertNotEqual(shop.parameter(5400), 2)
                     while not shop.status()["state"] == "holding":
-                        highest = max(highest, shop.joints()[2])
+                        x, _, z = shop.joints()[:3]
+                        highest = max(highest, z)
+                        self.assertTrue(z > stood[2] + 1e-6 or abs(x - stood[0]) < 1e-6, "it cuts nothing again")
                     self.assertGreater(highest, stood[2] + 20, "it goes over the safe height")
                     shop.until(lambda s: s["state"] == "holding" and "tool 2" in s["waits_for"])
                     for at, then in zip(shop.joints(), stood):

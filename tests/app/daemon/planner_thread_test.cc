@@ -161,17 +161,21 @@ TEST_F(Planner, AToolMayBeConfirmedBeforeTheProgramWaitsForIt) {
 
 // Behind a program stop nothing is read before the tick has passed it.
 TEST_F(Planner, BlockDeleteSwitchedAtAStopActsOnTheNextLine) {
-  planner_.load(program("G21 G90 G0 X5\nM0\n/G0 X9\nG0 X7\nM2\n"), q_);
-  const ReadingPlace place = planner_.switch_block_delete(true);
-  EXPECT_EQ(place.line, 2U);
-  EXPECT_EQ(place.block, 2U);
-  std::vector<double> ends;
-  for (MotionBlock block = take(); block.event.kind != QueueEvent::Kind::kProgramEnd; block = take())
-    if (block.segment_count > 0) ends.push_back(block.piece.at(block.piece.length)[kX]);
-  EXPECT_NEAR(ends.back(), 7, 1e-9);
-  for (const double x : ends) EXPECT_LT(x, 8);
-  EXPECT_TRUE(planner_.switches().block_delete) << "the next program begins so";
-  EXPECT_EQ(planner_.switch_block_delete(false).line, 0U) << "no program is read any more";
+  for (const std::string stop : {"M0", "M1"}) {
+    SCOPED_TRACE(stop);
+    planner_.set_switches({0, false, true});
+    planner_.load(program("G21 G90 G0 X5\n" + stop + "\n/G0 X9\nG0 X7\nM2\n"), q_);
+    const ReadingPlace place = planner_.switch_block_delete(true);
+    EXPECT_EQ(place.line, 2U);
+    EXPECT_EQ(place.block, 2U);
+    std::vector<double> ends;
+    for (MotionBlock block = take(); block.event.kind != QueueEvent::Kind::kProgramEnd; block = take())
+      if (block.segment_count > 0) ends.push_back(block.piece.at(block.piece.length)[kX]);
+    EXPECT_NEAR(ends.back(), 7, 1e-9);
+    for (const double x : ends) EXPECT_LT(x, 8);
+    EXPECT_TRUE(planner_.switches().block_delete) << "the next program begins so";
+    EXPECT_EQ(planner_.switch_block_delete(false).line, 0U) << "no program is read any more";
+  }
 }
 
 TEST_F(Planner, ALineThatWouldLeaveTheMachineKeepsBlockDeleteAsItIs) {

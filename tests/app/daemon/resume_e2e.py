@@ -25,6 +25,22 @@ from pause_e2e import PASSES, distance_from, places, run_undisturbed  # noqa: E4
 from shop import Shop, assert_replays  # noqa: E402
 
 
+def place_file(shop):
+    """Where the last program was, as the next start of the daemon finds it."""
+    with open(os.path.join(shop.folder.name, "m.place")) as file:
+        return json.load(file)
+
+
+def settled_place(shop):
+    """The same, once nothing has been written for longer than the daemon waits with a place."""
+    place, since = place_file(shop), time.monotonic()
+    while time.monotonic() < since + 1.5:
+        time.sleep(0.05)
+        if (now := place_file(shop)) != place:
+            place, since = now, time.monotonic()
+    return place
+
+
 class ResumeTest(unittest.TestCase):
     def test_after_a_power_cut_the_program_goes_on_where_it_was(self):
         with Shop() as shop:
@@ -41,8 +57,7 @@ class ResumeTest(unittest.TestCase):
             shop.until(lambda s: shop.joints()[2] < -1.9 and s["line"] == 8)  # the second of three passes
             time.sleep(0.3)
             shop.kill()
-            with open(os.path.join(shop.folder.name, "m.place")) as file:
-                place = json.load(file)
+            place = place_file(shop)
             self.assertEqual((place["line"], place["text"], place["to"][:3]), (8, "G1 X40 Y20", [40, 20, -2]))
             shop.start("--record", record, "--log", log)
             code, out, err = shop.client("start", "--resume")  # nobody says yes
@@ -61,6 +76,24 @@ class ResumeTest(unittest.TestCase):
             self.assertEqual(again, [], "and the first was not cut again")
             for q in truth[-40:]:
                 self.assertLess(distance_from(q, back), 0.01, "to the end")
+
+    def test_a_power_cut_away_from_a_held_program_finds_the_place_of_the_hold(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90 G61\nG1 X5 F6000\nG1 X50 Z-5 F300\nM2\n"))
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 3 and shop.joints()[0] > 20)
+            shop.ask("hold")
+            held = settled_place(shop)
+            self.assertAlmostEqual(held["at"][0], shop.joints()[0], places=6)
+            for joint, way in (("Z", "30"), ("X", "-7")):
+                shop.ask("jog", joint, way, "--wait")
+                self.assertEqual(settled_place(shop), held)
+            shop.kill()
+            shop.start()
+            shop.ask("start", "--resume", "--yes")
+            shop.until(lambda s: s["state"] == "idle")
+            self.assertAlmostEqual(shop.joints()[0], 50, places=6)
 
     def test_a_long_line_is_entered_a_little_before_the_place(self):
         with Shop() as shop:
@@ -297,6 +330,9 @@ class ResumeTest(unittest.TestCase):
             shop.ask("start")
             shop.until(lambda s: s["line"] == 2)
             shop.ask("stop", "--wait")
+            stopped = settled_place(shop)
+            shop.ask("load", new)
+            self.assertEqual(settled_place(shop), stopped, "as long as another one is only loaded")
             seen = set()
             for pause_s in (0, 0, 0.02, 0.1, 0.8):
                 shop.ask("load", new)

@@ -149,6 +149,11 @@ class StateTest(unittest.TestCase):
             shop.until(lambda s: s["waits_for"].startswith("contact of the probe (G38.3)"))
             status = shop.until(lambda s: s["state"] == "idle" and s["probe_known"])
             self.assertEqual(status["plane"], "G17")
+            self.assertFalse(status["probe_contact"], "the plate's top is at -20")
+            shop.ask("mdi", "G0 X10 Y0", "--wait")
+            shop.ask("mdi", "G38.3 Z-30 F600")
+            status = shop.until(lambda s: s["state"] == "idle" and s["probe_contact"])
+            self.assertAlmostEqual(status["probe"][2], -20, delta=0.05)
 
     def test_the_time_left_is_right_also_behind_an_override(self):
         with Shop() as shop:

@@ -308,6 +308,16 @@ TEST(TunePlanning, StaysInTheRangeAndSaysSo) {
       << announcement(plan_tuning(x, 0, {50, 0.3}), x);
 }
 
+// In other units of force, or of a motor a thousand times weaker, the model is the same but for its size.
+TEST(TuneFitting, FitsASmallMotorAsWellAsALargeOne) {
+  const Tuned large = tuned(3);
+  TuneData weak = large.data;
+  for (double& force : weak.force) force *= 1e-3;
+  const TuneFit small = fit_joint(weak, large.joint, 0);
+  EXPECT_NEAR(small.explained, large.result.fit.explained, 1e-6);
+  EXPECT_NEAR(small.inertia.value, 1e-3 * large.result.fit.inertia.value, 1e-6 * small.inertia.value);
+}
+
 TEST(TuneFitting, SaysWhatIsMissingWithoutATorque) {
   TuneData data;
   data.period_s = 0.001;
