@@ -511,13 +511,13 @@ void Cycle::keep_last_setpoint() TRN_RT {
   setpoint_.q = setpoint_.last - setpoint_.offset;
 }
 
-// Drives that have dropped out are told where they stand, so that they come back without a jump.
+// Drives that do not obey are told where they stand, so that they come back without a jump.
 void Cycle::tell_drives() TRN_RT {
   TRN_CHECK(setpoint_.q_sent.allFinite());
   setpoints_.qd = (setpoint_.q_sent - setpoint_.last) / config_.period_s;
   setpoints_.q = setpoint_.q_sent;
   feed_forward();
-  if (obeyed_ || ending_ != Ending::kRunOut) return;
+  if (obeyed_) return;
   setpoints_.qd.setZero();
   setpoints_.q = feedback_.q;
 }
@@ -547,7 +547,16 @@ void Cycle::watch_drives() TRN_RT {
   const bool working = obeyed_ || feedback_.state == DriveState::kHoming;
   if (!working && motion_ != MotionState::kRest && motion_ != MotionState::kHoming) run_out();
   if (returned && ending_ == Ending::kRunOut) abandon_motion();
+  if (returned && motion_ != MotionState::kHoming) stand_where_told();
   if (motion_ == MotionState::kHoming && feedback_.state == DriveState::kOff) come_to_rest();
+}
+
+// Drives that are back obey what this period told them, and that was where they stood: from there they go on,
+// not from a place that the plan has come to while it ran out.
+void Cycle::stand_where_told() TRN_RT {
+  setpoint_.q_sent = setpoints_.q;
+  setpoint_.q = setpoint_.q_sent - setpoint_.offset;
+  lock_.q_sent = setpoint_.q_sent;
 }
 
 void Cycle::latch(Fault fault, int joint) TRN_RT {

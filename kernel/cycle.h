@@ -174,6 +174,7 @@ class Cycle final : public TickPort {
   void correct_setpoints() TRN_RT;
   void check_setpoints() TRN_RT;
   void keep_last_setpoint() TRN_RT;
+  void stand_where_told() TRN_RT;
   void tell_drives() TRN_RT;
   void feed_forward() TRN_RT;
   void watch_drives() TRN_RT;

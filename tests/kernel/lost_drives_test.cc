@@ -33,6 +33,9 @@ class LeavingDrives final : public Drives {
   void request_home(unsigned) TRN_RT override {}
   void quick_stop() TRN_RT override {}
 
+  void slide(double way) { q_[0] += way; }
+  const JointVec& place() const { return q_; }
+
   DriveState state = DriveState::kOff;
   Fault fault = Fault::kOk;
   Setpoints told;
@@ -52,6 +55,12 @@ class LostDrives : public testing::Test {
     for (int i = 0; i < 200; ++i) cycle.tick();
   }
   const CycleReport& report() const { return cycle.last_report(); }
+  /// Left and right in turn, each time as far into the motion as the first time.
+  void jog_away(int count) {
+    cycle.post({RtCommand::Kind::kJog, count % 2 ? -90.0 : 90.0, 50, 0});
+    for (int i = 0; i < 300; ++i) cycle.tick();
+    ASSERT_EQ(report().motion, MotionState::kJogging);
+  }
 
   const PlannedMotion motion{source_dir() + "/configs/mill.toml", "G21 G91 G1 X50 F3000\nM2\n"};
   MotionQueue queue{motion.blocks().size() + 1};
@@ -104,6 +113,31 @@ TEST_F(LostDrives, DrivesThatComeBackFindNoMotion) {
   const double stands = report().q_setpoint[0];
   for (int i = 0; i < 50; ++i) cycle.tick();
   EXPECT_EQ(report().q_setpoint[0], stands);
+}
+
+// In whatever period of the plan's running out the drives are back, and also in that of its end: the first
+// setpoint that they obey and all after it are where they stood. They slide while they brake.
+TEST_F(LostDrives, DrivesThatComeBackStayWhereTheyStand) {
+  const double slide = 0.0123;
+  int running_out = 0;
+  for (int away = 1; away < 400; ++away) {
+    SCOPED_TRACE(away);
+    drives.state = DriveState::kOff;
+    for (int i = 0; i < away; ++i) {
+      drives.slide(slide / away);
+      cycle.tick();
+    }
+    running_out += report().motion != MotionState::kRest;
+    drives.state = DriveState::kEnabled;
+    const JointVec stands = drives.place();
+    for (int i = 0; i < 20; ++i) {
+      cycle.tick();
+      ASSERT_NEAR((drives.told.q - stands).cwiseAbs().maxCoeff(), 0, 1e-12) << i;
+    }
+    ASSERT_EQ(report().motion, MotionState::kRest);
+    jog_away(away);
+  }
+  EXPECT_GT(running_out, 50);
 }
 
 class StandingMachine : public testing::Test {
