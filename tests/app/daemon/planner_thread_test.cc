@@ -218,6 +218,18 @@ TEST_F(Planner, InMotionNothingIsSetInTheProgram) {
   end_of_motion();
 }
 
+// Behind an answer the planner reads on, and what the operator sets then would change it in the middle of
+// that.
+TEST_F(Planner, BehindAnAnswerNothingIsSetInTheProgram) {
+  planner_.load(program("G21 G90 G0 X5\nM66 P0 L0\n" + zigzag(400)), q_);
+  while (take().event.kind != QueueEvent::Kind::kWaitInput) continue;
+  queue_.answer({});
+  take();  // what is read behind it
+  EXPECT_THROW(planner_.obey_held("G10 L2 P1 X1", q_), std::runtime_error);
+  end_of_motion();
+  EXPECT_EQ(planner_.take_failure(), "");
+}
+
 // Nobody stands at an M1 that does not stop: there the program is read on.
 TEST_F(Planner, AtAnOptionalStopThatIsOffItReadsOn) {
   planner_.set_switches({0, false, false});
