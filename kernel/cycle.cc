@@ -41,8 +41,9 @@ Cycle::Cycle(const CycleConfig& config, const CycleParts& parts)
       retrace_(config.plan_joints, config.period_s, parts.queue, interpolator_),
       feed_forward_(config.feed_forward, config.plan_joints, config.period_s) {
   const auto n = static_cast<Eigen::Index>(config.joints.size());
-  for (JointVec* v : {&setpoint_.q, &setpoint_.offset, &setpoint_.q_sent, &setpoint_.last, &setpoints_.q,
-                      &setpoints_.qd, &setpoints_.velocity_offset, &setpoints_.force_offset, &feedback_.q})
+  for (JointVec* v :
+       {&setpoint_.q, &setpoint_.offset, &setpoint_.q_sent, &setpoint_.last, &setpoint_.stands, &setpoints_.q,
+        &setpoints_.qd, &setpoints_.velocity_offset, &setpoints_.force_offset, &feedback_.q})
     v->setZero(n);
   report_.q_plan = report_.q_setpoint = report_.q_measured = setpoint_.q;
 }
@@ -519,7 +520,7 @@ void Cycle::tell_drives() TRN_RT {
   feed_forward();
   if (obeyed_) return;
   setpoints_.qd.setZero();
-  setpoints_.q = feedback_.q;
+  setpoints_.q = setpoint_.stands = feedback_.q;
 }
 
 // Corrections change the place only: what they add moves far more slowly than the plan.
@@ -554,7 +555,7 @@ void Cycle::watch_drives() TRN_RT {
 // Drives that are back obey what this period told them, and that was where they stood: from there they go on,
 // not from a place that the plan has come to while it ran out.
 void Cycle::stand_where_told() TRN_RT {
-  setpoint_.q_sent = setpoints_.q;
+  setpoint_.q_sent = setpoint_.stands;
   setpoint_.q = setpoint_.q_sent - setpoint_.offset;
   lock_.q_sent = setpoint_.q_sent;
 }

@@ -117,6 +117,7 @@ class Cycle final : public TickPort {
   struct Setpoint {
     JointVec q, offset;     ///< of the plan; what the corrections add to it
     JointVec q_sent, last;  ///< their sum; the same in the last period
+    JointVec stands;        ///< what drives that do not obey were told last: where they stand
   };
   /// What passed in the last period.
   struct Passed {

@@ -1,5 +1,7 @@
 #include <gtest/gtest.h>
 
+#include <cmath>
+
 #include "app/session/make_cycle.h"
 #include "core/axes.h"
 #include "core/fault.h"
@@ -138,6 +140,40 @@ TEST_F(LostDrives, DrivesThatComeBackStayWhereTheyStand) {
     jog_away(away);
   }
   EXPECT_GT(running_out, 50);
+}
+
+// A spindle that is an axis too is told its turns on top of the plan: those, too, stay as they were.
+TEST(LostSpindle, ThatIsAnAxisStaysWhereItStands) {
+  for (const int away : {1, 2, 7, 60, 400}) {
+    SCOPED_TRACE(away);
+    const PlannedMotion motion(source_dir() + "/configs/spindle_axis.toml",
+                               "G21 G91 G94\nS600 M3\nG1 X90 F3000\nM2\n");
+    const Assembly& assembly = motion.assembly();
+    MotionQueue queue{motion.blocks().size() + 1};
+    LeavingDrives drives{motion.q(0)};
+    Cycle cycle{cycle_config(assembly, ProgramStops::kPass),
+                {*assembly.map, queue, drives, *assembly.rate_plans, nullptr, assembly.io.get(),
+                 assembly.spindle_axis}};
+    cycle.tick();
+    drives.bring_up();
+    for (int i = 0; i < 3; ++i) cycle.tick();
+    for (const MotionBlock& block : motion.blocks()) queue.push(block);
+    cycle.post({RtCommand::Kind::kStart});
+    for (int i = 0; i < 3000 && cycle.last_report().q_setpoint[0] < 10; ++i) cycle.tick();
+    ASSERT_EQ(cycle.last_report().motion, MotionState::kMoving);
+    ASSERT_GT(std::abs(drives.told.q[3]), 6.0) << "it has turned";
+    drives.state = DriveState::kFault;
+    drives.fault = Fault::kFollowingError;  // switches the spindle off
+    for (int i = 0; i < away; ++i) cycle.tick();
+    drives.state = DriveState::kEnabled;
+    drives.fault = Fault::kOk;
+    const JointVec stands = drives.place();
+    for (int i = 0; i < 20; ++i) {
+      cycle.tick();
+      ASSERT_NEAR((drives.told.q - stands).cwiseAbs().maxCoeff(), 0, 1e-9) << i;
+    }
+    ASSERT_EQ(cycle.last_report().motion, MotionState::kRest);
+  }
 }
 
 class StandingMachine : public testing::Test {
