@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "app/session/assembly.h"
 #include "app/session/make_cycle.h"
 #include "core/axes.h"
 #include "core/fault.h"
