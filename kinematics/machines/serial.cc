@@ -18,8 +18,9 @@ WordOfJoint read_word(const ConfigTable& table, const Joint& joint) {
       rotary ? std::vector<std::string>{"A", "B", "C"} : std::vector<std::string>{"X", "Y", "Z"};
   const bool named_so = std::find(legal.begin(), legal.end(), joint.name) != legal.end();
   const std::string word = named_so ? table.choice("word", legal, joint.name) : table.choice("word", legal);
-  const double sense = table.number("sense", 1.0, Range{-1.0, 1.0});
-  if (sense != 1.0 && sense != -1.0) throw table.error("sense", "sense is 1 or -1");
+  const double sense = table.number("sense", 1.0, kAnyNumber);
+  if (sense != 1.0 && sense != -1.0)
+    throw table.error("sense", fmt::format("sense is 1 or -1, not {:g}", sense));
   return {static_cast<int>(std::string_view(kWordLetters).find(word)), sense};
 }
 

@@ -1,5 +1,6 @@
 #include "kinematics/serial/serial_kinematics.h"
 
+#include <Eigen/Cholesky>
 #include <algorithm>
 #include <cmath>
 
@@ -16,6 +17,11 @@ namespace {
 constexpr double kSameDirection = 1e-14;
 // Volume of the three linear directions below which they no longer reach every point.
 constexpr double kFlat = 1e-9;
+// Linear joints that do not span the space: least squares, damped. Each step leaves the damping's share of
+// what can be reached.
+constexpr double kDamping = 1e-6;
+constexpr int kLinearSteps = 3;
+constexpr double kReached = 1e-10;  // of the way, and at least as many mm
 
 bool is_rotary_word(int word) TRN_RT { return word >= kA; }
 
@@ -163,15 +169,43 @@ KinStatus SerialKinematics::linear_joints(const SerialChain::Sweep& at, const Ve
 
 // The words are the rotary joints, so one sweep serves the pose and the answer.
 KinStatus SerialKinematics::joints_at_tip(const Vec3& abc, const Vec3& p_BT, const Vec3& tool_offset,
-                                          const JointVec& seed, Pose& X_BS, JointVec& q) const TRN_RT {
-  if (!closed_form_) return Kinematics::joints_at_tip(abc, p_BT, tool_offset, seed, X_BS, q);
+                                          const JointVec&, Pose& X_BS, JointVec& q) const TRN_RT {
   q = JointVec::Zero(joint_count_);
   X_BS = {};
   if (!abc.allFinite() || !p_BT.allFinite() || !tool_offset.allFinite()) return KinStatus::kUnreachable;
   q = joints_of(abc);
+  if (!closed_form_) return open_joints_at_tip(p_BT, tool_offset, X_BS, q);
   const SerialChain::Sweep at = config_.chain.sweep(q);
   X_BS = {at.R, p_BT + at.R * tool_offset};
   return linear_joints(at, X_BS.p, q);
+}
+
+// The same for any chain. The rotary joints stand where their words say, also where the pose leaves them a
+// choice (three of them, or two about one axis) and where the linear joints do not reach every point, as on a
+// lathe: there a word must not be dropped to bring the tip to its place. What the linear joints cannot reach
+// remains in the residual.
+KinStatus SerialKinematics::open_joints_at_tip(const Vec3& p_BT, const Vec3& tool_offset, Pose& X_BS,
+                                               JointVec& q) const TRN_RT {
+  SerialChain::Jacobian J;
+  const Pose at = config_.chain.pose_and_jacobian(q, J);
+  X_BS = {at.R, p_BT + at.R * tool_offset};
+  Mat3 squares = kDamping * Mat3::Identity();
+  for (int i = 0; i < joint_count_; ++i)
+    if (config_.joints[i].kind == JointKind::kLinear)
+      squares += J.col(i).head<3>() * J.col(i).head<3>().transpose();
+  const Eigen::LLT<Mat3> factor(squares);
+  Vec3 missing = X_BS.p - at.p;
+  const double size = 1 + missing.norm();
+  for (int k = 0; k < kLinearSteps; ++k) {
+    const Vec3 weights = factor.solve(missing);
+    for (int i = 0; i < joint_count_; ++i) {
+      if (config_.joints[i].kind != JointKind::kLinear) continue;
+      const double step = J.col(i).head<3>().dot(weights);
+      q[i] += step;
+      missing -= step * J.col(i).head<3>();
+    }
+  }
+  return missing.norm() < kReached * size ? KinStatus::kOk : KinStatus::kUnreachable;
 }
 
 KinStatus SerialKinematics::joints_from_words(const Words& words, JointVec& q) const TRN_RT {

@@ -46,6 +46,8 @@ class SerialKinematics final : public Kinematics {
  private:
   JointVec joints_of(const Vec3& abc) const TRN_RT;
   KinStatus linear_joints(const SerialChain::Sweep& at, const Vec3& p_BS, JointVec& q) const TRN_RT;
+  KinStatus open_joints_at_tip(const Vec3& p_BT, const Vec3& tool_offset, Pose& X_BS,
+                               JointVec& q) const TRN_RT;
   KinStatus inverse_closed(const Pose& X_BS, JointVec& q) const TRN_RT;
   double overtravel(const RotaryAxes::Angles& angles) const TRN_RT;
   void into_limits(RotaryAxes::Angles& angles) const TRN_RT;

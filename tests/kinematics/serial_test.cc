@@ -171,6 +171,61 @@ TEST(Serial, OtherChainsAreSolvedByNewton) {
                false, 500);
 }
 
+// With RTCP the rotary words are orders, also where the pose would leave a choice: two axes in one direction,
+// three axes, too few linear joints for every place. What the linear joints cannot reach is refused.
+TEST(Serial, AtTheTipTheRotaryJointsStandAsTold) {
+  const std::string lathe = tool('Z', "0,0,1") + tool('X', "1,0,0") + work('C', "0,0,1");
+  const std::string lathe_b =
+      tool('Z', "0,0,1") + tool('X', "1,0,0") + tool('B', "0,1,0", "0,0,-80") + work('C', "0,0,1");
+  const std::string twice = tool_xyz() + tool('B', "0,1,0", "0,0,-60") + work('C', "0,1,0");
+  const std::string three =
+      tool_xyz() + tool('C', "0,0,1") + tool('A', "1,0,0", "0,0,-50") + tool('B', "0,1,0", "0,0,-80");
+  const std::string scara =
+      work('A', "0,0,1") + tool('Z', "0,0,1") + tool('C', "0,0,1", "200,0,0") + tool('B', "0,0,1", "150,0,0");
+  int refused = 0;
+  for (const auto& [joints, branches] :
+       {std::pair{"XZC", lathe}, {"XZBC", lathe_b}, {"XYZBC", twice}, {"XYZABC", three}, {"ZABC", scara}}) {
+    SCOPED_TRACE(joints);
+    const LoadedMachine loaded = machine_of(joints, branches);
+    const Kinematics& kin = *loaded.kinematics;
+    Sampler sampler(loaded, 31);
+    for (int round = 0; round < 200; ++round) {
+      const JointVec q = sampler.joints();
+      Words words;
+      Pose X, found;
+      ASSERT_EQ(kin.words_from_joints(q, words), KinStatus::kOk);
+      ASSERT_EQ(kin.forward(q, X), KinStatus::kOk);
+      const Vec3 tool(1, -2, 70), tip = X * Vec3(-tool);
+      JointVec back;
+      ASSERT_EQ(kin.joints_at_tip(words.tail<3>(), tip, tool, sampler.joints(), found, back), KinStatus::kOk);
+      EXPECT_LT((back - q).norm(), 1e-7);
+      for (std::size_t i = 0; i < loaded.machine.joints.size(); ++i) {
+        const auto k = static_cast<Eigen::Index>(i);
+        if (loaded.machine.joints[i].kind == JointKind::kRotary) {
+          EXPECT_EQ(back[k], q[k]) << i;
+        }
+      }
+      // A place a millimetre beside, across all linear joints: there is one where they are fewer than three.
+      Vec3 span[3] = {Vec3::Zero(), Vec3::Zero(), Vec3::Zero()};
+      int linear = 0;
+      for (std::size_t i = 0; i < loaded.machine.joints.size(); ++i) {
+        if (loaded.machine.joints[i].kind == JointKind::kRotary) continue;
+        JointVec beside = q;
+        beside[static_cast<Eigen::Index>(i)] += 1;
+        Pose X_beside;
+        ASSERT_EQ(kin.forward(beside, X_beside), KinStatus::kOk);
+        span[linear++] = X_beside.p - X.p;
+      }
+      if (linear == 3) continue;
+      const Vec3 across = linear == 2 ? span[0].cross(span[1]) : span[0].unitOrthogonal();
+      EXPECT_EQ(kin.joints_at_tip(words.tail<3>(), tip + across, tool, q, found, back),
+                KinStatus::kUnreachable);
+      ++refused;
+    }
+  }
+  EXPECT_EQ(refused, 600);
+}
+
 TEST(Serial, ThreeAxisMachineRefusesATilt) {
   const LoadedMachine mill = load_machine("mill");
   JointVec q;
