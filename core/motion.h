@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "core/frames.h"
@@ -57,6 +58,24 @@ struct OverrideMode {
   bool operator==(const OverrideMode&) const = default;
 };
 
+/// Constant surface speed (G96): the nearer the tip is to the axis that the work turns about, the faster the
+/// spindle turns.
+struct SurfaceSpeed {
+  Vec3 across =
+      Vec3::UnitX();   ///< unit vector from that axis to the tip: the program's X, in the words' frame
+  double axis_mm = 0;  ///< where the axis lies along it: the program's X0
+  double rpm_mm = 0;   ///< rpm times the distance from the axis, + clockwise; 0: S is the speed
+  double rpm_max = 0;  ///< at most this fast
+
+  bool acts() const TRN_RT { return rpm_mm != 0; }
+  /// The speed for a tip there, in the words' frame; mm -> rpm, + clockwise.
+  double rpm_at(const Vec3& tip) const TRN_RT {
+    const double mm = std::abs(across.dot(tip) - axis_mm);
+    if (!acts() || std::abs(rpm_mm) < rpm_max * mm) return rpm_mm / (acts() ? mm : 1);
+    return std::copysign(rpm_max, rpm_mm);
+  }
+};
+
 /// Who tells that the tool of a kToolChange is in: the rise of an input, by its number, or one of these.
 inline constexpr int kToolByNobody = -2, kToolByOperator = -1;
 
@@ -94,6 +113,7 @@ struct QueueEvent {
   std::int32_t argument = 0;
   OverrideMode overrides = {};  ///< in force when it happens
   double per_turn_mm = 0;       ///< gear: tip path of a turn
+  SurfaceSpeed surface = {};    ///< spindle: from here on by where the tip is, `value` being the speed here
 };
 
 /// What M66 waits for. kNow: nothing, the value is taken as it is.

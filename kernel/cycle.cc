@@ -300,7 +300,7 @@ void Cycle::drive(double plan_time_s) TRN_RT {
   const auto outcome = interpolator_.advance(plan_time_s);
   const Vec3 tip = interpolator_.y().head<3>();
   passed_.tip_mm = io_.geared() ? (tip - tip_before).norm() : 0;
-  if (io_.taps()) io_.follow_tip(tip);
+  io_.follow_tip(tip);
   report_source(interpolator_.source());
   if (single_block_.on()) single_block_.see(interpolator_.source());
   io_.apply(interpolator_.take_outputs());

@@ -45,6 +45,7 @@ void Cycle::follow_retrace() TRN_RT {
   if (ending()) retrace_.stop();
   const bool moved = retrace_.step(std::min(1.0, overrides_.feed()));
   report_source(interpolator_.source());
+  if (moved) io_.follow_tip(interpolator_.y().head<3>());
   if (moved && !map_setpoint()) return latch(Fault::kKinematics, -1);
   if (!retrace_.moves()) end_retrace();
 }

@@ -61,7 +61,7 @@ void Cycle::report_place() TRN_RT {
 }
 
 void Cycle::report_io() TRN_RT {
-  report_.spindle_rpm = io_.outputs().spindle_rpm * overrides_.spindle(io_.taps());
+  report_.spindle_rpm = io_.told_rpm(overrides_.spindle(io_.taps()));
   report_.coolant = io_.outputs().coolant;
   report_.inputs = io_.inputs().digital;
   report_.outputs = io_.outputs().digital;

@@ -10,6 +10,7 @@ namespace trn {
 namespace {
 constexpr double kGearGain_s = 40;      // 1/s
 constexpr double kOnThread = 0.002;     // so near the planned speed is to the pitch's
+constexpr double kSurfaceStep = 0.005;  // change of the speed by G96 that is worth telling a drive
 constexpr double kProbeSettle_s = 0.1;  // the joints may lag behind the end of the probe move
 }  // namespace
 
@@ -22,8 +23,7 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
   const bool lost = tap_.lost(inputs_.spindle_turns);
   if (tap_.active()) outputs_.spindle_rpm = tap_.spindle_rpm(inputs_.spindle_turns);
   IoOutputs outputs = outputs_;
-  TRN_CHECK(spindle_override >= 0 && spindle_override <= 2);
-  outputs.spindle_rpm *= spindle_override;
+  outputs.spindle_rpm = told_rpm(spindle_override);
   if (locked_) outputs = IoOutputs{};
   outputs.digital = (outputs.digital & ~held.mask) | held.on;
   inputs_.probe = false;
@@ -31,6 +31,22 @@ Fault TickIo::exchange(const IoPlace& place, double spindle_override, bool drive
   inputs_.probe |= drives_touch;
   inputs_.digital = (inputs_.digital & ~wired_inputs_.mask) | wired_inputs_.on;
   return lost && inputs_.fault == Fault::kOk ? Fault::kSpindle : inputs_.fault;
+}
+
+// The greatest speed of G96 is the chuck's, so the override does not go beyond it.
+double TickIo::told_rpm(double spindle_override) const TRN_RT {
+  TRN_CHECK(spindle_override >= 0 && spindle_override <= 2);
+  const double rpm = outputs_.spindle_rpm * spindle_override;
+  return surface_.acts() ? std::clamp(rpm, -surface_.rpm_max, surface_.rpm_max) : rpm;
+}
+
+// A drive on a serial line hears of no change that nobody could measure.
+void TickIo::follow_tip(const Vec3& tip) TRN_RT {
+  if (tap_.active()) return tap_.follow_tip(tip);
+  if (!surface_.acts()) return;
+  const double rpm = surface_.rpm_at(tip), told = outputs_.spindle_rpm;
+  const bool most = std::abs(rpm) == surface_.rpm_max;
+  if (most || std::abs(rpm - told) > kSurfaceStep * std::abs(told)) outputs_.spindle_rpm = rpm;
 }
 
 void TickIo::apply(const OutputChanges& changes) TRN_RT {
@@ -57,6 +73,7 @@ void TickIo::switch_by_hand(const RtCommand& command) TRN_RT {
 
 void TickIo::all_off() TRN_RT {
   outputs_ = {};
+  surface_ = {};
   looks_ = 0;
   tap_.end();
   probing_ = geared_ = awaits_index_ = false;
@@ -69,10 +86,12 @@ TickIo::Outcome TickIo::obey(const QueueEvent& event) TRN_RT {
     case Kind::kSpindle:
       outputs_.spindle_rpm = event.value;
       outputs_.spindle_orients = false;
+      surface_ = event.surface;
       return event.value == 0 ? Outcome::kDone : wait_spindle();
     case Kind::kSpindleOrient:
       outputs_.spindle_rpm = 0;
       outputs_.spindle_orients = true;
+      surface_ = {};
       outputs_.spindle_deg = event.value;
       return wait_spindle();
     case Kind::kCoolant:
@@ -145,6 +164,7 @@ TickIo::Outcome TickIo::begin_tap(const QueueEvent& event) TRN_RT {
   if (looks_++ < 2) return Outcome::kWaits;
   looks_ = 0;
   outputs_.spindle_orients = false;
+  surface_ = {};
   tap_.begin(inputs_.spindle_turns, event.value, event.per_turn_mm);
   return Outcome::kDone;
 }

@@ -56,8 +56,10 @@ class TickIo {
   bool geared() const TRN_RT { return geared_ || tap_.active(); }
   /// And the spindle the path: its speed is nobody else's.
   bool taps() const TRN_RT { return tap_.active(); }
-  /// Where the path has the tip in this period.
-  void follow_tip(const Vec3& tip) TRN_RT { tap_.follow_tip(tip); }
+  /// Where the path has the tip in this period: the depth of a tap, the speed by G96.
+  void follow_tip(const Vec3& tip) TRN_RT;
+  /// What the spindle is told at this override; + clockwise.
+  double told_rpm(double spindle_override) const TRN_RT;
   /// The rate of plan time that keeps the path with the spindle; `passed_s` and `passed_mm`: plan time and
   /// tip path of the last period.
   double gear_rate(double passed_s, double passed_mm) TRN_RT;
@@ -87,6 +89,7 @@ class TickIo {
   MachineIo* io_;
   double period_s_, spindle_timeout_s_;
   IoOutputs outputs_;
+  SurfaceSpeed surface_;
   IoInputs inputs_;
   HeldOutputs wired_inputs_;
   std::uint64_t looks_ = 0;  ///< periods that the event in front has waited

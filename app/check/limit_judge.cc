@@ -50,7 +50,11 @@ void LimitJudge::row(const TraceRow& row) {
     const JointLimit& limit = joints_[i].limit;
     // The ratio of a place is its distance from the middle over half of the range, so 1 is either end.
     const double middle = (limit.max + limit.min) / 2, half = (limit.max - limit.min) / 2;
-    offer(i, Quantity::kPosition, q, std::abs(q - middle) / half, row.t_s, row.line);
+    const double ratio = std::abs(q - middle) / half;
+    // A joint that stands outside where a piece begins, as behind homing at its end, may stay and come in.
+    if (fresh_) past.farthest = std::max(1.0, ratio);
+    offer(i, Quantity::kPosition, q, ratio / past.farthest, row.t_s, row.line);
+    past.farthest = std::max(1.0, std::min(past.farthest, ratio));
     judge(i, q, row.t_s, row.line);
   }
   ++rows_;

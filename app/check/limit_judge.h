@@ -18,9 +18,10 @@ const char* to_string(Quantity quantity);
 
 /// The largest value of one quantity of one joint against its limit.
 struct Peak {
-  double value = 0;             ///< signed; mm or rad, per s, s2, s3
-  double ratio = 0;             ///< |value| / limit; position: distance from the middle / half range
-  double t_s = 0;               ///< of the row that completes the difference
+  double value = 0;  ///< signed; mm or rad, per s, s2, s3
+  double ratio = 0;  ///< |value| / limit; position: distance from the middle / half range, or / that of the
+                     ///< start outside
+  double t_s = 0;    ///< of the row that completes the difference
   std::uint32_t line = 0;       ///< source line of that row
   std::uint64_t over = 0;       ///< rows with a ratio over LimitJudge::kRatioMax
   double resolution_ratio = 0;  ///< what rounding of the recorded digits alone can add to `ratio`
@@ -36,6 +37,8 @@ struct JointVerdict {
 /// derivative over its rows, so a stream within limits never shows a ratio over 1 but for rounding. Before
 /// the first and after the last row the joints are at rest: a stream that starts or ends with a jump is
 /// caught.
+/// A joint that is outside its range where a piece begins may stay there and come in; its place counts
+/// against the farthest that it may be, and a row farther out is over.
 ///
 /// Nothing is subtracted for rounding. `resolution_ratio` says what rounding can do: half a unit in the last
 /// place (the double's own, or that of the digits written) in each row, with the weights 1 1, 1 2 1, 1 3 3 1.
@@ -61,6 +64,7 @@ class LimitJudge {
   struct History {
     Differencer q;
     double q_abs_max = 0;
+    double farthest = 1;  ///< ratio of a place that it may have
   };
   double rounding(std::size_t joint) const;
   void judge(std::size_t joint, double q, double t_s, std::uint32_t line);

@@ -199,8 +199,9 @@ struct Print {
   std::string_view text;
 };
 /// A comment of the LOG kind: what to do with the program's log file. `text` is a line of it, or its name.
+/// And the same of the file that takes the contacts of probe moves, of which each tells its line.
 struct Log {
-  enum class What : std::uint8_t { kLine, kOpen, kAppend, kClose };
+  enum class What : std::uint8_t { kLine, kOpen, kAppend, kClose, kProbeOpen, kProbeClose, kProbePoint };
   What what = What::kLine;
   std::string text;
 };

@@ -159,6 +159,7 @@ struct Print {
   void operator()(const canon::Print& c) const { out += c.text; }
   void operator()(const canon::Log& c) const {
     constexpr const char* kNames[] = {"LOG", "LOGOPEN", "LOGAPPEND"};
+    if (c.what >= canon::Log::What::kProbeOpen) return;
     if (c.what == canon::Log::What::kClose)
       out += "LOGCLOSE()";
     else

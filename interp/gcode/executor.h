@@ -52,8 +52,9 @@ class Executor : public StateValues {
   /// Canonical functions that set the start state; `start` is where the machine stands (mm, degrees, in M).
   void begin(const MachineWords& start);
   /// After `begin`: takes over the modes of an earlier interpretation (units, planes, feed, path, tool,
-  /// offsets, RTCP, spindle, coolant) with the canonical functions that set them. Where the machine stands
-  /// and a running canned cycle are not taken over.
+  /// offsets, RTCP) with the canonical functions that set them. Spindle and coolant are in force as they
+  /// were, but the machine is told of them only before something that hangs on them. Where the machine
+  /// stands and a running canned cycle are not taken over.
   void resume(const Settings& kept);
   /// Gives the sink everything that stands for the present state (modes, tool, offsets) and an approach from
   /// where the machine really stands (mm, degrees, in M; with which tool) to the present place: up to the
@@ -187,10 +188,13 @@ class Executor : public StateValues {
   void spindle(const Block& b);
   void start_spindle(SpindleTurn turn);
   void stop_spindle();
+  void tell_spindle();
+  void tell_coolant();
   void coolant(const Block& b);
   void overrides(const Block& b);
   void output(const Block& b);
   void modal_state(const Block& b);
+  void take_over(const Settings& kept);
   void restore_modal(const Settings& state);
   void restore_feed(const ModalState& kept);
   void restore_geometry(const Settings& state);
@@ -239,6 +243,7 @@ class Executor : public StateValues {
   void keep_machine(const Change& change);
 
   // rtcp.cc: tool-centre-point control, tilted plane
+  static void check_tool_angles(const ProgramWords& offset, std::uint32_t column, std::string_view word);
   void set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t column, std::string_view word);
   void tilted_plane(const Block& b);
   void square_to_tool(const Block& b);
@@ -371,6 +376,8 @@ class Executor : public StateValues {
   ToolWait tool_wait_ = ToolWait::kNone;
   int incoming_tool_ = 0;
   bool in_tool_call_ = false;
+  /// On, as the machine was told before this program.
+  bool spindle_untold_ = false, coolant_untold_ = false;
   int call_level_ = 0;
   std::optional<double> return_value_;  ///< of the last sub-program that returned
   Settings entered_;                    ///< what `enter` goes to

@@ -1,8 +1,10 @@
 #include "interp/gcode/lowering.h"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <utility>
+#include <vector>
 
 #include "core/check.h"
 #include "core/path.h"
@@ -10,31 +12,21 @@
 #include "interp/gcode/cutter/plane_curve.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/modal.h"
+#include "interp/gcode/spline_chords.h"
+#include "interp/gcode/surface_parts.h"
 
 namespace trn {
 
 namespace {
 
 constexpr double kSecondsPerMinute = 60.0;
-constexpr double kGearReserve = 1.1;  // a thread is planned for a spindle that much faster than told
-constexpr double kTapShare = 0.8;     // of the spindle's acceleration that the path of a tap takes
-constexpr double kSplineChord_mm = 0.002;
+constexpr double kGearReserve = 1.1;     // a thread is planned for a spindle that much faster than told
+constexpr double kTapShare = 0.8;        // of the spindle's acceleration that the path of a tap takes
 constexpr double kAxisChord_rad = 5e-5;  // tool axis of a chord from its great circle
 constexpr int kAxisChordsMax = 512;
-constexpr double kSplineChordsMax = 200'000;  // some 10 km, and 10 MB
 constexpr double kSameWords_rad = 1e-4;
 constexpr double kTipAtRest = 1e-9;  // mm; F then means the rotary words
-
-Vec3 bezier(const Vec3* c, double t) {
-  const double s = 1 - t;
-  return s * s * s * c[0] + 3 * s * s * t * c[1] + 3 * s * t * t * c[2] + t * t * t * c[3];
-}
-
-// How many chords stay within 2 um of this cubic piece.
-double chords_of(const Vec3* c, double scale) {
-  const double bend = std::max((c[0] - 2 * c[1] + c[2]).norm(), (c[1] - 2 * c[2] + c[3]).norm()) * scale;
-  return std::max(1.0, std::ceil(std::sqrt(0.75 * bend / kSplineChord_mm)));
-}
+constexpr double kMmPerMetre = 1000, kInchPerFoot = 12;
 
 // Unit vector a share t of the angle between a and b from a.
 Vec3 slerp(const Vec3& a, const Vec3& b, double t) {
@@ -86,7 +78,7 @@ Words Lowering::words_of(const ProgramWords& program) const {
   p.xyz = plain_ ? Vec3(p.xyz + X_TP_.p) : X_TP_ * p.xyz;
   // Rotary words have no frame: offsets are added to them, and a rotation about Z or a tilted plane does not
   // turn them.
-  p.abc_deg = (p + frame_.g5x + frame_.g92).abc_deg;
+  p.abc_deg += offset_abc_deg();
   return in_radians(p);
 }
 
@@ -97,6 +89,7 @@ void Lowering::set_frame() {
   plain_ = X_TP_.R.isIdentity(0);
   move_.context.rtcp = tip_in_table();
   move_.context.tool_offset = tool_.xyz;
+  spindle_due_ |= rpm_max_ > 0 && turning_;  // G96 has its axis elsewhere now
   // reports of the tip are in program coordinates: W is the program frame
   const Pose X_MP = frame_.X_MP();
   const Pose X_BM = kinematics_ ? kinematics_->home_X_BM() : Pose{};
@@ -111,13 +104,47 @@ void Lowering::moved_frame(const ProgramWords& program) {
   words_.tail<3>() = abc;
 }
 
-void Lowering::limit_feed() {
+// By G96 the distance counts from the program's X0, where the work turns, to the tip.
+SurfaceSpeed Lowering::surface_speed() const {
+  SurfaceSpeed law;
+  law.across = X_TP_.R.col(0);
+  law.axis_mm = law.across.dot(X_TP_.p);
+  law.rpm_mm = (clockwise_ ? speed_ : -speed_) * speed_unit_mm_ / (2 * kPi);
+  law.rpm_max = std::min({rpm_max_, config_.spindle_rpm_max, config_.spindle_axis.rpm_max});
+  return law;
+}
+
+// + clockwise.
+double Lowering::rpm_here() const {
+  if (rpm_max_ > 0) return surface_speed().rpm_at(words_.head<3>());
+  return clockwise_ ? speed_ : -speed_;
+}
+
+void Lowering::tell_spindle() {
+  spindle_due_ = false;
+  spindle_told_ = true;
+  QueueEvent event{QueueEvent::Kind::kSpindle, turning_ ? rpm_here() : 0, 0, overrides_};
+  if (turning_ && rpm_max_ > 0) event.surface = surface_speed();
+  ++move_.source.step;
+  sink_.event(event, move_.source);
+}
+
+// The spindle's speed for the feed a turn of a straight part from here: half-way, which is within half a step
+// of either end. Where the move is not parted, the slower end, so that no chip is thicker than programmed.
+double Lowering::rpm_for(const Words& to) const {
+  if (rpm_max_ <= 0) return speed_;
+  const SurfaceSpeed law = surface_speed();
+  if (parts_by_speed()) return std::abs(law.rpm_at((words_ + to).head<3>() / 2));
+  return std::min(std::abs(law.rpm_at(words_.head<3>())), std::abs(law.rpm_at(to.head<3>())));
+}
+
+void Lowering::limit_feed(double rpm) {
   FeedLimit& limit = move_.feed;
   limit = FeedLimit{};
   // In G33 the spindle gives the speed. The plan is made for the commanded speed and a reserve, and the tick
   // drives it at the rate at which the spindle really turns.
-  const double per_min = geared_           ? kGearReserve * per_turn_ * speed_rpm_
-                         : per_revolution_ ? feed_ * speed_rpm_
+  const double per_min = geared_           ? kGearReserve * per_turn_ * gear_rpm_
+                         : per_revolution_ ? feed_ * rpm
                                            : feed_;
   limit.tip_mm_s = (inch_ ? per_min * kMmPerInch : per_min) / kSecondsPerMinute;
   // F of a move in which nothing but rotary axes turns is in degrees a minute.
@@ -125,6 +152,10 @@ void Lowering::limit_feed() {
 }
 
 void Lowering::send(const Words& to) {
+  // The tip may have come from far away: the cut waits until the spindle has the speed for this place.
+  const bool enters = move_.kind != ProgramMove::Kind::kTraverse && std::exchange(traversed_, false);
+  traversed_ = move_.kind == ProgramMove::Kind::kTraverse;
+  if (!geared_ && (spindle_due_ || (enters && rpm_max_ > 0 && turning_))) tell_spindle();
   move_.from = words_;
   move_.to = to;
   words_ = to;
@@ -139,7 +170,11 @@ void Lowering::send(const Words& to) {
 // Straight parts of one block. Each has the share of the block's time that it has of the way.
 void Lowering::send(const std::vector<Words>& way, double inverse_per_min) {
   const double length = length_of(words_, way);
+  const bool by_place = rpm_max_ > 0 && per_revolution_ && !geared_ && std::isfinite(move_.feed.tip_mm_s);
+  const double rotary = move_.feed.rotary_rad_s;
   for (const Words& next : way) {
+    if (by_place) limit_feed(rpm_for(next));
+    move_.feed.rotary_rad_s = rotary;
     const double part = path_norm(next - words_);
     if (inverse_per_min > 0) move_.duration_s = kSecondsPerMinute / inverse_per_min * part / length;
     send(next);
@@ -154,12 +189,29 @@ void Lowering::straight(const ProgramWords& to, ProgramMove::Kind kind, double i
   const bool tip_rests = (words - words_).head<3>().norm() <= kTipAtRest;
   std::vector<Words> way;
   if (kind == ProgramMove::Kind::kFeed) way = great_circle(words);
-  if (way.empty()) way.push_back(words);
+  const bool fed = kind == ProgramMove::Kind::kFeed && inverse_per_min == 0;
+  if (way.empty()) way = fed ? line_parts(words) : std::vector<Words>{words};
   move_.feed = FeedLimit{};
-  if (kind == ProgramMove::Kind::kFeed && inverse_per_min == 0) limit_feed();
+  if (fed) limit_feed(rpm_for(words));
   // Where the tip moves F is the tip's, and the rotary axes go along.
   if (!tip_rests) move_.feed.rotary_rad_s = FeedLimit::kNone;
   send(way, inverse_per_min);
+}
+
+// The feed a turn follows the speed of G96 along a move, in parts. Where the end of a part would be a stop it
+// does not.
+bool Lowering::parts_by_speed() const {
+  return rpm_max_ > 0 && per_revolution_ && !geared_ && move_.mode != PathMode::kExactStop;
+}
+
+// Ends of straight parts along which the speed of G96 changes by a step.
+std::vector<Words> Lowering::line_parts(const Words& to) const {
+  std::vector<Words> way;
+  if (parts_by_speed())
+    for (const double share : speed_steps(surface_speed(), words_, to))
+      way.emplace_back(words_ + share * (to - words_));
+  way.push_back(to);
+  return way;
 }
 
 // Places on the great circle to `to`, it being the last, as many as its chords ask for. None where the words
@@ -239,47 +291,47 @@ void Lowering::arc(const canon::ArcFeed& arc) {
   move_.arc_sweep_rad = sign * sweep * (1 - (entered ? entered->share : 0));
   const Words words = words_of(arc.to);
   move_.feed = FeedLimit{};
-  if (arc.inverse_per_min > 0)
+  if (arc.inverse_per_min > 0) {
     move_.duration_s = kSecondsPerMinute / arc.inverse_per_min;
-  else
-    limit_feed();
-  move_.feed.rotary_rad_s = FeedLimit::kNone;
-  send(words);
+    return send(words);
+  }
+  send_arc(words);
 }
 
-// Cubic pieces as chords. All of a curve's are made at once, as they share its time: there is an end to their
-// number.
+void Lowering::send_arc(const Words& to) {
+  const PathPiece whole = make_arc(words_, to, move_.arc_centre, move_.arc_axis, move_.arc_sweep_rad);
+  const int parts = parts_by_speed() ? speed_parts(surface_speed(), whole) : 1;
+  const Vec3 along = move_.arc_axis * move_.arc_axis.dot((to - words_).head<3>());
+  const Vec3 centre = move_.arc_centre;
+  move_.arc_sweep_rad /= parts;
+  for (int k = 1; k <= parts; ++k) {
+    const Words next = k == parts ? to : whole.at(whole.length * k / parts);
+    limit_feed(rpm_max_ > 0 && parts == 1 ? least_rpm(surface_speed(), whole) : rpm_for(next));
+    move_.feed.rotary_rad_s = FeedLimit::kNone;
+    send(next);
+    move_.arc_centre = centre + along * k / parts;
+  }
+}
+
 void Lowering::spline(const canon::NurbsFeed& spline) {
-  const double scale = inch_ ? kMmPerInch : 1;
   ProgramWords at = spline.to;
   std::vector<Words> way;
-  const std::vector<Vec3>& hull = *spline.bezier;
-  TRN_CHECK(!hull.empty() && hull.size() % 4 == 0);
-  double all = 0;
-  for (std::size_t i = 0; i + 3 < hull.size(); i += 4) all += chords_of(hull.data() + i, scale);
-  if (!(all <= kSplineChordsMax))
-    fail(GcodeErrorCode::kSpline, 1, "the curve is longer than any machine",
-         "its control points and tangents nearer to each other");
-  for (std::size_t i = 0; i + 3 < hull.size(); i += 4) {
-    const Vec3* c = hull.data() + i;
-    const int chords = static_cast<int>(chords_of(c, scale));
-    for (int k = 1; k <= chords; ++k) {
-      const Vec3 p = bezier(c, static_cast<double>(k) / chords);
-      at[kX] = p.x();
-      at[kY] = p.y();
-      if (spline.spatial) at[kZ] = p.z();
-      const Words words = words_of(at);
-      if (words != (way.empty() ? words_ : way.back())) way.push_back(words);
-    }
+  for (const Vec3& end : spline_chords(*spline.bezier, inch_ ? kMmPerInch : 1)) {
+    at[kX] = end.x();
+    at[kY] = end.y();
+    if (spline.spatial) at[kZ] = end.z();
+    const Words words = words_of(at);
+    if (words != (way.empty() ? words_ : way.back())) way.push_back(words);
   }
   move_.kind = ProgramMove::Kind::kFeed;
   move_.feed = FeedLimit{};
-  if (spline.inverse_per_min == 0) limit_feed();
+  if (spline.inverse_per_min == 0) limit_feed(rpm_for(words_));
   move_.feed.rotary_rad_s = FeedLimit::kNone;
   send(way, spline.inverse_per_min);
 }
 
 void Lowering::event(QueueEvent::Kind kind, double value, std::int32_t argument) {
+  if (spindle_due_ && !geared_) tell_spindle();
   ++move_.source.step;
   sink_.event(QueueEvent{kind, value, argument, overrides_}, move_.source);
 }
@@ -314,12 +366,15 @@ void Lowering::close_gear(const canon::StartFeedSync& gear) {
   if (!config_.spindle_encoder)
     fail(GcodeErrorCode::kNotSupported, 1, "G33",
          "no spindle encoder is connected (the machine's config has no [io.spindle])");
-  if (speed_rpm_ <= 0 || gear.per_rev <= 0)
+  if (speed_ <= 0 || gear.per_rev <= 0)
     fail(GcodeErrorCode::kNoSpindle, 1, "G33 with a pitch greater than 0");
   per_turn_ = gear.per_rev;
   if (geared_ || gear.tap) return;
+  // A thread keeps the speed with which it begins, also where it is one of G96.
+  if (rpm_max_ > 0 && turning_) event(QueueEvent::Kind::kSpindle, rpm_here());
+  gear_rpm_ = std::abs(rpm_here());
   geared_ = true;
-  gear_event(GearMode::kSpindleLeads, kGearReserve * speed_rpm_ / kSecondsPerMinute);
+  gear_event(GearMode::kSpindleLeads, kGearReserve * gear_rpm_ / kSecondsPerMinute);
 }
 
 void Lowering::gear_event(GearMode mode, double turns_s) {
@@ -336,11 +391,12 @@ void Lowering::tap(const canon::RigidTap& tap) {
   const Words top = words_, bottom = words_of(tap.to);
   if ((bottom - top).head<3>().norm() <= kTipAtRest)
     fail(GcodeErrorCode::kNotSupported, 1, "G33.1", "the tip goes nowhere: a depth in X, Y or Z is needed");
-  const double turns_s = (clockwise_ ? speed_rpm_ : -speed_rpm_) / kSecondsPerMinute;
+  const double turns_s = rpm_here() / kSecondsPerMinute;
   const double per_turn_mm = inch_ ? per_turn_ * kMmPerInch : per_turn_;
   event(QueueEvent::Kind::kSpindleOrient);
   gear_event(GearMode::kPathLeads, turns_s);
   const PathMode mode = std::exchange(move_.mode, PathMode::kExactStop);
+  traversed_ = false;  // nothing is told between here and the end
   move_.kind = ProgramMove::Kind::kFeed;
   move_.feed = FeedLimit{};
   move_.feed.tip_mm_s = per_turn_mm * std::abs(turns_s);
@@ -351,12 +407,15 @@ void Lowering::tap(const canon::RigidTap& tap) {
   send(top);
   event(QueueEvent::Kind::kGearEnd);
   event(QueueEvent::Kind::kSpindle, turns_s * kSecondsPerMinute);
+  spindle_due_ = rpm_max_ > 0 && turning_;
   move_.mode = mode;
 }
 
 void Lowering::open_gear() {
-  if (geared_) event(QueueEvent::Kind::kGearEnd);
+  if (!geared_) return;
+  event(QueueEvent::Kind::kGearEnd);
   geared_ = false;
+  spindle_due_ |= rpm_max_ > 0 && turning_;
 }
 
 // With the next move, or at once, between the moves.
@@ -373,12 +432,9 @@ void Lowering::output_value(const canon::SetOutputValue& output) {
 struct Lowering::Visit {
   Lowering& low;
 
-  void spindle() const {
-    const double rpm = low.turning_ ? (low.clockwise_ ? low.speed_rpm_ : -low.speed_rpm_) : 0;
-    low.event(QueueEvent::Kind::kSpindle, rpm);
-  }
   void coolant(int bits) const {
-    if (bits == low.coolant_) return;
+    if (bits == low.coolant_ && std::exchange(low.coolant_told_, true)) return;
+    low.coolant_told_ = true;
     low.coolant_ = bits;
     low.event(QueueEvent::Kind::kCoolant, 0, bits);
   }
@@ -433,8 +489,9 @@ struct Lowering::Visit {
   }
   void operator()(const canon::UseToolLengthOffset& c) const {
     const MmWords tool = in_mm(c.offset, low.inch_);
-    // The axes do not move: the same place, less the new tool.
-    if (!low.tip_in_table()) low.words_ += in_radians(low.in_words(low.tool_ - tool));
+    // The axes do not move. Words of X Y Z are without the tool, which the joint map adds; those of A B C are
+    // the axes', to which nothing is added.
+    if (!low.tip_in_table()) low.words_.head<3>() += low.in_words(low.tool_ - tool).xyz;
     low.tool_ = tool;
     low.set_frame();
   }
@@ -472,18 +529,25 @@ struct Lowering::Visit {
   void operator()(const canon::NurbsFeed& c) const { low.spline(c); }
   void operator()(const canon::Dwell& c) const { low.event(QueueEvent::Kind::kDwell, c.s); }
   void operator()(const canon::SetSpindleSpeed& c) const {
-    low.speed_rpm_ = c.rpm;
-    if (low.turning_) spindle();
+    low.speed_ = c.rpm;
+    low.speed_unit_mm_ = low.inch_ ? kInchPerFoot * kMmPerInch : kMmPerMetre;
+    if (low.turning_) low.tell_spindle();
+  }
+  // With G96, and mostly with G97, an S stands on the same line.
+  void operator()(const canon::SetSpindleMode& c) const {
+    if (c.css_max == low.rpm_max_) return;
+    low.rpm_max_ = c.css_max;
+    low.spindle_due_ = low.turning_;
   }
   void operator()(const canon::StartSpindle& c) const {
     low.turning_ = true;
     low.clockwise_ = c.clockwise;
-    spindle();
+    low.tell_spindle();
   }
   void operator()(const canon::StopSpindle&) const {
-    if (!low.turning_) return;
+    if (!low.turning_ && low.spindle_told_) return;
     low.turning_ = false;
-    spindle();
+    low.tell_spindle();
   }
   void operator()(const canon::ChangeTool& c) const {
     low.event(QueueEvent::Kind::kToolChange, c.confirm, c.tool);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <vector>
 
 #include "core/axes.h"
 #include "core/frames.h"
@@ -43,7 +44,7 @@ class Lowering : public CanonSink {
   void stand_at(const Words& words) { words_ = words; }
   /// Such words in program coordinates and units.
   ProgramWords program_of(const Words& words) const { return frame().program_of(words); }
-  ProgramFrame frame() const { return {X_TP_, (frame_.g5x + frame_.g92).abc_deg, inch_}; }
+  ProgramFrame frame() const { return {X_TP_, offset_abc_deg(), inch_}; }
   /// What the words mean now.
   const MapContext& context() const { return move_.context; }
 
@@ -56,8 +57,15 @@ class Lowering : public CanonSink {
   bool on_great_circle(const Words& to, int parts, std::vector<Words>& way) const;
   void straight(const ProgramWords& to, ProgramMove::Kind kind, double inverse_per_min);
   void arc(const canon::ArcFeed& arc);
+  void send_arc(const Words& to);
+  bool parts_by_speed() const;
+  std::vector<Words> line_parts(const Words& to) const;
+  SurfaceSpeed surface_speed() const;
+  double rpm_here() const;
+  void tell_spindle();
   void spline(const canon::NurbsFeed& spline);
-  void limit_feed();
+  double rpm_for(const Words& to) const;
+  void limit_feed(double rpm);
   void send(const std::vector<Words>& way, double inverse_per_min);
   void send(const Words& to);
   void set_frame();
@@ -72,6 +80,7 @@ class Lowering : public CanonSink {
   void gear_event(GearMode mode, double turns_s);
   void output_bit(const canon::SetOutputBit& output);
   void output_value(const canon::SetOutputValue& output);
+  Vec3 offset_abc_deg() const { return (frame_.g5x + frame_.g92 + tool_).abc_deg; }
   bool tip_in_table() const { return rtcp_ || aligned_; }
 
   const ProgramConfig& config_;
@@ -86,10 +95,17 @@ class Lowering : public CanonSink {
   bool great_circle_ = false;
   double feed_ = 0;  ///< units of the program per minute, or per revolution
   bool per_revolution_ = false;
-  double speed_rpm_ = 0;
+  double speed_ = 0;             ///< S: rpm, or in G96 m (feet) a minute
+  double speed_unit_mm_ = 1000;  ///< of that m or foot
+  double rpm_max_ = 0;           ///< of G96; 0: G97
   bool clockwise_ = true, turning_ = false;
-  bool geared_ = false;  ///< between the events that couple path and spindle
-  double per_turn_ = 0;  ///< then: units of the program a turn
+  /// What the program has told. Before that the machine may have anything on, from a typed line.
+  bool spindle_told_ = false, coolant_told_ = false;
+  bool spindle_due_ = false;  ///< it has to be told anew before the next move
+  bool traversed_ = false;    ///< the move before was one of G0
+  bool geared_ = false;       ///< between the events that couple path and spindle
+  double per_turn_ = 0;       ///< then: units of the program a turn
+  double gear_rpm_ = 0;       ///< and the speed that was told
   int coolant_ = 0;
   /// canon::EnterArc, until the arc has come.
   struct Entered {

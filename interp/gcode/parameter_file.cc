@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cerrno>
 #include <cmath>
-#include <cstring>
-#include <fstream>
+#include <cstddef>
 #include <sstream>
 
+#include "core/plain_file.h"
 #include "core/safe_file.h"
 #include "interp/gcode/error.h"
 #include "interp/gcode/text/lexer.h"
@@ -78,14 +77,14 @@ void save_parameters(const std::string& path, const Parameters& parameters) {
 }
 
 std::string read_text_file(const std::string& path) {
-  std::ifstream file(path, std::ios::binary);
-  std::ostringstream text;
-  if (!file || !(text << file.rdbuf()).good()) {
-    if (file && file.peek() == std::ifstream::traits_type::eof()) return {};
-    throw ProgramError(fmt::format("{}:1:1: cannot read the file: {}", path, std::strerror(errno)));
+  constexpr std::size_t kBytesMax = std::size_t{64} << 20;  // thousands of times a large table
+  std::string all;
+  try {
+    all = read_plain_file(path, kBytesMax);
+  } catch (const PlainFileError& error) {
+    throw ProgramError(fmt::format("{}:1:1: {}", path.c_str(), error.what()));
   }
   constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
-  std::string all = text.str();
   if (all.rfind(kByteOrderMark, 0) == 0) all.erase(0, kByteOrderMark.size());
   return all;
 }

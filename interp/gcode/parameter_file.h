@@ -18,7 +18,8 @@ std::string parameters_text(const Parameters& parameters);
 /// On the disk when it returns; a power cut leaves the old or the new one (core/safe_file.h).
 void save_parameters(const std::string& path, const Parameters& parameters);
 
-/// Whole file; ProgramError if it cannot be read, or written as `write_file_safely` does.
+/// Whole file, regular and up to 64 MB; ProgramError if it cannot be read, or written as `write_file_safely`
+/// does.
 std::string read_text_file(const std::string& path);
 void write_text_file(const std::string& path, std::string_view text);
 

@@ -196,6 +196,8 @@ void read_io(const ConfigTable& root, ProgramConfig& config) {
     config.spindle_encoder = spindle && spindle->boolean("encoder", !modbus);
     if (modbus && config.spindle_encoder)
       throw spindle->error("encoder", "an inverter on Modbus gives no angle that a thread could follow");
+    const double rpm_max = spindle ? spindle->number("rpm_max", 0, kNotNegative) : 0;
+    if (rpm_max > 0) config.spindle_rpm_max = rpm_max;
     if (config.spindle_encoder) config.spindle_rpm_s = spindle->number("acceleration_rpm_s", 0, kNotNegative);
   }
 }
@@ -205,6 +207,7 @@ void read_program(const ConfigTable& table, ProgramConfig& config) {
   config.path_mode = mode == "G61"     ? MotionControl::kExactPath
                      : mode == "G61.1" ? MotionControl::kExactStop
                                        : MotionControl::kContinuous;
+  config.inch = table.choice("units", {"mm", "inch"}, "mm") == "inch";
   config.tolerance_mm = table.number("tolerance_mm", config.tolerance_mm, kPositive);
   config.tolerance_deg = table.number("tolerance_deg", config.tolerance_deg, kPositive);
   config.arc_tolerance_mm = table.number("arc_tolerance_mm", config.arc_tolerance_mm, kNotNegative);

@@ -66,12 +66,14 @@ struct UserCode {
   bool on = true;
 };
 
+inline constexpr double kNoSpindleLimit = std::numeric_limits<double>::infinity();
+
 /// [spindle_axis]: the spindle's drive is a joint of the machine.
 struct SpindleAxisConfig {
-  int axis = -1;                                             ///< kA..kC: its word; -1: there is none
-  double sense = -1;                                         ///< 1: M3 turns its joint positively
-  double word_sense = 1;                                     ///< joint = word_sense * word
-  double rpm_max = std::numeric_limits<double>::infinity();  ///< of its joint
+  int axis = -1;                     ///< kA..kC: its word; -1: there is none
+  double sense = -1;                 ///< 1: M3 turns its joint positively
+  double word_sense = 1;             ///< joint = word_sense * word
+  double rpm_max = kNoSpindleLimit;  ///< of its joint
 };
 
 /// What becomes of a gouge of a compensated contour.
@@ -122,15 +124,17 @@ struct ProgramConfig {
   MeasuredValues measured;                              ///< not from [program]
   bool typed = false;  ///< lines that the operator types in, which may add tools; not from [program]
   bool optional_stop = true;
+  bool inch = false;          ///< G20 is in force at the start, and for typed lines
   double dry_run_up_mm = 20;  ///< how far the tool stays away from the work in a dry run
   ProgramEnd end = ProgramEnd::kExpected;
   ToolConfirm tool_confirm = ToolConfirm::kOperator;
-  int tool_input = 0;            ///< kInput: its number
-  std::string tool_call;         ///< kSubProgram: its name
-  bool io = false;               ///< the machine has a section [io]: inputs and a probe
-  bool spindle_encoder = false;  ///< and [io.spindle] with an encoder
-  double spindle_rpm_s = 0;      ///< how fast its speed can change; 0: any speed at once
-  unsigned wrapped_mask = 0;     ///< bit kA..kC: absolute words are angles on a circle
+  int tool_input = 0;                        ///< kInput: its number
+  std::string tool_call;                     ///< kSubProgram: its name
+  bool io = false;                           ///< the machine has a section [io]: inputs and a probe
+  bool spindle_encoder = false;              ///< and [io.spindle] with an encoder
+  double spindle_rpm_max = kNoSpindleLimit;  ///< and the speed that [io.spindle] allows
+  double spindle_rpm_s = 0;                  ///< how fast its speed can change; 0: any speed at once
+  unsigned wrapped_mask = 0;                 ///< bit kA..kC: absolute words are angles on a circle
   bool wrapped_by_sign = false;  ///< their sign is the way round, as LinuxCNC has it; else the short way
   bool great_circle = false;  ///< at program start: the tool axis goes the shortest way, not the rotary words
   std::vector<MappedWord> words = {{"orivect", -1, WordAction::kGreatCircle},

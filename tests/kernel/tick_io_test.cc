@@ -235,5 +235,32 @@ TEST(TickIo, WithoutDevicesTheSpindleIsReadyAndInputsAreZero) {
   EXPECT_FALSE(io.probe_found());
 }
 
+// G96: the speed follows the tip, in steps that a drive can tell apart; the greatest speed is that of the
+// chuck, whatever the override.
+TEST_F(TickIoTest, TheSpindleFollowsTheSurfaceSpeed) {
+  QueueEvent event = event_of(Kind::kSpindle, -100);
+  event.surface = {Vec3::UnitX(), 20, -3000, 400};
+  EXPECT_EQ(waits(event), 1);
+  const auto told_at = [&](double x, double spindle_override = 1) {
+    io.follow_tip(Vec3(x, 7, 7));
+    exchange(spindle_override);
+    return devices.told.spindle_rpm;
+  };
+  EXPECT_DOUBLE_EQ(told_at(50), -100);
+  EXPECT_DOUBLE_EQ(told_at(50.1), -100) << "a third of a percent";
+  EXPECT_DOUBLE_EQ(told_at(50.2), -3000 / 30.2);
+  EXPECT_DOUBLE_EQ(told_at(5), -200) << "on the other side";
+  EXPECT_DOUBLE_EQ(told_at(20.5), -400) << "near the axis";
+  EXPECT_DOUBLE_EQ(told_at(20), -400);
+  EXPECT_DOUBLE_EQ(told_at(20, 1.5), -400);
+  EXPECT_DOUBLE_EQ(told_at(50, 1.5), -150);
+  EXPECT_DOUBLE_EQ(io.told_rpm(0.5), -50);
+  EXPECT_EQ(waits(event_of(Kind::kSpindle, 500)), 1);
+  EXPECT_DOUBLE_EQ(told_at(30), 500) << "G97";
+  EXPECT_EQ(waits(event), 1);
+  io.all_off();
+  EXPECT_DOUBLE_EQ(told_at(30), 0);
+}
+
 }  // namespace
 }  // namespace trn

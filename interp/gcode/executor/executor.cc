@@ -226,6 +226,7 @@ void Executor::begin(const MachineWords& start) {
   // Last, since it depends on all offsets above: the machine stands still and only its coordinates are the
   // program's.
   s_.position = from_mm(frame().to_program(start));
+  if (parts_.config.inch) set_units(true);
 }
 
 GCode Executor::motion_of(const Block& b) const {
@@ -327,6 +328,7 @@ bool Executor::execute(const Block& b) {
   // change, spindle, coolant, overrides, dwell, plane, units, offsets, distance mode, motion, stop.
   if (b.has('F')) feed(b);
   if (b.has('S')) speed(b);
+  if (b.has('S') || (b.any_g && b.has(GGroup::kSpindleMode))) tell_spindle();
   if (b.has('T')) tool_select(b);
   tool_wait_ = ToolWait::kNone;
   if (b.any_m) {
@@ -425,6 +427,7 @@ void Executor::check_open_curve(const Block& b, GCode motion) const {
 
 void Executor::motion_code(const Block& b, GCode motion) {
   motion_now_ = motion;
+  if (s_.modal.css || (motion > 3_g && motion != 80_g)) tell_spindle();
   check_open_curve(b, motion);
   // A G5 without I and J goes on with the tangent of the G5 before it, and of no other move.
   if (motion != 5_g) spline_chained_ = false;

@@ -1,6 +1,7 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <utility>
 
 #include "interp/gcode/axis_words.h"
 #include "interp/gcode/canon.h"
@@ -84,12 +85,26 @@ void Executor::tool_change(const Block& b) {
 void Executor::start_spindle(SpindleTurn turn) {
   if (s_.spindle_is_axis) switch_spindle_axis(false);  // what M72 and --from bring back
   s_.modal.turn = turn;
+  spindle_untold_ = false;
   put(canon::StartSpindle{turn == SpindleTurn::kClockwise});
 }
 
 void Executor::stop_spindle() {
+  spindle_untold_ = false;
   s_.modal.turn = SpindleTurn::kStopped;
   put(canon::StopSpindle{});
+}
+
+// Before something that hangs on it.
+void Executor::tell_spindle() {
+  if (spindle_untold_) start_spindle(s_.modal.turn);
+}
+
+// The machine has it already, so that this switches nothing.
+void Executor::tell_coolant() {
+  if (!std::exchange(coolant_untold_, false)) return;
+  if (s_.modal.mist) put(PlainCanon::kMistOn);
+  if (s_.modal.flood) put(PlainCanon::kFloodOn);
 }
 
 void Executor::spindle(const Block& b) {
@@ -114,6 +129,7 @@ void Executor::spindle(const Block& b) {
 }
 
 void Executor::coolant(const Block& b) {
+  tell_coolant();
   const int code = b.code(MGroup::kCoolant);
   if (code == 7) {
     s_.modal.mist = true;
@@ -290,6 +306,7 @@ void Executor::restore_geometry(const Settings& state) {
 }
 
 void Executor::restore_coolant(const ModalState& kept) {
+  tell_coolant();
   ModalState& m = s_.modal;
   if (!kept.mist && !kept.flood) {
     put(PlainCanon::kMistOff);
@@ -329,11 +346,28 @@ void Executor::restore(const Kept& kept) {
   // The directions of the knife belong to the units and the tool that are given up here.
   if (s_.knife && !kept.state.knife) switch_knife(false, 1, "M72");
   if (kept.state.modal.inch != s_.modal.inch) set_units(kept.state.modal.inch);
+  tell_spindle();
   restore_tool_length(kept.state);
   restore_modal(kept.state);
 }
 
+// Spindle and coolant are in force, and the machine has them: a line that has nothing to do with them must
+// not tell it again, for it may have switched them off since.
 void Executor::resume(const Settings& kept) {
+  Settings others = kept;
+  others.modal.turn = SpindleTurn::kStopped;
+  others.modal.mist = others.modal.flood = others.spindle_is_axis = false;
+  take_over(others);
+  const ModalState& m = kept.modal;
+  s_.modal.turn = m.turn;
+  s_.modal.mist = m.mist;
+  s_.modal.flood = m.flood;
+  s_.spindle_is_axis = kept.spindle_is_axis;
+  spindle_untold_ = m.turn != SpindleTurn::kStopped;
+  coolant_untold_ = m.mist || m.flood;
+}
+
+void Executor::take_over(const Settings& kept) {
   restore_switches(kept);
   restore_modal(kept);
   s_.motion = kept.motion < 73_g ? kept.motion : 80_g;  // cycles keep words of their own
@@ -379,7 +413,7 @@ void Executor::enter(const MachineWords& start, int in_spindle, const std::optio
 
 void Executor::enter_rest() {
   const Settings kept = entered_;
-  resume(kept);
+  take_over(kept);
   // Its line feeds from wherever the tool stands on it to its end, which counts from where it begins.
   const ProgramWords on_path = enter_at_ ? from_mm(enter_at_->at) : kept.position;
   // Up, across and down: at the higher of both heights the tool passes over the work, if safe_z_mm is above
@@ -499,6 +533,7 @@ void Executor::reset_at_end() {
   if (!m.feed_override) put(PlainCanon::kEnableFeedOverride);
   m.feed_override = m.speed_override = true;
   stop_spindle();
+  tell_coolant();
   m.css = false;
   put(canon::SetSpindleMode{0});
   if (m.mist) put(PlainCanon::kMistOff);

@@ -37,6 +37,12 @@ void Executor::comment(const Block& b) {
     case CommentKind::kLogClose:
       put_now(canon::Log{canon::Log::What::kClose, ""});
       break;
+    case CommentKind::kProbeOpen:
+      put_now(canon::Log{canon::Log::What::kProbeOpen, text});
+      break;
+    case CommentKind::kProbeClose:
+      put_now(canon::Log{canon::Log::What::kProbeClose, ""});
+      break;
     case CommentKind::kAbort:
       fail(GcodeErrorCode::kAbort, 1, expand_message(text));
     default:

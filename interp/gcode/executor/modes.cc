@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "interp/gcode/axis_words.h"
@@ -50,13 +51,22 @@ void Executor::spindle_mode(const Block& b) {
   s_.modal.css = b.code(GGroup::kSpindleMode) == 96_g;
   if (s_.modal.css && !b.has('S'))
     fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kSpindleMode), "G96", "an S word");
-  if (b.has('D') && s_.modal.css && b['D'] < 0)
-    fail(GcodeErrorCode::kBadValue, b.at('D'), 'D', b['D'], "G96", "D of 0 or more");
+  if (b.has('D') && s_.modal.css && b['D'] <= 0)
+    fail(GcodeErrorCode::kBadValue, b.at('D'), 'D', b['D'], "G96", "the greatest speed in rpm, above 0");
+  // At X0 the speed has no other end.
+  const double most = std::min(parts_.config.spindle_rpm_max, parts_.config.spindle_axis.rpm_max);
+  if (s_.modal.css && !b.has('D') && !std::isfinite(most))
+    fail(GcodeErrorCode::kMissingWord, b.at(GGroup::kSpindleMode), "G96",
+         "D, the greatest speed in rpm, or 'rpm_max' in the config's [io.spindle]");
   s_.modal.css_max = s_.modal.css ? b.get('D', 1e30) : 0;
   put(canon::SetSpindleMode{s_.modal.css_max});
 }
 
 void Executor::speed(const Block& b) {
+  if (!s_.modal.css && b['S'] > parts_.config.spindle_rpm_max)
+    fail(GcodeErrorCode::kBadValue, b.at('S'), 'S', b['S'], "the spindle",
+         fmt::format("{:g} rpm at most, as 'rpm_max' in the config's [io.spindle] says",
+                     parts_.config.spindle_rpm_max));
   s_.modal.speed = b['S'];
   put(canon::SetSpindleSpeed{b['S']});
 }

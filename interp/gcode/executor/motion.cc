@@ -44,8 +44,8 @@ double Executor::wrapped(double to, double from) const {
 double Executor::wrapped_word(const Block& b, char letter, double from) const {
   const double value = b[letter];
   if (parts_.config.wrapped_by_sign && std::abs(value) >= 360)
-    fail(GcodeErrorCode::kBadValue, b.at(letter),
-         fmt::format("{:g} is no angle of a wrapped axis: -360 to 360, the sign is the way round", value));
+    fail(GcodeErrorCode::kBadValue, b.at(letter), letter, value, "a wrapped axis",
+         "an angle below 360, whose sign is the way round");
   return wrapped(value, from);
 }
 
@@ -99,8 +99,13 @@ ProgramWords Executor::machine_target(const Block& b) const {
   // G53 means the place of the spindle with its tool, so the offset is added before a word is replaced and
   // taken off again behind.
   MachineWords machine = frame().to_machine(to_mm(s_.position)) + to_mm(in_words(s_.tool_offset));
-  for (int i = 0; i < 6; ++i)
-    if (b.has(kWordLetters[i])) machine[i] = i < 3 ? to_mm(b[kWordLetters[i]]) : b[kWordLetters[i]];
+  for (int i = 0; i < 6; ++i) {
+    const char letter = kWordLetters[i];
+    if (!b.has(letter)) continue;
+    // Where the sign is the way round, as LinuxCNC has it, that holds here, too.
+    const bool signed_way = parts_.config.wrapped_by_sign && (parts_.config.wrapped_mask >> i & 1U) != 0;
+    machine[i] = i < 3 ? to_mm(b[letter]) : signed_way ? wrapped_word(b, letter, machine[i]) : b[letter];
+  }
   return from_mm(frame().to_program(machine - to_mm(in_words(s_.tool_offset))));
 }
 
@@ -193,6 +198,12 @@ void Executor::probed(const MachineAnswer& answer) {
   s_.position = answer.stands;
   for (int i = 0; i < 6; ++i) parts_.parameters[parameter::kProbe + i] = answer.contact[i];
   parts_.parameters[parameter::kProbeSuccess] = answer.value;
+  if (answer.value == 0) return;
+  // Nine numbers, as other controls write them: X Y Z A B C, and U V W, which no machine here has.
+  const ProgramWords& at = answer.contact;
+  put_now(canon::Log{canon::Log::What::kProbePoint,
+                     fmt::format("{:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f} {:.6f}", at[0],
+                                 at[1], at[2], at[3], at[4], at[5], 0.0, 0.0, 0.0)});
 }
 
 void Executor::answer(const MachineAnswer& answer) {

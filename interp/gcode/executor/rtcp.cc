@@ -86,12 +86,19 @@ ProgramWords Executor::position_for(const Pose& X_BS, bool tip_in_table, std::ui
   return program;
 }
 
+// Such an offset shifts the angles that the axes are told; the kinematics turns the tool by the axes' own.
+void Executor::check_tool_angles(const ProgramWords& offset, std::uint32_t column, std::string_view word) {
+  if (!offset.abc_deg.isZero(0))
+    fail(GcodeErrorCode::kNotSupported, column, word, "with an offset of the tool in A, B or C");
+}
+
 void Executor::set_rtcp(bool on, const ProgramWords& tool_offset, std::uint32_t column,
                         std::string_view word) {
   if (comp_.active()) fail(GcodeErrorCode::kCompState, column, word);
   if (!parts_.kinematics || !(parts_.kinematics->word_mask() >> kA))
     fail(GcodeErrorCode::kNoRtcp, column, word);
   if (on == s_.rtcp && tool_offset == s_.tool_offset) return;
+  if (on || s_.tilted_aligned) check_tool_angles(tool_offset, column, word);
   // Where the spindle stands under the old words. Then everything is switched, and the same pose is read off
   // under the new ones.
   const Pose X_BS = spindle_pose(column, word);
@@ -152,6 +159,7 @@ void Executor::tilted_plane(const Block& b) {
 // Nothing turns: the plane's axes are those of the spindle as it stands over the table, turned by R about the
 // tool. It is obeyed at once.
 void Executor::square_to_tool(const Block& b) {
+  check_tool_angles(s_.tool_offset, b.at(GGroup::kTiltedPlane), "G68.3");
   const Kinematics& kinematics = *parts_.kinematics;
   const Mat3 R_BP = kinematics.home_X_BM().R * frame().X_MP().R;
   const Mat3 R_BS = kinematics.orientation(orientation_abc_rad(s_.position));
@@ -188,6 +196,7 @@ void Executor::align_tool(const Block& b) {
   const std::uint32_t column = b.at(GGroup::kNonModal);
   if (!s_.tilted) fail(GcodeErrorCode::kTiltedPlane, column, "G53.1 without a tilted plane", "G68.2 first");
   if (s_.tilted_aligned) return;
+  check_tool_angles(s_.tool_offset, column, "G53.1");
   const WorkFrame f = frame();
   const Vec3 u_B = parts_.kinematics->home_X_BM().R * f.X_MP().R * Vec3::UnitZ();
   Vec3 abc;

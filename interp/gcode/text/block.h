@@ -67,6 +67,8 @@ enum class CommentKind : std::uint8_t {
   kLogOpen,
   kLogAppend,
   kLogClose,
+  kProbeOpen,
+  kProbeClose,
   kAbort,
   kIgnored
 };

@@ -46,7 +46,8 @@ constexpr CommentName kCommentNames[] = {
     {"msg,", CommentKind::kMessage},         {"debug,", CommentKind::kDebug},
     {"print,", CommentKind::kPrint},         {"log,", CommentKind::kLog},
     {"abort,", CommentKind::kAbort},         {"logopen,", CommentKind::kLogOpen},
-    {"logappend,", CommentKind::kLogAppend}, {"logclose", CommentKind::kLogClose}};
+    {"logappend,", CommentKind::kLogAppend}, {"logclose", CommentKind::kLogClose},
+    {"probeopen", CommentKind::kProbeOpen},  {"probeclose", CommentKind::kProbeClose}};
 
 bool needs_argument(FlowKind kind) {
   return kind == FlowKind::kWhile || kind == FlowKind::kIf || kind == FlowKind::kElseIf ||

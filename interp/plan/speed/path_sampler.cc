@@ -16,6 +16,8 @@ namespace {
 constexpr double kCurveAccuracy = 5e-4;  // of a limit: error that a panel of polynomials may have
 constexpr double kBoundMargin = 1.5;   // (ds/dt)^2 possible in a panel over the bounds at three places of it
 constexpr int kPanelHalvingsMax = 3;   // of a piece into panels
+constexpr int kTurnSteps = 4;          // of Newton's method, from a parabola to where a joint turns back
+constexpr double kRounding = 1e-9;     // of a position, mm or rad
 constexpr double kTinyShare = 1e-12;   // share of a limit below which nothing moves
 constexpr double kNothingBinds = 1e6;  // ds/dt where neither feed nor a joint bounds it
 
@@ -50,7 +52,23 @@ PathSample interpolate(const PathSample* p, double s, int count) {
 }
 
 PathSampler::PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates)
-    : joints_(joints), map_(map), rates_(rates) {}
+    : joints_(joints), map_(map), rates_(rates) {
+  for (size_t i = 0; i < joints.size(); ++i) {
+    lowest_[i] = joints[i].limit.min;
+    highest_[i] = joints[i].limit.max;
+  }
+}
+
+void PathSampler::begin(const PlanPiece& first) {
+  JointVec q;
+  const bool stands = map_.map(first.piece.at(0), first.context, q) == KinStatus::kOk;
+  for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
+    const JointLimit& limit = joints_[i].limit;
+    const double at = stands ? q[static_cast<Eigen::Index>(i)] : limit.min;
+    lowest_[i] = std::min(limit.min, at);
+    highest_[i] = std::max(limit.max, at);
+  }
+}
 
 void PathSampler::curve(const PlanPiece& piece, JointCurve& out) const {
   out.clear();
@@ -87,18 +105,35 @@ bool PathSampler::is_accurate(const PlanPiece& piece, const JointPanel& panel) c
   return true;
 }
 
-void PathSampler::check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const {
+// The joint's greatest (side 1) or least (side -1) position near the sample, by the map itself: the
+// polynomial of a panel, and the parabola at a turn, are some nanometres off, which counts where a joint just
+// touches its limit.
+double PathSampler::farthest(const PlanPiece& piece, size_t joint, double s_piece, double reach,
+                             double side) const {
+  double s = s_piece, most = side * map_derivatives(piece, s).q[joint];
+  for (int i = 0; i < kTurnSteps; ++i) {
+    const JointDerivatives d = map_derivatives(piece, s);
+    if (!(d.d2[joint] * side < 0)) break;  // it does not turn back
+    s = std::clamp(s - d.d1[joint] / d.d2[joint], std::max(0.0, s_piece - reach),
+                   std::min(piece.piece.length, s_piece + reach));
+    most = std::max(most, side * map_derivatives(piece, s).q[joint]);
+  }
+  return side * most;
+}
+
+void PathSampler::check_position(const PlanPiece& piece, const JointDerivatives& d, double s_piece,
+                                 double reach) const {
   for (size_t i = 0; i < static_cast<size_t>(rates_.count); ++i) {
-    const JointLimit& limit = joints_[i].limit;
     double low = d.q[i], high = d.q[i];
     if (std::abs(d.d1[i]) < reach * std::abs(d.d2[i])) {  // the joint turns back before the next sample
       const double q_turn = d.q[i] - d.d1[i] * d.d1[i] / d.d2[i] / 2;
       low = std::min(low, q_turn);
       high = std::max(high, q_turn);
     }
-    const double rounding = 1e-9;
-    if (high > limit.max + rounding) fail_position(piece, joints_[i], high);
-    if (low < limit.min - rounding) fail_position(piece, joints_[i], low);
+    if (high > highest_[i]) high = farthest(piece, i, s_piece, reach, 1);
+    if (low < lowest_[i]) low = farthest(piece, i, s_piece, reach, -1);
+    if (high > highest_[i] + kRounding) fail_position(piece, joints_[i], high);
+    if (low < lowest_[i] - kRounding) fail_position(piece, joints_[i], low);
   }
 }
 
@@ -134,7 +169,7 @@ PathSample PathSampler::sample(const PlanPiece& piece, const JointCurve& curve, 
     panel->at(s_piece, d);
   else
     d = map_derivatives(piece, s_piece);
-  check_position(piece, d, reach);
+  check_position(piece, d, s_piece, reach);
   PathSample out{s, speed_bound(piece, d, s_piece), d.d1, d.d2, d.d3};
   if (std::isfinite(piece.feed.tip_mm_s2)) scale_to_tip_acceleration(piece, s_piece, out);
   return out;

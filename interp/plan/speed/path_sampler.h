@@ -34,11 +34,16 @@ class PathSampler {
   /// The references must outlive the sampler.
   PathSampler(const Joints& joints, const JointMap& map, const JointRates& rates);
 
+  /// The stretch begins with this piece, at whose beginning the machine stands already. Where a joint is
+  /// outside its range there, as behind a homing switch at the end, the way in is open: it may be as far out
+  /// as that. Whoever hands in the path sees to it that it goes no further out on the way.
+  void begin(const PlanPiece& first);
+
   /// Puts polynomials of the joints along the piece into `out`, wherever they are accurate enough.
   void curve(const PlanPiece& piece, JointCurve& out) const;
 
   /// The sample at `s_piece` of the piece; `s` is its place in the stretch. Where a joint turns back within
-  /// `reach` of s_piece, the turning point is checked too, as far as a parabola predicts it.
+  /// `reach` of s_piece, the turning point is checked too.
   PathSample sample(const PlanPiece& piece, const JointCurve& curve, double s_piece, double s,
                     double reach) const;
 
@@ -56,13 +61,15 @@ class PathSampler {
   void add_panels(const PlanPiece& piece, double s0, double s1, int halvings, JointCurve& curve) const;
   bool is_accurate(const PlanPiece& piece, const JointPanel& panel) const;
   JointDerivatives map_derivatives(const PlanPiece& piece, double s_piece) const;
-  void check_position(const PlanPiece& piece, const JointDerivatives& d, double reach) const;
+  void check_position(const PlanPiece& piece, const JointDerivatives& d, double s_piece, double reach) const;
+  double farthest(const PlanPiece& piece, size_t joint, double s_piece, double reach, double side) const;
   double speed_bound(const PlanPiece& piece, const JointDerivatives& d, double s_piece) const;
   void scale_to_tip_acceleration(const PlanPiece& piece, double s_piece, PathSample& out) const;
 
   const Joints& joints_;
   const JointMap& map_;
   JointRates rates_;
+  PerJoint lowest_, highest_;  ///< positions that are allowed, joint by joint
 };
 
 }  // namespace trn::speed

@@ -105,6 +105,7 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   if (!open_) {
     grid_.begin_stretch();
     emitter_.begin_stretch();
+    sampler_.begin(piece);
     headroom_.clear();
     law_.clear();
     c_before_.clear();

@@ -225,7 +225,20 @@ TEST(Canon, WrappedRotaryGoesByItsSign) {
   EXPECT_EQ(ends("G0 C90\nG0 C90\nG0 C-90"), (std::vector<double>{90, 90, 90})) << "there already: no turn";
   EXPECT_EQ(ends("F100 G1 C-90").back(), -270) << "feed moves alike";
   EXPECT_EQ(ends("G0 C90\nG91 G0 C-30").back(), 60) << "relative words are ways";
-  for (const char* line : {"G0 C360", "G0 C-400"}) EXPECT_THROW(session.canon(line), std::exception) << line;
+  EXPECT_EQ(ends("G0 C30\nG53 G0 C10").back(), 370) << "machine coordinates, too";
+  EXPECT_EQ(ends("G0 C30\nG53 G0 C-10").back(), 10);
+  for (const std::string word : {"360", "-400", "1000"})
+    EXPECT_EQ(session.error("G0 X1 C" + word).substr(0, 63 + word.size()),
+              "p.ngc:1:7: C = " + word + " is not legal for a wrapped axis: an angle below");
+}
+
+// A machine whose programs are in inches: G20 is in force when they begin, and the machine's place is the
+// same.
+TEST(Canon, ProgramsMayBeginInInches) {
+  Session session;
+  session.config.inch = true;
+  EXPECT_EQ(session.canon("G0 X1\nG21 G0 X2"), "USE_LENGTH_UNITS(CANON_UNITS_INCHES)\n" + moves({"T 1 0 0"}) +
+                                                   "USE_LENGTH_UNITS(CANON_UNITS_MM)\n" + moves({"T 2 0 0"}));
 }
 
 TEST(Canon, CutterCompensation) {

@@ -3,6 +3,9 @@
 #include <cmath>
 #include <filesystem>
 #include <random>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/path.h"
 #include "core/units.h"
@@ -283,9 +286,12 @@ TEST(Lowering, OutputsAreEventsOrPartOfTheNextMove) {
   const test::MoveList list =
       Session().moves("M62 P3\nM67 E1 Q2.5\nM63 P3\nM62 P63\nG0 X1\nM65 P4\nM68 E2 Q1.5\nM19 R90\nX2\nM2\n");
   using Kind = QueueEvent::Kind;
-  ASSERT_EQ(list.events.size(), 4U);
-  const QueueEvent expected[] = {
-      {Kind::kDigitalOutput, 0, 4}, {Kind::kAnalogOutput, 1.5, 2}, {Kind::kSpindleOrient, 90, 0}};
+  ASSERT_EQ(list.events.size(), 5U);
+  // M2 stops the spindle, which a typed line may have left on.
+  const QueueEvent expected[] = {{Kind::kDigitalOutput, 0, 4},
+                                 {Kind::kAnalogOutput, 1.5, 2},
+                                 {Kind::kSpindleOrient, 90, 0},
+                                 {Kind::kSpindle, 0, 0}};
   for (std::size_t i = 0; i < std::size(expected); ++i) {
     EXPECT_EQ(list.events[i].kind, expected[i].kind);
     EXPECT_EQ(list.events[i].argument, expected[i].argument);
@@ -358,6 +364,39 @@ TEST(Lowering, ATapGoesDownAndBackWithTheSpindle) {
   }
   EXPECT_EQ(list.moves[3].mode, PathMode::kContinuous);
   EXPECT_EQ(list.moves[3].feed.tip_mm_s2, FeedLimit::kNone);
+}
+
+// An offset of the tool in a rotary word shifts what the word means; the axis stays where it is.
+TEST(Lowering, AToolsAngleTurnsNothing) {
+  Session session;
+  session.tools = ToolTable::parse("T1 P1 Z+50 A+30 D6\n", "t.tbl");
+  const MoveList list = session.moves("G21 G90 G0 X1 A10\nT1 M6 G43\nG0 X5\nG0 A0\nG49\nG0 X6\nG0 A0\nM2\n");
+  ASSERT_EQ(list.moves.size(), 5U);
+  const double degree = kPi / 180;
+  EXPECT_NEAR(list.moves[1].from[kA], 10 * degree, 1e-12);
+  EXPECT_NEAR(list.moves[1].to[kA], 10 * degree, 1e-12) << "X alone";
+  EXPECT_NEAR(list.moves[2].to[kA], 30 * degree, 1e-12) << "A0 of this tool";
+  EXPECT_NEAR(list.moves[3].to[kA], 30 * degree, 1e-12);
+  EXPECT_NEAR(list.moves[4].to[kA], 0, 1e-12);
+  for (std::size_t i = 1; i < list.moves.size(); ++i)
+    EXPECT_EQ(list.moves[i].from[kA], list.moves[i - 1].to[kA]) << "move " << i;
+  Session five = cradle();
+  five.tools = session.tools;
+  EXPECT_EQ(five.error("G43.4 H1").substr(0, 60),
+            "p.ngc:1:1: G43.4 is not built into this control: with an off");
+}
+
+// A typed line may have switched them on before the program; behind that nothing is told twice.
+TEST(Lowering, TheFirstM5AndM9AreTold) {
+  const MoveList list = Session().moves("M5 M9\nG0 X1\nM5 M9\nM8\nM8\nM9\nM2\n");
+  using Kind = QueueEvent::Kind;
+  std::vector<std::pair<Kind, int>> told;
+  for (const QueueEvent& event : list.events) told.emplace_back(event.kind, event.argument);
+  EXPECT_EQ(told, (std::vector<std::pair<Kind, int>>{{Kind::kSpindle, 0},
+                                                     {Kind::kCoolant, 0},
+                                                     {Kind::kCoolant, 2},
+                                                     {Kind::kCoolant, 0},
+                                                     {Kind::kProgramEnd, 0}}));
 }
 
 // What needs to hear the machine is refused where it would move, and never becomes a plain feed.

@@ -82,6 +82,24 @@ TEST(Tables, FilesAreReplacedInOneStep) {
   std::filesystem::remove(folder + ".new");
 }
 
+// A folder was an empty table once, and a pipe was waited for.
+TEST(Tables, ATableIsARegularFile) {
+  const auto why = [](const std::string& path) {
+    try {
+      ToolTable::load(path, 1);
+    } catch (const ProgramError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(why(testing::TempDir()), testing::TempDir() + ":1:1: this is a folder; name a file in it");
+  EXPECT_EQ(why("/dev/zero"), "/dev/zero:1:1: this is no regular file but a device; name a file on a disk");
+  EXPECT_EQ(why("none.tbl"), "none.tbl:1:1: cannot read this file: No such file or directory");
+  Parameters parameters;
+  EXPECT_THROW(load_parameters(testing::TempDir(), parameters), ProgramError);
+  EXPECT_THROW(load_parameters("/dev/zero", parameters), ProgramError);
+}
+
 TEST(Tables, ToolTablesHaveEveryField) {
   const ToolTable table = ToolTable::parse(
       "; tools\r\nt1 p2 x1 y2 z3 a4 b5 c6 u7 v8 w9 d10 i11 j12 q3 ; all of it\r\n", "t.tbl", 2);
