@@ -120,6 +120,18 @@ void check_knife(const Assembly& a) {
       .error("axis", fmt::format("no joint obeys the word {} that shall turn the knife", kWordLetters[axis]));
 }
 
+/// The same for an axis whose words are angles on a circle.
+void check_wrapped(const Assembly& a) {
+  std::string axes;
+  for (int word = kA; word <= kC; ++word)
+    if (a.kinematics->word_mask() >> word & 1U) axes += fmt::format(" {}", kWordLetters[word]);
+  for (int word = kA; word <= kC; ++word)
+    if ((a.program.wrapped_mask & ~a.kinematics->word_mask()) >> word & 1U)
+      throw a.machine.root.table("program").error(
+          "wrapped", fmt::format("'{}' is no axis of this machine; its rotary axes:{}", kWordLetters[word],
+                                 axes.empty() ? " none" : axes));
+}
+
 }  // namespace
 
 Assembly assemble(const std::string& config_path, Field field) {
@@ -148,6 +160,7 @@ Assembly assemble_planning(const ConfigTable& config) {
   a.program = read_program_config(root);
   a.program.switches = read_switches(root, a.program);
   check_knife(a);
+  check_wrapped(a);
   check_spindle_axis(a);
   a.planner = read_planner(root);
   // The queue must always hold several holds' worth of motion, or the tick would slow down for fear of its

@@ -401,6 +401,7 @@ ProgramSummary check_program(const Assembly& assembly, Parameters parameters, To
           fmt::format("{}:{}: on the way to this line, {}", start.path, start.from_line, refused.text));
     throw ProgramError(fmt::format("{}: {}", reader->place_of(refused.line, refused.letter), refused.text));
   });
+  range_check.stand_at(start.q);
   Lowering lowering(program, assembly.kinematics.get(), range_check, words, start.switches.corrections_off);
   Interpreter interpreter({program, parameters, tools, assembly.kinematics.get(), lowering, {}, true, true});
   reader = &interpreter;

@@ -11,6 +11,7 @@
 
 #include "app/session/assembly.h"
 #include "app/session/dry_run.h"
+#include "app/session/machine_outputs.h"
 #include "app/session/plan_time.h"
 #include "app/session/program_step.h"
 #include "core/axes.h"
@@ -57,6 +58,7 @@ struct ProgramStart {
   std::uint32_t from_line = 0;      ///< begin here instead of at the first line; 0: at the first
   std::optional<Settings> kept =
       std::nullopt;  ///< MDI: the modes that the line before left, instead of the config's
+  std::optional<MachineOutputs> outputs = std::nullopt;  ///< MDI: what is on, as `kept` has it
   OpenFile open =
       {};  ///< for the program's files, if not the system's own; errors then quote none of their lines
   ProgramSwitches switches = {};

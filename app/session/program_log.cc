@@ -34,8 +34,8 @@ bool is_plain(const std::string& name) {
 
 }  // namespace
 
-void ProgramLog::open(const std::string& name, bool append, std::uint32_t line) {
-  out_.close();
+void ProgramLog::open(std::ofstream& out, const std::string& name, bool append, std::uint32_t line) {
+  out.close();
   if (!is_plain(name))
     throw ProgramError(
         fmt::format("line {}: a log is named by letters, digits, '.', '_' and '-', and lies in the folder of "
@@ -52,19 +52,35 @@ void ProgramLog::open(const std::string& name, bool append, std::uint32_t line) 
   fs::create_directories(folder_, none);
   const fs::file_status status = fs::symlink_status(path, none);
   const bool fits = !fs::exists(status) || fs::is_regular_file(status);
-  if (fits) out_.open(path, append ? std::ios::app : std::ios::trunc);
-  if (!out_.is_open())
+  if (fits) out.open(path, append ? std::ios::app : std::ios::trunc);
+  if (!out.is_open())
     throw ProgramError(fmt::format("line {}: cannot write the log {}", line, path.string()));
 }
 
 void ProgramLog::take(const canon::Log& log, std::uint32_t line) {
   using What = canon::Log::What;
-  if (log.what == What::kClose) return out_.close();
-  if (log.what != What::kLine) return open(trimmed(log.text), log.what == What::kAppend, line);
-  if (!out_.is_open()) return;
-  // To the disk's cache at once: a measurement of an hour must not be lost with the process.
-  out_ << log.text << std::endl;
-  if (!out_) throw ProgramError(fmt::format("line {}: the log cannot be written any more", line));
+  switch (log.what) {
+    case What::kLine:
+      return write(log_, log.text, line);
+    case What::kOpen:
+    case What::kAppend:
+      return open(log_, trimmed(log.text), log.what == What::kAppend, line);
+    case What::kClose:
+      return log_.close();
+    case What::kProbeOpen:
+      return open(contacts_, trimmed(log.text), false, line);
+    case What::kProbeClose:
+      return contacts_.close();
+    case What::kProbePoint:
+      return write(contacts_, log.text, line);
+  }
+}
+
+// To the disk's cache at once: a measurement of an hour must not be lost with the process.
+void ProgramLog::write(std::ofstream& out, const std::string& text, std::uint32_t line) {
+  if (!out.is_open()) return;
+  out << text << std::endl;
+  if (!out) throw ProgramError(fmt::format("line {}: the log cannot be written any more", line));
 }
 
 }  // namespace trn

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <string>
@@ -9,6 +10,7 @@
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/motion.h"
+#include "core/path.h"
 #include "interp/move.h"
 
 namespace trn {
@@ -22,12 +24,17 @@ struct RefusedMove {
 
 /// Checks moves against the position limits of the joints, through the joint map. With RTCP off a straight
 /// move takes a serial machine's joints straight: its end is enough. Otherwise joints move on curves and may
-/// leave their range between two good ends, so places every 5 mm are checked.
+/// leave their range between two good ends, so places every 5 mm are checked, and those where a joint turns
+/// back near its limit.
 class RangeCheck : public MoveSink {
  public:
   /// `assembly` must outlive it. `refuse` may throw; otherwise the moves go on, and a joint that is outside
   /// is reported again only when it has been inside in between.
   RangeCheck(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse);
+
+  /// Where the motor joints stand before the first move, mm or rad. One that is outside its range, as behind
+  /// a homing switch at its end, may stay there and come in; it may not go farther out.
+  void stand_at(const JointVec& q);
 
   void move(const ProgramMove& move) override;
   void event(const QueueEvent&, SourceLine) override {}
@@ -36,7 +43,9 @@ class RangeCheck : public MoveSink {
   std::vector<Words> approach;  ///< ends of the moves before the program's first line
 
  private:
-  void judge(const ProgramMove& move, const Words& y);
+  bool judge(const ProgramMove& move, const Words& y, JointVec& q);
+  void judge_turns(const ProgramMove& move, const PathPiece& piece, double s, double step);
+  void come_in(const JointVec& q);
   std::string way_out(const ProgramMove& move, const Words& y) const;
   void judge_end(const ProgramMove& move);
   void outside(const ProgramMove& move, std::size_t joint, double value);
@@ -50,7 +59,11 @@ class RangeCheck : public MoveSink {
   Words lowest_, highest_;
   Vec3 box_tool_;
   bool has_box_ = false;
-  unsigned outside_ = 0;  ///< joints, as bits
+  bool stands_outside_ = false;              ///< a joint, since before the first move; there is no box then
+  JointVec lowest_joint_, highest_joint_;    ///< their ranges, and where they stand outside, mm or rad
+  std::array<JointVec, 3> near_;             ///< joints at the last three places of a move
+  std::array<double, kMaxJoints> turned_{};  ///< where along the move each has last turned back
+  unsigned outside_ = 0;                     ///< joints, as bits
   bool unreachable_ = false;
 };
 

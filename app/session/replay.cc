@@ -235,6 +235,7 @@ class Replay {
         start.block_delete_changes.push_back(entries_[i].change);
       else if (entries_[i].kind == Kind::kHeld)
         start.held_lines.push_back(entries_[i].held);
+    if (start.outputs) adopt_outputs(*start.outputs, assembly_, parameters_, tools_, mdi_);
     if (start.text)
       start.kept = mdi_;
     else

@@ -91,6 +91,11 @@ Json to_json(const SessionEntry& entry) {
     if (entry.program.from_block > 0) json["from_block"] = entry.program.from_block;
     if (entry.program.from_place) json["from_place"] = numbers_of(*entry.program.from_place);
     if (entry.program.text) json["text"] = *entry.program.text;
+    if (const auto& on = entry.program.outputs)
+      json["outputs"] = {{"rpm", on->rpm},
+                         {"coolant", on->coolant},
+                         {"rpm_known", on->rpm_known},
+                         {"broken_off", on->broken_off}};
     json["corrections_off"] = entry.program.switches.corrections_off;
     json["block_delete"] = entry.program.switches.block_delete;
     json["optional_stop"] = entry.program.switches.optional_stop;
@@ -164,6 +169,11 @@ SessionEntry from_json(const Json& json) {
       if (!entry.program.from_place) throw std::runtime_error("a place has six words, and a share");
     }
     if (json.contains("text")) entry.program.text = json.at("text").get<std::string>();
+    if (json.contains("outputs")) {
+      const Json& on = json.at("outputs");
+      entry.program.outputs = {on.at("rpm"), whole<int>(on.at("coolant")), on.at("rpm_known"),
+                               on.at("broken_off")};
+    }
     if (json.contains("corrections_off"))
       entry.program.switches.corrections_off = whole<std::uint8_t>(json.at("corrections_off"));
     entry.program.switches.block_delete = json.value("block_delete", false);

@@ -11,23 +11,31 @@
 #include "core/axes.h"
 #include "core/config.h"
 #include "core/differencer.h"
+#include "core/fault.h"
 #include "core/frames.h"
+#include "core/machine.h"
 #include "core/motion.h"
 #include "core/ports.h"
+#include "core/signal_name.h"
 #include "core/units.h"
 #include "kernel/joint_map.h"
 #include "kernel/motion_queue.h"
+#include "kernel/rt_messages.h"
+#include "kernel/safety_inputs.h"
 
 namespace trn {
 
 namespace {
 
 constexpr double kAtLimit = 0.95;
-constexpr int kStartPeriodsMax = 600000;
+constexpr double kStartMaxS = 600;  // for drives that come up and home
+constexpr double kStuckS = 2;       // with a fault, and no drive that is still on its way to somewhere
 constexpr std::uint64_t kLinesMax = 10 * Interpreter::kLoopedLinesMax;  // without any motion
 constexpr double kPatienceS = 10;  // with a standing machine and an operator who has nothing left to do
 constexpr double kSettleS = 60;    // at most, for offsets of corrections behind the path's end
 constexpr double kStill = 0.02;    // of a joint's jerk: an offset that changes by less stands
+
+constexpr double kFarMm = 0.05;  // from where a motion begins to its first sample
 
 double seconds_since(std::chrono::steady_clock::time_point start) {
   return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
@@ -72,6 +80,39 @@ class LimitClock {
   std::vector<Differencer> q_;
   std::uint64_t rows_ = 0;
 };
+
+bool is_on_its_way(const CycleReport& report) {
+  return report.drives == DriveState::kStarting || report.drives == DriveState::kHoming ||
+         report.drives == DriveState::kQuickStop;
+}
+
+// How an input is switched where nobody stands at the machine.
+std::string rehearsed_switch(const SignalName& name, const Machine& machine, bool on) {
+  if (name.of_drive())
+    return fmt::format(
+        "in simulation that drive's [[drives.emulation.motor]] turns it {} where inputs_on {} {}",
+        on ? "on" : "off", on ? "lists" : "does not list", name.number);
+  const bool simulated = machine.root.table("io").text("type", "") == "simulated";
+  return fmt::format("in simulation [[{}]] with at_s = 0, input = {}, value = {} turns it {}",
+                     simulated ? "io.script" : "io.emulation.script", name.number, on ? 1 : 0,
+                     on ? "on" : "off");
+}
+
+/// The safety input behind a fault, at its line; nullopt for every other fault.
+std::optional<ConfigError> unsafe_input(const Assembly& assembly, const CycleReport& report) {
+  for (std::size_t i = 0; i < assembly.safety.size(); ++i) {
+    const SafetyInputs::Input& input = assembly.safety[i];
+    if (SafetyInputs::fault_of(input.kind) != report.fault) continue;
+    const bool on = input.from.of_drive() ? !input.safe_when_on : report.inputs >> input.from.number & 1u;
+    if (on == input.safe_when_on) continue;
+    const std::string text = fmt::format(
+        "{}: {} is {}, safe_when = \"{}\", so the drives stay off; {}", fault_info(report.fault).name,
+        to_string(input.from, assembly.machine), on ? "on" : "off", input.safe_when_on ? "on" : "off",
+        rehearsed_switch(input.from, assembly.machine, input.safe_when_on));
+    return assembly.machine.root.table("safety").tables_if("input")[i].error("from", text);
+  }
+  return std::nullopt;
+}
 
 /// One run: the machine, the program and everybody who watches.
 class Simulation {
@@ -168,8 +209,9 @@ class Simulation {
     assembly_.drives->bring_up();
     const unsigned all = (1u << assembly_.machine.joints.size()) - 1;
     bool asked = false;
-    double waited_s = 0;
-    for (int i = 0; i < kStartPeriodsMax; ++i) {
+    double waited_s = 0, stuck_s = 0;
+    const auto periods_max = static_cast<std::uint64_t>(std::ceil(kStartMaxS / period_s_));
+    for (std::uint64_t i = 0; i < periods_max && stuck_s < kStuckS; ++i) {
       tick();
       const CycleReport& report = cycle_.last_report();
       const bool standing = report.drives == DriveState::kEnabled && report.motion == MotionState::kRest;
@@ -178,25 +220,48 @@ class Simulation {
       const bool ready = standing && (report.homed_mask & all) == all;
       waited_s += ready ? period_s_ : 0;
       if (ready && (!offset_moves_ || waited_s > kSettleS)) return;
+      // A fault lasts until somebody resets it, and here is nobody.
+      stuck_s = !ready && report.fault != Fault::kOk && !is_on_its_way(report) ? stuck_s + period_s_ : 0;
       if (standing && !ready && !asked) {
         asked = true;
         post({RtCommand::Kind::kHome, 0, 0, -1});
       }
     }
-    throw assembly_.machine.root.error("drives", not_ready());
+    throw not_ready(asked);
   }
 
-  std::string not_ready() const {
+  // What the drives wait for.
+  ConfigError not_ready(bool asked_home) const {
     const CycleReport& report = cycle_.last_report();
-    std::string joints;
+    const ConfigTable& root = assembly_.machine.root;
+    if (const auto input = unsafe_input(assembly_, report)) return *input;
+    std::string unhomed;
     for (std::size_t i = 0; i < assembly_.machine.joints.size(); ++i)
       if ((report.homed_mask >> i & 1u) == 0)
-        joints += (joints.empty() ? "" : ", ") + assembly_.machine.joints[i].name;
-    const double waited_s = kStartPeriodsMax * period_s_;
-    if (report.drives != DriveState::kEnabled || joints.empty())
-      return fmt::format("the simulated drives have no power after {:g} s; check [drives]", waited_s);
-    return fmt::format("homing does not end within {:g} s: {}; check homing speeds and switches in [drives]",
-                       waited_s, joints);
+        unhomed += (unhomed.empty() ? "" : ", ") + assembly_.machine.joints[i].name;
+    if (report.fault != Fault::kOk) {
+      const FaultInfo& info = fault_info(report.fault);
+      const std::string detail = assembly_.drives->explain_fault(report.fault_joint);
+      const std::string joint =
+          report.fault_joint < 0
+              ? ""
+              : fmt::format("joint {}: ",
+                            assembly_.machine.joints[static_cast<std::size_t>(report.fault_joint)].name);
+      const std::string what = unhomed.empty() || !asked_home
+                                   ? "the simulated drives do not come up"
+                                   : fmt::format("homing does not end ({})", unhomed);
+      return root.error("drives",
+                        fmt::format("{}: fault {}: {}{}; {}", what, info.name, joint,
+                                    detail.empty() ? std::string(info.meaning) : detail, info.remedy));
+    }
+    if (report.drives == DriveState::kEnabled || report.drives == DriveState::kHoming)
+      return root.error("drives",
+                        fmt::format("homing does not end within {:g} s: {}; check homing speeds and "
+                                    "switches in [drives]",
+                                    kStartMaxS, unhomed));
+    return root.error("drives", fmt::format("the simulated drives have no power after {:g} s and tell no "
+                                            "fault; check the times in [drives], as start_up_s",
+                                            kStartMaxS));
   }
 
   // Keeps the queue ahead of the tick, as the planner's thread of the daemon does.
@@ -341,23 +406,47 @@ class Simulation {
       result_.corrections.push_back({assembly_.corrections.setpoint->budget(i).name, 0, 0, 0, 0, ""});
   }
 
+  // Tip and tool axis as the program speaks of them; false where the machine has no such place.
+  bool programmed_place(const JointVec& q, const MapContext& context, Vec3& p, Vec3& u) const {
+    if (context.rtcp) {
+      ToolPose pose;
+      if (tool_pose(*assembly_.map, q, context, pose) != KinStatus::kOk) return false;
+      p = pose.p_B;
+      u = pose.u_B;
+      return true;
+    }
+    Words words;
+    if (assembly_.map->words_at(q, context, words) != KinStatus::kOk) return false;
+    p = words.head<3>();
+    u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
+    return true;
+  }
+
+  // Where a motion begins is on no sample of it. A long period goes far before the first one, and the meter
+  // searches beside the last place that it knows.
+  void show_beginning(const CycleReport& report, const Vec3& first, const DeviationMeter::Left& left) {
+    Vec3 p, u;
+    const bool begins = !metered_ || !(*metered_ == report.context);
+    metered_ = report.context;
+    if (!begins || q_before_.size() != report.q_plan.size()) return;
+    if (!programmed_place(q_before_, report.context, p, u) || (p - first).norm() < kFarMm) return;
+    meter_.sample(p, u, report.line, left);
+  }
+
   void measure(const CycleReport& report) {
     const DeviationMeter::Left left = measure_corrections(report);
-    if (!report.on_path) return;
     ToolPose pose;
-    if (tool_pose(*assembly_.map, report.q_plan, report.context, pose) != KinStatus::kOk) return;
-    Vec3 p = pose.p_B, u = pose.u_B;
-    if (!report.context.rtcp) {
-      Words words;
-      if (assembly_.map->words_at(report.q_plan, report.context, words) != KinStatus::kOk) return;
-      p = words.head<3>();
-      u = assembly_.kinematics->orientation(words.tail<3>()).col(2);
+    Vec3 p, u;
+    if (report.on_path && tool_pose(*assembly_.map, report.q_plan, report.context, pose) == KinStatus::kOk &&
+        programmed_place(report.q_plan, report.context, p, u)) {
+      meter_.enter(report.context);
+      show_beginning(report, p, left);
+      meter_.sample(p, u, report.line, left);
+      if (measured_) result_.path_mm += (pose.p_W - p_last_).norm();
+      p_last_ = pose.p_W;
+      measured_ = true;
     }
-    meter_.enter(report.context);
-    meter_.sample(p, u, report.line, left);
-    if (measured_) result_.path_mm += (pose.p_W - p_last_).norm();
-    p_last_ = pose.p_W;
-    measured_ = true;
+    q_before_ = report.q_plan;
   }
 
   void finish(double wall_s) {
@@ -392,7 +481,9 @@ class Simulation {
   MotionBlock block_;
   bool has_block_ = false, planned_ = false, measured_ = false, stopped_ = false;
   bool settling_ = false, offset_moves_ = false;
-  JointVec offset_;  ///< of the last period, of all corrections behind the plan
+  JointVec q_before_;                  ///< the plan's, of the last period
+  std::optional<MapContext> metered_;  ///< what the meter's last sample belongs to
+  JointVec offset_;                    ///< of the last period, of all corrections behind the plan
   std::uint64_t motion_periods_ = 0;
   std::exception_ptr failure_;
   TraceRow row_;

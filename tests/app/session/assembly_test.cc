@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <iterator>
 #include <sstream>
 #include <string>
 
@@ -148,6 +149,28 @@ TEST(Assembly, OnlyAMachineWithASectionForItHasIo) {
 TEST(Assembly, ASpindleThatIsAnAxisTurnsAsFastAsItsJointMay) {
   const Assembly assembly = assemble(source_dir() + "/configs/spindle_axis.toml");
   EXPECT_NEAR(assembly.program.spindle_axis.rpm_max, 0.99 * 18200 * 60 / 360, 0.01);
+}
+
+// Whose words are angles on a circle: an axis that the machine has.
+TEST(Assembly, WrapsAnAxisThatThereIs) {
+  const std::string path = source_dir() + "/configs/cradle.toml";
+  std::ifstream in(path);
+  const std::string text{std::istreambuf_iterator<char>(in), {}};
+  const auto wrapped = [&](const std::string& axes) {
+    std::string edited = text;
+    const std::string section = "[program]\n";
+    edited.replace(edited.find(section), section.size(), section + "wrapped = [" + axes + "]\n");
+    return assemble(parse_config(edited, path));
+  };
+  EXPECT_NO_THROW(wrapped("\"C\""));
+  try {
+    wrapped("\"B\"");
+    FAIL() << "the cradle has no B";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("'B' is no axis of this machine; its rotary axes: A C"),
+              std::string::npos)
+        << error.what();
+  }
 }
 
 }  // namespace

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <random>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/session/assembly.h"
@@ -107,6 +110,37 @@ TEST_F(RangeCheckOnMill, AnArcIsFollowedBetweenItsGoodEnds) {
   here_ = at(280, -30, 0);
   check_.move(arc_to(at(280, -30, 0), {280, 0, 0}, 2 * kPi));
   EXPECT_EQ(refused().size(), 1u) << "a full circle ends where it begins";
+}
+
+// Circles that touch the end of the range between any two of the places that are looked at, and those that
+// are a hundredth of a micrometre too far.
+TEST_F(RangeCheckOnMill, AnArcMayTouchTheEndAndGoNoFarther) {
+  std::mt19937 random(5);
+  std::uniform_real_distribution<double> radius(2, 150), angle(0.3, 3), turn(-0.2, 0.2);
+  for (int i = 0; i < 300; ++i) {
+    const double r = radius(random), sweep = angle(random), before = sweep / 2 + turn(random) * sweep;
+    for (const double beyond : {0.0, 1e-5}) {
+      const Vec3 centre(300 + beyond - r, 10, 0);
+      const auto place = [&](double a) { return at(centre.x() + r * std::cos(a), 10 + r * std::sin(a), 0); };
+      here_ = place(-before);
+      check_.move(arc_to(place(sweep - before), centre, sweep));
+      EXPECT_EQ(refused().size(), beyond > 0 ? 1U : 0U) << "radius " << r << " sweep " << sweep;
+    }
+  }
+}
+
+// Behind a homing switch at its end a joint stands a little outside. It may stay and come in, not go out.
+TEST_F(RangeCheckOnMill, FromOutsideTheWayInIsOpen) {
+  check_.stand_at(Vec3(300.5, 0, 0));
+  here_ = at(300.5, 0, 0);
+  check_.move(line_to(at(300.5, 20, 5)));
+  check_.move(line_to(at(300.2, 0, 0)));
+  EXPECT_TRUE(refused().empty());
+  check_.move(line_to(at(300.3, 0, 0)));
+  EXPECT_EQ(refused().size(), 1u) << "out again";
+  check_.move(line_to(at(299, 0, 0)));
+  check_.move(line_to(at(300.1, 0, 0)));
+  EXPECT_EQ(refused().size(), 1u) << "it was in";
 }
 
 // What was good with one tool says nothing of a longer one, which the Z joint must make up for.

@@ -7,12 +7,16 @@
 #include <cstddef>
 #include <cstdint>
 #include <ctime>
+#include <fstream>
+#include <iterator>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "app/session/assembly.h"
 #include "app/session/operator_script.h"
+#include "core/config.h"
 #include "core/fault.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -29,6 +33,95 @@ SimulationResult run(const std::string& machine, const std::string& text, Simula
   options.program = "p.ngc";
   options.program_text = text;
   return simulate(assembly, parameters, tools, options);
+}
+
+/// A shipped machine with `edits`: texts of its config, and what stands in their place.
+ConfigTable edited(const std::string& machine,
+                   const std::vector<std::pair<std::string, std::string>>& edits) {
+  const std::string path = source_dir() + "/configs/" + machine + ".toml";
+  std::ifstream in(path);
+  std::string text{std::istreambuf_iterator<char>(in), {}};
+  for (const auto& [from, to] : edits)
+    for (std::size_t at = 0; (at = text.find(from, at)) != std::string::npos; at += to.size())
+      text.replace(at, from.size(), to);
+  return parse_config(text, path);
+}
+
+SimulationResult run_edited(const ConfigTable& config, const std::string& text) {
+  Assembly assembly = assemble(config);
+  Parameters parameters;
+  ToolTable tools;
+  SimulationOptions options;
+  options.program = "p.ngc";
+  options.program_text = text;
+  return simulate(assembly, parameters, tools, options);
+}
+
+/// Why the drives do not come up, and how much processor time it took to know.
+std::string why_not_up(const ConfigTable& config, double* took_s = nullptr) {
+  const std::clock_t before = std::clock();
+  std::string out;
+  try {
+    run_edited(config, "G21 G90\nG0 X1\nM2\n");
+  } catch (const ConfigError& error) {
+    out = error.what();
+  }
+  if (took_s) *took_s = static_cast<double>(std::clock() - before) / CLOCKS_PER_SEC;
+  return out;
+}
+
+TEST(Simulation, NamesTheSafetyInputThatKeepsTheDrivesOff) {
+  const std::string input = "[[safety.input]]\nkind = \"emergency_stop\"\nfrom = \"io.input.5\"\n";
+  const auto config = [&](const std::string& more) {
+    return edited("mill", {{"[io]\n", input + more + "\n[io]\n"}});
+  };
+  double took_s = 0;
+  const std::string off = why_not_up(config(""), &took_s);
+  EXPECT_NE(off.find("emergency_input: io.input.5 is off, safe_when = \"on\""), std::string::npos) << off;
+  EXPECT_NE(off.find("[[io.script]] with at_s = 0, input = 5, value = 1 turns it on"), std::string::npos)
+      << off;
+  EXPECT_LT(took_s, 2) << "nothing changes any more after two seconds of the machine";
+  EXPECT_EQ(why_not_up(config("safe_when = \"off\"\n")), "");
+  const std::string door = "[[safety.input]]\nkind = \"enable\"\nfrom = \"drive.Y.input.4\"\n";
+  const std::string drive = why_not_up(edited("cradle_can", {{"[drives]\n", door + "\n[drives]\n"}}));
+  EXPECT_NE(drive.find("enable_off: drive.Y.input.4 is off"), std::string::npos) << drive;
+  EXPECT_NE(drive.find("turns it on where inputs_on lists 4"), std::string::npos) << drive;
+}
+
+TEST(Simulation, NamesTheJointWhoseHomingFailsAndWhy) {
+  double took_s = 0;
+  const std::string maker =
+      why_not_up(edited("cradle_can", {{"homing_method = 5", "homing_method = -3"}}), &took_s);
+  EXPECT_NE(maker.find("-3 is the maker's own homing method"), std::string::npos) << maker;
+  const std::string index = why_not_up(
+      edited("cradle_can", {{"homing_method = 5", "homing_method = 34"},
+                            {"counts_per_mm = 10000", "counts_per_mm = 10000\nindex_speed_mm_s = 100"},
+                            {"[[drives.bus]]", "[drives.emulation]\nindex_pitch_mm = 900\n[[drives.bus]]"}}));
+  EXPECT_NE(index.find("homing does not end ("), std::string::npos) << index;
+  EXPECT_NE(index.find("fault homing_failed: joint X"), std::string::npos) << index;
+  EXPECT_NE(index.find("came to a limit switch before it found an index"), std::string::npos) << index;
+}
+
+TEST(Simulation, SaysThatASearchTookTooLong) {
+  const std::string slow = why_not_up(
+      edited("cradle_can", {{"homing_method = 5", "homing_method = 34"},
+                            {"[[drives.bus]]", "[drives.emulation]\nindex_pitch_mm = 900\n[[drives.bus]]"}}));
+  EXPECT_NE(slow.find("searched for longer than homing_timeout_s"), std::string::npos) << slow;
+}
+
+// The first sample of a motion lies a whole period behind its beginning: 5 mm at 50 mm/s.
+TEST(Simulation, LongPeriodsAreFollowedAsShortOnesAre) {
+  for (const char* period : {"0.01", "0.05", "0.1"}) {
+    const ConfigTable config = edited("mill", {{"period_s = 0.001", std::string("period_s = ") + period}});
+    for (const char* text :
+         {"G21 G90\nG0 X-1\nM2\n", "G21 G90 G64 P0.01\nG1 X-100 Y100 F3000\nY0\nX-50\nM2\n",
+          "G21 G90\nG0 X200 Y-100\nX0 Y0\nM2\n"}) {
+      const SimulationResult result = run_edited(config, text);
+      EXPECT_EQ(result.fault, Fault::kOk) << period << "\n" << text;
+      EXPECT_EQ(result.deviation.tip_over_mm.value, 0) << period << "\n" << text;
+      EXPECT_TRUE(result.within_limits) << period << "\n" << text;
+    }
+  }
 }
 
 // A dwell of 45 s has 45,000 periods of a millisecond.
