@@ -20,8 +20,8 @@ $ python3 examples/client.py $RUNTIME_DIRECTORY/trunnion-mill.sock 'G1 X2 F600'
 X 2.000 Y 0.000 Z 0.000
 ```
 
-`examples/clients` has a stack light in ten lines, in Python (`lamp.py`) and in C++ (`lamp.cc`). Its first line says how
-to build it.
+`examples/clients` has a stack light in a few lines, in Python (`lamp.py`) and in C++ (`lamp.cc`). Its first lines say
+how to build it.
 `examples/client.py` is a whole client in 70 lines. The daemon's log names its socket, as
 `/run/trunnion/trunnion-mill.sock`.
 

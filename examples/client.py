@@ -62,6 +62,8 @@ class Daemon:
 
 
 def main():
+    if len(sys.argv) != 3:
+        sys.exit(__doc__)
     daemon = Daemon(sys.argv[1])
     count, done = daemon.mdi(sys.argv[2]), False
     while True:

@@ -189,6 +189,9 @@ UdpSender::UdpSender(const UdpAddress& address) : fd_(open_socket()), group_(add
   // network must not carry the machine's state there.
   const bool kept = !address.stays_here() ||
                     set(fd_, IPPROTO_IP, IP_MULTICAST_IF, membership(in_addr{}, loopback_of(address)));
+  // A subscriber of LCM's own joins on the device of the default route. What is sent over another device
+  // still reaches it, if anybody has joined there: this socket does, and hears nothing.
+  if (address.stays_here()) set(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, membership(group_, loopback_of(address)));
   if (kept && hear_nothing(fd_) && set(fd_, IPPROTO_IP, IP_MULTICAST_TTL, address.ttl) &&
       set(fd_, IPPROTO_IP, IP_MULTICAST_LOOP, 1))
     return;

@@ -3,7 +3,9 @@
 #include <fmt/format.h>
 
 #include <thread>
+#include <utility>
 
+#include "app/client/command_table.h"
 #include "app/client/daemon_place.h"
 
 namespace trn {
@@ -11,7 +13,7 @@ namespace trn {
 namespace {
 
 using Clock = std::chrono::steady_clock;
-constexpr const char* kEnded = "; it has ended the connection (one user may have 24 at a time)";
+constexpr const char* kEnded = kConnectionEnded;
 constexpr auto kConnectAgain = std::chrono::milliseconds(20);
 
 }  // namespace
@@ -36,15 +38,39 @@ std::string SocketLine::try_connect() {
 }
 
 std::string SocketLine::send(const trunnion::command_t& command) {
-  return link_->publish(names_.command_channel(), command) ? "" : kEnded;
+  safe_ = makes_safe(command) ? std::optional(command) : std::nullopt;
+  return link_->publish(names_.command_channel(), command) || go_over() ? "" : kEnded;
+}
+
+bool SocketLine::handle(int timeout_ms) {
+  const bool heard = link_->handle(timeout_ms);
+  if (link_->closed()) go_over();
+  return heard;
+}
+
+// Where the daemon has no room for this client, what makes the machine safer is sent once more, to the socket
+// that is kept for that.
+bool SocketLine::go_over() {
+  if (went_over_ || !safe_) return false;
+  went_over_ = true;
+  Connection made = connect_to_daemon(access_, names_.machine, true);
+  if (!made.link) return false;
+  link_ = std::move(made.link);
+  subscribe();
+  return link_->publish(names_.command_channel(), *safe_);
 }
 
 void SocketLine::listen(const DaemonListener& listener) {
-  listener.subscribe(*link_, names_);
-  if (listener.scope_signals)
-    link_->subscribe<trunnion::scope_signals_t>(names_.scope_signals_channel(), listener.scope_signals);
-  if (listener.scope_data)
-    link_->subscribe<trunnion::scope_data_t>(names_.scope_data_channel(), listener.scope_data);
+  listener_ = listener;
+  subscribe();
+}
+
+void SocketLine::subscribe() {
+  listener_.subscribe(*link_, names_);
+  if (listener_.scope_signals)
+    link_->subscribe<trunnion::scope_signals_t>(names_.scope_signals_channel(), listener_.scope_signals);
+  if (listener_.scope_data)
+    link_->subscribe<trunnion::scope_data_t>(names_.scope_data_channel(), listener_.scope_data);
 }
 
 std::string SocketLine::send(const trunnion::scope_request_t& request) {
@@ -58,6 +84,7 @@ std::string SocketLine::send(const trunnion::sensor_t& readings) {
 std::string SocketLine::ended() const { return link_->closed() ? kEnded : ""; }
 
 std::string SocketLine::silence(double timeout_s, const std::string& why) const {
+  if (why == kEnded) return fmt::format("the daemon of machine '{}' {}", names_.machine, why);
   return fmt::format(
       "no daemon answers for machine '{}' within {} s{}; start one with 'trunnion daemon "
       "--machine CONFIG'",

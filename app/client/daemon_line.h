@@ -3,6 +3,7 @@
 #include <chrono>
 #include <functional>
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -71,17 +72,22 @@ class SocketLine : public DaemonLine {
   std::string send(const trunnion::scope_request_t& request);
   std::string send(const trunnion::command_t& command) override;
   std::string send(const trunnion::sensor_t& readings) override;
-  bool handle(int timeout_ms) override { return link_->handle(timeout_ms); }
+  bool handle(int timeout_ms) override;
   std::string ended() const override;
   std::chrono::milliseconds ask_again() const override { return std::chrono::seconds(1); }
   std::string silence(double timeout_s, const std::string& why) const override;
 
  private:
   std::string try_connect();
+  void subscribe();
+  bool go_over();
 
   LcmConfig names_;
   AccessConfig access_;
   std::unique_ptr<LocalClient> link_;
+  DaemonListener listener_;
+  std::optional<trunnion::command_t> safe_;  ///< sent last, and it makes the machine safer
+  bool went_over_ = false;                   ///< to the socket for such commands
 };
 
 }  // namespace trn

@@ -118,9 +118,12 @@ bool is_trusted_user(uid_t user) {
   return false;
 }
 
-Connection connect_to_daemon(const AccessConfig& config, const std::string& machine) {
+std::string safety_socket(const std::string& socket) { return socket + ".safety"; }
+
+Connection connect_to_daemon(const AccessConfig& config, const std::string& machine, bool safety) {
   Connection out;
-  for (const std::string& path : sockets_to_try(config, machine)) {
+  for (const std::string& first : sockets_to_try(config, machine)) {
+    const std::string path = safety ? safety_socket(first) : first;
     try {
       auto link = std::make_unique<LocalClient>(path);
       if (is_trusted_user(link->server().uid)) return {std::move(link), ""};

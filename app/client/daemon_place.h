@@ -21,6 +21,9 @@ std::string private_folder(const std::vector<std::string>& folders);
 
 /// The name of the machine's socket in such a folder.
 std::string socket_name(const std::string& machine);
+/// Beside a daemon's socket: another one, for who finds no room at the first. What it hears there is obeyed
+/// where it makes the machine safer, and refused else.
+std::string safety_socket(const std::string& socket);
 /// Where a client of this machine looks for the daemon's socket, best first.
 std::vector<std::string> sockets_to_try(const AccessConfig& config, const std::string& machine);
 
@@ -40,7 +43,13 @@ struct Connection {
   std::unique_ptr<LocalClient> link;  ///< null: nobody whom this user trusts listens
   std::string refused;                ///< why, where that will not mend itself; else ""
 };
-/// Tries the sockets of `sockets_to_try` once.
-Connection connect_to_daemon(const AccessConfig& config, const std::string& machine);
+/// Tries the sockets of `sockets_to_try` once, or those beside them.
+Connection connect_to_daemon(const AccessConfig& config, const std::string& machine, bool safety = false);
+
+/// For people: what is so when a daemon ends a connection.
+inline constexpr const char* kConnectionEnded =
+    "has ended the connection: it ends itself, or it has no room for another client (24 of one user, 64 of "
+    "all; "
+    "close one). 'stop', 'hold' and 'estop' get through all the same";
 
 }  // namespace trn

@@ -96,7 +96,6 @@ void CommandServer::obey(const trunnion::command_t& command, const Ticket& ticke
   }
 }
 
-// What was sent before a stop must not move the machine behind it.
 void CommandServer::give_up_waiting() {
   for (const Waiting& waiting : waiting_)
     reply(waiting.ticket,

@@ -48,6 +48,8 @@ class CommandServer {
   void finish(const Ticket& ticket, const Answer& answer);
   /// Obeys commands that wait, as far as the machine can take them.
   void poll();
+  /// What was sent before a stop must not move the machine behind it.
+  void give_up_waiting();
 
  private:
   static constexpr std::size_t kWaitingMax = 64;
@@ -62,7 +64,6 @@ class CommandServer {
   bool may(const Peer& peer, const trunnion::command_t& command, const Ticket& ticket);
   void obey(const trunnion::command_t& command, const Ticket& ticket);
   void wait(const trunnion::command_t& command, const Ticket& ticket);
-  void give_up_waiting();
   void turn_away(const Ticket& ticket, bool may_answer);
   void reply(const Ticket& ticket, const Answer& answer);
   void send(const Ticket& ticket, const trunnion::acknowledge_t& message);

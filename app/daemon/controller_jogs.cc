@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstddef>
 #include <optional>
 #include <string>
@@ -42,7 +43,9 @@ std::string MachineController::refuse_jog(const command_t& command) const {
   if (held && report_.detour_full && command.value != 0)
     return "so many jogs have led away that the way back has no room for another; 'resume' leads back";
   const bool jogs = state == MachineState::kIdle || state == MachineState::kJogging || held;
-  return jogs ? jogs_.order(command, report_).refusal : "";
+  if (!jogs) return "";
+  const JogOrder order = jogs_.order(command, report_);
+  return order.refusal.empty() ? jogs_.held_by_other(order, command, Clock::now()) : order.refusal;
 }
 
 // Where the program waits, nothing behind is read.
@@ -157,8 +160,10 @@ void MachineController::lead_over_safe_height(const PlaceRecord& place, const Jo
 // What acts at once goes to the tick; offsets and tools go into the program, which goes on with them.
 CommandServer::Answer MachineController::held_mdi(const std::string& text, const Ticket& ticket) {
   const ProgramStep* step = parts_.programs.step(present_step(report_));
-  const HeldMdi order =
-      plan_held_mdi(text, step ? step->settings.modal.speed : 0, report_.coolant, held_at());
+  const double rpm = !step                      ? 0
+                     : step->settings.modal.css ? std::abs(report_.spindle_rpm)
+                                                : step->settings.modal.speed;
+  const HeldMdi order = plan_held_mdi(text, rpm, report_.coolant, held_at());
   if (!order.refusal.empty()) return refused(order.refusal);
   if (!order.lines.empty()) {
     spdlog::info("'{}' while the program is held: {}", text, cause_);
@@ -180,6 +185,7 @@ CommandServer::Answer MachineController::held_mdi(const std::string& text, const
 CommandServer::Answer MachineController::jog(const command_t& command) {
   const JogOrder order = jogs_.order(command, report_);
   jogs_.hear(order.joint, command, Clock::now());
+  jogs_.hold(order, command, Clock::now());
   post({RtCommand::Kind::kJog, order.way, order.speed, order.joint});
   return {acknowledge_t::ACCEPTED, order.remark};
 }

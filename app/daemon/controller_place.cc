@@ -6,10 +6,10 @@
 #include <memory>
 #include <string>
 
-#include "app/client/running_daemons.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/machine_controller.h"
 #include "app/daemon/program_source.h"
+#include "app/daemon/read_files.h"
 #include "app/daemon/supervisor.h"
 #include "app/daemon/telemetry.h"
 #include "app/session/pipeline.h"
@@ -25,7 +25,7 @@
 #include "interp/move.h"
 #include "kernel/rt_messages.h"
 
-// The controller's record of where the program is.
+// What program is loaded and where it begins, and the controller's record of where it is.
 namespace trn {
 
 namespace {
@@ -47,31 +47,113 @@ std::string letters_and_values(const std::string& axes, const MmWords& words) {
 
 }  // namespace
 
+// From a line: the answer tells the approach, and a start in another place than here is refused.
+CommandServer::Answer MachineController::load_from(std::string path, std::uint32_t line,
+                                                   const Ticket& ticket) {
+  const bool loaded = path.empty();
+  if (loaded) path = program_path_;
+  if (path.empty()) return refused("no program is loaded; load one first");
+  return prepare(ticket, path, line, loaded);
+}
+
+// Without a path: the loaded one, from its beginning again.
+CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
+  if (path.empty() && program_path_.empty()) return refused("no program is loaded; load one first");
+  return prepare(ticket, path.empty() ? program_path_ : path, 0, false);
+}
+
+// What is refused leaves the program before loaded. `loaded`: it must be the file that was loaded before.
+CommandServer::Answer MachineController::prepare(const Ticket& ticket, const std::string& path,
+                                                 std::uint32_t line, bool loaded) {
+  progress_.begin();
+  const JointVec q = report_.q_plan;
+  struct Prepared {
+    std::string text;
+    ReadFiles file;
+  };
+  const auto prepared = std::make_shared<Prepared>();
+  if (loaded) prepared->file = read_;
+  run_job(
+      ticket, clear_then([this, path, q, line, loaded, prepared] {
+        prepared->file.check();
+        if (loaded) parts_.programs.check_files();
+        prepared->text = line > 1 ? parts_.programs.load_from(path, q, line) : parts_.programs.load(path, q);
+        prepared->file.note(path);  // by now it is known to be a file, and one that answers
+      }),
+      [this, path, q, line, prepared] {
+        program_path_ = status_.program = path;
+        read_ = prepared->file;
+        program_mark_ = read_.mark(path);
+        prepared_at_ = q;
+        from_line_ = line;
+        block_delete_changes_.clear();
+        began_.resize(0);
+        job_message_ = prepared->text;
+      },
+      Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
+}
+
+CommandServer::Answer MachineController::start(const Ticket& ticket) {
+  const JointVec q = report_.q_plan;
+  const bool prepared = prepared_at_ && *prepared_at_ == q;
+  if (!prepared) block_delete_changes_.clear();
+  if (!prepared || began_.size() == 0) began_ = q;
+  if (!prepared && from_line_ > 1) {
+    machine_event(Event::kMotionDone);
+    return refused(prepared_text());
+  }
+  const auto file = std::make_shared<ReadFiles>(read_);
+  const auto load_again = [this, path = program_path_, q, file] {
+    file->check();
+    parts_.programs.check_files();
+    parts_.programs.load(path, q);
+    file->check();
+    keep_beginning(path);
+  };
+  const auto begin_prepared = [this, path = program_path_, from_start = from_line_ <= 1, file] {
+    file->check();
+    parts_.programs.check_files();
+    if (from_start) keep_beginning(path);
+  };
+  run_job(
+      ticket, prepared ? std::function<void()>(begin_prepared) : clear_then(load_again),
+      [this] {
+        status_.program = program_path_;
+        if (from_line_ > 1)
+          job_message_ = fmt::format("it begins in line {}, as it was prepared", from_line_);
+      },
+      Job::kStart);
+  return {acknowledge_t::WORKING, ""};
+}
+
 // Where the record says; the answer tells the place and the approach.
 CommandServer::Answer MachineController::load_place(double before_mm, const Ticket& ticket) {
   if (!parts_.place) return refused("the daemon records no place; give it --vars or --place");
-  program_path_.clear();
-  status_.program.clear();
   const JointVec q = report_.q_plan;
   struct Found {
     PlaceRecord place;
     std::string text;
+    ReadFiles file;
   };
   const auto found = std::make_shared<Found>();
   run_job(
       ticket, clear_then([this, q, before_mm, found] {
         found->place = parts_.place->read();
         refuse_without_place(found->place);
-        if (file_mark(found->place.program) != found->place.mark)
+        found->file.note(found->place.program);
+        if (found->file.mark(found->place.program) != found->place.mark)
           throw ProgramError(
               fmt::format("{} is not the file any more that was under way; begin it with "
                           "'trunnion start --from LINE'",
                           found->place.program));
         found->text = parts_.programs.load_place(found->place, q, before_mm);
+        found->file.check();
       }),
       [this, q, found] {
         program_path_ = status_.program = found->place.program;
         program_mark_ = found->place.mark;
+        read_ = found->file;
         prepared_at_ = q;
         from_line_ = std::max(2U, found->place.line);
         block_delete_changes_ = found->place.block_delete_changes;

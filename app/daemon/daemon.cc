@@ -124,6 +124,7 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
     if (const std::string told = drops.look(clients.dropped(), std::chrono::steady_clock::now());
         !told.empty())
       spdlog::warn("{}", told);
+    if (LocalServer* safety = parts.door.safety()) safety->handle(0);
     for (const auto& work : parts.background) work();
     drain_reports(parts, controller, scope);
     if (signals.taken()) {
@@ -169,11 +170,27 @@ void run_daemon(const DaemonParts& parts) {
                                       1e-3 * static_cast<double>(loop.tick_before_ns));
                       tick.tick();
                     });
-  MachineController controller(
-      {parts.machine, parts.lcm, clients, access, telemetry, parts.drives, parts.tick, parts.programs,
-       thread.statistics(), parts.log, parts.map, parts.chain, parts.io, parts.features, parts.kinematics,
-       parts.plan_joints, parts.version, parts.counters_file, parts.place},
-      collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
+  MachineController controller({parts.machine,
+                                parts.lcm,
+                                clients,
+                                access,
+                                telemetry,
+                                parts.drives,
+                                parts.tick,
+                                parts.programs,
+                                thread.statistics(),
+                                parts.log,
+                                parts.map,
+                                parts.chain,
+                                parts.io,
+                                parts.features,
+                                parts.kinematics,
+                                parts.plan_joints,
+                                parts.version,
+                                parts.counters_file,
+                                parts.place,
+                                parts.door.safety()},
+                               collect_warnings(parts.realtime, memory_refused, thread, late_max > 0));
   if (parts.kinematics)
     for (const std::string& question : implausible(parts.machine, *parts.kinematics))
       spdlog::warn("is this right? {}", question);

@@ -35,6 +35,12 @@ std::string socket_path(const std::string& machine, const AccessConfig& config, 
 Door::Door(const std::string& machine, const AccessConfig& config)
     : lock_(machine),
       access_(config),
-      clients_(socket_path(machine, config, access_), access_.socket_group()) {}
+      clients_(socket_path(machine, config, access_), access_.socket_group()) {
+  try {
+    safety_.emplace(safety_socket(clients_.path()), access_.socket_group());
+  } catch (const std::exception& error) {
+    spdlog::warn("clients beyond the number that is served cannot even stop the machine: {}", error.what());
+  }
+}
 
 }  // namespace trn

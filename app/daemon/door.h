@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 
 #include "app/client/access_config.h"
@@ -18,12 +19,15 @@ class Door {
 
   LocalServer& clients() { return clients_; }
   const LocalServer& clients() const { return clients_; }
+  /// For clients that find no room there (safety_socket); null: none could be made.
+  LocalServer* safety() { return safety_ ? &*safety_ : nullptr; }
   const AccessRules& access() const { return access_; }
 
  private:
   ProcessLock lock_;
   AccessRules access_;
   LocalServer clients_;
+  std::optional<LocalServer> safety_;
 };
 
 }  // namespace trn

@@ -1,5 +1,7 @@
 #include "app/daemon/jog_control.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <string_view>
 
@@ -61,6 +63,21 @@ const std::vector<JogStretch>& JogControl::next_stretch(const CycleReport& repor
   way_ = stretch_.empty() ? 0 : way_ - part;
   if (way_ == 0 && !stretch_.empty()) way_ = std::copysign(kNoWay / 2, part);  // it is still under way
   return stretch_;
+}
+
+std::string JogControl::held_by_other(const JogOrder& order, const command_t& command, Time now) const {
+  if (!order.refusal.empty() || command.value == 0) return "";
+  const Holder& holder = holders_[static_cast<std::size_t>(order.joint)];
+  const bool other = holder.client != command.client && now < holder.until && holder.back != (order.way < 0);
+  return other ? fmt::format("somebody else holds {} the other way; ask again when it was let go",
+                             joints_[static_cast<std::size_t>(order.joint)].name)
+               : "";
+}
+
+void JogControl::hold(const JogOrder& order, const command_t& command, Time now) {
+  const bool held = command.value != 0 && command.alive_ms > 0;
+  const Time until = held ? now + std::chrono::milliseconds(command.alive_ms) : Time{};
+  holders_[static_cast<std::size_t>(order.joint)] = {command.client, order.way < 0, until};
 }
 
 void JogControl::hear(int joint, const command_t& command, Time now) {

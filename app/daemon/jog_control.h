@@ -1,7 +1,10 @@
 #pragma once
 
+#include <array>
 #include <chrono>
+#include <cstdint>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "app/daemon/direction_jog.h"
@@ -42,6 +45,10 @@ class JogControl {
   const std::vector<JogStretch>& stretch() const { return stretch_; }
   void forget_way() { way_ = 0; }
 
+  /// Why this one is not obeyed: somebody else holds the joint the other way; "": nobody does.
+  std::string held_by_other(const JogOrder& order, const trunnion::command_t& command, Time now) const;
+  /// Who holds the joint now, and which way.
+  void hold(const JogOrder& order, const trunnion::command_t& command, Time now);
   /// It has begun, or whoever holds it has said so again.
   void hear(int joint, const trunnion::command_t& command, Time now);
   void hear_direction(const trunnion::command_t& command, Time now);
@@ -55,6 +62,12 @@ class JogControl {
   const Kinematics* kinematics_;
   const MachineJointMap* map_;
   HeldJogs held_;
+  struct Holder {
+    std::int64_t client = 0;
+    bool back = false;
+    Time until{};
+  };
+  std::array<Holder, kMaxJoints> holders_;
   trunnion::command_t direction_{};  ///< the last one
   DirectionWish wish_;               ///< of the way
   double way_ = 0, way_speed_ = 0;   ///< what is left of it; 0: there is none

@@ -34,6 +34,15 @@ std::optional<WordJoint> find_joint(const std::string& word, const Kinematics* k
   return std::nullopt;
 }
 
+// "X, Y, Z"
+std::string axis_words(const Kinematics* kinematics) {
+  std::string out;
+  for (std::size_t i = 0; kinematics && kWordLetters[i] != 0; ++i)
+    if (kinematics->word_mask() >> i & 1U)
+      out += fmt::format("{}{}", out.empty() ? "" : ", ", kWordLetters[i]);
+  return out;
+}
+
 }  // namespace
 
 std::optional<WordJoint> joint_of_word(const Kinematics& kinematics, int word) {
@@ -58,9 +67,13 @@ JogOrder plan_jog(const JogWish& wish, const Kinematics* kinematics, const Joint
   std::optional<WordJoint> found = WordJoint{wish.joint, 1};
   if (!wish.word.empty()) found = find_joint(wish.word, kinematics, joints);
   if (!found) {
+    const std::string axes = axis_words(kinematics);
+    const bool has = axes.find(wish.word) != std::string::npos;
     order.refusal =
-        fmt::format("no single joint moves for '{}'; jog it '--along machine', or one of the joints {}",
-                    wish.word, joint_names(joints));
+        !has && !axes.empty() && std::string_view(kWordLetters).find(wish.word) != std::string_view::npos
+            ? fmt::format("this machine has no axis {}; it has {}", wish.word, axes)
+            : fmt::format("no single joint moves for '{}'; jog it '--along machine', or one of the joints {}",
+                          wish.word, joint_names(joints));
     return order;
   }
   order.joint = found->joint;

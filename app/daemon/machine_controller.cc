@@ -12,7 +12,6 @@
 #include <tuple>
 #include <utility>
 
-#include "app/client/running_daemons.h"
 #include "app/session/pipeline.h"
 #include "core/motion.h"
 #include "interp/move.h"
@@ -80,6 +79,31 @@ MachineController::MachineController(const Parts& parts, std::vector<std::string
     if (words >> i & 1u) status_.axes += kWordLetters[i];
   // It needs our clock, and the tables.
   parts_.clients.on_connect([this](ConnectionId) { status_due_ = tables_due_ = alarms_due_ = true; });
+  if (parts_.safety) serve_without_room();
+}
+
+// They may look on, and stop the machine.
+void MachineController::serve_without_room() {
+  static constexpr auto kTellAgain = std::chrono::minutes(1);
+  parts_.safety->on_connect([this](ConnectionId connection) {
+    status_due_ = tables_due_ = alarms_due_ = true;
+    const Peer* peer = parts_.safety->peer(connection);
+    if (!peer || Clock::now() < next_no_room_) return;
+    next_no_room_ = Clock::now() + kTellAgain;
+    spdlog::warn("no room for {}: one user may have {} connections, all together {}; it may stop the machine",
+                 peer->text(), LocalServer::kConnectionsOfUserMax, LocalServer::kConnectionsMax);
+  });
+  safe_commands_.emplace(
+      *parts_.safety, parts_.access, parts_.lcm,
+      [this](const command_t& command, const Ticket& ticket) {
+        if (!makes_safe(command))
+          return refused(
+              "the daemon has no room for another client, and hears only a stop, a hold and an "
+              "emergency stop of this one; close another client");
+        commands_.give_up_waiting();
+        return obey(command, ticket);
+      },
+      [this] { return status_count_ + 1; });
 }
 
 MachineController::~MachineController() { parts_.programs.close(); }
@@ -133,6 +157,10 @@ CommandServer::Answer MachineController::obey_legal(const command_t& command, co
     if (const std::string why = refuse_jog(command); !why.empty()) return refused(why);
   if (command.verb == command_t::HOME && report_.machine_lock)
     return refused("the machine is locked; 'trunnion switch machine-lock off' lets the joints move");
+  const bool idle = before == MachineState::kIdle;
+  if (effect.event == Event::kStart && idle && loads_ > 0)
+    return refused("the program is still being prepared; 'start' it when that is done");
+  if (effect.event == Event::kStop && idle) from_line_ = 0;  // back to the program's beginning
   const bool anew = needs_new_way();
   if (effect.event == Event::kResume || effect.event == Event::kStart)
     if (const std::string why = why_not_on(*effect.event); !why.empty()) return refused(why);
@@ -269,6 +297,8 @@ void MachineController::enter_state(MachineState before) {
 void MachineController::act(std::uint32_t actions) {
   using Kind = RtCommand::Kind;
   if (actions & (kDoQuickStop | kDoDropProgram)) ++generation_;
+  constexpr std::uint32_t kEndsMotion = kDoStopOnPath | kDoDropProgram;
+  outputs_.broken_off |= (actions & kDoQuickStop) || (actions & kEndsMotion) == kEndsMotion;
   if (actions != kDoNothing && !(actions & (kDoJog | kDoMdi))) jogs_.forget_way();
   const bool estop = supervisor_.state() == MachineState::kEstop;
   if (actions & kDoQuickStop) post({estop ? Kind::kEmergencyStop : Kind::kQuickStop});
@@ -348,81 +378,9 @@ std::string MachineController::bad_ending() const {
   return came_to_rest_ ? "" : "the machine did not come to rest in time; the drives were made to stop";
 }
 
-// From a line: the answer tells the approach, and a start in another place than here is refused.
-CommandServer::Answer MachineController::load_from(std::string path, std::uint32_t line,
-                                                   const Ticket& ticket) {
-  if (path.empty()) path = program_path_;
-  if (path.empty()) return refused("no program is loaded; load one first");
-  program_path_.clear();
-  status_.program.clear();
-  progress_.begin();
-  block_delete_changes_.clear();
-  began_.resize(0);
-  const JointVec q = report_.q_plan;
-  const auto approach = std::make_shared<std::string>();
-  run_job(
-      ticket, clear_then([this, path, q, line, approach] {
-        *approach = parts_.programs.load_from(path, q, line);
-        program_mark_ = file_mark(path);
-      }),
-      [this, path, q, line, approach] {
-        program_path_ = status_.program = path;
-        prepared_at_ = q;
-        from_line_ = line;
-        job_message_ = *approach;
-      },
-      Job::kLoad);
-  return {acknowledge_t::WORKING, ""};
-}
-
-CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
-  program_path_.clear();
-  status_.program.clear();
-  progress_.begin();
-  from_line_ = 0;
-  block_delete_changes_.clear();
-  began_.resize(0);
-  const JointVec q = report_.q_plan;
-  const auto remark = std::make_shared<std::string>();
-  run_job(
-      ticket, clear_then([this, path, q, remark] {
-        *remark = parts_.programs.load(path, q);
-        program_mark_ = file_mark(path);
-      }),
-      [this, path, q, remark] {
-        program_path_ = status_.program = path;
-        prepared_at_ = q;
-        job_message_ = *remark;
-      },
-      Job::kLoad);
-  return {acknowledge_t::WORKING, ""};
-}
-
-CommandServer::Answer MachineController::start(const Ticket& ticket) {
-  const JointVec q = report_.q_plan;
-  const bool prepared = prepared_at_ && *prepared_at_ == q;
-  if (!prepared) block_delete_changes_.clear();
-  if (!prepared || began_.size() == 0) began_ = q;
-  if (!prepared && from_line_ > 1) {
-    machine_event(Event::kMotionDone);
-    return refused("the machine has moved since the way to the line was shown; show it again");
-  }
-  const auto load_again = [this, path = program_path_, q] {
-    parts_.programs.load(path, q);
-    program_mark_ = file_mark(path);
-    keep_beginning(path);
-  };
-  const auto begin_prepared = [this, path = program_path_, from_start = from_line_ <= 1] {
-    if (from_start) keep_beginning(path);
-  };
-  run_job(
-      ticket, prepared ? std::function<void()>(begin_prepared) : clear_then(load_again),
-      [this] { status_.program = program_path_; }, Job::kStart);
-  return {acknowledge_t::WORKING, ""};
-}
-
 CommandServer::Answer MachineController::mdi(const std::string& text, const Ticket& ticket,
                                              const std::function<void()>& then) {
+  parts_.programs.set_outputs(outputs_);
   const auto prepare = [this, text, q = report_.q_plan] { parts_.programs.load_mdi(text, q); };
   run_job(ticket, clear_then(prepare), then, Job::kMdi);
   return {acknowledge_t::WORKING, ""};
@@ -483,7 +441,11 @@ void MachineController::finish_job(const Ticket& ticket, const std::string& erro
     if (kind == Job::kFirst) return;
     if (starts_motion) {
       prepared_at_.reset();
-      from_line_ = 0;
+      if (kind == Job::kStart) {
+        from_line_ = 0;
+        shown_outputs_ = {0, 0, true, false};  // a program begins with the config's modes
+      }
+      outputs_.broken_off = false;
       post({RtCommand::Kind::kStart, kind == Job::kMdi ? 1.0 : 0.0});
     }
     return commands_.finish(ticket, {acknowledge_t::ACCEPTED, std::exchange(job_message_, "")});
@@ -507,6 +469,7 @@ void MachineController::report(const CycleReport& report) {
   hear_wait(report);
   hear_progress(report);
   report_ = report;
+  hear_outputs(report);
   hear_hold();
   heard_id_ = report.last_command_id;
   if (parts_.chain && correction_warnings_.hear(*parts_.chain, report)) status_due_ = true;
@@ -556,6 +519,7 @@ void MachineController::poll() {
   commands_.poll();
   end_silent_jogs();
   go_on_along();
+  show_outputs();
   for (const ProgramMessage& said : parts_.programs.take_messages()) {
     spdlog::info("the program says in line {}: {}", said.line, said.text);
     status_.message = said.text;

@@ -20,6 +20,7 @@
 #include "app/daemon/late_rate_plans.h"
 #include "app/daemon/place_keeper.h"
 #include "app/daemon/program_source.h"
+#include "app/daemon/read_files.h"
 #include "app/daemon/realtime.h"
 #include "app/daemon/run_counters.h"
 #include "app/daemon/spindle_speed.h"
@@ -28,6 +29,7 @@
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "app/session/feature_recorder.h"
+#include "app/session/machine_outputs.h"
 #include "app/session/place_record.h"
 #include "app/session/program_progress.h"
 #include "app/session/program_step.h"
@@ -70,6 +72,7 @@ class MachineController {
     std::string version = {};                   ///< of the program, for clients
     std::string counters_file = {};             ///< RunCounters; "": in memory only
     PlaceKeeper* place = nullptr;               ///< records where the program is; null: nobody does
+    LocalServer* safety = nullptr;  ///< hears clients that `clients` has no room for; null: nobody does
   };
 
   MachineController(const Parts& parts, std::vector<std::string> warnings);
@@ -105,6 +108,7 @@ class MachineController {
   static Answer refused(const std::string& why);
   static Answer refusal(MachineState before, const Decision& decision);
   Answer obey(const trunnion::command_t& command, const Ticket& ticket);
+  void serve_without_room();
   Answer obey_legal(const trunnion::command_t& command, const Ticket& ticket);
   Answer obey_setting(const CommandRow& row, RtCommand::Kind kind, double value);
   Answer obey_switch(const trunnion::command_t& command, const Ticket& ticket);
@@ -158,6 +162,7 @@ class MachineController {
   void wait_until_heard(std::uint32_t id) const;
   void shut_down();
   Answer load(const std::string& path, const Ticket& ticket);
+  Answer prepare(const Ticket& ticket, const std::string& path, std::uint32_t line, bool loaded);
   Answer load_from(std::string path, std::uint32_t line, const Ticket& ticket);
   Answer load_place(double before_mm, const Ticket& ticket);
   void note_place();
@@ -165,6 +170,9 @@ class MachineController {
   void note_way(const ProgramStep& step, bool fresh);
   void hear_measured();
   Answer start(const Ticket& ticket);
+  std::string prepared_text() const;
+  void hear_outputs(const CycleReport& report);
+  void show_outputs();
   Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
   /// For the record of the place.
   struct Noted {
@@ -197,6 +205,7 @@ class MachineController {
   void publish_tables();
   void publish_alarms();
   void add_progress(trunnion::status_t& status);
+  void keep_counters();
   Conditions conditions() const;
 
   Parts parts_;
@@ -217,6 +226,8 @@ class MachineController {
   int loads_ = 0;                              ///< the same, of programs that nothing waits for
   std::atomic<std::uint64_t> generation_ = 0;  ///< counts what makes a job's outcome void
   std::string program_path_, program_mark_;
+  ReadFiles read_;  ///< that program's file, as it was loaded
+  MachineOutputs outputs_, shown_outputs_;
   Noted noted_;                                          ///< what the record of the place was last told
   std::optional<PlaceRecord> placed_;                    ///< that record
   std::string ended_;                                    ///< program that came to its end since the last poll
@@ -240,10 +251,13 @@ class MachineController {
   AlarmList alarms_;
   ProgramProgress progress_;
   RunCounters counters_;
+  std::optional<Ticket> parts_ticket_;  ///< waits until they are on disk
   SpindleSpeed spindle_speed_;
   int late_periods_ = 0;  ///< of the planner, now
   CommandServer commands_;
-  Worker drive_worker_, program_worker_;  ///< a program that takes long keeps nobody from the drives
+  std::optional<CommandServer> safe_commands_;  ///< of clients for which there is no room
+  Clock::time_point next_no_room_;              ///< may be told again
+  Worker drive_worker_, program_worker_;        ///< a program that takes long keeps nobody from the drives
 };
 
 }  // namespace trn

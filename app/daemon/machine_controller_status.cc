@@ -8,7 +8,10 @@
 #include "app/daemon/alarm_list.h"
 #include "app/daemon/command_server.h"
 #include "app/daemon/machine_controller.h"
+#include "app/daemon/program_source.h"
 #include "app/daemon/supervisor.h"
+#include "app/daemon/worker.h"
+#include "app/session/machine_outputs.h"
 #include "app/session/pipeline.h"
 #include "app/session/plan_time.h"
 #include "app/session/program_step.h"
@@ -51,6 +54,55 @@ void MachineController::hear_wait(const CycleReport& report) {
   if (!text.empty()) spdlog::info("line {}: waits for {}", report.line, text);
   status_.waits_for = text;
   status_due_ = true;
+}
+
+// As long as 'start' does not begin the loaded program at its first line.
+std::string MachineController::prepared_text() const {
+  if (from_line_ <= 1 || program_path_.empty()) return "";
+  const bool prepared = prepared_at_ && *prepared_at_ == report_.q_plan;
+  if (prepared)
+    return fmt::format("prepared from line {}: 'start' begins there; 'stop' gives that up", from_line_);
+  return fmt::format(
+      "the way to line {} was shown before the machine moved or was given something else to do; show it "
+      "again "
+      "('trunnion start --from {}'), or 'load' the program to begin with its first line",
+      from_line_, from_line_);
+}
+
+// What is told to the spindle is 0, too, while its override is.
+void MachineController::hear_outputs(const CycleReport& report) {
+  outputs_.coolant = report.coolant;
+  const double share = status_.spindle_override;
+  const bool heard = report.last_command_id == last_id_ && share > 0;
+  outputs_.rpm_known = report.spindle_rpm != 0 || heard || outputs_.broken_off;
+  outputs_.rpm = heard ? report.spindle_rpm / share : report.spindle_rpm;
+}
+
+// What was switched off behind the back of the lines that were typed shows in the codes in force.
+void MachineController::show_outputs() {
+  const MachineState state = supervisor_.state();
+  const bool rests =
+      state == MachineState::kIdle || state == MachineState::kFault || state == MachineState::kEstop;
+  const auto turn = [](const MachineOutputs& outputs) {
+    return outputs.rpm_known ? (outputs.rpm > 0) - (outputs.rpm < 0) : 2;
+  };
+  const bool same = turn(outputs_) == turn(shown_outputs_) && outputs_.coolant == shown_outputs_.coolant;
+  if (!rests || same || jobs_ + loads_ > 0 || report_.motion != MotionState::kRest ||
+      report_.last_command_id != last_id_)
+    return;
+  shown_outputs_ = outputs_;
+  parts_.programs.set_outputs(outputs_);
+  program_worker_.post([this] {
+    std::string error;
+    try {
+      parts_.programs.show();
+    } catch (const std::exception& failure) {
+      error = failure.what();
+    }
+    return Worker::Done([error] {
+      if (!error.empty()) spdlog::warn("the codes in force cannot be shown: {}", error);
+    });
+  });
 }
 
 // Where a thing that went wrong belongs.
@@ -141,8 +193,18 @@ void MachineController::add_progress(trunnion::status_t& status) {
   status.time_done_s = shown ? progress_.done_s() : 0;
   status.time_left_s = shown ? progress_.left_s() : -1;
   status.time_about = shown && progress_.about();
+  keep_counters();
+  status.parts = counters_.parts();
+  status.program_run_s = counters_.program_s();
+  status.run_s = counters_.run_s();
+  status.spindle_real_known = spindle_speed_.known();
+  status.spindle_real_rpm = spindle_speed_.rpm();
+}
+
+void MachineController::keep_counters() {
   counters_.poll();
-  if (const std::string trouble = counters_.take_trouble(); !trouble.empty()) {
+  const std::string trouble = counters_.take_trouble();
+  if (!trouble.empty()) {
     spdlog::error("{}", trouble);
     Alarm alarm;
     alarm.name = "counters";
@@ -150,11 +212,10 @@ void MachineController::add_progress(trunnion::status_t& status) {
     alarm.did = "parts and run time are not kept";
     raise(std::move(alarm));
   }
-  status.parts = counters_.parts();
-  status.program_run_s = counters_.program_s();
-  status.run_s = counters_.run_s();
-  status.spindle_real_known = spindle_speed_.known();
-  status.spindle_real_rpm = spindle_speed_.rpm();
+  if (!parts_ticket_ || (trouble.empty() && !counters_.parts_are_kept())) return;
+  const Ticket ticket = *std::exchange(parts_ticket_, std::nullopt);
+  if (trouble.empty()) return commands_.finish(ticket, accepted());
+  commands_.finish(ticket, refused(fmt::format("{}; the parts are not kept", trouble)));
 }
 
 // What changes no motion, and is legal in every state.
@@ -166,7 +227,9 @@ MachineController::Answer MachineController::obey_note(const trunnion::command_t
   if (command.verb == trunnion::command_t::PARTS) {
     spdlog::info("parts {}: {}", command.value, cause_);
     counters_.set_parts(static_cast<std::int64_t>(command.value));
-    return {acknowledge_t::ACCEPTED, ""};
+    if (parts_ticket_) commands_.finish(*parts_ticket_, refused("another number of parts was given"));
+    parts_ticket_ = ticket;
+    return {acknowledge_t::WORKING, ""};
   }
   const auto number = static_cast<std::int64_t>(command.value);
   if (!alarms_.acknowledge(number))
@@ -179,6 +242,7 @@ MachineController::Answer MachineController::obey_note(const trunnion::command_t
 template <typename Message>
 void MachineController::publish(const std::string& channel, const Message& message) {
   parts_.clients.broadcast(channel, message);
+  if (parts_.safety) parts_.safety->broadcast(channel, message);
   parts_.telemetry.try_publish(channel, message);
 }
 
@@ -187,6 +251,8 @@ void MachineController::publish_status() {
   next_status_ = Clock::now() + kStatusPeriod;
   trunnion::status_t status = status_;
   fill_status(parts_.machine, supervisor_.state(), shown_report(), parts_.statistics, status);
+  if (const std::string prepared = prepared_text(); supervisor_.state() == MachineState::kIdle)
+    status.message += status.message.empty() || prepared.empty() ? prepared : "; " + prepared;
   status.message = status.message.substr(0, CommandServer::kMessageBytesMax);
   status.detour = detour_name(
       (unheard() > 0 && supervisor_.state() == MachineState::kHolding) || jogs_.on_way() ? DetourState::kJogs

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 #include <utility>
@@ -159,8 +160,13 @@ void PlannerThread::delete_tool(int number, const std::string& path, const Joint
   show_idle();
 }
 
-OpenFile PlannerThread::opener() {
-  return [this](const std::string& path, bool may_be_missing) { return files_.open(path, may_be_missing); };
+// The daemon itself knows the program's own file.
+OpenFile PlannerThread::opener(const std::string& program) {
+  return [this, program](const std::string& path, bool may_be_missing) {
+    auto file = files_.open(path, may_be_missing);
+    if (file && !program.empty() && path != program) read_.note(path);
+    return file;
+  };
 }
 
 void PlannerThread::load_mdi(const std::string& text, const JointVec& q) { begin({"mdi", text, q}); }
@@ -171,11 +177,15 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   join();
   abandoned_ = false;
   if (closed_) abandoned_ = true;
-  start.open = opener();
+  start.open = opener(start.text ? "" : start.path);
   take_failure();
-  if (start.text) start.kept = mdi_;
+  if (start.text) {
+    adopt_outputs();
+    start.outputs = outputs_;
+    start.kept = mdi_;
+  }
   start.switches = switches_;
-  const ProgramSummary summary = check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
+  const ProgramSummary summary = checked(start);
   wait_until_cleared();
   if (listeners_.starts) listeners_.starts(start);
   start_ = start;
@@ -204,6 +214,20 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   wait_until_primed();
   return summary;
 }
+
+// A program that is refused leaves the one before as it was loaded.
+ProgramSummary PlannerThread::checked(const ProgramStart& start) {
+  const ReadFiles before = read_;
+  if (!start.text) read_.clear();
+  try {
+    return check_program(assembly_, parameters_, tools_, start, {}, &abandoned_);
+  } catch (...) {
+    read_ = before;
+    throw;
+  }
+}
+
+void PlannerThread::check_files() { read_.check(); }
 
 PipelineObservers PlannerThread::observers() {
   PipelineObservers observers;
@@ -283,6 +307,19 @@ void PlannerThread::show_idle() {
   } catch (const std::exception&) {
     return;
   }
+}
+
+// What is planned under way has its own.
+void PlannerThread::show() {
+  if (!abandoned_ && !ended_) return;
+  join();
+  adopt_outputs();
+  show_idle();
+}
+
+// Between programs, by who loads them.
+void PlannerThread::adopt_outputs() {
+  if (outputs_) trn::adopt_outputs(*outputs_, assembly_, parameters_, tools_, mdi_);
 }
 
 bool PlannerThread::wait_for_answer(Pipeline& pipeline) {

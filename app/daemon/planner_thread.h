@@ -13,10 +13,12 @@
 
 #include "app/daemon/program_file.h"
 #include "app/daemon/program_source.h"
+#include "app/daemon/read_files.h"
 #include "app/daemon/time_pass.h"
 #include "app/session/assembly.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
+#include "app/session/machine_outputs.h"
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
 #include "app/session/program_log.h"
@@ -90,6 +92,7 @@ class PlannerThread final : public ProgramSource {
     optional_stop_ = switches.optional_stop;
   }
   ProgramSwitches switches() const override { return switches_; }
+  void set_outputs(const MachineOutputs& outputs) override { outputs_ = outputs; }
   ReadingPlace switch_block_delete(bool on) override;
   HeldLines obey_held(const std::string& text, const JointVec& q) override;
   void abandon() override { abandoned_ = true; }
@@ -97,17 +100,19 @@ class PlannerThread final : public ProgramSource {
     closed_ = true;
     abandoned_ = true;
   }
+  void check_files() override;
   std::string take_failure() override;
 
   /// Ends the preparation and keeps all that programs have left behind; when no load is under way. FileError.
   void settle();
   /// Tells the listener how the next program begins; when no load is under way.
-  void show_idle();
+  void show() override;
 
  private:
   ProgramSummary begin(ProgramStart start);
+  ProgramSummary checked(const ProgramStart& start);
   ProgramStart start_at(const PlaceRecord& place, const JointVec& q, double before_mm, PlaceEntry& entry);
-  OpenFile opener();
+  OpenFile opener(const std::string& program = "");
   PipelineObservers observers();
   void say(std::string_view text, std::uint32_t line);
   void wait_until_cleared();
@@ -123,6 +128,8 @@ class PlannerThread final : public ProgramSource {
   void check_held(const HeldLines& lines);
   void tell_measured(const Parameters& before, const ToolTable& tools_before, std::uint64_t until_block);
   void join();
+  void show_idle();
+  void adopt_outputs();
 
   const Assembly& assembly_;
   MotionQueue& queue_;
@@ -137,8 +144,10 @@ class PlannerThread final : public ProgramSource {
   std::atomic<bool> ended_ = true;
   ProgramFiles files_;
   std::atomic<ProgramSwitches> switches_;
-  std::atomic<bool> waits_ = false;    ///< for the machine's answer
-  std::atomic<bool> at_stop_ = false;  ///< reads on when the tick has passed a program stop
+  std::optional<MachineOutputs> outputs_;  ///< none: nobody tells
+  ReadFiles read_;                         ///< sub-programs of the file that was loaded last
+  std::atomic<bool> waits_ = false;        ///< for the machine's answer
+  std::atomic<bool> at_stop_ = false;      ///< reads on when the tick has passed a program stop
   /// Of the block delete, until the planner's thread takes it.
   static constexpr int kNoWish = -1;
   std::atomic<int> wish_ = kNoWish;

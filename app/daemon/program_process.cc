@@ -234,9 +234,14 @@ void ProgramProcess::load_mdi(const std::string& text, const JointVec& q) {
   mdi.kind = ProgramCall::Kind::kMdi;
   mdi.text = text;
   mdi.q = q;
+  {
+    const std::lock_guard lock(outputs_mutex_);
+    mdi.outputs = outputs_;
+  }
   call(mdi, [&](const ProgramReply&) {
     ProgramStart program{"mdi", text, q};
     program.switches = switches_;
+    program.outputs = mdi.outputs;
     start(program);
   });
 }
@@ -258,6 +263,11 @@ std::string ProgramProcess::tool_name(int number) const {
 void ProgramProcess::set_switches(const ProgramSwitches& switches) {
   switches_ = switches;
   shared_->optional_stop = switches.optional_stop;
+}
+
+void ProgramProcess::set_outputs(const MachineOutputs& outputs) {
+  const std::lock_guard lock(outputs_mutex_);
+  outputs_ = outputs;
 }
 
 ReadingPlace ProgramProcess::switch_block_delete(bool on) {
@@ -303,6 +313,10 @@ ProgramReply ProgramProcess::answer_to(const ProgramCall& what, const Go& go) {
   const std::lock_guard lock(mutex_);
   ProgramCall with_switches = what;
   with_switches.switches = switches_;
+  if (what.kind != ProgramCall::Kind::kMdi) {  // whose log has those that it was called with
+    const std::lock_guard outputs_lock(outputs_mutex_);
+    with_switches.outputs = outputs_;
+  }
   const std::uint32_t abandons = abandons_;
   ProgramReply reply;
   try {
@@ -354,6 +368,13 @@ void ProgramProcess::show() {
   ProgramCall show;
   show.kind = ProgramCall::Kind::kShow;
   call(show);
+}
+
+// A process that began since knows of none: the program's own file is known here.
+void ProgramProcess::check_files() {
+  ProgramCall check;
+  check.kind = ProgramCall::Kind::kCheckFiles;
+  call(check);
 }
 
 const ProgramStep* ProgramProcess::step(std::uint32_t number) {

@@ -15,6 +15,7 @@
 #include "app/daemon/shared_memory.h"
 #include "app/session/feature_recorder.h"
 #include "app/session/machine_memory.h"
+#include "app/session/machine_outputs.h"
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
 #include "app/session/program_step.h"
@@ -55,6 +56,7 @@ class ProgramProcess final : public ProgramSource {
   std::string tool_name(int number) const override;
   void set_switches(const ProgramSwitches& switches) override;
   ProgramSwitches switches() const override { return switches_; }
+  void set_outputs(const MachineOutputs& outputs) override;
   ReadingPlace switch_block_delete(bool on) override;
   void check_place(const PlaceRecord& place, const JointVec& q) override;
   void delete_tool(int number, const std::string& path, const JointVec& q) override;
@@ -67,6 +69,7 @@ class ProgramProcess final : public ProgramSource {
   std::vector<Measured> take_measured() override;
   bool take_program_time(ProgramTime& time) override;
   void show() override;
+  void check_files() override;
   const ProgramStep* step(std::uint32_t number) override;
   void hand_on_moves() override;
   bool lost() override { return lost_.exchange(false); }
@@ -109,6 +112,8 @@ class ProgramProcess final : public ProgramSource {
   mutable std::mutex names_mutex_;
   std::map<int, std::string> tool_names_;  ///< guarded by names_mutex_
   std::atomic<ProgramSwitches> switches_;
+  std::mutex outputs_mutex_;
+  MachineOutputs outputs_;  ///< guarded by outputs_mutex_
   std::atomic<std::uint32_t> abandons_ = 0;
   std::atomic<bool> lost_ = false;
   SessionLog* log_ = nullptr;

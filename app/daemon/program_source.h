@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "app/session/machine_outputs.h"
 #include "app/session/pipeline.h"
 #include "app/session/place_record.h"
 #include "app/session/program_step.h"
@@ -55,6 +56,8 @@ class ProgramSource {
   /// Of all programs loaded from now on.
   virtual void set_switches(const ProgramSwitches& switches) = 0;
   virtual ProgramSwitches switches() const = 0;
+  /// Of all typed lines loaded from now on: what of M3, M4, M7 and M8 they find in force.
+  virtual void set_outputs(const MachineOutputs& /*outputs*/) {}
   /// Block delete, also of the program that is under way: from the next line on that is read. ProgramError:
   /// the program cannot run so, and goes on as before.
   virtual ReadingPlace switch_block_delete(bool on) = 0;
@@ -71,8 +74,11 @@ class ProgramSource {
   virtual bool lost() { return false; }
   /// What the program has said since, in order.
   virtual std::vector<ProgramMessage> take_messages() { return {}; }
-  /// Finds out how the next program begins; `step(0)` then knows it, a little later. ProgramError.
+  /// While no program is under way: finds out how the next one begins; `step(0)` then knows it, a little
+  /// later. ProgramError.
   virtual void show() {}
+  /// ProgramError if a file of the program that was loaded last is not the one any more that was read.
+  virtual void check_files() {}
   /// The step of the program that the tick reports; 0: between programs. Null: not known. Valid until the
   /// next call.
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }

@@ -53,7 +53,11 @@ std::string encode(const ProgramCall& call) {
                   {"optional_stop", call.switches.optional_stop},
                   {"dry_run", call.switches.dry_run},
                   {"tool", call.tool},
-                  {"before", call.before_mm}});
+                  {"before", call.before_mm},
+                  {"rpm", call.outputs.rpm},
+                  {"coolant", call.outputs.coolant},
+                  {"rpm_known", call.outputs.rpm_known},
+                  {"broken_off", call.outputs.broken_off}});
 }
 
 std::string encode(const ProgramReply& reply) {
@@ -83,7 +87,7 @@ ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kDeleteTool))
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kCheckFiles))
     throw std::runtime_error(fmt::format("no call of kind {}", kind));
   call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");
@@ -95,6 +99,8 @@ ProgramCall decode_call(const std::string& packet) {
   call.switches = {json.at("off"), json.at("block_delete"), json.at("optional_stop"), json.at("dry_run")};
   call.tool = whole<int>(json.at("tool"));
   call.before_mm = json.at("before");
+  call.outputs = {json.at("rpm"), whole<int>(json.at("coolant")), json.at("rpm_known"),
+                  json.at("broken_off")};
   return call;
 }
 

@@ -4,6 +4,8 @@
 #include <map>
 #include <string>
 
+#include "app/daemon/program_source.h"
+#include "app/session/machine_outputs.h"
 #include "app/session/pipeline.h"
 #include "app/session/program_time.h"
 #include "core/axes.h"
@@ -24,7 +26,8 @@ struct ProgramCall {
     kBlockDelete,
     kHeld,
     kCheckPlace,
-    kDeleteTool
+    kDeleteTool,
+    kCheckFiles
   };
   Kind kind = Kind::kLoad;
   std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace, kCheckPlace: the record
@@ -33,6 +36,7 @@ struct ProgramCall {
   ProgramSwitches switches;
   int tool = 0;          ///< kConfirmTool, kDeleteTool
   double before_mm = 0;  ///< kLoadPlace
+  MachineOutputs outputs = {};
 };
 
 /// What comes back.

@@ -107,6 +107,7 @@ class ProgramWorker {
 
   void obey(const ProgramCall& call, ProgramReply& reply) {
     planner_.set_switches(call.switches);
+    planner_.set_outputs(call.outputs);
     if (call.kind == ProgramCall::Kind::kHeld) {
       const HeldLines lines = planner_.obey_held(call.text, call.q);
       reply.block = lines.after_block;
@@ -140,7 +141,10 @@ class ProgramWorker {
         planner_.settle();
         return "";
       case ProgramCall::Kind::kShow:
-        planner_.show_idle();
+        planner_.show();
+        return "";
+      case ProgramCall::Kind::kCheckFiles:
+        planner_.check_files();
         return "";
       case ProgramCall::Kind::kCheckPlace:
         planner_.check_place(parse_place(call.text, "the record"), call.q);

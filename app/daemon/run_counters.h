@@ -33,7 +33,13 @@ class RunCounters {
     now_.run_s += time_s;
   }
   void part_made() { ++now_.parts; }
-  void set_parts(std::int64_t parts) { now_.parts = parts; }
+  /// Written at once.
+  void set_parts(std::int64_t parts) {
+    now_.parts = parts;
+    not_before_ = {};
+  }
+  /// The parts stand on disk, if there is a file.
+  bool parts_are_kept() const { return now_.parts == kept_.parts; }
   /// Begins to write what is due.
   void poll();
 

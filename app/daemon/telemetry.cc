@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <filesystem>
 #include <utility>
 
@@ -80,8 +81,9 @@ std::string waits_in_place(const CycleReport& report, const ProgramStep* step,
       return fmt::format("{} input {} (M66)", input.analog ? "analog" : "digital", input.index);
     }
     case Kind::kSpindle:
+      return fmt::format("the spindle to reach {:.0f} rpm", std::abs(event.value));
     case Kind::kSpindleOrient:
-      return "the spindle to turn, or stand, as told";
+      return fmt::format("the spindle to stand at {:g} degrees", event.value);
     case Kind::kProbeStart:
       return "the probe to be armed";
     default:

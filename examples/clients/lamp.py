@@ -5,6 +5,8 @@ import socket
 import sys
 from trunnion import status_t
 
+if len(sys.argv) != 2:
+    sys.exit("usage: lamp.py SOCKET, as the daemon's log names it: /run/trunnion/trunnion-mill.sock")
 link = socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET)
 link.connect(sys.argv[1])
 while packet := link.recv(65536):

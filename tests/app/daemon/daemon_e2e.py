@@ -450,7 +450,9 @@ class DaemonTest(unittest.TestCase):
                           ["corrections"][0]["warning"])
             feed = [BINARY, "sensor", "box.x", "30", "--every", "0.2", "--machine", bench.config]
             other = [BINARY, "sensor", "box.y", "30", "--machine", bench.config]
-            self.assertEqual(subprocess.run(other).returncode, 0)
+            refused = subprocess.run(other, capture_output=True, text=True)
+            self.assertEqual(refused.returncode, 5, refused.stderr)
+            self.assertIn("asks for a sensor 'box.y'; they ask for: box.x", refused.stderr)
             sender = subprocess.Popen(feed)
             try:
                 bench.until(lambda s: s["corrections"][0]["warning"] == "" and s["corrections"][0]["offset"] > 0.03)
@@ -465,7 +467,6 @@ class DaemonTest(unittest.TestCase):
             x = [float(row["X"]) for row in rows(record)]
             still = [b - a for a, b in zip(x, x[1:])][2000:]
             self.assertLess(max(map(abs, still)), 50e-3 * 2.2e-3 + 1e-9, "mm in a period: the profile's rate at most")
-            self.assertIn("'box.y': no correction asks for it; they ask for: box.x", bench.log_text())
             self.assertIn("sensor box.x is silent: the last growth is held", bench.log_text())
 
     def test_sigterm_stops_on_the_path_then_drives_then_process(self):

@@ -8,6 +8,7 @@ Exit code 77 (skipped) where the kernel allows no network of the test's own.
 """
 import json
 import os
+import signal
 import subprocess
 import sys
 import time
@@ -16,8 +17,9 @@ import unittest
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../support"))
 import daemon_e2e  # noqa: E402
+from daemon_socket import DaemonSocket  # noqa: E402
 from own_network import enter_own_network  # noqa: E402
-from shop import Shop, assert_replays  # noqa: E402
+from shop import Shop, assert_replays, held_jog  # noqa: E402
 
 BINARY = SOURCE = ""
 SQUARE = "G21 G90 G61.1\nG1 X10 F600\nY10\nX0\nY0\nG4 P1\nG0 X50\nG0 X0\nM2\n"
@@ -275,6 +277,222 @@ class StateTest(unittest.TestCase):
             self.assertAlmostEqual(shop.joints()[2], -50, places=6)
             self.assertEqual(shop.end(), 0)
             assert_replays(self, shop, record, log, 500)
+
+    def assert_off(self, shop, told):
+        status = shop.until(lambda s: s["spindle_rpm"] == 0 and "M5" in s["codes"].split())
+        self.assertFalse(status["mist"] or status["flood"], told)
+        self.assertIn("M9", status["codes"].split(), told)
+        self.assertNotIn("M3", status["codes"].split(), told)
+
+    def stop_hard(self, shop):
+        shop.ask("estop")
+        shop.until(lambda s: s["state"] == "estop")
+        self.assert_off(shop, "behind an emergency stop")
+        shop.ask("reset", "--wait")
+
+    def stop_soft(self, shop):
+        shop.ask("mdi", "G4 P20")
+        shop.until(lambda s: s["state"] == "running")
+        shop.ask("stop", "--wait")
+
+    def test_what_a_stop_switched_off_no_later_line_switches_on(self):
+        harmless = (("touch-off", "X", "0"), ("tool", "2", "--in-spindle"), ("offset", "G55", "X", "1"),
+                    ("tool", "1", "--remark", "new"), ("jog", "Z", "1", "--along", "tool", "--wait"),
+                    ("mdi", "(MSG,hi)", "--wait"), ("mdi", "G4 P0.1", "--wait"), ("mdi", "G1 X1 F600", "--wait"))
+        with Shop() as shop:
+            record, log = (os.path.join(shop.folder.name, name) for name in ("record.csv", "log"))
+            shop.start("--record", record, "--log", log)
+            for stop in (self.stop_hard, self.stop_soft):
+                shop.ask("mdi", "S3000 M3 M8", "--wait")
+                on = shop.until(lambda s: s["spindle_rpm"] == 3000 and s["flood"])
+                self.assertIn("M3", on["codes"].split())
+                self.assertIn("M8", on["codes"].split())
+                for line in harmless:  # where it turns, nothing of this ends or changes it
+                    shop.ask(*line)
+                    now = shop.status()
+                    self.assertEqual((now["spindle_rpm"], now["flood"]), (3000, True), line)
+                shop.ask("mdi", "S2000", "--wait")
+                shop.until(lambda s: s["spindle_rpm"] == 2000)
+                stop(shop)
+                self.assert_off(shop, stop)
+                for line in harmless:
+                    shop.ask(*line)
+                    self.assert_off(shop, line)
+                self.assertEqual(shop.end(), 0) if stop == self.stop_soft else None
+            with open(log) as file:
+                switched = [line for line in file if '"spindle"' in line]
+            self.assertEqual(switched, [], "no hand has switched it either")
+            assert_replays(self, shop, record, log, 100)
+
+    def test_the_spindle_and_the_coolant_of_earlier_lines_go_off_by_a_line(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("mdi", "S3000 M4 M7\nM8", "--wait")
+            shop.until(lambda s: s["spindle_rpm"] == -3000 and s["flood"] and s["mist"])
+            shop.ask("mdi", "M5", "--wait")
+            now = shop.until(lambda s: s["spindle_rpm"] == 0)
+            self.assertTrue(now["flood"] and now["mist"])
+            shop.ask("mdi", "M9", "--wait")
+            self.assert_off(shop, "M5 and M9")
+            shop.ask("mdi", "M3", "--wait")
+            shop.until(lambda s: s["spindle_rpm"] == 3000)
+            shop.ask("mdi", "M2", "--wait")
+            self.assert_off(shop, "M2")
+
+    def test_a_start_that_is_not_wanted_begins_at_the_first_line_again(self):
+        with Shop() as shop:
+            shop.start()
+            part = shop.write("part.ngc", "G21 G90\nG1 X10 F6000\nG1 X20\nG1 X30\nG4 P0.3\nM2\n")
+            shop.ask("load", part)
+
+            def prepare(answer):
+                done = subprocess.run([BINARY, "start", "--from", "4", "--machine", shop.config], input=answer,
+                                      text=True, capture_output=True, timeout=60)
+                self.assertEqual(done.returncode, 5)
+                return done.stderr
+
+            self.assertIn("begins at its first line again", prepare("n\n"))
+            self.assertNotIn("prepared", shop.status()["message"])
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 2)
+            shop.until(lambda s: s["state"] == "idle")
+            # A client that was killed at the question says nothing: the status does, and 'stop' gives it up.
+            with subprocess.Popen([BINARY, "start", "--from", "4", "--machine", shop.config], stdin=subprocess.PIPE,
+                                  stderr=subprocess.PIPE, text=True) as client:
+                shop.until(lambda s: "prepared from line 4: 'start' begins there" in s["message"])
+                client.kill()
+            self.assertIn("prepared from line 4", shop.status()["message"])
+            shop.ask("stop")
+            shop.until(lambda s: s["message"] == "")
+            shop.ask("start")
+            shop.until(lambda s: s["line"] == 2)
+            shop.until(lambda s: s["state"] == "idle")
+
+    def test_what_was_loaded_is_what_is_cut_or_nothing(self):
+        with Shop() as shop:
+            shop.start()
+            shop.write("hole.ngc", "o<hole> sub\nG1 X2 F6000\no<hole> endsub\n")
+            part = shop.write("part.ngc", "G21 G90\nG1 X1 F6000\no<hole> call\nM2\n")
+
+            def refused(what):
+                before = shop.joints()
+                code, _, err = shop.client("start")
+                self.assertEqual(code, 2, err)
+                self.assertIn(f"{what} has changed on disk since it was loaded; 'load' the program again", err)
+                self.assertEqual(shop.joints(), before)
+
+            shop.ask("load", part)
+            shop.ask("start", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 2, places=6)
+            for name, text in (("part.ngc", "G21 G90\nG1 X50 F6000\no<hole> call\nM2\n"),
+                               ("hole.ngc", "o<hole> sub\nG1 X60 F6000\no<hole> endsub\n")):
+                shop.write(name, text)
+                refused(name)  # as it would be read anew
+                shop.ask("load", part)
+                shop.write(name, text + "(later)\n")
+                refused(name)  # as it was prepared
+                shop.write(name, text)  # the same again
+                shop.ask("start", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 60, places=6)
+
+    def test_what_is_refused_leaves_the_loaded_program(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("load", shop.write("part.ngc", "G21 G90\nG1 X10 F6000\nM2\n"))
+            for arguments, code in ((("start", "--from", "999", "--yes"), 2), (("load", "nix.ngc"), 2),
+                                    (("start", "--resume", "--yes"), 2), (("load", ""), 5)):
+                self.assertEqual(shop.client(*arguments)[0], code, arguments)
+                self.assertTrue(shop.status()["program"].endswith("part.ngc"), arguments)
+            shop.ask("start", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 10, places=6)
+
+    def test_a_stop_gets_through_where_there_is_no_room(self):
+        with Shop() as shop:
+            shop.start()
+            crowd = [DaemonSocket.of(shop) for _ in range(24)]
+            time.sleep(0.3)
+            for command, state in ((("hold",), "holding"), (("stop", "--wait"), "idle"), (("estop",), "estop")):
+                if command[0] != "estop":
+                    crowd.pop().socket.close()
+                    shop.ask("mdi", "G4 P30")
+                    crowd.append(DaemonSocket.of(shop))
+                    time.sleep(0.3)
+                code, _, err = shop.client(*command)
+                self.assertEqual(code, 0, f"{command}: {err}")
+                crowd.pop().socket.close()
+                shop.until(lambda s: s["state"] == state)
+                if state == "holding":
+                    shop.ask("stop", "--wait")
+                crowd.append(DaemonSocket.of(shop))
+                time.sleep(0.3)
+            for arguments in (("reset",), ("status",)):
+                code, _, err = shop.client(*arguments)
+                self.assertEqual(code, 4, err)
+                self.assertIn("no room for another client", err)
+                self.assertNotIn("no daemon", err)
+            self.assertIn("no room for", shop.log_text())
+            for client in crowd:
+                client.socket.close()
+
+    def test_what_was_mistyped_is_refused_with_words(self):
+        with Shop() as shop:
+            shop.start()
+            before = shop.ask("tool", "--json"), shop.ask("offset", "--json")
+            for arguments, why in ((("tool", "1", "D", "-8"), "no diameter"), (("tool", "77"), "no tool 77"),
+                                   (("offset", "G54", "R", "-1e9"), "out of range"), (("load", ""), "no name"),
+                                   (("touch-off", "X", "1e300"), "out of range"),
+                                   (("override", "50%"), "'50%' is no number; write 50"),
+                                   (("override", "1,5"), "write 1.5"), (("start", "--from", "3.5"), "whole number"),
+                                   (("jog", "A", "1"), "no axis A; it has X, Y, Z"),
+                                   (("wheel", "--step", "0"), "more than 0"),
+                                   (("sensor", "nix", "20"), "no correction asks for a sensor 'nix'")):
+                code, out, err = shop.client(*arguments)
+                self.assertEqual((code, why in out + err), (5, True), f"{arguments}: {code} {out} {err}")
+            after = shop.ask("tool", "--json"), shop.ask("offset", "--json")
+            for one, other in zip(before, after):
+                self.assertEqual(json.loads(one) | {"time_us": 0}, json.loads(other) | {"time_us": 0})
+            self.assertNotIn("8 mm ball", shop.ask("tool", "1"))
+            shop.ask("estop")
+            shop.until(lambda s: s["state"] == "estop")
+            for name, rest in (("touch-off", ("X", "0")), ("offset", ("G54", "X", "1")), ("tool", ("1", "Z", "3"))):
+                err = shop.client(name, *rest)[2]
+                self.assertIn(f"'{name}' is legal in", err)
+
+    def test_ctrl_c_ends_the_waiting_and_says_that_the_machine_goes_on(self):
+        with Shop() as shop:
+            shop.start()
+            with subprocess.Popen([BINARY, "mdi", "G4 P20", "--wait", "--machine", shop.config],
+                                  stderr=subprocess.PIPE, text=True) as client:
+                shop.until(lambda s: s["state"] == "running")
+                time.sleep(0.3)
+                client.send_signal(signal.SIGINT)
+                err = client.communicate(timeout=10)[1]
+            self.assertEqual(client.returncode, 4, err)
+            self.assertIn("the machine goes on; 'trunnion stop' ends it", err)
+            self.assertEqual(shop.status()["state"], "running")
+            shop.ask("stop", "--wait")
+
+    def test_an_axis_that_somebody_holds_is_not_jogged_the_other_way(self):
+        with Shop() as shop:
+            shop.start()
+            client = held_jog(shop, 0, "X", "+")
+            code, _, err = shop.client("jog", "X", "-")
+            self.assertEqual((code, "holds X the other way" in err), (5, True), err)
+            client.send_signal(signal.SIGINT)
+            client.communicate(timeout=20)
+            shop.until(lambda s: s["state"] == "idle")
+            shop.ask("jog", "X", "-1", "--wait")
+
+    def test_parts_that_cannot_be_kept_are_refused(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("parts", "12")
+            self.assertEqual(shop.ask("parts").strip(), "12")
+            counters = shop.vars + ".counters"
+            os.remove(counters)
+            os.mkdir(counters)  # nothing can be put in its place
+            code, _, err = shop.client("parts", "44")
+            self.assertEqual((code, "not kept" in err), (5, True), err)
 
 
 if __name__ == "__main__":
