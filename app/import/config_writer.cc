@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "app/import/config_text.h"
+#include "app/import/homing_reader.h"
 #include "core/frames.h"
 
 namespace trn {
@@ -68,14 +69,16 @@ class ConfigText {
 
 std::string unit_of(const ImportedJoint& joint) { return joint.rotary ? "deg" : "mm"; }
 
-void write_joint(const ImportedJoint& joint, ConfigText& out) {
+// With backlash the range is wider by what its correction keeps free of it: so programs reach the ends that
+// LinuxCNC has.
+void write_joint(const ImportedJoint& joint, double strip, ConfigText& out) {
   const std::string unit = unit_of(joint);
   out.tables("joint");
   out.notes(ImportSpot::kJoint, joint.name);
   out.text("name", joint.name);
   out.text("type", joint.rotary ? "rotary" : "linear");
-  out.number("min_" + unit, joint.min);
-  out.number("max_" + unit, joint.max);
+  out.number("min_" + unit, joint.min - strip);
+  out.number("max_" + unit, joint.max + strip);
   out.number("velocity_" + unit + "_s", joint.velocity);
   out.number("acceleration_" + unit + "_s2", joint.acceleration);
   out.number("jerk_" + unit + "_s3", joint.jerk);
@@ -118,6 +121,7 @@ void write_program(const ImportedMachine& machine, ConfigText& out) {
   out.notes(ImportSpot::kProgram);
   if (!machine.path_mode.empty()) out.text("path_mode", machine.path_mode);
   if (machine.tolerance_mm) out.number("tolerance_mm", *machine.tolerance_mm);
+  if (machine.arc_tolerance_mm) out.number("arc_tolerance_mm", *machine.arc_tolerance_mm);
   if (!machine.sub_path.empty()) out.texts("sub_path", machine.sub_path);
   if (!machine.wrapped.empty()) out.texts("wrapped", machine.wrapped);
   if (!machine.wrapped.empty()) out.text("wrapped_way", "sign");
@@ -138,14 +142,13 @@ void write_program(const ImportedMachine& machine, ConfigText& out) {
 }
 
 void write_backlash(const ImportedMachine& machine, ConfigText& out) {
-  double most_mm = 0, most_deg = 0;
-  for (const ImportedJoint& joint : machine.joints)
-    (joint.rotary ? most_deg : most_mm) = std::max(joint.rotary ? most_deg : most_mm, joint.backlash);
-  if (most_mm == 0 && most_deg == 0) return;
+  const double strip_mm = machine.backlash_strip(false), strip_deg = machine.backlash_strip(true);
+  if (strip_mm == 0 && strip_deg == 0) return;
   out.table("corrections.joint_table");
   out.comment("BACKLASH of the joints; 'trunnion joint-table fit' finds it from measurements.");
-  if (most_mm > 0) out.number("limit_mm", std::max(0.1, most_mm));
-  if (most_deg > 0) out.number("limit_deg", std::max(0.01, most_deg));
+  out.comment("A greater limit takes as much of the range at either end: make the joint's range wider then.");
+  if (strip_mm > 0) out.number("limit_mm", strip_mm);
+  if (strip_deg > 0) out.number("limit_deg", strip_deg);
   for (const ImportedJoint& joint : machine.joints) {
     if (joint.backlash == 0) continue;
     out.tables("corrections.joint_table.joint");
@@ -157,20 +160,28 @@ void write_backlash(const ImportedMachine& machine, ConfigText& out) {
 /// What a CANopen drive of this joint would need, as a comment to begin with.
 void write_node(const ImportedJoint& joint, ConfigText& out) {
   const std::string unit = unit_of(joint);
+  const auto number = [&](const std::string& key, double value) {
+    out.line(fmt::format("# {} = {}", key, toml_number(value)));
+  };
+  const auto inside = [&](double at) { return at >= joint.min && at <= joint.max; };
   out.blank();
   out.line("# [[drives.node]]");
   out.line(fmt::format("# joint = {}", toml_text(joint.name)));
   if (joint.counts) {
-    out.line(fmt::format("# counts_per_{} = {}", unit, toml_number(std::abs(*joint.counts))));
+    number("counts_per_" + unit, std::abs(*joint.counts));
     if (*joint.counts < 0) out.line("# reverse = true");
   }
-  if (joint.following_error > 0)
-    out.line(fmt::format("# following_error_{} = {}", unit, toml_number(joint.following_error)));
+  if (joint.following_error > 0) number("following_error_" + unit, joint.following_error);
+  if (inside(joint.switch_at)) number("home_" + unit, joint.switch_at);
+  if (inside(joint.home) && joint.home != joint.switch_at) number("home_final_" + unit, joint.home);
+  if (joint.search_speed > 0)
+    number("homing_speed_" + unit + "_s", std::min(joint.search_speed, joint.velocity));
+  if (joint.latch_speed > 0)
+    number("index_speed_" + unit + "_s", std::min(joint.latch_speed, joint.velocity));
 }
 
-void write_drive(const ImportedJoint& joint, double start, ConfigText& out) {
+void write_drive(const ImportedJoint& joint, double stand, const SimulatedHoming& homing, ConfigText& out) {
   const std::string unit = unit_of(joint);
-  const auto inside = [&](double at) { return std::clamp(at, joint.min, joint.max); };
   out.tables("drives.joint");
   if (joint.sequence)
     out.comment(fmt::format(
@@ -178,26 +189,38 @@ void write_drive(const ImportedJoint& joint, double start, ConfigText& out) {
         "whatever starts the machine keeps the order.",
         *joint.sequence, joint.name));
   out.text("name", joint.name);
-  out.number("start_" + unit, inside(start));
-  out.number("home_" + unit, inside(joint.switch_at));
-  if (!joint.searches) return;
-  out.line("homed = false");
-  if (joint.search_speed > 0) out.number("homing_speed_" + unit + "_s", joint.search_speed);
-  if (joint.latch_speed > 0) out.number("index_speed_" + unit + "_s", joint.latch_speed);
+  out.number("start_" + unit, stand);
+  out.number("home_" + unit, homing.home);
+  out.number("index_distance_" + unit, homing.index_distance);
+  if (joint.searches) out.line("homed = false");
+  out.number("homing_speed_" + unit + "_s", homing.search_speed);
+  out.number("index_speed_" + unit + "_s", homing.index_speed);
 }
 
 void write_drives(const ImportedMachine& machine, ConfigText& out) {
+  constexpr double kUsualTimeout_s = 120, kLongestTimeout_s = 3600;
   out.table("drives");
   out.notes(ImportSpot::kDrives);
   out.comment(
-      "Simulated drives, so that programs can be tried at once. What CANopen drives (type = \"canopen\") "
-      "would take "
-      "from the INI stands below each joint; configs/cradle_can.toml has a whole machine of them.");
+      "Simulated drives, so that programs can be tried at once. They find a switch just below HOME and stand "
+      "at HOME then. What CANopen drives (type = \"canopen\") would take from the INI stands below each "
+      "joint; "
+      "configs/cradle_can.toml has a whole machine of them.");
   out.text("type", "simulated");
+  std::vector<double> stands;
+  std::vector<SimulatedHoming> homings;
+  double longest_s = 0;
   for (std::size_t i = 0; i < machine.joints.size(); ++i) {
     const ImportedJoint& joint = machine.joints[i];
-    write_drive(joint, machine.hexapod ? machine.hexapod->home_legs_mm[i] : joint.home, out);
-    write_node(joint, out);
+    stands.push_back(inside_range(joint, machine.hexapod ? machine.hexapod->home_legs_mm[i] : joint.home));
+    homings.push_back(simulated_homing(joint, stands[i], machine.period_s));
+    if (joint.searches) longest_s = std::max(longest_s, search_time_s(joint, homings[i]));
+  }
+  if (longest_s > kUsualTimeout_s / 2)
+    out.number("homing_timeout_s", std::min(std::ceil(2 * longest_s), kLongestTimeout_s));
+  for (std::size_t i = 0; i < machine.joints.size(); ++i) {
+    write_drive(machine.joints[i], stands[i], homings[i], out);
+    write_node(machine.joints[i], out);
   }
 }
 
@@ -240,7 +263,8 @@ std::string config_text(const ImportedMachine& machine) {
   out.notes(ImportSpot::kMachine);
   out.text("name", machine.name);
   out.number("period_s", machine.period_s);
-  for (const ImportedJoint& joint : machine.joints) write_joint(joint, out);
+  for (const ImportedJoint& joint : machine.joints)
+    write_joint(joint, joint.backlash > 0 ? machine.backlash_strip(joint.rotary) : 0, out);
   write_kinematics(machine, out);
   write_program(machine, out);
   write_backlash(machine, out);

@@ -3,12 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstdlib>
+#include <sstream>
+#include <string>
+#include <vector>
 
 #include "app/import/config_text.h"
 #include "app/import/config_writer.h"
 #include "app/import/hal_setup.h"
+#include "app/import/import_place.h"
+#include "app/import/imported_machine.h"
 #include "app/import/ini_file.h"
 #include "app/import/machine_reader.h"
+#include "app/import/variable_file.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -44,9 +51,24 @@ double parameter_unit(int n, const ImportedMachine& machine) {
   return word >= 3 && word < 6 ? machine.deg_per_unit : machine.mm_per_unit;
 }
 
+constexpr std::size_t kTold = 10;  // of the lines that a file has, each with a note
+
+void note_lines(const std::vector<LeftOutLine>& lines, const std::string& path, ImportSpot spot,
+                const std::string& more, const std::string& to_do, ImportedFiles& out) {
+  for (std::size_t i = 0; i < std::min(lines.size(), kTold); ++i)
+    out.machine.note(spot, {path, static_cast<int>(lines[i].line), static_cast<int>(lines[i].column)},
+                     lines[i].text.substr(0, 80), lines[i].why, to_do);
+  if (lines.size() > kTold)
+    out.machine.note(spot, {path}, fmt::format("{} more lines of the file", lines.size() - kTold), more,
+                     "look into the old file");
+}
+
 void convert_variables(const std::string& text, const std::string& path, ImportedFiles& out) {
   Parameters parameters;
-  parse_parameters(text, path, parameters);
+  std::vector<LeftOutLine> left_out;
+  parse_parameters(readable_variables(text, path, left_out), path, parameters);
+  note_lines(left_out, path, ImportSpot::kEnd, "they are no parameters either",
+             "nothing, or look whether a parameter was meant, and write it into the new file", out);
   bool own = false;
   for (int n = parameter::kUserFirst; n <= parameter::kMachineLast; ++n) {
     parameters[n] *= parameter_unit(n, out.machine);
@@ -59,24 +81,45 @@ void convert_variables(const std::string& text, const std::string& path, Importe
                      "convert the lengths to mm");
 }
 
+/// Words U, V and W of the tools that were read: no axis here has them.
+std::vector<LeftOutLine> lost_offsets(const std::string& text, const std::vector<LeftOutLine>& left_out) {
+  std::vector<LeftOutLine> lost;
+  std::istringstream stream(text);
+  std::uint32_t number = 0;
+  for (std::string line; std::getline(stream, line);) {
+    ++number;
+    const auto is_this = [&](const LeftOutLine& one) { return one.line == number; };
+    if (std::any_of(left_out.begin(), left_out.end(), is_this)) continue;
+    const std::string words = line.substr(0, line.find(';'));
+    if (words.find_first_of("Tt") == std::string::npos) continue;
+    std::string found;
+    std::size_t first = std::string::npos;
+    for (std::size_t at = 0; (at = words.find_first_of("UVWuvw", at)) != std::string::npos; ++at) {
+      char* end = nullptr;
+      if (std::strtod(words.c_str() + at + 1, &end) == 0) continue;
+      found +=
+          fmt::format("{}{}", found.empty() ? "" : " ", trimmed(std::string_view(words.c_str() + at, end)));
+      first = std::min(first, at);
+    }
+    if (found.empty()) continue;
+    lost.push_back({number, static_cast<std::uint32_t>(first) + 1, std::string(trimmed(words)),
+                    fmt::format("no machine here has axes U, V and W; {} was left out of this tool", found)});
+  }
+  return lost;
+}
+
 // LinuxCNC skips lines that it cannot read, and of two lines with one T it takes the first (tooldata_load and
 // tooldata_find_index_for_tool of 2.9). So a machine that runs there comes over. A length as Z10,5, of which
 // LinuxCNC reads 10, is left out as well: nobody knows which was meant.
 void convert_tools(const std::string& text, const std::string& path, ImportedFiles& out) {
   std::vector<LeftOutLine> left_out;
   out.tools = ToolTable::parse_readable(text, path, out.machine.mm_per_unit, left_out).to_text();
-  constexpr std::size_t kTold = 10;
-  for (std::size_t i = 0; i < std::min(left_out.size(), kTold); ++i) {
-    const LeftOutLine& line = left_out[i];
-    out.machine.note(ImportSpot::kToolChange,
-                     {path, static_cast<int>(line.line), static_cast<int>(line.column)},
-                     line.text.substr(0, 80), line.why + "; this tool was left out",
-                     "trunnion tool adds it with the number that it should have");
-  }
-  if (left_out.size() > kTold)
-    out.machine.note(ImportSpot::kToolChange, {path},
-                     fmt::format("{} more lines of the tool table", left_out.size() - kTold),
-                     "they cannot be read either; these tools were left out", "look into the old table");
+  for (LeftOutLine& line : left_out) line.why += "; this tool was left out";
+  const std::vector<LeftOutLine> lost = lost_offsets(text, left_out);
+  note_lines(left_out, path, ImportSpot::kToolChange, "they cannot be read either; these tools were left out",
+             "trunnion tool adds it with the number that it should have", out);
+  note_lines(lost, path, ImportSpot::kToolChange, "they have offsets of U, V and W as well",
+             "if it was the tool's length, write it as Z into the new table", out);
 }
 
 void convert_tables(const IniFile& ini, const ImportReader& read, ImportedFiles& out) {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -37,8 +39,8 @@ struct ImportedJoint {
   bool rotary = false;
   double min = 0, max = 0, velocity = 0, acceleration = 0, jerk = 0;
   bool searches = false;  ///< homing looks for a switch
-  double home = 0;        ///< HOME: where it stands after homing
-  double switch_at = 0;   ///< HOME_OFFSET: where the switch, or the index behind it, is
+  double home = 0;        ///< HOME: where it stands after homing; it may lie beyond the range
+  double switch_at = 0;   ///< HOME_OFFSET: where the switch, or the index behind it, is; so may this
   double search_speed = 0, latch_speed = 0;
   double backlash = 0;
   double following_error = 0;
@@ -76,11 +78,20 @@ struct ImportedMachine {
   std::optional<ImportedHexapod> hexapod = {};
   std::vector<std::string> sub_path = {}, rtcp_on = {}, rtcp_off = {}, wrapped = {};
   std::vector<ImportedCode> codes = {};
-  std::optional<double> tolerance_mm = {};
+  std::optional<double> tolerance_mm = {}, arc_tolerance_mm = {};
   std::string path_mode = {};
   ImportedToolChange tool_change = ImportedToolChange::kOperator;
   bool io = false, spindle_encoder = false;
   std::vector<ImportNote> notes = {};
+
+  /// What the correction of backlash keeps free at either end of a joint's range: it moves by half of the
+  /// largest gap.
+  double backlash_strip(bool rotary) const {
+    double most = 0;
+    for (const ImportedJoint& joint : joints)
+      if (joint.rotary == rotary) most = std::max(most, joint.backlash);
+    return most / 2;
+  }
 
   void note(ImportSpot spot, const ImportPlace& place, std::string what, std::string why, std::string to_do,
             std::string joint = {}) {

@@ -5,7 +5,10 @@
 #include <algorithm>
 #include <cmath>
 
+#include "app/import/homing_reader.h"
 #include "app/import/import_place.h"
+#include "app/import/joint_section.h"
+#include "app/import/limit_reader.h"
 #include "core/letter_case.h"
 
 namespace trn {
@@ -13,24 +16,7 @@ namespace trn {
 namespace {
 
 constexpr double kJerkTime_s = 0.05;  // docs/config.md: a frequent choice
-constexpr double kEndlessDeg = 36000, kEndlessMm = 10000;
-constexpr double kLimitsNone = 1e9;  // LinuxCNC's own default is 1e99
-
-/// Reads the numbers of one section in mm or degrees, by the joint's kind.
-struct JointSection {
-  const IniFile& ini;
-  std::string name;
-  double unit;
-
-  std::optional<double> length(std::string_view key) const {
-    const std::optional<double> value = ini.number(name, key);
-    return value ? std::optional(*value * unit) : std::nullopt;
-  }
-  ImportPlace place(std::string_view key) const {
-    const IniEntry* entry = ini.find(name, key);
-    return entry ? entry->value_place : ini.place_of(name);
-  }
-};
+constexpr double kBacklashMax = 5;    // of [[corrections.joint_table.joint]], mm or degrees
 
 bool read_rotary(const IniFile& ini, const std::string& section, char letter, ImportedMachine& machine) {
   const bool should = letter == 'A' || letter == 'B' || letter == 'C';
@@ -57,56 +43,6 @@ bool read_rotary(const IniFile& ini, const std::string& section, char letter, Im
                     fmt::format("[{}] moves axis {} and is ANGULAR; LINEAR would be right", section, letter));
 }
 
-double positive(const JointSection& section, std::string_view key, double fallback, ImportedJoint& joint,
-                ImportedMachine& machine) {
-  const std::optional<double> value = section.length(key);
-  if (value && !(*value > 0))
-    throw ImportError(section.place(key), fmt::format("[{}]{} must be above 0", section.name, key));
-  if (value) return *value;
-  machine.note(ImportSpot::kJoint, section.place(key), fmt::format("[{}] has no {}", section.name, key),
-               fmt::format("LinuxCNC takes {} of its units for it, and so it is here", fallback),
-               "put the true value here", joint.name);
-  return fallback * section.unit;
-}
-
-double limit_of(const JointSection& section, std::string_view key, double sign, ImportedJoint& joint,
-                ImportedMachine& machine) {
-  const std::optional<double> value = section.length(key);
-  if (value && std::abs(*value) < kLimitsNone) return *value;
-  const double chosen = sign * (joint.rotary ? kEndlessDeg : kEndlessMm);
-  machine.note(
-      ImportSpot::kJoint, section.place(key), fmt::format("[{}] has no {}", section.name, key),
-      fmt::format("LinuxCNC then knows no end; here every joint has a range, and {} was chosen", chosen),
-      "put the true end of travel here", joint.name);
-  return chosen;
-}
-
-void read_range(const IniFile& ini, const JointSection& section, const std::string& axis,
-                ImportedJoint& joint, ImportedMachine& machine) {
-  joint.min = limit_of(section, "MIN_LIMIT", -1, joint, machine);
-  joint.max = limit_of(section, "MAX_LIMIT", 1, joint, machine);
-  joint.velocity = positive(section, "MAX_VELOCITY", 1, joint, machine);
-  joint.acceleration = positive(section, "MAX_ACCELERATION", 1, joint, machine);
-  // A letter that is one joint's alone has two pairs of limits, of which the narrower holds.
-  if (!axis.empty() && ini.has_section(axis)) {
-    const JointSection of_axis{ini, axis, section.unit};
-    joint.min = std::max(joint.min, of_axis.length("MIN_LIMIT").value_or(joint.min));
-    joint.max = std::min(joint.max, of_axis.length("MAX_LIMIT").value_or(joint.max));
-    joint.velocity = std::min(joint.velocity, of_axis.length("MAX_VELOCITY").value_or(joint.velocity));
-    joint.acceleration =
-        std::min(joint.acceleration, of_axis.length("MAX_ACCELERATION").value_or(joint.acceleration));
-    if (!(joint.velocity > 0) || !(joint.acceleration > 0))
-      throw ImportError(of_axis.place(joint.velocity > 0 ? "MAX_ACCELERATION" : "MAX_VELOCITY"),
-                        fmt::format("velocity and acceleration of [{}] must be above 0", axis));
-  }
-  if (!(joint.min < joint.max))
-    throw ImportError(
-        section.place("MAX_LIMIT"),
-        fmt::format("the range of {} is empty: MIN_LIMIT must be below MAX_LIMIT (of [{}] and of "
-                    "its axis together)",
-                    joint.name, section.name));
-}
-
 void choose_jerk(const JointSection& section, ImportedJoint& joint, ImportedMachine& machine) {
   joint.jerk = joint.acceleration / kJerkTime_s;
   if (const std::optional<double> jerk = section.length("MAX_JERK"); jerk && *jerk > 0) {
@@ -118,58 +54,75 @@ void choose_jerk(const JointSection& section, ImportedJoint& joint, ImportedMach
                "a smaller one is gentler to the machine, a greater one quicker", joint.name);
 }
 
-void read_homing(const JointSection& section, ImportedJoint& joint, ImportedMachine& machine) {
-  joint.home = section.length("HOME").value_or(0);
-  joint.switch_at = section.length("HOME_OFFSET").value_or(0);
-  const double search = section.length("HOME_SEARCH_VEL").value_or(0);
-  const double latch = section.length("HOME_LATCH_VEL").value_or(0);
-  joint.search_speed = std::abs(search);
-  joint.latch_speed = std::abs(latch);
-  joint.searches = search != 0 || latch != 0;
-  joint.following_error = section.length("FERROR").value_or(0);
-  joint.backlash = std::abs(section.length("BACKLASH").value_or(0));
-  if (const std::optional<double> sequence = section.ini.number(section.name, "HOME_SEQUENCE"))
-    joint.sequence = static_cast<int>(std::clamp(*sequence, -100.0, 100.0));
-  if (search > 0)
-    machine.note(ImportSpot::kDrives, section.place("HOME_SEARCH_VEL"),
-                 fmt::format("[{}]HOME_SEARCH_VEL is positive", section.name),
-                 "simulated drives search their switch downwards; real ones as their homing method says",
-                 "on CANopen choose homing_method (17 to 30: switches at either end)");
+void read_backlash(const JointSection& section, ImportedJoint& joint, ImportedMachine& machine) {
+  const double backlash = std::abs(section.length("BACKLASH").value_or(0));
+  if (backlash > kBacklashMax) {
+    machine.note(
+        ImportSpot::kJoint, section.place("BACKLASH"), section.ini.find(section.name, "BACKLASH")->text(),
+        fmt::format("{:.10g} {} are more than the correction takes, {}; no backlash was carried over",
+                    backlash, joint.rotary ? "degrees" : "mm", kBacklashMax),
+        "look whether the number is right; [corrections.joint_table] has backlash_mm and backlash_deg",
+        joint.name);
+    return;
+  }
+  joint.backlash = backlash;
 }
 
+/// Counts of an encoder come first. OUTPUT_SCALE is none: it is the volts of a drive with an analog input.
 void read_scale(const JointSection& section, ImportedJoint& joint, ImportedMachine& machine) {
-  for (const char* key : {"SCALE", "OUTPUT_SCALE", "STEP_SCALE", "INPUT_SCALE", "ENCODER_SCALE"}) {
+  std::string taken;
+  for (const char* key : {"ENCODER_SCALE", "INPUT_SCALE", "STEP_SCALE", "SCALE", "OUTPUT_SCALE"}) {
     const IniEntry* entry = section.ini.find(section.name, key);
-    if (!entry || joint.counts) continue;
+    if (!entry) continue;
     // Some have an offset or a remark behind it.
     const std::string first = entry->value.substr(0, entry->value.find_first_of(" \t"));
     const std::optional<double> counts = whole_number_text(first);
-    if (counts && *counts != 0)
+    const bool analog = std::string_view(key) == "OUTPUT_SCALE";
+    if (counts && *counts != 0 && !analog && !joint.counts) {
       joint.counts = *counts / section.unit;
-    else
-      machine.note(ImportSpot::kDrives, entry->value_place, entry->text(),
-                   "this is no number of counts for a unit of the axis",
-                   "with real drives, counts_per_mm or counts_per_deg");
+      taken = key;
+      continue;
+    }
+    std::string why = "this is no number of counts for a unit of the axis";
+    if (analog)
+      why = "this is the scale of an analog output, and no number of counts";
+    else if (joint.counts)
+      why = fmt::format("the counts of {} were taken, since a drive counts as its encoder does", taken);
+    machine.note(ImportSpot::kDrives, entry->value_place, entry->text(), why,
+                 analog || joint.counts ? "look whether the drive counts so: counts_per_mm or counts_per_deg"
+                                        : "with real drives, counts_per_mm or counts_per_deg");
   }
 }
 
+[[noreturn]] void miss_section(const IniFile& ini, int number, const std::string& name,
+                               const std::string& section) {
+  std::string hint;
+  if (ini.has_section(fmt::format("AXIS_{}", number)))
+    hint = "; this INI is of a LinuxCNC before 2.8: its update_ini makes a new one";
+  for (const IniEntry& entry : ini.entries())
+    if (upper_case(entry.section) == section)
+      hint = fmt::format("; [{}] is there, but small letters are others than capital ones", entry.section);
+  throw ImportError(ini.place_of("KINS"), fmt::format("axis {} is joint {}, and there is no section [{}]{}",
+                                                      name, number, section, hint));
+}
+
 ImportedJoint read_joint(const IniFile& ini, int number, const std::string& name, char letter, bool trivial,
-                         ImportedMachine& machine) {
+                         const std::vector<int>& motors, ImportedMachine& machine) {
   const std::string section = fmt::format("JOINT_{}", number);
-  if (!ini.has_section(section)) {
-    const bool old = ini.has_section(fmt::format("AXIS_{}", number));
-    throw ImportError(
-        ini.place_of("KINS"),
-        fmt::format("axis {} is joint {}, and there is no section [{}]{}", name, number, section,
-                    old ? "; this INI is of a LinuxCNC before 2.8: its update_ini makes a new one" : ""));
-  }
+  if (!ini.has_section(section)) miss_section(ini, number, name, section);
   ImportedJoint joint;
   joint.name = name;
   joint.number = number;
   joint.rotary = read_rotary(ini, section, letter, machine);
-  const JointSection keys{ini, section, joint.rotary ? machine.deg_per_unit : machine.mm_per_unit};
-  read_range(ini, keys, trivial ? fmt::format("AXIS_{}", letter) : "", joint, machine);
+  const double unit = joint.rotary ? machine.deg_per_unit : machine.mm_per_unit;
+  const JointSection keys{ini, section, unit};
+  // A letter that is one joint's alone has two pairs of limits, of which the narrower holds.
+  LimitSections more;
+  if (trivial) more.axis.push_back({ini, fmt::format("AXIS_{}", letter), unit});
+  for (const int motor : motors) more.motors.push_back({ini, fmt::format("JOINT_{}", motor), unit});
+  read_limits(keys, more, joint, machine);
   choose_jerk(keys, joint, machine);
+  read_backlash(keys, joint, machine);
   read_homing(keys, joint, machine);
   read_scale(keys, joint, machine);
   return joint;
@@ -228,7 +181,7 @@ void read_legs(const IniFile& ini, ImportedMachine& machine) {
     throw ImportError(ini.find("KINS", "JOINTS")->value_place,
                       "genhexkins has six legs: JOINTS = 6 would be right");
   for (int i = 0; i < 6; ++i) {
-    machine.joints.push_back(read_joint(ini, i, fmt::format("leg{}", i + 1), '-', false, machine));
+    machine.joints.push_back(read_joint(ini, i, fmt::format("leg{}", i + 1), '-', false, {}, machine));
     if (machine.joints.back().rotary)
       throw ImportError(ini.place_of(fmt::format("JOINT_{}", i)), "a leg of genhexkins is LINEAR");
   }
@@ -243,10 +196,7 @@ void read_legs(const IniFile& ini, ImportedMachine& machine) {
   }
 }
 
-}  // namespace
-
-void read_joints(const IniFile& ini, const KinematicsModule& module, ImportedMachine& machine) {
-  if (module.name == "genhexkins") return read_legs(ini, machine);
+void read_chain(const IniFile& ini, const KinematicsModule& module, ImportedMachine& machine) {
   const IniEntry* count_entry = ini.find("KINS", "JOINTS");
   const ImportPlace& count_place = count_entry ? count_entry->value_place : module.place;
   const double count = ini.number("KINS", "JOINTS").value_or(static_cast<double>(module.letters.size()));
@@ -258,7 +208,8 @@ void read_joints(const IniFile& ini, const KinematicsModule& module, ImportedMac
                                                module.letters.size(), module.letters));
   const bool trivial = module.name == "trivkins";
   std::string seen;
-  for (std::size_t i = 0; i < std::min(module.letters.size(), static_cast<std::size_t>(count)); ++i) {
+  const std::size_t joints = std::min(module.letters.size(), static_cast<std::size_t>(count));
+  for (std::size_t i = 0; i < joints; ++i) {
     const char letter = module.letters[i];
     if (defaulted && is_gap(ini, i, letter)) {
       machine.note(ImportSpot::kMachine, ini.place_of("TRAJ"), fmt::format("joint {}, axis {}", i, letter),
@@ -272,8 +223,11 @@ void read_joints(const IniFile& ini, const KinematicsModule& module, ImportedMac
     }
     seen += letter;
     const bool own = trivial || std::string_view("ABC").find(letter) != std::string_view::npos;
+    std::vector<int> motors;
+    for (std::size_t k = i + 1; k < joints; ++k)
+      if (module.letters[k] == letter) motors.push_back(static_cast<int>(k));
     machine.joints.push_back(
-        read_joint(ini, static_cast<int>(i), std::string(1, letter), letter, own, machine));
+        read_joint(ini, static_cast<int>(i), std::string(1, letter), letter, own, motors, machine));
     if (!own) note_axis_limits(ini, letter, ImportedJoint(machine.joints.back()), machine);
   }
   if (machine.joints.empty())
@@ -285,6 +239,31 @@ void read_joints(const IniFile& ini, const KinematicsModule& module, ImportedMac
         ini.place_of(ini.has_section(fmt::format("JOINT_{}", i)) ? fmt::format("JOINT_{}", i) : "KINS"),
         fmt::format("[JOINT_{}]", i), "an extra joint that no axis moves, by HAL alone",
         "it needs a control of its own");
+}
+
+/// The correction keeps a strip of the range free, and LinuxCNC does not: see write_joint.
+void note_backlash_strips(const IniFile& ini, ImportedMachine& machine) {
+  for (const ImportedJoint& joint : machine.joints) {
+    if (joint.backlash == 0) continue;
+    const IniEntry* entry = ini.find(fmt::format("JOINT_{}", joint.number), "BACKLASH");
+    machine.note(
+        ImportSpot::kJoint, entry->key_place, entry->text(),
+        fmt::format("its correction keeps {:.10g} {} at either end of the range for itself, so the range "
+                    "was written wider by as much; programs reach what MIN_LIMIT and MAX_LIMIT say",
+                    machine.backlash_strip(joint.rotary), joint.rotary ? "degrees" : "mm"),
+        "nothing", joint.name);
+  }
+}
+
+}  // namespace
+
+void read_joints(const IniFile& ini, const KinematicsModule& module, ImportedMachine& machine) {
+  if (module.name == "genhexkins")
+    read_legs(ini, machine);
+  else
+    read_chain(ini, module, machine);
+  note_path_limits(ini, machine);
+  note_backlash_strips(ini, machine);
 }
 
 }  // namespace trn

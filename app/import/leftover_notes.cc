@@ -8,6 +8,8 @@
 #include <set>
 
 #include "app/import/import_place.h"
+#include "app/import/key_names.h"
+#include "core/letter_case.h"
 
 namespace trn {
 
@@ -60,11 +62,8 @@ constexpr KeyMeaning kKeyMeanings[] = {
      "positions are not kept in a file: drives without absolute encoders "
      "home after power-on",
      "absolute = true of a drive that knows its place"},
-    {"TRAJ", "MAX_LINEAR_VELOCITY", ImportSpot::kMachine, "the joints' velocities alone bound the path",
-     kNothing},
-    {"TRAJ", "MAX_LINEAR_ACCELERATION", ImportSpot::kMachine,
-     "the joints' accelerations alone bound the path", kNothing},
-    {"TRAJ", "MAX_ANGULAR_VELOCITY", ImportSpot::kMachine, "the joints' velocities alone bound the path",
+    {"TRAJ", "MAX_ANGULAR_VELOCITY", ImportSpot::kEnd,
+     "it bounds how fast the user interface jogs, and no move of a program; the joints' limits bound both",
      kNothing},
     {"TRAJ", "SPINDLES", ImportSpot::kIo, "a machine has one spindle", kNothing},
     {"TRAJ", "", ImportSpot::kEnd,
@@ -122,6 +121,22 @@ KeyMeaning meaning_of(const IniEntry& entry) {
           "a section that LinuxCNC itself does not read: of HAL, or of a user interface", kNothing};
 }
 
+/// A name that LinuxCNC knows in capital letters alone, and passes over as it stands.
+bool note_other_case(const IniFile& ini, const IniEntry& entry, ImportedMachine& machine) {
+  const std::string meant = key_in_capitals(entry.section, entry.key);
+  if (meant.empty()) return false;
+  const IniEntry* real = nullptr;
+  for (const IniEntry& one : ini.entries())
+    if (!real && fmt::format("[{}]{}", one.section, one.key) == meant) real = &one;
+  machine.note(
+      ImportSpot::kMachine, entry.key_place, entry.text(),
+      fmt::format("small letters are others than capital ones in an INI: LinuxCNC looks for {} and passes "
+                  "over this line, and so does the import{}",
+                  meant, real ? fmt::format("; {} is there", real->text()) : ""),
+      fmt::format("if it was meant, write {} and import again", meant));
+  return true;
+}
+
 void note_ini(const IniFile& ini, ImportedMachine& machine) {
   // Keys of one section for which the same is to be said make one note.
   struct Group {
@@ -134,6 +149,7 @@ void note_ini(const IniFile& ini, ImportedMachine& machine) {
   std::map<std::pair<std::string, std::string>, std::size_t> at;
   for (const IniEntry& entry : ini.entries()) {
     if (entry.used) continue;
+    if (note_other_case(ini, entry, machine)) continue;
     const KeyMeaning meaning = meaning_of(entry);
     const auto [found, fresh] = at.emplace(std::pair(entry.section, meaning.why), groups.size());
     if (fresh) groups.push_back({meaning, entry.key_place, entry.section, {}});

@@ -9,6 +9,7 @@
 #include <sstream>
 
 #include "app/import/import_place.h"
+#include "app/import/startup_reader.h"
 #include "core/letter_case.h"
 
 namespace trn {
@@ -99,32 +100,6 @@ void read_folders(const IniFile& ini, ImportedMachine& machine) {
     for (std::string one; std::getline(all, one, ':');)
       read_folder(ini, *entry, std::string(trimmed(one)), machine);
   }
-}
-
-/// G64 P of the start code; everything else of it has no counterpart.
-void read_startup(const IniFile& ini, ImportedMachine& machine) {
-  const IniEntry* entry = ini.find("RS274NGC", "RS274NGC_STARTUP_CODE");
-  if (!entry) entry = ini.find("EMC", "RS274NGC_STARTUP_CODE");
-  if (!entry) return;
-  std::string code;
-  for (const char c : entry->value.substr(0, entry->value.find_first_of("(;")))
-    if (!std::isspace(static_cast<unsigned char>(c))) code += upper_case(c);
-  const auto has = [&](const char* word) {
-    const std::size_t at = code.find(word);
-    return at != std::string::npos && !std::isdigit(static_cast<unsigned char>(code.c_str()[at + 3])) &&
-           code.c_str()[at + 3] != '.';
-  };
-  const double unit = has("G20") ? 25.4 : has("G21") ? 1 : machine.mm_per_unit;
-  if (has("G61")) machine.path_mode = "G61";
-  if (code.find("G61.1") != std::string::npos) machine.path_mode = "G61.1";
-  if (const std::size_t at = code.find("G64P"); at != std::string::npos) {
-    const std::string number = code.substr(at + 4, code.find_first_not_of("0123456789.", at + 4) - at - 4);
-    const std::optional<double> tolerance = whole_number_text(number);
-    if (tolerance && *tolerance > 0) machine.tolerance_mm = *tolerance * unit;
-  }
-  machine.note(ImportSpot::kProgram, entry->key_place, entry->text(),
-               "no code is run at the start; path mode and tolerance were taken from it, the rest was not",
-               "write these codes into the first lines of your programs, or into the post-processor");
 }
 
 void read_tool_change(const IniFile& ini, const HalSetup& hal, ImportedMachine& machine) {
