@@ -6,13 +6,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
+#include <cstddef>
 #include <map>
-#include <sstream>
 #include <utility>
 
 #include "core/config_record.h"
+#include "core/config_text.h"
 #include "core/letter_case.h"
+#include "core/plain_file.h"
 
 namespace trn {
 
@@ -71,13 +72,22 @@ const toml::node* find(Node& node, std::string_view key) {
   return node.table->get(key);
 }
 
+/// As nearest_word; a key of the same quantity in another unit is near as well.
+std::string nearest_key(std::string_view key, const std::vector<std::string>& legal) {
+  const std::string near = nearest_word(key, legal);
+  if (!near.empty()) return near;
+  const auto same = std::find_if(legal.begin(), legal.end(),
+                                 [&](const std::string& other) { return same_quantity(key, other); });
+  return same == legal.end() ? "" : *same;
+}
+
 const toml::node& require(Node& node, std::string_view key) {
   const toml::node* found = find(node, key);
   if (found) return *found;
   std::vector<std::string> strangers;  // most often the key is there, misspelt
   for (const auto& [present, value] : *node.table)
     if (!is_known(node, present.str())) strangers.emplace_back(present.str());
-  if (const std::string near = nearest_word(key, strangers); !near.empty())
+  if (const std::string near = nearest_key(key, strangers); !near.empty())
     throw error_at(node, node.table->find(near)->first.source(),
                    fmt::format("unknown key '{}'; did you mean '{}'?", dotted(node, near), key));
   throw error_at(node, node.table->source(), fmt::format("missing key '{}'", dotted(node, key)));
@@ -207,7 +217,7 @@ void finish_node(const Node& node) {
   std::string meant;
   for (const auto& [key, value] : *node.table) {
     if (is_known(node, key.str())) continue;
-    const std::string near = nearest_word(key.str(), node.known);
+    const std::string near = nearest_key(key.str(), node.known);
     // The one that is nearest to a legal key tells most: others may be legal with the key that was meant.
     const bool nearer = !near.empty() && (meant.empty() || edit_distance(key.str(), near) <
                                                                edit_distance(stranger->str(), meant));
@@ -225,6 +235,12 @@ void finish_node(const Node& node) {
   for (const auto& [key, list] : node.children)
     for (const auto& made : list)
       if (made) finish_node(*made);
+}
+
+std::string_view line_of(std::string_view text, std::size_t number) {
+  for (; number > 1 && text.find('\n') != std::string_view::npos; --number)
+    text.remove_prefix(text.find('\n') + 1);
+  return text.substr(0, text.find('\n'));
 }
 
 ConfigTable make_root(toml::table parsed, const std::string& name, std::shared_ptr<ConfigRecord> record) {
@@ -406,22 +422,27 @@ ConfigTable parse_config(std::string_view text, const std::string& name) {
 
 ConfigTable parse_config(std::string_view text, const std::string& name,
                          std::shared_ptr<ConfigRecord> record) {
+  if (const auto flaw = find_encoding_flaw(text))
+    throw ConfigError(fmt::format("{}:{}:{}: {}", name, flaw->line, flaw->column, flaw->why));
   try {
     return make_root(toml::parse(text, name), name, std::move(record));
   } catch (const toml::parse_error& bad) {
-    throw ConfigError(fmt::format("{}:{}:{}: {}", name, bad.source().begin.line, bad.source().begin.column,
-                                  bad.description()));
+    const toml::source_position at = bad.source().begin;
+    const std::string meant = explain_value(line_of(text, at.line));
+    throw ConfigError(fmt::format("{}:{}:{}: {}", name, at.line, at.column,
+                                  meant.empty() ? std::string(bad.description()) : meant));
   }
 }
 
 ConfigTable load_config(const std::string& path) {
-  // Bytes as they are: the columns in messages count them.
-  std::ifstream in(path, std::ios::binary);
-  if (!in) throw ConfigError(fmt::format("{}:1:1: cannot read this file", path));
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (in.bad()) throw ConfigError(fmt::format("{}:1:1: cannot read this file", path));
-  return parse_config(text.str(), path);
+  constexpr std::size_t kBytesMax = std::size_t{16} << 20;  // a thousand times a large machine's
+  std::string text;
+  try {
+    text = read_plain_file(path, kBytesMax);
+  } catch (const PlainFileError& error) {
+    throw ConfigError(fmt::format("{}:1:1: {}", path.c_str(), error.what()));  // no byte 0 in a message
+  }
+  return parse_config(text, path);
 }
 
 }  // namespace trn

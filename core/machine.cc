@@ -2,6 +2,8 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+
 #include "core/units.h"
 
 namespace trn {
@@ -10,9 +12,30 @@ namespace {
 
 constexpr double kEndless_deg = 3.6e7;  // 100,000 turns either way: an endless joint's range
 
+bool is_of_name(char c) {
+  // Beyond ASCII TOML lets nothing but UTF-8 pass: letters of other languages.
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9') || c == '_' || c == '-' ||
+         static_cast<unsigned char>(c) >= 0x80;
+}
+
+// A joint's name heads a column of traces, and is a word in lists, signals and on command lines.
+std::string read_joint_name(const ConfigTable& table) {
+  constexpr const char* kLegal = "letters, digits, '_' and '-' are legal, as in \"X\" or \"leg1\"";
+  const std::string name = table.text("name");
+  if (name.empty() || !std::all_of(name.begin(), name.end(), is_of_name))
+    throw table.error("name", fmt::format("\"{}\" cannot be the name of a joint; {}", name, kLegal));
+  for (const char* column : {"t_s", "p_x", "p_y", "p_z", "u_i", "u_j", "u_k", "line", "load_known", "piece"})
+    if (name == column)
+      throw table.error("name",
+                        fmt::format("'{}' is a column of every trace already, so no joint can have this "
+                                    "name; {}",
+                                    name, kLegal));
+  return name;
+}
+
 Joint read_joint(const ConfigTable& table) {
   Joint joint;
-  joint.name = table.text("name");
+  joint.name = read_joint_name(table);
   const bool rotary = table.choice("type", {"linear", "rotary"}) == "rotary";
   joint.kind = rotary ? JointKind::kRotary : JointKind::kLinear;
   const double unit = rotary ? kRadPerDeg : 1.0;

@@ -68,7 +68,7 @@ SimulatedJoint::Config make_joint(const Joint& joint, double period_s, const Joi
   out.servo = {2 * kPi * keys.natural_frequency_hz, keys.damping, keys.velocity_feed_forward, period_s};
   out.following_error_max = unit * keys.following_error;
   out.quick_stop_deceleration = keys.quick_stop_factor * limit.acceleration;
-  out.acceleration_homing = limit.acceleration;
+  out.acceleration_max = out.acceleration_homing = limit.acceleration;
   // No faster than the joint may go, whatever the config asks for.
   out.speed_search = std::min(unit * keys.homing_speed, limit.velocity);
   out.speed_index = std::min(unit * keys.index_speed, limit.velocity);

@@ -191,9 +191,12 @@ void SimulatedJoint::step_enabled(double q, const Reference& reference) TRN_RT {
   // homed.
   const double target = q - encoder_offset_;
   const double outward = target - plant_.target;
-  // A setpoint that jumps is a following error before the axis has moved.
-  const double jump = outward - v_target_ * config_.servo.period_s;
-  if (std::abs(jump) > config_.following_error_max) return fail(Fault::kFollowingError);
+  // A setpoint that jumps is a following error before the axis has moved. What the joint's acceleration makes
+  // of the way of a period is no jump, which counts where periods are long.
+  const double period_s = config_.servo.period_s;
+  const double jump = outward - v_target_ * period_s;
+  const double jump_max = config_.following_error_max + config_.acceleration_max * period_s * period_s;
+  if (std::abs(jump) > jump_max) return fail(Fault::kFollowingError);
   follow(target, reference);
   if (std::abs(plant_.x - plant_.target) > config_.following_error_max) fail(Fault::kFollowingError);
   // standing on a switch is no fault, or nobody could jog away from it

@@ -18,6 +18,7 @@ class SimulatedJoint {
   struct Config {
     Servo::Config servo;
     double following_error_max = 0;         ///< mm or rad
+    double acceleration_max = 0;            ///< per s^2, of good setpoints
     double quick_stop_deceleration = 0;     ///< per s^2
     double acceleration_homing = 0;         ///< per s^2
     double speed_search = 0;                ///< towards the home switch, per s

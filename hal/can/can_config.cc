@@ -1,6 +1,7 @@
 #include "hal/can/can_config.h"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <utility>
@@ -74,9 +75,23 @@ CanBusConfig read_bus(const ConfigTable& table) {
       static_cast<double>(table.integer("data_bitrate", 2000000, Range{10000, 8000000}));
   if (bus.fd && data_bitrate < bus.bitrate)
     throw table.error("data_bitrate",
-                      fmt::format("'data_bitrate' must not be less than bitrate ({:g})", bus.bitrate));
+                      fmt::format("'data_bitrate' must not be less than bitrate ({:.0f})", bus.bitrate));
   if (bus.fd) bus.data_bitrate = data_bitrate;
   return bus;
+}
+
+// Asked for by itself: none of the node's other keys has been read yet, and no one of them is meant as `bus`.
+std::string bus_of(const ConfigTable& node, std::size_t number, const std::vector<std::string>& names) {
+  if (names.size() == 1) return node.choice("bus", names, names[0]);
+  try {
+    return node.choice("bus", names);
+  } catch (const ConfigError&) {
+    if (node.has("bus")) throw;
+  }
+  throw node.error("bus",
+                   fmt::format("missing key 'drives.node[{}].bus': there are {} buses, and this drive is "
+                               "on one of them; legal: {}",
+                               number, names.size(), fmt::join(names, ", ")));
 }
 
 void check_node(const CanDrivesConfig& config, const CanBusConfig& bus, const CanNodeConfig& node,
@@ -139,9 +154,9 @@ CanDrivesConfig read_can_drives(const Machine& machine, const ConfigTable& drive
   }
   const std::vector<ConfigTable> nodes = drives.tables("node");
   const std::vector<int> gantries = read_gantry_joints(machine, drives);
-  for (const ConfigTable& table : nodes) {
-    const std::string name =
-        names.size() == 1 ? table.choice("bus", names, names[0]) : table.choice("bus", names);
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const ConfigTable& table = nodes[i];
+    const std::string name = bus_of(table, i, names);
     CanBusConfig& bus =
         config.buses[static_cast<std::size_t>(std::find(names.begin(), names.end(), name) - names.begin())];
     CanNodeConfig node = read_can_node(machine, timing, {bus.interface, bus.fd}, table);

@@ -133,8 +133,22 @@ class NodeReader {
     return fmt::format("{} is {} to {}", to_string(key), text(entry->low), text(entry->high));
   }
 
+  void check_skipped(const ObjectDictionary& dictionary, std::uint16_t index, std::optional<unsigned> sub,
+                     const std::string& name) const {
+    if (index == 0x6040)
+      throw table_.error("skip", "0x6040 is the controlword: it is sent every period and cannot be left out");
+    const bool there = std::any_of(
+        dictionary.entries.begin(), dictionary.entries.end(),
+        [&](const auto& entry) { return entry.first.index == index && (!sub || entry.first.sub == *sub); });
+    if (!there)
+      throw table_.error("skip",
+                         fmt::format("the drive's data sheet has no {}, so it is never written; is it "
+                                     "another object?",
+                                     name));
+  }
+
   // "0x6085" or "0x60C2:2", in the spelling in which they are compared later
-  std::vector<std::string> read_skip() const {
+  std::vector<std::string> read_skip(const ObjectDictionary& dictionary) const {
     std::vector<std::string> out;
     for (const std::string& text : table_.texts("skip", {})) {
       ObjectKey key;
@@ -146,6 +160,7 @@ class NodeReader {
       out.push_back(with_sub ? fmt::format("{}:{}", index, sub) : index);
       if (!whole || sub > 255 || lower_case(out.back()) != lower_case(text))
         throw table_.error("skip", fmt::format("'{}' is no object; legal: \"0x6085\", \"0x60C2:2\"", text));
+      check_skipped(dictionary, key.index, with_sub ? std::optional(sub) : std::nullopt, out.back());
     }
     return out;
   }
@@ -215,6 +230,7 @@ class NodeReader {
 
   void read_dictionary(CanNodeConfig& node) {
     const std::string name = table_.text("eds");
+    if (name.empty()) throw table_.error("eds", "'eds' is empty; it names the drive's EDS or DCF file");
     const std::filesystem::path beside = std::filesystem::path(machine_.root.file()).parent_path() / name;
     try {
       node.dictionary = load_eds(beside.string(), node.link.id);
@@ -434,13 +450,30 @@ class NodeReader {
     }
   }
 
+  // CiA 402-2 reserves what is between its methods; negative numbers are the maker's.
+  int read_homing_method(const CanNodeConfig& node) const {
+    const auto method = static_cast<int>(table_.integer("homing_method", 5, Range{-128, 37}));
+    if (method == 0 && !node.link.axis.absolute)
+      throw table_.error(
+          "homing_method",
+          "method 0 homes nothing (CiA 402-2); say absolute = true for an encoder that knows its "
+          "place, or a method from 1 to 37");
+    for (const int reserved : {15, 16, 31, 32, 36})
+      if (method == reserved)
+        throw table_.error("homing_method",
+                           fmt::format("method {} is reserved by CiA 402-2, and no drive has it; legal: 1 to "
+                                       "14, 17 to 30, 33, 34, 35, 37, and a maker's own from -128 to -1",
+                                       method));
+    return method;
+  }
+
   DriveSetup read_setup(CanNodeConfig& node) {
     const JointLimit& limit = joint().limit;
     DriveSetup setup;
     setup.name = node.link.name;
     setup.period_s = timing_.period_s;
     setup.mode = node.link.axis.mode;
-    setup.skip = read_skip();
+    setup.skip = read_skip(node.dictionary);
     setup.pdo_order = node.pdo_habits.order;
     setup.interpolation = read_interpolation(node, setup);
     setup.sync_counter = timing_.sync_counter;
@@ -457,7 +490,7 @@ class NodeReader {
     node.square = unit() * table_.number(key("square"), 0.0, kAnyNumber);
     node.home += node.square;
     node.link.home_group = static_cast<int>(table_.integer("home_group", 0, Range{0, 99}));
-    node.homing_method = static_cast<int>(table_.integer("homing_method", 5, Range{-128, 37}));
+    node.homing_method = read_homing_method(node);
     setup.homes = !node.link.axis.absolute;
     setup.homing_method = node.homing_method;
     if (std::abs(node.home * scale) > std::numeric_limits<std::int32_t>::max())

@@ -5,10 +5,11 @@
 #include <algorithm>
 #include <bit>
 #include <charconv>
-#include <fstream>
+#include <cstddef>
 #include <sstream>
 
 #include "core/letter_case.h"
+#include "core/plain_file.h"
 #include "hal/can/nmt.h"
 
 namespace trn {
@@ -394,6 +395,8 @@ std::optional<ObjectKey> ObjectDictionary::find_name(std::string_view name) cons
 ObjectDictionary parse_eds(std::string_view text, const std::string& name, int node_id) {
   ObjectDictionary out;
   out.file = name;
+  if (text.starts_with("\xFF\xFE") || text.starts_with("\xFE\xFF"))
+    throw EdsError(fmt::format("{}:1: this is UTF-16; save the file as UTF-8 or ANSI", name));
   const IniReader ini(text, out);
   DictionaryReader reader(out, node_id);
   for (const Section& section : ini.sections()) reader.take(section);
@@ -404,11 +407,14 @@ ObjectDictionary parse_eds(std::string_view text, const std::string& name, int n
 }
 
 ObjectDictionary load_eds(const std::string& path, int node_id) {
-  std::ifstream in(path, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in || in.bad()) throw EdsError(fmt::format("{}:1: cannot read this file", path));
-  return parse_eds(text.str(), path, node_id);
+  constexpr std::size_t kBytesMax = std::size_t{16} << 20;
+  std::string text;
+  try {
+    text = read_plain_file(path, kBytesMax);
+  } catch (const PlainFileError& error) {
+    throw EdsError(fmt::format("{}:1: {}", path.c_str(), error.what()));
+  }
+  return parse_eds(text, path, node_id);
 }
 
 }  // namespace trn

@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <utility>
+
+#include "core/check.h"
 
 namespace trn {
 
@@ -22,6 +25,40 @@ std::int64_t now_ns() {
 
 std::int64_t ns(double seconds) { return static_cast<std::int64_t>(seconds * 1e9); }
 
+/// The least and the greatest value that a register can hold.
+Range range_of(const ModbusValueConfig& value) {
+  const double low = value.is_signed ? -32768 : 0, high = value.is_signed ? 32767 : 65535;
+  const double one = low * value.scale, other = high * value.scale;
+  return {std::min(one, other), std::max(one, other)};
+}
+
+// What the register would hold must mean what was asked for: 80000 in sixteen bits would be 14464.
+std::string word_of(const ModbusValueConfig& value, double wanted, std::uint16_t& word) {
+  const double low = value.is_signed ? -32768 : 0, high = value.is_signed ? 32767 : 65535;
+  const double raw = std::round(wanted / value.scale);
+  if (!(raw >= low && raw <= high)) {
+    const Range holds = range_of(value);
+    return fmt::format("{} = {:g} does not fit register {} ({:g} to {:g}) and was not sent", value.name,
+                       wanted, value.address, holds.min, holds.max);
+  }
+  word = static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
+  return "";
+}
+
+// A limit that the register never reaches was meant for another register, scale or sign.
+void check_limits(const ConfigTable& table, const ModbusValueConfig& value) {
+  const bool bits = value.table == ModbusTable::kCoil || value.table == ModbusTable::kDiscrete;
+  if (bits || value.max <= value.min) return;
+  const Range holds = range_of(value);
+  const double slack = std::abs(value.scale);  // of one count
+  for (const auto& [key, limit] : {std::pair("min", value.min), std::pair("max", value.max)})
+    if (limit < holds.min - slack || limit > holds.max + slack)
+      throw table.error(
+          key, fmt::format("'{}' = {:g} does not fit the register, which holds {:g} to {:g}; look at "
+                           "'scale' and 'signed', or give a limit that fits",
+                           key, limit, holds.min, holds.max));
+}
+
 ModbusValueConfig read_value_config(const ConfigTable& table, const std::string& device) {
   static const std::vector<std::string> kTables = {"coil", "discrete", "input", "holding"};  // as ModbusTable
   ModbusValueConfig value;
@@ -35,7 +72,18 @@ ModbusValueConfig read_value_config(const ConfigTable& table, const std::string&
   value.min = table.number("min", 0.0, kAnyNumber);
   value.max = table.number("max", 0.0, kAnyNumber);
   if (value.max < value.min) throw table.error("max", "'max' must not be less than 'min'");
+  check_limits(table, value);
   return value;
+}
+
+// Two names for one meaning of one register: one of the addresses is wrong, most often after a copy.
+void check_twice(const ConfigTable& table, const ModbusValueConfig& value, const ModbusValueConfig& other) {
+  const bool same = other.table == value.table && other.address == value.address &&
+                    other.is_signed == value.is_signed && other.scale == value.scale;
+  if (same)
+    throw table.error("address", fmt::format("'{}' and '{}' are the same {} {}; one address is wrong, or one "
+                                             "name is enough",
+                                             other.name, value.name, to_string(value.table), value.address));
 }
 
 ModbusDeviceConfig read_device(const ConfigTable& table, const std::vector<std::string>& lines) {
@@ -52,9 +100,11 @@ ModbusDeviceConfig read_device(const ConfigTable& table, const std::vector<std::
   device.required = table.boolean("required", true);
   for (const ConfigTable& entry : table.tables("value")) {
     const ModbusValueConfig value = read_value_config(entry, device.name);
-    for (const ModbusValueConfig& other : device.values)
+    for (const ModbusValueConfig& other : device.values) {
       if (other.name == value.name)
         throw entry.error("name", fmt::format("'{}' is there already", value.name));
+      check_twice(entry, value, other);
+    }
     device.values.push_back(value);
   }
   return device;
@@ -76,19 +126,6 @@ void check_budget(const ModbusConfig& config, std::size_t line, const ConfigTabl
                     fmt::format("line '{}' would be busy {:.0f} % of the time, 70 % is the most:{}\n  a "
                                 "faster line, or poll_s longer by {:.2f} times",
                                 config.lines[line].name, 100 * share, sum, share / kShareMax));
-}
-
-// What the register would hold must mean what was asked for: 80000 in sixteen bits would be 14464.
-std::string word_of(const ModbusValueConfig& value, double wanted, std::uint16_t& word) {
-  const double low = value.is_signed ? -32768 : 0, high = value.is_signed ? 32767 : 65535;
-  const double raw = std::round(wanted / value.scale);
-  if (!(raw >= low && raw <= high)) {
-    const double one = low * value.scale, other = high * value.scale;
-    return fmt::format("{} = {:g} does not fit register {} ({:g} to {:g})", value.name, wanted, value.address,
-                       std::min(one, other), std::max(one, other));
-  }
-  word = static_cast<std::uint16_t>(static_cast<std::int32_t>(raw));
-  return "";
 }
 
 }  // namespace
@@ -241,8 +278,8 @@ void FieldDevices::run_writes(ModbusLink& link, std::size_t line) {
       if (!take_write(value, wanted)) continue;
       std::uint16_t word = 0;
       std::string trouble = word_of(value, wanted, word);
-      const bool fits = trouble.empty();
-      for (int tries = 0; fits && tries <= device.retries; ++tries)
+      TRN_CHECK(trouble.empty());  // `write` takes nothing else
+      for (int tries = 0; tries <= device.retries; ++tries)
         if (trouble = link.write(device.unit, value.table, value.address, {word}); trouble.empty()) break;
       finish_write(i, value, wanted, trouble);
       // The device does not answer, and the other values would each wait for the time-out as well.
@@ -291,23 +328,56 @@ std::optional<FieldDevices::Value> FieldDevices::value(const std::string& name) 
   return std::nullopt;
 }
 
+const ModbusValueConfig* FieldDevices::find(const std::string& name) const {
+  for (const ModbusDeviceConfig& device : config_.devices)
+    for (const ModbusValueConfig& value : device.values)
+      if (value.name == name) return &value;
+  return nullptr;
+}
+
+bool FieldDevices::fits(const std::string& name, double value) const {
+  const ModbusValueConfig* found = find(name);
+  std::uint16_t word = 0;
+  return found && word_of(*found, value, word).empty();
+}
+
 bool FieldDevices::write(const std::string& name, double value) {
-  if (!this->value(name)) return false;
+  const ModbusValueConfig* found = find(name);
+  if (!found) return false;
+  std::uint16_t word = 0;
+  const std::string trouble = word_of(*found, value, word);
   const std::lock_guard lock(mutex_);
+  if (!trouble.empty()) {
+    // What was asked for before is not wanted any more either.
+    writes_.erase(name);
+    misfits_[name] = trouble;
+    return false;
+  }
+  misfits_.erase(name);
   writes_[name] = value;
   news_ = true;
   wake_.notify_all();
   return true;
 }
 
+void FieldDevices::forget_misfits() {
+  const std::lock_guard lock(mutex_);
+  misfits_.clear();
+}
+
 std::int64_t FieldDevices::settled_ns() const {
   const std::lock_guard lock(mutex_);
   // A write that is taken out of the list but not yet answered is not settled either.
-  return writing_ > 0 || !writes_.empty() ? -1 : settled_ns_;
+  return writing_ > 0 || !writes_.empty() || !misfits_.empty() ? -1 : settled_ns_;
 }
 
 Fault FieldDevices::fault(std::string& detail) const {
   const std::lock_guard lock(mutex_);
+  // The program or the config is wrong here, so it does not matter whether the device is required.
+  if (!misfits_.empty()) {
+    detail = misfits_.begin()->second;
+    return Fault::kDeviceFault;
+  }
   for (std::size_t i = 0; i < states_.size(); ++i) {
     const DeviceState& state = states_[i];
     // A device that is read well but takes no writes is of no use for the machine either: its outputs stay as

@@ -78,12 +78,19 @@ class FieldDevices {
 
   /// Any thread. Nothing if there is no such value.
   std::optional<Value> value(const std::string& name) const;
+  /// Whether there is such a value and its register can hold this.
+  bool fits(const std::string& name, double value) const;
   /// Writes `value` (in the value's unit) with the next turn of its line; the last one asked for counts.
+  /// False, with nothing sent, if there is no such value or its register cannot hold this. The latter is a
+  /// fault until something that fits is asked for.
   bool write(const std::string& name, double value);
+  /// Gives up what did not fit; its registers stay as they are.
+  void forget_misfits();
   /// When the last written value was acknowledged, in ns of the steady clock. -1 while a value still waits
-  /// for that, also where its device refuses it.
+  /// for that, also where its device refuses it or its register cannot hold it.
   std::int64_t settled_ns() const;
-  /// kDeviceLost or kDeviceFault of a required device as it is now, and which, in words.
+  /// kDeviceLost or kDeviceFault of a required device as it is now, and which, in words. kDeviceFault also
+  /// for what any device was to be told and its register cannot hold.
   Fault fault(std::string& detail) const;
 
  private:
@@ -98,6 +105,7 @@ class FieldDevices {
     std::string trouble;
   };
 
+  const ModbusValueConfig* find(const std::string& name) const;
   void serve(std::size_t line);
   void poll(ModbusLink& link, std::size_t device);
   std::string read_value(ModbusLink& link, const ModbusDeviceConfig& device, const ModbusValueConfig& value);
@@ -113,6 +121,7 @@ class FieldDevices {
   std::condition_variable wake_;
   std::map<std::string, Sample> samples_;
   std::map<std::string, double> writes_;
+  std::map<std::string, std::string> misfits_;  ///< asked for last and not sent: why
   std::vector<DeviceState> states_;
   std::int64_t settled_ns_ = 0;
   int writing_ = 0;  ///< taken out of `writes_`, not yet acknowledged

@@ -20,8 +20,9 @@ ModbusIo::ModbusIo(const ModbusIoConfig& config, FieldDevices::Listener listener
 ModbusIo::~ModbusIo() { shut_down(); }
 
 void ModbusIo::bring_up() {
-  // It runs already: a reset of the drives alone must not stop the spindle.
-  if (thread_.joinable()) return;
+  // It runs already: a reset of the drives alone must not stop the spindle. What did not fit has been told,
+  // and nobody could ask for less while it is a fault.
+  if (thread_.joinable()) return devices_->forget_misfits();
   // After a pause the devices may have been switched off and on: everything is told to them anew.
   put_.clear();
   stop_ = false;
@@ -97,17 +98,27 @@ void ModbusIo::put(const std::string& name, double value) {
 void ModbusIo::send_outputs() {
   const double rpm = rpm_;
   const ModbusIoConfig::Spindle& spindle = config_.spindle;
+  const double speed = spindle.reverse.empty() ? rpm : std::abs(rpm);
+  const bool fits = speed_fits(speed);
+  // With a speed that its register cannot hold, the spindle would start at an older one. It stays as it is
+  // until the fault has stopped the motion.
+  if (fits) put(spindle.reverse, rpm < 0 ? 1 : 0);
   // Direction and speed before `run`, so that the spindle does not start the wrong way round.
-  put(spindle.reverse, rpm < 0 ? 1 : 0);
-  put(spindle.speed, spindle.reverse.empty() ? rpm : std::abs(rpm));
-  put(spindle.run, rpm != 0 ? 1 : 0);
+  put(spindle.speed, speed);
+  if (fits) put(spindle.run, rpm != 0 ? 1 : 0);
   const std::uint64_t digital = digital_out_;
   for (std::size_t i = 0; i < config_.digital_outputs.size(); ++i)
     put(config_.digital_outputs[i], digital >> i & 1 ? 1 : 0);
   for (std::size_t i = 0; i < config_.analog_outputs.size(); ++i)
     put(config_.analog_outputs[i], analog_out_[i]);
-  put(config_.mist, coolant_ & 1 ? 1 : 0);
-  put(config_.flood, coolant_ & 2 ? 1 : 0);
+  // One pump for both runs while one of them is on.
+  const int coolant = coolant_, both = config_.mist == config_.flood ? 3 : 0;
+  put(config_.mist, coolant & (1 | both) ? 1 : 0);
+  put(config_.flood, coolant & (2 | both) ? 1 : 0);
+}
+
+bool ModbusIo::speed_fits(double rpm) const {
+  return config_.spindle.speed.empty() || devices_->fits(config_.spindle.speed, rpm);
 }
 
 double ModbusIo::known(const std::string& name) const {
@@ -134,13 +145,13 @@ bool ModbusIo::spindle_follows() const {
     reading = value->value;
     return !value->stale && value->time_ns > settled_ns;
   };
-  const double rpm = rpm_;
+  const double rpm = rpm_, wanted = spindle.reverse.empty() ? rpm : std::abs(rpm);
+  if (!speed_fits(wanted)) return false;
   double reading = 0;
   if (!spindle.at_speed.empty() && rpm != 0 && (!fresh(spindle.at_speed, reading) || reading == 0))
     return false;
   // An inverter that does not tell its speed is taken at its word that it took the command.
   if (spindle.actual.empty()) return true;
-  const double wanted = spindle.reverse.empty() ? rpm : std::abs(rpm);
   return fresh(spindle.actual, reading) && std::abs(reading - wanted) <= spindle.tolerance_rpm;
 }
 

@@ -59,6 +59,7 @@ class ModbusIo final : public MachineIo {
   void put(const std::string& name, double value);
   void take_inputs();
   double known(const std::string& name) const;
+  bool speed_fits(double rpm) const;
   bool spindle_follows() const;
   void watch_faults();
 

@@ -1,6 +1,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
+#include <map>
+#include <string>
+#include <tuple>
+#include <vector>
 
 #include "core/config.h"
 #include "hal/modbus/field_devices.h"
@@ -18,6 +23,7 @@ class Roles {
     for (const ModbusDeviceConfig& device : devices.devices)
       for (const ModbusValueConfig& value : device.values) {
         names_.push_back(value.name);
+        places_[value.name] = {device.line, device.unit, value.table, value.address};
         if (value.table == ModbusTable::kCoil || value.table == ModbusTable::kHolding)
           writable_.push_back(value.name);
       }
@@ -25,36 +31,44 @@ class Roles {
   std::string read(const ConfigTable& table, const std::string& key) const {
     return table.has(key) ? table.choice(key, names_) : "";
   }
-  std::string written(const ConfigTable& table, const std::string& key) const {
+  std::string written(const ConfigTable& table, const std::string& key) {
     const std::string name = read(table, key);
-    check_writable(table, key, name);
+    if (!name.empty()) take(table, key, name);
     return name;
   }
-  std::vector<std::string> list(const ConfigTable& table, const std::string& key, bool written) const {
+  std::vector<std::string> list(const ConfigTable& table, const std::string& key, bool written) {
     std::vector<std::string> out = table.texts(key, {});
     if (out.size() > kMaxIo) throw table.error(key, fmt::format("'{}' has more than {} names", key, kMaxIo));
     for (const std::string& name : out) {
       if (std::find(names_.begin(), names_.end(), name) == names_.end())
         throw table.error(key, fmt::format("'{}' is no value of a [[modbus.device]]{}", name, hint(name)));
-      if (written) check_writable(table, key, name);
+      if (written) take(table, key, name);
     }
     return out;
   }
 
  private:
-  void check_writable(const ConfigTable& table, const std::string& key, const std::string& name) const {
-    if (name.empty() || std::find(writable_.begin(), writable_.end(), name) != writable_.end()) return;
-    throw table.error(key,
-                      fmt::format("'{}' cannot be written; it must be a coil or a holding register", name));
+  // An output and another writer of its register would each undo what the other has written, at every turn.
+  void take(const ConfigTable& table, const std::string& key, const std::string& name) {
+    if (std::find(writable_.begin(), writable_.end(), name) == writable_.end())
+      throw table.error(key,
+                        fmt::format("'{}' cannot be written; it must be a coil or a holding register", name));
+    const auto [place, first] = writers_.emplace(places_[name], key);
+    if (!first && (key.ends_with("_outputs") || place->second.ends_with("_outputs")))
+      throw table.error(key, fmt::format("'{}' is written by '{}' already; a register has one writer", name,
+                                         place->second));
   }
   std::string hint(const std::string& name) const {
     const std::string near = nearest_word(name, names_);
     return near.empty() ? "" : fmt::format("; did you mean '{}'?", near);
   }
+  using Place = std::tuple<std::size_t, int, ModbusTable, int>;  ///< line, unit, table, address
   std::vector<std::string> names_, writable_;
+  std::map<std::string, Place> places_;
+  std::map<Place, std::string> writers_;  ///< the key that writes there
 };
 
-ModbusIoConfig::Spindle read_spindle(const ConfigTable& table, const Roles& roles) {
+ModbusIoConfig::Spindle read_spindle(const ConfigTable& table, Roles& roles) {
   ModbusIoConfig::Spindle spindle;
   spindle.speed = roles.written(table, "speed");
   spindle.run = roles.written(table, "run");
@@ -78,7 +92,7 @@ ModbusIoConfig read_modbus_io(const ConfigTable& root) {
   if (!io || io->text("type", "simulated") != "modbus") return config;
   if (config.devices.devices.empty())
     throw io->error("type", "'type' is \"modbus\", but there is no [[modbus.device]]");
-  const Roles roles(config.devices);
+  Roles roles(config.devices);
   if (const auto spindle = io->table_if("spindle")) config.spindle = read_spindle(*spindle, roles);
   config.digital_inputs = roles.list(*io, "digital_inputs", false);
   config.digital_outputs = roles.list(*io, "digital_outputs", true);

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/fault.h"
 #include "core/units.h"
 #include "hal/can/brake.h"
 #include "hal/can/bus.h"
@@ -195,6 +196,7 @@ class EmulatedCanDrives::Opener final : public CanOpener {
 EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& drives, const Machine& truth,
                                      const ConfigTable& true_drives)
     : config_(read_can_drives(machine, drives)),
+      drives_(drives),
       nodes_(make_emulated_nodes(truth, read_can_drives(truth, true_drives), true_drives)),
       period_ns_(std::llround(machine.period_s * 1e9)),
       standing_(JointVec::Zero(static_cast<Eigen::Index>(machine.joints.size()))),
@@ -213,6 +215,35 @@ EmulatedCanDrives::EmulatedCanDrives(const Machine& machine, const ConfigTable& 
     }
   }
   master_ = std::make_unique<CanDrives>(config_, std::make_unique<Opener>(*this));
+}
+
+void EmulatedCanDrives::bring_up() {
+  for (const ConfigTable& node : drives_.tables("node")) {
+    const auto method = static_cast<int>(node.integer("homing_method", 5, kAnyNumber));
+    if (node.boolean("absolute", false) || EmulatedHoming::knows(method)) continue;
+    throw node.error(
+        "homing_method",
+        fmt::format("{} is the maker's own homing method, and no emulation of it exists; rehearse "
+                    "with a method of CiA 402, as 35 or 37 (home is here), or absolute = true",
+                    method));
+  }
+  master_->bring_up();
+}
+
+std::string EmulatedCanDrives::explain_fault(int joint) const {
+  std::string text = master_->explain_fault(joint);
+  for (std::size_t b = 0; !text.empty() && b < nodes_.size(); ++b)
+    for (std::size_t i = 0; i < nodes_[b].size(); ++i) {
+      const EmulatedDrive& drive = nodes_[b][i]->drive();
+      if (joint >= 0 && config_.buses[b].nodes[i].link.joint != joint) continue;
+      const Fault fault = master_->master(b).nodes()[i].fault();
+      const std::string why = fault == Fault::kHomingFailed ? drive.why_not_homed() : "";
+      if (!why.empty()) return fmt::format("{}; {}", text, why);
+      if (joint >= 0 && drive.joint().on_limit_switch())
+        text += fmt::format("; the emulated axis stands on a limit switch, where its method {} has led it",
+                            config_.buses[b].nodes[i].homing_method);
+    }
+  return text;
 }
 
 void EmulatedCanDrives::exchange(const Setpoints& setpoints, Feedback& feedback) TRN_RT {

@@ -33,11 +33,12 @@ class EmulatedCanDrives final : public Drives, public TouchDrives {
   EmulatedCanDrives(const Machine& machine, const ConfigTable& drives, const Machine& truth,
                     const ConfigTable& true_drives);
 
-  void bring_up() override { master_->bring_up(); }
+  /// ConfigError for a joint whose homing method no emulation has: a maker's own.
+  void bring_up() override;
   void shut_down() noexcept override { master_->shut_down(); }
   void reset_faults() override { master_->reset_faults(); }
   unsigned closed_ends(int joint) const override { return master_->closed_ends(joint); }
-  std::string explain_fault(int joint) const override { return master_->explain_fault(joint); }
+  std::string explain_fault(int joint) const override;
   std::string health() const override { return master_->health(); }
   std::vector<std::string> warnings() const override { return master_->warnings(); }
   int feedback_periods() const override { return master_->feedback_periods(); }
@@ -58,6 +59,7 @@ class EmulatedCanDrives final : public Drives, public TouchDrives {
   class Opener;
 
   CanDrivesConfig config_;
+  ConfigTable drives_;
   std::vector<std::unique_ptr<VirtualBus>> buses_;
   std::vector<std::vector<std::unique_ptr<EmulatedNode>>> nodes_;
   std::unique_ptr<CanDrives> master_;

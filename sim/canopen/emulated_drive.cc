@@ -190,7 +190,7 @@ void EmulatedDrive::follow_joint() {
   if (joint_.state() == DriveState::kFault && !faulty) {
     state_ = S::kFaultReactionActive;
     homing_error_ = joint_.fault() == Fault::kHomingFailed;
-    homing_.end();
+    homing_.end(homing_error_ ? "the emulated axis searched for longer than homing_timeout_s" : "");
     raise(joint_.fault() == Fault::kFollowingError ? kFollowingErrorCode
           : joint_.fault() == Fault::kLimitSwitch  ? kLimitSwitchCode
                                                    : kHomingCode);

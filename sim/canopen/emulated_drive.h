@@ -71,6 +71,9 @@ class EmulatedDrive {
   /// The input of the touch probe has changed when the encoder stood at `q`, mm or rad.
   void touch(bool contact, double q);
 
+  /// Why its last homing found nothing; "" if it did.
+  const char* why_not_homed() const { return homing_.why(); }
+
   SimulatedJoint& joint() { return joint_; }
   const SimulatedJoint& joint() const { return joint_; }
   Cia402State state() const { return state_; }

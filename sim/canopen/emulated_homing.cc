@@ -83,10 +83,11 @@ void EmulatedHoming::begin(const Run& run, const Switches& switches, double plac
   run_ = run;
   switches_ = switches;
   failed_ = turned_ = false;
+  why_ = "";
   before_ = place;
   phase_ = Phase::kSearch;
   if (!plan_of(run.method, run.reverse, plan_)) {
-    fail();
+    fail("there is no emulation of this homing method");
   } else if (is_here(run.method)) {
     home_ = place;
     phase_ = Phase::kStop;
@@ -97,8 +98,9 @@ void EmulatedHoming::begin(const Run& run, const Switches& switches, double plac
   was_closed_ = closed(place, false);
 }
 
-double EmulatedHoming::fail() {
+double EmulatedHoming::fail(const char* why) {
   failed_ = true;
+  why_ = why;
   phase_ = Phase::kStop;
   return 0;
 }
@@ -143,7 +145,8 @@ double EmulatedHoming::search(double place, bool home_dead) {
     return 0;
   }
   if (!beyond_limit(place, way_)) return way_ * run_.fast;
-  if (!plan_.reverses || std::exchange(turned_, true)) return fail();
+  if (!plan_.reverses || std::exchange(turned_, true))
+    return fail("the emulated axis came to a limit switch before it found the home switch");
   way_ = -way_;
   return way_ * run_.fast;
 }
@@ -183,7 +186,11 @@ double EmulatedHoming::step(double place, bool home_dead) {
   }
   const bool goes_on = phase_ == Phase::kLeave || phase_ == Phase::kEdge || phase_ == Phase::kIndex;
   const int way = speed < 0 ? -1 : 1;
-  if (goes_on && speed != 0 && beyond_limit(place, way) && (place - before_) * way > 0) return fail();
+  if (goes_on && speed != 0 && beyond_limit(place, way) && (place - before_) * way > 0)
+    return fail(phase_ == Phase::kIndex
+                    ? "the emulated axis came to a limit switch before it found an index; 'start_mm' or "
+                      "'start_deg' of [[drives.emulation.joint]] can let it start elsewhere"
+                    : "the emulated axis came to a limit switch before it crossed the switch's edge");
   was_closed_ = now;
   before_ = place;
   return speed;

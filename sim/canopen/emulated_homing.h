@@ -33,8 +33,14 @@ class EmulatedHoming {
   bool stopping() const { return phase_ == Phase::kStop; }
   /// It has met no switch, or a limit switch that its figure does not have.
   bool failed() const { return failed_; }
+  /// Why the last one failed, for people; "" if it did not.
+  const char* why() const { return why_; }
   double home() const { return home_; }
-  void end() { phase_ = Phase::kIdle; }
+  /// `why`: where it is given up.
+  void end(const char* why = "") {
+    phase_ = Phase::kIdle;
+    if (*why) why_ = why;
+  }
 
  private:
   enum class Phase : std::uint8_t { kIdle, kSearch, kLeave, kEdge, kIndex, kStop };
@@ -56,7 +62,7 @@ class EmulatedHoming {
   double search(double place, bool home_dead);
   double cross_edge(double place, bool now);
   bool beyond_limit(double place, int way) const;
-  double fail();
+  double fail(const char* why);
   void go_for_index(double from);
 
   Run run_;
@@ -66,6 +72,7 @@ class EmulatedHoming {
   bool failed_ = false, turned_ = false, was_closed_ = false;
   int way_ = 0;
   double before_ = 0, home_ = 0;
+  const char* why_ = "";
 };
 
 }  // namespace trn

@@ -2,6 +2,12 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <filesystem>
+#include <fstream>
+#include <functional>
+#include <string>
+
 #include "core/config_record.h"
 #include "core/machine.h"
 
@@ -42,6 +48,40 @@ TEST(Config, ErrorsNamePlaceAndRemedy) {
               root.table("c").choice("d", {"y", "z"});
             }),
             "t.toml:2:5: 'c.d' = \"x\" is not legal; did you mean \"y\"? Legal: y, z");
+}
+
+TEST(Config, AKeyInAnotherUnitIsNamed) {
+  const ConfigTable root = parse_config("[c]\nmax_inch = 4\n", "t.toml");
+  EXPECT_EQ(failure([&] { root.table("c").number("max_mm"); }),
+            "t.toml:2:1: unknown key 'c.max_inch'; did you mean 'max_mm'?");
+  root.table("c").number("max_mm", 1, kPositive);
+  EXPECT_EQ(failure([&] { root.finish(); }), "t.toml:2:1: unknown key 'c.max_inch'; did you mean 'max_mm'?");
+}
+
+TEST(Config, WhatTomlRefusesIsSaidInPlainWords) {
+  EXPECT_EQ(failure([] { parse_config("a = 1\nb = 1,5\n", "t.toml"); }),
+            "t.toml:2:6: '1,5' is no number; write 1.5, with a point");
+  EXPECT_EQ(failure([] { parse_config("a = 1\nname = X\n", "t.toml"); }),
+            "t.toml:2:8: a text stands in straight quotes: name = \"X\"");
+  EXPECT_EQ(failure([] { parse_config("a = 1\nname = \"M\xFChle\"\n", "t.toml"); }),
+            "t.toml:2:10: the byte 0xfc is no UTF-8; save the file as UTF-8");
+  EXPECT_EQ(failure([] { parse_config("[a\nb = 1\n", "t.toml"); }).substr(0, 11), "t.toml:1:3:");
+}
+
+TEST(Config, AConfigIsARegularFileOfSomeSize) {
+  EXPECT_EQ(failure([] { load_config(testing::TempDir()); }),
+            testing::TempDir() + ":1:1: this is a folder; name a file in it");
+  EXPECT_EQ(failure([] { load_config("/dev/zero"); }),
+            "/dev/zero:1:1: this is no regular file but a device; name a file on a disk");
+  EXPECT_EQ(failure([] { load_config(std::string("a.toml\0b", 8)); }),
+            "a.toml:1:1: a file's name has no byte 0");
+  const std::string path = testing::TempDir() + "config_test.toml";
+  std::ofstream(path) << "a = 1\n";
+  EXPECT_EQ(load_config(path).number("a"), 1);
+  std::filesystem::resize_file(path, (std::uintmax_t{16} << 20) + 1);
+  EXPECT_EQ(failure([&] { load_config(path); }),
+            path + ":1:1: this file has more than 16 MB, the most that is legal; is it the right one?");
+  std::filesystem::remove(path);
 }
 
 TEST(Config, ProposesAWordForSlipsOfTheFingersOnly) {

@@ -70,6 +70,22 @@ TEST(Machine, JointsAreOneToTheMostAndHaveNamesOfTheirOwn) {
             std::string::npos);
 }
 
+// A name heads a column of the trace, between commas, and stands in signals between points.
+TEST(Machine, NamesOfJointsFitIntoTracesAndSignals) {
+  for (const char* legal : {"X", "x", "leg1", "rail_2", "Y-left", "Achse_\xc3\xbc"})
+    EXPECT_EQ(refusal(machine(joint(legal))), "") << legal;
+  for (const char* bad : {"", "X,Y", " X", "X Y", "X.Y", "X=1", "X'"})
+    EXPECT_NE(
+        refusal(machine(joint(bad)))
+            .find("m.toml:5:8: \"" + std::string(bad) + "\" cannot be the name of a joint; letters, digits"),
+        std::string::npos)
+        << bad << ": " << refusal(machine(joint(bad)));
+  for (const char* column : {"t_s", "p_x", "u_k", "line", "load_known", "piece"})
+    EXPECT_NE(refusal(machine(joint("X") + joint(column))).find("is a column of every trace already"),
+              std::string::npos)
+        << column;
+}
+
 TEST(Machine, ThePeriodIsTenMicrosecondsToATenthOfASecond) {
   for (const char* legal : {"1e-5", "0.1"}) EXPECT_EQ(refusal(machine(joint("X"), legal)), "") << legal;
   for (const char* bad : {"0.9e-5", "0.101", "0.0", "-0.001"})

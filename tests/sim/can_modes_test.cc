@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/axes.h"
+#include "core/config.h"
 #include "core/fault.h"
 #include "core/units.h"
 #include "hal/can/bus.h"
@@ -227,12 +228,33 @@ TEST(HomingMethods, HereTakesThePositionWithoutMoving) {
   EXPECT_EQ(field.node(0).drive().joint().measured(), before);
 }
 
-TEST(HomingMethods, AnUnknownOneIsAFaultThatSaysSo) {
-  Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = 15"}});
+TEST(HomingMethods, OfAMakersOwnThereIsNoEmulation) {
+  Field field("cradle_can.toml", {{"homing_method = 5", "homing_method = -3"}});
+  try {
+    field.drives.bring_up();
+    FAIL() << "it came up";
+  } catch (const ConfigError& error) {
+    EXPECT_NE(std::string(error.what()).find("-3 is the maker's own homing method, and no emulation"),
+              std::string::npos)
+        << error.what();
+  }
+  Field knows("cradle_can.toml", {{"homing_method = 5", "homing_method = -3\nabsolute = true"}});
+  knows.start();
+}
+
+// The index of the first joint lies beyond its limit switch.
+TEST(HomingMethods, OneThatEndsAtALimitSwitchSaysSo) {
+  Field field("cradle_can.toml",
+              {{"homing_method = 5", "homing_method = 34"},
+               {"counts_per_mm = 10000", "counts_per_mm = 10000\nindex_speed_mm_s = 100"},
+               {"[[drives.bus]]", "[drives.emulation]\nindex_pitch_mm = 900\n[[drives.bus]]"}});
   field.start();
   field.drives.request_home(1);
-  EXPECT_GE(field.until([&] { return field.feedback.fault != Fault::kOk; }, 2000), 0);
+  EXPECT_GE(field.until([&] { return field.feedback.fault != Fault::kOk; }, 60000), 0);
   EXPECT_EQ(field.feedback.fault, Fault::kHomingFailed);
+  EXPECT_NE(field.drives.explain_fault(0).find("came to a limit switch before it found an index"),
+            std::string::npos)
+      << field.drives.explain_fault(0);
 }
 
 }  // namespace

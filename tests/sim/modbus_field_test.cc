@@ -137,10 +137,16 @@ TEST(FieldDevices, WhatDoesNotFitItsRegisterIsNotWritten) {
     FieldDevices devices(bench.config);
     std::string detail;
     ASSERT_GE(Bench::polls_until([&] { return !devices.value("box.speed")->stale; }), 0);
-    devices.write("box.speed", wanted);
-    ASSERT_GE(Bench::polls_until([&] { return devices.fault(detail) == Fault::kDeviceLost; }), 0) << wanted;
+    EXPECT_FALSE(devices.fits("box.speed", wanted)) << wanted;
+    EXPECT_FALSE(devices.write("box.speed", wanted)) << wanted;
+    EXPECT_EQ(devices.fault(detail), Fault::kDeviceFault) << "not lost: nobody asked it";
     EXPECT_NE(detail.find("does not fit register 2 (0 to 65535)"), std::string::npos) << detail;
+    EXPECT_EQ(devices.settled_ns(), -1);
+    EXPECT_TRUE(devices.write("box.run", 1));
+    ASSERT_GE(Bench::polls_until([&] { return bench.line->get(3, ModbusTable::kCoil, 5) == 1; }), 0)
+        << "others are told as ever";
     EXPECT_EQ(bench.line->get(3, ModbusTable::kHolding, 2), 0) << wanted;
+    EXPECT_EQ(devices.fault(detail), Fault::kDeviceFault) << wanted;
     devices.write("box.speed", 65535);
     ASSERT_GE(Bench::polls_until([&] { return bench.line->get(3, ModbusTable::kHolding, 2) == 65535; }), 0);
     EXPECT_GE(Bench::polls_until([&] { return devices.fault(detail) == Fault::kOk; }), 0) << detail;

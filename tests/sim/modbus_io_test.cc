@@ -85,11 +85,40 @@ class AnalogCabinet : public Cabinet {
         }) {}
 };
 
+class OnePumpCabinet : public Cabinet {
+ protected:
+  OnePumpCabinet() : Cabinet([](ModbusIoConfig& own) { own.mist = own.flood; }) {}
+};
+
+// M7 off and M8 on once switched the pump's coil off and on at every turn.
+TEST_F(OnePumpCabinet, APumpForBothRunsWhileOneIsOn) {
+  for (const int coolant : {2, 1, 3}) {
+    outputs.coolant = coolant;
+    ASSERT_TRUE(until([&] { return cabinet->get("box.flood") == 1; })) << coolant;
+    EXPECT_FALSE(until([&] { return cabinet->get("box.flood") == 0; }, 0.3)) << coolant;
+    outputs.coolant = 0;
+    ASSERT_TRUE(until([&] { return cabinet->get("box.flood") == 0; })) << coolant;
+  }
+}
+
 TEST_F(AnalogCabinet, TheFirstAnalogOutputIsSent) {
   outputs.analog[0] = 1;
   EXPECT_TRUE(until([&] { return cabinet->get("box.vacuum") == 1; })) << io->explain_fault();
   outputs.analog[0] = 0;
   EXPECT_TRUE(until([&] { return cabinet->get("box.vacuum") == 0; })) << io->explain_fault();
+}
+
+// No program can ask for less while it is a fault, so a reset must end it.
+TEST_F(AnalogCabinet, AResetGivesUpWhatDidNotFit) {
+  ASSERT_TRUE(until([&] { return inputs.spindle_ready; })) << io->explain_fault();
+  outputs.analog[0] = 70000;
+  ASSERT_TRUE(until([&] { return inputs.fault == Fault::kDeviceFault; }));
+  EXPECT_FALSE(until([&] { return inputs.fault == Fault::kOk; }, 0.3)) << "it stays until then";
+  io->bring_up();
+  EXPECT_TRUE(until([&] { return inputs.fault == Fault::kOk; })) << io->explain_fault();
+  EXPECT_EQ(cabinet->get("box.vacuum"), 0);
+  outputs.analog[0] = 1;
+  EXPECT_TRUE(until([&] { return cabinet->get("box.vacuum") == 1; })) << io->explain_fault();
 }
 
 TEST_F(PlainCabinet, AnInverterThatTellsNoFaultHasNone) {
@@ -114,6 +143,23 @@ TEST_F(Cabinet, SpindleIsReadyOnlyWhenItTurnsAsTold) {
   ASSERT_TRUE(until([&] { return inputs.spindle_ready; }));
   EXPECT_EQ(cabinet->get("inverter.run"), 0);
   EXPECT_LT(cabinet->get("inverter.actual"), 51);
+}
+
+// 70000 rpm do not fit sixteen bits. Told to run, the inverter would start at the speed of before.
+TEST_F(Cabinet, ASpindleDoesNotStartAtASpeedThatDoesNotFit) {
+  ASSERT_TRUE(until([&] { return inputs.spindle_ready; })) << io->explain_fault();
+  outputs.spindle_rpm = -70000;
+  ASSERT_TRUE(until([&] { return inputs.fault == Fault::kDeviceFault; }));
+  EXPECT_NE(io->explain_fault().find("inverter.speed = 70000 does not fit register 0 (0 to 65535)"),
+            std::string::npos)
+      << io->explain_fault();
+  EXPECT_FALSE(until([&] { return inputs.spindle_ready; }, 0.5));
+  for (const char* name : {"inverter.run", "inverter.reverse", "inverter.speed"})
+    EXPECT_EQ(cabinet->get(name), 0) << name;
+  outputs.spindle_rpm = 6000;
+  EXPECT_TRUE(until([&] { return inputs.spindle_ready && inputs.fault == Fault::kOk; }))
+      << io->explain_fault();
+  EXPECT_EQ(cabinet->get("inverter.speed"), 6000);
 }
 
 TEST_F(Cabinet, OutputsComeBackAsInputsAndTemperaturesAreTold) {

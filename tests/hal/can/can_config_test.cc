@@ -40,6 +40,20 @@ std::string refusal(const std::string& text) {
   return "";
 }
 
+/// The message for the cradle's config with `to` in place of the first `from`.
+std::string refusal_of_edit(const std::string& from, const std::string& to) {
+  std::ifstream in(source_dir() + "/configs/cradle_can.toml");
+  std::string config{std::istreambuf_iterator<char>(in), {}};
+  config.replace(config.find(from), from.size(), to);
+  const ConfigTable root = parse_config(config, source_dir() + "/configs/cradle_can.toml");
+  try {
+    read_can_drives(read_machine(root), root.table("drives"));
+  } catch (const ConfigError& error) {
+    return error.what();
+  }
+  return "";
+}
+
 std::string write_of(const std::string& index, const std::string& sub, const std::string& value) {
   return "[[drives.node.write]]\nindex = " + index + "\nsub = " + sub + "\nvalue = " + value + "\n";
 }
@@ -55,6 +69,38 @@ TEST(CanConfig, ARampBeyondItsObjectIsTheSteepest) {
     }
     EXPECT_EQ(found, 1);
   }
+}
+
+// CiA 402-2, clause 11: 0 is no homing; 15, 16, 31, 32 and 36 are reserved; below 0 they are the maker's.
+TEST(CanConfig, HomingMethodsAreThoseOfTheStandardAndTheMakers) {
+  const auto told = [](const std::string& method) {
+    return refusal_of_edit("homing_method = 5", "homing_method = " + method);
+  };
+  for (int method = -128; method <= 37; ++method) {
+    const bool reserved = method == 15 || method == 16 || method == 31 || method == 32 || method == 36;
+    const std::string text = told(std::to_string(method));
+    if (method == 0)
+      EXPECT_NE(text.find(":110:17: method 0 homes nothing"), std::string::npos) << text;
+    else if (reserved)
+      EXPECT_NE(text.find(":110:17: method " + std::to_string(method) + " is reserved"), std::string::npos)
+          << text;
+    else
+      EXPECT_EQ(text, "") << method;
+  }
+  EXPECT_EQ(told("0\nabsolute = true"), "") << "an absolute encoder needs no method";
+}
+
+TEST(CanConfig, OfTwoBusesEveryDriveNamesItsOwn) {
+  const std::string text =
+      refusal_of_edit("bitrate = 1000000", "bitrate = 1000000\n[[drives.bus]]\ninterface = \"can1\"");
+  EXPECT_NE(text.find("missing key 'drives.node[0].bus'"), std::string::npos) << text;
+  EXPECT_NE(text.find("legal: can0, can1"), std::string::npos) << text;
+}
+
+TEST(CanConfig, BitratesAreTold) {
+  const std::string text =
+      refusal_of_edit("bitrate = 1000000", "bitrate = 1000000\nfd = true\ndata_bitrate = 500000");
+  EXPECT_NE(text.find("must not be less than bitrate (1000000)"), std::string::npos) << text;
 }
 
 TEST(CanConfig, WritesAreOfObjectsThatThereAre) {
@@ -76,6 +122,10 @@ TEST(CanConfig, WhatIsSkippedIsAnObject) {
   for (const char* bad : {"6085", "0x60C2:256", "0x60C2:", "0x123456", "quick stop", ""})
     EXPECT_NE(refusal(std::string("skip = [\"") + bad + "\"]\n").find("is no object"), std::string::npos)
         << bad;
+  for (const char* strange : {"0x9999", "0x60C2:9"})
+    EXPECT_NE(refusal(std::string("skip = [\"") + strange + "\"]\n").find(strange), std::string::npos)
+        << "the sheet has none";
+  EXPECT_NE(refusal("skip = [\"0x6040\"]\n").find("controlword"), std::string::npos);
 }
 
 TEST(CanConfig, TheInterpolationPeriodIsThatOfTheMachine) {

@@ -3,7 +3,9 @@
 #include <gtest/gtest.h>
 
 #include <cstdint>
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace trn {
@@ -147,6 +149,23 @@ TEST(Eds, ACompactListOfConsumersHasNoSuchLimitEither) {
   for (std::uint8_t sub = 1; sub <= 3; ++sub) EXPECT_FALSE(out.find({0x1016, sub})->high) << int{sub};
   ASSERT_EQ(out.warnings.size(), 1u);
   EXPECT_EQ(out.warnings[0], "elmo.eds:1: HighLimit 65535 of [1016] leaves no room for a node id; left out");
+}
+
+TEST(Eds, ASheetIsARegularFileOfText) {
+  const auto why = [](const std::function<void()>& read) {
+    try {
+      read();
+    } catch (const EdsError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  EXPECT_EQ(why([] { load_eds(testing::TempDir(), 1); }),
+            testing::TempDir() + ":1: this is a folder; name a file in it");
+  EXPECT_EQ(why([] { load_eds("/dev/zero", 1); }),
+            "/dev/zero:1: this is no regular file but a device; name a file on a disk");
+  EXPECT_EQ(why([] { parse_eds(std::string_view("\xFF\xFE[\0", 4), "x.eds", 1); }),
+            "x.eds:1: this is UTF-16; save the file as UTF-8 or ANSI");
 }
 
 }  // namespace

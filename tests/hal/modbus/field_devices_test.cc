@@ -75,5 +75,29 @@ TEST(FieldDevicesConfig, WhatCannotBeIsRefused) {
   EXPECT_TRUE(read_modbus(parse_config("", "m.toml")).lines.empty());
 }
 
+// Sixteen bits hold 0 to 65535, with a sign -32768 to 32767, each times the scale (protocol 1.1b3, 4.3).
+TEST(FieldDevicesConfig, ALimitMustBeOneThatTheRegisterCanReach) {
+  const std::string value = config_text(1, "", "tcp:a");
+  EXPECT_NE(refusal(value + "max = 70000\n")
+                .find("'max' = 70000 does not fit the register, which holds 0 to 65535"),
+            std::string::npos)
+      << refusal(value + "max = 70000\n");
+  EXPECT_EQ(refusal(value + "max = 65535\n"), "");
+  EXPECT_EQ(refusal(value + "max = 131070\nscale = 2\n"), "");
+  EXPECT_NE(refusal(value + "max = 32767\nscale = 0.1\n"), "");
+  EXPECT_NE(refusal(value + "min = -20\nmax = 120\n").find("'signed'"), std::string::npos) << "no sign";
+  EXPECT_EQ(refusal(value + "min = -20\nmax = 120\nsigned = true\n"), "");
+  EXPECT_EQ(refusal(value + "min = -100\nmax = 0\nscale = -0.01\n"), "");
+  EXPECT_NE(refusal(value + "min = -1000\nmax = 1\nscale = -0.01\n"), "");
+}
+
+TEST(FieldDevicesConfig, OneMeaningOfARegisterHasOneName) {
+  const std::string again = "[[modbus.device.value]]\nname = \"again\"\ntable = \"input\"\naddress = 0\n";
+  const std::string text = config_text(1, "", "tcp:a") + again;
+  EXPECT_NE(refusal(text).find("'box.v0' and 'box.again' are the same input 0"), std::string::npos)
+      << refusal(text);
+  EXPECT_EQ(refusal(text + "signed = true\n"), "") << "another meaning";
+}
+
 }  // namespace
 }  // namespace trn

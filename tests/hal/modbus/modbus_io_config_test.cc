@@ -33,6 +33,14 @@ address = 0
 name = "holding"
 table = "holding"
 address = 0
+[[modbus.device.value]]
+name = "start"
+table = "coil"
+address = 1
+[[modbus.device.value]]
+name = "rpm"
+table = "holding"
+address = 1
 )";
 
 ModbusIoConfig read(const std::string& io) {
@@ -60,7 +68,7 @@ TEST(ModbusIoConfig, OutputsAreWhatCanBeWritten) {
     for (const std::string key : {"speed", "run"})
       EXPECT_EQ(refusal("[io.spindle]\n" + key + " = \"box." + name + "\"\n").empty(), writable) << key;
     for (const std::string key : {"reverse", "actual", "at_speed", "fault"})
-      EXPECT_EQ(refusal("[io.spindle]\nrun = \"box.coil\"\n" + key + " = \"box." + name + "\"\n").empty(),
+      EXPECT_EQ(refusal("[io.spindle]\nrun = \"box.start\"\n" + key + " = \"box." + name + "\"\n").empty(),
                 writable || key != "reverse")
           << key << " " << name;
   }
@@ -72,7 +80,7 @@ digital_inputs = ["box.switch", "box.coil"]
 analog_outputs = ["box.holding"]
 flood = "box.coil"
 [io.spindle]
-speed = "box.holding"
+speed = "box.rpm"
 actual = "box.input"
 tolerance_rpm = 12
 )");
@@ -81,7 +89,7 @@ tolerance_rpm = 12
   EXPECT_TRUE(config.digital_outputs.empty());
   EXPECT_EQ(config.flood, "box.coil");
   EXPECT_EQ(config.mist, "");
-  EXPECT_EQ(config.spindle.speed, "box.holding");
+  EXPECT_EQ(config.spindle.speed, "box.rpm");
   EXPECT_EQ(config.spindle.actual, "box.input");
   EXPECT_EQ(config.spindle.tolerance_rpm, 12);
 }
@@ -101,6 +109,16 @@ TEST(ModbusIoConfig, WhatCannotBeIsRefused) {
   EXPECT_THROW(read_modbus_io(parse_config("[io]\ntype = \"modbus\"\n", "io.toml")), ConfigError)
       << "no device";
   EXPECT_TRUE(read_modbus_io(parse_config("[io]\ntype = \"simulated\"\n", "io.toml")).devices.lines.empty());
+}
+
+// Two outputs on one coil would switch it on and off, two hundred times a second.
+TEST(ModbusIoConfig, TheRegisterOfAnOutputHasOneWriter) {
+  const std::string text = refusal("digital_outputs = [\"box.coil\"]\nmist = \"box.coil\"\n");
+  EXPECT_NE(text.find("'box.coil' is written by 'digital_outputs' already"), std::string::npos) << text;
+  EXPECT_NE(refusal("digital_outputs = [\"box.coil\"]\n[io.spindle]\nrun = \"box.coil\"\n"), "");
+  EXPECT_NE(refusal("analog_outputs = [\"box.holding\", \"box.holding\"]\n"), "");
+  EXPECT_EQ(refusal("mist = \"box.coil\"\nflood = \"box.coil\"\n"), "") << "one pump";
+  EXPECT_EQ(refusal("digital_inputs = [\"box.coil\", \"box.coil\"]\nmist = \"box.coil\"\n"), "") << "readers";
 }
 
 }  // namespace

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <cstddef>
+#include <optional>
+#include <string>
+#include <string_view>
+
+namespace trn {
+
+/// A place in a text, counted from 1, and what is wrong there.
+struct TextFlaw {
+  std::size_t line = 1, column = 1;
+  std::string why;
+};
+
+/// Where a text is no UTF-8 (Unicode 15, table 3-7); nothing if it is.
+std::optional<TextFlaw> find_encoding_flaw(std::string_view text);
+
+/// For a line `key = value` that TOML refuses: what was most likely meant, as a sentence; "" if nobody knows.
+std::string explain_value(std::string_view line);
+
+/// Whether two keys name one quantity in two units, as max_mm and max_inch.
+bool same_quantity(std::string_view key, std::string_view other);
+
+}  // namespace trn

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <cstddef>
+#include <stdexcept>
+#include <string>
+
+namespace trn {
+
+/// A file that cannot be read; what() says why and what would be right, without the file's name.
+struct PlainFileError : std::runtime_error {
+  using std::runtime_error::runtime_error;
+};
+
+/// The bytes of the regular file `path`. PlainFileError for everything else that may stand there, at once and
+/// without opening it: a folder, and a pipe or a device, at which reading might never end. Also for a file of
+/// more than `bytes_max`.
+std::string read_plain_file(const std::string& path, std::size_t bytes_max);
+
+}  // namespace trn
