@@ -37,6 +37,8 @@ using T = EmulatedNode::Trouble;
 
 constexpr double kStill = 1e-6;  // mm, rad: what a standing plant may do in a period
 constexpr double kCount = 2e-4;  // and one that is switched on: two counts of 10,000 a mm
+constexpr double kOffsetStands = 1e-9, kCorrections_s = 10;  // mm, rad a period; and how long at most
+constexpr int kStandsPeriods = 20;
 constexpr const char* kMotion = "G21 G91 G94\nG1 {}40 F1500\n";
 
 /// Inputs beside the drives, as somebody else sets them.
@@ -60,8 +62,8 @@ class Stage : public RehearsalStage {
         field_(dynamic_cast<EmulatedCanDrives*>(assembly_.drives.get())) {
     if (!field_)
       throw std::runtime_error("the drives of this machine are on no CAN bus: nothing to rehearse");
-    for (const SafetyInputs::Input& input : assembly_.safety)
-      if (!input.from.of_drive() && input.safe_when_on) cabinet_.set(input.from.number, true);
+    // The rehearsal begins with everything released, whatever the emulation of `run` has.
+    for (const SafetyInputs::Input& input : assembly_.safety) set_input(input.from, input.safe_when_on);
     cycle_.reset(new Cycle(make_cycle(assembly_, queue_, ProgramStops::kPass, *assembly_.drives, &cabinet_,
                                       *assembly_.rate_plans)));
     victim = static_cast<int>(bus_config().nodes.size()) / 2;
@@ -96,7 +98,7 @@ class Stage : public RehearsalStage {
     JointVec q = JointVec::Zero(static_cast<Eigen::Index>(assembly_.machine.joints.size()));
     for (std::size_t b = 0; b < field_->config().buses.size(); ++b)
       for (std::size_t i = 0; i < field_->config().buses[b].nodes.size(); ++i)
-        q[field_->config().buses[b].nodes[i].link.joint] += field_->node(b, i).drive().joint().measured();
+        add_place(field_->config().buses[b].nodes[i].link, field_->node(b, i).drive(), q);
     for (const Gantry::Config& gantry : field_->config().gantries) q[gantry.joint] /= gantry.motors;
     return q;
   }
@@ -114,9 +116,26 @@ class Stage : public RehearsalStage {
       }
   }
 
+  /// A correction behind the plan goes on to what it wants after a stop on the path: until it stands.
+  void let_corrections_end() {
+    JointVec before = offsets();
+    for (int i = 0, stands = 0; enabled() && i < periods(kCorrections_s) && stands < kStandsPeriods; ++i) {
+      tick();
+      const JointVec now = offsets();
+      stands = (now - before).cwiseAbs().maxCoeff() < kOffsetStands ? stands + 1 : 0;
+      before = now;
+    }
+  }
+
   int victim = 0;  ///< number of the node on the first bus to which things happen
 
  private:
+  // The encoder of an absolute axis reads its own numbers, and the config has what lies between them and the
+  // joint's.
+  static void add_place(const NodeLink::Config& link, EmulatedDrive& drive, JointVec& q) {
+    q[link.joint] += drive.joint().measured() + link.axis.offset;
+  }
+  JointVec offsets() const { return report().q_setpoint - report().q_plan; }
   void one_period() override { cycle_->tick(); }
   std::string explain() const override { return field_->explain_fault(-1); }
 
@@ -275,8 +294,9 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   RehearsedFault out;
   out.cause = row.cause;
   out.wanted = row.fault;
-  out.keeps_position = row.keeps_position || stage.bus_config().nodes[0].link.axis.absolute;
   row.happen(stage);
+  const auto victim = static_cast<std::size_t>(stage.victim);
+  out.keeps_position = row.keeps_position || stage.bus_config().nodes[victim].link.axis.absolute;
   const int limit = row.fault == Fault::kOk ? 0 : stage.periods(2);
   out.to_fault = stage.until([&] { return stage.report().fault != Fault::kOk; }, limit);
   const int rest = stage.wait_for_rest(kStill, [&] {
@@ -285,6 +305,7 @@ RehearsedFault rehearse(const std::string& config, const Row& row) {
   out.to_rest = rest < 0 ? -1 : rest + std::max(out.to_fault, 0);
   out.fault = stage.report().fault;
   out.message = stage.field().explain_fault(stage.report().fault_joint);
+  stage.let_corrections_end();
   out.crept = stage.moves_in(stage.periods(1));
   row.mend(stage);
   stage.tick(stage.periods(0.2));

@@ -1,5 +1,7 @@
 #include "app/lab/rehearsal_stage.h"
 
+#include <fmt/format.h>
+
 #include <cmath>
 #include <stdexcept>
 
@@ -71,7 +73,11 @@ int RehearsalStage::wait_for_rest(double still, const std::function<void()>& eac
 }
 
 void RehearsalStage::require(bool good) const {
-  if (!good) throw std::runtime_error("the emulated machine does not get ready: " + explain());
+  if (good) return;
+  const std::string why = explain();
+  const FaultInfo& info = fault_info(report().fault);
+  throw std::runtime_error("the emulated machine does not get ready: " +
+                           (why.empty() ? fmt::format("fault {}: {}", info.name, info.meaning) : why));
 }
 
 }  // namespace trn

@@ -83,6 +83,32 @@ void add_brakes(const Machine& machine, const EndNames& names, std::vector<WireR
   }
 }
 
+// What [io] has on values of devices on a field bus, by the roles that the values have.
+void add_field_bus(const Machine& machine, std::vector<WireRow>& rows) {
+  const std::optional<ConfigTable> io = machine.root.table_if("io");
+  if (!io || io->text("type", "") != "modbus") return;
+  const auto row = [&](const std::string& name, const std::string& from, const std::string& to) {
+    rows.push_back({WireRow::Kind::kFieldBus, name, from, to, ""});
+  };
+  if (const std::optional<ConfigTable> spindle = io->table_if("spindle")) {
+    for (const char* key : {"speed", "run", "reverse"})
+      if (spindle->has(key)) row("spindle", fmt::format("spindle {}", key), spindle->text(key));
+    for (const char* key : {"actual", "at_speed", "fault"})
+      if (spindle->has(key)) row("spindle", spindle->text(key), fmt::format("spindle {}", key));
+  }
+  for (const char* key : {"mist", "flood"})
+    if (io->has(key)) row("coolant", key, io->text(key));
+  for (const char* kind : {"", "analog_"})
+    for (const bool input : {true, false}) {
+      const std::string key = fmt::format("{}{}s", *kind ? kind : "digital_", input ? "input" : "output");
+      const std::vector<std::string> values = io->has(key) ? io->texts(key, {}) : std::vector<std::string>{};
+      for (std::size_t i = 0; i < values.size(); ++i) {
+        const std::string port = fmt::format("io.{}{}.{}", kind, input ? "input" : "output", i);
+        row("field bus", input ? values[i] : port, input ? port : values[i]);
+      }
+    }
+}
+
 // [[io.wire]], and the same below [io.emulation].
 void add_simulated(const Machine& machine, std::vector<WireRow>& rows) {
   std::optional<ConfigTable> io = machine.root.table_if("io");
@@ -107,6 +133,8 @@ const char* colour_of(WireRow::Kind kind) {
       return picture::line_colour(1);
     case WireRow::Kind::kBrake:
       return picture::line_colour(2);
+    case WireRow::Kind::kFieldBus:
+      return picture::line_colour(3);
     case WireRow::Kind::kSimulated:
       break;
   }
@@ -134,6 +162,7 @@ std::vector<WireRow> wiring_of(const Assembly& assembly) {
                     how_text(signal.wire.invert, signal.debounce_s, signal.delay_s)});
   add_safety(assembly, names, rows);
   add_brakes(assembly.machine, names, rows);
+  add_field_bus(assembly.machine, rows);
   add_simulated(assembly.machine, rows);
   return rows;
 }

@@ -205,6 +205,12 @@ Workspace survey_workspace(const Machine& machine, const Kinematics& kinematics,
   if (const Reach reach = surveyor.judge(out.home_B, Vec3::Zero(), q); reach != Reach::kOk)
     throw std::runtime_error(fmt::format("the machine cannot stand upright at home ({})", to_string(reach)));
   const double coarse = coarse_step(machine.joints);
+  if (coarse <= 0)
+    throw machine.root.error(
+        "joint",
+        "every joint is rotary, so the tip cannot be sent to a place: there is no box to "
+        "measure. `trunnion kin forward` tells where the tip stands at given angles; a machine "
+        "with a linear joint can be surveyed");
   lay_grid(find_box(surveyor, out.home_B, coarse), coarse, options.points, out);
   const std::size_t layers = out.tilts_deg.size() * static_cast<std::size_t>(out.count[2]);
   for (const double tilt_deg : out.tilts_deg)

@@ -46,7 +46,7 @@ struct Workspace {
 
 /// Samples a machine through the same joint map that moves it, RTCP on. Joints' position ranges count, as do
 /// the limits of the mechanism. `progress` is told the share done now and then. std::runtime_error if the
-/// machine cannot stand upright at home.
+/// machine cannot stand upright at home, or if no joint is linear.
 Workspace survey_workspace(const Machine& machine, const Kinematics& kinematics, const JointMap& map,
                            const WorkspaceOptions& options, const std::function<void(double)>& progress);
 

@@ -6,12 +6,16 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
+#include <optional>
 #include <stdexcept>
 #include <string_view>
 #include <thread>
 #include <utility>
 
 #include "app/session/make_cycle.h"
+#include "app/session/word_directions.h"
+#include "core/axes.h"
+#include "core/frames.h"
 #include "core/motion.h"
 #include "core/ports.h"
 #include "core/units.h"
@@ -199,13 +203,50 @@ void RehearsedOperator::lets_go(const std::string& text) {
 }
 
 bool RehearsedOperator::went_positive(const std::string& text, int word) {
-  const auto kinematics = make_kinematics(emulated().truth());
-  Words from, to;
-  kinematics->words_from_joints(before_, from);
-  kinematics->words_from_joints(emulated().true_places(), to);
-  const bool positive = to[word] > from[word];
+  const std::optional<ToolWay> way = tool_way();
+  bool positive = false;
+  if (way && word <= kZ) {
+    positive = way->tip[word] > 0;
+  } else if (way) {
+    positive = way->turn.dot(meant_turn(word)) > 0;
+  } else {  // no pose is known there: by the words of the truth
+    const auto kinematics = make_kinematics(emulated().truth());
+    Words from, to;
+    kinematics->words_from_joints(before_, from);
+    kinematics->words_from_joints(emulated().true_places(), to);
+    positive = to[word] > from[word];
+  }
   say_(fmt::format("{}\n  > {}", text, positive ? "yes" : "no"));
   return positive;
+}
+
+// Tables that stand still count as turned to zero, since X is the machine's X on a turned table, too.
+std::optional<RehearsedOperator::ToolWay> RehearsedOperator::tool_way() {
+  constexpr double kTurned = 1e-4;  // rad
+  const Machine& truth = emulated().truth();
+  const auto kinematics = make_kinematics(truth);
+  JointVec from = before_, to = emulated().true_places();
+  for (std::size_t i = 0; i < truth.joints.size(); ++i) {
+    const auto k = static_cast<Eigen::Index>(i);
+    if (truth.joints[i].kind == JointKind::kRotary && std::abs(to[k] - from[k]) < kTurned)
+      from[k] = to[k] = 0;
+  }
+  Pose X_from, X_to;
+  if (kinematics->forward(from, X_from) != KinStatus::kOk || kinematics->forward(to, X_to) != KinStatus::kOk)
+    return std::nullopt;
+  const Mat3 R_MB = kinematics->home_X_BM().R.transpose(), R = X_to.R * X_from.R.transpose();
+  const Vec3 turn(R(2, 1) - R(1, 2), R(0, 2) - R(2, 0), R(1, 0) - R(0, 1));
+  return ToolWay{R_MB * (X_to.p - X_from.p), R_MB * turn};
+}
+
+// A program's positive turn is what the config says it is: some tables turn by the word, others against it.
+Vec3 RehearsedOperator::meant_turn(int word) const {
+  const Kinematics& kinematics = *machine_->assembly().kinematics;
+  Words from = Words::Zero();
+  if (!kinematics.words_are_joints()) kinematics.words_from_joints(machine_->report().q_setpoint, from);
+  for (const WordDirection& direction : word_directions(kinematics, from))
+    if (direction.word == word && direction.known) return direction.turn;
+  return Vec3::Unit(word - kA);
 }
 
 }  // namespace trn

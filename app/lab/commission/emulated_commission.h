@@ -2,11 +2,13 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "app/lab/commission/commission_machine.h"
 #include "core/axes.h"
+#include "core/frames.h"
 #include "core/machine.h"
 #include "kernel/rt_messages.h"
 #include "sim/canopen/emulated_can.h"
@@ -59,6 +61,14 @@ class RehearsedOperator final : public CommissionOperator {
   void tell(const std::string& text) override { say_(text); }
 
  private:
+  /// How the tool went since `before_`, seen from the work, in the axes of a program.
+  struct ToolWay {
+    Vec3 tip, turn;
+  };
+  /// nullopt where the truth knows no pose.
+  std::optional<ToolWay> tool_way();
+  /// Turn of the tool that a positive rotary word means by the config.
+  Vec3 meant_turn(int word) const;
   EmulatedCommission& emulated() { return dynamic_cast<EmulatedCommission&>(*machine_); }
 
   std::unique_ptr<CommissionMachine>& machine_;

@@ -56,6 +56,21 @@ TEST(Wiring, IsWhatTheConfigSays) {
                       "brake of Z: drive of Z > drive.Z.output.0; free after 80 ms, holds after 60 ms"}));
 }
 
+// [io] and [io.spindle] of configs/mill_modbus.toml.
+TEST(Wiring, ShowsWhatHangsOnAFieldBus) {
+  const Assembly assembly = assemble(load_config(source_dir() + "/configs/mill_modbus.toml"));
+  std::vector<std::string> told;
+  for (const WireRow& row : wiring_of(assembly))
+    if (row.kind == WireRow::Kind::kFieldBus) told.push_back(row.name + ": " + row.from + " > " + row.to);
+  EXPECT_EQ(told,
+            (std::vector<std::string>{
+                "spindle: spindle speed > inverter.speed", "spindle: spindle run > inverter.run",
+                "spindle: spindle reverse > inverter.reverse", "spindle: inverter.actual > spindle actual",
+                "spindle: inverter.at_speed > spindle at_speed", "spindle: inverter.fault > spindle fault",
+                "coolant: flood > box.flood", "field bus: box.vacuum_ok > io.input.0",
+                "field bus: io.output.0 > box.vacuum"}));
+}
+
 TEST(Wiring, IsDrawnInsideItsBoxesAndThePicture) {
   const std::string svg = wiring_svg("bench", rows());
   const double height = std::stod(attribute(svg, "height"));
