@@ -1,6 +1,10 @@
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -22,6 +26,7 @@
 #include "core/frames.h"
 #include "core/motion.h"
 #include "core/ports.h"
+#include "core/units.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
 #include "interp/gcode/tool_table.h"
@@ -31,18 +36,39 @@ namespace trunnion {
 
 using trn::as_error;
 
+namespace {
+
+// As in a config: nothing has a length or an angle beyond it.
+constexpr double kLargest = 1e15;
+
+void check_number(double value, const std::string& name) {
+  if (!std::isfinite(value)) throw Error(fmt::format("{} is not a finite number", name));
+  if (std::abs(value) > kLargest)
+    throw Error(
+        fmt::format("{} = {:g} is too large to be meant: up to {:g} is legal", name, value, kLargest));
+}
+
+void check_vector(const std::array<double, 3>& vector, const char* name) {
+  for (std::size_t i = 0; i < vector.size(); ++i)
+    check_number(vector[i], fmt::format("{}: the component {}", name, "xyz"[i]));
+}
+
+}  // namespace
+
 struct Machine::Parts {
   explicit Parts(const std::string& config) : assembly(trn::assemble(config)) {}
   trn::Assembly assembly;
 
-  trn::JointVec joints(const std::vector<double>& values) const {
+  /// `name`: of the argument, for errors.
+  trn::JointVec joints(const std::vector<double>& values, const char* name) const {
     const std::size_t count = assembly.machine.joints.size();
     if (values.empty()) return trn::JointVec::Zero(static_cast<Eigen::Index>(count));
     if (values.size() != count)
-      throw Error(std::to_string(values.size()) + " joints were given; the machine '" +
-                  assembly.machine.name + "' has " + std::to_string(count));
-    for (const double value : values)
-      if (!std::isfinite(value)) throw Error("a joint's place is not a finite number");
+      throw Error(fmt::format("{}: {} joints were given; the machine '{}' has {}", name, values.size(),
+                              assembly.machine.name, count));
+    for (std::size_t i = 0; i < count; ++i)
+      check_number(values[i],
+                   fmt::format("{}: the place of joint {}", name, assembly.machine.joints[i].name));
     return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(count));
   }
 };
@@ -56,7 +82,8 @@ struct Machine::Program {
   Program(const Parts& parts, const std::string& name, const std::optional<std::string>& text,
           const PlanOptions& options)
       : start{name, text,
-              options.start.empty() ? trn::standing_joints(parts.assembly) : parts.joints(options.start)} {
+              options.start.empty() ? trn::standing_joints(parts.assembly)
+                                    : parts.joints(options.start, "start")} {
     if (!options.variables.empty()) trn::load_parameters(options.variables, parameters);
     if (!options.tools.empty())
       tools = trn::ToolTable::load(options.tools, parts.assembly.program.parameter_unit_mm);
@@ -75,11 +102,15 @@ void refuse(trn::KinStatus status) {
   if (status != trn::KinStatus::kOk) throw Error("no such pose: " + std::string(trn::to_string(status)));
 }
 
-// A program may be planned with a period of its own; the plan itself does not depend on it.
+// A program may be planned with a period of its own; the plan itself does not depend on it. Its range is that
+// of machine.period_s: with a shorter one the setpoints of a second would fill the memory.
 double period_of(const PlanOptions& options, const trn::Assembly& assembly) {
+  constexpr double kShortest_s = 1e-5, kLongest_s = 0.1;
   if (options.period_s == 0) return assembly.machine.period_s;
-  if (!(options.period_s > 0) || options.period_s > 1)
-    throw Error("period_s must be above 0 and at most 1 s");
+  if (!(options.period_s >= kShortest_s && options.period_s <= kLongest_s))
+    throw Error(
+        fmt::format("period_s = {:g} is out of range: {:g} to {:g} is legal, or 0 for the machine's own",
+                    options.period_s, kShortest_s, kLongest_s));
   return options.period_s;
 }
 
@@ -92,6 +123,14 @@ trn::BallbarTrace trace_of(const BallbarTrace& given, const std::vector<trn::Bal
     throw Error("no ball-bar test '" + given.test + "'; Machine::ballbar_tests names them");
   if (given.angle_rad.size() != given.reading_mm.size())
     throw Error("test '" + given.test + "': as many angles as readings are needed");
+  // No axis is turned so far beyond its test; in degrees a test's own range is.
+  constexpr double kBeyond_rad = 4 * 2 * trn::kPi;
+  for (const double angle : given.angle_rad)
+    if (angle < test->from_rad - kBeyond_rad || angle > test->to_rad + kBeyond_rad)
+      throw Error(
+          fmt::format("test '{}': an angle is {:g} rad, but the test goes from {:.3g} to {:.3g} rad; are "
+                      "these degrees?",
+                      given.test, angle, test->from_rad, test->to_rad));
   trn::BallbarTrace trace{*test, {}};
   for (std::size_t i = 0; i < given.angle_rad.size(); ++i)
     trace.readings.push_back({given.angle_rad[i], given.reading_mm[i]});
@@ -157,19 +196,24 @@ Motion Machine::planned(const std::string& name, const std::optional<std::string
                         const PlanOptions& options) const {
   return as_error([&] {
     const trn::Assembly& assembly = parts_->assembly;
+    const double period_s = period_of(options, assembly);
     Program program(*parts_, name, text, options);
-    return Motion(std::unique_ptr<Motion::Parts>(
-        new Motion::Parts{{assembly, program.start, std::move(program.parameters), std::move(program.tools),
-                           period_of(options, assembly)}}));
+    // As `trunnion run` does: what the machine cannot reach is told with its place, before anything is
+    // planned. A pipe can be read only once.
+    if (text || std::filesystem::is_regular_file(name))
+      trn::check_program(assembly, program.parameters, program.tools, program.start, {}, nullptr);
+    return Motion(std::unique_ptr<Motion::Parts>(new Motion::Parts{
+        {assembly, program.start, std::move(program.parameters), std::move(program.tools), period_s}}));
   });
 }
 
 ToolPose Machine::forward(const std::vector<double>& joints, double tool_length_mm) const {
   return as_error([&] {
+    check_number(tool_length_mm, "tool_length_mm");
     trn::MapContext context;
     context.tool_offset = {0, 0, tool_length_mm};
     trn::ToolPose found;
-    refuse(trn::tool_pose(*parts_->assembly.kinematics, parts_->joints(joints), context, found));
+    refuse(trn::tool_pose(*parts_->assembly.kinematics, parts_->joints(joints, "joints"), context, found));
     ToolPose out;
     std::copy_n(found.p_B.data(), 3, out.tip.begin());
     std::copy_n(found.u_B.data(), 3, out.axis.begin());
@@ -181,9 +225,13 @@ ToolPose Machine::forward(const std::vector<double>& joints, double tool_length_
 std::vector<double> Machine::inverse(const ToolPose& pose, double tool_length_mm,
                                      const std::vector<double>& near) const {
   return as_error([&] {
+    check_vector(pose.tip, "tip");
+    check_vector(pose.axis, "axis");
+    check_number(tool_length_mm, "tool_length_mm");
+    if (vec3(pose.axis).norm() == 0) throw Error("axis: the tool's axis is the zero vector");
     const trn::Kinematics& kinematics = *parts_->assembly.kinematics;
     trn::Words words = trn::Words::Zero();
-    if (!near.empty()) refuse(kinematics.words_from_joints(parts_->joints(near), words));
+    if (!near.empty()) refuse(kinematics.words_from_joints(parts_->joints(near, "near"), words));
     trn::Vec3 abc = trn::Vec3::Zero();
     refuse(kinematics.words_for_axis(vec3(pose.axis).normalized(), words.tail<3>(), abc));
     words << vec3(pose.tip), abc;
@@ -211,6 +259,8 @@ BallbarFit Machine::fit_ballbar(const std::vector<BallbarTrace>& traces, double 
     const std::vector<trn::BallbarTest> tests = trn::ballbar_tests(chain);
     std::vector<trn::BallbarTrace> read;
     for (const BallbarTrace& trace : traces) read.push_back(trace_of(trace, tests));
+    if (!(std::isfinite(noise_mm) && noise_mm >= 0))
+      throw Error(fmt::format("noise_mm = {:g} is out of range: 0 or more is legal", noise_mm));
     trn::BallbarFitOptions options;
     if (noise_mm > 0) options.noise_mm = noise_mm;
     const trn::BallbarFit fit = trn::fit_ballbar(chain, read, options);

@@ -107,7 +107,7 @@ class Motion {
 };
 
 struct PlanOptions {
-  double period_s = 0;             ///< between setpoints; 0: the machine's own period
+  double period_s = 0;             ///< between setpoints, 1e-5 to 0.1; 0: the machine's own period
   std::vector<double> start = {};  ///< joints where the motion begins; none: where the config's drives begin
   std::string tools = {};          ///< file of the tool table; "": none
   std::string variables = {};      ///< file of the program's variables; "": none. It is not written
@@ -131,8 +131,9 @@ class Machine {
   /// tip in the table's frame. Of `options` tools, variables and start count. Error.
   std::vector<Move> read_gcode(const std::string& file, const PlanOptions& options = {}) const;
 
-  /// Plans a program of a file, or of a text that errors call `name`. Planning goes on as setpoints are
-  /// asked for. Tool changes and inputs count as done.
+  /// Plans a program of a file, or of a text that errors call `name`. It is read to its end first, so that
+  /// its errors come at once; a pipe is not. Planning goes on as setpoints are asked for. Tool changes and
+  /// inputs count as done.
   Motion plan(const std::string& file, const PlanOptions& options = {}) const;
   Motion plan_text(const std::string& text, const PlanOptions& options = {},
                    const std::string& name = "text") const;
@@ -147,7 +148,8 @@ class Machine {
   /// Names of the ball-bar tests of a machine with two rotary axes in its table. Error: it is none.
   std::vector<std::string> ballbar_tests() const;
   /// The errors of the rotary axes, and of the set-up, that explain these readings best. `noise_mm`: of one
-  /// reading; 0: what is left of them says it. Error: the traces cannot tell an error.
+  /// reading; 0: what is left of them says it. Error: the traces cannot tell an error, or have angles that
+  /// are turns away from their test, as degrees are.
   BallbarFit fit_ballbar(const std::vector<BallbarTrace>& traces, double noise_mm = 0) const;
 
  private:

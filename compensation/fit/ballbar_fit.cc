@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <stdexcept>
 
 #include "compensation/fit/least_squares.h"
 #include "compensation/fit/rotary_fit.h"
@@ -260,6 +262,19 @@ Eigen::Vector2d centre_of(const BallbarTrace& trace) {
   return LeastSquares(M).solve(y).tail<2>();
 }
 
+// One number that is none would make none of every residual.
+void check_readings(const std::vector<BallbarTrace>& traces) {
+  for (const BallbarTrace& trace : traces)
+    for (std::size_t i = 0; i < trace.readings.size(); ++i) {
+      const BallbarReading& reading = trace.readings[i];
+      const bool angle = std::isfinite(reading.angle_rad);
+      if (!angle || !std::isfinite(reading.reading_mm))
+        throw std::runtime_error(fmt::format("{} of test '{}' is not a finite number: number {} of {}",
+                                             angle ? "a reading" : "an angle", trace.test.name, i + 1,
+                                             trace.readings.size()));
+    }
+}
+
 const BallbarTrace& trace_named(const std::vector<BallbarTrace>& traces, const char* name) {
   for (const BallbarTrace& trace : traces)
     if (trace.test.name == name) return trace;
@@ -270,6 +285,7 @@ const BallbarTrace& trace_named(const std::vector<BallbarTrace>& traces, const c
 
 BallbarFit fit_ballbar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces,
                        const BallbarFitOptions& options) {
+  check_readings(traces);
   const Model model(nominal, traces);
   if (model.count() < 40) throw std::runtime_error("too few readings: a test has some hundred");
   BallbarFit fit;
@@ -281,6 +297,7 @@ BallbarFit fit_ballbar(const ActualChain& nominal, const std::vector<BallbarTrac
 }
 
 BallbarFit fit_planar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces) {
+  check_readings(traces);
   const BallbarTrace &left = trace_named(traces, "a_left"), &right = trace_named(traces, "a_right");
   const BallbarTrace &low = trace_named(traces, "c_low"), &high = trace_named(traces, "c_high");
   const Eigen::Vector2d a0 = centre_of(left), a1 = centre_of(right), c0 = centre_of(low),

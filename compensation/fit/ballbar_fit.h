@@ -36,7 +36,8 @@ struct BallbarFitOptions {
 };
 
 /// Fits the errors of the two rotary axes of the table jointly to all traces, on the exact chain `nominal`
-/// (its own locations are the start). std::runtime_error when the traces cannot tell an error.
+/// (its own locations are the start). std::runtime_error when the traces cannot tell an error, or
+/// have a number that is not finite.
 BallbarFit fit_ballbar(const ActualChain& nominal, const std::vector<BallbarTrace>& traces,
                        const BallbarFitOptions& options);
 

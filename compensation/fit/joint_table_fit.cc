@@ -82,6 +82,9 @@ std::vector<double> fit_curve(const std::vector<AxisMeasurement>& m, const Joint
 
 JointTableFit fit_joint_table(const std::vector<AxisMeasurement>& measurements, int places) {
   if (measurements.size() < 4) throw std::invalid_argument("too few measurements: at least four");
+  for (const AxisMeasurement& point : measurements)
+    if (!std::isfinite(point.commanded) || !std::isfinite(point.actual))
+      throw std::invalid_argument("a measurement is not a finite number");
   JointTableFit fit;
   fit.direction = directions_of(measurements);
   const bool there = std::count(fit.direction.begin(), fit.direction.end(), 1) > 1;

@@ -11,6 +11,8 @@ StiffnessFit fit_stiffness(const std::vector<double>& position_mm, const std::ve
   if (n < 3 || force_N.size() != position_mm.size())
     throw std::invalid_argument("a stiffness needs three samples of position and force at least");
   const Eigen::Map<const Eigen::ArrayXd> x(position_mm.data(), n), f(force_N.data(), n);
+  if (!x.allFinite() || !f.allFinite())
+    throw std::invalid_argument("a sample of position or force is not a finite number");
   // About the mean, slope and height of a line do not depend on each other, and large coordinates with a
   // small spread keep their digits.
   const Eigen::ArrayXd dx = x - x.mean();

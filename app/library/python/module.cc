@@ -93,9 +93,24 @@ py::object setpoints_of(trunnion::Motion motion, std::size_t joints) {
                 "line"_a = py::array(py::cast(line)));
 }
 
-trunnion::PlanOptions options_of(double period, std::vector<double> start, std::string tools,
-                                 std::string variables) {
-  return {period, std::move(start), std::move(tools), std::move(variables)};
+/// What somebody gave for `name`, as an array of real numbers: a complex one would lose its imaginary parts.
+Array numbers_of(const py::object& given, const char* name) {
+  const py::array any = py::array::ensure(given);
+  if (!any) throw py::value_error(std::string(name) + ": an array of numbers is needed");
+  const std::string kinds = "biufO";
+  if (kinds.find(any.dtype().kind()) == std::string::npos)
+    throw py::type_error(std::string(name) + ": real numbers are needed, not " +
+                         std::string(py::str(any.dtype())));
+  Array numbers = Array::ensure(any);
+  if (!numbers) throw py::type_error(std::string(name) + ": real numbers are needed");
+  return numbers;
+}
+
+/// The numbers of an array of one row.
+std::vector<double> row_of(const py::object& given, const char* name) {
+  const Array numbers = numbers_of(given, name);
+  if (numbers.ndim() != 1) throw py::value_error(std::string(name) + ": one row of numbers is needed");
+  return {numbers.data(), numbers.data() + numbers.size()};
 }
 
 /// The rows of an array of shape (columns) or (n, columns).
@@ -113,11 +128,17 @@ std::vector<std::vector<double>> rows_of(const Array& array, std::size_t columns
   return rows;
 }
 
+trunnion::PlanOptions options_of(double period, const py::object& start, std::string tools,
+                                 std::string variables) {
+  return {period, row_of(start, "start"), std::move(tools), std::move(variables)};
+}
+
 py::object shaped(const Array& table, bool one_row) {
   return one_row ? py::object(table[py::int_(0)]) : py::object(table);
 }
 
-py::tuple forward(const trunnion::Machine& machine, const Array& joints, double tool_length) {
+py::tuple forward(const trunnion::Machine& machine, const py::object& given, double tool_length) {
+  const Array joints = numbers_of(given, "joints");
   Table tips(3), axes(3);
   for (const auto& row : rows_of(joints, machine.joints().size(), "joints")) {
     const trunnion::ToolPose pose = machine.forward(row, tool_length);
@@ -128,9 +149,11 @@ py::tuple forward(const trunnion::Machine& machine, const Array& joints, double 
   return py::make_tuple(shaped(tips.array(), one), shaped(axes.array(), one));
 }
 
-py::object inverse(const trunnion::Machine& machine, const Array& tip, const Array& axis, double tool_length,
-                   std::vector<double> near) {
+py::object inverse(const trunnion::Machine& machine, const py::object& given_tip,
+                   const py::object& given_axis, double tool_length, const py::object& given_near) {
+  const Array tip = numbers_of(given_tip, "tip"), axis = numbers_of(given_axis, "axis");
   const auto tips = rows_of(tip, 3, "tip"), axes = rows_of(axis, 3, "axis");
+  std::vector<double> near = row_of(given_near, "near");
   if (tips.size() != axes.size()) throw py::value_error("as many tips as axes are needed");
   Table joints(machine.joints().size());
   for (std::size_t i = 0; i < tips.size(); ++i) {
@@ -143,11 +166,14 @@ py::object inverse(const trunnion::Machine& machine, const Array& tip, const Arr
   return shaped(joints.array(), tip.ndim() == 1);
 }
 
-py::object fit_ballbar(
-    const trunnion::Machine& machine,
-    const std::map<std::string, std::pair<std::vector<double>, std::vector<double>>>& traces, double noise) {
+py::object fit_ballbar(const trunnion::Machine& machine,
+                       const std::map<std::string, std::pair<py::object, py::object>>& traces, double noise) {
   std::vector<trunnion::BallbarTrace> given;
-  for (const auto& [test, columns] : traces) given.push_back({test, columns.first, columns.second});
+  for (const auto& [test, columns] : traces) {
+    const std::string angles = "the angles of test '" + test + "'";
+    const std::string readings = "the readings of test '" + test + "'";
+    given.push_back({test, row_of(columns.first, angles.c_str()), row_of(columns.second, readings.c_str())});
+  }
   const trunnion::BallbarFit fit = machine.fit_ballbar(given, noise);
   py::dict errors, not_fitted;
   for (const trunnion::BallbarError& error : fit.errors) {
@@ -185,7 +211,7 @@ void add_machine(py::module_& module) {
           "read_gcode",
           [](const trunnion::Machine& machine, const std::string& file, const std::string& tools,
              const std::string& variables) {
-            return moves_of(machine.read_gcode(file, options_of(0, {}, tools, variables)));
+            return moves_of(machine.read_gcode(file, options_of(0, py::tuple(), tools, variables)));
           },
           "file"_a, py::kw_only(), "tools"_a = "", "variables"_a = "",
           "As the module's function, with the tip's moves in the table frame where the program asks for "
@@ -193,29 +219,29 @@ void add_machine(py::module_& module) {
       .def(
           "plan",
           [](const trunnion::Machine& machine, const std::string& file, double period,
-             std::vector<double> start, const std::string& tools, const std::string& variables) {
-            return setpoints_of(machine.plan(file, options_of(period, std::move(start), tools, variables)),
+             const py::object& start, const std::string& tools, const std::string& variables) {
+            return setpoints_of(machine.plan(file, options_of(period, start, tools, variables)),
                                 machine.joints().size());
           },
-          "file"_a, py::kw_only(), "period"_a = 0, "start"_a = std::vector<double>{}, "tools"_a = "",
+          "file"_a, py::kw_only(), "period"_a = 0, "start"_a = py::tuple(), "tools"_a = "",
           "variables"_a = "",
           "The setpoints of a program: time (n), position, velocity, acceleration (n, joints), words (n, 6), "
           "line.\n"
-          "period: s between them, 0 for the machine's own; start: the joints where the motion begins.")
+          "period: s between them, 1e-5 to 0.1, 0 for the machine's own; start: the joints where the motion "
+          "begins.")
       .def(
           "plan_text",
           [](const trunnion::Machine& machine, const std::string& text, double period,
-             std::vector<double> start, const std::string& tools, const std::string& variables,
+             const py::object& start, const std::string& tools, const std::string& variables,
              const std::string& name) {
-            return setpoints_of(
-                machine.plan_text(text, options_of(period, std::move(start), tools, variables), name),
-                machine.joints().size());
+            return setpoints_of(machine.plan_text(text, options_of(period, start, tools, variables), name),
+                                machine.joints().size());
           },
-          "text"_a, py::kw_only(), "period"_a = 0, "start"_a = std::vector<double>{}, "tools"_a = "",
+          "text"_a, py::kw_only(), "period"_a = 0, "start"_a = py::tuple(), "tools"_a = "",
           "variables"_a = "", "name"_a = "text", "The same of a text.")
       .def("forward", &forward, "joints"_a, "tool_length"_a = 0.0,
            "Tip and tool axis (from the tip towards the spindle) in the table frame, (n, 3) each.")
-      .def("inverse", &inverse, "tip"_a, "axis"_a, "tool_length"_a = 0.0, "near"_a = std::vector<double>{},
+      .def("inverse", &inverse, "tip"_a, "axis"_a, "tool_length"_a = 0.0, "near"_a = py::tuple(),
            "The joints (n, joints) for tips and axes; each solution is the nearest to the one before.")
       .def("__repr__",
            [](const trunnion::Machine& machine) {
@@ -223,7 +249,8 @@ void add_machine(py::module_& module) {
            })
       .def_property_readonly("ballbar_tests", &trunnion::Machine::ballbar_tests)
       .def("fit_ballbar", &fit_ballbar, "traces"_a, "noise"_a = 0.0,
-           "traces: {test: (angles, readings)}. errors: {name: (value, standard error)}; not_fitted: {name: "
+           "traces: {test: (angles in rad, readings in mm)}. errors: {name: (value, standard error)}; "
+           "not_fitted: {name: "
            "why};\n"
            "rms of what is left, mm.");
 }

@@ -172,8 +172,74 @@ class Python(unittest.TestCase):
             machine.forward([[0.0, 1.0]])
         with self.assertRaisesRegex(trunnion.Error, "no_such.toml"):
             trunnion.Machine("no_such.toml")
-        with self.assertRaisesRegex(trunnion.Error, "period"):
-            machine.plan_text("M2\n", period=-1)
+        for period in (-1, 1e-12, 0.99e-5, 0.11, float("nan")):
+            with self.assertRaisesRegex(trunnion.Error, "period_s = .* is out of range: 1e-05 to 0.1 is legal"):
+                machine.plan_text("M2\n", period=period)
+        with self.assertRaisesRegex(trunnion.Error, "/tmp:1:1: this is a folder"):
+            machine.plan_text("M2\n", tools="/tmp")
+        with self.assertRaisesRegex(trunnion.Error, "/dev/zero:1:1: this is no regular file"):
+            machine.plan_text("M2\n", variables="/dev/zero")
+        with self.assertRaisesRegex(trunnion.Error, "/tmp:1:1: this is a folder"):
+            trunnion.Machine("/tmp")
+
+    def test_a_place_out_of_range_is_told_as_the_program_run_tells_it(self):
+        text = "G21 G90\nG0 X1 Y9999\nM2\n"
+        with tempfile.TemporaryDirectory() as folder:
+            program = pathlib.Path(folder, "far.ngc")
+            program.write_text(text)
+            code, _, err = run(BINARY, "run", program, "--machine", config("mill"))
+            self.assertNotEqual(code, 0)
+            machine = trunnion.Machine(config("mill"))
+            with self.assertRaises(trunnion.Error) as raised:
+                machine.plan(str(program))
+            self.assertEqual(str(raised.exception), err.splitlines()[0])
+        with self.assertRaisesRegex(trunnion.Error, "^far:2:7: joint Y would go to 9999.0000 mm"):
+            machine.plan_text(text, name="far")
+
+    def test_arguments_that_are_no_numbers_are_named(self):
+        machine = trunnion.Machine(config("cradle"))
+        nan, zeros = float("nan"), [0.0] * len(machine.joints)
+        refused = (("tool_length", lambda: machine.forward(zeros, nan)),
+                   ("tool_length", lambda: machine.forward(zeros, 1e300)),
+                   ("tool_length", lambda: machine.inverse([0, 0, 0], [0, 0, 1], float("inf"))),
+                   ("joints: the place of joint Y", lambda: machine.forward([0, nan, 0, 0, 0])),
+                   ("near: the place of joint X", lambda: machine.inverse([0, 0, 0], [0, 0, 1], near=[nan] * 5)),
+                   ("start: the place of joint X", lambda: machine.plan_text("M2\n", start=[nan] * 5)),
+                   ("tip: the component z", lambda: machine.inverse([0, 0, nan], [0, 0, 1])),
+                   ("axis", lambda: machine.inverse([0, 0, 0], [0, 0, 0])))
+        for part, call in refused:
+            with self.assertRaisesRegex(trunnion.Error, part):
+                call()
+        imaginary = numpy.zeros(len(zeros)) + 1j
+        for part, call in (("joints", lambda: machine.forward(imaginary)),
+                           ("joints", lambda: machine.forward(list(imaginary))),
+                           ("joints", lambda: machine.forward(zeros[:-1] + ["0"])),
+                           ("near", lambda: machine.inverse([0, 0, 0], [0, 0, 1], near=imaginary)),
+                           ("start", lambda: machine.plan_text("M2\n", start=imaginary)),
+                           ("tip", lambda: machine.inverse(imaginary[:3], [0, 0, 1]))):
+            with self.assertRaisesRegex(TypeError, f"{part}: real numbers are needed, not"):
+                call()
+        tip, _ = machine.forward(numpy.zeros(len(zeros), dtype=numpy.int32))
+        self.assertEqual(tip.shape, (3,))
+
+    def test_ball_bar_readings_that_cannot_be_are_refused(self):
+        machine = trunnion.Machine(config("cradle"))
+        angles = numpy.linspace(-1.7, 0.1, 60)
+        readings = 0.01 * numpy.cos(angles)
+        bad = readings.copy()
+        bad[6] = numpy.nan
+        refused = (("a reading of test 'a' is not a finite number: number 7 of 60", {"a": (angles, bad)}, 0),
+                   ("a reading of test 'a' is not a finite number", {"a": (angles, readings * numpy.inf)}, 0),
+                   ("an angle of test 'a' is not a finite number", {"a": (angles * numpy.nan, readings)}, 0),
+                   ("test 'a': an angle is -97.4028 rad.*are these degrees", {"a": (numpy.degrees(angles), readings)},
+                    0),
+                   ("noise_mm = nan", {"a": (angles, readings)}, float("nan")),
+                   ("noise_mm = -1", {"a": (angles, readings)}, -1))
+        for part, traces, noise in refused:
+            with self.assertRaisesRegex(trunnion.Error, part):
+                machine.fit_ballbar(traces, noise)
+        with self.assertRaisesRegex(TypeError, "the readings of test 'a': real numbers are needed"):
+            machine.fit_ballbar({"a": (angles, readings + 1j)})
 
     def test_the_example_of_limits_runs(self):
         code, out, err = run(sys.executable, SOURCE / "examples/library/limits.py", config("cradle"),

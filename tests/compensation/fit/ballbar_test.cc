@@ -49,6 +49,7 @@ std::vector<BallbarTrace> measure(const Eight& errors, const std::vector<std::st
 }
 
 const std::vector<std::string> kFour = {"a", "a_extended", "c", "c_extended"};
+const std::vector<std::string> kCircles = {"a_left", "a_right", "c_low", "c_high"};
 
 TEST(Ballbar, TracesOfThePublishedCase) {
   const auto vectors = load_vectors("ballbar_table1");
@@ -108,6 +109,27 @@ TEST(Ballbar, TellsWhatTheReadingsCannotTell) {
       EXPECT_FALSE(p.unknown.empty());
     }
   EXPECT_THROW(fit_ballbar(cradle_chain(), measure(kMeasured, {"a", "a_extended"}), {}), std::runtime_error);
+}
+
+TEST(Ballbar, ANumberThatIsNoneIsNamed) {
+  const auto why = [](std::size_t test, double angle_rad, double reading_mm, bool planar) {
+    auto traces = measure(kMeasured, planar ? kCircles : kFour);
+    traces[test].readings[4] = {angle_rad, reading_mm};
+    try {
+      if (planar)
+        fit_planar(cradle_chain(), traces);
+      else
+        fit_ballbar(cradle_chain(), traces, {});
+    } catch (const std::runtime_error& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  const double nan = std::nan(""), inf = INFINITY;
+  EXPECT_EQ(why(0, 0, nan, false), "a reading of test 'a' is not a finite number: number 5 of 441");
+  EXPECT_EQ(why(2, 0, -inf, false), "a reading of test 'c' is not a finite number: number 5 of 721");
+  EXPECT_EQ(why(1, nan, 0, false), "an angle of test 'a_extended' is not a finite number: number 5 of 441");
+  EXPECT_EQ(why(0, 0, nan, true), "a reading of test 'a_left' is not a finite number: number 5 of 441");
 }
 
 TEST(Ballbar, ABallBesideItsPlaceDoesNoHarm) {
@@ -211,7 +233,7 @@ TEST(Ballbar, TheFitIsAsGoodAsTheReadingsAllow) {
 }
 
 TEST(Ballbar, ThePlanarMethodComesNear) {
-  const auto traces = measure(kMeasured, {"a_left", "a_right", "c_low", "c_high"});
+  const auto traces = measure(kMeasured, kCircles);
   const BallbarFit fit = fit_planar(cradle_chain(), traces);
   expect_errors(fit, kMeasured, 1e-4, 0.3 * kArcsec);
 }
