@@ -546,6 +546,8 @@ async function mistypes(page) {
   await shows(page, "mdi-wrong", "X2");
   assert.equal(await part(page, "mdi").inputValue(), "G0 X1 X2", "to be mended");
   await picture(page, "mdi_refused");
+  await typeLine(page, "(für Stück 2) G0 X1 X2");
+  await until(page, "mdi-wrong", (shown) => shown === "X2", "X2 alone");
   await raisesNothing(page, "Run", "a mistyped line is no alarm");
   await typeLine(page, "G0 X1");
   await part(page, "mdi-refused").waitFor({ state: "detached" });

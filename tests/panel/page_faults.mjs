@@ -56,6 +56,27 @@ async function takesAnew(page) {
   await takes(page);
 }
 
+/** What is shown is old: nothing can be begun by it, and the emergency stop stays. */
+async function startsNothingOld(page) {
+  if (!(await part(page, "controls").count())) await takes(page);
+  await part(page, "load-name").fill("short.ngc");
+  await part(page, "load").click();
+  await shows(page, "program", "short.ngc");
+  const begin = ["start", "load", "home", "jog-X+", "override", "single", "dry-run", "machine-lock"];
+  const free = (name) => part(page, name).and(page.locator(":enabled")).waitFor();
+  for (const name of begin) await free(name);
+  for (const [break_, mend] of [["stop panel", "go on panel"], ["kill daemon", "start daemon"]]) {
+    await ask(break_);
+    await part(page, "old").waitFor();
+    await picture(page, `old_${break_.replace(" ", "_")}`);
+    for (const name of begin) assert(await part(page, name).isDisabled(), `${break_}: ${name} can be pressed`);
+    assert(await part(page, "estop").isEnabled());
+    await ask(mend);
+    await part(page, "old").waitFor({ state: "detached" });
+    if (mend === "go on panel") for (const name of begin) await free(name);
+  }
+}
+
 /** A browser that is too slow to say its key in time is let in the next time it tries. */
 async function slowBrowser() {
   const page = await open({ width: 1280, height: 800 }, {}, () => {
@@ -110,6 +131,7 @@ try {
   await page.mouse.up();
   await rest(1000);
   assert.equal(Number(await ask("place")), began, "a daemon that began anew moves");
+  await startsNothingOld(page);
   assert.deepEqual(complaints.filter((one) => !/ERR_|WebSocket/.test(one)), [], "the browser complains");
   console.log("nothing moved that should not");
 } catch (error) {

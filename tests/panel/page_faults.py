@@ -51,6 +51,7 @@ def main():
     bench = PanelBench(binary, source)
     line = None
     try:
+        bench.write("programs/short.ngc", "G21 G90 G94\nG1 X1 F600\nM2\n")
         bench.start_panel(page=page)
         line = CutLine(bench.port)
         hand = Hand(bench, line)

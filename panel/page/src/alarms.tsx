@@ -118,10 +118,10 @@ function LogList() {
       <h2>Log</h2>
       <ol class="log">
         {[...log].reverse().map((entry, i) => (
-          <li key={i} class={entry.kind}>
+          <li key={i} class={`kind-${entry.kind}`}>
             <time>{new Date(entry.time_us / 1000).toLocaleTimeString("en-GB")}</time>
-            <span>{plain(entry.kind)}</span>
-            {entry.kind === "fault" ? plain(entry.text) : entry.text}
+            <span class="kind">{plain(entry.kind)}</span>
+            <span>{entry.kind === "fault" ? plain(entry.text) : entry.text}</span>
           </li>
         ))}
         {!log.length && <li class="none">Nothing has happened yet.</li>}

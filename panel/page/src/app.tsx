@@ -42,7 +42,7 @@ function StateLine() {
   return (
     <div class="state" role="status" aria-live="polite">
       <span class={`lamp ${tone(status.state)}`} data-test="state">{stateName(status.state)}</span>
-      <span class="sentence" data-test="sentence">{sentence(status)}</span>
+      <span class="sentence" data-test="sentence" title={sentence(status)}>{sentence(status)}</span>
     </div>
   );
 }
@@ -50,7 +50,7 @@ function StateLine() {
 const Silent = ({ name, text }: { name: string; text: string }) => (
   <div class="state" role="status">
     <span class="lamp danger" data-test="state">{name}</span>
-    <span class="sentence" data-test="sentence">{text}</span>
+    <span class="sentence" data-test="sentence" title={text}>{text}</span>
   </div>
 );
 
@@ -79,13 +79,14 @@ function KeyHelp({ close }: { close: () => void }) {
 }
 
 function App() {
-  const { machine, needsLogIn, connected, stale, gone } = useLink("machine", "link");
-  const old = !connected || stale || gone !== "";
+  const { machine, needsLogIn, old } = useLink("machine", "link");
   const [view, setView] = useState(0);
   const [theme, setTheme] = useState<Theme>(firstTheme);
   const [help, setHelp] = useState(false);
   useEffect(() => listenToKeys((wanted) => setView((now) => (wanted < kViews.length ? wanted : now)),
     () => setHelp((now) => !now)), []);
+  // On a narrow screen the tabs are scrolled.
+  useEffect(() => document.querySelector('[role="tab"][aria-selected="true"]')?.scrollIntoView({ block: "nearest", inline: "nearest" }), [view]);
   useEffect(() => {
     document.documentElement.dataset.theme = theme;
     localStorage.setItem("theme", theme);

@@ -25,6 +25,8 @@ const kScopeMs = 1500;
 const kLookMs = 250;
 const kStaleMs = 2500;
 const kGiveUpMs = 8000;
+/** A name under which the panel keeps a program that is sent. */
+const kSendable = /^[A-Za-z0-9 _-][A-Za-z0-9 ._-]*$/;
 /** An answer that has not come by then is not waited for any longer; the state tells what happened. */
 const kAnswerMs = 15000;
 
@@ -78,7 +80,10 @@ export class Link {
   /** Why it asks again; "" at first. */
   sessionOver = "";
   controls: Controls = kNoControls;
-  get mine() { return this.controls.mine; }
+  /** What is shown is of before: nobody says what the machine does now. */
+  get old() { return !this.connected || this.stale || this.gone !== ""; }
+  /** This page has the controls, of a machine that is heard. */
+  get mine() { return this.controls.mine && !this.old; }
 
   private key = "";
   private socket: WebSocket | null = null;
@@ -223,7 +228,7 @@ export class Link {
   setAlive(everyMs: number) {
     window.clearInterval(this.aliveTimer);
     this.aliveTimer = 0;
-    const every = everyMs || (this.holdWhenLost && this.mine ? kAliveMs : 0);
+    const every = everyMs || (this.holdWhenLost && this.controls.mine ? kAliveMs : 0);
     if (!every) return;
     this.send({ type: "alive" });
     this.aliveTimer = window.setInterval(() => this.send({ type: "alive" }), every);
@@ -329,7 +334,7 @@ export class Link {
         return this.tell("link");
       case "controls":
         // Somebody who only asks ends no move by hand.
-        if (message.mine !== this.mine) {
+        if (message.mine !== this.controls.mine) {
           this.controls = message;
           this.setAlive(0);
         }
@@ -382,12 +387,19 @@ export class Link {
 
   /** Puts a program into the panel's folder; "" where that worked, else why not. */
   async upload(file: File): Promise<string> {
+    if (!kSendable.test(file.name))
+      return this.unsent(`“${file.name}” is not sent. The name of a program that is sent has only letters from a to z, digits, ` +
+        "spaces and . _ -: give the file another name.");
     const headers = { Authorization: `Bearer ${this.key}` };
     const answer = await fetch(`api/v1/programs/${encodeURIComponent(file.name)}`, { method: "POST", headers, body: file })
       .catch(() => null);
     void this.fetchPrograms();
-    const why = answer?.ok ? "" : (await answer?.text().catch(() => "")) || "The program could not be sent.";
-    if (why) this.note({ time_us: Date.now() * 1000, kind: "refused", text: `upload: ${why.trim()}` });
+    if (answer?.ok) return "";
+    return this.unsent((await answer?.text().catch(() => ""))?.trim() || "The program could not be sent.");
+  }
+
+  private unsent(why: string): string {
+    this.note({ time_us: Date.now() * 1000, kind: "refused", text: `upload: ${why}` });
     return why;
   }
 

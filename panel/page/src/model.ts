@@ -42,6 +42,12 @@ export function positionText(value: number, angle: boolean, inch: boolean): stri
   return fixed(shownValue(value, angle, inch), digits);
 }
 
+/** By how much an offset is turned about Z; "" where it is not. */
+export function turnText(rad: number): string {
+  const deg = Number((rad * kDegPerRad).toFixed(4));
+  return deg === 0 ? "" : `${deg}°`;
+}
+
 export const unitText = (angle: boolean, inch: boolean) => (angle ? "°" : inch ? "in" : "mm");
 
 const kStates: Record<string, string> = {

@@ -10,6 +10,8 @@ const kHeightMax = 8e6;
 /** Where in sight the running line stands. */
 const kRunningAt = 0.4;
 
+const kScrolls = ["ArrowUp", "ArrowDown", "PageUp", "PageDown", "Home", "End", " "];
+
 const kPiece = /(\([^)]*\)|;.*)|([A-Za-z])\s*([-+]?[\d.#[]\S*)?/g;
 
 /** A line with its comments and letters told apart. */
@@ -31,7 +33,11 @@ export function ProgramLines({ marked, wrong }: { marked: number; wrong: number 
   const box = useRef<HTMLDivElement>(null);
   const [top, setTop] = useState(0);
   const [height, setHeight] = useState(300);
-  const [follows, setFollows] = useState(true);
+  const [follows, drawFollows] = useState(true);
+  /** The same, known at once. */
+  const following = useRef(true);
+  /** How the text stood last: another top under the same sizes means that somebody has scrolled. */
+  const stood = useRef({ top: 0, whole: 0, height: 0 });
   const lines = program?.lines ?? 0;
   const whole = Math.min(lines * kRow, kHeightMax);
   const shown = Math.ceil(height / kRow) + 1;
@@ -43,11 +49,33 @@ export function ProgramLines({ marked, wrong }: { marked: number; wrong: number 
     sizes.observe(box.current!);
     return () => sizes.disconnect();
   }, []);
+  const stands = ({ scrollTop, scrollHeight, clientHeight }: HTMLElement) =>
+    (stood.current = { top: scrollTop, whole: scrollHeight, height: clientHeight });
+  const isScrolled = ({ scrollTop, scrollHeight, clientHeight }: HTMLElement) =>
+    scrollHeight === stood.current.whole && clientHeight === stood.current.height && Math.abs(scrollTop - stood.current.top) > 1;
+  const setFollows = (on: boolean) => {
+    following.current = on;
+    if (on && box.current) stands(box.current);
+    drawFollows(on);
+  };
+  useEffect(() => setFollows(true), [program, wrong]);
   useEffect(() => {
     const at = wrong || marked;
-    if ((follows || wrong) && at && box.current)
-      box.current.scrollTop = Math.max(0, (at - 1) * kRow - height * kRunningAt) / ratio;
+    // Who has scrolled may be heard of only behind this.
+    if (!following.current || !at || !box.current || isScrolled(box.current)) return;
+    box.current.scrollTop = Math.max(0, (at - 1) * kRow - height * kRunningAt) / ratio;
+    stands(box.current);
   }, [marked, wrong, follows, height, lines]);
+  const scrolled = (element: HTMLElement) => {
+    if (isScrolled(element)) setFollows(false);
+    setTop(stands(element).top);
+  };
+  /** At once: a text that is set meanwhile would end a scrolling that has just begun. */
+  const looks = () => whole > height && setFollows(false);
+  const goesBack = () => {
+    setFollows(true);
+    box.current?.focus({ preventScroll: true });  // the button goes
+  };
   const rows = [];
   for (let i = from; i < Math.min(lines, from + shown); ++i) {
     const number = i + 1;
@@ -62,21 +90,27 @@ export function ProgramLines({ marked, wrong }: { marked: number; wrong: number 
   return (
     <div class="listing">
       <div class="lines" ref={box} tabIndex={0} role="region" aria-label="Text of the program" data-test="lines"
-        onScroll={(e) => setTop(e.currentTarget.scrollTop)} onWheel={() => setFollows(false)}
-        onTouchMove={() => setFollows(false)} onPointerDown={() => setFollows(false)}>
+        onScroll={(e) => scrolled(e.currentTarget)} onWheel={looks} onTouchMove={looks} onPointerDown={looks}
+        onKeyDown={(e) => kScrolls.includes(e.key) && looks()}>
         <div style={{ height: `${whole}px` }}>{rows}</div>
       </div>
-      {!follows && marked > 0 && <button class="follow accent" onClick={() => setFollows(true)}>Follow line {marked}</button>}
+      {!follows && marked > 0 && (
+        <button class="follow accent" data-test="follow" onClick={goesBack}>To the running line</button>
+      )}
     </div>
   );
 }
 
-/** Keeps a file in the panel's folder, and loads it. */
-async function send(file: File | undefined) {
-  if (file && !(await link.upload(file)) && link.mine) await link.command({ verb: "load", text: file.name });
+/** Keeps a file in the panel's folder, and loads it; `tell` is told why it was not sent, "" before. */
+async function send(file: File | undefined, tell: (why: string) => void) {
+  if (!file) return;
+  tell("");
+  const why = await link.upload(file);
+  tell(why);
+  if (!why && link.mine) await link.command({ verb: "load", text: file.name });
 }
 
-function Loader() {
+function Loader({ tell }: { tell: (why: string) => void }) {
   const { mine, programs, status, machine } = useLink("link", "programs", "status", "machine");
   const [name, setName] = useState("");
   const [busy, setBusy] = useState(false);
@@ -100,7 +134,7 @@ function Loader() {
       {!machine?.remote && <label class="button" title="Send a program of this computer; it may be dropped onto its text as well">
         Send
         <input type="file" accept=".ngc,.nc,.cnc,.tap,.gcode" data-test="upload" aria-label="Send a program of this computer"
-          onChange={(e) => { void send(e.currentTarget.files?.[0]); e.currentTarget.value = ""; }} />
+          onChange={(e) => { void send(e.currentTarget.files?.[0], tell); e.currentTarget.value = ""; }} />
       </label>}
     </form>
   );
@@ -133,6 +167,8 @@ function Progress() {
 
 export function Program() {
   const { status, program, plan } = useLink("status", "program", "plan");
+  const [unsent, setUnsent] = useState("");
+  useEffect(() => setUnsent(""), [program]);
   const path = status?.program ?? "";
   const error = program?.error || (plan && plan.head.program === program?.path ? plan.head.message : "");
   const wrong = program?.errorLine || Number(/:(\d+):/.exec(error)?.[1] ?? 0);
@@ -142,15 +178,16 @@ export function Program() {
   const other = isProgram(path) && marked === 0 && !!status?.block;
   return (
     <section class="card program" aria-label="Program" onDragOver={(e) => e.preventDefault()}
-      onDrop={(e) => { e.preventDefault(); void send(e.dataTransfer?.files[0]); }}>
+      onDrop={(e) => { e.preventDefault(); void send(e.dataTransfer?.files[0], setUnsent); }}>
       <div class="title">
         <div class="named">
           <strong data-test="program">{shown}</strong>
           <small>{program?.lines ? `${marked ? `line ${marked} of ` : ""}${program.lines} lines` : ""}</small>
         </div>
-        <Loader />
+        <Loader tell={setUnsent} />
       </div>
       <Progress />
+      {unsent && <p class="warn" role="alert" data-test="not-sent">{unsent}</p>}
       {error && <p class="warn" role="alert" data-test="program-error">{programName(error)}</p>}
       {program?.lines ? <ProgramLines marked={refused ? 0 : marked} wrong={wrong} /> : (
         <div class="empty"><p>{program ? "The text of this program cannot be read from here." : "Load a program, and its text stands here."}</p></div>

@@ -2,7 +2,7 @@ import { useState } from "preact/hooks";
 import { Jog } from "./jog";
 import type { Verb } from "./interface";
 import { link, useLink } from "./link";
-import { durationText, isAngle, isHeld, kWords, positionText, shownValue, type Status, unitText, wordsOf } from "./model";
+import { durationText, isAngle, isHeld, kWords, positionText, shownValue, type Status, turnText, unitText, wordsOf } from "./model";
 import { Program } from "./program";
 
 type Shown = "work" | "machine" | "to_go" | "joints";
@@ -13,6 +13,7 @@ function Positions() {
   const [shown, setShown] = useState<Shown>("work");
   if (!status || !motion) return <section class="card dro" />;
   const { inch } = status;
+  const turned = turnText(status.rotation_rad);
   const second = shown === "work" ? "machine" : "work";
   const small = (word: number, key: "work" | "machine" | "to_go") => positionText(motion[key][word], isAngle(word), inch);
   return (
@@ -21,6 +22,7 @@ function Positions() {
         {kShown.map(([key, name]) => (
           <button key={key} aria-pressed={shown === key} onClick={() => setShown(key)}>
             {name}{key === "work" && <small>{status.work_offset}</small>}
+            {key === "work" && turned && <small class="turned" data-test="work-turned">turned {turned}</small>}
           </button>
         ))}
       </div>
@@ -105,8 +107,10 @@ function InForce() {
   const { status } = useLink("status");
   if (!status) return <section class="card" />;
   const length = status.tool_offset[2];
+  const turned = turnText(status.rotation_rad);
   const rows: [string, string][] = [
     ["Tool", status.tool_name + (length ? `, length ${positionText(length, false, status.inch)}` : "")],
+    ...(turned ? [["Work offset", `${status.work_offset}, turned by ${turned}`] as [string, string]] : []),
     ["Coolant", coolant(status)],
     ["Tip control", status.rtcp ? "on" : "off"],
     ["Parts", String(status.parts)],
@@ -120,14 +124,18 @@ function InForce() {
   );
 }
 
+/** The daemon's columns count the bytes of UTF-8 from 1: how many letters stand before one. */
+const lettersBefore = (line: string, column: number) =>
+  new TextDecoder().decode(new TextEncoder().encode(line).subarray(0, column - 1)).length;
+
 /** Why a typed line was not run, under the place that is wrong in it. */
 function Refused({ line, why, close }: { line: string; why: string; close: () => void }) {
   const place = /^mdi:(\d+):(\d+): /.exec(why);
-  const column = place && place[1] === "1" ? Math.min(Number(place[2]), line.length + 1) : 0;
+  const before = place && place[1] === "1" ? lettersBefore(line, Number(place[2])) : -1;
   return (
     <div class="not-run" data-test="mdi-refused">
-      {column > 0 && (
-        <code>{line.slice(0, column - 1)}<mark data-test="mdi-wrong">{line.slice(column - 1) || "\u00a0"}</mark></code>
+      {before >= 0 && (
+        <code>{line.slice(0, before)}<mark data-test="mdi-wrong">{line.slice(before) || "\u00a0"}</mark></code>
       )}
       <p>Not run: {place ? why.slice(place[0].length) : why}</p>
       <button class="slim" onClick={close} aria-label="Close the message">Close</button>
@@ -187,8 +195,9 @@ function LastMessages() {
       <h2>Messages</h2>
       <ol data-test="messages">
         {log.slice(-20).reverse().map((entry, i) => (
-          <li key={i} class={entry.kind}>
-            <time>{new Date(entry.time_us / 1000).toLocaleTimeString("en-GB")}</time>{entry.text.replace(/_/g, entry.kind === "fault" ? " " : "_")}
+          <li key={i} class={`kind-${entry.kind}`}>
+            <time>{new Date(entry.time_us / 1000).toLocaleTimeString("en-GB")}</time>
+            <span>{entry.text.replace(/_/g, entry.kind === "fault" ? " " : "_")}</span>
           </li>
         ))}
         {!log.length && <li class="none">No messages.</li>}

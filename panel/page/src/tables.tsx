@@ -1,6 +1,6 @@
 import { useState } from "preact/hooks";
 import { link, useLink } from "./link";
-import { isAngle, isHeld, kWords, type Offset, positionText, type Status, unitText, wordsOf } from "./model";
+import { isAngle, isHeld, keptValue, kWords, type Offset, positionText, type Status, turnText, unitText, wordsOf } from "./model";
 
 // Tables are changed by the lines of G-code that a program would use, as 'trunnion offset' and 'touch-off' do.
 
@@ -17,6 +17,25 @@ function numberOf(text: string): string | null {
   return /^[+-]?(\d+\.?\d*|\.\d+)$/.test(trimmed) ? trimmed : null;
 }
 
+/** No machine is so long, and nothing turns so often: 100 m, 100 turns. What is beyond was mistyped. */
+const kFarMm = 1e5;
+const kFarRad = 200 * Math.PI;
+
+/** Whether the text is a number that can be meant. */
+function isMeant(text: string, angle: boolean, inch: boolean): boolean {
+  const number = numberOf(text);
+  return number !== null && Math.abs(keptValue(Number(number), angle, inch)) <= (angle ? kFarRad : kFarMm) * (1 + 1e-12);
+}
+
+/** Says that a number is too great, where one is. */
+function TooFar({ lengths, angles, inch }: { lengths: string[]; angles: string[]; inch: boolean }) {
+  const isFar = (angle: boolean) => (text: string) => numberOf(text) !== null && !isMeant(text, angle, inch);
+  const far = lengths.find(isFar(false)) ?? angles.find(isFar(true));
+  if (far === undefined) return null;
+  const most = lengths.some(isFar(false)) ? `${inch ? Math.floor(kFarMm / 25.4) : kFarMm} ${unitText(false, inch)}` : "36000°";
+  return <p class="hint wrong" role="alert" data-test="too-far">{far.trim()} is too much: {most} at most.</p>;
+}
+
 function Offsets() {
   const { status, tables, mine } = useLink("status", "tables", "link");
   const [name, setName] = useState("");
@@ -25,7 +44,10 @@ function Offsets() {
   const words = wordsOf(status.axes);
   const chosen = name || status.work_offset;
   const given = words.map((word) => [kWords[word], values[kWords[word]]?.trim() ?? ""]).filter(([, text]) => text);
-  const sound = given.length > 0 && given.every(([, text]) => numberOf(text) !== null);
+  const textOf = (word: number) => values[kWords[word]] ?? "";
+  const wrong = (word: number) => !!textOf(word).trim() && !isMeant(textOf(word), isAngle(word), status.inch);
+  const sound = given.length > 0 && !words.some(wrong);
+  const turned = turnText(tables.offsets.find((one) => one.name === chosen)?.rotation ?? 0);
   const ready = mine && mayChange(status) && sound;
   const send = async (code: string) => {
     const number = kSettable.indexOf(chosen) + 1;
@@ -42,12 +64,17 @@ function Offsets() {
       <div class="fields">
         {words.map((word) => (
           <label key={word}>{kWords[word]} {unit(word)}
-            <input inputMode="decimal" value={values[kWords[word]] ?? ""} data-test={`set-${kWords[word]}`}
-              aria-invalid={!!values[kWords[word]]?.trim() && numberOf(values[kWords[word]]) === null}
+            <input inputMode="decimal" value={textOf(word)} data-test={`set-${kWords[word]}`} aria-invalid={wrong(word)}
               onInput={(e) => setValues({ ...values, [kWords[word]]: e.currentTarget.value })} />
           </label>
         ))}
       </div>
+      <TooFar lengths={words.filter((word) => !isAngle(word)).map(textOf)} angles={words.filter(isAngle).map(textOf)} inch={status.inch} />
+      {turned && (
+        <p class="hint" data-test="turned">
+          {chosen} is turned by {turned} about Z. The line “G10 L2 P{kSettable.indexOf(chosen) + 1} R0” turns it back.
+        </p>
+      )}
       <div class="actions">
         <button disabled={!ready} data-test="set-offset" onClick={() => void send("L2")}>Set to these values</button>
         <button class="accent" disabled={!ready} data-test="touch-off" onClick={() => void send("L20")}>
@@ -58,7 +85,7 @@ function Offsets() {
     <section class="card offsets">
       <h2>Work offsets</h2>
       <table class="rows">
-        <thead><tr><th>Offset</th>{words.map((word) => <th key={word}>{kWords[word]} <small>{unit(word)}</small></th>)}</tr></thead>
+        <thead><tr><th>Offset</th>{words.map((word) => <th key={word}>{kWords[word]} <small>{unit(word)}</small></th>)}<th>Turned</th></tr></thead>
         <tbody>
           {tables.offsets.map((offset) => (
             <tr key={offset.name} class={offset.name === status.work_offset ? "in-force" : ""}
@@ -69,6 +96,7 @@ function Offsets() {
                   : <span>{offset.name}</span>}
               </th>
               {words.map((word) => <td key={word}>{positionText(valueOf(offset, word), isAngle(word), status.inch)}</td>)}
+              <td data-test={`rotation-${offset.name}`}>{turnText(offset.rotation) || "–"}</td>
             </tr>
           ))}
         </tbody>
@@ -92,11 +120,13 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
   const [refused, setRefused] = useState("");
   const [asked, setAsked] = useState(false);
   const adds = number === 0;
+  const inch = status?.inch ?? false;
+  const wrongLength = (text: string) => !!text.trim() && !isMeant(text, false, inch);
   const known = adds && !!tables?.tools.some((one) => one.number === Number(given));
   const said = remark.trim() !== (tool?.remark ?? "").trim();
   const words = [length.trim() && `Z${numberOf(length)}`, diameter.trim() && `R${Number(numberOf(diameter)) / 2}`,
     pocket.trim() ? `H${pocket.trim()}` : !length.trim() && !diameter.trim() && said && tool ? `H${tool.pocket}` : ""].filter(Boolean);
-  const sound = words.length > 0 && [length, diameter].every((text) => !text.trim() || numberOf(text) !== null) &&
+  const sound = words.length > 0 && ![length, diameter].some(wrongLength) &&
     (!pocket.trim() || isWhole(pocket)) && (!adds || (isWhole(given) && Number(given) > 0 && !known)) && !/[()]/.test(remark);
   const send = async () => {
     const line = `G10 L1 P${adds ? Number(given) : number} ${words.join(" ")}${said ? ` (${remark.trim() || " "})` : ""}`;
@@ -110,7 +140,7 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
     if (answer.outcome === "accepted") done();
     else setRefused(answer.text);
   };
-  const unit = unitText(false, status?.inch ?? false);
+  const unit = unitText(false, inch);
   const field = (name: string, value: string, wrong: boolean, set: (text: string) => void, asText = false) => (
     <label class={asText ? "long" : ""}>{name} {name === "Length" || name === "Diameter" ? unit : ""}
       <input inputMode={asText ? "text" : "decimal"} value={value} data-test={`tool-${name.toLowerCase()}`} maxLength={asText ? 80 : 20}
@@ -122,11 +152,15 @@ function ChangeTool({ number, done }: { number: number; done: () => void }) {
       <h2>{adds ? "Add a tool" : `Change tool ${number}`}</h2>
       <div class="fields">
         {adds && field("Number", given, !isWhole(given) || known, setGiven)}
-        {field("Length", length, numberOf(length) === null, setLength)}
-        {field("Diameter", diameter, numberOf(diameter) === null, setDiameter)}
+        {field("Length", length, wrongLength(length), setLength)}
+        {field("Diameter", diameter, wrongLength(diameter), setDiameter)}
         {field("Pocket", pocket, !isWhole(pocket), setPocket)}
         {field("Remark", remark, /[()]/.test(remark), setRemark, true)}
       </div>
+      <TooFar lengths={[length, diameter]} angles={[]} inch={inch} />
+      {[given, pocket].some((text) => /^\d{9,}$/.test(text.trim())) && (
+        <p class="hint wrong" role="alert" data-test="too-great">Numbers of tools and pockets have eight digits at most.</p>
+      )}
       {known && <p class="hint">Tool {Number(given)} is in the table; choose it there to change it.</p>}
       {refused && <p class="hint wrong" role="alert" data-test="tool-refused">{refused}</p>}
       <div class="actions">
