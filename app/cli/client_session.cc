@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <csignal>
 #include <filesystem>
 #include <string_view>
 #include <vector>
@@ -58,14 +59,40 @@ void print_fault(const status_t& status) {
     fmt::print(stderr, "{}; {}\n", fault->meaning, fault->remedy);
 }
 
+volatile std::sig_atomic_t interrupted = 0;
+void note_interrupt(int) { interrupted = 1; }
+
+/// Ctrl-C ends the waiting, and not the motion: which is said.
+class HearsInterrupt {
+ public:
+  HearsInterrupt() {
+    interrupted = 0;
+    struct sigaction hears {};
+    hears.sa_handler = note_interrupt;
+    sigaction(SIGINT, &hears, &before_);
+  }
+  ~HearsInterrupt() { sigaction(SIGINT, &before_, nullptr); }
+  HearsInterrupt(const HearsInterrupt&) = delete;
+  HearsInterrupt& operator=(const HearsInterrupt&) = delete;
+
+ private:
+  struct sigaction before_ {};
+};
+
 // Until the command's work is over; kMachineFault if it ended in a fault.
 Exit wait_until_rest(CommandClient& client, const acknowledge_t& answer, std::int8_t verb,
                      double patience_s) {
+  const HearsInterrupt hears;
   const auto status = client.wait_status(
       [&](const status_t& now) {
-        return now.count >= answer.status_count && (!at_work(now) || held_program(now, verb));
+        return interrupted != 0 ||
+               (now.count >= answer.status_count && (!at_work(now) || held_program(now, verb)));
       },
       patience_s);
+  if (interrupted != 0 && status && at_work(*status)) {
+    fmt::print(stderr, "\nthe machine goes on; 'trunnion stop' ends it\n");
+    return Exit::kMachineFault;
+  }
   if (!status) {
     fmt::print(stderr, "trunnion: the machine is still at work after {} s\n", patience_s);
     return Exit::kMachineFault;
@@ -110,8 +137,12 @@ void ClientSession::compare_configs(double timeout_s) {
   }
 }
 
-Exit send(ClientSession& session, const ClientOptions& options, const command_t& command) {
-  const acknowledge_t answer = session.client.send(command);
+Exit send(ClientSession& session, const ClientOptions& options, const command_t& command,
+          const std::string& typed) {
+  acknowledge_t answer = session.client.send(command);
+  const std::string name = "'mdi'";
+  if (const std::size_t at = answer.message.find(name); !typed.empty() && at != std::string::npos)
+    answer.message.replace(at, name.size(), fmt::format("'{}'", typed));
   session.compare_configs(options.timeout_s);
   const Exit exit = exit_of(answer);
   if (exit != Exit::kDone || !options.wait) return exit;

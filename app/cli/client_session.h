@@ -53,7 +53,9 @@ int joint_index(const Machine& machine, const std::string& name);
 trunnion::command_t command_of(std::int8_t verb);
 trunnion::command_t text_command(std::int8_t verb, const std::string& text);
 /// Sends it and, if the options say so, waits until its work is over. The answer for people goes to stderr.
-Exit send(ClientSession& session, const ClientOptions& options, const trunnion::command_t& command);
+/// `typed`: what was typed for it, where that is not the command's own name.
+Exit send(ClientSession& session, const ClientOptions& options, const trunnion::command_t& command,
+          const std::string& typed = "");
 Exit exit_of(const trunnion::acknowledge_t& answer);
 
 /// `trunnion reverse` and `trunnion forward`.

@@ -5,10 +5,10 @@
 
 #include <cctype>
 #include <cmath>
+#include <csignal>
 #include <cstdio>
 #include <filesystem>
 #include <functional>
-#include <iostream>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -137,6 +137,8 @@ MakeCommand plain(std::int8_t verb) {
 
 // As the daemon's host knows it.
 std::string program_path(const ClientOptions& options) {
+  if (options.text.empty())
+    throw CLI::ValidationError("program", "it has no name; give the file of a program, as part.ngc");
   const std::filesystem::path path = options.text;
   if (!options.remote.empty() && path.is_relative())
     throw CLI::ValidationError("program", "from another host, name the whole path on the daemon's");
@@ -185,11 +187,55 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
   }
 }
 
+// CLI11 would only say that it could not convert it.
+std::string check_number(const std::string& text) {
+  std::size_t used = 0;
+  try {
+    std::stod(text, &used);
+  } catch (const std::exception&) {
+    used = 0;
+  }
+  if (used > 0 && used == text.size()) return "";
+  std::string better = text.substr(0, used);
+  if (used > 0 && text[used] == ',')
+    if (const auto end = text.find_first_not_of("0123456789", used + 1);
+        end == std::string::npos && used + 1 < text.size())
+      better += "." + text.substr(used + 1);
+  return used == 0 ? fmt::format("'{}' is no number", text)
+                   : fmt::format("'{}' is no number; write {}", text, better);
+}
+
+std::string check_line(const std::string& text) {
+  const bool digits = !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+  return digits ? "" : fmt::format("'{}' is no line of a program; give a whole number, as 8", text);
+}
+
+void hear_interrupt(int) {}
+
+// Ctrl-C says no, too: what was prepared must not stay so.
 bool confirmed() {
+  struct sigaction hears {};
+  struct sigaction before {};
+  hears.sa_handler = hear_interrupt;  // without SA_RESTART: the read ends
+  sigaction(SIGINT, &hears, &before);
   fmt::print(stderr, "start? [y/N] ");
   std::string answer;
-  std::getline(std::cin, answer);
+  char letter = 0;
+  while (read(STDIN_FILENO, &letter, 1) == 1 && letter != '\n') answer += letter;
+  sigaction(SIGINT, &before, nullptr);
+  if (letter != '\n') fmt::print(stderr, "\n");
   return answer == "y" || answer == "Y" || answer == "yes";
+}
+
+// The program that was loaded before, if any, from its first line.
+Exit give_up_start(ClientSession& session, const std::string& program) {
+  const acknowledge_t answer = session.client.send(text_command(command_t::LOAD, program));
+  if (answer.outcome != acknowledge_t::ACCEPTED) {
+    fmt::print(stderr, "not started; the program stays prepared from there, and 'stop' gives that up\n");
+    return exit_of(answer);
+  }
+  fmt::print(stderr, "not started; the loaded program begins at its first line again\n");
+  return Exit::kUsage;
 }
 
 struct StartOptions {
@@ -203,15 +249,15 @@ struct StartOptions {
 Exit start(const StartOptions& options) {
   ClientSession session(options.client);
   if (options.client.count > 1 || options.resume) {
+    const auto any = [](const status_t&) { return true; };
+    const auto status = session.client.wait_status(any, options.client.timeout_s);
+    const std::string program = status && status->state == "idle" ? status->program : "";
     command_t load = text_command(command_t::LOAD, "");
     load.value = options.resume ? -1 : static_cast<double>(options.client.count);
     load.speed = options.resume ? options.before_mm : 0;
     const Exit prepared = exit_of(session.client.send(load));
     if (prepared != Exit::kDone) return prepared;
-    if (!options.client.yes && !confirmed()) {
-      fmt::print(stderr, "not started; the program stays prepared from there\n");
-      return Exit::kUsage;
-    }
+    if (!options.client.yes && !confirmed()) return give_up_start(session, program);
   }
   return send(session, options.client, command_of(command_t::START));
 }
@@ -231,6 +277,7 @@ void add_start(CLI::App& app, Exit& exit) {
               "Begin at this line. The lines before it set modes, offsets and tool without motion. The "
               "way to the start is shown, and nothing moves before you agree")
           ->type_name("LINE")
+          ->check(check_line)
           ->check(CLI::Range(2L, 100000000L));
   CLI::Option* const resume =
       client
@@ -280,6 +327,7 @@ void add_override(CLI::App& app, Exit& exit) {
                   "0 to 200; 100 is as programmed. Above 100 the axis limits still count. Rapid and "
                   "adaptive: at most 100")
       ->required()
+      ->check(check_number)
       ->check(CLI::Range(0.0, 200.0));
   client
       .add_option(

@@ -25,7 +25,9 @@ const ChapterMeaning kMachineMeanings = {
          "these limits, whatever program, override and corrections ask for.",
          {
              {"name",
-              "What messages, traces and other tables call the joint, as \"X\". Each name is there once."},
+              "What messages, traces and other tables call the joint, as \"X\". Letters, digits, `_` and "
+              "`-` are legal. Each name is there once, and none is a column of every trace, as `t_s` or "
+              "`p_x`."},
              {"type",
               "Whether the joint moves in mm or turns in degrees. It decides which of the keys below it "
               "has."},
@@ -171,6 +173,10 @@ const ChapterMeaning kProgramMeanings = {
              {"path_mode",
               "The path mode at the program's start. G64 rounds corners within the tolerance, G61 follows "
               "the path exactly. G61.1 also stops at the end of every move."},
+             {"units",
+              "The unit at the program's start and for typed lines, as G21 or G20 has it. Keys of this file "
+              "are in "
+              "mm whatever it says."},
              {"tolerance_mm", "How far the tool's tip may leave the programmed path under G64 without P."},
              {"tolerance_deg", "How far the tool's axis may leave the programmed one under G64 without R."},
              {"arc_tolerance_mm",

@@ -227,7 +227,9 @@ const ChapterMeaning kCanMeanings = {
               "0 does not watch it."},
              {"homing_method",
               "Number of the drive's homing method, as CiA 402 has them; 5 searches the home switch and "
-              "the index behind it."},
+              "the index behind it. 0, 15, 16, 31, 32 and 36 are no methods; 0 is legal with `absolute`. "
+              "Negative "
+              "numbers are the maker's own, which `trunnion run` cannot rehearse."},
              {"home_mm home_deg", "Position of the joint at the home point.",
               "0, or the end of its range nearest to it", "within the joint's range"},
              {"square_mm square_deg",

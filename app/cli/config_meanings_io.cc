@@ -18,11 +18,15 @@ const ChapterMeaning kIoMeanings = {
              {"spindle_timeout_s",
               "How long the spindle may take to turn, or to stand, as told; longer is a fault."},
          }},
-        {"The spindle's encoder",
+        {"The spindle",
          {{"io.spindle", "simulated"}, {"io.spindle", "modbus"}},
          "",
          {{"encoder", "Whether threads (G33, G33.1, G76) may follow the spindle's encoder.",
-           "true; false with `type = \"modbus\"`, which cannot have one"}}},
+           "true; false with `type = \"modbus\"`, which cannot have one"},
+          {"rpm_max",
+           "The greatest speed of the spindle. A greater S is refused, and G96 goes no faster; 0: no limit, "
+           "and "
+           "G96 needs its D."}}},
         {"The simulated spindle",
          {{"io.spindle", "simulated"}, {"io.emulation.spindle", "modbus"}},
          "",

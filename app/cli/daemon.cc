@@ -54,6 +54,8 @@ void check_memory(const DaemonOptions& options) {
       spdlog::warn("{}; whatever would change it is refused", error.what());
     }
   }
+  if (!options.logs.empty() && !std::filesystem::is_directory(options.logs))
+    spdlog::warn("{} is no folder; a program that writes a log ends there", options.logs);
 }
 
 // The process that plans programs reads them; what is wrong with them is told before the machine starts.

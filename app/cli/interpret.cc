@@ -1,5 +1,6 @@
 #include <fmt/format.h>
 
+#include <cmath>
 #include <cstdio>
 #include <functional>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "app/cli/commands.h"
 #include "app/session/assembly.h"
 #include "app/session/range_check.h"
+#include "core/frames.h"
 #include "core/motion.h"
 #include "core/ports.h"
 #include "core/units.h"
@@ -43,14 +45,23 @@ class MoveCounter : public MoveSink {
     if (move.kind == ProgramMove::Kind::kTraverse)
       ++traverses;
     else
-      path += (move.to - move.from).head<3>().norm();
+      path += tip_way(move);
   }
   void event(const QueueEvent&, SourceLine) override { ++events; }
   void stop_judging() { judge_ = nullptr; }
   std::uint64_t moves = 0, traverses = 0, events = 0;
-  double path = 0;  ///< chords of feeds, mm
+  double path = 0;  ///< of feeds, mm
 
  private:
+  // A helix is as long as its turn and its rise together.
+  static double tip_way(const ProgramMove& move) {
+    const Vec3 way = (move.to - move.from).head<3>();
+    if (move.kind != ProgramMove::Kind::kArc) return way.norm();
+    const Vec3 from_centre = Vec3(move.from.head<3>()) - move.arc_centre;
+    const double radius = move.arc_axis.cross(from_centre).norm();
+    return std::hypot(radius * move.arc_sweep_rad, way.dot(move.arc_axis));
+  }
+
   MoveSink* judge_;
 };
 

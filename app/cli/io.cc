@@ -23,7 +23,8 @@ struct IoOptions {
 };
 
 constexpr const char kIoFooter[] =
-    "What is wired to what by the config: signals, safety inputs, brakes, and what the simulation wires.\n"
+    "What is wired to what by the config: signals, safety inputs, brakes, values of devices on a field bus,\n"
+    "and what the simulation wires.\n"
     "For example: trunnion io --machine configs/gantry_router.toml --svg wiring.svg\n"
     "docs/config.md, chapter \"Wiring of signals\", has the keys. What needs logic is a client of the "
     "daemon\n"
@@ -31,7 +32,8 @@ constexpr const char kIoFooter[] =
     "Exit: 0 done, 2 the drawing cannot be written, 3 bad config, 5 usage.\n";
 
 const char* kind_text(WireRow::Kind kind) {
-  constexpr const char* kKinds[] = {"signal", "safety", "brake", "simulated"};  // as WireRow::Kind
+  constexpr const char* kKinds[] = {"signal", "safety", "brake", "field bus",
+                                    "simulated"};  // as WireRow::Kind
   return kKinds[static_cast<std::size_t>(kind)];
 }
 

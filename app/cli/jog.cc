@@ -202,8 +202,14 @@ void add_wheel(CLI::App& app, Exit& exit) {
       "the counts, and the way of a count if it is not that of --step. For example: "
       "echo 'X 5 0.1' | trunnion wheel. Turns of an axis that still moves add up",
       [options, step](const ClientOptions&) { return turn_wheel(*options, *step); });
+  const auto check_step = [](const std::string& text) {
+    double value = 0;
+    return read_number(text, value) && value > 0
+               ? std::string()
+               : fmt::format("'{}' is no way of a count; give more than 0, as 0.01", text);
+  };
   wheel.add_option("--step", *step, "Way of a count, in mm, inch (G20) or degrees")
-      ->check(CLI::PositiveNumber)
+      ->check(check_step)
       ->capture_default_str();
   wheel
       .add_option("--percent", options->percent,

@@ -12,8 +12,10 @@
 
 #include "app/session/word_directions.h"
 #include "core/axes.h"
+#include "core/config.h"
 #include "core/frames.h"
 #include "core/letter_case.h"
+#include "core/serial_branches.h"
 #include "core/units.h"
 
 namespace trn {
@@ -40,6 +42,30 @@ std::vector<std::string> kin_items(const std::string& line) {
   std::vector<std::string> out;
   for (std::string item; in >> item;) out.push_back(item);
   return out;
+}
+
+enum class Carries { kTool, kWork };
+
+// What of a machine of axes in a row a joint moves; a machine of another kind turns its tool.
+Carries carried_by(const JointVec& moved, const Machine& machine) {
+  const ConfigTable section = machine.root.table("kinematics");
+  if (section.text("type") != "serial") return Carries::kTool;
+  for (const BranchAxis& axis : read_branches(section, machine.joints).work)
+    if (axis.joint >= 0 && std::abs(moved[axis.joint]) > 0.5) return Carries::kWork;
+  return Carries::kTool;
+}
+
+// A leaning axis has a part of its own word and is none the worse for it; only a way or turn against the word
+// is worth a remark.
+std::string iso_841_remark(const WordDirection& direction, const Machine& machine) {
+  constexpr double kSeen = 0.05;
+  if (!direction.known) return "";
+  if (direction.word <= kZ)
+    return direction.tip[direction.word] > kSeen ? "" : "  <- the wrong way by ISO 841";
+  if (direction.turn[direction.word - kA] > -kSeen) return "";
+  return carried_by(direction.joints, machine) == Carries::kWork
+             ? "  <- the table turns by the word; ISO 841 has the tool do so"
+             : "  <- the tool turns against the word; ISO 841 has it turn by the word";
 }
 
 double kin_unit(const Joint& joint) { return joint.kind == JointKind::kRotary ? kRadPerDeg : 1; }
@@ -107,11 +133,8 @@ std::string KinWords::inverse(const std::string& line) const {
 std::string KinWords::directions() const {
   std::string out;
   for (const WordDirection& direction : word_directions(kinematics_, Words::Zero()))
-    out +=
-        fmt::format("{}+  {}{}\n", kWordLetters[direction.word], describe(direction, machine_),
-                    direction.as_iso_841() ? ""
-                    : direction.word <= kZ ? "  <- the wrong way by ISO 841"
-                                           : "  <- the table turns by the word; ISO 841 has the tool do so");
+    out += fmt::format("{}+  {}{}\n", kWordLetters[direction.word], describe(direction, machine_),
+                       iso_841_remark(direction, machine_));
   return out;
 }
 

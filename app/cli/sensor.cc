@@ -1,13 +1,18 @@
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
+#include <algorithm>
 #include <chrono>
 #include <memory>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "app/cli/client_line.h"
 #include "app/cli/commands.h"
 #include "app/client/command_client.h"
 #include "app/daemon/telemetry.h"
+#include "app/session/assembly.h"
 #include "core/machine.h"
 
 namespace trn {
@@ -23,6 +28,11 @@ struct SensorOptions {
 
 Exit send_reading(const SensorOptions& options) {
   const Machine machine = client_machine(options.machine, options.remote);
+  const std::vector<std::string> names = assemble_planning(machine.root).corrections.sensors->names();
+  if (std::find(names.begin(), names.end(), options.name) == names.end())
+    throw CLI::ValidationError(
+        "name", fmt::format("no correction asks for a sensor '{}'; they ask for: {}", options.name,
+                            names.empty() ? "none" : fmt::format("{}", fmt::join(names, ", "))));
   CommandClient client = make_client(machine, options.remote, kTimeoutS);
   trunnion::sensor_t reading;
   reading.count = 1;

@@ -52,6 +52,23 @@ std::size_t offset_number(const std::string& name) {
   return static_cast<std::size_t>(found - kOffsets.begin()) + 1;
 }
 
+// Beyond these a value was mistyped; G-code has no exponents either.
+std::string block_word(char letter, double value) {
+  constexpr double kFar = 1e6, kFullTurn_deg = 360;
+  const bool turns = letter == 'R';
+  const double most = turns ? kFullTurn_deg : kFar;
+  if (std::abs(value) > most)
+    throw CLI::ValidationError("WORDS", fmt::format("{} {:g} is out of range: {:.0f} to {:.0f} is legal",
+                                                    letter, value, -most, most));
+  if (letter == 'D' && value < 0)
+    throw CLI::ValidationError("WORDS",
+                               fmt::format("D {:g} is no diameter: 0 or more is legal, as D 8", value));
+  std::string text = fmt::format("{:.9f}", value);
+  text.erase(text.find_last_not_of('0') + 1);
+  if (text.back() == '.') text.pop_back();
+  return fmt::format(" {}{}", letter, text);
+}
+
 // "X" "10" "Y-3" as words of a block: "X10 Y-3". `letters`: those that may stand there.
 std::string block_words(const std::vector<std::string>& given, std::string_view letters) {
   std::string all;
@@ -74,17 +91,18 @@ std::string block_words(const std::vector<std::string>& given, std::string_view 
       throw CLI::ValidationError(
           "WORDS", fmt::format("'{}' is not understood; give a letter of {} and a number, as in X 10 or X10",
                                all.substr(i, all.find(' ', i) - i), letters));
-    out += fmt::format(" {}{}", letter, value);
+    out += block_word(letter, value);
     i += 1 + used;
   }
   return out;
 }
 
-Exit run_line(const TableOptions& options, const std::string& line) {
+// `typed`: what the operator knows it by.
+Exit run_line(const TableOptions& options, const std::string& line, const std::string& typed) {
   ClientSession session(*options.client);
   ClientOptions waiting = *options.client;
   waiting.wait = true;
-  return send(session, waiting, text_command(command_t::MDI, line));
+  return send(session, waiting, text_command(command_t::MDI, line), typed);
 }
 
 std::string cells(const double (&values)[6], bool all) {
@@ -111,22 +129,31 @@ void print_offsets(const tables_t& t, const std::string& in_force) {
   fmt::print("mm and degrees; > is in force\n");
 }
 
-void print_tools(const tables_t& t, int in_spindle) {
+// `only`: one of them; below 0: all.
+void print_tools(const tables_t& t, int in_spindle, int only) {
   if (t.tool_number.empty())
     return fmt::print("the machine has no tool table (trunnion daemon --tools FILE)\n");
   fmt::print("    tool pocket    diameter           X           Y           Z  remark\n");
   for (std::size_t i = 0; i < t.tool_number.size(); ++i) {
+    if (only >= 0 && t.tool_number[i] != only) continue;
     const double row[] = {t.tool_x[i], t.tool_y[i], t.tool_z[i], t.tool_a[i], t.tool_b[i], t.tool_c[i]};
     fmt::print("{} {:>6} {:>6}{:>12.4f}{}  {}\n", t.tool_number[i] == in_spindle ? '>' : ' ',
                t.tool_number[i], t.tool_pocket[i], t.tool_diameter[i], cells(row, false), t.tool_remark[i]);
   }
-  if (t.tools_more > 0) fmt::print("and {} more\n", t.tools_more);
+  if (t.tools_more > 0 && only < 0) fmt::print("and {} more\n", t.tools_more);
   fmt::print("mm; > is in the spindle\n");
 }
 
 Exit show(const TableOptions& options, bool tools) {
   ClientSession session(*options.client);
   const tables_t tables = session.client.tables();
+  const auto& numbers = tables.tool_number;
+  const bool known = std::find(numbers.begin(), numbers.end(), options.tool) != numbers.end();
+  if (tools && options.tool >= 0 && !known && tables.tools_more == 0) {
+    fmt::print(stderr, "there is no tool {} in the table; it has: {}\n", options.tool,
+               numbers.empty() ? "none" : fmt::format("{}", fmt::join(numbers, ", ")));
+    return Exit::kUsage;
+  }
   if (options.client->json) {
     fmt::print("{}\n", one_line(json_of(tables)));
     return Exit::kDone;
@@ -134,7 +161,7 @@ Exit show(const TableOptions& options, bool tools) {
   const auto status =
       session.client.wait_status([](const trunnion::status_t&) { return true; }, options.client->timeout_s);
   if (tools)
-    print_tools(tables, status ? status->tool : 0);
+    print_tools(tables, status ? status->tool : 0, options.tool);
   else
     print_offsets(tables, status ? status->work_offset : "");
   return Exit::kDone;
@@ -145,13 +172,14 @@ Exit offset(const TableOptions& options) {
   const std::size_t number = offset_number(options.offset);
   if (options.words.empty())
     throw CLI::ValidationError("WORDS", "say what it shall be, as in: trunnion offset G55 X 10");
-  return run_line(options, fmt::format("G10 L2 P{}{}", number, block_words(options.words, "XYZABCR")));
+  return run_line(options, fmt::format("G10 L2 P{}{}", number, block_words(options.words, "XYZABCR")),
+                  "offset");
 }
 
 Exit touch_off(const TableOptions& options) {
   const std::string words = block_words(options.words, "XYZABC");
   if (!options.of_tool)
-    return run_line(options, fmt::format("G10 L20 P{}{}", offset_number(options.offset), words));
+    return run_line(options, fmt::format("G10 L20 P{}{}", offset_number(options.offset), words), "touch-off");
   ClientSession session(*options.client);
   const auto status =
       session.client.wait_status([](const trunnion::status_t&) { return true; }, options.client->timeout_s);
@@ -162,7 +190,8 @@ Exit touch_off(const TableOptions& options) {
   ClientOptions waiting = *options.client;
   waiting.wait = true;
   return send(session, waiting,
-              text_command(command_t::MDI, fmt::format("G10 L10 P{}{}\nG43", status->tool, words)));
+              text_command(command_t::MDI, fmt::format("G10 L10 P{}{}\nG43", status->tool, words)),
+              "touch-off");
 }
 
 // What the table has is told, so that a number that was mistyped is seen.
@@ -179,7 +208,8 @@ Exit set_tool(const TableOptions& options, std::string words) {
   ClientOptions waiting = *options.client;
   waiting.wait = true;
   const Exit exit =
-      send(session, waiting, text_command(command_t::MDI, fmt::format("G10 L1 P{}{}", options.tool, words)));
+      send(session, waiting, text_command(command_t::MDI, fmt::format("G10 L1 P{}{}", options.tool, words)),
+           "tool");
   if (exit == Exit::kDone && adds && !tables.tool_number.empty())
     fmt::print("tool {} is new in the table, which also has {}\n", options.tool,
                fmt::join(tables.tool_number, ", "));
@@ -209,7 +239,7 @@ Exit tool(const TableOptions& options) {
     command.value = options.tool;
     return send(session, *options.client, command);
   }
-  if (options.of_tool) return run_line(options, fmt::format("M61 Q{}", options.tool));
+  if (options.of_tool) return run_line(options, fmt::format("M61 Q{}", options.tool), "tool");
   const bool sets = !options.words.empty() || options.pocket || options.remark;
   if (!sets) return show(options, true);
   std::string words = block_words(options.words, "XYZABCD");
@@ -217,7 +247,7 @@ Exit tool(const TableOptions& options) {
   if (const std::size_t d = words.find('D'); d != std::string::npos) {
     std::size_t used = 0;
     const double diameter = std::stod(words.substr(d + 1), &used);
-    words.replace(d, used + 1, fmt::format("R{}", diameter / 2));
+    words.replace(d, used + 1, fmt::format("R{:.9f}", diameter / 2));
   }
   if (options.pocket) words += fmt::format(" H{}", *options.pocket);
   return set_tool(options, words);

@@ -145,6 +145,22 @@ close_s = 0.06
             self.assertIn("switches: good, both heard, at the right ends", again.stdout)
             self.assertNotIn("Joint X will move", again.stdout.split("switches: good")[0])
 
+    def test_a_truth_that_words_or_places_an_axis_otherwise(self):
+        """`sense` alone is a matter of words and moves nothing; a `direction` that is turned round is the machine's."""
+        branch = '[[kinematics.tool_branch]]\njoint = "X"\ndirection = [1.0, 0.0, 0.0]'
+        self.assertIn(branch, CONFIG)
+        config = node(CONFIG, "X", [("homing_method = 5", "homing_method = 3")])
+        for change, reverse in ((branch + "\nsense = -1", None), (branch.replace("[1.0", "[-1.0"), "true")):
+            self.record.unlink(missing_ok=True)
+            self.wrong.write_text(config, encoding="ascii")
+            self.truth.write_text(config.replace(branch, change), encoding="ascii")
+            done = self.commission("--rehearse", str(self.truth))
+            items = {item["name"]: item["result"] for item in json.loads(self.record.read_text())["items"]}
+            self.assertEqual(items["direction X"], "changed" if reverse else "good", done.stdout)
+            self.assertEqual(keys_of(self.wrong.read_text(encoding="ascii"), "X").get("reverse"), reverse)
+            for word in "YZAC":
+                self.assertEqual(items[f"direction {word}"], "good", done.stdout)
+
     def test_a_spindle_that_turns_the_wrong_way(self):
         config = (pathlib.Path(SOURCE) / "configs/spindle_axis.toml").read_text(encoding="ascii").replace(
             "eds/servo.eds", f"{SOURCE}/configs/eds/servo.eds")

@@ -7,6 +7,7 @@ import json
 import math
 import subprocess
 import sys
+import tempfile
 import unittest
 
 TRUNNION, SOURCE = sys.argv[1:3]
@@ -60,6 +61,25 @@ class Words(unittest.TestCase):
         self.assertEqual(code, 0)
         self.assertEqual(lines, [f"{w}+  the tool goes towards +{w} of the work (joint {j})"
                                  for w, j in (("X", "+X"), ("Y", "-Y"), ("Z", "+Z"))])
+
+    def test_only_what_turns_against_its_word_is_remarked(self):
+        """The axis of a nutating head leans by 45 deg and turns the tool by its word; a cradle's tables do not."""
+        def remarks(path):
+            done = subprocess.run([TRUNNION, "kin", "words", "--machine", path], capture_output=True, text=True,
+                                  timeout=60, check=True)
+            return {line[0]: line.partition("  <- ")[2] for line in done.stdout.splitlines()}
+        nutating = f"{SOURCE}/tests/data/machines/nutating.toml"
+        self.assertEqual(remarks(nutating), dict.fromkeys("XYZCB", ""))
+        table = "the table turns by the word; ISO 841 has the tool do so"
+        self.assertEqual(remarks(f"{SOURCE}/configs/cradle.toml"), {"X": "", "Y": "", "Z": "", "A": table, "C": table})
+        against = 'joint = "B"\nsense = -1\n'
+        with open(nutating, encoding="ascii") as file:
+            text = file.read()
+        with tempfile.TemporaryDirectory() as folder:
+            config = f"{folder}/nutating.toml"
+            with open(config, "w", encoding="ascii") as file:
+                file.write(text.replace('joint = "B"\n', against))
+            self.assertEqual(remarks(config)["B"], "the tool turns against the word; ISO 841 has it turn by the word")
 
     def test_beyond(self):
         _, lines, _ = words("mill", "inverse", "X5000")

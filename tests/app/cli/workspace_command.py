@@ -113,6 +113,26 @@ class Workspace(unittest.TestCase):
         self.assertAlmostEqual(tilted["turn_deg_s_min"], min(240 * math.sin(math.radians(20)), 120), delta=1)
         self.assertAlmostEqual(tilted["speed_gain_max"], 1, places=6)
 
+    def test_a_machine_of_rotary_axes_alone_has_no_box(self):
+        joint = ('[[joint]]\nname = "{0}"\ntype = "rotary"\n{1}\nvelocity_deg_s = 720.0\n'
+                 'acceleration_deg_s2 = 7200.0\njerk_deg_s3 = 144000.0\n')
+        branch = '[[kinematics.work_branch]]\njoint = "{0}"\ndirection = {1}\nsense = -1\n'
+        drives = '[drives]\ntype = "simulated"\n'
+        head = '[machine]\nname = "rotary"\nperiod_s = 0.001\n'
+        endless, limited = "endless = true", "min_deg = -120.0\nmax_deg = 120.0"
+        one = (head + joint.format("A", endless) + '[kinematics]\ntype = "serial"\n' +
+               branch.format("A", [1.0, 0.0, 0.0]) + drives)
+        two = (head + joint.format("B", limited) + joint.format("C", endless) +
+               '[kinematics]\ntype = "serial"\n' + branch.format("B", [0.0, 1.0, 0.0]) +
+               branch.format("C", [0.0, 0.0, 1.0]) + drives)
+        for name, text in {"one": one, "two": two}.items():
+            with self.subTest(axes=name), tempfile.TemporaryDirectory() as folder:
+                config = Path(folder) / "rotary.toml"
+                config.write_text(text, encoding="ascii")
+                code, told, _ = workspace(config, "--points", "5")
+                self.assertEqual(code, 3, told)
+                self.assertIn("every joint is rotary", told)
+
     def test_errors(self):
         self.assertEqual(workspace("no_such")[0], 3)
         self.assertEqual(workspace("mill", "--points", "1")[0], 5)
