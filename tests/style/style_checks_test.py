@@ -10,6 +10,7 @@ import check_links
 import check_mutants
 import check_names
 import check_realtime
+import check_sentences
 import check_uses
 from source_text import code_only, functions
 
@@ -200,6 +201,22 @@ class LinksTest(unittest.TestCase):
         errors = check_links.check("docs/b.md", text, there)
         self.assertEqual([error.split(" there")[0] for error in errors],
                          ["docs/b.md:2:", "docs/b.md:2: '../../x' leads out of the repository"])
+
+
+class SentencesTest(unittest.TestCase):
+    TABLE = """
+    {GcodeErrorCode::kNone, {"none", "no end, {not} here", "M2"}},
+    {GcodeErrorCode::kTwo,
+     {"two", "'{}' is {:.4f}, "
+             "too much", "less {}"}},
+"""
+
+    def test_parts(self):
+        counts = check_sentences.places(self.TABLE)
+        self.assertEqual(counts, {"kNone": 1, "kTwo": 2})
+        text = 'fail(GcodeErrorCode::kTwo, b.at(1, 2), f("a, (b", \',\'), x);\nfail(GcodeErrorCode::kTwo, 1, {2, 3});\n'
+        errors = check_sentences.check({"a.cc": text}, counts)
+        self.assertEqual([error.split(";")[0] for error in errors], ["a.cc:2: kTwo is given 1 parts"])
 
 
 class NamesTest(unittest.TestCase):
