@@ -243,6 +243,15 @@ std::string_view line_of(std::string_view text, std::size_t number) {
   return text.substr(0, text.find('\n'));
 }
 
+// What was meant in a line that TOML refuses, with the key in front; "" if nobody knows.
+std::string explain_line(std::string_view line) {
+  const std::string meant = explain_value(line);
+  std::string_view key = line.substr(0, line.find_first_of(" \t=", line.find_first_not_of(" \t")));
+  key.remove_prefix(std::min(key.find_first_not_of(" \t"), key.size()));
+  const bool named = meant.empty() || meant.find(key) != std::string::npos;
+  return named ? meant : fmt::format("'{}': {}", key, meant);
+}
+
 ConfigTable make_root(toml::table parsed, const std::string& name, std::shared_ptr<ConfigRecord> record) {
   auto node = std::make_shared<Node>();
   node->document = std::make_shared<const toml::table>(std::move(parsed));
@@ -428,7 +437,7 @@ ConfigTable parse_config(std::string_view text, const std::string& name,
     return make_root(toml::parse(text, name), name, std::move(record));
   } catch (const toml::parse_error& bad) {
     const toml::source_position at = bad.source().begin;
-    const std::string meant = explain_value(line_of(text, at.line));
+    const std::string meant = explain_line(line_of(text, at.line));
     throw ConfigError(fmt::format("{}:{}:{}: {}", name, at.line, at.column,
                                   meant.empty() ? std::string(bad.description()) : meant));
   }

@@ -27,7 +27,7 @@ CONFIGS = [
     Config("noise", text=bytes(range(128, 256)) * 8,
             message="{file}:1:1: the byte 0x80 is no UTF-8; save the file as UTF-8"),
     Config("comma_in_number", "period_s = 0.001", "period_s = 0,001",
-            message="{file}:6:13: '0,001' is no number; write 0.001, with a point"),
+            message="{file}:6:13: 'period_s': '0,001' is no number; write 0.001, with a point"),
     Config("text_without_quotes", 'type = "linear"', "type = linear",
             message='{file}:11:8: a text stands in straight quotes: type = "linear"'),
     Config("other_unit", "max_mm", "max_inch",

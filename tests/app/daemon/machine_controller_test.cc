@@ -297,13 +297,13 @@ TEST(MachineController, AJogThatIsCutShortSaysSo) {
   EXPECT_EQ(bench.send(command_t::JOG, "X", -1).outcome, +acknowledge_t::ACCEPTED);
 }
 
-TEST(MachineController, AFailedLoadIsNoProgram) {
+TEST(MachineController, AFailedLoadLeavesTheProgramBefore) {
   Bench bench;
   bench.send(command_t::LOAD, "part.ngc");
   bench.send(command_t::LOAD, "bad.ngc");
   bench.status.reset();
   bench.until([&] { return bench.status.has_value(); });
-  EXPECT_EQ(bench.status->program, "") << "as start sees it";
+  EXPECT_EQ(bench.status->program, "part.ngc") << "as start sees it";
   EXPECT_EQ(bench.status->message, "bad.ngc:3:7: no such word");
   bench.send(command_t::LOAD, "part.ngc");
   bench.status.reset();

@@ -185,8 +185,8 @@ TEST(WaitsText, SaysWhatTheMachineStandsForAndWhoGoesOn) {
   const InputArgument digital{5, InputWait::kRise, false}, analog{6, InputWait::kNow, true};
   EXPECT_EQ(waits(Kind::kWaitInput, 1, digital.packed()), "digital input 5 (M66)");
   EXPECT_EQ(waits(Kind::kWaitInput, 1, analog.packed()), "analog input 6 (M66)");
-  EXPECT_NE(waits(Kind::kSpindle, 1000, 0).find("the spindle to turn"), std::string::npos);
-  EXPECT_NE(waits(Kind::kSpindleOrient, 90, 0).find("the spindle to turn"), std::string::npos);
+  EXPECT_EQ(waits(Kind::kSpindle, -1000, 0), "the spindle to reach 1000 rpm");
+  EXPECT_EQ(waits(Kind::kSpindleOrient, 90, 0), "the spindle to stand at 90 degrees");
   EXPECT_NE(waits(Kind::kNone, 0, 0, MotionState::kPaused).find("single block"), std::string::npos);
   EXPECT_NE(waits(Kind::kToolChange, 3, 7, MotionState::kHeld).find("hold"), std::string::npos)
       << "what was commanded comes first";

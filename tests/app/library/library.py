@@ -193,7 +193,7 @@ class Python(unittest.TestCase):
             with self.assertRaises(trunnion.Error) as raised:
                 machine.plan(str(program))
             self.assertEqual(str(raised.exception), err.splitlines()[0])
-        with self.assertRaisesRegex(trunnion.Error, "^far:2:7: joint Y would go to 9999.0000 mm"):
+        with self.assertRaisesRegex(trunnion.Error, "^far:2:7: joint Y would go to -9999.0000 mm"):
             machine.plan_text(text, name="far")
 
     def test_arguments_that_are_no_numbers_are_named(self):
