@@ -4,6 +4,7 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <string_view>
 #include <utility>
 
 #include "hal/can/can_timing.h"
@@ -85,8 +86,9 @@ std::string bus_of(const ConfigTable& node, std::size_t number, const std::vecto
   if (names.size() == 1) return node.choice("bus", names, names[0]);
   try {
     return node.choice("bus", names);
-  } catch (const ConfigError&) {
-    if (node.has("bus")) throw;
+  } catch (const ConfigError& bad) {
+    // A misspelt key is told as that; `eds`, which is as near and has not been read yet, is none.
+    if (node.has("bus") || std::string_view(bad.what()).find(".eds'") == std::string_view::npos) throw;
   }
   throw node.error("bus",
                    fmt::format("missing key 'drives.node[{}].bus': there are {} buses, and this drive is "

@@ -72,6 +72,7 @@ ModbusValueConfig read_value_config(const ConfigTable& table, const std::string&
   value.min = table.number("min", 0.0, kAnyNumber);
   value.max = table.number("max", 0.0, kAnyNumber);
   if (value.max < value.min) throw table.error("max", "'max' must not be less than 'min'");
+  table.finish();  // a misspelt 'signed' explains more than a limit that does not fit
   check_limits(table, value);
   return value;
 }
@@ -107,6 +108,7 @@ ModbusDeviceConfig read_device(const ConfigTable& table, const std::vector<std::
     }
     device.values.push_back(value);
   }
+  table.finish();
   return device;
 }
 
