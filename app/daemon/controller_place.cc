@@ -56,10 +56,14 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   return prepare(ticket, path, line, loaded);
 }
 
-// Without a path: the loaded one, from its beginning again.
+// Without a path: the loaded one, from its beginning again. It is read when it starts: read ahead now, its
+// first lines would set offsets and tools, and what was given up could not be gone on with.
 CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
-  if (path.empty() && program_path_.empty()) return refused("no program is loaded; load one first");
-  return prepare(ticket, path.empty() ? program_path_ : path, 0, false);
+  if (!path.empty()) return prepare(ticket, path, 0, false);
+  if (program_path_.empty()) return refused("no program is loaded; load one first");
+  run_job(
+      ticket, clear_then([] {}), [this] { from_line_ = 0; }, Job::kLoad);
+  return {acknowledge_t::WORKING, ""};
 }
 
 // What is refused leaves the program before loaded. `loaded`: it must be the file that was loaded before.

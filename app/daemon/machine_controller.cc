@@ -110,6 +110,10 @@ MachineController::~MachineController() { parts_.programs.close(); }
 
 void MachineController::begin() {
   machine_event(Event::kReset);
+  show_modes();
+}
+
+void MachineController::show_modes() {
   program_worker_.post([this] {
     std::string error;
     try {
@@ -118,7 +122,7 @@ void MachineController::begin() {
       error = failure.what();
     }
     return Worker::Done([error] {
-      if (!error.empty()) spdlog::warn("offsets and tools cannot be shown: {}", error);
+      if (!error.empty()) spdlog::warn("offsets, tools and codes cannot be shown: {}", error);
     });
   });
 }

@@ -172,6 +172,7 @@ class MachineController {
   Answer start(const Ticket& ticket);
   std::string prepared_text() const;
   void hear_outputs(const CycleReport& report);
+  void show_modes();
   void show_outputs();
   Answer mdi(const std::string& text, const Ticket& ticket, const std::function<void()>& then);
   /// For the record of the place.

@@ -92,17 +92,7 @@ void MachineController::show_outputs() {
     return;
   shown_outputs_ = outputs_;
   parts_.programs.set_outputs(outputs_);
-  program_worker_.post([this] {
-    std::string error;
-    try {
-      parts_.programs.show();
-    } catch (const std::exception& failure) {
-      error = failure.what();
-    }
-    return Worker::Done([error] {
-      if (!error.empty()) spdlog::warn("the codes in force cannot be shown: {}", error);
-    });
-  });
+  show_modes();
 }
 
 // Where a thing that went wrong belongs.

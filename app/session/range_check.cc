@@ -18,10 +18,9 @@ constexpr double kRounding = 1e-9;
 constexpr double kSampleStep_mm = 5;
 constexpr int kSamplesMax = 200;
 constexpr int kArcSamplesMin = 16;
-constexpr double kShortMove_mm =
-    1;                              // a straight in whose middle no joint turns back by more than micrometres
-constexpr double kSameTurn = 1e-3;  // of a step between places
-constexpr int kTurnHalvings = 40;   // of an interval about the place where a joint turns back
+constexpr double kShortMove_mm = 1;  // in the middle of such a straight no joint turns far back
+constexpr double kSameTurn = 1e-3;   // of a step between places
+constexpr int kTurnHalvings = 40;    // of an interval about the place where a joint turns back
 
 }  // namespace
 

@@ -28,6 +28,26 @@ TEST(LimitJudge, AJointThatStandsUsesNothingButItsPosition) {
   EXPECT_TRUE(judge.within_limits());
 }
 
+// As behind homing at the range's end, 30: it may stay and come in. Farther out, or out again, is over.
+TEST(LimitJudge, FromOutsideTheWayInIsOpen) {
+  const double d = 1e-7;
+  EXPECT_TRUE(judged({31, 31, 31}).within_limits());
+  EXPECT_TRUE(judged({31, 31 - d, 31 - d}).within_limits());
+  const auto over = [](const std::vector<double>& q) {
+    return judged(q).verdicts()[0].peak(Quantity::kPosition).over;
+  };
+  EXPECT_EQ(over({31, 31.01, 31.01}), 2u) << "farther out";
+  EXPECT_EQ(over({31, 30.5, 30.8, 29, 30.5}), 2u) << "out again, from outside and from inside";
+  EXPECT_EQ(over({30, 30.5}), 1u);
+  LimitJudge pieces(one_joint(), kStep);
+  for (const double q : {20.0, 20.0}) pieces.row(row(0, q));
+  pieces.row(row(kStep, 31));
+  EXPECT_EQ(pieces.verdicts()[0].peak(Quantity::kPosition).over, 1u);
+  pieces.next_piece();
+  pieces.row(row(2 * kStep, 32));
+  EXPECT_EQ(pieces.verdicts()[0].peak(Quantity::kPosition).over, 1u) << "the drives had no power in between";
+}
+
 // One step of d: the first differences are d, 0; the second d, -d; the third d, -2d, d.
 TEST(LimitJudge, AStepHasTheDifferencesOfAStep) {
   const double d = 1e-7;
