@@ -187,8 +187,10 @@ void add_motion_clients(CLI::App& app, Exit& exit) {
   }
 }
 
+constexpr double kPercentMax = 200.0;
+
 // CLI11 would only say that it could not convert it.
-std::string check_number(const std::string& text) {
+std::string check_percent(const std::string& text) {
   std::size_t used = 0;
   try {
     std::stod(text, &used);
@@ -201,7 +203,7 @@ std::string check_number(const std::string& text) {
     if (const auto end = text.find_first_not_of("0123456789", used + 1);
         end == std::string::npos && used + 1 < text.size())
       better += "." + text.substr(used + 1);
-  return used == 0 ? fmt::format("'{}' is no number", text)
+  return used == 0 ? fmt::format("'{}' is no number; 0 to {:g} is legal", text, kPercentMax)
                    : fmt::format("'{}' is no number; write {}", text, better);
 }
 
@@ -327,8 +329,8 @@ void add_override(CLI::App& app, Exit& exit) {
                   "0 to 200; 100 is as programmed. Above 100 the axis limits still count. Rapid and "
                   "adaptive: at most 100")
       ->required()
-      ->check(check_number)
-      ->check(CLI::Range(0.0, 200.0));
+      ->check(check_percent)
+      ->check(CLI::Range(0.0, kPercentMax));
   client
       .add_option(
           "--of", *what,
