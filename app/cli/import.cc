@@ -121,7 +121,7 @@ Exit import_machine(const ImportOptions& options) {
     const std::string library = options.library.ends_with('/') ? options.library : options.library + "/";
     const ImportedFiles files = import_linuxcnc(options.ini, read_for_import, library);
     try {
-      assemble(parse_config(files.config, options.ini));
+      assemble(parse_config(files.config, fs::path(options.ini).stem().string() + ".toml"));
     } catch (const ConfigError& error) {
       throw ImportRefusal({options.ini},
                           fmt::format("no legal config comes of this machine: {}", error.what()));

@@ -119,6 +119,7 @@ void write_kinematics(const ImportedMachine& machine, ConfigText& out) {
 void write_program(const ImportedMachine& machine, ConfigText& out) {
   out.table("program");
   out.notes(ImportSpot::kProgram);
+  if (machine.programs_in_inch) out.text("units", "inch");
   if (!machine.path_mode.empty()) out.text("path_mode", machine.path_mode);
   if (machine.tolerance_mm) out.number("tolerance_mm", *machine.tolerance_mm);
   if (machine.arc_tolerance_mm) out.number("arc_tolerance_mm", *machine.arc_tolerance_mm);
@@ -236,6 +237,7 @@ void write_io(const ImportedMachine& machine, ConfigText& out) {
     out.text("type", "simulated");
     out.table("io.spindle");
     out.line(fmt::format("encoder = {}", machine.spindle_encoder));
+    if (machine.spindle_rpm_max > 0) out.number("rpm_max", machine.spindle_rpm_max);
   } else if (has_notes(machine, ImportSpot::kIo)) {
     out.blank();
     out.notes(ImportSpot::kIo);

@@ -80,8 +80,10 @@ struct ImportedMachine {
   std::vector<ImportedCode> codes = {};
   std::optional<double> tolerance_mm = {}, arc_tolerance_mm = {};
   std::string path_mode = {};
+  bool programs_in_inch = false;
   ImportedToolChange tool_change = ImportedToolChange::kOperator;
   bool io = false, spindle_encoder = false;
+  double spindle_rpm_max = 0;  ///< 0: none
   std::vector<ImportNote> notes = {};
 
   /// What the correction of backlash keeps free at either end of a joint's range: it moves by half of the

@@ -120,24 +120,44 @@ void read_tool_change(const IniFile& ini, const HalSetup& hal, ImportedMachine& 
         "a changer of inputs and outputs is a sub-program: confirm = \"sub-program\" (docs/operator.md)");
 }
 
+/// LinuxCNC cuts S to these speeds; here a greater one is refused, so that nobody cuts with another by
+/// mistake.
+void read_spindle_speeds(const IniFile& ini, ImportedMachine& machine) {
+  const auto note = [&](const IniEntry& entry, std::string why, std::string to_do) {
+    machine.note(ImportSpot::kIo, entry.key_place, entry.text(), std::move(why), std::move(to_do));
+    machine.io = true;
+  };
+  const auto rpm = [&](const char* key) { return std::abs(ini.number("SPINDLE_0", key).value_or(0)); };
+  const double forward = rpm("MAX_FORWARD_VELOCITY"), reverse = rpm("MAX_REVERSE_VELOCITY");
+  const IniEntry* of_forward = ini.find("SPINDLE_0", "MAX_FORWARD_VELOCITY");
+  const IniEntry* of_reverse = ini.find("SPINDLE_0", "MAX_REVERSE_VELOCITY");
+  machine.spindle_rpm_max = of_forward ? forward : reverse;
+  const bool bounds = machine.spindle_rpm_max > 0;
+  if (const IniEntry* entry = of_forward ? of_forward : of_reverse)
+    note(*entry,
+         bounds ? "LinuxCNC cuts a greater S to this speed, and here rpm_max below refuses it with its line"
+                : "0 rpm is no greatest speed, and S has no bound here",
+         bounds ? "nothing" : "rpm_max below, with the spindle's greatest speed");
+  if (of_forward && of_reverse && forward != reverse)
+    note(*of_reverse, "rpm_max below bounds both directions, by the speed of M3",
+         "bound the speed of M4 in the inverter's own parameters");
+  for (const char* key : {"MIN_FORWARD_VELOCITY", "MIN_REVERSE_VELOCITY"})
+    if (const IniEntry* entry = ini.find("SPINDLE_0", key); entry && rpm(key) > 0)
+      note(*entry, "a smaller S is not raised to this speed here", "set it in the inverter's own parameters");
+  for (const char* key : {"MAX_SPINDLE_0_SPEED", "MIN_SPINDLE_0_SPEED", "MAX_SPINDLE_RPM"})
+    if (const IniEntry* entry = ini.find("DISPLAY", key)) {
+      ini.number("DISPLAY", key);
+      note(*entry, "it bounds what buttons of LinuxCNC's window ask for, and no S of a program",
+           "rpm_max in [io.spindle], if it is meant as the spindle's greatest speed");
+    }
+}
+
 void read_spindle(const IniFile& ini, const HalSetup& hal, ImportedMachine& machine) {
   const bool wired = !hal.signals_of("spindle.0.").empty();
   machine.io = wired || ini.has_section("SPINDLE_0") || !hal.signals_of("motion.digital-").empty() ||
                !hal.signals_of("motion.analog-").empty() || !hal.signals_of("motion.probe-input").empty();
   machine.spindle_encoder = !hal.signals_of("spindle.0.revs").empty();
-  const std::pair<const char*, const char*> keys[] = {
-      {"SPINDLE_0", "MAX_FORWARD_VELOCITY"}, {"SPINDLE_0", "MIN_FORWARD_VELOCITY"},
-      {"SPINDLE_0", "MAX_REVERSE_VELOCITY"}, {"SPINDLE_0", "MIN_REVERSE_VELOCITY"},
-      {"DISPLAY", "MAX_SPINDLE_0_SPEED"},    {"DISPLAY", "MIN_SPINDLE_0_SPEED"},
-      {"DISPLAY", "MAX_SPINDLE_RPM"}};
-  for (const auto& [section, key] : keys)
-    if (const IniEntry* entry = ini.find(section, key)) {
-      ini.number(section, key);
-      machine.note(ImportSpot::kIo, entry->key_place, entry->text(),
-                   "S is not bounded here: the inverter must bound the speed itself",
-                   "set this speed in the inverter's own parameters");
-      machine.io = true;
-    }
+  read_spindle_speeds(ini, machine);
   for (const HalSignal* signal : hal.signals_of("spindle.0.speed-out"))
     machine.note(
         ImportSpot::kIo, signal->place,

@@ -19,6 +19,8 @@ namespace {
 
 constexpr double kMmPerInch = 25.4;
 
+bool is_inch(double unit) { return std::abs(unit - kMmPerInch) < 1e-6; }
+
 /// A word of the start code; without a number if its value is an expression.
 struct StartWord {
   char letter = 0;
@@ -70,7 +72,8 @@ const StartWord* find_g(const std::vector<StartWord>& words, double code) {
 }
 
 /// What a program may do without, since it is in force here as well.
-bool is_in_force(const StartWord& word) {
+bool is_in_force(const StartWord& word, double unit) {
+  if (word.is_g(20)) return is_inch(unit);
   for (const double code : {8.0, 17.0, 21.0, 40.0, 49.0, 50.0, 54.0, 64.0, 61.0, 61.1, 69.0, 80.0, 90.0, 91.1,
                             92.1, 94.0, 97.0, 98.0})
     if (word.is_g(code)) return true;
@@ -102,7 +105,7 @@ void read_code(const IniEntry& entry, const std::vector<StartWord>& words, doubl
   std::string rest;
   for (const StartWord& word : words) {
     const bool of_mode = word.letter == 'P' || word.letter == 'Q';
-    if (!is_in_force(word) && !(of_mode && machine.tolerance_mm))
+    if (!is_in_force(word, unit) && !(of_mode && machine.tolerance_mm))
       rest += (rest.empty() ? "" : " ") + word.text;
   }
   const bool taken = !mode.empty() && mode[0] != ';';
@@ -115,24 +118,21 @@ void read_code(const IniEntry& entry, const std::vector<StartWord>& words, doubl
                    : "write these codes into the first lines of your programs, or into the post-processor");
 }
 
-/// First of all notes: a program that is read in another unit goes to other places.
-void note_unit(const IniFile& ini, const IniEntry* code, double unit, ImportedMachine& machine) {
-  if (std::abs(unit - 1) < 1e-9) return;
-  const bool inch = std::abs(unit - kMmPerInch) < 1e-6;
-  const IniEntry* linear = ini.find("TRAJ", "LINEAR_UNITS");
-  const IniEntry* said_by = code ? code : linear;
+/// First of all notes: a program that is read in another unit goes to other places. Programs begin here in mm
+/// or in inches.
+void note_unit(const IniFile& ini, double unit, ImportedMachine& machine) {
+  if (std::abs(unit - 1) < 1e-9 || is_inch(unit)) return;
+  const IniEntry* said_by = ini.find("TRAJ", "LINEAR_UNITS");
   ImportNote note;
   note.spot = ImportSpot::kMachine;
   note.place = said_by ? said_by->value_place : ini.place_of("TRAJ");
   note.what = said_by ? said_by->text() : "the unit of programs";
   note.why = fmt::format(
-      "LinuxCNC starts programs and MDI in {}, and here they start in mm (G21): without {} in a program X1 "
-      "and F1 "
-      "mean 1 mm and 1 mm/min, and no longer {:.6g} mm and {:.6g} mm/min",
-      inch ? "inches (G20)" : "this unit", inch ? "G20" : "G20 or G21", unit, unit);
-  note.to_do = inch
-                   ? "write G20 into the first line of every program that has neither G20 nor G21, and of MDI"
-                   : "convert programs that have neither G20 nor G21";
+      "LinuxCNC starts programs and MDI in this unit, and here they start in mm (G21): without G20 or G21 in "
+      "a "
+      "program X1 and F1 mean 1 mm and 1 mm/min, and no longer {:.6g} mm and {:.6g} mm/min",
+      unit, unit);
+  note.to_do = "convert programs that have neither G20 nor G21";
   machine.notes.insert(machine.notes.begin(), std::move(note));
 }
 
@@ -162,7 +162,7 @@ std::optional<double> arc_tolerance(const IniFile& ini, const ArcTolerance& one,
 }
 
 void read_arc_tolerance(const IniFile& ini, double unit, ImportedMachine& machine) {
-  const bool inch = std::abs(unit - kMmPerInch) < 1e-6;
+  const bool inch = is_inch(unit);
   machine.arc_tolerance_mm = arc_tolerance(ini, inch ? kArcInch : kArcMm, machine);
   const ArcTolerance& other = inch ? kArcMm : kArcInch;
   const std::optional<double> mm = arc_tolerance(ini, other, machine);
@@ -186,7 +186,8 @@ void read_startup(const IniFile& ini, ImportedMachine& machine) {
   const double unit = start_unit(words, machine);
   if (entry) read_code(*entry, words, unit, machine);
   read_arc_tolerance(ini, unit, machine);
-  note_unit(ini, find_g(words, 20) ? entry : nullptr, unit, machine);
+  machine.programs_in_inch = is_inch(unit);
+  note_unit(ini, unit, machine);
 }
 
 }  // namespace trn

@@ -180,10 +180,10 @@ CASES = {
                                        code=3, ini=of_mill("[JOINT_0]", "[Joint_0]")),
     "words U, V and W of a tool": Case(r"m\.tbl:1:15: T2 P2 D10 Z60 U6 v-7 W0: no machine here has axes U, V and W; U6 "
                                        r"v-7 was left out of this tool", table="T2 P2 D10 Z60 U6 v-7 W0 ;U9\n"),
-    "inches, loudly": Case(r"m\.ini:15:16: \[TRAJ\]LINEAR_UNITS = inch: LinuxCNC starts programs and MDI in inches "
-                           r"\(G20\), and here they start in mm \(G21\): without G20 in a program X1 and F1 mean 1 mm "
-                           r"and 1 mm/min, and no longer 25\.4 mm and 25\.4 mm/min; to do: write G20 into the first",
-                           ini=of_mill("= mm", "= inch")),
+    "a unit that no program has": Case(
+        r"m\.ini:15:16: \[TRAJ\]LINEAR_UNITS = cm: LinuxCNC starts programs and MDI in this unit, and here they start "
+        r"in mm \(G21\): without G20 or G21 in a program X1 and F1 mean 1 mm and 1 mm/min, and no longer 10 mm and "
+        r"10 mm/min; to do: convert", ini=of_mill("= mm", "= cm")),
     "an empty file": Case(r"m\.ini:1:1: no kinematics: \[KINS\] needs KINEMATICS = trivkins", code=3, ini=""),
     "no text": Case(r"m\.ini:1:2: a byte of 0: this file is no text", code=3, ini="x\0y\n"),
 }
@@ -291,6 +291,40 @@ class Machines(unittest.TestCase):
                 with self.subTest(joint=row[1], home=row[4], high=row[3], unit=row[8], backlash=backlash):
                     self.judge_homing(row, backlash)
 
+    def test_programs_start_in_the_unit_of_the_machine(self):
+        """Its LINEAR_UNITS, or what the startup code says; rows and the file are in mm."""
+        inch = of_mill("= mm", "= inch")
+        start = "[RS274NGC]\nRS274NGC_STARTUP_CODE = {} G64 P0.01\n"
+        for name, ini, unit in (("mm", MILL, 1), ("inch", inch, 25.4), ("G21", inch + start.format("G21"), 1),
+                                ("G20", MILL + start.format("G20"), 25.4), ("both", inch + start.format("G20"), 25.4)):
+            with self.subTest(name):
+                program = self.imported(ini)["program"]
+                self.assertEqual(program.get("units", "mm"), "inch" if unit > 1 else "mm")
+                self.assertNotIn("G20", self.err.replace("RS274NGC_STARTUP_CODE = G20", ""))
+                rows = self.run_program("G90 G61.1\nG1 X1 F40\nM2\n")
+                self.assertAlmostEqual(rows[-1][0], unit, delta=1e-4)
+                rows = self.run_program("G21 G90 G61.1\nG1 X1 F40\nM2\n")
+                self.assertAlmostEqual(rows[-1][0], 1, delta=1e-4)
+
+    def test_the_greatest_speed_of_the_spindle(self):
+        for keys, rpm in (("MAX_FORWARD_VELOCITY = 6000", 6000), ("MAX_REVERSE_VELOCITY = -2500", 2500),
+                          ("MAX_FORWARD_VELOCITY = 6000\nMAX_REVERSE_VELOCITY = -2500", 6000)):
+            with self.subTest(keys):
+                config = self.imported(MILL + f"[SPINDLE_0]\n{keys}\n")
+                self.assertEqual(config["io"]["spindle"]["rpm_max"], rpm)
+                self.assertIn("LinuxCNC cuts a greater S to this speed, and here rpm_max below", self.err)
+                self.assertEqual("both directions" in self.err, "\n" in keys)
+                self.run_program(f"G21 M3 S{rpm}\nG1 X1 F100\nM2\n")
+                (self.folder / "p.ngc").write_text(f"G21\nM3 S{rpm + 1}\nG1 X1 F100\nM2\n")
+                run = subprocess.run([BINARY, "run", "p.ngc", "--machine", "new/m.toml"], cwd=self.folder,
+                                     capture_output=True, text=True)
+                self.assertEqual(run.returncode, 2, run.stderr)
+                self.assertIn(f"p.ngc:2:4: S = {rpm + 1} is not legal for the spindle: {rpm} rpm at most", run.stderr)
+        config = self.imported(MILL + "[SPINDLE_0]\nMAX_FORWARD_VELOCITY = 0\nMIN_FORWARD_VELOCITY = 300\n")
+        self.assertNotIn("rpm_max", config["io"]["spindle"])
+        self.assertIn("0 rpm is no greatest speed", self.err)
+        self.assertIn("a smaller S is not raised to this speed here", self.err)
+
     def test_backlash_leaves_the_range_to_programs(self):
         """Half of the largest gap, 0.06 mm, is written to each end of X and Z, which have gaps, and not of Y."""
         config = self.imported(with_keys(MILL, JOINT_0="BACKLASH = 0.02", JOINT_2="BACKLASH = -0.06"))
@@ -346,7 +380,8 @@ class Machines(unittest.TestCase):
                 ("G90 (c) G64 P.02", "mm", 0.02, r"G64 with 0\.02 mm was taken from it; to do: nothing"),
                 ("G90 (G64 P3) g64p.02 ; G64 P9", "mm", 0.02, "G64 with 0.02 mm"),
                 ("P0.3 G64 G21", "inch", 0.3, "0.3 mm"),
-                ("G20 G64 P.01", "mm", 0.254, "inches"), ("G64 P0.001", "inch", 0.0254, r"G64 with 0\.0254 mm"),
+                ("G20 G64 P.01", "mm", 0.254, r"G64 with 0\.254 mm was taken from it; to do: nothing"),
+                ("G64 P0.001", "inch", 0.0254, r"G64 with 0\.0254 mm"),
                 ("G64 P[0.01*2] G18", "mm", None,
                  r"nothing was taken from it; P\[0\.01\*2\] is computed .*not in force here: P\[0\.01\*2\] G18"),
                 ("G64 P#<x>", "mm", None, r"P#<X> is computed while LinuxCNC runs"),
@@ -359,7 +394,7 @@ class Machines(unittest.TestCase):
                 self.assertEqual(tolerance and round(tolerance, 9), wanted)
                 self.assertRegex(self.err, told)
                 # G21 of the start code makes mm of a machine in inches, and G20 inches of one in mm.
-                self.assertEqual("programs and MDI in inches" in self.err,
+                self.assertEqual(config["program"].get("units") == "inch",
                                  "G20" in code or unit == "inch" and "G21" not in code)
 
     def test_tolerance_of_arcs(self):
