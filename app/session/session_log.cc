@@ -324,9 +324,12 @@ void SessionLog::report(const CycleReport& report) {
   next_period_ = report.period + 1;
 }
 
-// How drives come up changes nothing: the log has where they stand then.
+// How drives that do not obey come up changes nothing: the log has where they stand then. Drives that obeyed
+// and are brought up once more, as one that closes its brake again, leave the plan for that time.
 void SessionLog::report_drives(const CycleReport& report) {
-  const bool up = report.drives == DriveState::kEnabled || report.drives == DriveState::kStarting;
+  const bool obeyed = last_.drives == DriveState::kEnabled;
+  const bool up =
+      report.drives == DriveState::kEnabled || (report.drives == DriveState::kStarting && !obeyed);
   if (up || report.drives == last_.drives) return;
   SessionEntry entry;
   entry.period = report.period;

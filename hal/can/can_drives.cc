@@ -5,8 +5,10 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <limits>
 #include <stdexcept>
+#include <thread>
 
 #include "core/axes.h"
 #include "core/check.h"
@@ -21,6 +23,7 @@ namespace trn {
 namespace {
 
 constexpr std::int64_t kSlice = 1'000'000;      // ns between looks at the bus during bring-up
+constexpr double kTickAnswers_s = 2;            // a tick that takes longer for a period is gone
 constexpr std::int64_t kUntaken = 500'000'000;  // ns: by then the slowest bus has carried a full queue
 
 CanMaster::Config master_config(const CanDrivesConfig& config, const CanBusConfig& bus) {
@@ -149,6 +152,31 @@ void CanDrives::run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint) {
   }
 }
 
+const NodeLink* CanDrives::held_by_drive() const {
+  for (const auto& bus : buses_)
+    for (const NodeLink& node : bus->master->nodes())
+      if (node.shared().needs_setup.load() && !node.shared().braked.load()) return &node;
+  return nullptr;
+}
+
+// A drive loses its torque when it is set up. That of an axis that hangs still holds it for a moment behind
+// the fault, until the brake does. The tick closes the brake meanwhile.
+void CanDrives::wait_for_brakes() const {
+  const auto begin = std::chrono::steady_clock::now();
+  while (const NodeLink* node = held_by_drive()) {
+    const Brake::Config& brake = node->config().brake;
+    const std::chrono::duration<double> limit(
+        kTickAnswers_s + config_.period_s * (brake.stop_periods_max + brake.close_periods));
+    if (std::chrono::steady_clock::now() - begin > limit)
+      throw std::runtime_error(
+          fmt::format("{}: its brake has not been closed for {:.1f} s, and without it the axis would fall "
+                      "while the drive "
+                      "is set up; reset again",
+                      node->config().name, limit.count()));
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+}
+
 void CanDrives::set_up(Bus& bus) {
   const std::vector<NodeLink*> nodes = nodes_to_set_up(bus);
   std::vector<NodeSetup> setups = make_setups(bus, nodes);
@@ -182,6 +210,7 @@ void CanDrives::finish(const std::vector<NodeLink*>& nodes, const std::vector<No
 }
 
 void CanDrives::bring_up() {
+  wait_for_brakes();
   // All interfaces first: a second one that is missing must be told before drives of the first are under way.
   for (auto& bus : buses_) open(*bus);
   for (auto& bus : buses_) set_up(*bus);

@@ -31,6 +31,9 @@ class CanDrives final : public Drives, public TouchDrives {
   void bring_up() override;
   void shut_down() noexcept override;
   void reset_faults() override;
+  /// The next bring-up need not wait: no drive that it sets up, and takes the torque of, holds its axis in
+  /// the brake's place. Any thread.
+  bool brakes_hold() const { return held_by_drive() == nullptr; }
   std::string explain_fault(int joint) const override;
   std::string health() const override;
   std::vector<std::string> warnings() const override;
@@ -63,6 +66,8 @@ class CanDrives final : public Drives, public TouchDrives {
   static bool restore(Bus& bus);
   void open(Bus& bus);
   static std::vector<NodeLink*> nodes_to_set_up(Bus& bus);
+  const NodeLink* held_by_drive() const;
+  void wait_for_brakes() const;
   static std::vector<NodeSetup> make_setups(Bus& bus, const std::vector<NodeLink*>& nodes);
   void set_up(Bus& bus);
   static void run(std::vector<NodeSetup>& setups, CanEndpoint& endpoint);

@@ -49,6 +49,7 @@ void CanMaster::attach(CanEndpoint* endpoint) TRN_RT {
 }
 
 void CanMaster::receive() TRN_RT {
+  for (NodeLink& node : nodes_) node.begin_period();
   if (!endpoint_) return;
   for (int batch = 0; batch < kBatchesPerTick; ++batch) {
     const int count = endpoint_->receive(in_);

@@ -59,7 +59,7 @@ NodeLink::NodeLink(const Config& config)
       shared_(std::make_unique<Shared>()) {}
 
 void NodeLink::receive(const CanFrame& frame) TRN_RT {
-  if (frame.error || frame.remote || frame.extended) return;
+  if (hears_past_ || frame.error || frame.remote || frame.extended) return;
   const auto id = static_cast<unsigned>(config_.id);
   if (frame.id == cob::kGuard + id) return take_state(frame);
   if (frame.id == cob::kSdoAnswer + id) return sdo_.receive(frame);
@@ -102,9 +102,10 @@ void NodeLink::take_state(const CanFrame& frame) TRN_RT {
   shared_->nmt.store(static_cast<std::uint8_t>(state), std::memory_order_relaxed);
   // Any message of its state shows that the node is alive: heartbeat, answer to guarding or boot-up.
   since_heartbeat_ = 0;
-  if (config_.watch.guard_periods > 0 && guard_known_) {
+  if (config_.watch.guard_periods > 0) {
     const bool toggle = frame.data[0] & 0x80;
-    if (toggle == guard_toggle_) shared_->guard_toggle_errors.fetch_add(1, std::memory_order_relaxed);
+    if (guard_known_ && toggle == guard_toggle_)
+      shared_->guard_toggle_errors.fetch_add(1, std::memory_order_relaxed);
     guard_toggle_ = toggle;
   }
   guard_known_ = state != NmtState::kBootUp;  // the first answer after it says what the next must differ from
@@ -168,6 +169,7 @@ void NodeLink::step_brake() TRN_RT {
       !lost_ && (drive == Cia402State::kOperationEnabled || drive == Cia402State::kQuickStopActive ||
                  drive == Cia402State::kFaultReactionActive);
   brake_.step({held, axis_.stands(), axis_.wanted() && !letting_go_});
+  shared_->braked.store(brake_.holds(), std::memory_order_relaxed);
   if (!brake_.holds() || !(letting_go_ || axis_.stopping())) return;
   letting_go_ = false;
   if (axis_.stopping())
@@ -201,23 +203,28 @@ DriveState NodeLink::state() const TRN_RT {
   return stopped && axis_.state() == DriveState::kOff ? DriveState::kFault : axis_.state();
 }
 
-void NodeLink::watch() TRN_RT {
-  const bool watched = shared_->watched.load(std::memory_order_acquire);
+// A set-up may begin and end between two ticks, if the tick is late. Then its frames still wait in the queue,
+// and "pre-operational" in one of them is no fault.
+void NodeLink::begin_period() TRN_RT {
+  was_watched_ = shared_->watched.load(std::memory_order_acquire);
   const std::uint32_t setups = shared_->setups.load(std::memory_order_acquire);
-  if (setups != setups_seen_) {
-    setups_seen_ = setups;
-    missed_ = since_heartbeat_ = 0;
-    input_ = Cia402Axis::Input{};  // what it said before it was set up means nothing any more
-    fresh_ = inputs_heard_ = false;
-    told_mode_ = wanted_mode_ = static_cast<std::int8_t>(config_.axis.mode);
-    sdo_.forget();
-  }
-  was_watched_ = watched;
+  hears_past_ = setups != setups_seen_;
+  if (!hears_past_) return;
+  setups_seen_ = setups;
+  missed_ = since_heartbeat_ = 0;
+  input_ = Cia402Axis::Input{};  // what it said before it was set up means nothing any more
+  fresh_ = inputs_heard_ = guard_known_ = false;
+  told_mode_ = wanted_mode_ = static_cast<std::int8_t>(config_.axis.mode);
+  sdo_.forget();
+}
+
+void NodeLink::watch() TRN_RT {
   if (shared_->position_lost.exchange(false)) axis_.forget_position();
-  missed_ = fresh_ ? 0 : missed_ + 1;
-  if (!fresh_ && watched) shared_->missed.fetch_add(1, std::memory_order_relaxed);
+  const bool misses = !fresh_ && !hears_past_;
+  missed_ = misses ? missed_ + 1 : 0;
+  if (misses && was_watched_) shared_->missed.fetch_add(1, std::memory_order_relaxed);
   ++since_heartbeat_;
-  if (!watched || lost_) return;
+  if (!was_watched_ || lost_) return;
   // With a period of 1 ms and three missed, 3 ms without feedback. A drive that is not heard may still obey,
   // so the master goes on telling it to stop.
   if (missed_ > config_.watch.missed_max) {

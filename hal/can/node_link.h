@@ -59,6 +59,7 @@ class NodeLink {
   struct Shared {
     std::atomic<bool> watched = false;        ///< by the bring-up: set up and told to start
     std::atomic<bool> needs_setup = true;     ///< by the tick: it must be set up again
+    std::atomic<bool> braked = true;          ///< by the tick: its brake, if it has one, holds the axis alone
     std::atomic<std::uint32_t> setups = 0;    ///< by the bring-up: how often it was set up
     std::atomic<bool> position_lost = false;  ///< by the bring-up: it has been restarted
     std::atomic<std::uint16_t> statusword = 0, emergency = 0, error_code = 0;
@@ -71,6 +72,8 @@ class NodeLink {
 
   explicit NodeLink(const Config& config);
 
+  /// Once a period, before the frames: has it been set up since?
+  void begin_period() TRN_RT;
   /// A frame that may be this node's.
   void receive(const CanFrame& frame) TRN_RT;
   /// Feed-forward of the next step, as Cia402Axis::set_offsets.
@@ -152,6 +155,7 @@ class NodeLink {
   std::unique_ptr<Shared> shared_;
   Fault fault_ = Fault::kOk;
   bool lost_ = false, fresh_ = false, guard_toggle_ = false, guard_known_ = false, was_watched_ = false;
+  bool hears_past_ = false;  ///< what arrives in this period may be older than the set-up
   std::uint32_t setups_seen_ = 0, periods_ = 0, missed_ = 0, since_heartbeat_ = 0, since_guard_ = 0;
   unsigned inputs_ = 0;
   std::int16_t torque_now_ = 0;  ///< 0x6077

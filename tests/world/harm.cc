@@ -64,6 +64,7 @@ class CanHarm final : public Harm {
   }
 
   bool one_thread() const override { return true; }
+  bool may_bring_up() const override { return field_.master().brakes_hold(); }
   JointVec places() override {
     const auto& nodes = field_.config().buses[0].nodes;
     JointVec q = JointVec::Zero(static_cast<Eigen::Index>(nodes.size()));

@@ -31,6 +31,8 @@ class Harm {
   bool acted() const { return acted_; }
   /// Calls of the daemon's worker must be made in the tick's thread: the emulated field lives in one thread.
   virtual bool one_thread() const { return false; }
+  /// A bring-up would not wait for the tick, which is its own thread then.
+  virtual bool may_bring_up() const { return true; }
 
  protected:
   virtual void strike() = 0;

@@ -24,7 +24,8 @@ constexpr std::int64_t kStopNs = 20 * kMillisecond;
 // The simulated drives brake with twice the joint's acceleration: 400 mm/s takes 50 ms, and the servo
 // follows.
 constexpr double kBrake_s = 0.15;
-constexpr double kStands = 1e-4, kBegins_mm = 0.1;
+constexpr double kStands = 1e-4, kBegins_mm = 0.1, kFallen = 0.5;
+constexpr int kFalls = 60, kCalm = 100;  // periods: a brake closes within, and what was broken is forgotten
 
 }  // namespace
 
@@ -46,7 +47,7 @@ void WatchedDrives::bring_up() {
 }
 
 void WatchedDrives::bring_up_if_asked() {
-  if (!asked_) return;
+  if (!asked_ || !harm_.may_bring_up()) return;
   refusal_.clear();
   try {
     inner_.bring_up();
@@ -54,6 +55,20 @@ void WatchedDrives::bring_up_if_asked() {
     refusal_ = error.what();
   }
   asked_ = false;
+  stood_ = place_last_;
+  since_bring_up_ = stands_ ? 0 : kFalls;
+}
+
+// An axis that hangs and stood is still there when the bring-up has taken the torque of its drive, and
+// nothing was broken meanwhile or shortly before.
+void WatchedDrives::judge_fall(DriveState state) {
+  since_harm_ = harm_.acted() ? 0 : since_harm_ + 1;
+  const bool moves = state == DriveState::kEnabled || state == DriveState::kHoming;
+  since_bring_up_ = moves ? kFalls : std::min(since_bring_up_ + 1, kFalls);
+  if (since_bring_up_ == kFalls || since_harm_ < kCalm) return;
+  const JointVec fallen = (harm_.places() - stood_).cwiseAbs();
+  if (fallen.maxCoeff() > kFallen)
+    Chronicle::finding("no fall", fmt::format("an axis fell by {:.3f} mm at a bring-up", fallen.maxCoeff()));
 }
 
 void WatchedDrives::shut_down() noexcept {
@@ -70,9 +85,12 @@ void WatchedDrives::exchange(const Setpoints& setpoints, Feedback& feedback) noe
   judge(setpoints, feedback.state == DriveState::kEnabled);
   judge_stop(feedback);
   judge_rest(feedback);
+  judge_fall(feedback.state);
   q_before_ = q_last_;
   q_last_ = feedback.q;
-  place_last_ = harm_.places();
+  const JointVec places = harm_.places();
+  stands_ = (places - place_last_).cwiseAbs().maxCoeff() < kStands;
+  place_last_ = places;
 }
 
 // A drive that has just been enabled obeys the next setpoint: that one begins where the joint stands.

@@ -42,6 +42,7 @@ class WatchedDrives final : public Drives {
   void judge(const Setpoints& setpoints, bool enabled);
   void judge_stop(const Feedback& feedback);
   void judge_rest(const Feedback& feedback);
+  void judge_fall(DriveState state);
 
   Drives& inner_;
   const Machine& machine_;
@@ -51,11 +52,14 @@ class WatchedDrives final : public Drives {
   std::int64_t stop_due_ns_ = 0, stop_held_ns_ = 0;  ///< 0: none is due
   std::uint64_t stopped_at_ = 0;                     ///< period of the quick stop that is not over; 0: none
   bool was_enabled_ = false;
-  JointVec q_last_, q_before_;       ///< as the drives told it in the last two periods
-  JointVec place_last_;              ///< as it is
-  std::uint64_t brake_periods_;      ///< within which a joint must come to rest
-  std::atomic<bool> asked_ = false;  ///< to bring up the drives, in the tick's thread
-  std::string refusal_;              ///< why that failed
+  JointVec q_last_, q_before_;                  ///< as the drives told it in the last two periods
+  JointVec place_last_;                         ///< as it is
+  std::uint64_t brake_periods_;                 ///< within which a joint must come to rest
+  std::atomic<bool> asked_ = false;             ///< to bring up the drives, in the tick's thread
+  std::string refusal_;                         ///< why that failed
+  bool stands_ = false;                         ///< every axis, as it is
+  JointVec stood_;                              ///< at the last bring-up, as it was
+  int since_bring_up_ = 1000, since_harm_ = 0;  ///< periods
 };
 
 }  // namespace trn::world

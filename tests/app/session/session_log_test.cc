@@ -165,6 +165,25 @@ TEST_F(SessionLogFile, WhereTheDrivesStandIsToldWhenTheyAreEnabled) {
   EXPECT_EQ(read[2].period, 5u);
 }
 
+// At a reset a drive may be set up with all others enabled, or close its brake and open it again.
+TEST_F(SessionLogFile, DrivesThatObeyedAndStartAgainAreTold) {
+  using State = DriveState;
+  for (const State state : {State::kStarting, State::kEnabled, State::kStarting, State::kStarting,
+                            State::kEnabled, State::kOff, State::kStarting, State::kEnabled}) {
+    now_.drives = state;
+    log_->report(next());
+  }
+  const auto read = entries();
+  ASSERT_EQ(read.size(), 5u);
+  EXPECT_EQ(read[1].kind, Kind::kDrives);
+  EXPECT_EQ(read[1].drives, State::kStarting);
+  EXPECT_EQ(read[1].period, 3u);
+  EXPECT_EQ(read[2].kind, Kind::kStands);
+  EXPECT_EQ(read[2].period, 5u);
+  EXPECT_EQ(read[3].drives, State::kOff);
+  EXPECT_EQ(read[4].kind, Kind::kStands);
+}
+
 TEST_F(SessionLogFile, EveryStateInWhichDrivesObeyNobodyIsTold) {
   using State = DriveState;
   const State states[] = {State::kEnabled, State::kHoming, State::kFault,

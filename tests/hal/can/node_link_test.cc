@@ -19,14 +19,22 @@ class NodeLinkTest : public testing::Test {
     config.watch = {3, 10, 4};
     config.axis.counts_per_unit = 1000;
     link = std::make_unique<NodeLink>(config);
-    link->shared().setups = 1;
-    step();  // takes notice of the setup, and forgets what came before
-    link->shared().needs_setup = false;
-    link->shared().watched = true;
+    set_up();
+    step();
   }
   void feedback() { link->receive(make_frame(0x185, {0x40, 0x02, 0xE8, 0x03, 0, 0})); }
   void heartbeat(std::uint8_t byte) { link->receive(make_frame(0x705, {byte})); }
-  void step() { link->step(0, 0, false); }
+  void step() {
+    link->step(0, 0, false);
+    link->begin_period();
+  }
+  /// As the bring-up ends it, between two periods.
+  void set_up() {
+    link->shared().needs_setup = false;
+    ++link->shared().setups;
+    link->shared().watched = true;
+    link->begin_period();
+  }
   std::unique_ptr<NodeLink> link;
 };
 
@@ -42,6 +50,27 @@ TEST_F(NodeLinkTest, ASilentDriveIsLostAndSetUpAgain) {
   step();
   EXPECT_EQ(link->fault(), Fault::kDriveLost);
   EXPECT_EQ(link->state(), DriveState::kLost);
+  EXPECT_TRUE(link->shared().needs_setup.load());
+}
+
+// A late tick finds what the node said before and during its set-up in the queue, and then what it says now.
+TEST_F(NodeLinkTest, WhatIsOlderThanASetupIsNoFault) {
+  heartbeat(5);
+  feedback();
+  step();
+  set_up();
+  heartbeat(127);  // pre-operational, while it was set up
+  heartbeat(0);
+  link->receive(make_frame(0x085, {0x10, 0x82, 0x11, 0, 0, 0, 0, 0}));
+  EXPECT_EQ(link->fault(), Fault::kOk);
+  EXPECT_FALSE(link->shared().needs_setup.load());
+  step();
+  heartbeat(5);
+  feedback();
+  step();
+  EXPECT_EQ(link->fault(), Fault::kOk);
+  heartbeat(127);
+  EXPECT_EQ(link->fault(), Fault::kDriveDropped);
   EXPECT_TRUE(link->shared().needs_setup.load());
 }
 
