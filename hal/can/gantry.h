@@ -49,7 +49,6 @@ class Gantry {
   Demand demand(int i, double q, double qd, bool follow) const TRN_RT;
   /// Behind the motors' steps. False: they have parted, all must stop.
   bool observe(const Motors& motors) TRN_RT;
-  void reset() TRN_RT { phase_ = Phase::kOff; }
 
   /// kEnabled, or what the joint as a whole is still about.
   DriveState state() const TRN_RT;

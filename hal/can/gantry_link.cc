@@ -57,10 +57,9 @@ void GantryLink::step(const Setpoints& setpoints, bool follow) TRN_RT {
     for (NodeLink* motor : motors_) motor->halt();
 }
 
-void GantryLink::reset() TRN_RT {
-  gantry_.reset();
-  parted_by_.store(0, std::memory_order_relaxed);
-}
+// Motors that have parted have been stopped, and are paired anew when they have power again. Those that obey
+// go on: the reset may be for another fault, while the plan still stops on its path.
+void GantryLink::reset() TRN_RT { parted_by_.store(0, std::memory_order_relaxed); }
 
 void GantryLink::report(Feedback& feedback) const TRN_RT {
   const int joint = gantry_.config().joint;

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cstdint>
 #include <fstream>
 #include <random>
 
@@ -40,6 +42,66 @@ TEST(Replay, GivesTheSameBitsWithSensors) {
   SessionBench bench(7, config);
   bench.run(12000);
   expect_same_bits(bench, 7, config);
+}
+
+struct SpindleRows : ReportSink {
+  void write(const CycleReport& report) override {
+    rpm = report.spindle_rpm;
+    coolant = report.coolant;
+    most_rpm = std::max(most_rpm, rpm);
+  }
+  double rpm = 0, most_rpm = 0;
+  int coolant = 0;
+};
+
+// A stop switched off what the first line had switched on. The log says so with the second: a speed alone
+// turns no spindle, and mist brings no flood with it. An earlier log does not say it.
+TEST(Replay, ATypedLineBehindAStopBeginsWithWhatIsOn) {
+  using Kind = SessionEntry::Kind;
+  struct Row {
+    const char* line;
+    bool told;
+    double rpm;
+    int coolant;
+  };
+  for (const Row& row :
+       {Row{"S200", true, 0, 0}, {"S200", false, 200, 0}, {"M7", true, 0, 1}, {"M7", false, 0, 3}}) {
+    const Assembly assembly = assemble(source_dir() + "/configs/mill.toml");
+    JointVec home = JointVec::Zero(static_cast<Eigen::Index>(assembly.machine.joints.size()));
+    for (Eigen::Index i = 0; i < home.size(); ++i) {
+      const JointLimit& limit = assembly.machine.joints[static_cast<std::size_t>(i)].limit;
+      home[i] = std::clamp(0.0, limit.min, limit.max);
+    }
+    Session session{{"mill.toml", "", ""}, {}};
+    const auto add = [&](std::uint64_t period, Kind kind) -> SessionEntry& {
+      SessionEntry& entry = session.entries.emplace_back();
+      entry.period = period;
+      entry.kind = kind;
+      entry.program.q = entry.q_measured = home;
+      return entry;
+    };
+    const auto type = [&](std::uint64_t period, const char* line) -> ProgramStart& {
+      const std::size_t at = session.entries.size();
+      ProgramStart& start = add(period, Kind::kProgram).program;
+      start.path = "mdi";
+      start.text = line;
+      add(period, Kind::kCommand).command.kind = RtCommand::Kind::kStart;
+      return session.entries[at].program;
+    };
+    add(2, Kind::kStands);
+    type(10, "M3 S500 M8\nG4 P100");
+    add(1000, Kind::kCommand).command.kind = RtCommand::Kind::kStop;
+    ProgramStart& second = type(3000, row.line);
+    if (row.told) second.outputs = {0, 0, true, true};
+    add(3500, Kind::kCommand).command = {RtCommand::Kind::kOverride, 1};
+    Parameters parameters;
+    ToolTable tools;
+    SpindleRows rows;
+    replay(session, assembly, parameters, tools, rows);
+    EXPECT_EQ(rows.most_rpm, 500) << "of the first line";
+    EXPECT_EQ(rows.rpm, row.rpm) << row.line;
+    EXPECT_EQ(rows.coolant, row.coolant) << row.line;
+  }
 }
 
 // A log is replayed with the config that stands there now, which may have another joint or sensor since.

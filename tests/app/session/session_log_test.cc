@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <fstream>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -141,6 +142,20 @@ TEST_F(SessionLogFile, AProgramBelongsToTheNextPeriod) {
   EXPECT_EQ(*read[1].program.text, "G0 X1 ; \xef\xbf\xbd\n\"quoted\"")
       << "a byte that is no text is replaced";
   EXPECT_EQ(read[1].program.from_line, 0u);
+}
+
+// What is on at the machine when a typed line begins; a line without it, as of an earlier log, has none.
+TEST_F(SessionLogFile, WhatIsOnIsToldWithATypedLine) {
+  const std::vector<std::optional<MachineOutputs>> told = {MachineOutputs{-1234.5678, 3, true, false},
+                                                           MachineOutputs{0, 0, false, true}, std::nullopt};
+  for (const auto& outputs : told) {
+    ProgramStart start{"mdi", "G0 X1", JointVec::Zero(3)};
+    start.outputs = outputs;
+    log_->program(start);
+  }
+  const auto read = entries();
+  ASSERT_EQ(read.size(), told.size());
+  for (std::size_t i = 0; i < told.size(); ++i) EXPECT_EQ(read[i].program.outputs, told[i]) << i;
 }
 
 TEST_F(SessionLogFile, WhereTheDrivesStandIsToldWhenTheyAreEnabled) {
