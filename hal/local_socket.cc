@@ -106,8 +106,8 @@ bool Peer::is_in(gid_t group) const { return std::find(groups.begin(), groups.en
 
 std::string Peer::text() const { return fmt::format("{}, process {}", user, pid); }
 
-LocalServer::LocalServer(const std::string& path, gid_t group)
-    : path_(path), fd_(open_socket(SOCK_NONBLOCK)), buffer_(kDatagramBytesMax) {
+LocalServer::LocalServer(const std::string& path, gid_t group, WhenFull when_full)
+    : path_(path), when_full_(when_full), fd_(open_socket(SOCK_NONBLOCK)), buffer_(kDatagramBytesMax) {
   try {
     bind_for(fd_, path, group);
   } catch (...) {
@@ -127,10 +127,30 @@ const Peer* LocalServer::peer(ConnectionId connection) const {
   return found == connections_.end() ? nullptr : &found->second.peer;
 }
 
-bool LocalServer::has_room(const Peer& peer) const {
-  const auto same = std::count_if(connections_.begin(), connections_.end(),
-                                  [&](const auto& other) { return other.second.peer.uid == peer.uid; });
-  return connections_.size() < kConnectionsMax && static_cast<std::size_t>(same) < kConnectionsOfUserMax;
+std::size_t LocalServer::connections_of(uid_t uid) const {
+  return static_cast<std::size_t>(
+      std::count_if(connections_.begin(), connections_.end(),
+                    [&](const auto& other) { return other.second.peer.uid == uid; }));
+}
+
+// Ids rise, so the first of a user is its oldest.
+void LocalServer::drop_oldest(uid_t uid) {
+  const auto oldest = std::find_if(connections_.begin(), connections_.end(),
+                                   [&](const auto& other) { return other.second.peer.uid == uid; });
+  if (oldest != connections_.end()) drop(oldest->first);
+}
+
+// Of this user first; where many users have filled all places, of the one who has the most.
+bool LocalServer::make_room(const Peer& peer) {
+  const bool own_full = connections_of(peer.uid) >= kConnectionsOfUserMax;
+  if (!own_full && connections_.size() < kConnectionsMax) return true;
+  if (when_full_ == WhenFull::kRefuse) return false;
+  uid_t from = peer.uid;
+  if (!own_full)
+    for (const auto& [id, connection] : connections_)
+      if (connections_of(connection.peer.uid) > connections_of(from)) from = connection.peer.uid;
+  drop_oldest(from);
+  return true;
 }
 
 // False if nobody waits.
@@ -138,7 +158,7 @@ bool LocalServer::accept_new() {
   const int fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
   if (fd < 0) return false;
   Connection made{fd, {}};
-  if (!read_peer(fd, made.peer) || !has_room(made.peer)) {
+  if (!read_peer(fd, made.peer) || !make_room(made.peer)) {
     close(fd);
     return true;
   }

@@ -42,9 +42,13 @@ class LocalServer {
   static constexpr std::size_t kConnectionsMax = 64;
   static constexpr std::size_t kConnectionsOfUserMax = 24;
 
+  /// Who comes when there is no room is sent away, or takes the place of the oldest connection. The second
+  /// is for clients that connect, say one thing and go: nobody keeps them out by connections that he holds.
+  enum class WhenFull : std::uint8_t { kRefuse, kDropOldest };
+
   /// Listens at `path`, where nothing may be but a socket of before, which is removed. `group` may use it
   /// besides this user; -1: nobody else. std::runtime_error with what is wrong.
-  LocalServer(const std::string& path, gid_t group);
+  LocalServer(const std::string& path, gid_t group, WhenFull when_full = WhenFull::kRefuse);
   ~LocalServer();
   LocalServer(const LocalServer&) = delete;
   LocalServer& operator=(const LocalServer&) = delete;
@@ -86,13 +90,16 @@ class LocalServer {
   };
 
   bool accept_new();
-  bool has_room(const Peer& peer) const;
+  std::size_t connections_of(uid_t uid) const;
+  bool make_room(const Peer& peer);
+  void drop_oldest(uid_t uid);
   void take_from(ConnectionId id);
   bool send_packet(ConnectionId to, const EncodedMessage& message);
   void broadcast_packet(const EncodedMessage& message);
   void drop(ConnectionId id);
 
   std::string path_;
+  WhenFull when_full_;
   int fd_ = -1;
   std::map<ConnectionId, Connection> connections_;
   ConnectionId last_id_ = 0, sender_ = 0;

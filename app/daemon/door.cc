@@ -37,7 +37,8 @@ Door::Door(const std::string& machine, const AccessConfig& config)
       access_(config),
       clients_(socket_path(machine, config, access_), access_.socket_group()) {
   try {
-    safety_.emplace(safety_socket(clients_.path()), access_.socket_group());
+    safety_.emplace(safety_socket(clients_.path()), access_.socket_group(),
+                    LocalServer::WhenFull::kDropOldest);
   } catch (const std::exception& error) {
     spdlog::warn("clients beyond the number that is served cannot even stop the machine: {}", error.what());
   }

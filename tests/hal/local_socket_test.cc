@@ -156,6 +156,33 @@ TEST(LocalSocket, OneUserHasABoundedNumberOfConnections) {
   EXPECT_EQ(welcomed, LocalServer::kConnectionsOfUserMax + 1) << "who goes makes room";
 }
 
+// Somebody who holds connections, and opens more all the time, keeps out nobody who says his word at once.
+TEST(LocalSocket, TheOldestMakesRoomWhereASafetyCommandMustGetThrough) {
+  int heard = 0;
+  LocalServer server(path_of_test(), kNobody, LocalServer::WhenFull::kDropOldest);
+  server.subscribe<command_t>("c", [&](const command_t& got) { heard += got.sequence == 7; });
+  std::vector<std::unique_ptr<LocalClient>> hoard;
+  const auto take = [&] {
+    while (server.handle(0)) {
+    }
+  };
+  for (std::size_t i = 0; i < 3 * LocalServer::kConnectionsOfUserMax; ++i) {
+    hoard.push_back(std::make_unique<LocalClient>(server.path()));
+    server.handle(0);
+  }
+  EXPECT_FALSE(hoard.front()->handle(1000));
+  EXPECT_TRUE(hoard.front()->closed()) << "the oldest";
+  EXPECT_FALSE(hoard.back()->handle(0));
+  EXPECT_FALSE(hoard.back()->closed());
+  for (int i = 1; i <= 20; ++i) {
+    LocalClient stops(server.path());
+    stops.publish("c", command(7));
+    for (int more = 0; more < 6; ++more) hoard.push_back(std::make_unique<LocalClient>(server.path()));
+    take();
+    EXPECT_EQ(heard, i);
+  }
+}
+
 TEST(LocalSocket, BelongsToItsGroupAndNobodyElse) {
   const LocalServer own(path_of_test(), kNobody);
   EXPECT_EQ(mode_of(own.path()), 0600u);

@@ -66,9 +66,9 @@ class DaemonSocket:
         self.socket.connect(path)
 
     @classmethod
-    def of(cls, bench):
-        """To a daemon that a Bench has started: its log names the socket."""
-        return cls(bench.name, re.search(r" socket (\S+)", bench.log_text()).group(1))
+    def of(cls, bench, behind=""):
+        """To a daemon that a Bench has started: its log names the socket. `behind`: ".safety" for the second one."""
+        return cls(bench.name, re.search(r" socket (\S+)", bench.log_text()).group(1) + behind)
 
     def __enter__(self):
         return self

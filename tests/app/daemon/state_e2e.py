@@ -410,6 +410,7 @@ class StateTest(unittest.TestCase):
         with Shop() as shop:
             shop.start()
             crowd = [DaemonSocket.of(shop) for _ in range(24)]
+            hoard = [DaemonSocket.of(shop, ".safety") for _ in range(30)]
             time.sleep(0.3)
             for command, state in ((("hold",), "holding"), (("stop", "--wait"), "idle"), (("estop",), "estop")):
                 if command[0] != "estop":
@@ -431,7 +432,7 @@ class StateTest(unittest.TestCase):
                 self.assertIn("no room for another client", err)
                 self.assertNotIn("no daemon", err)
             self.assertIn("no room for", shop.log_text())
-            for client in crowd:
+            for client in crowd + hoard:
                 client.socket.close()
 
     def test_what_was_mistyped_is_refused_with_words(self):
