@@ -6,6 +6,7 @@
 #include <utility>
 #include <variant>
 
+#include "app/session/program_rules.h"
 #include "app/session/range_check.h"
 #include "core/check.h"
 #include "core/ports.h"
@@ -76,56 +77,32 @@ ProgramSwitches ProgramSwitches::of(const Assembly& assembly) {
   return {assembly.corrections.planned_off, assembly.program.block_delete, assembly.program.optional_stop};
 }
 
-struct Pipeline::ProgramRules : MoveSink {
-  ProgramRules(MoveSink& next_in, const Assembly& assembly_in,
-               std::function<void(const ProgramMove&)> seen_in,
-               std::function<void(SourceLine, const ProgramMove*)> step_in,
-               std::function<std::string(std::uint32_t)> place_in)
+/// Refuses what the machine cannot do, and shows the rest on its way to the planner.
+struct Pipeline::MoveTap : MoveSink {
+  MoveTap(MoveSink& next_in, const Assembly& assembly, std::function<void(const ProgramMove&)> seen_in,
+          std::function<void(SourceLine, const ProgramMove*)> step_in,
+          std::function<std::string(std::uint32_t)> place_in)
       : next(next_in),
-        assembly(assembly_in),
-        tolerance_mm_max(assembly_in.planner.tolerance_mm_max),
+        rules(assembly),
         seen(std::move(seen_in)),
         step(std::move(step_in)),
         place(std::move(place_in)) {}
   void move(const ProgramMove& m) override {
-    if (m.mode == PathMode::kContinuous && m.tolerance_mm > tolerance_mm_max)
-      throw ProgramError(fmt::format(
-          "{}: the path tolerance of {:g} mm is larger than the machine's tolerance_mm_max of {:g} mm; give "
-          "G64 a smaller P",
-          place(m.source.line), m.tolerance_mm, tolerance_mm_max));
-    if (geared) check_thread(m);
+    if (const std::string refusal = rules.refusal_of(m); !refusal.empty())
+      throw ProgramError(fmt::format("{}: {}", place(m.source.line), refusal));
     if (seen) seen(m);
     if (step) step(m.source, &m);
     next.move(m);
   }
   void event(const QueueEvent& event, SourceLine source) override {
-    if (event.kind == QueueEvent::Kind::kGearStart) geared = true;
-    if (event.kind == QueueEvent::Kind::kGearEnd) geared = false;
+    rules.hear(event);
     had_event = true;
     if (step) step(source, nullptr);
     next.event(event, source);
   }
-  // A joint that cannot follow the spindle would make another pitch.
-  void check_thread(const ProgramMove& m) const {
-    JointVec from, to;
-    const double time_s = (m.to - m.from).head<3>().norm() / m.feed.tip_mm_s;
-    if (time_s <= 0 || assembly.map->map(m.from, m.context, from) != KinStatus::kOk ||
-        assembly.map->map(m.to, m.context, to) != KinStatus::kOk)
-      return;
-    for (std::size_t i = 0; i < assembly.plan_joints.size(); ++i) {
-      const Joint& joint = assembly.plan_joints[i];
-      const auto k = static_cast<Eigen::Index>(i);
-      const double share = std::abs(to[k] - from[k]) / time_s / joint.limit.velocity;
-      if (share <= 1) continue;
-      throw ProgramError(
-          fmt::format("{}: joint {} is too slow for this thread at this speed; {:.0f} % of S is possible",
-                      place(m.source.line), joint.name, std::floor(100 / share)));
-    }
-  }
   MoveSink& next;
-  const Assembly& assembly;
-  bool geared = false, had_event = false;
-  double tolerance_mm_max;
+  ProgramRules rules;
+  bool had_event = false;
   std::function<void(const ProgramMove&)> seen;
   std::function<void(SourceLine, const ProgramMove*)> step;  ///< null: nobody asks for steps
   std::function<std::string(std::uint32_t)> place;           ///< of a line, for messages
@@ -190,10 +167,10 @@ Pipeline::Pipeline(const Assembly& assembly, Parameters& parameters, ToolTable& 
       dry_run_(start.switches.dry_run
                    ? std::make_unique<DryRun>(geometry_, assembly, assembly.program.dry_run_up_mm)
                    : nullptr),
-      moves_(std::make_unique<ProgramRules>(
-          dry_run_ ? static_cast<MoveSink&>(*dry_run_) : geometry_, assembly, std::move(observers.move),
-          step_recorder(observers.steps),
-          [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
+      moves_(
+          std::make_unique<MoveTap>(dry_run_ ? static_cast<MoveSink&>(*dry_run_) : geometry_, assembly,
+                                    std::move(observers.move), step_recorder(observers.steps),
+                                    [this](std::uint32_t line) { return interpreter_.place_of(line, 0); })),
       lowering_(program_, assembly.kinematics.get(), *moves_, start_words(*assembly.map, start.q, start),
                 start.switches.corrections_off),
       messages_(std::make_unique<MessageTap>(lowering_, observers)),
@@ -286,16 +263,17 @@ void Pipeline::fill() {
     refuse_failed_check();
     if (more) return;
   } catch (const GcodeError& error) {
-    failure = error.what();  // what came before it still runs to its end
+    failure = error.what();
   } catch (const FileError& error) {
     failure =
         fmt::format("{}:{}: {}; what the line sets was not set", name_, interpreter_.line(), error.what());
   } catch (const ProgramError& error) {
-    end_program();
-    throw ProgramError(with_file(name_, error.what()));
+    failure = with_file(name_, error.what());
   }
+  // What came before an error still runs, and ends at rest: where it ends, or before the place that could not
+  // be planned.
   try {
-    finish_stages();
+    if (!speed_.failed()) finish_stages();
     refuse_failed_check();
   } catch (const ProgramError& error) {
     if (failure.empty()) failure = with_file(name_, error.what());

@@ -137,7 +137,7 @@ class Pipeline {
   const SpeedStats& speed_stats() const { return speed_.stats(); }
 
  private:
-  struct ProgramRules;
+  struct MoveTap;
   struct PieceObserver;
   struct BlockQueue;
   struct MessageTap;
@@ -158,7 +158,7 @@ class Pipeline {
   std::unique_ptr<PieceObserver> pieces_;
   GeometryPlanner geometry_;
   std::unique_ptr<DryRun> dry_run_;  ///< null: it is none
-  std::unique_ptr<ProgramRules> moves_;
+  std::unique_ptr<MoveTap> moves_;
   Lowering lowering_;
   std::unique_ptr<MessageTap> messages_;
   Interpreter interpreter_;

@@ -26,6 +26,7 @@ constexpr int kTurnHalvings = 40;    // of an interval about the place where a j
 
 RangeCheck::RangeCheck(const Assembly& assembly, std::function<void(const RefusedMove&)> refuse)
     : assembly_(assembly),
+      rules_(assembly),
       refuse_(std::move(refuse)),
       straight_(assembly.kinematics->words_are_joints()),
       separable_(straight_ && !assembly.map->has_pose() && !assembly.map->has_joint()) {
@@ -43,6 +44,9 @@ void RangeCheck::move(const ProgramMove& move) {
   if (move.source.line == 0) approach.push_back(move.to);
   const bool arc = move.kind == ProgramMove::Kind::kArc;
   if (path_norm(move.to - move.from) == 0 && !arc) return;
+  const std::string refusal = rules_.refusal_of(move);
+  if (refusal != std::exchange(refused_by_rule_, refusal) && !refusal.empty())
+    refuse_({move.source.line, 0, refusal});
   const bool bends = arc || move.context.rtcp || !straight_;
   if (!bends) return judge_end(move);
   const PathPiece piece =

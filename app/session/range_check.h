@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "app/session/assembly.h"
+#include "app/session/program_rules.h"
 #include "core/axes.h"
 #include "core/frames.h"
 #include "core/motion.h"
@@ -22,10 +23,10 @@ struct RefusedMove {
   std::string text;  ///< what, and what would be right
 };
 
-/// Checks moves against the position limits of the joints, through the joint map. With RTCP off a straight
-/// move takes a serial machine's joints straight: its end is enough. Otherwise joints move on curves and may
-/// leave their range between two good ends, so places every 5 mm are checked, and those where a joint turns
-/// back near its limit.
+/// Checks moves against the machine's rules for programs, and against the position limits of the joints,
+/// through the joint map. With RTCP off a straight move takes a serial machine's joints straight: its end is
+/// enough. Otherwise joints move on curves and may leave their range between two good ends, so places every 5
+/// mm are checked, and those where a joint turns back near its limit.
 class RangeCheck : public MoveSink {
  public:
   /// `assembly` must outlive it. `refuse` may throw; otherwise the moves go on, and a joint that is outside
@@ -37,7 +38,7 @@ class RangeCheck : public MoveSink {
   void stand_at(const JointVec& q);
 
   void move(const ProgramMove& move) override;
-  void event(const QueueEvent&, SourceLine) override {}
+  void event(const QueueEvent& event, SourceLine) override { rules_.hear(event); }
 
   std::uint64_t moves = 0;
   std::vector<Words> approach;  ///< ends of the moves before the program's first line
@@ -52,6 +53,8 @@ class RangeCheck : public MoveSink {
   char letter_of(std::size_t joint) const;
 
   const Assembly& assembly_;
+  ProgramRules rules_;
+  std::string refused_by_rule_;  ///< the move before, in words
   std::function<void(const RefusedMove&)> refuse_;
   bool straight_;   ///< with RTCP off words are joints
   bool separable_;  ///< with RTCP off each joint follows one word alone

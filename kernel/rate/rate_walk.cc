@@ -83,10 +83,10 @@ RateBounds RateWalk::judge() const {
   const double r = rate_, w = slope_, rr = r * r, rrr = rr * r, rw3 = 3 * r * w;
   RateBounds out{-limits_->u_max, limits_->u_max, -1e9, 1e9, block_ != nullptr, limits_->u_max};
   if (!block_) return out;
+  TRN_CHECK(place_.segment < block_->segment_count);
   const auto k = static_cast<std::size_t>(place_.segment);
   const JointMotion& joints = block_->joints[k];
   const double t = place_.time_s, duration = block_->segments[k].duration_s, half = t / (2 * duration);
-  TRN_CHECK(place_.segment < block_->segment_count);
   TRN_CHECK(duration > 0);
   for (std::size_t i = 0; i < static_cast<std::size_t>(limits_->count); ++i) {
     const double a0 = joints.a[i], da = joints.a_end[i] - a0;

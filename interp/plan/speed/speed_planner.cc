@@ -16,6 +16,8 @@ void SpeedPlanner::event(const QueueEvent& event, SourceLine source) { windows_-
 
 void SpeedPlanner::finish() { windows_->finish(); }
 
+bool SpeedPlanner::failed() const { return windows_->failed(); }
+
 const SpeedStats& SpeedPlanner::stats() const { return windows_->stats(); }
 
 }  // namespace trn

@@ -19,7 +19,8 @@ class WindowPlanner;
 /// continuous and both ends of a stretch at rest. Works in windows that depend on the program only; every
 /// window's plan ends at rest, is verified on the law itself and replaces the verified one before. Throws
 /// ProgramError ("line N: ...", without the file) when the map fails or a joint leaves its range; the
-/// verified plan up to a standstill before that place has then been emitted, and only destruction is left.
+/// verified plan up to a standstill before that place has then been emitted, and what comes later is left
+/// out.
 class SpeedPlanner : public PieceSink {
  public:
   /// All references must outlive the planner.
@@ -31,6 +32,8 @@ class SpeedPlanner : public PieceSink {
   /// Ends the stretch that is open, if any, at the end of its last piece.
   void finish();
 
+  /// It has thrown.
+  bool failed() const;
   const SpeedStats& stats() const;
 
  private:

@@ -100,7 +100,25 @@ WindowPlanner::WindowPlanner(const Joints& joints, const JointMap& map, const Sp
   TRN_CHECK(options_.rounds_max >= 1);
 }
 
+// Behind a place that cannot be planned nothing is: the verified plan is driven to its standstill, and that
+// is not where a later piece would begin.
+template <typename Work>
+void WindowPlanner::or_end_at_rest(Work work) {
+  if (failed_) return;
+  try {
+    work();
+  } catch (const ProgramError&) {
+    failed_ = true;
+    emit_rest();
+    throw;
+  }
+}
+
 void WindowPlanner::piece(const PlanPiece& piece) {
+  or_end_at_rest([&] { plan(piece); });
+}
+
+void WindowPlanner::plan(const PlanPiece& piece) {
   TRN_CHECK(piece.piece.length > 0);
   if (!open_) {
     grid_.begin_stretch();
@@ -118,23 +136,18 @@ void WindowPlanner::piece(const PlanPiece& piece) {
   if (std::isfinite(piece.feed.tip_mm_s) && std::isfinite(piece.feed.tip_mm_s2))
     stretch_brake_s_ = std::max(stretch_brake_s_, brake_s_ + piece.feed.tip_mm_s / piece.feed.tip_mm_s2);
   ++stats_.pieces;
-  try {
-    sampler_.curve(piece, curve_);
-    part_ends(piece);
-    const size_t parts = part_ends_.size();
-    double from = 0;
-    for (size_t i = 0; i < parts; ++i) {
-      PlanPiece part = piece;
-      if (parts > 1) part.piece = cut(piece.piece, from, part_ends_[i]);
-      part.ends_stretch = piece.ends_stretch && i + 1 == parts;
-      if (i > 0) part.outputs = {};
-      if (parts > 1) sampler_.curve(part, curve_);
-      accept(part);
-      from = part_ends_[i];
-    }
-  } catch (const ProgramError&) {
-    emit_rest();
-    throw;
+  sampler_.curve(piece, curve_);
+  part_ends(piece);
+  const size_t parts = part_ends_.size();
+  double from = 0;
+  for (size_t i = 0; i < parts; ++i) {
+    PlanPiece part = piece;
+    if (parts > 1) part.piece = cut(piece.piece, from, part_ends_[i]);
+    part.ends_stretch = piece.ends_stretch && i + 1 == parts;
+    if (i > 0) part.outputs = {};
+    if (parts > 1) sampler_.curve(part, curve_);
+    accept(part);
+    from = part_ends_[i];
   }
   if (piece.ends_stretch) {
     advance(true);
@@ -172,6 +185,7 @@ void WindowPlanner::accept(const PlanPiece& piece) {
 
 void WindowPlanner::event(const QueueEvent& event, SourceLine source) {
   finish();
+  if (failed_) return;
   emitter_.event(event, source);
   TRN_CHECK(!open_);
   stats_.blocks = emitter_.block_count();
@@ -179,8 +193,10 @@ void WindowPlanner::event(const QueueEvent& event, SourceLine source) {
 
 void WindowPlanner::finish() {
   if (!open_) return;
-  advance(true);
-  open_ = false;
+  or_end_at_rest([&] {
+    advance(true);
+    open_ = false;
+  });
 }
 
 // Lays the grid as far as the future is known and plans windows while there is enough of it.

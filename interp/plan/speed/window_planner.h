@@ -27,6 +27,7 @@ class WindowPlanner {
   /// Ends the stretch that is open, if any, at the end of its last piece.
   void finish();
 
+  bool failed() const { return failed_; }
   const SpeedStats& stats() const { return stats_; }
 
  private:
@@ -36,6 +37,9 @@ class WindowPlanner {
     PathState state;  ///< the true motion
     SpeedState plan;  ///< the solution's
   };
+  template <typename Work>
+  void or_end_at_rest(Work work);
+  void plan(const PlanPiece& piece);
   void part_ends(const PlanPiece& piece);
   void accept(const PlanPiece& piece);
   void advance(bool to_end);
@@ -71,7 +75,8 @@ class WindowPlanner {
   double stretch_brake_s_ = 0;  ///< the same where the program asks for less acceleration
   SpeedStats stats_;
 
-  bool open_ = false;  ///< a stretch has begun and its end is not planned
+  bool open_ = false;    ///< a stretch has begun and its end is not planned
+  bool failed_ = false;  ///< a place could not be planned: all ends at rest before it
   double s_next_ = 0;
   std::vector<double> part_ends_;  ///< of the piece that is cut
   JointCurve curve_;               ///< of the piece that is accepted
