@@ -18,6 +18,8 @@ JogOrder JogControl::order(const command_t& command, const CycleReport& report) 
 
 namespace {
 
+bool is_step(const command_t& command) { return command.value != 0 && command.alive_ms <= 0; }
+
 DirectionWish wish_of(const command_t& command, std::size_t word) {
   const JogFrame frame = command.frame == command_t::MACHINE ? JogFrame::kMachine
                          : command.frame == command_t::WORK  ? JogFrame::kWork
@@ -68,26 +70,32 @@ const std::vector<JogStretch>& JogControl::next_stretch(const CycleReport& repor
 std::string JogControl::held_by_other(const JogOrder& order, const command_t& command, Time now) const {
   if (!order.refusal.empty() || command.value == 0) return "";
   const Holder& holder = holders_[static_cast<std::size_t>(order.joint)];
-  const bool other = holder.client != command.client && now < holder.until && holder.back != (order.way < 0);
-  return other ? fmt::format("somebody else holds {} the other way; ask again when it was let go",
-                             joints_[static_cast<std::size_t>(order.joint)].name)
-               : "";
+  if (holder.client == command.client || now >= holder.until) return "";
+  const bool the_same = command.alive_ms > 0 && holder.back == (order.way < 0);
+  return the_same ? ""
+                  : fmt::format("somebody else holds {}; ask again when it was let go",
+                                joints_[static_cast<std::size_t>(order.joint)].name);
 }
 
+// A step is held by nobody, and lengthens the way of a joint that is: it must not take the dead man from it.
 void JogControl::hold(const JogOrder& order, const command_t& command, Time now) {
-  const bool held = command.value != 0 && command.alive_ms > 0;
+  if (is_step(command)) return;
+  const bool held = command.value != 0;
   const Time until = held ? now + std::chrono::milliseconds(command.alive_ms) : Time{};
   holders_[static_cast<std::size_t>(order.joint)] = {command.client, order.way < 0, until};
 }
 
 void JogControl::hear(int joint, const command_t& command, Time now) {
+  if (is_step(command)) return;
   const bool held = command.value != 0;
   held_.hear(joint, std::chrono::milliseconds(held ? command.alive_ms : 0), now);
 }
 
+// There is one at a time: what begins has whoever began it.
 void JogControl::hear_direction(const command_t& command, Time now) {
   direction_ = command;
-  hear(kDirection, command, now);
+  const bool held = command.value != 0;
+  held_.hear(kDirection, std::chrono::milliseconds(held ? command.alive_ms : 0), now);
 }
 
 bool JogControl::continues(const command_t& command) const {

@@ -45,7 +45,8 @@ class JogControl {
   const std::vector<JogStretch>& stretch() const { return stretch_; }
   void forget_way() { way_ = 0; }
 
-  /// Why this one is not obeyed: somebody else holds the joint the other way; "": nobody does.
+  /// Why this one is not obeyed: somebody else holds the joint, and this would be a step or the other way;
+  /// "": nobody does.
   std::string held_by_other(const JogOrder& order, const trunnion::command_t& command, Time now) const;
   /// Who holds the joint now, and which way.
   void hold(const JogOrder& order, const trunnion::command_t& command, Time now);
