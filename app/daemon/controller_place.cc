@@ -56,8 +56,8 @@ CommandServer::Answer MachineController::load_from(std::string path, std::uint32
   return prepare(ticket, path, line, loaded);
 }
 
-// Without a path: the loaded one, from its beginning again. It is read when it starts: read ahead now, its
-// first lines would set offsets and tools, and what was given up could not be gone on with.
+// Without a path: the loaded one, from its beginning again. It is read when it starts: read ahead now, what was
+// given up could not be gone on with.
 CommandServer::Answer MachineController::load(const std::string& path, const Ticket& ticket) {
   if (!path.empty()) return prepare(ticket, path, 0, false);
   if (program_path_.empty()) return refused("no program is loaded; load one first");
@@ -114,11 +114,13 @@ CommandServer::Answer MachineController::start(const Ticket& ticket) {
     parts_.programs.load(path, q);
     file->check();
     keep_beginning(path);
+    parts_.programs.starts();
   };
   const auto begin_prepared = [this, path = program_path_, from_start = from_line_ <= 1, file] {
     file->check();
     parts_.programs.check_files();
     if (from_start) keep_beginning(path);
+    parts_.programs.starts();
   };
   run_job(
       ticket, prepared ? std::function<void()>(begin_prepared) : clear_then(load_again),

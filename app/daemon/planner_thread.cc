@@ -19,6 +19,7 @@ namespace {
 
 constexpr int kMessagesMax = 1000;  // of one program
 constexpr std::size_t kPlannerMessageBytesMax = 500;
+constexpr std::size_t kLogsBeforeStartMax = 10000;
 
 void doze() { std::this_thread::sleep_for(std::chrono::milliseconds(1)); }
 
@@ -71,7 +72,64 @@ void PlannerThread::join() {
 void PlannerThread::settle() {
   abandoned_ = true;
   join();
+  forget_unstarted();
   memory_.keep(true);
+}
+
+// The lines of a program that never moved have set nothing.
+void PlannerThread::forget_unstarted() {
+  logs_before_start_.clear();
+  if (started_.exchange(true)) return;
+  parameters_ = start_parameters_;
+  tools_ = start_tools_;
+  kept_ = true;
+}
+
+void PlannerThread::starts() {
+  bool read_to_its_end = false;
+  {
+    const std::lock_guard lock(mutex_);
+    if (started_.exchange(true)) return;
+    read_to_its_end = ended_;
+  }
+  if (!read_to_its_end) return;  // its thread keeps it
+  join();
+  keep_started();
+  show_idle();
+}
+
+// In the planner's thread, or behind its end.
+void PlannerThread::keep_started() {
+  if (!started_ || kept_) return;
+  kept_ = true;
+  for (const auto& [log, line] : std::exchange(logs_before_start_, {})) program_log_.take(log, line);
+  memory_.keep(true);
+}
+
+void PlannerThread::take_log(const canon::Log& log, std::uint32_t line) {
+  keep_started();
+  while (!started_ && logs_before_start_.size() >= kLogsBeforeStartMax && !abandoned_) doze();
+  if (started_)
+    program_log_.take(log, line);
+  else
+    logs_before_start_.emplace_back(log, line);
+}
+
+// Nobody who waits for what is shown may be kept waiting by the lock.
+void PlannerThread::end_thread() {
+  show_idle();
+  bool started_since = false;
+  {
+    const std::lock_guard lock(mutex_);
+    started_since = started_ && !kept_;
+    try {
+      keep_started();
+    } catch (const std::exception& error) {
+      failure_ = error.what();
+    }
+    ended_ = true;
+  }
+  if (started_since) show_idle();
 }
 
 // The planner waits for the answer, and touches nothing meanwhile.
@@ -112,6 +170,7 @@ ProgramStart PlannerThread::start_at(const PlaceRecord& place, const JointVec& q
 std::string PlannerThread::load_place(const PlaceRecord& place, const JointVec& q, double before_mm) {
   abandoned_ = true;
   join();
+  forget_unstarted();
   abandoned_ = closed_.load();
   PlaceEntry entry;
   const ProgramStart start = start_at(place, q, before_mm, entry);
@@ -133,6 +192,7 @@ void PlannerThread::delete_tool(int number, const std::string& path, const Joint
   time_pass_.end();
   join();
   abandoned_ = closed_.load();
+  forget_unstarted();
   if (!tools_.find(number)) throw ProgramError(fmt::format("there is no tool {} in the table", number));
   if (static_cast<int>(parameters_[parameter::kTool]) == number)
     throw ProgramError(
@@ -175,6 +235,7 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   abandoned_ = true;
   time_pass_.end();
   join();
+  forget_unstarted();
   abandoned_ = false;
   if (closed_) abandoned_ = true;
   start.open = opener(start.text ? "" : start.path);
@@ -204,12 +265,12 @@ ProgramSummary PlannerThread::begin(ProgramStart start) {
   blocks_read_ = 0;
   wish_ = kNoWish;
   if (!start.text) mdi_.reset();
+  started_ = kept_ = start.text.has_value();
   thread_ = std::thread([this, mdi = start.text.has_value(), pipeline = std::move(pipeline)] {
     pthread_setname_np(pthread_self(), "planner");
     if (feed(*pipeline) && mdi) mdi_ = pipeline->settings();
     if (mdi) tell_measured(start_parameters_, start_tools_, 0);
-    show_idle();
-    ended_ = true;
+    end_thread();
   });
   wait_until_primed();
   return summary;
@@ -231,13 +292,16 @@ void PlannerThread::check_files() { read_.check(); }
 
 PipelineObservers PlannerThread::observers() {
   PipelineObservers observers;
-  observers.line_done = [this](bool event) { memory_.keep(event); };
+  observers.line_done = [this](bool event) {
+    keep_started();
+    if (started_) memory_.keep(event);
+  };
   observers.move = listeners_.move;
   said_ = 0;
   program_log_.close();
   observers.message = [this](std::string_view text, std::uint32_t line) { say(text, line); };
   observers.steps = static_cast<bool>(listeners_.step);
-  observers.log = [this](const canon::Log& log, std::uint32_t line) { program_log_.take(log, line); };
+  observers.log = [this](const canon::Log& log, std::uint32_t line) { take_log(log, line); };
   return observers;
 }
 
@@ -301,9 +365,11 @@ void PlannerThread::tell_measured(const Parameters& before, const ToolTable& too
 // Only for people: where it cannot be found out, nothing else is wrong.
 void PlannerThread::show_idle() {
   if (!listeners_.stands) return;
-  if (listeners_.tables) listeners_.tables(parameters_, tools_);
+  const Parameters& parameters = started_ ? parameters_ : start_parameters_;
+  const ToolTable& tools = started_ ? tools_ : start_tools_;
+  if (listeners_.tables) listeners_.tables(parameters, tools);
   try {
-    listeners_.stands(idle_step(assembly_, parameters_, tools_, mdi_ ? &*mdi_ : nullptr));
+    listeners_.stands(idle_step(assembly_, parameters, tools, mdi_ ? &*mdi_ : nullptr));
   } catch (const std::exception&) {
     return;
   }
@@ -409,6 +475,7 @@ HeldLines PlannerThread::obey_held(const std::string& text, const JointVec& q) {
 }
 
 void PlannerThread::take_wish(Pipeline& pipeline) {
+  keep_started();
   const int wish = wish_.exchange(kNoWish);
   if (wish == kNoWish) return;
   pipeline.set_block_delete(wish != 0);

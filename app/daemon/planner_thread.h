@@ -101,6 +101,7 @@ class PlannerThread final : public ProgramSource {
     abandoned_ = true;
   }
   void check_files() override;
+  void starts() override;
   std::string take_failure() override;
 
   /// Ends the preparation and keeps all that programs have left behind; when no load is under way. FileError.
@@ -124,6 +125,10 @@ class PlannerThread final : public ProgramSource {
   bool wait_for_answer(Pipeline& pipeline);
   void wait_at_stop(Pipeline& pipeline, QueueEvent::Kind kind);
   void take_wish(Pipeline& pipeline);
+  void take_log(const canon::Log& log, std::uint32_t line);
+  void keep_started();
+  void end_thread();
+  void forget_unstarted();
   void take_held(Pipeline& pipeline);
   void check_held(const HeldLines& lines);
   void tell_measured(const Parameters& before, const ToolTable& tools_before, std::uint64_t until_block);
@@ -138,6 +143,11 @@ class PlannerThread final : public ProgramSource {
   MachineMemory memory_;  ///< of the two
   PlannerListeners listeners_;
   ProgramLog program_log_;
+  /// What a program's lines set while they are read before its start is its own: it is not kept, and
+  /// forgotten where another one is loaded instead. Typed lines start at once.
+  std::atomic<bool> started_ = true;
+  bool kept_ = true;  ///< what was set before the start
+  std::vector<std::pair<canon::Log, std::uint32_t>> logs_before_start_;
   int said_ = 0;  ///< messages of the present program
   std::atomic<bool> own_abandoned_ = false, own_closed_ = false, own_optional_stop_ = true;
   std::atomic<bool>&abandoned_, &closed_, &optional_stop_;

@@ -36,6 +36,10 @@ using Clock = std::chrono::steady_clock;
 constexpr int kAnswerPollMs = 5;
 constexpr std::chrono::seconds kGiveUpTime{1};   // for a process that was told to give up
 constexpr std::chrono::seconds kSettleTime{10};  // for slow disks
+constexpr const char* kMakerEnded =
+    "the one that makes those that plan programs has ended; estop, hold and jogs go on, for programs and "
+    "typed lines "
+    "restart the daemon";
 constexpr std::size_t kSlackBytes = std::size_t{1} << 16;
 
 /// From the process that makes the workers: one began (value: its process), or ended (value: as of waitpid).
@@ -336,8 +340,11 @@ ProgramReply ProgramProcess::ask(const ProgramCall& what, const Go& go) {
   look_for_end();
   if (worker_ == 0) begin_worker();
   ended_why_.clear();
-  if (send_program_packet(calls_, encode(what)) < 0)
-    throw ProgramError(fmt::format("the program is too long for a call: {}", std::strerror(errno)));
+  if (send_program_packet(calls_, encode(what)) < 0) {
+    const int error = errno;
+    if (const std::string end = look_for_end(); !end.empty()) throw ProgramError(end);
+    throw ProgramError(fmt::format("the program is too long for a call: {}", std::strerror(error)));
+  }
   std::string packet;
   for (Clock::time_point given_up{};;) {
     pollfd waits[] = {{calls_, POLLIN, 0}, {control_, POLLIN, 0}};
@@ -375,6 +382,12 @@ void ProgramProcess::check_files() {
   ProgramCall check;
   check.kind = ProgramCall::Kind::kCheckFiles;
   call(check);
+}
+
+void ProgramProcess::starts() {
+  ProgramCall starts;
+  starts.kind = ProgramCall::Kind::kStarts;
+  call(starts);
 }
 
 const ProgramStep* ProgramProcess::step(std::uint32_t number) {
@@ -438,8 +451,7 @@ void ProgramProcess::begin_worker() {
   WorkerNews news;
   const char go = 'g';
   if (send(control_, &go, 1, MSG_NOSIGNAL) != 1 || recv(control_, &news, sizeof news, 0) != sizeof news)
-    throw ProgramError(
-        "no process for programs can be made: the one that makes them has ended; restart the daemon");
+    throw ProgramError(fmt::format("no process for programs can be made: {}", kMakerEnded));
   if (news.value < 0) throw ProgramError("no process for programs can be made on this host now");
   worker_ = news.value;
 }
@@ -447,14 +459,18 @@ void ProgramProcess::begin_worker() {
 // "" while it is at work, or none is.
 std::string ProgramProcess::look_for_end() {
   WorkerNews news;
-  if (worker_ == 0 || recv(control_, &news, sizeof news, MSG_DONTWAIT) != sizeof news) return "";
+  if (worker_ == 0) return "";
+  const ssize_t got = recv(control_, &news, sizeof news, MSG_DONTWAIT);
+  const bool maker_ended = got == 0;  // and its worker died with it
+  if (got != sizeof news && !maker_ended) return "";
   worker_ = 0;
   queue_->replace_writer();
+  if (maker_ended) return kMakerEnded;
   return ended_why_.empty() ? ending_text(news.value) : ended_why_;
 }
 
 void ProgramProcess::end_worker(const std::string& why) {
-  if (!ended_why_.empty()) return;
+  if (!ended_why_.empty() || worker_ == 0) return;
   ended_why_ = why;
   kill(worker_, SIGKILL);
 }

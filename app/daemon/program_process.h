@@ -70,6 +70,7 @@ class ProgramProcess final : public ProgramSource {
   bool take_program_time(ProgramTime& time) override;
   void show() override;
   void check_files() override;
+  void starts() override;
   const ProgramStep* step(std::uint32_t number) override;
   void hand_on_moves() override;
   bool lost() override { return lost_.exchange(false); }

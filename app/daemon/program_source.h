@@ -79,6 +79,9 @@ class ProgramSource {
   virtual void show() {}
   /// ProgramError if a file of the program that was loaded last is not the one any more that was read.
   virtual void check_files() {}
+  /// The program that was loaded last is about to move. What its lines have set so far is kept from now on;
+  /// of a program that is not started nothing is in force. FileError: it cannot be kept, and was not set.
+  virtual void starts() {}
   /// The step of the program that the tick reports; 0: between programs. Null: not known. Valid until the
   /// next call.
   virtual const ProgramStep* step(std::uint32_t /*number*/) { return nullptr; }

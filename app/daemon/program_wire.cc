@@ -87,7 +87,7 @@ ProgramCall decode_call(const std::string& packet) {
   const Json json = Json::parse(packet);
   ProgramCall call;
   const int kind = whole<int>(json.at("kind"));
-  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kCheckFiles))
+  if (kind < 0 || kind > static_cast<int>(ProgramCall::Kind::kStarts))
     throw std::runtime_error(fmt::format("no call of kind {}", kind));
   call.kind = static_cast<ProgramCall::Kind>(kind);
   call.path = json.at("path");

@@ -27,7 +27,8 @@ struct ProgramCall {
     kHeld,
     kCheckPlace,
     kDeleteTool,
-    kCheckFiles
+    kCheckFiles,
+    kStarts
   };
   Kind kind = Kind::kLoad;
   std::string path, text;  ///< kLoad; kMdi, kHeld: the lines; kLoadPlace, kCheckPlace: the record

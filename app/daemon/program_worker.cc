@@ -146,6 +146,9 @@ class ProgramWorker {
       case ProgramCall::Kind::kCheckFiles:
         planner_.check_files();
         return "";
+      case ProgramCall::Kind::kStarts:
+        planner_.starts();
+        return "";
       case ProgramCall::Kind::kCheckPlace:
         planner_.check_place(parse_place(call.text, "the record"), call.q);
         return "";

@@ -28,7 +28,7 @@ void read_reply(const std::string& packet) {
 
 void read_call(const std::string& packet) {
   const ProgramCall call = decode_call(packet);
-  require(call.kind <= ProgramCall::Kind::kCheckFiles, "a kind of call that there is");
+  require(call.kind <= ProgramCall::Kind::kStarts, "a kind of call that there is");
   require(call.q.allFinite(), "places are numbers");
   const std::string written = encode(call);
   require(encode(decode_call(written)) == written, "the same call again");

@@ -125,6 +125,58 @@ class ProgramProcessTest : public testing::Test {
   std::string failure_;
 };
 
+/// The process that makes those that plan: the only child of this one.
+pid_t maker_of_workers() {
+  pid_t maker = 0;
+  std::ifstream(fmt::format("/proc/self/task/{}/children", getpid())) >> maker;
+  return maker;
+}
+
+void expect_no_more_programs(ProgramProcess& process, const std::string& path, const JointVec& q) {
+  for (int i = 0; i < 3; ++i) {
+    try {
+      process.load(path, q);
+      ADD_FAILURE() << "loaded";
+    } catch (const ProgramError& error) {
+      EXPECT_NE(std::string(error.what()).find("restart the daemon"), std::string::npos) << error.what();
+    }
+  }
+}
+
+// Nobody makes another then; the rest of the daemon goes on, and says so.
+TEST_F(ProgramProcessTest, TheMakersEndIsTold) {
+  const std::string path = written("maker.ngc", zigzag(5000));
+  process_.load(path, q_);
+  MotionBlock block;
+  ASSERT_TRUE(take(block));
+  ASSERT_GT(maker_of_workers(), 0);
+  kill(maker_of_workers(), SIGKILL);
+  while (take(block)) continue;
+  EXPECT_NE(failure_.find("restart the daemon"), std::string::npos) << failure_;
+  EXPECT_TRUE(process_.lost());
+  EXPECT_EQ(process_.worker(), 0);
+  expect_no_more_programs(process_, path, q_);
+}
+
+TEST_F(ProgramProcessTest, TheMakersEndEndsALoad) {
+  const std::string path = written("endless.ngc", "G21\no1 while [1 EQ 1]\nG4 P0\no1 endwhile\nM2\n");
+  process_.load(written("short.ngc", zigzag(3)), q_);
+  const pid_t maker = maker_of_workers();
+  std::thread killer([maker] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(100));
+    kill(maker, SIGKILL);
+  });
+  const auto begin = Clock::now();
+  try {
+    process_.load(path, q_);
+  } catch (const ProgramError& error) {
+    EXPECT_NE(std::string(error.what()).find("restart the daemon"), std::string::npos) << error.what();
+  }
+  killer.join();
+  EXPECT_LT(Clock::now() - begin, std::chrono::seconds(20));
+  expect_no_more_programs(process_, path, q_);
+}
+
 TEST_F(ProgramProcessTest, BlocksAreThoseOfOneProcess) {
   const std::string path = written("zigzag.ngc", zigzag(500));
   process_.load(path, q_);

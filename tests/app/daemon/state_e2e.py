@@ -435,6 +435,68 @@ class StateTest(unittest.TestCase):
             for client in crowd + hoard:
                 client.socket.close()
 
+    def test_a_program_that_is_only_loaded_sets_nothing(self):
+        with Shop() as shop:
+            shop.start()
+            shop.ask("offset", "G54", "X", "7")
+            lines = "G21 G90\nG10 L2 P1 X[#5221+10]\nG10 L1 P1 Z55\n#100=[#100+1]\nG1 X0 F3000\nM2\n"
+            part = shop.write("set.ngc", lines)
+            shop.ask("load", part)
+            self.assertEqual((shop.parameter(5221), shop.parameter(100), shop.length(1)), (7, 0, 50))
+            shop.ask("mdi", "G90 G0 X8", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 15, places=6)
+            shop.ask("load", part)
+            shop.ask("jog", "Y", "1", "--wait")
+            shop.ask("start", "--wait")
+            self.assertAlmostEqual(shop.joints()[0], 17, places=6)
+            self.assertEqual((shop.parameter(5221), shop.parameter(100), shop.length(1)), (17, 1, 55))
+
+    def test_a_mistake_behind_a_wait_ends_the_motion_in_order(self):
+        """What the program asks the machine first keeps anybody from reading on before it starts."""
+        with Shop() as shop:
+            shop.start()
+            for repeat, lines, told in ((8, "G64 P5\nG1 X10", "tolerance_mm_max"), (60, "G1 X10000", "limit"),
+                                        (60, "S500 M3\nG33 Z-100 K100", "too slow"), (8, "G1 X10 X20", "X")):
+                moves = f"o1 repeat [{repeat}]\nG1 X50\nG1 X49 Y1\nG1 X48 Y0\no1 endrepeat\n"
+                shop.ask("load", shop.write("late.ngc", f"G21 G90 F6000 G64 P0.01\nM66 P0 L0\n{moves}{lines}\nM2\n"))
+                code, _, err = shop.client("start", "--wait")
+                self.assertEqual(code, 2, f"{lines}: {err}")
+                self.assertIn(told, err)
+                self.assertEqual(shop.until(lambda s: s["state"] != "running")["state"], "idle", err)
+                self.assertEqual({alarm["name"] for alarm in self.alarms(shop)}, {"program"})
+                if "X10000" not in lines:
+                    self.assertAlmostEqual(shop.joints()[0], 48, places=6)
+
+    def test_a_suspended_jog_does_not_begin_again(self):
+        with Shop() as shop:
+            shop.start()
+            client = held_jog(shop, 0, "X", "+")
+            client.send_signal(signal.SIGSTOP)
+            shop.until(lambda s: s["state"] == "idle")
+            stands = shop.joints()[0]
+            time.sleep(0.5)
+            client.send_signal(signal.SIGCONT)
+            _, err = client.communicate(timeout=20)
+            self.assertEqual(client.returncode, 4, err)
+            self.assertIn("this command stood still for", err)
+            self.assertEqual(shop.joints()[0], stands)
+
+    def test_a_step_takes_no_dead_man_from_a_held_jog(self):
+        with Shop() as shop:
+            shop.start()
+            client = held_jog(shop, 0, "X", "+")
+            for step in ("0.1", "-0.1"):
+                code, out, err = shop.client("jog", "X", step)
+                self.assertNotEqual(code, 0)
+                self.assertIn("somebody else holds X", out + err)
+            client.kill()
+            shop.client("jog", "X", "0.1")
+            client.communicate()
+            shop.until(lambda s: s["state"] == "idle")
+            stands = shop.joints()[0]
+            time.sleep(0.5)
+            self.assertEqual(shop.joints()[0], stands)
+
     def test_what_was_mistyped_is_refused_with_words(self):
         with Shop() as shop:
             shop.start()
@@ -478,7 +540,7 @@ class StateTest(unittest.TestCase):
             shop.start()
             client = held_jog(shop, 0, "X", "+")
             code, _, err = shop.client("jog", "X", "-")
-            self.assertEqual((code, "holds X the other way" in err), (5, True), err)
+            self.assertEqual((code, "somebody else holds X" in err), (5, True), err)
             client.send_signal(signal.SIGINT)
             client.communicate(timeout=20)
             shop.until(lambda s: s["state"] == "idle")
