@@ -47,7 +47,10 @@ class MoveCounter : public MoveSink {
     else
       path += tip_way(move);
   }
-  void event(const QueueEvent&, SourceLine) override { ++events; }
+  void event(const QueueEvent& event, SourceLine source) override {
+    if (judge_) judge_->event(event, source);
+    ++events;
+  }
   void stop_judging() { judge_ = nullptr; }
   std::uint64_t moves = 0, traverses = 0, events = 0;
   double path = 0;  ///< of feeds, mm
