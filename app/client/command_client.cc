@@ -117,7 +117,8 @@ std::int64_t CommandClient::expiry_us(const trunnion::command_t& command) {
   }
   const auto since = std::chrono::duration_cast<std::chrono::microseconds>(Clock::now() - clock_heard_);
   // A jog that somebody holds is not begun by what was said while he still held it.
-  const double valid_s = command.alive_ms > 0 ? 1e-3 * command.alive_ms : timeout_s_;
+  const double valid_s =
+      command.alive_ms > 0 ? 1e-3 * command.alive_ms : std::min(timeout_s_, kCommandLifeMax_s);
   return daemon_clock_us_ + since.count() + static_cast<std::int64_t>(valid_s * 1e6);
 }
 

@@ -91,6 +91,10 @@ constexpr const CommandRow* find_command(std::int8_t verb) {
   return known ? &kCommands[static_cast<std::size_t>(verb - trunnion::command_t::LOAD)] : nullptr;
 }
 
+/// A command may be obeyed this long after it was given, at most. Who holds a longer one back could send it
+/// on when nobody thinks of it any more.
+inline constexpr double kCommandLifeMax_s = 60;
+
 /// The greatest value of the setting of that name, from 0; 0: there is none.
 constexpr double setting_max(std::string_view name) {
   for (const CommandRow& row : kCommands)

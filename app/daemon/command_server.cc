@@ -18,6 +18,13 @@ namespace {
 using trunnion::acknowledge_t;
 using Clock = CommandGate::Clock;
 
+constexpr double kClocksApart_s = 1;  // a client counts on by a clock of its own
+
+bool lives_too_long(const trunnion::command_t& command) {
+  constexpr auto kMax_us = static_cast<std::int64_t>(1e6 * (kCommandLifeMax_s + kClocksApart_s));
+  return command.expires_us > daemon_clock_us() + kMax_us;
+}
+
 }  // namespace
 
 CommandServer::CommandServer(LocalServer& socket, const AccessRules& access, const LcmConfig& config,
@@ -50,6 +57,12 @@ void CommandServer::receive_from(const Peer& peer, const trunnion::command_t& co
   }
   if (!admitted) return turn_away(ticket, refusals_.admit(process, Clock::now()));
   if (!may(peer, command, ticket)) return;
+  if (lives_too_long(command))
+    return reply(ticket,
+                 {acknowledge_t::REFUSED,
+                  fmt::format("the command would expire in more than {:g} s, the most that is legal "
+                              "('expires_us' by the daemon's clock); ask for the status, then send it again",
+                              kCommandLifeMax_s)});
   if (waiting_.empty() && ready_()) return obey(command, ticket);
   wait(command, ticket);
 }
@@ -85,7 +98,7 @@ void CommandServer::poll() {
 
 void CommandServer::obey(const trunnion::command_t& command, const Ticket& ticket) {
   const bool expires = command.expires_us != 0 && !makes_safe(command);  // no clock stands before a stop
-  const bool expired = expires && monotonic_us() > command.expires_us;
+  const bool expired = expires && daemon_clock_us() > command.expires_us;
   if (expired)
     return reply(ticket,
                  {acknowledge_t::REFUSED, "the command arrived too late and was not obeyed; send it again"});

@@ -268,7 +268,7 @@ void MachineController::publish_status() {
         fmt::format("the {} override, which is at 0 %", status.override_wanted == 0 ? "feed" : "rapid");
   if (parts_.features) add_features(parts_.features->last(), status);
   status.time_us = unix_time_us();
-  status.clock_us = monotonic_us();
+  status.clock_us = daemon_clock_us();
   status.count = ++status_count_;
   publish(parts_.lcm.status_channel(), status);
 }

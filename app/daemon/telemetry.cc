@@ -108,9 +108,13 @@ std::int64_t unix_time_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
 }
 
-std::int64_t monotonic_us() {
-  const auto now = std::chrono::steady_clock::now().time_since_epoch();
-  return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+std::int64_t daemon_clock_us() {
+  const auto monotonic_us = [] {
+    const auto now = std::chrono::steady_clock::now().time_since_epoch();
+    return std::chrono::duration_cast<std::chrono::microseconds>(now).count();
+  };
+  static const std::int64_t ahead = unix_time_us() - monotonic_us();
+  return monotonic_us() + ahead;
 }
 
 std::string remark_of(std::string_view block) {

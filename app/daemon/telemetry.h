@@ -22,8 +22,10 @@ namespace trn {
 std::int64_t unix_time_us();
 /// As status_t::detour.
 std::string_view detour_name(DetourState state);
-/// A clock of this host that only runs forward, us.
-std::int64_t monotonic_us();
+/// The daemon's own clock, us: Unix time when it is asked first, and from then on CLOCK_MONOTONIC, so that
+/// nobody who sets the host's clock makes it jump. CLOCK_MONOTONIC alone begins anew with every boot: a
+/// command that was held back over one would not have expired.
+std::int64_t daemon_clock_us();
 
 /// What the machine stands and waits for, and who goes on, in words for people; "" if it does not.
 /// `step`: of the report; null: not known.

@@ -18,6 +18,7 @@
 #include <thread>
 #include <vector>
 
+#include "app/client/command_table.h"
 #include "hal/lcm_link.h"
 #include "hal/local_socket.h"
 #include "tests/app/daemon/socket_bench.h"
@@ -172,6 +173,16 @@ TEST_F(Client, WhatMayNotComeLateExpiresOnTheDaemonsClock) {
   EXPECT_LE(expires_s, kTimeout + took_s);
   client.send(command(command_t::STOP));
   EXPECT_EQ(daemon.heard().back().expires_us, 0) << "what makes safe never expires";
+}
+
+TEST_F(Client, AsksForNoLongerLifeThanTheDaemonGrants) {
+  const PlayedDaemon daemon(
+      [](const command_t& heard, int) { return std::vector{answer(heard, acknowledge_t::ACCEPTED)}; });
+  CommandClient client(at(daemon.path(), 3600));
+  const auto begin = Clock::now();
+  client.send(command(command_t::START));
+  const double expires_s = 1e-6 * static_cast<double>(daemon.heard().back().expires_us - kClockUs);
+  EXPECT_LE(expires_s, kCommandLifeMax_s + seconds_since(begin));
 }
 
 TEST_F(Client, WhereNoDaemonIsThereIsNoAnswer) {

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <thread>
 
+#include "app/client/command_table.h"
 #include "app/daemon/telemetry.h"
 #include "app/daemon/worker.h"
 #include "tests/app/daemon/socket_bench.h"
@@ -66,13 +67,13 @@ TEST(CommandServer, ObeysOnceAndAnswersEveryCopy) {
 TEST(CommandServer, RefusesWhatHasExpired) {
   Bench bench;
   command_t late = bench.command(1);
-  late.expires_us = monotonic_us() - 1;
+  late.expires_us = daemon_clock_us() - 1;
   bench.send(late);
   EXPECT_TRUE(bench.obeyed.empty());
   ASSERT_EQ(bench.heard.size(), 1u);
   EXPECT_EQ(bench.heard[0].outcome, +acknowledge_t::REFUSED);
   late.sequence = 2;
-  late.expires_us = monotonic_us() + 10'000'000;
+  late.expires_us = daemon_clock_us() + 10'000'000;
   bench.send(late);
   EXPECT_EQ(bench.obeyed, std::vector<int>{2});
   late.expires_us = 1;
@@ -80,6 +81,28 @@ TEST(CommandServer, RefusesWhatHasExpired) {
   late.sequence = 3;
   bench.send(late);
   EXPECT_EQ(bench.obeyed.back(), 3) << "what makes safe never expires";
+}
+
+// One that lives for days could be held back on the way, and be obeyed after a restart.
+TEST(CommandServer, RefusesWhatWouldExpireInLongerThanAnyClientAsksFor) {
+  constexpr auto kMost_us = static_cast<std::int64_t>(1e6 * kCommandLifeMax_s);
+  Bench bench;
+  command_t command = bench.command(1);
+  command.expires_us = daemon_clock_us() + kMost_us + 5'000'000;
+  bench.send(command);
+  EXPECT_TRUE(bench.obeyed.empty());
+  ASSERT_EQ(bench.heard.size(), 1u);
+  EXPECT_EQ(bench.heard[0].outcome, +acknowledge_t::REFUSED);
+  EXPECT_NE(bench.heard[0].message.find("more than 60 s"), std::string::npos) << bench.heard[0].message;
+  command.sequence = 2;
+  command.expires_us = daemon_clock_us() + kMost_us;
+  bench.send(command);
+  EXPECT_EQ(bench.obeyed, std::vector<int>{2});
+  command.sequence = 3;
+  command.verb = command_t::ESTOP;
+  command.expires_us = daemon_clock_us() + 100 * kMost_us;
+  bench.send(command);
+  EXPECT_EQ(bench.obeyed.back(), 3) << "no clock stands before a stop";
 }
 
 // A client that is hours behind or ahead must be able to stop the machine.
@@ -100,7 +123,7 @@ TEST(CommandServer, WhatMakesTheMachineSaferNeverExpires) {
   Bench bench;
   std::int32_t sequence = 0;
   for (const auto& [verb, value, always] : kCommands)
-    for (const std::int64_t expires_us : {std::int64_t{1}, std::int64_t{-1}, monotonic_us() - 1}) {
+    for (const std::int64_t expires_us : {std::int64_t{1}, std::int64_t{-1}, daemon_clock_us() - 1}) {
       command_t command = bench.command(++sequence);
       command.verb = verb;
       command.value = value;

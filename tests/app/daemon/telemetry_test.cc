@@ -4,6 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdint>
+#include <cstdlib>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -47,6 +49,17 @@ trunnion::status_t told(const std::vector<FeatureDeflection>& features) {
   trunnion::status_t status{};
   add_features(features, status);
   return status;
+}
+
+// A clock that began anew with every boot would let in what was held back over one.
+TEST(DaemonClock, BeginsWithTheTimeOfDayAndRunsForward) {
+  const std::int64_t first = daemon_clock_us();
+  EXPECT_LT(std::abs(first - unix_time_us()), 60'000'000);
+  for (std::int64_t before = first, i = 0; i < 1000; ++i) {
+    const std::int64_t now = daemon_clock_us();
+    EXPECT_GE(now, before);
+    before = now;
+  }
 }
 
 TEST(Features, ComeBackAsTheyWere) {

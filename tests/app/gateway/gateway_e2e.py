@@ -176,6 +176,40 @@ class GatewayTest(unittest.TestCase):
             self.assertEqual(ACCEPTED, site.answer(site.packet(OVERRIDE, 2, value=0.5), 2)[0].outcome)
             self.assertEqual(x, site.motion()[0]["q_setpoint"][0])
 
+    def test_what_was_held_back_over_a_reboot_moves_nothing(self):
+        """Before the reboot the computer has run for thirty days; its clock that only runs forward begins anew."""
+        uptime = ["unshare", "-T", "--monotonic", "2592000", "--fork", "--kill-child=SIGTERM"]
+        if subprocess.run([*uptime, "true"], check=False, capture_output=True).returncode:
+            self.skipTest("'unshare -T' is not allowed here")
+        with Site() as site:
+            binary = daemon_e2e.BINARY
+            daemon_e2e.BINARY = site.write("long_ago.sh", f'#!/bin/sh\nexec {" ".join(uptime)} {binary} "$@"\n')
+            os.chmod(daemon_e2e.BINARY, 0o700)
+            try:
+                site.start_daemon()
+            finally:
+                daemon_e2e.BINARY = binary
+            site.clock_us = site.status()["clock_us"]
+            self.assertGreater(site.clock_us, 1e6 * (time.time() - 10), "else a reboot sets it back")
+            with DaemonSocket.of(site) as local:
+                path = local.socket.getpeername()
+            held = site.packet(MDI, 2, text="G91 G0 X50", expires_s=1.0)
+            site.process.kill()
+            site.process.wait()
+            end = time.time() + 20
+            while os.path.exists(path) and time.time() < end:
+                time.sleep(0.05)
+            time.sleep(1.5)
+            site.start_daemon()
+            site.start_gateway()
+            x = site.motion()[0]["q_setpoint"][0]
+            answer = site.answer(held, 2)[0]
+            self.assertEqual((REFUSED, True), (answer.outcome, "too late" in answer.message), answer.message)
+            site.clock_us += int(1e6 * 86400)
+            answer = site.answer(site.packet(MDI, 3, text="G91 G0 X50"), 3)[0]
+            self.assertEqual((REFUSED, True), (answer.outcome, "more than 60 s" in answer.message), answer.message)
+            self.assertEqual(x, site.motion()[0]["q_setpoint"][0])
+
     def test_the_machine_does_not_notice_that_it_dies(self):
         with Site() as site:
             site.ready()
