@@ -107,17 +107,33 @@ bool Peer::is_in(gid_t group) const { return std::find(groups.begin(), groups.en
 std::string Peer::text() const { return fmt::format("{}, process {}", user, pid); }
 
 LocalServer::LocalServer(const std::string& path, gid_t group, WhenFull when_full)
-    : path_(path), when_full_(when_full), fd_(open_socket(SOCK_NONBLOCK)), buffer_(kDatagramBytesMax) {
+    : path_(path), when_full_(when_full), buffer_(kDatagramBytesMax) {
+  listen_anew(group);
+}
+
+void LocalServer::listen_anew(gid_t group) {
+  const int fd = open_socket(SOCK_NONBLOCK);
+  struct stat info {};
   try {
-    bind_for(fd_, path, group);
+    bind_for(fd, path_, group);
+    if (lstat(path_.c_str(), &info) != 0) throw failure("no socket is at", path_);
   } catch (...) {
-    close(fd_);
+    close(fd);
     throw;
   }
+  if (fd_ >= 0) close(fd_);
+  fd_ = fd;
+  device_ = info.st_dev;
+  inode_ = info.st_ino;
+}
+
+bool LocalServer::holds_path() const {
+  struct stat info {};
+  return lstat(path_.c_str(), &info) == 0 && info.st_dev == device_ && info.st_ino == inode_;
 }
 
 LocalServer::~LocalServer() {
-  unlink(path_.c_str());
+  if (holds_path()) unlink(path_.c_str());
   close(fd_);
   for (const auto& [id, connection] : connections_) close(connection.fd);
 }

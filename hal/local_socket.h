@@ -49,6 +49,7 @@ class LocalServer {
   /// Listens at `path`, where nothing may be but a socket of before, which is removed. `group` may use it
   /// besides this user; -1: nobody else. std::runtime_error with what is wrong.
   LocalServer(const std::string& path, gid_t group, WhenFull when_full = WhenFull::kRefuse);
+  /// Removes the file at `path`, if it still is this server's.
   ~LocalServer();
   LocalServer(const LocalServer&) = delete;
   LocalServer& operator=(const LocalServer&) = delete;
@@ -82,6 +83,12 @@ class LocalServer {
   /// Packets that were no sound message of a channel that is listened to.
   std::uint64_t dropped() const { return dispatcher_.dropped(); }
   const std::string& path() const { return path_; }
+  /// The file at `path` is this server's. If not, somebody has removed or replaced it, and nobody can
+  /// connect.
+  bool holds_path() const;
+  /// Makes a file for this server at `path` again, in the place of any socket that is there; connections
+  /// stay. std::runtime_error.
+  void listen_anew(gid_t group);
 
  private:
   struct Connection {
@@ -101,6 +108,8 @@ class LocalServer {
   std::string path_;
   WhenFull when_full_;
   int fd_ = -1;
+  dev_t device_ = 0;  ///< with the inode: of the socket's file
+  ino_t inode_ = 0;
   std::map<ConnectionId, Connection> connections_;
   ConnectionId last_id_ = 0, sender_ = 0;
   std::uint32_t sequence_ = 0;

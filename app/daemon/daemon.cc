@@ -125,6 +125,8 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
         !told.empty())
       spdlog::warn("{}", told);
     if (LocalServer* safety = parts.door.safety()) safety->handle(0);
+    if (const std::string trouble = parts.door.look(std::chrono::steady_clock::now()); !trouble.empty())
+      controller.tell_trouble("socket", trouble, "no new client can command this daemon");
     for (const auto& work : parts.background) work();
     drain_reports(parts, controller, scope);
     if (signals.taken()) {

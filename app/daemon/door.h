@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 
@@ -23,11 +24,17 @@ class Door {
   LocalServer* safety() { return safety_ ? &*safety_ : nullptr; }
   const AccessRules& access() const { return access_; }
 
+  /// Once a second looks whether clients still find the sockets, and makes one anew that somebody has
+  /// removed. What keeps them out all the same, once each time; "": nothing does.
+  std::string look(std::chrono::steady_clock::time_point now);
+
  private:
   ProcessLock lock_;
   AccessRules access_;
   LocalServer clients_;
   std::optional<LocalServer> safety_;
+  std::chrono::steady_clock::time_point next_look_;
+  std::string told_;  ///< what `look` has told, while it lasts
 };
 
 }  // namespace trn

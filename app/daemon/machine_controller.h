@@ -87,6 +87,9 @@ class MachineController {
   void terminate();
   /// A report of the tick; all of them, in order.
   void report(const CycleReport& report);
+  /// Something that the daemon needs beside the machine does not work: an alarm that stops nothing. `did`:
+  /// what that means.
+  void tell_trouble(const std::string& name, const std::string& text, const std::string& did);
   /// What is due by now: finished jobs, time limits, status and motion messages.
   void poll();
 

@@ -108,6 +108,16 @@ void MachineController::raise(Alarm alarm) {
   status_due_ = true;
 }
 
+void MachineController::tell_trouble(const std::string& name, const std::string& text,
+                                     const std::string& did) {
+  spdlog::error("{}", text);
+  Alarm alarm;
+  alarm.name = name;
+  alarm.text = text;
+  alarm.did = did;
+  raise(std::move(alarm));
+}
+
 void MachineController::raise_fault(Fault fault, MachineState before) {
   if (fault == Fault::kOk) return;
   std::string joint, detail;
@@ -194,14 +204,7 @@ void MachineController::add_progress(trunnion::status_t& status) {
 void MachineController::keep_counters() {
   counters_.poll();
   const std::string trouble = counters_.take_trouble();
-  if (!trouble.empty()) {
-    spdlog::error("{}", trouble);
-    Alarm alarm;
-    alarm.name = "counters";
-    alarm.text = trouble;
-    alarm.did = "parts and run time are not kept";
-    raise(std::move(alarm));
-  }
+  if (!trouble.empty()) tell_trouble("counters", trouble, "parts and run time are not kept");
   if (!parts_ticket_ || (trouble.empty() && !counters_.parts_are_kept())) return;
   const Ticket ticket = *std::exchange(parts_ticket_, std::nullopt);
   if (trouble.empty()) return commands_.finish(ticket, accepted());

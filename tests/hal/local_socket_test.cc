@@ -205,6 +205,37 @@ TEST(LocalSocket, TakesThePlaceOfAnOldSocketAndOfNothingElse) {
   EXPECT_THROW(LocalServer("/tmp/" + std::string(120, 'x'), kNobody), std::runtime_error) << "too long";
 }
 
+// A server that ends must not take away the file of the one that came in its place.
+TEST(LocalSocket, RemovesItsOwnFileAndNoOther) {
+  const std::string path = path_of_test();
+  auto first = std::make_unique<LocalServer>(path, kNobody);
+  EXPECT_TRUE(first->holds_path());
+  auto second = std::make_unique<LocalServer>(path, kNobody);
+  EXPECT_FALSE(first->holds_path());
+  first.reset();
+  EXPECT_TRUE(second->holds_path());
+  EXPECT_NO_THROW(LocalClient{path});
+  second.reset();
+  EXPECT_THROW(LocalClient{path}, std::system_error);
+  EXPECT_NE(unlink(path.c_str()), 0) << "the last one has removed its own";
+}
+
+TEST(LocalSocket, WhoseFileIsRemovedListensAnewAndKeepsItsConnections) {
+  Bench bench;
+  LocalClient before(bench.server.path());
+  bench.server.handle(0);
+  ASSERT_EQ(unlink(bench.server.path().c_str()), 0);
+  EXPECT_FALSE(bench.server.holds_path());
+  EXPECT_THROW(LocalClient{bench.server.path()}, std::system_error);
+  bench.server.listen_anew(kNobody);
+  EXPECT_TRUE(bench.server.holds_path());
+  LocalClient after(bench.server.path());
+  before.publish("c", command(1));
+  after.publish("c", command(2));
+  while (bench.server.handle(0)) continue;
+  EXPECT_EQ(bench.heard, (std::vector<std::int32_t>{1, 2}));
+}
+
 // Short: 20,000; TRN_LONG: as many as it says.
 TEST(LocalSocket, HostilePacketsEndNothing) {
   LocalServer server(path_of_test(), kNobody);

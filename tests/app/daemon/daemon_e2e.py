@@ -14,6 +14,7 @@ import os
 import pathlib
 import re
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -404,6 +405,32 @@ class DaemonTest(unittest.TestCase):
             bench.process.kill()
             bench.process.wait()
             bench.start_daemon()
+
+    def test_a_removed_socket_is_made_anew(self):
+        with Bench() as bench:
+            bench.start_daemon()
+            with DaemonSocket.of(bench) as client:
+                path = client.socket.getpeername()
+                for name in (path, path + ".safety"):
+                    os.unlink(name)
+                end = time.time() + 20
+                while not (os.path.exists(path) and os.path.exists(path + ".safety")) and time.time() < end:
+                    time.sleep(0.05)
+                bench.ask("mdi", "G0 X1", "--wait")
+                self.assertTrue(client.hear(0.5, "status"), "who was there before hears it still")
+            self.assertIn(f"{path} was removed", bench.log_text())
+            # Another daemon in its place is left alone, also at the end, and told.
+            with socket.socket(socket.AF_UNIX, socket.SOCK_SEQPACKET) as other:
+                other.bind(path + ".new")
+                other.listen()
+                os.rename(path + ".new", path)
+                end = time.time() + 20
+                while "listens there now" not in bench.log_text() and time.time() < end:
+                    time.sleep(0.05)
+                self.assertIn(f"process {os.getpid()} listens there now", bench.log_text())
+                inode = os.stat(path).st_ino
+                self.assertEqual(bench.end(), 0)
+                self.assertEqual(os.stat(path).st_ino, inode)
 
     def test_a_repeated_packet_acts_once(self):
         with Bench() as bench:

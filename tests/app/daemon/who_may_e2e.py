@@ -87,6 +87,16 @@ class WhoMay(unittest.TestCase):
                               check=False)
         self.assertEqual(done.returncode, 0, "root in another network: the socket is a file")
 
+    def test_a_stranger_starts_no_second_daemon(self):
+        become = ["setpriv", f"--reuid={STRANGER}", f"--regid={STRANGER}", "--clear-groups"]
+        second = subprocess.run([*become, self.binary, "daemon", "--machine", self.config], capture_output=True,
+                                text=True, timeout=60, check=False, cwd=self.folder.name)
+        self.assertEqual(second.returncode, 4, second.stderr)
+        self.assertIn("is already run", second.stderr)
+        self.assertIn("user root", second.stderr)
+        self.assertIn(self.path, second.stderr)
+        self.stands()
+
     def test_each_group_may_do_its_part(self):
         look, operate, set_up = [DAEMON], [DAEMON, BIN], [DAEMON, BIN, SYS]
         matrix = [(("status",), look), (("hold",), look), (("override", "0"), look),
