@@ -14,6 +14,7 @@
 #include "app/daemon/door.h"
 #include "app/daemon/place_keeper.h"
 #include "app/daemon/privileges.h"
+#include "app/daemon/process_lock.h"
 #include "app/daemon/program_process.h"
 #include "app/daemon/rate_planner_thread.h"
 #include "app/session/assembly.h"
@@ -105,6 +106,10 @@ void run_machine(const DaemonOptions& options) {
                           kQueueBlocks);  // before threads and sockets
   Assembly assembly = assemble(config, Field::kReal);
   Door door(assembly.machine.name, assembly.access);
+  const TableLock vars_lock(options.vars, assembly.machine.name);
+  const TableLock tools_lock(options.tools, assembly.machine.name);
+  for (const TableLock* lock : {&vars_lock, &tools_lock})
+    if (!lock->missing().empty()) spdlog::info("{}", lock->missing());
   Rights rights;
   rights.write_folders = write_folders(options, door);
   for (const std::string& bad : give_up_privileges(rights)) spdlog::warn("{}", bad);

@@ -13,6 +13,7 @@ import math
 import os
 import pathlib
 import re
+import shutil
 import signal
 import socket
 import subprocess
@@ -539,7 +540,9 @@ class DaemonTest(unittest.TestCase):
             self.assertEqual([i for i, (a, b) in enumerate(zip(first, second)) if a != b], [], "periods that differ")
 
     def test_daemon_sends_the_same_bits_as_run(self):
-        tools = ("--tools", os.path.join(SOURCE, "examples/tools.tbl"))
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        tools = ("--tools", shutil.copy(os.path.join(SOURCE, "examples/tools.tbl"), folder.name))
         for name, program, options, extra in (("three axes", PROGRAM, (), ""), ("RTCP", five_axis_program(), tools, ""),
                                               ("switched corrections", SWITCHING_PROGRAM, (), CORRECTIONS)):
             with self.subTest(name):
