@@ -66,4 +66,19 @@ std::string read_plain_file(const std::string& path, std::size_t bytes_max) {
       "this file has more than {} MB, the most that is legal; is it the right one?", bytes_max >> 20));
 }
 
+int open_to_write(const std::string& path, unsigned mode) {
+  const int fd = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC | O_NONBLOCK | O_NOCTTY, mode);
+  if (fd < 0 && errno == ENXIO)
+    throw PlainFileError("this is a pipe or a socket that nobody reads; name a file on a disk");
+  if (fd < 0) throw PlainFileError(fmt::format("cannot write this file: {}", std::strerror(errno)));
+  // Only the opening must not wait.
+  ::fcntl(fd, F_SETFL, ::fcntl(fd, F_GETFL) & ~O_NONBLOCK);
+  return fd;
+}
+
+bool is_pipe(const std::string& path) {
+  struct stat info {};
+  return ::stat(path.c_str(), &info) == 0 && S_ISFIFO(info.st_mode);
+}
+
 }  // namespace trn

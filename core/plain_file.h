@@ -16,4 +16,12 @@ struct PlainFileError : std::runtime_error {
 /// more than `bytes_max`.
 std::string read_plain_file(const std::string& path, std::size_t bytes_max);
 
+/// Opens `path` for writing, emptied or made anew (with `mode`), and waits for nobody: a pipe that nobody
+/// reads is refused at once, as is everything that cannot be written. PlainFileError; else the descriptor,
+/// which is the caller's.
+int open_to_write(const std::string& path, unsigned mode);
+
+/// True for a pipe: whoever writes there waits for its reader.
+bool is_pipe(const std::string& path);
+
 }  // namespace trn

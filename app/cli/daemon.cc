@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@
 #include "app/session/session_log.h"
 #include "app/session/trace.h"
 #include "core/config.h"
+#include "core/plain_file.h"
 #include "core/safe_file.h"
 #include "interp/gcode/parameter_file.h"
 #include "interp/gcode/parameters.h"
@@ -127,6 +129,11 @@ void run_machine(const DaemonOptions& options) {
   FeatureRecorder* const features = assembly.corrections.setpoint->deflection() ? &recorder : nullptr;
   programs.tell(log.get(), features, ProgramSwitches::of(assembly));
   std::unique_ptr<TraceWriter> record;
+  if (is_pipe(options.record))
+    throw std::runtime_error(
+        fmt::format("{}: --record cannot write into a pipe, whose reader would keep the daemon waiting; name "
+                    "a file on a disk",
+                    options.record));
   if (!options.record.empty())
     record = std::make_unique<TraceWriter>(options.record, assembly.machine, *assembly.map,
                                            *assembly.corrections.setpoint, false, true);

@@ -3,11 +3,14 @@
 #include <fmt/format.h>
 
 #include <cmath>
+#include <cstddef>
 #include <exception>
 #include <filesystem>
-#include <fstream>
+#include <sstream>
+#include <system_error>
 #include <utility>
 
+#include "core/plain_file.h"
 #include "core/safe_file.h"
 
 namespace trn {
@@ -15,13 +18,20 @@ namespace trn {
 namespace {
 
 constexpr auto kRetry = std::chrono::seconds(10);
+constexpr std::size_t kBytesMax = std::size_t{1} << 20;
 
 std::string text_of(const RunCounters::Values& values) {
   return fmt::format("parts {}\nrun_s {:.3f}\n", values.parts, values.run_s);
 }
 
+bool is_there(const std::string& file) {
+  std::error_code none;
+  return std::filesystem::exists(std::filesystem::symlink_status(file, none));
+}
+
+// PlainFileError where nothing can be read.
 bool read(const std::string& file, RunCounters::Values& values) {
-  std::ifstream in(file);
+  std::istringstream in(read_plain_file(file, kBytesMax));
   std::string parts, run;
   RunCounters::Values found;
   in >> parts >> found.parts >> run >> found.run_s;
@@ -35,12 +45,14 @@ bool read(const std::string& file, RunCounters::Values& values) {
 }  // namespace
 
 RunCounters::RunCounters(std::string file) : file_(std::move(file)) {
-  if (file_.empty() || !std::filesystem::exists(file_) || read(file_, now_)) {
-    kept_ = now_;
-  } else {
-    trouble_ = file_ + ": has no counters ('parts 12', 'run_s 345.6'); remove it, then restart the daemon";
-    file_.clear();
+  try {
+    if (!file_.empty() && is_there(file_) && !read(file_, now_))
+      trouble_ = "has no counters ('parts 12', 'run_s 345.6'); remove it, then restart the daemon";
+  } catch (const PlainFileError& error) {
+    trouble_ = error.what() + std::string("; remove it, then restart the daemon");
   }
+  kept_ = now_;
+  if (!trouble_.empty()) trouble_ = std::exchange(file_, "") + ": " + trouble_;
   if (!file_.empty()) disk_ = std::make_unique<Worker>();
 }
 

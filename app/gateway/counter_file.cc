@@ -7,13 +7,14 @@
 
 #include <algorithm>
 #include <cerrno>
+#include <cstddef>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "core/plain_file.h"
 #include "core/safe_file.h"
 
 namespace trn {
@@ -22,6 +23,15 @@ namespace {
 
 constexpr const char* kHead = "counters of machine";
 constexpr const char* kEnd = "end";
+constexpr std::size_t kBytesMax = std::size_t{1} << 20;
+
+std::string text_of(const std::string& path) {
+  try {
+    return read_plain_file(path, kBytesMax);
+  } catch (const PlainFileError& error) {
+    throw std::runtime_error(fmt::format("{}: {}", path, error.what()));
+  }
+}
 
 }  // namespace
 
@@ -52,7 +62,7 @@ void CounterFile::lock() {
 void CounterFile::read() {
   new_ = !std::filesystem::exists(std::filesystem::symlink_status(path_));
   if (new_) return;
-  std::ifstream file(path_);
+  std::istringstream file(text_of(path_));
   std::string line;
   const bool ours = std::getline(file, line) && line == fmt::format("{} {}", kHead, machine_);
   bool sound = ours, ended = false;
@@ -64,7 +74,7 @@ void CounterFile::read() {
     sound = ended || ((words >> key >> counter) && !(words >> rest) && counter > 0);
     if (sound && !ended) counters_[key] = counter;
   }
-  if (sound && ended && file.peek() == std::ifstream::traits_type::eof()) return;
+  if (sound && ended && file.peek() == std::istringstream::traits_type::eof()) return;
   throw std::runtime_error(fmt::format(
       "{}: these are no counters of machine '{}'. Without them commands that were sent before can be "
       "sent again by anybody who heard them: give all keys new ones ('trunnion key make'), then remove "

@@ -1,12 +1,14 @@
 #include "app/session/trace.h"
 
 #include <fmt/format.h>
+#include <unistd.h>
 
 #include <cerrno>
 #include <cstring>
 #include <stdexcept>
 
 #include "core/axes.h"
+#include "core/plain_file.h"
 
 namespace trn {
 
@@ -21,6 +23,18 @@ std::string correction_columns(const Machine& machine, const SetpointChain& chai
   return out;
 }
 
+std::FILE* open_trace(const std::string& path) {
+  constexpr unsigned kMode = 0666;  // as the user's mask leaves it
+  try {
+    const int fd = open_to_write(path, kMode);
+    if (std::FILE* const file = fdopen(fd, "w")) return file;
+    close(fd);
+    throw PlainFileError(std::strerror(errno));
+  } catch (const PlainFileError& error) {
+    throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, error.what()));
+  }
+}
+
 }  // namespace
 
 TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const MachineJointMap& map,
@@ -31,9 +45,7 @@ TraceWriter::TraceWriter(const std::string& path, const Machine& machine, const 
       corrections_(corrections),
       pieces_(pieces),
       period_s_(machine.period_s),
-      file_(std::fopen(path.c_str(), "w")) {
-  if (!file_)
-    throw std::runtime_error(fmt::format("{}: cannot write the trace: {}", path, std::strerror(errno)));
+      file_(open_trace(path)) {
   std::string header = "t_s";
   for (const Joint& joint : machine.joints) header += "," + joint.name;
   header += ",p_x,p_y,p_z,u_i,u_j,u_k,line";

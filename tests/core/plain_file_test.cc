@@ -1,5 +1,6 @@
 #include "core/plain_file.h"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -56,6 +57,30 @@ TEST_F(PlainFile, WhatIsNoRegularFileIsRefusedAtOnce) {
   EXPECT_EQ(why(""), "cannot read this file: No such file or directory");
   std::ofstream(path("f")) << "x";
   EXPECT_EQ(why(path("f") + std::string("\0.toml", 6)), "a file's name has no byte 0");
+}
+
+// Opened as usual, the pipe would wait for its reader.
+TEST_F(PlainFile, APipeThatNobodyReadsIsNotWaitedFor) {
+  const auto refusal = [](const std::string& path) -> std::string {
+    try {
+      ::close(open_to_write(path, 0640));
+    } catch (const PlainFileError& error) {
+      return error.what();
+    }
+    return "";
+  };
+  ASSERT_EQ(::mkfifo(path("pipe").c_str(), 0600), 0);
+  EXPECT_TRUE(is_pipe(path("pipe")));
+  EXPECT_NE(refusal(path("pipe")).find("nobody reads"), std::string::npos);
+  const int reader = ::open(path("pipe").c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+  EXPECT_EQ(refusal(path("pipe")), "") << "somebody reads it";
+  ::close(reader);
+  EXPECT_NE(refusal(folder_).find("Is a directory"), std::string::npos);
+  std::ofstream(path("f")) << "old";
+  EXPECT_EQ(refusal(path("f")), "");
+  EXPECT_EQ(fs::file_size(path("f")), 0u);
+  EXPECT_FALSE(is_pipe(path("f")));
+  EXPECT_FALSE(is_pipe(path("none")));
 }
 
 TEST_F(PlainFile, TheMostIsTheMost) {

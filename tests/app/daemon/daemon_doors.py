@@ -156,6 +156,21 @@ class Doors(unittest.TestCase):
                     bench.ask("reset", "--wait")
             self.assertEqual(bench.end(), 0)
 
+    def test_it_waits_at_no_pipe_when_it_starts(self):
+        with Bench() as bench:
+            variables = bench.write("m.var", "")
+            os.mkfifo(variables + ".counters")
+            bench.start_daemon("--vars", variables)
+            self.assertIn("m.var.counters: this is no regular file but a pipe", bench.log_text())
+            self.assertIn("counters", bench.status()["alarm"])
+            self.assertEqual(bench.end(), 0)
+            record = os.path.join(bench.folder.name, "record")
+            os.mkfifo(record)
+            refused = subprocess.run([daemon_e2e.BINARY, "daemon", "--machine", bench.config, "--record", record],
+                                     capture_output=True, text=True, timeout=20, check=False)
+            self.assertIn(f"{record}: --record cannot write into a pipe", refused.stderr)
+            self.assertNotEqual(refused.returncode, 0)
+
     def test_a_load_of_what_is_no_file_fails_at_once(self):
         with Bench() as bench:
             bench.start_daemon()

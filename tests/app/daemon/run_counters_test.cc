@@ -1,6 +1,7 @@
 #include "app/daemon/run_counters.h"
 
 #include <gtest/gtest.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <chrono>
@@ -83,6 +84,21 @@ TEST(RunCounters, LeaveAloneWhatTheyDoNotUnderstand) {
     }
     EXPECT_EQ(read_text_file(file), text);
   }
+}
+
+// Opened as a file, it would wait for somebody who writes there.
+TEST(RunCounters, DoNotWaitAtAPipe) {
+  const std::string file = fresh("f.counters");
+  ASSERT_EQ(mkfifo(file.c_str(), 0600), 0);
+  {
+    RunCounters counters(file);
+    const std::string trouble = counters.take_trouble();
+    EXPECT_EQ(trouble.find(file + ": this is no regular file but a pipe"), 0u) << trouble;
+    counters.part_made();
+    counters.poll();
+    EXPECT_EQ(counters.parts(), 1) << "in memory";
+  }
+  std::remove(file.c_str());
 }
 
 TEST(RunCounters, TellADiskThatTakesNothing) {

@@ -79,6 +79,17 @@ TEST_F(Counters, DamagedAreRefused) {
   EXPECT_EQ(CounterFile(path(), "mill").last("anna"), 7000);
 }
 
+TEST_F(Counters, APipeInTheirPlaceIsNotWaitedFor) {
+  ASSERT_EQ(mkfifo(path().c_str(), 0600), 0);
+  try {
+    const CounterFile file(path(), "mill");
+    FAIL();
+  } catch (const std::runtime_error& error) {
+    EXPECT_EQ(std::string(error.what()).find(path() + ": this is no regular file but a pipe"), 0u)
+        << error.what();
+  }
+}
+
 TEST_F(Counters, BelongToOneGatewayAtATime) {
   {
     const CounterFile first(path(), "mill");
