@@ -30,6 +30,9 @@ ToolTable tools_of(const ReplayOptions& options, const SessionHead& head) {
 
 Exit replay_session(const ReplayOptions& options) {
   const Session session = read_session(options.log);
+  if (session.torn_line > 0)
+    fmt::print(stderr, "{}:{}: the last line is cut off, as by a power cut; it is left out\n", options.log,
+               session.torn_line);
   const auto chosen = [](const std::string& ours, const std::string& logged) {
     return ours.empty() ? logged : ours;
   };
@@ -44,6 +47,12 @@ Exit replay_session(const ReplayOptions& options) {
                     !session.head.run);
   const ReplayResult result = replay(session, assembly, parameters, tools, trace);
   trace.close();
+  if (const auto& gap = result.gap)
+    fmt::print(stderr,
+               "{}: from period {} to {}, {} entries could not be written; what happened from there on is "
+               "not known, "
+               "and the replay ends\n",
+               options.log, gap->since, gap->period, gap->lost);
   fmt::print("{} entries, {} periods, {} starvations, fault {}: {}\n", session.entries.size(), result.periods,
              result.starvations, fault_info(result.fault).name, options.trace);
   return Exit::kDone;

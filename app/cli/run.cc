@@ -7,6 +7,7 @@
 #include <fstream>
 #include <memory>
 #include <optional>
+#include <stdexcept>
 #include <string_view>
 
 #include "app/cli/browser.h"
@@ -256,6 +257,8 @@ Exit simulate_program(const RunOptions& options, Assembly& assembly) {
   if (!options.pictures.empty() && checked.endless == 0) plan = plan_of(options, assembly);
   const SimulationResult result = simulate(assembly, begin.parameters, tools, simulation);
   if (trace) trace->close();
+  if (const std::string trouble = log ? log->take_trouble() : ""; !trouble.empty())
+    throw std::runtime_error(trouble);
   if (!options.pictures.empty())
     write_run_pictures(options.pictures, options.program, assembly.machine, recorder.bins(), result);
   if (plan && write_run_page(options.pictures, options.program, assembly.machine, *plan) && !options.json)

@@ -127,6 +127,8 @@ void serve(const DaemonParts& parts, LocalServer& clients, const TickThread& thr
     if (LocalServer* safety = parts.door.safety()) safety->handle(0);
     if (const std::string trouble = parts.door.look(std::chrono::steady_clock::now()); !trouble.empty())
       controller.tell_trouble("socket", trouble, "no new client can command this daemon");
+    if (const std::string trouble = parts.log ? parts.log->take_trouble() : ""; !trouble.empty())
+      controller.tell_trouble("session_log", trouble, "the session's log is not whole");
     for (const auto& work : parts.background) work();
     drain_reports(parts, controller, scope);
     if (signals.taken()) {

@@ -160,8 +160,12 @@ class Replay {
 
   ReplayResult run() {
     const std::uint64_t last = entries_.empty() ? 0 : entries_.back().period, first = first_period();
-    for (std::uint64_t period = 0; period <= last || (goes_on() && period < last + kPeriodsAfterMax);
-         ++period) {
+    const auto is_gap = [](const SessionEntry& entry) { return entry.kind == Kind::kGap; };
+    const auto gap = std::find_if(entries_.begin(), entries_.end(), is_gap);
+    const bool whole = gap == entries_.end();
+    const std::uint64_t most = last + kPeriodsAfterMax, end = whole ? most : std::min(most, gap->since);
+    if (!whole) result_.gap = *gap;
+    for (std::uint64_t period = 0; period < end && (period <= last || goes_on()); ++period) {
       obey(period);
       fill(period);
       cycle_.tick();

@@ -7,9 +7,11 @@
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <sstream>
 #include <stdexcept>
+#include <utility>
 
 #include "app/session/block_delete_json.h"
 #include "app/session/feature_report.h"
@@ -29,13 +31,14 @@ using Json = nlohmann::json;
 using Kind = SessionEntry::Kind;
 
 constexpr int kLogsMax = 100'000;
+constexpr auto kTryAgain = std::chrono::seconds(1);
 
 // In the order of the enumerations.
-constexpr const char* kEntryNames[] = {"program", "command", "low",          "stands",     "fault",
-                                       "inputs",  "answer",  "sensor",       "rate_plans", "features",
-                                       "drives",  "held",    "block_delete", "delete_tool"};
+constexpr const char* kEntryNames[] = {"program", "command", "low",          "stands",      "fault",
+                                       "inputs",  "answer",  "sensor",       "rate_plans",  "features",
+                                       "drives",  "held",    "block_delete", "delete_tool", "gap"};
 constexpr const char* kDriveNames[] = {"off", "starting", "enabled", "homing", "quick_stop", "fault", "lost"};
-static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kDeleteTool) + 1);
+static_assert(std::size(kEntryNames) == static_cast<std::size_t>(Kind::kGap) + 1);
 static_assert(std::size(kDriveNames) == static_cast<std::size_t>(DriveState::kLost) + 1);
 
 template <typename Vector>
@@ -135,6 +138,10 @@ Json to_json(const SessionEntry& entry) {
   }
   if (entry.kind == Kind::kDeleteTool) json["tool"] = entry.tool;
   if (entry.kind == Kind::kBlockDelete) json["changes"] = changes_json({entry.change});
+  if (entry.kind == Kind::kGap) {
+    json["since"] = entry.since;
+    json["lost"] = entry.lost;
+  }
   if (entry.kind != Kind::kCommand) return json;
   TRN_CHECK(entry.command.kind < RtCommand::Kind::kCount);
   json["command"] = kTickCommands[static_cast<std::size_t>(entry.command.kind)].name;
@@ -210,6 +217,10 @@ SessionEntry from_json(const Json& json) {
     entry.held = {whole<std::uint64_t>(json.at("block")), json.at("text").get<std::string>(),
                   json.at("at").get<std::array<double, 6>>()};
   if (entry.kind == Kind::kDeleteTool) entry.tool = whole<int>(json.at("tool"));
+  if (entry.kind == Kind::kGap) {
+    entry.since = whole<std::uint64_t>(json.at("since"));
+    entry.lost = whole<std::uint64_t>(json.at("lost"));
+  }
   if (entry.kind == Kind::kBlockDelete) {
     const std::vector<BlockDeleteChange> changes = changes_from(json.at("changes"));
     if (changes.size() != 1) throw std::runtime_error("one change of the block delete");
@@ -249,9 +260,41 @@ SessionHead session_head(const std::string& machine, const std::string& tools, c
   return {machine, tools, vars, run, content(tools), content(vars)};
 }
 
-SessionLog::SessionLog(const std::string& path, const SessionHead& head) : out_(path) {
-  if (!out_) throw std::runtime_error(fmt::format("{}: cannot write the session's log", path));
-  out_ << one_line(to_json(head)) << std::endl;
+SessionLog::SessionLog(const std::string& path, const SessionHead& head)
+    : file_(path), head_(one_line(to_json(head))) {
+  if (file_.put(head_))
+    head_.clear();
+  else
+    begin_gap(0);
+}
+
+SessionLog::~SessionLog() {
+  if (gap_) end_gap(next_period_);
+}
+
+void SessionLog::begin_gap(std::uint64_t period) {
+  gap_.emplace();
+  gap_->kind = Kind::kGap;
+  gap_->since = period;
+  next_try_ = std::chrono::steady_clock::now() + kTryAgain;
+  trouble_ = fmt::format(
+      "{}: {}; what operator and drives do is not recorded until there is room again, and 'replay' ends here",
+      file_.path(), file_.why());
+}
+
+// The mark, and before it the head where not even that could be written.
+bool SessionLog::end_gap(std::uint64_t period) {
+  if (!head_.empty() && !file_.put(head_)) return false;
+  head_.clear();
+  gap_->period = period;
+  if (!file_.put(one_line(to_json(*gap_)))) return false;
+  gap_.reset();
+  return true;
+}
+
+std::string SessionLog::take_trouble() {
+  const std::lock_guard lock(mutex_);
+  return std::exchange(trouble_, "");
 }
 
 void SessionLog::program(const ProgramStart& start) {
@@ -367,7 +410,15 @@ void SessionLog::features(const std::vector<FeatureDeflection>& features) {
   write(entry);
 }
 
-void SessionLog::write(const SessionEntry& entry) { out_ << one_line(to_json(entry)) << std::endl; }
+void SessionLog::write(const SessionEntry& entry) {
+  if (gap_ && std::chrono::steady_clock::now() >= next_try_) {
+    next_try_ = std::chrono::steady_clock::now() + kTryAgain;
+    end_gap(entry.period);
+  }
+  if (!gap_ && file_.put(one_line(to_json(entry)))) return;
+  if (!gap_) begin_gap(entry.period);
+  ++gap_->lost;
+}
 
 std::string session_text(const Session& session) {
   std::string text = one_line(to_json(session.head)) + "\n";
@@ -380,6 +431,12 @@ Session parse_session(std::string_view text, const std::string& name) {
   Session session;
   std::string row;
   for (int line = 1; std::getline(in, row); ++line) {
+    const bool cut_off =
+        line > 1 && in.eof() && !Json::accept(row);  // whoever wrote it had no time for its end
+    if (cut_off) {
+      session.torn_line = line;
+      break;
+    }
     try {
       const Json json = Json::parse(row);
       if (line == 1)

@@ -1,8 +1,8 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <deque>
-#include <fstream>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "app/session/feature_meter.h"
+#include "app/session/line_file.h"
 #include "app/session/pipeline.h"
 #include "compensation/sensor_board.h"
 #include "core/axes.h"
@@ -37,7 +38,8 @@ struct SessionEntry {
     kDrives,       ///< the drives follow no setpoints any more: they are in state `drives`
     kHeld,         ///< the operator has set offsets or tools while the program waited: `held`
     kBlockDelete,  ///< switched for what is read of the program behind `change`
-    kDeleteTool    ///< the tool with the number `tool` has left the table
+    kDeleteTool,   ///< the tool with the number `tool` has left the table
+    kGap           ///< `lost` entries before it, from the period `since` on, could not be written
   };
   Kind kind = Kind::kCommand;
   std::uint64_t period = 0;
@@ -56,6 +58,7 @@ struct SessionEntry {
   BlockDeleteChange change;
   HeldLines held;
   int tool = 0;
+  std::uint64_t since = 0, lost = 0;
 };
 
 /// What a session was made with; paths as given.
@@ -74,11 +77,16 @@ SessionHead session_head(const std::string& machine, const std::string& tools, c
                          bool run);
 
 /// Records a session as JSON lines: a head, then its entries in order. With the program files it gives the
-/// setpoints again, bit for bit (`trunnion replay`).
+/// setpoints again, bit for bit (`trunnion replay`). What a full disk does not take is lost; where there is
+/// room again, the log goes on behind a mark that says so.
 class SessionLog {
  public:
   /// std::runtime_error if the file cannot be written.
   SessionLog(const std::string& path, const SessionHead& head);
+  /// Marks a gap that is open, if there is room.
+  ~SessionLog();
+  SessionLog(const SessionLog&) = delete;
+  SessionLog& operator=(const SessionLog&) = delete;
 
   /// From any thread, before the program's first block.
   void program(const ProgramStart& start);
@@ -92,14 +100,23 @@ class SessionLog {
   /// From the same thread, behind the report with the program's end.
   void features(const std::vector<FeatureDeflection>& features);
 
+  /// Why entries are being lost, once for each gap; "": none are, or it was told. From any thread.
+  std::string take_trouble();
+
  private:
   void write(const SessionEntry& entry);
   void write_now(SessionEntry& entry);
+  void begin_gap(std::uint64_t period);
+  bool end_gap(std::uint64_t period);
   void report_drives(const CycleReport& report);
   void report_io(const CycleReport& report);
 
   std::mutex mutex_;
-  std::ofstream out_;
+  LineFile file_;
+  std::string head_;                 ///< that is still to be written; "": it is
+  std::optional<SessionEntry> gap_;  ///< entries are being lost since then
+  std::string trouble_;
+  std::chrono::steady_clock::time_point next_try_;
   std::deque<RtCommand> open_;  ///< posted, not yet obeyed
   CycleReport last_;
   std::uint64_t next_period_ = 0;  ///< the first one of which no report has come
@@ -109,10 +126,12 @@ class SessionLog {
 struct Session {
   SessionHead head;
   std::vector<SessionEntry> entries;
+  int torn_line = 0;  ///< the last one, cut off as by a power cut, and left out; 0: it is whole
 };
 /// As `SessionLog` writes it.
 std::string session_text(const Session& session);
-/// Reads a log, `text` of the file `name`. ProgramError "file:line: what" where it is not one.
+/// Reads a log, `text` of the file `name`. ProgramError "file:line: what" where it is not one. A last line
+/// that is cut off is no error.
 Session parse_session(std::string_view text, const std::string& name);
 /// The same from the file itself; ProgramError if it cannot be read.
 Session read_session(const std::string& path);

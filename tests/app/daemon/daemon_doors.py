@@ -10,6 +10,7 @@ import contextlib
 import os
 import random
 import re
+import resource
 import signal
 import socket
 import struct
@@ -170,6 +171,43 @@ class Doors(unittest.TestCase):
                                      capture_output=True, text=True, timeout=20, check=False)
             self.assertIn(f"{record}: --record cannot write into a pipe", refused.stderr)
             self.assertNotEqual(refused.returncode, 0)
+
+    def test_a_full_disk_is_told_and_leaves_a_mark_in_the_log(self):
+        """A limit of the files' size stands for the full disk; the log's head makes its file the longest."""
+        with Bench() as bench:
+            log = os.path.join(bench.folder.name, "m.log")
+            tools = bench.write("tools.tbl", "T1 P1 Z+50\n" + "; nothing but a remark\n" * 10000)
+            binary = daemon_e2e.BINARY
+            daemon_e2e.BINARY = bench.write("patient.sh", f'#!/bin/sh\ntrap "" XFSZ\nexec {binary} "$@"\n')
+            os.chmod(daemon_e2e.BINARY, 0o700)
+            try:
+                bench.start_daemon("--log", log, "--tools", tools)
+            finally:
+                daemon_e2e.BINARY = binary
+            bench.ask("mdi", "G0 X1", "--wait")
+            limits = resource.prlimit(bench.process.pid, resource.RLIMIT_FSIZE)
+            resource.prlimit(bench.process.pid, resource.RLIMIT_FSIZE, (os.path.getsize(log) + 10, limits[1]))
+            bench.ask("mdi", "G0 X2", "--wait")
+            self.assertIn("session_log: ", bench.until(lambda s: s["alarm"])["alarm"])
+            resource.prlimit(bench.process.pid, resource.RLIMIT_FSIZE, limits)
+            time.sleep(1.2)
+            bench.ask("mdi", "G0 X3", "--wait")
+            self.assertEqual(bench.end(), 0)
+            self.assertEqual(bench.log_text().count("not recorded until there is room"), 1)
+            trace = os.path.join(bench.folder.name, "again.csv")
+            replay = [binary, "replay", log, "--trace", trace]
+            done = subprocess.run(replay, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertRegex(done.stderr, r"from period \d+ to \d+, \d+ entries could not be written")
+            with open(trace, encoding="ascii") as file:
+                self.assertAlmostEqual(1, float(file.readlines()[-1].split(",")[1]), places=6)
+            # A power cut, in the middle of the mark.
+            with open(log, "rb+") as file:
+                text = file.read()
+                file.truncate(text.index(b'"gap"') + 3)
+            done = subprocess.run(replay, capture_output=True, text=True, check=False)
+            self.assertEqual(done.returncode, 0, done.stderr)
+            self.assertIn("the last line is cut off", done.stderr)
 
     def test_a_load_of_what_is_no_file_fails_at_once(self):
         with Bench() as bench:

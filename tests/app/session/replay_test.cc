@@ -164,6 +164,35 @@ TEST(Replay, RefusesTheLogOfAnotherMachine) {
       << told;
 }
 
+// What was lost on a full disk may have been anything: nothing behind it would be true.
+TEST(Replay, EndsWhereTheLogHasAGap) {
+  const std::string config = source_dir() + "/configs/cradle.toml";
+  SessionBench bench(3, config);
+  bench.run(6000);
+  Session session = read_session(SessionBench::log_path());
+  const std::size_t at = session.entries.size() / 2;
+  const std::uint64_t since = session.entries[at].period;
+  SessionEntry gap;
+  gap.kind = SessionEntry::Kind::kGap;
+  gap.since = since;
+  gap.lost = 3;
+  gap.period = session.entries[at + 3].period;
+  const auto first = session.entries.begin() + static_cast<std::ptrdiff_t>(at);
+  *session.entries.erase(first, first + 2) = gap;
+  const Assembly assembly = assemble(config);
+  Parameters parameters;
+  ToolTable tools;
+  SessionRows again;
+  const ReplayResult result =
+      replay(parse_session(session_text(session), "gap.log"), assembly, parameters, tools, again);
+  ASSERT_TRUE(result.gap);
+  EXPECT_EQ(result.gap->lost, 3u);
+  EXPECT_EQ(result.periods, since);
+  ASSERT_FALSE(again.q.empty());
+  ASSERT_LE(again.q.size(), bench.rows().size());
+  for (std::size_t i = 0; i < again.q.size(); ++i) ASSERT_EQ(again.q[i], bench.rows()[i]) << i;
+}
+
 TEST(Replay, RefusesWhatIsNoLog) {
   const std::string path = testing::TempDir() + "no.log";
   std::ofstream(path) << "{\"machine\": \"x\", \"tools\": \"\", \"vars\": \"\"}\nX10\n";

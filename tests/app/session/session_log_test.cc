@@ -2,14 +2,18 @@
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <filesystem>
 #include <fstream>
 #include <memory>
 #include <optional>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/axes.h"
@@ -391,6 +395,89 @@ TEST_F(SessionLogFile, AFaultMayStandThereAsItsNumber) {
                     "\n"),
             "")
       << "the least";
+}
+
+// A power cut leaves part of a line.
+TEST_F(SessionLogFile, ALastLineThatIsCutOffIsLeftOut) {
+  const std::string whole = R"({"machine":"m.toml","tools":"","vars":""})"
+                            "\n"
+                            R"({"entry":"low","period":1,"blocks":2})"
+                            "\n";
+  const std::string last = R"({"entry":"low","period":2,"blocks":3})";
+  for (std::size_t size = 1; size < last.size(); ++size) {
+    const Session session = parse_session(whole + last.substr(0, size), "a.log");
+    EXPECT_EQ(session.torn_line, 3) << size;
+    EXPECT_EQ(session.entries.size(), 1u);
+  }
+  EXPECT_EQ(parse_session(whole + std::string(100, '\0'), "a.log").torn_line, 3)
+      << "blocks that were never written";
+  EXPECT_EQ(parse_session(whole + last, "a.log").entries.size(), 2u) << "all but the line's end is there";
+  EXPECT_EQ(parse_session(whole, "a.log").torn_line, 0);
+  EXPECT_THROW(parse_session(whole + last.substr(0, 9) + "\n" + last + "\n", "a.log"), ProgramError)
+      << "not the last one";
+  EXPECT_THROW(parse_session(whole.substr(0, 9), "a.log"), ProgramError) << "not even its head";
+}
+
+/// A disk that takes no more than the log has, and some bytes: files may not grow any more.
+class FullDisk {
+ public:
+  explicit FullDisk(const std::string& log, std::size_t more) {
+    signal(SIGXFSZ, SIG_IGN);
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit full{std::filesystem::file_size(log) + more, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &full);
+  }
+  ~FullDisk() { setrlimit(RLIMIT_FSIZE, &before_); }
+  FullDisk(const FullDisk&) = delete;
+  FullDisk& operator=(const FullDisk&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(SessionLogFile, AFullDiskIsToldOnceAndLeavesAMark) {
+  const auto lose = [&](std::uint64_t period) {
+    now_.period = period - 1;
+    now_.inputs ^= 1;
+    log_->report(next());
+  };
+  lose(10);
+  {
+    const FullDisk full(path_, 20);
+    for (const std::uint64_t period : {11, 12, 13}) lose(period);
+    const std::string told = log_->take_trouble();
+    EXPECT_EQ(told.find(path_ + ": "), 0u) << told;
+    EXPECT_NE(told.find("not recorded"), std::string::npos) << told;
+    EXPECT_EQ(log_->take_trouble(), "") << "once";
+    EXPECT_EQ(read_session(path_).torn_line, 0) << "nothing of a line stays";
+  }
+  lose(14);  // it tries again after a second
+  std::this_thread::sleep_for(std::chrono::milliseconds(1100));
+  lose(15);
+  EXPECT_EQ(log_->take_trouble(), "");
+  const auto read = entries();
+  ASSERT_EQ(read.size(), 3u);
+  EXPECT_EQ(read[0].period, 10u);
+  EXPECT_EQ(read[1].kind, Kind::kGap);
+  EXPECT_EQ(read[1].since, 11u);
+  EXPECT_EQ(read[1].period, 15u);
+  EXPECT_EQ(read[1].lost, 4u);
+  EXPECT_EQ(read[2].period, 15u);
+}
+
+TEST_F(SessionLogFile, OnADiskThatWasFullFromTheStartTheHeadComesLater) {
+  log_.reset();
+  std::ofstream(path_).close();
+  {
+    const FullDisk full(path_, 5);
+    log_ = std::make_unique<SessionLog>(path_, SessionHead{"m.toml", "t.tbl", "v.var", true});
+    EXPECT_NE(log_->take_trouble(), "");
+    EXPECT_EQ(std::filesystem::file_size(path_), 0u);
+  }
+  const auto read = entries();  // its end marks the gap
+  ASSERT_EQ(read.size(), 1u);
+  EXPECT_EQ(read[0].kind, Kind::kGap);
+  EXPECT_EQ(read[0].since, 0u);
 }
 
 // What the machine did is its owner's and the group's to read.
