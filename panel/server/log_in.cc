@@ -25,10 +25,12 @@ constexpr auto kForgetAddress = 60s, kForgetName = 600s;
 constexpr auto kLookEvery = 500ms;
 constexpr int kNice = 10;  // the machine's own work goes first
 
+// Of all that `read_users` looks at.
 std::string mark_of(const std::string& path) {
   struct stat info {};
   if (stat(path.c_str(), &info) != 0) return "";
-  return fmt::format("{} {} {}.{}", info.st_ino, info.st_size, info.st_mtim.tv_sec, info.st_mtim.tv_nsec);
+  return fmt::format("{} {} {} {} {}.{}", info.st_ino, info.st_mode, info.st_uid, info.st_size,
+                     info.st_mtim.tv_sec, info.st_mtim.tv_nsec);
 }
 
 }  // namespace

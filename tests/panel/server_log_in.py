@@ -143,6 +143,15 @@ class Sessions(LogInTest):
         page.until_closed()
         self.assertEqual(log_in(self.bench, "sara")[0].status, 401)
 
+    def test_a_file_that_others_may_read_lets_nobody_in(self):
+        page = self.page("sara")
+        os.chmod(self.bench.path("users"), 0o644)
+        page.until_closed()
+        self.assertEqual(log_in(self.bench, "sara")[0].status, 401)
+        os.chmod(self.bench.path("users"), 0o600)
+        time.sleep(2)  # it looks twice a second, and tries that are refused would keep her out
+        self.page("sara")
+
 
 def ssl_post(bench, message):
     """Sends a log-in and does not wait for its answer."""

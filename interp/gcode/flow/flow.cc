@@ -518,11 +518,14 @@ std::string Flow::current_text() {
 }
 
 std::vector<std::string> Flow::stack() const {
+  constexpr std::size_t kToldMax = 3;  // a recursion has the same one as often as it is deep
   std::vector<std::string> lines;
-  for (auto frame = frames_.rbegin(); frame != frames_.rend(); ++frame)
+  for (auto frame = frames_.rbegin(); frame != frames_.rend() && lines.size() < kToldMax; ++frame)
     lines.push_back(fmt::format("o{} called from {}:{}", labels_.name(frame->label),
                                 files_[static_cast<std::size_t>(frame->called_file)]->name,
                                 frame->called_line));
+  const std::size_t more = frames_.size() - lines.size();
+  if (more > 0) lines.push_back(fmt::format("... and {} more call{}", more, more == 1 ? "" : "s"));
   return lines;
 }
 

@@ -65,7 +65,7 @@ class Flow {
   int file_number() const { return current_.file; }
   const std::string& file_name(int file) const { return files_[static_cast<std::size_t>(file)]->name; }
   const std::string& file_name() const { return file_name(current_.file); }
-  /// "called from file:line", innermost first.
+  /// "called from file:line", innermost first; of many the first ones, and how many more there are.
   std::vector<std::string> stack() const;
   /// After an error inside a sub-program or loop: goes on behind the outermost call or loop. False if there
   /// is no sound place.

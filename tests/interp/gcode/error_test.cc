@@ -305,6 +305,9 @@ TEST(Errors, EndlessRecursionIsRefused) {
   const std::string message = Session().error("o1 sub\no1 call\no1 endsub\no1 call");
   EXPECT_EQ(message.substr(0, message.find('\n')),
             "p.ngc:2:1: sub-programs nested more than 50 deep: 'o1'; legal: no endless recursion");
+  const auto lines = std::count(message.begin(), message.end(), '\n');
+  EXPECT_EQ(lines, 4) << message;
+  EXPECT_TRUE(message.ends_with("\n  o1 called from p.ngc:2\n  ... and 47 more calls")) << message;
 }
 
 TEST(Errors, MissingEndOfProgram) {
